@@ -6,9 +6,9 @@ from dataclasses import dataclass
 from crosscheck.audit.claims.measured import pd
 from crosscheck.audit.errata.engine_comparison import EngineComparison
 from crosscheck.audit.experiments.paper_conditions import MODELS, PRINTED, Condition
-from crosscheck.audit.findings.baselines import ZETA, RigidResidual
+from crosscheck.audit.findings.baselines import QUANTITIES, ZETA, RigidResidual
 from crosscheck.audit.judging.judgement import ClaimJudgement
-from crosscheck.audit.judging.rule import Claim, Limits, Place, State
+from crosscheck.audit.judging.rule import Limits, Place, State
 from crosscheck.audit.measures.third_fluctuation import LARGE, ThirdFluctuation
 
 
@@ -61,16 +61,17 @@ def of_claims(every: Iterable[ClaimJudgement]) -> list[Said]:
     ]
 
 
-def of_ladder(found: Iterable[RigidResidual], claims: Mapping[str, Claim]) -> list[Said]:
-    """What the ladder says of the claims' quantities. claims: by quantity."""
+def of_ladder(found: Iterable[RigidResidual]) -> list[Said]:
+    """What the ladder says of the claims' quantities."""
     return [
         Said(
             f"finding 4, baseline {one.level}",
-            claims[name].choices[one.level].id,
-            claims[name].limits,
+            claim.choices[one.level].id,
+            claim.limits,
             Place(tuple(Condition(PRINTED, ZETA, one.arm).conditions.items()), one.level),
             State.YES if fits else State.NO,
         )
         for one in found
         for name, fits in one.fits.items()
+        for claim in (QUANTITIES[name].claim,)
     ]

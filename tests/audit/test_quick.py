@@ -22,7 +22,7 @@ from crosscheck.audit.experiments.paper_conditions import (
 from crosscheck.audit.experiments.scale import QUICK
 from crosscheck.audit.experiments.study import Study
 from crosscheck.audit.figures import chapter as figures
-from crosscheck.audit.findings.baselines import BaselineFinding, compare_baselines, find_claims
+from crosscheck.audit.findings.baselines import compare_baselines
 from crosscheck.audit.findings.chapter import evaluate_third_fluctuation
 from crosscheck.audit.findings.shaking import judge_drive, run_shaking
 from crosscheck.audit.findings.stability import CELLS
@@ -64,11 +64,8 @@ def _said(material: AuditContext) -> Iterator[stated.Said]:
     yield from stated.of_third(
         "findings", ((x.condition, x.third) for x in evaluate_third_fluctuation(material).strips)
     )
-    yield from stated.of_ladder(_baselines(material).residuals, find_claims())
-
-
-def _baselines(material: AuditContext) -> BaselineFinding:
-    return compare_baselines(material.study, material.scale)
+    baselines = compare_baselines(material.study, material.scale)
+    yield from stated.of_ladder(baselines.residuals)
 
 
 def test_the_page_contradicts_itself_nowhere(material):
