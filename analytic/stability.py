@@ -13,11 +13,17 @@ _LARGEST_RADIUS = 3.0
 
 
 def contact_eigenvalues(
-    terms: Terms, gears: Gears, drive: DriveData, q: np.ndarray, stiffness: np.ndarray
+    terms: Terms,
+    gears: Gears,
+    drive: DriveData,
+    q: np.ndarray,
+    stiffness: np.ndarray,
+    sensor: np.ndarray | None = None,
 ) -> np.ndarray:
     """Eigenvalues [1/s] at pose q with every mesh in contact, shape (2 n,).
 
     stiffness [N/m], per mesh and planet; the controller's gains, friction and weight are included.
+    sensor (n, joints): the controller is told sensor^T q, in place of the joints' angles.
     """
     n = q.size
     mass = mass_matrices(terms, q)
@@ -33,9 +39,9 @@ def contact_eigenvalues(
         angle = terms.angle_sums[wave] @ q
         position[row] += (sine * np.cos(angle) - cosine * np.sin(angle)) * terms.angle_sums[wave]
     if drive.code == PD:
-        sensed = terms.theta
-        position[:, sensed] -= terms.drive_map * drive.gains[:, 1]
-        rate[:, sensed] -= terms.drive_map * drive.gains[:, 2]
+        sensed = np.eye(n)[:, terms.theta] if sensor is None else sensor
+        position -= terms.drive_map * drive.gains[:, 1] @ sensed.T
+        rate -= terms.drive_map * drive.gains[:, 2] @ sensed.T
     zero, unit = np.zeros((n, n)), np.eye(n)
     lower = np.linalg.solve(mass, np.hstack([position, rate]))
     return np.linalg.eigvals(np.vstack([np.hstack([zero, unit]), lower]))

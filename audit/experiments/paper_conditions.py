@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Hashable, Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import Literal, NamedTuple
 
 from crosscheck.audit.experiments.variant import GEARED_MODELS, Equations, Planets, Variant
@@ -112,6 +112,10 @@ class Condition:
         printed = "printed/" if self.equations == "printed" else ""
         return f"{self.law.id}/{self.arm}/{self.planets}/{printed}{self.zeta:g}"
 
+    def use_integral_phase(self) -> Condition:
+        """The setting with the phase as an integral, at its own ring rate."""
+        return replace(self, law=Law("angle", self.law.ring_rate))
+
     def variant(self, scenario: str = "pd") -> Variant:
         """The variant that runs a scenario in this setting."""
         return Variant(
@@ -124,3 +128,7 @@ class Condition:
             model=GEARED_MODELS[self.equations],
             planets=self.planets,
         )
+
+
+# Where every start with the law's ring rate, or some with the paper's, is severe.
+DECISIVE = (Condition(PRINTED, 0.005), Condition(REPAIRED_RATE, 0.02))

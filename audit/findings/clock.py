@@ -3,33 +3,54 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import NamedTuple
 
 import numpy as np
 
 from crosscheck import signals
-from crosscheck.audit.experiments.motion import (
-    build_models,
-    build_pd_variant,
-    shoulder_excess,
-    simulate_motion,
-)
+from crosscheck.analytic.kernel.batch import Batch
+from crosscheck.analytic.model import AnalyticModel, PhysicalModel
+from crosscheck.audit.experiments.ensembles import EnsembleQuestion, rigid_course
 from crosscheck.audit.experiments.paper_conditions import LABELLED, LAWS, Condition, Law
-from crosscheck.audit.experiments.question import Question, Records
 from crosscheck.audit.experiments.scale import Scale
 from crosscheck.audit.experiments.study import Study
-from crosscheck.audit.experiments.variant import Variant
+from crosscheck.audit.measures.rigid import rigid_arm
 from crosscheck.audit.measures.stage import paper_stage
 from crosscheck.audit.measures.undefined import JsonObject, float_or_none, to_json
 from crosscheck.models.loading import load_arm
 from crosscheck.signals import envelope
+from crosscheck.studies.members.starts import perturb_start
 
 CLOCKS_S = (0.0, 1.0, 5.0, 20.0)
 RUN_S, RUN_ZETA = 0.8, 0.02
 RUN_WINDOW_S = (0.45, 0.79)  # the side change is over, and the third fluctuation not begun
 RUN_STARTS = 8  # a block of the kernel
+RECORD_EVERY = 5  # steps of 10 us
+CHUNK = 2000  # records at a time, which stay in a processor's cache
 BINS = 400  # of what is kept for a drawing
+
+
+class RecordedMotion(NamedTuple):
+    """Records of runs: elapsed (times,) [s] since their start; q, v, a (times, n, members)."""
+
+    elapsed: np.ndarray
+    q: np.ndarray
+    v: np.ndarray
+    a: np.ndarray
+
+
+def simulate_motion(models: Sequence[AnalyticModel], clock_s: float = 0.0) -> RecordedMotion:
+    """The runs of models of one structure, the clock at ``clock_s``, whole steps, at the start.
+
+    States after one that is not finite are not either.
+    """
+    batch, scenario = Batch(models), models[0].scenario
+    batch.step_count = round(clock_s / scenario.step_s)
+    with np.errstate(invalid="ignore", over="ignore"):  # of runs that diverge
+        parts = list(batch.run(scenario.steps // scenario.stride, scenario.stride, CHUNK))
+    q, v, a = (np.concatenate([part[k] for part in parts]) for k in range(3))
+    return RecordedMotion(scenario.step_s * scenario.stride * np.arange(len(q)), q, v, a)
 
 
 class SignalEnvelope(NamedTuple):
@@ -56,35 +77,24 @@ class DelayResult:
 
 
 @dataclass(frozen=True)
-class ClockTest(Question[list[DelayResult]]):
-    """A question: what a law makes of every delay of CLOCKS_S, planets free."""
-
-    cost = 6.0
-
-    law: Law
-    run_s: float
-    seeds: tuple[int, ...]
-
-    @property
-    def run(self) -> Variant:
-        """The variant whose runs start from rest."""
-        return build_pd_variant(Condition(self.law, RUN_ZETA), self.run_s)
-
-    def records(self) -> Records:
-        return self.run.case()
+class ClockTest(EnsembleQuestion[list[DelayResult]]):
+    """A question: what a variant, run from rest, makes of every delay of CLOCKS_S."""
 
     def answer(self) -> list[DelayResult]:
-        models = build_models(self.run, self.seeds)
+        models = [PhysicalModel(*perturb_start(self.case(), seed)) for seed in self.seeds]
+        theta, delays = models[0].layout.theta[0], list[DelayResult]()
         runs = [simulate_motion(models, clock) for clock in CLOCKS_S]
-        delays = []
+        elapsed, rigid = runs[0].elapsed, rigid_course(rigid_arm(self.variant))
+        rigid_shoulder = np.interp(elapsed, rigid.time, rigid.theta_ddot[:, 0])
+        part = signals.window(elapsed, *RUN_WINDOW_S)
         for clock, run in zip(CLOCKS_S, runs, strict=True):
-            part = signals.window(run.elapsed_s, *RUN_WINDOW_S)
-            excess = shoulder_excess(self.run, run.elapsed_s, run.shoulder)[part]
+            shoulder = run.a[:, theta]
+            excess = (shoulder - rigid_shoulder[:, None])[part]
             sizes = tuple(float_or_none(signals.amplitude(start)) for start in excess.T)
-            same = bool(np.array_equal(run.shoulder, runs[0].shoulder))
-            inside = run.elapsed_s[part], run.shoulder[part, 0]
+            same = bool(np.array_equal(shoulder, runs[0].a[:, theta]))
+            inside = elapsed[part], shoulder[part, 0]
             band = envelope(*inside, BINS) if inside[0].size else [np.empty(0)] * 3
-            drawn = SignalEnvelope(*(tuple(map(float, values)) for values in band))
+            drawn = SignalEnvelope(*(tuple(values.tolist()) for values in band))
             delays.append(DelayResult(clock, sizes, same, drawn))
         return delays
 
@@ -123,7 +133,14 @@ class ClockTestResult:
 def run_clock_test(study: Study, scale: Scale) -> ClockTestResult:
     """The clock test: runs from rest with the clock at 0, 1, 5 and 20 s."""
     seeds = scale.seeds[: scale.limit_starts(RUN_STARTS)]
-    questions = {law: ClockTest(law, scale.limit_duration(RUN_S), seeds) for law in LAWS}
+    run_s = scale.limit_duration(RUN_S)
+    variants = {
+        law: replace(
+            Condition(law, RUN_ZETA).variant(), duration_s=run_s, record_every=RECORD_EVERY
+        )
+        for law in LAWS
+    }
+    questions = {law: ClockTest(variant, seeds) for law, variant in variants.items()}
     delays_by_law = study.answer_by_key(questions, "clock test")
     return ClockTestResult([LawClockTest(law, delays) for law, delays in delays_by_law.items()])
 

@@ -7,8 +7,7 @@ from dataclasses import dataclass, replace
 
 from crosscheck.audit.experiments.ensembles import TransientPdQuestion
 from crosscheck.audit.experiments.experiments import PD, SHORT_S, build_question
-from crosscheck.audit.experiments.motion import DECISIVE, use_integral_phase
-from crosscheck.audit.experiments.paper_conditions import Condition
+from crosscheck.audit.experiments.paper_conditions import DECISIVE, Condition
 from crosscheck.audit.experiments.samples import build_sample
 from crosscheck.audit.experiments.scale import Scale
 from crosscheck.audit.experiments.study import Study
@@ -91,7 +90,9 @@ def compare_engines(study: Study, scale: Scale) -> EngineEvidence:
 
     Of the engine a question for every start, so that tasks stay short.
     """
-    under_angle = dict.fromkeys(map(use_integral_phase, DECISIVE), STARTS_UNDER_ANGLE)
+    under_angle = dict.fromkeys(
+        [cell.use_integral_phase() for cell in DECISIVE], STARTS_UNDER_ANGLE
+    )
     counts = dict.fromkeys(DECISIVE, STARTS) | under_angle
     variants = {
         cell: scale.cut(replace(build_question(PD, cell, ()).variant, duration_s=SHORT_S))
@@ -109,13 +110,14 @@ def compare_engines(study: Study, scale: Scale) -> EngineEvidence:
         },
         "second engine: Exudyn",
     )
-    both = {}
-    for cell in counts:
-        samples = [numbers for (engine_condition, _), numbers in engine.items()
-                   if engine_condition == cell]  # fmt: skip
-        thirds = (
-            ThirdFluctuation.from_samples(*map(build_sample, each))
-            for each in ([analytic[cell]], samples)
+    both = {
+        cell: ModelComparison(
+            cell,
+            ThirdFluctuation.from_samples(build_sample(analytic[cell])),
+            ThirdFluctuation.from_samples(
+                *(build_sample(engine[place]) for place in engine if place[0] == cell)
+            ),
         )
-        both[cell] = ModelComparison(cell, *thirds)
+        for cell in counts
+    }
     return EngineEvidence([both[cell] for cell in DECISIVE], [both[cell] for cell in under_angle])

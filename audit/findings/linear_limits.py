@@ -17,7 +17,8 @@ from functools import lru_cache
 import numpy as np
 from scipy.optimize import brentq
 
-from crosscheck.analytic.model import AnalyticModel, PhysicalModel
+from crosscheck.analytic.model import PhysicalModel
+from crosscheck.analytic.stability import contact_eigenvalues
 from crosscheck.audit.experiments.paper_conditions import READINGS
 from crosscheck.audit.experiments.variant import Variant
 from crosscheck.audit.measures.undefined import JsonObject
@@ -25,75 +26,50 @@ from crosscheck.audit.measures.undefined import JsonObject
 ELBOWS_DEG = (0, 30, 60, 90, 120, 150, 180)
 STIFFNESSES = (0.8, 1.0, 1.2)  # (k_m - k_a, k_m, k_m + k_a) / k_m
 LINK, SUN = "link", "sun"
-PAPER_GAINS = (1000.0, 400.0)  # P [N m/rad], D [N m s/rad]
 SLOWEST_MESH_MODE = 2 * np.pi * 100  # [rad/s]: the mesh modes lie above 1 kHz, the arm's far below
 LARGEST_ZETA = 1.0
+ROUNDING_PER_S = 1e-4  # of an undamped mode's growth: 1e-9 of the frequency of the fastest
 
 
 @dataclass(frozen=True)
 class Point:
-    """A pose of the arm and a setting of the controller.
+    """A pose of the arm, its stiffness, and what its controller senses.
 
-    gains (P [N m/rad], D [N m s/rad]); elbow_rad the pose (theta_1 does not enter); stiffness: of
-    every mesh as a multiple of k_m; sensed: LINK or SUN.
+    elbow_rad: the pose (theta_1 does not enter); stiffness: of every mesh as a multiple of k_m;
+    sensed: LINK or SUN.
     """
 
     arm: str = "paper-labelled"
-    gains: tuple[float, float] = PAPER_GAINS
     elbow_rad: float = 0.0
     stiffness: float = 1.0
     sensed: str = LINK
 
 
-def growth(point: Point, zeta: float) -> tuple[float, float]:
-    """Growth rate [1/s] and frequency [Hz] of the least stable mesh mode."""
-    return _least_stable(*_system(point), zeta)
+def compute_growth(point: Point, zeta: float) -> float:
+    """Growth rate [1/s] of the least stable mesh mode."""
+    model = _model(point.arm)
+    pose = np.zeros(len(model.layout))
+    pose[model.layout.theta[-1]] = point.elbow_rad
+    poles = contact_eigenvalues(
+        model.terms,
+        model.gears._replace(d=zeta * model.gears.d),
+        model.drive,
+        pose,
+        point.stiffness * model.gears.k_m,
+        model.terms.drive_map if point.sensed == SUN else None,
+    )
+    return float(poles.real[poles.imag > SLOWEST_MESH_MODE].max())
 
 
 def find_threshold(point: Point) -> float:
     """Damping ratio below which a mesh mode flutters; 0 if none does even without damping."""
-    matrices = _system(point)
 
     def rate(zeta: float) -> float:
-        return _least_stable(*matrices, zeta)[0]
+        return compute_growth(point, zeta)
 
-    rounding = 1e-9 * np.sqrt(np.abs(matrices[0]).max())  # of eigenvalues, in an undamped mode
-    if rate(0.0) <= rounding:
+    if rate(0.0) <= ROUNDING_PER_S:
         return 0.0
     return float(brentq(rate, 0.0, LARGEST_ZETA, xtol=1e-9))
-
-
-def _system(point: Point) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
-    """The matrices (A, G, H), each (n, n), of q'' = A q + (G + zeta H) q'."""
-    model = _model(point.arm)
-    pose = np.zeros(len(model.coordinates))
-    pose[model.layout.theta[-1]] = point.elbow_rad
-    mass = model.mass_matrix(pose)
-    position, rate = feedback(model, point.gains, point.sensed)
-    position[:, model.gears.x_index] += point.stiffness * model.terms.mesh_map * model.gears.k_m
-    damping = np.zeros_like(mass)
-    damping[model.gears.x_index, model.gears.x_index] = -model.gears.d
-    parts = (position, rate, damping)
-    return tuple(np.linalg.solve(mass, part) for part in parts)  # type: ignore[return-value]
-
-
-def feedback(
-    model: AnalyticModel, gains: tuple[float, float], sensed: str
-) -> tuple[np.ndarray, np.ndarray]:
-    """Generalized force per coordinate and per rate, (n, n) each, that the controller adds."""
-    drive = model.terms.drive_map
-    output = drive.T if sensed == SUN else np.eye(len(model.layout))[model.layout.theta]
-    return -gains[0] * drive @ output, -gains[1] * drive @ output
-
-
-def _least_stable(
-    position: np.ndarray, rate: np.ndarray, unit_damping: np.ndarray, zeta: float
-) -> tuple[float, float]:
-    zero, unit = np.zeros_like(position), np.eye(len(position))
-    poles = np.linalg.eigvals(np.block([[zero, unit], [position, rate + zeta * unit_damping]]))
-    mesh = poles[poles.imag > SLOWEST_MESH_MODE]
-    worst = mesh[np.argmax(mesh.real)]
-    return float(worst.real), float(worst.imag / (2 * np.pi))
 
 
 @lru_cache
@@ -104,16 +80,10 @@ def _model(arm: str) -> PhysicalModel:
 
 @dataclass(frozen=True)
 class Threshold:
-    """The damping ratio at which a mesh mode turns unstable in contact.
-
-    zeta: 0 if nowhere; frequency_Hz: of the mode there; undamped_growth_per_s: of the least stable
-    mode without damping.
-    """
+    """The damping ratio at which a mesh mode turns unstable in contact; 0 if nowhere."""
 
     point: Point
     zeta: float
-    frequency_Hz: float
-    undamped_growth_per_s: float
 
     def to_dict(self) -> JsonObject:
         """The threshold as a JSON object."""
@@ -122,8 +92,6 @@ class Threshold:
         return {
             "id": f"finding/limit/{point.arm}/{pose}/k {point.stiffness:g}/{point.sensed}",
             "unstable_below_zeta": self.zeta,
-            "frequency_Hz": self.frequency_Hz,
-            "undamped_growth_per_s": self.undamped_growth_per_s,
         }
 
 
@@ -134,12 +102,7 @@ def find_thresholds(quick: bool) -> list[Threshold]:
     points = [Point(a, elbow_rad=np.radians(e), sensed=s) for a in arms for e in elbows
               for s in (LINK, SUN)]  # fmt: skip
     points += [Point(arm, stiffness=stiffness) for arm in arms for stiffness in STIFFNESSES]
-    thresholds = []
-    for point in dict.fromkeys(points):
-        edge = find_threshold(point)
-        _, frequency = growth(point, edge)
-        thresholds.append(Threshold(point, edge, frequency, growth(point, 0.0)[0]))
-    return thresholds
+    return [Threshold(point, find_threshold(point)) for point in dict.fromkeys(points)]
 
 
 def is_cured_at_sun(thresholds: Sequence[Threshold]) -> bool:

@@ -82,8 +82,6 @@ def test_the_nearest_baseline_is_the_one_that_leaves_the_papers_theta_2():
 
 def test_what_is_said_is_what_fits():
     found = _residuals({"diagonal": 0.01})
-    stated = {
-        (one.place.choice, one.quantity): one.state for one in of_ladder(found)
-    }
+    stated = {(one.place.choice, one.quantity): one.state for one in of_ladder(found)}
     assert stated["carriers", "constant torque: deviation_2_carriers_rad"] == State.YES
     assert stated["coupled", "constant torque: deviation_2_coupled_rad"] == State.NO

@@ -6,28 +6,15 @@ import pytest
 from crosscheck.analytic.kernel.batch import Batch
 from crosscheck.analytic.kernel.equations import TermEquations
 from crosscheck.analytic.model import PhysicalModel
-from crosscheck.analytic.stability import contact_eigenvalues
 from crosscheck.audit.experiments.variant import Variant, simulate
 from crosscheck.audit.findings import linear_limits
 from crosscheck.audit.findings.linear_limits import SUN, Point, Threshold
 from tests.audit.planted_runs import ContinuedModel
 
 
-@pytest.mark.parametrize("zeta", [0.003, 0.05])
-def test_the_link_controller_is_that_of_the_stability_module(zeta):
-    model = PhysicalModel(*Variant(zeta=zeta).case())
-    pose = np.array([0, 0, 0, 0, 0, 0.5])
-    poles = contact_eigenvalues(model.terms, model.gears, model.drive, pose, model.gears.k_m)
-    rate, frequency = linear_limits.growth(Point(elbow_rad=0.5), zeta)
-    fast = poles.imag > linear_limits.SLOWEST_MESH_MODE
-    worst = poles[np.argmax(np.where(fast, poles.real, -np.inf))]
-    assert rate == pytest.approx(worst.real, rel=1e-6)
-    assert frequency == pytest.approx(worst.imag / (2 * np.pi), rel=1e-9)
-
-
 def test_growth_changes_sign_at_the_threshold():
     edge = linear_limits.find_threshold(Point())
-    below, above = (linear_limits.growth(Point(), part * edge)[0] for part in (0.99, 1.01))
+    below, above = (linear_limits.compute_growth(Point(), part * edge) for part in (0.99, 1.01))
     assert below > 0 > above
 
 
@@ -42,11 +29,8 @@ def test_the_sun_feels_torque_and_angle_through_one_lever():
 
 @pytest.mark.parametrize("elbow", [0.0, 1.0, 3.0])
 def test_feedback_at_the_sun_only_stores_and_dissipates(elbow):
-    model = PhysicalModel(*Variant().case())
-    for matrix in linear_limits.feedback(model, (1000.0, 400.0), SUN):
-        np.testing.assert_allclose(matrix, matrix.T)
-        assert np.linalg.eigvalsh(matrix).max() < 1e-9 * np.abs(matrix).max()
     assert linear_limits.find_threshold(Point(elbow_rad=elbow, sensed=SUN)) == 0
+    assert linear_limits.find_threshold(Point(elbow_rad=elbow)) > 0
 
 
 def test_a_vibration_grows_as_the_eigenvalues_say():
@@ -61,7 +45,8 @@ def test_a_vibration_grows_as_the_eigenvalues_say():
     measured = np.polyfit(time[part].reshape(-1, width).mean(axis=1), np.log(peaks), 1)[0]
     pose = float(run["theta"].values[part, 1].mean())
     # The frozen eigenvalues at the mean pose stand for those along it.
-    assert measured == pytest.approx(linear_limits.growth(Point(elbow_rad=pose), 0.003)[0], rel=0.1)
+    foretold = linear_limits.compute_growth(Point(elbow_rad=pose), 0.003)
+    assert measured == pytest.approx(foretold, rel=0.1)
 
 
 def test_a_sensor_on_the_links_is_the_drives_own_feedback():
@@ -80,8 +65,5 @@ def test_a_sensor_on_the_links_is_the_drives_own_feedback():
 
 @pytest.mark.parametrize(("sun", "cured"), [(0.0, True), (0.001, False)])
 def test_cured_at_the_sun(sun, cured):
-    survey = [
-        Threshold(Point(), 0.005, 1500.0, 1.0),
-        Threshold(Point(sensed=SUN), sun, 1500.0, 1.0),
-    ]
+    survey = [Threshold(Point(), 0.005), Threshold(Point(sensed=SUN), sun)]
     assert linear_limits.is_cured_at_sun(survey) is cured

@@ -10,7 +10,7 @@ from crosscheck.audit.errata.erratum import Effect, Erratum, ErratumPair, attach
 from crosscheck.audit.errata.sheet import build_record
 from crosscheck.audit.findings.stability import LinearisationResult, Onset
 
-FOLLOWED = LinearisationResult(None, (Onset(1.0, None), Onset(None, None)))
+FOLLOWED = LinearisationResult((Onset(1.0, None), Onset(None, None)))
 ERRATUM = Erratum(
     "eq1", "equation", "Eq. 1", "a", "b", size=float("inf"), unit="N", trial=ErratumPair(abs, abs)
 )

@@ -8,7 +8,6 @@ import pytest
 
 from crosscheck import signals
 from crosscheck.audit.experiments.experiments import BACK, CONSTANT, NO_ERROR, PD, build_question
-from crosscheck.audit.experiments.motion import vibration
 from crosscheck.audit.experiments.paper_conditions import INTEGRAL, Condition
 from crosscheck.audit.experiments.scale import FULL, Scale
 from crosscheck.audit.experiments.study import Study
@@ -41,7 +40,6 @@ def test_nothing_has_no_size_and_no_event():
     assert signals.crossing_time_below(NOTHING, NOTHING, 0.0) is None
     assert signals.settling_time(NOTHING, NOTHING, 0.0, 1.0) is None
     assert math.isnan(signals.dominant_frequency(NOTHING, NOTHING))
-    assert vibration(np.arange(10) * 1e-5, np.ones(10)).size == 10
 
 
 def test_a_still_signal_has_no_frequency_and_an_unknown_target_is_not_reached():
@@ -64,5 +62,4 @@ def test_an_experiment_measures_the_same_numbers_whatever_its_length(source):
 def test_a_vibration_that_is_reached_is_followed(tmp_path):
     """Just past half a second there is something to linearise, if not much."""
     followed = run_stability_test(Study(tmp_path), Scale(longest_s=0.55, most_starts=2))
-    assert all(one.largest is not None for one in followed.cells.values())
     assert all(one.onsets and one.begins is not None for one in followed.cells.values())
