@@ -226,3 +226,16 @@ def test_symmetric_entries_are_told_once():
         yours = _with(known, place, old)
         wrong.append(EntryMismatch(place, 0.1, planted.explained(known, place, yours, UNLIKE)))
     assert [len(each) for each in group_by_errors(wrong)] == [2, 1]
+
+
+@pytest.mark.parametrize(("by", "of"), [(1, "theta_1'^2"), (2, "theta_1' theta_2'"), (-0.5, "")])
+def test_a_product_of_rates_that_belongs_to_none_has_a_sum_of_terms(by, of):
+    """Its right coefficient is 0; what stands there is that of another product, or a multiple."""
+    known = planted.terms(UNLIKE, planted.RELATIVE)
+    square = known.entry(EntryPlace("bias", 2, rates=(0, 0)))
+    extra = [planted.times(p, by) for p in square if p.key.wave == (0, 0, 1)]
+    assert len(extra) > 1
+    place = EntryPlace("bias", 2, rates=(1, 2))
+    (error,) = planted.explained(known, place, (*known.entry(place), *extra), UNLIKE).errors
+    assert (error.kind, error.term.angle) == ("extra", "theta_3")
+    assert error.right == (f"bias[theta_3] of {of}" if of else "")

@@ -72,6 +72,24 @@ SLIPS: dict[str, tuple[Callable[[Arm], Equations], list[str]]] = {
         lambda arm: two_links(arm, elbow_rates=lambda v: -(v[0] ** 2) - 2 * v[0] * v[1]),
         ["the last term has the wrong sign"],
     ),
+    "the rates of C's upper right entry in the lower left one, a sum of two terms": (
+        lambda arm: two_links(arm, elbow_rates=lambda v: v[0] * (v[0] + v[1])),
+        [
+            "bias[theta_2] of theta_1' theta_2': extra term: m2 L1 d2 sin(theta_2),"
+            " which stands in bias[theta_2] of theta_1'^2?"
+        ],
+    ),
+    "the rows of the bias exchanged": (
+        lambda arm: two_links(
+            arm,
+            rates=lambda v: -(v[0] ** 2),
+            elbow_rates=lambda v: -2 * v[0] * v[1] - v[1] ** 2,
+        ),
+        [
+            "row theta_2 where row theta_1 belongs, in -2 m2 L1 d2 sin(theta_2)?",
+            "row theta_1 where row theta_2 belongs, in m2 L1 d2 sin(theta_2)?",
+        ],
+    ),
     "half of the bias": (
         lambda arm: two_links(
             arm,

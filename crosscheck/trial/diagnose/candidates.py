@@ -238,22 +238,33 @@ def _power(value: Any, power: int) -> Any:
 
 
 def generate_extras(
-    products: Iterable[Product], fits_by_key: Mapping[TermKey, Fits], values: Values
+    groups: Iterable[EntryTerms], fits_by_key: Mapping[TermKey, Fits], values: Values
 ) -> Iterator[Candidate]:
-    """Candidates of an extra term, of any entry or of none, that makes what is off before a key."""
-    monomials = list(dict.fromkeys(product.monomial for product in products))
+    """Candidates of extra terms, of any entry or of none, that make what is off before a key."""
+    sums = list(dict.fromkeys(tuple(product.monomial for product in group) for group in groups))
     arms = len(next(iter(values.values())))
-    sizes = np.array([monomial.value(values) + np.zeros(arms) for monomial in monomials])
+    sizes = np.array(
+        [sum(each.value(values) for each in all_of) + np.zeros(arms) for all_of in sums]
+    )
     for key, fits in fits_by_key.items():
-        for by, cost in TIMES if monomials else ():
+        for by, cost in TIMES if sums else ():
             for place in np.flatnonzero(fits(by * sizes)).tolist():
-                number, powers = monomials[place]
-                product = Product(key, Monomial(number * Fraction(by), powers))
-                far = 2.0 + cost + 0.1 * len(powers)
-                yield Candidate("extra", (product,), {key: by * sizes[place]}, far)
+                products = tuple(
+                    Product(key, Monomial(number * Fraction(by), powers))
+                    for number, powers in sums[place]
+                )
+                far = 2.0 + cost + 0.1 * max(len(product.monomial.powers) for product in products)
+                yield Candidate("extra", products, {key: by * sizes[place]}, far)
 
 
-def generate_products(values: Values) -> Iterator[Product]:
+def group_by_wave(entry: EntryTerms) -> Iterator[EntryTerms]:
+    """Each term of an entry, and all that stand before one wave."""
+    yield from ((product,) for product in entry)
+    for key in {product.key: None for product in entry}:
+        yield tuple(product for product in entry if product.key == key)
+
+
+def generate_products(values: Values) -> Iterator[EntryTerms]:
     """Products of a mass and up to two lengths, and inertias."""
     of = defaultdict(list)
     for symbol in values:
@@ -271,6 +282,6 @@ def generate_products(values: Values) -> Iterator[Product]:
                 yield _product(mass, first, second)
 
 
-def _product(*symbols: str) -> Product:
+def _product(*symbols: str) -> EntryTerms:
     powers = tuple(sorted((symbol, symbols.count(symbol)) for symbol in set(symbols)))
-    return Product(TermKey(()), Monomial(1, powers))
+    return (Product(TermKey(()), Monomial(1, powers)),)

@@ -20,6 +20,7 @@ from crosscheck.trial.diagnose.candidates import (
     CandidateSet,
     generate_extras,
     generate_products,
+    group_by_wave,
 )
 from crosscheck.trial.diagnose.harmonic_fit import HarmonicFit
 from crosscheck.trial.diagnose.messages import make_term_error
@@ -118,7 +119,7 @@ def search_errors(
     single = _find_singles(target, candidates, changes)
     if min(map(_cost, single), default=UNLIKELY) >= UNLIKELY and len(wrong_keys) <= MOST_WRONG:
         same_part = (entry for other, entry in terms.entries.items() if other.part == place.part)
-        foreign = [product for entry in same_part for product in entry]
+        foreign = (group for entry in same_part for group in group_by_wave(entry))
         beyond = generate_products(values) if place.part != "force" else ()
         fits_by_key = {
             key: partial(_fitting_changes, target, row)

@@ -24,7 +24,13 @@ from crosscheck.trial.diagnose.polynomial import (
 from crosscheck.trial.diagnose.reference_terms import ReferenceTerms, rate_name
 from crosscheck.trial.diagnose.values import ORDER, parse_symbol
 from crosscheck.trial.input.equations import Symbolic
-from crosscheck.trial.judge.entries import EntryMismatch, EntryPlace, Term, TermError
+from crosscheck.trial.judge.entries import (
+    EntryMismatch,
+    EntryPlace,
+    Term,
+    TermError,
+    format_entry,
+)
 
 MOST_TERMS = 4  # of a sum that is written out
 GREEK = ("theta", "phi", "alpha", "beta", "gamma", "psi", "omega")
@@ -46,7 +52,19 @@ def make_term_error(candidate: Candidate, terms: ReferenceTerms) -> TermError:
         user_text = user_text if candidate.by == 1.0 else f"-{user_text}"
     elif candidate.key is not None:
         user_text, reference_text = candidate.key.signal, candidate.products[0].key.signal
+    elif candidate.kind == "extra":
+        reference_text = _find_rates(candidate.products, terms)
     return TermError(candidate.kind, term, user_text, reference_text, candidate.by)
+
+
+def _find_rates(products: EntryTerms, terms: ReferenceTerms) -> str:
+    """The first entry of the bias in which these are the terms of their wave, in words; or ''."""
+    key = products[0].key
+    for place, entry in terms.entries.items():
+        there = {product for product in entry if product.key == key}
+        if place.rates is not None and there == set(products):
+            return format_entry(place, terms.names)
+    return ""
 
 
 def make_term(products: EntryTerms, terms: ReferenceTerms) -> Term:
@@ -200,7 +218,7 @@ def describe_term_error(error: TermError) -> str:
     if error.kind == "angle":
         return f"yours has {error.yours} where {error.right} belongs, in {term}"
     if error.kind == "extra":
-        return f"extra term: {term}"
+        return f"extra term: {term}" + f", which stands in {error.right}" * bool(error.right)
     # missing term: m (L2 - d2) L1: where one symbol stands for another in one product.
     coefficient, reference_text, user_text = error.term.coefficient, error.right, error.yours
     match = re.search(rf"(?<!\S){re.escape(reference_text)}(\^\d+)?(?!\S)", coefficient)

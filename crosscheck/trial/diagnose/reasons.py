@@ -353,14 +353,15 @@ def _balance_accelerations(comparison: EntryComparison) -> EntryComparison:
 def _name_moved_terms(
     arm: EntryComparison, wrong_entries: Sequence[EntryMismatch]
 ) -> Iterator[EntryMismatch]:
-    """The wrong entries, a term of the bias that stands before other rates than its own named so.
+    """The wrong entries, a term of the bias that stands before other rates or in another row.
 
-    It is missing before its own rates, and the difference before the others is the opposite.
+    It is missing in its own place, and the difference in the other is the opposite.
     """
-    moved = dict[EntryPlace, Explanation]()
+    moved, names = dict[EntryPlace, Explanation](), arm.frame.names
     open_entries = [w for w in wrong_entries if w.place.rates and not (w.notes or w.shown_on)]
     for here, there in permutations(open_entries, 2):
-        if here.explanation is None or here.place.row != there.place.row:
+        in_row = here.place.row == there.place.row
+        if here.explanation is None or not (in_row or here.place.rates == there.place.rates):
             continue
         error, *more = here.explanation.errors
         if more or error.kind != "dropped":
@@ -368,7 +369,9 @@ def _name_moved_terms(
         (left, size), (right, other) = map(arm.difference, (here.place, there.place))
         if np.abs(left + right).max() <= OPPOSITE * max(np.abs(left).max(), size, other):
             yours, belongs = (
-                entries.format_rates(place.rates or (0, 0), arm.frame.names)
+                entries.format_rates(place.rates or (0, 0), names)
+                if in_row
+                else f"row {names[place.row]}"
                 for place in (there.place, here.place)
             )
             error = replace(error, kind="swapped", yours=yours, right=belongs)
