@@ -9,11 +9,11 @@ M_kl = m_kl cos(Theta_k - Theta_l) + G_kl and the lever W_k of the weight.
 from __future__ import annotations
 
 from functools import lru_cache
-from typing import Any, NamedTuple
+from typing import NamedTuple
 
 import numpy as np
 
-from crosscheck.analytic.derivation.bodies import Body, build_bodies
+from crosscheck.analytic.derivation.bodies import build_bodies
 from crosscheck.analytic.derivation.chain import Chain
 from crosscheck.analytic.derivation.rigid import rigid_bodies
 from crosscheck.analytic.derivation.stage import DirectStage, Stage, stage_values
@@ -48,25 +48,17 @@ def _build_links(
 ) -> Links:
     chain = Chain(stages, payload, layout)
     bodies = build_bodies(chain) if level is None else rigid_bodies(chain, level)
-    joints = len(stages)
-    links = Links(np.zeros((joints, joints)), np.zeros((joints, joints)), np.zeros(joints))
-    for body in bodies:
-        _add_body(body, layout, links)
-    return links
-
-
-def _add_body(body: Body, layout: Layout, links: Links) -> None:
-    centre = np.array(body.centre, dtype=float)
-    reached = slice(len(centre))
-    links.coupling[reached, reached] += body.mass * (centre[:, None] * centre)
-    links.lever[reached] += body.mass * centre
-    if not body.angle[~layout.angular].any():  # else it spins by a displacement of its own
-        row = absolute_row(body.angle[layout.theta])
-        links.constant[:] += body.inertia * (row[:, None] * row)
-
-
-def absolute_row(row: Any) -> np.ndarray:
-    """A row over joint angles, relative to the link before, as one over absolute angles."""
-    values = np.array(row, dtype=float)
-    values[:-1] -= values[1:]
-    return values
+    centres = np.zeros((len(bodies), len(stages)))
+    for row, body in zip(centres, bodies, strict=True):
+        row[: len(body.centre)] = body.centre
+    masses = np.array([body.mass for body in bodies], dtype=float)
+    # The others spin by a displacement of their own.
+    turned = [body for body in bodies if not body.angle[~layout.angular].any()]
+    turns = np.array([body.angle[layout.theta] for body in turned], dtype=float)
+    turns[:, :-1] -= turns[:, 1:]  # over absolute angles, in place of those between links
+    inertias = np.array([body.inertia for body in turned], dtype=float)
+    return Links(
+        np.einsum("b,bi,bj->ij", masses, centres, centres),
+        np.einsum("b,bi,bj->ij", inertias, turns, turns),
+        np.einsum("b,bi->i", masses, centres),
+    )
