@@ -3,8 +3,7 @@
 from __future__ import annotations
 
 import tomllib
-from collections import Counter
-from collections.abc import Mapping, Sequence
+from collections.abc import Sequence
 from dataclasses import dataclass, replace
 from functools import cache
 from pathlib import Path
@@ -60,24 +59,12 @@ def load_notes() -> Notes:
     return TypeAdapter(Notes).validate_python(tomllib.loads(NOTES.read_text(encoding="utf-8")))
 
 
-@dataclass(frozen=True)
-class ErratumText:
-    """Texts of a computed erratum, as in ``Erratum``, with places for its numbers."""
-
-    kind: ErratumClass
-    where: str
-    printed: str
-    derived: str
-    remark: str = ""
-    unit: str = ""
-    denies: tuple[str, ...] = ()
-
-
 @cache
-def _load_texts() -> dict[str, ErratumText]:
-    """The words of computed errata, by their ids or by what these begin with."""
+def _load_texts() -> dict[str, Erratum]:
+    """Computed errata in words with places for numbers, by ids or by what these begin with."""
     tables = tomllib.loads(WORDS.read_text(encoding="utf-8"))
-    return TypeAdapter(dict[str, ErratumText]).validate_python(tables)
+    texts = {name: {"id": name, **table} for name, table in tables.items()}
+    return TypeAdapter(dict[str, Erratum]).validate_python(texts)
 
 
 def add_errata_texts(computed: Sequence[SimulatedErratum]) -> tuple[SimulatedErratum, ...]:
@@ -95,35 +82,18 @@ def add_erratum_text(erratum: Erratum) -> Erratum:
     if erratum.printed:
         return erratum
     kind, _, _ = erratum.id.partition("-")
-    erratum_text = _load_texts().get(erratum.id) or _load_texts()[kind]
-    texts = {
-        name: words.format_map(erratum.quoted)
-        for name, words in vars(erratum_text).items()
-        if name != "denies"
-    }
-    return replace(erratum, denies=erratum_text.denies, **texts)
-
-
-@dataclass(frozen=True)
-class SheetCounts:
-    """How many errata of each class, how many read alone, contradictions and gaps."""
-
-    by_class: Mapping[ErratumClass, int]
-    read: int
-    contradictions: int
-    gaps: int
-
-
-def count_errata(errata: Sequence[SimulatedErratum]) -> SheetCounts:
-    """The counts of a sheet's errata, contradictions and gaps."""
-    noted, class_counts = (
-        load_notes(),
-        Counter(simulated_erratum.erratum.kind for simulated_erratum in errata),
+    told = _load_texts().get(erratum.id) or _load_texts()[kind]
+    where, printed, derived, remark, unit = (
+        words.format_map(erratum.quoted)
+        for words in (told.where, told.printed, told.derived, told.remark, told.unit)
     )
-    read = {misprint.id for misprint in noted.misprints}
-    return SheetCounts(
-        {kind: class_counts[kind] for kind in CLASSES},
-        sum(simulated_erratum.erratum.id in read for simulated_erratum in errata),
-        len(noted.contradictions),
-        len(noted.gaps),
+    return replace(
+        erratum,
+        kind=told.kind,
+        where=where,
+        printed=printed,
+        derived=derived,
+        remark=remark,
+        unit=unit,
+        denies=told.denies,
     )

@@ -3,14 +3,13 @@
 from __future__ import annotations
 
 import textwrap
+from collections import Counter
 from collections.abc import Iterator, Sequence
 
 from crosscheck.audit.errata.errata_texts import (
     CONTRADICTIONS_HEADING,
     GAPS_HEADING,
     HEADINGS,
-    SheetCounts,
-    count_errata,
     load_notes,
 )
 from crosscheck.audit.errata.erratum import CLASSES, ErratumClass, SimulatedErratum
@@ -23,20 +22,23 @@ def format_errata(
     errata: Sequence[SimulatedErratum], arm: str, classes: Sequence[ErratumClass]
 ) -> Iterator[str]:
     """The lines of the errata of these classes; how many there are of the others."""
-    counts = count_errata(errata)
-    errors = formatting.format_count(counts.by_class["equation"], "error")
+    counts = Counter(entry.erratum.kind for entry in errata)
+    errors = formatting.format_count(counts["equation"], "error")
     yield f"{errors} of equations (arm {arm}), the largest effect on an angle first"
     for kind in classes:
         if kind != "equation":
-            yield f"\n{HEADINGS[kind]}: {counts.by_class[kind]}"
+            yield f"\n{HEADINGS[kind]}: {counts[kind]}"
         for entry in errata:
             if entry.erratum.kind == kind:
                 yield ""
                 yield from format_erratum(entry)
-    if len(classes) == len(CLASSES):
+    is_whole = len(classes) == len(CLASSES)
+    if is_whole:
         yield from _format_notes()
+    summary = "; ".join(f"{HEADINGS[kind]}: {counts[kind]}" for kind in CLASSES)
+    rest = "" if is_whole else " (--all prints these too)"
     yield ""
-    yield from textwrap.wrap(_format_summary(counts, classes, arm), WIDTH)
+    yield from textwrap.wrap(f"{summary}{rest}; arm {arm}", WIDTH)
 
 
 def _format_notes() -> Iterator[str]:
@@ -52,14 +54,6 @@ def _format_notes() -> Iterator[str]:
         yield ""
         yield from textwrap.wrap(f"{gap.quantity} (needed for {gap.needed_for})", WIDTH)
         yield from _format_field("here", gap.here)
-
-
-def _format_summary(counts: SheetCounts, classes: Sequence[ErratumClass], arm: str) -> str:
-    class_counts = "; ".join(
-        f"{HEADINGS[kind]}: {count}" for kind, count in counts.by_class.items()
-    )
-    rest = "" if len(classes) == len(CLASSES) else " (--all prints these too)"
-    return f"{class_counts}{rest}; arm {arm}"
 
 
 def format_erratum(simulated_erratum: SimulatedErratum) -> Iterator[str]:

@@ -2,8 +2,9 @@
 
 from __future__ import annotations
 
+from collections import Counter
 from collections.abc import Callable, Mapping, Sequence
-from dataclasses import asdict, dataclass
+from dataclasses import asdict
 from functools import lru_cache
 from typing import TYPE_CHECKING, NamedTuple
 
@@ -17,7 +18,6 @@ from crosscheck.audit.errata.errata_texts import (
     HEADINGS,
     Contradiction,
     Gap,
-    count_errata,
     load_notes,
 )
 from crosscheck.audit.errata.erratum import CLASSES, SimulatedErratum
@@ -35,40 +35,38 @@ if TYPE_CHECKING:
 ID, TITLE = "errata", "Errata sheet"
 
 
-@dataclass(frozen=True)
-class ErrataSheet(AuditChapter):
-    """The chapter with the errata sheet; errata: the errata of the first arm."""
-
-    errata: tuple[SimulatedErratum, ...] = ()
-
-
-def build_chapter(context: AuditContext) -> ErrataSheet:
+def build_chapter(context: AuditContext) -> AuditChapter:
     """The chapter of errors of equations; the other entries are in the sheet alone."""
     return build_errata_sheet(context.errata, context.effect_s, whole=False)
 
 
 def build_errata_sheet(
     by_arm: Mapping[str, Sequence[SimulatedErratum]], duration_s: float, whole: bool = True
-) -> ErrataSheet:
+) -> AuditChapter:
     """The chapter made of errata in words by arm, the first arm's as tables.
 
     duration_s: of the runs behind their effects; whole: with all but errors of equations too.
     """
     (first, errata), *_ = by_arm.items()
-    counts, sections, noted = count_errata(errata), list_sections(errata), load_notes()
-    page = render_template(
-        "errata/sheet",
+    sections, noted = list_sections(errata), load_notes()
+    page = _render_counts(
+        "sheet",
+        errata,
         duration_s=duration_s,
         arm=first,
         whole=whole,
         sections=sections if whole else sections[:1],
-        counts=counts,
         apart=_reading_specific_places(by_arm),
     )
     records = [build_record(arm, entry) for arm in by_arm for entry in by_arm[arm]]
     records += [build_note_record(note) for note in (*noted.contradictions, *noted.gaps)]
-    outcome = render_template("errata/outcome", counts=counts)
-    return ErrataSheet(ID, TITLE, page, records, outcome, tuple(errata))
+    return AuditChapter(ID, TITLE, page, records, _render_counts("outcome", errata))
+
+
+def _render_counts(template: str, errata: Sequence[SimulatedErratum], **given: object) -> str:
+    """A text of the sheet that has counts of its entries."""
+    by_class = Counter(entry.erratum.kind for entry in errata)
+    return render_template(f"errata/{template}", by_class=by_class, noted=load_notes(), **given)
 
 
 def _reading_specific_places(
@@ -85,7 +83,7 @@ def _reading_specific_places(
 
 def format_markdown(errata: Sequence[SimulatedErratum]) -> str:
     """The sheet as Markdown, formulas as TeX; the errata are the chapter's."""
-    introduction = render_template("errata/introduction", counts=count_errata(errata))
+    introduction = _render_counts("introduction", errata)
     parts = ["# Errata sheet", PAPER.format_citation(), EXTENT_READ, introduction]
     for section in list_sections(errata):
         parts.append(f"{'#' * section.level} {section.heading}")

@@ -13,7 +13,7 @@ import numpy as np
 
 from crosscheck import file_types
 from crosscheck.audit.claims.catalogue import SENTENCES
-from crosscheck.audit.errata.sheet import ErrataSheet, format_markdown
+from crosscheck.audit.errata.sheet import format_markdown
 from crosscheck.audit.experiments.scale import FULL, Scale
 from crosscheck.audit.experiments.study import Study
 from crosscheck.audit.judging.sentences import load_sentences
@@ -54,16 +54,10 @@ def write_paper(study: Study, out: Path, scale: Scale = FULL) -> list[AuditChapt
     """Write paper.html, claims.json and errata.md. Raises InputError."""
     context = AuditContext(study, scale)
     made = [_build_chapter(context, name) for name in CHAPTERS]
-    errata = [
-        erratum
-        for chapter in made
-        if isinstance(chapter, ErrataSheet)
-        for erratum in chapter.errata
-    ]
     contents = {
         out / PAGE: render_page(made, study),
         out / CLAIMS: format_records(made, study),
-        out / ERRATA: format_markdown(errata),
+        out / ERRATA: format_markdown(next(iter(context.errata.values()))),
     }
     write_files(contents)
     return made
