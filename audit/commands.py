@@ -51,7 +51,7 @@ def paper(
     Of another paper's folder, judge its claims and try its equations; write verdicts.json.
     """
     if folder is not None:
-        from crosscheck.audit.judging.command import run_folder_command
+        from crosscheck.audit.judging.paper_folder import run_folder_command
 
         run_folder_command(folder, figure or [], out, jobs or os.cpu_count() or 1, run_code)
         return

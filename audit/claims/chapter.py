@@ -4,9 +4,9 @@ from __future__ import annotations
 
 from collections import Counter
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import replace
 
-from crosscheck.audit.claims.model_judgement import ModelJudgement, VariantVerdict, model_of
+from crosscheck.audit.claims.model_judgement import ModelJudgement, model_of
 from crosscheck.audit.claims.study_plan import StudyPlan, plan_of
 from crosscheck.audit.experiments.ensembles import ALIKE, FIRST
 from crosscheck.audit.experiments.paper_conditions import (
@@ -55,60 +55,54 @@ MODELS_BY_KEY = {
 }
 
 
-@dataclass(frozen=True)
-class ClaimRow:
-    """A claim and what the model's variants say of it."""
-
-    judged: ModelJudgement
-    variants: tuple[VariantVerdict, ...]
-
-
 def build_chapter(context: AuditContext) -> AuditChapter:
     """The chapter on the claims, their values in all settings and their verdicts."""
-    claim_rows = build_claim_rows(context)
-    counts = Counter(row.judged.verdict.kind for row in claim_rows)
+    judgements = list_judgements(context)
+    counts = Counter(judged.verdict.kind for judged in judgements)
     outcome = "; ".join(f"{kind}: {count}" for kind, count in counts.most_common())
     return AuditChapter(
         ID,
         TITLE,
-        render_claims(claim_rows, plan_of(context.scale), context.scale),
-        [build_claim_record(row.judged, row.variants) for row in claim_rows],
-        f"of {len(claim_rows)} statements: {outcome}.",
+        render_claims(judgements, plan_of(context.scale), context.scale),
+        list(map(build_claim_record, judgements)),
+        f"of {len(judgements)} statements: {outcome}.",
     )
 
 
-def build_claim_rows(context: AuditContext) -> list[ClaimRow]:
-    """One row per claim, in the paper's order, with each of VARIANTS that has its experiments."""
-    claim_rows = []
-    for judgement in context.judged_claims.values():
-        variants = []
-        for model, settings in context.variations.items():
-            variant_judgement = ModelJudgement(
-                judgement.claim, tuple(rule.evaluate_claim(judgement.claim, settings))
-            )
-            if variant_judgement.answers and not judgement.claim.static:
-                base_kind = judgement.by_model[VARIANTS[model]].kind
-                variants.append(VariantVerdict(model, variant_judgement.verdict.kind, base_kind))
-        claim_rows.append(ClaimRow(judgement, tuple(variants)))
-    return claim_rows
+def list_judgements(context: AuditContext) -> list[ModelJudgement]:
+    """The claims, in the paper's order, with what each of VARIANTS says of them."""
+    judgements = []
+    for judged in context.judged_claims.values():
+        by_model = {
+            model: rule.evaluate_claim(judged.claim, [] if judged.claim.static else settings)
+            for model, settings in context.variations.items()
+        }
+        variants = {
+            model: rule.verdict(answers, judged.claim.free).kind
+            for model, answers in by_model.items()
+            if answers
+        }
+        judgements.append(replace(judged, variants=variants))
+    return judgements
 
 
-def render_claims(claim_rows: Sequence[ClaimRow], plan: StudyPlan, scale: Scale) -> str:
+def render_claims(judgements: Sequence[ModelJudgement], plan: StudyPlan, scale: Scale) -> str:
     """The chapter's HTML: the rule, the counts of verdicts by model, every claim in a line."""
-    sections = dict.fromkeys(row.judged.claim.section for row in claim_rows)
-    simulated_claims = [row.judged for row in claim_rows if not row.judged.claim.static]
+    sections = dict.fromkeys(judged.claim.section for judged in judgements)
+    simulated = [judged for judged in judgements if not judged.claim.static]
     by_model = Counter(
-        (model, entry.by_model[model].kind) for entry in simulated_claims for model in COLUMNS
+        (model, each.by_model[model].kind) for each in simulated for model in COLUMNS
     )
-    static = Counter(row.judged.verdict.kind for row in claim_rows if row.judged.claim.static)
+    static = Counter(judged.verdict.kind for judged in judgements if judged.claim.static)
     kinds = [kind for kind in ORDER if static[kind] or any(by_model[m, kind] for m in COLUMNS)]
+    most_no, least_yes = rule.state_thresholds(scale.most_starts)
     return render_template(
         "claims/chapter",
-        rows={s: [row for row in claim_rows if row.judged.claim.section == s] for s in sections},
+        by_section={s: [each for each in judgements if each.claim.section == s] for s in sections},
         kinds=kinds,
         columns=COLUMNS,
         by_model=by_model,
-        asked=len(simulated_claims),
+        asked=len(simulated),
         static=static,
         first=FIRST,
         alike=ALIKE,
@@ -116,17 +110,17 @@ def render_claims(claim_rows: Sequence[ClaimRow], plan: StudyPlan, scale: Scale)
         starts=scale.most_starts,
         few=rule.FEW,
         most=rule.MOST,
-        most_no=rule.state_thresholds(scale.most_starts)[0],
-        least_yes=rule.state_thresholds(scale.most_starts)[1],
-        on_a_start=[r.judged.claim.id for r in claim_rows if r.judged.is_start_sensitive],
-        close=[entry.claim.id for entry in simulated_claims if entry.is_limit_sensitive],
+        most_no=most_no,
+        least_yes=least_yes,
+        on_a_start=[each.claim.id for each in judgements if each.is_start_sensitive],
+        close=[each.claim.id for each in simulated if each.is_limit_sensitive],
         close_share=CLOSE,
-        moved=[r.judged.claim.id for r in claim_rows if r.judged.is_grid_sensitive],
+        moved=[each.claim.id for each in judgements if each.is_grid_sensitive],
         differing=[
-            (r.judged.claim.id, entry)
-            for r in claim_rows
-            for entry in r.variants
-            if entry.kind != entry.base_kind
+            (each.claim.id, model, kind, beside)
+            for each in judgements
+            for model, kind in each.variants.items()
+            if kind != (beside := each.by_model[VARIANTS[model]].kind)
         ],
         colours=COLOURS,
         model_words=describe_model,
@@ -177,9 +171,7 @@ def build_answer_record(answer: Answer) -> JsonObject:
     )
 
 
-def build_claim_record(
-    judgement: ModelJudgement, variants: Sequence[VariantVerdict]
-) -> dict[str, object]:
+def build_claim_record(judgement: ModelJudgement) -> dict[str, object]:
     """A claim with its verdicts and its answers in all settings, as JSON."""
     claim = judgement.claim
     return {
@@ -209,8 +201,8 @@ def build_claim_record(
         "hangs_on_one_start": judgement.is_start_sensitive,
         "moved_by_a_coarser_grid": judgement.is_grid_sensitive,
         "variants": {
-            variant.model.id: {"verdict": variant.kind, "beside": variant.base_kind}
-            for variant in variants
+            model.id: {"verdict": kind, "beside": judgement.by_model[VARIANTS[model]].kind}
+            for model, kind in judgement.variants.items()
         },
         "quantile_parts": list(rule.PARTS),
         "settings": [build_answer_record(answer) for answer in judgement.answers],

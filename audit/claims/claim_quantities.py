@@ -294,7 +294,7 @@ QUANTITIES: Mapping[str, Quantity | Choices] = {
             ("4.1-11", "flight_s"),
         )
     },
-    "4.1-12": MEASURES.spread(run.BACKLASH, "third"),
+    "4.1-12": ratio(MOST, LEAST),
     "4.1-13": ratio(at_small("third"), no_backlash("third")),
     "4.1-14": rank(run.BACKLASH, "third"),
     "4.1-15": rank(run.BACKLASH, _FAST),

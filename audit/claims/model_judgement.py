@@ -2,7 +2,8 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from collections.abc import Mapping
+from dataclasses import dataclass, field
 from functools import cached_property
 from typing import Any
 
@@ -18,8 +19,14 @@ def model_of(place: Place) -> GearModel | None:
     return GearModel(values[LAW], *values[PLANETS]) if LAW in values else None
 
 
+@dataclass(frozen=True)
 class ModelJudgement(ClaimJudgement):
-    """A claim and its answers in all settings of all models of the gears."""
+    """A claim and its answers in all settings of all models of the gears.
+
+    variants: what those of VARIANTS say of it that were asked.
+    """
+
+    variants: Mapping[GearModel, VerdictKind] = field(default_factory=dict)
 
     @cached_property
     def by_model(self) -> dict[GearModel, Verdict]:
@@ -33,12 +40,3 @@ class ModelJudgement(ClaimJudgement):
             model: rule.verdict(answers, self.claim.free)
             for model, answers in answers_by_model.items()
         }
-
-
-@dataclass(frozen=True)
-class VariantVerdict:
-    """The verdict on a claim from one of VARIANTS, beside that from the model next to it."""
-
-    model: GearModel
-    kind: VerdictKind
-    base_kind: VerdictKind

@@ -106,9 +106,14 @@ def run_experiments(
         for experiment in plan.experiments(condition)
     ]
     results_by_condition = _collect_results(study, scale, requests, label)
-    static = {run.STATIC: sample_statics(study, plan.readings)}
+    statics = study.answer_questions(list(map(Statics, plan.readings)), "claims: statics")
+    static = {run.STATIC: list(map(_single_start_sample, statics))}
     if plan.variants:
-        static[run.PLANTED] = sample_planted_faults(study, plan.readings)
+        planted = list(map(PlantedFaultQuestion, plan.readings))
+        static[run.PLANTED] = [
+            _single_start_sample({"planted_shown": detectable_share(omissions)})
+            for omissions in study.answer_questions(planted, "claims: planted slips")
+        ]
     for condition, results in results_by_condition.items():
         place = plan.readings.index(condition.arm)
         results.update({experiment: by_arm[place] for experiment, by_arm in static.items()})
@@ -141,25 +146,6 @@ def _collect_results(
     for condition, experiment in requests:
         results[condition][experiment] = samples[condition, experiment]
     return results
-
-
-def sample_statics(study: Study, arms: Sequence[str]) -> list[Sample]:
-    """The numbers that follow from the data of each arm alone."""
-    return [
-        _single_start_sample(n)
-        for n in study.answer_questions([Statics(arm) for arm in arms], "claims: statics")
-    ]
-
-
-def sample_planted_faults(study: Study, arms: Sequence[str]) -> list[Sample]:
-    """The share of planted errors that an agreement of two models would show, for each arm."""
-    omissions_by_arm = study.answer_questions(
-        [PlantedFaultQuestion(arm) for arm in arms], "claims: planted slips"
-    )
-    return [
-        _single_start_sample({"planted_shown": detectable_share(omissions)})
-        for omissions in omissions_by_arm
-    ]
 
 
 def _single_start_sample(numbers: Numbers) -> Sample:

@@ -24,10 +24,12 @@ from crosscheck.audit.judging.quantities import ConditionResults, Measures, Numb
 from crosscheck.audit.judging.rule import Claim, Limits, evaluate_claim
 from crosscheck.audit.judging.sample import Sample
 from crosscheck.audit.judging.sentences import Sentence
+from crosscheck.file_types import VERDICTS
 from crosscheck.models.arm.quantities import Data, Name, Title
 from crosscheck.models.errors import InputError
 from crosscheck.models.files import read_toml
 from crosscheck.models.loading import validate_record
+from crosscheck.output import require_files, write_text
 from crosscheck.report.summary import summarize_trial
 from crosscheck.studies.api import sweep
 from crosscheck.studies.definition.definition import Definition
@@ -211,6 +213,20 @@ def read_folder(folder: Path, run_code: bool = False) -> PaperFolder:
         allowed = "its code would be run; allow that with --run-code"
         raise InputError(str(folder), "function", named[0], allowed)
     return PaperFolder(folder, paper, study, find_file(study.arm, folder))
+
+
+def run_folder_command(
+    folder: Path, figures: list[int], out: Path, jobs: int, run_code: bool
+) -> None:
+    """Judge the claims of a paper's folder, and try its equations. Raises InputError."""
+    if figures:
+        raise InputError("--figure", "", figures[0], "is of the case study; a folder has none")
+    given = read_folder(folder, run_code)
+    file = out / "verdicts.json"
+    require_files((file, VERDICTS))
+    audit = audit_paper(given, jobs)
+    write_text(file, audit.format_json())
+    print("\n".join([*audit.lines, f"wrote {file}"]))
 
 
 def audit_paper(given: PaperFolder, jobs: int = 1) -> PaperAudit:

@@ -288,10 +288,6 @@ class Measures:
             "greatest", "largest", series, name, lambda values: values.max(axis=0)
         )
 
-    def spread(self, series: Series, name: str) -> Quantity:
-        """The largest over the smallest value of a number in a family of experiments."""
-        return ratio(self.series_maximum(series, name), self.series_minimum(series, name))
-
     def rank(self, series: Series, name: str) -> Quantity:
         """Spearman's rank correlation of a number with size, over a family's experiments.
 

@@ -10,7 +10,7 @@ from hypothesis import Phase, given, settings
 from hypothesis import strategies as st
 
 from crosscheck.audit.claims.catalogue import CLAIMS
-from crosscheck.audit.claims.chapter import ClaimRow, build_claim_record, render_claims
+from crosscheck.audit.claims.chapter import build_claim_record, render_claims
 from crosscheck.audit.claims.measured import MEASURED, MEASURES
 from crosscheck.audit.claims.model_judgement import ModelJudgement
 from crosscheck.audit.claims.study_plan import FULL
@@ -72,8 +72,8 @@ def test_every_claim_gets_a_verdict_whatever_is_missing(seed):
             assert all(map(math.isfinite, answer.values))
             assert answer.undefined + len(answer.values) == answer.starts
             assert (answer.state == State.UNDEFINED) == (answer.share is None)
-    json.dumps([build_claim_record(judged, ()) for judged in found], allow_nan=False)
-    html = render_claims([ClaimRow(judged, ()) for judged in found], FULL, Scale())
+    json.dumps([build_claim_record(judged) for judged in found], allow_nan=False)
+    html = render_claims(found, FULL, Scale())
     assert html.count('<tr id="claim-') == len(CLAIMS)
 
 
@@ -103,7 +103,7 @@ def _sweep(diverged: PaperExperiment) -> ConditionResults:
 
 
 @pytest.mark.parametrize(
-    "quantity", [fold(BACKLASH, "third") for fold in (MEASURES.rank, MEASURES.spread)]
+    "quantity", [fold(BACKLASH, "third") for fold in (MEASURES.rank, MEASURES.series_maximum)]
 )
 def test_a_diverged_member_leaves_that_starts_sweep_undefined(quantity):
     whole, broken = quantity(_sweep(BACKLASH(3000)))

@@ -8,7 +8,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from crosscheck.audit.judging import command
+from crosscheck.audit.judging import paper_folder
 from crosscheck.audit.judging.paper_folder import (
     ClaimText,
     PaperAudit,
@@ -18,6 +18,7 @@ from crosscheck.audit.judging.paper_folder import (
     audit_paper,
     build_quantity,
     read_folder,
+    run_folder_command,
 )
 from crosscheck.audit.judging.quantities import ConditionResults, Measures
 from crosscheck.audit.judging.rule import VerdictKind, evaluate_claim, verdict
@@ -86,9 +87,9 @@ def test_the_guide_shows_the_note_and_what_is_said_of_it(note):
 
 
 def test_the_command_writes_the_verdicts(note, monkeypatch, tmp_path, capsys):
-    monkeypatch.setattr(command, "audit_paper", lambda given, jobs: note)
+    monkeypatch.setattr(paper_folder, "audit_paper", lambda given, jobs: note)
     for _ in range(2):  # its own file it may replace
-        command.run_folder_command(NOTE, [], tmp_path, 1, True)
+        run_folder_command(NOTE, [], tmp_path, 1, True)
     written = json.loads((tmp_path / "verdicts.json").read_text(encoding="utf-8"))
     assert [claim["id"] for claim in written["claims"]] == ["2-01", "2-02", "2-03", "3-01"]
     assert "2-03: depends on damping (4 yes, 2 no)" in capsys.readouterr().out
@@ -96,7 +97,7 @@ def test_the_command_writes_the_verdicts(note, monkeypatch, tmp_path, capsys):
 
 def test_code_runs_only_where_that_is_allowed(tmp_path):
     with pytest.raises(InputError, match="--run-code"):
-        command.run_folder_command(NOTE, [], tmp_path / "report", 1, False)
+        run_folder_command(NOTE, [], tmp_path / "report", 1, False)
     assert not (tmp_path / "report").exists()
 
 
