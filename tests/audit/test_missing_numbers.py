@@ -2,7 +2,6 @@
 
 import json
 import math
-from functools import cache
 
 import numpy as np
 import pytest
@@ -16,10 +15,6 @@ from crosscheck.audit.claims.model_judgement import ModelJudgement
 from crosscheck.audit.claims.study_plan import FULL
 from crosscheck.audit.experiments.experiments import (
     BACKLASH,
-    ERROR,
-    PLANTED,
-    STATIC,
-    WIDE_BEGINNING,
     PaperExperiment,
 )
 from crosscheck.audit.experiments.paper_conditions import LAWS, Condition
@@ -27,6 +22,7 @@ from crosscheck.audit.experiments.scale import Scale
 from crosscheck.audit.judging.quantities import ConditionResults, difference, ratio
 from crosscheck.audit.judging.rule import State, VerdictKind, evaluate_claim, verdict
 from crosscheck.audit.judging.sample import Sample
+from tests.audit.test_claims import sources
 from tests.loops import require_items
 
 pytestmark = pytest.mark.slow
@@ -50,14 +46,8 @@ def _numbers(generator: np.random.Generator) -> np.ndarray:
 def _known(generator: np.random.Generator) -> ConditionResults:
     """An experiment in four is missing."""
     return ConditionResults(
-        {source: _drawn(generator) for source in _sources() if generator.integers(4)}
+        {source: _drawn(generator) for source in sources() if generator.integers(4)}
     )
-
-
-@cache
-def _sources() -> tuple[PaperExperiment, ...]:
-    cell = Condition(LAWS[0], FULL.shaken[0])
-    return (*FULL.experiments(cell), WIDE_BEGINNING, BACKLASH(50), ERROR(5), STATIC, PLANTED)
 
 
 @settings(max_examples=2, print_blob=True, phases=(Phase.reuse, Phase.generate))
@@ -82,7 +72,7 @@ def test_a_setting_without_any_number_supports_nothing(fate):
     """Every run diverged, or none has anything to tell: nothing but the arm's data is left."""
     nothing = {} if fate == "diverged" else {name: np.full(STARTS, math.nan) for name in MEASURED}
     sample = Sample(nothing, np.full(STARTS, fate == "diverged"))
-    known = ConditionResults(dict.fromkeys(_sources(), sample))
+    known = ConditionResults(dict.fromkeys(sources(), sample))
     for claim in require_items(CLAIMS):
         found = evaluate_claim(claim, [(Condition(law, 0.05), known) for law in LAWS])
         assert found

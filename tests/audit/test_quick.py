@@ -1,14 +1,11 @@
 """A few settings from eight starts, every run as long as it should be: the page's own answers."""
 
-import json
-import re
 from collections import Counter
 from collections.abc import Iterator, Sequence
 from pathlib import Path
 
 import pytest
 
-from crosscheck.audit.claims.catalogue import CLAIMS
 from crosscheck.audit.claims.study_plan import QUICK as PLAN
 from crosscheck.audit.claims.study_plan import run_experiments
 from crosscheck.audit.errata.engine_comparison import PrintedEquationsQuestion
@@ -95,8 +92,6 @@ def test_the_page_is_well_formed(material, chapters):
 
 def test_claims(material, chapters):
     made = chapters["claims"]
-    assert [record["id"] for record in made.records] == [claim.id for claim in CLAIMS]
-    json.dumps(made.records, allow_nan=False)
     verdicts = {record["id"]: record["verdict"] for record in made.records}
     assert verdicts["2.2-10"] == "does not hold"  # Eq. 13, from the teeth alone
     assert verdicts["3.1-09"] == "holds"  # x_sp converges to 52 um
@@ -119,11 +114,3 @@ def test_findings(material, chapters):
         if cell.zeta == 0.02
     }
     assert thirds == {PRINTED: State.NO, REPAIRED_RATE: State.YES, INTEGRAL: State.NO}
-
-
-def test_figures(chapters):
-    made = chapters["figures"]
-    json.dumps(made.records, allow_nan=False)
-    numbers = [str(number) for number in NUMBERS]
-    assert [record["id"] for record in made.records] == [f"figure-{n}" for n in numbers]
-    assert re.findall(r'<h3 id="figure-(\d+)"', made.html) == numbers
