@@ -139,15 +139,20 @@ def _describe_motors(trial: Trial) -> str:
 
 
 def _describe_entries(wrong: Sequence[EntryMismatch], names: Sequence[str]) -> Iterator[str]:
+    groups = group_by_errors([each for each in wrong if not each.notes])
+    known = [group for group in groups if group[0].explanation]
+    yield from (_describe_group(group, names) for group in known)
     for note in dict.fromkeys(note for each in wrong for note in each.notes):
         places = [each.place for each in wrong if note in each.notes]
         yield f"{', '.join(format_entry(place, names) for place in places)}: {note}"
-    for group in group_by_errors([each for each in wrong if not each.notes]):
-        first, *others = group
-        also = (
-            f"; also in {', '.join(format_entry(w.place, names) for w in others)}" if others else ""
-        )
-        yield describe_wrong_entry(first, names) + also
+    yield from (_describe_group(group, names) for group in groups if group not in known)
+
+
+def _describe_group(group: Sequence[EntryMismatch], names: Sequence[str]) -> str:
+    """Entries with the same error: what is wrong in the first one, and where else it is."""
+    first, *others = group
+    also = ", ".join(format_entry(each.place, names) for each in others)
+    return describe_wrong_entry(first, names) + f"; also in {also}" * bool(others)
 
 
 def describe_unfollowed(unfollowed: Sequence[IgnoredNumber]) -> str:

@@ -228,6 +228,24 @@ def test_symmetric_entries_are_told_once():
     assert [len(each) for each in group_by_errors(wrong)] == [2, 1]
 
 
+@pytest.mark.parametrize(
+    ("mass", "right", "wrong", "told"),
+    [
+        ("M_s1", lambda s, p, r: 1 + r / s, lambda s, p, r: r / s, "the sun's ratio z_r1/z_s1"),
+        ("M_p1", lambda s, p, r: r / p - 1, lambda s, p, r: r / p, "the planets' ratio z_r1/z_p1"),
+    ],
+)
+def test_a_gear_that_spins_by_another_ratio(mass, right, wrong, told):
+    """Its inertia about the joint's axis has the ratio squared, as r_cp^2 of the equivalent mass."""
+    known, place = planted.terms(UNLIKE, planted.RELATIVE), EntryPlace("mass_matrix", 0, 0)
+    teeth = [getattr(UNLIKE.joints[0], f"{gear}_teeth") for gear in ("sun", "planet", "ring")]
+    old = next(p for p in known.entry(place) if {mass, "r_cp1"} <= set(p.symbols))
+    by = (wrong(*teeth) / right(*teeth)) ** 2
+    yours = _with(known, place, old, planted.times(old, by))
+    (error,) = planted.explained(known, place, yours, UNLIKE).errors
+    assert error.yours == told
+
+
 @pytest.mark.parametrize(("by", "of"), [(1, "theta_1'^2"), (2, "theta_1' theta_2'"), (-0.5, "")])
 def test_a_product_of_rates_that_belongs_to_none_has_a_sum_of_terms(by, of):
     """Its right coefficient is 0; what stands there is that of another product, or a multiple."""

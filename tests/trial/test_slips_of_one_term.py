@@ -43,6 +43,23 @@ def two_links(
     return Equations(mass_matrix, bias, force=force)
 
 
+def exchange_masses(arm: Arm) -> Arm:
+    first, second = arm.links
+    links = (
+        first.model_copy(update={"mass_kg": second.mass_kg}),
+        second.model_copy(update={"mass_kg": first.mass_kg}),
+    )
+    return arm.model_copy(update={"links": links})
+
+
+def replace_inertia(arm: Arm) -> Arm:
+    first, second = arm.links
+    rod = second.mass_kg * second.length_m**2 / 3
+    return arm.model_copy(
+        update={"links": (first, second.model_copy(update={"inertia_kg_m2": rod}))}
+    )
+
+
 IN_DEGREES = "its angle in degrees, where"
 SLIPS: dict[str, tuple[Callable[[Arm], Equations], list[str]]] = {
     "a cosine in degrees": (
@@ -90,6 +107,14 @@ SLIPS: dict[str, tuple[Callable[[Arm], Equations], list[str]]] = {
             "row theta_1 where row theta_2 belongs, in m2 L1 d2 sin(theta_2)?",
         ],
     ),
+    "the masses of both links exchanged": (
+        lambda arm: two_links(exchange_masses(arm)),
+        ["M[theta_1, theta_1]: m1 and m2 are exchanged?; also in", "follows from the wrong M"],
+    ),
+    "the inertia of a rod about its end for that about its centre": (
+        lambda arm: two_links(replace_inertia(arm)),
+        ["m2 L2^2/3 where I_l2 belongs, in I_l2?; also in M[theta_1, theta_2]"],
+    ),
     "half of the bias": (
         lambda arm: two_links(
             arm,
@@ -109,19 +134,49 @@ def test_a_slip_of_one_term_is_named(slip):
     assert all(words in line for words, line in zip(told, lines, strict=True))
 
 
-def test_a_weight_that_an_acceleration_alone_leaves_out_is_named():
+ACCELERATIONS: dict[str, tuple[Callable[..., np.ndarray], str]] = {
+    "a weight": (
+        lambda weight, wave, v: np.array([0.0, weight]),
+        "missing term: -m2 g_x d2 sin(theta_1 + theta_2), in force[theta_2], which M x'' shows?",
+    ),
+    "a product of rates": (
+        lambda weight, wave, v: np.array([0.0, wave * v[0] ** 2]),
+        "missing term: m2 L1 d2 sin(theta_2), in bias[theta_2] of theta_1'^2, which M x'' shows?",
+    ),
+}
+
+
+@pytest.mark.parametrize("slip", ACCELERATIONS)
+def test_what_an_acceleration_alone_leaves_out_is_named(slip):
     """Every row of the acceleration is wrong by it; M times that is wrong in one row."""
+    left_out, told = ACCELERATIONS[slip]
 
     def factory(arm: Arm) -> Equations:
-        right, fore, g = two_links(arm), arm.links[1], arm.gravity_m_per_s2[0]
+        right, (first, fore), g = two_links(arm), arm.links, arm.gravity_m_per_s2[0]
 
         def accelerate(q: np.ndarray, v: np.ndarray, torque: np.ndarray) -> np.ndarray:
             weight = fore.mass_kg * g * fore.com_m * np.sin(q[0] + q[1])
-            balance = right.force(q, torque) - right.bias(q, v) + [0.0, weight]
+            wave = fore.mass_kg * first.length_m * fore.com_m * np.sin(q[1])
+            balance = right.force(q, torque) - right.bias(q, v) + left_out(weight, wave, v)
             return np.linalg.solve(right.mass_matrix(q), balance)
 
         return Equations(acceleration=accelerate)
 
     (line,) = describe_errors(trial_of(factory, arm_of(*UNLIKE)))
-    told = "missing term: -m2 g_x d2 sin(theta_1 + theta_2), in force[theta_2], which M x'' shows?"
     assert told in line
+
+
+def test_a_mass_matrix_that_an_acceleration_alone_shows():
+    """M without the inertia of a link in one entry, so in no other part of the equations."""
+
+    def factory(arm: Arm) -> Equations:
+        right, inertia = two_links(arm), arm.links[1].inertia_kg_m2
+
+        def accelerate(q: np.ndarray, v: np.ndarray, torque: np.ndarray) -> np.ndarray:
+            mass = right.mass_matrix(q) - [[inertia, 0.0], [0.0, 0.0]]
+            return np.linalg.solve(mass, right.force(q, torque) - right.bias(q, v))
+
+        return Equations(acceleration=accelerate)
+
+    (line,) = describe_errors(trial_of(factory, arm_of(*UNLIKE)))
+    assert "missing term: I_l2, in M[theta_1, theta_1], which M x'' shows?" in line

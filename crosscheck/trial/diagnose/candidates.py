@@ -21,6 +21,7 @@ from crosscheck.trial.diagnose.values import (
     Alternative,
     Values,
     generate_alternatives,
+    generate_ratios,
     parse_symbol,
 )
 
@@ -143,6 +144,8 @@ class CandidateSet:
                 yield Candidate(kind, products, change, cost + extra, user_text, by=plain)
         for products, extra in self.groups:
             symbols = {symbol for product in products for symbol in product.symbols}
+            for symbol in symbols:
+                yield from self._generate_ratios(products, symbol, extra)
             for symbol in symbols if len(symbols) <= MOST_SHARED or extra <= 0.06 else ():
                 yield from self._generate_swaps(products, symbol, extra)
                 ((key, (number, powers)), *more) = products
@@ -197,6 +200,17 @@ class CandidateSet:
                 }
                 text = f"{other.text} {fewer}".strip()
                 yield Candidate("swapped", inside, change, 1.15 + other.cost + extra, text, right)
+
+    def _generate_ratios(
+        self, products: EntryTerms, symbol: str, extra: float
+    ) -> Iterator[Candidate]:
+        """Candidates with another ratio of the gears of this mass, to the power of their r_cp."""
+        radius = f"r_cp{parse_symbol(symbol).joint}"
+        inside = tuple(p for p in products if {symbol, radius} <= set(p.symbols))
+        for right, other in generate_ratios(symbol, self.values) if inside else ():
+            sizes = ((self.size[p], dict(p.monomial.powers)[radius]) for p in inside)
+            change = add_changes(inside, (size * (other.value**p - 1) for size, p in sizes))
+            yield Candidate("swapped", inside, change, 1.0 + other.cost + extra, other.text, right)
 
     def _forms(self, symbol: str, *, single: bool) -> Iterator[Alternative]:
         """Forms of the symbol itself: its square, nothing, and in several terms its multiples.

@@ -13,7 +13,9 @@ import sympy as sp
 from crosscheck.planning.comparison import Results
 from crosscheck.trial.coordinates.differences import fold_rate_pairs
 from crosscheck.trial.coordinates.frame import Frame, UserState, build_frame
+from crosscheck.trial.diagnose.accelerations import BalanceBasis
 from crosscheck.trial.diagnose.angle_units import SampledDifference, explain_by_unit
+from crosscheck.trial.diagnose.exchanges import SampledEntry, find_exchange
 from crosscheck.trial.diagnose.explain import (
     UNEXPLAINED,
     compute_bias_differences,
@@ -37,7 +39,15 @@ from crosscheck.trial.diagnose.reference_terms import (
 from crosscheck.trial.diagnose.values import collect_arm_values
 from crosscheck.trial.input.equations import Coordinates
 from crosscheck.trial.judge import entries
-from crosscheck.trial.judge.entries import EntryMismatch, EntryPlace, Explanation, NaturalSizes
+from crosscheck.trial.judge.entries import (
+    EntryMismatch,
+    EntryPlace,
+    Explanation,
+    NaturalSizes,
+    Part,
+    Term,
+    TermError,
+)
 from crosscheck.trial.judge.questions import StateQuestion, VerificationProblem
 from crosscheck.trial.judge.suite import (
     compute_natural_sizes,
@@ -286,6 +296,7 @@ def explain_entries(arm: EntryComparison, probes: Sequence[EntryComparison]) -> 
     if set(arm.user_values) == {"acceleration"} and arm.terms is not None:
         return list(_explain_accelerations(arm, probes))
     wrong_entries = list(_name_moved_terms(arm, list(_explain_arms(arm, probes))))
+    wrong_entries = list(_name_exchanges((arm, *probes), wrong_entries))
     if note := _find_slip_of_christoffel(arm, wrong_entries):
         return [replace(w, notes=(note,)) if w.place.rates else w for w in wrong_entries]
     if arm.problem.equations.coordinates.matrix is None:
@@ -321,21 +332,67 @@ def _explain_accelerations(
 ) -> Iterator[EntryMismatch]:
     """The wrong entries of accelerations alone: by what M times their difference is of the force.
 
-    That is told if every row of it is explained; a product of rates is none of its terms.
+    That is told if every row of it is explained; else what is wrong in M and bias too.
     """
-    pushed = [_balance_accelerations(each) for each in (arm, *probes)]
+    comparisons = arm, *probes
+    pushed = [_balance_accelerations(each) for each in comparisons]
     rows = [each for each in _explain_arms(pushed[0], pushed[1:]) if not each.shown_on]
-    explanations = [each.explanation for each in rows if each.explanation]
-    wrong_entries = _explain_arms(arm, probes)
+    explanations = {each.place: each.explanation for each in rows if each.explanation}
     if not rows or len(explanations) < len(rows):
-        yield from wrong_entries
+        explanations = _explain_balances(comparisons, pushed, [each.place.row for each in rows])
+    if not explanations:
+        yield from _explain_arms(arm, probes)
         return
-    errors = {error_signature(error): error for each in explanations for error in each.errors}
-    where = ", ".join(entries.format_entry(each.place, arm.frame.names) for each in rows)
-    left = max(each.left_over for each in explanations)
+    errors = {error_signature(e): e for each in explanations.values() for e in each.errors}
+    names = arm.frame.names
+    where = ", ".join(entries.format_entry(place, names) for place in explanations)
+    left = max(each.left_over for each in explanations.values())
     told = Explanation(tuple(errors.values()), left, (), f"{where}, which M x'' shows")
-    for wrong in wrong_entries:
+    for wrong in _explain_arms(arm, probes):
         yield wrong if wrong.shown_on else replace(wrong, explanation=told)
+
+
+def _explain_balances(
+    comparisons: Sequence[EntryComparison], pushed: Sequence[EntryComparison], rows: Sequence[int]
+) -> dict[EntryPlace, Explanation]:
+    """Explanations of all entries that are wrong behind accelerations; none if one has none.
+
+    pushed: of the same arms, with the forces that M makes of the accelerations.
+    """
+    fits: list[dict[EntryPlace, HarmonicFit]] = [{} for _ in comparisons]
+    for each, forced, of_arm in zip(comparisons, pushed, fits, strict=True):
+        if each.terms is None or "force" not in forced.user_values:
+            return {}
+        basis = BalanceBasis(
+            each.terms,
+            each.forces.angles,
+            each.user_values["acceleration"],
+            np.array([state.u for state in each.states]),
+            each.forces.signals,
+            each.forces.harmonic_basis.keys,
+        )
+        if not basis.is_determined:
+            return {}
+        for row in rows:
+            values, scale = forced.difference(EntryPlace("force", row))
+            of_arm |= basis.fit(row, values, scale, each.numbers)
+    terms, here = comparisons[0].terms, fits[0]
+    assert terms is not None  # as just seen
+    mass = {
+        (place.row, place.column): fit.significant_coefficients
+        for place, fit in here.items()
+        if place.column is not None
+    }
+    follows = compute_bias_differences(mass, terms.angles)
+    wrong_fits = {
+        place: [of_arm[place] for of_arm in fits if place in of_arm]
+        for place, fit in here.items()
+        if fit.significant_coefficients
+        and not (follows.get(place) and is_caused_by_mass(fit, follows[place]))
+    }
+    explanations = {p: explain(p, observed, terms) for p, observed in wrong_fits.items()}
+    found = {place: each for place, each in explanations.items() if each is not None}
+    return found if len(found) == len(explanations) else {}
 
 
 def _balance_accelerations(comparison: EntryComparison) -> EntryComparison:
@@ -379,6 +436,49 @@ def _name_moved_terms(
             moved |= {here.place: explanation, there.place: explanation}
     for each in wrong_entries:
         yield replace(each, explanation=moved.get(each.place, each.explanation))
+
+
+def _name_exchanges(
+    comparisons: Sequence[EntryComparison], wrong_entries: Sequence[EntryMismatch]
+) -> Iterator[EntryMismatch]:
+    """The wrong entries, those of a part in which two numbers are exchanged explained by that."""
+    exchanged = dict[Part, Explanation]()
+    open_entries = [w for w in wrong_entries if not (w.notes or w.shown_on)]
+    for part in dict.fromkeys(wrong.place.part for wrong in open_entries):
+        group = [wrong for wrong in open_entries if wrong.place.part == part]
+        errors = {error_signature(e) for w in group if w.explanation for e in w.explanation.errors}
+        kinds = {e.kind for w in group if w.explanation for e in w.explanation.errors}
+        if len(errors) == 1 and kinds != {"swapped"} and all(w.explanation for w in group):
+            continue
+        places = [wrong.place for wrong in group]
+        pair = find_exchange(list(_sample_entries(comparisons, part, places)))
+        if pair:
+            error = TermError("exchanged", Term(""), *pair)
+            exchanged[part] = Explanation((error,), 0.0)
+    for each in wrong_entries:
+        told = None if each.notes or each.shown_on else exchanged.get(each.place.part)
+        yield replace(each, explanation=told or each.explanation)
+
+
+def _sample_entries(
+    comparisons: Sequence[EntryComparison], part: Part, wrong: Sequence[EntryPlace]
+) -> Iterator[SampledEntry]:
+    """All entries of a part on all arms, wrong ones first; none where terms cannot be told."""
+    if any(each.terms is None or QUANTITIES[part] not in each.user_values for each in comparisons):
+        return
+    for each in comparisons:
+        assert each.terms is not None  # as just seen
+        there = (place for place in each.terms.entries if place.part == part)
+        for place in dict.fromkeys((*wrong, *there)):
+            sample = each.sample_difference(place)
+            yield SampledEntry(
+                sample.difference,
+                sample.size,
+                each.terms.entry(place),
+                sample.values,
+                sample.angles,
+                sample.signals,
+            )
 
 
 def _find_slip_of_christoffel(arm: EntryComparison, wrong_entries: Sequence[EntryMismatch]) -> str:

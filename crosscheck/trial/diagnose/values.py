@@ -40,6 +40,23 @@ RATIOS: tuple[tuple[str, Callable[[Any, Any, Any], Any]], ...] = (
     ("z_s/z_p + 1", lambda s, p, r: s / p + 1),
     ("z_p/z_r + 1", lambda s, p, r: p / r + 1),
 )
+# The planets' ratio z_r / z_p - 1, likewise.
+PLANET_RATIOS: tuple[tuple[str, Callable[[Any, Any, Any], Any]], ...] = (
+    ("z_r/z_p", lambda s, p, r: r / p),
+    ("z_r/z_p + 1", lambda s, p, r: r / p + 1),
+    ("z_s/z_p", lambda s, p, r: s / p),
+    ("z_s/z_p - 1", lambda s, p, r: s / p - 1),
+    ("z_r/z_s + 1", lambda s, p, r: r / s + 1),
+    ("z_r/z_s - 1", lambda s, p, r: r / s - 1),
+    ("z_r/z_s", lambda s, p, r: r / s),
+    ("z_p/z_s", lambda s, p, r: p / s),
+    ("z_p/z_r", lambda s, p, r: p / r),
+)
+# What spins by a ratio, which r_cp has in it: whose ratio, the right one, and wrong ones.
+SPINNING = {
+    "M_s": ("sun's", "z_r/z_s + 1", lambda s, p, r: r / s + 1, RATIOS),
+    "M_p": ("planets'", "z_r/z_p - 1", lambda s, p, r: r / p - 1, PLANET_RATIOS),
+}
 # A carrier radius by the wrong teeth, in base radii r_s, r_p, r_r of these.
 CARRIERS: tuple[tuple[str, Callable[[Any, Any, Any], Any]], ...] = (
     ("z_s + z_r", lambda s, p, r: s + r),
@@ -131,12 +148,30 @@ def generate_alternatives(symbol: str, values: Values) -> Iterator[Alternative]:
         length = values[f"L{symbol_name.joint}"]
         yield Alternative(f"L{symbol_name.joint}/2", length / 2, 0.1)
         yield Alternative(f"L{symbol_name.joint} - {symbol}", length - values[symbol], 0.15)
+    if symbol_name.stem == "I_l":
+        mass, length = f"m{symbol_name.joint}", f"L{symbol_name.joint}"
+        for by in (12, 3):
+            rod = values[mass] * values[length] ** 2 / by if mass in values else 0.0
+            yield Alternative(f"{mass} {length}^2/{by}", rod, 0.2)
     if symbol_name.stem == "n":
         yield Alternative(f"1/{symbol}", 1 / values[symbol], 0.3)
     if symbol_name.stem == "N":
         yield Alternative(f"sqrt({symbol})", values[symbol] ** 0.5, 0.4)
         for text, shift in ((f"{symbol} - 1", -1), (f"{symbol} + 1", 1)):
             yield Alternative(text, values[symbol] + shift, 0.4)
+
+
+def generate_ratios(symbol: str, values: Values) -> Iterator[tuple[str, Alternative]]:
+    """The right ratio by which a gear of this mass spins, and wrong ones as multiples of that."""
+    stem, j, _ = parse_symbol(symbol)
+    if stem not in SPINNING or f"z_s{j}" not in values:
+        return
+    gear, right_text, right_ratio, ratios = SPINNING[stem]
+    teeth = [values[f"{z}{j}"] for z in ("z_s", "z_p", "z_r")]
+    right, belongs = right_ratio(*teeth), _add_joint_number(right_text, j)
+    others = [(_add_joint_number(text, j), ratio(*teeth)) for text, ratio in ratios]
+    for text, ratio in (*others, (f"1/({belongs})", 1 / right)):
+        yield belongs, Alternative(f"the {gear} ratio {text}", ratio / right, 0.15)
 
 
 def _distance(symbol_name: SymbolName, other: SymbolName) -> float:

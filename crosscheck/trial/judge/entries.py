@@ -228,11 +228,12 @@ class TermError:
     """A term of an entry as it must be, and what stands there instead.
 
     kind: ``sign``, ``factor`` (``by``: yours over right), ``dropped``, ``swapped`` (``yours`` where
-    ``right`` belongs), ``angle`` (the same of an angle sum), ``extra``. term: the right one, of
+    ``right`` belongs), ``angle`` (the same of an angle sum), ``extra`` (which belongs to ``right``,
+    if anywhere), ``exchanged`` (``yours`` and ``right`` in all terms). term: the right one, of
     ``extra`` the one too many.
     """
 
-    kind: Literal["sign", "factor", "dropped", "swapped", "angle", "extra"]
+    kind: Literal["sign", "factor", "dropped", "swapped", "angle", "extra", "exchanged"]
     term: Term
     yours: str = ""
     right: str = ""
