@@ -24,6 +24,7 @@ from crosscheck.models.numba_cache import njit
 
 EPSILON = float(np.finfo(float).eps)
 ROUNDINGS = 10  # in a deflection: sums of three products, and maps of coordinates before
+NO_SUN = -1  # in place of a sun's coordinate
 STEP = 1e-50  # of an angle's imaginary part: nothing beside 1, and so is its square beside it
 
 
@@ -228,7 +229,7 @@ def _rows(arrays: Sequence[np.ndarray]) -> np.ndarray:
 
 
 @njit(cache=True)
-def add_sun_mesh(
+def add_mesh(
     law: np.ndarray,
     stiffness: float,
     error: float,
@@ -239,35 +240,18 @@ def add_sun_mesh(
     planet: int,
     forces: np.ndarray,
 ) -> None:
-    """Add spring and damper of one sun-planet mesh to the forces [N m] of the three it couples.
+    """Add spring and damper of one mesh to the forces [N m] of the bodies that it couples.
 
-    stiffness, error: of ``variation``.
+    stiffness, error: of ``variation``; sun: NO_SUN of a ring mesh, which the previous link bears.
     """
-    x = stretch(law, q[sun], q[planet], q[link])
-    x_dot = stretch(law, q_t[sun], q_t[planet], q_t[link])
-    pull = elastic_force(law, x, stiffness, error) + damping_force(law, x, x_dot, error)
-    forces[link] += law[WHEEL_RADIUS] * pull
-    forces[sun] -= law[WHEEL_RADIUS] * pull
-    forces[planet] -= law[PLANET_RADIUS] * pull
-
-
-@njit(cache=True)
-def add_ring_mesh(
-    law: np.ndarray,
-    stiffness: float,
-    error: float,
-    q: np.ndarray,
-    q_t: np.ndarray,
-    link: int,
-    planet: int,
-    forces: np.ndarray,
-) -> None:
-    """Add one ring-planet mesh, as ``add_sun_mesh`` does; the ring rests on the previous link."""
-    x = stretch(law, 0.0, q[planet], q[link])
-    x_dot = stretch(law, 0.0, q_t[planet], q_t[link])
+    wheel, wheel_t = (0.0, 0.0) if sun == NO_SUN else (q[sun], q_t[sun])
+    x = stretch(law, wheel, q[planet], q[link])
+    x_dot = stretch(law, wheel_t, q_t[planet], q_t[link])
     pull = elastic_force(law, x, stiffness, error) + damping_force(law, x, x_dot, error)
     forces[link] += law[WHEEL_RADIUS] * pull
     forces[planet] -= law[PLANET_RADIUS] * pull
+    if sun != NO_SUN:
+        forces[sun] -= law[WHEEL_RADIUS] * pull
 
 
 @njit(cache=True, inline="always")
@@ -284,8 +268,8 @@ def add_meshes(
                 sun_k, sun_e = variation(of_sun, t, q[link], q_t[link])
             if gears.new[row, 1]:
                 ring_k, ring_e = variation(of_ring, t, q[link], q_t[link])
-            add_sun_mesh(of_sun, sun_k, sun_e, q, q_t, link, sun, planet, forces)
-            add_ring_mesh(of_ring, ring_k, ring_e, q, q_t, link, planet, forces)
+            add_mesh(of_sun, sun_k, sun_e, q, q_t, link, sun, planet, forces)
+            add_mesh(of_ring, ring_k, ring_e, q, q_t, link, NO_SUN, planet, forces)
             row += 1
 
 
