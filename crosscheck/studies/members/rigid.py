@@ -2,7 +2,9 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
+from functools import partial
+from typing import Any
 
 import numpy as np
 
@@ -10,7 +12,6 @@ from crosscheck.models.arm.arm import Arm
 from crosscheck.models.arm.mesh import Mesh
 from crosscheck.models.arm.meshes import change_meshes
 from crosscheck.models.arm.stiffness import SineStiffness
-from crosscheck.models.errors import Diverged
 from crosscheck.models.experiment.scenario import Scenario, Start
 from crosscheck.models.loading import Case
 from crosscheck.models.robot.robot import RIGID
@@ -34,52 +35,40 @@ def simulate_rigid_angles(level: str, cases: Sequence[MemberCase]) -> tuple[np.n
     They are on the geared runs' own recording grid; nan where a run diverged. Members that differ
     in their meshes alone share a model.
     """
-    robots = [case for case in cases if isinstance(case, RobotMemberCase)]
-    if robots:  # all, as of every study
-        return _simulate_rigid_robots(level, robots)
-    return _simulate_rigid_arms(level, [case for case in cases if isinstance(case, ArmCase)])
-
-
-def _simulate_rigid_robots(
-    level: str, cases: Sequence[RobotMemberCase]
-) -> tuple[np.ndarray, np.ndarray]:
-    """The same of robots: they are alike where no number of their equations differs."""
+    from crosscheck.analytic.ensemble import group_models
     from crosscheck.analytic.robot.ensemble import group_robots
-    from crosscheck.analytic.robot.runs import RobotMember
 
-    (chosen,) = (each for each in RIGID if each == level)
     places: dict[object, int] = {}
-    models, whose = list[RobotMember](), list[int]()
+    models, whose = list[Any](), list[int]()
     for case in cases:
-        model = RobotMember(case.robot, chosen, _smooth_scenario(case.scenario))
-        numbers = frozenset(model.equations.numbers.items())
-        key = numbers, model.equations.structure, model.scenario
+        key, build_model = _find_rigid_model(level, case)
         if key not in places:
             places[key] = len(models)
-            models.append(model)
+            models.append(build_model())
         whose.append(places[key])
-    scenario, joints = models[0].scenario, len(cases[0].robot.joints)
+    first = cases[0]
+    groups = (group_models if isinstance(first, ArmCase) else group_robots)(models)
+    scenario, joints = models[0].scenario, len(first.mechanism.joints)
     angles = np.full((len(models), scenario.steps // scenario.stride + 1, joints), np.nan)
-    for group in group_robots(models):
+    for group in groups:
         theta = np.concatenate([chunk.theta for chunk in group.chunks()])
         alive = np.isnan(group.diverged_s)
         angles[np.array(group.members)[alive]] = np.moveaxis(theta, -1, 0)[alive]
     return angles, np.array(whose)
 
 
-def _simulate_rigid_arms(level: str, cases: Sequence[ArmCase]) -> tuple[np.ndarray, np.ndarray]:
-    """The same of arms."""
-    model = next(name for name in find_level_models(level) if MODELS[name].order is not None)
-    places: dict[tuple[Arm, Scenario], int] = {}
-    whose = [places.setdefault(remove_meshes(case), len(places)) for case in cases]
-    angles = []
-    for arm, scenario in places:
-        try:
-            angles.append(build(model, arm, scenario).simulate()["theta"].values)
-        except Diverged:
-            records = scenario.steps // scenario.stride + 1
-            angles.append(np.full((records, len(arm.joints)), np.nan))
-    return np.stack(angles), np.array(whose)
+def _find_rigid_model(level: str, case: MemberCase) -> tuple[object, Callable[[], Any]]:
+    """What the rigid model of a member depends on, and what builds it."""
+    from crosscheck.analytic.robot.runs import RobotMember
+
+    if isinstance(case, RobotMemberCase):  # alike where no number of their equations differs
+        (chosen,) = (each for each in RIGID if each == level)
+        model = RobotMember(case.robot, chosen, _smooth_scenario(case.scenario))
+        numbers = frozenset(model.equations.numbers.items())
+        return (numbers, model.equations.structure, model.scenario), lambda: model
+    name = next(name for name in find_level_models(level) if MODELS[name].order is not None)
+    smooth = remove_meshes(case)
+    return smooth, partial(build, name, *smooth)
 
 
 def remove_meshes(case: Case) -> tuple[Arm, Scenario]:
