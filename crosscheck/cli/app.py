@@ -8,11 +8,10 @@ import sys
 import traceback
 import webbrowser
 from contextlib import redirect_stdout
-from enum import StrEnum
 from functools import lru_cache
 from importlib.metadata import entry_points
 from pathlib import Path
-from typing import Annotated, Any, NoReturn
+from typing import Annotated, Any, Literal, NoReturn
 
 import typer
 
@@ -86,20 +85,6 @@ TrialModel = Annotated[
     typer.Option("--model", help="Equations to try instead, file.py:name; their code is run."),
 ]
 Baselines = Annotated[Path, typer.Option("--dir", help="Folder of the records.")]
-
-
-class Phase(StrEnum):
-    """Phase law of the mesh."""
-
-    angle = "angle"
-    omega_t = "omega_t"
-
-
-class RingRate(StrEnum):
-    """Meshing frequency of the ring mesh."""
-
-    eq13 = "eq13"
-    corrected = "corrected"
 
 
 def _print_version(show_version: bool) -> None:
@@ -218,10 +203,12 @@ def simulate(
     t_end: Annotated[str | None, typer.Option(help="Duration in seconds.")] = None,
     step: Annotated[str | None, typer.Option(help="Integration step in seconds.")] = None,
     phase: Annotated[
-        Phase | None, typer.Option(help="Law of the mesh phase (default: angle).")
+        Literal["angle", "omega_t"] | None,
+        typer.Option(help="Law of the mesh phase (default: angle)."),
     ] = None,
     ring_rate: Annotated[
-        RingRate | None, typer.Option(help="Rate of the ring mesh (default: by phase law).")
+        Literal["eq13", "corrected"] | None,
+        typer.Option(help="Rate of the ring mesh (default: by phase law)."),
     ] = None,
     settings: Settings = None,
     force: Annotated[
@@ -238,8 +225,8 @@ def simulate(
     overrides = list(settings or [])
     overrides += [f"scenario.duration_s={t_end}"] if t_end is not None else []
     overrides += [f"scenario.step_s={step}"] if step is not None else []
-    chosen = {"phase": phase, "ring_rate": ring_rate}
-    named = {key: str(value) for key, value in chosen.items() if value is not None}
+    chosen = (("phase", phase), ("ring_rate", ring_rate))
+    named = {key: value for key, value in chosen if value is not None}
     simulate_command(arm, model, scenario, named, overrides, out, force, rtol)
 
 
