@@ -7,10 +7,13 @@ import resource
 import subprocess
 import sys
 import tempfile
+import time
 from collections.abc import Callable
 from functools import cache, partial
 from pathlib import Path
-from typing import NamedTuple
+from typing import Any, NamedTuple
+
+import pytest
 
 
 class Answer(NamedTuple):
@@ -53,6 +56,22 @@ def command_line(
         options["preexec_fn"] = partial(limit_files, largest)
     command = [sys.executable, *python, *map(str, arguments)]
     return subprocess.run(command, env=around, check=False, **(options | more))  # type: ignore[call-overload]
+
+
+def wait_for(
+    has_happened: Callable[[], bool], *programs: subprocess.Popen[Any], within_s: float = 60.0
+) -> None:
+    """Wait until it has; fails at once where one of the programs has ended without it."""
+    until = time.monotonic() + within_s
+    while True:
+        ended = [program for program in programs if program.poll() is not None]
+        if has_happened():
+            return
+        if ended:
+            pytest.fail(f"ended with {ended[0].returncode}: {ended[0].communicate()}")
+        if time.monotonic() > until:
+            pytest.fail(f"nothing within {within_s:.0f} s")
+        time.sleep(0.005)
 
 
 def limit_files(largest: int) -> None:

@@ -4,7 +4,6 @@ import os
 import signal
 import subprocess
 import sys
-import time
 from pathlib import Path
 from typing import Any
 
@@ -16,6 +15,7 @@ from crosscheck.provenance import ROOT
 from crosscheck.studies.definition.definition import Definition
 from crosscheck.studies.definition.files import build_study
 from crosscheck.studies.members.members import PreparedStudy
+from tests.processes import wait_for
 
 PEAK = {"kind": "peak", "signal": "theta_ddot"}
 # Each call adds a byte to the file TALLY. Those beyond the first MOST wait until it is removed.
@@ -121,12 +121,7 @@ def batches_kept(out: Path) -> int:
 
 def wait_for_batches(out: Path, count: int, program: subprocess.Popen[str]) -> None:
     """Until so many are kept."""
-    for _ in range(6000):
-        if batches_kept(out) >= count:
-            return
-        assert program.poll() is None, program.communicate()
-        time.sleep(0.01)
-    raise AssertionError(f"{out}: no {count} batches within a minute")
+    wait_for(lambda: batches_kept(out) >= count, program)
 
 
 def kill(program: subprocess.Popen[str]) -> None:

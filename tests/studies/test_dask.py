@@ -14,6 +14,7 @@ import pytest
 from distributed import Client
 
 from crosscheck.provenance import ROOT
+from tests.processes import wait_for
 from tests.studies.studies import MEMBERS, Hold, content, finished, sweeping, wait_for_batches
 
 pytestmark = pytest.mark.system
@@ -30,9 +31,9 @@ class Cluster:
 
     def __init__(self, folder: Path) -> None:
         self.folder, self.processes = folder, list[subprocess.Popen[bytes]]()
-        self.address = f"tcp://127.0.0.1:{_free_port()}"
-        host, _, port = self.address.removeprefix("tcp://").partition(":")
-        self.start("scheduler", "--host", host, "--port", port, "--no-dashboard")
+        self.place = host, port = "127.0.0.1", _free_port()
+        self.address = f"tcp://{host}:{port}"
+        self.start("scheduler", "--host", host, "--port", str(port), "--no-dashboard")
 
     def start(
         self, *arguments: str, path: Path = ROOT, hold: Hold | None = None
@@ -57,11 +58,15 @@ class Cluster:
 
     def wait(self, workers: int) -> None:
         """Until so many are there."""
-        for _ in range(6000):
-            if len(self.client.scheduler_info()["workers"]) == workers:
-                return
-            time.sleep(0.01)
-        raise AssertionError(f"{self.address}: no {workers} workers within a minute")
+        wait_for(lambda: self._count_workers() == workers, *self.processes)
+
+    def _count_workers(self) -> int:
+        return len(self.client.scheduler_info()["workers"])
+
+    def listens(self) -> bool:
+        """Whether the scheduler can be reached."""
+        with socket.socket() as caller:
+            return caller.connect_ex(self.place) == 0
 
     def stop(self, of: int = 0) -> None:
         """All processes but the first ``of``."""
@@ -75,6 +80,7 @@ class Cluster:
 def scheduler(tmp_path_factory: pytest.TempPathFactory) -> Iterator[Cluster]:
     """One for all tests; each brings its own workers."""
     made = Cluster(tmp_path_factory.mktemp("cluster"))
+    wait_for(made.listens, *made.processes)
     with Client(made.address, timeout=60, set_as_default=False) as made.client:
         yield made
     made.stop()

@@ -13,7 +13,7 @@ import pytest
 
 from crosscheck.provenance import ROOT
 from tests.draws import DRAWS, SAMPLE, fresh_seed
-from tests.processes import command_line
+from tests.processes import command_line, wait_for
 
 COMMANDS = {
     "validate": ["validate", "--quick", "--jobs", "2", "--json", "out/a.json"],
@@ -47,7 +47,10 @@ def _start(command: str, folder: Path) -> subprocess.Popen[str]:
 
 def _listens(pid: int) -> bool:
     """Whether a process has a handler for SIGTERM, which Python itself has none for."""
-    status = Path(f"/proc/{pid}/status").read_text()
+    try:
+        status = Path(f"/proc/{pid}/status").read_text()
+    except OSError:  # it has ended
+        return False
     caught = int(status.partition("SigCgt:")[2].split()[0], 16)
     return bool(caught >> (signal.SIGTERM - 1) & 1)
 
@@ -89,8 +92,7 @@ def _ends_in_one_line(
     command: str, whom: str, number: signal.Signals, delay: float, folder: Path
 ) -> None:
     program = _start(command, folder)
-    while not _listens(program.pid):  # until then it is the interpreter's own start
-        time.sleep(0.002)
+    wait_for(lambda: _listens(program.pid), program)  # until then it is the interpreter's own start
     time.sleep(delay)
     send = os.killpg if whom == "group" else os.kill
     send(program.pid, number)
