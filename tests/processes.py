@@ -9,7 +9,7 @@ import sys
 import tempfile
 import time
 from collections.abc import Callable
-from functools import cache, partial
+from functools import cache
 from pathlib import Path
 from typing import Any, NamedTuple
 
@@ -41,19 +41,11 @@ def command_line(
     *arguments: object,
     env: dict[str, str] | None = None,
     python: tuple[str, ...] = ("-m", "crosscheck"),
-    largest: int | None = None,
     **more: object,
 ) -> subprocess.CompletedProcess[str]:
-    """``python -m crosscheck *arguments``; ``env`` changes the environment, "" removes.
-
-    ``largest`` is how many bytes a file may have, as on a full disk. Python then keeps none of what
-    it compiles: it would leave its files cut short, and all later processes would fail on them.
-    """
+    """``python -m crosscheck *arguments``; ``env`` changes the environment, "" removes."""
     around = {name: value for name, value in (os.environ | (env or {})).items() if value}
     options: dict[str, object] = {"capture_output": True, "text": True, "timeout": 120}
-    if largest is not None:
-        around["PYTHONDONTWRITEBYTECODE"] = "1"
-        options["preexec_fn"] = partial(limit_files, largest)
     command = [sys.executable, *python, *map(str, arguments)]
     return subprocess.run(command, env=around, check=False, **(options | more))  # type: ignore[call-overload]
 
@@ -94,12 +86,16 @@ def _warm() -> subprocess.Popen[str]:
 
 
 def warm_command_line(
-    *arguments: object, folder: Path | None = None, env: dict[str, str] | None = None
+    *arguments: object,
+    folder: Path | None = None,
+    env: dict[str, str] | None = None,
+    largest: int | None = None,
 ) -> subprocess.CompletedProcess[str]:
     """``crosscheck *arguments`` in a process forked from one that has imported all it needs.
 
     For what does not ask how a process begins: its imports, its working memory, and variables that
-    are read at import are those of the other. ``env`` changes the environment.
+    are read at import are those of the other. ``env`` changes the environment; ``largest`` is how
+    many bytes a file may have, as on a full disk.
     """
     words, warm = [*map(str, arguments)], _warm()
     assert warm.stdin is not None
@@ -112,6 +108,7 @@ def warm_command_line(
             "environment": {**os.environ, **(env or {})},
             "out": str(out),
             "err": str(err),
+            "largest": largest or resource.RLIM_INFINITY,
         }
         print(json.dumps(command), file=warm.stdin, flush=True)
         code = json.loads(warm.stdout.readline())

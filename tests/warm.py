@@ -9,6 +9,7 @@ import importlib
 import json
 import os
 import pkgutil
+import resource
 import sys
 from typing import Any
 
@@ -26,7 +27,7 @@ def import_all() -> None:
 
 
 def become(command: dict[str, Any]) -> None:
-    """A process as Python's own for this command: its arguments, folder, environment, streams."""
+    """A process as Python's own for this command: arguments, folder, environment, streams, sizes."""
     os.setsid()
     os.chdir(command["folder"])
     os.environ.clear()
@@ -36,6 +37,8 @@ def become(command: dict[str, Any]) -> None:
         handle = os.open(file, os.O_RDWR | os.O_CREAT, 0o600)
         os.dup2(handle, stream)
         os.close(handle)
+    sys.dont_write_bytecode = True  # cut short, a compiled file would fail all later processes
+    resource.setrlimit(resource.RLIMIT_FSIZE, (command["largest"], command["largest"]))
 
 
 if __name__ == "__main__":

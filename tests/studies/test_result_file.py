@@ -16,7 +16,7 @@ from crosscheck.models.errors import InputError
 from crosscheck.output import draft
 from crosscheck.studies.batches.result_file import PAGE, ResultFile, _Sparse
 from crosscheck.studies.measures.columns import list_columns
-from tests.processes import command_line, in_child, limit_files
+from tests.processes import command_line, in_child, limit_files, warm_command_line
 from tests.studies.studies import study
 
 AXES = [
@@ -94,7 +94,7 @@ def test_a_disk_that_is_full_is_one_line(tmp_path, kilobytes):
 
     out = tmp_path / "out.nc"
     arguments = ("sweep", tmp_path / "study.toml", "--out", out, "--jobs", 1)
-    answer = command_line(*arguments, largest=1000 * kilobytes)
+    answer = warm_command_line(*arguments, largest=1000 * kilobytes)
     assert (answer.returncode, answer.stdout, answer.stderr.count("\n")) == (2, "", 1)
     assert "File too large" in answer.stderr
     assert [path.name for path in tmp_path.iterdir()] == ["study.toml"]

@@ -10,7 +10,7 @@ from crosscheck.cli import listing
 from crosscheck.models.exudyn.tree import loads as exudyn_tree_loads
 from crosscheck.models.files import builtin_arms, builtin_robots, builtin_scenarios
 from crosscheck.registry import MODELS
-from tests.processes import ENGINES, HEAVY, command_line, modules_loaded_by
+from tests.processes import ENGINES, HEAVY, command_line, modules_loaded_by, warm_command_line
 from tests.tool.supplied import model_file
 
 
@@ -62,7 +62,7 @@ def test_a_shell_completes_commands():
 
 def test_json_alone_goes_to_the_output(tmp_path):
     model = model_file(tmp_path)
-    answer = command_line("trial", f"{model}:two_link", "--quick", "--json", "-")
+    answer = warm_command_line("trial", f"{model}:two_link", "--quick", "--json", "-")
     assert json.loads(answer.stdout)["wrong"] == []
     assert "16 of 16 checks agree" in answer.stderr
 

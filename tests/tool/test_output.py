@@ -20,7 +20,7 @@ from crosscheck.models.errors import InputError
 from crosscheck.models.trajectory import encode_netcdf
 from crosscheck.output import draft, require_file, write_files, write_text
 from crosscheck.runner.interruption import cleanup_callbacks
-from tests.processes import command_line, in_child, limit_files, reachable
+from tests.processes import command_line, in_child, limit_files, reachable, warm_command_line
 from tests.tool.test_bad_input import assert_one_line
 
 LARGEST = 20_000  # bytes that a file may have on the "full disk"
@@ -166,7 +166,7 @@ def test_a_trajectory_survives_a_full_disk_as_one_line(crosscheck, tmp_path):
     assert crosscheck(*arguments).code == 0  # and all kernels are compiled
     assert out.stat().st_size > LARGEST
     out.unlink()
-    answer = command_line(*arguments, largest=LARGEST)
+    answer = warm_command_line(*arguments, largest=LARGEST)
     assert (answer.returncode, answer.stdout) == (2, "")
     assert answer.stderr == f"crosscheck: {out}: cannot be written: File too large\n"
     assert list(tmp_path.iterdir()) == []
