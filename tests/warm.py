@@ -27,7 +27,7 @@ def import_all() -> None:
 
 
 def become(command: dict[str, Any]) -> None:
-    """A process as Python's own for this command: arguments, folder, environment, streams, sizes."""
+    """A process as Python's own for this command: arguments, folder, streams, limits."""
     os.setsid()
     os.chdir(command["folder"])
     os.environ.clear()
