@@ -25,7 +25,6 @@ from crosscheck.audit.measures.undefined import to_json
 from crosscheck.audit.page.columns import render_records
 from crosscheck.registry import RIGID_LEVELS
 from crosscheck.report.fragments import COLOURS
-from crosscheck.report.plots.figures import make_figure, to_svg
 
 SMALLEST, SMALLEST_RAD = 1e-9, 1e-8  # of what is drawn on a logarithmic scale: Figs. 6 and 7; 15
 PROPORTIONAL = (500.0, 1000.0, 2000.0)  # Fig. 10, with D = 400; only 1000 is the paper's
@@ -57,7 +56,7 @@ def draw_deviations(
         for joint, style in enumerate(("-", "--")):
             size = np.maximum(np.abs(gap[:, joint]), SMALLEST)
             label = f"{level}, joint {joint + 1}"
-            plain.append(Curve(geared.time, gap[:, joint], colour, style=style))
+            plain.append(Curve(geared.time, gap[:, joint], colour, label, style))
             sizes.append(Curve(geared.time, size, colour, label, style))
     caption = describe_run(geared, data.seed, "Δ: detailed less rigid, one curve per rigid arm.")
     drawing = Drawing(_draw_both_scales(3.0, plain, sizes, symbol, unit), caption)
@@ -68,9 +67,10 @@ def _draw_both_scales(
     height: float, plain: list[Curve], sizes: list[Curve], symbol: str, unit: str
 ) -> str:
     """Differences over time, and their magnitudes on a logarithmic scale, as svg."""
-    left = {"xlabel": "time [s]", "ylabel": f"{symbol} [{unit}]"}
-    right = {"xlabel": "time [s]", "ylabel": f"|{symbol}| [{unit}]", "yscale": "log"}
-    return draw_panels(height, Panel(plain, left), Panel(sizes, right))
+    magnitudes = Panel(sizes, {"ylabel": f"|{symbol}| [{unit}]"}, log=True)
+    return draw_panels(
+        height, "time [s]", [Panel(plain, {"ylabel": f"{symbol} [{unit}]"}), magnitudes]
+    )
 
 
 def draw_figure_15(data: FigureData) -> PaperFigure:
@@ -144,17 +144,19 @@ def draw_figure_10(data: FigureData) -> PaperFigure:
 
 def _draw_gains(runs: Mapping[tuple[float, float], RunSignals]) -> str:
     """Joint angles as svg: (a), (b): P varies, shoulder and elbow; (c), (d): D varies."""
-    figure, grid = make_figure(2, 2, 2.3)
-    panel = iter("abcd")
-    for varied, row in enumerate(grid):
+    names, rows = iter("abcd"), list[list[Panel]]()
+    for varied, letter in enumerate("PD"):
         fixed = GAINS[1 - varied]
         chosen = {gain[varied]: run for gain, run in runs.items() if gain[1 - varied] == fixed}
-        for joint, axes in enumerate(row):
-            for (gain, run), colour in zip(chosen.items(), COLOURS, strict=False):
-                degrees = np.degrees(run.theta[:, joint])
-                axes.plot(run.time, degrees, color=colour, label=f"{'PD'[varied]} = {gain:g}")
-            axes.axhline(np.degrees(TARGET_RAD), color="k", linewidth=0.6, linestyle=":")
-            title = f"({next(panel)}) {('shoulder', 'elbow')[joint]}, {'DP'[varied]} = {fixed:g}"
-            axes.set(xlabel="time [s]", ylabel="angle [deg]", title=title)
-        row[0].legend(frameon=False, loc="lower right")
-    return to_svg(figure)
+        row = list[Panel]()
+        for joint, name in enumerate(("shoulder", "elbow")):
+            curves = [
+                Curve(run.time, np.degrees(run.theta[:, joint]), colour, f"{letter} = {gain:g}")
+                for (gain, run), colour in zip(chosen.items(), COLOURS, strict=False)
+            ]
+            run = next(iter(chosen.values()))
+            target = Curve(run.time[[0, -1]], np.degrees([TARGET_RAD] * 2), "k", None, ":", 0.6)
+            title = f"({next(names)}) {name}, {'DP'[varied]} = {fixed:g}"
+            row.append(Panel([*curves, target], {"ylabel": "angle [deg]", "title": title}))
+        rows.append(row)
+    return draw_panels(2.3, "time [s]", *rows)

@@ -65,57 +65,42 @@ class FigureData:
         return {name: self.course_cache[cut] for name, cut in cut_variants.items()}
 
     def courses_by_law(
-        self, number: int, experiment: PaperExperiment, zeta: float
-    ) -> dict[Law, RunSignals]:
-        """The courses of an experiment from the drawn start, by law."""
+        self, number: int, *experiments: PaperExperiment
+    ) -> list[dict[Law, RunSignals]]:
+        """The courses of each experiment from the drawn start, by law."""
         variants = {
-            law: make_start_variant(experiment, make_condition(law, zeta), self.seed)
+            (experiment, law): make_start_variant(experiment, make_condition(law), self.seed)
             for law in LAWS
-        }
-        return self.load_courses(variants, number)
-
-    def sweep(
-        self, number: int, series: ExperimentSeries, zeta: float
-    ) -> dict[Law, dict[float, RunSignals]]:
-        """The courses of a family's members from the drawn start under every law, by size [um]."""
-        variants = {
-            (law, member.size_um or 0.0): make_start_variant(
-                member, make_condition(law, zeta), self.seed
-            )
-            for law in LAWS
-            for member in self.members(series)
+            for experiment in experiments
         }
         courses = self.load_courses(variants, number)
-        return {
-            law: {size: course for (drawn, size), course in courses.items() if drawn == law}
-            for law in LAWS
-        }
+        return [{law: courses[experiment, law] for law in LAWS} for experiment in experiments]
 
     def members(self, series: ExperimentSeries) -> list[PaperExperiment]:
         """A family's experiments that the plan has, by size."""
-        planned = (*DEFAULTS, *self.plan.experiments(make_condition(LAWS[0], LOW_ZETA)))
+        planned = (*DEFAULTS, *self.plan.experiments(make_condition(LAWS[0])))
         members = {item for item in planned if item.kind == series.kind}
         return sorted(members, key=lambda item: item.size_um or 0.0)
 
-    def samples_by_law(self, experiment: PaperExperiment, zeta: float) -> dict[Law, Sample]:
-        """The samples of an experiment at a damping ratio, labelled reading, by law."""
+    def samples_by_law(self, experiment: PaperExperiment) -> dict[Law, Sample]:
+        """The samples of an experiment, by law."""
         sampled = PD if experiment in DEFAULTS else experiment
-        requests = {law: (make_condition(law, zeta), sampled) for law in LAWS}
+        requests = {law: (make_condition(law), sampled) for law in LAWS}
         samples = self.context.samples(requests.values(), str(experiment))
         return {law: samples[request] for law, request in requests.items()}
 
-    def start_bands(self, zeta: float, number: int) -> dict[Law, ShoulderBands]:
+    def start_bands(self, number: int) -> dict[Law, ShoulderBands]:
         """The bands in which the whole PD run's starts lie, by law."""
-        scale = self.context.scale
-        variants = [
-            scale.cut(make_start_variant(PD, make_condition(law, zeta), None)) for law in LAWS
-        ]
-        questions = [BandsQuestion(variant, scale.seeds, BAND_BINS) for variant in variants]
-        bands = self.context.study.answer_questions(questions, f"figure {number}, all starts")
-        return dict(zip(LAWS, bands, strict=True))
+        scale, seeds = self.context.scale, self.context.scale.seeds
+        variants = {law: make_start_variant(PD, make_condition(law), None) for law in LAWS}
+        questions = {
+            law: BandsQuestion(scale.cut(variant), seeds, BAND_BINS)
+            for law, variant in variants.items()
+        }
+        return self.context.study.answer_by_key(questions, f"figure {number}, all starts")
 
 
-def make_condition(law: Law, zeta: float) -> Condition:
+def make_condition(law: Law, zeta: float = LOW_ZETA) -> Condition:
     """The setting that a law is drawn in: the paper's own in the paper's own model."""
     if law == AS_MODELLED.law:
         return Condition(law, zeta, LABELLED, AS_MODELLED.planets, AS_MODELLED.equations)

@@ -7,13 +7,12 @@ from dataclasses import replace
 from typing import NamedTuple
 
 import numpy as np
-from matplotlib.axes import Axes
 from pydantic import JsonValue
 
 from crosscheck import signals
 from crosscheck.audit.experiments.bands import ShoulderBands
 from crosscheck.audit.experiments.experiments import CONSTANT, PD, SHORT_S, PaperExperiment
-from crosscheck.audit.experiments.paper_conditions import INTEGRAL, Condition, Law
+from crosscheck.audit.experiments.paper_conditions import INTEGRAL, Condition
 from crosscheck.audit.experiments.torque import RING_CYCLES
 from crosscheck.audit.figures.figure_data import (
     BAND_BINS,
@@ -22,7 +21,7 @@ from crosscheck.audit.figures.figure_data import (
     make_start_variant,
 )
 from crosscheck.audit.figures.paper_figure import Drawing, PaperFigure
-from crosscheck.audit.figures.plotting import MICRO, describe_run, draw_line, set_same_scale
+from crosscheck.audit.figures.plotting import MICRO, Band, Curve, Panel, describe_run, draw_panels
 from crosscheck.audit.measures.rigid import COUPLED, rigid_arm
 from crosscheck.audit.measures.run_signals import RunSignals
 from crosscheck.audit.measures.stage import paper_stage
@@ -31,7 +30,6 @@ from crosscheck.audit.measures.thresholds import SEVERE
 from crosscheck.audit.page.labels import DRAWN_NAMES
 from crosscheck.models.experiment.scenario import ConstantDrive, expand_to_joints
 from crosscheck.report.fragments import COLOURS
-from crosscheck.report.plots.figures import draw_legend, make_figure, mark_not_reached, to_svg
 
 # Windows [s]; of the side change and the third fluctuation a few periods of what happens there.
 TORQUE_S = ((0.0, 0.5), (0.0, 0.01))
@@ -39,9 +37,7 @@ SIDE_S, THIRD_S = (0.345, 0.385), (1.10, 1.11)
 WHOLE_S = ((0.0, 3.0), SIDE_S, THIRD_S)
 TRANSIENT_S = ((0.0, SHORT_S), (0.0, 0.02), SIDE_S, THIRD_S)
 RIGID_STYLES = {COUPLED: "--", "links": ":"}
-SHADE = "#d9a400"  # of what is enlarged below
 ALL_STARTS = "#b8c4d0"
-Overlay = Callable[[Axes, tuple[float, float]], None]
 Numbers = Mapping[str, JsonValue]
 
 
@@ -97,76 +93,71 @@ FIGURES = {
 }
 
 
-def draw_law_figure(data: FigureData, number: int, overlay: Overlay | None = None) -> PaperFigure:
-    """The plate of one of FIGURES, by its number; overlay: draws more into every panel."""
+def draw_law_figure(
+    data: FigureData, number: int, rigid: Mapping[str, RunSignals] | None = None
+) -> PaperFigure:
+    """The plate of one of FIGURES, by its number; rigid: arms whose acceleration is drawn as well.
+
+    Windows stand below each other, laws side by side; enlarged parts are shaded.
+    """
     law_figure = FIGURES[number]
-    runs = data.courses_by_law(number, law_figure.experiment, LOW_ZETA)
-    bands = data.start_bands(LOW_ZETA, number) if law_figure.bands else {}
-    integral_run = runs[INTEGRAL]
-    caption = describe_run(integral_run, data.seed, law_figure.more)
-    drawing = Drawing(_draw_laws(law_figure, runs, bands, overlay), caption)
-    return PaperFigure(number, [drawing], LOW_ZETA, data.seed, law_figure.numbers(integral_run))
+    (runs,) = data.courses_by_law(number, law_figure.experiment)
+    bands = data.start_bands(number) if law_figure.bands else {}
+    whole, *zooms = law_figure.windows
+    top = [
+        _draw_window(law_figure, run, rigid or {}, whole)._replace(
+            bands=[_draw_starts(law_figure, bands[law])] if law in bands else [], shaded=zooms
+        )
+        for law, run in runs.items()
+    ]
+    below = [
+        [_draw_window(law_figure, run, rigid or {}, zoom) for run in runs.values()]
+        for zoom in zooms
+    ]
+    caption = describe_run(runs[INTEGRAL], data.seed, law_figure.more)
+    drawing = Drawing(draw_panels(1.9, "time [s]", top, *below, by_law=True), caption)
+    return PaperFigure(number, [drawing], LOW_ZETA, data.seed, law_figure.numbers(runs[INTEGRAL]))
 
 
-def _draw_laws(
+def _draw_window(
     law_figure: LawFigure,
-    runs: Mapping[Law, RunSignals],
-    bands: Mapping[Law, ShoulderBands],
-    overlay: Overlay | None,
-) -> str:
-    """Windows below each other, laws side by side, a scale per row, enlarged parts shaded; svg."""
-    figure, grid = make_figure(len(law_figure.windows), len(runs), 1.9)
-    for column, (law, run) in enumerate(runs.items()):
-        grid[0, column].set_title(DRAWN_NAMES[law])
-        grid[-1, column].set_xlabel("time [s]")
-        if law in bands:
-            time, bands_by_name, starts = bands[law]
-            low, high = (
-                law_figure.scale * np.array(values) for values in bands_by_name[law_figure.quantity]
-            )
-            name = f"between all {starts} starts"
-            grid[0, column].fill_between(
-                time, low, high, color=ALL_STARTS, linewidth=0.4, label=name
-            )
-        values = law_figure.scale * np.atleast_2d(getattr(run, law_figure.quantity).T)
-        joints = values if law_figure.elbow else values[:1]
-        for axes, window in zip(grid[:, column], law_figure.windows, strict=True):
-            part = signals.window(run.time, *window)
-            for joint, (signal, colour) in enumerate(zip(joints, COLOURS, strict=False), start=1):
-                name = f"joint {joint}, one start" if len(joints) > 1 else "shoulder, one start"
-                draw_line(axes, run.time[part], signal[part], name, colour, BAND_BINS)
-            axes.set(ylabel=law_figure.label, xlim=window)
-            if not run.time[part].size:
-                mark_not_reached(axes)
-            axes.locator_params(axis="x", nbins=5)
-            if overlay is not None:
-                overlay(axes, window)
-        for zoom in law_figure.windows[1:]:
-            grid[0, column].axvspan(*zoom, color=SHADE, alpha=0.35, linewidth=0)
-    set_same_scale(grid)
-    if len(grid[0, 0].get_legend_handles_labels()[1]) > 1:
-        draw_legend(figure, grid[0, 0])
-    return to_svg(figure)
+    run: RunSignals,
+    rigid: Mapping[str, RunSignals],
+    window: tuple[float, float],
+) -> Panel:
+    """The figure's quantity in a window [s] of a run, a curve a joint."""
+    part = signals.window(run.time, *window)
+    joints = law_figure.scale * np.atleast_2d(getattr(run, law_figure.quantity).T)
+    both = law_figure.elbow and len(joints) > 1
+    names = ("joint 1, one start", "joint 2, one start") if both else ("shoulder, one start",)
+    curves = [
+        Curve(run.time[part], values[part], colour, name, width=1.0, bins=BAND_BINS)
+        for values, name, colour in zip(joints, names, COLOURS, strict=False)
+    ]
+    for level, arm in rigid.items():
+        inside = signals.window(arm.time, *window)
+        acceleration = arm.theta_ddot[inside, 0]
+        label, style = f"rigid, {level}", RIGID_STYLES[level]
+        curves.append(Curve(arm.time[inside], acceleration, "k", label, style))
+    return Panel(curves, {"ylabel": law_figure.label, "xlim": window})
+
+
+def _draw_starts(law_figure: LawFigure, bands: ShoulderBands) -> Band:
+    """The band between all starts, in the figure's unit."""
+    low, high = (law_figure.scale * np.array(values) for values in bands.bands[law_figure.quantity])
+    return Band(bands.time, low, high, ALL_STARTS, f"between all {bands.starts} starts")
 
 
 def draw_figure_14(data: FigureData) -> PaperFigure:
     """The plate of Fig. 14: shoulder acceleration in 1.2 s, rigid arms, how many are severe."""
     variant = make_start_variant(PD, Condition(INTEGRAL, LOW_ZETA), data.seed)
     rigid = data.load_courses({level: rigid_arm(variant, level) for level in RIGID_STYLES}, 14)
-
-    def draw_rigid_arms(axes: Axes, window: tuple[float, float]) -> None:
-        for level, run in rigid.items():
-            part, name = signals.window(run.time, *window), f"rigid, {level}"
-            axes.plot(
-                run.time[part], run.theta_ddot[part, 0], RIGID_STYLES[level], color="k", label=name
-            )
-
     thirds = {
         law: ThirdFluctuation.from_samples(sample)
-        for law, sample in data.samples_by_law(PD, LOW_ZETA).items()
+        for law, sample in data.samples_by_law(PD).items()
     }
     severe: dict[str, JsonValue] = {  # of the starts that have a third fluctuation
         DRAWN_NAMES[law]: [third.severe_count, third.sizes.size] for law, third in thirds.items()
     }
-    figure = draw_law_figure(data, 14, draw_rigid_arms)
+    figure = draw_law_figure(data, 14, rigid)
     return replace(figure, numbers={"limit": SEVERE, "severe": severe})

@@ -38,9 +38,9 @@ def draw_figure_4(data: FigureData) -> PaperFigure:
     for sigma, colour in zip(SHARPNESS_PER_M, COLOURS, strict=False):
         values = MICRO * dead_zone_tanh(x, b, sigma)
         curves.append(Curve(MICRO * x, values, colour, f"Eq. 6, sigma {sigma:g} 1/m"))
-    labels = {"xlabel": "x [µm]", "ylabel": "f_k [µm]"}
+    label = {"ylabel": "f_k [µm]"}
     closely = {"xlim": (0.4 * edge, 1.6 * edge), "ylim": (-0.2 * edge, 0.6 * edge)}
-    close = Panel(curves, {**labels, **closely, "title": "the edge of the clearance"})
+    close = Panel(curves, {**label, **closely, "title": "the edge of the clearance"})
     rows = [tanh_sharpness(x, b, sigma) for sigma in SHARPNESS_PER_M]
     deviations = ("largest deviation [µm]", "deviation times sigma", "pull outside contact [µm]")
     scaled_rows = [(r.sigma, MICRO * r.gap_m, r.gap_m * r.sigma, MICRO * r.pull_m) for r in rows]
@@ -48,7 +48,7 @@ def draw_figure_4(data: FigureData) -> PaperFigure:
     caption = f"b {edge:g} µm; sigma as in the legend, the paper gives none."
     return PaperFigure(
         4,
-        [Drawing(draw_panels(2.8, Panel(curves, labels), close), caption)],
+        [Drawing(draw_panels(2.8, "x [µm]", [Panel(curves, label), close]), caption)],
         tables={"sharpness": fragments.render_table(["sigma [1/m]", *deviations], cells)},
         numbers={"deviation_um": {f"{row.sigma:g}": MICRO * row.gap_m for row in rows}},
     )
@@ -84,13 +84,13 @@ def draw_figure_5(data: FigureData) -> PaperFigure:
         for n, colour in zip(HARMONICS, COLOURS, strict=False)
     ]
     sine = Curve(cycle, eq8, COLOURS[4], "Eq. 8", ":", 2.4)
-    labels = {"xlabel": "t / T", "ylabel": "k [N/m]"}
-    drawn = [Panel([square, *shown[1:]], labels), Panel([square, shown[0], sine], labels)]
+    label = {"ylabel": "k [N/m]"}
+    drawn = [Panel([square, *shown[1:]], label), Panel([square, shown[0], sine], label)]
     smooth = np.abs(np.mod(2 * cycle + 0.5, 1) - 0.5) > 2 * AWAY
     caption = f"k_m {k_m:g} N/m, k_a {k_a:g} N/m; all pairs in phase (gamma = 0)."
     return PaperFigure(
         5,
-        [Drawing(draw_panels(2.8, *drawn), caption)],
+        [Drawing(draw_panels(2.8, "t / T", drawn), caption)],
         numbers={
             "k_max_N_per_m": high,
             "k_min_N_per_m": low,

@@ -1,8 +1,9 @@
-"""How the figures are drawn: strips in time under every law, bands, quantiles over a size."""
+"""How figures are drawn: panels of curves in a grid; what a run's parameters are, in words."""
 
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
+from itertools import chain
 from typing import NamedTuple
 
 import numpy as np
@@ -14,51 +15,98 @@ from crosscheck.audit.measures.run_signals import RunSignals
 from crosscheck.audit.measures.stage import paper_stage
 from crosscheck.audit.page.labels import DRAWN_NAMES
 from crosscheck.report.fragments import COLOURS
-from crosscheck.report.plots.figures import draw_legend, make_figure, to_svg
+from crosscheck.report.plots.figures import (
+    draw_legend,
+    make_figure,
+    mark_not_reached,
+    set_log_scale,
+    to_svg,
+)
 from crosscheck.signals import envelope
 
 MICRO, KILO = 1e6, 1e-3
 LAW_COLOURS = dict(zip(LAWS, (COLOURS[4], COLOURS[1], COLOURS[0]), strict=True))
+SHADE = "#d9a400"  # of what is enlarged below
+TICKS = 5  # along an axis of a third of the page's width
 
 
 class Curve(NamedTuple):
-    """A line of a panel, x and y (points,); without a label none in the legend; width [pt]."""
+    """A line of a panel, x and y (points,); without a label none in the legend; width [pt].
+
+    bins: from two samples a bin on, the band from minima to maxima is drawn.
+    """
 
     x: np.ndarray | Sequence[float]
-    y: np.ndarray
+    y: np.ndarray | Sequence[float]
     colour: str
     label: str | None = None
     style: str = "-"
     width: float | None = None
+    bins: int | None = None
+
+
+class Band(NamedTuple):
+    """An area of a panel, from low to high (points,) at x (points,)."""
+
+    x: np.ndarray | Sequence[float]
+    low: np.ndarray | Sequence[float]
+    high: np.ndarray | Sequence[float]
+    colour: str
+    label: str
 
 
 class Panel(NamedTuple):
-    """A panel: curves in one pair of axes, with what Matplotlib's ``Axes.set`` is to be told."""
+    """One pair of axes: curves before bands, with what Matplotlib's ``Axes.set`` is to be told.
+
+    shaded: parts of the x axis; log: with a logarithmic y axis, if anything is above zero.
+    """
 
     curves: Sequence[Curve]
     settings: Mapping[str, object]
+    bands: Sequence[Band] = ()
+    shaded: Sequence[tuple[float, float]] = ()
+    log: bool = False
 
 
-def draw_panels(height: float, *shown: Panel) -> str:
-    """Panels side by side, of this height [in], above one legend, as svg."""
-    figure, grid = make_figure(1, len(shown), height)
-    for axes, (curves, settings) in zip(grid[0], shown, strict=True):
-        for x, y, colour, label, style, width in curves:
-            axes.plot(x, y, style, color=colour, label=label, linewidth=width)
-        axes.set(**settings)
-    draw_legend(figure, *grid[0])
+def draw_panels(height: float, xlabel: str, *rows: Sequence[Panel], by_law: bool = False) -> str:
+    """Rows of panels, each of this height [in], above one legend, as svg.
+
+    by_law: a column for each of LAWS, and one y range for all panels of a row.
+    """
+    figure, grid = make_figure(len(rows), len(rows[0]), height)
+    for axes, panel in zip(grid.flat, chain(*rows), strict=True):
+        _draw_panel(axes, panel)
+    for axes in grid[-1]:
+        axes.set_xlabel(xlabel)
+    if by_law:
+        for axes, law in zip(grid[0], LAWS, strict=True):
+            axes.set_title(DRAWN_NAMES[law])
+        set_same_scale(grid)
+    if len(grid[0, 0].get_legend_handles_labels()[1]) > 1:
+        draw_legend(figure, *grid.flat)
     return to_svg(figure)
 
 
-def draw_line(
-    axes: Axes, time: np.ndarray, values: np.ndarray, label: str, colour: str, bins: int
-) -> None:
-    """Draw a line, or from two samples a bin on the band from minima to maxima."""
-    if time.size <= 2 * bins:
-        axes.plot(time, values, label=label, color=colour, linewidth=1.0)
-        return
-    centres, low, high = envelope(time, values, bins)
-    axes.fill_between(centres, low, high, label=label, color=colour, linewidth=0.6, alpha=0.75)
+def _draw_panel(axes: Axes, panel: Panel) -> None:
+    for x, low, high, colour, label in panel.bands:
+        axes.fill_between(x, low, high, color=colour, linewidth=0.4, label=label)
+    for x, y, colour, label, style, width, bins in panel.curves:
+        if bins is not None and len(x) > 2 * bins:
+            centres, *ends = envelope(np.asarray(x), np.asarray(y), bins)
+            axes.fill_between(centres, *ends, label=label, color=colour, linewidth=0.6, alpha=0.75)
+        else:
+            axes.plot(x, y, style, color=colour, label=label, linewidth=width, markersize=3.5)
+    for part in panel.shaded:
+        axes.axvspan(*part, color=SHADE, alpha=0.35, linewidth=0)
+    axes.set(**panel.settings)
+    if "xticks" in panel.settings:
+        axes.tick_params(axis="x", labelsize=7)
+    else:
+        axes.locator_params(axis="x", nbins=TICKS)
+    if panel.log:
+        set_log_scale(axes)
+    elif not any(len(curve.x) for curve in panel.curves):
+        mark_not_reached(axes)
 
 
 def set_same_scale(grid: np.ndarray) -> None:
