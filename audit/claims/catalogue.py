@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import math
-import tomllib
 from collections.abc import Mapping
 from pathlib import Path
 from typing import Literal, NamedTuple
@@ -16,6 +15,7 @@ from crosscheck.audit.claims.measured import CASES, pd, static, torque
 from crosscheck.audit.judging.quantities import Choices, Quantity
 from crosscheck.audit.judging.rule import PLOT, READ_OFF, Claim, Limits
 from crosscheck.audit.measures import thresholds
+from crosscheck.models.files import read_toml
 
 SENTENCES, STATEMENTS = (
     Path(__file__).with_name(f"{name}.toml") for name in ("sentences", "statements")
@@ -69,9 +69,7 @@ class Statements(NamedTuple):
     retired: Mapping[str, str]
 
 
-TEXTS = TypeAdapter(Statements).validate_python(
-    tomllib.loads(STATEMENTS.read_text(encoding="utf-8"))
-)
+TEXTS = TypeAdapter(Statements).validate_python(read_toml(STATEMENTS))
 
 
 def find_quantity(name: str, said: Statement) -> Quantity | Choices:

@@ -8,7 +8,6 @@ measures in ``experiments.pd`` (``transient`` and ``whole``), ``experiments.torq
 
 from __future__ import annotations
 
-import tomllib
 from collections.abc import Mapping, Sequence
 from functools import partial
 from pathlib import Path
@@ -22,6 +21,7 @@ from crosscheck.audit.measures.events import AT_ONCE_S
 from crosscheck.audit.statics.base_and_gravity import BASE_MASSES
 from crosscheck.audit.statics.statics import BENDS
 from crosscheck.audit.statics.teeth import CONTACT_RATIOS, COUNTED, SIGMAS
+from crosscheck.models.files import read_toml
 from crosscheck.registry import RIGID_LEVELS
 
 # Parts of a run that several numbers look at.
@@ -54,7 +54,7 @@ CASES: dict[str, Sequence[Mapping[str, object]]] = {
     "series": [{"ratio": ratio} for ratio in CONTACT_RATIOS],
 }
 _TABLES = TypeAdapter(dict[str, dict[str, Number]]).validate_python(
-    tomllib.loads(Path(__file__).with_suffix(".toml").read_text(encoding="utf-8"))
+    read_toml(Path(__file__).with_suffix(".toml"))
 )
 MEASURED: dict[str, Number] = {
     name.format(**case): Number(*(text.format(**WINDOWS, **case) for text in number))

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import tomllib
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
 from functools import cache
@@ -11,6 +10,7 @@ from pathlib import Path
 from pydantic import TypeAdapter
 
 from crosscheck.audit.errata.erratum import CLASSES, Erratum, ErratumClass, SimulatedErratum
+from crosscheck.models.files import read_toml
 
 FOLDER = Path(__file__).with_name("texts")
 WORDS, NOTES = FOLDER / "errata.toml", FOLDER / "notes.toml"
@@ -56,14 +56,13 @@ class Notes:
 @cache
 def load_notes() -> Notes:
     """The misprints, contradictions and gaps of notes.toml."""
-    return TypeAdapter(Notes).validate_python(tomllib.loads(NOTES.read_text(encoding="utf-8")))
+    return TypeAdapter(Notes).validate_python(read_toml(NOTES))
 
 
 @cache
 def _load_texts() -> dict[str, Erratum]:
     """Computed errata in words with places for numbers, by ids or by what these begin with."""
-    tables = tomllib.loads(WORDS.read_text(encoding="utf-8"))
-    texts = {name: {"id": name, **table} for name, table in tables.items()}
+    texts = {name: {"id": name, **table} for name, table in read_toml(WORDS).items()}
     return TypeAdapter(dict[str, Erratum]).validate_python(texts)
 
 

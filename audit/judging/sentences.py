@@ -5,12 +5,13 @@ Captions and the table count as sentences.
 
 from __future__ import annotations
 
-import tomllib
 from pathlib import Path
 from typing import Self
 
 from pydantic import TypeAdapter, model_validator
 from pydantic.dataclasses import dataclass
+
+from crosscheck.models.files import read_toml
 
 
 @dataclass(frozen=True)
@@ -45,5 +46,4 @@ def load_sentences(file: Path) -> tuple[Sentence, ...]:
 
     Raises ValueError for an entry that is not as ``Sentence`` says.
     """
-    table = tomllib.loads(file.read_text(encoding="utf-8"))
-    return TypeAdapter(tuple[Sentence, ...]).validate_python(table["sentences"])
+    return TypeAdapter(tuple[Sentence, ...]).validate_python(read_toml(file)["sentences"])

@@ -2,7 +2,6 @@
 
 import math
 import re
-import tomllib
 from dataclasses import replace
 from functools import cache
 from itertools import product
@@ -41,6 +40,7 @@ from crosscheck.audit.errata.lines import format_errata
 from crosscheck.audit.measures.stage import paper_stage
 from crosscheck.models.arm.meshes import change_meshes
 from crosscheck.models.errors import InputError
+from crosscheck.models.files import read_toml
 from crosscheck.models.loading import load_arm
 from crosscheck.planning.plan import remove_backlash
 from tests.arms import arm_of
@@ -195,7 +195,7 @@ def test_every_erratum_has_an_id_of_its_own_and_words(found):
 
 
 def test_all_words_are_of_errata_that_can_be_found(found):
-    words = set(tomllib.loads(WORDS.read_text(encoding="utf-8")))
+    words = set(read_toml(WORDS))
     ids = {erratum.id for erratum in found}
     known = ids | {name.partition("-")[0] for name in ids}
     assert words - known == {"table-planet"}  # only where a planet's M is above its m
