@@ -5,7 +5,7 @@ from collections.abc import Iterable, Iterator, Mapping
 from itertools import permutations
 
 from crosscheck.audit.errata.erratum import Erratum
-from crosscheck.audit.judging.rule import Limits, State, VerdictKind
+from crosscheck.audit.judging.rule import State, VerdictKind
 from tests.audit.stated import Said, Taught
 
 HOLDING = (VerdictKind.HOLDS, VerdictKind.WHERE_DEFINED)
@@ -44,19 +44,12 @@ def taught_otherwise(findings: Iterable[Taught], kinds: Mapping[str, VerdictKind
 
 def _within(group: list[Said]) -> Iterator[str]:
     for one, other in permutations(group, 2):
-        if _same(one.limits, other.limits):
+        (low, high), (other_low, other_high) = ((x.limits.low, x.limits.high) for x in (one, other))
+        if (low, high) == (other_low, other_high):
             if one.state != other.state:
                 yield _told(*sorted((one, other), key=lambda said: (said.where, said.state)))
-        elif _inside(one.limits, other.limits) and not _possible(one.state, other.state):
+        elif other_low <= low and high <= other_high and not _possible(one.state, other.state):
             yield _told(one, other)
-
-
-def _same(one: Limits, other: Limits) -> bool:
-    return (one.low, one.high) == (other.low, other.high)
-
-
-def _inside(one: Limits, other: Limits) -> bool:
-    return other.low <= one.low and one.high <= other.high
 
 
 def _possible(narrow: State, wide: State) -> bool:

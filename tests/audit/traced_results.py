@@ -1,6 +1,6 @@
 """Which files a kept result hangs on, and which of the project's were called while it was made.
 
-``python traced_results.py`` prints JSON: for every result in RESULTS the files of code
+``python traced_results.py`` prints JSON: for every result the files of code
 that its key is made of, with the data that it names, and those that were read or had a function
 that ran while it was made.
 """
@@ -22,67 +22,46 @@ from typing import Any
 
 ROOT = Path(__file__).parents[2]
 OWN = [ROOT / name for name in ("crosscheck", "models", "analytic", "audit")]
-SHORT = {"scenario": "constant-torque", "duration_s": 2e-3, "record_every": 1}
-PAPER = "crosscheck.audit"
 # What cuts a measure or a question to milliseconds: constants of modules, (module, name) -> value.
 CUTS: dict[tuple[str, str], Any] = {
-    (f"{PAPER}.measures.events", "THIRD_S"): (0.0, 2e-3),
-    (f"{PAPER}.statics.teeth", "HARMONICS"): 2,
-    (f"{PAPER}.statics.base_and_gravity", "BASE_MASSES"): ("5",),
-    (f"{PAPER}.statics.base_and_gravity", "FIXED_TOLERANCE"): 1e-3,
+    ("crosscheck.audit.measures.events", "THIRD_S"): (0.0, 2e-3),
+    ("crosscheck.audit.statics.teeth", "HARMONICS"): 2,
+    ("crosscheck.audit.statics.base_and_gravity", "BASE_MASSES"): ("5",),
+    ("crosscheck.audit.statics.base_and_gravity", "FIXED_TOLERANCE"): 1e-3,
     ("crosscheck.models.pinocchio.floating", "RELATIVE_TOLERANCE"): 1e-3,
 }
 read: set[Path] = set()
 
 
-def run(**given: Any) -> Callable[[], Any]:
-    """A simulation."""
-    return lambda: question("experiments.courses.CoursesQuestion", (variant(**given),))()
+def build_questions() -> dict[str, Any]:
+    """Questions about the shortest runs; their modules are imported after numba is replaced."""
+    from crosscheck.audit.errata.finder import ErrataQuestion
+    from crosscheck.audit.experiments import ensembles, paper_conditions
+    from crosscheck.audit.experiments.bands import BandsQuestion
+    from crosscheck.audit.experiments.courses import CoursesQuestion
+    from crosscheck.audit.experiments.variant import Variant
+    from crosscheck.audit.findings.clock import ClockTest
+    from crosscheck.audit.findings.shaking import ShakingQuestion
+    from crosscheck.audit.findings.stability import Linearisation
+    from crosscheck.audit.statics.statics import Statics
 
-
-def question(kind: str, *values: Any) -> Callable[[], Any]:
-    """An answer."""
-    return lambda: found(kind)(*values)
-
-
-def found(name: str) -> Any:
-    module, _, attribute = name.rpartition(".")
-    return getattr(importlib.import_module(f"{PAPER}.{module}"), attribute)
-
-
-def variant(**given: Any) -> Any:
-    """The shortest."""
-    return importlib.import_module("crosscheck.audit.experiments.variant").Variant(**SHORT | given)
-
-
-def cell() -> Any:
-    """The paper's law at a small damping, planets free."""
-    conditions = importlib.import_module(f"{PAPER}.experiments.paper_conditions")
-    return conditions.Condition(conditions.PRINTED, 0.005)
-
-
-def of_variant(kind: str, *values: Any, **given: Any) -> Callable[[], Any]:
-    """An answer about the shortest variant."""
-    return lambda: question(kind, variant(**given), *values)()
-
-
-RESULTS: dict[str, Callable[[], Any]] = {
-    "analytic run": run(),
-    "rigid run": run(model="analytic:coupled"),
-    "printed run": run(model="analytic:printed"),
-    "exudyn run": run(model="exudyn:tree"),
-    "pinocchio run": run(model="pinocchio:coupled"),
-    "starts of exudyn": of_variant(
-        *("experiments.ensembles.TransientPdQuestion", (1,)), model="exudyn:tree", planets="free"
-    ),
-    "bands of all starts": of_variant("experiments.bands.BandsQuestion", (1, 2), 20),
-    "back and forth beside rigid arms": of_variant("experiments.ensembles.SwingQuestion", (1, 2)),
-    "errata": question("errata.finder.ErrataQuestion", "paper-labelled", 1e-4),
-    "statics": question("statics.statics.Statics", "paper-labelled"),
-    "back and forth": question("findings.shaking.ShakingQuestion", "time", 0.05, (1,), 1e-3),
-    "clock test": lambda: question("findings.clock.ClockTest", cell().law, 2e-3, (1,))(),
-    "modes": of_variant("findings.stability.Linearisation", (1,), 5),
-}
+    vary = partial(Variant, "constant-torque", duration_s=2e-3, record_every=1)
+    exudyn = vary(model="exudyn:tree", planets="free")
+    return {
+        "analytic run": CoursesQuestion((vary(),)),
+        "rigid run": CoursesQuestion((vary(model="analytic:coupled"),)),
+        "printed run": CoursesQuestion((vary(model="analytic:printed"),)),
+        "exudyn run": CoursesQuestion((vary(model="exudyn:tree"),)),
+        "pinocchio run": CoursesQuestion((vary(model="pinocchio:coupled"),)),
+        "starts of exudyn": ensembles.TransientPdQuestion(exudyn, (1,)),
+        "bands of all starts": BandsQuestion(vary(), (1, 2), 20),
+        "back and forth beside rigid arms": ensembles.SwingQuestion(vary(), (1, 2)),
+        "errata": ErrataQuestion("paper-labelled", 1e-4),
+        "statics": Statics("paper-labelled"),
+        "back and forth": ShakingQuestion("time", 0.05, (1,), 1e-3),
+        "clock test": ClockTest(paper_conditions.PRINTED, 2e-3, (1,)),
+        "modes": Linearisation(vary(), (1,), 5),
+    }
 
 
 def traced() -> dict[str, dict[str, list[str]]]:
@@ -98,8 +77,8 @@ def traced() -> dict[str, dict[str, list[str]]]:
     pointer = partial(ctypes.cast, typ=ctypes.POINTER(ctypes.c_double))
     numba.extending.intrinsic = lambda typed: pointer
     numba.njit, numba.vectorize = uncompiled, lambda **_: importlib.import_module("numpy").vectorize
-    results = {name: result() for name, result in RESULTS.items()}
-    return {name: in_child(partial(looked_at, asked)) for name, asked in results.items()}
+    questions = build_questions()
+    return {name: in_child(partial(looked_at, asked)) for name, asked in questions.items()}
 
 
 def uncompiled(*given: Any, **_: Any) -> Any:
