@@ -236,7 +236,7 @@ def test_symmetric_entries_are_told_once():
     ],
 )
 def test_a_gear_that_spins_by_another_ratio(mass, right, wrong, told):
-    """Its inertia about the joint's axis has the ratio squared, as r_cp^2 of the equivalent mass."""
+    """Its inertia has the ratio squared about the joint, as r_cp^2 of the equivalent mass."""
     known, place = planted.terms(UNLIKE, planted.RELATIVE), EntryPlace("mass_matrix", 0, 0)
     teeth = [getattr(UNLIKE.joints[0], f"{gear}_teeth") for gear in ("sun", "planet", "ring")]
     old = next(p for p in known.entry(place) if {mass, "r_cp1"} <= set(p.symbols))

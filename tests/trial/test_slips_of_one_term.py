@@ -109,7 +109,7 @@ SLIPS: dict[str, tuple[Callable[[Arm], Equations], list[str]]] = {
     ),
     "the masses of both links exchanged": (
         lambda arm: two_links(exchange_masses(arm)),
-        ["M[theta_1, theta_1]: m1 and m2 are exchanged?; also in", "follows from the wrong M"],
+        ["m1 and m2 are exchanged?; also in M[theta_2, theta_1]", "follows from the wrong M"],
     ),
     "the inertia of a rod about its end for that about its centre": (
         lambda arm: two_links(replace_inertia(arm)),
