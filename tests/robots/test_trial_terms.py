@@ -77,7 +77,8 @@ def diagnosis(**parts: Callable) -> RobotDiagnosis:
         ),
         (
             {"gravity": with_one_weight_not_turned},
-            "gravity, gravity's direction for left: in the link's own axes, not turned",
+            "in gravity alone, as with left: gravity's direction in the link's own axes,"
+            " not turned",
         ),
     ],
     ids=["M' v", "branch", "weight"],
@@ -115,8 +116,8 @@ def test_gyroscopic_torques_missing_in_accelerations_are_named():
             gyroscopic += pose[number].angular_partials[0].T @ moment
         return np.linalg.solve(mass(q), torque - bias(q, v) + gyroscopic - gravity(q))
 
-    notes = run_robot_trial(Equations(acceleration=own), ROBOT).diagnosis.notes
-    assert "bias, what the gyroscopic torque w x I w of every one makes: missing" in notes
+    words = run_robot_trial(Equations(acceleration=own), ROBOT).diagnosis.explanations
+    assert words[0] == "every link: its gyroscopic torque w x I w missing"
 
 
 def test_products_of_inertia_are_exchanged_as_the_file_has_them():

@@ -266,6 +266,9 @@ def generate_frame_mistakes(robot: Robot, *, are_rotors_bodies: bool) -> Iterato
         for roll, axis in ((1, "y, z, x"), (2, "z, x, y")):
             rolled = _set_field(robot, "rotors", number, "axis", np.roll(rotor.axis, roll))
             yield FrameMistake(f"{name}: its axis in another order, {axis}", rolled)
+        for axis, unit in zip(AXES, np.eye(3), strict=True):
+            turned = _set_field(robot, "rotors", number, "axis", unit)
+            yield FrameMistake(f"{name}: its axis {axis} of its stator", turned)
     yield from _stage_mistakes(robot)
 
 

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, replace
+from itertools import islice
 
 import numpy as np
 
@@ -28,6 +29,7 @@ from crosscheck.trial.robots.pieces import (
     describe_coordinates,
     describe_friction,
     describe_pieces,
+    describe_solution,
 )
 from crosscheck.trial.robots.rates import BiasTerms, sample_bias_terms, term_sizes
 from crosscheck.trial.robots.readings import find_readings
@@ -84,7 +86,7 @@ def diagnose(
     links: tuple[str, ...] = ()
     several = _are_several_wrong(problem, level)
     if not explanations and (several or parts == ["gravity"]):
-        level, explanations = _find_rarer_explanations(searches, allowed)
+        level, explanations = _find_rarer_explanations(searches, allowed, several=several)
     for each in allowed if not explanations and several else ():
         if links := tuple(searches[each.level].links()):
             level = each.level
@@ -97,9 +99,15 @@ def diagnose(
     notes += _lone_part_notes(entries, wrong, right)
     pieces = {} if explanations or links else _describe_wrong_pieces(problem, level, wrong)
     notes += [words for each in pieces.values() for words in each]
+    causes = {
+        part: list(_causes_within(searches[level], part, entries, alone=len(wrong) == 1))
+        for part in (wrong if not explanations and not links else ())
+        if not pieces.get(part)
+    }
     if "bias" in wrong:
         unfounded = "mass_matrix" in right and "bias" not in problem.self_differences
-        if explanations or links or pieces.get("bias"):  # then it is a sum of products of rates
+        known = explanations or links or pieces.get("bias") or causes.get("bias")
+        if known:  # then it is a sum of products of rates
             notes += [UNFOUNDED] if unfounded else []
         elif (terms := rates()) is not None:
             described = list(describe_christoffel(problem, level))
@@ -107,9 +115,10 @@ def diagnose(
             notes += describe_pieces(problem, level, "bias", are_usual=False)
     if "acceleration" in wrong and not explanations and not links:
         rows = [entry.place[0] for entry in entries if entry.part == "acceleration"]
-        notes += describe_pieces(problem, level, "acceleration")
-        notes += describe_accelerations(problem, level, rows)
-        for row in rows:
+        solution = list(describe_solution(problem, level))
+        notes += solution or describe_pieces(problem, level, "acceleration")
+        notes += () if solution else describe_accelerations(problem, level, rows)
+        for row in () if solution else rows:
             row_causes = list(searches[level].find_acceleration_causes(row))
             notes += _describe_causes(row_causes, problem.entry_name("acceleration", [row]))
     if "force" in wrong and problem.friction.any():
@@ -118,9 +127,7 @@ def diagnose(
         values, q = problem.answers.values["gravity"], problem.states.q
         difference = values - problem.reference_values[level]["gravity"]
         notes += describe_springs(difference, q, problem.stiffness, problem.names)
-    if not explanations and not links:
-        for part in (part for part in wrong if not pieces.get(part)):
-            notes += _causes_within(searches[level], part, entries, alone=len(wrong) == 1)
+    notes += [words for each in causes.values() for words in each]
     explanations.sort(key=lambda cause: not cause.usual)
     words = tuple(cause.words for cause in explanations)
     if wrong == ["gravity"] and len(problem.parts) > 1:  # by another zero of a coordinate
@@ -180,14 +187,21 @@ def _find_explanations(
 
 
 def _find_rarer_explanations(
-    searches: Mapping[Level, CauseSearch], distances: Sequence[LevelDistance]
+    searches: Mapping[Level, CauseSearch], distances: Sequence[LevelDistance], *, several: bool
 ) -> tuple[Level, list[Cause]]:
-    """The nearest level at which an angle, an axis' length or a link's six inertias explain all."""
+    """The nearest level at which an angle, a term of Kane's sum or six inertias explain all.
+
+    several: whether more than gravity alone is wrong, whose terms are told as its own.
+    """
     for each in distances:
         search = searches[each.level]
         if each.entries > distances[0].entries:
             break
-        causes = list(search.find_joint_moves()) or list(search.find_curved_causes())
+        causes = list(search.find_gravity_causes()) or list(search.find_joint_moves())
+        causes = causes or list(search.find_curved_causes())
+        if several and not causes:
+            equals = search.find_motion_causes([slice(None)])
+            causes = [cause for _, cause in islice(equals, 1 + MOST_OTHERS)]
         if not causes and each.entries >= LEAST_ENTRIES and "mass_matrix" in search.problem.parts:
             causes = list(search.find_inertia_causes())
         if causes:
@@ -395,13 +409,15 @@ def _self_notes(
             yield f"bias does not follow from mass_matrix{which}: {listed}"
         elif "mass_matrix" in wrong:
             yield "bias follows from mass_matrix: they are wrong together, by one cause"
-    for row, column in problem.find_self_places("gravity", level):
-        if row < column:
-            a, b = names[row], names[column]
-            yield (
-                f"gravity is no gradient of a potential: the slope of gravity[{a}] along {b} is not"
-                f" that of gravity[{b}] along {a}"
-            )
+    unlike = [(a, b) for a, b in problem.find_self_places("gravity", level) if a < b]
+    for row, column in unlike[:1]:
+        a, b = names[row], names[column]
+        pairs = ", ".join(f"{names[i]} and {names[j]}" for i, j in unlike[1:MOST_SHOWN])
+        also = f"; so with {pairs}{', ...' if unlike[MOST_SHOWN:] else ''}" if pairs else ""
+        yield (
+            f"gravity is no gradient of a potential: the slope of gravity[{a}] along {b} is not"
+            f" that of gravity[{b}] along {a}{also}"
+        )
 
 
 def _linear_notes(terms: BiasTerms, size: np.ndarray, names: Sequence[str]) -> Iterator[str]:
@@ -470,22 +486,43 @@ def _causes_within(
     within = [entry for entry in entries if entry.part == part]
     if all(entry.remark.startswith(MISSING) for entry in within):
         return
-    places = search.select_places(part)
-    causes = [cause for cause in search.find_causes(places) if alone or cause.usual]
-    if not causes and alone:
-        causes = list(search.find_joint_moves(places))
-    if not causes and alone and part == "mass_matrix" and len(within) >= LEAST_ENTRIES:
-        causes = list(search.find_inertia_causes(places))
-    if causes:
-        yield from _describe_causes(causes, part)
-        return
     # A row of the balance that accelerations are held in is no row of these.
     rows = part in ("bias", "acceleration")
-    for entry in () if rows or len(within) > MOST_SEARCHED else within:
-        if entry.remark.startswith(MISSING):
-            continue  # whatever makes the entry nothing explains it
-        causes = search.find_causes(search.select_places(entry=entry))
-        yield from _describe_causes([cause for cause in causes if cause.usual], entry.name)
+    places = [search.select_places(part)]
+    causes = [cause for cause in search.find_causes(places[0]) if alone or cause.usual]
+    if not causes and alone:
+        causes = list(search.find_joint_moves(places[0]))
+    where = part
+    if not causes:
+        places += [] if rows else [search.select_wrong_places(within)]
+        by_place = list(search.find_motion_causes(places))
+        causes = [cause for number, cause in by_place if not number]
+        if not causes and len(places) > 1:
+            causes = [cause for cause in search.find_causes(places[1]) if cause.usual]
+            causes = causes or [cause for _, cause in by_place]
+            names = [entry.name for entry in within]
+            few = len(names) <= MOST_OTHERS
+            where = " and ".join(names) if few else f"the wrong entries of {part}"
+    if not causes and alone and part == "mass_matrix" and len(within) >= LEAST_ENTRIES:
+        causes = list(search.find_inertia_causes(places[0]))
+    if causes:
+        yield from _describe_causes(causes, where)
+        return
+    described = [
+        (
+            entry,
+            [
+                cause
+                for cause in search.find_causes(search.select_places(entry=entry))
+                if cause.usual
+            ],
+        )
+        for entry in (() if rows or len(within) > MOST_SEARCHED else within)
+        if not entry.remark.startswith(MISSING)  # whatever makes the entry nothing explains it
+    ]
+    if all(causes for _, causes in described):  # else those of some would be chance
+        for entry, causes in described:
+            yield from _describe_causes(causes, entry.name)
 
 
 def _describe_causes(causes: Sequence[Cause], where: str) -> Iterator[str]:

@@ -22,8 +22,18 @@ from crosscheck.trial.robots.rates import sample_bias_terms
 
 SLOPE_STEP = 1e-5  # [rad, m], over which slopes of M are taken
 LEAST_SHARE = 1e-5  # of a difference, which these slopes may leave
+RATIO_POWERS = ("multiplied ", "'s square", 2), ("multiplied ", "", 1), ("divided ", "", -1)
+MOST_TOGETHER = 50  # changes of the states that are tried at once
 SIZABLE = 1e-9  # of an entry's size: a piece that is less cannot be told
 USUAL = {0.0: "missing", -1.0: "with the opposite sign", 0.5: "half as large", 2.0: "twice"}
+CHRISTOFFEL = {  # factors of M' v and of d(v' M v)/dq
+    (1.0, 0.0): "without -1/2 d(v' M v)/dq: M' v alone",
+    (1.0, 0.5): "with +1/2 d(v' M v)/dq for -1/2",
+    (1.0, -1.0): "with d(v' M v)/dq without its factor 1/2",
+    (0.0, -0.5): "without M' v: -1/2 d(v' M v)/dq alone",
+    (0.5, -0.5): "with M' v half as large",
+    (0.0, 0.5): "+1/2 d(v' M v)/dq alone, as of Christoffel's C transposed",
+}
 PLACE_INWARD = "the centripetal acceleration w x (w x r) of the place"
 PLACE_ALONG = "the acceleration w' x r of the place"
 Pieces = Mapping[str, np.ndarray]
@@ -113,13 +123,13 @@ class KaneSum:
         """The terms of a body in the place of the one of a number."""
         pose, rate = self.poses[number], self.rates[number]
         moving, turning = self.move_point(number, body.lever), pose.angular_partials
-        centre = rate.acceleration + _rotate_point(rate.angular, rate.angular_rate, body.lever)
-        moment = _apply(body.inertia, rate.angular_rate)
-        moment = moment + cross(rate.angular, _apply(body.inertia, rate.angular))
+        centre = rate.acceleration + rotate_point(rate.angular, rate.angular_rate, body.lever)
+        moment = apply_matrix(body.inertia, rate.angular_rate)
+        moment = moment + cross(rate.angular, apply_matrix(body.inertia, rate.angular))
         mass = body.mass * moving.swapaxes(1, 2) @ moving
         return DynamicsTerms(
             mass + turning.swapaxes(1, 2) @ body.inertia @ turning,
-            body.mass * _project(moving, centre) + _project(turning, moment),
+            body.mass * project(moving, centre) + project(turning, moment),
             -body.mass * (self.robot.gravity @ moving),
         )
 
@@ -156,25 +166,25 @@ class KaneSum:
             w, dw, moving = rate.angular, rate.angular_rate, mass * self.move_point(number, lever)
             at = self.poses[number].rotation @ place
             inward = cross(w, cross(w, lever - at))
-            angular, centre = _apply(inertia, dw), _project(moving, _rotate_point(w, dw, lever))
+            angular, centre = apply_matrix(inertia, dw), project(moving, rotate_point(w, dw, lever))
             pieces = {
-                "the gyroscopic torque w x I w": cross(w, _apply(inertia, w)),
+                "the gyroscopic torque w x I w": cross(w, apply_matrix(inertia, w)),
                 "the torque I w' of the angular acceleration": angular,
             }
             for kind, torque in pieces.items():
-                kinds.setdefault(kind, {})[link] = _project(turning, torque)
+                kinds.setdefault(kind, {})[link] = project(turning, torque)
             parent = self.robot.joints[number].parent
             if parent != BASE:
-                before = _project(moving, self.rates[parent].acceleration)
+                before = project(moving, self.rates[parent].acceleration)
                 kind = "the acceleration that the link before hands on to the centre"
                 kinds.setdefault(kind, {})[link] = before
             linear = {
-                "the centripetal acceleration w x (w x c) of the centre": _project(moving, inward),
-                "the acceleration of the centre": centre + _project(moving, rate.acceleration),
+                "the centripetal acceleration w x (w x c) of the centre": project(moving, inward),
+                "the acceleration of the centre": centre + project(moving, rate.acceleration),
             }
             if place.any():
-                linear[PLACE_INWARD] = _project(moving, cross(w, cross(w, at)))
-                linear[PLACE_ALONG] = _project(moving, cross(dw, at))
+                linear[PLACE_INWARD] = project(moving, cross(w, cross(w, at)))
+                linear[PLACE_ALONG] = project(moving, cross(dw, at))
             for kind, piece in linear.items():
                 kinds.setdefault(kind, {})[link] = piece
         for number, joint in enumerate(self.robot.joints):
@@ -191,18 +201,18 @@ class KaneSum:
         under = self.rates[joint.parent]
         at = pose.position - self.poses[joint.parent].position
         inward = cross(under.angular, cross(under.angular, at))
-        yield PLACE_INWARD, self._load(number, inward)
+        yield PLACE_INWARD, self.load_joint(number, inward)
         along = cross(under.angular_rate, at)
-        yield PLACE_ALONG, self._load(number, along)
+        yield PLACE_ALONG, self.load_joint(number, along)
         extra = self.rates[number].acceleration - under.acceleration
-        extra = extra - _rotate_point(under.angular, under.angular_rate, at)
+        extra = extra - rotate_point(under.angular, under.angular_rate, at)
         if joint.kind == "prismatic":
-            yield "the Coriolis acceleration 2 w x v", self._load(number, extra)
+            yield "the Coriolis acceleration 2 w x v", self.load_joint(number, extra)
             return
         gained = self.rates[number].angular_rate - under.angular_rate
-        yield "the angular acceleration w x z q'", self._load(number, 0 * gained, gained)
+        yield "the angular acceleration w x z q'", self.load_joint(number, 0 * gained, gained)
 
-    def _load(
+    def load_joint(
         self, first: int, linear: np.ndarray, angular: np.ndarray | None = None
     ) -> np.ndarray:
         """The forces (states, n) that accelerations (states, 3) of a joint and all after it take.
@@ -221,8 +231,8 @@ class KaneSum:
                 away = self.poses[number].position - self.poses[first].position + lever
                 centre = centre + cross(angular, away)
                 turning = self.poses[number].angular_partials
-                total += _project(turning, _apply(inertia, angular))
-            total += mass * _project(self.move_point(number, lever), centre)
+                total += project(turning, apply_matrix(inertia, angular))
+            total += mass * project(self.move_point(number, lever), centre)
         return total
 
     def describe_left_out(self, difference: np.ndarray, part: str, size: float) -> Iterator[str]:
@@ -238,52 +248,6 @@ class KaneSum:
         is_usual = any(abs(factor - by) <= ALIKE for by in USUAL)
         if is_usual and np.ptp(list(factors.values())) <= ALIKE:
             yield f"{_describe_factor(list(factors), factor)}, in the entries that are wrong"
-
-    def list_weight_changes(self) -> Iterator[tuple[str, np.ndarray]]:
-        """Changes of gravity (states, n) by a link's weight in other axes, in words."""
-        whole = dict[str, np.ndarray]()
-        for each in self.parts:
-            mass, lever, _ = self.place_body(each.number, each.body)
-            R = self.poses[each.number].rotation
-            moving, g = self.move_point(each.number, lever), self.robot.gravity
-            for words, pull in (
-                ("in the link's own axes, not turned", R @ g),
-                ("turned the other way", R @ R @ g),
-                ("turned as from the link's axes to the base's", R.swapaxes(1, 2) @ g),
-            ):
-                change = -mass * ((pull - g)[:, None] @ moving)[:, 0]
-                whole[words] = whole.get(words, 0) + change
-                yield f"gravity's direction for {each.name}: {words}", change
-        yield from (
-            (f"gravity's direction for every link: {words}", whole[words]) for words in whole
-        )
-
-    def list_gyroscopic_changes(self) -> Iterator[tuple[str, np.ndarray]]:
-        """Changes of the bias (states, n) by another rate in every gyroscopic torque, in words."""
-        revolute = [joint.kind == "revolute" for joint in self.robot.joints]
-        first = self.rates[0].angular
-        changes = dict[str, np.ndarray]()
-        for number, body in enumerate(self.robot.bodies):
-            parent, w = self.robot.joints[number].parent, self.rates[number].angular
-            before = np.zeros_like(w) if parent == BASE else self.rates[parent].angular
-            relative = w - before if revolute[number] else np.zeros_like(w)
-            inertia = self.place_body(number, body).inertia
-            right = cross(w, _apply(inertia, w))
-            turning = self.poses[number].angular_partials
-            for words, left_rate, right_rate in (
-                ("I w of the first link's rate", w, first),
-                ("the joint's own rate for w in both places", relative, relative),
-                ("the joint's own rate for w on the left", relative, w),
-                ("I w of the joint's own rate", w, relative),
-                ("the rate of the link before for w", before, before),
-            ):
-                wrong = cross(left_rate, _apply(inertia, right_rate))
-                changes[words] = changes.get(words, 0) + _project(turning, wrong - right)
-            fixed = cross(w, w @ body.inertia)
-            words = "I in the link's own axes, not turned"
-            changes[words] = changes.get(words, 0) + _project(turning, fixed - right)
-        for words, change in changes.items():
-            yield f"in every gyroscopic torque w x I w: {words}", change
 
 
 def list_unturned_bodies(pose_rotation: np.ndarray, body: RobotBody) -> dict[str, WorldBody]:
@@ -423,16 +387,11 @@ def describe_pieces(
         }[part]()
         described += describe_wrong_kinds(difference.ravel(), kinds, size, are_usual=are_usual)
         described = described or list(kane.describe_left_out(difference, part, size))
-    changes = {"bias": kane.list_gyroscopic_changes, "gravity": kane.list_weight_changes}
-    if not described and part in changes:
-        for words, change in changes[part]():
-            if np.abs(difference - change).max() <= ALIKE * np.abs(difference).max():
-                described.append(words)
     yield from (f"{part}, {words}" for words in described)
 
 
 def describe_christoffel(problem: RobotProblem, level: Level) -> Iterator[str]:
-    """Sentences on a bias that is M' v and d(v' M v)/dq with other factors than 1 and -1/2."""
+    """The sentence on a bias that is M' v and d(v' M v)/dq with other factors than 1 and -1/2."""
     q, v = problem.states[:2]
     model = AnalyticRobot(problem.robot, level)
     slopes = np.stack(
@@ -441,25 +400,44 @@ def describe_christoffel(problem: RobotProblem, level: Level) -> Iterator[str]:
             for step in SLOPE_STEP * np.eye(q.shape[1])
         ]
     )
-    change = np.einsum("ksij,sk,sj->si", slopes, v, v)
-    gradient = np.einsum("isjk,sj,sk->si", slopes, v, v)
     user_values = problem.answers.values["bias"]
-    allowed = LEAST_SHARE * np.abs(user_values - problem.reference_values[level]["bias"]).max()
-    for words, values in (
-        ("without -1/2 d(v' M v)/dq: M' v alone", change),
-        ("with +1/2 d(v' M v)/dq for -1/2", change + gradient / 2),
-        ("with d(v' M v)/dq without its factor 1/2", change - gradient),
-        ("without M' v: -1/2 d(v' M v)/dq alone", -gradient / 2),
-        ("with M' v half as large", (change - gradient) / 2),
-    ):
-        if np.abs(values - user_values).max() <= allowed:
+    wrong = np.abs(user_values - problem.reference_values[level]["bias"]).max(axis=0)
+    allowed = LEAST_SHARE * wrong.max()
+    columns = [
+        np.einsum("ksij,sk,sj->si", slopes, v, v),
+        np.einsum("isjk,sj,sk->si", slopes, v, v),
+        np.einsum("jsij,sj->si", slopes, v**2),  # the same of squares of one rate
+        np.einsum("isjj,sj->si", slopes, v**2),
+    ]
+    # Of one row alone that is wrong its products of rates say more.
+    for count in (2, 4) if (wrong > allowed).sum() > 1 else (2,):
+        matrix = np.stack([each.ravel() for each in columns[:count]], axis=1)
+        fit, _, rank, _ = np.linalg.lstsq(matrix, user_values.ravel(), rcond=1e-8)
+        factors = np.pad(np.rint(4 * fit) / 4, (0, 4 - count))  # as sums of Christoffel's are
+        left = np.abs(matrix @ factors[:count] - user_values.ravel()).max()
+        if rank == count and left <= allowed:
+            products, squares = factors[:2], factors[:2] + factors[2:]
+            words = CHRISTOFFEL.get(tuple(products), _describe_factors(products))
+            if not np.array_equal(products, squares):
+                right = "right" if tuple(squares) == (1.0, -0.5) else _describe_factors(squares)
+                words = (
+                    f"{_describe_factors(products)} in products of two rates, {right} in squares"
+                )
             yield f"bias is M' v - 1/2 d(v' M v)/dq; yours is {words}"
+            return
+
+
+def _describe_factors(factors: np.ndarray) -> str:
+    """Factors of M' v and d(v' M v)/dq in words."""
+    named = zip(factors, ("M' v", "d(v' M v)/dq"), strict=True)
+    return " and ".join(f"{by:g} {what}" for by, what in named if by) or "missing"
 
 
 def describe_friction(problem: RobotProblem, level: Level) -> Iterator[str]:
     """Sentences on the friction of a joint that a force has wrong, and nothing else of the row."""
     difference = problem.answers.values["force"] - problem.reference_values[level]["force"]
-    size = problem.sizes[level].entry_sizes("force")
+    size, v = problem.sizes[level].entry_sizes("force"), problem.states.v
+    ratios = {each.joint: each.ratio for each in problem.robot.rotors}
     for row, name in enumerate(problem.names):
         friction, wrong = problem.friction[:, row], difference[:, row]
         least = SIZABLE * float(np.broadcast_to(size, difference.shape)[:, row].max())
@@ -467,28 +445,113 @@ def describe_friction(problem: RobotProblem, level: Level) -> Iterator[str]:
             continue
         share = float(wrong @ friction / (friction @ friction))
         if np.abs(wrong - share * friction).max() <= ALIKE * np.abs(wrong).max():
-            yield f"force[{name}], {_describe_factor([f'the friction of {name}'], 1 - share)}"
+            words = _describe_factor([f"the friction of {name}"], 1 - share)
+            ratio = abs(ratios.get(problem.robot.coordinates[row], 1.0))
+            near = [
+                f", {how}by its ratio{power}"
+                for how, power, by in RATIO_POWERS
+                if ratio != 1 and abs((1 - share) / ratio**by - 1) < ALIKE
+            ]
+            yield f"force[{name}], {words}{''.join(near)}"
+            continue
+        laws = np.stack([v[:, row], np.sign(v[:, row])], axis=1)
+        kinds = laws * np.linalg.lstsq(laws, friction, rcond=None)[0]
+        for kind, taken in zip(("viscous", "Coulomb"), kinds.T, strict=True):
+            for other, other_name in enumerate(problem.names):
+                rate = v[:, other] if kind == "viscous" else np.sign(v[:, other])
+                share = float((wrong - taken) @ rate / (rate @ rate))
+                left = np.abs(wrong - taken - share * rate).max()
+                if other != row and left <= ALIKE * np.abs(wrong).max():
+                    yield f"force[{name}]: its {kind} friction goes by the rate of {other_name}"
 
 
 def describe_coordinates(problem: RobotProblem, level: Level, part: str) -> Iterator[str]:
-    """Sentences on a coordinate that M, bias or gravity leaves out or takes with the other sign."""
+    """Sentences on a coordinate, or its rate, that M, bias or gravity takes for another one."""
     right, user_values = problem.reference_values[level][part], problem.answers.values[part]
     difference, model = user_values - right, AnalyticRobot(problem.robot, level)
-    changes = [
-        (number, words, factor)
-        for number in range(len(problem.names))
-        for words, factor in (("left out", 0.0), ("with the opposite sign", -1.0))
-    ]
-    q = np.repeat(problem.states.q[None], len(changes), axis=0)
-    for place, (number, _, factor) in enumerate(changes):
-        q[place, :, number] *= factor
-    v = np.broadcast_to(problem.states.v, q.shape)
-    terms = DynamicsTerms(*model.terms(*(each.reshape(-1, q.shape[2]) for each in (q, v))))
-    answers = getattr(terms, part).reshape(len(changes), *right.shape)
-    for (number, words, _), answer in zip(changes, answers, strict=True):
-        if np.abs(answer - user_values).max() <= ALIKE * np.abs(difference).max():
-            yield f"{part}: {problem.names[number]} is {words} in it"
+    changes = list(_list_coordinate_changes(problem, by_rates=part == "bias"))
+    q, v = (np.stack(each) for each in list(zip(*changes, strict=True))[1:])
+    least = ALIKE * np.abs(difference).max()
+    for begin in range(0, len(changes), MOST_TOGETHER):
+        here = slice(begin, begin + MOST_TOGETHER)
+        rows = [each[here].reshape(-1, q.shape[2]) for each in (q, v)]
+        values = model.bias(*rows) if part == "bias" else getattr(model, part)(rows[0])
+        answers = values.reshape(-1, *right.shape)
+        answers = answers + (problem.spring_torques if part == "gravity" else 0.0)
+        for (words, *_), answer in zip(changes[here], answers, strict=True):
+            if np.abs(answer - user_values).max() <= least:
+                yield f"{part}: {words}"
+    if part == "gravity":
+        yield from _describe_small_angles(problem, level)
     yield from _describe_exchanges(problem, level, part)
+
+
+def _list_coordinate_changes(
+    problem: RobotProblem, *, by_rates: bool
+) -> Iterator[tuple[str, np.ndarray, np.ndarray]]:
+    """Sentences' ends on one coordinate that is another, with q and v (states, n) so."""
+    robot, names, (q, v) = problem.robot, problem.names, problem.states[:2]
+    turning = [robot.joints[number].kind == "revolute" for number in robot.coordinates]
+    for j, name in enumerate(names):
+        old, rate = q[:, j], v[:, j]
+        others = {"is left out in it": 0 * old, "is with the opposite sign in it": -old}
+        others |= {"is twice in it": 2 * old, "is half in it": old / 2}
+        if turning[j]:
+            others |= {
+                "is in degrees in it, read as radians": np.degrees(old),
+                "is taken for degrees in it": np.radians(old),
+                "is a quarter turn more in it": old + np.pi / 2,
+                "is a quarter turn less in it": old - np.pi / 2,
+                "is the opposite of itself, and a quarter turn more": np.pi / 2 - old,
+                "is the opposite of itself, and a quarter turn less": -np.pi / 2 - old,
+                "is half a turn more in it": old + np.pi,
+            }
+        for other, other_name in enumerate(names):
+            if other != j and turning[other] == turning[j]:
+                others |= {f"has {other_name} added in it": old + q[:, other]}
+                others |= {f"has {other_name} taken from it in it": old - q[:, other]}
+                others |= {f"is taken for {other_name} in it": q[:, other]}
+        for words, values in others.items():
+            changed = q.copy()
+            changed[:, j] = values
+            yield f"{name} {words}", changed, v
+        rates = {"in degrees": 180 / np.pi, "taken for degrees": np.pi / 180}
+        for words, by in rates.items() if by_rates and turning[j] else ():
+            changed = v.copy()
+            changed[:, j] = by * rate
+            yield f"the rate of {name} is {words} in it", q, changed
+
+
+def _describe_small_angles(problem: RobotProblem, level: Level) -> Iterator[str]:
+    """Sentences on a gravity in which sines of one angle, or of all, are the angles."""
+    robot, q = problem.robot, problem.states.q
+    gravity = AnalyticRobot(robot, level).gravity
+    user_values = problem.answers.values["gravity"] - problem.spring_torques
+    least = ALIKE * np.abs(user_values - gravity(q)).max()
+    # Gravity is a sum of waves of each angle, so that four angles tell its slope at 0.
+    turning = [n for n, c in enumerate(robot.coordinates) if robot.joints[c].kind == "revolute"]
+
+    def put(values: np.ndarray, angles: Sequence[int], by: float) -> np.ndarray:
+        changed = values.copy()
+        changed[:, angles] = by
+        return changed
+
+    still, linear = put(q, turning, 0.0), 0 * q
+    constant = gravity(still)
+    for j in turning:
+        slopes = []
+        for base in (put(q, [j], 0.0), still):
+            at = [gravity(put(base, [j], by)) for by in (np.pi / 2, -np.pi / 2, 0.0, np.pi)]
+            slopes.append((at[0] - at[1]) / 2 * q[:, [j]])
+            if base is not still:
+                middle, wave = (at[2] + at[3]) / 2, (at[2] - at[3]) / 2
+                for words, cosine in (("1", 1.0), ("1 - x^2/2", 1 - q[:, [j]] ** 2 / 2)):
+                    if np.abs(middle + wave * cosine + slopes[0] - user_values).max() <= least:
+                        name = problem.names[j]
+                        yield f"gravity: the sine of {name} is {name} and its cosine {words}"
+        linear += slopes[1]
+    if np.abs(constant + linear - user_values).max() <= least:
+        yield "gravity: linear in the angles, as it is near 0 alone"
 
 
 def _describe_exchanges(problem: RobotProblem, level: Level, part: str) -> Iterator[str]:
@@ -516,6 +579,35 @@ def _describe_exchanges(problem: RobotProblem, level: Level, part: str) -> Itera
                 yield f"{part}: the {what} of {pair} are exchanged in it"
 
 
+def describe_solution(problem: RobotProblem, level: Level) -> Iterator[str]:
+    """Sentences on accelerations of the right M, bias and gravity that are put together wrongly."""
+    q, v, _, torques = problem.states
+    model, user_values = AnalyticRobot(problem.robot, level), problem.answers.values["acceleration"]
+    mass, bias, gravity = model.terms(q, v)
+    gravity = gravity + problem.spring_torques
+    load = torques - bias - gravity
+    diagonal = np.einsum("sii->si", mass)
+    with np.errstate(divide="ignore", invalid="ignore"):
+        entries = apply_matrix(np.where(mass, 1 / mass, 0.0), load)
+    inverse = np.linalg.inv(mass)
+    least = ALIKE * np.abs(user_values - problem.reference_values[level]["acceleration"]).max()
+    for words, values in (
+        ("by M's diagonal alone, without coupling", load / diagonal),
+        ("by the diagonal of M^-1 alone", np.einsum("sii->si", inverse) * load),
+        ("by the inverse of each entry of M", entries),
+        ("without M^-1", load),
+        ("by M where M^-1 belongs", apply_matrix(mass, load)),
+        ("with M's lower triangle alone", apply_matrix(np.linalg.inv(np.tril(mass)), load)),
+        ("with M's upper triangle alone", apply_matrix(np.linalg.inv(np.triu(mass)), load)),
+        ("with gravity outside M^-1", apply_matrix(inverse, load + gravity) - gravity),
+        ("with the bias outside M^-1", apply_matrix(inverse, load + bias) - bias),
+        ("with the torques outside M^-1", apply_matrix(inverse, load - torques) + torques),
+        ("with the opposite sign", -apply_matrix(inverse, load)),
+    ):
+        if np.abs(values - user_values).max() <= least:
+            yield f"acceleration is M^-1 (torques - bias - gravity); yours is {words}"
+
+
 def describe_accelerations(
     problem: RobotProblem, level: Level, rows: Sequence[int]
 ) -> Iterator[str]:
@@ -541,16 +633,19 @@ def describe_accelerations(
         )
 
 
-def _rotate_point(w: np.ndarray, dw: np.ndarray, arm: np.ndarray) -> np.ndarray:
+def rotate_point(w: np.ndarray, dw: np.ndarray, arm: np.ndarray) -> np.ndarray:
     """The acceleration (states, 3) of the end of an arm by turning about its begin."""
     turned: np.ndarray = cross(dw, arm) + cross(w, cross(w, arm))
     return turned
 
 
-def _apply(matrix: np.ndarray, vector: np.ndarray) -> np.ndarray:
-    return (matrix @ vector[:, :, None])[:, :, 0]
+def apply_matrix(matrix: np.ndarray, vector: np.ndarray) -> np.ndarray:
+    """Matrices (states, i, j) times vectors (states, j)."""
+    product: np.ndarray = (matrix @ vector[:, :, None])[:, :, 0]
+    return product
 
 
-def _project(columns: np.ndarray, force: np.ndarray) -> np.ndarray:
+def project(columns: np.ndarray, force: np.ndarray) -> np.ndarray:
     """Columns (states, 3, n), transposed, times force (states, 3): (states, n)."""
-    return (force[:, None] @ columns)[:, 0]
+    product: np.ndarray = (force[:, None] @ columns)[:, 0]
+    return product

@@ -32,10 +32,12 @@ from crosscheck.trial.robots.exchanges import (
     list_unit_bodies,
 )
 from crosscheck.trial.robots.judge import RobotEntry, RobotProblem, select_entry
+from crosscheck.trial.robots.motions import ByPlace, MotionTable
 from crosscheck.trial.robots.pieces import (
     BodyPart,
     DynamicsTerms,
     KaneSum,
+    WorldBody,
     list_body_parts,
     list_unturned_bodies,
     list_whole_bodies,
@@ -71,6 +73,7 @@ class NumberEffect(NamedTuple):
     number: RobotNumber
     linear: DynamicsTerms
     square: DynamicsTerms
+    place: str = ""  # the one term of the balance in which it is made, in words
 
 
 class MistakeEffect(NamedTuple):
@@ -189,6 +192,13 @@ class ChangeTable:
 
     def _list_mistakes_of(self, part: BodyPart) -> dict[str, DynamicsTerms]:
         """By words, what each mistake in a part does to the terms."""
+        number = part.number
+        right = self.kane.compute_terms(number, self.kane.place_body(number, part.body))
+        changed = self._list_changed_bodies(part)
+        return {w: self.kane.compute_terms(number, b).minus(right) for w, b in changed.items()}
+
+    def _list_changed_bodies(self, part: BodyPart) -> dict[str, WorldBody]:
+        """By words, what a part may be taken for."""
         joint, number, pose = self.robot.joints[part.number], part.number, self.kane.poses
         is_moved = part.placement.position.any() or not _is_identity(part.placement.rotation)
         before = replace(joint, placement=part.placement) if is_moved else joint
@@ -199,9 +209,19 @@ class ChangeTable:
         turn = pose[number].rotation
         shift = turn @ part.placement.position
         unturned = list_unturned_bodies(turn @ part.placement.rotation, part.in_link)
-        changed |= {w: b._replace(lever=b.lever + shift) for w, b in unturned.items()}
-        right = self.kane.compute_terms(number, self.kane.place_body(number, part.body))
-        return {w: self.kane.compute_terms(number, b).minus(right) for w, b in changed.items()}
+        return changed | {w: b._replace(lever=b.lever + shift) for w, b in unturned.items()}
+
+    def generate_motion_changes(self, level: Level) -> Iterator[tuple[str, ByPlace]]:
+        """Mistakes in Kane's sum in words, each with what it changes by the body that has it."""
+        parts, bodies = list_body_parts(self.robot), list_whole_bodies(self.robot)
+        kane = KaneSum(self.robot, self.states.q, self.states.v)
+        table = MotionTable(kane, level)
+        yield from table.generate({p.name: (p, self._list_changed_bodies(p)) for p in parts})
+        if len(parts) > len(bodies):
+            named = {f"{each.name}, with what is fixed to it": each for each in bodies}
+            yield from table.generate(
+                {name: (each, self._list_changed_bodies(each)) for name, each in named.items()}
+            )
 
     def _base(self, level: Level) -> DynamicsTerms:
         if level not in self._bases:
@@ -295,20 +315,46 @@ class CauseSearch:
             places.append(inside.ravel())
         return np.concatenate(places)
 
+    def select_wrong_places(self, entries: Sequence[RobotEntry]) -> np.ndarray:
+        """Which places of a row belong to some entries."""
+        return np.any([self.select_places(entry=entry) for entry in entries], axis=0)
+
     @cached_property
     def _effects(self) -> tuple[list[NumberEffect], np.ndarray, np.ndarray]:
         """Effects, and what of a row (effects, places) each makes: linear in it, by its square."""
-        effects = self.table.list_number_effects(self.level)
-        linear, square = (
-            np.array([self.row(change) for change in changes])
-            for changes in zip(*(each[1:] for each in effects), strict=True)
-        )
-        return effects, linear, square
+        effects = [
+            NumberEffect(each.number, linear, square, place)
+            for each in self.table.list_number_effects(self.level)
+            for place, (linear, square) in self._list_places(each.linear, each.square)
+        ]
+        linear_rows = np.array([self.row(each.linear) for each in effects])
+        return effects, linear_rows, np.array([self.row(each.square) for each in effects])
 
     @cached_property
     def _mistakes(self) -> list[tuple[MistakeEffect, np.ndarray]]:
-        mistakes = self.table.list_mistake_effects(self.level)
-        return [(each, self.row(each.change)) for each in mistakes]
+        return [
+            (each._replace(words=each.words + place), self.row(change))
+            for each in self.table.list_mistake_effects(self.level)
+            for place, (change,) in self._list_places(each.change)
+        ]
+
+    def _list_places(
+        self, *changes: DynamicsTerms
+    ) -> Iterator[tuple[str, tuple[DynamicsTerms, ...]]]:
+        """Changes of all terms, and of each alone where a balance alone tells that it is wrong."""
+        yield "", changes
+        if set(self.problem.parts) != {"acceleration"}:
+            return
+        there = [n for n in range(3) if any(each[n].any() for each in changes)]
+        for number in there if len(there) > 1 else ():
+            name = DynamicsTerms._fields[number]
+            yield (
+                f", in its {name} alone",
+                tuple(
+                    DynamicsTerms(*(term * (n == number) for n, term in enumerate(each)))
+                    for each in changes
+                ),
+            )
 
     def find_causes(self, places: Places = slice(None)) -> list[Cause]:
         """Every single change that leaves nothing of the difference in some places of the row."""
@@ -333,13 +379,20 @@ class CauseSearch:
             left = wrong - linear[place] * by - square[place] * by**2
             if by and np.linalg.norm(left) <= allowed:
                 value = number.value + by * number.step
-                if not self._is_possible(number, value) or not self._holds(number, value, places):
+                whole = not effects[place].place
+                if not self._is_possible(number, value):
+                    continue
+                if whole and not self._holds(number, value, places):
                     continue
                 is_left_out = abs(value) < ALIKE * number.step and not number.factor
                 missing = number.name if is_left_out else ""
                 yield (
                     number,
-                    Cause(self._words(number, value), self._is_usual(number, value), missing),
+                    Cause(
+                        self._words(number, value) + effects[place].place,
+                        self._is_usual(number, value),
+                        missing,
+                    ),
                 )
 
     def _holds(self, number: RobotNumber, value: float, places: Places) -> bool:
@@ -494,6 +547,62 @@ class CauseSearch:
             if self.can_explain(self.row(self.table.change_robot(move.robot, self.level)), places):
                 yield Cause(move.words, usual=True)
 
+    def find_gravity_causes(self) -> Iterator[Cause]:
+        """Gravity along another direction than an axis."""
+        robot, effects = self.problem.robot, self.table.list_number_effects(self.level)
+        axes = [each for each in effects if each.number.name.startswith("gravity: ")]
+        columns = np.stack([self.row(each.linear) / each.number.step for each in axes], axis=1)
+        fit, _, rank, _ = np.linalg.lstsq(columns, self.difference, rcond=1e-10)
+        if rank == len(axes) and self.can_explain(columns @ fit):
+            vector, right = robot.gravity + fit, float(np.linalg.norm(robot.gravity))
+            shown = ", ".join(f"{each:.6g}" for each in vector)
+            size = float(np.linalg.norm(vector))
+            tilted = (
+                ", of the right size: a tilted base?" if abs(size - right) < ALIKE * right else ""
+            )
+            yield Cause(f"gravity = ({shown}) m/s^2{tilted}", usual=bool(tilted))
+
+    def find_motion_causes(self, several: Sequence[Places]) -> Iterator[tuple[int, Cause]]:
+        """Mistakes in Kane's sum at some bodies or joints, and the places that each explains.
+
+        several: of the row, by number; of each mistake the first ones are told that it explains.
+        """
+        inside, told = [np.arange(self.difference.size)[places] for places in several], list[str]()
+        for words, changes in self.table.generate_motion_changes(self.level):
+            rows_by_words: dict[str, dict[str, np.ndarray]] = {}
+            for name, change in changes.items():
+                for place, (placed,) in self._list_places(change):
+                    rows_by_words.setdefault(words + place, {})[name] = self.row(placed)
+            for full_words, rows in rows_by_words.items():
+                stacked = np.array(list(rows.values()))
+                for number, places in enumerate(inside):
+                    if not (chosen := self._choose_rows(stacked[:, places], places)):
+                        continue
+                    there = [name for name, row in rows.items() if row.any()]
+                    whole = f"{_join_names([list(rows)[n] for n in chosen], there)}: {full_words}"
+                    if not any(whole.startswith(each) for each in told):  # a place says no more
+                        told.append(whole)
+                        yield number, Cause(whole, usual=True)
+                    break
+
+    def _choose_rows(self, rows: np.ndarray, places: np.ndarray) -> list[int]:
+        """Which of some changes (changes, places), each made once, leave nothing at the places."""
+        there = np.flatnonzero(np.abs(rows).max(axis=1, initial=0.0) > TOLERANCE)
+        screened = np.argsort(-np.abs(self.difference[places]))[:MOST_SCREENED]
+        sampled, wrong = rows[there][:, screened], self.difference[places][screened]
+        if not there.size:
+            return []
+        fit = np.linalg.lstsq(sampled.T, wrong, rcond=1e-10)[0]
+        picks = np.vstack([np.eye(there.size), np.ones(there.size), np.clip(np.rint(fit), 0, 1)])
+        left = np.abs(picks @ sampled - wrong) <= 2 * self.allowed[places][screened]
+        for number in np.flatnonzero(left.all(axis=1)):
+            if (
+                np.abs(self.difference[places] - picks[number] @ rows[there])
+                <= self.allowed[places]
+            ).all():
+                return list(there[picks[number] > 0])
+        return []
+
     def _agrees_at_first_state(self, robot: Robot, part: str) -> bool:
         """Whether another robot has the user's M or gravity at the first state."""
         q, user_value = self.problem.states.q[:1], self.problem.answers.values[part][0]
@@ -539,6 +648,16 @@ class CauseSearch:
             fit = np.linalg.lstsq(columns, self.difference, rcond=1e-10)[0]
             if self.can_explain(columns @ fit):
                 yield self._link(number)
+
+
+def _join_names(names: Sequence[str], there: Sequence[str]) -> str:
+    """Names of bodies or joints at which something is wrong, of those at which it may be."""
+    kinds = {"joint ": "every joint", "rotor of ": "every rotor", "": "every link"}
+    for begin, every in kinds.items():
+        alike = [name for name in there if name.startswith(begin)]
+        if len(names) > 1 and list(names) == alike:
+            return every
+    return " and ".join(names)
 
 
 def _describe_inertia(link: str, body: RobotBody, inertia: np.ndarray, is_unique: bool) -> str:

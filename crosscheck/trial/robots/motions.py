@@ -1,0 +1,442 @@
+"""Kane's sum with one thing taken for another in one place: for each body, joint, rotor, or some.
+
+A part of the equations is a sum over bodies of what each one's motion makes of it. So a mistake is
+told by the bodies at which it is made: what these make of the difference adds up to it.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Mapping
+from dataclasses import dataclass, replace
+
+import numpy as np
+
+from crosscheck.analytic.robot.model import cross
+from crosscheck.models.robot.robot import BASE, Joint, Level
+from crosscheck.trial.robots.exchanges import list_spinners
+from crosscheck.trial.robots.pieces import (
+    USUAL,
+    BodyPart,
+    DynamicsTerms,
+    KaneSum,
+    WorldBody,
+    apply_matrix,
+    project,
+    rotate_point,
+)
+
+BOTH = "", " in its Jacobian alone", " in its acceleration alone"
+TORQUES = " in I w' alone", " in w x I w alone"
+
+
+@dataclass(frozen=True)
+class BodyMotion:
+    """A body at states, in the base's axes, as Kane's sum takes it.
+
+    moving, turning (states, 3, n): velocity of the centre and angular velocity per rate; inertia
+    (states, 3, 3), also apart in I w' and in w x I w; centre, rate, growth (states, 3): its
+    acceleration, w, w' at the rates; left_rate: w in w x I w where it is another one than in
+    I w; pull (states, 3) or (3,): gravity.
+    """
+
+    mass: float
+    moving: np.ndarray
+    turning: np.ndarray
+    inertia: np.ndarray
+    growing_inertia: np.ndarray
+    spinning_inertia: np.ndarray
+    centre: np.ndarray
+    rate: np.ndarray
+    left_rate: np.ndarray
+    growth: np.ndarray
+    pull: np.ndarray
+
+    def compute_terms(self) -> DynamicsTerms:
+        """What the body makes of M, bias and gravity."""
+        moving, turning = self.moving.swapaxes(1, 2), self.turning.swapaxes(1, 2)
+        moment = apply_matrix(self.growing_inertia, self.growth)
+        moment = moment + cross(self.left_rate, apply_matrix(self.spinning_inertia, self.rate))
+        return DynamicsTerms(
+            self.mass * moving @ self.moving + turning @ self.inertia @ self.turning,
+            self.mass * project(self.moving, self.centre) + project(self.turning, moment),
+            -self.mass * project(self.moving, np.broadcast_to(self.pull, self.centre.shape)),
+        )
+
+
+Changes = Iterator[tuple[str, BodyMotion]]
+ByPlace = Mapping[str, DynamicsTerms]  # changes of the terms by the body or joint that has them
+
+
+class MotionTable:
+    """What every mistake in Kane's sum of a robot at a level changes, by where it is made."""
+
+    def __init__(self, kane: KaneSum, level: Level) -> None:
+        self.kane, self.robot, self.level = kane, kane.robot, level
+        self._still = np.zeros_like(kane.poses[0].position)
+
+    def generate(
+        self, changed_bodies: Mapping[str, tuple[BodyPart, Mapping[str, WorldBody]]]
+    ) -> Iterator[tuple[str, ByPlace]]:
+        """Each mistake in words, with what it changes at each body or joint.
+
+        changed_bodies: by name a link and what its numbers may be taken for.
+        """
+        kinds: dict[str, dict[str, DynamicsTerms]] = {}
+        for name, (part, changed) in changed_bodies.items():
+            body = self.kane.place_body(part.number, part.body)
+            right = self._move_body(part.number, body)
+            terms = right.compute_terms()
+            for words, motion in self._list_body_changes(part, body, right, changed):
+                kinds.setdefault(words, {})[name] = motion.compute_terms().minus(terms)
+        for name, number, column, motion in self._list_spinning_motions():
+            terms = motion.compute_terms()
+            for words, changed_motion in (
+                *_list_factors(motion),
+                *self._list_rate_changes(number, motion, self._still),
+            ):
+                kinds.setdefault(words, {})[name] = changed_motion.compute_terms().minus(terms)
+            for words, changed_motion in self._list_spin_changes(column, motion):
+                kinds.setdefault(words, {})[name] = changed_motion.compute_terms().minus(terms)
+        yield from kinds.items()
+        yield from self._list_joint_changes()
+        yield from self._list_column_changes(
+            {name: part for name, (part, _) in changed_bodies.items()}
+        )
+
+    def _move_body(self, number: int, body: WorldBody) -> BodyMotion:
+        """A body in the place of the one of a number."""
+        pose, rate = self.kane.poses[number], self.kane.rates[number]
+        lever = body.lever
+        centre = rate.acceleration + rotate_point(rate.angular, rate.angular_rate, lever)
+        return BodyMotion(
+            mass=body.mass,
+            moving=self.kane.move_point(number, lever),
+            turning=pose.angular_partials,
+            inertia=body.inertia,
+            growing_inertia=body.inertia,
+            spinning_inertia=body.inertia,
+            centre=centre,
+            rate=rate.angular,
+            left_rate=rate.angular,
+            growth=rate.angular_rate,
+            pull=self.robot.gravity,
+        )
+
+    def _list_spinning_motions(self) -> Iterator[tuple[str, int, np.ndarray, BodyMotion]]:
+        """Each rotor by name, its body, its own turning per rate, and its motion."""
+        share = self.robot.joint_map[0]
+        for name, rotor in list_spinners(self.robot) if self.level != "links" else ():
+            frame, still = self.robot.frames[rotor.stator], self._still
+            axis, turning, w, dw = (
+                still + rotor.axis,
+                0 * self.kane.poses[0].angular_partials,
+                still,
+                still,
+            )
+            if frame.body != BASE:
+                pose = self.kane.poses[frame.body]
+                axis = still + pose.rotation @ frame.placement.rotation @ rotor.axis
+                if self.level == "coupled":
+                    rates = self.kane.rates[frame.body]
+                    turning, w, dw = pose.angular_partials, rates.angular, rates.angular_rate
+            column = axis[:, :, None] * (rotor.ratio * share[rotor.joint])
+            spin = apply_matrix(column, self.kane.v)
+            inertia = rotor.inertia * axis[:, :, None] * axis[:, None]
+            motion = BodyMotion(
+                mass=0.0,
+                moving=0 * column,
+                turning=turning + column,
+                inertia=inertia,
+                growing_inertia=inertia,
+                spinning_inertia=inertia,
+                centre=still,
+                rate=w + spin,
+                left_rate=w + spin,
+                growth=dw + cross(w, spin),
+                pull=self.robot.gravity,
+            )
+            yield f"rotor of {name}", frame.body, column, motion
+
+    def _list_body_changes(
+        self, part: BodyPart, body: WorldBody, right: BodyMotion, changed: Mapping[str, WorldBody]
+    ) -> Changes:
+        yield from _list_factors(right)
+        number = part.number
+        joint, pose = self.robot.joints[number], self.kane.poses[number]
+        under = self.kane.poses[joint.parent].rotation if joint.parent != BASE else np.eye(3)
+        before, lever = self._before(number), body.lever
+        turned = under @ joint.placement.rotation
+        levers = {
+            "its centre of mass without the place of its joint": lever - pose.position + before[0],
+            "its centre of mass in the axes of the link before": self._still
+            + under @ part.body.com,
+            "its centre of mass not turned by its joint": self._still + turned @ part.body.com,
+            "its centre of mass at its joint": self._still,
+        }
+        for words, at in levers.items():
+            yield from self._place(words, number, right, at, BOTH)
+        for words, other in changed.items():
+            if not np.array_equal(other.lever, lever):
+                yield from self._place(words, number, right, other.lever, BOTH[1:])
+        for other_number, other_joint in enumerate(self.robot.joints):
+            if other_number == joint.parent or other_joint.parent == number:
+                beside = self.robot.bodies[other_number]
+                motion = self._move_body(other_number, self.kane.place_body(other_number, beside))
+                words = f"its mass at the centre of {self._link(other_number)}"
+                yield words, replace(right, moving=motion.moving, centre=motion.centre)
+        own_inertia, axis = part.body.inertia, pose.rotation @ joint.axis
+        square = body.mass * (lever * lever).sum(axis=1)[:, None, None] * np.eye(3)
+        about = np.einsum("si,sij,sj->s", axis, body.inertia, axis)[:, None, None]
+        inertias = {
+            "its inertia in the axes of the link before": under
+            @ own_inertia
+            @ np.swapaxes(under, -1, -2),
+            "its inertia not turned by its joint": turned
+            @ own_inertia
+            @ np.swapaxes(turned, -1, -2),
+            "m |c|^2 added to its inertia about every axis": body.inertia + square,
+            "m |c|^2 taken from its inertia about every axis": body.inertia - square,
+            "its inertia about its joint's axis alone": about * axis[:, :, None] * axis[:, None],
+        }
+        for words, inertia in inertias.items():
+            yield words, _put_inertia(right, np.broadcast_to(inertia, body.inertia.shape))
+        inertias |= {w: b.inertia for w, b in changed.items() if b.mass == body.mass}
+        for words, inertia in inertias.items():
+            yield f"{words}{TORQUES[0]}", replace(right, growing_inertia=inertia)
+            yield f"{words}{TORQUES[1]}", replace(right, spinning_inertia=inertia)
+        yield from self._list_rate_changes(number, right, lever)
+        R, g = pose.rotation, self.robot.gravity
+        for words, pull in (
+            ("in the link's own axes, not turned", R @ g),
+            ("turned the other way", R @ R @ g),
+            ("turned as from the link's axes to the base's", R.swapaxes(1, 2) @ g),
+        ):
+            yield f"gravity's direction {words}", replace(right, pull=pull)
+
+    def _place(
+        self, words: str, number: int, right: BodyMotion, lever: np.ndarray, places: tuple[str, ...]
+    ) -> Changes:
+        """A centre of mass that is another one in Jacobian, acceleration or both."""
+        rate = self.kane.rates[number]
+        centre = rate.acceleration + rotate_point(rate.angular, rate.angular_rate, lever)
+        moving = self.kane.move_point(number, lever)
+        for place in places:
+            changed = right
+            if place != BOTH[2]:
+                changed = replace(changed, moving=moving)
+            if place != BOTH[1]:
+                changed = replace(changed, centre=centre)
+            yield words + place, changed
+
+    def _before(self, number: int) -> tuple[np.ndarray, np.ndarray, np.ndarray, np.ndarray]:
+        """Of the link before a body its place, w, w' and acceleration (states, 3)."""
+        parent = self.robot.joints[number].parent if number != BASE else BASE
+        if parent == BASE:
+            return (self._still,) * 4
+        return self.kane.poses[parent].position, *self.kane.rates[parent]
+
+    def _link(self, number: int) -> str:
+        return next(name for name, frame in self.robot.frames.items() if frame.body == number)
+
+    def _list_rate_changes(self, number: int, right: BodyMotion, lever: np.ndarray) -> Changes:
+        """Other rates of a body in its acceleration, in its torque, or in both."""
+        _, before, growth_before, place_before = self._before(number)
+        w, dw = right.rate, right.growth
+        first = self.kane.rates[0].angular
+        base = right.centre - rotate_point(w, dw, lever)
+        at = replace(right, centre=right.centre - base + place_before)
+        yield "the acceleration of the place of the joint before for that of its own", at
+        for words, rate, growth in (
+            ("w and w' of the link before", before, growth_before),
+            ("w of the link before", before, dw),
+            ("w' of the link before", w, growth_before),
+            ("its joint's own rate for w", w - before, dw),
+            ("w of the first link", first, dw),
+            ("w' left out", w, 0 * dw),
+            ("w left out", 0 * w, dw),
+        ):
+            centre = base + rotate_point(rate, growth, lever)
+            torque = replace(right, rate=rate, left_rate=rate, growth=growth)
+            yield words, replace(torque, centre=centre)
+            yield f"{words}, in the acceleration of its centre alone", replace(right, centre=centre)
+            if not words.endswith("left out"):  # which is a torque that is missing
+                yield f"{words}, in its torque alone", torque
+        gyroscopic = "in the gyroscopic torque w x I w"
+        for words, rate in (
+            ("w of the first link", first),
+            ("the joint's own rate", w - before),
+            ("w of the link before", before),
+        ):
+            yield f"{gyroscopic}: {words} in both places", replace(right, rate=rate, left_rate=rate)
+            yield f"{gyroscopic}: {words} on the left", replace(right, left_rate=rate)
+            yield f"{gyroscopic}: {words} on the right, in I w", replace(right, rate=rate)
+
+    def _list_spin_changes(self, column: np.ndarray, right: BodyMotion) -> Changes:
+        """A rotor whose own turning, per rate, is another joint's, or is not what it must be."""
+        place = int(np.abs(column).max(axis=(0, 1)).argmax())
+        still = right.turning - column
+        for other, name in enumerate(self.robot.coordinate_names):
+            if other != place:
+                moved = still.copy()
+                moved[:, :, other] += column[:, :, place]
+                yield f"turned by {name}", replace(right, turning=moved)
+        for words, turning in (
+            ("left out", still),
+            ("alone", column),
+            ("the other way", still - column),
+        ):
+            yield f"its own turning {words} in its Jacobian", replace(right, turning=turning)
+
+    def _list_joint_changes(self) -> Iterator[tuple[str, ByPlace]]:
+        """Accelerations that joints add, by other rates or about another axis."""
+        kinds: dict[str, dict[str, DynamicsTerms]] = {}
+        kane = self.kane
+        for number, joint in enumerate(self.robot.joints):
+            if joint.parent == BASE:
+                continue
+            pose, rate, under = kane.poses[number], kane.rates[number], kane.rates[joint.parent]
+            at = pose.position - kane.poses[joint.parent].position
+            right = rotate_point(under.angular, under.angular_rate, at)
+            place = "the acceleration of the joint's place by"
+            loads: dict[str, tuple[np.ndarray, np.ndarray | None]] = {}
+            for words, w, dw in (
+                ("w and w' of the link after it", rate.angular, rate.angular_rate),
+                ("w of the link after it", rate.angular, under.angular_rate),
+                ("w' of the link after it", under.angular, rate.angular_rate),
+                ("w of the first link", kane.rates[0].angular, under.angular_rate),
+            ):
+                loads[f"{place} {words}"] = rotate_point(w, dw, at) - right, None
+            spin = rate.angular - under.angular
+            if joint.kind == "revolute":
+                gained = cross(under.angular, spin)
+                before = self._before(joint.parent)[1]
+                for words, other in (
+                    ("w of the first link for w", cross(kane.rates[0].angular, spin)),
+                    ("w of two links before for w", cross(before, spin)),
+                    ("the joint's own rate before for w", cross(under.angular - before, spin)),
+                ):
+                    kind = f"the angular acceleration w x z q': {words}"
+                    loads[kind] = self._still, other - gained
+            for words, (linear, angular) in loads.items():
+                load = kane.load_joint(number, linear, angular)
+                nothing = np.zeros((*load.shape, load.shape[1]))
+                terms = DynamicsTerms(nothing, load, np.zeros_like(load))
+                kinds.setdefault(words, {})[f"joint {joint.name}"] = terms
+        yield from kinds.items()
+
+    def _list_column_changes(self, parts: Mapping[str, BodyPart]) -> Iterator[tuple[str, ByPlace]]:
+        """Columns of Jacobians that are wrong: a joint's for bodies after it, or each body's own.
+
+        A body's terms are no sum over its columns, so that of these all are wrong or one is.
+        """
+        own_columns: dict[str, dict[str, DynamicsTerms]] = {}
+        whole: dict[str, dict[str, BodyMotion]] = {}
+        rights = {}
+        for name, part in parts.items():
+            motion = self._move_body(part.number, self.kane.place_body(part.number, part.body))
+            rights[name] = motion, motion.compute_terms()
+        share = self.robot.joint_map[0]
+        for number, joint in enumerate(self.robot.joints):
+            kinds: dict[str, dict[str, DynamicsTerms]] = {}
+            after = self._list_after(number)
+            for name, part in parts.items():
+                if part.number not in after:
+                    continue
+                right, terms = rights[name]
+                lever = self.kane.place_body(part.number, part.body).lever
+                point = self.kane.poses[part.number].position + lever
+                for words, moving, turning in self._list_columns(number, joint, point):
+                    by = share[number]
+                    changed = replace(
+                        right,
+                        moving=right.moving + moving[:, :, None] * by,
+                        turning=right.turning + turning[:, :, None] * by,
+                    )
+                    change = changed.compute_terms().minus(terms)
+                    kinds.setdefault(words, {})[name] = change
+                    if part.number == number:
+                        own_columns.setdefault(
+                            f"its Jacobian's column of its own joint, {words}", {}
+                        )[name] = change
+                    sum_of = whole.setdefault(words, {}).get(name, right)
+                    whole[words][name] = replace(
+                        sum_of,
+                        moving=sum_of.moving + changed.moving - right.moving,
+                        turning=sum_of.turning + changed.turning - right.turning,
+                    )
+            for words, changes in kinds.items():
+                yield f"its Jacobian's column of {joint.name}, {words}", changes
+        yield from own_columns.items()
+        for words, motions in whole.items():
+            yield (
+                f"every column of its Jacobian, {words}",
+                {name: m.compute_terms().minus(rights[name][1]) for name, m in motions.items()},
+            )
+
+    def _list_after(self, number: int) -> set[int]:
+        """The bodies that a joint moves."""
+        after = {number}
+        for other, joint in enumerate(self.robot.joints):
+            if joint.parent in after:
+                after.add(other)
+        return after
+
+    def _list_columns(
+        self, number: int, joint: Joint, point: np.ndarray
+    ) -> Iterator[tuple[str, np.ndarray, np.ndarray]]:
+        """Changes (states, 3) of the velocity of a point and of w, per rate of a joint."""
+        pose, still = self.kane.poses[number], self._still
+        axis, arm = pose.rotation @ joint.axis, point - pose.position
+        is_turning = joint.kind == "revolute"
+        moving, turning = (cross(axis, arm), axis) if is_turning else (axis, still)
+        yield "left out of velocity and w", -moving, -turning
+        if is_turning:
+            yield "left out of the velocity", -moving, still
+            yield "left out of w", still, -turning
+            yield "taken for one that slides", axis - moving, -turning
+            yield "with the opposite sign in w alone", still, -2 * turning
+            yield "with the opposite sign in the velocity alone", -2 * moving, still
+            for other, other_joint in enumerate(self.robot.joints):
+                if other == joint.parent or other_joint.parent == number:
+                    shift = pose.position - self.kane.poses[other].position
+                    yield f"about the place of joint {other_joint.name}", cross(axis, shift), still
+        else:
+            yield "taken for one that turns, in w as well", still, axis
+        yield "with the opposite sign", -2 * moving, -2 * turning
+        rotation = pose.rotation
+        axes = {
+            "its axis not turned to the base's axes": still + joint.axis,
+            "its axis turned the other way": rotation.swapaxes(1, 2) @ joint.axis,
+            "along z of its own frame": rotation @ np.array([0.0, 0.0, 1.0]),
+        }
+        if joint.parent != BASE:
+            parent = self.robot.joints[joint.parent]
+            axes["along the axis of the joint before"] = (
+                self.kane.poses[joint.parent].rotation @ parent.axis
+            )
+        for words, other_axis in axes.items():
+            if is_turning:
+                yield words, cross(other_axis - axis, arm), other_axis - axis
+                yield f"{words}, in w alone", still, other_axis - axis
+            else:
+                yield words, other_axis - axis, still
+        if joint.mimic is not None and joint.mimic.multiplier:
+            by = joint.mimic.multiplier
+            yield "its multiplier left out", (1 / by - 1) * moving, (1 / by - 1) * turning
+            yield "its multiplier twice", (by - 1) * moving, (by - 1) * turning
+            if by > 0:  # what is asked of one entry, M's of the joint that it follows
+                once = by**-0.5 - 1
+                yield "its multiplier once for its square", once * moving, once * turning
+
+
+def _list_factors(right: BodyMotion) -> Changes:
+    """A body whose weight or torque has another factor than 1."""
+    for by, words in USUAL.items():
+        inertia = by * right.inertia
+        yield f"its weight {words}", replace(right, pull=by * right.pull)
+        yield f"its torque I w' {words}", replace(right, growing_inertia=inertia)
+        yield f"its gyroscopic torque w x I w {words}", replace(right, spinning_inertia=inertia)
+
+
+def _put_inertia(right: BodyMotion, inertia: np.ndarray) -> BodyMotion:
+    return replace(right, inertia=inertia, growing_inertia=inertia, spinning_inertia=inertia)
