@@ -15,7 +15,6 @@ from crosscheck.audit.page.chapter import AuditChapter
 from tests.audit.markup import strict_json
 
 BRIEF = Scale(longest_s=0.002, most_starts=2)
-Name = tuple[str, str]  # a module, and what is defined there
 
 
 @contextmanager
@@ -31,7 +30,7 @@ def few_settings(*readings: str) -> Iterator[None]:
 class Noting(Study):
     """A study that notes whose code its keys hang on: kinds of questions."""
 
-    names: set[Name] = field(default_factory=set)
+    names: set[tuple[str, str]] = field(default_factory=set)
 
     def answer_questions(self, questions, what):
         self.names |= {(type(one).__module__, type(one).__qualname__) for one in questions}

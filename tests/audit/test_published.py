@@ -18,7 +18,7 @@ from crosscheck.audit.page import report
 from crosscheck.provenance import ROOT
 from crosscheck.runner import sources
 from tests.audit.markup import SVG, axis_problems, page_problems, uneven_tables
-from tests.audit.published import BRIEF, Name, Noting, Published, few_settings
+from tests.audit.published import BRIEF, Noting, Published, few_settings
 from tests.audit.views import is_view
 from tests.loops import require_items
 from tools import case_study
@@ -136,13 +136,8 @@ def test_claims_about_later_events_are_undefined_and_say_so(published):
     assert {one["undefined"] for record in static for one in record["settings"]} == {0}
 
 
-@pytest.fixture
-def names(published: Published) -> list[Name]:
-    """Of all that a page is made from."""
-    return sorted(published.study.names)
-
-
-def test_no_result_hangs_on_a_view(names):
+def test_no_result_hangs_on_a_view(published):
+    names = sorted(published.study.names)
     assert len(names) > 5
     hanging = {
         (name, path.relative_to(ROOT).as_posix())
