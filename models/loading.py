@@ -84,7 +84,11 @@ def load_case(
     data = read_raw_case(arm, scenario, switches)
     for setting in settings:
         apply_setting(data, setting)
-    return validate_case(data, arm, scenario)
+    loaded = validate_record(Arm, data["arm"], arm)
+    experiment = validate_record(Scenario, data["scenario"], scenario)
+    case = Case(loaded, experiment, validate_switches(data["switches"], loaded))
+    require_fitting(case, arm, scenario)
+    return case
 
 
 def read_raw_case(
@@ -99,21 +103,6 @@ def read_raw_case(
         "scenario": read_raw_scenario(scenario),
         "switches": {key: value for key, value in (switches or {}).items() if value is not None},
     }
-
-
-def validate_case(data: dict[str, Any], arm: str = "arm", scenario: str = "scenario") -> Case:
-    """The Case of what ``read_raw_case`` gave.
-
-    arm, scenario: the files' names. Raises InputError.
-    """
-    loaded = validate_record(Arm, data["arm"], arm)
-    case = Case(
-        loaded,
-        validate_record(Scenario, data["scenario"], scenario),
-        validate_switches(data["switches"], loaded),
-    )
-    require_fitting(case, arm, scenario)
-    return case
 
 
 def validate_switches(chosen: dict[str, Any], arm: Arm) -> Switches:
