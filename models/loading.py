@@ -106,8 +106,12 @@ def read_raw_case(
 
 
 def validate_switches(chosen: dict[str, Any], arm: Arm) -> Switches:
-    """A user's switches for an arm. Raises InputError."""
-    return validate_record(Switches, _add_planets_switch(chosen, arm), "switches")
+    """A user's switches; where they do not say how planets count, the arm does.
+
+    Raises InputError.
+    """
+    given = {"planets": usual_switches(arm).planets, **chosen}
+    return validate_record(Switches, given, "switches")
 
 
 def require_fitting(case: Case, arm: str = "", scenario: str = "") -> None:
@@ -144,29 +148,15 @@ def load_selection(
         for target in stages if section == "scenario" else [data]:
             apply_setting(target, setting)
     loaded = validate_record(Arm, data["arm"], arm)
-    switched = _add_planets_switch(data["switches"], loaded) if data["switches"] else None
-    chosen = ArmSelection(
-        loaded,
-        tuple(
-            validate_record(Scenario, stage["scenario"], name)
-            for stage, name in zip(stages, scenarios, strict=True)
-        ),
-        validate_record(Switches, switched, "switches") if switched else None,
-        json.dumps(data["arm"]),
-    )
-    for scenario, name in zip(chosen.scenarios, scenarios, strict=True):
-        require_fit(scenario, chosen.arm, name)
-    laws = chosen.switches or usual_switches(loaded)
-    for scenario, name in zip(chosen.scenarios, scenarios, strict=True):
-        require_alike(loaded, scenario, laws, arm, name)
-    if chosen.switches:
+    chosen = validate_switches(data["switches"], loaded) if data["switches"] else None
+    laws, experiments = chosen or usual_switches(loaded), []
+    for stage, name in zip(stages, scenarios, strict=True):
+        scenario = validate_record(Scenario, stage["scenario"], name)
+        require_fitting(Case(loaded, scenario, laws), arm, name)
+        experiments.append(scenario)
+    if chosen:
         require_alike(loaded, None, laws, arm)
-    return chosen
-
-
-def _add_planets_switch(chosen: dict[str, Any], arm: Arm) -> dict[str, Any]:
-    """A user's switches; where they do not say how planets count, the arm does."""
-    return {"planets": usual_switches(arm).planets, **chosen}
+    return ArmSelection(loaded, tuple(experiments), chosen, json.dumps(data["arm"]))
 
 
 def require_fit(scenario: Scenario, arm: Arm, where: str = "") -> None:
