@@ -226,7 +226,7 @@ def simulate(
     overrides += [f"scenario.duration_s={t_end}"] if t_end is not None else []
     overrides += [f"scenario.step_s={step}"] if step is not None else []
     chosen = (("phase", phase), ("ring_rate", ring_rate))
-    named = {key: value for key, value in chosen if value is not None}
+    named: dict[str, str] = {key: value for key, value in chosen if value is not None}
     simulate_command(arm, model, scenario, named, overrides, out, force, rtol)
 
 
