@@ -246,7 +246,8 @@ def _make_record(run: xr.Dataset, case: Case, bounds: dict[str, Bound]) -> recor
     tables: dict[str, dict[str, Any]] = {"sampled": {}, "extremes": {}}
     for quantity, bound in bounds.items():
         joints = toothed if quantity in BY_PLANET else every
-        selection = run[quantity].sel(joint=joints)
+        variable = run.variables[quantity]
+        selection = variable.isel(joint=[every.index(joint) for joint in joints])
         values = np.asarray(selection.isel(planet=0) if "planet" in selection.dims else selection)
         if quantity in SAMPLED:
             rows, section = np.column_stack([times[at], values[at]]), "sampled"
@@ -254,7 +255,7 @@ def _make_record(run: xr.Dataset, case: Case, bounds: dict[str, Bound]) -> recor
             low, high = values.argmin(axis=0), values.argmax(axis=0)
             ends = values.min(axis=0), times[low], values.max(axis=0), times[high]
             rows, section = np.column_stack([joints, *ends]), "extremes"
-        fields = {"unit": run[quantity].attrs["units"], **bound._asdict()}
+        fields = {"unit": variable.attrs["units"], **bound._asdict()}
         tables[section][quantity] = {"joints": joints, "rows": rows.tolist(), **fields}
     settings = {"scenario": case.scenario, "switches": case.switches}
     return record.RecordedRun.model_validate({**settings, **tables})

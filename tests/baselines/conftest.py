@@ -1,5 +1,6 @@
 """A short cross-check, its record, and the command line on it."""
 
+import shutil
 import sys
 from collections.abc import Callable
 from pathlib import Path
@@ -24,12 +25,22 @@ def result(labelled: Arm) -> CrossCheck:
     return short_check(labelled)
 
 
-@pytest.fixture
-def recorded(result: CrossCheck, labelled: Arm, tmp_path: Path) -> Path:
-    """A baseline file of it, alone in a folder, where `command` looks for it."""
-    path = baseline_path(tmp_path / "baselines", quick(labelled))
+@pytest.fixture(scope="session")
+def first_record(
+    result: CrossCheck, labelled: Arm, tmp_path_factory: pytest.TempPathFactory
+) -> Path:
+    """A baseline file of it, which nobody changes."""
+    path = baseline_path(tmp_path_factory.mktemp("recorded"), quick(labelled))
     write_baseline(path, make_baseline(result))
     return path
+
+
+@pytest.fixture
+def recorded(first_record: Path, tmp_path: Path) -> Path:
+    """A baseline file of it, alone in a folder, where `command` looks for it."""
+    folder = tmp_path / "baselines"
+    folder.mkdir()
+    return Path(shutil.copy(first_record, folder))
 
 
 @pytest.fixture
