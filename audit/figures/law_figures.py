@@ -21,7 +21,14 @@ from crosscheck.audit.figures.figure_data import (
     make_start_variant,
 )
 from crosscheck.audit.figures.paper_figure import Drawing, PaperFigure
-from crosscheck.audit.figures.plotting import MICRO, Band, Curve, Panel, describe_run, draw_panels
+from crosscheck.audit.figures.plotting import (
+    MICRO,
+    Curve,
+    DrawnArea,
+    Panel,
+    describe_run,
+    draw_panels,
+)
 from crosscheck.audit.measures.rigid import COUPLED, rigid_arm
 from crosscheck.audit.measures.run_signals import RunSignals
 from crosscheck.audit.measures.stage import paper_stage
@@ -106,7 +113,7 @@ def draw_law_figure(
     whole, *zooms = law_figure.windows
     top = [
         _draw_window(law_figure, run, rigid or {}, whole)._replace(
-            bands=[_draw_starts(law_figure, bands[law])] if law in bands else [], shaded=zooms
+            areas=[_draw_starts(law_figure, bands[law])] if law in bands else [], shaded=zooms
         )
         for law, run in runs.items()
     ]
@@ -142,10 +149,10 @@ def _draw_window(
     return Panel(curves, {"ylabel": law_figure.label, "xlim": window})
 
 
-def _draw_starts(law_figure: LawFigure, bands: ShoulderBands) -> Band:
+def _draw_starts(law_figure: LawFigure, bands: ShoulderBands) -> DrawnArea:
     """The band between all starts, in the figure's unit."""
     low, high = (law_figure.scale * np.array(values) for values in bands.bands[law_figure.quantity])
-    return Band(bands.time, low, high, ALL_STARTS, f"between all {bands.starts} starts")
+    return DrawnArea(bands.time, low, high, ALL_STARTS, f"between all {bands.starts} starts")
 
 
 def draw_figure_14(data: FigureData) -> PaperFigure:

@@ -45,7 +45,7 @@ class Curve(NamedTuple):
     bins: int | None = None
 
 
-class Band(NamedTuple):
+class DrawnArea(NamedTuple):
     """An area of a panel, from low to high (points,) at x (points,)."""
 
     x: np.ndarray | Sequence[float]
@@ -56,14 +56,14 @@ class Band(NamedTuple):
 
 
 class Panel(NamedTuple):
-    """One pair of axes: curves before bands, with what Matplotlib's ``Axes.set`` is to be told.
+    """One pair of axes: curves before areas, with what Matplotlib's ``Axes.set`` is to be told.
 
     shaded: parts of the x axis; log: with a logarithmic y axis, if anything is above zero.
     """
 
     curves: Sequence[Curve]
     settings: Mapping[str, object]
-    bands: Sequence[Band] = ()
+    areas: Sequence[DrawnArea] = ()
     shaded: Sequence[tuple[float, float]] = ()
     log: bool = False
 
@@ -88,14 +88,14 @@ def draw_panels(height: float, xlabel: str, *rows: Sequence[Panel], by_law: bool
 
 
 def _draw_panel(axes: Axes, panel: Panel) -> None:
-    for x, low, high, colour, label in panel.bands:
+    for x, low, high, colour, label in panel.areas:
         axes.fill_between(x, low, high, color=colour, linewidth=0.4, label=label)
-    for x, y, colour, label, style, width, bins in panel.curves:
+    for x, y, colour, name, style, width, bins in panel.curves:
         if bins is not None and len(x) > 2 * bins:
-            centres, *ends = envelope(np.asarray(x), np.asarray(y), bins)
-            axes.fill_between(centres, *ends, label=label, color=colour, linewidth=0.6, alpha=0.75)
+            x, low, high = envelope(np.asarray(x), np.asarray(y), bins)
+            axes.fill_between(x, low, high, label=name, color=colour, linewidth=0.6, alpha=0.75)
         else:
-            axes.plot(x, y, style, color=colour, label=label, linewidth=width, markersize=3.5)
+            axes.plot(x, y, style, color=colour, label=name, linewidth=width, markersize=3.5)
     for part in panel.shaded:
         axes.axvspan(*part, color=SHADE, alpha=0.35, linewidth=0)
     axes.set(**panel.settings)

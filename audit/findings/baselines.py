@@ -49,7 +49,7 @@ LEVELS = {
 }
 
 
-class Quantity(NamedTuple):
+class PrintedDeviation(NamedTuple):
     """A deviation that Section 3.1 says of Fig. 6: its unit here, the claim that judges it.
 
     factor: from the unit here to the claim's.
@@ -63,9 +63,9 @@ class Quantity(NamedTuple):
 
 
 QUANTITIES = {
-    "theta_1": Quantity("θ₁", "rad", BY_ID["3.1-01"], "rad", 1.0),
-    "theta_2": Quantity("θ₂", "rad", BY_ID["3.1-02"], "rad", 1.0),
-    "tip": Quantity("tip", "m", BY_ID["3.1-04"], "mm", 1e3),
+    "theta_1": PrintedDeviation("θ₁", "rad", BY_ID["3.1-01"], "rad", 1.0),
+    "theta_2": PrintedDeviation("θ₂", "rad", BY_ID["3.1-02"], "rad", 1.0),
+    "tip": PrintedDeviation("tip", "m", BY_ID["3.1-04"], "mm", 1e3),
 }
 ZETA = 0.05  # the arm's own
 RECORD = 100  # 1 ms
