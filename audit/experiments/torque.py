@@ -10,6 +10,7 @@ from __future__ import annotations
 from collections.abc import Mapping
 
 import numpy as np
+from scipy.ndimage import uniform_filter1d
 from scipy.signal import find_peaks
 
 from crosscheck import signals
@@ -174,30 +175,16 @@ def mesh_phase(run: RunSignals) -> np.ndarray:
 def fast_part(
     time: np.ndarray, values: np.ndarray, over_s: float = SMOOTHING_S, part: slice = slice(None)
 ) -> np.ndarray:
-    """Values (times,) less their moving average over ``over_s``, taken twice; 0 at the very ends.
+    """Values (times,) less their moving average over ``over_s``, taken twice; of ``part`` alone.
 
-    The average is not defined within ``over_s`` of the last sample; the start is reflected. Of the
-    samples in ``part`` alone.
+    The start is reflected. Within ``over_s`` of the last sample the average is not defined: 0.
     """
-    half = int(over_s / (time[1] - time[0]) / 2)
-    begin, end, _ = part.indices(values.size)
-    quick = np.zeros(max(end - begin, 0))
-    average_end = min(end, values.size - (2 * half + 1))
-    if average_end > begin:
-        first = begin - 2 * half
-        around = values[max(first, 0) : average_end + 2 * half]
-        if first < 0:
-            around = np.concatenate([values[:-first][::-1], around])
-        slow = _moving_average(_moving_average(around, 2 * half + 1), 2 * half + 1)
-        quick[: average_end - begin] = values[begin:average_end] - slow
-    return quick
-
-
-def _moving_average(values: np.ndarray, samples: int) -> np.ndarray:
-    """Means of every ``samples`` consecutive values, (times - samples + 1,)."""
-    sums = np.cumsum(values)
-    sums[samples:] -= sums[:-samples]
-    return sums[samples - 1 :] / samples
+    samples = 2 * int(over_s / (time[1] - time[0]) / 2) + 1
+    quick = np.zeros(values.size)
+    if values.size > samples:
+        slow = uniform_filter1d(uniform_filter1d(values, samples), samples)
+        quick[:-samples] = (values - slow)[:-samples]
+    return quick[part]
 
 
 def decay_time(time: np.ndarray, values: np.ndarray) -> float:
