@@ -46,6 +46,20 @@ PAPER_THIRD = 300.0  # rad/s^2, Section 3.2
 FAINTEST = 0.1  # rad/s^2: smaller fluctuations are drawn there
 PLANET_NAMES = {"free": "planets free", "lumped": "printed equations"}
 ID, TITLE = "findings", "What came out"
+QUESTIONS = {
+    "printed": "do the printed equations agree with an engine",
+    "clock": "do the paper's teeth depend on the time",
+    "third": "does the third fluctuation need the clock",
+    "presence-visible": "laws with a visible third fluctuation by tooth error",
+    "presence-severe": "laws with a severe third fluctuation by tooth error",
+    "stability": "does linear theory foretell the third fluctuation",
+    "engine": "has a second engine it, under the clock alone",
+    "baseline": "does one rigid arm give the numbers of Fig. 6",
+    "inertia": "is what the nearest rigid arm leaves reflected inertia",
+    "accumulation-sqrt_time": "is the growth of Fig. 15 the rigid arm's own, argument sqrt_time",
+    "accumulation-time": "is the growth of Fig. 15 the rigid arm's own, argument time",
+    "limit": "does sensing at the sun cure the controller's instability",
+}
 
 
 def build_chapter(context: AuditContext) -> AuditChapter:
@@ -65,45 +79,28 @@ def build_chapter(context: AuditContext) -> AuditChapter:
     drives = {drive: shaking.judge_drive(results) for drive, results in shaken.items()}
     cured = linear_limits.is_cured_at_sun(limits)
 
-    def decide(name: str, question: str, answer: bool | None) -> tuple[str, str, str]:
-        return name, question, format_answer(answer)
-
-    verdicts = [  # the finding's id, question, answer
-        decide("printed", "do the printed equations agree with an engine", printed.agrees),
-        decide("clock", "do the paper's teeth depend on the time", clocks.supports),
-        decide("third", "does the third fluctuation need the clock", third.needs_clock),
-        *(
-            (
-                f"presence-{level}",
-                f"laws with a {level} third fluctuation by tooth error",
-                str(laws),
-            )
-            for level, laws in presence.items()
-        ),
-        decide(
-            *("stability", "does linear theory foretell the third fluctuation"), linearised.supports
-        ),
-        decide(
-            *("engine", "has a second engine it, under the clock alone"),
-            engine.supports if engine else None,
-        ),
-        decide("baseline", "does one rigid arm give the numbers of Fig. 6", baselines.gives_all),
-        decide(
-            *("inertia", "is what the nearest rigid arm leaves reflected inertia"), baselines.holds
-        ),
-        *(
-            (
-                f"accumulation-{drive}",
-                f"is the growth of Fig. 15 the rigid arm's own, argument {drive}",
-                str(verdict or "depends on the damping"),
-            )
+    answers: dict[str, bool | str | None] = {
+        "printed": printed.agrees,
+        "clock": clocks.supports,
+        "third": third.needs_clock,
+        **{f"presence-{level}": str(laws) for level, laws in presence.items()},
+        "stability": linearised.supports,
+        "engine": engine.supports if engine else None,
+        "baseline": baselines.gives_all,
+        "inertia": baselines.holds,
+        **{
+            f"accumulation-{drive}": str(verdict or "depends on the damping")
             for drive, verdict in drives.items()
-        ),
-        decide("limit", "does sensing at the sun cure the controller's instability", cured),
-    ]
+        },
+        "limit": cured,
+    }
     records: list[JsonObject] = [
-        {"id": f"verdict/{name}", "question": question, "verdict": answer}
-        for name, question, answer in verdicts
+        {
+            "id": f"verdict/{name}",
+            "question": QUESTIONS[name],
+            "verdict": answer if isinstance(answer, str) else format_answer(answer),
+        }
+        for name, answer in answers.items()
     ]
     records += [
         printed.to_dict(),
