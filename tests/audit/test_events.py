@@ -68,23 +68,7 @@ def test_a_side_change_is_that_of_the_load_not_of_a_vibration():
     assert events.side_change(TIME, early) is None
 
 
-def test_the_third_fluctuation_waits_for_the_last_side_change():
-    early, late = (np.where(at > TIME, 1.0, -1.0) for at in (0.35, 0.6))
-    begin = TIME[events.third_window_after_changes(TIME, early, late)][0]
-    assert begin == pytest.approx(0.6 + events.IMPACT_S, abs=2e-3)
-    assert events.third_window_after_changes(TIME, early) == events.third_window(TIME)
-
-
 def test_bouncing_ends_with_the_last_loss_of_contact():
     force = np.where((TIME > 0.42) & (TIME < 0.43), 0.0, -1.0)
     assert events.bounce_duration(TIME, force, 0.4) == pytest.approx(0.029, abs=2e-3)
     assert events.bounce_duration(TIME, force, 0.5) == 0
-
-
-def test_way_back_and_late_distance_are_over_the_step():
-    angle = np.where(TIME < 0.5, 0.4 * TIME, 0.15 + 0.1 * (TIME - 0.5))
-    assert events.setback(angle, 0.5) == pytest.approx(0.1, abs=2e-3)
-    assert events.setback(TIME, 0.5) == 0
-    late = events.distance_from(TIME, angle, 0.5, 1.0)
-    assert late == pytest.approx(0.3 / 0.5, abs=1e-3)
-    assert np.isnan(events.distance_from(TIME, angle, 0.5, 2.0))
