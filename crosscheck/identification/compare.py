@@ -8,16 +8,10 @@ from itertools import pairwise
 from typing import Literal
 
 import numpy as np
-from scipy.special import chdtri
+from scipy.special import fdtri
 
 from crosscheck.findings import Finding
-from crosscheck.identification.bandwidth import (
-    BandQuality,
-    choose_bandwidth,
-    count_independent,
-    has_grown,
-    measure_fit,
-)
+from crosscheck.identification.bandwidth import choose_bandwidth, measure_error
 from crosscheck.identification.decimation import DecimatedSignals
 from crosscheck.identification.engines import compare_engines
 from crosscheck.identification.estimation import CONFIDENCE, LinearFit, fit_linear
@@ -76,9 +70,11 @@ STEPS: tuple[tuple[str, tuple[TermKind, ...]], ...] = (
 MOST_BANDS = 4  # whose samples are kept: fits ask for those of the last ones again
 FEWEST_ROWS = 8  # of torques for a parameter, half of them independent
 NOTHING_ELSE = Knowledge()
-# Chance that anything is named on a side which is not there.
-SIGNIFICANT = 0.001
+# Chance that anything is named on a side which is not there: of all its rotors, factors and delay
+# together; and that identified links leave less at any joint while the file's are right.
+SIGNIFICANT = 1e-4
 NAMED_KINDS: tuple[TermKind, ...] = (*ROTOR_KINDS, "scale", "delay")
+NO_LESS = 1.1  # times the errors of a band: a wider one that makes them more lacks something
 LEFT_MORE = 1.1  # times what identified links leave at a joint: the file's are wrong there
 # Of scaled columns: beyond it estimates hang on what motion hardly shows (Gautier and Khalil, 1992,
 # ask for 100).
@@ -116,11 +112,12 @@ class SideResult:
 
     side: motor, joint, or the motors' less the joints'; names, measured: of all joints, and those
     whose torque is measured; estimates: of all terms but links; contained: terms that links make
-    up; concerned: terms that the motion hardly shows, where it does so; threshold: the size of t
-    from which on a rotor, a factor or a delay is named; bands: at half and twice the bandwidth;
-    samples, residual and shown (rows, measured): of the full model, and which rows say something:
-    those where the joint moves; excitation: a motion that shows more, where this one does not show
-    every parameter of identified links; refinement: with what else is known of these, if anything.
+    up; concerned: terms that the motion hardly shows, where it does so; threshold: how many errors
+    a rotor or a delay is above 0, a factor from 1, to be named; bands: at half and twice the
+    bandwidth; taken, left (measured,): independent values of a joint that parameters take up, and
+    those left; samples, residual and shown (rows, measured): of the full model, and which rows say
+    something: those where the joint moves; excitation: a motion that shows more, where this one
+    does not show every parameter of identified links; refinement: with what else is known of these.
     """
 
     side: Side
@@ -136,6 +133,8 @@ class SideResult:
     concerned: tuple[str, ...]
     threshold: float
     bands: tuple[BandResult, ...]
+    taken: np.ndarray
+    left: np.ndarray
     samples: BandSample
     residual: np.ndarray
     shown: np.ndarray
@@ -179,12 +178,13 @@ class SideResult:
     def find_worse_joints(self, other: SideResult) -> dict[str, float]:
         """Joints at which this leaves more than another treatment of links, and how many times.
 
-        More than the other's further parameters take away by chance, whichever joint they fit.
+        By Fisher's test of what the other's further parameters take up there, of all joints
+        together at the level SIGNIFICANT.
         """
         ratios = self.steps[-1].rms / other.steps[-1].rms
-        further = max(other.steps[-1].parameters - self.steps[-1].parameters, 1)
-        chance = chdtri(further, SIGNIFICANT / len(ratios))
-        least = np.sqrt(1 + chance / count_independent(self.shown))
+        further = np.maximum(other.taken - self.taken, 1.0)
+        chance = fdtri(further, other.left, 1 - SIGNIFICANT / len(ratios))
+        least = np.sqrt(1 + chance * further / other.left)
         return {
             name: ratio
             for name, ratio, needed in zip(
@@ -407,11 +407,10 @@ class _Problem:
             raise InputError(self.recordings[0].where, "", None, allowed)
         return choose_bandwidth(self.measure, lowest, highest)
 
-    def measure(self, bandwidth: float) -> BandQuality:
-        """What a band is worth; errors of what the motion hardly shows are no measure."""
+    def measure(self, bandwidth: float) -> float:
+        """Mean error in a band; errors of what the motion hardly shows are no measure."""
         _, _, fit = self.fit(bandwidth)
-        quality = measure_fit(fit)
-        return quality if fit.condition <= EXCITED else quality._replace(error=np.inf)
+        return measure_error(fit) if fit.condition <= EXCITED else np.inf
 
     def _cut(self, columns: Regressor) -> Regressor:
         """The columns at measured joints alone."""
@@ -427,22 +426,21 @@ def _judge_side(
 ) -> SideResult:
     # Before all else: their columns are gone where those of the bandwidth itself are made.
     bands, others = [], []
-    for factor in (0.5, 2.0) if treatment != "scaled" else ():
+    for factor in (0.5, 2.0):
         if bandwidth * factor <= highest_bandwidth(problem.recordings):
             _, other_columns, other = problem.fit(bandwidth * factor)
             among = _select_estimates(problem, other_columns, other)
-            rotors_only = tuple(each for each in among if each.term.kind in ROTOR_KINDS)
-            bands.append(BandResult(bandwidth * factor, rotors_only))
-            others.append((factor, measure_fit(other).residual, among))
+            named = tuple(each for each in among if each.term.kind in NAMED_KINDS)
+            bands.append(BandResult(bandwidth * factor, named))
+            others.append((factor, measure_error(other), among))
     samples, columns, full = problem.fit(bandwidth)
-    left = measure_fit(full).residual
-    # A narrower band may hold too little of the motion, and what a wider one has beyond noise is
-    # missing in its model: neither says anything of this one.
-    lowest = problem.lowest_bandwidth
+    # A narrower band may hold too little of the motion; in a wider one errors are larger where it
+    # holds what its model lacks: neither says anything of this one.
+    lowest, most = problem.lowest_bandwidth, NO_LESS * measure_error(full)
     sound = [
         among
-        for factor, wider, among in others
-        if bandwidth * factor >= lowest and not (factor > 1 and has_grown(left, wider, 2))
+        for factor, error, among in others
+        if (bandwidth * factor >= lowest if factor < 1 else error <= most)
     ]
     torque = samples.torque[:, problem.measured]
     steps, kinds = [], list(LINK_KINDS[treatment])
@@ -457,7 +455,6 @@ def _judge_side(
         weighted, predicted = fit.weighted_rms(full.sigma), fit.weighted_prediction_rms(full.sigma)
         steps.append(StepResult(name, part.shape[2], fit.rms, weighted, predicted))
     estimates = _add_systematic(_select_estimates(problem, columns, full), sound)
-    named = sum(each.term.kind in NAMED_KINDS for each in estimates)
     concerned = _find_concerned(problem.terms, columns, full)
     return SideResult(
         side=side,
@@ -471,8 +468,10 @@ def _judge_side(
         contained=problem.basis.contained,
         condition=full.condition,
         concerned=concerned,
-        threshold=full.quantile(1 - SIGNIFICANT / (2 * max(named, 1))),
+        threshold=_find_threshold(estimates, full),
         bands=tuple(bands),
+        taken=full.taken,
+        left=full.left,
         samples=samples,
         residual=full.residual,
         shown=full.shown,
@@ -528,15 +527,17 @@ def _select_estimates(
 def _add_systematic(
     estimates: tuple[TermEstimate, ...], others: Sequence[tuple[TermEstimate, ...]]
 ) -> tuple[TermEstimate, ...]:
-    """Estimates whose errors hold what other bands' are apart beyond the errors of both.
+    """Estimates whose errors hold what other bands' are apart beyond the noise of that.
 
-    Blocks of rows tell of noise alone: what a filter or friction's sign does is alike in all.
+    Blocks of rows tell of noise alone: what a filter or friction's sign does is alike in all. Rows
+    of one band are part of the other's: by noise estimates are less apart than the worse is wrong.
     """
     widened = []
     for each in estimates:
         there = [other for among in others for other in among if other.term == each.term]
         excess = [
-            (other.value - each.value) ** 2 - other.error**2 - each.error**2 for other in there
+            (other.value - each.value) ** 2 - max(other.half_width, each.half_width) ** 2
+            for other in there
         ]
         systematic = max([0.0, *excess]) ** 0.5
         error = float(np.hypot(each.error, systematic))
@@ -549,6 +550,25 @@ def _add_systematic(
             )
         )
     return tuple(widened)
+
+
+def _find_threshold(estimates: tuple[TermEstimate, ...], fit: LinearFit) -> float:
+    """How many errors what is named is away from what it would be if it were not there.
+
+    By Holm's steps (1979), the surest first: one that is there is none of those that may be there
+    by chance.
+    """
+    away = [
+        abs(each.value - (each.term.kind == "scale")) / each.error
+        for each in estimates
+        if each.term.kind in NAMED_KINDS and each.error
+    ]
+    threshold = fit.quantile(1 - SIGNIFICANT / 2)
+    for others, surest in zip(range(len(away), 0, -1), sorted(away, reverse=True), strict=True):
+        threshold = fit.quantile(1 - SIGNIFICANT / (2 * others))
+        if surest <= threshold:
+            break
+    return threshold
 
 
 def _find_concerned(

@@ -7,8 +7,11 @@ from dataclasses import dataclass
 from itertools import pairwise
 
 import numpy as np
+from scipy.fft import rfft
 from scipy.linalg import cholesky, qr, solve_triangular
 from scipy.special import stdtrit
+
+from crosscheck.identification.sampling import ROWS
 
 WEIGHTINGS = 3  # passes of weights by residuals
 CONFIDENCE = 0.95  # of an interval
@@ -16,6 +19,7 @@ MOST_BLOCKS, FEWEST_BLOCKS = 100, 20
 # Blocks hold so many times for which residuals are alike: their sums are independent.
 CORRELATION_TIMES = 4.0
 TOGETHER = 1000  # rows of columns that are weighted at a time
+LEAST_LEFT = 1.0  # of independent values of a joint, where parameters take up more
 LOBES = 8  # of a residual's correlation: the width of the window in which it is summed
 ALIKE = 1e6  # condition number of scaled columns up to which products of them are exact enough
 
@@ -24,15 +28,20 @@ ALIKE = 1e6  # condition number of scaled columns up to which products of them a
 class LinearFit:
     """Estimates of linear parameters, with what they leave.
 
-    values (p,); covariance (p, p): by leaving out blocks in turn; freedom: that Student's
-    distribution has; shown (rows, n): rows that count; sigma (n,): rms of each joint's residual;
-    residual (rows, n); predicted_error (rows, n): residual of each block by estimates from all
-    others; condition: of the columns, each scaled to size 1; weakest (p,): the direction, of those
-    columns, that they show least; edges: first rows of the blocks, then the count of rows.
+    values, errors (p,): estimates and their standard errors; pooled_errors (p,): these by one
+    correlation of each joint's residual, all over the record, alone; taken, left (n,): how many
+    independent values of each joint the parameters take up, and how many are left; freedom: that
+    Student's distribution has; shown (rows, n): rows that count; sigma (n,): rms of each joint's
+    residual; residual (rows, n); predicted_error (rows, n): residual of each block by estimates
+    from all others; condition: of the columns, each scaled to size 1; weakest (p,): the direction,
+    of those columns, that they show least; edges: first rows of the blocks, then the count of rows.
     """
 
     values: np.ndarray
-    covariance: np.ndarray
+    errors: np.ndarray
+    pooled_errors: np.ndarray
+    taken: np.ndarray
+    left: np.ndarray
     freedom: int
     shown: np.ndarray
     sigma: np.ndarray
@@ -46,11 +55,6 @@ class LinearFit:
     def rms(self) -> np.ndarray:
         """Root mean square of each joint's residual (n,)."""
         return joint_rms(self.residual, self.shown.sum(axis=0))
-
-    @property
-    def errors(self) -> np.ndarray:
-        """Standard errors (p,)."""
-        return np.sqrt(np.diag(self.covariance))
 
     @property
     def half_widths(self) -> np.ndarray:
@@ -104,13 +108,18 @@ def fit_linear(
     edges = choose_blocks(residual, starts) if edges is None else edges
     deviations, predicted = _leave_out_blocks(weighted, inverse, residual / weights, edges)
     blocks = len(edges) - 1
-    spread = (blocks - 1) / blocks * deviations.T @ deviations
+    pooled, taken, left = _pool_variances(weighted, inverse, residual / weights, shown)
     inverse = inverse / scale[:, None]
+    by_blocks = (blocks - 1) / blocks * ((deviations @ inverse.T) ** 2).sum(axis=0)
+    by_all = np.einsum("ij,jk,ik->i", inverse, pooled, inverse)
     _, singular, directions = np.linalg.svd(triangle)
     return LinearFit(
         values=values,
-        covariance=inverse @ spread @ inverse.T,
-        freedom=max(blocks - 1, 1),
+        errors=np.sqrt((by_blocks + by_all) / 2),
+        pooled_errors=np.sqrt(by_all),
+        taken=taken,
+        left=left,
+        freedom=2 * max(blocks - 1, 1),
         shown=shown,
         sigma=joint_rms(residual, count) if sigma is None else sigma,
         residual=residual,
@@ -240,6 +249,39 @@ def _leave_out_blocks(
     return np.array(deviations), predicted
 
 
+def _pool_variances(
+    columns: WeightedColumns, inverse: np.ndarray, remains: np.ndarray, shown: np.ndarray
+) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+    """The coefficients' variances (p, p) where a joint's residual is alike all over the record.
+
+    Its correlation in a window (Newey and West, 1987) is one for all rows, so that these variances
+    vary less by chance than those of few blocks. Then how many independent values of each joint the
+    coefficients take up, and how many are left (n,).
+    """
+    rows, count = remains.shape
+    total, taken, left = np.zeros_like(inverse), np.empty(count), np.empty(count)
+    for joint in range(count):
+        basis = (columns.columns[:, joint] * columns.weights[:, joint, None]) @ (
+            inverse / columns.scale[:, None]
+        )
+        correlation, first = _correlate(remains[:, joint])
+        lags, window = _window(correlation, first)
+        alike = max(1 + 2 * window @ correlation[lags] ** 2, ROWS / 2)
+        taken[joint] = (basis**2).sum()
+        independent = shown[:, joint].sum() / alike
+        left[joint] = max(independent - taken[joint], LEAST_LEFT)
+        around = np.zeros(2 * rows)
+        around[0] = 1.0
+        around[lags] = around[-lags] = window * correlation[lags]
+        power = np.maximum(rfft(around).real, 0.0)
+        power[1:-1] *= 2  # of both signs of a frequency
+        turned = rfft(basis, 2 * rows, axis=0)
+        variance = (remains[:, joint] ** 2).sum() / shown[:, joint].sum()
+        variance *= independent / left[joint]
+        total += variance * ((turned.conj().T * power) @ turned).real / (2 * rows)
+    return total, taken, left
+
+
 def choose_blocks(residual: np.ndarray, starts: Sequence[int]) -> np.ndarray:
     """First rows of blocks, then the count of rows: none spans two recordings.
 
@@ -272,9 +314,14 @@ def count_alike_rows(residual: np.ndarray, joint: int) -> float:
     times the whole. At least 1.
     """
     correlation, first = _correlate(residual[:, joint])
-    lags = np.arange(1, min(LOBES * first, len(correlation)))
-    window = (1 + np.cos(np.pi * lags / (len(lags) + 1))) / 2
+    lags, window = _window(correlation, first)
     return max(float(1 + 2 * window @ correlation[lags]), 1.0)
+
+
+def _window(correlation: np.ndarray, first: int) -> tuple[np.ndarray, np.ndarray]:
+    """Rows between those that count in a correlation, some lobes of it, and their weights."""
+    lags = np.arange(1, min(LOBES * first, len(correlation)))
+    return lags, (1 + np.cos(np.pi * lags / (len(lags) + 1))) / 2
 
 
 def _correlate(signal: np.ndarray) -> tuple[np.ndarray, int]:

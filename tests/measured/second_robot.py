@@ -2,8 +2,9 @@
 
 It filters by a full Fourier matrix's sums, takes accelerations from the same transform, makes rows
 of the band by a matrix of weights, row by row, and signs' means by lengths of their parts,
-estimates with singular values of all columns (not base parameters), and leaves out every block by
-fitting anew. What links contain is found by the null space of the columns, not by elimination.
+estimates with singular values of all columns (not base parameters), leaves out every block by
+fitting anew, and has a stationary residual's variances by eigenvalues of its correlation as a ring.
+What links contain is found by the null space of the columns, not by elimination.
 """
 
 from itertools import pairwise
@@ -172,6 +173,7 @@ def estimate(
     blocks = len(without)
     # Of the deviations from the whole fit, not from their mean.
     spread = (blocks - 1) / blocks * ((np.array(without) - values) ** 2).sum(axis=0)
+    spread = (spread + stationary_variances(table, residual, used, moving)) / 2
     names = [
         f"{kind} of {name}"
         for kind in ("offset", "viscous", "coulomb", "armature")
@@ -186,6 +188,37 @@ def estimate(
         {name: float(np.sqrt(spread[place])) for name, place in places.items()},
         sigma,
     )
+
+
+def stationary_variances(
+    table: np.ndarray, residual: np.ndarray, sigma: np.ndarray, moving: np.ndarray
+) -> np.ndarray:
+    """Of the parameters, where each joint's residual has one correlation at all times."""
+    rows, count, _ = table.shape
+    counted = np.where(moving[:, :, None], table / sigma[:, None], 0.0).reshape(rows * count, -1)
+    size = lengths(counted)
+    inverse = np.linalg.pinv(counted / size, rcond=1e-9) / size[:, None]
+    hat = (inverse.T * counted).sum(axis=1).reshape(rows, count).sum(axis=0)
+    total = np.zeros(len(size))
+    for joint in range(count):
+        signal = np.where(moving[:, joint], residual[:, joint] / sigma[joint], 0.0)
+        centred = signal - signal.mean()
+        every = np.correlate(centred, centred, "full")[rows - 1 :] / (centred @ centred)
+        negative = np.flatnonzero(every <= 0)
+        reach = min(8 * (negative[0] if negative.size else rows), rows)
+        lags = np.arange(reach)
+        tapered = every[:reach] * np.cos(np.pi * lags / reach / 2) ** 2
+        alike = max(1 + 2 * (tapered * every[:reach])[1:].sum(), ROWS / 2)
+        free = max(moving[:, joint].sum() / alike - hat[joint], 1.0)
+        ring = np.zeros((2 * rows, 2 * rows))
+        for lag, value in zip(lags, tapered, strict=True):
+            places = np.arange(2 * rows)
+            ring[places, (places + lag) % (2 * rows)] = value
+            ring[(places + lag) % (2 * rows), places] = value
+        powers, waves = np.linalg.eigh(ring)
+        parts = inverse.reshape(-1, rows, count)[:, :, joint] @ waves[:rows]
+        total += (signal @ signal) / alike / free * (parts**2 @ np.maximum(powers, 0.0))
+    return total
 
 
 def spread_of(values: np.ndarray, moving: np.ndarray) -> np.ndarray:

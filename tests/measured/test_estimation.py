@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 from scipy.stats import t
 
-from crosscheck.identification.bandwidth import BandQuality, choose_bandwidth
+from crosscheck.identification.bandwidth import choose_bandwidth
 from crosscheck.identification.decimation import DecimatedSignals
 from crosscheck.identification.estimation import LinearFit, fit_linear
 from crosscheck.identification.recording import Recording
@@ -20,28 +20,37 @@ def fit_constant(seed: int = 0) -> LinearFit:
 
 
 def test_an_interval_is_of_students_distribution():
-    """One block less than there are is what its degrees of freedom are."""
+    """One block less than there are, twice, is what its degrees of freedom are."""
     fit = fit_constant()
-    expected = t.ppf(0.975, len(fit.edges) - 2) * fit.errors
+    expected = t.ppf(0.975, 2 * (len(fit.edges) - 2)) * fit.errors
     assert fit.half_widths == pytest.approx(expected, rel=1e-12)
 
 
-@pytest.mark.parametrize(
-    ("residual", "error", "chosen"),
-    [
-        (1.1, 0.9, 4.0),  # as white noise, and worth it
-        (1.2, 0.9, 2.0),  # more than noise grows
-        (1.1, 0.99, 2.0),  # errors hardly fall
-    ],
-)
-def test_a_band_ends_where_the_residual_grows_or_errors_fall_no_more(residual, error, chosen):
-    def measure(bandwidth: float) -> BandQuality:
+@pytest.mark.parametrize(("error", "chosen"), [(0.9, 4.0), (0.99, 2.0)])
+def test_a_band_ends_where_errors_fall_no_more(error, chosen):
+    def measure(bandwidth: float) -> float:
         steps = round(2 * np.log2(bandwidth))
         further = max(steps - 2, 0)
-        return BandQuality(1.1**steps * residual**further, 0.8**steps * (error / 0.8) ** further)
+        return 0.8**steps * (error / 0.8) ** further
 
     found = choose_bandwidth(measure, 1.0, 4.1)
     assert found == pytest.approx(chosen)
+
+
+def test_errors_of_a_constant_in_noise_that_is_alike():
+    """A mean of every row's noise and of k rows': closed forms, by 200 draws of each."""
+    for alike in (1, 6):
+        rng, errors, means = np.random.default_rng(alike), [], []
+        for _ in range(200):
+            noise = np.convolve(rng.standard_normal(ROWS + alike - 1), np.ones(alike), "valid")
+            fit = fit_linear(
+                np.ones((ROWS, 1, 1)), noise[:, None], np.ones((ROWS, 1), bool), (0, ROWS)
+            )
+            errors.append(fit.errors[0])
+            means.append(fit.values[0])
+        right = alike / np.sqrt(ROWS)
+        assert np.sqrt(np.mean(np.square(errors))) == pytest.approx(right, rel=0.15)
+        assert np.std(means) == pytest.approx(right, rel=0.15)
 
 
 def test_uneven_times_are_made_even():
