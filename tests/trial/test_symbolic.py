@@ -170,3 +170,15 @@ def test_coordinates_and_rates_are_as_many_and_unlike():
     for rates in (v[:1], (x[0], v[1]), (v[0], 3)):
         with pytest.raises(InputError, match="symbols"):
             from_sympy(x, rates, mass_matrix=MASS)
+
+
+def test_names_that_a_trial_prints_are_names():
+    """Friction and gravity have no symbols in the derivation, but stand in a trial's terms."""
+    c2, g_y, z_s1 = sp.symbols("c2 g_y z_s1")
+    force = sp.Matrix([g_y * sp.cos(x[0]), torque[1] - c2 * v[1] * z_s1])
+    equations = from_sympy(x, v, force=force, torque=torque)
+    for arm in (ARM, PROBE):
+        (_, gravity), elbow = arm.gravity_m_per_s2, arm.joints[1]
+        found = on(equations, arm).force(0.0, X, V, TORQUE)
+        friction = elbow.friction_N_m_s_per_rad * V[1] * arm.joints[0].sun_teeth
+        np.testing.assert_allclose(found, [gravity * np.cos(X[0]), 40 - friction], rtol=1e-14)

@@ -19,6 +19,7 @@ from crosscheck.models.arm.arm import Arm
 from crosscheck.models.errors import InputError
 from crosscheck.models.experiment.scenario import Switches
 from crosscheck.models.robot.robot import Robot
+from crosscheck.trial.diagnose.values import collect_arm_values
 from crosscheck.trial.input.calls import parse_motors
 from crosscheck.trial.input.equations import Coordinates, Equations, Level, Motors, Symbolic
 
@@ -67,7 +68,8 @@ def from_sympy(
             symbol for each of them, or for every joint.
         t: The symbol of time [s].
         values: What each other symbol is, a number or the name of a quantity of the arm; a symbol
-            called like a quantity (``L1``, ``r_s2``, ``m_payload``) needs none.
+            called like a quantity (``L1``, ``r_s2``, ``m_payload``, friction ``c1``, gravity
+            ``g_x``) needs none.
         coordinates: What x are; joint angles [rad] relative to the previous link, if not given.
         level: The rigid level that they are meant to be, '' for whichever they are closest to.
         switches: Laws of the gear model that they follow.
@@ -198,6 +200,14 @@ def _torque_by_name(symbolic: Symbolic, names: Sequence[str]) -> tuple[sp.Symbol
     return tuple(of_motors.get(number, sp.Dummy()) for number in range(len(names)))
 
 
+def _list_quantities(arm: Arm) -> dict[sp.Symbol, Fraction]:
+    """The number behind every symbol of an arm, and behind other names that a trial prints."""
+    numbers = parameter_values(arm)
+    known = {symbol.name for symbol in numbers}
+    printed = {n: value for n, value in collect_arm_values(arm).items() if n not in known}
+    return numbers | {sp.Symbol(n, real=True): Fraction(value) for n, value in printed.items()}
+
+
 def _parts(symbolic: Symbolic) -> Parts:
     parts = {name: getattr(symbolic, name) for name in PARTS}
     return {name: matrix for name, matrix in parts.items() if matrix is not None}
@@ -205,7 +215,7 @@ def _parts(symbolic: Symbolic) -> Parts:
 
 def _bind_to_arm(unbound: Equations, symbolic: Symbolic, arm: Arm) -> Equations:
     """The equations with an arm's numbers; of this arm alone where the user's own are in it."""
-    numbers = {symbol: float(value) for symbol, value in parameter_values(arm).items()}
+    numbers = {symbol: float(value) for symbol, value in _list_quantities(arm).items()}
     bound = replace_symbols(symbolic, arm)
     functions = {
         name: _make_function(matrix, bound, name, numbers) for name, matrix in _parts(bound).items()
@@ -349,7 +359,7 @@ def express_in_arm_symbols(
     values: symbol, or its name, to a number or the name of a quantity of the arm; a symbol that is
     called like a quantity is this. Raises InputError naming a symbol that is nothing of this.
     """
-    arm_symbols = {symbol.name: symbol for symbol in parameter_values(arm)}
+    arm_symbols = {symbol.name: symbol for symbol in _list_quantities(arm)}
     undone = sorted(map(str, expression.atoms(AppliedUndef, sp.Derivative)))
     if undone:
         reason = "depend on time; coordinates and rates are x and v"
@@ -385,6 +395,6 @@ def express_in_numbers(expression: sp.Matrix, arm: Arm) -> sp.ImmutableMatrix:
     """An expression in the arm's symbols with its numbers, rounded only when it is evaluated."""
     numbers = {
         symbol: sp.Float(float(value)) if value.denominator > 1 else sp.Integer(value)
-        for symbol, value in parameter_values(arm).items()
+        for symbol, value in _list_quantities(arm).items()
     }
     return sp.ImmutableMatrix(expression.xreplace(numbers))
