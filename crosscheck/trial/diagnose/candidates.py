@@ -148,10 +148,12 @@ class CandidateSet:
                 yield from self._generate_ratios(products, symbol, extra)
             for symbol in symbols if len(symbols) <= MOST_SHARED or extra <= 0.06 else ():
                 yield from self._generate_swaps(products, symbol, extra)
-                ((key, (number, powers)), *more) = products
-                if not more and abs(number) == 2:  # a coupling that is written twice, once wrong
-                    once = Product(key, Monomial(Fraction(number) / 2, powers))
-                    yield from self._generate_swaps((once,), symbol, extra + 0.15)
+                if all(abs(product.monomial.number) == 2 for product in products):
+                    once = tuple(  # a coupling that is written twice, once wrong
+                        Product(key, Monomial(Fraction(number) / 2, powers))
+                        for key, (number, powers) in products
+                    )
+                    yield from self._generate_swaps(once, symbol, extra + 0.15)
 
     def _counts(self, products: EntryTerms) -> Iterator[tuple[ErrorKind, str, Any, float]]:
         """Factors that are a number of planets, or a ratio, of a joint that these terms concern.
@@ -177,7 +179,7 @@ class CandidateSet:
     def _generate_swaps(
         self, products: EntryTerms, symbol: str, extra: float
     ) -> Iterator[Candidate]:
-        """Candidates with one symbol by another in all products; of a single one also a power."""
+        """Candidates with one symbol by another in all products; of one power also one of it."""
         inside = tuple(p for p in products if symbol in p.symbols)
         symbol_value = self.values[symbol]
         sizes = []  # of the products without the symbol, and its powers
@@ -191,13 +193,12 @@ class CandidateSet:
             )
             cost = 1.0 + other.cost + extra
             yield Candidate("swapped", inside, change, cost, other.text, symbol)
-        size, power = sizes[0]
-        if len(products) == 1 and power >= 2:
+        powers = {power for _, power in sizes}
+        if len(powers) == 1 and (power := max(powers)) >= 2:
             fewer, right = format_power(symbol, power - 1), format_power(symbol, power)
             for other in (Alternative("", np.ones_like(symbol_value), 0.1), *self.others[symbol]):
-                change = {
-                    inside[0].key: size * symbol_value ** (power - 1) * (other.value - symbol_value)
-                }
+                by = symbol_value ** (power - 1) * (other.value - symbol_value)
+                change = add_changes(inside, (rest * by for rest, _ in sizes))
                 text = f"{other.text} {fewer}".strip()
                 yield Candidate("swapped", inside, change, 1.15 + other.cost + extra, text, right)
 
@@ -223,9 +224,9 @@ class CandidateSet:
         yield Alternative(f"{symbol}^2", value**2, 0.5)
         yield Alternative("1", np.ones_like(value), 0.45)
         if not single:
-            yield Alternative(f"-{symbol}", -value, 0.2)
-            yield Alternative(f"2 {symbol}", 2 * value, 0.2)
-            yield Alternative(f"{symbol}/2", value / 2, 0.2)
+            yield Alternative(f"-{symbol}", -value, 0.3)
+            yield Alternative(f"2 {symbol}", 2 * value, 0.3)
+            yield Alternative(f"{symbol}/2", value / 2, 0.3)
 
     def generate_angle_candidates(self, keys: Sequence[TermKey]) -> Iterator[Candidate]:
         """Candidates in which terms before one wave stand before another of these keys instead."""

@@ -78,7 +78,7 @@ def explain(
     terms = terms.drop_symbols(set(observed[0].values) - set(present))
     unique: dict[object, ErrorSet] = {}  # what does the same on all arms is the same
     for errors in sorted(search_errors(target, place, terms, values), key=_cost):
-        unique.setdefault(frozenset(error.fingerprint for error in errors), errors)
+        unique.setdefault(_fingerprint(errors), errors)
     likely = list(unique.values())
     if not likely:
         return None
@@ -91,6 +91,16 @@ def explain(
     left = float(np.linalg.norm(target.difference - made)) / size
     left = max(left, *(each.left_over for each in observed))
     return Explanation(first, left, tuple(others[:MOST_OTHERS]))
+
+
+def _fingerprint(errors: ErrorSet) -> frozenset[tuple[TermKey, str]]:
+    """What errors change together on the last arm, whose numbers are unrelated."""
+    total = defaultdict[TermKey, float](float)
+    for error in errors:
+        for key, change in error.change.items():
+            total[key] += change[-1]
+    nothing = ROUNDING * max(map(abs, total.values()))
+    return frozenset((key, f"{value:.9e}") for key, value in total.items() if abs(value) > nothing)
 
 
 def build_target(observed: Sequence[HarmonicFit]) -> Target:

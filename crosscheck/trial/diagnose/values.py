@@ -27,6 +27,7 @@ QUANTITY_OF_STEM = {stem: kind for kind, stems in STEMS_BY_QUANTITY.items() for 
 ORDER = {stem: place for place, stem in enumerate(QUANTITY_OF_STEM)}
 GEAR_PARTS = frozenset(("N", "n", "m_s", "m_p", "m_c", "m_r", "M_s", "M_p", "M_c", "J_r"))
 RADII = frozenset(("r_s", "r_p", "r_c", "r_cp", "r_r"))
+G = ("9.81", "9.8", "9.80665", "10")  # [m/s^2] as people write it
 # A ratio n = z_r / z_s + 1 of the wrong teeth, as code and as text: sun, planet, ring.
 RATIOS: tuple[tuple[str, Callable[[Any, Any, Any], Any]], ...] = (
     ("z_r/z_p + 1", lambda s, p, r: r / p + 1),
@@ -148,6 +149,10 @@ def generate_alternatives(symbol: str, values: Values) -> Iterator[Alternative]:
         length = values[f"L{symbol_name.joint}"]
         yield Alternative(f"L{symbol_name.joint}/2", length / 2, 0.1)
         yield Alternative(f"L{symbol_name.joint} - {symbol}", length - values[symbol], 0.15)
+    if kind == "gravity":
+        sign = "-" if np.ravel(values[symbol])[0] < 0 else ""
+        for text in G:
+            yield Alternative(sign + text, float(sign + text) + 0 * values[symbol], 0.3)
     if symbol_name.stem == "I_l":
         mass, length = f"m{symbol_name.joint}", f"L{symbol_name.joint}"
         for by in (12, 3):
