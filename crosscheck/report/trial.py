@@ -140,12 +140,12 @@ def _describe_motors(trial: Trial) -> str:
 
 def _describe_entries(wrong: Sequence[EntryMismatch], names: Sequence[str]) -> Iterator[str]:
     groups = group_by_errors([each for each in wrong if not each.notes])
-    known = [group for group in groups if group[0].explanation]
-    yield from (_describe_group(group, names) for group in known)
+    explained = [group for group in groups if group[0].explanation]
+    yield from (_describe_group(group, names) for group in explained)
     for note in dict.fromkeys(note for each in wrong for note in each.notes):
         places = [each.place for each in wrong if note in each.notes]
         yield f"{', '.join(format_entry(place, names) for place in places)}: {note}"
-    yield from (_describe_group(group, names) for group in groups if group not in known)
+    yield from (_describe_group(group, names) for group in groups if group not in explained)
 
 
 def _describe_group(group: Sequence[EntryMismatch], names: Sequence[str]) -> str:

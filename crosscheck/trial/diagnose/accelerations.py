@@ -77,13 +77,13 @@ class BalanceBasis:
         whole = self.basis.fit(values, scale, arm)
         fits = dict[EntryPlace, HarmonicFit]()
         for key, coefficient in whole.coefficients.items():
-            first, own_key = self.places[key]
+            first, entry_key = self.places[key]
             place = EntryPlace(first.part, row, first.column, first.rates)
             fit = fits.setdefault(place, HarmonicFit(arm, {}, {}, whole.left_over))
             fits[place] = HarmonicFit(
                 arm,
-                {**fit.coefficients, own_key: coefficient},
-                {**fit.noise, own_key: whole.noise[key]},
+                {**fit.coefficients, entry_key: coefficient},
+                {**fit.noise, entry_key: whole.noise[key]},
                 whole.left_over,
             )
         return fits

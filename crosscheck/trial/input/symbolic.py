@@ -203,8 +203,8 @@ def _torque_by_name(symbolic: Symbolic, names: Sequence[str]) -> tuple[sp.Symbol
 def _list_quantities(arm: Arm) -> dict[sp.Symbol, Fraction]:
     """The number behind every symbol of an arm, and behind other names that a trial prints."""
     numbers = parameter_values(arm)
-    known = {symbol.name for symbol in numbers}
-    printed = {n: value for n, value in collect_arm_values(arm).items() if n not in known}
+    names = {symbol.name for symbol in numbers}
+    printed = {n: value for n, value in collect_arm_values(arm).items() if n not in names}
     return numbers | {sp.Symbol(n, real=True): Fraction(value) for n, value in printed.items()}
 
 
