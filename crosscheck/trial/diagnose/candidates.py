@@ -193,8 +193,8 @@ class CandidateSet:
             )
             cost = 1.0 + other.cost + extra
             yield Candidate("swapped", inside, change, cost, other.text, symbol)
-        powers = {power for _, power in sizes}
-        if len(powers) == 1 and (power := max(powers)) >= 2:
+        power, *others = {power for _, power in sizes}
+        if not others and power >= 2:
             fewer, right = format_power(symbol, power - 1), format_power(symbol, power)
             for other in (Alternative("", np.ones_like(symbol_value), 0.1), *self.others[symbol]):
                 by = symbol_value ** (power - 1) * (other.value - symbol_value)
