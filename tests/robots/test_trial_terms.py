@@ -59,6 +59,22 @@ def with_one_weight_not_turned(q: Vector) -> Vector:
     return gravity(q) - own + other
 
 
+def without_own_columns(q: Vector) -> Vector:
+    """M in which the angular velocity of a link is without its own joint's."""
+    total = mass(q)
+    for number, pose in enumerate(MODEL.frames(q[None], np.zeros((1, 3)))[0]):
+        R, turning = pose.rotation[0], pose.angular_partials[0]
+        less = turning * (np.arange(3) != number)
+        inertia = R @ ROBOT.bodies[number].inertia @ R.T
+        total = total + less.T @ inertia @ less - turning.T @ inertia @ turning
+    return total
+
+
+def on_a_tilted_base(q: Vector) -> Vector:
+    pulled = replace(ROBOT, gravity=np.array([0.0, 3.0, -4.0]) * np.linalg.norm(ROBOT.gravity) / 5)
+    return AnalyticRobot(pulled, "links").gravity(q[None])[0]
+
+
 def diagnosis(**parts: Callable) -> RobotDiagnosis:
     right = {"mass_matrix": mass, "bias": bias, "gravity": gravity}
     return run_robot_trial(Equations(**(right | parts)), ROBOT).diagnosis
@@ -73,18 +89,47 @@ def diagnosis(**parts: Callable) -> RobotDiagnosis:
         ),
         (
             {"mass_matrix": without_arms_in_the_first_entry},
-            "mass_matrix, what left and right make: missing, in the entries that are wrong",
+            "in M[turn, turn] alone, as with left and right: left out",
         ),
         (
             {"gravity": with_one_weight_not_turned},
             "in gravity alone, as with left: gravity's direction in the link's own axes,"
             " not turned",
         ),
+        (
+            {"mass_matrix": without_own_columns},
+            "in mass_matrix alone, as with every link: its Jacobian's column of its own joint,"
+            " left out of w",
+        ),
+        (
+            {"bias": lambda q, v: change_of_mass(q, v) - bias(q, v)},
+            "bias is M' v - 1/2 d(v' M v)/dq; yours is +1/2 d(v' M v)/dq alone, as of Christoffel's"
+            " C transposed",
+        ),
+        (
+            {"mass_matrix": lambda q: mass(q + np.array([0, np.pi / 2, 0]))},
+            "mass_matrix: l is a quarter turn more in it",
+        ),
     ],
-    ids=["M' v", "branch", "weight"],
+    ids=["M' v", "branch", "weight", "columns", "C transposed", "quarter"],
 )
 def test_a_wrong_term_of_one_part_is_named(parts, words):
     assert words in diagnosis(**parts).notes
+
+
+def test_gravity_of_a_tilted_base_is_named():
+    size = np.linalg.norm(ROBOT.gravity)
+    words = diagnosis(gravity=on_a_tilted_base).explanations[0]
+    assert words.endswith("of the right size: a tilted base?")
+    assert f", {0.6 * size:.6g}, {-0.8 * size:.6g})" in words
+
+
+def test_accelerations_by_the_diagonal_of_the_mass_matrix_are_named():
+    def own(q: Vector, v: Vector, torque: Vector) -> Vector:
+        return (torque - bias(q, v) - gravity(q)) / np.diag(mass(q))
+
+    notes = run_robot_trial(Equations(acceleration=own), ROBOT).diagnosis.notes
+    assert any(each.endswith("by M's diagonal alone, without coupling") for each in notes)
 
 
 def test_one_product_of_rates_comes_before_an_unusual_factor():

@@ -175,7 +175,11 @@ class MotionTable:
         }
         for words, at in levers.items():
             yield from self._place(words, number, right, at, BOTH)
+        for by, words in ((by, USUAL[by]) for by in (-1.0, 0.5)):
+            scaled = WorldBody(by * body.mass, lever, by * body.inertia)
+            yield f"what it makes {words}", self._move_body(number, scaled)
         for words, other in changed.items():
+            yield words, self._move_body(number, other)
             if not np.array_equal(other.lever, lever):
                 yield from self._place(words, number, right, other.lever, BOTH[1:])
         for other_number, other_joint in enumerate(self.robot.joints):
@@ -184,15 +188,15 @@ class MotionTable:
                 motion = self._move_body(other_number, self.kane.place_body(other_number, beside))
                 words = f"its mass at the centre of {self._link(other_number)}"
                 yield words, replace(right, moving=motion.moving, centre=motion.centre)
-        own_inertia, axis = part.body.inertia, pose.rotation @ joint.axis
+        link_inertia, axis = part.body.inertia, pose.rotation @ joint.axis
         square = body.mass * (lever * lever).sum(axis=1)[:, None, None] * np.eye(3)
         about = np.einsum("si,sij,sj->s", axis, body.inertia, axis)[:, None, None]
         inertias = {
             "its inertia in the axes of the link before": under
-            @ own_inertia
+            @ link_inertia
             @ np.swapaxes(under, -1, -2),
             "its inertia not turned by its joint": turned
-            @ own_inertia
+            @ link_inertia
             @ np.swapaxes(turned, -1, -2),
             "m |c|^2 added to its inertia about every axis": body.inertia + square,
             "m |c|^2 taken from its inertia about every axis": body.inertia - square,
@@ -329,7 +333,7 @@ class MotionTable:
 
         A body's terms are no sum over its columns, so that of these all are wrong or one is.
         """
-        own_columns: dict[str, dict[str, DynamicsTerms]] = {}
+        last_columns: dict[str, dict[str, DynamicsTerms]] = {}
         whole: dict[str, dict[str, BodyMotion]] = {}
         rights = {}
         for name, part in parts.items():
@@ -355,7 +359,7 @@ class MotionTable:
                     change = changed.compute_terms().minus(terms)
                     kinds.setdefault(words, {})[name] = change
                     if part.number == number:
-                        own_columns.setdefault(
+                        last_columns.setdefault(
                             f"its Jacobian's column of its own joint, {words}", {}
                         )[name] = change
                     sum_of = whole.setdefault(words, {}).get(name, right)
@@ -366,7 +370,7 @@ class MotionTable:
                     )
             for words, changes in kinds.items():
                 yield f"its Jacobian's column of {joint.name}, {words}", changes
-        yield from own_columns.items()
+        yield from last_columns.items()
         for words, motions in whole.items():
             yield (
                 f"every column of its Jacobian, {words}",

@@ -235,20 +235,6 @@ class KaneSum:
             total += mass * project(self.move_point(number, lever), centre)
         return total
 
-    def describe_left_out(self, difference: np.ndarray, part: str, size: float) -> Iterator[str]:
-        """What some links make of the entries of a part that are wrong, in words: by one factor."""
-        wrong = np.abs(difference).max(axis=0)
-        is_wrong = wrong > ALIKE * wrong.max()
-        pieces = {}
-        for each in self.parts:
-            terms = self.compute_terms(each.number, self.place_body(each.number, each.body))
-            pieces[each.name] = getattr(terms, part)[:, is_wrong]
-        factors = find_factors(difference[:, is_wrong].ravel(), pieces, size)
-        factor = next(iter(factors.values()), 1.0)
-        is_usual = any(abs(factor - by) <= ALIKE for by in USUAL)
-        if is_usual and np.ptp(list(factors.values())) <= ALIKE:
-            yield f"{_describe_factor(list(factors), factor)}, in the entries that are wrong"
-
 
 def list_unturned_bodies(pose_rotation: np.ndarray, body: RobotBody) -> dict[str, WorldBody]:
     """A body whose numbers are not carried to the base's axes as they must be, by words."""
@@ -386,7 +372,6 @@ def describe_pieces(
             "gravity": kane.list_gravity_pieces,
         }[part]()
         described += describe_wrong_kinds(difference.ravel(), kinds, size, are_usual=are_usual)
-        described = described or list(kane.describe_left_out(difference, part, size))
     yield from (f"{part}, {words}" for words in described)
 
 

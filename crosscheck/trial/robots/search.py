@@ -11,7 +11,13 @@ import numpy as np
 
 from crosscheck.analytic.robot.model import AnalyticRobot
 from crosscheck.checks.robots.sizes import TOLERANCE
-from crosscheck.models.robot.robot import Level, Robot, RobotBody, compute_point_inertia
+from crosscheck.models.robot.robot import (
+    Level,
+    Placement,
+    Robot,
+    RobotBody,
+    compute_point_inertia,
+)
 from crosscheck.trial.robots.angle_sums import measure_rest
 from crosscheck.trial.robots.candidates import (
     ALIKE,
@@ -160,8 +166,12 @@ class ChangeTable:
         if level not in self._mistakes_by_level:
             mistakes = self._mistakes_by_level[level] = list(self._body_mistakes)
             robot = self.bare if level == "links" else self.robot
+            shared: dict[str, MistakeEffect] = {}
+            if level == "armature" and all(joint.mimic is None for joint in robot.joints):
+                shared = {each.words: each for each in self.list_mistake_effects("links")}
             mistakes += [
-                MistakeEffect(each.words, each.several, self.change_robot(each.robot, level))
+                shared.get(each.words)
+                or MistakeEffect(each.words, each.several, self.change_robot(each.robot, level))
                 for each in generate_frame_mistakes(robot, are_rotors_bodies=level == "coupled")
             ]
         return self._mistakes_by_level[level]
@@ -184,7 +194,8 @@ class ChangeTable:
             for words, change in row.items()
             if words != AS_IT_STANDS or not _is_identity(part.turn)
         ]
-        for words in rows[0] if len(rows) > 1 else ():
+        shared = [words for words in rows[0] if all(words in row for row in rows)]
+        for words in shared if len(rows) > 1 else ():
             if words != AS_IT_STANDS or not all(_is_identity(part.turn) for part in parts):
                 change = add_terms(row[words] for row in rows)
                 mistakes.append(MistakeEffect(f"every link{merged}: {words}", True, change))
@@ -206,10 +217,34 @@ class ChangeTable:
             words: self.kane.place_body(number, part.carry(other))
             for words, other in generate_body_mistakes(part.in_link, before, part.turn)
         }
-        turn = pose[number].rotation
-        shift = turn @ part.placement.position
-        unturned = list_unturned_bodies(turn @ part.placement.rotation, part.in_link)
-        return changed | {w: b._replace(lever=b.lever + shift) for w, b in unturned.items()}
+        turn = pose[number].rotation @ part.placement.rotation
+        shift = pose[number].rotation @ part.placement.position
+        unturned = list_unturned_bodies(turn, part.in_link)
+        if self._has_inertial_axes:
+            axes, link = part.turn, part.in_link
+            stated = RobotBody(link.mass, axes.T @ link.com, axes.T @ link.inertia @ axes)
+            unturned |= {
+                f"{words}, by the axes of its inertial frame": body
+                for words, body in list_unturned_bodies(turn @ axes, stated).items()
+                if words.startswith("its inertia")
+            }
+        changed |= {w: b._replace(lever=b.lever + shift) for w, b in unturned.items()}
+        if is_moved:
+            R, place = part.placement.rotation, part.placement.position
+            for words, placement in (
+                ("the place at which it is fixed left out", Placement(R, 0 * place)),
+                ("the place at which it is fixed with the opposite sign", Placement(R, -place)),
+                ("the turn of its fixed joint left out", Placement(np.eye(3), place)),
+                ("the turn of its fixed joint the other way", Placement(R.T, place)),
+            ):
+                body = part._replace(placement=placement).body
+                changed[words] = self.kane.place_body(number, body)
+        return changed
+
+    @cached_property
+    def _has_inertial_axes(self) -> bool:
+        """Whether the file has the inertia of any link in other axes than the link's."""
+        return not all(_is_identity(part.turn) for part in list_body_parts(self.robot))
 
     def generate_motion_changes(self, level: Level) -> Iterator[tuple[str, ByPlace]]:
         """Mistakes in Kane's sum in words, each with what it changes by the body that has it."""
