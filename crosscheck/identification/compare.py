@@ -34,6 +34,7 @@ from crosscheck.identification.structure import (
     TermBasis,
     compare_levels,
     draw_samples,
+    find_alike,
     find_basis,
 )
 from crosscheck.identification.terms import (
@@ -112,7 +113,8 @@ class SideResult:
 
     side: motor, joint, or the motors' less the joints'; names, measured: of all joints, and those
     whose torque is measured; estimates: of all terms but links; contained: terms that links make
-    up; concerned: terms that the motion hardly shows, where it does so; threshold: how many errors
+    up; alike: pairs of terms that this motion makes one; concerned: terms that the motion hardly
+    shows, where it does so; threshold: how many errors
     a rotor or a delay is above 0, a factor from 1, to be named; bands: at half and twice the
     bandwidth; taken, left (measured,): independent values of a joint that parameters take up, and
     those left; samples, residual and shown (rows, measured): of the full model, and which rows say
@@ -129,6 +131,7 @@ class SideResult:
     steps: tuple[StepResult, ...]
     estimates: tuple[TermEstimate, ...]
     contained: tuple[TorqueTerm, ...]
+    alike: tuple[tuple[TorqueTerm, TorqueTerm], ...]
     condition: float
     concerned: tuple[str, ...]
     threshold: float
@@ -270,13 +273,17 @@ def compare_robot(
     ranks = compare_levels(robot, shared)
     sides: list[SideResult] = []
     engines: list[Finding] = []
+    widest = np.inf
     for number, (side, treatment, torques) in enumerate(asked, 1):
         progress(f"estimating by torques of side {side}", number, len(asked) + 1)
         # Payloads are on both sides of the gears: what lies between these has none.
         payloads = knowledge.payloads if treatment == "identified" else ()
         samples = _BandSamples(robot, recordings, torques, shared, payloads)
         problem = _Problem(robot, samples, LINK_KINDS[treatment])
-        bandwidth = problem.choose_bandwidth()
+        bandwidth = problem.choose_bandwidth(widest)
+        if side == "between":
+            # Where its few terms say nothing more accelerations are noise: links would take it up.
+            widest = bandwidth
         if not engines:
             engines = compare_engines(robot, samples.at(bandwidth))
             if any(engine.verdict != "agree" for engine in engines):
@@ -382,8 +389,11 @@ class _Problem:
         columns = filter_columns(samples, self._compute_columns)
         shown = samples.moving[:, self.measured]
         reached = np.any([columns.values[on, at].any(axis=0) for at, on in enumerate(shown.T)], 0)
+        alike = find_alike(columns, shown)
+        again = [second for _, second in alike]
+        reached &= np.array([term not in again for term in columns.terms])
         if not reached.all():
-            columns = columns.select(np.flatnonzero(reached))
+            columns = replace(columns.select(np.flatnonzero(reached)), alike=alike)
         torque = samples.torque[:, self.measured]
         return samples, columns, fit_linear(columns.values, torque, shown, samples.starts)
 
@@ -398,14 +408,14 @@ class _Problem:
         rate = FEWEST_ROWS * len(self.terms) / (int(self.measured.sum()) * seconds)
         return max(lowest_bandwidth(self.recordings), rate / 4)
 
-    def choose_bandwidth(self) -> float:
-        """The bandwidth [Hz] of the fits. Raises InputError."""
+    def choose_bandwidth(self, widest: float = np.inf) -> float:
+        """The bandwidth [Hz] of the fits, no wider one than that. Raises InputError."""
         lowest = self.lowest_bandwidth
         highest = highest_bandwidth(self.recordings)
         if lowest > highest:
             allowed = f"holds too few rows for {len(self.terms)} parameters; record more"
             raise InputError(self.recordings[0].where, "", None, allowed)
-        return choose_bandwidth(self.measure, lowest, highest)
+        return choose_bandwidth(self.measure, lowest, min(highest, widest))
 
     def measure(self, bandwidth: float) -> float:
         """Mean error in a band; errors of what the motion hardly shows are no measure."""
@@ -466,6 +476,7 @@ def _judge_side(
         steps=tuple(steps),
         estimates=estimates,
         contained=problem.basis.contained,
+        alike=columns.alike,
         condition=full.condition,
         concerned=concerned,
         threshold=_find_threshold(estimates, full),
@@ -519,7 +530,7 @@ def _select_estimates(
         for term, value, error, half in zip(
             columns.terms, fit.values, fit.errors, fit.half_widths, strict=True
         )
-        if term.kind != "links"
+        if term.kind != "links" and term not in [first for first, _ in columns.alike]
     ]
     return tuple(sorted(estimates, key=lambda each: problem.every.index(each.term)))
 
@@ -575,7 +586,8 @@ def _find_concerned(
     terms: Sequence[TorqueTerm], columns: Regressor, fit: LinearFit
 ) -> tuple[str, ...]:
     """Names of the terms that the motion does not or hardly show; none where it shows all."""
-    names = [term.name for term in terms if term not in columns.terms]
+    there = (*columns.terms, *(second for _, second in columns.alike))
+    names = [term.name for term in terms if term not in there]
     if fit.condition > EXCITED:
         parts = np.abs(fit.weakest)
         order = np.argsort(-parts)

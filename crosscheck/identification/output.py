@@ -53,7 +53,7 @@ def _describe_side(side: SideResult) -> Iterator[str]:
         yield f"  {messages.format_estimate(estimate)}{part if estimate.systematic else ''}"
     for band in side.bands:
         listed = "; ".join(messages.format_estimate(each) for each in band.estimates)
-        yield f"  up to {band.bandwidth:.3g} Hz: {listed or 'no rotor to estimate'}"
+        yield f"  up to {band.bandwidth:.3g} Hz: {listed or 'nothing to estimate'}"
 
 
 def comparison_json(comparison: RobotComparison) -> str:
@@ -91,6 +91,7 @@ def _side_content(side: SideResult) -> dict[str, object]:
         "hardly_shown": side.concerned,
         "suggested_motion": _excitation_content(side),
         "with_prior_or_unknowns": _refinement_content(side),
+        "not_told_apart": [[each.name for each in pair] for pair in side.alike],
         "contained_in_links": [each.name for each in side.contained],
         "blocks": side.blocks,
         "t_of_a_rotor": side.threshold,

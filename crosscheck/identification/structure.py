@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
+from itertools import combinations
 
 import numpy as np
 from scipy.linalg import qr
@@ -122,6 +123,23 @@ def find_basis(columns: Regressor, kinds: tuple[TermKind, ...]) -> TermBasis:
         else:
             contained.append(columns.terms[number])
     return TermBasis(np.array(chosen, dtype=int), tuple(contained))
+
+
+def find_alike(columns: Regressor, shown: np.ndarray) -> tuple[tuple[TorqueTerm, TorqueTerm], ...]:
+    """Pairs of friction's terms that are one column where a record shows them (rows, n).
+
+    Such are offset and Coulomb friction of a joint that turns in one direction only.
+    """
+    numbers = columns.numbers("offset", "viscous", "coulomb")
+    rows = columns.values[:, :, numbers][shown]
+    rows = rows / np.maximum(np.linalg.norm(rows, axis=0), np.finfo(float).tiny)
+    pairs = []
+    for first, second in combinations(range(len(numbers)), 2):
+        product = rows[:, first] @ rows[:, second]
+        left = rows[:, second] - product * rows[:, first]
+        if product and np.linalg.norm(left) < INDEPENDENT:
+            pairs.append((columns.terms[numbers[first]], columns.terms[numbers[second]]))
+    return tuple(pairs)
 
 
 def compare_levels(robot: Robot, shared: np.ndarray) -> LevelRanks:

@@ -67,10 +67,14 @@ class TermEstimate:
 
 @dataclass(frozen=True)
 class Regressor:
-    """Terms, and the torques (rows, n, terms) that one unit of each makes."""
+    """Terms, and the torques (rows, n, terms) that one unit of each makes.
+
+    alike: pairs of terms of one column, of which the second is left out.
+    """
 
     terms: tuple[TorqueTerm, ...]
     values: np.ndarray
+    alike: tuple[tuple[TorqueTerm, TorqueTerm], ...] = ()
 
     def select(self, chosen: np.ndarray) -> Regressor:
         """The columns of these numbers, in this order."""

@@ -30,6 +30,7 @@ from tests.measured.robots import (
     behind,
     compared,
     first_side,
+    motion,
     recording,
 )
 from tests.measured.second_robot import estimate
@@ -58,6 +59,25 @@ def test_a_second_program_estimates_the_same(robot):
     # Torques were made with a rotor and without a delay, whose step comes before.
     left = {step.name: step.weighted for step in side.steps}
     assert left["delay"] > 10 * left["armature"]
+
+
+def test_friction_of_a_joint_that_never_turns_back_is_no_number(robot):
+    """Its Coulomb friction and offset are one column; of other joints both are told."""
+    given = recording(robot, "links", seconds=10.0)
+    position = given.position.copy()
+    position[:, 0] += 6.0 * given.time
+    model = build_robot_model("exudyn", robot, "links")
+    rate, more = motion(given.time, 3, 0)[1:]
+    rate[:, 0] += 6.0
+    torque = model.inverse_dynamics(position, rate, more) + VISCOUS * rate + COULOMB * np.sign(rate)
+    noise = 0.2 * np.random.default_rng(1).normal(size=torque.shape)
+    side = first_side(robot, replace(given, position=position, motor_torque=torque + noise))
+    names = [[each.name for each in pair] for pair in side.alike]
+    assert names == [["offset of j1", "coulomb of j1"]]
+    told = {each.term.name for each in side.estimates}
+    assert not told & set(names[0])
+    assert {"offset of j2", "coulomb of j2"} <= told
+    assert side.is_excited
 
 
 def test_links_alone_are_named_where_there_is_no_rotor(robot):
