@@ -180,3 +180,19 @@ def test_a_mass_matrix_that_an_acceleration_alone_shows():
 
     (line,) = describe_errors(trial_of(factory, arm_of(*UNLIKE)))
     assert "missing term: I_l2, in M[theta_1, theta_1], which M x'' shows?" in line
+
+
+def test_weights_of_the_other_sign_are_no_other_coordinates():
+    """Of accelerations alone they are right, too, with all senses reversed: no usual mistake."""
+
+    def factory(arm: Arm) -> Equations:
+        lifting = tuple(-each for each in arm.gravity_m_per_s2)
+        wrong = two_links(arm.model_copy(update={"gravity_m_per_s2": lifting}))
+
+        def accelerate(q: np.ndarray, v: np.ndarray, torque: np.ndarray) -> np.ndarray:
+            return np.linalg.solve(wrong.mass_matrix(q), wrong.force(q, torque) - wrong.bias(q, v))
+
+        return Equations(acceleration=accelerate)
+
+    (line,) = describe_errors(trial_of(factory, arm_of(*UNLIKE)))
+    assert "-m2 g_x d2 sin(theta_1 + theta_2) with the opposite sign" in line

@@ -53,10 +53,21 @@ def find_readings(
     }
     simple = [relative, *list_readings(joints)]
     stated = [each for each in simple if _is_stated(each, matrix)]
+    upside_down = case.arm.model_copy(
+        update={"gravity_m_per_s2": tuple(-each for each in case.arm.gravity_m_per_s2)}
+    )
+    lifted = [
+        build(problem.reference(level), upside_down, case.scenario, case.switches)
+        for level in problem.levels
+    ]
     if any(
-        _agrees(each, model, problem, user_values) for each in stated for model in models.values()
+        _agrees(each, model, problem, user_values)
+        for each in stated
+        for model in (*models.values(), *lifted)
     ):
-        return "", []  # what is left is less than a reading may leave
+        # What is left is less than a reading may leave, or the sign of all weights: a commoner
+        # error than all senses reversed, which forces and accelerations alone cannot tell from it.
+        return "", []
     for group in (simple, list_pairs(joints)):
         for level, model in models.items():
             readings = [

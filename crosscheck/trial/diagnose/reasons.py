@@ -390,6 +390,9 @@ def _explain_balances(
         if fit.significant_coefficients
         and not (follows.get(place) and is_caused_by_mass(fit, follows[place]))
     }
+    for row in rows:  # one wrong throughout may be the right one times a number, and its torque not
+        if {place for place in terms.entries if place.row == row} <= set(wrong_fits):
+            return {}
     explanations = {p: explain(p, observed, terms) for p, observed in wrong_fits.items()}
     found = {place: each for place, each in explanations.items() if each is not None}
     return found if len(found) == len(explanations) else {}
