@@ -13,6 +13,7 @@ import numpy as np
 
 from crosscheck.analytic.robot.model import cross
 from crosscheck.models.robot.robot import BASE, Joint, Level
+from crosscheck.trial.robots.candidates import AXES
 from crosscheck.trial.robots.exchanges import list_spinners
 from crosscheck.trial.robots.pieces import (
     USUAL,
@@ -26,6 +27,7 @@ from crosscheck.trial.robots.pieces import (
 )
 
 BOTH = "", " in its Jacobian alone", " in its acceleration alone"
+MOST_PLACES = 8  # joints, about whose places each column of a Jacobian is tried
 TORQUES = " in I w' alone", " in w x I w alone"
 
 
@@ -173,6 +175,10 @@ class MotionTable:
             "its centre of mass not turned by its joint": self._still + turned @ part.body.com,
             "its centre of mass at its joint": self._still,
         }
+        for name, axis in zip(AXES, np.eye(3), strict=True):
+            mirrored = replace(part.in_link, com=part.in_link.com * (1 - 2 * axis))
+            words = f"{name} of its centre of mass with the opposite sign"
+            levers[words] = self.kane.place_body(number, part.carry(mirrored)).lever
         for words, at in levers.items():
             yield from self._place(words, number, right, at, BOTH)
         for by, words in ((by, USUAL[by]) for by in (-1.0, 0.5)):
@@ -401,7 +407,8 @@ class MotionTable:
             yield "with the opposite sign in w alone", still, -2 * turning
             yield "with the opposite sign in the velocity alone", -2 * moving, still
             for other, other_joint in enumerate(self.robot.joints):
-                if other == joint.parent or other_joint.parent == number:
+                is_beside = other == joint.parent or other_joint.parent == number
+                if is_beside or (other != number and len(self.robot.joints) <= MOST_PLACES):
                     shift = pose.position - self.kane.poses[other].position
                     yield f"about the place of joint {other_joint.name}", cross(axis, shift), still
         else:
