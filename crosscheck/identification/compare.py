@@ -14,7 +14,7 @@ from crosscheck.findings import Finding
 from crosscheck.identification.bandwidth import choose_bandwidth, measure_error
 from crosscheck.identification.decimation import DecimatedSignals
 from crosscheck.identification.engines import compare_engines
-from crosscheck.identification.estimation import CONFIDENCE, LinearFit, fit_linear
+from crosscheck.identification.estimation import CONFIDENCE, LinearFit, fit_linear, fit_part
 from crosscheck.identification.excitation import Excitation, suggest_excitation
 from crosscheck.identification.recording import Recording
 from crosscheck.identification.refinement import (
@@ -459,11 +459,8 @@ def _judge_side(
             continue
         kinds += added
         part = columns.values[:, :, : columns.numbers(*kinds).size]
-        fit = fit_linear(
-            part, torque, full.shown, samples.starts, sigma=full.sigma, edges=full.edges
-        )
-        weighted, predicted = fit.weighted_rms(full.sigma), fit.weighted_prediction_rms(full.sigma)
-        steps.append(StepResult(name, part.shape[2], fit.rms, weighted, predicted))
+        fit = fit_part(part, torque, full)
+        steps.append(StepResult(name, part.shape[2], *fit))
     estimates = _add_systematic(_select_estimates(problem, columns, full), sound)
     concerned = _find_concerned(problem.terms, columns, full)
     return SideResult(

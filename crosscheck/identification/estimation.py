@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
 from itertools import pairwise
+from typing import NamedTuple
 
 import numpy as np
 from scipy.fft import rfft
@@ -32,9 +33,9 @@ class LinearFit:
     correlation of each joint's residual, all over the record, alone; taken, left (n,): how many
     independent values of each joint the parameters take up, and how many are left; freedom: that
     Student's distribution has; shown (rows, n): rows that count; sigma (n,): rms of each joint's
-    residual; residual (rows, n); predicted_error (rows, n): residual of each block by estimates
-    from all others; condition: of the columns, each scaled to size 1; weakest (p,): the direction,
-    of those columns, that they show least; edges: first rows of the blocks, then the count of rows.
+    residual; residual (rows, n); condition: of the columns, each scaled to size 1; weakest (p,):
+    the direction, of those columns, that they show least; edges: first rows of the blocks, then the
+    count of rows.
     """
 
     values: np.ndarray
@@ -46,15 +47,9 @@ class LinearFit:
     shown: np.ndarray
     sigma: np.ndarray
     residual: np.ndarray
-    predicted_error: np.ndarray
     condition: float
     weakest: np.ndarray
     edges: np.ndarray
-
-    @property
-    def rms(self) -> np.ndarray:
-        """Root mean square of each joint's residual (n,)."""
-        return joint_rms(self.residual, self.shown.sum(axis=0))
 
     @property
     def half_widths(self) -> np.ndarray:
@@ -65,13 +60,17 @@ class LinearFit:
         """Of Student's distribution with the fit's degrees of freedom."""
         return float(stdtrit(self.freedom, probability))
 
-    def weighted_rms(self, sigma: np.ndarray) -> float:
-        """Root mean square of all joints' residuals, in parts of sigma (n,)."""
-        return float(np.sqrt(((self.residual / sigma) ** 2).sum() / self.shown.sum()))
 
-    def weighted_prediction_rms(self, sigma: np.ndarray) -> float:
-        """The same of the errors of predicting each block from the others."""
-        return float(np.sqrt(((self.predicted_error / sigma) ** 2).sum() / self.shown.sum()))
+class PartFit(NamedTuple):
+    """What some of the columns leave, weighted and in blocks as those of all.
+
+    rms (n,): of each joint's residual; weighted and predicted: of all joints' residuals in parts of
+    the full fit's, and of the errors of predicting each block from the others.
+    """
+
+    rms: np.ndarray
+    weighted: float
+    predicted: float
 
 
 def fit_linear(
@@ -79,9 +78,6 @@ def fit_linear(
     torque: np.ndarray,
     shown: np.ndarray,
     starts: Sequence[int],
-    *,
-    sigma: np.ndarray | None = None,
-    edges: np.ndarray | None = None,
 ) -> LinearFit:
     """Fit torques by columns.
 
@@ -90,23 +86,15 @@ def fit_linear(
         torque: What they shall make (rows, n).
         shown: Which of these say something (rows, n).
         starts: First rows of the recordings, then the count of rows.
-        sigma: Weights' inverse (n,); by the residuals if left out.
-        edges: First rows of the blocks, then the count of rows; by the residuals if left out.
     """
     torque, count = torque * shown, shown.sum(axis=0)
-    weights = sigma
-    if weights is None:
-        weights = estimate_deviations(columns, torque, shown, WEIGHTINGS - 1)
+    weights = estimate_deviations(columns, torque, shown, WEIGHTINGS - 1)
     scale = _column_sizes(columns, shown)
     weighted = WeightedColumns(columns, shown / weights, scale)
-    triangle = factor_columns(weighted)
-    inverse = solve_triangular(triangle, np.eye(len(scale)))
-    right = torque / weights
-    coefficients = inverse.T @ weighted.project(right)
-    values = (inverse @ coefficients) / scale
+    triangle, inverse, values = _solve(weighted, torque / weights)
     residual = torque - (columns @ values) * shown
-    edges = choose_blocks(residual, starts) if edges is None else edges
-    deviations, predicted = _leave_out_blocks(weighted, inverse, residual / weights, edges)
+    edges = choose_blocks(residual, starts)
+    deviations, _ = _leave_out_blocks(weighted, inverse, residual / weights, edges)
     blocks = len(edges) - 1
     pooled, taken, left = _pool_variances(weighted, inverse, residual / weights, shown)
     inverse = inverse / scale[:, None]
@@ -121,13 +109,33 @@ def fit_linear(
         left=left,
         freedom=2 * max(blocks - 1, 1),
         shown=shown,
-        sigma=joint_rms(residual, count) if sigma is None else sigma,
+        sigma=joint_rms(residual, count),
         residual=residual,
-        predicted_error=predicted * weights,
         condition=float(singular[0] / singular[-1]),
         weakest=directions[-1],
         edges=edges,
     )
+
+
+def fit_part(columns: np.ndarray, torque: np.ndarray, full: LinearFit) -> PartFit:
+    """Fit torques (rows, n) by some of the columns (rows, n, part) that were fitted."""
+    shown, sigma = full.shown, full.sigma
+    weighted = WeightedColumns(columns, shown / sigma, _column_sizes(columns, shown))
+    _, inverse, values = _solve(weighted, torque * shown / sigma)
+    residual = (torque - columns @ values) * shown
+    _, predicted = _leave_out_blocks(weighted, inverse, residual / sigma, full.edges)
+    count = shown.sum(axis=0)
+    sizes = (np.sqrt((each**2).sum() / count.sum()) for each in (residual / sigma, predicted))
+    return PartFit(joint_rms(residual, count), *map(float, sizes))
+
+
+def _solve(
+    columns: WeightedColumns, right: np.ndarray
+) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+    """The triangle (p, p) of weighted columns, its inverse, and the values (p,) that fit best."""
+    triangle = factor_columns(columns)
+    inverse = solve_triangular(triangle, np.eye(len(triangle)))
+    return triangle, inverse, inverse @ (inverse.T @ columns.project(right)) / columns.scale
 
 
 @dataclass(frozen=True)
@@ -275,10 +283,11 @@ def _pool_variances(
         around[lags] = around[-lags] = window * correlation[lags]
         power = np.maximum(rfft(around).real, 0.0)
         power[1:-1] *= 2  # of both signs of a frequency
-        turned = rfft(basis, 2 * rows, axis=0)
+        turned = rfft(basis, 2 * rows, axis=0) * np.sqrt(power)[:, None]
         variance = (remains[:, joint] ** 2).sum() / shown[:, joint].sum()
         variance *= independent / left[joint]
-        total += variance * ((turned.conj().T * power) @ turned).real / (2 * rows)
+        parts = turned.real.T @ turned.real + turned.imag.T @ turned.imag
+        total += variance / (2 * rows) * parts
     return total, taken, left
 
 

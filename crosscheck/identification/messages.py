@@ -43,7 +43,7 @@ def describe_answers(comparison: RobotComparison) -> list[str]:
             sentences += _describe_scaled(side, identified)
         else:
             sentences += _describe_side(side)
-            pairs = ", ".join(f"{one.name} and {other.name}" for one, other in side.alike)
+            pairs = ", ".join(f"{first.name} and {second.name}" for first, second in side.alike)
             if pairs:
                 sentences.append(f"By this motion these cannot be told apart: {pairs}.")
             if side.refinement is not None:
