@@ -100,12 +100,13 @@ def _describe_side(side: SideResult) -> Iterator[str]:
         if any(each.term.kind == "shared armature" for each in side.seen):
             yield "Armature of single joints is rejected, too: they share a motor."
     else:
-        yield f"By the {where} there is no rotor that links and friction do not explain."
+        yield f"By the {where} links and friction alone are not rejected."
     unseen = [each for each in side.rotors if each not in (*side.seen, *side.impossible)]
     if unseen:
         yield f"Not told from zero: {'; '.join(format_estimate(each) for each in unseen)}."
     if side.delay is not None:
-        yield f"All of these torques lag behind the motion: {format_estimate(side.delay)}."
+        order = "lag behind" if side.delay.value > 0 else "come before"
+        yield f"All of these torques {order} the motion: {format_estimate(side.delay)}."
     contained = [each.name for each in side.contained if each.kind == "armature"]
     if contained and side.links == "identified":
         yield f"No motion distinguishes from the links: {', '.join(contained)}."
