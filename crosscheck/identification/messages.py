@@ -45,7 +45,7 @@ def describe_answers(comparison: RobotComparison) -> list[str]:
             sentences += _describe_side(side)
             pairs = ", ".join(f"{first.name} and {second.name}" for first, second in side.alike)
             if pairs:
-                sentences.append(f"By this motion these cannot be told apart: {pairs}.")
+                sentences.append(f"By this motion these cannot be distinguished: {pairs}.")
             if side.refinement is not None:
                 sentences += _describe_refinement(side.refinement, SIDE_WORDS[side.side])
     if comparison.knowledge.lacks_size:

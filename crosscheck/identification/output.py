@@ -91,7 +91,7 @@ def _side_content(side: SideResult) -> dict[str, object]:
         "hardly_shown": side.concerned,
         "suggested_motion": _excitation_content(side),
         "with_prior_or_unknowns": _refinement_content(side),
-        "not_told_apart": [[each.name for each in pair] for pair in side.alike],
+        "not_distinguished": [[each.name for each in pair] for pair in side.alike],
         "contained_in_links": [each.name for each in side.contained],
         "blocks": side.blocks,
         "t_of_a_rotor": side.threshold,

@@ -28,7 +28,7 @@ def test_open_decisions_leave_the_whole_open(one, other, third):
 def test_nothing_else_falls_over_what_is_missing(data):
     values = [math.nan if value is None else value for value in data.draw(NUMBERS)]
     assert shaking.is_rigid_sensitivity(*values[:3]) in (True, False, None)
-    steps = np.array([*values, 0.01, *[0.0] * 4])[:, None, None] * np.ones((1, 2, 3))
+    steps = np.array([*values, 0.01, 0.0])[:, None, None] * np.ones((1, 2, 3))
     residual = measure_residual("paper-labelled", "links", steps)
     assert BaselineFinding((residual,)).holds in (True, False, None)
 

@@ -267,7 +267,7 @@ def _fault(ending: Ending) -> str:
         return f"had not ended after {WITHIN_S} s"
     if ending.code not in (0, 1, 2):
         return f"exit code {ending.code}"
-    if "Traceback" in ending.err + ending.out:
+    if f'File "{ROOT}' in ending.err + ending.out:  # which a user's own error does not name
         return "a traceback"
     if ending.err.count("\n") > MOST_LINES:
         return f"{ending.err.count(chr(10))} lines on standard error"

@@ -7,6 +7,7 @@ import hashlib
 import importlib
 import importlib.util
 import inspect
+import os
 import sys
 import traceback
 from collections.abc import Callable, Iterator, Mapping, Sequence
@@ -139,8 +140,13 @@ def _parse_location(text: str) -> tuple[str, str, Path]:
     module, colon, name = text.rpartition(":")
     if not colon or not module or not name:
         raise InputError(text, "", None, f"must be {EXPECTED}")
-    folder = Path(module).resolve().parent if module.endswith(".py") else Path.cwd().resolve()
+    folder = _resolve(module).parent if module.endswith(".py") else Path.cwd().resolve()
     return module, name, folder
+
+
+def _resolve(file: str) -> Path:
+    """Where a file is, links followed, and for one that leads to itself where it is named."""
+    return Path(os.path.realpath(file))
 
 
 def _load_module(text: str, module: str, folder: Path) -> ModuleType:
@@ -151,7 +157,7 @@ def _load_module(text: str, module: str, folder: Path) -> ModuleType:
         raise InputError(text, "", None, f"no such file; must be {EXPECTED}")
     if not module.endswith(".py"):
         raise InputError(text, "", None, f"is no Python file; must be {EXPECTED}")
-    path = Path(module).resolve()
+    path = _resolve(module)
     # Of a private name, which cannot hide another module.
     name = f"_crosscheck_trial_{hashlib.sha256(str(path).encode()).hexdigest()[:16]}"
     spec = importlib.util.spec_from_file_location(name, path)

@@ -97,7 +97,10 @@ def diagnose(
     right = [part for part in right if all(entry.part != part for entry in entries)]
     notes = [*_self_notes(problem, level, entries, wrong), *_level_notes(problem, distances)]
     notes += _lone_part_notes(entries, wrong, right)
-    pieces = {} if explanations or links else _describe_wrong_pieces(problem, level, wrong)
+    pieces: dict[str, list[str]] = {}
+    if not explanations and not links:
+        pieces = _describe_lone_product(problem, level, entries, rates)
+        pieces = pieces or _describe_wrong_pieces(problem, level, wrong)
     notes += [words for each in pieces.values() for words in each]
     causes = {
         part: list(_causes_within(searches[level], part, entries, alone=len(wrong) == 1))
@@ -133,6 +136,23 @@ def diagnose(
     if wrong == ["gravity"] and len(problem.parts) > 1:  # by another zero of a coordinate
         words += tuple(each.words for each in find_readings(problem)[1])
     return RobotDiagnosis(level, tuple(entries), tuple(notes), words, links)
+
+
+def _describe_lone_product(
+    problem: RobotProblem, level: Level, entries: Sequence[RobotEntry], rates: Rates
+) -> dict[str, list[str]]:
+    """The sentence on one product of rates, or all of one row, where nothing else is wrong.
+
+    It stands before terms of Kane's sum, of which several would often explain so little.
+    """
+    lone = len({entry.name for entry in entries if entry.part in SINGLE}) == 1
+    if not lone or "bias" not in _wrong_parts(entries) or (terms := rates()) is None:
+        return {}
+    rounding = TOLERANCE * problem.sizes[level].bias[: len(terms.rest)].max()
+    if max(np.abs(terms.rest).max(), np.abs(terms.linear).max()) > rounding:
+        return {}
+    sentences, others = _describe_products(problem, level, terms)
+    return {"bias": sentences} if len(sentences) == 1 and not others else {}
 
 
 def _describe_wrong_pieces(
@@ -367,10 +387,13 @@ def _bias_notes(
         yield "bias has the friction that is stated with the opposite sign: it takes torque, +d v"
     else:
         yield from _linear_notes(terms, size, names)
-    wrong = list(_wrong_products(problem, level, terms, sample_bias_terms(model.bias, states)))
-    if wrong and unfounded:
+    sentences, others = _describe_products(problem, level, terms)
+    if unfounded and (sentences or others):
         yield UNFOUNDED
-    yield from wrong
+    yield from sentences
+    if others:
+        more = f" and {len(others) - MOST_SHOWN} more" if len(others) > MOST_SHOWN else ""
+        yield f"wrong terms: {', '.join(others[:MOST_SHOWN])}{more}"
 
 
 def _describe_rest(
@@ -436,14 +459,17 @@ def _linear_notes(terms: BiasTerms, size: np.ndarray, names: Sequence[str]) -> I
         yield f"bias has a part linear in v, {shown}: friction? State it as viscous_friction."
 
 
-def _wrong_products(
-    problem: RobotProblem, level: Level, user_terms: BiasTerms, reference_terms: BiasTerms
-) -> Iterator[str]:
-    """Sentences on products of rates whose coefficients are wrong; rows that are alike as one."""
+def _describe_products(
+    problem: RobotProblem, level: Level, user_terms: BiasTerms
+) -> tuple[list[str], list[str]]:
+    """Sentences on products of rates that are wrong, rows that are alike as one; those without."""
+    states = RandomStates(*(each[: len(user_terms.rest)] for each in problem.states))
+    reference_terms = sample_bias_terms(AnalyticRobot(problem.robot, level).bias, states)
     with_weights = problem.answers.sources["bias"] in WITH_WEIGHTS
     sizes, names = term_sizes(problem.sizes[level], with_weights=with_weights), problem.names
     sizes = sizes[: len(user_terms.rest)]
-    differences, others = np.abs(user_terms.products - reference_terms.products), list[str]()
+    differences = np.abs(user_terms.products - reference_terms.products)
+    sentences, others = list[str](), list[str]()
     for row, name in enumerate(names):
         user_products, reference_products = (
             user_terms.products[:, row],
@@ -455,7 +481,7 @@ def _wrong_products(
         small = TOLERANCE * sizes[:, row]
         whole = describe_ratio(user_products.ravel(), reference_products.ravel(), small.ravel())
         if whole and len(beyond) > 1:
-            yield f"bias[{name}], all products of rates: {whole}"
+            sentences.append(f"bias[{name}], all products of rates: {whole}")
             continue
         for j, k in beyond.tolist():
             ratio_text = describe_ratio(
@@ -467,12 +493,10 @@ def _wrong_products(
             rates = f"{names[j]}'^2" if j == k else f"{names[j]}' {names[k]}'"
             term, words = f"bias[{name}] of {rates}", "; ".join(filter(None, (ratio_text, wave)))
             if words:
-                yield f"{term}: {words}"
+                sentences.append(f"{term}: {words}")
             else:
                 others.append(term)
-    if others:
-        more = f" and {len(others) - MOST_SHOWN} more" if len(others) > MOST_SHOWN else ""
-        yield f"wrong terms: {', '.join(others[:MOST_SHOWN])}{more}"
+    return sentences, others
 
 
 def _causes_within(
