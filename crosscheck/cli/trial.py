@@ -51,10 +51,10 @@ from crosscheck.trial.robots.output import (
 from crosscheck.trial.robots.trial import run_robot_trial
 from crosscheck.trial.tables.answers import build_table_equations, next_row, read_trial_answers
 from crosscheck.trial.tables.folder import render_probe_files, render_request_files
+from crosscheck.trial.tables.robot_requests import RobotTableTrial
 from crosscheck.trial.tables.state_requests import (
     TableTrial,
     collect_inverse_requests,
-    collect_probe_requests,
     collect_state_request,
 )
 from crosscheck.trial.trial import Trial, TrialRequest, run_trial
@@ -127,8 +127,13 @@ class TrialOptions:
         index = 0 if self.answers or (self.ask and not self.fmu) else 1
         return self.names[index] if len(self.names) > index else "paper-labelled"
 
+    def robot_table(self) -> RobotTableTrial:
+        """The trial of a table of a robot's answers. Raises InputError."""
+        coordinates, level = load_coordinates(self.coordinates)
+        return RobotTableTrial(load_robot(self.arm), coordinates, level, self.seed)
+
     def table(self) -> TableTrial:
-        """The trial of a table of answers. Raises InputError."""
+        """The trial of a table of an arm's answers. Raises InputError."""
         chosen = load_selection(self.arm, [], self.settings)
         coordinates, level = load_coordinates(self.coordinates)
         return TableTrial(chosen.arm, coordinates, level, chosen.switches, self.quick, self.seed)
@@ -146,7 +151,8 @@ def trial_command(options: TrialOptions) -> int:
     _require_compatible(options)
     if is_robot(options.arm) and not (options.ask and options.fmu):
         _require_for_robots(options)
-        return _try_robot(options)
+        if not options.ask:
+            return _try_robot(options)
     if options.ask:
         ask(options)
         return 0
@@ -170,7 +176,8 @@ def trial_command(options: TrialOptions) -> int:
 
 def _try_robot(options: TrialOptions) -> int:
     """Judge a user's equations of a robot; returns the exit code. Raises InputError."""
-    text, robot = options.names[0], load_robot(options.arm)
+    text = options.answers[0].name if options.answers else options.names[0]
+    robot = load_robot(options.arm)
     files = options.json_file, options.junit, options.page
     require_files(*zip(files, (ROBOT_TRIAL, ROBOT_JUNIT, TRIAL_PAGE), strict=True))
     with tempfile.TemporaryDirectory() as folder:
@@ -192,7 +199,13 @@ def _try_robot(options: TrialOptions) -> int:
 
 
 def _load_robots_equations(options: TrialOptions, robot: Robot, folder: Path) -> Equations:
-    """A robot's equations: of an FMU, unpacked into a folder, or the model. Raises InputError."""
+    """A robot's equations: a table's, of an FMU, unpacked into a folder, or the model's.
+
+    Raises InputError.
+    """
+    if options.answers:
+        answers = read_trial_answers(options.robot_table(), options.answers)
+        return build_table_equations(answers)
     if options.fmu is None:
         remember(Path(options.names[0].rpartition(":")[0]))
         return load_robot_equations(options.names[0], robot)
@@ -283,12 +296,12 @@ def ask(options: TrialOptions) -> None:
         )
         print(f"wrote {make_printable(str(options.out / 'map.toml'))}: check every name in it")
         return
-    table = options.table()
+    table = options.robot_table() if is_robot(options.arm) else options.table()
     if options.after:
         first = read_trial_answers(table, options.after)
         states = first.here[0]
         after = next_row((states, *collect_inverse_requests(table, states)))
-        state_sets = collect_probe_requests(table, first.parts, after)
+        state_sets = table.collect_probe_requests(first.parts, after)
         files = render_probe_files(table, state_sets, options.format_shared_options())
     else:
         states = collect_state_request(table)
@@ -312,8 +325,7 @@ def _write_new(folder: Path, files: Mapping[str, str | bytes]) -> None:
 def _require_for_robots(options: TrialOptions) -> None:
     """Raise InputError for options that are of arms alone."""
     of_arms = {
-        "--ask": options.ask,
-        "--answers": options.answers,
+        "--after": options.after,
         "--scenario": options.scenarios,
         "--set": options.settings,
         "--quick": options.quick,

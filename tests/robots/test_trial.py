@@ -376,14 +376,6 @@ def test_what_is_of_arms_alone_is_refused(crosscheck, tmp_path, case):
     assert_one_line(answer, f"{named}: is for arms; sliding is a robot")
 
 
-def test_questions_and_answers_are_of_arms_alone(crosscheck, tmp_path):
-    asked = crosscheck("trial", "--ask", "sliding", "--out", tmp_path / "ask")
-    assert_one_line(asked, "--ask: is for arms")
-    answers = crosscheck("trial", "--answers", tmp_path / "a.csv", "sliding")
-    assert_one_line(answers, "--answers: is for arms")
-    assert not (tmp_path / "ask").exists()
-
-
 def test_a_urdf_alone_is_a_robot_without_rotors(crosscheck, tmp_path):
     (tmp_path / "mine.py").write_text(CODE.replace('"coupled"', '"links"'))
     (tmp_path / "r.urdf").write_text(load_robot("sliding").urdf)

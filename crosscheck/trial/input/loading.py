@@ -350,10 +350,9 @@ def _require_arm_equations(equations: Equations, where: str) -> Equations:
 
 def require_robot_equations(equations: Equations, where: str) -> Equations:
     """The equations of a robot themselves. Raises InputError unless all of them can be judged."""
-    for name in ("switches", "table"):
-        if repr(getattr(equations, name)) != repr(getattr(Equations(), name)):
-            reason = "is of arms alone; a robot's equations are of its joints' coordinates"
-            raise InputError(where, name, None, reason)
+    if equations.switches is not None:
+        reason = "is of arms alone; a robot's equations are of its joints' coordinates"
+        raise InputError(where, "switches", None, reason)
     _require_parts(equations, where, list(TAKES), in_order=True)
     levels = (*RIGID, "elastic")  # of joints: coordinates of links and motors
     if equations.level and equations.level not in levels:

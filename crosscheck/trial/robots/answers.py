@@ -69,10 +69,14 @@ class PartTask(SelfKeyedTask):
 
     def perform(self) -> np.ndarray | Failure | InputError:
         """The answers, row by row, or why there are none; an InputError if the first is unfit."""
-        call, answers = _find_functions(self.model)[self.quantity], list[np.ndarray]()
+        first, again = (each[self.quantity] for each in _find_functions(self.model))
+        answers, asked = list[np.ndarray](), set[bytes]()
         try:
             for row in range(self.rows):
                 row_arguments = {name: values[row] for name, values in self.arguments.items()}
+                key = b"".join(value.tobytes() for value in row_arguments.values())
+                call = again if key in asked else first
+                asked.add(key)
                 answer = call_part(call, self.quantity, self.size, row_arguments)
                 if not (np.abs(answer) <= LARGEST).all():
                     most = f"{LARGEST:g}, the most that can be compared"
@@ -168,15 +172,21 @@ def bind_functions(
     return motors, add_motors(calls, equations, motors)
 
 
-def make_robot_entry(calls: Mapping[str, Any]) -> Entry:
-    """The entry that stands for the functions of equations in the registry during a trial."""
-    made = type("SuppliedFunctions", (), {"calls": calls})
+def make_robot_entry(calls: Mapping[str, Any], again: Mapping[str, Any]) -> Entry:
+    """The entry that stands for the functions of equations in the registry during a trial.
+
+    again: the functions for what a task asks a second time.
+    """
+    made = type("SuppliedFunctions", (), {"calls": (calls, again)})
     return Entry(__name__, made.__name__, "supplied", frozenset(), call_s=CALL_S, made=made)
 
 
-def _find_functions(name: str) -> Mapping[str, Any]:
-    """The functions that are supplied under a name: forked workers know the registry's entries."""
-    calls: Mapping[str, Any] = vars(MODELS[name].made)["calls"]
+def _find_functions(name: str) -> tuple[Mapping[str, Any], Mapping[str, Any]]:
+    """The functions that are supplied under a name, and those for what is asked again.
+
+    Forked workers know the registry's entries.
+    """
+    calls: tuple[Mapping[str, Any], Mapping[str, Any]] = vars(MODELS[name].made)["calls"]
     return calls
 
 
@@ -193,7 +203,7 @@ def ask(
 
     Raises InputError for answers that can be none of this robot.
     """
-    blocks = {part: _make_blocks(part, states, sizes) for part in _find_functions(name)}
+    blocks = {part: make_blocks(part, states, sizes) for part in _find_functions(name)[0]}
     outcomes = call_functions(
         {part: list(part_blocks.values()) for part, part_blocks in blocks.items()},
         name,
@@ -287,7 +297,7 @@ def call_functions(
 
     Raises InputError for answers that can be none of this robot.
     """
-    tasks = {part: _make_part_task(name, part, states) for part, states in states_by_part.items()}
+    tasks = {part: make_part_task(name, part, states) for part, states in states_by_part.items()}
     with Workers(min(jobs, len(tasks))) as workers:
         outcomes: Mapping[Any, Any] = run_tasks(workers, list(tasks.values()), progress).outcomes
     answers = {part: outcomes[task] for part, task in tasks.items()}
@@ -297,7 +307,8 @@ def call_functions(
     return answers
 
 
-def _make_part_task(name: str, part: str, blocks: Sequence[RandomStates]) -> PartTask:
+def make_part_task(name: str, part: str, blocks: Sequence[RandomStates]) -> PartTask:
+    """The task of a function of the supplied equations at blocks of states."""
     q, v, a, torques = (np.concatenate(rows) for rows in zip(*blocks, strict=True))
     argument_values = {
         "x": q,
@@ -310,7 +321,7 @@ def _make_part_task(name: str, part: str, blocks: Sequence[RandomStates]) -> Par
     return PartTask(name, part, q.shape[1], arguments)
 
 
-def _make_blocks(part: str, states: RandomStates, sizes: RobotSizes) -> dict[Block, RandomStates]:
+def make_blocks(part: str, states: RandomStates, sizes: RobotSizes) -> dict[Block, RandomStates]:
     """The states at which a part is asked, all blocks of them equally long."""
     blocks: dict[Block, RandomStates] = {HERE: states}
     blocks[AGAIN] = RandomStates(*(each[::-1] for each in states))

@@ -9,24 +9,28 @@ from typing import Any
 
 import numpy as np
 
-from crosscheck.checks.robots.sizes import WITH_WEIGHTS
+from crosscheck.checks.robots.sizes import WITH_WEIGHTS, RobotSizes
 from crosscheck.checks.robots.states import RandomStates
 from crosscheck.findings import Agreement
 from crosscheck.models.errors import InputError
-from crosscheck.models.robot.robot import Robot
-from crosscheck.registry import register
+from crosscheck.models.robot.robot import Level, Robot
+from crosscheck.registry import Entry, register
 from crosscheck.runner.outcomes import Failure
 from crosscheck.runner.progress_update import ProgressCallback, ignore_progress
 from crosscheck.trial.input.calls import LOADS
 from crosscheck.trial.input.equations import Equations
 from crosscheck.trial.input.loading import require_robot_equations
 from crosscheck.trial.robots.answers import (
+    BY_RATES,
     NONLINEAR,
+    PartTask,
     RobotAnswers,
     ask,
     bind_functions,
     call_functions,
     draw_states,
+    make_blocks,
+    make_part_task,
     make_robot_entry,
     read_friction,
 )
@@ -117,7 +121,7 @@ def run_robot_trial(
     equations that cannot be judged, and for answers of another shape.
     """
     settings = robot, name, seed, jobs, progress
-    loads = [part for part in LOADS if getattr(equations, part) is not None]
+    loads = [part for part in LOADS if getattr(equations, part) is not None and not equations.table]
     try:
         trial = _run_trial(equations, *settings)
     except InputError:
@@ -139,6 +143,54 @@ def _run_with_one_motor(equations: Equations, settings: tuple[Any, ...]) -> list
     return [each for each in trials if not set(each.failures) & set(LOADS)]
 
 
+@dataclass(frozen=True)
+class RobotQuestions:
+    """What a trial asks equations of a robot, none of which depends on an answer.
+
+    entry: the equations' functions in the registry; motors: coordinates, from 0, that have one;
+    sizes: by level, of which ``level`` sets the accelerations at which inverse dynamics is asked.
+    """
+
+    name: str
+    robot: Robot
+    entry: Entry
+    motors: tuple[int, ...]
+    states: RandomStates
+    sizes: Mapping[Level, RobotSizes]
+    level: Level
+    is_mapped: bool
+
+    def list_tasks(self, part: str) -> list[PartTask]:
+        """All that a part may be asked: at the states, and where a wrong part is looked into."""
+        rounds = [list(make_blocks(part, self.states, self.sizes[self.level]).values())]
+        if part in SOURCES:
+            rounds.append(make_slope_states(self.robot, self.states))
+        if part in BY_RATES:
+            rounds.append(make_rate_states(select_rate_states(self.states)))
+        if part in LOADS:
+            rounds.append(make_torque_states(self.states, self.motors))
+        return [make_part_task(self.name, part, blocks) for blocks in rounds]
+
+
+def prepare_questions(equations: Equations, robot: Robot, name: str, seed: int) -> RobotQuestions:
+    """What equations of a robot are asked. Raises InputError."""
+    motors, calls = bind_functions(equations, robot)
+    table = equations.table
+    again = calls if table is None else bind_functions(table.again, robot)[1]
+    frame = read_frame(equations.coordinates, robot, name)
+    functions: list[dict[str, Any]] = [dict(calls), dict(again)]
+    states = draw_states(robot, seed, motors)
+    if frame is not None:
+        functions = [map_calls(each, frame, name) for each in functions]
+        states = place_states(states, frame)
+    sizes = compute_sizes_by_level(robot, equations.level, states)
+    level = next((each for each in sizes if each == equations.level), next(iter(sizes)))
+    entry = make_robot_entry(*functions)
+    return RobotQuestions(
+        name, robot, entry, motors, states, sizes, level, is_mapped=frame is not None
+    )
+
+
 def _run_trial(
     equations: Equations,
     robot: Robot,
@@ -152,16 +204,10 @@ def _run_trial(
     if stated == ELASTIC:
         robot, stiffness = build_elastic_robot(robot, name)
         equations = drive_motors(equations, robot)
-    motors, calls = bind_functions(equations, robot)
-    frame = read_frame(equations.coordinates, robot, name)
-    functions: dict[str, Any] = dict(calls)
-    friction = read_friction(equations, robot, name)
-    states = draw_states(robot, seed, motors)
-    if frame is not None:
-        functions, states = map_calls(calls, frame, name), place_states(states, frame)
-    sizes = compute_sizes_by_level(robot, equations.level, states)
-    level = next((each for each in sizes if each == equations.level), next(iter(sizes)))
-    with register(name, make_robot_entry(functions)):
+    questions = prepare_questions(equations, robot, name, seed)
+    motors, states, sizes = questions.motors, questions.states, questions.sizes
+    friction, level = read_friction(equations, robot, name), questions.level
+    with register(name, questions.entry):
         answers = ask(name, robot, states, sizes[level], friction, jobs, progress)
         self_differences = _ask_about_itself(name, robot, states, answers, jobs, progress)
         taken = friction.torques(states.v)
@@ -193,8 +239,9 @@ def _run_trial(
         if distances:
             diagnosis = diagnose(problem, distances, rates)
         if equations.drive is None and not {each.part for each in diagnosis.entries} & set(SINGLE):
-            idle = _find_idle_joints(problem, motors, diagnosis, jobs, progress)
-            notes = [*diagnosis.notes, *_describe_idle_joints(problem.names, motors, idle)]
+            idle = _find_idle_joints(problem, states, motors, diagnosis, jobs, progress)
+            told = _describe_idle_joints(problem.names, motors, idle, equations)
+            notes = [*diagnosis.notes, *told]
             diagnosis = replace(diagnosis, notes=tuple(notes))
     relative_errors = problem.relative_errors(
         diagnosis.level, problem.reference_values[diagnosis.level]
@@ -204,7 +251,7 @@ def _run_trial(
         robot=robot,
         stated=stated,
         parts=problem.parts,
-        remarks=tuple(_list_remarks(problem, motors, is_mapped=frame is not None)),
+        remarks=tuple(_list_remarks(problem, motors, is_mapped=questions.is_mapped)),
         not_judged=tuple(_list_unjudged(problem, equations)),
         distances=distances,
         diagnosis=diagnosis,
@@ -236,8 +283,19 @@ def _ask_about_itself(
     return compare_with_itself(robot, states, values, slopes)
 
 
+def make_torque_states(states: RandomStates, motors: Sequence[int]) -> list[RandomStates]:
+    """The states with another torque of each motor in turn."""
+    changed = []
+    for motor in motors:
+        torques = states.torques.copy()
+        torques[:, motor] += 1 + np.abs(torques[:, motor])
+        changed.append(states._replace(torques=torques))
+    return changed
+
+
 def _find_idle_joints(
     problem: RobotProblem,
+    states: RandomStates,
     motors: Sequence[int],
     diagnosis: RobotDiagnosis,
     jobs: int,
@@ -245,13 +303,8 @@ def _find_idle_joints(
 ) -> list[int]:
     """The coordinates whose motor's torque changes nothing of the parts that are wrong."""
     wrong = {each.part for each in diagnosis.entries} & set(LOADS) & set(problem.answers.again)
-    states, changed = problem.states, list[RandomStates]()
-    states = states._replace(torques=states.torques + problem.friction)
-    for motor in motors if wrong else ():
-        torques = states.torques.copy()
-        torques[:, motor] += 1 + np.abs(torques[:, motor])
-        changed.append(states._replace(torques=torques))
-    if not changed:
+    changed = make_torque_states(states, motors)
+    if not wrong or not changed:
         return []
     answers = call_functions(dict.fromkeys(wrong, changed), problem.name, jobs, progress)
     idle = set(motors)
@@ -280,13 +333,16 @@ def _list_remarks(
 
 
 def _describe_idle_joints(
-    names: Sequence[str], motors: Sequence[int], idle: Sequence[int]
+    names: Sequence[str], motors: Sequence[int], idle: Sequence[int], equations: Equations
 ) -> Iterator[str]:
     """The sentence that torques of some joints are nowhere in the equations."""
     if idle:
         driven = [names[number] for number in motors if number not in idle]
         joints = ", ".join(names[number] for number in idle)
-        yield (f"missing: the torque of {joints}; where there is no motor, state drive = {driven}")
+        remedy = (
+            f"state drive = {driven}" if equations.table is None else "answer gravity for force"
+        )
+        yield f"missing: the torque of {joints}; where there is no motor, {remedy}"
 
 
 def _list_unjudged(problem: RobotProblem, equations: Equations) -> Iterator[str]:

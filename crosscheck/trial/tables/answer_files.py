@@ -24,18 +24,31 @@ from crosscheck.trial.input.equations import SINGLE
 from crosscheck.trial.tables.state_requests import (
     ARGUMENTS,
     LETTERS,
-    NEEDED,
     ROW,
     SHORT,
     answer_columns,
+    flag_column,
 )
 
 LARGEST_FILE = 500_000_000  # bytes
 READING_S = 60.0
 FEW = 20  # different numbers, that show nothing of how many digits a file has
 SAMPLE = 2000
-LEAST_DIGITS, MOST_DIGITS = 7, 15
-ColumnNames = Mapping[str, Sequence[str]]
+MOST_DIGITS, SINGLE_DIGITS = 15, 7
+
+
+@dataclass(frozen=True)
+class TableColumns:
+    """What may stand in a file of answers for n coordinates.
+
+    parts: that may be answered; arguments: columns that may stand beside, by argument;
+    least_digits: significant ones that answers must have.
+    """
+
+    n: int
+    parts: Sequence[str]
+    arguments: Mapping[str, Sequence[str]]
+    least_digits: int
 
 
 @dataclass(frozen=True)
@@ -54,21 +67,21 @@ class AnswerFile:
     precision: float
 
 
-def read_answers(path: Path, n: int, states: ColumnNames) -> AnswerFile:
-    """The answers in a file for n coordinates; states: columns that may stand beside, by argument.
+def read_answers(path: Path, allowed: TableColumns) -> AnswerFile:
+    """The answers in a file.
 
     Raises InputError naming file, row and column.
     """
     where = str(path)
     content = read_input(path, LARGEST_FILE)
     read = _read_mat if path.suffix == ".mat" else _read_csv
-    columns = read(where, content, n, states)
-    rows, answers = columns.pop(ROW), {part: columns.pop(part) for part in SHORT if part in columns}
+    columns, parts = read(where, content, allowed), allowed.parts
+    rows, answers = columns.pop(ROW), {part: columns.pop(part) for part in parts if part in columns}
     if not answers:
-        allowed = "; ".join(answer_columns(part, n)[0] + ", ..." for part in SHORT)
-        raise InputError(where, "", None, f"has no answers; columns may be {allowed}")
+        names = "; ".join(answer_columns(part, allowed.n)[0] + ", ..." for part in parts)
+        raise InputError(where, "", None, f"has no answers; columns may be {names}")
     # That of the part whose numbers have the fewest digits.
-    precision = max(_precision(where, values) for values in answers.values())
+    precision = max(_precision(where, values, allowed.least_digits) for values in answers.values())
     return AnswerFile(where, _row_numbers(where, rows), answers, columns, precision)
 
 
@@ -85,32 +98,35 @@ def _row_numbers(where: str, rows: np.ndarray) -> np.ndarray:
     return whole
 
 
-def _precision(where: str, values: np.ndarray) -> float:
+def _precision(where: str, values: np.ndarray, least_digits: int) -> float:
     """Relative rounding of numbers; 0 for double's. Raises InputError for too few digits."""
     unlike = np.unique(values[np.isfinite(values)])
     if unlike.size < FEW:
         return 0.0
     with np.errstate(over="ignore"):
         if (unlike.astype(np.float32).astype(np.float64) == unlike).all():
+            if least_digits > SINGLE_DIGITS:
+                reason = f"answers are of single precision; {least_digits} digits are needed"
+                raise InputError(where, "", None, reason)
             return SINGLE
     sample = unlike[:: max(unlike.size // SAMPLE, 1)].tolist()
     digits = 1
     while digits <= MOST_DIGITS and any(float(f"{x:.{digits - 1}e}") != x for x in sample):
         digits += 1
-    if digits < LEAST_DIGITS:
+    if digits < least_digits:
         reason = (
-            f"answers have {digits} significant digits; must be at least {LEAST_DIGITS}, better 17"
+            f"answers have {digits} significant digits; must be at least {least_digits}, better 17"
         )
         raise InputError(where, "", None, reason)
     return 0.0 if digits > MOST_DIGITS else 0.5 * 10.0 ** (1 - digits)
 
 
-def _read_csv(where: str, content: bytes, n: int, states: ColumnNames) -> dict[str, np.ndarray]:
+def _read_csv(where: str, content: bytes, allowed: TableColumns) -> dict[str, np.ndarray]:
     """Columns of a CSV file by name; those of a part's answers together, (rows, entries)."""
     try:
         lines = csv.reader(io.StringIO(content.decode("utf-8-sig"), newline=""), strict=True)
         header = [name.strip() for name in next(lines, [])]
-        _require_header(where, header, n, states)
+        _require_header(where, header, allowed)
         table = [_parse_numbers(where, header, line, lines.line_num) for line in lines if line]
     except UnicodeDecodeError:
         raise InputError(where, "", None, "is not UTF-8 text; a CSV file is expected") from None
@@ -119,10 +135,9 @@ def _read_csv(where: str, content: bytes, n: int, states: ColumnNames) -> dict[s
     if not table:
         raise InputError(where, "", None, "has no rows")
     columns = dict(zip(header, np.array(table).T, strict=True))
-    for name in NEEDED:
-        columns.pop(name, None)
-    for part in SHORT:
-        names = answer_columns(part, n)
+    for part in allowed.parts:
+        columns.pop(flag_column(part), None)
+        names = answer_columns(part, allowed.n)
         there = [name for name in names if name in columns]
         if 0 < len(there) < len(names):
             missing = next(name for name in names if name not in columns)
@@ -132,9 +147,9 @@ def _read_csv(where: str, content: bytes, n: int, states: ColumnNames) -> dict[s
     return columns
 
 
-def _require_header(where: str, header: Sequence[str], n: int, states: ColumnNames) -> None:
+def _require_header(where: str, header: Sequence[str], allowed: TableColumns) -> None:
     """Raise InputError unless the first line names columns, each known, each once."""
-    answers = [name for part in SHORT for name in answer_columns(part, n)]
+    answers = [name for part in allowed.parts for name in answer_columns(part, allowed.n)]
     if header[:1] and header[0].startswith(ROW) and set(";\t") & set("".join(header)):
         raise InputError(where, "line 1", None, "columns must be separated by commas")
     if ROW not in header:
@@ -146,13 +161,13 @@ def _require_header(where: str, header: Sequence[str], n: int, states: ColumnNam
     allowed_columns = {
         ROW,
         *answers,
-        *NEEDED,
-        *(name for names in states.values() for name in names),
+        *map(flag_column, allowed.parts),
+        *(name for names in allowed.arguments.values() for name in names),
     }
     for place, name in enumerate(header):
         if name not in allowed_columns:
-            allowed = ", ".join([ROW, answers[0], "..."])
-            raise InputError(where, "line 1", name, f"unknown column; allowed: {allowed}")
+            usual = ", ".join([ROW, answers[0], "..."])
+            raise InputError(where, "line 1", name, f"unknown column; allowed: {usual}")
         if name in header[:place]:
             raise InputError(where, "line 1", name, "is there twice")
 
@@ -186,7 +201,7 @@ def _parse_numbers(
     return numbers
 
 
-def _read_mat(where: str, content: bytes, n: int, states: ColumnNames) -> dict[str, np.ndarray]:
+def _read_mat(where: str, content: bytes, allowed: TableColumns) -> dict[str, np.ndarray]:
     read = read_in_subprocess(
         where, _mat_variables, where, content, within_s=READING_S, fails="is no MAT file"
     )
@@ -194,12 +209,12 @@ def _read_mat(where: str, content: bytes, n: int, states: ColumnNames) -> dict[s
         raise InputError(where, ROW, None, "is missing: the numbers of the rows that are answered")
     rows = read[ROW].ravel()
     columns = {ROW: rows}
-    for part, name in SHORT.items():
+    for part in allowed.parts:
+        name = SHORT[part]
         if name in read:
-            columns[part] = _reshape_by_row(
-                where, name, read[name], len(rows), n if part in MATRICES else 1, n
-            )
-    for argument, names in states.items():
+            height = allowed.n if part in MATRICES else 1
+            columns[part] = _reshape_by_row(where, name, read[name], len(rows), height, allowed.n)
+    for argument, names in allowed.arguments.items():
         letter = LETTERS.get(argument, argument)
         if letter in read:
             beside = _reshape_by_row(where, letter, read[letter], len(rows), 1, len(names))

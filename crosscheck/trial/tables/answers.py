@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Sequence
 from dataclasses import dataclass, replace
 from pathlib import Path
 
@@ -11,19 +11,16 @@ import numpy as np
 from crosscheck.models.arm.arm import Arm
 from crosscheck.models.errors import InputError
 from crosscheck.models.experiment.scenario import Scenario
-from crosscheck.trial.coordinates.frame import build_frame
 from crosscheck.trial.input.equations import Equations
-from crosscheck.trial.tables.answer_files import AnswerFile, read_answers
+from crosscheck.trial.tables.answer_files import AnswerFile, TableColumns, read_answers
 from crosscheck.trial.tables.state_requests import (
     ARGUMENTS,
-    PARTS,
     SHORT,
+    AnsweredTrial,
     Call,
     StateRequest,
     TableTrial,
-    argument_columns,
     collect_inverse_requests,
-    collect_probe_requests,
     collect_state_request,
 )
 
@@ -38,27 +35,26 @@ class TrialAnswers:
     what is asked on other arms, if that was answered.
     """
 
-    trial: TableTrial
+    trial: AnsweredTrial
     files: tuple[AnswerFile, ...]
     parts: tuple[str, ...]
     here: tuple[StateRequest, ...]
     probes: tuple[StateRequest, ...]
 
 
-def read_trial_answers(trial: TableTrial, paths: Sequence[Path]) -> TrialAnswers:
+def read_trial_answers(trial: AnsweredTrial, paths: Sequence[Path]) -> TrialAnswers:
     """The answers in files. Raises InputError if anything that they must answer is missing."""
-    frame = build_frame(trial.coordinates, trial.arm)
-    named = argument_columns(frame, trial.coordinates, trial.arm)
-    files = tuple(read_answers(path, len(frame.names), named) for path in paths)
-    parts = tuple(part for part in PARTS if any(part in file.answers for file in files))
     request = collect_state_request(trial)
+    columns = TableColumns(len(request.names), trial.parts, request.columns, trial.least_digits)
+    files = tuple(read_answers(path, columns) for path in paths)
+    parts = tuple(part for part in trial.parts if any(part in file.answers for file in files))
     here: tuple[StateRequest, ...] = (request,)
     last = max(int(file.rows.max()) for file in files)
     if last >= request.first + request.count:
         here = (request, *collect_inverse_requests(trial, request))
     probes: tuple[StateRequest, ...] = ()
     if last >= next_row(here):
-        probes = tuple(collect_probe_requests(trial, parts, next_row(here)))
+        probes = tuple(trial.collect_probe_requests(parts, next_row(here)))
     for file in files:
         beyond = file.rows[file.rows >= next_row((*here, *probes))]
         if beyond.size:
@@ -68,7 +64,7 @@ def read_trial_answers(trial: TableTrial, paths: Sequence[Path]) -> TrialAnswers
             )
             raise InputError(file.where, "row", int(beyond[0]), reason)
         for sheet in (*here, *probes):
-            _require_same_states(file, sheet, named)
+            _require_same_states(file, sheet)
     return TrialAnswers(trial, files, parts, here, probes)
 
 
@@ -83,13 +79,15 @@ def build_table_equations(answers: TrialAnswers) -> Equations:
         if not any(sheet.needed[part].any() for sheet in answers.here):
             reason = "is not asked in these rows; what a row needs stands in the files of states"
             raise InputError(answers.files[0].where, SHORT[part], None, reason)
-    here = _arm_equations(answers, answers.here)
+    here, trial = _arm_equations(answers, answers.here), answers.trial
+    if not isinstance(trial, TableTrial):
+        return here
     probe_equations = {
         sheet.arm.name: (sheet.arm, _arm_equations(answers, (sheet,))) for sheet in answers.probes
     }
 
     def select_equations(arm: Arm, scenario: Scenario | None) -> Equations:
-        expected_arm, equations = probe_equations.get(arm.name, (answers.trial.arm, whole))
+        expected_arm, equations = probe_equations.get(arm.name, (trial.arm, whole))
         if expected_arm != arm:
             raise InputError(arm.name, "", None, "no answers are there for this arm")
         return equations
@@ -152,13 +150,11 @@ def _match_rows(file: AnswerFile, sheet: StateRequest) -> tuple[np.ndarray, np.n
     return places[here], here
 
 
-def _require_same_states(
-    file: AnswerFile, sheet: StateRequest, named: Mapping[str, Sequence[str]]
-) -> None:
+def _require_same_states(file: AnswerFile, sheet: StateRequest) -> None:
     """Raise InputError for answers to other states, where these stand beside them."""
     places, here = _match_rows(file, sheet)
     for argument in ARGUMENTS:
-        for column, name in enumerate(named[argument]):
+        for column, name in enumerate(sheet.columns[argument]):
             if name not in file.state_columns:
                 continue
             right, given = sheet.arguments[argument][places, column], file.state_columns[name][here]

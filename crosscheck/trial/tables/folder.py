@@ -11,17 +11,16 @@ from typing import Any
 import numpy as np
 
 from crosscheck.models.arm.arm import Arm
+from crosscheck.models.robot.robot import Robot
 from crosscheck.report.rendering import load_templates
 from crosscheck.trial.tables.state_requests import (
     LETTERS,
-    NEEDED,
-    PARTS,
     ROW,
     SHORT,
+    AnsweredTrial,
     StateRequest,
-    TableTrial,
     answer_columns,
-    argument_columns,
+    flag_column,
 )
 
 MAT_TEXT = b"MATLAB 5.0 MAT-file, states of a trial, geararm-crosscheck"
@@ -30,34 +29,35 @@ TEMPLATES = ("README.md", "answers.m", "answers.c", "answers.jl", "answers.mos")
 
 
 def render_request_files(
-    trial: TableTrial, sheets: Sequence[StateRequest], shared_options: str
+    trial: AnsweredTrial, sheets: Sequence[StateRequest], shared_options: str
 ) -> dict[str, str | bytes]:
     """Files of the folder by name; shared_options: the options that --answers needs too."""
     files: dict[str, str | bytes] = {}
     for request in sheets:
-        files |= _render_tables(trial, request, "")
+        files |= _render_tables(request, "")
     return files | _render_texts(trial, sheets, shared_options, [])
 
 
 def render_probe_files(
-    trial: TableTrial, probes: Sequence[StateRequest], shared_options: str
+    trial: AnsweredTrial, probes: Sequence[StateRequest], shared_options: str
 ) -> dict[str, str | bytes]:
     """Files of the second round by name: each probe's arm and what is asked on it."""
     files: dict[str, str | bytes] = {}
     stems = [f"probe-{number}" for number in range(1, len(probes) + 1)]
     for stem, request in zip(stems, probes, strict=True):
+        assert isinstance(request.arm, Arm)  # of which alone there are probes
         files[f"{stem}.toml"] = format_arm_toml(request.arm)
-        files |= _render_tables(trial, request, f"{stem}-")
+        files |= _render_tables(request, f"{stem}-")
     return files | _render_texts(trial, probes, shared_options, stems)
 
 
-def _render_tables(trial: TableTrial, request: StateRequest, begins: str) -> dict[str, str | bytes]:
+def _render_tables(request: StateRequest, begins: str) -> dict[str, str | bytes]:
     """The rows that are asked as CSV and MAT files, by name, with the arguments that they have.
 
     Those of inverse dynamics, which take accelerations, are in files of their own.
     """
     files: dict[str, str | bytes] = {}
-    named = argument_columns(request.frame, trial.coordinates, request.arm)
+    named, needed = request.columns, [flag_column(part) for part in request.needed]
     for name, here, arguments in (
         ("states", ~request.inverse_dynamics_rows, ("t", "x", "v", "torque")),
         ("inverse_dynamics", request.inverse_dynamics_rows, ("x", "v", "a")),
@@ -66,16 +66,16 @@ def _render_tables(trial: TableTrial, request: StateRequest, begins: str) -> dic
         if not rows.size:
             continue
         numbers = request.first + rows
-        flags = np.array([request.needed[part][rows] for part in PARTS], dtype=int).T
+        flags = np.array([each[rows] for each in request.needed.values()], dtype=int).T
         values = np.hstack([request.arguments[each][rows] for each in arguments])
         text = io.StringIO()
         writer = csv.writer(text, lineterminator="\n")
-        writer.writerow([ROW, *(column for each in arguments for column in named[each]), *NEEDED])
+        writer.writerow([ROW, *(column for each in arguments for column in named[each]), *needed])
         lines = zip(numbers.tolist(), values.tolist(), flags.tolist(), strict=True)
         writer.writerows([number, *row, *flag] for number, row, flag in lines)
         variables: dict[str, Any] = {ROW: numbers[:, None].astype(float)}
         variables |= {LETTERS.get(each, each): request.arguments[each][rows] for each in arguments}
-        variables |= dict(zip(NEEDED, flags.T[:, :, None].astype(float), strict=True))
+        variables |= dict(zip(needed, flags.T[:, :, None].astype(float), strict=True))
         files[f"{begins}{name}.csv"] = text.getvalue()
         files[f"{begins}{name}.mat"] = encode_mat_file(variables)
     return files
@@ -91,19 +91,24 @@ def encode_mat_file(variables: Mapping[str, np.ndarray]) -> bytes:
 
 
 def _render_texts(
-    trial: TableTrial, sheets: Sequence[StateRequest], shared_options: str, probes: Sequence[str]
+    trial: AnsweredTrial,
+    sheets: Sequence[StateRequest],
+    shared_options: str,
+    probes: Sequence[str],
 ) -> dict[str, str | bytes]:
     texts = load_templates("crosscheck.trial.tables", lean=True)
-    request, n = sheets[0], len(sheets[0].frame.names)
-    parts = [part for part in PARTS if any(sheet.needed[part].any() for sheet in sheets)]
+    request, n = sheets[0], len(sheets[0].names)
+    parts = [part for part in trial.parts if any(sheet.needed[part].any() for sheet in sheets)]
     facts = {
         "arm": request.arm.name,
-        "joints": len(request.arm.joints),
+        "is_robot": isinstance(request.arm, Robot),
+        "joints": len(request.columns["torque"]),
         "n": n,
-        "names": request.frame.names,
+        "names": request.names,
         "count": int((~request.inverse_dynamics_rows).sum()),
-        "answers": {SHORT[part]: answer_columns(part, n) for part in PARTS},
+        "answers": {SHORT[part]: answer_columns(part, n) for part in trial.parts},
         "parts": [SHORT[part] for part in parts],
+        "least_digits": trial.least_digits,
         "told": shared_options,
         "probes": probes,
         "stem": f"{probes[0]}-states" if probes else "states",

@@ -6,15 +6,17 @@ the number of a row stands for its state. Columns of answers are called the same
 
 from __future__ import annotations
 
+from abc import ABC, abstractmethod
 from collections.abc import Callable, Iterable, Mapping, Sequence
 from dataclasses import dataclass, replace
 from itertools import islice
-from typing import Any, NamedTuple
+from typing import Any, ClassVar, NamedTuple
 
 import numpy as np
 
 from crosscheck.models.arm.arm import Arm
 from crosscheck.models.experiment.scenario import Switches
+from crosscheck.models.robot.robot import Robot
 from crosscheck.planning.comparison import ModelTask
 from crosscheck.registry import register
 from crosscheck.trial.coordinates.frame import Frame, build_frame
@@ -36,9 +38,7 @@ USUAL = Coordinates()
 ARGUMENTS = ("t", "x", "v", "torque", "a")
 ROW = "row"
 # What a part is called in files.
-SHORT = {part: part for part in PARTS} | {"mass_matrix": "M"}
-# 1 in a row where a trial looks the part up, 0 where it may be left out.
-NEEDED = tuple(f"for_{short}" for short in SHORT.values())
+SHORT = {part: part for part in TAKES} | {"mass_matrix": "M"}
 # What an argument is called in files, and the rest of its unit.
 LETTERS = {"x": "q", "v": "v", "a": "a"}
 PER_TIME = {"x": "", "v": "_per_s", "a": "_per_s2"}
@@ -52,22 +52,30 @@ class Call(NamedTuple):
     arguments: tuple[float, ...]
 
 
-@dataclass(frozen=True)
-class TableTrial:
-    """A trial of answers: arm, coordinates and level of the equations, laws, how many states."""
+class AnsweredTrial(ABC):
+    """A trial of answers: coordinates and level of the equations, and what it asks.
 
-    arm: Arm
-    coordinates: Coordinates = USUAL
-    level: Level = ""
-    chosen: Switches | None = None
-    quick: bool = False
-    seed: int = 0
+    parts: that may be answered; usual: groups of parts that are asked together, inverse dynamics
+    apart; most_coordinates: up to which that is asked; least_digits: that answers must have.
+    """
 
-    def make_request(self, name: str, equations: Equations) -> TrialRequest:
-        """What a trial of these equations is asked for."""
-        return TrialRequest(
-            name, equations, self.arm, chosen=self.chosen, quick=self.quick, seed=self.seed
-        )
+    coordinates: Coordinates
+    level: Level
+    parts: ClassVar[tuple[str, ...]]
+    usual: ClassVar[tuple[tuple[str, ...], ...]]
+    most_coordinates: ClassVar[float]
+    least_digits: ClassVar[int]
+
+    @abstractmethod
+    def collect_request(self, groups: Iterable[Sequence[str]], first: int) -> StateRequest:
+        """The states at which groups of parts are asked, in rows from ``first`` on.
+
+        Raises InputError.
+        """
+
+    @abstractmethod
+    def collect_probe_requests(self, parts: Sequence[str], first: int) -> list[StateRequest]:
+        """States at which parts are asked with numbers that hide nothing, if there are such."""
 
     def equations(self, parts: Iterable[str], answer: Answer) -> Equations:
         """Equations whose parts are what ``answer`` gives for a Call."""
@@ -77,6 +85,86 @@ class TableTrial:
             made.append(Equations(coordinates=self.coordinates, level=self.level, **functions))
         first, second = made
         return replace(first, table=AnswerTable(second))
+
+    def record_equations(
+        self, parts: Sequence[str], size: int, notes: dict[Call, None]
+    ) -> Equations:
+        """Equations that note what they are asked, and answer with nothing but inertia."""
+
+        def answer(call: Call) -> np.ndarray:
+            notes[call] = None
+            if call.part == INVERSE_DYNAMICS:
+                return np.array(call.arguments[2 * size :])
+            return np.eye(size) if call.part in MATRICES else np.zeros(size)
+
+        return self.equations(parts, answer)
+
+
+@dataclass(frozen=True)
+class TableTrial(AnsweredTrial):
+    """A trial of an arm's answers: coordinates, level, laws, how many states."""
+
+    arm: Arm
+    coordinates: Coordinates = USUAL
+    level: Level = ""
+    chosen: Switches | None = None
+    quick: bool = False
+    seed: int = 0
+    parts = PARTS
+    usual = ALIKE
+    most_coordinates = MOST_COORDINATES
+    least_digits = 7
+
+    def make_request(self, name: str, equations: Equations) -> TrialRequest:
+        """What a trial of these equations is asked for."""
+        return TrialRequest(
+            name, equations, self.arm, chosen=self.chosen, quick=self.quick, seed=self.seed
+        )
+
+    def collect_request(self, groups: Iterable[Sequence[str]], first: int) -> StateRequest:
+        """The states at which groups of parts are asked. Raises InputError."""
+        notes: dict[Call, None] = {}
+        for parts in groups:
+            request, problem = self._record_calls(parts, notes)
+            _perform(problem, list_tasks(problem, [], request))
+        return self._build_request(problem, notes, first)
+
+    def collect_probe_requests(self, parts: Sequence[str], first: int) -> list[StateRequest]:
+        """States at which parts are asked on arms whose numbers hide nothing.
+
+        Raises InputError where there is no such arm.
+        """
+        requests = []
+        for arm in draw_probe_arms(self.arm, PROBES):
+            notes: dict[Call, None] = {}
+            probe = self._record_calls(parts, notes)[1].adapt_to_arm(arm)
+            _perform(probe, list_entry_questions(probe, probe.levels, list_entry_quantities(probe)))
+            requests.append(self._build_request(probe, notes, first))
+            first += requests[-1].count
+        return requests
+
+    def _record_calls(
+        self, parts: Sequence[str], notes: dict[Call, None]
+    ) -> tuple[TrialRequest, VerificationProblem]:
+        size = len(build_frame(self.coordinates, self.arm).names)
+        request = self.make_request("what is asked", self.record_equations(parts, size, notes))
+        return request, build_problem(request)
+
+    def _build_request(
+        self, problem: VerificationProblem, notes: Iterable[Call], first: int
+    ) -> StateRequest:
+        """What was noted, beside the rows of the trial's own states, -1 where none is asked."""
+        arm = problem.case.arm
+        columns = argument_columns(problem.frame, self.coordinates, arm)
+        request = build_request(arm, problem.frame.names, columns, self.parts, notes, first)
+        states = [{"t": s.t, "x": s.x, "v": s.u, "torque": s.torque} for s in problem.states]
+        at = {}
+        for part in PARTS[:4]:
+            calls = (
+                make_call(part, False, *(state[name] for name in TAKES[part])) for state in states
+            )
+            at[part] = np.array([request.row_of.get(call, -1) for call in calls])
+        return replace(request, at=at)
 
 
 Answer = Callable[[Call], np.ndarray]
@@ -88,15 +176,18 @@ def _function(part: str, again: bool, answer: Answer) -> Function:
 
 @dataclass(frozen=True, eq=False)
 class StateRequest:
-    """The rows of what is asked on one arm, numbered from ``first`` on.
+    """The rows of what is asked on one arm or robot, numbered from ``first`` on.
+
+    names: of the coordinates; columns: names of the columns of every argument, with units.
 
     arguments: t [s] (rows, 1), x, v, a (rows, n) in the user's coordinates, torque (rows, joints)
     [N m] on the output side; 0 where no part of a row takes one. needed (rows,) by part: where it
     is looked up. row_of: of every call. at (states,) by part: rows of the trial's random states.
     """
 
-    arm: Arm
-    frame: Frame
+    arm: Arm | Robot
+    names: Sequence[str]
+    columns: Mapping[str, Sequence[str]]
     first: int
     arguments: Mapping[str, np.ndarray]
     needed: Mapping[str, np.ndarray]
@@ -115,66 +206,25 @@ class StateRequest:
 
     def shape(self, part: str) -> tuple[int, ...]:
         """The shape of a part's answer: (n, n) of a matrix, else (n,)."""
-        n = len(self.frame.names)
+        n = len(self.names)
         return (n, n) if part in MATRICES else (n,)
 
 
-def collect_state_request(trial: TableTrial) -> StateRequest:
-    """The states at which M, bias, force and acceleration are asked. Raises InputError."""
-    return _collect_request(trial, ALIKE, 1)
+def collect_state_request(trial: AnsweredTrial) -> StateRequest:
+    """The states at which all parts but inverse dynamics are asked. Raises InputError."""
+    return trial.collect_request(trial.usual, 1)
 
 
-def collect_inverse_requests(trial: TableTrial, states: StateRequest) -> tuple[StateRequest, ...]:
+def collect_inverse_requests(
+    trial: AnsweredTrial, states: StateRequest
+) -> tuple[StateRequest, ...]:
     """The states at which inverse dynamics is asked, in rows after these.
 
     There are none for many coordinates. Raises InputError.
     """
-    if len(states.frame.names) > MOST_COORDINATES:
+    if len(states.names) > trial.most_coordinates:
         return ()
-    return (_collect_request(trial, ((INVERSE_DYNAMICS,),), states.first + states.count),)
-
-
-def _collect_request(
-    trial: TableTrial, supplied: Iterable[Sequence[str]], first: int
-) -> StateRequest:
-    notes: dict[Call, None] = {}
-    for parts in supplied:
-        request, problem = _record_calls(trial, parts, notes)
-        _perform(problem, list_tasks(problem, [], request))
-    return _build_request(problem, notes, first)
-
-
-def collect_probe_requests(
-    trial: TableTrial, parts: Sequence[str], first: int
-) -> list[StateRequest]:
-    """States at which parts are asked on arms whose numbers hide nothing; first: a row's number.
-
-    Raises InputError where there is no such arm.
-    """
-    requests = []
-    for arm in draw_probe_arms(trial.arm, PROBES):
-        notes: dict[Call, None] = {}
-        probe = _record_calls(trial, parts, notes)[1].adapt_to_arm(arm)
-        _perform(probe, list_entry_questions(probe, probe.levels, list_entry_quantities(probe)))
-        requests.append(_build_request(probe, notes, first))
-        first += requests[-1].count
-    return requests
-
-
-def _record_calls(
-    trial: TableTrial, parts: Sequence[str], notes: dict[Call, None]
-) -> tuple[TrialRequest, VerificationProblem]:
-    """Supplied equations that note what they are asked, and answer with nothing but inertia."""
-    size = len(build_frame(trial.coordinates, trial.arm).names)
-
-    def answer(call: Call) -> np.ndarray:
-        notes[call] = None
-        if call.part == INVERSE_DYNAMICS:
-            return np.array(call.arguments[2 * size :])
-        return np.eye(size) if call.part in MATRICES else np.zeros(size)
-
-    request = trial.make_request("what is asked", trial.equations(parts, answer))
-    return request, build_problem(request)
+    return (trial.collect_request(((INVERSE_DYNAMICS,),), states.first + states.count),)
 
 
 def _perform(problem: VerificationProblem, tasks: Iterable[ModelTask]) -> None:
@@ -185,13 +235,19 @@ def _perform(problem: VerificationProblem, tasks: Iterable[ModelTask]) -> None:
                 task.perform()
 
 
-def _build_request(problem: VerificationProblem, notes: Iterable[Call], first: int) -> StateRequest:
+def build_request(
+    arm: Arm | Robot,
+    names: Sequence[str],
+    columns: Mapping[str, Sequence[str]],
+    parts: Sequence[str],
+    notes: Iterable[Call],
+    first: int,
+) -> StateRequest:
     """The states of all calls, numbered from `first` on.
 
     A call that takes fewer arguments stands in the row of one that takes the same and more.
     """
-    sizes = {"t": 1, "torque": len(problem.case.arm.joints)}
-    sizes = {name: sizes.get(name, len(problem.frame.names)) for name in ARGUMENTS}
+    sizes = {name: len(columns[name]) for name in ARGUMENTS}
     rows: list[dict[str, tuple[float, ...]]] = []
     places: dict[tuple[str, bool, tuple[float, ...]], int] = {}
     row_of: dict[Call, int] = {}
@@ -203,7 +259,7 @@ def _build_request(problem: VerificationProblem, notes: Iterable[Call], first: i
         if key not in places:
             values = iter(call.arguments)
             row = {name: tuple(islice(values, sizes[name])) for name in takes}
-            for fewer in {TAKES[part] for part in PARTS if set(TAKES[part]) <= set(takes)}:
+            for fewer in {TAKES[part] for part in parts if set(TAKES[part]) <= set(takes)}:
                 argument_values = tuple(value for name in fewer for value in row[name])
                 places.setdefault(("".join(fewer), call.again, argument_values), len(rows))
             rows.append(row)
@@ -212,16 +268,10 @@ def _build_request(problem: VerificationProblem, notes: Iterable[Call], first: i
         name: np.array([row.get(name, (0.0,) * size) for row in rows]).reshape(len(rows), size)
         for name, size in sizes.items()
     }
-    needed = {part: np.zeros(len(rows), dtype=bool) for part in PARTS}
+    needed = {part: np.zeros(len(rows), dtype=bool) for part in parts}
     for call, place in row_of.items():
         needed[call.part][place] = True
-    # Rows of the trial's own states, -1 where a part is not asked at them.
-    states = [{"t": s.t, "x": s.x, "v": s.u, "torque": s.torque} for s in problem.states]
-    at = {}
-    for part in PARTS[:4]:
-        calls = (make_call(part, False, *(state[name] for name in TAKES[part])) for state in states)
-        at[part] = np.array([row_of.get(call, -1) for call in calls])
-    return StateRequest(problem.case.arm, problem.frame, first, arguments, needed, row_of, at)
+    return StateRequest(arm, names, columns, first, arguments, needed, row_of, {})
 
 
 def make_call(part: str, again: bool, *arguments: Any) -> Call:
@@ -229,20 +279,32 @@ def make_call(part: str, again: bool, *arguments: Any) -> Call:
     return Call(part, again, tuple(np.hstack(arguments).tolist()))
 
 
-def argument_columns(frame: Frame, coordinates: Coordinates, arm: Arm) -> dict[str, list[str]]:
+def flag_column(part: str) -> str:
+    """The column that is 1 where a trial looks the part up, 0 where it may be left out."""
+    return f"for_{SHORT[part]}"
+
+
+def argument_columns(frame: Frame, coordinates: Coordinates, arm: Arm) -> dict[str, Sequence[str]]:
     """Names of the columns of every argument, with units at their ends.
 
     Coordinates of a matrix have no units.
     """
-    units = _units(frame, coordinates)
-    columns = {"t": ["t_s"]}
+    joints = range(1, len(arm.joints) + 1)
+    torque = [f"torque_{joint}_N_m" for joint in joints]
+    return name_columns(frame.names, _units(frame, coordinates), torque)
+
+
+def name_columns(
+    names: Sequence[str], units: Sequence[str], torque: Sequence[str]
+) -> dict[str, Sequence[str]]:
+    """Names of the columns of every argument, of coordinates with these names and units."""
+    columns: dict[str, Sequence[str]] = {"t": ["t_s"]}
     for argument, letter in LETTERS.items():
         columns[argument] = [
             f"{letter}_{name}" + (f"_{unit}{PER_TIME[argument]}" if unit else "")
-            for name, unit in zip(frame.names, units, strict=True)
+            for name, unit in zip(names, units, strict=True)
         ]
-    joints = range(1, len(arm.joints) + 1)
-    return {**columns, "torque": [f"torque_{joint}_N_m" for joint in joints]}
+    return {**columns, "torque": torque}
 
 
 def _units(frame: Frame, coordinates: Coordinates) -> list[str]:

@@ -17,7 +17,6 @@ from crosscheck.trial.tables.state_requests import (
     TableTrial,
     answer_columns,
     collect_inverse_requests,
-    collect_probe_requests,
     collect_state_request,
 )
 
@@ -56,7 +55,7 @@ def write_csv(file: Path, sheets: Iterable[tuple[StateRequest, dict[str, np.ndar
     with file.open("w", newline="", encoding="utf-8") as stream:
         writer = csv.writer(stream)
         for number, (asked, values) in enumerate(sheets):
-            n = len(asked.frame.names)
+            n = len(asked.names)
             columns = [name for part in values for name in answer_columns(part, n)]
             if not number:
                 writer.writerow(["row", *columns])
@@ -76,5 +75,5 @@ def sheets_of(
     if probes or "inverse_dynamics" in parts:
         asked += collect_inverse_requests(table, asked[0])
     if probes:
-        asked += collect_probe_requests(table, parts, next_row(asked))
+        asked += table.collect_probe_requests(parts, next_row(asked))
     return [(each, answers(bound(equations, each.arm), each)) for each in asked]

@@ -12,7 +12,7 @@ import scipy.io
 
 from crosscheck.models.errors import InputError
 from crosscheck.models.loading import load_arm
-from crosscheck.trial.tables.answer_files import read_answers
+from crosscheck.trial.tables.answer_files import TableColumns, read_answers
 from crosscheck.trial.tables.answers import build_table_equations, read_trial_answers
 from crosscheck.trial.tables.folder import encode_mat_file, format_arm_toml, render_request_files
 from crosscheck.trial.tables.state_requests import TableTrial, collect_state_request
@@ -147,7 +147,7 @@ def test_every_form_of_a_matrix_is_read_the_same(shape, tmp_path):
         version_7(row=ROW, M=given[shape]),
     ):
         file.write_bytes(content)
-        read = read_answers(file, 2, {})
+        read = read_answers(file, TableColumns(2, TableTrial.parts, {}, 7))
         assert (read.answers["mass_matrix"] == M.reshape(-1, 4)).all()
         assert read.precision == 0.0
 

@@ -1,0 +1,142 @@
+"""A robot's equations as a table of answers, as any other tool would answer it."""
+
+import json
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from crosscheck.models.robot.file import load_robot
+from crosscheck.registry import build_robot_model
+from crosscheck.trial.input.calls import TAKES
+from crosscheck.trial.tables.robot_requests import RobotTableTrial
+from crosscheck.trial.tables.state_requests import (
+    StateRequest,
+    collect_inverse_requests,
+    collect_state_request,
+)
+from tests.tool.test_bad_input import assert_one_line
+from tests.trial.other_tools.tables import write_csv
+
+Values = dict[str, np.ndarray]
+METHODS = {"acceleration": "forward_dynamics"}
+SEPARATE = ("mass_matrix", "bias", "gravity")
+
+
+def ask(robot: str) -> list[StateRequest]:
+    trial = RobotTableTrial(load_robot(robot))
+    states = collect_state_request(trial)
+    return [states, *collect_inverse_requests(trial, states)]
+
+
+def answer(asked: StateRequest, parts: tuple[str, ...]) -> Values:
+    """What Pinocchio answers, NaN in rows where a part is not looked up."""
+    model = build_robot_model("pinocchio", load_robot(asked.arm.name), "coupled")
+    values = {}
+    for part in parts:
+        rows = asked.needed[part]
+        values[part] = np.full((asked.count, *asked.shape(part)), np.nan)
+        if rows.any():
+            given = {name: asked.arguments[name][rows] for name in TAKES[part] if name != "t"}
+            if part == "force":
+                values[part][rows] = given["torque"] - model.gravity(given["x"])
+            else:
+                values[part][rows] = getattr(model, METHODS.get(part, part))(*given.values())
+    return values
+
+
+@pytest.fixture(scope="module")
+def puma() -> tuple[StateRequest, Values]:
+    (states, _) = ask("puma560")
+    return states, answer(states, SEPARATE)
+
+
+def try_table(crosscheck, folder: Path, sheets, robot: str = "puma560"):
+    file = write_csv(folder / "answers.csv", sheets)
+    return crosscheck("trial", "--answers", file, robot, "--json", folder / "trial.json")
+
+
+def test_a_right_table_agrees(crosscheck, tmp_path, puma):
+    done = try_table(crosscheck, tmp_path, [puma])
+    assert done.code == 0, done.out + done.err
+
+
+@pytest.mark.parametrize(
+    "parts", [("mass_matrix", "bias", "force", "acceleration"), ("inverse_dynamics",)]
+)
+def test_every_part_may_be_answered(crosscheck, tmp_path, parts):
+    sheets = [(each, answer(each, parts)) for each in ask("sliding")]
+    done = try_table(crosscheck, tmp_path, sheets, "sliding")
+    assert done.code == 0, done.out + done.err
+
+
+def test_a_wrong_entry_is_named(crosscheck, tmp_path, puma):
+    states, values = puma
+    wrong = values["mass_matrix"].copy()
+    wrong[:, 1, 2] *= 1.01
+    wrong[:, 2, 1] *= 1.01
+    done = try_table(crosscheck, tmp_path, [(states, {**values, "mass_matrix": wrong})])
+    assert done.code == 1, done.out + done.err
+    told = json.loads((tmp_path / "trial.json").read_text())
+    assert [each["entry"] for each in told["entries"]] == ["M[shoulder, elbow]"]
+
+
+def test_another_answer_to_the_same_state_is_told(crosscheck, tmp_path, puma):
+    """A state that comes twice has two rows, and both are looked at."""
+    states, values = puma
+    again = [row for call, row in states.row_of.items() if call.again and call.part == "gravity"]
+    wrong = values["gravity"].copy()
+    wrong[again] *= 1.001
+    done = try_table(crosscheck, tmp_path, [(states, {**values, "gravity": wrong})])
+    assert done.code == 1
+    assert "repeatable-gravity" in done.out
+
+
+def test_a_torque_that_is_nowhere_is_told(crosscheck, tmp_path):
+    states = ask("sliding")[0]
+    values = answer(states, ("mass_matrix", "bias", "force"))
+    asked = states.needed["force"]
+    model = build_robot_model("pinocchio", load_robot("sliding"), "coupled")
+    values["force"][asked, 0] = -model.gravity(states.arguments["x"][asked])[:, 0]
+    done = try_table(crosscheck, tmp_path, [(states, values)], "sliding")
+    assert done.code == 1
+    assert "where there is no motor, answer gravity for force" in done.out
+
+
+def test_tables_that_cannot_be_judged_are_one_line(crosscheck, tmp_path, puma):
+    states, values = puma
+    file = tmp_path / "answers.csv"
+    for change, words in {
+        lambda text: text.replace("M_2_3", "M_2_9"): "'M_2_9': unknown column",
+        lambda text: text.replace("gravity_6", "row_6"): "'row_6': unknown column",
+        lambda text: text + "99999" + text.splitlines()[-1][3:] + "\n": "row = 99999: must be at",
+        lambda text: "".join(text.splitlines(keepends=True)[:-1]): "is missing; must be finite",
+    }.items():
+        write_csv(file, [(states, values)])
+        file.write_text(change(file.read_text()))
+        assert_one_line(crosscheck("trial", "--answers", file, "puma560"), words)
+    short = {part: np.float64(np.float32(each)) for part, each in values.items()}
+    write_csv(file, [(states, short)])
+    assert_one_line(crosscheck("trial", "--answers", file, "puma560"), "12 digits are needed")
+    assert_one_line(crosscheck("trial", "--answers", file, "sliding"), "unknown column")
+    after = crosscheck("trial", "--ask", "puma560", "--after", file, "--out", tmp_path / "ask")
+    assert_one_line(after, "--after: is for arms")
+
+
+def test_states_of_another_seed_are_refused(crosscheck, tmp_path):
+    """The folder's own file of states, with answers beside, is a table too."""
+    folder = tmp_path / "ask"
+    done = crosscheck("trial", "--ask", "sliding", "--out", folder)
+    assert done.code == 0, done.err
+    assert "for the robot sliding" in (folder / "README.md").read_text()
+    states = ask("sliding")[0]
+    gravity = answer(states, ("gravity",))["gravity"]
+    lines = (folder / "states.csv").read_text().splitlines()
+    table = [lines[0] + "".join(f",gravity_{n + 1}" for n in range(gravity.shape[1]))]
+    for line, values in zip(lines[1:], gravity, strict=True):
+        table.append(",".join([line, *("" if np.isnan(x) else repr(float(x)) for x in values)]))
+    file = folder / "answers.csv"
+    file.write_text("\n".join(table))
+    assert crosscheck("trial", "--answers", file, "sliding").code == 0
+    refused = crosscheck("trial", "--answers", file, "sliding", "--seed", "1")
+    assert_one_line(refused, "these are answers to other states")
