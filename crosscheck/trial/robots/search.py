@@ -602,7 +602,8 @@ class CauseSearch:
 
         several: of the row, by number; of each mistake the first ones are told that it explains.
         """
-        inside, told = [np.arange(self.difference.size)[places] for places in several], list[str]()
+        inside = [np.arange(self.difference.size)[places] for places in several]
+        wholes = list[str]()
         for words, changes in self.table.generate_motion_changes(self.level):
             rows_by_words: dict[str, dict[str, np.ndarray]] = {}
             for name, change in changes.items():
@@ -615,8 +616,8 @@ class CauseSearch:
                         continue
                     there = [name for name, row in rows.items() if row.any()]
                     whole = f"{_join_names([list(rows)[n] for n in chosen], there)}: {full_words}"
-                    if not any(whole.startswith(each) for each in told):  # a place says no more
-                        told.append(whole)
+                    if not any(whole.startswith(each) for each in wholes):  # a place says no more
+                        wholes.append(whole)
                         yield number, Cause(whole, usual=True)
                     break
 

@@ -240,9 +240,8 @@ def _run_trial(
             diagnosis = diagnose(problem, distances, rates)
         if equations.drive is None and not {each.part for each in diagnosis.entries} & set(SINGLE):
             idle = _find_idle_joints(problem, states, motors, diagnosis, jobs, progress)
-            told = _describe_idle_joints(problem.names, motors, idle, equations)
-            notes = [*diagnosis.notes, *told]
-            diagnosis = replace(diagnosis, notes=tuple(notes))
+            notes = _describe_idle_joints(problem.names, motors, idle, equations)
+            diagnosis = replace(diagnosis, notes=(*diagnosis.notes, *notes))
     relative_errors = problem.relative_errors(
         diagnosis.level, problem.reference_values[diagnosis.level]
     )
