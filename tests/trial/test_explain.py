@@ -1,16 +1,22 @@
 """Each kind of error is called by its name; what fits nothing is said to fit nothing."""
 
+from fractions import Fraction
+
 import numpy as np
 import pytest
 
+from crosscheck.models.arm.planets import usual_switches
 from crosscheck.models.loading import load_arm
+from crosscheck.trial.coordinates.frame import build_frame
+from crosscheck.trial.diagnose.candidates import find_reflecting_joint
+from crosscheck.trial.diagnose.exchanges import SampledEntry, find_reflected_exchange
 from crosscheck.trial.diagnose.explain import (
     compute_bias_differences,
     explain,
     group_by_errors,
     is_caused_by_mass,
 )
-from crosscheck.trial.diagnose.harmonic_fit import HarmonicFit
+from crosscheck.trial.diagnose.harmonic_fit import HarmonicFit, evaluate_entry
 from crosscheck.trial.diagnose.messages import (
     describe_term_error,
     format_monomial,
@@ -18,6 +24,9 @@ from crosscheck.trial.diagnose.messages import (
     make_difference_terms,
 )
 from crosscheck.trial.diagnose.polynomial import TermKey
+from crosscheck.trial.diagnose.reference_terms import build_reference_terms
+from crosscheck.trial.diagnose.values import collect_arm_values
+from crosscheck.trial.input.equations import Coordinates
 from crosscheck.trial.judge.entries import EntryMismatch, EntryPlace
 from tests.trial import planted
 
@@ -138,6 +147,69 @@ def test_a_whole_entry_with_the_wrong_sign_is_one_error(arm):
         known, COUPLING, tuple(planted.times(p, -1) for p in known.entry(COUPLING)), arm
     )
     assert [error.kind for error in found.errors] == ["sign"]
+
+
+@ARMS
+def test_a_factor_of_a_whole_entry_is_no_multiple_of_a_length(arm):
+    known, place = planted.terms(arm, planted.RELATIVE), EntryPlace("bias", 0, rates=(0, 1))
+    yours = tuple(planted.times(p, Fraction(3, 2)) for p in known.entry(place))
+    found = planted.explained(known, place, yours, arm)
+    assert [(error.kind, error.by) for error in found.errors] == [("factor", 1.5)]
+    texts = [error.yours for errors in found.others for error in errors]
+    assert not any(text.startswith("2 ") or text.endswith("/2") for text in texts)
+
+
+def test_a_lever_of_a_term_that_two_reactions_leave_none_of():
+    """The elbow's force acts on both links: with another lever on one of them, a term stays."""
+    known, place = planted.terms(UNLIKE, planted.RELATIVE), EntryPlace("bias", 0, rates=(0, 0))
+    pulled = [
+        product
+        for product in known.entry(EntryPlace("bias", 1, rates=(0, 0)))
+        if product.key.wave == (0, 1, 0)
+    ]
+    assert not known.entry(place)
+    yours = (
+        *(planted.times(product, -1) for product in pulled),
+        *(planted.swapped(product, "L1", "d1") for product in pulled),
+    )
+    found = planted.explained(known, place, yours, UNLIKE)
+    assert [(e.kind, e.yours, e.right) for e in found.errors] == [("swapped", "d1", "L1")]
+
+
+@pytest.mark.parametrize(
+    ("turned", "told"),
+    [
+        ({2: 3, 3: 2}, "joint 2 and the reflected inertia of joint 3 are exchanged"),
+        ({2: 3}, "joint 3 where the reflected inertia of joint 2 belongs, in M"),
+    ],
+)
+def test_reflected_inertia_of_another_joint(turned, told):
+    frame = build_frame(Coordinates(), UNLIKE)
+    known = build_reference_terms(frame, UNLIKE, usual_switches(UNLIKE), "armature")
+    values, still, samples = collect_arm_values(UNLIKE), np.zeros((1, 3)), []
+    for j in (1, 2):
+        entry = known.entry(EntryPlace("mass_matrix", j, j))
+        reflected = {
+            k: evaluate_entry([p for p in e if find_reflecting_joint(p)], values, still)
+            for k, e in ((k, known.entry(EntryPlace("mass_matrix", k - 1, k - 1))) for k in (2, 3))
+        }
+        difference = reflected[turned.get(j + 1, j + 1)] - reflected[j + 1]
+        samples.append(SampledEntry(difference, 1.0, entry, values, still, {}))
+    error = find_reflected_exchange(samples)
+    assert error is not None
+    assert told in describe_term_error(error)
+
+
+def test_reflected_inertia_of_a_joint_divided_by_its_ratio_twice():
+    frame, place = build_frame(Coordinates(), UNLIKE), EntryPlace("mass_matrix", 2, 2)
+    known = build_reference_terms(frame, UNLIKE, usual_switches(UNLIKE), "armature")
+    ratio = collect_arm_values(UNLIKE)["n3"]
+    yours = tuple(
+        planted.times(p, ratio**-2) if find_reflecting_joint(p) else p for p in known.entry(place)
+    )
+    (error,) = planted.explained(known, place, yours, UNLIKE).errors
+    assert (error.kind, error.yours) == ("factor", "1/n3^2")
+    assert error.term.coefficient == "r_cp3^2 (4 M_s3 + N3 M_p3)"
 
 
 @ARMS

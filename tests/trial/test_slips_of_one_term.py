@@ -134,6 +134,24 @@ def test_a_slip_of_one_term_is_named(slip):
     assert all(words in line for words, line in zip(told, lines, strict=True))
 
 
+@pytest.mark.parametrize(("by", "told"), [(-1, "missing term: {}?"), (1, "yours has {} times 2?")])
+def test_one_component_of_a_velocity_in_a_kinetic_energy(by, told):
+    def factory(arm: Arm) -> Equations:
+        right, (first, fore) = two_links(arm), arm.links
+
+        def mass_matrix(q: np.ndarray) -> np.ndarray:
+            own = fore.com_m * np.cos(q[0] + q[1])
+            slopes = np.array([first.length_m * np.cos(q[0]) + own, own])
+            return right.mass_matrix(q) + by * fore.mass_kg * np.outer(slopes, slopes)
+
+        return Equations(mass_matrix)
+
+    (line,) = describe_errors(trial_of(factory, arm_of(*UNLIKE)))
+    energy = "1/2 m2 y'^2 of link 2's velocity along y, in its kinetic energy"
+    assert told.format(energy) in line
+    assert line.count("M[") == 4
+
+
 ACCELERATIONS: dict[str, tuple[Callable[..., np.ndarray], str]] = {
     "a weight": (
         lambda weight, wave, v: np.array([0.0, weight]),

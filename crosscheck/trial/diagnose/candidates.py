@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections import defaultdict
 from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from fractions import Fraction
+from itertools import product as combinations
 from typing import Any, Literal, NamedTuple
 
 import numpy as np
@@ -88,14 +89,25 @@ def group_terms(entry: EntryTerms) -> list[TermGroup]:
 
 
 def _joint_masses(entry: EntryTerms) -> Iterator[TermGroup]:
-    """Groups of terms with masses of one joint's bodies but links, before the same lever."""
+    """Groups of terms with masses of one joint's bodies but links, before the same lever.
+
+    Of equivalent masses, which spin: all that its sun and planets reflect.
+    """
     levers: defaultdict[Any, list[Product]] = defaultdict(list)
     for product in entry:
         masses = [parse_symbol(s) for s in product.symbols if s[0] == "m" and s != "m_payload"]
         if masses and masses[0].stem != "m":
             lever = tuple(p for p in product.monomial.powers if parse_symbol(p[0]).stem in LENGTHS)
             levers[masses[0].joint, lever, product.key].append(product)
+        if joint := find_reflecting_joint(product):
+            levers[joint, "reflected", product.key].append(product)
     yield from ((tuple(each), 0.05) for each in levers.values() if len(each) > 1)
+
+
+def find_reflecting_joint(product: Product) -> int:
+    """The joint whose sun or planets a term reflects; 0 of any other term."""
+    symbols = map(parse_symbol, product.symbols)
+    return next((symbol.joint for symbol in symbols if symbol.stem in ("M_s", "M_p")), 0)
 
 
 def add_changes(products: Iterable[Product], of_each: Iterable[Any]) -> dict[TermKey, np.ndarray]:
@@ -170,6 +182,7 @@ class CandidateSet:
                 yield "factor", symbol, count, 1.25
                 yield "factor", f"1/{symbol}", 1 / count, 1.25
                 yield "factor", f"{symbol}^2", count**2, 1.3
+                yield "factor", f"1/{symbol}^2", count**-2, 1.3
             if stem == "N" and joint in joints:
                 yield "factor", f"sqrt({symbol})", count**0.5, 1.3
                 yield "factor", f"1/sqrt({symbol})", count**-0.5, 1.3
@@ -186,7 +199,8 @@ class CandidateSet:
         for _, (number, powers) in inside:
             rest = Monomial(number, tuple(power for power in powers if power[0] != symbol))
             sizes.append((self._value(rest), dict(powers)[symbol]))
-        for other in (*self.others[symbol], *self._forms(symbol, single=len(products) == 1)):
+        in_powers = len({power for _, power in sizes}) > 1
+        for other in (*self.others[symbol], *self._forms(symbol, in_powers=in_powers)):
             change = add_changes(
                 inside,
                 (rest * (_power(other.value, p) - _power(symbol_value, p)) for rest, p in sizes),
@@ -213,9 +227,10 @@ class CandidateSet:
             change = add_changes(inside, (size * (other.value**p - 1) for size, p in sizes))
             yield Candidate("swapped", inside, change, 1.0 + other.cost + extra, other.text, right)
 
-    def _forms(self, symbol: str, *, single: bool) -> Iterator[Alternative]:
-        """Forms of the symbol itself: its square, nothing, and in several terms its multiples.
+    def _forms(self, symbol: str, *, in_powers: bool) -> Iterator[Alternative]:
+        """Forms of the symbol itself: its square, nothing, and where it has powers its multiples.
 
+        Of one power throughout, a multiple of the symbol is but a factor of the terms.
         Of a component of gravity also its sign alone, for g is written as a positive number.
         """
         value = self.values[symbol]
@@ -223,7 +238,7 @@ class CandidateSet:
             yield Alternative("-1", -np.ones_like(value), 0.45)
         yield Alternative(f"{symbol}^2", value**2, 0.5)
         yield Alternative("1", np.ones_like(value), 0.45)
-        if not single:
+        if in_powers:
             yield Alternative(f"-{symbol}", -value, 0.3)
             yield Alternative(f"2 {symbol}", 2 * value, 0.3)
             yield Alternative(f"{symbol}/2", value / 2, 0.3)
@@ -270,6 +285,32 @@ def generate_extras(
                 )
                 far = 2.0 + cost + 0.1 * max(len(product.monomial.powers) for product in products)
                 yield Candidate("extra", products, {key: by * sizes[place]}, far)
+
+
+def generate_reactions(
+    groups: Iterable[EntryTerms], fits_by_key: Mapping[TermKey, Fits], values: Values
+) -> Iterator[Candidate]:
+    """Candidates of terms that are there with both signs, so nowhere, if one has another lever.
+
+    So a force between two links acts on both; the lever is a length that all of a group have.
+    """
+    for group in dict.fromkeys(groups):
+        size = np.sum([product.monomial.value(values) for product in group], axis=0)
+        shared = set.intersection(*({*product.monomial.powers} for product in group))
+        for symbol in sorted(name for name, power in shared if power == 1):
+            if parse_symbol(symbol).stem not in ("L", "d"):
+                continue
+            for other in generate_alternatives(symbol, values):
+                made = size * (other.value / values[symbol] - 1)
+                for key, by in combinations(fits_by_key, (1, -1)):
+                    if fits_by_key[key](by * made[None]).all():
+                        products = tuple(
+                            Product(key, Monomial(by * each.monomial.number, each.monomial.powers))
+                            for each in group
+                        )
+                        change = {key: by * made}
+                        cost = 2.1 + other.cost
+                        yield Candidate("swapped", products, change, cost, other.text, symbol)
 
 
 def group_by_wave(entry: EntryTerms) -> Iterator[EntryTerms]:

@@ -20,6 +20,7 @@ from crosscheck.trial.diagnose.candidates import (
     CandidateSet,
     generate_extras,
     generate_products,
+    generate_reactions,
     group_by_wave,
 )
 from crosscheck.trial.diagnose.harmonic_fit import HarmonicFit
@@ -129,7 +130,7 @@ def search_errors(
     single = _find_singles(target, candidates, changes)
     if min(map(_cost, single), default=UNLIKELY) >= UNLIKELY and len(wrong_keys) <= MOST_WRONG:
         same_part = (entry for other, entry in terms.entries.items() if other.part == place.part)
-        foreign = (group for entry in same_part for group in group_by_wave(entry))
+        foreign = [group for entry in same_part for group in group_by_wave(entry)]
         beyond = generate_products(values) if place.part != "force" else ()
         fits_by_key = {
             key: partial(_fitting_changes, target, row)
@@ -137,6 +138,7 @@ def search_errors(
             if target.wrong[row]
         }
         candidates += generate_extras([*foreign, *beyond], fits_by_key, values)
+        candidates += generate_reactions(foreign, fits_by_key, values)
         changes = build_change_table(target, candidates)
         single = _find_singles(target, candidates, changes)
     return (

@@ -15,7 +15,12 @@ from crosscheck.trial.coordinates.differences import fold_rate_pairs
 from crosscheck.trial.coordinates.frame import Frame, UserState, build_frame
 from crosscheck.trial.diagnose.accelerations import BalanceBasis
 from crosscheck.trial.diagnose.angle_units import SampledDifference, explain_by_unit
-from crosscheck.trial.diagnose.exchanges import SampledEntry, find_exchange
+from crosscheck.trial.diagnose.candidates import ErrorKind
+from crosscheck.trial.diagnose.exchanges import (
+    SampledEntry,
+    find_exchange,
+    find_reflected_exchange,
+)
 from crosscheck.trial.diagnose.explain import (
     UNEXPLAINED,
     compute_bias_differences,
@@ -37,6 +42,7 @@ from crosscheck.trial.diagnose.reference_terms import (
     build_reference_terms,
 )
 from crosscheck.trial.diagnose.values import collect_arm_values
+from crosscheck.trial.diagnose.velocities import generate_component_inertias
 from crosscheck.trial.input.equations import Coordinates
 from crosscheck.trial.judge import entries
 from crosscheck.trial.judge.entries import (
@@ -77,6 +83,7 @@ CHRISTOFFEL_SLIPS = {
     "your bias is half as large as M demands, in every term": (-0.5, -0.25),
 }
 OPPOSITE = 1e-9  # of two entries of which one has the other's term, what their sum may be
+VELOCITY_ERRORS: tuple[tuple[ErrorKind, float], ...] = (("dropped", 0.0), ("factor", 2.0))
 FOLLOWS = "follows from the wrong M"
 QUANTITIES = {part: quantity for quantity, part in entries.PARTS.items() if quantity != "bias"}
 
@@ -201,6 +208,13 @@ class EntryComparison:
         """The arm's quantities by the names of their symbols."""
         return collect_arm_values(self.problem.case.arm)
 
+    @property
+    def component_inertias(self) -> Iterator[tuple[Term, np.ndarray]]:
+        """What M has, at every state, of each body's kinetic energy along each axis."""
+        angles = np.array([state.q[self.frame.layout.theta] for state in self.states])
+        arm = self.problem.case.arm
+        return generate_component_inertias(self.frame, arm, self.level, self.numbers, angles)
+
     @cached_property
     def bias_from_mass(self) -> Mapping[EntryPlace, Mapping[TermKey, float]]:
         """Differences of the bias that follow from the wrong entries of M, by place."""
@@ -297,6 +311,7 @@ def explain_entries(arm: EntryComparison, probes: Sequence[EntryComparison]) -> 
         return list(_explain_accelerations(arm, probes))
     wrong_entries = list(_name_moved_terms(arm, list(_explain_arms(arm, probes))))
     wrong_entries = list(_name_exchanges((arm, *probes), wrong_entries))
+    wrong_entries = list(_name_velocities((arm, *probes), wrong_entries))
     if note := _find_slip_of_christoffel(arm, wrong_entries):
         return [replace(w, notes=(note,)) if w.place.rates else w for w in wrong_entries]
     if arm.problem.equations.coordinates.matrix is None:
@@ -454,13 +469,50 @@ def _name_exchanges(
         if len(errors) == 1 and kinds != {"swapped"} and all(w.explanation for w in group):
             continue
         places = [wrong.place for wrong in group]
-        pair = find_exchange(list(_sample_entries(comparisons, part, places)))
-        if pair:
-            error = TermError("exchanged", Term(""), *pair)
+        samples = list(_sample_entries(comparisons, part, places))
+        pair = find_exchange(samples)
+        error = TermError("exchanged", Term(""), *pair) if pair else None
+        if error := error or find_reflected_exchange(samples):
             exchanged[part] = Explanation((error,), 0.0)
     for each in wrong_entries:
         told = None if each.notes or each.shown_on else exchanged.get(each.place.part)
         yield replace(each, explanation=told or each.explanation)
+
+
+def _name_velocities(
+    comparisons: Sequence[EntryComparison], wrong_entries: Sequence[EntryMismatch]
+) -> Iterator[EntryMismatch]:
+    """The wrong entries, those of M explained by one component of a body's velocity if it can be.
+
+    It is missing or there twice, in every entry of M on every arm.
+    """
+    error = _find_velocity_error(comparisons, wrong_entries)
+    explanation = Explanation((error,), 0.0) if error else None
+    for each in wrong_entries:
+        is_explained = each.place.part == "mass_matrix" and not (each.notes or each.shown_on)
+        yield replace(each, explanation=explanation) if explanation and is_explained else each
+
+
+def _find_velocity_error(
+    comparisons: Sequence[EntryComparison], wrong_entries: Sequence[EntryMismatch]
+) -> TermError | None:
+    mass = "mass_matrix"
+    if not any(each.place.part == mass and not each.shown_on for each in wrong_entries):
+        return None
+    if any(each.terms is None or mass not in each.user_values for each in comparisons):
+        return None
+    for components in zip(*(each.component_inertias for each in comparisons), strict=True):
+        for kind, by in VELOCITY_ERRORS:
+            left = (
+                each.user_values[mass] - each.reference_values[mass] - (by - 1) * made
+                for each, (_, made) in zip(comparisons, components, strict=True)
+            )
+            of_size = (
+                np.abs(rest) / each.sizes.mass for each, rest in zip(comparisons, left, strict=True)
+            )
+            if all(each.max() <= OPPOSITE for each in of_size):
+                return TermError(kind, components[0][0], by=by)
+    return None
 
 
 def _sample_entries(

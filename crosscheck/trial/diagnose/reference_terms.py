@@ -89,10 +89,7 @@ def build_reference_terms(
 
     Raises ValueError if the map is not linear.
     """
-    chain, columns = _polynomial_chain(arm, frame.layout), _columns(frame)
-    bodies = (
-        build_bodies(chain) if frame.layout.mesh_joints else rigid_bodies(chain, level or "coupled")
-    )
+    (chain, bodies), columns = build_reference_bodies(frame, arm, level), _columns(frame)
     mass = _transform_mass_terms(build_mass_terms(bodies, chain.angles[1:]), columns, frame.layout)
     turns = columns[frame.layout.theta]
     ordered = sorted(mass.items(), key=lambda item: item[0])
@@ -109,6 +106,13 @@ def build_reference_terms(
         ]
     )
     return ReferenceTerms(frame.names, angles, entries)
+
+
+def build_reference_bodies(frame: Frame, arm: Arm, level: str) -> tuple[Chain, list[Body]]:
+    """The chain in polynomials, and the bodies of a geared model or of a rigid one at a level."""
+    chain = _polynomial_chain(arm, frame.layout)
+    geared = frame.layout.mesh_joints
+    return chain, build_bodies(chain) if geared else rigid_bodies(chain, level or "coupled")
 
 
 def _force_entries(
