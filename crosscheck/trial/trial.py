@@ -42,6 +42,7 @@ from crosscheck.trial.diagnose.harmonic_fit import minimum_state_count
 from crosscheck.trial.diagnose.other_coordinates import find_readings
 from crosscheck.trial.diagnose.reasons import (
     compare_entries,
+    explain_entries,
     list_entry_quantities,
     list_entry_questions,
 )
@@ -343,6 +344,8 @@ def _judge_trial(
         user_values = {part: each for part, each in answers.items() if each is not None}
         reading_level, readings = find_readings(problem, user_values)
     level = reading_level or level
+    if wrong_parts == {"acceleration"} and not readings:
+        level = _select_explained_level(problem, probes, level, results)
     comparisons = list(_plan_comparisons(problem, request, level, results))
     cross_check_request, cases = make_cross_check_request(request), cases_by_run(comparisons)
     settings = (
@@ -453,6 +456,28 @@ def _select_alike_level(
         return sum(len(list(comparison.wrong_entries)) for comparison in comparisons)
 
     return min(alike, key=count_wrong_entries) if len(alike) > 1 else level
+
+
+def _select_explained_level(
+    problem: VerificationProblem,
+    probes: Sequence[VerificationProblem],
+    level: str,
+    results: Results,
+) -> str:
+    """The first level beside which errors explain wrong accelerations; the given one before others.
+
+    Errors in M may bring accelerations nearer to a level that is not theirs.
+    """
+    for each in dict.fromkeys((level, *problem.levels)):
+        here, *there = (
+            compare_entries(asked, each, ["acceleration"], results) for asked in (problem, *probes)
+        )
+        if here.terms is None:
+            break
+        wrong = [w for w in explain_entries(here, there) if not w.shown_on]
+        if wrong and all(w.explanation for w in wrong):
+            return each
+    return level
 
 
 def _largest_difference(problem: VerificationProblem, results: Results, level: str) -> float:

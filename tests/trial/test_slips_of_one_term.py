@@ -1,6 +1,7 @@
 """Slips of one term that no other term makes: an angle in degrees, and rates of another product."""
 
 from collections.abc import Callable
+from functools import partial
 
 import numpy as np
 import pytest
@@ -198,6 +199,24 @@ def test_a_mass_matrix_that_an_acceleration_alone_shows():
 
     (line,) = describe_errors(trial_of(factory, arm_of(*UNLIKE)))
     assert "missing term: I_l2, in M[theta_1, theta_1], which M x'' shows?" in line
+
+
+def test_an_inertia_about_the_centre_behind_accelerations_of_one_link():
+    """Without m1 d1^2 they are nearer to a level without the rotor, which is not theirs."""
+
+    def accelerate(arm: Arm, q: np.ndarray, v: np.ndarray, torque: np.ndarray) -> np.ndarray:
+        (link,), (joint,) = arm.links, arm.joints
+        weight = link.mass_kg * arm.gravity_m_per_s2[0] * link.com_m * np.sin(q)
+        balance = torque - joint.friction_N_m_s_per_rad * v - weight
+        return balance / (link.inertia_kg_m2 + joint.rotor_inertia_kg_m2)
+
+    arm = arm_of((2.3, 0.58, 0.23, 0.064))
+    numbers = {"rotor_inertia_kg_m2": 0.014, "friction_N_m_s_per_rad": 0.41}
+    geared = arm.model_copy(update={"joints": (arm.joints[0].model_copy(update=numbers),)})
+    trial = trial_of(lambda arm: Equations(acceleration=partial(accelerate, arm)), geared)
+    (line,) = describe_errors(trial)
+    assert trial.level == "carriers"
+    assert "missing term: m1 d1^2, in M[theta_1, theta_1], which M x'' shows?" in line
 
 
 def test_weights_of_the_other_sign_are_no_other_coordinates():
