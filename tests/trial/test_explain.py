@@ -26,6 +26,7 @@ from crosscheck.trial.diagnose.messages import (
 from crosscheck.trial.diagnose.polynomial import TermKey
 from crosscheck.trial.diagnose.reference_terms import build_reference_terms
 from crosscheck.trial.diagnose.values import collect_arm_values
+from crosscheck.trial.diagnose.velocities import generate_component_inertias
 from crosscheck.trial.input.equations import Coordinates
 from crosscheck.trial.judge.entries import EntryMismatch, EntryPlace
 from tests.trial import planted
@@ -210,6 +211,23 @@ def test_reflected_inertia_of_a_joint_divided_by_its_ratio_twice():
     (error,) = planted.explained(known, place, yours, UNLIKE).errors
     assert (error.kind, error.yours) == ("factor", "1/n3^2")
     assert error.term.coefficient == "r_cp3^2 (4 M_s3 + N3 M_p3)"
+
+
+@ARMS
+@pytest.mark.parametrize(
+    "coordinates",
+    [planted.RELATIVE, planted.LUMPED, planted.GEARS],
+    ids=["rigid", "lumped", "angles"],
+)
+def test_components_of_velocities_are_all_of_m_that_angles_change(arm, coordinates):
+    known, frame = planted.terms(arm, coordinates), build_frame(coordinates, arm)
+    values = collect_arm_values(arm)
+    angles = np.random.default_rng(1).uniform(-3, 3, (9, known.joints))
+    moving = sum(made for _, made in generate_component_inertias(frame, arm, "", values, angles))
+    for place, entry in known.entries.items():
+        if place.part == "mass_matrix":
+            still = evaluate_entry(entry, values, angles) - moving[:, place.row, place.column]
+            assert np.ptp(still) <= 1e-12 * np.abs(moving).max()
 
 
 @ARMS

@@ -12,7 +12,7 @@ import numpy as np
 
 from crosscheck.models.arm.arm import Arm
 from crosscheck.trial.coordinates.frame import Frame
-from crosscheck.trial.diagnose.messages import format_monomial
+from crosscheck.trial.diagnose.messages import format_monomial, format_monomial_latex
 from crosscheck.trial.diagnose.polynomial import as_polynomial
 from crosscheck.trial.diagnose.reference_terms import build_reference_bodies
 from crosscheck.trial.judge.entries import Term
@@ -41,4 +41,5 @@ def generate_component_inertias(
             text = f"1/2 {format_monomial(mass)} {axis}'^2"
             words = f"of {owner}'s velocity along {axis}, in its kinetic energy"
             made = float(mass.value(values)) * np.einsum("ki,kj->kij", jacobian, jacobian)
-            yield Term(f"{text} {words}", latex=rf"\frac{{1}}{{2}}m\dot{{{axis}}}^{{2}}"), made
+            latex = rf"\frac{{1}}{{2}}{format_monomial_latex(mass)}\,\dot{{{axis}}}^{{2}}"
+            yield Term(f"{text} {words}", latex=latex), made
