@@ -103,7 +103,7 @@ def test_a_torque_that_is_nowhere_is_told(crosscheck, tmp_path):
     assert "where there is no motor, answer gravity for force" in done.out
 
 
-def test_tables_that_cannot_be_judged_are_one_line(crosscheck, tmp_path, puma):
+def test_a_table_that_cannot_be_judged_is_refused(crosscheck, tmp_path, puma):
     states, values = puma
     file = tmp_path / "answers.csv"
     for change, words in {

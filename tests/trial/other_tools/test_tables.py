@@ -55,14 +55,14 @@ def few_states(monkeypatch: pytest.MonkeyPatch) -> None:
 @pytest.fixture
 def asked_once(few_states: None, monkeypatch: pytest.MonkeyPatch) -> None:
     """What is asked in one trial is worked out once for all tests, which takes half their time."""
-    work_out = state_requests._collect_request
+    work_out = state_requests.TableTrial.collect_request
 
     def once(*of: object) -> state_requests.StateRequest:
         if repr(of) not in asked_already:
             asked_already[repr(of)] = work_out(*of)
         return asked_already[repr(of)]
 
-    monkeypatch.setattr(state_requests, "_collect_request", once)
+    monkeypatch.setattr(state_requests.TableTrial, "collect_request", once)
 
 
 @pytest.mark.usefixtures("asked_once")
