@@ -401,9 +401,9 @@ def make_cross_check_request(request: TrialRequest) -> CrossCheckRequest:
 def _select_level(
     problem: VerificationProblem, results: Results
 ) -> tuple[str, list[LevelMismatch]]:
-    """The rigid level from whose M the fewest entries differ, and how far all levels differ.
+    """The rigid level from which the fewest entries differ, and how far M is from all levels'.
 
-    Of several the one that is least apart; without a usable mass matrix the one that the other
+    Of several the one whose M is least apart; without a usable mass matrix the one that the other
     parts are least apart from.
     """
     if problem.gearing != "rigid":
@@ -422,7 +422,21 @@ def _select_level(
         level_mismatches.append(
             LevelMismatch(level, count, float(relative_errors.max()), float(relative_errors.mean()))
         )
-    return min(level_mismatches, key=lambda each: (each.entries, each.mean)).level, level_mismatches
+    counts = {level: _count_wrong_entries(problem, level, results) for level in problem.levels}
+    nearest = min(level_mismatches, key=lambda each: (counts[each.level], each.entries, each.mean))
+    return nearest.level, level_mismatches
+
+
+def _count_wrong_entries(problem: VerificationProblem, level: str, results: Results) -> int:
+    """Entries that differ from a level's, two of M that mirror each other as one.
+
+    What a level leaves out of M its forces lack, too, where it has weight.
+    """
+    comparison = compare_entries(problem, level, list_entry_quantities(problem), results)
+    places = [each.place for each in comparison.wrong_entries if each.place.part != "acceleration"]
+    return len(
+        {(place.part, place.rates, frozenset((place.row, place.column))) for place in places}
+    )
 
 
 def _select_alike_level(

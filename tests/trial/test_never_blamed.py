@@ -12,6 +12,7 @@ from crosscheck.trial.coordinates.frame import LAYOUTS
 from crosscheck.trial.input.equations import Coordinates, Equations
 from crosscheck.trial.trial import Trial, TrialRequest, run_trial
 from tests.arms import random_arm
+from tests.trial.test_judge_table import two_link
 from tests.trial.test_trial import equations_of, in_frame, trial_of, two_links
 
 pytestmark = pytest.mark.slow
@@ -99,6 +100,19 @@ def test_without_a_mass_matrix_the_level_is_that_of_what_there_is(level):
     own = Equations(acceleration=lambda t, x, v, torque: moved.model.acceleration(t, x, v))
     trial = judged(own, arm)
     assert (trial.level, trial.exit_code) == (level, 0)
+
+
+def test_the_level_is_that_of_the_fewest_wrong_entries_of_all_parts():
+    """The elbow's rotor turns with joint 2 alone: of M alone links would be wrong in fewer."""
+    arm = two_link()
+    moved = in_frame("pinocchio:carriers", Coordinates(), arm, make_unequal_gains_scenario(arm))
+    right = equations_of(moved)
+    assert right.mass_matrix is not None
+    missing = arm.joints[1].rotor_inertia_kg_m2 * np.array([[1.0, 1.0], [1.0, 0.0]])
+    wrong = replace(right, mass_matrix=lambda x: moved.model.mass_matrix(x) - missing)
+    trial = judged(replace(wrong, acceleration=None), arm)
+    assert trial.level == "carriers"
+    assert {each.place.part for each in trial.wrong_entries} == {"mass_matrix"}
 
 
 def test_equations_that_know_one_arm_alone_are_judged_on_that(labelled):
