@@ -95,9 +95,8 @@ class MotionTable:
             for words, changed_motion in (
                 *_list_factors(motion),
                 *self._list_rate_changes(number, motion, self._still),
+                *self._list_spin_changes(column, motion),
             ):
-                kinds.setdefault(words, {})[name] = changed_motion.compute_terms().minus(terms)
-            for words, changed_motion in self._list_spin_changes(column, motion):
                 kinds.setdefault(words, {})[name] = changed_motion.compute_terms().minus(terms)
         yield from kinds.items()
         yield from self._list_joint_changes()
