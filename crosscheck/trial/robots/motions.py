@@ -7,7 +7,7 @@ told by the bodies at which it is made: what these make of the difference adds u
 from __future__ import annotations
 
 from collections.abc import Iterator, Mapping
-from dataclasses import dataclass, replace
+from dataclasses import replace
 
 import numpy as np
 
@@ -17,52 +17,18 @@ from crosscheck.trial.robots.candidates import AXES
 from crosscheck.trial.robots.exchanges import list_spinners
 from crosscheck.trial.robots.pieces import (
     USUAL,
+    BodyMotion,
     BodyPart,
     DynamicsTerms,
     KaneSum,
     WorldBody,
     apply_matrix,
-    project,
     rotate_point,
 )
 
 BOTH = "", " in its Jacobian alone", " in its acceleration alone"
 MOST_PLACES = 8  # joints, about whose places each column of a Jacobian is tried
 TORQUES = " in I w' alone", " in w x I w alone"
-
-
-@dataclass(frozen=True)
-class BodyMotion:
-    """A body at states, in the base's axes, as Kane's sum takes it.
-
-    moving, turning (states, 3, n): velocity of the centre and angular velocity per rate; inertia
-    (states, 3, 3), also apart in I w' and in w x I w; centre, rate, growth (states, 3): its
-    acceleration, w, w' at the rates; left_rate: w in w x I w where it is another one than in
-    I w; pull (states, 3) or (3,): gravity.
-    """
-
-    mass: float
-    moving: np.ndarray
-    turning: np.ndarray
-    inertia: np.ndarray
-    growing_inertia: np.ndarray
-    spinning_inertia: np.ndarray
-    centre: np.ndarray
-    rate: np.ndarray
-    left_rate: np.ndarray
-    growth: np.ndarray
-    pull: np.ndarray
-
-    def compute_terms(self) -> DynamicsTerms:
-        """What the body makes of M, bias and gravity."""
-        moving, turning = self.moving.swapaxes(1, 2), self.turning.swapaxes(1, 2)
-        moment = apply_matrix(self.growing_inertia, self.growth)
-        moment = moment + cross(self.left_rate, apply_matrix(self.spinning_inertia, self.rate))
-        return DynamicsTerms(
-            self.mass * moving @ self.moving + turning @ self.inertia @ self.turning,
-            self.mass * project(self.moving, self.centre) + project(self.turning, moment),
-            -self.mass * project(self.moving, np.broadcast_to(self.pull, self.centre.shape)),
-        )
 
 
 Changes = Iterator[tuple[str, BodyMotion]]
@@ -86,7 +52,7 @@ class MotionTable:
         kinds: dict[str, dict[str, DynamicsTerms]] = {}
         for name, (part, changed) in changed_bodies.items():
             body = self.kane.place_body(part.number, part.body)
-            right = self._move_body(part.number, body)
+            right = self.kane.move_body(part.number, body)
             terms = right.compute_terms()
             for words, motion in self._list_body_changes(part, body, right, changed):
                 kinds.setdefault(words, {})[name] = motion.compute_terms().minus(terms)
@@ -102,25 +68,6 @@ class MotionTable:
         yield from self._list_joint_changes()
         yield from self._list_column_changes(
             {name: part for name, (part, _) in changed_bodies.items()}
-        )
-
-    def _move_body(self, number: int, body: WorldBody) -> BodyMotion:
-        """A body in the place of the one of a number."""
-        pose, rate = self.kane.poses[number], self.kane.rates[number]
-        lever = body.lever
-        centre = rate.acceleration + rotate_point(rate.angular, rate.angular_rate, lever)
-        return BodyMotion(
-            mass=body.mass,
-            moving=self.kane.move_point(number, lever),
-            turning=pose.angular_partials,
-            inertia=body.inertia,
-            growing_inertia=body.inertia,
-            spinning_inertia=body.inertia,
-            centre=centre,
-            rate=rate.angular,
-            left_rate=rate.angular,
-            growth=rate.angular_rate,
-            pull=self.robot.gravity,
         )
 
     def _list_spinning_motions(self) -> Iterator[tuple[str, int, np.ndarray, BodyMotion]]:
@@ -182,15 +129,17 @@ class MotionTable:
             yield from self._place(words, number, right, at, BOTH)
         for by, words in ((by, USUAL[by]) for by in (-1.0, 0.5)):
             scaled = WorldBody(by * body.mass, lever, by * body.inertia)
-            yield f"what it makes {words}", self._move_body(number, scaled)
+            yield f"what it makes {words}", self.kane.move_body(number, scaled)
         for words, other in changed.items():
-            yield words, self._move_body(number, other)
+            yield words, self.kane.move_body(number, other)
             if not np.array_equal(other.lever, lever):
                 yield from self._place(words, number, right, other.lever, BOTH[1:])
         for other_number, other_joint in enumerate(self.robot.joints):
             if other_number == joint.parent or other_joint.parent == number:
                 beside = self.robot.bodies[other_number]
-                motion = self._move_body(other_number, self.kane.place_body(other_number, beside))
+                motion = self.kane.move_body(
+                    other_number, self.kane.place_body(other_number, beside)
+                )
                 words = f"its mass at the centre of {self._link(other_number)}"
                 yield words, replace(right, moving=motion.moving, centre=motion.centre)
         link_inertia, axis = part.body.inertia, pose.rotation @ joint.axis
@@ -342,7 +291,7 @@ class MotionTable:
         whole: dict[str, dict[str, BodyMotion]] = {}
         rights = {}
         for name, part in parts.items():
-            motion = self._move_body(part.number, self.kane.place_body(part.number, part.body))
+            motion = self.kane.move_body(part.number, self.kane.place_body(part.number, part.body))
             rights[name] = motion, motion.compute_terms()
         share = self.robot.joint_map[0]
         for number, joint in enumerate(self.robot.joints):

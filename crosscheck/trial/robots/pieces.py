@@ -8,6 +8,7 @@ acceleration what each motor, the weights and each product of two rates make of 
 from __future__ import annotations
 
 from collections.abc import Iterator, Mapping, Sequence
+from dataclasses import dataclass
 from itertools import combinations
 from typing import NamedTuple
 
@@ -104,6 +105,40 @@ def list_whole_bodies(robot: Robot) -> list[BodyPart]:
     ]
 
 
+@dataclass(frozen=True)
+class BodyMotion:
+    """A body at states, in the base's axes, as Kane's sum takes it.
+
+    moving, turning (states, 3, n): velocity of the centre and angular velocity per rate; inertia
+    (states, 3, 3), also apart in I w' and in w x I w; centre, rate, growth (states, 3): its
+    acceleration, w, w' at the rates; left_rate: w in w x I w where it is another one than in
+    I w; pull (states, 3) or (3,): gravity.
+    """
+
+    mass: float
+    moving: np.ndarray
+    turning: np.ndarray
+    inertia: np.ndarray
+    growing_inertia: np.ndarray
+    spinning_inertia: np.ndarray
+    centre: np.ndarray
+    rate: np.ndarray
+    left_rate: np.ndarray
+    growth: np.ndarray
+    pull: np.ndarray
+
+    def compute_terms(self) -> DynamicsTerms:
+        """What the body makes of M, bias and gravity."""
+        moving, turning = self.moving.swapaxes(1, 2), self.turning.swapaxes(1, 2)
+        moment = apply_matrix(self.growing_inertia, self.growth)
+        moment = moment + cross(self.left_rate, apply_matrix(self.spinning_inertia, self.rate))
+        return DynamicsTerms(
+            self.mass * moving @ self.moving + turning @ self.inertia @ self.turning,
+            self.mass * project(self.moving, self.centre) + project(self.turning, moment),
+            -self.mass * project(self.moving, np.broadcast_to(self.pull, self.centre.shape)),
+        )
+
+
 class KaneSum:
     """Kane's sum of a robot's bodies, in parts, at states q, v (states, n)."""
 
@@ -119,19 +154,28 @@ class KaneSum:
         R = self.poses[number].rotation
         return WorldBody(body.mass, R @ body.com, R @ body.inertia @ R.swapaxes(1, 2))
 
+    def move_body(self, number: int, body: WorldBody) -> BodyMotion:
+        """A body in the place of the one of a number."""
+        pose, rate = self.poses[number], self.rates[number]
+        lever = body.lever
+        centre = rate.acceleration + rotate_point(rate.angular, rate.angular_rate, lever)
+        return BodyMotion(
+            mass=body.mass,
+            moving=self.move_point(number, lever),
+            turning=pose.angular_partials,
+            inertia=body.inertia,
+            growing_inertia=body.inertia,
+            spinning_inertia=body.inertia,
+            centre=centre,
+            rate=rate.angular,
+            left_rate=rate.angular,
+            growth=rate.angular_rate,
+            pull=self.robot.gravity,
+        )
+
     def compute_terms(self, number: int, body: WorldBody) -> DynamicsTerms:
         """The terms of a body in the place of the one of a number."""
-        pose, rate = self.poses[number], self.rates[number]
-        moving, turning = self.move_point(number, body.lever), pose.angular_partials
-        centre = rate.acceleration + rotate_point(rate.angular, rate.angular_rate, body.lever)
-        moment = apply_matrix(body.inertia, rate.angular_rate)
-        moment = moment + cross(rate.angular, apply_matrix(body.inertia, rate.angular))
-        mass = body.mass * moving.swapaxes(1, 2) @ moving
-        return DynamicsTerms(
-            mass + turning.swapaxes(1, 2) @ body.inertia @ turning,
-            body.mass * project(moving, centre) + project(turning, moment),
-            -body.mass * (self.robot.gravity @ moving),
-        )
+        return self.move_body(number, body).compute_terms()
 
     def move_point(self, number: int, lever: np.ndarray) -> np.ndarray:
         """The velocity (states, 3, n) per rate of a point of a body, lever from its origin."""
