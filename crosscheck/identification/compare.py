@@ -461,7 +461,7 @@ def _judge_side(
         part = columns.values[:, :, : columns.numbers(*kinds).size]
         fit = fit_part(part, torque, full)
         steps.append(StepResult(name, part.shape[2], *fit))
-    estimates = _add_systematic(_select_estimates(problem, columns, full), sound)
+    estimates = add_systematic_errors(_select_estimates(problem, columns, full), sound)
     concerned = _find_concerned(problem.terms, columns, full)
     return SideResult(
         side=side,
@@ -476,7 +476,7 @@ def _judge_side(
         alike=columns.alike,
         condition=full.condition,
         concerned=concerned,
-        threshold=_find_threshold(estimates, full),
+        threshold=find_threshold(estimates, full),
         bands=tuple(bands),
         taken=full.taken,
         left=full.left,
@@ -532,7 +532,7 @@ def _select_estimates(
     return tuple(sorted(estimates, key=lambda each: problem.every.index(each.term)))
 
 
-def _add_systematic(
+def add_systematic_errors(
     estimates: tuple[TermEstimate, ...], others: Sequence[tuple[TermEstimate, ...]]
 ) -> tuple[TermEstimate, ...]:
     """Estimates whose errors hold what other bands' are apart beyond the noise of that.
@@ -560,7 +560,7 @@ def _add_systematic(
     return tuple(widened)
 
 
-def _find_threshold(estimates: tuple[TermEstimate, ...], fit: LinearFit) -> float:
+def find_threshold(estimates: tuple[TermEstimate, ...], fit: LinearFit) -> float:
     """How many errors what is named is away from what it would be if it were not there.
 
     By Holm's steps (1979), the surest first: one that is there is none of those that may be there
