@@ -16,7 +16,7 @@ import numpy as np
 
 from crosscheck.models.arm.arm import Arm
 from crosscheck.planning.sizing import make_unequal_gains_scenario
-from crosscheck.trial.coordinates.frame import LAYOUTS
+from crosscheck.trial.coordinates.build import LAYOUTS
 from crosscheck.trial.input.equations import Coordinates
 from crosscheck.trial.trial import TrialRequest, run_trial
 from tests.arms import random_arm

@@ -18,9 +18,9 @@ from crosscheck.models.experiment.scenario import Scenario, Switches
 from crosscheck.models.interface import STATE_ABILITIES, Model, require_finite
 from crosscheck.models.trajectory import recorded_times, trajectory
 from crosscheck.registry import Entry, build, find_level_models, reference_model
-from crosscheck.trial.coordinates.frame import build_frame
-from crosscheck.trial.input.calls import SuppliedEquations, bind_equations
+from crosscheck.trial.coordinates.build import build_frame
 from crosscheck.trial.input.equations import Equations
+from crosscheck.trial.input.supplied import SuppliedEquations, bind_equations
 
 ABILITIES = {
     "mass_matrix": "mass_matrix",

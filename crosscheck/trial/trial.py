@@ -33,7 +33,7 @@ from crosscheck.runner.outcomes import Failure
 from crosscheck.runner.progress_update import ProgressCallback, ignore_progress
 from crosscheck.runner.supervision import track_foreign_code
 from crosscheck.runner.workers import Workers
-from crosscheck.trial.coordinates.frame import build_frame
+from crosscheck.trial.coordinates.build import build_frame
 from crosscheck.trial.coordinates.readings import Reading
 from crosscheck.trial.diagnose.arm_numbers import find_negligible_inertias, replace_numbers
 from crosscheck.trial.diagnose.dependence import IgnoredNumber, Perform
@@ -47,8 +47,8 @@ from crosscheck.trial.diagnose.reasons import (
     list_entry_questions,
 )
 from crosscheck.trial.diagnose.reference_terms import build_reference_terms
-from crosscheck.trial.input.calls import SuppliedEquations, bind_equations
 from crosscheck.trial.input.equations import Equations
+from crosscheck.trial.input.supplied import SuppliedEquations, bind_equations
 from crosscheck.trial.judge import suite
 from crosscheck.trial.judge.entries import EntryMismatch, deviations
 from crosscheck.trial.judge.questions import (

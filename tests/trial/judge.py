@@ -7,7 +7,7 @@ from crosscheck.models.arm.arm import Arm
 from crosscheck.models.experiment.scenario import ConstantDrive, Scenario, switches
 from crosscheck.models.loading import load_scenario
 from crosscheck.registry import build
-from crosscheck.trial.input.calls import SuppliedEquations
+from crosscheck.trial.input.supplied import SuppliedEquations
 
 
 def experiment(joints: int) -> tuple[Scenario, np.ndarray]:

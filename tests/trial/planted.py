@@ -6,7 +6,7 @@ import numpy as np
 
 from crosscheck.models.arm.arm import Arm
 from crosscheck.models.arm.planets import usual_switches
-from crosscheck.trial.coordinates.frame import build_frame
+from crosscheck.trial.coordinates.build import build_frame
 from crosscheck.trial.diagnose.explain import explain
 from crosscheck.trial.diagnose.harmonic_fit import (
     HarmonicBasis,

@@ -10,7 +10,8 @@ from crosscheck.models.experiment.scenario import Scenario, Switches
 from crosscheck.models.interface import Model
 from crosscheck.models.loading import load_scenario
 from crosscheck.registry import build
-from crosscheck.trial.coordinates.frame import Frame, build_frame
+from crosscheck.trial.coordinates.build import build_frame
+from crosscheck.trial.coordinates.frame import Frame
 from crosscheck.trial.diagnose.reference_terms import ForceStates, compute_signal_columns, rate_name
 from crosscheck.trial.input.equations import Coordinates
 

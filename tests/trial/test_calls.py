@@ -14,9 +14,9 @@ import sympy as sp
 from crosscheck.checks.answers import BadAnswer
 from crosscheck.models.errors import CannotDo, InputError
 from crosscheck.models.loading import load_arm
-from crosscheck.trial.coordinates.frame import build_frame
-from crosscheck.trial.input.calls import SuppliedEquations, bind_equations
+from crosscheck.trial.coordinates.build import build_frame
 from crosscheck.trial.input.equations import Coordinates, Equations
+from crosscheck.trial.input.supplied import SuppliedEquations, bind_equations
 
 ARM = load_arm("paper-labelled")
 X, V, A, TORQUE = np.array([[0.3, -0.4], [1.0, 2.0], [5.0, 7.0], [30.0, 40.0]])

@@ -5,9 +5,9 @@ from pathlib import Path
 import pytest
 
 from crosscheck.models.loading import load_arm
-from crosscheck.trial.coordinates.frame import build_frame
-from crosscheck.trial.input.calls import SuppliedEquations, bind_equations
+from crosscheck.trial.coordinates.build import build_frame
 from crosscheck.trial.input.loading import load_equations
+from crosscheck.trial.input.supplied import SuppliedEquations, bind_equations
 from tests.loops import require_items
 from tests.trial.judge import worst
 

@@ -15,7 +15,8 @@ from crosscheck.models.arm.layout import free_layout, lumped_layout, rigid_layou
 from crosscheck.models.errors import InputError
 from crosscheck.models.loading import load_arm, load_scenario
 from crosscheck.registry import build
-from crosscheck.trial.coordinates.frame import Frame, build_frame
+from crosscheck.trial.coordinates.build import build_frame
+from crosscheck.trial.coordinates.frame import Frame
 from crosscheck.trial.input.equations import Coordinates
 from tests.arms import random_arm
 

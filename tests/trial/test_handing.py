@@ -9,10 +9,10 @@ import pytest
 
 from crosscheck.models.errors import InputError
 from crosscheck.models.loading import load_arm, load_scenario
-from crosscheck.trial.coordinates.frame import build_frame
-from crosscheck.trial.input.calls import bind_equations
+from crosscheck.trial.coordinates.build import build_frame
 from crosscheck.trial.input.equations import Equations
 from crosscheck.trial.input.loading import build_equations, load_equations
+from crosscheck.trial.input.supplied import bind_equations
 
 ARM, PROBE = load_arm("paper-labelled"), load_arm("probe")
 SCENARIO = load_scenario("constant-torque")

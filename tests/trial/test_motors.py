@@ -10,9 +10,9 @@ from crosscheck.models.arm.arm import Arm
 from crosscheck.models.errors import InputError
 from crosscheck.models.loading import load_scenario
 from crosscheck.report.trial import describe_notes
-from crosscheck.trial.coordinates.frame import build_frame
-from crosscheck.trial.input.calls import bind_equations
+from crosscheck.trial.coordinates.build import build_frame
 from crosscheck.trial.input.equations import Equations
+from crosscheck.trial.input.supplied import bind_equations
 from crosscheck.trial.input.symbolic import from_sympy
 from crosscheck.trial.trial import TrialRequest, build_problem
 from tests.trial.test_dependence import UNLIKE, G, arm_of, bodies_of, pendulum

@@ -8,7 +8,7 @@ import pytest
 from crosscheck.models.arm.arm import Arm
 from crosscheck.models.loading import load_arm
 from crosscheck.planning.sizing import make_unequal_gains_scenario
-from crosscheck.trial.coordinates.frame import LAYOUTS
+from crosscheck.trial.coordinates.build import LAYOUTS
 from crosscheck.trial.input.equations import Coordinates, Equations
 from crosscheck.trial.trial import Trial, TrialRequest, run_trial
 from tests.arms import random_arm

@@ -28,7 +28,7 @@ LEVELS = {
 
 
 def _layout_size(arm, gearing):
-    from crosscheck.trial.coordinates.frame import LAYOUTS
+    from crosscheck.trial.coordinates.build import LAYOUTS
 
     return len(LAYOUTS[gearing](arm))
 

@@ -10,12 +10,12 @@ from crosscheck.models.arm.arm import Arm
 from crosscheck.models.arm.planets import usual_switches
 from crosscheck.models.errors import InputError
 from crosscheck.models.loading import load_arm
-from crosscheck.trial.coordinates.frame import build_frame
+from crosscheck.trial.coordinates.build import build_frame
 from crosscheck.trial.diagnose.messages import compute_symbolic_difference
 from crosscheck.trial.diagnose.reference_terms import build_reference_terms
 from crosscheck.trial.diagnose.values import collect_arm_values
-from crosscheck.trial.input.calls import SuppliedEquations, bind_equations
 from crosscheck.trial.input.equations import Coordinates, Equations, Symbolic
+from crosscheck.trial.input.supplied import SuppliedEquations, bind_equations
 from crosscheck.trial.input.symbolic import from_sympy, replace_symbols
 from crosscheck.trial.judge.entries import EntryPlace
 

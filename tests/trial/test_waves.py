@@ -7,7 +7,7 @@ from hypothesis import strategies as st
 
 from crosscheck.models.arm.planets import usual_switches
 from crosscheck.models.loading import load_arm
-from crosscheck.trial.coordinates.frame import build_frame
+from crosscheck.trial.coordinates.build import build_frame
 from crosscheck.trial.diagnose.force_variants import ForceDifferences
 from crosscheck.trial.diagnose.harmonic_fit import (
     HarmonicBasis,

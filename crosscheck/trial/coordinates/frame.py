@@ -1,46 +1,31 @@
-"""A user's coordinates x beside the project's q: q = phi(x), q' = J(x) x'; and random states."""
+"""A user's coordinates x beside the project's q: q = phi(x), q' = J(x) x'."""
 
 from __future__ import annotations
 
-from collections import Counter
-from collections.abc import Callable, Iterator, Sequence
-from contextlib import suppress
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from fractions import Fraction
-from functools import lru_cache
-from typing import Any, Literal, NamedTuple, get_args
+from typing import Any, Literal
 
 import numpy as np
 import sympy as sp
 
-from crosscheck.analytic.derivation.chain import Chain, build_exact_chain
+from crosscheck.analytic.derivation.chain import build_exact_chain
 from crosscheck.analytic.derivation.stage import Stage
 from crosscheck.analytic.derivation.symbols import build_arm_chain
-from crosscheck.analytic.paper.kinematics import mesh_displacements
-from crosscheck.checks.answers import sample_states
-from crosscheck.checks.invariants import torques_at
-from crosscheck.models.arm import layout as layouts
 from crosscheck.models.arm.arm import Arm
-from crosscheck.models.arm.layout import Coordinate, Layout
+from crosscheck.models.arm.layout import Layout
 from crosscheck.models.errors import InputError
-from crosscheck.models.experiment.drive import drive_data
-from crosscheck.models.experiment.scenario import Scenario
-from crosscheck.trial.input.arrays import NotNumbers, convert_to_numbers, format_vector
-from crosscheck.trial.input.equations import Coordinates, Gearing
+from crosscheck.trial.input.arrays import format_vector
+from crosscheck.trial.input.equations import Coordinates
 
 WHERE = "coordinates"
 WORST_CONDITION = 1e12  # of J, rows and columns scaled: beyond it x says too little of q
 ROUNDING = 1e-13  # of a matrix's row: what is below it was meant to be 0
 LARGEST_DENOMINATOR = 1000  # of what is taken for a ratio of whole numbers
-FIRST = 20  # poses that a map may not reach, before it is one that reaches none
 TRIES = 40
 MOST_HALVED = 20
 PLACED = 1e-9  # of a state found for given q, before it is polished
-LAYOUTS = {
-    "rigid": layouts.rigid_layout,
-    "lumped": layouts.lumped_layout,
-    "free": layouts.free_layout,
-}
 JacobianSource = Literal["linear", "sympy", "given", "complex step", "differences"]
 Vector = Callable[[np.ndarray], np.ndarray]
 Along = Callable[[np.ndarray, np.ndarray], np.ndarray]
@@ -138,106 +123,6 @@ def build_linear_frame(
     )
 
 
-def build_frame(coordinates: Coordinates, arm: Arm) -> Frame:
-    """The frame of a user's coordinates. Raises InputError."""
-    from crosscheck.trial.coordinates.curved import build_curved_frame
-
-    _require_allowed_choices(coordinates)
-    layout = LAYOUTS[coordinates.gearing](arm)
-    if coordinates.function is not None:
-        return build_curved_frame(coordinates, layout, arm)
-    if coordinates.matrix is None:
-        return _build_named_frame(coordinates, layout, arm)
-    n = len(layout)
-    try:
-        matrix = convert_to_numbers(coordinates.matrix, (n, n))
-    except NotNumbers as error:
-        reason = f"{error}, for {describe_coordinate_count(coordinates, n, arm)}"
-        raise InputError(WHERE, "matrix", None, reason) from None
-    require_invertible(matrix, "matrix")
-    names = select_coordinate_names(coordinates, [f"x_{k + 1}" for k in range(n)])
-    return build_linear_frame(layout, names, matrix, express_in_symbols(matrix, layout, arm))
-
-
-def _require_allowed_choices(coordinates: Coordinates) -> None:
-    """Raise InputError for a word that is not allowed, or for two maps at once."""
-    allowed = {
-        "gearing": get_args(Gearing),
-        "links": ("relative", "absolute"),
-        "gears": ("displacements", "angles"),
-    }
-    for name, words in allowed.items():
-        word = getattr(coordinates, name)
-        if word not in words:
-            raise InputError(WHERE, name, word, f"must be one of {', '.join(words)}")
-    if coordinates.matrix is not None and coordinates.function is not None:
-        raise InputError(WHERE, "matrix", None, "give either matrix or function")
-    map_field = "matrix" if coordinates.matrix is not None else "function"
-    mapped = coordinates.matrix is not None or coordinates.function is not None
-    usual = Coordinates()
-    for name in ("links", "gears", "order"):
-        if mapped and getattr(coordinates, name) != getattr(usual, name):
-            reason = f"is for named coordinates; {map_field} alone says what x is"
-            raise InputError(WHERE, name, getattr(coordinates, name), reason)
-    for name in ("jacobian", "symbols"):
-        if coordinates.function is None and getattr(coordinates, name) not in (None, ()):
-            raise InputError(WHERE, name, None, "needs function beside")
-
-
-def _build_named_frame(coordinates: Coordinates, layout: Layout, arm: Arm) -> Frame:
-    """The frame of coordinates by name, in the user's order. Raises InputError."""
-    usual = [_coordinate_name(coordinates, coordinate) for coordinate in layout.coordinates]
-    ordered = coordinates.order or usual
-    missing = [name for name in usual if name not in ordered]
-    unknown = [name for name in ordered if name not in usual]
-    twice = [name for name, count in Counter(ordered).items() if count > 1]
-    mistakes = {"is without": missing, "has unknown": unknown, "has twice": twice}
-    wrong = [f"{what} {', '.join(map(str, names))}" for what, names in mistakes.items() if names]
-    if wrong:
-        reason = f"{' and '.join(wrong)}; must be all of {', '.join(usual)}"
-        raise InputError(WHERE, "order", None, reason)
-    order = [usual.index(name) for name in ordered]
-    symbolic = _map_rows(build_arm_chain(arm, layout), coordinates)[:, order]
-    numbers = _map_rows(build_exact_chain(arm, layout), coordinates)[:, order].astype(np.float64)
-    names = select_coordinate_names(coordinates, [usual[place] for place in order])
-    return build_linear_frame(layout, names, numbers, sp.ImmutableMatrix(symbolic))
-
-
-def _coordinate_name(coordinates: Coordinates, meant: Coordinate) -> str:
-    """The name of the coordinate of x that stands in place of one of the layout."""
-    if meant.is_angle:
-        return f"{'phi' if coordinates.links == 'absolute' else 'theta'}_{meant.joint}"
-    if coordinates.gears == "displacements":
-        return meant.name
-    gear = f"theta_{'p' if meant.meaning == 'x_pr' else 's'}{meant.joint}"
-    return gear + (f"_{meant.planet}" if meant.planet else "")
-
-
-def _map_rows(chain: Chain, coordinates: Coordinates) -> np.ndarray:
-    """Rows over x that give q, x in the layout's order; numbers or symbols, as the chain's are."""
-    layout_rows = [chain.row(c.meaning, c.joint, c.planet) for c in chain.layout.coordinates]
-    turns = {joint: chain.row("theta", joint) for joint in chain.numbers}
-    if coordinates.links == "absolute":
-        turns |= {joint: turns[joint] - turns[joint - 1] for joint in chain.numbers if joint > 1}
-    if coordinates.gears == "displacements":
-        pairs = zip(chain.layout.coordinates, layout_rows, strict=True)
-        return np.array([turns[c.joint] if c.is_angle else row for c, row in pairs])
-    mapped_rows = []
-    for meant in chain.layout.coordinates:
-        turn, stage = turns[meant.joint], chain.stages[meant.joint - 1]
-        if meant.is_angle:
-            mapped_rows.append(turn)
-            continue
-        assert isinstance(stage, Stage)
-        theta_s = chain.row("x_s" if chain.layout.free else "x_sp", meant.joint)
-        theta_p = chain.row("x_pr", meant.joint, meant.planet)
-        radii = stage.r_s, stage.r_p, stage.r_cp
-        x_sp, x_pr = mesh_displacements(theta_s, theta_p, turn, *radii)  # Eqs. 2-3
-        rows: dict[str, np.ndarray] = {"x_sp": x_sp, "x_pr": x_pr, "x_s": x_sp + x_pr}
-        mapped_rows.append(rows[meant.meaning])
-    return np.array(mapped_rows)
-
-
 def describe_coordinate_count(coordinates: Coordinates, n: int, arm: Arm) -> str:
     """How many coordinates there are and of what, in words, for a line on a wrong length."""
     return f"the {n} {coordinates.gearing} coordinates of {arm.name}, {len(arm.joints)} joints"
@@ -306,50 +191,3 @@ def require_invertible(matrix: np.ndarray, what: str, x: np.ndarray | None = Non
     if not condition < WORST_CONDITION:
         place = "" if x is None else f" at x = {format_vector(x)}"
         raise InputError(WHERE, what, None, f"is singular{place}: other x give the same q")
-
-
-class UserState(NamedTuple):
-    """A state of the arm in the user's coordinates and in the project's.
-
-    t [s]; x, u (n,), the user's coordinates and rates; q, v (n,), the project's; torque (joints,):
-    output torques [N m] of the scenario's drive.
-    """
-
-    t: float
-    x: np.ndarray
-    u: np.ndarray
-    q: np.ndarray
-    v: np.ndarray
-    torque: np.ndarray
-
-
-@lru_cache(maxsize=8)  # every question of a trial asks at the same ones
-def draw_states(
-    frame: Frame, arm: Arm, scenario: Scenario, count: int, seed: int
-) -> tuple[UserState, ...]:
-    """Random states on both flanks of the teeth, at any pose, moving briskly.
-
-    A pose that no x gives is shifted towards one that some x gives. Raises InputError.
-    """
-    drive, theta = drive_data(scenario, len(arm.joints)), frame.layout.theta
-    drawn, states = sample_states(frame.layout, arm, count, seed), []
-    for t, x, v in zip(drawn.t.tolist(), find_coordinates(frame, drawn.q), drawn.v, strict=True):
-        q = frame.position(x)
-        u = np.linalg.solve(frame.jacobian(x), v)
-        states.append(UserState(t, x, u, q, v, torques_at(drive, t, q[theta], v[theta])))
-    return tuple(states)
-
-
-def find_coordinates(frame: Frame, drawn: np.ndarray) -> Iterator[np.ndarray]:
-    """An x for each q (count, n). Raises InputError where no x gives any of the first ones."""
-    if frame.matrix is not None:
-        yield from map(frame.place, drawn)
-        return
-    reachable_x = None
-    for q in drawn[:FIRST]:
-        with suppress(InputError):
-            reachable_x = frame.place(q)
-            break
-    reachable_x = frame.place(drawn[0]) if reachable_x is None else reachable_x
-    for q in drawn:
-        yield frame.find_nearest(q, reachable_x)

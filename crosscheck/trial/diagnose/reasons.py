@@ -11,8 +11,10 @@ import numpy as np
 import sympy as sp
 
 from crosscheck.planning.comparison import Results
+from crosscheck.trial.coordinates.build import build_frame
 from crosscheck.trial.coordinates.differences import fold_rate_pairs
-from crosscheck.trial.coordinates.frame import Frame, UserState, build_frame
+from crosscheck.trial.coordinates.frame import Frame
+from crosscheck.trial.coordinates.states import UserState
 from crosscheck.trial.diagnose.accelerations import BalanceBasis
 from crosscheck.trial.diagnose.angle_units import SampledDifference, explain_by_unit
 from crosscheck.trial.diagnose.candidates import ErrorKind

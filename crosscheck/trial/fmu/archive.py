@@ -24,7 +24,7 @@ from crosscheck.models.inputs import read_input
 from crosscheck.models.loading import validate_record
 from crosscheck.models.robot.robot import Robot
 from crosscheck.runner.isolated_reading import read_in_subprocess
-from crosscheck.trial.coordinates.frame import build_frame
+from crosscheck.trial.coordinates.build import build_frame
 from crosscheck.trial.input.equations import MOST, Coordinates, CoordinatesFile, Level
 
 LARGEST_FILE = 200_000_000  # bytes

@@ -45,7 +45,7 @@ from crosscheck.runner.process_tree import limit_resources
 from crosscheck.runner.progress_update import ProgressCallback
 from crosscheck.runner.tasks import RunKey
 from crosscheck.runner.workers import Workers
-from crosscheck.trial.coordinates.frame import build_frame
+from crosscheck.trial.coordinates.build import build_frame
 from crosscheck.trial.fmu.archive import MappedUnit
 from crosscheck.trial.input.equations import Equations
 from crosscheck.trial.robots.coordinates import read_frame

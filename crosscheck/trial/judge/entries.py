@@ -12,7 +12,8 @@ import numpy as np
 from crosscheck.checks.states import EPS, LOOSEST, ROUNDINGS, component_sizes
 from crosscheck.models.errors import InputError
 from crosscheck.trial.coordinates.differences import TURN_RAD, turns
-from crosscheck.trial.coordinates.frame import Frame, UserState
+from crosscheck.trial.coordinates.frame import Frame
+from crosscheck.trial.coordinates.states import UserState
 
 NUDGE = 1e-7  # of coordinates, to see how a map bends
 WRITTEN = 10  # roundings of states and answers that were written with fewer digits

@@ -37,17 +37,14 @@ from crosscheck.runner.outcomes import Failure
 from crosscheck.runner.progress_update import ProgressCallback
 from crosscheck.runner.tasks import Evaluation, Simulation, build_model
 from crosscheck.runner.workers import Workers
+from crosscheck.trial.coordinates.build import build_frame
 from crosscheck.trial.coordinates.differences import christoffel_terms, difference_steps, rate_terms
-from crosscheck.trial.coordinates.frame import (
-    Frame,
-    UserState,
-    build_frame,
-    describe_coordinate_count,
-    draw_states,
-)
-from crosscheck.trial.input.calls import SuppliedEquations, bind_equations, describe_failure
+from crosscheck.trial.coordinates.frame import Frame, describe_coordinate_count
+from crosscheck.trial.coordinates.states import UserState, draw_states
+from crosscheck.trial.input.calls import describe_failure
 from crosscheck.trial.input.equations import Equations, Gearing
 from crosscheck.trial.input.loading import format_error, format_error_line
+from crosscheck.trial.input.supplied import SuppliedEquations, bind_equations
 from crosscheck.trial.model import CALL_S, SuppliedModel
 
 SPEEDS = (-1.0, 2.0)

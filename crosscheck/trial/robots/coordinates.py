@@ -14,13 +14,9 @@ from crosscheck.models.arm.layout import Coordinate, Layout
 from crosscheck.models.errors import InputError
 from crosscheck.models.robot.robot import Robot
 from crosscheck.trial.coordinates.curved import build_callable_frame
-from crosscheck.trial.coordinates.frame import (
-    Frame,
-    build_linear_frame,
-    find_coordinates,
-    require_invertible,
-)
+from crosscheck.trial.coordinates.frame import Frame, build_linear_frame, require_invertible
 from crosscheck.trial.coordinates.readings import list_readings
+from crosscheck.trial.coordinates.states import find_coordinates
 from crosscheck.trial.input.arrays import NotNumbers, convert_to_numbers
 from crosscheck.trial.input.calls import MATRICES, Arguments
 from crosscheck.trial.input.equations import Coordinates

@@ -19,7 +19,8 @@ from crosscheck.models.experiment.scenario import Switches
 from crosscheck.models.robot.robot import Robot
 from crosscheck.planning.comparison import ModelTask
 from crosscheck.registry import register
-from crosscheck.trial.coordinates.frame import Frame, build_frame
+from crosscheck.trial.coordinates.build import build_frame
+from crosscheck.trial.coordinates.frame import Frame
 from crosscheck.trial.diagnose.diagnosis import PROBES
 from crosscheck.trial.diagnose.probe import draw_probe_arms
 from crosscheck.trial.diagnose.reasons import list_entry_quantities, list_entry_questions

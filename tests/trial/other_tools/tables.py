@@ -7,9 +7,10 @@ from pathlib import Path
 import numpy as np
 
 from crosscheck.models.arm.arm import Arm
-from crosscheck.trial.coordinates.frame import build_frame
-from crosscheck.trial.input.calls import TAKES, SuppliedEquations, bind_equations
+from crosscheck.trial.coordinates.build import build_frame
+from crosscheck.trial.input.calls import TAKES
 from crosscheck.trial.input.equations import Equations
+from crosscheck.trial.input.supplied import SuppliedEquations, bind_equations
 from crosscheck.trial.tables.answers import next_row
 from crosscheck.trial.tables.state_requests import (
     PARTS,

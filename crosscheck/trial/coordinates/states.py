@@ -1,0 +1,67 @@
+"""Random states of an arm, in a user's coordinates and in the project's."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from contextlib import suppress
+from functools import lru_cache
+from typing import NamedTuple
+
+import numpy as np
+
+from crosscheck.checks.answers import sample_states
+from crosscheck.checks.invariants import torques_at
+from crosscheck.models.arm.arm import Arm
+from crosscheck.models.errors import InputError
+from crosscheck.models.experiment.drive import drive_data
+from crosscheck.models.experiment.scenario import Scenario
+from crosscheck.trial.coordinates.frame import Frame
+
+FIRST = 20  # poses that a map may not reach, before it is one that reaches none
+
+
+class UserState(NamedTuple):
+    """A state of the arm in the user's coordinates and in the project's.
+
+    t [s]; x, u (n,), the user's coordinates and rates; q, v (n,), the project's; torque (joints,):
+    output torques [N m] of the scenario's drive.
+    """
+
+    t: float
+    x: np.ndarray
+    u: np.ndarray
+    q: np.ndarray
+    v: np.ndarray
+    torque: np.ndarray
+
+
+@lru_cache(maxsize=8)  # every question of a trial asks at the same ones
+def draw_states(
+    frame: Frame, arm: Arm, scenario: Scenario, count: int, seed: int
+) -> tuple[UserState, ...]:
+    """Random states on both flanks of the teeth, at any pose, moving briskly.
+
+    A pose that no x gives is shifted towards one that some x gives. Raises InputError.
+    """
+    drive, theta = drive_data(scenario, len(arm.joints)), frame.layout.theta
+    drawn, states = sample_states(frame.layout, arm, count, seed), []
+    for t, x, v in zip(drawn.t.tolist(), find_coordinates(frame, drawn.q), drawn.v, strict=True):
+        q = frame.position(x)
+        u = np.linalg.solve(frame.jacobian(x), v)
+        states.append(UserState(t, x, u, q, v, torques_at(drive, t, q[theta], v[theta])))
+    return tuple(states)
+
+
+def find_coordinates(frame: Frame, drawn: np.ndarray) -> Iterator[np.ndarray]:
+    """An x for each q (count, n). Raises InputError where no x gives any of the first ones."""
+    if frame.matrix is not None:
+        yield from map(frame.place, drawn)
+        return
+    reachable_x = None
+    for q in drawn[:FIRST]:
+        with suppress(InputError):
+            reachable_x = frame.place(q)
+            break
+    reachable_x = frame.place(drawn[0]) if reachable_x is None else reachable_x
+    for q in drawn:
+        yield frame.find_nearest(q, reachable_x)

@@ -1,0 +1,122 @@
+"""A user's equations of an arm behind fixed signatures: parts as given, or worked out of others."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass, field
+from typing import Any
+
+import numpy as np
+
+from crosscheck.models.arm.arm import Arm
+from crosscheck.models.errors import CannotDo
+from crosscheck.trial.coordinates.frame import Frame
+from crosscheck.trial.coordinates.states import UserState
+from crosscheck.trial.input.calls import (
+    TAKES,
+    MotorCall,
+    NamedCall,
+    add_motors,
+    call_part,
+    find_motors,
+    make_named_call,
+)
+from crosscheck.trial.input.equations import Equations
+
+
+@dataclass(frozen=True)
+class SuppliedEquations:
+    """Equations of an arm, each part by its fixed signature, or worked out from others.
+
+    given: parts that the user's functions are; has: these and what follows from them; motors: the
+    joints that have one, from 0. A method
+    whose part is not there raises CannotDo. Arrays are float64: x, v, a (n,) in the user's
+    coordinates; torque (joints,) [N m] on the output side. Raises BadAnswer for an answer that is
+    no array of finite numbers of the right shape, and whatever the user's function raises.
+    """
+
+    equations: Equations
+    arm: Arm
+    frame: Frame
+    given: frozenset[str]
+    has: frozenset[str]
+    motors: tuple[int, ...]
+    calls: Mapping[str, NamedCall | MotorCall] = field(repr=False)
+
+    def mass_matrix(self, x: np.ndarray) -> np.ndarray:
+        """M(x), shape (n, n)."""
+        if "mass_matrix" in self.given:
+            return self._call_part("mass_matrix", x=x)
+        zero, units = np.zeros(len(x)), np.eye(len(x))
+        rest = self._call_part("inverse_dynamics", x=x, v=zero, a=zero)
+        columns = [
+            self._call_part("inverse_dynamics", x=x, v=zero, a=unit) - rest for unit in units
+        ]
+        return np.stack(columns, axis=1)
+
+    def bias(self, x: np.ndarray, v: np.ndarray) -> np.ndarray:
+        """C(x, v) v, shape (n,), which stands on the left of the equation."""
+        if "bias" in self.given:
+            return self._call_part("bias", x=x, v=v)
+        if "coriolis" in self.given:
+            return self._call_part("coriolis", x=x, v=v) @ v
+        return self._call_part("inverse_dynamics", x=x, v=v, a=np.zeros(len(x)))
+
+    def force(self, t: float, x: np.ndarray, v: np.ndarray, torque: np.ndarray) -> np.ndarray:
+        """Sum of all forces at time t [s], shape (n,), on the right of the equation."""
+        return self._call_part("force", t=t, x=x, v=v, torque=torque)
+
+    def acceleration(
+        self, t: float, x: np.ndarray, v: np.ndarray, torque: np.ndarray
+    ) -> np.ndarray:
+        """x'' at time t [s], shape (n,). Raises numpy's LinAlgError where M is singular."""
+        if "acceleration" in self.given:
+            return self._call_part("acceleration", t=t, x=x, v=v, torque=torque)
+        balance = self.force(t, x, v, torque) - self.bias(x, v)
+        mass = self.mass_matrix(x)
+        # The units of x must not choose the pivots.
+        size = np.sqrt(np.abs(np.diag(mass)))
+        size = np.where(size > 0, size, 1.0)
+        return np.linalg.solve(mass / np.outer(size, size), balance / size) / size
+
+    def force_at(self, state: UserState) -> np.ndarray:
+        """The force at a state, shape (n,)."""
+        return self.force(state.t, state.x, state.u, state.torque)
+
+    def acceleration_at(self, state: UserState) -> np.ndarray:
+        """The acceleration at a state, shape (n,)."""
+        return self.acceleration(state.t, state.x, state.u, state.torque)
+
+    def inverse_dynamics(self, x: np.ndarray, v: np.ndarray, a: np.ndarray) -> np.ndarray:
+        """M(x) a + bias(x, v), shape (n,)."""
+        if "inverse_dynamics" in self.given:
+            return self._call_part("inverse_dynamics", x=x, v=v, a=a)
+        return self.mass_matrix(x) @ a + self.bias(x, v)
+
+    def _call_part(self, part: str, **arguments: Any) -> np.ndarray:
+        """The answer of the user's function to copies of the arguments, (n,) or (n, n)."""
+        if part not in self.given:
+            raise CannotDo(f"the equations have no {part}")
+        return call_part(self.calls[part], part, len(self.frame.names), arguments)
+
+
+def bind_equations(equations: Equations, arm: Arm, frame: Frame) -> SuppliedEquations:
+    """The equations, bound to an arm and in a frame of it. Raises InputError."""
+    functions = {part: getattr(equations, part) for part in TAKES}
+    given = {part: function for part, function in functions.items() if function is not None}
+    calls = {part: make_named_call(function, part) for part, function in given.items()}
+    names = [f"theta_{number + 1}" for number in range(len(arm.joints))]
+    motors = find_motors(equations, calls, names)
+    motor_calls = add_motors(calls, equations, motors)
+    has = set(given)
+    if has & {"coriolis", "inverse_dynamics"}:
+        has.add("bias")
+    if "inverse_dynamics" in given:
+        has.add("mass_matrix")
+    if has >= {"mass_matrix", "bias"}:
+        has.add("inverse_dynamics")
+    if has >= {"mass_matrix", "bias", "force"}:
+        has.add("acceleration")
+    return SuppliedEquations(
+        equations, arm, frame, frozenset(given), frozenset(has), motors, motor_calls
+    )
