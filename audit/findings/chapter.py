@@ -27,7 +27,6 @@ from crosscheck.audit.findings.baselines import LEVELS, compare_baselines, draw_
 from crosscheck.audit.findings.damping_fit import summarize_best_fits
 from crosscheck.audit.findings.engines import compare_engines
 from crosscheck.audit.findings.presence import find_presence_by_level
-from crosscheck.audit.findings.stability import run_stability_test
 from crosscheck.audit.judging.rule import State
 from crosscheck.audit.judging.shares import Share
 from crosscheck.audit.measures.third_fluctuation import ThirdFluctuation
@@ -52,7 +51,6 @@ QUESTIONS = {
     "third": "does the third fluctuation need the clock",
     "presence-visible": "laws with a visible third fluctuation by tooth error",
     "presence-severe": "laws with a severe third fluctuation by tooth error",
-    "stability": "does linear theory foretell the third fluctuation",
     "engine": "has a second engine it, under the clock alone",
     "baseline": "does one rigid arm give the numbers of Fig. 6",
     "inertia": "is what the nearest rigid arm leaves reflected inertia",
@@ -72,7 +70,6 @@ def build_chapter(context: AuditContext) -> AuditChapter:
     baselines = compare_baselines(study, scale)
     shaken = shaking.run_shaking(study, scale)
     limits = linear_limits.find_thresholds(scale.quick)
-    linearised = run_stability_test(study, scale)
     presence = find_presence_by_level(context.settings)
     damping = summarize_best_fits([*context.as_modelled, *context.settings])
     engine = None if scale.quick else compare_engines(study, scale)
@@ -84,7 +81,6 @@ def build_chapter(context: AuditContext) -> AuditChapter:
         "clock": clocks.supports,
         "third": third.needs_clock,
         **{f"presence-{level}": str(laws) for level, laws in presence.items()},
-        "stability": linearised.supports,
         "engine": engine.supports if engine else None,
         "baseline": baselines.gives_all,
         "inertia": baselines.holds,
@@ -107,7 +103,6 @@ def build_chapter(context: AuditContext) -> AuditChapter:
         damping.to_dict(),
         *(law.to_dict() for law in clocks.laws),
         *(strip.to_dict() for strip in third.strips),
-        *linearised.to_dicts(),
         *(engine.to_dicts() if engine else []),
         *(residual.to_dict() for residual in baselines.residuals),
         *(result.to_dict() for results in shaken.values() for result in results),
@@ -123,7 +118,6 @@ def build_chapter(context: AuditContext) -> AuditChapter:
         force_change_N=clock.largest_force_change(),
         third=third,
         presence=presence,
-        linearised=linearised,
         engine=engine,
         baselines=baselines,
         level=LEVELS[baselines.nearest.level] if baselines.nearest else "",

@@ -105,7 +105,6 @@ GIVEN: dict[str, Any] = {
     "spin_rad": 1e-3,
     "clocks": Of(supports=True, laws=[]),
     "force_change_N": 1000.0,
-    "linearised": Of(supports=True),
     "third": Of(
         needs_clock=True, zeta=0.005, as_modelled="32 of 32", as_gears="0 of 32",
         share=lambda law, planets: None,

@@ -3,24 +3,20 @@
 import json
 from dataclasses import asdict
 
-import pytest
 from pydantic import TypeAdapter
 
 from crosscheck.audit.errata.erratum import Effect, Erratum, ErratumPair, attach_effects
 from crosscheck.audit.errata.sheet import build_record
-from crosscheck.audit.findings.stability import LinearisationResult, Onset
 
-FOLLOWED = LinearisationResult((Onset(1.0, None), Onset(None, None)))
 ERRATUM = Erratum(
     "eq1", "equation", "Eq. 1", "a", "b", size=float("inf"), unit="N", trial=ErratumPair(abs, abs)
 )
 TRIED = attach_effects(ERRATUM, {"pd": Effect(1e-3, 5.0, 0.1)})
 
 
-@pytest.mark.parametrize("record", [FOLLOWED, TRIED], ids=lambda record: type(record).__name__)
-def test_a_record_survives_being_kept(record):
-    kept = json.loads(json.dumps(asdict(record), allow_nan=False))
-    assert TypeAdapter(type(record)).validate_python(kept) == record
+def test_a_record_survives_being_kept():
+    kept = json.loads(json.dumps(asdict(TRIED), allow_nan=False))
+    assert TypeAdapter(type(TRIED)).validate_python(kept) == TRIED
 
 
 def test_a_tried_erratum_has_no_trial_left_and_no_infinite_size():

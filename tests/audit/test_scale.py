@@ -10,9 +10,7 @@ from crosscheck import signals
 from crosscheck.audit.experiments.experiments import BACK, CONSTANT, NO_ERROR, PD, build_question
 from crosscheck.audit.experiments.paper_conditions import INTEGRAL, Condition
 from crosscheck.audit.experiments.scale import FULL, Scale
-from crosscheck.audit.experiments.study import Study
 from crosscheck.audit.experiments.variant import Variant
-from crosscheck.audit.findings.stability import run_stability_test
 
 
 @pytest.mark.parametrize(
@@ -56,10 +54,3 @@ def test_an_experiment_measures_the_same_numbers_whatever_its_length(source):
         for d in (0.002, 0.02, 0.3)
     ]
     assert names[0] == names[1] == names[2]
-
-
-@pytest.mark.slow
-def test_a_vibration_that_is_reached_is_followed(tmp_path):
-    """Just past half a second there is something to linearise, if not much."""
-    followed = run_stability_test(Study(tmp_path), Scale(longest_s=0.55, most_starts=2))
-    assert all(one.onsets and one.begins is not None for one in followed.cells.values())

@@ -42,7 +42,6 @@ def build_questions() -> dict[str, Any]:
     from crosscheck.audit.experiments.variant import Variant
     from crosscheck.audit.findings.clock import ClockTest
     from crosscheck.audit.findings.shaking import ShakingQuestion
-    from crosscheck.audit.findings.stability import Linearisation
     from crosscheck.audit.statics.statics import Statics
 
     vary = partial(Variant, "constant-torque", duration_s=2e-3, record_every=1)
@@ -60,7 +59,6 @@ def build_questions() -> dict[str, Any]:
         "statics": Statics("paper-labelled"),
         "back and forth": ShakingQuestion("time", 0.05, (1,), 1e-3),
         "clock test": ClockTest(vary(), (1,)),
-        "modes": Linearisation(vary(), (1,), 5),
     }
 
 

@@ -1,4 +1,4 @@
-"""The clock, the second engine and the modes: what decides them, and the tools behind them."""
+"""The clock and the second engine: what decides them, and the tools behind them."""
 
 import math
 from dataclasses import replace
@@ -15,7 +15,7 @@ from crosscheck.audit.experiments.paper_conditions import (
     Condition,
 )
 from crosscheck.audit.experiments.variant import Variant, simulate
-from crosscheck.audit.findings import clock, linear, presence
+from crosscheck.audit.findings import clock, presence
 from crosscheck.audit.findings.clock import simulate_motion
 from crosscheck.audit.findings.engines import (
     APART_M,
@@ -23,7 +23,6 @@ from crosscheck.audit.findings.engines import (
     ModelComparison,
     PartedStartsQuestion,
 )
-from crosscheck.audit.findings.stability import ONSET_WITHIN, Onset, find_vibration_envelope
 from crosscheck.audit.judging.rule import State
 from crosscheck.audit.measures.third_fluctuation import ThirdFluctuation
 from crosscheck.audit.measures.thresholds import SEVERE
@@ -123,72 +122,23 @@ def test_both_models_start_with_planets_apart():
         assert 0.1 * APART_M < np.ptp(planets) < 2 * APART_M
 
 
-def test_onset_predicted():
-    assert Onset(None, None).as_predicted
-    assert not Onset(None, 1.0).as_predicted
-    assert not Onset(1.0, None).as_predicted
-    assert Onset(1 + BELOW * ONSET_WITHIN, 1.0).as_predicted
-    assert not Onset(1 + ABOVE * ONSET_WITHIN, 1.0).as_predicted
-
-
-@pytest.mark.parametrize("law", ["omega_t", "angle"])
-def test_jacobian_foretells_what_any_small_change_does(law):
-    """All coordinates and rates changed at once, by up to ten times the steps of its columns."""
-    model = PhysicalModel(*replace(SHORT, phase=law, duration_s=1.0).case())
-    base = linear.compute_base_motion(model, 100)
-    size = np.full(2 * base.q.shape[1], 10 * linear.STEP_RAD)
-    size[model.gears.x_index] = 10 * linear.STEP_M
-    change = size * np.random.default_rng(1).uniform(-1, 1, size.size)
-    for k in require_items(np.linspace(1, base.time.size - 1, 6).astype(int)):
-        t, q, v = float(base.time[k]), base.q[k], base.v[k]
-        there, back = (
-            model.acceleration(t, q + d[: q.size], v + d[q.size :]) for d in (change, -change)
-        )
-        foretold = linear.jacobian(model, t, q, v)[q.size :] @ (2 * change)
-        # The sine of a phase that changes by 1e-3 is straight to 1e-6 of its size.
-        assert np.abs(there - back - foretold).max() < 1e-5 * np.abs(foretold).max()
-
-
-def test_the_base_motion_needs_no_vibration_to_carry_the_arm():
-    """Started on it, the full equations stay on it: forces balance row by row."""
-    case = replace(SHORT, phase="angle", duration_s=0.6).case()
-    model = PhysicalModel(*case)
-    base = linear.compute_base_motion(model, 10)
-    k = int(np.searchsorted(base.time, 0.5))
-    brief = replace(SHORT, phase="angle", duration_s=0.01, record_every=1000).case()
-    run = simulate_motion(
-        [ContinuedModel(brief, base.q[k], base.v[k], model.term_equations)], float(base.time[k])
-    )
-    drift = run.q[-1, :, 0] - base.q[k + 10]
-    assert np.abs(drift[model.gears.x_index]).max() < 2e-7  # against 1e-5 m of compression
-    assert np.abs(drift[model.gears.theta]).max() < 1e-5
-
-
-def test_modes_at_rest_are_those_of_the_model():
-    case = replace(SHORT, zeta=1e-6, phase="angle").case()
-    model = PhysicalModel(*case)
-    base = linear.compute_base_motion(model, 10)
-    still = linear.BaseMotion(*(part[:1] for part in base))
-    expected = model.mesh_modes()[-4:]
-    assert np.sort(linear.compute_mesh_modes(model, still).frequency[0]) == pytest.approx(
-        expected, rel=2e-3
-    )
-
-
-def test_amplitude_follows_the_integral_above_the_floor():
-    time = np.linspace(0.0, 1.0, 1001)
-    growth = np.where(time < 0.5, -100.0, 40.0)[:, None]
-    level = linear.predicted_amplitude(time, growth, np.array([1.0]), np.array([1e-6]))
-    assert level[300] == pytest.approx(1e-6)
-    assert level[-1] == pytest.approx(1e-6 * np.exp(40 * 0.5), rel=0.1)
-
-
-def test_the_envelope_leaves_the_motion_of_the_arm_out():
-    time = np.arange(50000) * 2e-5
-    values = 100 * np.sin(2 * np.pi * 20 * time) + np.sin(2 * np.pi * 1700 * time)
-    envelope = find_vibration_envelope(time, values)[2000:-2000]
-    assert (envelope.min(), envelope.max()) == pytest.approx((1.0, 1.0), rel=0.01)
-    assert np.isnan(find_vibration_envelope(time[:10], values[:10])).all()
+@pytest.mark.parametrize("law", [PRINTED, INTEGRAL])
+def test_the_tooth_error_feeds_the_speed_back_by_the_time(law):
+    """F = k (x - b - E sin(phi)), phi = 99 theta' t, so dF/dtheta' = -k E 99 t cos(phi)."""
+    constant = ("arm.joints.*.*_mesh.stiffness.amplitude_N_per_m=0.0",)
+    variant = replace(Condition(law, 0.02).variant("constant-torque"), meshes=constant)
+    model = PhysicalModel(*replace(variant, planets="lumped").case())
+    q, v, time, step = np.zeros(6), np.zeros(6), 0.7, 1e-6
+    sun, speed = model.layout.at("x_sp", 0), model.layout.theta[0]
+    q[sun], v[speed] = 1e-4, 0.3
+    on_mesh = []
+    for sign in (1, -1):
+        v[speed] = 0.3 + sign * step
+        on_mesh.append(model.generalized_force(time, q, v)[sun])
+    slope = -(on_mesh[0] - on_mesh[1]) / (2 * step) / 3  # of one planet's force on the teeth
+    phase = 99 * 0.3 * time
+    expected = -1e8 * 5e-6 * 99 * time * np.cos(phase) if law == PRINTED else 0.0
+    assert slope == pytest.approx(expected, rel=1e-6, abs=1e-3)
 
 
 @pytest.mark.slow
