@@ -24,7 +24,6 @@ from crosscheck.audit.figures.figure_data import LOW_ZETA
 from crosscheck.audit.figures.plotting import LAW_COLOURS, set_same_scale
 from crosscheck.audit.findings import clock, linear_limits, shaking
 from crosscheck.audit.findings.baselines import LEVELS, compare_baselines, draw_baselines
-from crosscheck.audit.findings.damping_fit import summarize_best_fits
 from crosscheck.audit.findings.engines import compare_engines
 from crosscheck.audit.findings.presence import find_presence_by_level
 from crosscheck.audit.judging.rule import State
@@ -71,7 +70,6 @@ def build_chapter(context: AuditContext) -> AuditChapter:
     shaken = shaking.run_shaking(study, scale)
     limits = linear_limits.find_thresholds(scale.quick)
     presence = find_presence_by_level(context.settings)
-    damping = summarize_best_fits([*context.as_modelled, *context.settings])
     engine = None if scale.quick else compare_engines(study, scale)
     drives = {drive: shaking.judge_drive(results) for drive, results in shaken.items()}
     cured = linear_limits.is_cured_at_sun(limits)
@@ -100,7 +98,6 @@ def build_chapter(context: AuditContext) -> AuditChapter:
     ]
     records += [
         printed.to_dict(),
-        damping.to_dict(),
         *(law.to_dict() for law in clocks.laws),
         *(strip.to_dict() for strip in third.strips),
         *(engine.to_dicts() if engine else []),
@@ -126,7 +123,6 @@ def build_chapter(context: AuditContext) -> AuditChapter:
         growth_per_s=shaken["sqrt_time"][0].rigid_growth_per_s,
         unstable_below=(min(link), max(link)),
         cured=cured,
-        damping=damping,
         clock_svg=to_markup(draw_clocks(clocks)),
         window_s=clock.RUN_WINDOW_S,
         run_zeta=clock.RUN_ZETA,

@@ -117,7 +117,6 @@ GIVEN: dict[str, Any] = {
     "growth_per_s": 8.0,
     "unstable_below": (0.0017, 0.0059),
     "cured": True,
-    "damping": Of(settings=3, most=6.0, zetas=(0.003, 0.005)),
     "verdicts": {},
     "names": LAW_NAMES,
     "meanings": LAW_MEANINGS,
