@@ -14,6 +14,7 @@ from crosscheck.audit.experiments.experiments import PD
 from crosscheck.audit.experiments.paper_conditions import (
     INTEGRAL,
     LABELLED,
+    LAW,
     LAWS,
     PRINTED,
     Condition,
@@ -25,12 +26,17 @@ from crosscheck.audit.figures.plotting import LAW_COLOURS, set_same_scale
 from crosscheck.audit.findings import clock, linear_limits, shaking
 from crosscheck.audit.findings.baselines import LEVELS, compare_baselines, draw_baselines
 from crosscheck.audit.findings.engines import compare_engines
-from crosscheck.audit.findings.presence import find_presence_by_level
+from crosscheck.audit.judging.judgement import ClaimJudgement
 from crosscheck.audit.judging.rule import State
 from crosscheck.audit.judging.shares import Share
 from crosscheck.audit.measures.third_fluctuation import ThirdFluctuation
 from crosscheck.audit.measures.thresholds import SEVERE
-from crosscheck.audit.measures.undefined import JsonObject, float_or_none, format_answer
+from crosscheck.audit.measures.undefined import (
+    UNDEFINED,
+    JsonObject,
+    float_or_none,
+    format_answer,
+)
 from crosscheck.audit.page.chapter import AuditChapter
 from crosscheck.audit.page.context import AuditContext
 from crosscheck.audit.page.labels import LAW_MEANINGS, LAW_NAMES
@@ -41,6 +47,9 @@ from crosscheck.report.plots.figures import draw_legend, make_figure, set_log_sc
 MODELS: dict[Planets, Equations] = {"lumped": "printed", "free": "corrected"}  # the paper's first
 SPIN = "eq18-planets-2"  # the erratum that alone makes most of what finding 1 tells
 PAPER_THIRD = 300.0  # rad/s^2, Section 3.2
+# What no start has without the tooth error: the claims that it is there, and that it is severe.
+PRESENCE = {"visible": "5-04", "severe": "Abstract-02"}
+PHASES = ("omega_t", "angle")
 FAINTEST = 0.1  # rad/s^2: smaller fluctuations are drawn there
 PLANET_NAMES = {"free": "planets free", "lumped": "printed equations"}
 ID, TITLE = "findings", "What came out"
@@ -69,7 +78,7 @@ def build_chapter(context: AuditContext) -> AuditChapter:
     baselines = compare_baselines(study, scale)
     shaken = shaking.run_shaking(study, scale)
     limits = linear_limits.find_thresholds(scale.quick)
-    presence = find_presence_by_level(context.settings)
+    presence = {level: find_laws(context.judged_claims[claim]) for level, claim in PRESENCE.items()}
     engine = None if scale.quick else compare_engines(study, scale)
     drives = {drive: shaking.judge_drive(results) for drive, results in shaken.items()}
     cured = linear_limits.is_cured_at_sun(limits)
@@ -78,7 +87,7 @@ def build_chapter(context: AuditContext) -> AuditChapter:
         "printed": printed.agrees,
         "clock": clocks.supports,
         "third": third.needs_clock,
-        **{f"presence-{level}": str(laws) for level, laws in presence.items()},
+        **{f"presence-{level}": laws for level, laws in presence.items()},
         "engine": engine.supports if engine else None,
         "baseline": baselines.gives_all,
         "inertia": baselines.holds,
@@ -139,6 +148,23 @@ def build_chapter(context: AuditContext) -> AuditChapter:
     )
     outcome = render_template("findings/outcome", printed=printed, clocks=clocks)
     return AuditChapter(ID, TITLE, page, records, outcome)
+
+
+def find_laws(judged: ClaimJudgement) -> str:
+    """Under which laws of the mesh phase a claim is true somewhere, in words.
+
+    Where one setting says yes or that the start decides; undefined if a law's settings say nothing.
+    """
+    states_by_phase = {
+        phase: {a.state for a in judged.answers if a.place.value_of(LAW).phase == phase}
+        for phase in PHASES
+    }
+    if any(states <= {State.UNDEFINED} for states in states_by_phase.values()):
+        return UNDEFINED
+    laws = [phase for phase in PHASES if states_by_phase[phase] & {State.YES, State.BISTABLE}]
+    if len(laws) == 1:
+        return f"only with {laws[0]}"
+    return "with both" if laws else "with neither"
 
 
 def find_spin_rad(context: AuditContext) -> float | None:

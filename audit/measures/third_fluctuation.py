@@ -22,10 +22,10 @@ from crosscheck.audit.judging.rule import (
 )
 from crosscheck.audit.judging.sample import Sample
 from crosscheck.audit.judging.shares import Share
-from crosscheck.audit.measures.thresholds import EVIDENT, SEVERE
+from crosscheck.audit.measures.thresholds import SEVERE
 
-# As 3.2-11 and 3.2-31 have them, whose reasons stand in statements.toml.
-LARGE, VISIBLE = Limits(low=SEVERE), Limits(low=EVIDENT)
+# As 3.2-11 has it, whose reason stands in statements.toml.
+LARGE = Limits(low=SEVERE)
 Quantiles = tuple[float | None, ...]
 NONE: Quantiles = (None,) * len(PARTS)
 

@@ -15,7 +15,7 @@ from crosscheck.audit.experiments.paper_conditions import (
     Condition,
 )
 from crosscheck.audit.experiments.variant import Variant, simulate
-from crosscheck.audit.findings import clock, presence
+from crosscheck.audit.findings import clock
 from crosscheck.audit.findings.clock import simulate_motion
 from crosscheck.audit.findings.engines import (
     APART_M,
@@ -23,7 +23,6 @@ from crosscheck.audit.findings.engines import (
     ModelComparison,
     PartedStartsQuestion,
 )
-from crosscheck.audit.judging.rule import State
 from crosscheck.audit.measures.third_fluctuation import ThirdFluctuation
 from crosscheck.audit.measures.thresholds import SEVERE
 from tests.audit.planted_runs import ContinuedModel, third
@@ -32,27 +31,6 @@ from tests.loops import require_items
 SHORT = Variant(zeta=0.02, phase="omega_t", ring_rate="corrected", duration_s=0.02)
 CELL = Condition(PRINTED, 0.005)
 ABOVE, BELOW = 1.01, 0.99
-
-
-@pytest.mark.parametrize(
-    ("omega_t", "angle", "expected"),
-    [
-        (State.YES, State.NO, presence.Presence.PRINTED),
-        (State.BISTABLE, State.NO, presence.Presence.PRINTED),
-        (State.NO, State.BISTABLE, presence.Presence.INTEGRATED),
-        (State.YES, State.YES, presence.Presence.BOTH),
-        (State.NO, State.NO, presence.Presence.NEITHER),
-        (State.YES, State.UNDEFINED, presence.Presence.PRINTED),
-    ],
-)
-def test_one_setting_in_which_it_happens_decides(omega_t, angle, expected):
-    states = {"omega_t": [State.NO, omega_t], "angle": [angle, State.NO]}
-    assert presence.find_presence(states) == expected
-
-
-def test_a_law_that_says_nothing_leaves_it_open():
-    said = {"omega_t": [State.YES], "angle": [State.UNDEFINED]}
-    assert presence.find_presence(said) == presence.Presence.UNKNOWN
 
 
 @pytest.mark.parametrize("knows", [(True, True), (True, False), (False, True), (False, False)])

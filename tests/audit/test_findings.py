@@ -11,6 +11,7 @@ import pytest
 
 from crosscheck.analytic.model import PhysicalModel
 from crosscheck.analytic.paper.model import PrintedModel
+from crosscheck.audit.claims.catalogue import BY_ID
 from crosscheck.audit.errata.engine_comparison import PrintedEquationsQuestion
 from crosscheck.audit.experiments import paper_conditions
 from crosscheck.audit.findings.chapter import (
@@ -18,9 +19,13 @@ from crosscheck.audit.findings.chapter import (
     StartsStrip,
     ThirdFluctuationFinding,
     draw_third_fluctuations,
+    find_laws,
 )
+from crosscheck.audit.judging.judgement import ClaimJudgement
+from crosscheck.audit.judging.rule import Answer, Place, State
 from crosscheck.audit.measures.third_fluctuation import ThirdFluctuation
 from crosscheck.audit.measures.thresholds import SEVERE
+from crosscheck.audit.measures.undefined import UNDEFINED
 from crosscheck.audit.page.labels import LAW_MEANINGS, LAW_NAMES
 from crosscheck.audit.page.text import render_template
 from crosscheck.models.loading import load_case
@@ -64,6 +69,42 @@ def test_the_third_fluctuation_needs_the_clock_only_if_it_is_nowhere_without(sev
     share = found.share(paper_conditions.PRINTED, "free")
     assert share is not None
     assert share.yes == severe.get(paper_conditions.PRINTED, 0)
+
+
+@pytest.mark.parametrize(
+    ("omega_t", "angle", "expected"),
+    [
+        (State.YES, State.NO, "only with omega_t"),
+        (State.BISTABLE, State.NO, "only with omega_t"),
+        (State.NO, State.BISTABLE, "only with angle"),
+        (State.YES, State.YES, "with both"),
+        (State.NO, State.NO, "with neither"),
+        (State.YES, State.UNDEFINED, "only with omega_t"),
+    ],
+)
+def test_one_setting_in_which_it_happens_decides(omega_t, angle, expected):
+    assert find_laws(_judged([State.NO, omega_t], [angle, State.NO])) == expected
+
+
+def test_a_law_that_says_nothing_leaves_it_open():
+    assert find_laws(_judged([State.YES], [State.UNDEFINED])) == UNDEFINED
+
+
+SUPPORTING = {State.YES: 10, State.BISTABLE: 5, State.NO: 0}  # of ten starts
+
+
+def _judged(omega_t: list[State], angle: list[State]) -> ClaimJudgement:
+    """Claim 5-04 with these answers by law, at a damping ratio each."""
+    claim = BY_ID["5-04"]
+    answers = []
+    for law, states in ((paper_conditions.PRINTED, omega_t), (paper_conditions.INTEGRAL, angle)):
+        for place, wanted in enumerate(states):
+            where = Place(tuple(paper_conditions.Condition(law, 0.01 + place).conditions.items()))
+            yes = SUPPORTING.get(wanted, 0)
+            values = () if wanted == State.UNDEFINED else (0.0,) * (10 - yes) + (1e3,) * yes
+            answers.append(Answer(where, values, 10, claim.limits))
+            assert answers[-1].state == wanted
+    return ClaimJudgement(claim, tuple(answers))
 
 
 def test_every_start_is_drawn():
