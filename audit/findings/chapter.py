@@ -21,10 +21,17 @@ from crosscheck.audit.experiments.paper_conditions import (
     Law,
 )
 from crosscheck.audit.experiments.variant import Equations, Planets
-from crosscheck.audit.figures.figure_data import LOW_ZETA
+from crosscheck.audit.figures.figure_data import LOW_ZETA, ZETA
 from crosscheck.audit.figures.plotting import LAW_COLOURS, set_same_scale
 from crosscheck.audit.findings import clock, linear_limits, shaking
-from crosscheck.audit.findings.baselines import LEVELS, compare_baselines, draw_baselines
+from crosscheck.audit.findings.baselines import (
+    LEVELS,
+    THETA_1,
+    THETA_2,
+    TIP,
+    compare_baselines,
+    draw_baselines,
+)
 from crosscheck.audit.findings.engines import compare_engines
 from crosscheck.audit.judging.judgement import ClaimJudgement
 from crosscheck.audit.judging.rule import State
@@ -75,7 +82,7 @@ def build_chapter(context: AuditContext) -> AuditChapter:
         [PrintedEquationsQuestion(LABELLED, scale.longest_s)], "printed equations"
     )
     clocks, third = clock.run_clock_test(study, scale), evaluate_third_fluctuation(context)
-    baselines = compare_baselines(study, scale)
+    baselines = compare_baselines(context.judged_claims)
     shaken = shaking.run_shaking(study, scale)
     limits = linear_limits.find_thresholds(scale.quick)
     presence = {level: find_laws(context.judged_claims[claim]) for level, claim in PRESENCE.items()}
@@ -90,7 +97,7 @@ def build_chapter(context: AuditContext) -> AuditChapter:
         **{f"presence-{level}": laws for level, laws in presence.items()},
         "engine": engine.supports if engine else None,
         "baseline": baselines.gives_all,
-        "inertia": baselines.holds,
+        "inertia": baselines.is_inertia,
         **{
             f"accumulation-{drive}": str(verdict or "depends on the damping")
             for drive, verdict in drives.items()
@@ -110,7 +117,6 @@ def build_chapter(context: AuditContext) -> AuditChapter:
         *(law.to_dict() for law in clocks.laws),
         *(strip.to_dict() for strip in third.strips),
         *(engine.to_dicts() if engine else []),
-        *(residual.to_dict() for residual in baselines.residuals),
         *(result.to_dict() for results in shaken.values() for result in results),
         *(limit.to_dict() for limit in limits),
     ]
@@ -127,6 +133,10 @@ def build_chapter(context: AuditContext) -> AuditChapter:
         engine=engine,
         baselines=baselines,
         level=LEVELS[baselines.nearest.level] if baselines.nearest else "",
+        left=[baselines.nearest.size(claim) for claim in (THETA_1, THETA_2, TIP)]
+        if baselines.nearest
+        else [],
+        zeta=ZETA,
         own=drives,
         largest_rad={drive: results[0].largest_rad for drive, results in shaken.items()},
         growth_per_s=shaken["sqrt_time"][0].rigid_growth_per_s,

@@ -5,8 +5,7 @@ from dataclasses import dataclass
 
 from crosscheck.audit.claims.measured import pd
 from crosscheck.audit.errata.engine_comparison import EngineComparison
-from crosscheck.audit.experiments.paper_conditions import MODELS, PRINTED, Condition
-from crosscheck.audit.findings.baselines import QUANTITIES, ZETA, RigidResidual
+from crosscheck.audit.experiments.paper_conditions import MODELS, Condition
 from crosscheck.audit.judging.judgement import ClaimJudgement
 from crosscheck.audit.judging.rule import Limits, Place, State
 from crosscheck.audit.measures.third_fluctuation import LARGE, ThirdFluctuation
@@ -58,20 +57,4 @@ def of_claims(every: Iterable[ClaimJudgement]) -> list[Said]:
         for one in every
         for choices in (one.claim.choices,)
         for a in one.answers
-    ]
-
-
-def of_ladder(found: Iterable[RigidResidual]) -> list[Said]:
-    """What the ladder says of the claims' quantities."""
-    return [
-        Said(
-            f"finding 4, baseline {one.level}",
-            claim.choices[one.level].id,
-            claim.limits,
-            Place(tuple(Condition(PRINTED, ZETA, one.arm).conditions.items()), one.level),
-            State.YES if fits else State.NO,
-        )
-        for one in found
-        for name, fits in one.fits.items()
-        for claim in (QUANTITIES[name].claim,)
     ]

@@ -1,87 +1,63 @@
-"""The levels from the rigid arm to the detailed one: closing sums and verdicts."""
+"""The rigid arms beside the detailed one: what their answers decide."""
 
-import numpy as np
 import pytest
 
-from crosscheck.audit.findings.baselines import (
-    BaselineFinding,
-    RigidResidual,
-    compute_contributions,
-    measure_residual,
-)
-from crosscheck.audit.judging.rule import State
+from crosscheck.audit.claims.catalogue import BY_ID
+from crosscheck.audit.experiments.paper_conditions import AS_MODELLED, READINGS, Condition
+from crosscheck.audit.figures.figure_data import ZETA
+from crosscheck.audit.findings.baselines import LABELS, BaselineFinding, compare_baselines
+from crosscheck.audit.judging.judgement import ClaimJudgement
+from crosscheck.audit.judging.rule import Answer, Place
 from crosscheck.registry import RIGID_LEVELS
-from tests.audit.stated import of_ladder
+
+FIT = (0.02, 0.01, 30.0)  # the paper's, in the order of LABELS
+LINKS = (0.1, 0.4, 250.0)
 
 
-def test_contributions_close_on_the_whole_deviation():
-    places = list(np.random.default_rng(0).normal(size=(4, 5, 4)))
-    steps = compute_contributions(places)
-    whole = places[-1] - places[0]
-    np.testing.assert_allclose(steps[:, :, :2].sum(axis=0), whole[:, :2], atol=1e-14)
-    np.testing.assert_allclose(steps[:, :, 2].sum(axis=0), np.linalg.norm(whole[:, 2:], axis=1))
+def _compare(**left: tuple[float, float, float]) -> BaselineFinding:
+    """What these levels leave, in both readings; all others leave the links' amount."""
+    judged = {}
+    for place, (name, claim) in enumerate((name, BY_ID[name]) for name in LABELS):
+        answers = [
+            Answer(Place(_conditions(arm, zeta), level), (value,), 1, claim.limits)
+            for arm in READINGS
+            for level in RIGID_LEVELS
+            for zeta, value in ((ZETA, left.get(level, LINKS)[place]), (0.1, FIT[place]))
+        ]
+        judged[name] = ClaimJudgement(claim, tuple(answers))
+    return compare_baselines(judged)
 
 
-STEPS = ("masses", "diagonal", "coupling", "meshes", "slips", "clock")
+def _conditions(arm, zeta):
+    where = Condition(AS_MODELLED.law, zeta, arm, AS_MODELLED.planets, AS_MODELLED.equations)
+    return tuple(where.conditions.items())
 
 
-def _residuals(values: dict[str, float]) -> list[RigidResidual]:
-    """What every level leaves if the changes of the model add this much to every quantity."""
-    steps = np.array([values.get(name, 0.0) for name in STEPS])[:, None, None] * np.ones((1, 2, 3))
-    return [measure_residual("paper-labelled", level, steps) for level in RIGID_LEVELS]
-
-
-def test_what_a_level_leaves_is_the_changes_above_it():
-    found = _residuals({"masses": 3.0, "diagonal": 0.5, "coupling": 0.25, "meshes": 0.125})
-    assert {one.level: one.totals["theta_1"] for one in found} == {
-        "links": 3.875, "carriers": 0.875, "armature": 0.375, "coupled": 0.125
-    }  # fmt: skip
-    assert all(sum(one.shares["theta_1"].values()) == pytest.approx(1) for one in found)
-
-
-@pytest.mark.parametrize(
-    ("theta_2", "fits"), [(0.0149, True), (-0.0149, True), (0.0151, False), (0.0049, False)]
-)
-def test_fits_by_the_size_in_the_claims_limits(theta_2, fits):
-    found = _residuals({"diagonal": theta_2})
-    assert {one.fits["theta_2"] for one in found if one.level == "carriers"} == {fits}
-
-
-def test_the_tip_is_held_against_its_claim_in_millimetres():
-    (links, *_) = _residuals({"masses": 0.03})
-    assert links.fits == {"theta_1": False, "theta_2": False, "tip": True}
+def test_one_arm_must_leave_all_three_numbers():
+    assert _compare(carriers=FIT).gives_all
+    for place in range(3):
+        off = tuple(2 * x if at == place else x for at, x in enumerate(FIT))
+        assert not _compare(carriers=off).gives_all
 
 
 @pytest.mark.parametrize(
-    ("rest", "inertia", "meshes"),
-    [
-        ({"diagonal": 0.01}, True, 0.0),
-        ({"diagonal": 0.005, "slips": 0.005}, False, 0.0),
-        ({"meshes": 0.01}, False, 1.0),
-    ],
+    ("theta_2", "level"), [(0.0149, "carriers"), (0.0151, None), (0.0051, "carriers")]
 )
-def test_the_verdict_is_about_what_the_fitting_level_leaves(rest, inertia, meshes):
-    verdict = BaselineFinding(tuple(_residuals({"masses": 1.0, **rest})))
-    assert verdict.fitting[0] in ("carriers", "armature", "coupled")
-    assert "links" not in verdict.fitting
-    assert (verdict.holds, verdict.most_meshes) == (inertia, meshes)
+def test_the_nearest_is_the_first_that_leaves_the_papers_theta_2(theta_2, level):
+    nearest = _compare(carriers=(0.001, theta_2, 8.0)).nearest
+    assert (nearest and nearest.level) == level
+    assert nearest is None or nearest.size("3.1-02") == theta_2
+
+
+@pytest.mark.parametrize(("share", "is_inertia"), [(1e-4, True), (0.099, True), (0.11, False)])
+def test_it_is_inertia_if_next_to_nothing_is_the_meshes(share, is_inertia):
+    tip_alone = (2e-6, 1e-6, share * 30.0)
+    found = _compare(carriers=FIT, coupled=tip_alone)
+    assert found.most_meshes == pytest.approx(max(share, 1e-4))
+    assert found.is_inertia is is_inertia
 
 
 def test_nothing_is_decided_where_no_level_fits():
-    verdict = BaselineFinding(tuple(_residuals({"masses": 1.0})))
-    assert (verdict.fitting, verdict.holds) == ((), None)
-
-
-def test_the_nearest_baseline_is_the_one_that_leaves_the_papers_theta_2():
-    found = BaselineFinding(tuple(_residuals({"masses": 1.0, "diagonal": 0.01})))
-    assert found.nearest is not None
-    assert found.nearest.level == "carriers"
+    found = _compare()
+    assert (found.fitting, found.nearest, found.is_inertia) == ((), None, None)
     assert not found.gives_all
-    assert BaselineFinding(tuple(_residuals({"masses": 1.0}))).nearest is None
-
-
-def test_what_is_said_is_what_fits():
-    found = _residuals({"diagonal": 0.01})
-    stated = {(one.place.choice, one.quantity): one.state for one in of_ladder(found)}
-    assert stated["carriers", "constant torque: deviation_2_carriers_rad"] == State.YES
-    assert stated["coupled", "constant torque: deviation_2_coupled_rad"] == State.NO

@@ -152,7 +152,7 @@ GIVEN: dict[str, Any] = {
     ),
     "presence": {"visible": "only with omega_t", "severe": "only with omega_t"},
     "engine": None,
-    "baselines": Of(nearest=None, gives_all=False),
+    "baselines": Of(is_inertia=None, gives_all=False),
     "own": {"sqrt_time": "yes", "time": "no"},
     "largest_rad": {"sqrt_time": 0.15, "time": 2e-5},
     "growth_per_s": 8.0,
@@ -164,6 +164,8 @@ GIVEN: dict[str, Any] = {
     "laws": paper_conditions.LAWS,
     "models": MODELS,
     **dict.fromkeys(("clock_svg", "third_svg", "baselines_svg", "level"), ""),
+    "left": [],
+    "zeta": 0.02,
     "window_s": (0.45, 0.79),
     "run_zeta": 0.02,
 }  # fmt: skip
@@ -173,7 +175,7 @@ TURNED = [
     ({"clocks": Of(supports=False, laws=[])}, 1, "Yes", "Undecided"),
     ({"third": Of(**vars(GIVEN["third"]) | {"needs_clock": False})}, 2, "No", "Undecided"),
     (
-        {"baselines": Of(nearest=None, gives_all=True)},
+        {"baselines": Of(is_inertia=None, gives_all=True)},
         *(3, "No baseline gives the paper's numbers", "One gives all three numbers"),
     ),
     ({"own": {"sqrt_time": "no", "time": "no"}}, 4, "With the printed drive alone", "Undecided"),

@@ -19,7 +19,6 @@ from crosscheck.audit.experiments.paper_conditions import (
 from crosscheck.audit.experiments.scale import QUICK
 from crosscheck.audit.experiments.study import Study
 from crosscheck.audit.figures import chapter as figures
-from crosscheck.audit.findings.baselines import compare_baselines
 from crosscheck.audit.findings.chapter import evaluate_third_fluctuation
 from crosscheck.audit.findings.shaking import judge_drive, run_shaking
 from crosscheck.audit.judging.rule import State
@@ -60,8 +59,6 @@ def _said(material: AuditContext) -> Iterator[stated.Said]:
     yield from stated.of_third(
         "findings", ((x.condition, x.third) for x in evaluate_third_fluctuation(material).strips)
     )
-    baselines = compare_baselines(material.study, material.scale)
-    yield from stated.of_ladder(baselines.residuals)
 
 
 def test_the_page_contradicts_itself_nowhere(material):
