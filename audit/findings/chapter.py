@@ -23,7 +23,7 @@ from crosscheck.audit.experiments.paper_conditions import (
 from crosscheck.audit.experiments.variant import Equations, Planets
 from crosscheck.audit.figures.figure_data import LOW_ZETA, ZETA
 from crosscheck.audit.figures.plotting import LAW_COLOURS, set_same_scale
-from crosscheck.audit.findings import clock, linear_limits, shaking
+from crosscheck.audit.findings import accumulation, clock, linear_limits
 from crosscheck.audit.findings.baselines import (
     LEVELS,
     THETA_1,
@@ -83,11 +83,15 @@ def build_chapter(context: AuditContext) -> AuditChapter:
     )
     clocks, third = clock.run_clock_test(study, scale), evaluate_third_fluctuation(context)
     baselines = compare_baselines(context.judged_claims)
-    shaken = shaking.run_shaking(study, scale)
+    accumulations = accumulation.find_accumulations(context.settings)
     limits = linear_limits.find_thresholds(scale.quick)
     presence = {level: find_laws(context.judged_claims[claim]) for level, claim in PRESENCE.items()}
     engine = None if scale.quick else compare_engines(study, scale)
-    drives = {drive: shaking.judge_drive(results) for drive, results in shaken.items()}
+    drives = {drive: accumulation.judge_drive(each) for drive, each in accumulations.items()}
+    shown = {
+        drive: next(x for x in each if x.condition == Condition(INTEGRAL, ZETA))
+        for drive, each in accumulations.items()
+    }
     cured = linear_limits.is_cured_at_sun(limits)
 
     answers: dict[str, bool | str | None] = {
@@ -99,7 +103,7 @@ def build_chapter(context: AuditContext) -> AuditChapter:
         "baseline": baselines.gives_all,
         "inertia": baselines.is_inertia,
         **{
-            f"accumulation-{drive}": str(verdict or "depends on the damping")
+            f"accumulation-{drive}": str(verdict or "depends on the setting")
             for drive, verdict in drives.items()
         },
         "limit": cured,
@@ -117,7 +121,6 @@ def build_chapter(context: AuditContext) -> AuditChapter:
         *(law.to_dict() for law in clocks.laws),
         *(strip.to_dict() for strip in third.strips),
         *(engine.to_dicts() if engine else []),
-        *(result.to_dict() for results in shaken.values() for result in results),
         *(limit.to_dict() for limit in limits),
     ]
     simulated_claims = [entry for entry in context.judged_claims.values() if not entry.claim.static]
@@ -138,8 +141,8 @@ def build_chapter(context: AuditContext) -> AuditChapter:
         else [],
         zeta=ZETA,
         own=drives,
-        largest_rad={drive: results[0].largest_rad for drive, results in shaken.items()},
-        growth_per_s=shaken["sqrt_time"][0].rigid_growth_per_s,
+        added_rad={drive: each.added_rad[0] for drive, each in shown.items()},
+        growth_per_s=shown["sqrt_time"].rigid_growth_per_s[0],
         unstable_below=(min(link), max(link)),
         cured=cured,
         clock_svg=to_markup(draw_clocks(clocks)),

@@ -1,42 +1,61 @@
-"""Fig. 15: growth and prediction on signals whose answers are known."""
+"""Fig. 15: what backlash adds, on numbers whose growth is known."""
 
 import numpy as np
 import pytest
 
-from crosscheck.audit.findings import shaking
-from crosscheck.audit.findings.shaking import ShakingQuestion
+from crosscheck.audit.experiments.experiments import BACK
+from crosscheck.audit.experiments.paper_conditions import INTEGRAL, PRINTED, Condition
+from crosscheck.audit.findings import accumulation
+from crosscheck.audit.judging.quantities import ConditionResults
+from crosscheck.audit.judging.rule import State
+from crosscheck.audit.judging.sample import Sample
 
-TIME = np.linspace(0, 2, 2001)
+PLACE = Condition(INTEGRAL, 0.02)
 
 
-def test_growth_rate_of_an_exponential():
-    values = np.exp(6 * TIME) * np.cos(100 * TIME)
-    assert shaking.growth_rate(TIME, values) == pytest.approx(6, rel=0.05)
-
-
-def test_prediction_continues_what_the_sensitivities_span():
-    sensitivity = np.stack(
-        [np.column_stack([TIME**k, TIME ** (k + 1) - 1]) for k in range(4)], axis=2
+def _results(rate: float, own_rate: float = 6.0, exact: float = 1e-6) -> ConditionResults:
+    """Two starts; errors of exp(rate t), middles of the windows at 0.2 and 1.9 s."""
+    grown, own = (np.exp(np.array([each, each]) * 1.7) for each in (rate, own_rate))
+    return ConditionResults(
+        {
+            BACK(b): Sample(
+                {
+                    "error_early": np.full(2, exact + added),
+                    "error_2_s": exact + added * grown,
+                    "own_early": np.full(2, 1e-6),
+                    "own_2_s": 1e-6 * own,
+                },
+                np.zeros(2, bool),
+            )
+            for b, added in ((0.0, 0.0), (50.0, 2e-6))
+        }
     )
-    error = sensitivity @ np.array([1.0, -2.0, 0.5, 3.0])
-    found = shaking.rigid_prediction(TIME, error, sensitivity)
-    np.testing.assert_allclose(found, error, atol=1e-9)
 
 
 @pytest.mark.parametrize(
-    ("rate", "misfit", "own"), [(8.0, 0.05, True), (13.0, 0.05, False), (10.0, 0.11, False)]
-)
-def test_own_sensitivity_on_both_sides(rate, misfit, own):
-    assert shaking.is_rigid_sensitivity(rate, 10.0, misfit) is own
+    ("rate", "own", "state"),
+    [(7.4, 6.0, State.YES), (7.6, 6.0, State.NO), (4.6, 6.0, State.YES), (4.4, 6.0, State.NO),
+     (1.7, -0.1, State.NO), (1.7, np.nan, State.UNDEFINED)],
+)  # fmt: skip
+def test_the_growth_is_the_rigid_arms_own_on_both_sides_of_a_quarter(rate, own, state):
+    found = accumulation.measure_accumulation(PLACE, _results(rate, own), BACK)
+    assert found.growth_per_s == pytest.approx([rate, rate])
+    assert found.added_rad == pytest.approx(2e-6 * np.exp(1.7 * rate))
+    assert found.state == state
+    assert accumulation.judge_drive([found]) == state
 
 
-def test_starts_of_a_damped_arm_agree():
-    """At zeta 0.05 nothing hangs on the start: 1e-12 m grow a thousandfold at most in 0.7 s."""
-    found = ShakingQuestion("time", 0.05, (1, 2, 3), 0.7).answer()
-    largest = np.array([start.largest_rad for start in found.starts])
-    assert np.ptp(largest) < 1e-3 * largest.min()
+def test_settings_that_differ_decide_nothing():
+    one, other = (
+        accumulation.measure_accumulation(PLACE, _results(rate), BACK) for rate in (6.0, 9.0)
+    )
+    assert accumulation.judge_drive([one, other]) is None
 
 
-def test_a_run_that_ends_early_decides_nothing():
-    found = ShakingQuestion("sqrt_time", 0.05, (1, 2), 0.02).answer()
-    assert found.own is None
+def test_the_settings_are_those_of_the_gears_that_were_driven():
+    settings = [
+        (PLACE, _results(6.0)),
+        (Condition(PRINTED, 0.02), _results(9.0)),
+        (Condition(INTEGRAL, 0.03), ConditionResults()),
+    ]
+    assert [x.condition for x in accumulation.find_accumulations(settings)["sqrt_time"]] == [PLACE]

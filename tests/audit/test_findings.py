@@ -154,7 +154,7 @@ GIVEN: dict[str, Any] = {
     "engine": None,
     "baselines": Of(is_inertia=None, gives_all=False),
     "own": {"sqrt_time": "yes", "time": "no"},
-    "largest_rad": {"sqrt_time": 0.15, "time": 2e-5},
+    "added_rad": {"sqrt_time": 0.15, "time": 2e-5},
     "growth_per_s": 8.0,
     "unstable_below": (0.0017, 0.0059),
     "cured": True,

@@ -19,8 +19,8 @@ from crosscheck.audit.experiments.paper_conditions import (
 from crosscheck.audit.experiments.scale import QUICK
 from crosscheck.audit.experiments.study import Study
 from crosscheck.audit.figures import chapter as figures
+from crosscheck.audit.findings.accumulation import find_accumulations, judge_drive
 from crosscheck.audit.findings.chapter import evaluate_third_fluctuation
-from crosscheck.audit.findings.shaking import judge_drive, run_shaking
 from crosscheck.audit.judging.rule import State
 from crosscheck.audit.measures.third_fluctuation import ThirdFluctuation
 from crosscheck.audit.page import report
@@ -75,8 +75,9 @@ def _findings(material: AuditContext) -> list[stated.Taught]:
     (printed,) = material.study.answer_questions(
         [PrintedEquationsQuestion(LABELLED, material.scale.longest_s)], "printed equations"
     )
-    shaken = run_shaking(material.study, material.scale)
-    drives = {drive: judge_drive(results) for drive, results in shaken.items()}
+    found = find_accumulations(material.settings)
+    drives = {drive: judge_drive(each) for drive, each in found.items()}
+    assert drives == {"sqrt_time": State.YES, "time": State.NO}
     return stated.of_findings(printed, drives)
 
 

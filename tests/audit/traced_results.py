@@ -41,7 +41,6 @@ def build_questions() -> dict[str, Any]:
     from crosscheck.audit.experiments.courses import CoursesQuestion
     from crosscheck.audit.experiments.variant import Variant
     from crosscheck.audit.findings.clock import ClockTest
-    from crosscheck.audit.findings.shaking import ShakingQuestion
     from crosscheck.audit.statics.statics import Statics
 
     vary = partial(Variant, "constant-torque", duration_s=2e-3, record_every=1)
@@ -57,7 +56,6 @@ def build_questions() -> dict[str, Any]:
         "back and forth beside rigid arms": ensembles.SwingQuestion(vary(), (1, 2)),
         "errata": ErrataQuestion("paper-labelled", 1e-4),
         "statics": Statics("paper-labelled"),
-        "back and forth": ShakingQuestion("time", 0.05, (1,), 1e-3),
         "clock test": ClockTest(vary(), (1,)),
     }
 
