@@ -16,7 +16,7 @@ def errata(
     json_file: Annotated[Path | None, typer.Option("--json", help="JSON file to write.")] = None,
     out: Annotated[
         Path | None,
-        typer.Option(help="Folder for the typeset sheet, errata.html and errata.md."),
+        typer.Option(help="Folder for the typeset sheet, errata.html."),
     ] = None,
     whole: Annotated[
         bool, typer.Option("--all", help="Print statements, contradictions, notation and gaps too.")

@@ -46,7 +46,6 @@ PAPER_PAGE = FileType(
     "the paper's page", HTML, (b"<title>The paper, reproduced and judged</title>",)
 )
 VIEW = FileType("a run's page", HTML, (b"<title>Run of ", b'id="scene-data"'))
-SHEET = FileType("an errata sheet", b"# Errata sheet\n", ())
 TRAJECTORY = FileType("a trajectory", HDF5, (b"theta_dot", b"switches", b"step_s", b"joint number"))
 C_FILE = FileType("an exported C file", b"/* Equations of motion of ", (b" */\n#include <math.h>",))
 URDF_FILE = FileType("an exported URDF", b'<?xml version="1.0"?>\n<!-- Written by crosscheck', ())

@@ -7,15 +7,14 @@ from pathlib import Path
 
 from rich.console import Console
 
-from crosscheck.audit.errata.errata_texts import add_errata_texts
-from crosscheck.audit.errata.erratum import CLASSES
+from crosscheck.audit.errata.errata_texts import list_sections
 from crosscheck.audit.errata.finder import EFFECT_S, SCHEMA_VERSION, simulate_errata
-from crosscheck.audit.errata.lines import format_errata
-from crosscheck.file_types import ERRATA, PAPER_PAGE, SHEET
+from crosscheck.audit.errata.lines import format_sections
+from crosscheck.file_types import ERRATA, PAPER_PAGE
 from crosscheck.models.loading import load_arm
 from crosscheck.output import require_files, write_files
 
-ERRATA_SHEET, ERRATA_PAGE = "errata.md", "errata.html"
+ERRATA_PAGE = "errata.html"
 
 
 def run_errata_command(
@@ -27,17 +26,16 @@ def run_errata_command(
     where one is written: it takes longer than half of the search for errata.
     """
     arm = load_arm(arm_name)
-    sheets = {} if out is None else {out / ERRATA_SHEET: SHEET, out / ERRATA_PAGE: PAPER_PAGE}
-    require_files((json_file, ERRATA), *sheets.items())
+    sheet_file = None if out is None else out / ERRATA_PAGE
+    require_files((json_file, ERRATA), (sheet_file, PAPER_PAGE))
     with Console(stderr=True).status("errata") as status:
-        errata = add_errata_texts(
-            simulate_errata(arm, lambda row: status.update(f"effect of {row}"))
-        )
-    for line in format_errata(errata, arm.name, CLASSES if whole else CLASSES[:1]):
+        errata = simulate_errata(arm, lambda row: status.update(f"effect of {row}"))
+    sections = list_sections(arm.name, errata)
+    for line in format_sections(sections, whole):
         print(line)
-    if json_file is None and out is None:
+    if json_file is None and sheet_file is None:
         return
-    from crosscheck.audit.errata.sheet import build_errata_sheet, build_record, format_markdown
+    from crosscheck.audit.errata.sheet import build_sheet
     from crosscheck.audit.page.report import render_chapters
     from crosscheck.provenance import record_provenance
 
@@ -46,15 +44,12 @@ def run_errata_command(
     if json_file is not None:
         document = {
             "schema_version": SCHEMA_VERSION,
-            "errata": [build_record(arm.name, erratum) for erratum in errata],
+            "errata": [row for section in sections for row in section.records],
             "provenance": record,
         }
         contents[json_file] = json.dumps(document, indent=1, allow_nan=False) + "\n"
-    if out is not None:
-        sheet = build_errata_sheet({arm.name: errata}, EFFECT_S)
-        contents |= dict(
-            zip(sheets, (format_markdown(errata), render_chapters([sheet], record)), strict=True)
-        )
+    if sheet_file is not None:
+        contents[sheet_file] = render_chapters([build_sheet(sections, EFFECT_S)], record)
     write_files(contents)
-    if out is not None:
-        print(f"wrote {' and '.join(map(str, sheets))}")
+    if sheet_file is not None:
+        print(f"wrote {sheet_file}")

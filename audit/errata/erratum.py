@@ -53,10 +53,9 @@ class Erratum:
 
     id: names it for good; printed, derived: formulas, or words; remark: what these do not say; size
     [unit]: for this arm, derived minus printed where both are numbers; relative: over the size of
-    the quantity; trial: what to simulate to see the effect, which every erratum of an equation has;
-    quoted: what its words name; printed_tex, derived_tex: the formulas as TeX, if any; denies: ids
-    of the claims that are wrong if the erratum is right. Kind, unit
-    and words of those that are found without words are given by ``words.told``.
+    the quantity; trial: what to simulate to see the effect, None once it is over; effects: what it
+    changes in a run, by scenario; printed_tex, derived_tex: the formulas as TeX, if any; denies:
+    ids of the claims that are wrong if the erratum is right.
     """
 
     id: str
@@ -69,10 +68,15 @@ class Erratum:
     unit: str = ""
     relative: float | None = None
     trial: ErratumPair | None = None
-    quoted: Mapping[str, float | str] = field(default_factory=dict)
+    effects: Mapping[str, Effect] = field(default_factory=dict)
     printed_tex: str = ""
     derived_tex: str = ""
     denies: tuple[str, ...] = ()
+
+    @property
+    def largest_theta_rad(self) -> float:
+        """Largest change of an angle [rad], by which the sheet ranks errata; 0 without a run."""
+        return max((effect.theta_rad for effect in self.effects.values()), default=0.0)
 
 
 def run_model(make_model: ModelFactory, scenario: Scenario) -> xr.Dataset:
@@ -99,24 +103,10 @@ def compute_effect(
     return Effect(angle, float(np.max(sizes)), float(np.max(impulses)))
 
 
-@dataclass(frozen=True)
-class SimulatedErratum:
-    """An erratum and what it changes in a run, by scenario; its trial is over."""
-
-    erratum: Erratum
-    effects: dict[str, Effect]
-
-    @property
-    def largest_theta_rad(self) -> float:
-        """Largest change of an angle [rad], by which the sheet ranks errata; 0 without a run."""
-        return max((effect.theta_rad for effect in self.effects.values()), default=0.0)
-
-
-def attach_effects(erratum: Erratum, effects: Mapping[str, Effect]) -> SimulatedErratum:
-    """The erratum without its trial, with its effects; a size that is not finite becomes None."""
+def attach_effects(erratum: Erratum, effects: Mapping[str, Effect]) -> Erratum:
+    """The erratum with its effects for its trial; a size that is not finite becomes None."""
     size, relative = float_or_none(erratum.size), float_or_none(erratum.relative)
-    plain = replace(erratum, size=size, relative=relative, trial=None)
-    return SimulatedErratum(plain, dict(effects))
+    return replace(erratum, size=size, relative=relative, trial=None, effects=dict(effects))
 
 
 @dataclass(frozen=True)

@@ -20,13 +20,11 @@ from crosscheck.audit.errata.erratum import (
     Erratum,
     ErratumPair,
     FormModelFactory,
-    SimulatedErratum,
     attach_effects,
     compute_effect,
     run_model,
     tex,
 )
-from crosscheck.audit.errata.statements import find_statement_errata
 from crosscheck.audit.experiments.question import Question, Records
 from crosscheck.models.arm.arm import Arm
 from crosscheck.models.arm.layout import make_layout
@@ -43,12 +41,13 @@ RING_REMARK = (
 CLAIMS_ON_ENTRIES = {"mass_matrix": "2.4-02", "bias": "2.4-03", "force": "2.4-04"}
 LAYOUT = make_layout([True] * JOINTS)  # of Eq. 20
 EFFECT_S = 0.5
+EFFECT_SCENARIOS = ("constant-torque", "pd")
 RECORD_EVERY = 2  # 50 kHz: ten records in a cycle of the fastest mesh mode
 
 
 @dataclass(frozen=True)
-class ErrataQuestion(Question[list[SimulatedErratum]]):
-    """A question: the errata of a built-in arm, their effects simulated for so long [s]."""
+class ErrataQuestion(Question[list[Erratum]]):
+    """A question: a built-in arm's errata of equations, their effects simulated for so long [s]."""
 
     cost = 15.0
 
@@ -56,17 +55,16 @@ class ErrataQuestion(Question[list[SimulatedErratum]]):
     duration_s: float
 
     def records(self) -> Records:
-        scenarios = ("pd", "constant-torque", "back-and-forth")
-        return load_arm(self.arm), *map(load_scenario, scenarios)
+        return load_arm(self.arm), *map(load_scenario, EFFECT_SCENARIOS)
 
-    def answer(self) -> list[SimulatedErratum]:
+    def answer(self) -> list[Erratum]:
         return simulate_errata(load_arm(self.arm), lambda where: None, self.duration_s)
 
 
 def find_errata(
     arm: Arm, printed: Form | None = None, derived: Form | None = None
 ) -> list[Erratum]:
-    """Every erratum that is computed, entries of Eqs. 21-22 first.
+    """Every erratum of an equation, entries of Eqs. 21-22 first.
 
     Another pair of forms can be given in place of the paper's own. Raises InputError for an arm
     that the paper's equations do not cover.
@@ -74,12 +72,7 @@ def find_errata(
     PrintedModel(arm, load_scenario("pd"))  # refuses arms other than the paper's kind
     printed_equations = printed or build_printed_form()
     entries = find_entry_errata(arm, printed_equations, derived or build_energies_form())
-    return [
-        *entries,
-        *find_energy_errata(arm),
-        *find_equation_errata(arm),
-        *find_statement_errata(arm),
-    ]
+    return [*entries, *find_energy_errata(arm), *find_equation_errata(arm)]
 
 
 def find_entry_errata(arm: Arm, printed: Form, derived: Form) -> Iterator[Erratum]:
@@ -183,8 +176,8 @@ def _add_thin_ring(values: Values, missing: sp.Expr) -> Values:
 
 def simulate_errata(
     arm: Arm, progress: Callable[[str], None], duration_s: float = EFFECT_S
-) -> list[SimulatedErratum]:
-    """Every erratum with the simulated effects of those of equations, the largest effect first.
+) -> list[Erratum]:
+    """Every erratum of an equation with its simulated effects, the largest effect first.
 
     ``progress`` hears of each trial.
     """
@@ -202,6 +195,5 @@ def simulate_errata(
 
 def load_effect_scenarios(duration_s: float = EFFECT_S) -> list[Scenario]:
     """The constant torque, which stays on one flank, and PD, which in 0.5 s does not."""
-    names = ("constant-torque", "pd")
     update = {"duration_s": duration_s, "record_every": RECORD_EVERY}
-    return [load_scenario(name).model_copy(update=update) for name in names]
+    return [load_scenario(name).model_copy(update=update) for name in EFFECT_SCENARIOS]

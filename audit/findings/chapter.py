@@ -182,7 +182,7 @@ def find_laws(judged: ClaimJudgement) -> str:
 
 def find_spin_rad(context: AuditContext) -> float | None:
     """The largest joint angle [rad] that the elbow planets' spin makes under constant torque."""
-    spin = next(x for x in context.errata[LABELLED] if x.erratum.id == SPIN)
+    spin = next(x for x in context.errata if x.id == SPIN)
     effect = spin.effects.get("constant-torque")
     return None if effect is None else effect.theta_rad
 

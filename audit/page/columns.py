@@ -18,7 +18,7 @@ def list_titles(columns: Columns) -> list[str]:
     return [title for title, _ in columns.values()]
 
 
-def format_cells(columns: Columns, record: JsonObject) -> list[str]:
+def format_cells(columns: Columns, record: Mapping[str, object]) -> list[str]:
     """A record as a row of a table, as it is read."""
     return [
         NONE if record[name] is None else format(record[name], form)

@@ -14,13 +14,11 @@ from crosscheck.audit.claims.study_plan import (
     run_experiments,
     run_model_variants,
 )
-from crosscheck.audit.errata.errata_texts import add_errata_texts
-from crosscheck.audit.errata.erratum import SimulatedErratum
+from crosscheck.audit.errata.erratum import Erratum
 from crosscheck.audit.errata.finder import EFFECT_S, ErrataQuestion
 from crosscheck.audit.experiments.paper_conditions import (
     AS_MODELLED,
     LABELLED,
-    READINGS,
     GearModel,
 )
 from crosscheck.audit.experiments.samples import SampleRequest, collect_samples
@@ -62,12 +60,11 @@ class AuditContext:
         return self.scale.limit_duration(QUICK_S if self.scale.quick else EFFECT_S)
 
     @cached_property
-    def errata(self) -> Mapping[str, Sequence[SimulatedErratum]]:
-        """The errata in words for both readings of Table I; quick: for the first alone."""
-        arms = [LABELLED] if self.scale.quick else list(READINGS)
-        questions = [ErrataQuestion(arm, self.effect_s) for arm in arms]
-        answers = self.study.answer_questions(questions, "errata sheet")
-        return {arm: add_errata_texts(errata) for arm, errata in zip(arms, answers, strict=True)}
+    def errata(self) -> Sequence[Erratum]:
+        """The errors of equations, with Table I as its labels say."""
+        question = ErrataQuestion(LABELLED, self.effect_s)
+        (errata,) = self.study.answer_questions([question], "errata sheet")
+        return errata
 
     @cached_property
     def judged_claims(self) -> Mapping[str, ModelJudgement]:

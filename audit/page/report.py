@@ -13,7 +13,9 @@ import numpy as np
 
 from crosscheck import file_types
 from crosscheck.audit.claims.catalogue import SENTENCES
-from crosscheck.audit.errata.sheet import format_markdown
+from crosscheck.audit.errata.errata_texts import list_sections
+from crosscheck.audit.errata.sheet import build_sheet
+from crosscheck.audit.experiments.paper_conditions import LABELLED
 from crosscheck.audit.experiments.scale import FULL, Scale
 from crosscheck.audit.experiments.study import Study
 from crosscheck.audit.judging.sentences import load_sentences
@@ -30,8 +32,8 @@ from crosscheck.report.fragments import render_paragraph
 from crosscheck.report.plots.figures import fix_links
 
 SCHEMA_VERSION = 4
-PAGE, CLAIMS, ERRATA = "paper.html", "claims.json", "errata.md"
-FILES = {PAGE: file_types.PAPER_PAGE, CLAIMS: file_types.CLAIMS, ERRATA: file_types.SHEET}
+PAGE, CLAIMS, ERRATA = "paper.html", "claims.json", "errata.html"
+FILES = {PAGE: file_types.PAPER_PAGE, CLAIMS: file_types.CLAIMS, ERRATA: file_types.PAPER_PAGE}
 # Lengths in a drawing, in points: two decimals are a thousandth of what a reader sees.
 _LENGTH, _FINER = re.compile(r' (?:d|x|y)="[^"]*"'), re.compile(r"(?<=\.\d\d)\d+")
 # In reading order; each module has a function build_chapter(context) -> AuditChapter.
@@ -51,13 +53,14 @@ def _build_chapter(context: AuditContext, name: str) -> AuditChapter:
 
 
 def write_paper(study: Study, out: Path, scale: Scale = FULL) -> list[AuditChapter]:
-    """Write paper.html, claims.json and errata.md. Raises InputError."""
+    """Write paper.html, claims.json and errata.html. Raises InputError."""
     context = AuditContext(study, scale)
     made = [_build_chapter(context, name) for name in CHAPTERS]
+    sheet = build_sheet(list_sections(LABELLED, context.errata), context.effect_s)
     contents = {
         out / PAGE: render_page(made, study),
         out / CLAIMS: format_records(made, study),
-        out / ERRATA: format_markdown(next(iter(context.errata.values()))),
+        out / ERRATA: render_page([sheet], study),
     }
     write_files(contents)
     return made

@@ -5,8 +5,8 @@ from dataclasses import asdict
 
 from pydantic import TypeAdapter
 
+from crosscheck.audit.errata.errata_texts import build_record
 from crosscheck.audit.errata.erratum import Effect, Erratum, ErratumPair, attach_effects
-from crosscheck.audit.errata.sheet import build_record
 
 ERRATUM = Erratum(
     "eq1", "equation", "Eq. 1", "a", "b", size=float("inf"), unit="N", trial=ErratumPair(abs, abs)
@@ -20,8 +20,8 @@ def test_a_record_survives_being_kept():
 
 
 def test_a_tried_erratum_has_no_trial_left_and_no_infinite_size():
-    assert TRIED.erratum.trial is None
-    assert TRIED.erratum.size is None
+    assert TRIED.trial is None
+    assert TRIED.size is None
     record = build_record("paper-labelled", TRIED)
     assert record["id"] == "erratum/paper-labelled/eq1"
     assert (record["size"], record["pd_force_N"]) == (None, 5.0)

@@ -6,8 +6,7 @@ from itertools import groupby
 import pytest
 
 from crosscheck.audit.claims.catalogue import BY_ID, SENTENCES
-from crosscheck.audit.errata.errata_texts import add_errata_texts, load_notes
-from crosscheck.audit.errata.erratum import attach_effects
+from crosscheck.audit.errata.errata_texts import load_notes
 from crosscheck.audit.errata.finder import find_errata
 from crosscheck.audit.judging.sentences import Sentence, load_sentences
 from crosscheck.models.loading import load_arm
@@ -58,7 +57,8 @@ def test_every_claim_is_named_by_a_sentence_and_every_name_is_a_claim(table):
 def test_every_item_of_the_errata_sheet_is_named_by_a_sentence_and_no_other(table):
     noted = load_notes()
     known = {erratum.id for erratum in find_errata(load_arm("paper-labelled"))}
-    known |= {note.id for note in (*noted.misprints, *noted.contradictions, *noted.gaps)}
+    known |= {entry.id for entry in noted.entries}
+    known |= {note["id"] for note in (*noted.contradictions, *noted.gaps)}
     assert {name for one in table for name in one.errata} == known
 
 
@@ -81,10 +81,8 @@ DENY_NONE = {
 
 def test_what_the_sheet_denies_is_a_claim_of_the_same_sentence(table):
     """So a claim that holds cannot stand beside an entry that says it is wrong unnoticed."""
-    errata = add_errata_texts(
-        [attach_effects(erratum, {}) for erratum in find_errata(load_arm("paper-labelled"))]
-    )
-    sheet = [row.erratum for row in errata if row.erratum.kind != "notation"]
+    read = [entry for entry in load_notes().entries if entry.kind != "notation"]
+    sheet = [*find_errata(load_arm("paper-labelled")), *read]
     assert {one.id for one in sheet if not one.denies} == set(DENY_NONE)
     for one in require_items(one for one in sheet if one.denies):
         named = [sentence for sentence in table if one.id in sentence.errata]
