@@ -112,10 +112,8 @@ def render_claims(judgements: Sequence[ModelJudgement], plan: StudyPlan, scale: 
         most=rule.MOST,
         most_no=most_no,
         least_yes=least_yes,
-        on_a_start=[each.claim.id for each in judgements if each.is_start_sensitive],
         close=[each.claim.id for each in simulated if each.is_limit_sensitive],
         close_share=CLOSE,
-        moved=[each.claim.id for each in judgements if each.is_grid_sensitive],
         differing=[
             (each.claim.id, model, kind, beside)
             for each in judgements
@@ -196,10 +194,7 @@ def build_claim_record(judgement: ModelJudgement) -> dict[str, object]:
             name: _verdict_record(judgement.by_model[model])
             for name, model in ({} if claim.static else MODELS_BY_KEY).items()
         },
-        "turns_at": {"low": list(judgement.turning.low), "high": list(judgement.turning.high)},
         "turns_within_a_quarter": judgement.is_limit_sensitive,
-        "hangs_on_one_start": judgement.is_start_sensitive,
-        "moved_by_a_coarser_grid": judgement.is_grid_sensitive,
         "variants": {
             model.id: {"verdict": kind, "beside": judgement.by_model[VARIANTS[model]].kind}
             for model, kind in judgement.variants.items()

@@ -4,7 +4,7 @@ Nothing that the paper speaks of happens in them: what is left is to say so, eve
 """
 
 import re
-from html import escape
+from html import unescape
 from pathlib import Path
 
 import pytest
@@ -91,8 +91,6 @@ def test_the_docs_page_has_every_finding_erratum_and_claim(published):
     assert verdicts
     assert all(f"| {r['question']} | {r['verdict']} |" in page for r in verdicts)
     assert all(f"*Read as: {claim['reading']}.*" in page for claim in claims if claim["reading"])
-    close = [claim["id"] for claim in claims if claim["moved_by_a_coarser_grid"]]
-    assert f"alone would change that of: {', '.join(close)}." in page
     simulated = [claim for claim in claims if not claim["static"]]
     near = [claim["id"] for claim in simulated if claim["turns_within_a_quarter"]]
     assert f"{len(near)} of {len(simulated)} verdicts that runs decide turn within 25 %" in page
@@ -103,12 +101,10 @@ def test_the_errata_sheet_has_every_entry_and_draws_every_formula(published):
     assert page_problems(sheet) == []
     assert uneven_tables(sheet) == []
     records = published.chapters["errata"].records
+    text = unescape(sheet)
     for record in require_items(records):
-        assert (
-            escape(str(record.get("derived") or record.get("here") or record["first_says"]))
-            in (sheet)
-            or record["derived_tex"]
-        )
+        said = record.get("derived") or record.get("here") or record["first_says"]
+        assert record.get("derived_tex") or str(said) in text
     formulas = [record[side] for record in records for side in TEX if record.get(side)]
     assert sheet.count("<svg") == len(formulas) > 0
 
