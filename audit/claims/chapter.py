@@ -185,8 +185,8 @@ def build_claim_record(judgement: ModelJudgement) -> dict[str, object]:
         },
         "free_parameter": claim.free or None,
         "quantities": {
-            choice: {"id": q.id, "words": q.words, "unit": q.unit, "window": q.window or None}
-            for choice, q in claim.choices.items()
+            choice: {"id": quantity.id, "unit": quantity.unit}
+            for choice, quantity in claim.choices.items()
         },
         "static": claim.static,
         **_verdict_record(judgement.verdict),

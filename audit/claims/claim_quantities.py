@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Mapping
-from dataclasses import replace
 from functools import partial
 
 import numpy as np
@@ -67,9 +66,9 @@ def restrict_to_largest_error(quantity: Quantity) -> Quantity:
     return restrict_above(difference(error_63("third"), ANY_WITHOUT_ERROR), EVIDENT, quantity)
 
 
-def find_factor(first: Quantity, second: Quantity, words: str) -> Quantity:
+def find_factor(first: Quantity, second: Quantity) -> Quantity:
     """The larger over the smaller of two quantities."""
-    return replace(maximum(ratio(first, second), ratio(second, first)), words=words, unit="1")
+    return maximum(ratio(first, second), ratio(second, first))
 
 
 def relative_change(waves: Quantity, sine: Quantity) -> Quantity:
@@ -88,15 +87,10 @@ def list_drive_choices(quantity: Callable[[run.ExperimentSeries, str], Quantity]
     return {f"{words}, {s} s": quantity(drives[words], s) for words in drives for s in ENDS}
 
 
-def accumulation(
-    series: run.ExperimentSeries,
-    seconds: str,
-    of_what: str = "the error",
-    less: float | None = None,
-) -> Quantity:
+def accumulation(series: run.ExperimentSeries, seconds: str, less: float | None = None) -> Quantity:
     """Smallest growth of an error [rad] from one 0.2 s to the next, up to so many seconds.
 
-    of_what: in words; of the default backlash, less that of another size [um] if one is named.
+    Of the default backlash, less that of another size [um] if one is named.
     """
 
     def find_errors(results: ConditionResults, size_um: float) -> np.ndarray:
@@ -107,13 +101,7 @@ def accumulation(
         errors = errors if less is None else errors - find_errors(results, less)
         return np.min(errors[1:] / errors[:-1], axis=0)
 
-    return Quantity(
-        f"accumulation({series.kind}, {seconds} s, {less})",
-        f"smallest factor from one 0.2 s to the next of {of_what}",
-        "1",
-        formula,
-        f"0.2 to {seconds} s",
-    )
+    return Quantity(f"accumulation({series.kind}, {seconds} s, {less})", "1", formula)
 
 
 def self_accumulation(series: run.ExperimentSeries, seconds: str) -> Quantity:
@@ -141,8 +129,6 @@ def larger_along(
 
 
 _FORCES, _DECAYS = ("second_force_N", "third_force_N"), ("first_decay_s", "second_decay_s")
-_WORST = "largest mesh force of impact and third fluctuation"
-_DECAY = "longest time in which the impacts' fluctuations fall to a tenth"
 
 
 def _find_edge_force(results: ConditionResults) -> np.ndarray:
@@ -163,31 +149,26 @@ def _find_decay_where_wider(results: ConditionResults) -> np.ndarray:
 
 EDGES = Quantity(
     "least of the edges over least(backlash: second_force_N, third_force_N)",
-    f"{_WORST} at the better of the smallest and largest b over the least of all b",
     "1",
     _find_edge_force,
 )
 DEFAULT = Quantity(
     "default over least(backlash: second_force_N, third_force_N)",
-    f"{_WORST} at b = 50 µm over the least of all b",
     "1",
     _find_default_force,
 )
 WIDER = Quantity(
     "greatest(backlash over E, tooth error: first_decay_s, second_decay_s)",
-    f"{_DECAY}, of all b and E with b larger than E",
     "s",
     _find_decay_where_wider,
 )
 AS_WIDE = Quantity(
     f"longer(backlash {SMALL_UM:g} um: first_decay_s, second_decay_s)",
-    f"{_DECAY} at b = E",
     "s",
     lambda results: larger_along(run.BACKLASH, *_DECAYS, results)[1][0],
 )
 WITH_BACKLASH = Quantity(
     "rank(backlash: second, third)",
-    "rank correlation with b of the larger of second and third fluctuation",
     "1",
     lambda results: q.rank_correlation(*larger_along(run.BACKLASH, "third", "second", results)),
 )
@@ -207,10 +188,7 @@ QUANTITIES: Mapping[str, Quantity | Choices] = {
             ("each mesh", run.TWO_SOFTER),
         )
     },
-    "2.1-05": find_factor(
-        *(pd("after_start"), no_backlash("after_start")),
-        "factor between the largest fluctuations after the start with and without backlash",
-    ),
+    "2.1-05": find_factor(pd("after_start"), no_backlash("after_start")),
     "2.1-08": q.divergence(run.PD),
     "2.2-01": torque_no_error("stiffness_follows"),
     "2.2-02": difference(THIRD, steady("third")),
@@ -226,10 +204,7 @@ QUANTITIES: Mapping[str, Quantity | Choices] = {
     "2.2-12": restrict_above(
         maximum(measure(run.SQUARE, "third"), THIRD),
         EVIDENT,
-        find_factor(
-            *(measure(run.SQUARE, "third"), THIRD),
-            "factor between the third fluctuations with the square wave and with Eq. 8",
-        ),
+        find_factor(measure(run.SQUARE, "third"), THIRD),
     ),
     "2.3-01": ratio(torque("x_ripple_um"), torque_no_error("x_ripple_um")),
     # constant torque
@@ -274,9 +249,7 @@ QUANTITIES: Mapping[str, Quantity | Choices] = {
     "4-02": minimum(
         MEASURES.series_minimum(run.BACKLASH, "first"), measure(run.PRELOADED, "first")
     ),
-    "4-03": MEASURES.fold_series(
-        "least of those with", "smallest", run.BACKLASH, "second", np.fmin.reduce
-    ),
+    "4-03": MEASURES.fold_series("least of those with", run.BACKLASH, "second", np.fmin.reduce),
     "4.1-02": wide("deviation_rad"),
     "4.1-04": wide("gap_end_rad"),
     "4.1-05": list_drive_choices(accumulation),
@@ -331,9 +304,7 @@ QUANTITIES: Mapping[str, Quantity | Choices] = {
     "5-04": OWED,
     "5-05": difference(at_small("third"), THIRD),
     "5-06": restrict_to_largest_error(rank(run.ERROR, "third")),
-    "Abstract-01": list_drive_choices(
-        lambda series, s: accumulation(series, s, "what b adds to the error", 0.0)
-    ),
+    "Abstract-01": list_drive_choices(lambda series, s: accumulation(series, s, 0.0)),
     "Abstract-02": OWED,
     "Abstract-03": restrict_above(THIRD, EVIDENT, OF_ERROR),
     "Abstract-04": maximum(pd("torque_fast_1"), pd("torque_fast_2")),

@@ -35,13 +35,12 @@ INSIDE_M = 1e-6  # so far into contact that a mesh's force is a straight line
 class PaperExperiment:
     """An experiment: what it changes in a setting's scenario, and how it is measured.
 
-    words: what it changes; size_um: of a family, what makes this member; question_class: None where
-    no run is made; meshes: fields of all meshes, with their values; harmonics: of the square wave
-    that is the meshes' stiffness; preloaded: whether teeth carry the load from the start.
+    size_um: of a family, what makes this member; question_class: None where no run is made; meshes:
+    fields of all meshes, with their values; harmonics: of the square wave that is the meshes'
+    stiffness; preloaded: whether teeth carry the load from the start.
     """
 
     kind: str
-    words: str = ""
     size_um: float | None = None
     question_class: type[EnsembleQuestion[EnsembleNumbers]] | None = ensembles.TransientPdQuestion
     scenario: str = "pd"
@@ -76,9 +75,8 @@ class ExperimentSeries(NamedTuple):
 
     def __call__(self, size_um: float) -> PaperExperiment:
         """The family's member of this size [um]."""
-        size_um, words = float(size_um), f"at {self.symbol} = {size_um:g} µm"
-        meshes = ((self.field, size_um * 1e-6), *self.plain.meshes)
-        return replace(self.plain, kind=self.kind, size_um=size_um, words=words, meshes=meshes)
+        meshes = ((self.field, float(size_um) * 1e-6), *self.plain.meshes)
+        return replace(self.plain, kind=self.kind, size_um=float(size_um), meshes=meshes)
 
 
 _BACKLASH, _ERROR, _AMPLITUDE = "backlash_m", "tooth_error_m", "stiffness.amplitude_N_per_m"
@@ -91,33 +89,22 @@ CONSTANT = PaperExperiment(
     every_s=SLOW_RECORD_S,
 )
 # One effect of the gears left out.
-NO_BACKLASH = PaperExperiment("no backlash", "without backlash", meshes=((_BACKLASH, 0),))
-NO_ERROR = PaperExperiment("no error", "without tooth error", meshes=((_ERROR, 0),))
-CONSTANT_STIFFNESS = PaperExperiment(
-    "constant stiffness", "with constant stiffness", meshes=((_AMPLITUDE, 0),)
-)
+NO_BACKLASH = PaperExperiment("no backlash", meshes=((_BACKLASH, 0),))
+NO_ERROR = PaperExperiment("no error", meshes=((_ERROR, 0),))
+CONSTANT_STIFFNESS = PaperExperiment("constant stiffness", meshes=((_AMPLITUDE, 0),))
 # The shoulder's teeth alone excite: what the elbow does then comes through the links.
-EXACT_ELBOW = PaperExperiment(
-    "exact elbow",
-    "with exact teeth in the elbow",
-    settings=("arm.joints.1.*_mesh.tooth_error_m=0.0",),
-)
+EXACT_ELBOW = PaperExperiment("exact elbow", settings=("arm.joints.1.*_mesh.tooth_error_m=0.0",))
 # Two planets, the meshes as they are or together as stiff as three.
-TWO_SOFTER = PaperExperiment(
-    "two planets as they are", "with two planets, each mesh as it is", settings=_TWO
-)
-_STIFFER = "with two planets, each mesh 1.5 times as stiff"
-TWO_PLANETS = PaperExperiment("two planets", _STIFFER, settings=(*_TWO, *_AS_STIFF))
+TWO_SOFTER = PaperExperiment("two planets as they are", settings=_TWO)
+TWO_PLANETS = PaperExperiment("two planets", settings=(*_TWO, *_AS_STIFF))
 # Fig. 5's wave in place of Eq. 8, its fundamental.
-SQUARE = PaperExperiment("square wave", "with the square wave of Fig. 5", harmonics=HARMONICS)
-_LOADED = "from teeth that already carry the load"
-PRELOADED = PaperExperiment("preloaded", _LOADED, duration_s=START_ONLY_S, preloaded=True)
+SQUARE = PaperExperiment("square wave", harmonics=HARMONICS)
+PRELOADED = PaperExperiment("preloaded", duration_s=START_ONLY_S, preloaded=True)
 # The same under constant torque.
 CONSTANT_NO_ERROR, CONSTANT_SQUARE, CONSTANT_PRELOADED = (
     replace(
         CONSTANT,
         kind=f"{CONSTANT.kind}, {item.kind}",
-        words=item.words,
         meshes=item.meshes,
         harmonics=item.harmonics,
         preloaded=item.preloaded,
@@ -125,13 +112,10 @@ CONSTANT_NO_ERROR, CONSTANT_SQUARE, CONSTANT_PRELOADED = (
     for item in (NO_ERROR, SQUARE, PRELOADED)
 )
 # Section 4.1's 6 mm.
-WIDE = replace(
-    PD, kind="whole run, b = 3000 um", words="at b = 3000 µm", meshes=((_BACKLASH, WIDE_M),)
-)
+WIDE = replace(PD, kind="whole run, b = 3000 um", meshes=((_BACKLASH, WIDE_M),))
 TURNING = replace(
     WIDE,
     kind="turning back, b = 3000 um",
-    words="at b = 3000 µm, links turning back",
     settings=(f"scenario.start.theta_dot_rad_per_s={TURNING_RAD_PER_S!r}",),
 )
 STATIC = PaperExperiment("static", question_class=None)  # follows from the arm's data alone

@@ -126,7 +126,6 @@ class StudyExperiment(NamedTuple):
     """The study with the settings of an experiment of paper.toml."""
 
     kind: str
-    words: str = ""
     size: float | None = None
     static: bool = False
 

@@ -20,14 +20,12 @@ FEWEST_MEMBERS = 3  # of a family of experiments that a trend is seen along
 class MeasuredExperiment(Protocol):
     """An experiment by which a paper's claims are judged; as text, its id; hashable.
 
-    kind: what it shares with its family; words: what it changes; size: of a family, what makes
-    this member; static: whether the arm's data alone decide it.
+    kind: what it shares with its family; size: of a family, what makes this member; static: whether
+    the arm's data alone decide it.
     """
 
     @property
     def kind(self) -> str: ...
-    @property
-    def words(self) -> str: ...
     @property
     def size(self) -> float | None: ...
     @property
@@ -35,12 +33,10 @@ class MeasuredExperiment(Protocol):
 
 
 class Series(Protocol):
-    """Experiments of one kind that differ in one size; symbol: the paper's for it."""
+    """Experiments of one kind that differ in one size."""
 
     @property
     def kind(self) -> str: ...
-    @property
-    def symbol(self) -> str: ...
 
 
 class Number(NamedTuple):
@@ -94,13 +90,11 @@ Formula = Callable[[ConditionResults], np.ndarray]  # (starts,), nan where undef
 
 @dataclass(frozen=True)
 class Quantity:
-    """What a claim is about. words: for readers; window: the part of a run that it looks at."""
+    """What a claim is about; its id says which numbers of which experiments make it."""
 
     id: str
-    words: str
     unit: str
     formula: Formula
-    window: str = ""
     static: bool = False
 
     def __call__(self, results: ConditionResults) -> np.ndarray:
@@ -110,62 +104,49 @@ class Quantity:
 
 
 def _combine_quantities(
-    symbol: str, words: str, unit: str, parts: Sequence[Quantity], formula: Formula
+    symbol: str, unit: str, parts: Sequence[Quantity], formula: Formula
 ) -> Quantity:
     """A quantity that is made of others."""
-    windows = "; ".join(dict.fromkeys(part.window for part in parts if part.window))
     name = f"{symbol}({', '.join(part.id for part in parts)})"
-    return Quantity(name, words, unit, formula, windows, all(part.static for part in parts))
+    return Quantity(name, unit, formula, all(part.static for part in parts))
 
 
 def difference(first: Quantity, second: Quantity) -> Quantity:
     """One quantity less another."""
-    words = f"{first.words} less {second.words}"
-    return _combine_quantities(
-        "less", words, first.unit, (first, second), lambda n: first(n) - second(n)
-    )
+    return _combine_quantities("less", first.unit, (first, second), lambda n: first(n) - second(n))
 
 
 def magnitude(quantity: Quantity) -> Quantity:
     """The magnitude of a quantity."""
-    return _combine_quantities(
-        "size",
-        f"magnitude of {quantity.words}",
-        quantity.unit,
-        (quantity,),
-        lambda n: np.abs(quantity(n)),
-    )
+    return _combine_quantities("size", quantity.unit, (quantity,), lambda n: np.abs(quantity(n)))
 
 
 def scaled_quantity(quantity: Quantity, factor: float, unit: str) -> Quantity:
     """A quantity times a constant factor, in another unit."""
     return _combine_quantities(
-        f"{factor:g} times", quantity.words, unit, (quantity,), lambda n: factor * quantity(n)
+        f"{factor:g} times", unit, (quantity,), lambda n: factor * quantity(n)
     )
 
 
 def ratio(numerator: Quantity, denominator: Quantity) -> Quantity:
     """One quantity over another."""
     unit = "1" if numerator.unit == denominator.unit else f"{numerator.unit}/({denominator.unit})"
-    words = f"{numerator.words} over {denominator.words}"
     return _combine_quantities(
-        "over", words, unit, (numerator, denominator), lambda n: numerator(n) / denominator(n)
+        "over", unit, (numerator, denominator), lambda n: numerator(n) / denominator(n)
     )
 
 
 def minimum(*parts: Quantity) -> Quantity:
     """The smallest of several quantities; undefined if one of them is."""
-    words = f"smallest of: {'; '.join(part.words for part in parts)}"
     return _combine_quantities(
-        "min", words, parts[0].unit, parts, lambda n: np.min([p(n) for p in parts], 0)
+        "min", parts[0].unit, parts, lambda n: np.min([p(n) for p in parts], 0)
     )
 
 
 def maximum(*parts: Quantity) -> Quantity:
     """The largest of several quantities; undefined if one of them is."""
-    words = f"largest of: {'; '.join(part.words for part in parts)}"
     return _combine_quantities(
-        "max", words, parts[0].unit, parts, lambda n: np.max([p(n) for p in parts], 0)
+        "max", parts[0].unit, parts, lambda n: np.max([p(n) for p in parts], 0)
     )
 
 
@@ -176,39 +157,29 @@ def maximum_over_starts(quantity: Quantity) -> Quantity:
         values = quantity(results)
         return np.full(values.shape, np.fmax.reduce(values))  # nan where nothing is defined
 
-    return _combine_quantities(
-        "any start's",
-        f"the largest {quantity.words} of any start",
-        quantity.unit,
-        (quantity,),
-        formula,
-    )
+    return _combine_quantities("any start's", quantity.unit, (quantity,), formula)
 
 
 def divergence(experiment: MeasuredExperiment) -> Quantity:
     """A quantity that is 1 where the experiment's run diverged, else 0."""
-    words = f"runs {experiment.words} that diverge".replace("  ", " ")
-    return Quantity(
-        f"{experiment}: diverged", words, "1", lambda n: n[experiment].diverged.astype(float)
-    )
+    return Quantity(f"{experiment}: diverged", "1", lambda n: n[experiment].diverged.astype(float))
 
 
 def restrict_above(condition: Quantity, above: float, quantity: Quantity) -> Quantity:
     """The quantity where the condition is above a limit; undefined elsewhere."""
-    return _restrict(quantity, condition, "above", "exceeds", above, np.greater)
+    return _restrict(quantity, condition, "above", above, np.greater)
 
 
 def restrict_below(condition: Quantity, below: float, quantity: Quantity) -> Quantity:
     """The quantity where the condition is below a limit; undefined elsewhere."""
-    return _restrict(quantity, condition, "below", "is below", below, np.less)
+    return _restrict(quantity, condition, "below", below, np.less)
 
 
 def _restrict(
-    quantity: Quantity, condition: Quantity, side: str, verb: str, limit: float, holds: np.ufunc
+    quantity: Quantity, condition: Quantity, side: str, limit: float, holds: np.ufunc
 ) -> Quantity:
     return _combine_quantities(
         f"where {side} {limit:g}",
-        f"{quantity.words}, where {condition.words} {verb} {limit:g} {condition.unit}",
         quantity.unit,
         (condition, quantity),
         lambda n: np.where(holds(condition(n), limit), quantity(n), np.nan),
@@ -247,59 +218,40 @@ class Measures:
 
     def quantity_of(self, experiment: MeasuredExperiment, name: str) -> Quantity:
         """The quantity of an experiment's number. Raises KeyError for a name that none has."""
-        number = self.numbers[name]
-        words = f"{number.words} {experiment.words}".strip()
         return Quantity(
             f"{experiment}: {name}",
-            words,
-            number.unit,
+            self.numbers[name].unit,
             lambda results: results[experiment][name],
-            number.window,
             experiment.static,
         )
 
     def fold_series(
-        self,
-        symbol: str,
-        words: str,
-        series: Series,
-        name: str,
-        fold: Callable[[np.ndarray], np.ndarray],
+        self, symbol: str, series: Series, name: str, fold: Callable[[np.ndarray], np.ndarray]
     ) -> Quantity:
         """A number folded over a family's experiments: fold is (members, starts) -> (starts,)."""
-        number = self.numbers[name]
         return Quantity(
             f"{symbol}({series.kind}: {name})",
-            f"{words} {number.words} over all {series.symbol}",
-            number.unit,
+            self.numbers[name].unit,
             lambda results: fold(series_values(series, name, results)[1]),
-            number.window,
         )
 
     def series_minimum(self, series: Series, name: str) -> Quantity:
         """The smallest value of a number in a family of experiments; undefined if one is."""
-        return self.fold_series(
-            "least", "smallest", series, name, lambda values: values.min(axis=0)
-        )
+        return self.fold_series("least", series, name, lambda values: values.min(axis=0))
 
     def series_maximum(self, series: Series, name: str) -> Quantity:
         """The largest value of a number in a family of experiments; undefined if one is."""
-        return self.fold_series(
-            "greatest", "largest", series, name, lambda values: values.max(axis=0)
-        )
+        return self.fold_series("greatest", series, name, lambda values: values.max(axis=0))
 
     def rank(self, series: Series, name: str) -> Quantity:
         """Spearman's rank correlation of a number with size, over a family's experiments.
 
         Undefined where one of them has no such number, or all have the same.
         """
-        number = self.numbers[name]
         return Quantity(
             f"rank({series.kind}: {name})",
-            f"rank correlation with {series.symbol} of {number.words}",
             "1",
             lambda results: rank_correlation(*series_values(series, name, results)),
-            number.window,
         )
 
     def rank_among(self, series: Series, name: str, condition: str, above: float) -> Quantity:
@@ -307,7 +259,6 @@ class Measures:
 
         Undefined with fewer than FEWEST_MEMBERS of them; none of them lacks the number.
         """
-        number, limit = self.numbers[name], self.numbers[condition]
 
         def formula(results: ConditionResults) -> np.ndarray:
             sizes, values = series_values(series, name, results)
@@ -321,12 +272,7 @@ class Measures:
             return correlations
 
         return Quantity(
-            f"rank where above {above:g}({series.kind}: {condition}, {name})",
-            f"rank correlation with {series.symbol} of {number.words}, among {series.symbol} where"
-            f" {limit.words} exceeds {above:g} {limit.unit}",
-            "1",
-            formula,
-            number.window,
+            f"rank where above {above:g}({series.kind}: {condition}, {name})", "1", formula
         )
 
 

@@ -13,6 +13,7 @@ import numpy as np
 
 from crosscheck import file_types
 from crosscheck.audit.claims.catalogue import SENTENCES
+from crosscheck.audit.claims.measured import MEASURED
 from crosscheck.audit.errata.errata_texts import list_sections
 from crosscheck.audit.errata.sheet import build_sheet
 from crosscheck.audit.experiments.paper_conditions import LABELLED
@@ -31,7 +32,7 @@ from crosscheck.report import rendering
 from crosscheck.report.fragments import render_paragraph
 from crosscheck.report.plots.figures import fix_links
 
-SCHEMA_VERSION = 4
+SCHEMA_VERSION = 5
 PAGE, CLAIMS, ERRATA = "paper.html", "claims.json", "errata.html"
 FILES = {PAGE: file_types.PAPER_PAGE, CLAIMS: file_types.CLAIMS, ERRATA: file_types.PAPER_PAGE}
 # Lengths in a drawing, in points: two decimals are a thousandth of what a reader sees.
@@ -92,14 +93,16 @@ def render_chapters(made: Sequence[AuditChapter], provenance: Mapping[str, objec
 
 
 def format_records(made: Sequence[AuditChapter], study: Study) -> str:
-    """All chapters' records and the paper's sentences as JSON, the same for the same inputs.
+    """All chapters' records, and what they name, as JSON, the same for the same inputs.
 
-    Only the provenance differs.
+    numbers: what the experiments measure, by the names in the ids of quantities. Only the
+    provenance differs.
     """
     document = {
         "schema_version": SCHEMA_VERSION,
         "paper": asdict(PAPER) | {"citation": PAPER.format_citation(), "read": EXTENT_READ},
         "chapters": {chapter.id: chapter.records for chapter in made},
+        "numbers": {name: number._asdict() for name, number in MEASURED.items()},
         "sentences": [asdict(sentence) for sentence in load_sentences(SENTENCES)],
         "provenance": _provenance(study),
     }

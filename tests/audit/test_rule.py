@@ -141,7 +141,7 @@ def test_an_event_of_few_starts_says_nothing():
 
 
 def _claim(low: float) -> rule.Claim:
-    quantity = Quantity("made", "made up", "1", lambda known: np.empty(0))
+    quantity = Quantity("made", "1", lambda known: np.empty(0))
     return rule.Claim("0-01", None, "made up", quantity, rule.Limits(low=low))
 
 
@@ -195,7 +195,7 @@ def test_an_answer_says_how_many_of_its_starts_were_run():
     )
     known = ConditionResults({PD: alike, NO_ERROR: unlike})
     one, other = (
-        Quantity(str(source), "made up", "1", lambda known, source=source: known[source]["made"])
+        Quantity(str(source), "1", lambda known, source=source: known[source]["made"])
         for source in (PD, NO_ERROR)
     )
     for quantity, ran in ((one, 8), (other, 32), (ratio(one, other), 32)):

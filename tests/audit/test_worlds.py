@@ -159,7 +159,7 @@ def test_the_size_of_a_change_does_not_hang_on_the_sign_of_what_changes():
 
 
 def _made(source: PaperExperiment) -> Quantity:
-    return Quantity(str(source), "made up", "1", lambda known: known[source]["made"])
+    return Quantity(str(source), "1", lambda known: known[source]["made"])
 
 
 def test_every_experiment_of_the_page_has_made_up_runs():
