@@ -12,12 +12,11 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 import pinocchio as pin
-from scipy.integrate import solve_ivp
 
 from crosscheck.models.arm.arm import Arm
-from crosscheck.models.errors import Diverged, InputError
-from crosscheck.models.experiment.scenario import Scenario, expand_to_joints
-from crosscheck.models.interface import STATE_ABILITIES, require_finite
+from crosscheck.models.errors import InputError
+from crosscheck.models.experiment.scenario import Scenario
+from crosscheck.models.interface import STATE_ABILITIES
 from crosscheck.models.pinocchio.rigid import PinocchioCoupled
 from crosscheck.models.trajectory import recorded_times, trajectory
 
@@ -83,7 +82,7 @@ class PinocchioFloating(PinocchioCoupled):
         [m, m, rad] and momentum (time, 3) [N s, N s, N m s], angular about the frame's origin.
         """
         time = recorded_times(self.scenario)
-        q, v = self._run(time)
+        q, v = self._integrate(time, RELATIVE_TOLERANCE)
         states = list(zip(time, q, v, strict=True))
         run = trajectory(
             self,
@@ -107,6 +106,11 @@ class PinocchioFloating(PinocchioCoupled):
         push_x, push_y, turn = (self.mass_matrix(q) @ v)[:3]
         return np.array([push_x, push_y, turn + q[0] * push_y - q[1] * push_x])
 
+    def _start(self) -> tuple[np.ndarray, np.ndarray]:
+        """Coordinates and rates (n,) at t = 0: the base is at rest where its frame is inertial."""
+        angles, rates = super()._start()
+        return np.pad(angles, (3, 0)), np.pad(rates, (3, 0))
+
     def _build(self) -> pin.Model:
         """Build the tree of the arm on a body that slides along x and y and turns about z."""
         tree = pin.Model()
@@ -126,28 +130,3 @@ class PinocchioFloating(PinocchioCoupled):
         tree.appendBodyToJoint(body, cube, pin.SE3.Identity())
         shoulder = pin.Frame("shoulder", body, pin.SE3.Identity(), pin.FrameType.OP_FRAME)
         return pin.appendModel(tree, super()._build(), tree.addFrame(shoulder), pin.SE3.Identity())
-
-    def _run(self, time: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-        """q and v at the given times [s], each (times, n)."""
-        start, joints = self.scenario.start, len(self.arm.joints)
-        at_rest = np.zeros(3)
-        angles = expand_to_joints(start.theta_rad, joints)
-        rates = expand_to_joints(start.theta_dot_rad_per_s, joints)
-        n = 3 + joints
-
-        def right_side(t: float, state: np.ndarray) -> np.ndarray:
-            return np.concatenate((state[n:], self.acceleration(t, state[:n], state[n:])))
-
-        run = solve_ivp(
-            right_side,
-            (time[0], time[-1]),
-            np.concatenate((at_rest, angles, at_rest, rates)),
-            method="DOP853",
-            t_eval=time,
-            rtol=RELATIVE_TOLERANCE,
-            atol=1e-3 * RELATIVE_TOLERANCE,
-        )
-        if not run.success:
-            raise Diverged(self.name, float(run.t[-1]))
-        require_finite(self.name, time, run.y.T)
-        return run.y[:n].T, run.y[n:].T

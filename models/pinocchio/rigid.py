@@ -111,8 +111,7 @@ class PinocchioLinks(Model):
         """``simulate`` at another relative tolerance, at least 2.3e-14. Raises Diverged."""
         scenario = self.scenario
         time = recorded_times(scenario)
-        theta, theta_dot = np.split(self._integrate(time, rtol), 2, axis=1)
-        require_finite(self.name, time, theta, theta_dot)
+        theta, theta_dot = self._integrate(time, rtol)
         states = list(zip(time, theta, theta_dot, strict=True))
         return trajectory(
             self,
@@ -132,15 +131,15 @@ class PinocchioLinks(Model):
         """Torques in the joints [N m], drive and friction, shape (n,)."""
         return self.driving_torques(t, q, v) - self._friction * v
 
-    def _integrate(self, time: np.ndarray, rtol: float) -> np.ndarray:
-        """States (theta, theta') at the given times [s], shape (times, 2 n)."""
-        joints, start = len(self.arm.joints), self.scenario.start
-        state = np.array(
-            [
-                *expand_to_joints(start.theta_rad, joints),
-                *expand_to_joints(start.theta_dot_rad_per_s, joints),
-            ]
-        )
+    def _start(self) -> tuple[np.ndarray, np.ndarray]:
+        """Coordinates and rates (n,) at t = 0."""
+        start, joints = self.scenario.start, len(self.arm.joints)
+        angles, rates = start.theta_rad, start.theta_dot_rad_per_s
+        return np.array(expand_to_joints(angles, joints)), np.array(expand_to_joints(rates, joints))
+
+    def _integrate(self, time: np.ndarray, rtol: float) -> tuple[np.ndarray, np.ndarray]:
+        """Coordinates and rates (times, n) at the given times [s]. Raises Diverged."""
+        state = np.concatenate(self._start())
         states = np.empty((len(time), len(state)))
         self._evaluations = 0
         for begin, end in pairwise(self._smooth_pieces(time[-1])):
@@ -158,7 +157,9 @@ class PinocchioLinks(Model):
             inside = (begin <= time) & (time <= end)
             states[inside] = run.sol(time[inside]).T
             state = run.y[:, -1]
-        return states
+        require_finite(self.name, time, states)
+        q, v = np.split(states, 2, axis=1)
+        return q, v
 
     def _smooth_pieces(self, end: float) -> np.ndarray:
         """Times between which the drive is smooth: a step might leap over a short pulse.
