@@ -102,7 +102,6 @@ def alike_planets() -> Arm:
 ARMS = {
     "unlike planets": unlike_arm,
     "alike planets": alike_planets,
-    "odd one out": odd_one_out,
     "standing errors": standing_errors,
 }
 OFFSETS = {  # of the start

@@ -23,7 +23,7 @@ from crosscheck.models.exudyn.tree.mesh import Gearing, StageCoordinates
 from crosscheck.models.numba_cache import njit
 
 joint_torque: Any = njit(cache=True, inline="always")(drives.joint_torque)
-SIZES = 7  # entries of Packed.places before its tables
+SIZES = 7  # entries of LoadArrays.places before its tables
 
 
 class Joints(NamedTuple):
@@ -69,7 +69,7 @@ def pack_loads(gears: Gearing, drive: DriveData, joints: Joints) -> LoadArrays:
     sizes = [*gears.places.shape[:1], *gears.sun_laws.shape, *drive.table_torque.shape]
     laws = [gears.sun_laws, gears.ring_laws, drive.gains, drive.table_time, drive.table_torque]
     head = np.array([*sizes, drive.code, gears.conservative])
-    places = [head, gears.new, gears.places, joints.links, joints.driven]
+    places = [head, gears.places, joints.links, joints.driven]
     return LoadArrays(
         np.concatenate([x.ravel() for x in (*laws, joints.ratios, joints.friction)]),
         np.concatenate([x.ravel() for x in places], dtype=np.int64),
@@ -78,17 +78,16 @@ def pack_loads(gears: Gearing, drive: DriveData, joints: Joints) -> LoadArrays:
 
 @njit(cache=True, inline="always")
 def unpack_loads(numbers: np.ndarray, places: np.ndarray) -> tuple[Gearing, DriveData, Joints]:
-    """Gearing, drive and joints as views of the fields of Packed."""
+    """Gearing, drive and joints as views of the fields of LoadArrays."""
     stages, planets, longest, count, rows, code, conservative = places[:SIZES]
-    laws, stage, link = planets * longest, SIZES + 2 * planets, SIZES + 2 * planets + 4 * stages
+    laws, link = planets * longest, SIZES + 4 * stages
     time = 2 * laws + 3 * count
     torque = time + rows
     ratio = torque + rows * count
     gears = Gearing(
         numbers[:laws].reshape((planets, longest)),
         numbers[laws : 2 * laws].reshape((planets, longest)),
-        places[SIZES:stage].reshape((planets, 2)),
-        places[stage:link].reshape((stages, 4)),
+        places[SIZES:link].reshape((stages, 4)),
         conservative,
     )
     gains, table = numbers[2 * laws : time], numbers[torque:ratio]
@@ -118,7 +117,7 @@ def add_joints(
 
 @njit(cache=True)
 def write_tree_loads(numbers: np.ndarray, places: np.ndarray, state: np.ndarray) -> None:
-    """Write all generalized forces [N m] on the tree, by Packed's numbers, to the end of ``state``.
+    """Write all generalized forces [N m] on the tree, by LoadArrays, to the end of ``state``.
 
     state (1 + 3 bodies,): time [s], coordinates, rates, forces.
     """

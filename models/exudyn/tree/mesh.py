@@ -14,7 +14,6 @@ signed planet radius. (Eq. n) refers to the paper the arm is taken from.
 from __future__ import annotations
 
 from collections.abc import Sequence
-from itertools import pairwise
 from typing import NamedTuple
 
 import numpy as np
@@ -182,14 +181,12 @@ class Gearing(NamedTuple):
     """All gear stages of an arm as flat arrays.
 
     sun_laws, ring_laws (planets, longest law): MeshLaw.array, zeros behind it, one stage's planets
-    after another's; new (planets, 2): whether the mesh with sun or ring varies otherwise than that
-    of the planet before; places (stages, 4): tree coordinates of link, sun and first planet, and
-    the one after the last planet; conservative: whether the springs' potential acts on links.
+    after another's; places (stages, 4): tree coordinates of link, sun and first planet, and the one
+    after the last planet; conservative: whether the springs' potential acts on links.
     """
 
     sun_laws: np.ndarray
     ring_laws: np.ndarray
-    new: np.ndarray
     places: np.ndarray
     conservative: bool
 
@@ -198,27 +195,15 @@ def build_gearing(gears: Sequence[GearStage], conservative: bool) -> Gearing:
     """All gear stages of an arm as flat arrays."""
     stages = [gear.bodies for gear in gears]
     places = [(s.link, s.driven, s.planets[0], s.planets[-1] + 1) for s in stages]
-    new = [
-        flags
-        for gear in gears
-        for flags in zip(_are_new(gear.sun), _are_new(gear.ring), strict=True)
-    ]
     suns = [law.array for gear in gears for law in gear.sun]
     rings = [law.array for gear in gears for law in gear.ring]
     sun_laws, ring_laws = np.split(_rows(suns + rings), 2)
     return Gearing(
         sun_laws,
         ring_laws,
-        np.array(new, dtype=np.bool_).reshape(-1, 2),
         np.array(places, dtype=np.int64).reshape(-1, 4),
         conservative,
     )
-
-
-def _are_new(laws: Sequence[MeshLaw]) -> list[bool]:
-    """Whether each law's stiffness and error vary otherwise than those of the law before it."""
-    variations = [law.array[ERROR:] for law in laws]
-    return [True, *(not np.array_equal(*pair) for pair in pairwise(variations))]
 
 
 def _rows(arrays: Sequence[np.ndarray]) -> np.ndarray:
@@ -231,8 +216,7 @@ def _rows(arrays: Sequence[np.ndarray]) -> np.ndarray:
 @njit(cache=True)
 def add_mesh(
     law: np.ndarray,
-    stiffness: float,
-    error: float,
+    t: float,
     q: np.ndarray,
     q_t: np.ndarray,
     link: int,
@@ -240,10 +224,11 @@ def add_mesh(
     planet: int,
     forces: np.ndarray,
 ) -> None:
-    """Add spring and damper of one mesh to the forces [N m] of the bodies that it couples.
+    """Add spring and damper of one mesh at time t [s] to the forces [N m] of what it couples.
 
-    stiffness, error: of ``variation``; sun: NO_SUN of a ring mesh, which the previous link bears.
+    sun: NO_SUN of a ring mesh, which the previous link bears.
     """
+    stiffness, error = variation(law, t, q[link], q_t[link])
     wheel, wheel_t = (0.0, 0.0) if sun == NO_SUN else (q[sun], q_t[sun])
     x = stretch(law, wheel, q[planet], q[link])
     x_dot = stretch(law, wheel_t, q_t[planet], q_t[link])
@@ -259,17 +244,12 @@ def add_meshes(
     gears: Gearing, t: float, q: np.ndarray, q_t: np.ndarray, forces: np.ndarray
 ) -> None:
     """Add all mesh springs and dampers at time t [s] to the forces [N m] of the coordinates."""
-    sun_k, sun_e, ring_k, ring_e, row = 0.0, 0.0, 0.0, 0.0, 0
+    row = 0
     for stage in range(len(gears.places)):
         link, sun, first, after = gears.places[stage]
         for planet in range(first, after):
-            of_sun, of_ring = gears.sun_laws[row], gears.ring_laws[row]
-            if gears.new[row, 0]:
-                sun_k, sun_e = variation(of_sun, t, q[link], q_t[link])
-            if gears.new[row, 1]:
-                ring_k, ring_e = variation(of_ring, t, q[link], q_t[link])
-            add_mesh(of_sun, sun_k, sun_e, q, q_t, link, sun, planet, forces)
-            add_mesh(of_ring, ring_k, ring_e, q, q_t, link, NO_SUN, planet, forces)
+            add_mesh(gears.sun_laws[row], t, q, q_t, link, sun, planet, forces)
+            add_mesh(gears.ring_laws[row], t, q, q_t, link, NO_SUN, planet, forces)
             row += 1
 
 
@@ -279,20 +259,15 @@ def add_turning_torques(gears: Gearing, q: np.ndarray, forces: np.ndarray) -> No
 
     A link's coordinate is its angle against the previous link: the torques are pairs between both.
     """
-    sun_k, sun_e, ring_k, ring_e, row = 0j, 0j, 0j, 0j, 0
+    row = 0
     for stage in range(len(gears.places)):
         link, sun, first, after = gears.places[stage]
         theta = complex(q[link], STEP)
         for planet in range(first, after):
-            of_sun, of_ring = gears.sun_laws[row], gears.ring_laws[row]
-            if gears.new[row, 0]:
-                sun_k, sun_e = variation(of_sun, 0.0, theta, 0.0)
-            if gears.new[row, 1]:
-                ring_k, ring_e = variation(of_ring, 0.0, theta, 0.0)
-            x_sp = stretch(of_sun, q[sun], q[planet], q[link])
-            x_pr = stretch(of_ring, 0.0, q[planet], q[link])
-            forces[link] += turning_torque(of_sun, x_sp, sun_k, sun_e)
-            forces[link] += turning_torque(of_ring, x_pr, ring_k, ring_e)
+            for law, wheel in ((gears.sun_laws[row], q[sun]), (gears.ring_laws[row], 0.0)):
+                x = stretch(law, wheel, q[planet], q[link])
+                stiffness, error = variation(law, 0.0, theta, 0.0)
+                forces[link] += turning_torque(law, x, stiffness, error)
             row += 1
 
 
