@@ -180,13 +180,13 @@ class GearStage(NamedTuple):
 class Gearing(NamedTuple):
     """All gear stages of an arm as flat arrays.
 
-    sun_laws, ring_laws (planets, longest law): MeshLaw.array, zeros behind it, one stage's planets
-    after another's; places (stages, 4): tree coordinates of link, sun and first planet, and the one
-    after the last planet; conservative: whether the springs' potential acts on links.
+    laws (2 planets, longest law): MeshLaw.array, zeros behind it, of each planet with sun and ring
+    in turn, one stage's planets after another's; places (stages, 4): tree coordinates of link, sun
+    and first planet, and the one after the last planet; conservative: whether the springs'
+    potential acts on links.
     """
 
-    sun_laws: np.ndarray
-    ring_laws: np.ndarray
+    laws: np.ndarray
     places: np.ndarray
     conservative: bool
 
@@ -195,12 +195,10 @@ def build_gearing(gears: Sequence[GearStage], conservative: bool) -> Gearing:
     """All gear stages of an arm as flat arrays."""
     stages = [gear.bodies for gear in gears]
     places = [(s.link, s.driven, s.planets[0], s.planets[-1] + 1) for s in stages]
-    suns = [law.array for gear in gears for law in gear.sun]
-    rings = [law.array for gear in gears for law in gear.ring]
-    sun_laws, ring_laws = np.split(_rows(suns + rings), 2)
+    pairs = (pair for gear in gears for pair in zip(gear.sun, gear.ring, strict=True))
+    laws = [law.array for pair in pairs for law in pair]
     return Gearing(
-        sun_laws,
-        ring_laws,
+        _rows(laws),
         np.array(places, dtype=np.int64).reshape(-1, 4),
         conservative,
     )
@@ -248,8 +246,8 @@ def add_meshes(
     for stage in range(len(gears.places)):
         link, sun, first, after = gears.places[stage]
         for planet in range(first, after):
-            add_mesh(gears.sun_laws[row], t, q, q_t, link, sun, planet, forces)
-            add_mesh(gears.ring_laws[row], t, q, q_t, link, NO_SUN, planet, forces)
+            add_mesh(gears.laws[2 * row], t, q, q_t, link, sun, planet, forces)
+            add_mesh(gears.laws[2 * row + 1], t, q, q_t, link, NO_SUN, planet, forces)
             row += 1
 
 
@@ -264,7 +262,7 @@ def add_turning_torques(gears: Gearing, q: np.ndarray, forces: np.ndarray) -> No
         link, sun, first, after = gears.places[stage]
         theta = complex(q[link], STEP)
         for planet in range(first, after):
-            for law, wheel in ((gears.sun_laws[row], q[sun]), (gears.ring_laws[row], 0.0)):
+            for law, wheel in ((gears.laws[2 * row], q[sun]), (gears.laws[2 * row + 1], 0.0)):
                 x = stretch(law, wheel, q[planet], q[link])
                 stiffness, error = variation(law, 0.0, theta, 0.0)
                 forces[link] += turning_torque(law, x, stiffness, error)

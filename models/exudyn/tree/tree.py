@@ -30,7 +30,7 @@ from crosscheck.models.experiment.scenario import (
 from crosscheck.models.exudyn.engine import Engine
 from crosscheck.models.exudyn.tree import mesh, parts
 from crosscheck.models.exudyn.tree.laws import bounding_law, build_gear_stage, mean_spring
-from crosscheck.models.exudyn.tree.loads import build_joints, build_load_function, pack_loads
+from crosscheck.models.exudyn.tree.loads import build_joints, build_load_function
 from crosscheck.models.exudyn.tree.mesh import GearStage, MeshLaw
 from crosscheck.models.interface import STATE_ABILITIES, Model, require_finite
 from crosscheck.models.trajectory import recorded_times, trajectory
@@ -84,7 +84,7 @@ class ExudynTree(Model):
         drive = drive_data(self.scenario, len(self.stages))
         joints = build_joints(self.arm, self.stages)
         teeth = mesh.build_gearing(gears, self.switches.mesh_work == "conservative")
-        force = build_load_function(pack_loads(teeth, drive, joints), len(bodies), clock)
+        force = build_load_function(teeth, drive, joints, len(bodies), clock)
         return Engine(bodies, force, clock, self.arm.gravity_m_per_s2)
 
     def _place_engine(self, engine: Engine, t: float, q: np.ndarray, v: np.ndarray) -> Engine:
