@@ -10,16 +10,15 @@ import sys
 from collections.abc import Iterator
 from importlib import import_module
 from importlib.util import find_spec
+from typing import TYPE_CHECKING
 
 import pytest
 from hypothesis import settings
 
-from crosscheck.cli.app import build_commands, main
-from crosscheck.models.arm.arm import Arm
-from crosscheck.models.loading import load_arm
-from crosscheck.registry import BUILT_IN, load_model_class
-from crosscheck.trial import trial
 from tests.processes import Answer, Command
+
+if TYPE_CHECKING:
+    from crosscheck.models.arm.arm import Arm
 
 gc.disable()  # until all is imported and collected: 5,000 tests take 7 s, not 10
 
@@ -29,25 +28,36 @@ settings.register_profile("suite", deadline=None, derandomize=True)
 settings.register_profile("fuzz", deadline=None, print_blob=True)
 settings.load_profile("fuzz" if "CROSSCHECK_DRAWS" in os.environ else "suite")
 
-# Most tests fork: what is imported here is imported by none of their processes again. Where dask is
-# installed, xarray imports it for every run that it keeps.
-for model in BUILT_IN:
-    load_model_class(model)
-build_commands()
-for package in ("dask.array", "distributed"):
-    if find_spec(package.partition(".")[0]):
-        import_module(package)
+
+def import_program() -> None:
+    """Import what tests need, in a process that runs any.
+
+    Most tests fork: what is imported here is imported by none of their processes again. Where dask
+    is installed, xarray imports it for every run that it keeps.
+    """
+    from crosscheck.cli.app import build_commands
+    from crosscheck.registry import BUILT_IN, load_model_class
+
+    for model in BUILT_IN:
+        load_model_class(model)
+    build_commands()
+    for package in ("dask.array", "distributed"):
+        if find_spec(package.partition(".")[0]):
+            import_module(package)
 
 
 @pytest.fixture(scope="session")
-def labelled() -> Arm:
+def labelled() -> "Arm":
     """The paper's arm, Table I as its labels say."""
+    from crosscheck.models.loading import load_arm
+
     return load_arm("paper-labelled")
 
 
 @pytest.fixture
 def crosscheck(monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]) -> Command:
     """``crosscheck(*arguments)``: the command line, in this process."""
+    from crosscheck.cli.app import main
 
     def command(*arguments: object) -> Answer:
         monkeypatch.setattr(sys, "argv", ["crosscheck", *map(str, arguments)])
@@ -61,6 +71,8 @@ def crosscheck(monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[st
 @pytest.fixture(scope="session", autouse=True)
 def few_states() -> Iterator[None]:
     """Quick trials look at 8 states, not 150; those in processes of their own at all of them."""
+    from crosscheck.trial import trial
+
     with pytest.MonkeyPatch.context() as patch:
         patch.setattr(trial, "QUICK_STATES", 8)
         yield
@@ -76,8 +88,10 @@ def freed_memory() -> Iterator[None]:
 
 
 @pytest.fixture(params=["paper-labelled", "paper-swapped"], scope="session")
-def reading(request: pytest.FixtureRequest) -> Arm:
+def reading(request: pytest.FixtureRequest) -> "Arm":
     """Both readings of Table I."""
+    from crosscheck.models.loading import load_arm
+
     return load_arm(request.param)
 
 
@@ -118,8 +132,11 @@ class SkipGuard:
 
 def pytest_configure(config: pytest.Config) -> None:
     """Guard against skipped tests in CI, in the process that gathers the results."""
-    if "CI" in os.environ and not hasattr(config, "workerinput"):
+    is_worker = hasattr(config, "workerinput")
+    if "CI" in os.environ and not is_worker:
         config.pluginmanager.register(SkipGuard())
+    if is_worker or not config.getoption("numprocesses", None):  # else workers run the tests
+        import_program()
 
 
 @pytest.hookimpl(optionalhook=True)
