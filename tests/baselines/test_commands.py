@@ -9,8 +9,10 @@ from xml.etree import ElementTree
 import pytest
 
 from crosscheck import LARGEST_SEED, provenance
+from crosscheck.findings import Agreement, make_check, make_failed_check
 from crosscheck.models.files import HERE
 from crosscheck.models.loading import load_arm
+from crosscheck.report import terminal
 from crosscheck.run import CrossCheck
 from crosscheck.runner.outcomes import Failure
 from tests.baselines import short
@@ -220,6 +222,23 @@ def test_one_is_singular(command, labelled, capsys):
     assert capsys.readouterr().out.endswith(": 1 verdict, 1 run\n")
     assert command(*CHECK, result=short.with_run(result, short.ANALYTIC, Failure("x", "y"))) == 1
     assert "1 of 2 recorded results changed" in capsys.readouterr().out
+
+
+def test_what_changed_most_stands_first_and_is_never_cut_off(capsys, monkeypatch):
+    monkeypatch.setattr(terminal, "MOST", 3)
+    changes = {"little": 2.0, "much": 900.0, "least": 1.1, "more": 30.0}
+    found = [
+        make_check(
+            short.about("recorded-run", case), measured=times * 1e-3, tolerance=1e-3, basis=""
+        )
+        for case, times in changes.items()
+    ]
+    found.append(make_failed_check(short.about("recorded-run", "gone"), "disappeared"))
+    terminal.print_changed(Agreement(found))
+    lines = capsys.readouterr().out.splitlines()
+    assert [line.split("/")[1] for line in lines[:3]] == ["gone", "much", "more"]
+    assert "changed by 0.9 rad, 900 x the allowed 0.001; " in lines[1]
+    assert lines[3] == "... and 2 smaller ones (all are in --junit)"
 
 
 def git(*words: str) -> None:

@@ -175,6 +175,18 @@ def test_rotors_of_the_robots_file_are_columns_of_their_own_size(robot):
     assert rotors.values @ values == pytest.approx(apart[0] - apart[1], abs=1e-9)
 
 
+def test_armature_of_a_file_is_the_reflected_inertia_of_all_rotors_of_a_joint(robot):
+    samples, pairs = (
+        draw_samples(robot, np.zeros((0, 3))),
+        zip(robot.rotors, (60, -50), strict=False),
+    )
+    geared = [replace(rotor, ratio=ratio) for rotor, ratio in pairs]
+    harmed = replace(robot, rotors=(*geared, replace(geared[0], ratio=20)))
+    terms = build_columns(harmed, np.zeros((0, 3)), samples).terms
+    told = [term.value for term in terms if term.kind == "armature"]
+    assert told == [pytest.approx(0.36 + 0.04), pytest.approx(0.25), None]  # N^2 J, kg m^2
+
+
 DESCRIPTION = """
 schema_version = 1
 time = "seconds"

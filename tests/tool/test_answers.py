@@ -19,6 +19,7 @@ from crosscheck.models.loading import load_arm
 from crosscheck.planning.plan import CrossCheckRequest
 from crosscheck.report.answers import (
     answer_on_equations,
+    answer_on_levels,
     answer_on_rigid_arm,
     answer_on_trust,
     answer_questions,
@@ -26,6 +27,7 @@ from crosscheck.report.answers import (
     find_tip_ends,
     format_agreement_json,
 )
+from crosscheck.report.finding_groups import list_findings
 from crosscheck.report.html import describe_quick_limits
 from crosscheck.report.matrix import collect_cells
 from crosscheck.report.outline import outline_report
@@ -117,6 +119,24 @@ def test_rigid_levels_are_told_from_the_first_to_the_last():
     assert find_tip_ends(Agreement(levels)) == [levels[0], levels[2]]
     assert find_tip_ends(Agreement(levels[:1])) == levels[:1]
     assert find_tip_ends(Agreement([])) == []
+
+
+def test_a_level_costs_most_where_a_joint_loses_the_largest_share_of_its_torque():
+    found = []
+    for joint, newtons, share in (("base", 5.0, 0.01), ("wrist", 0.2, 0.3), ("elbow", 1.0, 0.1)):
+        key = ComparisonKey("deviation", "random-states", "torque", "analytic:links", "a:coupled")
+        metric = f"largest difference of the torque of {joint} over 20 random states"
+        subject = Subject(key, "N m", metric)
+        found.append(make_measurement(subject, measured=newtons, relative=share))
+    said = "At level links the torque of wrist is off by up to 30 % of its largest."
+    assert answer_on_levels(Agreement(found)) == said
+
+
+def test_of_each_kind_the_check_nearest_its_tolerance_is_listed():
+    modes = about(LEAD, ENGINE, "mesh-modes", "modes", CASE)
+    found = [state(LEAD, 1e-12 * share) for share in (0.2, 0.9, 0.5)]
+    found.append(make_check(modes, measured=0.3, tolerance=1.0, basis=""))
+    assert [row.share for row in list_findings(found).tightest] == ["90 %", "30 %"]
 
 
 @pytest.mark.parametrize(("size", "count"), [(1e-15, "2 of 2"), (1e-3, "1 of 2")])

@@ -105,6 +105,12 @@ def test_windows_are_where_contact_changes(runs):
     assert when(found, "contact on the other side") == pytest.approx(0.21, abs=STEP_S)
 
 
+def test_the_largest_force_may_be_a_negative_one(runs):
+    turned = {name: each.assign(F_sp=-each["F_sp"]) for name, each in runs["pd"].items()}
+    (found,) = collect_signals(REFERENCE, {"pd": turned})
+    assert when(found, "largest F_sp") == pytest.approx(PEAK_AT * STEP_S, abs=STEP_S)
+
+
 def test_a_page_is_shared_among_experiments(runs):
     many = {f"e{number}": runs["pd"] for number in range(5)}
     found = collect_signals(REFERENCE, many, 20_000)

@@ -10,6 +10,7 @@ import pytest
 import crosscheck
 from crosscheck.findings import Agreement, EntryDifferences
 from crosscheck.models.arm.arm import Link
+from crosscheck.report.heat_map import make_heat_map
 from crosscheck.testing import Trial
 from crosscheck.trial.input.loading import load_equations
 from tests.baselines.short import green, invented_check, measurement, red
@@ -44,6 +45,13 @@ class Cells(HTMLParser):
     def handle_data(self, data: str) -> None:
         if self.open and self.open[-1] == "td":
             self.texts.append(data)
+
+
+def test_a_cell_is_shaded_by_the_decades_of_its_difference_once_it_differs():
+    row = (0.0, 1e-10, 1.1e-10, 9e-7, 1e-6, 1e-4, 9.9e-3, 0.01, 3.0, np.nan)
+    found = make_heat_map("M", ("a",), [str(value) for value in row], (row,), 1e-10)
+    assert [cell.shade for cell in found.cells[0]] == [0, 0, 1, 1, 2, 3, 3, 4, 4, 4]
+    assert found.described == "M: 8 of 10 entries differ"
 
 
 @pytest.fixture(scope="module")
