@@ -70,7 +70,8 @@ def limit_resources(memory: int, processor_s: int | None = None) -> None:
         spent = int(sum(psutil.Process().cpu_times()[:2]))
         _, most = resource.getrlimit(resource.RLIMIT_CPU)
         limit = spent + processor_s
-        resource.setrlimit(resource.RLIMIT_CPU, (limit, limit if most < 0 else most))
+        limit = limit if most == resource.RLIM_INFINITY else min(limit, most)
+        resource.setrlimit(resource.RLIMIT_CPU, (limit, limit))
 
 
 def adopt_orphans() -> None:

@@ -43,6 +43,8 @@ def test_compiled_it_says_what_the_model_says(crosscheck, setting, tmp_path):
     answer = crosscheck("export", arm, "--model", name, "--out", file, *given)
     assert (answer.code, answer.err) == (0, "")
     model = build_model(arm, name, laws)
+    stated = dict(law.removeprefix("switches.").split("=") for law in laws)
+    assert stated.items() <= model.switches.model_dump().items()
     size, joints, theta = len(model.layout), len(model.arm.joints), model.layout.theta
     call = compiled(file, function_prefix(model))
     for t, q, v in zip(*sample_states(model.layout, model.arm, 20, 5), strict=True):

@@ -1,6 +1,7 @@
 """Tasks in other processes: whatever one does, the others are done and nothing is left behind."""
 
 import os
+import resource
 import signal
 import subprocess
 import sys
@@ -13,7 +14,9 @@ import pytest
 
 from crosscheck.runner import cpu_limit
 from crosscheck.runner.outcomes import Failure
+from crosscheck.runner.process_tree import limit_resources
 from crosscheck.runner.workers import Workers, perform_all
+from tests.processes import in_child
 
 
 @dataclass(frozen=True)
@@ -182,6 +185,19 @@ def test_what_a_task_has_started_ends_with_its_worker(work, tmp_path):
         (number,) = crew.perform([Job("parent", work)], lambda key: None).values()
         assert _runs(number)
     assert not _runs(number)
+
+
+@pytest.mark.parametrize("stricter", [True, False])
+def test_a_limit_of_the_users_own_is_not_exceeded(stricter):
+    def work() -> None:
+        used = int(sum(os.times()[:2]))
+        own = used + (100 if stricter else 10_000)
+        resource.setrlimit(resource.RLIMIT_CPU, (own, own))
+        limit_resources(10**9, 300)
+        allowed, _ = resource.getrlimit(resource.RLIMIT_CPU)
+        assert allowed == own if stricter else used + 300 <= allowed <= used + 302
+
+    assert in_child(work)
 
 
 def test_what_a_task_says_is_not_the_programs_word(capfd):
