@@ -218,6 +218,17 @@ def test_different_structures_stand_in_one_question():
     assert same(found[2], run_models(lumped)[1])
 
 
+def test_members_under_unlike_tables_of_torques_keep_their_own():
+    tables = ([1.0, 9.0], [1.0, -9.0], [1.0, 9.0])
+    drives = [{"kind": "table", "time_s": [0.0, 1e-3], "torque_N_m": [each] * 2} for each in tables]
+    models = [model_of("lumped", members(1)[0], drive=drive) for drive in drives]
+    first, turned, again = run_models(models)
+    assert same(first, again)
+    assert same(turned, run_model(models[1]))
+    ends = [run["torque"].values[-1, 0] for run in (first, turned)]  # three tenths of the way
+    assert ends == pytest.approx([1.0 + 0.3 * 8.0, 1.0 - 0.3 * 10.0])
+
+
 def test_nobody_is_nobody():
     assert run_models([]) == group_models([]) == []
 

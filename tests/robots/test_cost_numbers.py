@@ -7,6 +7,8 @@ from functools import lru_cache
 import numpy as np
 import pytest
 
+from crosscheck.checks.robots.sizes import compute_sizes
+from crosscheck.checks.robots.states import sample_states
 from crosscheck.cost import output
 from crosscheck.cost.meshes import tip_distances
 from crosscheck.cost.shortcuts import ShortcutCosts
@@ -51,6 +53,13 @@ def test_every_view_shows_the_numbers_of_the_record(name, view):
 def test_engines_agree_just_within_their_tolerance_and_not_just_beyond():
     assert list(wrong_verdicts()) == []
     assert list(wrong_condition()) == []
+
+
+def test_tolerances_of_what_is_solved_for_are_of_the_worst_pose():
+    """Eigenvalues of [[1, c], [c, 1]] are 1 + c and 1 - c."""
+    masses = np.array([[[4.0, 2 * c], [2 * c, 1.0]] for c in (0.5, 0.9, 0.2)])
+    own = robot("staged")
+    assert compute_sizes(own, masses, sample_states(own, 3, 0)).condition == pytest.approx(19.0)
 
 
 @pytest.mark.parametrize("seed", range(3))

@@ -43,6 +43,15 @@ def test_a_latin_hypercube_has_one_sample_in_every_part(count, seed, each, spaci
     assert (np.arange(count) == np.sort(np.floor(share * count), axis=0).T).all()
 
 
+def test_axes_of_a_latin_hypercube_do_not_rise_together():
+    """Of 400 independent draws correlations have a standard deviation of 0.05."""
+    law = {"kind": "latin_hypercube", "low": 1.0, "high": 2.0}
+    own = {"path": "arm.payload_mass_kg", **law}
+    drawn = [axis.values for axis in _sampled(400, 3, {"path": BACKLASH, "each": True, **law}, own)]
+    columns = np.column_stack([*drawn, np.arange(400)])
+    assert np.abs(np.corrcoef(columns.T) - np.eye(6)).max() < 0.25
+
+
 @given(COUNTS, SEEDS, st.floats(0, 0.5))
 def test_uniform_tolerances_stay_within(count, seed, tolerance):
     law = {"kind": "uniform", "relative_tolerance": tolerance}

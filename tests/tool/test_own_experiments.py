@@ -7,6 +7,7 @@ import numpy as np
 import pytest
 
 from crosscheck.api import check
+from crosscheck.models.arm.planets import usual_switches
 from crosscheck.models.loading import load_arm, load_scenario
 from crosscheck.planning.plan import CrossCheckRequest
 from crosscheck.planning.preparation import prepare_experiments
@@ -74,10 +75,15 @@ def _stiffer(joint):
 def test_an_unstable_loop_is_named_before_it_runs():
     arm, scenario = load_arm("three-unlike"), load_scenario("pd")
     growth = find_growing_mode(arm, scenario)
-    poles = build(reference_model(), arm, scenario).contact_poles()
-    worst = poles[np.argmax(poles.real)]
+    there = {"theta_rad": scenario.drive.target_rad}
+    turned = scenario.model_copy(update={"start": scenario.start.model_copy(update=there)})
+    laws = usual_switches(arm)
+    ends = [build(reference_model(), arm, pose, laws) for pose in (scenario, turned)]
+    poles = np.concatenate([model.contact_poles() for model in ends])
+    worst = max(poles[poles.imag > 0], key=lambda pole: pole.real)
     assert growth is not None
-    assert growth.rate_per_s >= worst.real > 100
+    assert growth.rate_per_s == worst.real > 100
+    assert 2 * np.pi * growth.frequency_Hz == pytest.approx(worst.imag, rel=1e-12)
     with Workers(1) as workers:
         found = prepare_experiments(
             CrossCheckRequest(arm, quick=True, scenarios=(scenario,)), workers
