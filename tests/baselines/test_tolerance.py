@@ -3,8 +3,11 @@
 import pytest
 
 from crosscheck.baseline.record import BoundedRecord
-from crosscheck.baseline.reduction import _round_up
+from crosscheck.baseline.reduction import Bound, _measurement_bound, _round_up
 from crosscheck.baseline.regression import _compare_numbers, _subject
+from crosscheck.findings import ComparisonKey, Subject, make_measurement
+from crosscheck.models.loading import load_arm
+from crosscheck.runner.tasks import RunKey
 
 TOLERANCE = 1e-6
 
@@ -17,6 +20,17 @@ def test_a_number_differs_just_beyond_its_tolerance(share, verdict, sign):
         _subject("finding", "made", None, "rad"), record, record, (0.0, sign * share * TOLERANCE)
     )
     assert (finding.verdict, finding.tolerance) == (verdict, TOLERANCE)
+
+
+def test_a_tip_may_move_by_every_joints_tolerance_along_the_links_behind_it():
+    """Joints 1 to k turn link k: three links, two runs."""
+    arm = load_arm("three-unlike")
+    first, second, third = (link.length_m for link in arm.links)
+    sides = {"a": 2e-9, "b": 3e-9}
+    bounds = {RunKey("pd", name): {"theta": Bound(size, "")} for name, size in sides.items()}
+    about = Subject(ComparisonKey("deviation", "pd", "tip", *sides), "m", "largest")
+    found = _measurement_bound(make_measurement(about, measured=0.1), bounds, arm).tolerance
+    assert found == pytest.approx(5e-9 * (first + 2 * second + 3 * third), rel=0.0101)
 
 
 @pytest.mark.parametrize("value", [1.0, 1.234, 1.235, 9.996, 4.4441e-17, 8.0049e12])

@@ -14,6 +14,7 @@ from crosscheck.findings import (
     make_check,
     make_failed_check,
     make_measurement,
+    make_unfinished_check,
 )
 from crosscheck.models.loading import load_arm
 from crosscheck.planning.plan import CrossCheckRequest
@@ -165,6 +166,32 @@ def test_a_quick_page_says_what_it_leaves_out(labelled):
     own = describe_quick_limits(CrossCheckRequest(load_arm("three-unlike"), quick=True))
     assert "at most 10000 steps" in own
     assert "up to 300000" in own
+
+
+OUTCOMES = {
+    "agree": state(LEAD, 1e-15),
+    "differ": state(LEAD, 1e-3),
+    "failed": make_failed_check(about(LEAD, ENGINE, "bias", "states", CASE), ""),
+    "unfinished": make_unfinished_check(about(LEAD, ENGINE, "force", "states", CASE), ""),
+    "measured": printed(0.1),
+}
+
+
+@pytest.mark.parametrize(
+    ("verdicts", "code"),
+    [
+        ("agree measured", 0),
+        ("agree unfinished", 3),
+        ("unfinished", 3),
+        ("unfinished differ", 1),
+        ("failed unfinished", 1),
+        ("differ", 1),
+        ("measured", 1),
+        ("", 1),
+    ],
+)
+def test_the_exit_code_is_that_of_the_worst_verdict(verdicts, code):
+    assert Agreement([OUTCOMES[verdict] for verdict in verdicts.split()]).exit_code == code
 
 
 def test_what_is_only_measured_is_no_agreement_of_the_matrix(labelled):
