@@ -12,6 +12,7 @@ from crosscheck.models.arm.arm import Arm, Direct
 from crosscheck.models.errors import InputError
 from crosscheck.report.trial import describe_errors, describe_notes
 from crosscheck.testing import assert_agrees
+from crosscheck.trial.diagnose.arm_numbers import find_negligible_inertias
 from crosscheck.trial.input.equations import Coordinates, Equations
 from tests.trial.test_trial import trial_of
 
@@ -167,6 +168,12 @@ def test_an_inertia_next_to_nothing_may_be_left_out():
         lambda arm: Equations(pendulum(bodies_of(arm), G).mass_matrix), arm_of(*bodies)
     )
     assert (whole.exit_code, whole.point_masses) == (0, ())
+
+
+def test_next_to_nothing_is_a_millionth_of_what_the_mass_at_its_centre_has():
+    bodies = [(2.0, 1.0, 0.1, share * 1e-6 * 2.0 * 0.1**2) for share in (0.99, 1.01, 0.0)]
+    names = [f"links[{place}].inertia_kg_m2" for place in range(3)]
+    assert find_negligible_inertias(arm_of(*bodies), [*names, "links[0].mass_kg"]) == (names[0],)
 
 
 def test_a_missing_inertia_stands_first_and_alone():
