@@ -1,4 +1,4 @@
-"""What the figures are drawn from: runs from one start, bands of all starts, samples.
+"""What the figures are drawn from: runs from one start, and samples of all.
 
 Every choice that the paper leaves open is made here.
 """
@@ -10,7 +10,6 @@ from dataclasses import dataclass, field, replace
 from typing import TypeVar
 
 from crosscheck.audit.claims.study_plan import StudyPlan, plan_of
-from crosscheck.audit.experiments.bands import BandsQuestion, ShoulderBands
 from crosscheck.audit.experiments.courses import simulate_courses
 from crosscheck.audit.experiments.experiments import (
     DEFAULTS,
@@ -36,7 +35,6 @@ from crosscheck.audit.page.context import AuditContext
 ZETA, LOW_ZETA = 0.02, 0.005
 SMOOTH_RECORD = 20  # 0.2 ms: for angles and speeds, which have nothing at mesh frequencies
 FULL_RECORD = 2  # 20 µs: eleven records of a period of the fastest mesh mode
-BAND_BINS = 300  # over a whole run: one of three panels has so many points of the page's width
 Name = TypeVar("Name", bound=Hashable)
 
 
@@ -88,16 +86,6 @@ class FigureData:
         requests = {law: (make_condition(law), sampled) for law in LAWS}
         samples = self.context.samples(requests.values(), str(experiment))
         return {law: samples[request] for law, request in requests.items()}
-
-    def start_bands(self, number: int) -> dict[Law, ShoulderBands]:
-        """The bands in which the whole PD run's starts lie, by law."""
-        scale, seeds = self.context.scale, self.context.scale.seeds
-        variants = {law: make_start_variant(PD, make_condition(law), None) for law in LAWS}
-        questions = {
-            law: BandsQuestion(scale.cut(variant), seeds, BAND_BINS)
-            for law, variant in variants.items()
-        }
-        return self.context.study.answer_by_key(questions, f"figure {number}, all starts")
 
 
 def make_condition(law: Law, zeta: float = LOW_ZETA) -> Condition:

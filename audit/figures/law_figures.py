@@ -10,12 +10,10 @@ import numpy as np
 from pydantic import JsonValue
 
 from crosscheck import signals
-from crosscheck.audit.experiments.bands import ShoulderBands
 from crosscheck.audit.experiments.experiments import CONSTANT, PD, SHORT_S, PaperExperiment
 from crosscheck.audit.experiments.paper_conditions import INTEGRAL, Condition
 from crosscheck.audit.experiments.torque import RING_CYCLES
 from crosscheck.audit.figures.figure_data import (
-    BAND_BINS,
     LOW_ZETA,
     FigureData,
     make_start_variant,
@@ -24,7 +22,6 @@ from crosscheck.audit.figures.paper_figure import Drawing, PaperFigure
 from crosscheck.audit.figures.plotting import (
     MICRO,
     Curve,
-    DrawnArea,
     Panel,
     describe_run,
     draw_panels,
@@ -43,8 +40,8 @@ TORQUE_S = ((0.0, 0.5), (0.0, 0.01))
 SIDE_S, THIRD_S = (0.345, 0.385), (1.10, 1.11)
 WHOLE_S = ((0.0, 3.0), SIDE_S, THIRD_S)
 TRANSIENT_S = ((0.0, SHORT_S), (0.0, 0.02), SIDE_S, THIRD_S)
+BAND_BINS = 300  # over a whole run: one of three panels has so many points of the page's width
 RIGID_STYLES = {COUPLED: "--", "links": ":"}
-ALL_STARTS = "#b8c4d0"
 Numbers = Mapping[str, JsonValue]
 
 
@@ -52,8 +49,7 @@ class LawFigure(NamedTuple):
     """A figure of one quantity of a Course times ``scale``; windows: of the rows [s], first wide.
 
     scale: the factor from SI units to the drawn one; more: said below the drawing; numbers: for the
-    figure's words, of a run by INTEGRAL. With ``bands`` all starts are drawn behind the first row;
-    without ``elbow`` the shoulder alone.
+    figure's words, of a run by INTEGRAL. Without ``elbow`` the shoulder alone is drawn.
     """
 
     experiment: PaperExperiment
@@ -63,7 +59,6 @@ class LawFigure(NamedTuple):
     scale: float = 1.0
     more: str = ""
     numbers: Callable[[RunSignals], Numbers] = lambda run: {}
-    bands: bool = False
     elbow: bool = True
 
 
@@ -83,20 +78,14 @@ def braking_numbers(run: RunSignals) -> dict[str, JsonValue]:
     return {"brakes_s": signals.crossing_time_below(run.time, run.torque[:, 0], 0.0)}
 
 
-_GREY = "Grey: between all starts (shoulder)."
 _PER_PLANET = "Force per planet, without its damper."
 FIGURES = {
     8: LawFigure(CONSTANT, "x_sp", "x_sp1 [µm]", TORQUE_S, MICRO, numbers=static_numbers),
     9: LawFigure(CONSTANT, "F_sp", "F_sp1 [N]", TORQUE_S, more=_PER_PLANET),
-    11: LawFigure(PD, "torque", "T [N m]", WHOLE_S, 1.0, _GREY, braking_numbers, bands=True),
-    12: LawFigure(PD, "x_sp", "x_sp1 [µm]", WHOLE_S, MICRO, _GREY, braking_numbers, bands=True),
-    13: LawFigure(PD, "F_sp", "F_sp1 [N]", WHOLE_S, 1.0, _GREY, braking_numbers, bands=True),
-    14: LawFigure(
-        *(PD, "theta_ddot", "θ_1'' [rad/s²]", TRANSIENT_S),
-        more="Grey: between all starts.",
-        bands=True,
-        elbow=False,
-    ),
+    11: LawFigure(PD, "torque", "T [N m]", WHOLE_S),
+    12: LawFigure(PD, "x_sp", "x_sp1 [µm]", WHOLE_S, MICRO, numbers=braking_numbers),
+    13: LawFigure(PD, "F_sp", "F_sp1 [N]", WHOLE_S),
+    14: LawFigure(PD, "theta_ddot", "θ_1'' [rad/s²]", TRANSIENT_S, elbow=False),
 }
 
 
@@ -109,13 +98,10 @@ def draw_law_figure(
     """
     law_figure = FIGURES[number]
     (runs,) = data.courses_by_law(number, law_figure.experiment)
-    bands = data.start_bands(number) if law_figure.bands else {}
     whole, *zooms = law_figure.windows
     top = [
-        _draw_window(law_figure, run, rigid or {}, whole)._replace(
-            areas=[_draw_starts(law_figure, bands[law])] if law in bands else [], shaded=zooms
-        )
-        for law, run in runs.items()
+        _draw_window(law_figure, run, rigid or {}, whole)._replace(shaded=zooms)
+        for run in runs.values()
     ]
     below = [
         [_draw_window(law_figure, run, rigid or {}, zoom) for run in runs.values()]
@@ -147,12 +133,6 @@ def _draw_window(
         label, style = f"rigid, {level}", RIGID_STYLES[level]
         curves.append(Curve(arm.time[inside], acceleration, "k", label, style))
     return Panel(curves, {"ylabel": law_figure.label, "xlim": window})
-
-
-def _draw_starts(law_figure: LawFigure, bands: ShoulderBands) -> DrawnArea:
-    """The band between all starts, in the figure's unit."""
-    low, high = (law_figure.scale * np.array(values) for values in bands.bands[law_figure.quantity])
-    return DrawnArea(bands.time, low, high, ALL_STARTS, f"between all {bands.starts} starts")
 
 
 def draw_figure_14(data: FigureData) -> PaperFigure:

@@ -45,25 +45,14 @@ class Curve(NamedTuple):
     bins: int | None = None
 
 
-class DrawnArea(NamedTuple):
-    """An area of a panel, from low to high (points,) at x (points,)."""
-
-    x: np.ndarray | Sequence[float]
-    low: np.ndarray | Sequence[float]
-    high: np.ndarray | Sequence[float]
-    colour: str
-    label: str
-
-
 class Panel(NamedTuple):
-    """One pair of axes: curves before areas, with what Matplotlib's ``Axes.set`` is to be told.
+    """One pair of axes: curves, with what Matplotlib's ``Axes.set`` is to be told.
 
     shaded: parts of the x axis; log: with a logarithmic y axis, if anything is above zero.
     """
 
     curves: Sequence[Curve]
     settings: Mapping[str, object]
-    areas: Sequence[DrawnArea] = ()
     shaded: Sequence[tuple[float, float]] = ()
     log: bool = False
 
@@ -88,8 +77,6 @@ def draw_panels(height: float, xlabel: str, *rows: Sequence[Panel], by_law: bool
 
 
 def _draw_panel(axes: Axes, panel: Panel) -> None:
-    for x, low, high, colour, label in panel.areas:
-        axes.fill_between(x, low, high, color=colour, linewidth=0.4, label=label)
     for x, y, colour, name, style, width, bins in panel.curves:
         if bins is not None and len(x) > 2 * bins:
             x, low, high = envelope(np.asarray(x), np.asarray(y), bins)

@@ -1,6 +1,5 @@
 """The figures' chapter: what is drawn is what the claims were asked, and measures of known runs."""
 
-from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
@@ -9,7 +8,6 @@ import pytest
 from crosscheck.analytic.paper.backlash import dead_zone_tanh
 from crosscheck.analytic.paper.stiffness import square_wave_series
 from crosscheck.audit.claims.catalogue import CLAIMS
-from crosscheck.audit.experiments.bands import BandsQuestion, shoulder_signal
 from crosscheck.audit.experiments.experiments import (
     BACK,
     BACKLASH,
@@ -46,7 +44,6 @@ from crosscheck.studies.members.starts import perturb_start
 
 pytestmark = pytest.mark.slow
 
-TIME = np.arange(30000) * 4e-5
 BRIEF = Scale(quick=True, longest_s=0.002, most_starts=2)
 
 
@@ -67,18 +64,6 @@ def test_what_is_drawn_is_a_start_of_what_the_claims_were_asked(source):
     shown = make_start_variant(source, cell, 3, 7).case()
     scenario = shown.scenario.model_copy(update={"record_every": asked.scenario.record_every})
     assert shown._replace(scenario=scenario) == asked
-
-
-def test_all_starts_lie_in_the_band():
-    variant = replace(make_start_variant(PD, Condition(PRINTED, LOW_ZETA), None), duration_s=5e-3)
-    seeds = (4, 5, 6)
-    between = BandsQuestion(variant, seeds, 20).answer()
-    assert (between.starts, len(between.time)) == (3, 20)
-    runs = [extract_signals(simulate(replace(variant, seed=seed))) for seed in seeds]
-    for name, band in between.bands.items():
-        values = np.array([shoulder_signal(run, name) for run in runs])
-        assert max(band.high) == pytest.approx(values.max(), rel=1e-9)
-        assert min(band.low) == pytest.approx(values.min(), rel=1e-9)
 
 
 def test_statics_of_a_pressed_mesh():

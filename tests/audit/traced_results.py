@@ -37,7 +37,6 @@ def build_questions() -> dict[str, Any]:
     """Questions about the shortest runs; their modules are imported after numba is replaced."""
     from crosscheck.audit.errata.finder import ErrataQuestion
     from crosscheck.audit.experiments import ensembles
-    from crosscheck.audit.experiments.bands import BandsQuestion
     from crosscheck.audit.experiments.courses import CoursesQuestion
     from crosscheck.audit.experiments.variant import Variant
     from crosscheck.audit.findings.clock import ClockTest
@@ -52,7 +51,6 @@ def build_questions() -> dict[str, Any]:
         "exudyn run": CoursesQuestion((vary(model="exudyn:tree"),)),
         "pinocchio run": CoursesQuestion((vary(model="pinocchio:coupled"),)),
         "starts of exudyn": ensembles.TransientPdQuestion(exudyn, (1,)),
-        "bands of all starts": BandsQuestion(vary(), (1, 2), 20),
         "back and forth beside rigid arms": ensembles.SwingQuestion(vary(), (1, 2)),
         "errata": ErrataQuestion("paper-labelled", 1e-4),
         "statics": Statics("paper-labelled"),
