@@ -5,18 +5,12 @@ from __future__ import annotations
 from collections.abc import Callable, Iterable
 from functools import partial
 
-from crosscheck.audit.experiments.experiments import PD
-from crosscheck.audit.experiments.paper_conditions import LAWS, Law
 from crosscheck.audit.figures import angles, law_figures, laws, sweeps
-from crosscheck.audit.figures.figure_data import LOW_ZETA, ZETA, FigureData, make_condition
+from crosscheck.audit.figures.figure_data import LOW_ZETA, ZETA, FigureData
 from crosscheck.audit.figures.paper_figure import PaperFigure
-from crosscheck.audit.figures.plotting import draw_severe_shares
-from crosscheck.audit.judging.shares import Share
-from crosscheck.audit.measures.third_fluctuation import ThirdFluctuation
-from crosscheck.audit.measures.thresholds import SEVERE
 from crosscheck.audit.page.chapter import AuditChapter
 from crosscheck.audit.page.context import AuditContext
-from crosscheck.audit.page.text import render_template, to_markup
+from crosscheck.audit.page.text import render_template
 from crosscheck.models.errors import Diverged
 
 FIGURE_FUNCTIONS: dict[int, Callable[[FigureData], PaperFigure]] = {
@@ -67,17 +61,7 @@ def _draw_figure(data: FigureData, number: int) -> PaperFigure:
 
 
 def _introduction(context: AuditContext) -> str:
-    """The chapter's introduction, with what other damping does to the third fluctuation."""
-    shares: dict[Law, dict[float, Share | None]] = {law: {} for law in LAWS}
-    for condition, results in (*context.as_modelled, *context.settings):
-        if condition == make_condition(condition.law, condition.zeta):
-            shares[condition.law][condition.zeta] = ThirdFluctuation.from_samples(results[PD]).share
+    """The chapter's introduction."""
     return render_template(
-        "figures/introduction",
-        svg=to_markup(draw_severe_shares(shares)),
-        zeta=ZETA,
-        low_zeta=LOW_ZETA,
-        severe=SEVERE,
-        starts=context.scale.most_starts,
-        seed=context.scale.first_seed,
+        "figures/introduction", zeta=ZETA, low_zeta=LOW_ZETA, seed=context.scale.first_seed
     )

@@ -9,8 +9,7 @@ from typing import NamedTuple
 import numpy as np
 from matplotlib.axes import Axes
 
-from crosscheck.audit.experiments.paper_conditions import LAWS, Law
-from crosscheck.audit.judging.shares import Share
+from crosscheck.audit.experiments.paper_conditions import LAWS
 from crosscheck.audit.measures.run_signals import RunSignals
 from crosscheck.audit.measures.stage import paper_stage
 from crosscheck.audit.page.labels import DRAWN_NAMES
@@ -123,25 +122,3 @@ def describe_run(run: RunSignals, seed: int, more: str = "") -> str:
         f"drive: {', '.join(driven)}",
     ]
     return f"{'; '.join(parts)}.{' ' + more if more else ''}"
-
-
-def draw_severe_shares(shares_by_law: Mapping[Law, Mapping[float, Share | None]]) -> str:
-    """Shares of severe starts over the damping ratio, with 95 % intervals, by law, as svg."""
-    figure, grid = make_figure(1, 1, 2.9)
-    axes = grid[0, 0]
-    for place, (law, by_zeta) in enumerate(shares_by_law.items()):
-        shares = [(zeta, share) for zeta, share in by_zeta.items() if share is not None]
-        zeta = np.array([damping_ratio for damping_ratio, _ in shares]) * (1 + 0.03 * (place - 1))
-        value = np.array([share.value for _, share in shares])
-        ends = np.array([share.interval for _, share in shares]).reshape(-1, 2).T
-        label, colour = DRAWN_NAMES[law], LAW_COLOURS[law]
-        axes.errorbar(
-            zeta, value, np.abs(ends - value), fmt="o-", label=label, color=colour, ms=4, lw=1.0
-        )
-    axes.set(xscale="log", xlabel="damping ratio ζ [1]", ylabel="share of starts [1]")
-    axes.set_ylim(-0.05, 1.05)
-    ticks = sorted({zeta for by_zeta in shares_by_law.values() for zeta in by_zeta})
-    axes.set_xticks(ticks, [f"{zeta:g}" for zeta in ticks])
-    axes.minorticks_off()
-    draw_legend(figure, axes)
-    return to_svg(figure)
