@@ -189,9 +189,9 @@ def build_claim_record(judgement: ModelJudgement) -> dict[str, object]:
             for choice, quantity in claim.choices.items()
         },
         "static": claim.static,
-        **_verdict_record(judgement.verdict),
+        **judgement.verdict.to_dict(),
         "models": {
-            name: _verdict_record(judgement.by_model[model])
+            name: judgement.by_model[model].to_dict()
             for name, model in ({} if claim.static else MODELS_BY_KEY).items()
         },
         "turns_within_a_quarter": judgement.is_limit_sensitive,
@@ -201,13 +201,4 @@ def build_claim_record(judgement: ModelJudgement) -> dict[str, object]:
         },
         "quantile_parts": list(rule.PARTS),
         "settings": [build_answer_record(answer) for answer in judgement.answers],
-    }
-
-
-def _verdict_record(verdict: Verdict) -> JsonObject:
-    """A verdict as JSON; counts: how many settings have each state."""
-    return {
-        "verdict": verdict.kind,
-        "depends_on": list(verdict.depends_on),
-        "counts": dict(verdict.counts._asdict()),
     }

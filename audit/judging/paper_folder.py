@@ -35,7 +35,6 @@ from crosscheck.studies.api import sweep
 from crosscheck.studies.definition.definition import Definition
 from crosscheck.studies.definition.files import function_names
 from crosscheck.trial.input.calls import TAKES
-from crosscheck.trial.input.equations import Level
 from crosscheck.trial.trial import Trial
 
 PAPER, STUDY = "paper.toml", "study.toml"
@@ -73,26 +72,18 @@ class ClaimText(Data):
         return self
 
 
-class Transcript(Data):
-    """The paper's equations of motion as a function of the arm, for a trial."""
-
-    function: Name
-    """``file.py:name``, the file beside this one."""
-    level: Level = ""
-    """The rigid level that they are; '' for whichever they are closest to."""
-
-
 class PaperFile(Data):
     """What paper.toml says."""
 
     title: Title
     """Of the paper."""
-    authors: Annotated[tuple[Name, ...], Sequenced] = ()
-    """Of the paper."""
     experiments: Annotated[dict[str, dict[str, JsonValue]], Field(default_factory=dict)]
     """Settings by the names of experiments beside the plain study."""
-    equations: Transcript | None = None
-    """The transcript; sentences name its parts, such as mass_matrix, as their errata."""
+    equations: Name | None = None
+    """The paper's equations of motion as a function of the arm: ``file.py:name``, beside this file.
+
+    Sentences name its parts, such as mass_matrix, as their errata.
+    """
     claims: Annotated[tuple[ClaimText, ...], Field(min_length=1, strict=False)]
     """In the paper's order."""
     sentences: Annotated[tuple[Sentence, ...], Field(min_length=1, strict=False)]
@@ -174,17 +165,9 @@ class PaperAudit:
                 | {"state": answer.state, "starts": answer.starts, "quantiles": answer.quantiles}
                 for answer in judgement.answers
             ]
-            claims.append(
-                {
-                    "id": claim.id,
-                    "statement": claim.statement,
-                    "yes_if": f"{claim.limits}: {claim.limits.because}",
-                    "verdict": verdict.kind,
-                    "depends_on": verdict.depends_on,
-                    "counts": verdict.counts._asdict(),
-                    "settings": settings,
-                }
-            )
+            yes_if = f"{claim.limits}: {claim.limits.because}"
+            record = {"id": claim.id, "statement": claim.statement, "yes_if": yes_if}
+            claims.append(record | verdict.to_dict() | {"settings": settings})
         document = {"schema_version": 1, "title": self.paper.title, "claims": claims}
         return json.dumps(document, indent=1) + "\n"
 
@@ -207,7 +190,7 @@ def read_folder(folder: Path, run_code: bool = False) -> PaperFolder:
     study = validate_record(Definition, read_toml(folder / STUDY), str(folder / STUDY))
     if study.arm is None:
         raise InputError(str(folder / STUDY), "arm", None, "is required: a paper is of an arm")
-    named = [*([paper.equations.function] if paper.equations else []), *function_names(study)]
+    named = [*filter(None, [paper.equations]), *function_names(study)]
     if named and not run_code:
         allowed = "its code would be run; allow that with --run-code"
         raise InputError(str(folder), "function", named[0], allowed)
@@ -330,9 +313,8 @@ def try_transcript(given: PaperFolder, jobs: int) -> Trial | None:
     if equations is None:
         return None
     trial = testing.try_equations(
-        str(given.path / equations.function),
+        str(given.path / equations),
         given.arm,
-        level=equations.level,
         jobs=jobs,
         name="the paper's equations",
     )

@@ -241,6 +241,14 @@ class Verdict(NamedTuple):
     counts: Counts
     depends_on: tuple[str, ...] = ()
 
+    def to_dict(self) -> dict[str, Any]:
+        """The verdict for JSON."""
+        return {
+            "verdict": self.kind,
+            "depends_on": list(self.depends_on),
+            "counts": self.counts._asdict(),
+        }
+
 
 SettingState = tuple[Place, State]
 

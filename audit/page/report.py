@@ -20,16 +20,13 @@ from crosscheck.audit.experiments.paper_conditions import LABELLED
 from crosscheck.audit.experiments.scale import FULL, Scale
 from crosscheck.audit.experiments.study import Study
 from crosscheck.audit.judging.sentences import load_sentences
-from crosscheck.audit.measures.undefined import UNDEFINED
 from crosscheck.audit.page.chapter import AuditChapter
 from crosscheck.audit.page.context import AuditContext
 from crosscheck.audit.page.published_paper import EXTENT_READ, PAPER
-from crosscheck.models.errors import Diverged
 from crosscheck.models.loading import load_arm
 from crosscheck.output import write_files, write_text
 from crosscheck.provenance import record_provenance
 from crosscheck.report import rendering
-from crosscheck.report.fragments import render_paragraph
 from crosscheck.report.plots.figures import fix_links
 
 SCHEMA_VERSION = 5
@@ -41,22 +38,11 @@ _LENGTH, _FINER = re.compile(r' (?:d|x|y)="[^"]*"'), re.compile(r"(?<=\.\d\d)\d+
 CHAPTERS = ("findings.chapter", "errata.sheet", "figures.chapter", "claims.chapter")
 
 
-def _build_chapter(context: AuditContext, name: str) -> AuditChapter:
-    """A chapter of CHAPTERS; one that says so if a run that it cannot do without diverges."""
-    module = importlib.import_module(f"crosscheck.audit.{name}")
-    try:
-        made: AuditChapter = module.build_chapter(context)
-    except Diverged as error:
-        message = f"Undefined: a run that this chapter rests on has no result ({error})."
-        record = {"id": module.ID, "verdict": UNDEFINED}
-        return AuditChapter(module.ID, module.TITLE, render_paragraph(message), [record], message)
-    return made
-
-
 def write_paper(study: Study, out: Path, scale: Scale = FULL) -> list[AuditChapter]:
-    """Write paper.html, claims.json and errata.html. Raises InputError."""
+    """Write paper.html, claims.json and errata.html. Raises InputError and Diverged."""
     context = AuditContext(study, scale)
-    made = [_build_chapter(context, name) for name in CHAPTERS]
+    modules = (importlib.import_module(f"crosscheck.audit.{name}") for name in CHAPTERS)
+    made = [module.build_chapter(context) for module in modules]
     sheet = build_sheet(list_sections(LABELLED, context.errata), context.effect_s)
     contents = {
         out / PAGE: render_page(made, study),
