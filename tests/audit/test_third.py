@@ -4,21 +4,12 @@ import numpy as np
 import pytest
 from scipy.stats import beta
 
-from crosscheck.audit.claims.model_judgement import model_of
-from crosscheck.audit.experiments.paper_conditions import (
-    AS_MODELLED,
-    CONSERVATIVE,
-    INTEGRAL,
-    PRINTED,
-    Condition,
-)
 from crosscheck.audit.judging.rule import State
 from crosscheck.audit.judging.sample import Sample
 from crosscheck.audit.judging.shares import Share
 from crosscheck.audit.measures.third_fluctuation import NONE, ThirdFluctuation, quantiles
 from crosscheck.audit.measures.thresholds import SEVERE
 from tests.audit.planted_runs import third
-from tests.audit.stated import of_third
 
 ABOVE, BELOW = 1.01, 0.99
 LOUD, QUIET = ABOVE * SEVERE, BELOW * SEVERE
@@ -47,14 +38,3 @@ def test_samples_join_and_diverged_starts_have_no_numbers():
 def test_starts_that_others_stand_for_are_not_counted():
     alike = Sample({"third": np.full(32, LOUD)}, np.zeros(32, bool), not_run=24)
     assert ThirdFluctuation.from_samples(alike).share == Share(8, 8)
-
-
-def test_what_the_claims_ask_is_said_and_nothing_else():
-    as_modelled = Condition(PRINTED, 0.01, planets="lumped", equations="printed")
-    (stated,) = of_third("here", [(Condition(PRINTED, 0.01), third(*[LOUD] * 10))])
-    assert (stated.quantity, stated.state) == ("pd: third", State.YES)
-    (lumped,) = of_third("here", [(as_modelled, third(LOUD))])
-    assert model_of(lumped.place) == AS_MODELLED
-    assert not of_third("here", [(Condition(PRINTED, 0.01, planets="lumped"), third(LOUD))])
-    assert not of_third("here", [(Condition(INTEGRAL, 0.01, planets="lumped"), third(LOUD))])
-    assert not of_third("here", [(Condition(CONSERVATIVE, 0.01), third(LOUD))])
