@@ -6,8 +6,9 @@ from collections import Counter
 from collections.abc import Sequence
 from dataclasses import replace
 
+from crosscheck.audit.claims import study_plan
 from crosscheck.audit.claims.model_judgement import ModelJudgement, model_of
-from crosscheck.audit.claims.study_plan import StudyPlan, plan_of
+from crosscheck.audit.claims.study_plan import StudyPlan
 from crosscheck.audit.experiments.ensembles import ALIKE, FIRST
 from crosscheck.audit.experiments.paper_conditions import (
     AS_GEARS,
@@ -63,7 +64,7 @@ def build_chapter(context: AuditContext) -> AuditChapter:
     return AuditChapter(
         ID,
         TITLE,
-        render_claims(judgements, plan_of(context.scale), context.scale),
+        render_claims(judgements, study_plan.FULL, context.scale),
         list(map(build_claim_record, judgements)),
         f"of {len(judgements)} statements: {outcome}.",
     )
@@ -145,23 +146,15 @@ def describe_model(model: GearModel) -> str:
 
 
 def build_answer_record(answer: Answer) -> JsonObject:
-    """An answer with the setting where it was found, as JSON."""
+    """An answer with the setting where it was found, as JSON: model, reading, zeta and choice."""
     model, share = model_of(answer.place), answer.share
     arm, zeta = (answer.place.value_of(name) for name in (READING, DAMPING))
     parts = model and model.id, arm, zeta and f"{zeta:g}", answer.place.choice
     return to_json(
         {
             "id": "/".join(filter(None, parts)),
-            "law": model and model.law.id,
-            "planets": model and model.planets,
-            "equations": model and model.equations,
-            "arm": arm,
-            "zeta": zeta,
-            "choice": answer.place.choice or None,
             "state": answer.state.value,
             "yes": share and share.yes,
-            "share": share and share.value,
-            "share_95": share and model and share.interval,
             "quantiles": answer.quantiles,
             "starts": answer.starts,
             "undefined": answer.undefined,

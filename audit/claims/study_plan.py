@@ -31,9 +31,8 @@ class StudyPlan:
     shaken: of back and forth, the square wave, two planets, 3 s with b = 3000 um, links that turn
     back, preloaded constant torque, exact teeth in the elbow, and neither
     backlash nor tooth error;
-    variants: whether VARIANTS, other planets, other waves and planted errors are asked too. The
-    second reading of Table I sweeps b and E at every second zeta. back: of Fig. 15, to which the
-    claims add 1000 and 3000 um.
+    The second reading of Table I sweeps b and E at every second zeta. back: of Fig. 15, to which
+    the claims add 1000 and 3000 um.
     """
 
     readings: tuple[str, ...] = tuple(paper_conditions.READINGS)
@@ -42,7 +41,6 @@ class StudyPlan:
     backlashes: tuple[float, ...] = (5.0, 10.0, 25.0, 500.0, 1000.0, 3000.0)
     errors: tuple[float, ...] = (0.8, 1.6, 3.2, 6.3)
     back: tuple[float, ...] = (0.0, 50.0, 100.0, 500.0)
-    variants: bool = True
 
     def claim_conditions(self) -> list[Condition]:
         """The settings of the claims: planets free, all laws."""
@@ -67,67 +65,47 @@ class StudyPlan:
             yield from (item for item in backlashes if not (whole and item == run.WIDE_BEGINNING))
             yield from (run.ERROR(size_um) for size_um in self.errors)
         if condition.zeta in self.shaken:
-            if self.variants and condition.equations == "corrected":  # those printed count three
+            if condition.equations == "corrected":  # those printed count three
                 yield from (run.TWO_PLANETS, run.TWO_SOFTER)
             for size_um in (*self.back, run.CHAOTIC_UM, 1e6 * run.WIDE_M):
                 yield from (run.BACK(size_um), run.BACK_EVEN(size_um))
             yield from (run.WIDE, run.TURNING, run.CONSTANT_PRELOADED)
             yield run.EXACT_ELBOW
             yield run.BACKLASH_NO_ERROR(0.0)
-            yield from (run.SQUARE, run.CONSTANT_SQUARE) if self.variants else ()
+            yield from (run.SQUARE, run.CONSTANT_SQUARE)
 
 
 FULL = StudyPlan()
-QUICK = StudyPlan(
-    readings=(paper_conditions.LABELLED,),
-    zetas=(0.005, 0.02),
-    shaken=(0.02,),
-    backlashes=(5.0, 500.0),
-    errors=(1.6, 6.3),
-    back=(0.0, 50.0, 500.0),
-    variants=False,
-)
 ResultsByCondition = list[tuple[Condition, ConditionResults]]
-
-
-def plan_of(scale: Scale) -> StudyPlan:
-    """The full or the quick plan."""
-    return QUICK if scale.quick else FULL
 
 
 def run_experiments(
     study: Study, scale: Scale, conditions: Sequence[Condition], label: str
 ) -> ResultsByCondition:
     """The chosen settings, each with its experiments and what follows from the arm's data."""
-    plan = plan_of(scale)
     requests = [
         (condition, experiment)
         for condition in conditions
-        for experiment in plan.experiments(condition)
+        for experiment in FULL.experiments(condition)
     ]
     results_by_condition = _collect_results(study, scale, requests, label)
-    statics = study.answer_questions(list(map(Statics, plan.readings)), "claims: statics")
-    static = {run.STATIC: list(map(_single_start_sample, statics))}
-    if plan.variants:
-        planted = list(map(PlantedFaultQuestion, plan.readings))
-        static[run.PLANTED] = [
-            _single_start_sample({"planted_shown": detectable_share(omissions)})
-            for omissions in study.answer_questions(planted, "claims: planted slips")
-        ]
+    statics = study.answer_questions(list(map(Statics, FULL.readings)), "claims: statics")
+    planted = list(map(PlantedFaultQuestion, FULL.readings))
+    changes = study.answer_questions(planted, "claims: planted slips")
+    shares: list[Numbers] = [{"planted_shown": detectable_share(each)} for each in changes]
     for condition, results in results_by_condition.items():
-        place = plan.readings.index(condition.arm)
-        results.update({experiment: by_arm[place] for experiment, by_arm in static.items()})
+        place = FULL.readings.index(condition.arm)
+        results[run.STATIC] = _single_start_sample(statics[place])
+        results[run.PLANTED] = _single_start_sample(shares[place])
         results.update(dict.fromkeys(run.DEFAULTS, results[run.PD]))
-        if run.WIDE in results and run.WIDE_BEGINNING.size in plan.backlashes:
+        if run.WIDE in results and run.WIDE_BEGINNING.size in FULL.backlashes:
             results[run.WIDE_BEGINNING] = results[run.WIDE]
     return list(results_by_condition.items())
 
 
 def run_model_variants(study: Study, scale: Scale) -> dict[GearModel, ResultsByCondition]:
-    """The settings of each of VARIANTS with what is asked there; none if the plan has none."""
-    plan = plan_of(scale)
-    models = paper_conditions.VARIANTS if plan.variants else ()
-    by_model = {model: plan.model_conditions(model) for model in models}
+    """The settings of each of VARIANTS with what is asked there."""
+    by_model = {model: FULL.model_conditions(model) for model in paper_conditions.VARIANTS}
     requests = [
         (condition, experiment)
         for condition in chain.from_iterable(by_model.values())

@@ -23,20 +23,11 @@ EntryIndex = tuple[int, int]
 
 
 @dataclass(frozen=True)
-class EntryOmission:
-    """An entry of the matrices of Eqs. 21-22, counted from 0, that is left out with its mirror.
+class PlantedFaultQuestion(Question[list[float | None]]):
+    """A question: every entry of the form that Eqs. 16-19 give, left out by itself with its mirror.
 
-    theta_rad: the largest change of a joint angle over the run; None if nothing can be run.
+    The largest change of a joint angle [rad] over the run; None if nothing can be run.
     """
-
-    matrix: Matrix
-    entry: EntryIndex
-    theta_rad: float | None
-
-
-@dataclass(frozen=True)
-class PlantedFaultQuestion(Question[list[EntryOmission]]):
-    """A question: every entry of the form that Eqs. 16-19 give, left out by itself."""
 
     cost = 2.0
 
@@ -45,26 +36,22 @@ class PlantedFaultQuestion(Question[list[EntryOmission]]):
     def records(self) -> Records:
         return load_arm(self.arm), load_scenario(SCENARIO)
 
-    def answer(self) -> list[EntryOmission]:
+    def answer(self) -> list[float | None]:
         arm, scenario, clean = load_arm(self.arm), load_scenario(SCENARIO), build_energies_form()
         reference = run_model(FormModelFactory(arm, clean), scenario)
-        omissions = []
+        changes = list[float | None]()
         for matrix, entry in nonzero_entries(clean):
             side = FormModelFactory(arm, remove_entry(clean, matrix, entry))
             try:
-                theta_rad = largest_difference(reference, run_model(side, scenario), "theta")
+                changes.append(largest_difference(reference, run_model(side, scenario), "theta"))
             except (Diverged, ZeroDivisionError):  # an M that cannot be inverted any more
-                theta_rad = None
-            omissions.append(EntryOmission(matrix, entry, theta_rad))
-        return omissions
+                changes.append(None)
+        return changes
 
 
-def detectable_share(omissions: Sequence[EntryOmission]) -> float:
+def detectable_share(changes: Sequence[float | None]) -> float:
     """The share of the errors that change an angle by more than AGREEMENT_RAD, or leave no run."""
-    is_detected = [
-        omission.theta_rad is None or omission.theta_rad > AGREEMENT_RAD for omission in omissions
-    ]
-    return sum(is_detected) / len(is_detected)
+    return sum(change is None or change > AGREEMENT_RAD for change in changes) / len(changes)
 
 
 def nonzero_entries(form: Form) -> Iterator[tuple[Matrix, EntryIndex]]:

@@ -9,7 +9,8 @@ from collections.abc import Hashable, Mapping
 from dataclasses import dataclass, field, replace
 from typing import TypeVar
 
-from crosscheck.audit.claims.study_plan import StudyPlan, plan_of
+from crosscheck.audit.claims import study_plan
+from crosscheck.audit.claims.study_plan import StudyPlan
 from crosscheck.audit.experiments.courses import simulate_courses
 from crosscheck.audit.experiments.experiments import (
     DEFAULTS,
@@ -53,7 +54,7 @@ class FigureData:
     @property
     def plan(self) -> StudyPlan:
         """The plan, which says what sizes are swept."""
-        return plan_of(self.context.scale)
+        return study_plan.FULL
 
     def load_courses(self, variants: Mapping[Name, Variant], number: int) -> dict[Name, RunSignals]:
         """The variants' runs, cut to the scale, for a figure. Raises Diverged."""

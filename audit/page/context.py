@@ -6,11 +6,11 @@ from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass
 from functools import cached_property
 
+from crosscheck.audit.claims import study_plan
 from crosscheck.audit.claims.catalogue import CLAIMS
 from crosscheck.audit.claims.model_judgement import ModelJudgement
 from crosscheck.audit.claims.study_plan import (
     ResultsByCondition,
-    plan_of,
     run_experiments,
     run_model_variants,
 )
@@ -27,8 +27,6 @@ from crosscheck.audit.experiments.study import Study
 from crosscheck.audit.judging.rule import evaluate_claim
 from crosscheck.audit.judging.sample import Sample
 
-QUICK_S = 0.05
-
 
 @dataclass(frozen=True)
 class AuditContext:
@@ -40,13 +38,13 @@ class AuditContext:
     @cached_property
     def settings(self) -> ResultsByCondition:
         """The settings of the claims with planets free, each with its experiments."""
-        chosen = plan_of(self.scale).claim_conditions()
+        chosen = study_plan.FULL.claim_conditions()
         return run_experiments(self.study, self.scale, chosen, "claims")
 
     @cached_property
     def as_modelled(self) -> ResultsByCondition:
         """The settings of the paper's own model, each with its experiments."""
-        chosen = plan_of(self.scale).model_conditions(AS_MODELLED)
+        chosen = study_plan.FULL.model_conditions(AS_MODELLED)
         return run_experiments(self.study, self.scale, chosen, "claims, as modelled")
 
     @cached_property
@@ -57,7 +55,7 @@ class AuditContext:
     @property
     def effect_s(self) -> float:
         """How long [s] the runs behind the effects of errata last."""
-        return self.scale.limit_duration(QUICK_S if self.scale.quick else EFFECT_S)
+        return self.scale.limit_duration(EFFECT_S)
 
     @cached_property
     def errata(self) -> Sequence[Erratum]:

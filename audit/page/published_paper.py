@@ -2,37 +2,10 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
-
-
-@dataclass(frozen=True)
-class PublishedPaper:
-    """A paper's bibliographic data; None for what is not known here."""
-
-    title: str
-    authors: tuple[str, ...]
-    journal: str
-    published: str
-    volume: str | None = None
-    pages: str | None = None
-    doi: str | None = None
-
-    def format_citation(self) -> str:
-        """The paper in one sentence, with what is not known of it."""
-        *others, last = self.authors
-        known = {"volume": self.volume, "pages": self.pages, "DOI": self.doi}
-        parts = [f"{', '.join(others)} and {last}: {self.title}", self.journal, self.published]
-        parts += [f"{name} {value}" for name, value in known.items() if value]
-        unknown = [name for name, value in known.items() if not value]
-        missing = f" ({', '.join(unknown)}: not known here)" if unknown else ""
-        return f"{', '.join(parts)}{missing}."
-
-
-PAPER = PublishedPaper(
-    title="Joint dynamic analysis of space manipulator with planetary gear train transmission",
-    authors=("T. Yang", "S. Yan", "W. Ma", "Z. Han"),
-    journal="Robotica",
-    published="online 30 July 2014",
+TITLE = "Joint dynamic analysis of space manipulator with planetary gear train transmission"
+AUTHORS = "T. Yang, S. Yan, W. Ma and Z. Han"
+CITATION = (
+    f"{AUTHORS}: {TITLE}, Robotica, online 30 July 2014 (volume, pages, DOI: not known here)."
 )
 EXTENT_READ = (
     "What was read is the paper's text with its equations, Table I and the captions. Its figures"

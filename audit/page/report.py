@@ -22,7 +22,7 @@ from crosscheck.audit.experiments.study import Study
 from crosscheck.audit.judging.sentences import load_sentences
 from crosscheck.audit.page.chapter import AuditChapter
 from crosscheck.audit.page.context import AuditContext
-from crosscheck.audit.page.published_paper import EXTENT_READ, PAPER
+from crosscheck.audit.page.published_paper import CITATION, EXTENT_READ
 from crosscheck.models.loading import load_arm
 from crosscheck.output import write_files, write_text
 from crosscheck.provenance import record_provenance
@@ -73,7 +73,7 @@ def render_page(made: Sequence[AuditChapter], study: Study) -> str:
 def render_chapters(made: Sequence[AuditChapter], provenance: Mapping[str, object]) -> str:
     """The self-contained page of chapters as html, with where they come from."""
     page = rendering.render_page(
-        "paper", paper=PAPER, extent_read=EXTENT_READ, chapters=made, provenance=provenance
+        "paper", citation=CITATION, extent_read=EXTENT_READ, chapters=made, provenance=provenance
     )
     return _LENGTH.sub(lambda lengths: _FINER.sub("", lengths[0]), fix_links(page))
 
@@ -86,7 +86,7 @@ def format_records(made: Sequence[AuditChapter], study: Study) -> str:
     """
     document = {
         "schema_version": SCHEMA_VERSION,
-        "paper": asdict(PAPER) | {"citation": PAPER.format_citation(), "read": EXTENT_READ},
+        "paper": {"citation": CITATION, "read": EXTENT_READ},
         "chapters": {chapter.id: chapter.records for chapter in made},
         "numbers": {name: number._asdict() for name, number in MEASURED.items()},
         "sentences": [asdict(sentence) for sentence in load_sentences(SENTENCES)],

@@ -15,13 +15,20 @@ from crosscheck.audit.page.chapter import AuditChapter
 from tests.audit.markup import strict_json
 
 BRIEF = Scale(longest_s=0.002, most_starts=2)
+FEW = study_plan.StudyPlan(
+    zetas=(0.005, 0.02),
+    shaken=(0.02,),
+    backlashes=(5.0, 500.0),
+    errors=(1.6, 6.3),
+    back=(0.0, 50.0, 500.0),
+)
 
 
 @contextmanager
 def few_settings(*readings: str) -> Iterator[None]:
-    """Every kind of experiment of the full plan, in the quick plan's settings of each reading."""
+    """Every kind of experiment of the full plan, in few settings of each reading."""
     with pytest.MonkeyPatch.context() as patch:
-        few = replace(study_plan.QUICK, readings=readings, variants=True)
+        few = replace(FEW, readings=readings)
         patch.setattr(study_plan, "FULL", few)
         yield
 

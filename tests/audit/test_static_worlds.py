@@ -18,7 +18,7 @@ from crosscheck.analytic.paper.mesh_frequency import ring_mesh_rate, sun_mesh_ra
 from crosscheck.analytic.paper.model import EnergiesModel, PrintedModel
 from crosscheck.analytic.paper.stiffness import square_wave_series
 from crosscheck.audit.claims.catalogue import BY_ID, CLAIMS
-from crosscheck.audit.errata.planted_faults import EntryOmission, detectable_share
+from crosscheck.audit.errata.planted_faults import detectable_share
 from crosscheck.audit.experiments.experiments import PLANTED, STATIC
 from crosscheck.audit.experiments.paper_conditions import PRINTED, Condition
 from crosscheck.audit.experiments.variant import Numbers
@@ -178,8 +178,7 @@ def test_a_claim_from_data_has_another_verdict_in_a_planted_world(world, labelle
 
 def test_an_agreement_that_shows_every_planted_error_validates_and_none_does_not():
     for size, said in ((0.5, HOLDS), (1e-3, FAILS)):
-        plants = [EntryOmission("M", (0, 0), size), EntryOmission("M", (0, 1), size)]
-        assert _verdict("3.1-18", {"planted_shown": detectable_share(plants)}) == said
+        assert _verdict("3.1-18", {"planted_shown": detectable_share([size, size])}) == said
 
 
 def test_every_claim_from_data_has_a_planted_world():
