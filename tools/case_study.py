@@ -115,9 +115,9 @@ def format_formula(each: dict[str, Any], side: str) -> str:
 def format_effect(each: dict[str, Any]) -> str:
     """On angle and mesh force under constant torque and under PD control."""
     phrases = []
-    for run, words in (("constant_torque", "constant torque"), ("pd", "PD control")):
-        angle, force = each.get(f"{run}_theta_rad"), each.get(f"{run}_force_N")
-        if angle is not None and force is not None:
+    for run, words in (("constant-torque", "constant torque"), ("pd", "PD control")):
+        if effect := each["effects"].get(run):
+            angle, force = effect["theta_rad"], effect["mesh_force_N"]
             phrases.append(f"{words}: {angle:.1e} rad, {float(f'{force:.2g}'):g} N")
     return "; ".join(phrases)
 

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Mapping, Sequence
+from dataclasses import asdict
 from functools import cache
 from pathlib import Path
 from typing import NamedTuple
@@ -13,6 +14,7 @@ from crosscheck.audit.errata.erratum import Erratum
 from crosscheck.audit.measures.undefined import JsonObject, to_json
 from crosscheck.audit.page.columns import Columns, format_cells
 from crosscheck.models.files import read_toml
+from crosscheck.report.formatting import format_rounded
 
 NOTES = Path(__file__).with_name("texts") / "notes.toml"
 NOTATION = {
@@ -23,13 +25,9 @@ NOTATION = {
 }
 STATEMENT = NOTATION | {"denies": ("against claim", "")}
 EQUATION = STATEMENT | {
-    "size": ("size", ".3g"),
-    "unit": ("unit", ""),
-    "relative": ("over its own size", ".3g"),
-    "constant_torque_theta_rad": ("effect under 100 N m: angle [rad]", ".2g"),
-    "constant_torque_force_N": ("mesh force [N]", ".2g"),
-    "pd_theta_rad": ("effect under PD control: angle [rad]", ".2g"),
-    "pd_impulse_N_s": ("impulse of a mesh [N s]", ".2g"),
+    "size_in_words": ("size", ""),
+    "constant_torque": ("effect under 100 N m", ""),
+    "pd": ("effect under PD control", ""),
 }
 CONTRADICTION = {
     "first": ("here", ""),
@@ -99,27 +97,35 @@ def list_sections(arm: str, errata: Sequence[Erratum]) -> list[SheetSection]:
 
 
 def build_record(arm: str, erratum: Erratum) -> JsonObject:
-    """An erratum with its size and effects for an arm, as JSON."""
-    torque, pd = (erratum.effects.get(name) for name in ("constant-torque", "pd"))
+    """An erratum with its size and effects for an arm, as JSON, in numbers and in words."""
+    size = "" if erratum.size is None else f"{format_rounded(erratum.size, 3)} {erratum.unit}"
     return to_json(
         {
             "id": f"erratum/{arm}/{erratum.id}",
             "class": erratum.kind,
-            "printed_tex": erratum.printed_tex,
-            "derived_tex": erratum.derived_tex,
-            "constant_torque_impulse_N_s": torque and torque.impulse_N_s,
-            "pd_force_N": pd and pd.mesh_force_N,
             "where": erratum.where,
             "printed": erratum.printed,
             "derived": erratum.derived,
+            "printed_tex": erratum.printed_tex,
+            "derived_tex": erratum.derived_tex,
             "remark": erratum.remark,
             "denies": ", ".join(erratum.denies),
             "size": erratum.size,
             "unit": erratum.unit,
-            "relative": erratum.relative,
-            "constant_torque_theta_rad": torque and torque.theta_rad,
-            "constant_torque_force_N": torque and torque.mesh_force_N,
-            "pd_theta_rad": pd and pd.theta_rad,
-            "pd_impulse_N_s": pd and pd.impulse_N_s,
+            "size_in_words": size,
+            "effects": {name: asdict(effect) for name, effect in erratum.effects.items()},
+            "constant_torque": _describe_effect(erratum, "constant-torque"),
+            "pd": _describe_effect(erratum, "pd"),
         }
+    )
+
+
+def _describe_effect(erratum: Erratum, scenario: str) -> str | None:
+    """The effect in a scenario in words; None if it was not run."""
+    effect = erratum.effects.get(scenario)
+    if effect is None:
+        return None
+    return (
+        f"angle {effect.theta_rad:.2g} rad, force {format_rounded(effect.mesh_force_N, 2)} N,"
+        f" impulse {effect.impulse_N_s:.2g} N s"
     )

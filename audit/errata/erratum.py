@@ -52,10 +52,10 @@ class Erratum:
     """An erratum: where, and how far what is printed is from what should stand there.
 
     id: names it for good; printed, derived: formulas, or words; remark: what these do not say; size
-    [unit]: for this arm, derived minus printed where both are numbers; relative: over the size of
-    the quantity; trial: what to simulate to see the effect, None once it is over; effects: what it
-    changes in a run, by scenario; printed_tex, derived_tex: the formulas as TeX, if any; denies:
-    ids of the claims that are wrong if the erratum is right.
+    [unit]: for this arm, derived minus printed where both are numbers; trial: what to simulate to
+    see the effect, None once it is over; effects: what it changes in a run, by scenario;
+    printed_tex, derived_tex: the formulas as TeX, if any; denies: ids of the claims that are wrong
+    if the erratum is right.
     """
 
     id: str
@@ -66,7 +66,6 @@ class Erratum:
     remark: str = ""
     size: float | None = None
     unit: str = ""
-    relative: float | None = None
     trial: ErratumPair | None = None
     effects: Mapping[str, Effect] = field(default_factory=dict)
     printed_tex: str = ""
@@ -105,8 +104,7 @@ def compute_effect(
 
 def attach_effects(erratum: Erratum, effects: Mapping[str, Effect]) -> Erratum:
     """The erratum with its effects for its trial; a size that is not finite becomes None."""
-    size, relative = float_or_none(erratum.size), float_or_none(erratum.relative)
-    return replace(erratum, size=size, relative=relative, trial=None, effects=dict(effects))
+    return replace(erratum, size=float_or_none(erratum.size), trial=None, effects=dict(effects))
 
 
 @dataclass(frozen=True)

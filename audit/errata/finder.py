@@ -31,7 +31,7 @@ from crosscheck.models.arm.layout import make_layout
 from crosscheck.models.experiment.scenario import Scenario
 from crosscheck.models.loading import load_arm, load_scenario
 
-SCHEMA_VERSION = 3
+SCHEMA_VERSION = 4
 Values = dict[sp.Symbol, sp.Rational]  # of a form's parameters
 RING_REMARK = (
     "Table I has the ring as M_ri, by its label an inertia over a squared radius: size and effects"
@@ -78,13 +78,12 @@ def find_errata(
 def find_entry_errata(arm: Arm, printed: Form, derived: Form) -> Iterator[Erratum]:
     """Errata of entries of M and F, and of rows of C q', that do not follow from the energies.
 
-    Size: derived minus printed at theta = 0 and unit rates, forces and torques, and over the entry;
-    its unit by whether rows and columns are displacements [m] or angles.
+    Size: derived minus printed at theta = 0 and unit rates, forces and torques; its unit by whether
+    rows and columns are displacements [m] or angles.
     """
     at_zero = _exact_values(arm) | dict.fromkeys(derived.q, sp.S.Zero)
     for difference in entry_differences.find_entry_differences(printed, derived):
         row, column = difference.entries[0]
-        whole = _number(getattr(derived, difference.matrix)[row, column], at_zero)
         size = _number(difference.derived - difference.printed, at_zero)
         if difference.matrix == "mass_matrix":
             unit = ("kg", "kg m", "kg m^2")[int(LAYOUT.angular[[row, column]].sum())]
@@ -100,7 +99,6 @@ def find_entry_errata(arm: Arm, printed: Form, derived: Form) -> Iterator[Erratu
             derived_tex=tex(difference.derived),
             size=size,
             unit=unit,
-            relative=size / abs(whole) if whole else None,
             trial=ErratumPair(
                 FormModelFactory(arm, printed), FormModelFactory(arm, corrected_form)
             ),
@@ -129,11 +127,10 @@ def _number(expression: sp.Expr, values: Values) -> float:
 def find_energy_errata(arm: Arm) -> Iterator[Erratum]:
     """Errata of bodies whose kinetic energy Eqs. 16-19 do not state.
 
-    Size: what is missing of M_33 [kg m^2], and that over M_33 with the arm stretched.
+    Size: what is missing of M_33 [kg m^2].
     """
     values, form = _exact_values(arm), build_energies_form()
-    shoulder, elbow = LAYOUT.theta
-    stretched = form.mass_matrix[shoulder, shoulder].subs(form.q[elbow], 0)
+    shoulder, _ = LAYOUT.theta
     for difference in energy.find_energy_differences():
         missing = difference.missing_energy
         stated = _add_thin_ring(values, missing)
@@ -157,7 +154,6 @@ def find_energy_errata(arm: Arm) -> Iterator[Erratum]:
             derived_tex=tex(derived),
             size=size,
             unit="kg m^2 in M_33",
-            relative=size / _number(stretched, stated),
             trial=ErratumPair(FormModelFactory(arm, form), FormModelFactory(arm, corrected_form)),
             denies=("2.4-01",),
         )

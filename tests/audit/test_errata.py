@@ -228,8 +228,8 @@ def test_the_terminal_has_the_count_first_and_formulas_whole_in_80_columns():
     assert lines[0] == "Errors of equations: 1"
     assert max(map(len, [*lines, *whole])) < 80
     told, all_told = (" ".join(" ".join(each).split()) for each in (lines, whole))
-    assert f"should read: {right} size: 5e+03 unit: N" in told
-    assert "PD control: angle [rad]: 0.0021 impulse of a mesh [N s]: 0.0013" in told
+    assert f"should read: {right} size: 5000 N effect" in told
+    assert "PD control: angle 0.0021 rad, force 0.5 N, impulse 0.0013 N s" in told
     for section in sections[1:]:
         assert f"{section.heading}: {len(section.records)}" in told
         for record in section.records:

@@ -24,4 +24,4 @@ def test_a_tried_erratum_has_no_trial_left_and_no_infinite_size():
     assert TRIED.size is None
     record = build_record("paper-labelled", TRIED)
     assert record["id"] == "erratum/paper-labelled/eq1"
-    assert (record["size"], record["pd_force_N"]) == (None, 5.0)
+    assert (record["size"], record["effects"]["pd"]["mesh_force_N"]) == (None, 5.0)
