@@ -5,9 +5,10 @@ Light on purpose: a list of what there is waits for no schema.
 
 from __future__ import annotations
 
+import json
 import re
 import tomllib
-from collections.abc import Iterator
+from collections.abc import Iterator, Mapping
 from pathlib import Path
 from typing import Any, Literal
 
@@ -160,6 +161,22 @@ def parse_toml(text: str) -> dict[str, Any]:
     ):
         raise ValueError(TOO_LONG)
     return content
+
+
+def format_toml_fields(record: Mapping[str, object]) -> Iterator[str]:
+    """The fields of a record of JSON's values as lines of TOML, those that are None left out."""
+    for name, value in record.items():
+        if value is not None:
+            yield f"{name} = {_format_toml(value)}"
+
+
+def _format_toml(value: object) -> str:
+    """A value as TOML in one line, every digit of a number."""
+    if isinstance(value, dict):
+        return f"{{ {', '.join(format_toml_fields(value))} }}"
+    if isinstance(value, list):
+        return f"[{', '.join(map(_format_toml, value))}]"
+    return json.dumps(value, ensure_ascii=False)
 
 
 def _leaf_values(content: object) -> Iterator[object]:

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import json
 import math
 from collections.abc import Iterator
 from dataclasses import replace
@@ -14,9 +13,8 @@ from crosscheck.file_types import ROBOT_FILE, URDF_FILE
 from crosscheck.models.arm.arm import Arm, Direct, Planetary
 from crosscheck.models.arm.gears import PlanetaryStage
 from crosscheck.models.arm.planets import find_unlike_planets
-from crosscheck.models.arm.quantities import Data
 from crosscheck.models.errors import InputError
-from crosscheck.models.files import is_robot, parse_toml
+from crosscheck.models.files import format_toml_fields, is_robot, parse_toml
 from crosscheck.models.loading import load_selection, validate_record
 from crosscheck.models.robot.file import RobotFile, build_robot, load_robot
 from crosscheck.models.robot.robot import Robot
@@ -180,38 +178,15 @@ def _joint_lines(name: str, kind: str, parent: str, child: str, place: float) ->
 
 def _file_lines(arm: Arm, urdf: str) -> Iterator[str]:
     """Lines of the robot's file."""
-    yield "schema_version = 1"
-    yield f"name = {_toml(arm.name)}"
-    yield f"title = {_toml(arm.title)}"
-    yield f"urdf = {_toml(urdf)}"
-    yield 'tip = "payload"'
-    yield f"gravity_m_per_s2 = {_toml([*arm.gravity_m_per_s2, 0.0])}"
+    gravity = [*arm.gravity_m_per_s2, 0.0]
+    head = {"schema_version": 1, "name": arm.name, "title": arm.title, "urdf": urdf}
+    yield from format_toml_fields({**head, "tip": "payload", "gravity_m_per_s2": gravity})
     for number, joint in enumerate(arm.joints, 1):
         if isinstance(joint, Planetary):
-            meshes = ("sun_mesh", "ring_mesh")
+            stage = joint.model_dump(mode="json", include={*PlanetaryStage.model_fields})
+            meshes = {name: stage.pop(name) for name in ("sun_mesh", "ring_mesh")}
             yield f"\n[joints.joint_{number}]"
-            yield from _field_lines(joint, [*PlanetaryStage.model_fields], meshes)
-            for mesh in meshes:
-                record = getattr(joint, mesh)
-                yield f"\n[joints.joint_{number}.{mesh}]"
-                yield from _field_lines(record, [*type(record).model_fields])
-
-
-def _field_lines(record: Data, names: list[str], without: tuple[str, ...] = ()) -> Iterator[str]:
-    """Lines of the fields of a record that are stated."""
-    for name in names:
-        value = getattr(record, name)
-        if name not in without and value is not None:
-            yield f"{name} = {_toml(value)}"
-
-
-def _toml(value: object) -> str:
-    """A value as TOML, every digit of a number."""
-    if isinstance(value, Data):
-        fields = ((name, each) for name, each in value if each is not None)
-        return f"{{ {', '.join(f'{name} = {_toml(each)}' for name, each in fields)} }}"
-    if isinstance(value, list | tuple):
-        return f"[{', '.join(map(_toml, value))}]"
-    if isinstance(value, str):
-        return json.dumps(value, ensure_ascii=False)
-    return repr(value)
+            yield from format_toml_fields(stage)
+            for name, mesh in meshes.items():
+                yield f"\n[joints.joint_{number}.{name}]"
+                yield from format_toml_fields(mesh)

@@ -4,13 +4,13 @@ from __future__ import annotations
 
 import csv
 import io
-import json
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Mapping, Sequence
 from typing import Any
 
 import numpy as np
 
 from crosscheck.models.arm.arm import Arm
+from crosscheck.models.files import format_toml_fields
 from crosscheck.models.robot.robot import Robot
 from crosscheck.report.rendering import load_templates
 from crosscheck.trial.tables.state_requests import (
@@ -119,18 +119,4 @@ def _render_texts(
 
 def format_arm_toml(arm: Arm) -> str:
     """The TOML text of an arm's file, which is read back as the same arm."""
-    return "".join(f"{line}\n" for line in _format_entries(arm.model_dump(mode="json")))
-
-
-def _format_entries(record: Mapping[str, Any]) -> Iterator[str]:
-    for key, value in record.items():
-        if value is not None:
-            yield f"{key} = {_format_value(value)}"
-
-
-def _format_value(value: Any) -> str:
-    if isinstance(value, dict):
-        return f"{{ {', '.join(_format_entries(value))} }}"
-    if isinstance(value, list):
-        return f"[{', '.join(map(_format_value, value))}]"
-    return json.dumps(value)
+    return "".join(f"{line}\n" for line in format_toml_fields(arm.model_dump(mode="json")))
