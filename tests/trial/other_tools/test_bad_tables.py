@@ -63,6 +63,7 @@ CSV = {
 }
 
 
+@pytest.mark.usefixtures("asked_once")
 @pytest.mark.parametrize("case", CSV)
 def test_csv_that_cannot_be_judged(case, tmp_path):
     content, *fragments = CSV[case]
@@ -129,6 +130,7 @@ MATS = {
 }
 
 
+@pytest.mark.usefixtures("asked_once")
 @pytest.mark.parametrize("case", MATS)
 def test_mat_that_cannot_be_judged(case, tmp_path):
     content, *fragments = MATS[case]

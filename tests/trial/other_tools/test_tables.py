@@ -34,7 +34,6 @@ RIGID = (
     *("acceleration_alone", "inverse_dynamics_alone"),
 )
 GEARED = ("geared_lumped", "geared_free")
-asked_already: dict[str, state_requests.StateRequest] = {}
 
 
 def told(trial: Trial) -> dict:
@@ -50,19 +49,6 @@ def told(trial: Trial) -> dict:
 def few_states(monkeypatch: pytest.MonkeyPatch) -> None:
     """As few as explanations need: more of them would show nothing else here."""
     monkeypatch.setattr(trial_module, "QUICK_STATES", 1)
-
-
-@pytest.fixture
-def asked_once(few_states: None, monkeypatch: pytest.MonkeyPatch) -> None:
-    """What is asked in one trial is worked out once for all tests, which takes half their time."""
-    work_out = state_requests.TableTrial.collect_request
-
-    def once(*of: object) -> state_requests.StateRequest:
-        if repr(of) not in asked_already:
-            asked_already[repr(of)] = work_out(*of)
-        return asked_already[repr(of)]
-
-    monkeypatch.setattr(state_requests.TableTrial, "collect_request", once)
 
 
 @pytest.mark.usefixtures("asked_once")
