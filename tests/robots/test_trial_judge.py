@@ -205,6 +205,17 @@ def test_one_large_error_leaves_right_entries_alone(level):
     assert found.level == level
 
 
+def test_of_as_many_wrong_entries_no_large_one_chooses_the_level(two):
+    """Coupled has J and N J more in M[j1, j1] and M[j1, j2]: here 0.55 of the latter are there."""
+    coupling = two_link.N * two_link.ROTOR * np.array([[0.0, 0.55], [0.55, 0.0]])
+    wrong = coupling - np.diag([0.8, 0.0])
+    own = Equations(mass_matrix=lambda q: two_link.mass_matrix(q) + wrong)
+    first, second, *_ = run_robot_trial(own, two).distances
+    assert (first.level, second.level) == ("coupled", "armature")
+    assert first.entries == second.entries
+    assert first.largest > second.largest
+
+
 def test_a_stated_level_is_the_one_that_is_judged(two):
     links = run_robot_trial(replace(two_link.right(), level="links"), two)
     assert links.exit_code == 1

@@ -12,7 +12,7 @@ import scipy.io
 
 from crosscheck.models.errors import InputError
 from crosscheck.models.loading import load_arm
-from crosscheck.trial.tables.answer_files import TableColumns, read_answers
+from crosscheck.trial.tables.answer_files import TableColumns, _precision, read_answers
 from crosscheck.trial.tables.answers import build_table_equations, read_trial_answers
 from crosscheck.trial.tables.folder import encode_mat_file, format_arm_toml, render_request_files
 from crosscheck.trial.tables.state_requests import TableTrial, collect_state_request
@@ -137,6 +137,15 @@ def test_mat_that_cannot_be_judged(case, tmp_path):
     file = tmp_path / "answers.mat"
     file.write_bytes(content)
     refused(file, *fragments)
+
+
+@pytest.mark.parametrize("digits", [8, 12])
+def test_precision_is_half_of_the_last_digit_of_a_number_that_begins_with_one(digits):
+    exact = 1 + np.random.default_rng(0).uniform(0, 1e-3, 500)
+    written = np.array([float(f"{value:.{digits - 1}f}") for value in exact])
+    found = _precision("file", written, 6)
+    assert found == pytest.approx(0.5 * 10.0 ** (1 - digits))
+    assert 0.9 * found < np.abs(written - exact).max() <= found * (1 + 1e-3)
 
 
 @pytest.mark.parametrize("shape", ["matrices first", "matrices last", "flat"])
