@@ -7,9 +7,11 @@ import numpy as np
 import pytest
 
 from crosscheck.analytic.robot.model import AnalyticRobot
+from crosscheck.checks.robots.states import sample_states
 from crosscheck.models.robot.robot import Robot
 from crosscheck.trial.input.equations import Equations
 from crosscheck.trial.robots.explain import RobotDiagnosis
+from crosscheck.trial.robots.rates import sample_bias_terms
 from crosscheck.trial.robots.trial import run_robot_trial
 from tests.robots import chains
 from tests.robots.test_trial_links import tree
@@ -35,6 +37,19 @@ def gravity(q: Vector) -> Vector:
 def change_of_mass(q: Vector, v: Vector) -> Vector:
     """M' v, by differences."""
     return (mass(q + STEP * v) - mass(q - STEP * v)) @ v / (2 * STEP)
+
+
+def test_terms_of_any_bias_come_back():
+    """What stands alone, with a rate and with two, each pair of rates once."""
+    draw, states = np.random.default_rng(2), sample_states(ROBOT, 3, 0)
+    n = states.q.shape[1]
+    rest, linear = draw.normal(size=n), draw.normal(size=(n, n))
+    products = np.array([np.triu(each) for each in draw.normal(size=(n, n, n))])
+    found = sample_bias_terms(
+        lambda q, v: rest + v @ linear.T + np.array([x @ products @ x for x in v]), states
+    )
+    for terms, right in zip(vars(found).values(), (rest, linear, products), strict=True):
+        assert terms == pytest.approx(np.broadcast_to(right, terms.shape), abs=1e-12)
 
 
 def of_links(robot: Robot, numbers: tuple[int, ...]) -> AnalyticRobot:
