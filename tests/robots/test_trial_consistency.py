@@ -5,6 +5,7 @@ import pytest
 
 from crosscheck.models.robot.file import load_robot
 from crosscheck.trial.input.equations import Equations
+from crosscheck.trial.robots.consistency import SelfDifference
 from crosscheck.trial.robots.output import format_lines
 from crosscheck.trial.robots.trial import RobotTrial, run_robot_trial
 from tests.robots import chains, two_link
@@ -24,6 +25,13 @@ def nonlinear_effects(q: np.ndarray, v: np.ndarray) -> np.ndarray:
 def differing(trial: RobotTrial) -> set[str]:
     own = [f for f in trial.agreement.disagreeing if f.about.key.family == "trial-own"]
     return {finding.quantity for finding in own}
+
+
+def test_an_entry_that_breaks_a_law_at_a_single_state_is_named():
+    """Allowed are 0.5, and 0.4 of a size 1."""
+    off = np.array([[0.0, 0.89], [-0.91, 0.89], [0.0, -0.89]])
+    found = SelfDifference(off, np.full((3, 2), 0.5))
+    assert found.find_places(np.ones((3, 2)), 0.4) == [(0,)]
 
 
 def test_right_equations_keep_what_they_owe():
