@@ -1,4 +1,4 @@
-"""Numbers that decide what a signal does: events, amplitudes, frequencies, settling; its envelope.
+"""Numbers that decide what a signal does: events, amplitudes, frequencies; its envelope.
 
 All functions take plain arrays, time [s] of shape (times,) equally spaced. Numbers are plain
 floats: a time is None where the event does not happen, a size nan where there are no samples.
@@ -134,17 +134,6 @@ def band_rms(time: np.ndarray, values: np.ndarray, above_hz: float, below_hz: fl
     # A line's power is spread over as many as the window is wide, in bins.
     wide = values.size * np.square(weights).sum() / weights.sum() ** 2
     return float(np.sqrt(np.square(lines).sum() / (2 * wide)))
-
-
-def settling_time(time: np.ndarray, values: np.ndarray, target: float, band: float) -> float | None:
-    """Time [s] after which values stay within target +- band; None if they do not at the end."""
-    if not time.size:
-        return None
-    outside = ~(np.abs(values - target) <= band)
-    if not outside.any():
-        return float(time[0])
-    last = int(np.flatnonzero(outside)[-1])
-    return None if last + 1 >= time.size else float(time[last + 1])
 
 
 def envelope(

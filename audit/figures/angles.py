@@ -18,11 +18,8 @@ from crosscheck.audit.figures.figure_data import (
 )
 from crosscheck.audit.figures.paper_figure import Drawing, PaperFigure
 from crosscheck.audit.figures.plotting import Curve, Panel, describe_run, draw_panels
-from crosscheck.audit.measures import events
 from crosscheck.audit.measures.rigid import COUPLED
 from crosscheck.audit.measures.run_signals import RunSignals
-from crosscheck.audit.measures.undefined import to_json
-from crosscheck.audit.page.columns import render_records
 from crosscheck.registry import RIGID_LEVELS
 from crosscheck.report.fragments import COLOURS
 
@@ -32,7 +29,6 @@ DERIVATIVE = (200.0, 400.0, 800.0)  # with P = 1000; only 400 is the paper's
 GAINS = (1000.0, 400.0)  # Section 3.2
 GAIN_STEP_S = 5e-5  # enough for angles that are drawn
 TARGET_RAD = np.pi / 6
-BANDS = (0.02, 0.01)
 
 
 def draw_deviations(
@@ -94,16 +90,6 @@ def draw_figure_15(data: FigureData) -> PaperFigure:
     return PaperFigure(15, [Drawing(svg, caption)], ZETA, data.seed)
 
 
-GAIN_COLUMNS = {
-    "proportional": ("P [N m/rad]", "g"),
-    "derivative": ("D [N m s/rad]", "g"),
-    "joint": ("joint", ""),
-    "overshoot_percent": ("overshoot [%]", ".1f"),
-    "within_2_s": ("within 2 % from [s]", ".2f"),
-    "within_1_s": ("within 1 % from [s]", ".2f"),
-}
-
-
 def draw_figure_10(data: FigureData) -> PaperFigure:
     """The plate of Fig. 10: joint angles under PD control with several gains."""
     paper = make_start_variant(PD, Condition(INTEGRAL, ZETA), data.seed, SMOOTH_RECORD)
@@ -118,28 +104,8 @@ def draw_figure_10(data: FigureData) -> PaperFigure:
         )
         variants[gain] = replace(paper, settings=settings)
     runs = data.load_courses(variants, 10)
-    records = []
-    for (p, d), run in runs.items():
-        for joint, angle in enumerate(run.theta.T, start=1):
-            within = (events.settling_time(run.time, angle, TARGET_RAD, band) for band in BANDS)
-            record = {
-                "id": f"P {p:g} D {d:g} joint {joint}",
-                "proportional": p,
-                "derivative": d,
-                "joint": joint,
-                "overshoot_percent": 100 * max(0.0, events.overshoot(angle, TARGET_RAD)),
-                **dict(zip(("within_2_s", "within_1_s"), within, strict=True)),
-            }
-            records.append(to_json(record))
     caption = describe_run(runs[GAINS], data.seed, "Other gains as in the legend.")
-    return PaperFigure(
-        10,
-        [Drawing(_draw_gains(runs), caption)],
-        ZETA,
-        data.seed,
-        {"gains": list(records)},
-        {"gains": render_records(GAIN_COLUMNS, records)},
-    )
+    return PaperFigure(10, [Drawing(_draw_gains(runs), caption)], ZETA, data.seed)
 
 
 def _draw_gains(runs: Mapping[tuple[float, float], RunSignals]) -> str:

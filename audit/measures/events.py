@@ -107,14 +107,6 @@ def teeth_return(time: np.ndarray, force: np.ndarray) -> float | None:
     return signals.crossing_time_above(time[after], force[after], 0.0)
 
 
-def settling_time(time: np.ndarray, angle: np.ndarray, target: float, band: float) -> float | None:
-    """Time [s] from which an angle [rad] is near its target for good.
-
-    Near is within a share ``band`` of the angle's step from 0 to ``target``.
-    """
-    return signals.settling_time(time, angle, target, band * target)
-
-
 def overshoot(angle: np.ndarray, target: float) -> float:
     """How far an angle [rad] goes beyond its step 0 to ``target``, over the step."""
     return float(angle.max()) / target - 1

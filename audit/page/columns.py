@@ -2,12 +2,9 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Mapping
-
-from markupsafe import Markup
+from collections.abc import Mapping
 
 from crosscheck.audit.measures.undefined import JsonObject
-from crosscheck.report import fragments
 
 Columns = Mapping[str, tuple[str, str]]  # by field: title, with its unit; how a number is written
 NONE = "-"
@@ -24,9 +21,3 @@ def format_cells(columns: Columns, record: Mapping[str, object]) -> list[str]:
         NONE if record[name] is None else format(record[name], form)
         for name, (_, form) in columns.items()
     ]
-
-
-def render_records(columns: Columns, records: Iterable[JsonObject]) -> Markup:
-    """The records as a table of the page."""
-    rows = [format_cells(columns, record) for record in records]
-    return Markup(fragments.render_table(list_titles(columns), rows))

@@ -30,13 +30,9 @@ def test_any_contact_counts_from_earlier_on_than_a_side_change():
     assert events.side_change(TIME, force) is None
 
 
-def test_settling_and_overshoot_are_over_the_step():
+def test_an_overshoot_is_over_the_step():
     angle = 0.5 * (1 - np.exp(-TIME / 0.1) * np.cos(2 * np.pi * TIME / 0.2))
-    settled = events.settling_time(TIME, angle, 0.5, 0.02)
-    assert settled is not None
-    assert (np.abs(angle[settled <= TIME] - 0.5) <= 0.01).all()
     assert events.overshoot(angle, 0.5) == pytest.approx(angle.max() / 0.5 - 1)
-    assert events.settling_time(TIME, 0.9 * angle, 0.5, 0.02) is None
 
 
 def test_geared_runs_share_their_rigid_arm():

@@ -36,14 +36,12 @@ def test_nothing_has_no_size_and_no_event():
         assert math.isnan(size(NOTHING))
     assert signals.onset(NOTHING, NOTHING) is None
     assert signals.crossing_time_below(NOTHING, NOTHING, 0.0) is None
-    assert signals.settling_time(NOTHING, NOTHING, 0.0, 1.0) is None
     assert math.isnan(signals.dominant_frequency(NOTHING, NOTHING))
 
 
-def test_a_still_signal_has_no_frequency_and_an_unknown_target_is_not_reached():
+def test_a_still_signal_has_no_frequency():
     time = np.arange(100) * 1e-3
     assert math.isnan(signals.dominant_frequency(time, np.ones(100)))
-    assert signals.settling_time(time, np.ones(100), math.nan, 1.0) is None
 
 
 @pytest.mark.parametrize("source", [PD, NO_ERROR, CONSTANT, BACK(50)], ids=str)

@@ -60,7 +60,7 @@ FOLDS = {
     ),
     "settled": (
         lambda: folds.SettlingFold(np.array([1.0, 1.0]), 1.0),
-        lambda t, v: _none(signals.settling_time(t, v, 1.0, 1.0)),
+        lambda t, v: _none(_settled(t, v, 1.0, 1.0)),
     ),
     "share": (lambda: folds.NoContactShareFold((2,)), lambda t, v: np.mean(v == 0)),
     "loss": (lambda: folds.FirstLossFold((2,)), lambda t, v: _lost(t, v)),
@@ -73,6 +73,12 @@ FOLDS = {
         lambda t, v: signals.largest_line(t, v, 100, 400).frequency_Hz,
     ),
 }
+
+
+def _settled(time: np.ndarray, values: np.ndarray, target: float, band: float) -> float | None:
+    outside = np.flatnonzero(~(np.abs(values - target) <= band))
+    last = int(outside[-1]) if outside.size else -1
+    return None if last + 1 >= time.size else float(time[last + 1])
 
 
 def _lost(time: np.ndarray, force: np.ndarray) -> float:
