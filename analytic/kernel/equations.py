@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass, field
+from dataclasses import dataclass
 from functools import cached_property
 from itertools import combinations
 
@@ -22,32 +22,23 @@ from crosscheck.models.experiment.drive import DriveData
 
 @dataclass(frozen=True)
 class TermEquations:
-    """Equations of a model in the layout's own coordinates, from terms.
-
-    sensor (n, joints): controllers are told sensor^T q and sensor^T q' instead of their joints'
-    angles and rates.
-    """
+    """Equations of a model in the layout's own coordinates, from terms."""
 
     arm: Arm
     layout: Layout
     gears: Gears
     drive: DriveData
     terms: Terms
-    sensor: np.ndarray = field(default_factory=lambda: np.zeros((0, 0)))
 
     @cached_property
     def structure(self) -> TermStructure:
         """Structure of the terms, which the kernel's text depends on."""
-        parts = self.layout, self.gears, self.drive, self.terms, self.sensor
-        return build_term_structure(*parts)
+        return build_term_structure(self.layout, self.gears, self.drive, self.terms)
 
     @cached_property
     def numbers(self) -> Numbers:
-        """Numbers of the terms, the meshes, and the sensor, by name."""
-        numbers = term_numbers(self.arm, self.structure, self.terms, self.gears, self.drive)
-        for place, joint in self.structure.feedback:
-            numbers[f"told{place}_{joint}"] = self.sensor[place, joint]
-        return numbers
+        """Numbers of the terms and the meshes, by name."""
+        return term_numbers(self.arm, self.structure, self.terms, self.gears, self.drive)
 
     def record_map(self) -> RecordMap:
         """The layout's coordinates by the kernel's, which are the same."""

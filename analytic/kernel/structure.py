@@ -71,10 +71,6 @@ class Structure(ABC):
         driven = f"v_theta{joint} * t" if self.omega_t else f"q_theta{joint}"
         return f"rate_{side}{joint} * ({driven})"
 
-    def sensor_signals(self, joint: int) -> tuple[str, str]:
-        """Angle and rate that a joint's controller is told, as text."""
-        return f"q_theta{joint}", f"v_theta{joint}"
-
     @property
     def joints(self) -> range:
         """The joints, counted from 1."""

@@ -9,7 +9,6 @@ from functools import cache
 
 import numpy as np
 
-from crosscheck.analytic.kernel.equations import TermEquations
 from crosscheck.analytic.model import PhysicalModel
 from crosscheck.audit.experiments.pd import measure_whole_pd
 from crosscheck.audit.experiments.torque import (
@@ -225,15 +224,11 @@ def third(*sizes: float) -> ThirdFluctuation:
 
 
 class ContinuedModel(PhysicalModel):
-    """A model that starts from any state q, v (n,), and runs by other equations if given."""
+    """A model that starts from any state q, v (n,)."""
 
-    def __init__(
-        self, case: Case, q: np.ndarray, v: np.ndarray, equations: TermEquations | None = None
-    ) -> None:
+    def __init__(self, case: Case, q: np.ndarray, v: np.ndarray) -> None:
         super().__init__(*case)
         self.state = q, v
-        if equations is not None:
-            self.equations, self.drive = equations, equations.drive
 
     def start(self) -> tuple[np.ndarray, np.ndarray]:
         return self.state

@@ -3,13 +3,10 @@
 import numpy as np
 import pytest
 
-from crosscheck.analytic.kernel.batch import Batch
-from crosscheck.analytic.kernel.equations import TermEquations
 from crosscheck.analytic.model import PhysicalModel
 from crosscheck.audit.experiments.variant import Variant, simulate
 from crosscheck.audit.findings import linear_limits
 from crosscheck.audit.findings.linear_limits import SUN, Point, Threshold
-from tests.audit.planted_runs import ContinuedModel
 
 
 def test_growth_changes_sign_at_the_threshold():
@@ -47,20 +44,6 @@ def test_a_vibration_grows_as_the_eigenvalues_say():
     # The frozen eigenvalues at the mean pose stand for those along it.
     foretold = linear_limits.compute_growth(Point(elbow_rad=pose), 0.003)
     assert measured == pytest.approx(foretold, rel=0.1)
-
-
-def test_a_sensor_on_the_links_is_the_drives_own_feedback():
-    """The controller as a sensor on the link gives the run that the PD drive gives."""
-    case = Variant(zeta=0.05, planets="free").case()
-    model = PhysicalModel(*case)
-    link = np.eye(len(model.layout))[:, model.layout.theta]
-    parts = model.arm, model.layout, model.gears, model.drive, model.terms
-    runs = []
-    for equations in (TermEquations(*parts), TermEquations(*parts, sensor=link)):
-        run = ContinuedModel(case, *model.start(), equations)
-        runs.append(Batch([run], lanes=1).advance(5, 100).q)
-    np.testing.assert_array_equal(*runs)
-    assert np.abs(runs[0] - runs[0][0]).max() > 0
 
 
 @pytest.mark.parametrize(("sun", "cured"), [(0.0, True), (0.001, False)])

@@ -14,8 +14,7 @@ def torque(s: Structure, j: int) -> Lines:
     if s.drive == CONSTANT:
         yield f"T{j} = drive{j}_0"
     elif s.drive == PD:
-        angle, rate = s.sensor_signals(j)
-        yield f"T{j} = drive{j}_1 * (drive{j}_0 - ({angle})) - drive{j}_2 * ({rate})"
+        yield f"T{j} = drive{j}_1 * (drive{j}_0 - q_theta{j}) - drive{j}_2 * v_theta{j}"
     elif s.drive in (SINE_OF_TIME, SINE_OF_SQRT_TIME):
         of = "t" if s.drive == SINE_OF_TIME else "root_t"
         yield from sine(f"wave_T{j}", f"drive{j}_1 * {of} * {PER_TURN}")

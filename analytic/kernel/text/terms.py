@@ -36,8 +36,7 @@ class TermStructure(Structure):
     angles: places of the joint angles; angle_sums: angle sums w . q; mass, bias, weight: indices of
     each term; drives (row, joint) and pushes (row, mesh): entries that are not 0 of what torques
     and mesh forces do; differences (place, place taken away or -1): every mesh's displacement;
-    friction_joints: joints with friction; feedback (place, joint): what each controller is told a
-    sum of, if not its joint's own angle.
+    friction_joints: joints with friction.
     """
 
     size: int
@@ -50,7 +49,6 @@ class TermStructure(Structure):
     pushes: tuple[Entry, ...]
     differences: tuple[Entry, ...]
     friction_joints: tuple[int, ...]
-    feedback: tuple[Entry, ...]
 
     @cached_property
     def coordinates(self) -> tuple[str, ...]:
@@ -59,19 +57,6 @@ class TermStructure(Structure):
         for joint, place in enumerate(self.angles, 1):
             names[place] = f"theta{joint}"
         return tuple(names)
-
-    def sensor_signals(self, joint: int) -> tuple[str, str]:
-        """Angle and rate that a controller is told, as text: sums if not its joint's own."""
-        if not self.feedback:
-            return super().sensor_signals(joint)
-        places = [place for place, of in self.feedback if of == joint - 1]
-        angle, rate = (
-            " + ".join(
-                f"told{place}_{joint - 1} * {kind}_{self.coordinates[place]}" for place in places
-            )
-            for kind in "qv"
-        )
-        return angle, rate
 
     def acceleration(self) -> Lines:
         """Lines from a member's coordinates and rates to its accelerations and mesh forces."""
@@ -84,7 +69,6 @@ def build_term_structure(
     gears: Gears,
     drive: DriveData,
     terms: Terms,
-    feedback: np.ndarray,
 ) -> TermStructure:
     """The structure of a model from its terms; see TermEquations."""
     common = common_structure(layout.theta.tolist(), gears, drive)
@@ -100,7 +84,6 @@ def build_term_structure(
         pushes=_entries(np.argwhere(terms.mesh_map)),
         differences=tuple(zip(gears.x_index.tolist(), gears.subtract_index.tolist(), strict=True)),
         friction_joints=tuple(np.flatnonzero(terms.friction).tolist()),
-        feedback=_entries(np.argwhere(feedback)),
     )
 
 
