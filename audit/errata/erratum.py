@@ -5,7 +5,7 @@ from __future__ import annotations
 import re
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass, field, replace
-from typing import Literal, get_args
+from typing import Literal
 
 import numpy as np
 import sympy as sp
@@ -23,7 +23,6 @@ from crosscheck.models.interface import Model
 ModelFactory = Callable[[Scenario], Model]  # equal ones make equal models
 # An error of an equation, with its effect; a statement or a number without support; notation.
 ErratumClass = Literal["equation", "statement", "notation"]
-CLASSES: tuple[ErratumClass, ...] = get_args(ErratumClass)
 
 
 @dataclass(frozen=True)

@@ -40,7 +40,6 @@ from crosscheck.trial.trial import Trial
 PAPER, STUDY = "paper.toml", "study.toml"
 START, DIVERGED = "start", "diverged_s"
 PLAIN = "plain"  # the study as it is
-Sequenced = Field(strict=False)
 
 
 class ClaimText(Data):

@@ -2,7 +2,7 @@
 
 from collections.abc import Iterator
 from contextlib import contextmanager
-from dataclasses import dataclass, field, replace
+from dataclasses import replace
 from pathlib import Path
 from typing import Any, NamedTuple
 
@@ -33,21 +33,10 @@ def few_settings(*readings: str) -> Iterator[None]:
         yield
 
 
-@dataclass
-class Noting(Study):
-    """A study that notes whose code its keys hang on: kinds of questions."""
-
-    names: set[tuple[str, str]] = field(default_factory=set)
-
-    def answer_questions(self, questions, what):
-        self.names |= {(type(one).__module__, type(one).__qualname__) for one in questions}
-        return super().answer_questions(questions, what)
-
-
 class Published(NamedTuple):
     """What `crosscheck paper` leaves behind."""
 
-    study: Noting
+    study: Study
     out: Path
     chapters: dict[str, AuditChapter]
 

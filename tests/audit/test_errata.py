@@ -1,7 +1,8 @@
 """The errata finder finds what is wrong, and nothing else."""
 
+import json
 import re
-from dataclasses import replace
+from dataclasses import asdict, replace
 from functools import cache
 from itertools import product
 
@@ -9,6 +10,7 @@ import numpy as np
 import pytest
 import sympy as sp
 import xarray as xr
+from pydantic import TypeAdapter
 
 from crosscheck.analytic.derivation.bodies import build_bodies
 from crosscheck.analytic.derivation.forms import Form, mass_matrix
@@ -21,11 +23,12 @@ from crosscheck.analytic.paper.mesh_frequency import meshing_frequency
 from crosscheck.analytic.paper.printed import build_printed_form
 from crosscheck.audit.errata import auxiliary, energy, entry_differences, planted_faults
 from crosscheck.audit.errata import finder as errata
-from crosscheck.audit.errata.errata_texts import list_sections, load_notes
+from crosscheck.audit.errata.errata_texts import build_record, list_sections, load_notes
 from crosscheck.audit.errata.erratum import (
     Effect,
     Erratum,
     ErratumPair,
+    attach_effects,
     compute_effect,
     run_model,
 )
@@ -235,3 +238,13 @@ def test_the_terminal_has_the_count_first_and_formulas_whole_in_80_columns():
         for record in section.records:
             for name in section.columns:
                 assert str(record[name]) in all_told
+
+
+def test_an_erratum_is_kept_as_it_was_without_trial_and_infinite_size():
+    trial = ErratumPair(abs, abs)  # type: ignore[arg-type]  # is not run
+    given = Erratum("eq1", where="Eq. 1", printed="a", derived="b", size=np.inf, trial=trial)
+    tried = attach_effects(given, {"pd": Effect(1e-3, 5.0, 0.1)})
+    assert (tried.trial, tried.size) == (None, None)
+    kept = json.loads(json.dumps(asdict(tried), allow_nan=False))
+    assert TypeAdapter(Erratum).validate_python(kept) == tried
+    assert build_record("mine", tried)["effects"]["pd"]["mesh_force_N"] == 5.0

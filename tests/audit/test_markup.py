@@ -4,7 +4,6 @@ import numpy as np
 import pytest
 from matplotlib.transforms import Bbox
 
-from crosscheck.audit.experiments.variant import Variant, simulate
 from crosscheck.report import fragments
 from crosscheck.report.plots import figures
 from tests.audit.markup import axis_problems, page_problems, uneven_tables
@@ -84,19 +83,6 @@ def test_a_legend_stands_beside_the_axes():
     (box,) = (drawn.get_window_extent() for drawn in figure.legends)
     assert figure.bbox.x0 <= box.x0 < box.x1 <= figure.bbox.x1
     assert not any(Bbox.intersection(box, axes.get_window_extent()) for axes in grid.flat)
-
-
-def test_rigid_against_detailed_has_its_legend_outside(monkeypatch):
-    drawn = []
-    monkeypatch.setattr("crosscheck.report.plots.figures.to_svg", drawn.append)
-    levels = {
-        level: simulate(Variant("constant-torque", model=f"analytic:{level}", duration_s=0.002))
-        for level in ("links", "coupled")
-    }
-    figures.draw_level_deviations(simulate(Variant("constant-torque", duration_s=0.002)), levels)
-    (figure,) = drawn
-    assert all(axes.get_legend() is None for axes in figure.axes)
-    assert [text.get_text() for text in figure.legends[0].get_texts()] == list(levels)
 
 
 def test_nothing_to_show_on_a_logarithmic_scale_is_said():

@@ -19,7 +19,7 @@ from crosscheck.audit.experiments.experiments import (
 )
 from crosscheck.audit.experiments.paper_conditions import LAWS, Condition
 from crosscheck.audit.experiments.scale import Scale
-from crosscheck.audit.judging.quantities import ConditionResults, difference, ratio
+from crosscheck.audit.judging.quantities import ConditionResults
 from crosscheck.audit.judging.rule import State, VerdictKind, evaluate_claim, verdict
 from crosscheck.audit.judging.sample import Sample
 from tests.audit.test_claims import sources
@@ -99,18 +99,3 @@ def test_a_diverged_member_leaves_that_starts_sweep_undefined(quantity):
     whole, broken = quantity(_sweep(BACKLASH(3000)))
     assert math.isfinite(whole)
     assert math.isnan(broken)
-
-
-def test_ratios_and_differences_with_nothing_are_undefined():
-    a, b = PaperExperiment("a"), PaperExperiment("b")
-    known = ConditionResults(
-        {
-            a: Sample({"first": np.array([1.0]), "second": np.array([0.0])}, np.zeros(1, bool)),
-            b: Sample({}, np.ones(1, bool)),
-        }
-    )
-    first, lost = (MEASURES.quantity_of(each, "first") for each in (a, b))
-    for made in (ratio, difference):
-        assert np.isfinite(made(first, first)(known)).all()
-        assert np.isnan(made(first, lost)(known)).all()
-    assert not np.isfinite(ratio(first, MEASURES.quantity_of(a, "second"))(known)).any()

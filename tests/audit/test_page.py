@@ -8,7 +8,6 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from crosscheck.audit.experiments.scale import Scale
 from crosscheck.audit.experiments.study import Study
 from crosscheck.audit.page.chapter import AuditChapter
 from crosscheck.audit.page.command import run_paper_command
@@ -31,17 +30,10 @@ def test_unknown_figures_are_refused_before_anything_is_written(number, cache):
 
 
 def test_a_seed_that_cannot_be_one_is_refused_before_anything_is_written(crosscheck, cache):
-    with pytest.raises(InputError, match="--first-seed"):
-        run_paper_command([4], cache / "out", 1, -1)
-    assert not (cache / "out").exists()
     answer = crosscheck("paper", "--first-seed", "-1", "--out", cache / "out")
     assert (answer.code, answer.err.count("\n")) == (2, 1)
     assert "must be 0 or more" in answer.err
     assert not (cache / "out").exists()
-
-
-def test_another_first_seed_shares_no_start():
-    assert set(Scale(first_seed=99).seeds).isdisjoint(Scale().seeds)
 
 
 @pytest.mark.slow

@@ -12,14 +12,12 @@ import pytest
 from crosscheck.audit.claims.catalogue import CLAIMS
 from crosscheck.audit.claims.measured import pd
 from crosscheck.audit.experiments.paper_conditions import READINGS
+from crosscheck.audit.experiments.study import Study
 from crosscheck.audit.figures.chapter import NUMBERS
 from crosscheck.audit.measures.undefined import UNDEFINED
 from crosscheck.audit.page import report
-from crosscheck.provenance import ROOT
-from crosscheck.runner import sources
 from tests.audit.markup import SVG, axis_problems, page_problems, uneven_tables
-from tests.audit.published import BRIEF, Noting, Published, few_settings
-from tests.audit.views import is_view
+from tests.audit.published import BRIEF, Published, few_settings
 from tests.loops import require_items
 from tools import case_study
 
@@ -30,7 +28,7 @@ TEX = ("printed_tex", "derived_tex")
 @pytest.fixture(scope="module")
 def published(tmp_path_factory: pytest.TempPathFactory, kept: Path) -> Published:
     """The whole page; every test that looks at it is in this module, so that it is made once."""
-    study, out = Noting(kept), tmp_path_factory.mktemp("published")
+    study, out = Study(kept), tmp_path_factory.mktemp("published")
     with few_settings(*READINGS):
         made = report.write_paper(study, out, BRIEF)
     return Published(study, out, {chapter.id: chapter for chapter in made})
@@ -126,15 +124,3 @@ def test_claims_about_later_events_are_undefined_and_say_so(published):
         assert all(one["undefined"] == one["starts"] == 2 for one in record["settings"])
     static = [records[claim.id] for claim in CLAIMS if claim.static]
     assert {one["undefined"] for record in static for one in record["settings"]} == {0}
-
-
-def test_no_result_hangs_on_a_view(published):
-    names = sorted(published.study.names)
-    assert len(names) > 5
-    hanging = {
-        (name, path.relative_to(ROOT).as_posix())
-        for name in names
-        for path in sources.find_source_files(name[0])
-        if path.is_relative_to(ROOT) and is_view(path.relative_to(ROOT))
-    }
-    assert hanging == set()
