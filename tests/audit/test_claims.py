@@ -1,4 +1,4 @@
-"""The catalogue of claims: every one can say yes and no, is made of known numbers, has reasons."""
+"""The catalogue of claims: every one is made of known numbers, and has reasons."""
 
 import math
 import re
@@ -27,7 +27,7 @@ from crosscheck.audit.experiments.samples import collect_samples
 from crosscheck.audit.experiments.scale import Scale
 from crosscheck.audit.experiments.study import Study
 from crosscheck.audit.judging.quantities import ConditionResults, NotSimulatedError
-from crosscheck.audit.judging.rule import Claim, evaluate_claim
+from crosscheck.audit.judging.rule import evaluate_claim
 from crosscheck.audit.judging.sample import Sample
 from crosscheck.audit.statics.statics import Statics
 from tests.loops import require_items
@@ -46,34 +46,23 @@ def sources() -> tuple[PaperExperiment, ...]:
 
 
 class Drawn(Sample):
-    """Made-up numbers near the limits of a claim, of either sign, small and large, or undefined.
+    """Made-up numbers of an experiment, of any size, or undefined; asked: their names."""
 
-    Those of a family rise or fall with its size, but for some.
-    """
-
-    def __init__(self, claim: Claim, source: PaperExperiment) -> None:
+    def __init__(self, source: PaperExperiment) -> None:
         super().__init__({}, np.zeros(DRAWS, dtype=bool))
-        ends = [end for end in (claim.limits.low, claim.limits.high) if math.isfinite(end)]
-        scales = [*ends, *(-end for end in ends), 1.0, 10.0, 100.0, 1000.0]
-        # A sample is frozen; asked: names of its numbers.
-        vars(self).update(scales=np.array(scales), source=source, asked=set())
+        vars(self).update(source=source, asked=set())  # a sample is frozen
 
     def __getitem__(self, name: str) -> np.ndarray:
         assert name in MEASURED
         self.asked.add(name)
-        shared = np.random.default_rng([1, *name.encode(), *self.source.kind.encode()])
-        trend = shared.choice([-1.0, -0.3, 0.0, 0.3, 1.0], DRAWS)
-        base = shared.choice(self.scales, DRAWS)
-        size = 1.0 if self.source.size_um is None else max(self.source.size_um, 0.1) / 50
         own = np.random.default_rng([1, *name.encode(), *str(self.source).encode()])
-        noise = np.exp(own.choice([1e-4, 0.1, 2.0], DRAWS) * own.normal(size=DRAWS))
-        found = base * noise * size**trend
+        found = 10 ** own.uniform(-1, 3, DRAWS)
         found[own.random(DRAWS) < 0.02] = math.nan
         return found
 
 
-def _drawn(claim: Claim) -> ConditionResults:
-    return ConditionResults({source: Drawn(claim, source) for source in sources()})
+def _drawn() -> ConditionResults:
+    return ConditionResults({source: Drawn(source) for source in sources()})
 
 
 def test_ids_are_sections_with_a_number_and_never_used_twice():
@@ -92,7 +81,7 @@ def test_every_limit_has_a_reason_and_every_quantity_a_unit():
 
 def test_what_one_quantity_is_called_is_its_own():
     """Equal ids are equal quantities: the same numbers whatever they are made of."""
-    known = _drawn(CLAIMS[0])
+    known = _drawn()
     first: dict[str, np.ndarray] = {}
     for claim in require_items(CLAIMS):
         for quantity in require_items(claim.choices.values()):
@@ -108,8 +97,8 @@ def test_what_claims_ask_of_the_widest_backlash_ends_before_the_short_run():
 
     The torque's fast part is filtered over the whole run, also where a window of it is looked at.
     """
-    known = _drawn(CLAIMS[0])
-    known[WIDE_BEGINNING] = wide = Drawn(CLAIMS[0], WIDE_BEGINNING)
+    known = _drawn()
+    known[WIDE_BEGINNING] = wide = Drawn(WIDE_BEGINNING)
     for claim in require_items(CLAIMS):
         for quantity in claim.choices.values():
             quantity(known)
