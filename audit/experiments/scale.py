@@ -7,18 +7,17 @@ from dataclasses import dataclass, replace
 
 from crosscheck.audit.experiments.variant import Variant
 
-STARTS, QUICK_STARTS = 32, 8
+STARTS = 32
 
 
 @dataclass(frozen=True)
 class Scale:
-    """How much is run. quick: fewer settings of everything; longest_s: limit of mesh simulations.
+    """How much is run. longest_s: limit of mesh simulations.
 
     What a run is then too short for is undefined, in words and records. most_starts: of a sample;
     first_seed: of every sample's starts, whose seeds follow one another.
     """
 
-    quick: bool = False
     longest_s: float = math.inf
     most_starts: int = STARTS
     first_seed: int = 1
@@ -44,4 +43,4 @@ class Scale:
         return replace(variant, duration_s=self.limit_duration(duration_s))
 
 
-FULL, QUICK = Scale(), Scale(quick=True, most_starts=QUICK_STARTS)
+FULL = Scale()

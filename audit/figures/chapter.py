@@ -27,12 +27,11 @@ FIGURE_FUNCTIONS: dict[int, Callable[[FigureData], PaperFigure]] = {
 }
 NUMBERS = tuple(FIGURE_FUNCTIONS)
 ID, TITLE = "figures", "Figures 4 to 20"
-QUICK_NUMBERS = (4, 5, 6, 8, 14, 17)
 
 
 def build_chapter(context: AuditContext) -> AuditChapter:
-    """The chapter with all figures, or with six of them if quick."""
-    figures = draw_figures(context, QUICK_NUMBERS if context.scale.quick else NUMBERS)
+    """The chapter with all figures."""
+    figures = draw_figures(context, NUMBERS)
     return AuditChapter(
         ID,
         TITLE,

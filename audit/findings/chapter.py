@@ -84,9 +84,9 @@ def build_chapter(context: AuditContext) -> AuditChapter:
     clocks, third = clock.run_clock_test(study, scale), evaluate_third_fluctuation(context)
     baselines = compare_baselines(context.judged_claims)
     accumulations = accumulation.find_accumulations(context.settings)
-    limits = linear_limits.find_thresholds(scale.quick)
+    limits = linear_limits.find_thresholds()
     presence = {level: find_laws(context.judged_claims[claim]) for level, claim in PRESENCE.items()}
-    engine = None if scale.quick else compare_engines(study, scale)
+    engine = compare_engines(study, scale)
     drives = {drive: accumulation.judge_drive(each) for drive, each in accumulations.items()}
     shown = {
         drive: next(x for x in each if x.condition == Condition(INTEGRAL, ZETA))
@@ -99,7 +99,7 @@ def build_chapter(context: AuditContext) -> AuditChapter:
         "clock": clocks.supports,
         "third": third.needs_clock,
         **{f"presence-{level}": laws for level, laws in presence.items()},
-        "engine": engine.supports if engine else None,
+        "engine": engine.supports,
         "baseline": baselines.gives_all,
         "inertia": baselines.is_inertia,
         **{
@@ -120,7 +120,7 @@ def build_chapter(context: AuditContext) -> AuditChapter:
         printed.to_dict(),
         *(law.to_dict() for law in clocks.laws),
         *(strip.to_dict() for strip in third.strips),
-        *(engine.to_dicts() if engine else []),
+        *engine.to_dicts(),
         *(limit.to_dict() for limit in limits),
     ]
     simulated_claims = [entry for entry in context.judged_claims.values() if not entry.claim.static]

@@ -95,13 +95,11 @@ class Threshold:
         }
 
 
-def find_thresholds(quick: bool) -> list[Threshold]:
+def find_thresholds() -> list[Threshold]:
     """The thresholds with the paper's gains over poses, stiffness and what is sensed."""
-    arms = tuple(READINGS)[:1] if quick else tuple(READINGS)
-    elbows = ELBOWS_DEG[:2] if quick else ELBOWS_DEG
-    points = [Point(a, elbow_rad=np.radians(e), sensed=s) for a in arms for e in elbows
+    points = [Point(a, elbow_rad=np.radians(e), sensed=s) for a in READINGS for e in ELBOWS_DEG
               for s in (LINK, SUN)]  # fmt: skip
-    points += [Point(arm, stiffness=stiffness) for arm in arms for stiffness in STIFFNESSES]
+    points += [Point(arm, stiffness=stiffness) for arm in READINGS for stiffness in STIFFNESSES]
     return [Threshold(point, find_threshold(point)) for point in dict.fromkeys(points)]
 
 

@@ -44,7 +44,7 @@ from crosscheck.studies.members.starts import perturb_start
 
 pytestmark = pytest.mark.slow
 
-BRIEF = Scale(quick=True, longest_s=0.002, most_starts=2)
+BRIEF = Scale(longest_s=0.002, most_starts=2)
 
 
 def shelf_in(folder: Path, scale: Scale = BRIEF) -> FigureData:
@@ -53,7 +53,6 @@ def shelf_in(folder: Path, scale: Scale = BRIEF) -> FigureData:
 
 def test_every_figure_has_its_plate():
     assert tuple(range(4, 21)) == figures.NUMBERS
-    assert set(figures.QUICK_NUMBERS) <= set(figures.NUMBERS)
     assert {claim.figure for claim in CLAIMS} - {None} <= set(figures.NUMBERS)
 
 

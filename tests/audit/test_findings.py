@@ -151,7 +151,7 @@ GIVEN: dict[str, Any] = {
         share=lambda law, planets: None,
     ),
     "presence": {"visible": "only with omega_t", "severe": "only with omega_t"},
-    "engine": None,
+    "engine": Of(supports=True, compared=[]),
     "baselines": Of(is_inertia=None, gives_all=False),
     "own": {"sqrt_time": "yes", "time": "no"},
     "added_rad": {"sqrt_time": 0.15, "time": 2e-5},
