@@ -13,7 +13,6 @@ from scipy.special import fdtri
 from crosscheck.findings import Finding
 from crosscheck.identification.bandwidth import choose_bandwidth, measure_error
 from crosscheck.identification.decimation import DecimatedSignals
-from crosscheck.identification.engines import compare_engines
 from crosscheck.identification.estimation import CONFIDENCE, LinearFit, fit_linear, fit_part
 from crosscheck.identification.excitation import Excitation, suggest_excitation
 from crosscheck.identification.recording import Recording
@@ -50,6 +49,7 @@ from crosscheck.identification.terms import (
 from crosscheck.models.errors import InputError
 from crosscheck.models.pinocchio.regressor import LinkRegressor
 from crosscheck.models.robot.robot import Robot
+from crosscheck.recordings.engines import compare_robot_engines
 from crosscheck.runner.progress_update import CountCallback
 
 Side = Literal["motor", "joint", "between"]
@@ -285,7 +285,8 @@ def compare_robot(
             # Where its few terms say nothing more accelerations are noise: links would take it up.
             widest = bandwidth
         if not engines:
-            engines = compare_engines(robot, samples.at(bandwidth))
+            moved = samples.at(bandwidth)
+            engines = compare_robot_engines(robot, (moved.q, moved.v, moved.a))
             if any(engine.verdict != "agree" for engine in engines):
                 break
         sides.append(_judge_side(problem, side, treatment, bandwidth, knowledge))

@@ -7,7 +7,6 @@ from math import floor, log10
 
 import numpy as np
 
-from crosscheck.findings import Finding
 from crosscheck.identification.compare import (
     EXCITED,
     RobotComparison,
@@ -18,6 +17,7 @@ from crosscheck.identification.excitation import DRAWN, Excitation
 from crosscheck.identification.refinement import PossibleBodies, Refinement
 from crosscheck.identification.terms import ROTOR_KINDS, TermEstimate
 from crosscheck.models.robot.robot import Level
+from crosscheck.recordings.engines import describe_disagreement
 
 SIDE_WORDS: dict[Side, str] = {
     "motor": "torques of the motors",
@@ -31,7 +31,7 @@ EXCITATION_FILE = "excitation.csv"
 def describe_answers(comparison: RobotComparison) -> list[str]:
     """The sentences that answer, the most important one first."""
     if not comparison.engines_agree:
-        return [_describe_disagreement(comparison)]
+        return list(describe_disagreement(comparison.engines, "robot"))
     sentences: list[str] = []
     for side in comparison.sides:
         if side.links == "scaled":
@@ -55,23 +55,6 @@ def describe_answers(comparison: RobotComparison) -> list[str]:
             " payload (payload of recordings)."
         )
     return [*sentences, *_describe_levels(comparison)]
-
-
-def _describe_disagreement(comparison: RobotComparison) -> str:
-    wrong = [engine for engine in comparison.engines if engine.verdict != "agree"]
-    # One that gave no number before those that are apart.
-    worst = max(wrong, key=lambda engine: engine.measured or np.inf)
-    return (
-        f"The engines do not agree on the robot's torques: {worst.right} and {worst.left},"
-        f" {format_difference(worst)}. Nothing is said about the recording."
-    )
-
-
-def format_difference(engine: Finding) -> str:
-    """How far an engine is from the reference, or why there is no number."""
-    if engine.measured is None:
-        return engine.note
-    return f"{engine.measured:.1e} of the torques' terms apart"
 
 
 def _describe_side(side: SideResult) -> Iterator[str]:

@@ -12,6 +12,7 @@ from crosscheck import __version__
 from crosscheck.identification import messages
 from crosscheck.identification.compare import RobotComparison, SideResult
 from crosscheck.identification.terms import TermEstimate
+from crosscheck.recordings.engines import describe_engine
 from crosscheck.report.plots.joints import JointColumn, draw_joints
 from crosscheck.report.records import format_json
 
@@ -28,9 +29,7 @@ def describe_comparison(comparison: RobotComparison) -> Iterator[str]:
     seconds = sum(float(each.time[-1] - each.time[0]) for each in comparison.recordings)
     rows = sum(each.rows for each in comparison.recordings)
     yield f"{len(comparison.recordings)} recordings, {rows:,} rows, {seconds:.4g} s"
-    for engine in comparison.engines:
-        verdict = "agrees with" if engine.verdict == "agree" else "DIFFERS from"
-        yield f"{engine.right} {verdict} {engine.left}: {messages.format_difference(engine)}"
+    yield from map(describe_engine, comparison.engines)
     for side in comparison.sides:
         yield ""
         yield from _describe_side(side)

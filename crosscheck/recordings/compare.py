@@ -8,11 +8,12 @@ from math import exp
 
 import numpy as np
 
+from crosscheck.findings import Finding
 from crosscheck.models.arm.arm import Arm
 from crosscheck.models.errors import InputError
 from crosscheck.models.experiment.drive import drive_data, torques_along
 from crosscheck.models.experiment.scenario import Scenario
-from crosscheck.recordings.engines import EngineDeviation, build_rigid_model, compare_engines
+from crosscheck.recordings.engines import build_rigid_model, compare_arm_engines
 from crosscheck.recordings.forward import Window, run_windows
 from crosscheck.recordings.friction import FrictionFit, fit_friction
 from crosscheck.recordings.parameters import (
@@ -95,7 +96,7 @@ class ComparisonBasis:
     arm: Arm
     torques_from: str
     spacing_s: float
-    engines: tuple[EngineDeviation, ...]
+    engines: tuple[Finding, ...]
 
 
 @dataclass(frozen=True)
@@ -196,14 +197,15 @@ def _compare_levels(
     )
     require_slow(record, rates)
     require_same_units(record, rates)
+    progress("asking the engines", 0, rows)
     basis = ComparisonBasis(
         record=record,
         arm=arm,
         torques_from=source,
         spacing_s=spacing * float(record.time[-1] - record.time[0]) / (rows - 1),
-        engines=tuple(compare_engines((angles, rates, accelerations), arm, progress)),
+        engines=tuple(compare_arm_engines((angles, rates, accelerations), arm)),
     )
-    if not all(engine.agrees for engine in basis.engines):
+    if any(engine.verdict != "agree" for engine in basis.engines):
         return EngineDisagreement(**vars(basis))
     return _judge_levels(basis, pieces, tolerances, progress)
 

@@ -7,7 +7,7 @@ from collections.abc import Iterator, Sequence
 import numpy as np
 
 from crosscheck.recordings.compare import EngineDisagreement, Explanation, RecordComparison, Repair
-from crosscheck.recordings.engines import REFERENCE, EngineDeviation
+from crosscheck.recordings.engines import describe_disagreement
 from crosscheck.recordings.friction import FrictionFit, JointFriction
 from crosscheck.recordings.parameters import Estimate
 
@@ -25,36 +25,8 @@ MOST_DIGITS = 15
 def describe_answers(comparison: RecordComparison | EngineDisagreement) -> list[str]:
     """The sentences that answer, the most important one first."""
     if isinstance(comparison, EngineDisagreement):
-        return list(_describe_disagreement(comparison))
+        return list(describe_disagreement(comparison.engines, "arm"))
     return [*_describe_verdict(comparison), *_describe_runs(comparison)]
-
-
-def _describe_disagreement(comparison: EngineDisagreement) -> Iterator[str]:
-    """Who disagrees, who stands alone, and that nothing is said of the record."""
-    disagreements = [engine for engine in comparison.engines if not engine.agrees]
-    worst = max(disagreements, key=lambda engine: engine.measured)
-    reference = f"{REFERENCE}:{worst.level}"
-    if worst.failure:
-        sentence = f"The engines do not agree on the arm: {worst.name} failed ({worst.failure})"
-    else:
-        sentence = (
-            f"The engines disagree on the arm: torques of {reference} and {worst.name} are"
-            f" {format_number(worst.measured)} of their terms apart, at most"
-            f" {format_number(worst.tolerance)} is rounding"
-        )
-    yield f"{sentence}. Nothing is said about the recording."
-    for engine in disagreements:
-        if not engine.failure:
-            yield _describe_outsider(engine)
-
-
-def _describe_outsider(engine: EngineDeviation) -> str:
-    pair = {f"{REFERENCE}:{engine.level}", engine.name}
-    if len(engine.alone) == 1:
-        (right,) = pair - set(engine.alone)
-        return f"{engine.alone[0]} stands alone: {right} agrees with first principles."
-    verdict = "both differ from first principles" if engine.alone else "neither stands alone"
-    return f"{' and '.join(sorted(pair))}: {verdict}."
 
 
 def _describe_verdict(comparison: RecordComparison) -> Iterator[str]:

@@ -11,6 +11,7 @@ import numpy as np
 from crosscheck import __version__
 from crosscheck.recordings import messages
 from crosscheck.recordings.compare import EngineDisagreement, RecordComparison, ResidualCurve
+from crosscheck.recordings.engines import describe_engine
 from crosscheck.recordings.friction import FrictionFit
 from crosscheck.recordings.parameters import NORMAL, Estimate
 from crosscheck.registry import LEVELS
@@ -20,7 +21,7 @@ from crosscheck.report.records import format_json, to_json_value
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
 
-SCHEMA_VERSION = 2
+SCHEMA_VERSION = 3
 MOST_PARAMETERS = 6  # of those alone, in the terminal
 HEIGHT, TIME = 2.2, "time [s]"  # of a row in a picture [inch], and its horizontal axis
 IN_SIGHT = 2.0  # medians of the noise band that a picture has room for
@@ -32,12 +33,7 @@ def describe_comparison(comparison: ComparisonOutcome) -> Iterator[str]:
     yield from messages.describe_answers(comparison)
     yield ""
     yield from comparison.record.notes
-    for engine in comparison.engines:
-        verdict = "agrees with" if engine.agrees else "DIFFERS from"
-        measured = engine.failure or (
-            f"{engine.measured:.1e} of the torques' terms apart, at most {engine.tolerance:.1e}"
-        )
-        yield f"{engine.name} {verdict} analytic at {engine.rows:,} rows: {measured}"
+    yield from map(describe_engine, comparison.engines)
     if isinstance(comparison, RecordComparison):
         yield from _describe_details(comparison)
 
@@ -74,18 +70,7 @@ def comparison_json(comparison: ComparisonOutcome) -> str:
         "rows": int(comparison.record.time.size),
         "knot_spacing_s": comparison.spacing_s,
         "engines_agree": isinstance(comparison, RecordComparison),
-        "engines": [
-            {
-                "model": engine.name,
-                "rows": engine.rows,
-                "relative_difference": engine.measured,
-                "tolerance": engine.tolerance,
-                "agrees": engine.agrees,
-                "failure": engine.failure,
-                "differs_from_first_principles": engine.alone,
-            }
-            for engine in comparison.engines
-        ],
+        "engines": [engine.to_dict() for engine in comparison.engines],
     }
     if isinstance(comparison, RecordComparison):
         content |= _findings(comparison)

@@ -221,7 +221,7 @@ def wrong_lines(found: RecordComparison) -> Iterator[str]:
     yield from _wrong_answer(data)
     rest = iter(told[told.index("") + 1 :])
     for each in data["engines"]:
-        right = [each["rows"], each["relative_difference"], each["tolerance"]]
+        right = [each["measured"], each["tolerance"]]
         yield from misread("terminal engine", next(rest), right)
     yield from misread("terminal knots", next(rest), [data["knot_spacing_s"]])
     noises = zip(data["angle_noise_rad"], data["torque_noise_N_m"], strict=True)
@@ -314,7 +314,7 @@ def wrong_page(found: RecordComparison) -> Iterator[str]:
     yield from misread("condition", condition, [data["condition_number"]])
     tables = {
         "engines": [
-            [each["relative_difference"], each["tolerance"], each["rows"]]
+            [each["measured"], each["tolerance"]]
             for each in data["engines"]
         ],
         "levels": [

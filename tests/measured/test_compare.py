@@ -132,7 +132,7 @@ def test_arms_with_weight_friction_and_more_joints():
     found = compared(record_of(level(arm, "coupled"), rows=4000), arm)
     assert found.explained
     assert "coupled" in found.candidates
-    assert {engine.agrees for engine in found.engines} == {True}
+    assert {engine.verdict for engine in found.engines} == {"agree"}
 
 
 def test_smoothing_keeps_motion_and_slopes(labelled):
