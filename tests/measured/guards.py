@@ -313,10 +313,7 @@ def wrong_page(found: RecordComparison) -> Iterator[str]:
     condition = re.findall(r"condition number ([\d.e+]+)", page)[0]
     yield from misread("condition", condition, [data["condition_number"]])
     tables = {
-        "engines": [
-            [each["measured"], each["tolerance"]]
-            for each in data["engines"]
-        ],
+        "engines": [[each["measured"], each["tolerance"]] for each in data["engines"]],
         "levels": [
             [
                 each["chi2"] / each["degrees_of_freedom"],
