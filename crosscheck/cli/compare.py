@@ -24,7 +24,7 @@ from crosscheck.models.errors import InputError
 from crosscheck.models.files import is_robot
 from crosscheck.models.loading import load_selection
 from crosscheck.models.robot.file import load_robot
-from crosscheck.output import require_files, require_writable
+from crosscheck.output import require_files
 from crosscheck.recordings.compare import RecordComparison, compare
 from crosscheck.recordings.output import comparison_json, comparison_page, describe_comparison
 from crosscheck.recordings.record import read_record
@@ -66,8 +66,6 @@ def compare_command(
     chosen = load_selection(arm, scenarios, settings)
     tolerances = dict(_tolerance(text) for text in stated)
     page = None if out is None else out / PAGE
-    if out is not None:
-        require_writable(out)
     require_files((json_file, MEASURED), (page, MEASURED_PAGE))
     recording = read_record(record, len(chosen.arm.joints), topic, joints)
     scenario = chosen.scenarios[0] if chosen.scenarios else None
@@ -92,8 +90,6 @@ def _compare_robot(
     """Compare recordings with a robot; returns the exit code. Raises InputError."""
     robot = load_robot(name)
     page = None if out is None else out / PAGE
-    if out is not None:
-        require_writable(out)
     table = None if out is None else out / EXCITATION_FILE
     require_files((json_file, IDENTIFIED), (page, IDENTIFIED_PAGE), (table, EXCITATION))
     count = len(robot.coordinates)

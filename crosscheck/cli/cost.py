@@ -10,7 +10,7 @@ from crosscheck.cost.motion import fit_motion
 from crosscheck.cost.output import cost_json, cost_page, describe_result
 from crosscheck.cost.shortcuts import FULL, QUICK, compute_costs
 from crosscheck.file_types import COST, COST_PAGE
-from crosscheck.output import require_files, require_writable
+from crosscheck.output import require_files
 from crosscheck.recordings.record import read_record
 from crosscheck.runner.progress import progress_bar
 
@@ -31,8 +31,6 @@ def cost_command(
     """
     robot = load_as_robot(name)
     page = None if out is None else out / PAGE
-    if out is not None:
-        require_writable(out)
     require_files((json_file, COST), (page, COST_PAGE))
     along = None if motion is None else fit_motion(read_record(motion, len(robot.coordinates)))
     with progress_bar() as progress:

@@ -59,20 +59,20 @@ class Window:
 
 
 def run_windows(
-    blocks: Sequence[Block], arm: Arm, level: str, tolerances: Mapping[str, float], seed: int = 0
+    blocks: Sequence[Block], arm: Arm, level: str, tolerances: Mapping[str, float]
 ) -> Iterator[Window]:
     """At most ten runs, evenly over the record, each inside a block of its smoothing.
 
     tolerances: relative standard uncertainties of parameters, by path.
     """
     for block in select_evenly(blocks, MOST_WINDOWS):
-        window = _run_window(block, arm, level, tolerances, seed)
+        window = _run_window(block, arm, level, tolerances)
         if window is not None:
             yield window
 
 
 def _run_window(
-    block: Block, arm: Arm, level: str, tolerances: Mapping[str, float], seed: int
+    block: Block, arm: Arm, level: str, tolerances: Mapping[str, float]
 ) -> Window | None:
     time = (block.time - block.time[0])[:LONGEST_ROWS]
     rows, joints = time.size, block.angles.shape[1]
@@ -82,7 +82,7 @@ def _run_window(
     clock, torques = time[inner] - time[edge], block.torques[:rows][inner]
     start = block.angles[edge], block.rates[edge]
     of_data, of_start = _state_noise(block, inner, edge)
-    rng = np.random.default_rng(seed)
+    rng = np.random.default_rng(0)
 
     cases = [(arm, start, torques)]
     for joint in range(joints):

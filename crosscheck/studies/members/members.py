@@ -85,10 +85,10 @@ class PreparedStudy:
         """Number of members."""
         return math.prod(self.shape)
 
-    def cases(self, begin: int, end: int, step: int = 1) -> Iterator[MemberCase]:
+    def cases(self, begin: int, end: int) -> Iterator[MemberCase]:
         """The members' cases from one place to before another, in C order. Raises InputError."""
         maker = _CaseBuilder(self)
-        for place in range(begin, end, step):
+        for place in range(begin, end):
             yield maker.case(place)
 
     def points(self, place: int) -> dict[str, int]:
