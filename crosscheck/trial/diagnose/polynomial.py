@@ -7,7 +7,7 @@ no negative powers, and neither their elements nor its fields' multiply numpy's 
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Mapping
+from collections.abc import Iterable, Iterator, Mapping
 from dataclasses import dataclass
 from fractions import Fraction
 from typing import Any, NamedTuple
@@ -55,17 +55,15 @@ class Polynomial:
     def __add__(self, other: Any) -> Polynomial:
         if isinstance(other, np.ndarray):
             return NotImplemented
-        total = dict(self.terms)
-        for powers, number in as_polynomial(other).terms.items():
-            total[powers] = total.get(powers, 0) + number
-        return Polynomial({powers: number for powers, number in total.items() if number})
+        return add_polynomials((self, as_polynomial(other)))
 
     def __mul__(self, other: Any) -> Polynomial:
         if isinstance(other, np.ndarray):
             return NotImplemented
         total: dict[Powers, Number] = {}
+        factors = as_polynomial(other).terms.items()
         for left, a in self.terms.items():
-            for right, b in as_polynomial(other).terms.items():
+            for right, b in factors:
                 powers = _product(left, right)
                 total[powers] = total.get(powers, 0) + a * b
         return Polynomial({powers: number for powers, number in total.items() if number})
@@ -103,12 +101,22 @@ class Polynomial:
 
     def replace_symbol(self, name: str, other: Polynomial) -> Polynomial:
         """The polynomial with another in place of a symbol, except in denominators."""
-        total = as_polynomial(0)
+        parts = []
         for powers, number in self.terms.items():
             power = dict(powers).get(name, 0)
-            rest = tuple(p for p in powers if p[0] != name or power < 0)
-            total = total + Polynomial({rest: number}) * other ** max(power, 0)
-        return total
+            rest = powers if power <= 0 else tuple(p for p in powers if p[0] != name)
+            part = Polynomial({rest: number})
+            parts.append(part * other**power if power > 0 else part)
+        return add_polynomials(parts)
+
+
+def add_polynomials(parts: Iterable[Polynomial]) -> Polynomial:
+    """Their sum, in one pass: sums of two copy all the terms so far."""
+    total: dict[Powers, Number] = {}
+    for part in parts:
+        for powers, number in part.terms.items():
+            total[powers] = total.get(powers, 0) + number
+    return Polynomial({powers: number for powers, number in total.items() if number})
 
 
 def symbol(name: str) -> Polynomial:

@@ -119,16 +119,17 @@ def _force_entries(
     force: ForceCoefficients, columns: np.ndarray, frame: Frame
 ) -> dict[EntryPlace, EntryTerms]:
     """Terms of the force in x, S^T f with S = dq/dx, rates by those of x."""
-    total: defaultdict[tuple[int, TermKey], Any] = defaultdict(lambda: 0)
+    total: defaultdict[tuple[int, TermKey], list[Any]] = defaultdict(list)
     for (a, key), coefficient in force.driven.items():
         for i in _nonzero_places(columns[a]):
-            total[i, key] += coefficient * columns[a, i]
+            total[i, key].append(coefficient * columns[a, i])
     still = (0,) * len(frame.layout.theta)
     for a, b, coefficient in force.damped:
         for i in _nonzero_places(columns[a]):
             left = coefficient * columns[a, i]
             for k in _nonzero_places(columns[b]):
-                total[i, TermKey(still, signal=rate_name(frame.names[k]))] += left * columns[b, k]
+                key = TermKey(still, signal=rate_name(frame.names[k]))
+                total[i, key].append(left * columns[b, k])
     return _group_entries(
         {(EntryPlace("force", i), key): c for (i, key), c in _reduce_sums(total).items()}
     )
@@ -165,13 +166,13 @@ def _columns(frame: Frame) -> np.ndarray:
 
 def _transform_mass_terms(mass: MassTerms, columns: np.ndarray, layout: Layout) -> MassTerms:
     """Terms of the mass matrix in x, S^T M S with S = dq/dx, over joint angles alone."""
-    total: defaultdict[tuple[int, int, AngleSum], Any] = defaultdict(lambda: 0)
+    total: defaultdict[tuple[int, int, AngleSum], list[Any]] = defaultdict(list)
     for (a, b, wave), coefficient in mass.items():
         turned = tuple(wave[place] for place in layout.theta)
         for i in _nonzero_places(columns[a]):
             left = coefficient * columns[a, i]
             for j in _nonzero_places(columns[b]):
-                total[i, j, turned] += left * columns[b, j]
+                total[i, j, turned].append(left * columns[b, j])
     return _reduce_sums(total)
 
 
@@ -179,9 +180,12 @@ def _nonzero_places(row: np.ndarray) -> list[int]:
     return [place for place, entry in enumerate(row) if entry]
 
 
-def _reduce_sums(total: Mapping[Any, Any]) -> dict[Any, Polynomial]:
+def _reduce_sums(parts: Mapping[Any, Sequence[Any]]) -> dict[Any, Polynomial]:
     """Sums without what cancelled, in the fewest terms that r_cp = r_s + r_p allows."""
-    every = {place: poly.as_polynomial(entry) for place, entry in total.items()}
+    every = {
+        place: poly.add_polynomials(map(poly.as_polynomial, entry))
+        for place, entry in parts.items()
+    }
     sizes = (abs(float(n)) for entry in every.values() for n in entry.terms.values())
     nothing = SHORTEST * max(sizes, default=0.0)
     sums = {place: entry.drop_small_terms(nothing) for place, entry in every.items()}
@@ -214,13 +218,13 @@ def _group_entries(terms: Mapping[tuple[EntryPlace, TermKey], Any]) -> dict[Entr
 
 def _bias_entries(mass: MassTerms, turns: np.ndarray) -> dict[EntryPlace, EntryTerms]:
     """Terms of the bias in any x: Christoffel's symbols of M, as ``derivation.lagrange`` has."""
-    total: defaultdict[tuple[int, int, int, AngleSum], Any] = defaultdict(lambda: 0)
+    total: defaultdict[tuple[int, int, int, AngleSum], list[Any]] = defaultdict(list)
     for (i, j, wave), coefficient in mass.items():
         slopes = sum(entry * turns[joint] for joint, entry in enumerate(wave) if entry)
         for k in _nonzero_places(slopes) if any(wave) else ():
             slope = -1 * coefficient * slopes[k]
-            total[i, min(j, k), max(j, k), wave] += slope
-            total[k, min(i, j), max(i, j), wave] += slope * Fraction(-1, 2)
+            total[i, min(j, k), max(j, k), wave].append(slope)
+            total[k, min(i, j), max(i, j), wave].append(slope * Fraction(-1, 2))
     terms = {}
     for (i, j, k, wave), coefficient in sorted(
         _reduce_sums(total).items(), key=lambda item: item[0]
