@@ -265,7 +265,8 @@ def _take_states(method: Callable[..., np.ndarray]) -> Callable[..., np.ndarray]
 
     @wraps(method)
     def take_states(self: Model, *values: Any, **named: Any) -> np.ndarray:
-        values += tuple(named[name] for name in names[len(values) :] if name in named)
+        if named:
+            values += tuple(named[name] for name in names[len(values) :] if name in named)
         shape = (len(self.coordinates),)
         for place in places[: len(values)]:
             value = values[place]

@@ -62,8 +62,7 @@ class PinocchioGears(Model):
 
     def mass_matrix(self, q: np.ndarray) -> np.ndarray:
         """M(q), shape (n, n): the tree's, seen along the layout's coordinates."""
-        upper = np.triu(pin.crba(self._tree, self._data, self.to_tree @ q))
-        return self.to_tree.T @ (upper + np.triu(upper, 1).T) @ self.to_tree
+        return self.to_tree.T @ pin.crba(self._tree, self._data, self.to_tree @ q) @ self.to_tree
 
     def bias(self, q: np.ndarray, v: np.ndarray) -> np.ndarray:
         """Coriolis and centrifugal force, shape (n,)."""

@@ -67,8 +67,7 @@ class PinocchioLinks(Model):
 
     def mass_matrix(self, q: np.ndarray) -> np.ndarray:
         """M(q) [kg m^2], shape (n, n), by the composite rigid body algorithm."""
-        upper = np.triu(pin.crba(self._tree, self._data, q))
-        return upper + np.triu(upper, 1).T
+        return np.array(pin.crba(self._tree, self._data, q))
 
     def bias(self, q: np.ndarray, v: np.ndarray) -> np.ndarray:
         """Coriolis and centrifugal torque [N m], shape (n,), by recursive Newton-Euler."""
