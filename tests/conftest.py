@@ -19,6 +19,7 @@ from tests.processes import Answer, Command
 
 if TYPE_CHECKING:
     from crosscheck.models.arm.arm import Arm
+    from crosscheck.trial.diagnose.reference_terms import ReferenceTerms
 
 gc.disable()  # until all is imported and collected: 5,000 tests take 7 s, not 10
 
@@ -70,11 +71,20 @@ def crosscheck(monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[st
 
 @pytest.fixture(scope="session", autouse=True)
 def few_states() -> Iterator[None]:
-    """Quick trials look at 8 states, not 150; those in processes of their own at all of them."""
+    """Quick trials look at 8 states, not 150; those in processes of their own at all of them.
+
+    Where numbers are fitted, at 20 more than there are, not at 50 more than twice as many.
+    """
     from crosscheck.trial import trial
+    from crosscheck.trial.diagnose import harmonic_fit, reasons
+
+    def count_few_states(terms: "ReferenceTerms") -> int:
+        return 20 + (harmonic_fit.minimum_state_count(terms) - harmonic_fit.LEAST_STATES) // 2
 
     with pytest.MonkeyPatch.context() as patch:
         patch.setattr(trial, "QUICK_STATES", 8)
+        for module in (trial, reasons):
+            patch.setattr(module, "minimum_state_count", count_few_states)
         yield
 
 

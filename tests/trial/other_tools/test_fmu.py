@@ -522,14 +522,14 @@ BROKEN = {
 
 @pytest.mark.parametrize("case", BROKEN)
 def test_a_unit_that_does_not_come_back_is_one_line(crosscheck, case, tmp_path, monkeypatch):
-    if case == "hangs":  # on a busy machine the others may wait for the processor longer than this
-        monkeypatch.setattr(cpu_limit, "IDLE_S", 0.5)
-        monkeypatch.setattr(cpu_limit, "LOOK_S", 0.1)
-    monkeypatch.setattr(unit_module, "UNIT_BYTES", 100_000_000)
     work, said = BROKEN[case]
     needs = "#include <math.h>\n#include <stdlib.h>\n#include <string.h>\n#include <unistd.h>"
     changes = ("#include <math.h>", needs), ("double a_theta1 =", f"{work}\n    double a_theta1 =")
     (tmp_path / "unit.fmu").write_bytes(exported("paper-labelled", "analytic:links", *changes))
+    if case == "hangs":  # on a busy machine the others may wait for the processor longer than this
+        monkeypatch.setattr(cpu_limit, "IDLE_S", 0.5)
+        monkeypatch.setattr(cpu_limit, "LOOK_S", 0.1)
+    monkeypatch.setattr(unit_module, "UNIT_BYTES", 100_000_000)
     (tmp_path / "map.toml").write_text(RIGID, encoding="utf-8")
     given = "trial", tmp_path / "unit.fmu", "--coordinates", tmp_path / "map.toml", "--run-code"
     assert_one_line(crosscheck(*given), "unit.fmu: does not run: ", said)
