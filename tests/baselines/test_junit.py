@@ -10,6 +10,7 @@ from crosscheck.findings import (
     make_check,
     make_failed_check,
     make_measurement,
+    make_unfinished_check,
 )
 from crosscheck.models.loading import load_arm
 from crosscheck.provenance import record_provenance
@@ -44,6 +45,13 @@ def test_counts_match_the_agreement():
     assert len(suite.findall("testcase/failure")) == 2
     assert len(suite.findall("testcase/error")) == 1
     assert suite.get("timestamp") == "2024-01-02T03:04:05"
+
+
+def test_what_was_not_judged_is_an_error_and_no_failure():
+    found = Agreement([make_unfinished_check(_about("run"), "stopped"), *_agreement().findings])
+    root = ElementTree.fromstring(format_junit(found))
+    assert (root.get("failures"), root.get("errors")) == ("2", "2")
+    assert [case.get("type") for case in root.iter("error")] == ["unfinished", "failed"]
 
 
 def test_a_failure_says_how_far_and_why():

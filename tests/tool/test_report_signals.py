@@ -105,6 +105,13 @@ def test_windows_are_where_contact_changes(runs):
     assert when(found, "contact on the other side") == pytest.approx(0.21, abs=STEP_S)
 
 
+def test_of_several_joints_the_window_is_of_the_one_that_loses_contact_first(runs):
+    force = runs["pd"][REFERENCE]["F_sp"].values
+    force[1500:2000, 1] = 0.0  # of joint 2, half a tenth of a second before joint 1
+    (found,) = collect_signals(REFERENCE, runs)
+    assert when(found, "contact lost, joint 2") == pytest.approx(0.15, abs=STEP_S)
+
+
 def test_the_largest_force_may_be_a_negative_one(runs):
     turned = {name: each.assign(F_sp=-each["F_sp"]) for name, each in runs["pd"].items()}
     (found,) = collect_signals(REFERENCE, {"pd": turned})
