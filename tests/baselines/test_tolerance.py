@@ -33,6 +33,23 @@ def test_a_tip_may_move_by_every_joints_tolerance_along_the_links_behind_it():
     assert found == pytest.approx(5e-9 * (first + 2 * second + 3 * third), rel=0.0101)
 
 
+@pytest.mark.parametrize(
+    ("value", "relative", "tolerance"),
+    [
+        (3.0, 0.5, 3e-6),  # a millionth of it
+        (1e-6, 1e-6, 1e-10),  # a ten-thousandth of a millionth of the quantity, 1
+        (2.0, None, 2e-6),
+    ],
+)
+def test_what_has_no_measured_uncertainty_may_move_by_its_value_or_its_quantity(
+    value, relative, tolerance
+):
+    about = Subject(ComparisonKey("energy", "pd", "drift", "a", "b"), "J", "largest")
+    finding = make_measurement(about, measured=value, relative=relative)
+    found = _measurement_bound(finding, {}, load_arm("probe")).tolerance
+    assert found == pytest.approx(tolerance, rel=0.0101)
+
+
 @pytest.mark.parametrize("value", [1.0, 1.234, 1.235, 9.996, 4.4441e-17, 8.0049e12])
 def test_what_is_on_record_is_no_less_than_what_was_measured(value):
     """Three digits, upwards: by 1 % at most."""

@@ -39,7 +39,7 @@ def _made(out: Path, jobs: int) -> Path:
         settings=SHORT,
         measures=[*PEAKS, {"kind": "trajectories", "signals": ["theta", "F_sp"]}],
         samples={"count": 2, "seed": 3},
-        starts=2,
+        starts={"count": 2, "seed": 7},
         spot_checks=2,
         jobs=jobs,
         out=out,
@@ -86,6 +86,7 @@ def test_axes_carry_units_and_what_they_vary(result):
         assert found.backlash_m.attrs == {"units": "m", "long_name": BACKLASH}
         assert found.theta_ddot_peak.attrs["units"] == "rad s-2"
         assert list(found.phase.values) == ["angle", "omega_t"]
+        assert found.start.values.tolist() == [7, 8]  # by which a member's start is drawn again
         assert {"backlash_m", "damping_ratio"} <= set(found.coords)
         scenario = load_case(
             "paper-labelled", "pd", settings=["scenario.duration_s=0.002"]
