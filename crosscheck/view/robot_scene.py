@@ -18,7 +18,8 @@ def build_robot_scene(run: RobotRun) -> dict[str, Any]:
     time, theta, robot = run.time[::every], run.theta[::every], run.robot
     ends = find_rod_ends(robot)
     lengths = [max(np.linalg.norm(end) for end in each) for each in ends.values() if each]
-    slid = [np.ptp(x) for x, j in zip(theta.T, robot.joints, strict=True) if j.kind == "prismatic"]
+    slides = [joint.kind == "prismatic" for joint in robot.joints]
+    slid = np.abs(theta[:, slides]).max(axis=0)
     whole, moving = "The whole robot", "its links as rods and its joints in motion"
     return {
         "name": robot.name,
@@ -31,7 +32,7 @@ def build_robot_scene(run: RobotRun) -> dict[str, Any]:
         "step_s": float(time[1] - time[0]),
         "payload": False,
         "teeth": True,
-        "reach": float(sum(lengths, 0.0) + sum(slid, 0.0)) or 1.0,
+        "reach": float(sum(lengths, 0.0) + slid.sum()) or 1.0,
         "ground": _points(ends[BASE]),
         "up": find_upward(robot).tolist(),
         "joints": [

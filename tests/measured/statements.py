@@ -3,6 +3,7 @@
 from collections.abc import Callable
 from dataclasses import dataclass
 
+from crosscheck.identification import messages
 from crosscheck.identification.compare import RobotComparison, SideResult
 from crosscheck.identification.recording import Recording
 from crosscheck.models.robot.robot import Robot
@@ -69,6 +70,7 @@ KINDS = {
             has_rotor(side)
             and side.delay is not None
             and abs(side.delay.value - STEP) < 2 * side.delay.half_width
+            and any("torques lag behind" in each for each in messages._describe_side(side))
         ),
         has_delay=True,
     ),

@@ -10,6 +10,8 @@ from crosscheck.checks.scales import largest_torques, largest_weights
 from crosscheck.checks.trajectories import tip_position
 from crosscheck.models.experiment.scenario import PdDrive, Start
 from crosscheck.models.loading import load_arm, load_scenario
+from crosscheck.planning.sizing import compute_sizes
+from crosscheck.provenance import ROOT
 from tests.arms import arm_of
 from tests.loops import require_items
 
@@ -50,3 +52,16 @@ def test_the_tip_is_where_the_links_lead():
         x = first * math.cos(one) + second * math.cos(one + two)
         y = first * math.sin(one) + second * math.sin(one + two)
         assert place == pytest.approx([x, y], rel=1e-14)
+
+
+def test_experiments_of_a_link_on_a_motor_are_sized_by_hand():
+    """A clock of 4 rad/s without gears; damping of 0.7; a step to half a radian, weight held."""
+    sizes = compute_sizes(load_arm(str(ROOT / "tests" / "tool" / "one-motor.toml")))
+    inertia = 0.01 + 0.08 + 3.0 * 0.2**2 + 1.0 * 0.5**2  # rotor, link, its mass, payload
+    weight = 9.81 * (3.0 * 0.2 + 1.0 * 0.5)
+    stiff = inertia * 4.0**2
+    assert (sizes.rate, sizes.mode_Hz) == (4.0, None)
+    assert sizes.inertia == pytest.approx([inertia], rel=1e-12)
+    assert sizes.proportional == pytest.approx([stiff + 2 * weight], rel=1e-5)
+    assert sizes.derivative == pytest.approx([2 * 0.7 * np.sqrt(stiff * inertia)], rel=1e-5)
+    assert sizes.step == pytest.approx([0.5 * stiff + weight], rel=1e-5)

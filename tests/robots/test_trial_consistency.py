@@ -3,9 +3,10 @@
 import numpy as np
 import pytest
 
+from crosscheck.checks.robots.states import sample_states
 from crosscheck.models.robot.file import load_robot
 from crosscheck.trial.input.equations import Equations
-from crosscheck.trial.robots.consistency import SelfDifference
+from crosscheck.trial.robots.consistency import SelfDifference, make_slope_states
 from crosscheck.trial.robots.output import format_lines
 from crosscheck.trial.robots.trial import RobotTrial, run_robot_trial
 from tests.robots import chains, two_link
@@ -34,9 +35,9 @@ def test_an_entry_that_breaks_a_law_at_a_single_state_is_named():
     assert found.find_places(np.ones((3, 2)), 0.4) == [(0,)]
 
 
-def test_right_equations_keep_what_they_owe():
-    """Slopes by differences are right to what they are judged by, mimics and sliders included."""
-    mimic = chains.urdf(
+def following(multiplier: float) -> str:
+    """A URDF of two joints, the second of which follows the first."""
+    return chains.urdf(
         chains.link("base"),
         chains.link("a", chains.Solid(1.0, (0.2, 0.1, 0))),
         chains.link("b", chains.Solid(0.7, (0.3, 0, 0.1))),
@@ -46,10 +47,23 @@ def test_right_equations_keep_what_they_owe():
             "a",
             "b",
             at=(0.4, 0, 0),
-            more=chains.LIMIT + '<mimic joint="turn" multiplier="-3"/>',
+            more=chains.LIMIT + f'<mimic joint="turn" multiplier="{multiplier}"/>',
         ),
     )
-    for robot in (chains.robot(mimic), load_robot("sliding")):
+
+
+@pytest.mark.parametrize("multiplier", [-3.0, 0.01])
+def test_differences_turn_a_joint_and_all_that_follow_it_no_further_than_one(multiplier):
+    robot = chains.robot(following(multiplier))
+    states = sample_states(robot, 4, 0)
+    moved = [each.q - states.q for each in make_slope_states(robot, states)]
+    widest = np.abs(moved).max() / 4  # of four steps to either side
+    assert widest * (1 + abs(multiplier)) == pytest.approx(0.03, rel=1e-12)  # [rad]
+
+
+def test_right_equations_keep_what_they_owe():
+    """Slopes by differences are right to what they are judged by, mimics and sliders included."""
+    for robot in (chains.robot(following(-3)), load_robot("sliding")):
         trial = run_robot_trial(equations(robot, "links"), robot)
         measured = {f.quantity: f.measured for f in trial.agreement.findings}
         assert trial.agrees

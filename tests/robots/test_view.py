@@ -60,6 +60,7 @@ def test_nested_frames_lead_to_the_tip(written):
         else:
             under = under @ turned(axis, value)
         poses.append((under, at))
+    assert scene["reach"] >= max(np.linalg.norm(place) for _, place in poses)
     rotation, at = poses[-1]
     ends = scene["joints"][-1]["ends"] or [[0.0, 0.0, 0.0]]
     tip = at + rotation @ ends[-1]
