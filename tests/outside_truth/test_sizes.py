@@ -10,7 +10,7 @@ from crosscheck.checks.scales import largest_torques, largest_weights
 from crosscheck.checks.trajectories import tip_position
 from crosscheck.models.experiment.scenario import PdDrive, Start
 from crosscheck.models.loading import load_arm, load_scenario
-from crosscheck.planning.sizing import compute_sizes
+from crosscheck.planning.sizing import bearable_torques, compute_sizes
 from crosscheck.provenance import ROOT
 from tests.arms import arm_of
 from tests.loops import require_items
@@ -65,3 +65,15 @@ def test_experiments_of_a_link_on_a_motor_are_sized_by_hand():
     assert sizes.proportional == pytest.approx([stiff + 2 * weight], rel=1e-5)
     assert sizes.derivative == pytest.approx([2 * 0.7 * np.sqrt(stiff * inertia)], rel=1e-5)
     assert sizes.step == pytest.approx([0.5 * stiff + weight], rel=1e-5)
+
+
+def test_bearable_torques_bend_teeth_by_a_tenth_of_their_module():
+    """A torque T presses N meshes of a sun that turns n times as fast by T / (n r_s) together."""
+    bent = []
+    for sun, ring, count, module, alpha, stiffest in (
+        (27, 99, 3, 0.003, 24.6, 1.2e8),
+        (30, 90, 4, 0.0025, 20.0, 9.5e7),
+    ):
+        radius, ratio = module * sun / 2 * math.cos(math.radians(alpha)), 1 + ring / sun
+        bent.append(count * stiffest * 0.1 * module * radius * ratio)
+    assert bearable_torques(load_arm("probe")) == pytest.approx(bent, rel=1e-12)

@@ -80,6 +80,14 @@ def test_printed_equations_within_what_the_derivation_is_allowed_agree(labelled)
     assert answer.startswith("The paper's equations as printed agree with the engines.")
 
 
+def test_printed_equations_are_allowed_what_the_most_lenient_of_the_engines_is(labelled):
+    other = about(LEAD, "exudyn:bodies", "mass_matrix", "states", CASE)
+    lenient = make_check(other, measured=1e-15, tolerance=1e-10, basis="rounding")
+    for measured, agrees in ((0.9e-10, True), (1.1e-10, False)):
+        answer = said([state(LEAD, 1e-15), lenient, printed(measured)], labelled)
+        assert answer.startswith("The paper's equations as printed agree") is agrees
+
+
 def test_a_derivation_that_differs_is_named(labelled):
     answer = said([state(LEAD, 1e-3), state(LINKS, 1e-15)], labelled)
     assert answer == f"Of the project's own derivation these do not agree: {LEAD}."
