@@ -111,6 +111,20 @@ def test_a_sine_has_its_rms_in_the_band_that_it_is_in():
     assert line.frequency_Hz == pytest.approx(123.4, abs=0.05)  # a tenth of a line's width
 
 
+def test_numbers_of_a_short_signal_are_those_that_one_reads_off():
+    time, values = np.arange(8.0), np.array([0.0, 3.0, -4.0, 1.0, 2.0, 1.0, 1.5, 1.0])
+    sizes = (signals.amplitude, signals.peak_to_peak, signals.middle, signals.mean_value)
+    assert [size(values) for size in sizes] == [4.0, 7.0, -0.5, 5.5 / 8]
+    assert [signals.onset(time, values, part) for part in (0.75, 0.76)] == [1.0, 2.0]
+    above = [signals.crossing_time_above(time, values, level) for level in (2.0, 3.0)]
+    below = [signals.crossing_time_below(time, values, level) for level in (-3.9, -4.0)]
+    assert (above, below) == ([1.0, None], [2.0, None])
+    assert [signals.settling_time(time, values, 1.5, band) for band in (0.5, 0.4)] == [3.0, None]
+    assert signals.window(time, 2.0, 5.0) == slice(2, 5)
+    centres, low, high = signals.envelope(time, values, 2)
+    assert (centres.tolist(), low.tolist(), high.tolist()) == ([1.5, 5.5], [-4, 1], [3, 2])
+
+
 EVERY = [
     {"kind": "peak", "signal": "theta_ddot", "window_s": [0.001, 0.004]},
     {"kind": "rms", "signal": "F_sp", "joint": 1},
