@@ -10,8 +10,12 @@ from typing import Any
 import numpy as np
 import pytest
 
-from crosscheck.models.robot.robot import Placement, Robot
+from crosscheck.analytic.robot.model import AnalyticRobot
+from crosscheck.models.robot.robot import RIGID, Placement, Robot
+from crosscheck.trial.robots.candidates import generate_frame_mistakes
+from crosscheck.trial.robots.exchanges import generate_joint_moves
 from crosscheck.trial.robots.trial import run_robot_trial
+from crosscheck.trial.robots.variants import compute_variants
 from tests.robots import chains
 from tests.robots.test_trial import equations
 
@@ -137,3 +141,18 @@ def test_a_ratio_of_turns_is_told_as_such(tree):
     used = put("rotors", ratio=lambda ratio: ratio / (2 * np.pi))(tree)
     (words, *_) = run_robot_trial(equations(used), tree).diagnosis.explanations
     assert words.endswith("ratio = -9.5493 (file: -60), 1/(2 pi) of it: turns taken for radians?")
+
+
+@pytest.mark.parametrize("seed", [5, 9])
+def test_what_screens_robots_is_another_derivation_of_the_same_terms(seed):
+    """Of joints, rotors and stages taken for others, at every level: to rounding."""
+    robot, rng = chains.random_chain(seed), np.random.default_rng(seed)
+    q, v = rng.uniform(-2, 2, (2, 2, len(robot.coordinates)))
+    changed = [robot, *(each.robot for each in generate_joint_moves(robot))]
+    changed += [each.robot for each in generate_frame_mistakes(robot, are_rotors_bodies=True)]
+    for level in RIGID:
+        together = compute_variants(changed, level, q, v)
+        for number in rng.choice(len(changed), 25, replace=False):
+            alone = AnalyticRobot(changed[number], level).terms(q, v)
+            for screened, exact in zip(together, alone, strict=True):
+                np.testing.assert_allclose(screened[number], exact, rtol=1e-9, atol=1e-10)

@@ -51,8 +51,8 @@ class RobotNumber:
     """A number of a robot, on which its equations depend by at most its square.
 
     step: a size of it, by which differences are taken; put: the robot with another value of it.
-    factor: whether the number is a factor, 1, of several numbers of the file; bodies: of those that
-    alone it changes; curved: whether equations depend on it in another way than by its square.
+    factor: whether the number is a factor, 1, of several numbers of the file; curved: whether
+    equations depend on it in another way than by its square.
     """
 
     name: str
@@ -61,7 +61,6 @@ class RobotNumber:
     step: float
     put: Callable[[float], Robot]
     factor: bool = False
-    bodies: tuple[int, ...] = ()
     curved: bool = False
 
     def words(self, value: float) -> str:
@@ -146,8 +145,7 @@ def _factors(robot: Robot) -> Iterator[RobotNumber]:
             return _replace_parts(robot, kind, scaled)
 
         if len(parts) > 1:
-            bodies = tuple(range(len(parts))) if kind == "bodies" else ()
-            yield RobotNumber(name, "", 1.0, 1.0, put, factor=True, bodies=bodies)
+            yield RobotNumber(name, "", 1.0, 1.0, put, factor=True)
 
 
 def _curved_numbers(robot: Robot, number: int, joint: Joint) -> Iterator[RobotNumber]:
@@ -204,27 +202,22 @@ def _body_numbers(robot: Robot, number: int, body: RobotBody) -> Iterator[RobotN
         """The robot with another entry in the body's centre or inertia."""
         return put(field, set_entry(getattr(body, field), place, value))
 
-    here = (number,)
-    yield RobotNumber(
-        f"{link}: mass", "kg", body.mass, body.mass, partial(put, "mass"), bodies=here
-    )
+    yield RobotNumber(f"{link}: mass", "kg", body.mass, body.mass, partial(put, "mass"))
     for field, what in (("com", "its centre of mass"), ("inertia", "its inertia")):
         values = getattr(body, field)
 
         def scale(by: float, field: str = field, values: np.ndarray = values) -> Robot:
             return put(field, by * values)
 
-        yield RobotNumber(f"{link}: {what}", "", 1.0, 1.0, scale, factor=True, bodies=here)
+        yield RobotNumber(f"{link}: {what}", "", 1.0, 1.0, scale, factor=True)
     reach = _reach(body)
     for axis, value in enumerate(body.com.tolist()):
         entry = partial(put_entry, "com", (axis,))
-        yield RobotNumber(
-            f"{link}: centre of mass, {AXES[axis]}", "m", value, reach, entry, bodies=here
-        )
+        yield RobotNumber(f"{link}: centre of mass, {AXES[axis]}", "m", value, reach, entry)
     size = float(np.trace(body.inertia)) or body.mass * reach**2
     for key, place in INERTIA.items():
         value, entry = float(body.inertia[place]), partial(put_entry, "inertia", place)
-        yield RobotNumber(f"{link}: I{key}", "kg m^2", value, size, entry, bodies=here)
+        yield RobotNumber(f"{link}: I{key}", "kg m^2", value, size, entry)
 
 
 def _reach(body: RobotBody) -> float:

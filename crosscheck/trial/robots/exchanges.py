@@ -16,7 +16,6 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
-from crosscheck.analytic.robot.model import AnalyticRobot
 from crosscheck.models.robot import inertias
 from crosscheck.models.robot.robot import (
     Level,
@@ -36,7 +35,7 @@ from crosscheck.trial.robots.candidates import (
     rotate_by,
     set_entry,
 )
-from crosscheck.trial.robots.pieces import BodyPart, DynamicsTerms
+from crosscheck.trial.robots.pieces import BodyPart, DynamicsTerms, KaneSum
 
 BODY_SIZE, ROTOR_SIZE = 10, 3  # parameters of each
 UPPER = np.triu_indices(3)
@@ -80,22 +79,11 @@ def list_unit_bodies() -> Iterator[RobotBody]:
         yield RobotBody(1.0, np.zeros(3), set_entry(np.zeros((3, 3)), (int(i), int(j)), 1.0))
 
 
-def list_rotor_effects(robot: Robot, level: Level, states: Any) -> Iterator[list[DynamicsTerms]]:
+def list_rotor_effects(kane: KaneSum, level: Level) -> Iterator[list[DynamicsTerms]]:
     """Of each spinner what J n^2, J n and J make of the terms."""
-    empty = [RobotBody(0.0, body.com, 0 * body.inertia) for body in robot.bodies]
-    for _, rotor in list_spinners(robot):
+    for _, rotor in list_spinners(kane.robot):
         forward, backward, still = (
-            DynamicsTerms(
-                *AnalyticRobot(
-                    replace(
-                        robot,
-                        bodies=tuple(empty),
-                        rotors=(replace(rotor, ratio=ratio, inertia=1.0, mesh=None),),
-                        stages=(),
-                    ),
-                    level,
-                ).terms(*states[:2])
-            )
+            kane.load_rotor(replace(rotor, ratio=ratio, inertia=1.0), level)
             for ratio in (1.0, -1.0, 0.0)
         )
         each = list(zip(forward, backward, still, strict=True))

@@ -6,7 +6,7 @@ told by the bodies at which it is made: what these make of the difference adds u
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Mapping
+from collections.abc import Collection, Iterator, Mapping
 from dataclasses import replace
 
 import numpy as np
@@ -36,44 +36,68 @@ ByPlace = Mapping[str, DynamicsTerms]  # changes of the terms by the body or joi
 
 
 class MotionTable:
-    """What every mistake in Kane's sum of a robot at a level changes, by where it is made."""
+    """What every mistake in Kane's sum of a robot changes, by where it is made.
 
-    def __init__(self, kane: KaneSum, level: Level) -> None:
-        self.kane, self.robot, self.level = kane, kane.robot, level
+    changed_bodies: by name a link and what its numbers may be taken for; only: the mistakes in
+    words that are asked for, None for all.
+    """
+
+    def __init__(
+        self,
+        kane: KaneSum,
+        changed_bodies: Mapping[str, tuple[BodyPart, Mapping[str, WorldBody]]],
+        only: Collection[str] | None,
+    ) -> None:
+        self.kane, self.robot = kane, kane.robot
+        self._changed_bodies, self._only = changed_bodies, only
         self._still = np.zeros_like(kane.poses[0].position)
 
-    def generate(
-        self, changed_bodies: Mapping[str, tuple[BodyPart, Mapping[str, WorldBody]]]
-    ) -> Iterator[tuple[str, ByPlace]]:
-        """Each mistake in words, with what it changes at each body or joint.
-
-        changed_bodies: by name a link and what its numbers may be taken for.
-        """
+    def list_changes(self) -> Iterator[tuple[str, ByPlace]]:
+        """Each mistake in words, with what it changes at each body or joint."""
         kinds: dict[str, dict[str, DynamicsTerms]] = {}
-        for name, (part, changed) in changed_bodies.items():
+        for name, (part, changed) in self._changed_bodies.items():
             body = self.kane.place_body(part.number, part.body)
             right = self.kane.move_body(part.number, body)
             terms = right.compute_terms()
             for words, motion in self._list_body_changes(part, body, right, changed):
-                kinds.setdefault(words, {})[name] = motion.compute_terms().minus(terms)
-        for name, number, column, motion in self._list_spinning_motions():
+                self._add(kinds, words, name, motion, terms)
+        yield from kinds.items()
+        yield from self._list_joint_changes()
+        yield from self._list_column_changes(
+            {name: part for name, (part, _) in self._changed_bodies.items()}
+        )
+
+    def list_rotor_changes(self, level: Level) -> dict[str, dict[str, DynamicsTerms]]:
+        """The same of rotors at a level."""
+        kinds: dict[str, dict[str, DynamicsTerms]] = {}
+        for name, number, column, motion in self._list_spinning_motions(level):
             terms = motion.compute_terms()
             for words, changed_motion in (
                 *_list_factors(motion),
                 *self._list_rate_changes(number, motion, self._still),
                 *self._list_spin_changes(column, motion),
             ):
-                kinds.setdefault(words, {})[name] = changed_motion.compute_terms().minus(terms)
-        yield from kinds.items()
-        yield from self._list_joint_changes()
-        yield from self._list_column_changes(
-            {name: part for name, (part, _) in changed_bodies.items()}
-        )
+                self._add(kinds, words, name, changed_motion, terms)
+        return kinds
 
-    def _list_spinning_motions(self) -> Iterator[tuple[str, int, np.ndarray, BodyMotion]]:
+    def _add(
+        self,
+        kinds: dict[str, dict[str, DynamicsTerms]],
+        words: str,
+        name: str,
+        motion: BodyMotion,
+        right: DynamicsTerms,
+    ) -> None:
+        """Add what a motion changes of the right terms, if its words are asked for."""
+        if self._only is None or words in self._only:
+            kinds.setdefault(words, {})[name] = motion.compute_terms().minus(right)
+
+    def _list_spinning_motions(
+        self, level: Level
+    ) -> Iterator[tuple[str, int, np.ndarray, BodyMotion]]:
         """Each rotor by name, its body, its own turning per rate, and its motion."""
         share = self.robot.joint_map[0]
-        for name, rotor in list_spinners(self.robot) if self.level != "links" else ():
+        for name, rotor in list_spinners(self.robot) if level != "links" else ():
             frame, still = self.robot.frames[rotor.stator], self._still
             axis, turning, w, dw = (
                 still + rotor.axis,
@@ -84,7 +108,7 @@ class MotionTable:
             if frame.body != BASE:
                 pose = self.kane.poses[frame.body]
                 axis = still + pose.rotation @ frame.placement.rotation @ rotor.axis
-                if self.level == "coupled":
+                if level == "coupled":
                     rates = self.kane.rates[frame.body]
                     turning, w, dw = pose.angular_partials, rates.angular, rates.angular_rate
             column = axis[:, :, None] * (rotor.ratio * share[rotor.joint])
@@ -293,7 +317,7 @@ class MotionTable:
         for name, part in parts.items():
             motion = self.kane.move_body(part.number, self.kane.place_body(part.number, part.body))
             rights[name] = motion, motion.compute_terms()
-        share = self.robot.joint_map[0]
+        share, of_joint = self.robot.joint_map[0], "its Jacobian's column of"
         for number, joint in enumerate(self.robot.joints):
             kinds: dict[str, dict[str, DynamicsTerms]] = {}
             after = self._list_after(number)
@@ -310,26 +334,24 @@ class MotionTable:
                         moving=right.moving + moving[:, :, None] * by,
                         turning=right.turning + turning[:, :, None] * by,
                     )
-                    change = changed.compute_terms().minus(terms)
-                    kinds.setdefault(words, {})[name] = change
+                    self._add(kinds, f"{of_joint} {joint.name}, {words}", name, changed, terms)
                     if part.number == number:
-                        last_columns.setdefault(
-                            f"its Jacobian's column of its own joint, {words}", {}
-                        )[name] = change
+                        last = f"{of_joint} its own joint, {words}"
+                        self._add(last_columns, last, name, changed, terms)
                     sum_of = whole.setdefault(words, {}).get(name, right)
                     whole[words][name] = replace(
                         sum_of,
                         moving=sum_of.moving + changed.moving - right.moving,
                         turning=sum_of.turning + changed.turning - right.turning,
                     )
-            for words, changes in kinds.items():
-                yield f"its Jacobian's column of {joint.name}, {words}", changes
+            yield from kinds.items()
         yield from last_columns.items()
+        kinds = {}
         for words, motions in whole.items():
-            yield (
-                f"every column of its Jacobian, {words}",
-                {name: m.compute_terms().minus(rights[name][1]) for name, m in motions.items()},
-            )
+            for name, motion in motions.items():
+                every = f"every column of its Jacobian, {words}"
+                self._add(kinds, every, name, motion, rights[name][1])
+        yield from kinds.items()
 
     def _list_after(self, number: int) -> set[int]:
         """The bodies that a joint moves."""

@@ -15,7 +15,7 @@ from typing import NamedTuple
 import numpy as np
 
 from crosscheck.analytic.robot.model import AnalyticRobot, cross
-from crosscheck.models.robot.robot import BASE, Level, Placement, Robot, RobotBody
+from crosscheck.models.robot.robot import BASE, Level, Placement, Robot, RobotBody, Rotor
 from crosscheck.models.robot.urdf import read_urdf
 from crosscheck.trial.robots.candidates import ALIKE, get_link_name
 from crosscheck.trial.robots.judge import RobotProblem
@@ -24,7 +24,7 @@ from crosscheck.trial.robots.rates import sample_bias_terms
 SLOPE_STEP = 1e-5  # [rad, m], over which slopes of M are taken
 LEAST_SHARE = 1e-5  # of a difference, which these slopes may leave
 RATIO_POWERS = ("multiplied ", "'s square", 2), ("multiplied ", "", 1), ("divided ", "", -1)
-MOST_TOGETHER = 50  # changes of the states that are tried at once
+MOST_TOGETHER = 200  # changes of the states that are tried at once
 SIZABLE = 1e-9  # of an entry's size: a piece that is less cannot be told
 USUAL = {0.0: "missing", -1.0: "with the opposite sign", 0.5: "half as large", 2.0: "twice"}
 CHRISTOFFEL = {  # factors of M' v and of d(v' M v)/dq
@@ -176,6 +176,21 @@ class KaneSum:
     def compute_terms(self, number: int, body: WorldBody) -> DynamicsTerms:
         """The terms of a body in the place of the one of a number."""
         return self.move_body(number, body).compute_terms()
+
+    def load_rotor(self, rotor: Rotor, level: Level) -> DynamicsTerms:
+        """What a rotor makes of M and the bias, by its spin and that of its stator."""
+        frame = self.robot.frames[rotor.stator]
+        spin = np.broadcast_to(rotor.ratio * self.robot.joint_map[0][rotor.joint], self.v.shape)
+        bias = np.zeros_like(self.v)
+        if level == "coupled" and frame.body != BASE:
+            pose, rate = self.poses[frame.body], self.rates[frame.body]
+            axis = pose.rotation @ (frame.placement.rotation @ rotor.axis)
+            spin = spin + project(pose.angular_partials, axis)
+            speed = (spin * self.v).sum(axis=1, keepdims=True)
+            bias = (axis * rate.angular_rate).sum(axis=1, keepdims=True) * spin
+            bias = bias + speed * project(pose.angular_partials, cross(rate.angular, axis))
+        mass = rotor.inertia * spin[:, :, None] * spin[:, None]
+        return DynamicsTerms(mass, rotor.inertia * bias, np.zeros_like(self.v))
 
     def move_point(self, number: int, lever: np.ndarray) -> np.ndarray:
         """The velocity (states, 3, n) per rate of a point of a body, lever from its origin."""
@@ -496,23 +511,32 @@ def describe_friction(problem: RobotProblem, level: Level) -> Iterator[str]:
 
 def describe_coordinates(problem: RobotProblem, level: Level, part: str) -> Iterator[str]:
     """Sentences on a coordinate, or its rate, that M, bias or gravity takes for another one."""
-    right, user_values = problem.reference_values[level][part], problem.answers.values[part]
-    difference, model = user_values - right, AnalyticRobot(problem.robot, level)
     changes = list(_list_coordinate_changes(problem, by_rates=part == "bias"))
     q, v = (np.stack(each) for each in list(zip(*changes, strict=True))[1:])
-    least = ALIKE * np.abs(difference).max()
-    for begin in range(0, len(changes), MOST_TOGETHER):
-        here = slice(begin, begin + MOST_TOGETHER)
-        rows = [each[here].reshape(-1, q.shape[2]) for each in (q, v)]
-        values = model.bias(*rows) if part == "bias" else getattr(model, part)(rows[0])
-        answers = values.reshape(-1, *right.shape)
-        answers = answers + (problem.spring_torques if part == "gravity" else 0.0)
-        for (words, *_), answer in zip(changes[here], answers, strict=True):
-            if np.abs(answer - user_values).max() <= least:
-                yield f"{part}: {words}"
+    yield from (f"{part}: {changes[n][0]}" for n in _find_equals(problem, level, part, q, v))
     if part == "gravity":
         yield from _describe_small_angles(problem, level)
     yield from _describe_exchanges(problem, level, part)
+
+
+def _find_equals(
+    problem: RobotProblem, level: Level, part: str, q: np.ndarray, v: np.ndarray
+) -> list[int]:
+    """Which coordinates and rates (changes, states, n) make a part what it is: first of a state."""
+    user_values = problem.answers.values[part]
+    least = ALIKE * np.abs(user_values - problem.reference_values[level][part]).max()
+    model, places = AnalyticRobot(problem.robot, level), list(range(len(q)))
+    for states in (slice(1), slice(None)):
+        equal = list[int]()
+        for begin in range(0, len(places), MOST_TOGETHER):
+            some = places[begin : begin + MOST_TOGETHER]
+            rows = [each[some, states].reshape(-1, q.shape[2]) for each in (q, v)]
+            values = model.bias(*rows) if part == "bias" else getattr(model, part)(rows[0])
+            left = values.reshape(len(some), -1, *user_values.shape[1:]) - user_values[states]
+            left += problem.spring_torques[states] if part == "gravity" else 0.0
+            equal += [n for n, each in zip(some, left, strict=True) if np.abs(each).max() <= least]
+        places = equal
+    return places
 
 
 def _list_coordinate_changes(
@@ -570,7 +594,8 @@ def _describe_small_angles(problem: RobotProblem, level: Level) -> Iterator[str]
     for j in turning:
         slopes = []
         for base in (put(q, [j], 0.0), still):
-            at = [gravity(put(base, [j], by)) for by in (np.pi / 2, -np.pi / 2, 0.0, np.pi)]
+            turns = [put(base, [j], by) for by in (np.pi / 2, -np.pi / 2, 0.0, np.pi)]
+            at = np.split(gravity(np.concatenate(turns)), len(turns))
             slopes.append((at[0] - at[1]) / 2 * q[:, [j]])
             if base is not still:
                 middle, wave = (at[2] + at[3]) / 2, (at[2] - at[3]) / 2
@@ -588,20 +613,21 @@ def _describe_exchanges(problem: RobotProblem, level: Level, part: str) -> Itera
     right, user_values = problem.reference_values[level][part], problem.answers.values[part]
     q, v = problem.states[:2]
     least = ALIKE * np.abs(user_values - right).max()
-    model = AnalyticRobot(problem.robot, level)
-    for i, j in combinations(range(len(problem.names)), 2):
-        order = np.arange(len(problem.names))
+    pairs = list(combinations(range(len(problem.names)), 2))
+    orders = np.tile(np.arange(len(problem.names)), (len(pairs), 1))
+    for order, (i, j) in zip(orders, pairs, strict=True):
         order[[i, j]] = j, i
+    moved, kept = q[:, orders].swapaxes(0, 1), np.broadcast_to(q, (len(pairs), *q.shape))
+    rates = np.broadcast_to(v, kept.shape)
+    equal = {"coordinates": _find_equals(problem, level, part, moved, rates)}
+    if part == "bias":
+        equal["rates"] = _find_equals(problem, level, part, kept, v[:, orders].swapaxes(0, 1))
+    for number, (order, (i, j)) in enumerate(zip(orders, pairs, strict=True)):
         rows = right[:, order]
         exchanged = {"rows": rows}
         if part == "mass_matrix":
             exchanged |= {"columns": right[:, :, order], "rows and columns": rows[:, :, order]}
-            exchanged["coordinates"] = model.mass_matrix(q[:, order])
-        elif part == "gravity":
-            exchanged["coordinates"] = model.gravity(q[:, order]) + problem.spring_torques
-        else:
-            exchanged["coordinates"] = model.bias(q[:, order], v)
-            exchanged["rates"] = model.bias(q, v[:, order])
+        exchanged |= {what: user_values for what, numbers in equal.items() if number in numbers}
         for what, values in exchanged.items():
             if np.abs(values - user_values).max() <= least:
                 pair = f"{problem.names[i]} and {problem.names[j]}"

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterator, Sequence
+from collections.abc import Callable, Collection, Iterable, Iterator, Sequence
 from dataclasses import dataclass, replace
 from functools import cached_property
 from typing import NamedTuple
@@ -16,6 +16,7 @@ from crosscheck.models.robot.robot import (
     Placement,
     Robot,
     RobotBody,
+    Rotor,
     compute_point_inertia,
 )
 from crosscheck.trial.robots.angle_sums import measure_rest
@@ -35,6 +36,7 @@ from crosscheck.trial.robots.exchanges import (
     generate_joint_moves,
     list_piece_changes,
     list_rotor_effects,
+    list_spinners,
     list_unit_bodies,
 )
 from crosscheck.trial.robots.judge import RobotEntry, RobotProblem, select_entry
@@ -48,6 +50,7 @@ from crosscheck.trial.robots.pieces import (
     list_unturned_bodies,
     list_whole_bodies,
 )
+from crosscheck.trial.robots.variants import compute_variants
 
 # What an explanation may leave of each entry's largest difference; and of its size, by rounding.
 LEFT, ROUNDING = 1e-5, 1e-12
@@ -55,7 +58,8 @@ CLOSE = 1e-4  # of a difference's norm that a number's effect may leave before i
 PROMISING = 0.9  # of a difference's norm that a curved number's first step may leave
 STEPS = 12  # of Newton's method
 NEAR = 1e-4  # of a curved number's step: over which its slope is taken
-MATRICES = ("mass_matrix", "gravity")  # parts of q alone, by which robots are screened
+LEAST_STATES = 3  # where two factors are free
+LEAST_ROWS = 12  # of one part, at so many states changes are screened
 MOST_SCREENED = 64  # places of a row, those of the largest differences, at which all are screened
 Places = np.ndarray | slice  # of a row
 
@@ -76,18 +80,19 @@ class Cause:
 class NumberEffect(NamedTuple):
     """What a change of a number by its step does to all terms: linear in it, and by its square."""
 
-    number: RobotNumber
     linear: DynamicsTerms
     square: DynamicsTerms
-    place: str = ""  # the one term of the balance in which it is made, in words
 
 
 class MistakeEffect(NamedTuple):
-    """What one thing taken for another does to all terms; several: in every part of a kind."""
+    """One thing taken for another: what it does to all terms, or the robot that has it.
+
+    several: whether in every part of a kind.
+    """
 
     words: str
     several: bool
-    change: DynamicsTerms
+    change: DynamicsTerms | Robot
 
 
 class ChangeTable:
@@ -97,10 +102,14 @@ class ChangeTable:
         self.robot, self.states = problem.robot, problem.states
         self.bare = replace(self.robot, rotors=(), stages=())
         self.numbers = list(list_numbers(self.robot))
-        self._numbers_by_level: dict[Level, list[NumberEffect]] = {}
-        self._mistakes_by_level: dict[Level, list[MistakeEffect]] = {}
+        count, size = self.states.q.shape
+        self.few = slice(min(count, -(-LEAST_ROWS // size)))  # states at which all are screened
+        # The same where factors are free, or some of many bodies may be wrong.
+        self.several = slice(min(count, max(LEAST_STATES, MOST_SCREENED // size)))
+        self._effects: dict[tuple[str, Level], NumberEffect] = {}
         self._bases: dict[Level, DynamicsTerms] = {}
-        self.kane = KaneSum(self.bare, self.states.q, self.states.v)
+        self._screened_rotors: dict[Level, list[dict[str, DynamicsTerms]]] = {}
+        self.kane = KaneSum(self.robot, self.states.q, self.states.v)
         self._placed = [
             self.kane.compute_terms(number, self.kane.place_body(number, body))
             for number, body in enumerate(self.robot.bodies)
@@ -127,54 +136,82 @@ class ChangeTable:
         placed = self.kane.place_body(number, body)
         return self.kane.compute_terms(number, placed).minus(self._placed[number])
 
-    def change_robot(self, robot: Robot, level: Level, bodies: Sequence[int] = ()) -> DynamicsTerms:
-        """What another robot does at a level; bodies: numbers of those that alone are others."""
-        if bodies:
-            return add_terms(self.change_body(number, robot.bodies[number]) for number in bodies)
-        return DynamicsTerms(*AnalyticRobot(robot, level).terms(*self.states[:2])).minus(
-            self._base(level)
-        )
+    def change_robot(self, robot: Robot, level: Level) -> DynamicsTerms:
+        """What another robot does at a level: other bodies or rotors by themselves, if no more."""
+        if not self._has_same_motion(robot):
+            return DynamicsTerms(*AnalyticRobot(robot, level).terms(*self.states[:2])).minus(
+                self._base(level)
+            )
+        here = self.robot
+        changes = [
+            self.change_body(number, body)
+            for number, body in enumerate(robot.bodies)
+            if body is not here.bodies[number]
+        ]
+        if level != "links":
+            right = others = self._spinners
+            if robot.rotors is not here.rotors or robot.stages is not here.stages:
+                others = {id(each.rotor): each.rotor for each in list_spinners(robot)}
+            lost = [rotor for key, rotor in right.items() if key not in others]
+            rotors = [rotor for key, rotor in others.items() if key not in right]
+            rotors += [replace(rotor, inertia=-rotor.inertia) for rotor in lost]
+            changes += [self.kane.load_rotor(rotor, level) for rotor in rotors]
+        return add_terms(changes) if changes else self._base(level).minus(self._base(level))
 
-    def list_number_effects(self, level: Level) -> list[NumberEffect]:
-        """Of each number that changes something at a level."""
-        if level not in self._numbers_by_level:
-            effects = self._numbers_by_level[level] = []
-            shared = {each.number.name: each for each in self._numbers_by_level.get("links", [])}
-            for number in self._select_numbers(level):
-                if number.name in shared and (number.bodies or level == "armature"):
-                    effects.append(shared[number.name])
-                    continue
-                up, down = (
-                    self.change_robot(
-                        number.put(number.value + sign * number.step), level, number.bodies
-                    )
-                    for sign in (1, -1)
-                )
-                linear = DynamicsTerms(*((a - b) / 2 for a, b in zip(up, down, strict=True)))
-                square = DynamicsTerms(*((a + b) / 2 for a, b in zip(up, down, strict=True)))
-                effects.append(NumberEffect(number, linear, square))
-        return self._numbers_by_level[level]
+    def _has_same_motion(self, robot: Robot) -> bool:
+        """Whether a robot has other bodies or rotors alone."""
+        here = self.robot
+        return robot.joints is here.joints and robot.gravity is here.gravity
 
-    def _select_numbers(self, level: Level) -> Iterator[RobotNumber]:
-        for number in self.numbers:
-            of_rotors = "rotor" in number.name or number.name.startswith("stage")
-            if not number.curved and (level != "links" or not of_rotors):
-                yield number
+    def screen_robots(self, robots: Sequence[Robot], level: Level, states: slice) -> DynamicsTerms:
+        """What other robots do (robots, states, ...), by another derivation: for screens."""
+        q, v = (each[states] for each in self.states[:2])
+        changes, base = compute_variants(robots, level, q, v), self._base(level)
+        return DynamicsTerms(*(a - b[states] for a, b in zip(changes, base, strict=True)))
 
-    def list_mistake_effects(self, level: Level) -> list[MistakeEffect]:
-        """Of each thing that may be taken for another at a level."""
-        if level not in self._mistakes_by_level:
-            mistakes = self._mistakes_by_level[level] = list(self._body_mistakes)
-            robot = self.bare if level == "links" else self.robot
-            shared: dict[str, MistakeEffect] = {}
-            if level == "armature" and all(joint.mimic is None for joint in robot.joints):
-                shared = {each.words: each for each in self.list_mistake_effects("links")}
-            mistakes += [
-                shared.get(each.words)
-                or MistakeEffect(each.words, each.several, self.change_robot(each.robot, level))
-                for each in generate_frame_mistakes(robot, are_rotors_bodies=level == "coupled")
+    def select_numbers(self, level: Level) -> list[RobotNumber]:
+        """The numbers that may change something at a level, by their square at most."""
+        rotors = ("rotor of", "every rotor", "stage of") if level == "links" else ()
+        numbers = [number for number in self.numbers if not number.curved]
+        return [number for number in numbers if not number.name.startswith(rotors)]
+
+    def find_number_effect(self, number: RobotNumber, level: Level) -> NumberEffect:
+        """What a number does at a level."""
+        key = number.name, level
+        if key not in self._effects:
+            changes = [
+                self.change_robot(number.put(number.value + sign * number.step), level)
+                for sign in (1, -1)
             ]
-        return self._mistakes_by_level[level]
+            self._effects[key] = _halve(*changes)
+        return self._effects[key]
+
+    def screen_numbers(self, level: Level) -> NumberEffect:
+        """The effects (numbers, several states, ...) of the numbers of a level."""
+        numbers = self.select_numbers(level)
+        robots = [[each.put(each.value + by * each.step) for each in numbers] for by in (1, -1)]
+        up, down = (self.screen_robots(each, level, self.several) for each in robots)
+        return _halve(up, down)
+
+    def list_mistakes(self, level: Level) -> list[MistakeEffect]:
+        """Each thing that may be taken for another at a level."""
+        robot = self.bare if level == "links" else self.robot
+        mistakes = list(self._body_mistakes)
+        for each in generate_frame_mistakes(robot, are_rotors_bodies=level == "coupled"):
+            is_moved = not self._has_same_motion(each.robot)
+            change = each.robot if is_moved else self.change_robot(each.robot, level)
+            mistakes.append(MistakeEffect(each.words, each.several, change))
+        return mistakes
+
+    def screen_mistakes(self, mistakes: Sequence[MistakeEffect], level: Level) -> DynamicsTerms:
+        """What mistakes do (mistakes, few states, ...)."""
+        robots = [each.change for each in mistakes if isinstance(each.change, Robot)]
+        moved = zip(*self.screen_robots(robots, level, self.few), strict=True)
+        changes = [
+            next(moved) if isinstance(each.change, Robot) else [t[self.few] for t in each.change]
+            for each in mistakes
+        ]
+        return DynamicsTerms(*map(np.array, zip(*changes, strict=True)))
 
     @cached_property
     def _body_mistakes(self) -> list[MistakeEffect]:
@@ -205,20 +242,20 @@ class ChangeTable:
         """By words, what each mistake in a part does to the terms."""
         number = part.number
         right = self.kane.compute_terms(number, self.kane.place_body(number, part.body))
-        changed = self._list_changed_bodies(part)
+        changed = self._list_changed_bodies(part, self.kane)
         return {w: self.kane.compute_terms(number, b).minus(right) for w, b in changed.items()}
 
-    def _list_changed_bodies(self, part: BodyPart) -> dict[str, WorldBody]:
+    def _list_changed_bodies(self, part: BodyPart, kane: KaneSum) -> dict[str, WorldBody]:
         """By words, what a part may be taken for."""
-        joint, number, pose = self.robot.joints[part.number], part.number, self.kane.poses
+        joint, number = self.robot.joints[part.number], part.number
         is_moved = part.placement.position.any() or not _is_identity(part.placement.rotation)
         before = replace(joint, placement=part.placement) if is_moved else joint
         changed = {
-            words: self.kane.place_body(number, part.carry(other))
+            words: kane.place_body(number, part.carry(other))
             for words, other in generate_body_mistakes(part.in_link, before, part.turn)
         }
-        turn = pose[number].rotation @ part.placement.rotation
-        shift = pose[number].rotation @ part.placement.position
+        turn = kane.poses[number].rotation @ part.placement.rotation
+        shift = kane.poses[number].rotation @ part.placement.position
         unturned = list_unturned_bodies(turn, part.in_link)
         if self._has_inertial_axes:
             axes, link = part.turn, part.in_link
@@ -238,7 +275,7 @@ class ChangeTable:
                 ("the turn of its fixed joint the other way", Placement(R.T, place)),
             ):
                 body = part._replace(placement=placement).body
-                changed[words] = self.kane.place_body(number, body)
+                changed[words] = kane.place_body(number, body)
         return changed
 
     @cached_property
@@ -246,17 +283,57 @@ class ChangeTable:
         """Whether the file has the inertia of any link in other axes than the link's."""
         return not all(_is_identity(part.turn) for part in list_body_parts(self.robot))
 
-    def generate_motion_changes(self, level: Level) -> Iterator[tuple[str, ByPlace]]:
-        """Mistakes in Kane's sum in words, each with what it changes by the body that has it."""
+    def generate_motion_changes(
+        self, level: Level, only: Collection[str]
+    ) -> Iterator[tuple[str, ByPlace]]:
+        """Mistakes in Kane's sum in some words, each with what it changes by what has it."""
+        for table in self._list_motion_tables(slice(None), only):
+            rotors = table.list_rotor_changes(level)
+            for words, changes in table.list_changes():
+                yield words, {**changes, **rotors.pop(words, {})}
+            yield from rotors.items()
+
+    def screen_motions(self, level: Level) -> Iterator[tuple[str, DynamicsTerms]]:
+        """The words of all of these, and what they change (bodies, few states, ...)."""
+        tables = self._screened_motions
+        if level not in self._screened_rotors:
+            self._screened_rotors[level] = [
+                {words: _stack_terms(c) for words, c in table.list_rotor_changes(level).items()}
+                for table, _ in tables
+            ]
+        for (_, of_bodies), of_rotors in zip(tables, self._screened_rotors[level], strict=True):
+            rotors = dict(of_rotors)
+            for words, stacked in of_bodies:
+                more = [rotors.pop(words)] if words in rotors else []
+                yield words, DynamicsTerms(*map(np.concatenate, zip(stacked, *more, strict=True)))
+            yield from rotors.items()
+
+    @cached_property
+    def _screened_motions(self) -> list[tuple[MotionTable, list[tuple[str, DynamicsTerms]]]]:
+        return [
+            (table, [(words, _stack_terms(changes)) for words, changes in table.list_changes()])
+            for table in self._list_motion_tables(self.several, None)
+        ]
+
+    def _list_motion_tables(
+        self, states: slice, only: Collection[str] | None
+    ) -> Iterator[MotionTable]:
+        """Of the links as the URDF has them, then of the bodies if several links make one."""
+        kane = KaneSum(self.robot, self.states.q[states], self.states.v[states])
         parts, bodies = list_body_parts(self.robot), list_whole_bodies(self.robot)
-        kane = KaneSum(self.robot, self.states.q, self.states.v)
-        table = MotionTable(kane, level)
-        yield from table.generate({p.name: (p, self._list_changed_bodies(p)) for p in parts})
+        named = [{each.name: each for each in parts}]
         if len(parts) > len(bodies):
-            named = {f"{each.name}, with what is fixed to it": each for each in bodies}
-            yield from table.generate(
-                {name: (each, self._list_changed_bodies(each)) for name, each in named.items()}
-            )
+            named.append({f"{each.name}, with what is fixed to it": each for each in bodies})
+        for each in named:
+            changed = {
+                name: (part, self._list_changed_bodies(part, kane)) for name, part in each.items()
+            }
+            yield MotionTable(kane, changed, only)
+
+    @cached_property
+    def _spinners(self) -> dict[int, Rotor]:
+        """Rotors of the robot and of its stages, by what tells one from another."""
+        return {id(each.rotor): each.rotor for each in list_spinners(self.robot)}
 
     def _base(self, level: Level) -> DynamicsTerms:
         if level not in self._bases:
@@ -266,7 +343,19 @@ class ChangeTable:
         return self._bases[level]
 
 
-def add_terms(several: Iterator[DynamicsTerms]) -> DynamicsTerms:
+def _stack_terms(changes: ByPlace) -> DynamicsTerms:
+    """Changes of the terms by name as arrays (names, states, ...)."""
+    return DynamicsTerms(*map(np.array, zip(*changes.values(), strict=True)))
+
+
+def _halve(up: DynamicsTerms, down: DynamicsTerms) -> NumberEffect:
+    """What a step up and one down make of the terms, linear in the step and by its square."""
+    pairs = list(zip(up, down, strict=True))
+    linear, square = ([(a + sign * b) / 2 for a, b in pairs] for sign in (-1, 1))
+    return NumberEffect(DynamicsTerms(*linear), DynamicsTerms(*square))
+
+
+def add_terms(several: Iterable[DynamicsTerms]) -> DynamicsTerms:
     """The sum of several terms."""
     return DynamicsTerms(*(np.sum(each, axis=0) for each in zip(*several, strict=True)))
 
@@ -284,8 +373,8 @@ class CauseSearch:
         self.difference = self._compute_difference()
         self.allowed = self._compute_allowances()
 
-    def row(self, change: DynamicsTerms) -> np.ndarray:
-        """What a change of the terms makes of all parts, in one row."""
+    def row(self, change: DynamicsTerms, states: slice = slice(None)) -> np.ndarray:
+        """What changes of the terms (..., states, n, n) make of all parts, a row (..., places)."""
         mass, bias, gravity = change
         values, held = self.problem.answers.values, change.bias + change.gravity
         parts = {
@@ -296,10 +385,10 @@ class CauseSearch:
         }
         if "inverse_dynamics" in values:
             whole = bias if self.problem.answers.weightless else held
-            parts["inverse_dynamics"] = _multiply(mass, self.problem.states.a) + whole
+            parts["inverse_dynamics"] = _multiply(mass, self.problem.states.a[states]) + whole
         if "acceleration" in values:
-            parts["acceleration"] = _multiply(mass, values["acceleration"]) + held
-        return self._join_parts(parts)
+            parts["acceleration"] = _multiply(mass, values["acceleration"][states]) + held
+        return self._join_parts(parts, states)
 
     def _compute_difference(self) -> np.ndarray:
         values = self.problem.answers.values
@@ -310,13 +399,14 @@ class CauseSearch:
             parts["acceleration"] = -_multiply(mass, parts["acceleration"])
         return self._join_parts(parts)
 
-    def _join_parts(self, parts: dict[str, np.ndarray]) -> np.ndarray:
-        sizes = self.problem.sizes[self.level]
-        scaled = {
-            part: parts[part] / sizes.entry_sizes("balance" if part == "acceleration" else part)
-            for part in self.problem.parts
-        }
-        return np.concatenate([each.ravel() for each in scaled.values()])
+    def _join_parts(self, parts: dict[str, np.ndarray], states: slice = slice(None)) -> np.ndarray:
+        sizes, lead = self.problem.sizes[self.level], parts[self.problem.parts[0]].shape
+        lead = lead[: -3 if self.problem.parts[0] == "mass_matrix" else -2]
+        rows = []
+        for part in self.problem.parts:
+            size = sizes.entry_sizes("balance" if part == "acceleration" else part)[states]
+            rows.append((parts[part] / size).reshape(*lead, -1))
+        return np.concatenate(rows, axis=-1)
 
     def _compute_allowances(self) -> np.ndarray:
         """What an explanation may leave at each place of a row.
@@ -354,24 +444,49 @@ class CauseSearch:
         """Which places of a row belong to some entries."""
         return np.any([self.select_places(entry=entry) for entry in entries], axis=0)
 
-    @cached_property
-    def _effects(self) -> tuple[list[NumberEffect], np.ndarray, np.ndarray]:
-        """Effects, and what of a row (effects, places) each makes: linear in it, by its square."""
-        effects = [
-            NumberEffect(each.number, linear, square, place)
-            for each in self.table.list_number_effects(self.level)
-            for place, (linear, square) in self._list_places(each.linear, each.square)
-        ]
-        linear_rows = np.array([self.row(each.linear) for each in effects])
-        return effects, linear_rows, np.array([self.row(each.square) for each in effects])
+    def _list_places_at(self, states: slice) -> np.ndarray:
+        """The places of a row at some states."""
+        places = np.arange(self.difference.size)
+        shapes = [self.problem.answers.values[part].shape for part in self.problem.parts]
+        ends = np.cumsum([np.prod(shape) for shape in shapes])[:-1]
+        parts = zip(np.split(places, ends), shapes, strict=True)
+        return np.concatenate([p.reshape(shape)[states].ravel() for p, shape in parts])
+
+    def _select_screened(self, places: Places, states: slice) -> tuple[np.ndarray, np.ndarray]:
+        """The places of a row at some states that are among some, and which of all there."""
+        at = self._list_places_at(states)
+        chosen = np.isin(at, np.arange(self.difference.size)[places])
+        return at[chosen], chosen
+
+    def _find_survivors(self, rows: np.ndarray, places: Places) -> list[int]:
+        """The rows (changes, places at few states) that leave nothing of the difference there."""
+        at, chosen = self._select_screened(places, self.table.few)
+        left = np.abs(rows[:, chosen] - self.difference[at]) - 2 * self.allowed[at]
+        return np.flatnonzero((left <= TOLERANCE).all(axis=1)).tolist()
 
     @cached_property
-    def _mistakes(self) -> list[tuple[MistakeEffect, np.ndarray]]:
-        return [
-            (each._replace(words=each.words + place), self.row(change))
-            for each in self.table.list_mistake_effects(self.level)
-            for place, (change,) in self._list_places(each.change)
-        ]
+    def _number_rows(self) -> list[tuple[np.ndarray, np.ndarray]]:
+        """What numbers make of the places at several states: linear, by their square.
+
+        Of all terms, and of each alone where a balance alone tells that it is wrong.
+        """
+        several, effects = self.table.several, self.table.screen_numbers(self.level)
+        pairs = [changes for _, changes in self._list_places(*effects)]
+        return [(self.row(linear, several), self.row(square, several)) for linear, square in pairs]
+
+    @cached_property
+    def _mistakes(self) -> tuple[list[MistakeEffect], list[np.ndarray]]:
+        """Mistakes, and what they make of the places at few states, of all and of each term."""
+        mistakes, few = self.table.list_mistakes(self.level), self.table.few
+        changes = self._list_places(self.table.screen_mistakes(mistakes, self.level))
+        return mistakes, [self.row(change, few) for _, (change,) in changes]
+
+    @cached_property
+    def _move_rows(self) -> np.ndarray:
+        """What each move of a joint makes of the places at few states (moves, places)."""
+        robots = [each.robot for each in self.table.joint_moves]
+        few = self.table.few
+        return self.row(self.table.screen_robots(robots, self.level, few), few)
 
     def _list_places(
         self, *changes: DynamicsTerms
@@ -404,36 +519,32 @@ class CauseSearch:
         return causes
 
     def _number_causes(self, places: Places) -> Iterator[tuple[RobotNumber, Cause]]:
-        effects, *changes = self._effects
-        wrong, (linear, square) = self.difference[places], (each[:, places] for each in changes)
+        wrong = self.difference[places]
         allowed = CLOSE * np.linalg.norm(wrong)
-        near = measure_rest(wrong, linear, square) <= 2 * allowed  # by any two factors
-        for place in np.flatnonzero(near):
-            number = effects[place].number
-            by = _solve_step(linear[place], square[place], wrong)
-            left = wrong - linear[place] * by - square[place] * by**2
-            if by and np.linalg.norm(left) <= allowed:
+        at, chosen = self._select_screened(places, self.table.several)
+        near = np.zeros(len(self._number_rows[0][0]), bool)
+        for rows in self._number_rows:  # by any two factors
+            near |= measure_rest(self.difference[at], *(r[:, chosen] for r in rows)) <= 2 * allowed
+        numbers = self.table.select_numbers(self.level)
+        for number in [numbers[place] for place in np.flatnonzero(near)]:
+            for where, changes in self._list_places(
+                *self.table.find_number_effect(number, self.level)
+            ):
+                linear, square = (self.row(change)[places] for change in changes)
+                by = _solve_step(linear, square, wrong)
+                left = np.linalg.norm(wrong - linear * by - square * by**2)
                 value = number.value + by * number.step
-                whole = not effects[place].place
-                if not self._is_possible(number, value):
+                if not by or left > allowed or not self._is_possible(number, value):
                     continue
-                if whole and not self._holds(number, value, places):
+                if not where and not self._holds(number, value, places):
                     continue
                 is_left_out = abs(value) < ALIKE * number.step and not number.factor
-                missing = number.name if is_left_out else ""
-                yield (
-                    number,
-                    Cause(
-                        self._words(number, value) + effects[place].place,
-                        self._is_usual(number, value),
-                        missing,
-                    ),
-                )
+                words, usual = self._words(number, value) + where, self._is_usual(number, value)
+                yield number, Cause(words, usual, number.name if is_left_out else "")
 
     def _holds(self, number: RobotNumber, value: float, places: Places) -> bool:
         """Whether the difference is nothing with a value, by the terms with that itself."""
-        level: Level = "links" if number.bodies else self.level
-        change = self.table.change_robot(number.put(value), level, number.bodies)
+        change = self.table.change_robot(number.put(value), self.level)
         return self.can_explain(self.row(change), places)
 
     def _is_possible(self, number: RobotNumber, value: float) -> bool:
@@ -466,8 +577,8 @@ class CauseSearch:
         states, values = self.problem.states, self.problem.answers.values["acceleration"][:, row]
         base = DynamicsTerms(*AnalyticRobot(self.problem.robot, self.level).terms(*states[:2]))
         size = self.problem.sizes[self.level].acceleration[:, row]
-        for effect in self.table.list_number_effects(self.level):
-            number = effect.number
+        for number in self.table.select_numbers(self.level):
+            effect = self.table.find_number_effect(number, self.level)
 
             def left(by: float, effect: NumberEffect = effect) -> np.ndarray:
                 mass, bias, gravity = (
@@ -537,14 +648,19 @@ class CauseSearch:
         return f"as {names[0]}" if names else ""
 
     def _mistake_causes(self, places: Places) -> list[Cause]:
-        mistakes = [
-            mistake
-            for mistake, changed in self._mistakes
-            if np.abs(changed[places]).max(initial=0.0) > TOLERANCE
-            and self.can_explain(changed, places)
-        ]
-        single = [each for each in mistakes if not each.several]
-        return [Cause(each.words, usual=True) for each in single or mistakes]
+        mistakes, rows_by_place = self._mistakes
+        survivors = {n for rows in rows_by_place for n in self._find_survivors(rows, places)}
+        causes: dict[bool, list[Cause]] = {False: [], True: []}
+        for mistake in [mistakes[number] for number in sorted(survivors)]:
+            change = mistake.change
+            if isinstance(change, Robot):
+                change = self.table.change_robot(change, self.level)
+            for where, (placed,) in self._list_places(change):
+                row = self.row(placed)
+                has_effect = np.abs(row[places]).max(initial=0.0) > TOLERANCE
+                if has_effect and self.can_explain(row, places):
+                    causes[mistake.several].append(Cause(mistake.words + where, usual=True))
+        return causes[False] or causes[True]
 
     @cached_property
     def _piece_rows(self) -> np.ndarray:
@@ -556,7 +672,7 @@ class CauseSearch:
                 for body in list_unit_bodies()
             )
             rows += [first, *(each - first for each in others)]
-        for effects in list_rotor_effects(self.problem.robot, self.level, self.problem.states):
+        for effects in list_rotor_effects(kane, self.level):
             rows += map(self.row, effects)
         return np.stack(rows)
 
@@ -573,20 +689,17 @@ class CauseSearch:
 
     def find_joint_moves(self, places: Places = slice(None)) -> Iterator[Cause]:
         """Places, axes and frames of joints that are exchanged, or in another order."""
-        wrong = np.zeros(self.difference.size, bool)
-        wrong[places] = np.abs(self.difference[places]) > self.allowed[places]
-        part = next((p for p in MATRICES if wrong[self.select_places(p)].any()), "")
-        for move in self.table.joint_moves:
-            if part and not self._agrees_at_first_state(move.robot, part):
-                continue
+        for number in self._find_survivors(self._move_rows, places):
+            move = self.table.joint_moves[number]
             if self.can_explain(self.row(self.table.change_robot(move.robot, self.level)), places):
                 yield Cause(move.words, usual=True)
 
     def find_gravity_causes(self) -> Iterator[Cause]:
         """Gravity along another direction than an axis."""
-        robot, effects = self.problem.robot, self.table.list_number_effects(self.level)
-        axes = [each for each in effects if each.number.name.startswith("gravity: ")]
-        columns = np.stack([self.row(each.linear) / each.number.step for each in axes], axis=1)
+        robot, numbers = self.problem.robot, self.table.select_numbers(self.level)
+        axes = [each for each in numbers if each.name.startswith("gravity: ")]
+        effects = [self.table.find_number_effect(each, self.level).linear for each in axes]
+        columns = np.stack([self.row(each) for each in effects], axis=1) / axes[0].step
         fit, _, rank, _ = np.linalg.lstsq(columns, self.difference, rcond=1e-10)
         if rank == len(axes) and self.can_explain(columns @ fit):
             vector, right = robot.gravity + fit, float(np.linalg.norm(robot.gravity))
@@ -604,7 +717,8 @@ class CauseSearch:
         """
         inside = [np.arange(self.difference.size)[places] for places in several]
         wholes = list[str]()
-        for words, changes in self.table.generate_motion_changes(self.level):
+        only = self._find_motion_words(inside)
+        for words, changes in self.table.generate_motion_changes(self.level, only) if only else ():
             rows_by_words: dict[str, dict[str, np.ndarray]] = {}
             for name, change in changes.items():
                 for place, (placed,) in self._list_places(change):
@@ -621,13 +735,24 @@ class CauseSearch:
                         yield number, Cause(whole, usual=True)
                     break
 
+    def _find_motion_words(self, several: Sequence[np.ndarray]) -> set[str]:
+        """The mistakes that leave nothing of the difference at a few states in some places."""
+        screened = [self._select_screened(places, self.table.several) for places in several]
+        survivors = set[str]()
+        for words, changes in self.table.screen_motions(self.level):
+            for _, (placed,) in self._list_places(changes):
+                rows = self.row(placed, self.table.several)
+                if any(self._choose_rows(rows[:, chosen], at) for at, chosen in screened):
+                    survivors.add(words)
+        return survivors
+
     def _choose_rows(self, rows: np.ndarray, places: np.ndarray) -> list[int]:
         """Which of some changes (changes, places), each made once, leave nothing at the places."""
         there = np.flatnonzero(np.abs(rows).max(axis=1, initial=0.0) > TOLERANCE)
-        screened = np.argsort(-np.abs(self.difference[places]))[:MOST_SCREENED]
-        sampled, wrong = rows[there][:, screened], self.difference[places][screened]
         if not there.size:
             return []
+        screened = np.argsort(-np.abs(self.difference[places]))[:MOST_SCREENED]
+        sampled, wrong = rows[there][:, screened], self.difference[places][screened]
         fit = np.linalg.lstsq(sampled.T, wrong, rcond=1e-10)[0]
         picks = np.vstack([np.eye(there.size), np.ones(there.size), np.clip(np.rint(fit), 0, 1)])
         left = np.abs(picks @ sampled - wrong) <= 2 * self.allowed[places][screened]
@@ -638,16 +763,6 @@ class CauseSearch:
             ).all():
                 return list(there[picks[number] > 0])
         return []
-
-    def _agrees_at_first_state(self, robot: Robot, part: str) -> bool:
-        """Whether another robot has the user's M or gravity at the first state."""
-        q, user_value = self.problem.states.q[:1], self.problem.answers.values[part][0]
-        least = LEFT * np.abs(user_value - self.problem.reference_values[self.level][part][0]).max()
-        moved = getattr(AnalyticRobot(robot, self.level), part)(q)[0]
-        if part == "gravity":
-            moved = moved + self.problem.spring_torques[0]
-        rounding = TOLERANCE * np.abs(user_value).max()
-        return bool(np.abs(moved - user_value).max() <= least + rounding)
 
     def _missing_pairs(self) -> Iterator[Cause]:
         """Couplings of two joints by a rotor or stage, if M lacks one of these and nothing else."""
@@ -676,11 +791,14 @@ class CauseSearch:
 
     def links(self) -> Iterator[str]:
         """Links whose mass, first moments and inertia about the joint make the difference."""
+        at, _ = self._select_screened(slice(None), self.table.several)
         for number, body in enumerate(self.problem.robot.bodies):
-            changed = [
-                self.row(self.table.change_body(number, other)) for other in _vary_parameters(body)
-            ]
-            columns = np.stack(changed, axis=1)
+            others = [self.table.change_body(number, each) for each in _vary_parameters(body)]
+            columns = np.stack([self.row(each) for each in others], axis=1)
+            few = columns[at] @ np.linalg.lstsq(columns[at], self.difference[at], rcond=1e-10)[0]
+            least = np.linalg.norm(few - self.difference[at])  # that any values leave there
+            if least > 2 * np.linalg.norm(self.allowed[at]):
+                continue
             fit = np.linalg.lstsq(columns, self.difference, rcond=1e-10)[0]
             if self.can_explain(columns @ fit):
                 yield self._link(number)
@@ -746,7 +864,7 @@ def _is_identity(turn: np.ndarray) -> bool:
 
 
 def _multiply(matrix: np.ndarray, vector: np.ndarray) -> np.ndarray:
-    product: np.ndarray = np.einsum("sij,sj->si", matrix, vector)
+    product: np.ndarray = np.einsum("...ij,...j->...i", matrix, vector)
     return product
 
 
