@@ -9,14 +9,13 @@ from crosscheck.models.arm.planets import usual_switches
 from crosscheck.models.loading import load_arm
 from crosscheck.trial.coordinates.build import build_frame
 from crosscheck.trial.diagnose.candidates import find_reflecting_joint
-from crosscheck.trial.diagnose.exchanges import SampledEntry, find_reflected_exchange
 from crosscheck.trial.diagnose.explain import (
     compute_bias_differences,
     explain,
     group_by_errors,
     is_caused_by_mass,
 )
-from crosscheck.trial.diagnose.harmonic_fit import HarmonicFit, evaluate_entry
+from crosscheck.trial.diagnose.harmonic_fit import HarmonicFit
 from crosscheck.trial.diagnose.messages import (
     describe_term_error,
     format_monomial,
@@ -26,10 +25,8 @@ from crosscheck.trial.diagnose.messages import (
 from crosscheck.trial.diagnose.polynomial import TermKey
 from crosscheck.trial.diagnose.reference_terms import build_reference_terms
 from crosscheck.trial.diagnose.values import collect_arm_values
-from crosscheck.trial.diagnose.velocities import generate_component_inertias
 from crosscheck.trial.input.equations import Coordinates
 from crosscheck.trial.judge.entries import EntryMismatch, EntryPlace
-from tests.loops import require_items
 from tests.trial import planted
 
 PAPER, UNLIKE = load_arm("paper-labelled"), load_arm("three-unlike")
@@ -178,30 +175,6 @@ def test_a_lever_of_a_term_that_two_reactions_leave_none_of():
     assert [(e.kind, e.yours, e.right) for e in found.errors] == [("swapped", "d1", "L1")]
 
 
-@pytest.mark.parametrize(
-    ("turned", "told"),
-    [
-        ({2: 3, 3: 2}, "joint 2 and the reflected inertia of joint 3 are exchanged"),
-        ({2: 3}, "joint 3 where the reflected inertia of joint 2 belongs, in M"),
-    ],
-)
-def test_reflected_inertia_of_another_joint(turned, told):
-    frame = build_frame(Coordinates(), UNLIKE)
-    known = build_reference_terms(frame, UNLIKE, usual_switches(UNLIKE), "armature")
-    values, still, samples = collect_arm_values(UNLIKE), np.zeros((1, 3)), []
-    for j in (1, 2):
-        entry = known.entry(EntryPlace("mass_matrix", j, j))
-        reflected = {
-            k: evaluate_entry([p for p in e if find_reflecting_joint(p)], values, still)
-            for k, e in ((k, known.entry(EntryPlace("mass_matrix", k - 1, k - 1))) for k in (2, 3))
-        }
-        difference = reflected[turned.get(j + 1, j + 1)] - reflected[j + 1]
-        samples.append(SampledEntry(difference, 1.0, entry, values, still, {}))
-    error = find_reflected_exchange(samples)
-    assert error is not None
-    assert told in describe_term_error(error)
-
-
 def test_reflected_inertia_of_a_joint_divided_by_its_ratio_twice():
     frame, place = build_frame(Coordinates(), UNLIKE), EntryPlace("mass_matrix", 2, 2)
     known = build_reference_terms(frame, UNLIKE, usual_switches(UNLIKE), "armature")
@@ -212,24 +185,6 @@ def test_reflected_inertia_of_a_joint_divided_by_its_ratio_twice():
     (error,) = planted.explained(known, place, yours, UNLIKE).errors
     assert (error.kind, error.yours) == ("factor", "1/n3^2")
     assert error.term.coefficient == "r_cp3^2 (4 M_s3 + N3 M_p3)"
-
-
-@ARMS
-@pytest.mark.parametrize(
-    "coordinates",
-    [planted.RELATIVE, planted.LUMPED, planted.GEARS],
-    ids=["rigid", "lumped", "angles"],
-)
-def test_components_of_velocities_are_all_of_m_that_angles_change(arm, coordinates):
-    known, frame = planted.terms(arm, coordinates), build_frame(coordinates, arm)
-    values = collect_arm_values(arm)
-    angles = np.random.default_rng(1).uniform(-3, 3, (9, known.joints))
-    moving = sum(made for _, made in generate_component_inertias(frame, arm, "", values, angles))
-    masses = [place for place in known.entries if place.part == "mass_matrix"]
-    for place in require_items(masses):
-        entry = evaluate_entry(known.entries[place], values, angles)
-        still = entry - moving[:, place.row, place.column]
-        assert np.ptp(still) <= 1e-12 * np.abs(moving).max()
 
 
 @ARMS

@@ -84,11 +84,11 @@ SLIPS: dict[str, tuple[Callable[[Arm], Equations], list[str]]] = {
     ),
     "Christoffel's symbols without the 1/2": (
         lambda arm: two_links(arm, elbow_rates=lambda v: 2 * v[0] ** 2 + v[0] * v[1]),
-        ["the 1/2 of the last term is missing"],
+        ["yours has -1/2 dM_jk/dx_i v_j v_k times 2"],
     ),
     "Christoffel's symbols with the other sign of the last term": (
         lambda arm: two_links(arm, elbow_rates=lambda v: -(v[0] ** 2) - 2 * v[0] * v[1]),
-        ["the last term has the wrong sign"],
+        ["yours has -1/2 dM_jk/dx_i v_j v_k with the opposite sign"],
     ),
     "the rates of C's upper right entry in the lower left one, a sum of two terms": (
         lambda arm: two_links(arm, elbow_rates=lambda v: v[0] * (v[0] + v[1])),
@@ -122,7 +122,7 @@ SLIPS: dict[str, tuple[Callable[[Arm], Equations], list[str]]] = {
             rates=lambda v: v[0] * v[1] + v[1] ** 2 / 2,
             elbow_rates=lambda v: v[0] ** 2 / 2,
         ),
-        ["your bias is half as large as M demands, in every term"],
+        ["yours has (dM_ij/dx_k - 1/2 dM_jk/dx_i) v_j v_k, the whole bias times 0.5"],
     ),
 }
 
@@ -232,4 +232,4 @@ def test_weights_of_the_other_sign_are_no_other_coordinates():
         return Equations(acceleration=accelerate)
 
     (line,) = describe_errors(trial_of(factory, arm_of(*UNLIKE)))
-    assert "-m2 g_x d2 sin(theta_1 + theta_2) with the opposite sign" in line
+    assert "-g where g belongs, in every weight" in line

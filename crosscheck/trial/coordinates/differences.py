@@ -87,12 +87,8 @@ def christoffel_terms(
 
 
 def fold_rate_pairs(terms: np.ndarray) -> np.ndarray:
-    """A quadratic form's coefficients (n, n, n) gathered on j <= k."""
-    both = terms + terms.swapaxes(1, 2)
-    diagonal = np.einsum("ijj->ij", terms)
-    upper = np.triu(both, 1)
-    upper[:, range(len(terms)), range(len(terms))] = diagonal
-    return upper
+    """A quadratic form's coefficients (..., n, n, n) gathered on j <= k."""
+    return np.triu(terms + np.swapaxes(terms, -1, -2)) * (1 - np.eye(terms.shape[-1]) / 2)
 
 
 def difference_steps(jacobian: np.ndarray, angular: np.ndarray) -> np.ndarray:

@@ -6,7 +6,7 @@ from collections import defaultdict
 from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from fractions import Fraction
 from itertools import product as combinations
-from typing import Any, Literal, NamedTuple
+from typing import Any, NamedTuple
 
 import numpy as np
 
@@ -25,8 +25,8 @@ from crosscheck.trial.diagnose.values import (
     generate_ratios,
     parse_symbol,
 )
+from crosscheck.trial.judge.entries import ErrorKind
 
-ErrorKind = Literal["sign", "factor", "dropped", "swapped", "angle", "extra"]
 Change = Mapping[TermKey, np.ndarray]  # yours - right, (arms,) each
 FACTORS = (2, 1 / 2, 3, 1 / 3, 4, 1 / 4, -2, -1 / 2, 3 / 2, 2 / 3, 6, 1 / 6, 12, 1 / 12)
 PLAIN: tuple[tuple[ErrorKind, str, float, float], ...] = (
@@ -320,14 +320,19 @@ def group_by_wave(entry: EntryTerms) -> Iterator[EntryTerms]:
         yield tuple(product for product in entry if product.key == key)
 
 
-def generate_products(values: Values) -> Iterator[EntryTerms]:
-    """Products of a mass and up to two lengths, and inertias."""
+def generate_products(values: Values, *, weighing: bool) -> Iterator[EntryTerms]:
+    """Products of a mass and up to two lengths, and inertias; of weights, gravity and a lever."""
     of = defaultdict(list)
     for symbol in values:
         stem = parse_symbol(symbol).stem
-        kind = "length" if stem in LENGTHS else "mass" if stem[0] in "mM" else "inertia"
         if stem in LENGTHS or stem in INERTIAS or stem[0] in "mM":
-            of[kind].append(symbol)
+            of["length" if stem in LENGTHS else "mass" if stem[0] in "mM" else "inertia"].append(
+                symbol
+            )
+    if weighing:
+        along = [symbol for symbol in STEMS_BY_QUANTITY["gravity"] if symbol in values]
+        yield from (_product(*each) for each in combinations(of["mass"], along, of["length"]))
+        return
     for inertia in of["inertia"]:
         yield _product(inertia)
     for mass in of["mass"]:

@@ -127,6 +127,14 @@ def format_angle_sum(key: TermKey, terms: ReferenceTerms) -> tuple[int, str]:
     return sign, _join(f"{once.get(number, f'{number} ')}{name}" for number, name in parts)
 
 
+def format_row(row: np.ndarray, names: Sequence[str], *, rate: bool = False) -> str:
+    """A row (n,) over coordinates, or their rates, as a sum: theta_1 + theta_2; 0 of none."""
+    once = {1.0: "", -1.0: "-"}
+    entries = zip(row.round(9).tolist(), names, strict=True)
+    parts = (once.get(entry, f"{entry:g} ") + name + "'" * rate for entry, name in entries if entry)
+    return _join(parts) or "0"
+
+
 def _join(parts: Iterable[str]) -> str:
     """The sum of texts, which may begin with a minus."""
     return " + ".join(parts).replace("+ -", "- ")

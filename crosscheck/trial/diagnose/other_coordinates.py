@@ -53,19 +53,22 @@ def find_readings(
     }
     simple = [relative, *list_readings(joints)]
     stated = [each for each in simple if _is_stated(each, matrix)]
-    upside_down = case.arm.model_copy(
-        update={"gravity_m_per_s2": tuple(-each for each in case.arm.gravity_m_per_s2)}
-    )
+    x, y = case.arm.gravity_m_per_s2
+    lifted_arms = [
+        case.arm.model_copy(update={"gravity_m_per_s2": gravity})
+        for gravity in dict.fromkeys(((-x, -y), (-x, y), (x, -y)))
+    ]
     lifted = [
-        build(problem.reference(level), upside_down, case.scenario, case.switches)
+        build(problem.reference(level), arm, case.scenario, case.switches)
         for level in problem.levels
+        for arm in lifted_arms
     ]
     if any(
         _agrees(each, model, problem, user_values)
         for each in stated
         for model in (*models.values(), *lifted)
     ):
-        # What is left is less than a reading may leave, or the sign of all weights: a commoner
+        # What is left is less than a reading may leave, or a sign of gravity: a commoner
         # error than all senses reversed, which forces and accelerations alone cannot tell from it.
         return "", []
     for group in (simple, list_pairs(joints)):

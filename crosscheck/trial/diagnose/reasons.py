@@ -17,12 +17,6 @@ from crosscheck.trial.coordinates.frame import Frame
 from crosscheck.trial.coordinates.states import UserState
 from crosscheck.trial.diagnose.accelerations import BalanceBasis
 from crosscheck.trial.diagnose.angle_units import SampledDifference, explain_by_unit
-from crosscheck.trial.diagnose.candidates import ErrorKind
-from crosscheck.trial.diagnose.exchanges import (
-    SampledEntry,
-    find_exchange,
-    find_reflected_exchange,
-)
 from crosscheck.trial.diagnose.explain import (
     UNEXPLAINED,
     compute_bias_differences,
@@ -43,8 +37,9 @@ from crosscheck.trial.diagnose.reference_terms import (
     ReferenceTerms,
     build_reference_terms,
 )
+from crosscheck.trial.diagnose.slip_search import BEHIND, FoundSlip, PartDifference, find_slips
+from crosscheck.trial.diagnose.slips import Derivation
 from crosscheck.trial.diagnose.values import collect_arm_values
-from crosscheck.trial.diagnose.velocities import generate_component_inertias
 from crosscheck.trial.input.equations import Coordinates
 from crosscheck.trial.judge import entries
 from crosscheck.trial.judge.entries import (
@@ -53,8 +48,6 @@ from crosscheck.trial.judge.entries import (
     Explanation,
     NaturalSizes,
     Part,
-    Term,
-    TermError,
 )
 from crosscheck.trial.judge.questions import StateQuestion, VerificationProblem
 from crosscheck.trial.judge.suite import (
@@ -67,25 +60,9 @@ SAME = 1e-12  # of a row of a map: what two readings of it may differ by
 ROUNDING = 1e-10  # of a row of dy/dx: what is below it is 0
 # Where each part is looked at entry by entry.
 BY_ENTRY = {"mass_matrix": "mass_matrix", "bias": "rate_terms", "force": "force"}
-LEAST_WRONG = 2  # terms of a bias, before one rule by which they are made is looked for
-# A bias made of M by another rule than dM_ij/dx_k - 1/2 dM_jk/dx_i, and what that adds to it.
-CHRISTOFFEL_SLIPS = {
-    "your bias is (dM_ij/dx_k - dM_jk/dx_i) v_j v_k: the 1/2 of the last term is missing": (
-        0.0,
-        0.5,
-    ),
-    "your bias is dM_ij/dx_k v_j v_k: the last term, -1/2 dM_jk/dx_i v_j v_k, is missing": (
-        0.0,
-        -0.5,
-    ),
-    "your bias is (dM_ij/dx_k + 1/2 dM_jk/dx_i) v_j v_k: the last term has the wrong sign": (
-        0.0,
-        -1.0,
-    ),
-    "your bias is half as large as M demands, in every term": (-0.5, -0.25),
-}
 OPPOSITE = 1e-9  # of two entries of which one has the other's term, what their sum may be
-VELOCITY_ERRORS: tuple[tuple[ErrorKind, float], ...] = (("dropped", 0.0), ("factor", 2.0))
+MOST_EQUAL = 6  # slips that make the same, beside the first
+MOST_ERRORS = 2  # of a part, before a slip in some of its entries alone is likelier
 FOLLOWS = "follows from the wrong M"
 QUANTITIES = {part: quantity for quantity, part in entries.PARTS.items() if quantity != "bias"}
 
@@ -210,12 +187,24 @@ class EntryComparison:
         """The arm's quantities by the names of their symbols."""
         return collect_arm_values(self.problem.case.arm)
 
-    @property
-    def component_inertias(self) -> Iterator[tuple[Term, np.ndarray]]:
-        """What M has, at every state, of each body's kinetic energy along each axis."""
-        angles = np.array([state.q[self.frame.layout.theta] for state in self.states])
+    @cached_property
+    def derivation(self) -> Derivation:
+        """The derivation of what is right, and its slips. Only of a linear map."""
+        x = np.array([state.x for state in self.states])
         arm = self.problem.case.arm
-        return generate_component_inertias(self.frame, arm, self.level, self.numbers, angles)
+        return Derivation(self.frame, arm, self.level, self.numbers, x)
+
+    def sample_part(self, quantity: str) -> PartDifference:
+        """What differs in a part, at every state; of accelerations the force that makes it."""
+        difference = self.user_values[quantity] - self.reference_values[quantity]
+        sizes, tolerance = self.sizes.entry_sizes(quantity), self.sizes.tolerance(quantity)
+        if quantity != "acceleration":
+            unit = np.where(sizes > 0, sizes, 1.0)
+            return PartDifference(self.derivation, difference, unit, tolerance)
+        mass, _, _ = get_trusted_answers(self.problem, self.results, self.level)
+        a, u = self.user_values[quantity], np.array([state.u for state in self.states])
+        forces = np.einsum("sij,sj->si", mass, difference)
+        return PartDifference(self.derivation, forces, self.sizes.force, tolerance, a, u)
 
     @cached_property
     def bias_from_mass(self) -> Mapping[EntryPlace, Mapping[TermKey, float]]:
@@ -235,8 +224,7 @@ class EntryComparison:
 
     def difference(self, place: EntryPlace) -> tuple[np.ndarray, float]:
         """Yours minus right of an entry at every state (count,), and the entry's size."""
-        quantity, beside = QUANTITIES[place.part], place.rates or ()
-        index = (place.row, *beside) if place.column is None else (place.row, place.column)
+        quantity, index = QUANTITIES[place.part], _find_index(place)
         differences = self.user_values[quantity] - self.reference_values[quantity]
         return differences[(slice(None), *index)], float(self.sizes.entry_sizes(quantity)[index])
 
@@ -261,7 +249,7 @@ def _transform_values(quantity: str, values: np.ndarray, S: np.ndarray) -> np.nd
         return np.einsum("sij,ia,jb->sab", values, S, S)
     if quantity == "rate_terms":
         turned = np.einsum("sijk,ia,jb,kc->sabc", values, S, S, S, optimize=True)
-        return np.array([fold_rate_pairs(each) for each in turned])
+        return fold_rate_pairs(turned)
     if quantity == "acceleration":
         return values @ np.linalg.inv(S).T
     return values @ S
@@ -312,10 +300,7 @@ def explain_entries(arm: EntryComparison, probes: Sequence[EntryComparison]) -> 
     if set(arm.user_values) == {"acceleration"} and arm.terms is not None:
         return list(_explain_accelerations(arm, probes))
     wrong_entries = list(_name_moved_terms(arm, list(_explain_arms(arm, probes))))
-    wrong_entries = list(_name_exchanges((arm, *probes), wrong_entries))
-    wrong_entries = list(_name_velocities((arm, *probes), wrong_entries))
-    if note := _find_slip_of_christoffel(arm, wrong_entries):
-        return [replace(w, notes=(note,)) if w.place.rates else w for w in wrong_entries]
+    wrong_entries = list(_name_slips((arm, *probes), wrong_entries))
     if arm.problem.equations.coordinates.matrix is None:
         return wrong_entries
     groups = {(wrong.place.part, wrong.shown_on) for wrong in wrong_entries if not wrong.notes}
@@ -357,10 +342,14 @@ def _explain_accelerations(
     explanations = {each.place: each.explanation for each in rows if each.explanation}
     if not rows or len(explanations) < len(rows):
         explanations = _explain_balances(comparisons, pushed, [each.place.row for each in rows])
+    errors = {error_signature(e): e for each in explanations.values() for e in each.errors}
+    if len(errors) != 1 and (told := _explain_by_slips_behind(comparisons)):
+        for wrong in _explain_arms(arm, probes):
+            yield wrong if wrong.shown_on else replace(wrong, explanation=told)
+        return
     if not explanations:
         yield from _explain_arms(arm, probes)
         return
-    errors = {error_signature(e): e for each in explanations.values() for e in each.errors}
     names = arm.frame.names
     where = ", ".join(entries.format_entry(place, names) for place in explanations)
     left = max(each.left_over for each in explanations.values())
@@ -458,111 +447,80 @@ def _name_moved_terms(
         yield replace(each, explanation=moved.get(each.place, each.explanation))
 
 
-def _name_exchanges(
+def _name_slips(
     comparisons: Sequence[EntryComparison], wrong_entries: Sequence[EntryMismatch]
 ) -> Iterator[EntryMismatch]:
-    """The wrong entries, those of a part in which two numbers are exchanged explained by that."""
-    exchanged = dict[Part, Explanation]()
+    """The wrong entries, those of a part that no single error makes by a slip of the derivation."""
+    told = dict[EntryPlace, Explanation]()
     open_entries = [w for w in wrong_entries if not (w.notes or w.shown_on)]
     for part in dict.fromkeys(wrong.place.part for wrong in open_entries):
         group = [wrong for wrong in open_entries if wrong.place.part == part]
-        errors = {error_signature(e) for w in group if w.explanation for e in w.explanation.errors}
-        kinds = {e.kind for w in group if w.explanation for e in w.explanation.errors}
-        if len(errors) == 1 and kinds != {"swapped"} and all(w.explanation for w in group):
-            continue
-        places = [wrong.place for wrong in group]
-        samples = list(_sample_entries(comparisons, part, places))
-        pair = find_exchange(samples)
-        error = TermError("exchanged", Term(""), *pair) if pair else None
-        if error := error or find_reflected_exchange(samples):
-            exchanged[part] = Explanation((error,), 0.0)
+        told |= _explain_by_slips(comparisons, part, group)
     for each in wrong_entries:
-        told = None if each.notes or each.shown_on else exchanged.get(each.place.part)
-        yield replace(each, explanation=told or each.explanation)
+        yield (
+            each
+            if each.shown_on
+            else replace(each, explanation=told.get(each.place, each.explanation))
+        )
 
 
-def _name_velocities(
-    comparisons: Sequence[EntryComparison], wrong_entries: Sequence[EntryMismatch]
-) -> Iterator[EntryMismatch]:
-    """The wrong entries, those of M explained by one component of a body's velocity if it can be.
+def _explain_by_slips(
+    comparisons: Sequence[EntryComparison], part: Part, group: Sequence[EntryMismatch]
+) -> dict[EntryPlace, Explanation]:
+    """Explanations of wrong entries of a part by one slip; of open ones by one each."""
+    quantity = QUANTITIES[part]
+    errors = {error_signature(e): e for w in group if w.explanation for e in w.explanation.errors}
+    is_single = len(errors) == 1 and all(wrong.explanation for wrong in group)
+    if is_single and {e.kind for e in errors.values()} <= {"dropped", "sign", "factor"}:
+        return {}
+    if any(each.terms is None or quantity not in each.user_values for each in comparisons):
+        return {}
+    indices = {_find_index(wrong.place): wrong for wrong in group}
+    wrong = np.zeros(comparisons[0].user_values[quantity].shape[1:], dtype=bool)
+    wrong[tuple(np.transpose([*indices]))] = True
+    found = find_slips([each.sample_part(quantity) for each in comparisons], wrong, (part,))
+    is_swap = is_single and all(e.kind == "swapped" for e in errors.values())
+    is_open = len(errors) > MOST_ERRORS or not all(wrong.explanation for wrong in group)
+    making = [each for each in found if each.covers.sum() == wrong.sum()]
+    making = [each for each in making if each.is_whole or is_open]
+    if making and (not is_swap or making[0].error.kind == "exchanged"):
+        explanation = _make_explanation(
+            [each for each in making if each.is_whole == making[0].is_whole]
+        )
+        return {wrong.place: explanation for wrong in group}
+    explanations = dict[EntryPlace, Explanation]()
+    for index, entry in indices.items():
+        making = [each for each in found if each.covers[index]]
+        if making and (entry.explanation is None or len(entry.explanation.errors) > 1):
+            equal = [each for each in making if (each.covers == making[0].covers).all()]
+            explanations[entry.place] = _make_explanation(equal)
+    return explanations
 
-    It is missing or there twice, in every entry of M on every arm.
-    """
-    error = _find_velocity_error(comparisons, wrong_entries)
-    explanation = Explanation((error,), 0.0) if error else None
-    for each in wrong_entries:
-        is_explained = each.place.part == "mass_matrix" and not (each.notes or each.shown_on)
-        yield replace(each, explanation=explanation) if explanation and is_explained else each
 
-
-def _find_velocity_error(
-    comparisons: Sequence[EntryComparison], wrong_entries: Sequence[EntryMismatch]
-) -> TermError | None:
-    mass = "mass_matrix"
-    if not any(each.place.part == mass and not each.shown_on for each in wrong_entries):
+def _explain_by_slips_behind(comparisons: Sequence[EntryComparison]) -> Explanation | None:
+    """The explanation of accelerations by a slip in all of the equations, or in some parts."""
+    quantity = "acceleration"
+    if any(each.terms is None or quantity not in each.user_values for each in comparisons):
         return None
-    if any(each.terms is None or mass not in each.user_values for each in comparisons):
-        return None
-    for components in zip(*(each.component_inertias for each in comparisons), strict=True):
-        for kind, by in VELOCITY_ERRORS:
-            left = (
-                each.user_values[mass] - each.reference_values[mass] - (by - 1) * made
-                for each, (_, made) in zip(comparisons, components, strict=True)
-            )
-            of_size = (
-                np.abs(rest) / each.sizes.mass for each, rest in zip(comparisons, left, strict=True)
-            )
-            if all(each.max() <= OPPOSITE for each in of_size):
-                return TermError(kind, components[0][0], by=by)
+    arms = [each.sample_part(quantity) for each in comparisons]
+    every = np.ones(arms[0].sizes.shape, dtype=bool)
+    for parts in BEHIND:
+        if found := [each for each in find_slips(arms, every, parts) if each.is_whole]:
+            where = " and ".join(part.replace("mass_matrix", "M") for part in found[0].parts)
+            return _make_explanation(found, f"{where}, which M x'' shows")
     return None
 
 
-def _sample_entries(
-    comparisons: Sequence[EntryComparison], part: Part, wrong: Sequence[EntryPlace]
-) -> Iterator[SampledEntry]:
-    """All entries of a part on all arms, wrong ones first; none where terms cannot be told."""
-    if any(each.terms is None or QUANTITIES[part] not in each.user_values for each in comparisons):
-        return
-    for each in comparisons:
-        assert each.terms is not None  # as just seen
-        there = (place for place in each.terms.entries if place.part == part)
-        for place in dict.fromkeys((*wrong, *there)):
-            sample = each.sample_difference(place)
-            yield SampledEntry(
-                sample.difference,
-                sample.size,
-                each.terms.entry(place),
-                sample.values,
-                sample.angles,
-                sample.signals,
-            )
+def _find_index(place: EntryPlace) -> tuple[int, ...]:
+    """Where an entry stands in the arrays of its part."""
+    beside = place.rates or () if place.column is None else (place.column,)
+    return (place.row, *beside)
 
 
-def _find_slip_of_christoffel(arm: EntryComparison, wrong_entries: Sequence[EntryMismatch]) -> str:
-    """What is wrong in a bias that is made of the right M in another way than it must be; or ''."""
-    places = [wrong.place for wrong in wrong_entries if wrong.place.rates and not wrong.shown_on]
-    is_mass_wrong = any(wrong.place.part == "mass_matrix" for wrong in wrong_entries)
-    if arm.terms is None or is_mass_wrong or len(places) < LEAST_WRONG:
-        return ""
-    if "mass_matrix" not in arm.reference_values:
-        return ""
-    mass, sizes = arm.reference_values["mass_matrix"], arm.sizes.mass
-    waves = {
-        (i, j): arm.harmonic_basis.fit(
-            mass[:, i, j], float(sizes[i, j]), arm.numbers
-        ).significant_coefficients
-        for i, j in np.ndindex(sizes.shape)
-    }
-    fits = {place: arm.fit_difference(place) for place in places}
-    for words, by in CHRISTOFFEL_SLIPS.items():
-        made = compute_bias_differences(waves, arm.terms.angles, *by)
-        largest = {place: max(map(abs, wave.values())) for place, wave in made.items()}
-        there = {
-            place for place, size in largest.items() if size > ROUNDING * max(largest.values())
-        }
-        if there == set(places) and all(is_caused_by_mass(fits[p], made[p]) for p in places):
-            return words
-    return ""
+def _make_explanation(found: Sequence[FoundSlip], seen_in: str = "") -> Explanation:
+    """The first of slips that make the same, and the others beside it."""
+    first, *others = (each.error for each in found[: MOST_EQUAL + 1])
+    return Explanation((first,), 0.0, tuple((each,) for each in others), seen_in)
 
 
 def _is_same_map(symbolic: sp.ImmutableMatrix, arm: EntryComparison) -> bool:

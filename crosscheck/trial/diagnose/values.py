@@ -175,8 +175,16 @@ def generate_ratios(symbol: str, values: Values) -> Iterator[tuple[str, Alternat
     teeth = [values[f"{z}{j}"] for z in ("z_s", "z_p", "z_r")]
     right, belongs = right_ratio(*teeth), _add_joint_number(right_text, j)
     others = [(_add_joint_number(text, j), ratio(*teeth)) for text, ratio in ratios]
+    for k in (k for k in _list_joints(values) if k != j):
+        elsewhere = [values[f"{z}{k}"] for z in ("z_s", "z_p", "z_r")]
+        others.append((_add_joint_number(right_text, k), right_ratio(*elsewhere)))
     for text, ratio in (*others, (f"1/({belongs})", 1 / right)):
         yield belongs, Alternative(f"the {gear} ratio {text}", ratio / right, 0.15)
+
+
+def _list_joints(values: Values) -> list[int]:
+    """The joints with gears."""
+    return [symbol.joint for symbol in map(parse_symbol, values) if symbol.stem == "z_s"]
 
 
 def _distance(symbol_name: SymbolName, other: SymbolName) -> float:

@@ -21,6 +21,7 @@ LARGEST_POWER = 200  # of ten, between the numbers of two units
 SLOPES = 2 / TURN_RAD  # of those in M, in differences of M
 SOLVED = 10  # roundings of a solution by elimination, times the conditioning of the matrix
 Part = Literal["mass_matrix", "bias", "force", "acceleration"]
+ErrorKind = Literal["sign", "factor", "dropped", "swapped", "angle", "extra", "exchanged"]
 SHOWN = 8  # of a list of places; the report has them all
 PARTS: dict[str, Part] = {
     "mass_matrix": "mass_matrix",
@@ -234,7 +235,7 @@ class TermError:
     ``extra`` the one too many.
     """
 
-    kind: Literal["sign", "factor", "dropped", "swapped", "angle", "extra", "exchanged"]
+    kind: ErrorKind
     term: Term
     yours: str = ""
     right: str = ""

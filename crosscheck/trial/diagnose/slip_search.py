@@ -1,0 +1,149 @@
+"""Which slips of a derivation make what is wrong in a part of the equations, on every arm."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from typing import NamedTuple
+
+import numpy as np
+
+from crosscheck.trial.diagnose.candidates import FACTORS
+from crosscheck.trial.diagnose.slips import ALL, ENERGY, Derivation, Words
+from crosscheck.trial.judge.entries import Part, TermError
+
+ALIKE = 1e-9  # of an entry's size or difference, what a slip may leave of it
+FEW = slice(0, 4)  # states at which every slip is tried
+MOST_FOUND = 40
+TIMES = np.array([0.0, -1.0, *FACTORS])  # a term may be there
+NEARLY = 1e-6  # between a factor and one of these
+NOTHING = 1e-12  # of an entry's size, squared
+# The parts in which a slip behind accelerations may be.
+BEHIND: tuple[tuple[Part, ...], ...] = (ALL, ENERGY, ("force",), ("bias",), ("mass_matrix",))
+
+
+class PartDifference(NamedTuple):
+    """Yours minus right of a part on one arm (K, ...), by sizes of the entries (...).
+
+    tolerance: relative, of rounding. Behind accelerations (K, n) at rates (K, n) the difference is
+    that of the force M a + h.
+    """
+
+    derivation: Derivation
+    difference: np.ndarray
+    sizes: np.ndarray
+    tolerance: float
+    accelerations: np.ndarray | None = None
+    rates: np.ndarray | None = None
+
+    def predict(self, chosen: Sequence[Words], states: slice, parts: Sequence[Part]) -> np.ndarray:
+        """What slips change of a part, or of these parts behind accelerations, (slips, K, ...)."""
+        changes = self.derivation.predict(chosen, states, parts)
+        if self.accelerations is None or self.rates is None:
+            (change,) = changes.values()
+            return change
+        total = np.zeros((len(chosen), *self.difference[states].shape))
+        a, u = self.accelerations[states], self.rates[states]
+        if "mass_matrix" in parts:
+            total -= np.einsum("skij,kj->ski", changes["mass_matrix"], a)
+        if "bias" in parts:
+            total -= np.einsum("skijl,kj,kl->ski", changes["bias"], u, u)
+        return total + changes["force"] if "force" in parts else total
+
+
+class FoundSlip(NamedTuple):
+    """A slip that makes wrong entries of these parts.
+
+    covers: which entries (...); is_whole: whether it makes all that is wrong, and nothing else;
+    parts: in which of those asked for it is seen.
+    """
+
+    error: TermError
+    covers: np.ndarray
+    is_whole: bool
+    parts: tuple[Part, ...]
+
+
+def find_slips(
+    arms: Sequence[PartDifference], wrong: np.ndarray, parts: tuple[Part, ...]
+) -> list[FoundSlip]:
+    """Slips that make some of the wrong entries (...), on every arm: those of the most first.
+
+    arms: the user's first.
+    """
+    first = arms[0]
+    shared = [
+        words
+        for words in first.derivation.slips
+        if all(words in arm.derivation.slips for arm in arms)
+    ]
+    tried = _match(first, shared, FEW, parts, wrong)
+    order = sorted(
+        (number for number in range(len(shared)) if tried.covers[number].any()),
+        key=lambda number: (-tried.covers[number].sum(), not tried.is_whole[number], number),
+    )[:MOST_FOUND]
+    if not order:
+        return []
+    by, chosen = tried.by[order], [shared[number] for number in order]
+    covers, is_whole = wrong, np.ones(len(order), dtype=bool)
+    for arm in arms:
+        matched = _match(arm, chosen, slice(None), parts, wrong, by)
+        covers, is_whole = covers & matched.covers, is_whole & matched.is_whole
+    found = [
+        FoundSlip(
+            first.derivation.slips[words].make_error(float(times)),
+            made,
+            bool(whole),
+            _select_parts(first.derivation, words, parts),
+        )
+        for words, times, made, whole in zip(chosen, by, covers, is_whole, strict=True)
+        if made.any()
+    ]
+    return sorted(found, key=lambda each: (-each.covers.sum(), not each.is_whole))
+
+
+def _select_parts(
+    derivation: Derivation, words: Words, parts: tuple[Part, ...]
+) -> tuple[Part, ...]:
+    """Those of these parts in which a slip is seen."""
+    changes = derivation.predict([words], FEW, parts)
+    return tuple(part for part in parts if np.abs(changes[part]).max() > 0)
+
+
+class _Match(NamedTuple):
+    by: np.ndarray  # (slips,)
+    covers: np.ndarray  # (slips, ...)
+    is_whole: np.ndarray  # (slips,)
+
+
+def _match(
+    arm: PartDifference,
+    chosen: Sequence[Words],
+    states: slice,
+    parts: tuple[Part, ...],
+    wrong: np.ndarray,
+    by: np.ndarray | None = None,
+) -> _Match:
+    """Which wrong entries slips make; of terms by the factors that do, unless they are given."""
+    change = arm.predict(chosen, states, parts) / arm.sizes
+    difference = arm.difference[states] / arm.sizes
+    squares = (change**2).sum(axis=1)
+    there = squares > NOTHING**2
+    if by is None:
+        is_term = np.array([arm.derivation.slips[words].is_term for words in chosen])
+        with np.errstate(divide="ignore", invalid="ignore"):
+            each = np.where(there, (change * difference).sum(axis=1) / squares + 1, np.nan)
+        each = np.where(is_term.reshape(-1, *(1,) * wrong.ndim), each, 2.0)
+        by = _choose_factors(each[:, wrong])
+    allowed = max(ALIKE, arm.tolerance)
+    left = np.abs(difference - (by.reshape(-1, *(1,) * (change.ndim - 1)) - 1) * change)
+    sure = allowed * np.maximum(np.abs(difference).max(axis=0), 1.0)
+    is_made = (left.max(axis=1) <= sure) & ~np.isnan(by).reshape(-1, *(1,) * wrong.ndim)
+    needed = (np.abs(difference).max(axis=0) <= sure) | there
+    return _Match(by, is_made & needed & wrong, is_made.all(axis=tuple(range(1, wrong.ndim + 1))))
+
+
+def _choose_factors(each: np.ndarray) -> np.ndarray:
+    """Of factors (slips, entries) the one that most entries ask for, of those that people write."""
+    near = np.abs(each[..., None] - TIMES) <= NEARLY
+    votes = near.sum(axis=1)
+    return np.where(votes.any(axis=1), TIMES[votes.argmax(axis=1)], np.nan)

@@ -1,0 +1,605 @@
+"""Slips of a planar arm's derivation: one step of it done otherwise, and all that follows.
+
+Every step is gone through: a body's numbers, place, velocity, kinetic energy and weight, and how
+Lagrange's equations take M apart; at each of them all that people write in its place.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
+from dataclasses import dataclass, field, replace
+from functools import cached_property, partial, reduce
+from itertools import chain, combinations, combinations_with_replacement, permutations
+from typing import Any
+
+import numpy as np
+
+from crosscheck.analytic.derivation.bodies import Body
+from crosscheck.models.arm.arm import Arm
+from crosscheck.trial.coordinates.differences import fold_rate_pairs
+from crosscheck.trial.coordinates.frame import Frame
+from crosscheck.trial.diagnose.derivation import (
+    MovingBody,
+    compute_effects,
+    compute_jacobians,
+    derive_rate_terms,
+    move_body,
+)
+from crosscheck.trial.diagnose.messages import format_monomial, format_monomial_latex, format_row
+from crosscheck.trial.diagnose.polynomial import as_polynomial
+from crosscheck.trial.diagnose.reference_terms import build_reference_bodies
+from crosscheck.trial.diagnose.values import (
+    RADII,
+    generate_alternatives,
+    parse_symbol,
+)
+from crosscheck.trial.judge.entries import ErrorKind, Part, Term, TermError
+
+Rule = Callable[[np.ndarray], np.ndarray]  # of x (K, n): what a bias has of v_j v_k (K, n, n, n)
+Pair = tuple[Body, MovingBody]
+Words = tuple[str, str, str, float | None]
+Number = tuple[str, float, float | None]  # as text, or how often it is there; its value
+Signed = tuple[tuple[float, MovingBody], ...]
+ENERGY: tuple[Part, ...] = ("mass_matrix", "bias")
+ALL: tuple[Part, ...] = (*ENERGY, "force")
+EVERY = "every body"
+SIGNS = (("", 1.0), ("-", -1.0))
+HALF_TURN, QUARTER = np.pi, np.pi / 2
+SAME_ROW = 1e-9
+
+
+@dataclass(frozen=True, eq=False)
+class Slip:
+    """One step of a derivation, done otherwise, or a term that is there another number of times.
+
+    Args:
+        term: What the step makes.
+        yours, right: What stands there, and what belongs; empty of a term.
+        bodies: What the slip adds by factors: wrong bodies, and right ones by -1; of a term those
+            whose effect it is.
+        parts: In which of the equations it is seen.
+        gravity: In the place of gravity's vector, (2,).
+        rule: What it adds to a bias, of a slip of that alone.
+        by: How often the term is there; None of one of which any factor may be.
+        kind: How it is told.
+    """
+
+    term: Term
+    yours: str = ""
+    right: str = ""
+    bodies: Signed = ()
+    parts: tuple[Part, ...] = ALL
+    gravity: np.ndarray | None = None
+    rule: Rule | None = None
+    by: float | None = None
+    kind: ErrorKind = "swapped"
+
+    @property
+    def is_term(self) -> bool:
+        """Whether it is a term, of which any factor may be."""
+        return self.by is None and not self.right
+
+    @property
+    def words(self) -> Words:
+        """What tells this slip from others."""
+        return self.term.coefficient, self.yours, self.right, self.by
+
+    def make_error(self, by: float) -> TermError:
+        """The slip as it is told; by: how often a term is there, 1 of what is right."""
+        if self.right:
+            return TermError(self.kind, self.term, self.yours, self.right)
+        times = by if self.by is None else self.by
+        kinds: Mapping[float, ErrorKind] = {0.0: "dropped", -1.0: "sign"}
+        return TermError(kinds.get(times, "factor"), self.term, by=times)
+
+
+@dataclass(frozen=True, eq=False)
+class Derivation:
+    """The derivation of an arm in linear coordinates, and its slips.
+
+    x (K, n): states; values: of the arm's symbols.
+    """
+
+    frame: Frame
+    arm: Arm
+    level: str
+    values: Mapping[str, float]
+    x: np.ndarray
+    _kept: dict[bytes, np.ndarray] = field(default_factory=dict)  # dM/dx by states
+
+    @cached_property
+    def _reference(self) -> tuple[Any, list[Body]]:
+        return build_reference_bodies(self.frame, self.arm, self.level)
+
+    @cached_property
+    def columns(self) -> np.ndarray:
+        """dq/dx (n, n)."""
+        return np.asarray(self.frame.matrix, dtype=float)
+
+    @cached_property
+    def links(self) -> np.ndarray:
+        """Rows of the links' angles over x, (links, n)."""
+        rows: np.ndarray = np.array(self._reference[0].angles[1:], dtype=float) @ self.columns
+        return rows
+
+    @cached_property
+    def joints(self) -> np.ndarray:
+        """Rows of the joints' angles over x, (links, n)."""
+        return np.diff(self.links, axis=0, prepend=np.zeros((1, self.links.shape[1])))
+
+    @cached_property
+    def pairs(self) -> list[Pair]:
+        """The bodies in polynomials, and as they move."""
+        return [(body, self._move(body)) for body in self._reference[1]]
+
+    def _move(self, body: Body, **replaced: float) -> MovingBody:
+        return move_body(body, self.links, self.columns, {**self.values, **replaced})
+
+    @cached_property
+    def groups(self) -> list[tuple[str, list[Pair]]]:
+        """Bodies that a slip may concern, by whose they are: each; all links; all of them."""
+        links = [pair for pair in self.pairs if pair[0].name.startswith("link ")]
+        single = [(_name_owner(pair[0]), [pair]) for pair in self.pairs]
+        return [*single, ("every link", links), (EVERY, self.pairs)]
+
+    @cached_property
+    def slips(self) -> dict[Words, Slip]:
+        """All slips by their words, which are the same on every arm; the likeliest first."""
+        kinds = (
+            self._list_rules(),
+            self._list_centripetal(),
+            self._list_gravities(),
+            self._list_exchanges(),
+            self._list_numbers(self._generate_numbers),
+            self._list_terms(),
+            self._list_numbers(self._generate_multiples),
+            self._list_relative_rows(),
+            self._list_rows(),
+            self._list_functions(),
+        )
+        slips: dict[Words, Slip] = {}
+        for slip in chain.from_iterable(kinds):
+            slips.setdefault(slip.words, slip)
+        return slips
+
+    def _list_exchanges(self) -> Iterator[Slip]:
+        """Two numbers of a kind exchanged in all bodies."""
+        for first, second in combinations(self._symbols, 2):
+            if _are_exchangeable(first, second):
+                exchanged = {first: self.values[second], second: self.values[first]}
+                slip = Slip(Term(""), first, second, kind="exchanged")
+                yield self._replace_numbers(slip, self.pairs, exchanged)
+        reflecting = {
+            joint: [
+                (body, own) for body, own in self.pairs if _find_reflecting_joint(body) == joint
+            ]
+            for joint in range(1, len(self.links) + 1)
+        }
+        for first, second in permutations([joint for joint, own in reflecting.items() if own], 2):
+            right, yours = (f"the reflected inertia of joint {j}" for j in (first, second))
+            slips = Slip(Term("M"), yours, right), Slip(Term(""), right, yours, kind="exchanged")
+            for slip, joints in zip(slips, ((first,), (first, second)), strict=True):
+                other = dict(zip((first, second), (second, first), strict=True))
+                changed = [
+                    (self._move(body, **self._rename(body, other[joint])), own)
+                    for joint in joints
+                    for body, own in reflecting[joint]
+                ]
+                yield _change(slip, changed)
+
+    def _rename(self, body: Body, joint: int) -> dict[str, float]:
+        """The numbers of a body's symbols at another joint."""
+        stems = {symbol: parse_symbol(symbol).stem for symbol in _list_symbols(body)}
+        return {symbol: self.values[f"{stem}{joint}"] for symbol, stem in stems.items()}
+
+    def _list_numbers(self, generate: Callable[[str], Iterator[Number]]) -> Iterator[Slip]:
+        """One number by another in all bodies; in one of them."""
+        for owner, pairs in (self.groups[-1], *self.groups[:-2]):
+            for symbol in self._symbols:
+                concerned = [pair for pair in pairs if symbol in _list_symbols(pair[0])]
+                if not concerned or (owner == EVERY and len(concerned) == 1):
+                    continue
+                for text, value, by in generate(symbol):
+                    slip = Slip(Term(owner), text, symbol)
+                    if not text:
+                        slip = Slip(Term(f"{symbol} of {owner}"), by=by)
+                    yield self._replace_numbers(slip, concerned, {symbol: value})
+
+    @cached_property
+    def _symbols(self) -> list[str]:
+        return [*dict.fromkeys(name for body, _ in self.pairs for name in _list_symbols(body))]
+
+    def _replace_numbers(
+        self, slip: Slip, pairs: Iterable[Pair], numbers: Mapping[str, float]
+    ) -> Slip:
+        concerned = [p for p in pairs if not numbers.keys().isdisjoint(_list_symbols(p[0]))]
+        return _change(slip, [(self._move(body, **numbers), own) for body, own in concerned])
+
+    def _generate_numbers(self, symbol: str) -> Iterator[Number]:
+        """What may stand where a symbol belongs: others of its kind, an inertia about its end."""
+        for other in generate_alternatives(symbol, self.values):
+            yield other.text, float(other.value), None
+        stem, joint, _ = parse_symbol(symbol)
+        if stem == "I_l":
+            square = self.values[f"m{joint}"] * self.values[f"d{joint}"] ** 2
+            for sign, by in (("+", 1.0), ("-", -1.0)):
+                text = f"{symbol} {sign} m{joint} d{joint}^2"
+                yield text, self.values[symbol] + by * square, None
+
+    def _generate_multiples(self, symbol: str) -> Iterator[Number]:
+        """A symbol that is not there, or there as a multiple."""
+        for by in (2.0, 0.5, -1.0, 0.0):
+            if by or parse_symbol(symbol).stem not in RADII:  # which others are divided by
+                yield "", by * self.values[symbol], by
+
+    def _list_terms(self) -> Iterator[Slip]:
+        """Energies of translation, along each axis and together, of rotation; weights; products."""
+        for owner, pairs in self.groups:
+            bodies, owns = zip(*pairs, strict=True)
+            shared = len(pairs) == 1
+            mass, inertia = (
+                _format_first(bodies[0].mass if shared else 1, "m"),
+                _format_first(bodies[0].inertia if shared else 1, "I"),
+            )
+            moving = [own._replace(inertia=0.0) for own in owns]
+            for axis, along in enumerate("xy"):
+                text = f"1/2 {mass[0]} {along}'^2 of {owner}'s velocity along {along}"
+                latex = rf"\frac{{1}}{{2}}{mass[1]}\,\dot{{{along}}}^{{2}}"
+                term = Term(f"{text}, in its kinetic energy", latex=latex)
+                pieces = _add(own._replace(axes=np.eye(2)[axis]) for own in moving)
+                yield Slip(term, bodies=pieces, parts=ENERGY)
+            whole = Term(f"1/2 {mass[0]} v^2 of {owner}, in its kinetic energy")
+            yield Slip(whole, bodies=_add(moving), parts=ENERGY)
+            turning = _add(own._replace(mass=0.0) for own in owns)
+            spin = "w"
+            if shared:
+                spin = f"({format_row(owns[0].turn, self.frame.names, rate=True)})"
+            turn = Term(f"1/2 {inertia[0]} {spin}^2 of {owner}, in its kinetic energy")
+            yield Slip(turn, bodies=turning, parts=ENERGY)
+            yield Slip(Term(f"the weight of {owner}"), bodies=_add(moving), parts=("force",))
+            every = range(len(self.links))
+            mixed = chain.from_iterable(_multiply_levers(own, every) for own in moving)
+            words = f"the products of two links' rates in v^2 of {owner}"
+            yield Slip(Term(words), bodies=tuple(mixed), parts=ENERGY)
+        for body, own in self.pairs:
+            for first, second in combinations(np.flatnonzero(own.levers).tolist(), 2):
+                rates = (self.links[place] for place in (first, second))
+                rows = (format_row(row, self.frame.names, rate=True) for row in rates)
+                angle = format_row(self.links[second] - self.links[first], self.frame.names)
+                levers = f"{_name_lever(body, first)} {_name_lever(body, second)}"
+                factors = " ".join(f"({row})" if " " in row else row for row in rows)
+                term = Term(f"2 {levers} {factors} cos({angle}) in v^2 of {_name_owner(body)}")
+                yield Slip(term, bodies=_multiply_levers(own, (first, second)), parts=ENERGY)
+
+    def _list_relative_rows(self) -> Iterator[Slip]:
+        """Each joint's own rates, or angles, or both, where the sums of them belong."""
+        joints = self.joints
+        for owner, pairs in self.groups:
+            rates = [(own._replace(rates=joints), own) for _, own in pairs]
+            places = [(own._replace(places=joints), own) for _, own in pairs]
+            both = [(_set_rows(own, joints), own) for _, own in pairs]
+            of_all = [(wrong._replace(turn=self._own_turn(own)), own) for wrong, own in both]
+            turns = [(own._replace(turn=self._own_turn(own)), own) for _, own in pairs]
+            for words, where, changed in (
+                ("rate", f"the velocity of {owner}", rates),
+                ("angle", f"the place of {owner}, not in its rates", places),
+                ("angle and rate", f"the place and velocity of {owner}", both),
+                ("angle and rate", f"the motion of {owner}", of_all),
+                ("rate", f"the angular velocity of {owner}", turns),
+            ):
+                slip = Slip(Term(where), f"each joint's own {words}", f"the sum of {words}s")
+                yield _change(slip, changed)
+
+    def _own_turn(self, own: MovingBody) -> np.ndarray:
+        """The row of a link's own joint for the row of the link, of what turns with it."""
+        for link, joint in zip(self.links, self.joints, strict=True):
+            if np.allclose(own.turn, link):
+                return joint
+        return own.turn
+
+    def _list_rows(self) -> Iterator[Slip]:
+        """Another angle or rate of one lever or link, in one body or in all."""
+        names = self.frame.names
+        groups = [group for group in self.groups if group[0] != "every link"]
+        for place, right in enumerate(self.links):
+            for row in self._list_other_rows():
+                if np.allclose(row, right, atol=SAME_ROW):
+                    continue
+                for owner, pairs in groups:
+                    lever = _name_lever(pairs[0][0], place) if len(pairs) == 1 else ""
+                    lever = f"{lever} of {owner}" if lever else f"link {place + 1} in {owner}"
+                    where = {
+                        "turn": f"the angular velocity of {owner}",
+                        "rates": f"the velocity of {lever}",
+                        "places": f"the direction of {lever}, not its rate",
+                        "both": f"the direction of {lever}, and its rate",
+                        "all": f"the angle of link {place + 1} in {owner}",
+                    }
+                    for what, words in where.items():
+                        changed = [(_change_row(own, place, row, what), own) for _, own in pairs]
+                        changed = [(wrong, own) for wrong, own in changed if wrong is not own]
+                        if not changed or (what == "all" and len(pairs) == 1):
+                            continue
+                        yours, belongs = (
+                            format_row(each, names, rate=what in ("turn", "rates"))
+                            for each in (row, right)
+                        )
+                        yield _change(Slip(Term(words), yours, belongs), changed)
+
+    def _list_other_rows(self) -> list[np.ndarray]:
+        """Sums of joints' angles, neighbours or all but one; one reversed; coordinates."""
+        absolute = np.vstack([np.zeros_like(self.links[:1]), self.links])
+        rows = [b - a for a, b in combinations(absolute, 2)]
+        rows += [2 * before - own for before, own in zip(absolute, self.links, strict=False)]
+        rows += [link - joint for link in self.links for joint in self.joints]
+        rows += [*np.eye(self.links.shape[1]), *(2 * self.links), absolute[0]]
+        return list({tuple(row.round(9) + 0.0): row for row in rows}.values())
+
+    def _list_functions(self) -> Iterator[Slip]:
+        """The other function, or sign, in a body's velocity along an axis."""
+        for body, own in self.pairs:
+            places = np.flatnonzero(own.levers).tolist()
+            for chosen in (*([place] for place in places), *([places] * (len(places) > 1))):
+                levers = " and ".join(_name_lever(body, place) for place in chosen)
+                for axis, (along, right) in enumerate((("x", "-sin"), ("y", "cos"))):
+                    term = Term(f"{along}' of {_name_owner(body)}, before {levers}")
+                    turns = {HALF_TURN: "sin", -QUARTER: "cos", QUARTER: "-cos"}
+                    if axis:
+                        turns = {HALF_TURN: "-cos", -QUARTER: "sin", QUARTER: "-sin"}
+                    for turn, yours in turns.items():
+                        phases = own.phases.copy()
+                        phases[axis, chosen] += turn
+                        slip = Slip(term, yours, right)
+                        yield _change(slip, [(own._replace(phases=phases), own)])
+
+    def _list_gravities(self) -> Iterator[Slip]:
+        """Gravity the other way, or along the other axis."""
+        x, y = gravity = np.array(self.arm.gravity_m_per_s2)
+        others = {("-g", "g"): (-x, -y), ("-g_x", "g_x"): (-x, y), ("-g_y", "g_y"): (x, -y)}
+        others |= {(f"{sign}g along the other axis", "g"): (by * y, by * x) for sign, by in SIGNS}
+        for words, other in others.items() if gravity.any() else ():
+            bodies = _add(own for _, own in self.pairs)
+            added = np.array(other) - gravity
+            yield Slip(Term("every weight"), *words, bodies, ("force",), added)
+
+    def _list_rules(self) -> Iterator[Slip]:
+        """How a bias is made of M: its two terms, by row and rate; other products of rates."""
+        n, names = len(self.columns), self.frame.names
+
+        first = self._compute_slopes
+
+        def second(x: np.ndarray) -> np.ndarray:
+            return -np.moveaxis(first(x), -1, -3) / 2
+
+        def both(x: np.ndarray) -> np.ndarray:
+            return fold_rate_pairs(first(x) + second(x))
+
+        def add_rule(text: str, *rules: Rule) -> Slip:
+            def combine(x: np.ndarray) -> np.ndarray:
+                return reduce(lambda made, rule: rule(made), reversed(rules), x)
+
+            return Slip(Term(text), parts=("bias",), rule=combine)
+
+        bias = "(dM_ij/dx_k - 1/2 dM_jk/dx_i) v_j v_k, the whole bias"
+        yield add_rule(bias, both)
+        yield add_rule("dM_ij/dx_k v_j v_k", first)
+        yield add_rule("-1/2 dM_jk/dx_i v_j v_k", second)
+        for words, where in self._list_rate_products():
+            yield add_rule(f"all of {words} in the bias", partial(np.multiply, where), both)
+        for row, name in zip(np.eye(n), names, strict=True):
+            yield add_rule(f"dM_ij/d{name} v_j {name}'", partial(np.multiply, row), first)
+            only = partial(np.multiply, row[:, None, None])
+            yield add_rule(f"-1/2 dM_jk/d{name} v_j v_k, in row {name}", only, second)
+        for yours, right, rows in self._list_rate_rows():
+            for words, left in (("the bias", rows), ("one of its two rates", np.eye(n))):
+
+                def replace_rates(
+                    x: np.ndarray, left: np.ndarray = left, rows: np.ndarray = rows
+                ) -> np.ndarray:
+                    folded = both(x)
+                    even = (folded + np.swapaxes(folded, -1, -2)) / 2
+                    return left.T @ even @ rows - even
+
+                term = Term(words if left is rows else f"C(x, v) v, of {words}")
+                yield Slip(term, yours, right, parts=("bias",), rule=replace_rates)
+
+    def _list_centripetal(self) -> Iterator[Slip]:
+        """Centripetal accelerations in a recursion from link to link: of a lever, or of all."""
+        names = self.frame.names
+        rows = self._list_other_rows()
+        for owner, pairs in self.groups:
+            moving = [own for _, own in pairs if own.mass]
+            for place, right in enumerate(self.links):
+                there = [own for own in moving if own.levers[place]]
+                if not there:
+                    continue
+                lever = _name_lever(pairs[0][0], place) if len(pairs) == 1 else f"link {place + 1}"
+                term = Term(f"the centripetal acceleration of {lever} in {owner}")
+                rule = partial(self._add_centripetal, there, [place], [right], 0.0)
+                yield Slip(term, parts=("bias",), rule=rule)
+                for row in rows:
+                    if not np.allclose(row, right, atol=SAME_ROW):
+                        rule = partial(self._add_centripetal, there, [place], [row], 1.0)
+                        texts = (f"({format_row(r, names, rate=True)})^2" for r in (row, right))
+                        yield Slip(term, *texts, parts=("bias",), rule=rule)
+            term = Term(f"every centripetal acceleration of {owner}")
+            every = range(len(self.links))
+            for words, used in (("each joint's own rate", self.joints), *self._list_single_rates()):
+                rule = partial(self._add_centripetal, moving, every, used, 1.0)
+                yield Slip(term, words, "the sum of rates", parts=("bias",), rule=rule)
+
+    def _list_single_rates(self) -> Iterator[tuple[str, np.ndarray]]:
+        """One link's rate for those of all."""
+        for row in self.links:
+            text = format_row(row, self.frame.names, rate=True)
+            yield text, np.tile(row, (len(self.links), 1))
+
+    def _add_centripetal(
+        self,
+        bodies: Sequence[MovingBody],
+        places: Iterable[int],
+        rows: Sequence[np.ndarray],
+        less: float,
+        x: np.ndarray,
+    ) -> np.ndarray:
+        """What levers' turning with these rates adds to a bias, less that of the right rates."""
+        total = np.zeros((len(x), *(x.shape[1],) * 3))
+        for place, row in zip(places, rows, strict=True):
+            right = self.links[place]
+            rates = np.outer(row, row) - less * np.outer(right, right)
+            for own in bodies if rates.any() else ():
+                if own.levers[place]:
+                    total += self._compute_centripetal(own, place, x)[:, :, None, None] * rates
+        return total
+
+    def _list_rate_products(self) -> Iterator[tuple[str, np.ndarray]]:
+        """Products of two rates and squares, all and each, and where they are (n, n)."""
+        names, squares = self.frame.names, np.eye(len(self.columns))
+        yield "the products of two rates", 1 - squares
+        yield "the squares of rates", squares
+        for j, k in combinations_with_replacement(range(len(squares)), 2):
+            words = f"{names[j]}'^2" if j == k else f"{names[j]}' {names[k]}'"
+            yield words, np.outer(squares[j], squares[k])
+
+    def _list_rate_rows(self) -> Iterator[tuple[str, str, np.ndarray]]:
+        """Other rates in the place of x': sums of them, their differences, one by another."""
+        names, unit = self.frame.names, np.eye(len(self.columns))
+        sums = np.tril(np.ones_like(unit))
+        yield "the sum of rates", "each rate", sums
+        yield "the difference of rates", "each rate", np.linalg.inv(sums)
+        for j, k in ((j, k) for j in range(len(unit)) for k in range(len(unit)) if j != k):
+            rows = unit.copy()
+            rows[j] = unit[k]
+            yield f"{names[k]}'", f"{names[j]}'", rows
+
+    def predict(
+        self, chosen: Sequence[Words], states: slice, parts: Sequence[Part]
+    ) -> dict[Part, np.ndarray]:
+        """What slips of these words change: M (slips, K, n, n), bias (.., n, n, n), force."""
+        slips, x = [self.slips[words] for words in chosen], self.x[states]
+        count, n = x.shape
+        shapes: dict[Part, tuple[int, ...]] = {
+            "mass_matrix": (n, n),
+            "bias": (n, n, n),
+            "force": (n,),
+        }
+        changes = {part: np.zeros((len(slips), count, *shapes[part])) for part in parts}
+        moved = [place for place, slip in enumerate(slips) if slip.bodies]
+        if moved:
+            signed = [each for place in moved for each in slips[place].bodies]
+            sizes = [len(slips[place].bodies) for place in moved]
+            usual = np.array(self.arm.gravity_m_per_s2)
+            gravity = np.repeat(
+                [usual if slips[p].gravity is None else slips[p].gravity for p in moved],
+                sizes,
+                axis=0,
+            )
+            bodies = [body for _, body in signed]
+            effects = compute_effects(bodies, x, gravity, with_slopes="bias" in parts)
+            factors = np.array([factor for factor, _ in signed])
+            starts = np.cumsum([0, *sizes[:-1]])
+            for part, values in zip(ALL, effects, strict=True):
+                if part in parts:
+                    by = factors.reshape(-1, *(1,) * (values.ndim - 1))
+                    total = np.add.reduceat(by * values, starts, axis=0)
+                    total = derive_rate_terms(total) if part == "bias" else total
+                    there = [part in slips[place].parts for place in moved]
+                    changes[part][np.array(moved)[there]] = total[there]
+        if "bias" in parts:
+            for place, slip in enumerate(slips):
+                if slip.rule is not None:
+                    changes["bias"][place] = fold_rate_pairs(slip.rule(x))
+        return changes
+
+    def _compute_slopes(self, x: np.ndarray) -> np.ndarray:
+        """dM/dx of the right bodies, (K, n, n, n)."""
+        key = x.tobytes()
+        if key not in self._kept:
+            bodies = [own for _, own in self.pairs]
+            effects = compute_effects(bodies, x, np.zeros((len(bodies), 2)), with_slopes=True)
+            self._kept[key] = effects.slopes.sum(axis=0)
+        return self._kept[key]
+
+    def _compute_centripetal(self, own: MovingBody, place: int, x: np.ndarray) -> np.ndarray:
+        """The force -m J^T c e(angle) (K, n) of a lever's turning with rate 1, of a body."""
+        jacobian = compute_jacobians(own, x)
+        angle = x @ own.places[place]
+        inwards = -own.mass * own.levers[place] * np.array((np.cos(angle), np.sin(angle)))
+        force: np.ndarray = np.einsum("ak,kan->kn", inwards, jacobian)
+        return force
+
+
+def _change(slip: Slip, pairs: Iterable[tuple[MovingBody, MovingBody]]) -> Slip:
+    """A slip of wrong bodies where right ones belong."""
+    signed = tuple(each for wrong, own in pairs for each in ((1.0, wrong), (-1.0, own)))
+    return replace(slip, bodies=signed)
+
+
+def _add(bodies: Iterable[MovingBody]) -> Signed:
+    return tuple((1.0, body) for body in bodies)
+
+
+def _multiply_levers(own: MovingBody, places: Iterable[int]) -> Signed:
+    """What products of two of these levers make: all of them without each alone."""
+    chosen = np.zeros_like(own.levers)
+    chosen[list(places)] = 1.0
+    there = np.diag(chosen)
+    bare = own._replace(inertia=0.0)
+    alone = [(-1.0, bare._replace(levers=own.levers * only)) for only in there if only.any()]
+    return ((1.0, bare._replace(levers=own.levers * chosen)), *alone)
+
+
+def _set_rows(own: MovingBody, rows: np.ndarray) -> MovingBody:
+    return own._replace(places=rows, rates=rows, pulls=rows)
+
+
+def _change_row(own: MovingBody, place: int, row: np.ndarray, what: str) -> MovingBody:
+    """A body with another row of a link; the body itself where that has nothing to do with it."""
+    rows = own.rates.copy()
+    rows[place] = row
+    turned = own
+    if what in ("turn", "all") and own.inertia and np.allclose(own.turn, own.rates[place]):
+        turned = own._replace(turn=row)
+    if what == "turn" or not own.levers[place]:
+        return turned
+    if what == "rates":
+        return own._replace(rates=rows)
+    return own._replace(places=rows) if what == "places" else _set_rows(turned, rows)
+
+
+def _list_symbols(body: Body) -> dict[str, None]:
+    """Symbols of a body's numbers."""
+    quantities = (body.mass, body.inertia, *body.centre, *body.angle)
+    return {
+        name: None
+        for quantity in quantities
+        for monomial in as_polynomial(quantity).monomials
+        for name, _ in monomial.powers
+    }
+
+
+def _find_reflecting_joint(body: Body) -> int:
+    """The joint whose sun or planets a body is, as they spin or are reflected; 0 of others."""
+    symbols = map(parse_symbol, _list_symbols(body))
+    return next((symbol.joint for symbol in symbols if symbol.stem in ("M_s", "M_p")), 0)
+
+
+def _are_exchangeable(first: str, second: str) -> bool:
+    stems = {parse_symbol(first).stem, parse_symbol(second).stem}
+    return len(stems) == 1 or stems <= {"L", "d"} or stems == {"m", "m_payload"}
+
+
+def _name_owner(body: Body) -> str:
+    return body.name if body.name[-1].isdigit() else f"the {body.name}"
+
+
+def _name_lever(body: Body, place: int) -> str:
+    return _format_first(body.centre[place], "")[0] if place < len(body.centre) else ""
+
+
+def _format_first(quantity: Any, other: str) -> tuple[str, str]:
+    """A quantity of one symbol as text and TeX; another name for it of a number or none."""
+    monomial = next(as_polynomial(quantity).monomials, None)
+    if monomial is None or not monomial.powers:
+        return other, other
+    return format_monomial(monomial), format_monomial_latex(monomial)

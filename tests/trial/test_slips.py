@@ -1,0 +1,242 @@
+"""Slips of a derivation are named by what they change, against a derivation of the tests' own."""
+
+from collections.abc import Callable
+from typing import NamedTuple
+
+import numpy as np
+import pytest
+
+from crosscheck.models.arm.arm import Arm
+from crosscheck.models.arm.planets import usual_switches
+from crosscheck.models.loading import load_arm
+from crosscheck.trial.coordinates.frame import build_frame
+from crosscheck.trial.diagnose.candidates import find_reflecting_joint
+from crosscheck.trial.diagnose.harmonic_fit import evaluate_entry
+from crosscheck.trial.diagnose.messages import describe_term_error
+from crosscheck.trial.diagnose.reference_terms import build_reference_terms
+from crosscheck.trial.diagnose.slip_search import PartDifference, find_slips
+from crosscheck.trial.diagnose.slips import Derivation
+from crosscheck.trial.diagnose.values import collect_arm_values
+from crosscheck.trial.input.equations import Coordinates
+from crosscheck.trial.judge.entries import EntryPlace, Part
+from tests.trial.planted import GEARS, LUMPED, RELATIVE
+from tests.trial.test_dependence import arm_of
+
+BODIES = (1.3, 0.5, 0.23, 0.03), (0.9, 0.4, 0.17, 0.012), (0.6, 0.31, 0.14, 0.007)
+OTHERS = (2.1, 0.7, 0.31, 0.05), (1.7, 0.55, 0.2, 0.03), (0.8, 0.42, 0.25, 0.01)
+ARMS = [arm_of(*BODIES, payload=0.35), arm_of(*OTHERS, payload=0.81)]
+X = np.random.default_rng(4).uniform(-3, 3, (12, 3))
+UNLIKE = load_arm("three-unlike")
+
+
+class Point(NamedTuple):
+    """A mass on levers along links: each with its angle and rate as sums of those of joints."""
+
+    mass: float
+    levers: np.ndarray
+    angles: np.ndarray
+    rates: np.ndarray
+    inertia: float
+    turn: np.ndarray
+
+    def push(self, q: np.ndarray) -> np.ndarray:
+        """d(x, y)/dq (2, n)."""
+        a = self.angles @ q
+        return np.array([-self.levers * np.sin(a), self.levers * np.cos(a)]) @ self.rates
+
+
+Change = Callable[[Point], Point]
+SUMS = np.tril(np.ones((3, 3)))
+
+
+def points_of(arm: Arm) -> list[Point]:
+    """The three links, then the payload."""
+    lengths = np.array([link.length_m for link in arm.links])
+    points = []
+    for i, link in enumerate(arm.links):
+        levers = np.where(np.arange(3) < i, lengths, 0.0) + np.eye(3)[i] * link.com_m
+        points.append(Point(link.mass_kg, levers, SUMS, SUMS, link.inertia_kg_m2, SUMS[i]))
+    return [*points, Point(arm.payload_mass_kg, lengths, SUMS, SUMS, 0.0, SUMS[2])]
+
+
+def mass_of(points: list[Point], q: np.ndarray) -> np.ndarray:
+    """M (n, n)."""
+    total = np.zeros((3, 3), dtype=q.dtype)
+    for point in points:
+        push = point.push(q)
+        total = (
+            total + point.mass * push.T @ push + point.inertia * np.outer(point.turn, point.turn)
+        )
+    return total
+
+
+def slopes_of(points: list[Point], q: np.ndarray) -> np.ndarray:
+    """dM_ij/dq_k by complex steps, (n, n, n)."""
+    along = 1e-30j * np.eye(3)
+    return np.stack([mass_of(points, q + each).imag / 1e-30 for each in along], axis=2)
+
+
+def terms_of(raw: np.ndarray) -> np.ndarray:
+    """Coefficients of v_j v_k, j <= k, of a bias (n, n, n)."""
+    return np.array([np.triu(each + each.T) - np.diag(np.diag(each)) for each in raw])
+
+
+def bias_of(points: list[Point], q: np.ndarray) -> np.ndarray:
+    slopes = slopes_of(points, q)
+    return terms_of(slopes - np.einsum("jki->ijk", slopes) / 2)
+
+
+def swing_of(points: list[Point], q: np.ndarray, rates: np.ndarray = SUMS) -> np.ndarray:
+    """Coefficients of a bias from link to link: centripetal accelerations by these rates."""
+    total = np.zeros((3, 3, 3))
+    for point in points:
+        right = point._replace(rates=SUMS).push(q)
+        for lever, angle, rate in zip(point.levers, SUMS @ q, rates, strict=True):
+            inwards = -point.mass * lever * np.array((np.cos(angle), np.sin(angle)))
+            total += np.einsum("i,j,k->ijk", inwards @ right, rate, rate)
+    return terms_of(total)
+
+
+def replace_body(number: int, change: Change) -> Callable[[Arm, list[Point]], list[Point]]:
+    def apply(arm: Arm, points: list[Point]) -> list[Point]:
+        return [change(p) if place == number else p for place, p in enumerate(points)]
+
+    return apply
+
+
+def with_row(field: str, place: int, row: list[float]) -> Change:
+    def change(point: Point) -> Point:
+        rows = getattr(point, field).copy()
+        rows[place] = row
+        return point._replace(**{field: rows})
+
+    return change
+
+
+SLIPS = {
+    "theta_2' where theta_1' + theta_2' belongs, in the velocity of d2 of link 2": replace_body(
+        1, with_row("rates", 1, [0, 1, 0])
+    ),
+    "theta_1 + theta_3 where theta_1 + theta_2 + theta_3 belongs": replace_body(
+        2, with_row("angles", 2, [1, 0, 1])
+    ),
+    "each joint's own rate where the sum of rates belongs, in the velocity of every body": (
+        lambda arm, points: [p._replace(rates=np.eye(3)) for p in points]
+    ),
+    "missing term: L1 of link 3": replace_body(
+        2, lambda p: p._replace(levers=p.levers * [0, 1, 1])
+    ),
+    "d3 where L3 belongs, in the payload": (
+        lambda arm, points: [
+            *points[:3],
+            points[3]._replace(levers=points[3].levers * [1, 1, 0] + points[2].levers * [0, 0, 1]),
+        ]
+    ),
+    "yours has 1/2 I_l2 (theta_1' + theta_2')^2 of link 2, in its kinetic energy times 2": (
+        replace_body(1, lambda p: p._replace(inertia=2 * p.inertia))
+    ),
+    "theta_3' where theta_1' + theta_2' + theta_3' belongs, in the angular velocity of link 3": (
+        replace_body(2, lambda p: p._replace(turn=np.eye(3)[2]))
+    ),
+    "yours has 1/2 m3 v^2 of link 3, in its kinetic energy times 0.5": replace_body(
+        2, lambda p: p._replace(mass=p.mass / 2)
+    ),
+}
+RULES = {
+    "missing term: -1/2 dM_jk/dx_i v_j v_k": lambda points, q: terms_of(slopes_of(points, q)),
+    "missing term: dM_ij/dtheta_3 v_j theta_3'": lambda points, q: terms_of(
+        slopes_of(points, q) * [1, 1, 0] - np.einsum("jki->ijk", slopes_of(points, q)) / 2
+    ),
+    "yours has all of the products of two rates in the bias times 0.5": lambda points, q: (
+        bias_of(points, q) * (1 + np.eye(3)) / 2
+    ),
+    "theta_1' where the sum of rates belongs, in every centripetal acceleration of every body": (
+        lambda points, q: swing_of(points, q, np.array([[1.0, 0, 0]] * 3))
+    ),
+}
+
+
+def derivation_of(arm: Arm, coordinates: Coordinates, level: str, x: np.ndarray) -> Derivation:
+    return Derivation(build_frame(coordinates, arm), arm, level, collect_arm_values(arm), x)
+
+
+def told_of(part: Part, differences: list[np.ndarray]) -> list[str]:
+    """What is told of differences (K, ...) on both arms."""
+    arms = []
+    for arm, difference in zip(ARMS, differences, strict=True):
+        derivation = derivation_of(arm, RELATIVE, "links", X)
+        arms.append(PartDifference(derivation, difference, np.ones(difference.shape[1:]), 0.0))
+    wrong = np.abs(differences[0]).max(axis=0) > 1e-9
+    found = find_slips(arms, wrong, (part,))
+    return [describe_term_error(each.error) for each in found if each.is_whole]
+
+
+@pytest.mark.parametrize("slip", SLIPS)
+def test_a_slip_in_a_kinetic_energy_is_named_by_m_and_by_the_bias(slip):
+    rights = [points_of(arm) for arm in ARMS]
+    wrongs = [SLIPS[slip](arm, right) for arm, right in zip(ARMS, rights, strict=True)]
+    pairs = list(zip(wrongs, rights, strict=True))
+    for part, entries in (("mass_matrix", mass_of), ("bias", bias_of)):
+        off = [np.array([entries(a, q) - entries(b, q) for q in X]) for a, b in pairs]
+        if np.abs(off[0]).max() > 1e-9:
+            assert any(slip in told for told in told_of(part, off)[:7])
+
+
+@pytest.mark.parametrize("rule", RULES)
+def test_a_slip_in_how_a_bias_is_made_is_named(rule):
+    points = [points_of(arm) for arm in ARMS]
+    off = [np.array([RULES[rule](each, q) - bias_of(each, q) for q in X]) for each in points]
+    assert any(rule in told for told in told_of("bias", off)[:7])
+
+
+def test_centripetal_accelerations_are_the_bias():
+    """From link to link, and by Lagrange: two ways that share nothing."""
+    points = points_of(ARMS[0])
+    for q in X:
+        np.testing.assert_allclose(swing_of(points, q), bias_of(points, q), rtol=0, atol=1e-12)
+
+
+@pytest.mark.parametrize(
+    "coordinates", [RELATIVE, LUMPED, GEARS], ids=["rigid", "lumped", "angles"]
+)
+def test_a_derivation_without_a_slip_is_the_reference(coordinates):
+    """The bias of its bodies is what the terms of the waves say."""
+    chosen = usual_switches(UNLIKE, **({"planets": "lumped"} if coordinates != RELATIVE else {}))
+    frame, values = build_frame(coordinates, UNLIKE), collect_arm_values(UNLIKE)
+    known = build_reference_terms(frame, UNLIKE, chosen)
+    x = np.random.default_rng(1).uniform(-3, 3, (5, len(frame.names)))
+    derivation = derivation_of(UNLIKE, coordinates, "", x)
+    angles = (x @ derivation.columns.T)[:, frame.layout.theta]
+    whole = ("(dM_ij/dx_k - 1/2 dM_jk/dx_i) v_j v_k, the whole bias", "", "")
+    (bias,) = derivation.predict([(*whole, None)], slice(None), ("bias",))["bias"]
+    for place, entry in known.entries.items():
+        if place.rates is not None:
+            right = evaluate_entry(entry, values, angles)
+            size = np.abs(bias[:, place.row]).max()
+            np.testing.assert_allclose(bias[:, place.row, *place.rates], right, atol=1e-11 * size)
+
+
+@pytest.mark.parametrize(
+    ("turned", "told"),
+    [
+        ({2: 3, 3: 2}, "joint 2 and the reflected inertia of joint 3 are exchanged"),
+        ({2: 3}, "joint 3 where the reflected inertia of joint 2 belongs, in M"),
+    ],
+)
+def test_reflected_inertia_of_another_joint(turned, told):
+    known = build_reference_terms(
+        build_frame(Coordinates(), UNLIKE), UNLIKE, usual_switches(UNLIKE), "armature"
+    )
+    values, off = collect_arm_values(UNLIKE), np.zeros((12, 3, 3))
+    entries = {j: known.entry(EntryPlace("mass_matrix", j - 1, j - 1)) for j in (2, 3)}
+    reflected = {
+        j: evaluate_entry([p for p in own if find_reflecting_joint(p)], values, X[:1])
+        for j, own in entries.items()
+    }
+    for j in (2, 3):
+        off[:, j - 1, j - 1] = reflected[turned.get(j, j)] - reflected[j]
+    derivation = derivation_of(UNLIKE, RELATIVE, "armature", X)
+    arms = [PartDifference(derivation, off, np.ones((3, 3)), 0.0)]
+    (found, *_) = find_slips(arms, np.abs(off).max(axis=0) > 0, ("mass_matrix",))
+    assert found.is_whole
+    assert told in describe_term_error(found.error)
