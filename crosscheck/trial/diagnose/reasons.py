@@ -471,7 +471,7 @@ def _explain_by_slips(
     quantity = QUANTITIES[part]
     errors = {error_signature(e): e for w in group if w.explanation for e in w.explanation.errors}
     is_single = len(errors) == 1 and all(wrong.explanation for wrong in group)
-    if is_single and {e.kind for e in errors.values()} <= {"dropped", "sign", "factor"}:
+    if is_single and {e.kind for e in errors.values()}.isdisjoint(("swapped", "extra")):
         return {}
     if any(each.terms is None or quantity not in each.user_values for each in comparisons):
         return {}

@@ -46,6 +46,14 @@ EVERY = "every body"
 SIGNS = (("", 1.0), ("-", -1.0))
 HALF_TURN, QUARTER = np.pi, np.pi / 2
 SAME_ROW = 1e-9
+# What has another angle or rate, in words of a lever and of its body.
+ROWS = {
+    "turn": "the angular velocity of {1}",
+    "rates": "the velocity of {0}",
+    "places": "the direction of {0}, not its rate",
+    "both": "the direction of {0}, and its rate",
+    "all": "the angle of {0}",
+}
 
 
 @dataclass(frozen=True, eq=False)
@@ -293,38 +301,39 @@ class Derivation:
     def _own_turn(self, own: MovingBody) -> np.ndarray:
         """The row of a link's own joint for the row of the link, of what turns with it."""
         for link, joint in zip(self.links, self.joints, strict=True):
-            if np.allclose(own.turn, link):
+            if _is_same(own.turn, link):
                 return joint
         return own.turn
 
     def _list_rows(self) -> Iterator[Slip]:
         """Another angle or rate of one lever or link, in one body or in all."""
-        names = self.frame.names
-        groups = [group for group in self.groups if group[0] != "every link"]
+        names, owners = self.frame.names, [_name_owner(body) for body, _ in self.pairs]
+        other_rows = self._list_other_rows()
         for place, right in enumerate(self.links):
-            for row in self._list_other_rows():
-                if np.allclose(row, right, atol=SAME_ROW):
+            turning = [own.inertia and _is_same(own.turn, right) for _, own in self.pairs]
+            for row in other_rows:
+                if _is_same(row, right):
                     continue
-                for owner, pairs in groups:
-                    lever = _name_lever(pairs[0][0], place) if len(pairs) == 1 else ""
-                    lever = f"{lever} of {owner}" if lever else f"link {place + 1} in {owner}"
-                    where = {
-                        "turn": f"the angular velocity of {owner}",
-                        "rates": f"the velocity of {lever}",
-                        "places": f"the direction of {lever}, not its rate",
-                        "both": f"the direction of {lever}, and its rate",
-                        "all": f"the angle of link {place + 1} in {owner}",
-                    }
-                    for what, words in where.items():
-                        changed = [(_change_row(own, place, row, what), own) for _, own in pairs]
-                        changed = [(wrong, own) for wrong, own in changed if wrong is not own]
-                        if not changed or (what == "all" and len(pairs) == 1):
+                wrong = [
+                    _change_row(own, place, row, turns=bool(turns))
+                    for (_, own), turns in zip(self.pairs, turning, strict=True)
+                ]
+                for what, words in ROWS.items():
+                    yours, belongs = (
+                        format_row(each, names, rate=what in ("turn", "rates"))
+                        for each in (row, right)
+                    )
+                    every = []
+                    for (body, own), changed, owner in zip(self.pairs, wrong, owners, strict=True):
+                        if what not in changed:
                             continue
-                        yours, belongs = (
-                            format_row(each, names, rate=what in ("turn", "rates"))
-                            for each in (row, right)
-                        )
-                        yield _change(Slip(Term(words), yours, belongs), changed)
+                        every.append((changed[what], own))
+                        where = words.format(f"{_name_lever(body, place)} of {owner}", owner)
+                        if what != "all":
+                            yield _change(Slip(Term(where), yours, belongs), every[-1:])
+                    if len(every) > 1:
+                        where = words.format(f"link {place + 1} in {EVERY}", EVERY)
+                        yield _change(Slip(Term(where), yours, belongs), every)
 
     def _list_other_rows(self) -> list[np.ndarray]:
         """Sums of joints' angles, neighbours or all but one; one reversed; coordinates."""
@@ -390,6 +399,8 @@ class Derivation:
             yield add_rule(f"dM_ij/d{name} v_j {name}'", partial(np.multiply, row), first)
             only = partial(np.multiply, row[:, None, None])
             yield add_rule(f"-1/2 dM_jk/d{name} v_j v_k, in row {name}", only, second)
+            along = partial(self._derive_along, row)
+            yield add_rule(f"every derivative of M by {name}", along)
         for yours, right, rows in self._list_rate_rows():
             for words, left in (("the bias", rows), ("one of its two rates", np.eye(n))):
 
@@ -402,6 +413,11 @@ class Derivation:
 
                 term = Term(words if left is rows else f"C(x, v) v, of {words}")
                 yield Slip(term, yours, right, parts=("bias",), rule=replace_rates)
+
+    def _derive_along(self, row: np.ndarray, x: np.ndarray) -> np.ndarray:
+        """What a bias has of the slopes of M along one coordinate."""
+        slopes = self._compute_slopes(x) * row
+        return slopes - np.moveaxis(slopes, -1, -3) / 2
 
     def _list_centripetal(self) -> Iterator[Slip]:
         """Centripetal accelerations in a recursion from link to link: of a lever, or of all."""
@@ -418,7 +434,7 @@ class Derivation:
                 rule = partial(self._add_centripetal, there, [place], [right], 0.0)
                 yield Slip(term, parts=("bias",), rule=rule)
                 for row in rows:
-                    if not np.allclose(row, right, atol=SAME_ROW):
+                    if not _is_same(row, right):
                         rule = partial(self._add_centripetal, there, [place], [row], 1.0)
                         texts = (f"({format_row(r, names, rate=True)})^2" for r in (row, right))
                         yield Slip(term, *texts, parts=("bias",), rule=rule)
@@ -553,18 +569,27 @@ def _set_rows(own: MovingBody, rows: np.ndarray) -> MovingBody:
     return own._replace(places=rows, rates=rows, pulls=rows)
 
 
-def _change_row(own: MovingBody, place: int, row: np.ndarray, what: str) -> MovingBody:
-    """A body with another row of a link; the body itself where that has nothing to do with it."""
-    rows = own.rates.copy()
-    rows[place] = row
-    turned = own
-    if what in ("turn", "all") and own.inertia and np.allclose(own.turn, own.rates[place]):
-        turned = own._replace(turn=row)
-    if what == "turn" or not own.levers[place]:
-        return turned
-    if what == "rates":
-        return own._replace(rates=rows)
-    return own._replace(places=rows) if what == "places" else _set_rows(turned, rows)
+def _change_row(
+    own: MovingBody, place: int, row: np.ndarray, *, turns: bool
+) -> dict[str, MovingBody]:
+    """A body with another row of a link by what of it, ``ROWS``, that has to do with the link.
+
+    turns: whether the body turns with the link.
+    """
+    changed = {"turn": own._replace(turn=row)} if turns else {}
+    if own.levers[place]:
+        rows = own.rates.copy()
+        rows[place] = row
+        both = _set_rows(own, rows)
+        changed |= {"rates": own._replace(rates=rows), "places": own._replace(places=rows)}
+        changed |= {"both": both, "all": both}
+    if turns:
+        changed["all"] = changed.get("all", own)._replace(turn=row)
+    return changed
+
+
+def _is_same(row: np.ndarray, other: np.ndarray) -> bool:
+    return bool(np.abs(row - other).max() <= SAME_ROW)
 
 
 def _list_symbols(body: Body) -> dict[str, None]:
