@@ -19,7 +19,6 @@ from tests.processes import Answer, Command
 
 if TYPE_CHECKING:
     from crosscheck.models.arm.arm import Arm
-    from crosscheck.trial.diagnose.reference_terms import ReferenceTerms
 
 gc.disable()  # until all is imported and collected: 5,000 tests take 7 s, not 10
 
@@ -76,15 +75,12 @@ def few_states() -> Iterator[None]:
     Where numbers are fitted, at 20 more than there are, not at 50 more than twice as many.
     """
     from crosscheck.trial import trial
-    from crosscheck.trial.diagnose import harmonic_fit, reasons
-
-    def count_few_states(terms: "ReferenceTerms") -> int:
-        return 20 + (harmonic_fit.minimum_state_count(terms) - harmonic_fit.LEAST_STATES) // 2
+    from crosscheck.trial.diagnose import harmonic_fit
 
     with pytest.MonkeyPatch.context() as patch:
         patch.setattr(trial, "QUICK_STATES", 8)
-        for module in (trial, reasons):
-            patch.setattr(module, "minimum_state_count", count_few_states)
+        patch.setattr(harmonic_fit, "SPARE_STATES", 20)
+        patch.setattr(harmonic_fit, "STATES_PER_NUMBER", 1)
         yield
 
 

@@ -4,8 +4,6 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 
-from crosscheck.audit.measures.undefined import JsonObject
-
 Columns = Mapping[str, tuple[str, str]]  # by field: title, with its unit; how a number is written
 NONE = "-"
 

@@ -12,6 +12,7 @@ from crosscheck.runner.progress_update import ProgressCallback
 from crosscheck.runner.tasks import build_model
 from crosscheck.runner.workers import Workers
 from crosscheck.trial import trial
+from crosscheck.trial.diagnose import harmonic_fit
 from crosscheck.trial.judge import questions
 from crosscheck.trial.judge.questions import StateQuestion
 from crosscheck.trial.model import SuppliedModel
@@ -59,3 +60,10 @@ def answer(task: ModelTask, kept_answers: Answers) -> object:
     if asked not in kept_answers:
         kept_answers[asked] = perform()
     return kept_answers[asked]
+
+
+@pytest.fixture
+def usual_states(monkeypatch: pytest.MonkeyPatch) -> None:
+    """Numbers are fitted at as many states as a user's trial fits them at."""
+    monkeypatch.setattr(harmonic_fit, "SPARE_STATES", 50)
+    monkeypatch.setattr(harmonic_fit, "STATES_PER_NUMBER", 2)

@@ -50,6 +50,7 @@ def test_what_no_wave_makes_is_left_over():
     assert fit.left_over > 1e-3
 
 
+@pytest.mark.usefixtures("usual_states")
 @pytest.mark.parametrize("joints", [1, 4, 7])
 def test_enough_states_for_any_arm(joints):
     from crosscheck.cli.template import example_arm

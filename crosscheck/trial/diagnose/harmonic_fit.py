@@ -16,7 +16,7 @@ EPS = float(np.finfo(float).eps)
 ROUNDINGS = 16  # in a value of the natural size, at the least
 SIGNIFICANT = 16  # standard errors: a coefficient below is none
 FULL = 3  # joints up to which every sum of few angles is tried
-LEAST_STATES = 50
+SPARE_STATES, STATES_PER_NUMBER = 50, 2  # a fit with noise wants more states than numbers
 
 
 @dataclass(frozen=True)
@@ -82,7 +82,7 @@ def _normalize_sign(wave: Iterable[int]) -> AngleSum:
 def minimum_state_count(terms: ReferenceTerms) -> int:
     """How many states it takes to see, beside all waves and signals, what none explains."""
     still = 2 * len(list_weight_angle_sums(terms)) + len(terms.signals) + len(terms.names)
-    return LEAST_STATES + 2 * max(2 * len(list_angle_sums(terms)), still)
+    return SPARE_STATES + STATES_PER_NUMBER * max(2 * len(list_angle_sums(terms)), still)
 
 
 def make_term_keys(waves: Iterable[AngleSum]) -> list[TermKey]:

@@ -13,7 +13,6 @@ from crosscheck.models.arm.arm import Arm
 from crosscheck.models.loading import load_arm
 from crosscheck.report.trial import explain_wrong_entry
 from crosscheck.trial import trial as trial_module
-from crosscheck.trial.diagnose import harmonic_fit, reasons
 from crosscheck.trial.input.equations import Coordinates
 from crosscheck.trial.input.loading import load_equations
 from crosscheck.trial.judge.entries import format_entry
@@ -134,11 +133,10 @@ def test_octave_is_told_what_python_is(error, tmp_path, monkeypatch):
     assert bool(found) == (error != "none")
 
 
+@pytest.mark.usefixtures("usual_states")  # as when they were recorded
 def test_recorded_answers_of_octave_are_told_what_python_is(tmp_path, monkeypatch):
     """What the test above made of ``FORCE_ALONE``, for machines without Octave."""
     monkeypatch.setattr(trial_module, "QUICK_STATES", 1)
-    for module in (trial_module, reasons):  # as many states as were asked when it was recorded
-        monkeypatch.setattr(module, "minimum_state_count", harmonic_fit.minimum_state_count)
     table = TableTrial(rubbing(), ABSOLUTE, quick=True)
     equations = build_table_equations(read_trial_answers(table, [HERE / "octave" / "answers.mat"]))
     found = said(run_trial(table.make_request("yours", equations)))
