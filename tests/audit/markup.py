@@ -13,7 +13,7 @@ _BLOCKS = """address article aside blockquote details div dl figcaption figure f
 h4 h5 h6 header hr main nav ol p pre section summary table ul"""
 BLOCKS = frozenset(_BLOCKS.split())
 # Axes whose quantity is a pure number.
-PURE = ("ζ", "zeta", "t / T", "base mass / arm mass", "rms misfit", "statements explained")
+PURE = ("ζ", "t / T")
 SVG = re.compile(r"<svg\b.*?</svg>", re.DOTALL)
 
 

@@ -62,7 +62,7 @@ def _drawing(x: str, y: str) -> str:
     ("x", "y", "count"),
     [
         ("time [s]", "force [N]", 0),
-        ("zeta", "rms misfit", 0),
+        ("t / T", "force [N]", 0),
         ("time", "force [N]", 2),
         ("time [s]", "", 2),
         ("", "", 4),
