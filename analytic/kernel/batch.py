@@ -83,19 +83,24 @@ class Batch:
         self.step_count = 0  # steps
         blocks = -(-len(models) // lanes)
         self.work = make_aligned_zeros(blocks, self.program.rows * lanes)
-        lanes_of = self.work.reshape(blocks, self.program.rows, lanes)
-        columns = [self._column(model) for model in models]
-        for place in range(blocks * lanes):
-            member = min(place, len(models) - 1)  # spare lanes repeat the last
-            lanes_of[place // lanes, :, place % lanes] = columns[member]
+        # Spare lanes repeat the last member.
+        members = np.minimum(np.arange(blocks * lanes), len(models) - 1)
+        columns = self._columns()[members].reshape(blocks, lanes, self.program.rows)
+        self.work[:] = columns.swapaxes(1, 2).reshape(self.work.shape)
 
-    def _column(self, model: SteppedModel) -> np.ndarray:
-        """All rows of a member at its start: state, forces and numbers."""
-        q, v = (model.equations.to_kernel(x) for x in model.start())
+    def _columns(self) -> np.ndarray:
+        """All rows of the members at their starts (members, rows): state, forces and numbers."""
+        equations = self.models[0].equations
+        starts = equations.to_kernel(np.array([model.start() for model in self.models]))
+        q, v = starts.swapaxes(0, 1)
         state = {"q": q, "v": v, "stage_q": q, "stage_v": v}
         rows = [state.get(name, 0 * q) for name in STATE]
-        forces = np.zeros(len(self.structure.meshes))
-        return np.concatenate([*rows, forces, *number_rows(self.program, model.equations.numbers)])
+        forces = np.zeros((len(q), len(self.structure.meshes)))
+        numbers = [
+            np.concatenate(number_rows(self.program, model.equations.numbers))
+            for model in self.models
+        ]
+        return np.concatenate([*rows, forces, numbers], axis=1)
 
     def advance(self, records: int, stride: int) -> Records:
         """Run so many records, each ``stride`` steps after the one before; the first is of now.
