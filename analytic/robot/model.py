@@ -30,6 +30,7 @@ from crosscheck.models.experiment.scenario import Scenario
 from crosscheck.models.robot.interface import RobotModel
 from crosscheck.models.robot.robot import BASE, WITH_ROTORS, JointStage, Level, Robot
 
+UPRIGHT = np.eye(3)
 NEXT, LAST = np.array([1, 2, 0]), np.array([2, 0, 1])  # axes after x, y, z, and after these
 
 
@@ -105,7 +106,8 @@ class AnalyticRobot(RobotModel):
         size = len(free) + len(meshes) + 2 * len(stages)
         factors, self._offset = robot.joint_map
         self._share = np.pad(factors, ((0, 0), (0, size - len(free))))
-        self._axes = [_skew_matrix(joint.axis) for joint in robot.joints]
+        crossings = [_skew_matrix(joint.axis) for joint in robot.joints]
+        self._crossings = [(once, once @ once) for once in crossings]
         self._meshes = [mesh for _, mesh in meshes]
         self._spinning_bodies: list[SpinningBody] = []
         self._teeth: list[PlanetMeshLaw] = []
@@ -307,14 +309,12 @@ class AnalyticRobot(RobotModel):
         """Poses of every body, and their partial velocities."""
         states, size = q.shape
         still, nothing = np.zeros((states, 3)), np.zeros((states, 3, size))
-        base = FramePoses(
-            np.tile(np.eye(3), (states, 1, 1)), still, nothing, nothing, still, nothing
-        )
+        upright = np.broadcast_to(UPRIGHT, (states, 3, 3))
+        base = FramePoses(upright, still, nothing, nothing, still, nothing)
         values = q @ self._share.T + self._offset
         poses: list[FramePoses] = []
-        for joint, body, crossing, share, value in zip(
-            self.robot.joints, self.robot.bodies, self._axes, self._share, values.T, strict=True
-        ):
+        parts = self.robot.joints, self.robot.bodies, self._crossings, self._share, values.T
+        for joint, body, (crossing, twice), share, value in zip(*parts, strict=True):
             under = base if joint.parent == BASE else poses[joint.parent]
             at = under.rotation @ joint.placement.position
             rotation = under.rotation @ joint.placement.rotation
@@ -323,9 +323,9 @@ class AnalyticRobot(RobotModel):
             turning = under.angular_partials
             if joint.kind == "revolute":
                 turn = (  # Rodrigues' formula
-                    np.eye(3)
+                    UPRIGHT
                     + np.sin(value)[:, None, None] * crossing
-                    + (1 - np.cos(value))[:, None, None] * (crossing @ crossing)
+                    + (1 - np.cos(value))[:, None, None] * twice
                 )
                 rotation = rotation @ turn
                 moving = under.origin_partials + cross(turning, at)
