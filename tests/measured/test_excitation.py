@@ -146,7 +146,7 @@ def test_a_record_of_the_suggested_motion_tells(robot, poor):
 
 
 def test_the_command_writes_the_motion(crosscheck, robot, tmp_path):
-    time = np.arange(0.0, 20.0, 5e-3)
+    time = np.arange(0.0, 20.0, 2e-2)
     wave = 0.3 * np.sin(2 * np.pi * 0.4 * time)
     given = follow(robot, time, np.column_stack([wave, wave, wave]))
     head = "t_s,theta_1_rad,theta_2_rad,theta_3_rad,torque_1_N_m,torque_2_N_m,torque_3_N_m"
