@@ -12,6 +12,7 @@ import pytest
 
 from crosscheck.analytic.robot.model import AnalyticRobot
 from crosscheck.models.robot.robot import RIGID, Placement, Robot
+from crosscheck.trial.input.equations import Equations
 from crosscheck.trial.robots.candidates import generate_frame_mistakes
 from crosscheck.trial.robots.exchanges import generate_joint_moves
 from crosscheck.trial.robots.trial import run_robot_trial
@@ -141,6 +142,21 @@ def test_a_ratio_of_turns_is_told_as_such(tree):
     used = put("rotors", ratio=lambda ratio: ratio / (2 * np.pi))(tree)
     (words, *_) = run_robot_trial(equations(used), tree).diagnosis.explanations
     assert words.endswith("ratio = -9.5493 (file: -60), 1/(2 pi) of it: turns taken for radians?")
+
+
+def test_masses_exchanged_in_the_gravity_of_accelerations(tree):
+    bodies = tree.bodies
+    masses = [replace(bodies[n], mass=bodies[3 - n].mass) for n in (1, 2)]
+    right = AnalyticRobot(tree, "coupled")
+    other = AnalyticRobot(replace(tree, bodies=(bodies[0], *masses)), "coupled")
+
+    def acceleration(q: np.ndarray, v: np.ndarray, torque: np.ndarray) -> np.ndarray:
+        mass, bias, _ = right.terms(q[None], v[None])
+        return np.linalg.solve(mass[0], torque - bias[0] - other.gravity(q[None])[0])
+
+    trial = run_robot_trial(Equations(acceleration=acceleration), tree)
+    expected = "left and right: mass exchanged, in its gravity alone"
+    assert expected in trial.diagnosis.explanations
 
 
 @pytest.mark.parametrize("seed", [5, 9])

@@ -195,3 +195,29 @@ def test_products_of_inertia_are_exchanged_as_the_file_has_them():
     right, used = robot((0, 1, 2, 3, 4, 5)), AnalyticRobot(robot((0, 4, 2, 3, 1, 5)), "links")
     own = Equations(mass_matrix=lambda q: used.mass_matrix(q[None])[0])
     assert "arm: Ixy and Iyz exchanged" in run_robot_trial(own, right).diagnosis.explanations
+
+
+def test_an_extra_product_of_a_slide_is_named_with_its_cause():
+    """The slide's rate turns what it carries in w' alone: of its own force one product more."""
+    solid = chains.Solid(3.0, (0.2, 0.0, 0.1), (0.05, 0.0, 0.0, 0.2, 0.0, 0.18))
+    robot = chains.robot(
+        chains.urdf(
+            chains.link("base"),
+            chains.link("turret", chains.Solid(4.0, (0.05, 0.02, 0.3))),
+            chains.link("boom", solid),
+            chains.joint("turn", "base", "turret"),
+            chains.joint("reach", "turret", "boom", "prismatic", (1, 0, 0)),
+        )
+    )
+    model = AnalyticRobot(robot, "links")
+
+    def bias(q: np.ndarray, v: np.ndarray) -> np.ndarray:
+        return model.bias(q[None], v[None])[0] + [0.0, 3.0 * 0.1 * v[0] * v[1]]
+
+    own = Equations(
+        lambda q: model.mass_matrix(q[None])[0], bias, gravity=lambda q: model.gravity(q[None])[0]
+    )
+    notes = run_robot_trial(own, robot).diagnosis.notes
+    assert any(each.startswith("bias[reach] of turn' reach': right is 0") for each in notes)
+    cause = "joint reach: its w x z q' added to w', as of a joint that turns"
+    assert any(cause in each for each in notes)

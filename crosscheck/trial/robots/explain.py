@@ -39,7 +39,7 @@ RATIOS = {-1.0: "with the opposite sign", 0.5: "half as large", 2.0: "twice as l
 SHOWN = 1e-5  # of a ratio, of which six digits are shown
 MOST_STATED = 3  # coordinates whose matrix is short enough to be shown
 MOST_SHOWN = 5  # terms of a sentence
-MISSING = "missing"
+MISSING, EXTRA = "missing", "right is 0"
 MOST_OTHERS = 3  # causes that no state tells from the first one, of which some are named
 MOST_SEARCHED = 12  # entries of a part, of which each may be wrong by a cause of its own
 LEAST_ENTRIES = 3  # that are wrong, before six numbers together explain more than chance
@@ -99,7 +99,7 @@ def diagnose(
     notes += _lone_part_notes(entries, wrong, right)
     pieces: dict[str, list[str]] = {}
     if not explanations and not links:
-        pieces = _describe_lone_product(problem, level, entries, rates)
+        pieces = _describe_lone_product(searches[level], entries, rates)
         pieces = pieces or _describe_wrong_pieces(problem, level, wrong)
     notes += [words for each in pieces.values() for words in each]
     causes = {
@@ -139,12 +139,14 @@ def diagnose(
 
 
 def _describe_lone_product(
-    problem: RobotProblem, level: Level, entries: Sequence[RobotEntry], rates: Rates
+    search: CauseSearch, entries: Sequence[RobotEntry], rates: Rates
 ) -> dict[str, list[str]]:
     """The sentence on one product of rates, or all of one row, where nothing else is wrong.
 
-    It stands before terms of Kane's sum, of which several would often explain so little.
+    It stands before terms of Kane's sum, of which several would often explain so little; where the
+    product should not be there, a few that explain it are told.
     """
+    problem, level = search.problem, search.level
     lone = len({entry.name for entry in entries if entry.part in SINGLE}) == 1
     if not lone or "bias" not in _wrong_parts(entries) or (terms := rates()) is None:
         return {}
@@ -152,7 +154,13 @@ def _describe_lone_product(
     if max(np.abs(terms.rest).max(), np.abs(terms.linear).max()) > rounding:
         return {}
     sentences, others = _describe_products(problem, level, terms)
-    return {"bias": sentences} if len(sentences) == 1 and not others else {}
+    if len(sentences) != 1 or others:
+        return {}
+    if EXTRA in sentences[0]:
+        equals = search.find_motion_causes([search.select_places("bias")])
+        causes = [cause for _, cause in equals]
+        sentences += _describe_causes(causes, "bias") if len(causes) <= MOST_OTHERS else []
+    return {"bias": sentences}
 
 
 def _describe_wrong_pieces(
@@ -299,7 +307,7 @@ def describe_ratio(
 ) -> str:
     """What yours (states,) are beside right, if it is the same at every state; else ''."""
     if (np.abs(reference_values) <= rounding).all():
-        return "right is 0"
+        return EXTRA
     if (np.abs(user_values) <= rounding).all():
         return MISSING
     ratio = float(user_values @ reference_values / (reference_values @ reference_values))
@@ -556,6 +564,12 @@ def _describe_causes(causes: Sequence[Cause], where: str) -> Iterator[str]:
     for cause in usual:
         missing = f"{cause.missing} is missing in {where}"
         yield missing if cause.missing else f"in {where} alone, as with {cause.words}"
-    if others := [cause.words for cause in ordered[len(usual) :]][:MOST_OTHERS]:
+    if others := [cause.words for cause in ordered[len(usual) :]]:
         also = "would also be explained by" if usual else "would be explained by"
-        yield f"{where} {also} any one of these in it alone: {'; '.join(others)}"
+        yield f"{where} {also} any one of these in it alone: {list_equals(others)}"
+
+
+def list_equals(causes: Sequence[str]) -> str:
+    """The first few of causes that no state tells from one that is named, and how many more."""
+    count = len(causes) - MOST_OTHERS
+    return "; ".join((*causes[:MOST_OTHERS], *([f"and {count} more"] if count > 0 else [])))

@@ -28,6 +28,11 @@ from crosscheck.trial.robots.pieces import (
 
 BOTH = "", " in its Jacobian alone", " in its acceleration alone"
 MOST_PLACES = 8  # joints, about whose places each column of a Jacobian is tried
+SLIDES = {  # whether a joint that slides turns w, and w'
+    "its z q' added to w and w x z q' to w', as of a joint that turns": (True, True),
+    "its z q' added to w, as of a joint that turns": (True, False),
+    "its w x z q' added to w', as of a joint that turns": (False, True),
+}
 TORQUES = " in I w' alone", " in w x I w alone"
 
 
@@ -274,6 +279,9 @@ class MotionTable:
         kinds: dict[str, dict[str, DynamicsTerms]] = {}
         kane = self.kane
         for number, joint in enumerate(self.robot.joints):
+            for words, turned in SLIDES.items() if joint.kind == "prismatic" else ():
+                load = self._turn_slide(number, *turned)
+                kinds.setdefault(words, {})[f"joint {joint.name}"] = _make_bias(load)
             if joint.parent == BASE:
                 continue
             pose, rate, under = kane.poses[number], kane.rates[number], kane.rates[joint.parent]
@@ -301,10 +309,35 @@ class MotionTable:
                     loads[kind] = self._still, other - gained
             for words, (linear, angular) in loads.items():
                 load = kane.load_joint(number, linear, angular)
-                nothing = np.zeros((*load.shape, load.shape[1]))
-                terms = DynamicsTerms(nothing, load, np.zeros_like(load))
-                kinds.setdefault(words, {})[f"joint {joint.name}"] = terms
+                kinds.setdefault(words, {})[f"joint {joint.name}"] = _make_bias(load)
         yield from kinds.items()
+
+    def _turn_slide(self, slide: int, by_rate: bool, by_growth: bool) -> np.ndarray:
+        """What a joint that slides adds to the bias if its z q' turns all that it carries.
+
+        by_rate: whether w has it; by_growth: whether w' has w x z q'.
+        """
+        kane, rates, load = self.kane, list(self.kane.rates), np.zeros_like(self.kane.v)
+        for number in sorted(self._list_after(slide)):
+            joint, pose = self.robot.joints[number], kane.poses[number]
+            _, w, dw, acceleration = self._before(number)
+            at, right = pose.position, kane.rates[number]
+            if joint.parent != BASE:
+                w, dw, acceleration = rates[joint.parent]
+                at = at - kane.poses[joint.parent].position
+            spin = pose.rotation @ joint.axis
+            spin = spin * (kane.v @ self.robot.joint_map[0][number])[:, None]
+            turned, turns = cross(w, spin), joint.kind == "revolute"
+            acceleration = acceleration + rotate_point(w, dw, at) + 2 * turned * (not turns)
+            w = w + spin * (turns or (by_rate and number == slide))
+            dw = dw + turned * (turns or (by_growth and number == slide))
+            rates[number] = right._replace(angular=w, angular_rate=dw, acceleration=acceleration)
+            motion = kane.move_body(number, kane.place_body(number, self.robot.bodies[number]))
+            lever = kane.poses[number].rotation @ self.robot.bodies[number].com
+            centre = acceleration + rotate_point(w, dw, lever)
+            changed = replace(motion, rate=w, left_rate=w, growth=dw, centre=centre)
+            load += changed.compute_terms().bias - motion.compute_terms().bias
+        return load
 
     def _list_column_changes(self, parts: Mapping[str, BodyPart]) -> Iterator[tuple[str, ByPlace]]:
         """Columns of Jacobians that are wrong: a joint's for bodies after it, or each body's own.
@@ -417,6 +450,11 @@ def _list_factors(right: BodyMotion) -> Changes:
         yield f"its weight {words}", replace(right, pull=by * right.pull)
         yield f"its torque I w' {words}", replace(right, growing_inertia=inertia)
         yield f"its gyroscopic torque w x I w {words}", replace(right, spinning_inertia=inertia)
+
+
+def _make_bias(load: np.ndarray) -> DynamicsTerms:
+    """A change (states, n) of the bias alone."""
+    return DynamicsTerms(np.zeros((*load.shape, load.shape[1])), load, np.zeros_like(load))
 
 
 def _put_inertia(right: BodyMotion, inertia: np.ndarray) -> BodyMotion:

@@ -10,6 +10,7 @@ from crosscheck.report.formatting import describe_outcome, format_count
 from crosscheck.report.junit import format_junit
 from crosscheck.report.records import format_json, to_json_value
 from crosscheck.trial.robots.elastic import ELASTIC
+from crosscheck.trial.robots.explain import list_equals
 from crosscheck.trial.robots.judge import LETTERS, has_engine_conflict
 from crosscheck.trial.robots.trial import RobotTrial
 
@@ -88,7 +89,7 @@ def _explanations(trial: RobotTrial) -> Iterator[str]:
     if first:
         yield f"yours are the equations of {trial.level} with {first}"
     if others:
-        yield f"would also be explained by {'; '.join(others[:MOST_SENTENCES])}"
+        yield f"would also be explained by {list_equals(others)}"
     for link in diagnosis.links:
         yield f"all of it is in {link}: its mass, centre of mass and inertia together explain it"
     reasons = diagnosis.explanations or diagnosis.links or diagnosis.notes or diagnosis.readings

@@ -482,11 +482,11 @@ class CauseSearch:
         return mistakes, [self.row(change, few) for _, (change,) in changes]
 
     @cached_property
-    def _move_rows(self) -> np.ndarray:
-        """What each move of a joint makes of the places at few states (moves, places)."""
-        robots = [each.robot for each in self.table.joint_moves]
-        few = self.table.few
-        return self.row(self.table.screen_robots(robots, self.level, few), few)
+    def _move_rows(self) -> list[np.ndarray]:
+        """What each move of a joint makes of the places at few states, of all and of each term."""
+        robots, few = [each.robot for each in self.table.joint_moves], self.table.few
+        changes = self._list_places(self.table.screen_robots(robots, self.level, few))
+        return [self.row(change, few) for _, (change,) in changes]
 
     def _list_places(
         self, *changes: DynamicsTerms
@@ -663,18 +663,22 @@ class CauseSearch:
         return causes[False] or causes[True]
 
     @cached_property
-    def _piece_rows(self) -> np.ndarray:
-        """What each parameter of a body and of a rotor makes of the row (parameters, places)."""
-        kane, rows = self.table.kane, list[np.ndarray]()
+    def _piece_rows(self) -> list[tuple[str, np.ndarray]]:
+        """What each parameter of a body and of a rotor makes of the row (parameters, places).
+
+        Of all terms, and of each alone as of mistakes, in words.
+        """
+        kane, effects = self.table.kane, list[DynamicsTerms]()
         for number in range(len(self.problem.robot.bodies)):
             first, *others = (
-                self.row(kane.compute_terms(number, kane.place_body(number, body)))
+                kane.compute_terms(number, kane.place_body(number, body))
                 for body in list_unit_bodies()
             )
-            rows += [first, *(each - first for each in others)]
-        for effects in list_rotor_effects(kane, self.level):
-            rows += map(self.row, effects)
-        return np.stack(rows)
+            effects += [first, *(each.minus(first) for each in others)]
+        for of_rotor in list_rotor_effects(kane, self.level):
+            effects += of_rotor
+        stacked = DynamicsTerms(*map(np.array, zip(*effects, strict=True)))
+        return [(where, self.row(placed)) for where, (placed,) in self._list_places(stacked)]
 
     def _piece_causes(self, places: Places) -> Iterator[Cause]:
         """Numbers of links and rotors that are exchanged, shifted or in another order."""
@@ -682,17 +686,20 @@ class CauseSearch:
         inside = np.arange(self.difference.size)[places]
         largest = np.argsort(-np.abs(self.difference[inside]))[:MOST_SCREENED]
         screened = inside[largest]
-        left = np.abs(changes @ self._piece_rows[:, screened] - self.difference[screened])
-        for number in np.flatnonzero((left <= 2 * self.allowed[screened]).all(axis=1)):
-            if self.can_explain(changes[number] @ self._piece_rows, places):
-                yield Cause(words[number], usual=True)
+        for where, rows in self._piece_rows:
+            left = np.abs(changes @ rows[:, screened] - self.difference[screened])
+            for number in np.flatnonzero((left <= 2 * self.allowed[screened]).all(axis=1)):
+                if self.can_explain(changes[number] @ rows, places):
+                    yield Cause(words[number] + where, usual=True)
 
     def find_joint_moves(self, places: Places = slice(None)) -> Iterator[Cause]:
         """Places, axes and frames of joints that are exchanged, or in another order."""
-        for number in self._find_survivors(self._move_rows, places):
-            move = self.table.joint_moves[number]
-            if self.can_explain(self.row(self.table.change_robot(move.robot, self.level)), places):
-                yield Cause(move.words, usual=True)
+        survivors = {n for rows in self._move_rows for n in self._find_survivors(rows, places)}
+        for move in [self.table.joint_moves[number] for number in sorted(survivors)]:
+            change = self.table.change_robot(move.robot, self.level)
+            for where, (placed,) in self._list_places(change):
+                if self.can_explain(self.row(placed), places):
+                    yield Cause(move.words + where, usual=True)
 
     def find_gravity_causes(self) -> Iterator[Cause]:
         """Gravity along another direction than an axis."""
