@@ -495,9 +495,14 @@ class CauseSearch:
         yield "", changes
         if set(self.problem.parts) != {"acceleration"}:
             return
-        there = [n for n in range(3) if any(each[n].any() for each in changes)]
+        sizes, fields = self.problem.sizes[self.level], DynamicsTerms._fields
+        least = [TOLERANCE * getattr(sizes, name).max() for name in fields]
+        largest = np.max(
+            [[np.abs(term).max(initial=0.0) for term in each] for each in changes], axis=0
+        )
+        there = np.flatnonzero(largest > least)
         for number in there if len(there) > 1 else ():
-            name = DynamicsTerms._fields[number]
+            name = fields[number]
             yield (
                 f", in its {name} alone",
                 tuple(
