@@ -150,8 +150,17 @@ RULES = {
     "yours has all of the products of two rates in the bias times 0.5": lambda points, q: (
         bias_of(points, q) * (1 + np.eye(3)) / 2
     ),
-    "theta_1' where the sum of rates belongs, in every centripetal acceleration of every body": (
+    "theta_1' where the sum of rates belongs, in every centripetal acceleration": (
         lambda points, q: swing_of(points, q, np.array([[1.0, 0, 0]] * 3))
+    ),
+    "in the centripetal acceleration of every link's centre about its joint": lambda points, q: (
+        bias_of(points, q)
+        + sum(
+            swing_of([own], q, rates) - swing_of([own], q)
+            for i, point in enumerate(points[:3])
+            for rates in [np.where(np.arange(3)[:, None] == i, SUMS[0], SUMS)]
+            for own in [point]
+        )
     ),
 }
 

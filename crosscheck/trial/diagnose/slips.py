@@ -39,6 +39,7 @@ Rule = Callable[[np.ndarray], np.ndarray]  # of x (K, n): what a bias has of v_j
 Pair = tuple[Body, MovingBody]
 Words = tuple[str, str, str, float | None]
 Number = tuple[str, float, float | None]  # as text, or how often it is there; its value
+Swing = tuple[MovingBody, int]  # a body, and the link along which its lever is
 Signed = tuple[tuple[float, MovingBody], ...]
 ENERGY: tuple[Part, ...] = ("mass_matrix", "bias")
 ALL: tuple[Part, ...] = (*ENERGY, "force")
@@ -298,6 +299,15 @@ class Derivation:
                 slip = Slip(Term(where), f"each joint's own {words}", f"the sum of {words}s")
                 yield _change(slip, changed)
 
+        for body, own in self.pairs:
+            if own.inertia and not any(_is_same(own.turn, link) for link in self.links):
+                for link in self.links:
+                    text = format_row(link, self.frame.names, rate=True)
+                    term = Term(f"{text} in the angular velocity of {_name_owner(body)}")
+                    for by in (0.0, -1.0):
+                        turned = own._replace(turn=own.turn - (1 - by) * link)
+                        yield _change(Slip(term, by=by), [(turned, own)])
+
     def _own_turn(self, own: MovingBody) -> np.ndarray:
         """The row of a link's own joint for the row of the link, of what turns with it."""
         for link, joint in zip(self.links, self.joints, strict=True):
@@ -420,52 +430,51 @@ class Derivation:
         return slopes - np.moveaxis(slopes, -1, -3) / 2
 
     def _list_centripetal(self) -> Iterator[Slip]:
-        """Centripetal accelerations in a recursion from link to link: of a lever, or of all."""
-        names = self.frame.names
-        rows = self._list_other_rows()
+        """Centripetal accelerations in a recursion from link to link: of one lever, or of many."""
+        names, rows = self.frame.names, self._list_other_rows()
         for owner, pairs in self.groups:
-            moving = [own for _, own in pairs if own.mass]
+            swings = _list_swings(pairs)
             for place, right in enumerate(self.links):
-                there = [own for own in moving if own.levers[place]]
+                there = [swing for swing in swings if swing[1] == place]
                 if not there:
                     continue
                 lever = _name_lever(pairs[0][0], place) if len(pairs) == 1 else f"link {place + 1}"
                 term = Term(f"the centripetal acceleration of {lever} in {owner}")
-                rule = partial(self._add_centripetal, there, [place], [right], 0.0)
+                rule = partial(self._add_centripetal, there, {place: right}, 0.0)
                 yield Slip(term, parts=("bias",), rule=rule)
-                for row in rows:
-                    if not _is_same(row, right):
-                        rule = partial(self._add_centripetal, there, [place], [row], 1.0)
-                        texts = (f"({format_row(r, names, rate=True)})^2" for r in (row, right))
-                        yield Slip(term, *texts, parts=("bias",), rule=rule)
-            term = Term(f"every centripetal acceleration of {owner}")
-            every = range(len(self.links))
-            for words, used in (("each joint's own rate", self.joints), *self._list_single_rates()):
-                rule = partial(self._add_centripetal, moving, every, used, 1.0)
-                yield Slip(term, words, "the sum of rates", parts=("bias",), rule=rule)
-
-    def _list_single_rates(self) -> Iterator[tuple[str, np.ndarray]]:
-        """One link's rate for those of all."""
-        for row in self.links:
-            text = format_row(row, self.frame.names, rate=True)
-            yield text, np.tile(row, (len(self.links), 1))
+                for row in (row for row in rows if not _is_same(row, right)):
+                    rule = partial(self._add_centripetal, there, {place: row}, 1.0)
+                    texts = (f"({format_row(each, names, rate=True)})^2" for each in (row, right))
+                    yield Slip(term, *texts, parts=("bias",), rule=rule)
+        own_levers = [
+            (own, max(np.flatnonzero(own.levers).tolist()))
+            for _, own in self.groups[-2][1]
+            if own.mass and own.levers.any()
+        ]
+        single = [(format_row(r, names, rate=True), [r] * len(self.links)) for r in self.links]
+        for words, swings in (
+            ("every centripetal acceleration", _list_swings(self.pairs)),
+            ("every link's centripetal acceleration", _list_swings(self.groups[-2][1])),
+            ("the centripetal acceleration of every link's centre about its joint", own_levers),
+        ):
+            for yours, used in (("each joint's own rate", self.joints), *single):
+                rule = partial(self._add_centripetal, swings, dict(enumerate(used)), 1.0)
+                yield Slip(Term(words), yours, "the sum of rates", parts=("bias",), rule=rule)
 
     def _add_centripetal(
         self,
-        bodies: Sequence[MovingBody],
-        places: Iterable[int],
-        rows: Sequence[np.ndarray],
+        swings: Sequence[Swing],
+        rows: Mapping[int, np.ndarray],
         less: float,
         x: np.ndarray,
     ) -> np.ndarray:
         """What levers' turning with these rates adds to a bias, less that of the right rates."""
         total = np.zeros((len(x), *(x.shape[1],) * 3))
-        for place, row in zip(places, rows, strict=True):
+        for own, place in swings:
             right = self.links[place]
-            rates = np.outer(row, row) - less * np.outer(right, right)
-            for own in bodies if rates.any() else ():
-                if own.levers[place]:
-                    total += self._compute_centripetal(own, place, x)[:, :, None, None] * rates
+            rates = np.outer(rows[place], rows[place]) - less * np.outer(right, right)
+            if rates.any():
+                total += self._compute_centripetal(own, place, x)[:, :, None, None] * rates
         return total
 
     def _list_rate_products(self) -> Iterator[tuple[str, np.ndarray]]:
@@ -543,6 +552,12 @@ class Derivation:
         inwards = -own.mass * own.levers[place] * np.array((np.cos(angle), np.sin(angle)))
         force: np.ndarray = np.einsum("ak,kan->kn", inwards, jacobian)
         return force
+
+
+def _list_swings(pairs: Sequence[Pair]) -> list[Swing]:
+    """The levers of bodies with mass."""
+    moving = [own for _, own in pairs if own.mass]
+    return [(own, place) for own in moving for place in np.flatnonzero(own.levers).tolist()]
 
 
 def _change(slip: Slip, pairs: Iterable[tuple[MovingBody, MovingBody]]) -> Slip:
