@@ -232,4 +232,4 @@ def test_weights_of_the_other_sign_are_no_other_coordinates():
         return Equations(acceleration=accelerate)
 
     (line,) = describe_errors(trial_of(factory, arm_of(*UNLIKE)))
-    assert "-g where g belongs, in every weight" in line
+    assert "the weight of every body with the opposite sign" in line

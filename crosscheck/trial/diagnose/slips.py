@@ -146,10 +146,10 @@ class Derivation:
 
     @cached_property
     def groups(self) -> list[tuple[str, list[Pair]]]:
-        """Bodies that a slip may concern, by whose they are: each; all links; all of them."""
+        """Bodies that a slip may concern, by whose they are: each; all of them; all links."""
         links = [pair for pair in self.pairs if pair[0].name.startswith("link ")]
         single = [(_name_owner(pair[0]), [pair]) for pair in self.pairs]
-        return [*single, ("every link", links), (EVERY, self.pairs)]
+        return [*single, (EVERY, self.pairs), ("every link", links)]
 
     @cached_property
     def slips(self) -> dict[Words, Slip]:
@@ -203,7 +203,7 @@ class Derivation:
 
     def _list_numbers(self, generate: Callable[[str], Iterator[Number]]) -> Iterator[Slip]:
         """One number by another in all bodies; in one of them."""
-        for owner, pairs in (self.groups[-1], *self.groups[:-2]):
+        for owner, pairs in (self.groups[-2], *self.groups[:-2]):
             for symbol in self._symbols:
                 concerned = [pair for pair in pairs if symbol in _list_symbols(pair[0])]
                 if not concerned or (owner == EVERY and len(concerned) == 1):
@@ -372,9 +372,9 @@ class Derivation:
                         yield _change(slip, [(own._replace(phases=phases), own)])
 
     def _list_gravities(self) -> Iterator[Slip]:
-        """Gravity the other way, or along the other axis."""
+        """A component of gravity the other way, or all of it along the other axis."""
         x, y = gravity = np.array(self.arm.gravity_m_per_s2)
-        others = {("-g", "g"): (-x, -y), ("-g_x", "g_x"): (-x, y), ("-g_y", "g_y"): (x, -y)}
+        others = {("-g_x", "g_x"): (-x, y), ("-g_y", "g_y"): (x, -y)} if x and y else {}
         others |= {(f"{sign}g along the other axis", "g"): (by * y, by * x) for sign, by in SIGNS}
         for words, other in others.items() if gravity.any() else ():
             bodies = _add(own for _, own in self.pairs)
@@ -448,13 +448,13 @@ class Derivation:
                     yield Slip(term, *texts, parts=("bias",), rule=rule)
         own_levers = [
             (own, max(np.flatnonzero(own.levers).tolist()))
-            for _, own in self.groups[-2][1]
+            for _, own in self.groups[-1][1]
             if own.mass and own.levers.any()
         ]
         single = [(format_row(r, names, rate=True), [r] * len(self.links)) for r in self.links]
         for words, swings in (
             ("every centripetal acceleration", _list_swings(self.pairs)),
-            ("every link's centripetal acceleration", _list_swings(self.groups[-2][1])),
+            ("every link's centripetal acceleration", _list_swings(self.groups[-1][1])),
             ("the centripetal acceleration of every link's centre about its joint", own_levers),
         ):
             for yours, used in (("each joint's own rate", self.joints), *single):
