@@ -210,7 +210,8 @@ class CandidateSet:
         power, *others = {power for _, power in sizes}
         if not others and power >= 2:
             fewer, right = format_power(symbol, power - 1), format_power(symbol, power)
-            for other in (Alternative("", np.ones_like(symbol_value), 0.1), *self.others[symbol]):
+            named = [other for other in self.others[symbol] if other.text.isidentifier()]
+            for other in (Alternative("", np.ones_like(symbol_value), 0.1), *named):
                 by = symbol_value ** (power - 1) * (other.value - symbol_value)
                 change = add_changes(inside, (rest * by for rest, _ in sizes))
                 text = f"{other.text} {fewer}".strip()

@@ -32,6 +32,7 @@ from crosscheck.trial.judge.entries import (
     format_entry,
 )
 
+MOST_EQUAL = 2  # explanations that fit as well as the first
 MOST_TERMS = 4  # of a sum that is written out
 GREEK = ("theta", "phi", "alpha", "beta", "gamma", "psi", "omega")
 ROUNDING = 1e-12  # of a coefficient's parts, beside which their sum is nothing
@@ -73,7 +74,7 @@ def make_term(products: EntryTerms, terms: ReferenceTerms) -> Term:
     latex = _join(format_product_latex(p, terms) for p in products[:MOST_TERMS])
     latex += r" + \dots" if len(products) > MOST_TERMS else ""
     if len(keys) > 1:
-        text = " + ".join(format_term(make_term((p,), terms)) for p in products[:MOST_TERMS])
+        text = _join(format_term(make_term((p,), terms)) for p in products[:MOST_TERMS])
         return Term(_cut(text, products), latex=latex)
     key, text = keys[0], format_coefficient(products)
     sign, angle = format_angle_sum(key, terms)
@@ -94,9 +95,11 @@ def format_coefficient(products: EntryTerms) -> str:
     for number, monomial_powers in (product.monomial for product in products[:MOST_TERMS]):
         rest = ((name, power - shared.get(name, 0)) for name, power in monomial_powers)
         rests.append(Monomial(number, tuple((name, power) for name, power in rest if power)))
+    front = -1 if all(rest.number < 0 for rest in rests) else 1
+    rests = [rest._replace(number=front * rest.number) for rest in rests]
     inside = _cut(_join(map(format_monomial, rests)), products)
-    common = format_monomial(Monomial(1, tuple(shared.items()))) if shared else ""
-    return f"{common} ({inside})".strip()
+    common = format_monomial(Monomial(front, tuple(shared.items()))) if shared or front < 0 else ""
+    return f"{'-' if common == '-1' else common} ({inside})".strip()
 
 
 def format_monomial(monomial: Monomial) -> str:
@@ -259,11 +262,11 @@ def guess(wrong: EntryMismatch) -> str:
         shown = _cut(_join(map(format_term, wrong.difference[:MOST_TERMS])), wrong.difference)
         difference_text = f"yours minus right is {shown}; " if shown else ""
         return f"{difference_text}no error in few of its terms makes this difference"
-    each = (
-        "; and ".join(map(describe_term_error, errors))
-        for errors in (explanation.errors, *explanation.others[:1])
-    )
-    return "; or ".join(each) + (f", in {explanation.seen_in}?" if explanation.seen_in else "?")
+    others = ["; and ".join(map(describe_term_error, errors)) for errors in explanation.others]
+    told = ["; and ".join(map(describe_term_error, explanation.errors)), *others[:MOST_EQUAL]]
+    more = f", and {len(others) - MOST_EQUAL} more" * (len(others) > MOST_EQUAL)
+    where = f", in {explanation.seen_in}" * bool(explanation.seen_in)
+    return "; or ".join(told) + more + where + "?"
 
 
 def compute_symbolic_difference(

@@ -243,7 +243,9 @@ class Derivation:
 
     def _list_terms(self) -> Iterator[Slip]:
         """Energies of translation, along each axis and together, of rotation; weights; products."""
-        for owner, pairs in self.groups:
+        spinning = [pair for pair in self.pairs if _find_reflecting_joint(pair[0])]
+        reflected = [("the suns and planets", spinning)] * (len(spinning) > 1)
+        for owner, pairs in (*self.groups, *reflected):
             bodies, owns = zip(*pairs, strict=True)
             shared = len(pairs) == 1
             mass, inertia = (
