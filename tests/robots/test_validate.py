@@ -12,7 +12,7 @@ import pytest
 from scipy.integrate import solve_ivp
 
 import crosscheck as package
-from crosscheck.checks.robots import engines, simulations
+from crosscheck.checks.robots import engines, runs, simulations
 from crosscheck.checks.robots.states import sample_states
 from crosscheck.cli.commands import make_request
 from crosscheck.models.robot.file import load_robot
@@ -235,6 +235,22 @@ def test_random_mechanisms_raise_no_false_alarm():
         findings = judge_comparisons(comparisons, Results(outcomes))
         wrong = [each for each in findings if each.verdict not in ("agree", "measured")]
         assert wrong == [], seed
+
+
+@pytest.mark.parametrize(
+    ("order", "next_term", "verdict"),
+    [(4, 0.5, "agree"), (4, 6.0, "measured"), (3, 0.5, "differ")],
+)
+def test_an_order_is_judged_once_the_next_term_has_gone(order, next_term, verdict):
+    """Right runs whose errors are h^4 + 6 h^5 have orders 4.47 and 4.31, on their way to 4."""
+    own = two_link.robot()
+    models = sample_models(make_cases(own, sample_states(own, 2, 0), 10))
+    planned = next(each for each in runs.plan(models) if each.about.key.family == "order")
+    h = 0.2 / 2.0 ** np.arange(4)
+    rows = np.zeros((5, 2))
+    rows[1:, 0] = 1 + h**order * (1 + next_term * h)
+    results = Results({task.key: rows for task in planned.needs})
+    assert planned.finding(results).verdict == verdict
 
 
 def test_one_torque_for_many_joints_flings_none_of_them():

@@ -61,13 +61,17 @@ def plan(models: Sequence[SampledRobot]) -> Iterator[Comparison | str]:
 
 
 def _check_order(about: Subject, rows: np.ndarray, case: RobotLevel) -> Finding:
-    """The order of the finest steps whose differences are no rounding, once orders settle."""
+    """The order of the finest steps whose differences are no rounding, once orders settle.
+
+    What a term of one order more leaves in an order halves with the step: so the last order is as
+    far from its limit as it is from the one before, and must be half as far as the tolerance.
+    """
     ends = rows[1:, :-1]
     moved = float(np.abs(ends - rows[0, :-1]).max())
     differences = np.abs(np.diff(ends, axis=0)).max(axis=1)
     above = differences[differences > ROUNDED * moved]
     orders = np.log2(above[:-1] / above[1:])
-    if len(orders) < 2 or abs(orders[-1] - orders[-2]) > ORDER_TOLERANCE:
+    if len(orders) < 2 or abs(orders[-1] - orders[-2]) > ORDER_TOLERANCE / 2:
         shown = ", ".join(f"{order:.2f}" for order in orders) or "none"
         note = f"not asked: the steps' differences are rounding, or too large; orders {shown}"
         return make_measurement(about, measured=0.0, note=note)
