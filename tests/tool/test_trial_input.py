@@ -160,8 +160,9 @@ def test_traceback_has_the_users_lines_alone_in_every_view(judged, tmp_path):
 
 @pytest.mark.slow
 def test_a_part_that_hangs_is_waited_for_once(judged, monkeypatch):
-    monkeypatch.setattr(cpu_limit, "IDLE_S", 3.0)
+    monkeypatch.setattr(cpu_limit, "IDLE_S", 2.0)
     monkeypatch.setattr(cpu_limit, "LEAST_S", 0.01)
+    monkeypatch.setattr(cpu_limit, "LOOK_S", 0.1)
     answer, trial = judged(
         "def bad(q, v):\n    while True: time.sleep(1)\n"
         "def f(arm): return replace(two_link(arm), bias=bad)"
