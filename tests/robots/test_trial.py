@@ -385,3 +385,11 @@ def test_a_urdf_alone_is_a_robot_without_rotors(crosscheck, tmp_path):
     assert f"yours are the equations of links with {named}\n" in answer.out
     missing = crosscheck("trial", f"{tmp_path / 'mine.py'}:made", tmp_path / "no.urdf")
     assert_one_line(missing, "no.urdf", "cannot be read")
+
+
+def test_a_ratio_is_told_with_the_sign_that_it_has_in_the_file():
+    """Its square alone counts on one joint, so that no state tells either sign from the other."""
+    own = chains.robot(chains.BOB, {"swing": chains.geared(-20.0)})
+    other = replace(own, rotors=(replace(own.rotors[0], ratio=-13.0),))
+    found = run_robot_trial(equations(other), own).diagnosis
+    assert "rotor of swing: ratio = -13 (file: -20)" in found.explanations

@@ -881,7 +881,10 @@ def _multiply(matrix: np.ndarray, vector: np.ndarray) -> np.ndarray:
 
 
 def _solve_step(linear: np.ndarray, square: np.ndarray, difference: np.ndarray) -> float:
-    """x that makes linear x + square x^2 nearest to a difference; 0 if it changes nothing."""
+    """x that makes linear x + square x^2 nearest to a difference; 0 if it changes nothing.
+
+    Of two that do alike, as a ratio of either sign, the smaller one.
+    """
     coefficients = [
         2 * square @ square,
         3 * linear @ square,
@@ -896,8 +899,9 @@ def _solve_step(linear: np.ndarray, square: np.ndarray, difference: np.ndarray) 
     real = roots[np.abs(roots.imag) <= 1e-6 * (1 + np.abs(roots.real))].real
     if not real.size:
         return 0.0
-    left = [np.linalg.norm(difference - linear * x - square * x**2) for x in real]
-    return float(real[int(np.argmin(left))])
+    left = np.array([np.linalg.norm(difference - linear * x - square * x**2) for x in real])
+    alike = real[left <= left.min() + ROUNDING * np.linalg.norm(difference)]
+    return float(alike[int(np.argmin(np.abs(alike)))])
 
 
 def _vary_parameters(body: RobotBody) -> Iterator[RobotBody]:
