@@ -14,7 +14,8 @@ from crosscheck.analytic.robot.model import AnalyticRobot
 from crosscheck.models.robot.robot import RIGID, Placement, Robot
 from crosscheck.trial.input.equations import Equations
 from crosscheck.trial.robots.candidates import generate_frame_mistakes
-from crosscheck.trial.robots.exchanges import generate_joint_moves
+from crosscheck.trial.robots.exchanges import generate_joint_moves, list_spinners
+from crosscheck.trial.robots.pieces import KaneSum
 from crosscheck.trial.robots.trial import run_robot_trial
 from crosscheck.trial.robots.variants import compute_variants
 from tests.robots import chains
@@ -172,3 +173,15 @@ def test_what_screens_robots_is_another_derivation_of_the_same_terms(seed):
             alone = AnalyticRobot(changed[number], level).terms(q, v)
             for screened, exact in zip(together, alone, strict=True):
                 np.testing.assert_allclose(screened[number], exact, rtol=1e-9, atol=1e-10)
+
+
+@pytest.mark.parametrize("level", RIGID)
+def test_what_rotors_make_is_what_a_level_adds_to_the_links(level):
+    robot, rng = chains.random_chain(5), np.random.default_rng(5)
+    q, v = rng.uniform(-2, 2, (2, 3, len(robot.coordinates)))
+    kane, whole = KaneSum(robot, q, v), AnalyticRobot(robot, level).terms(q, v)
+    links = AnalyticRobot(robot, "links").terms(q, v)
+    spinners = [kane.move_rotor(each.rotor, level) for each in list_spinners(robot)]
+    summed = map(sum, zip(*(each.compute_terms() for each in spinners), strict=True))
+    for rotors, term, bare in zip(summed, whole, links, strict=True):
+        np.testing.assert_allclose(rotors, term - bare, rtol=1e-9, atol=1e-12)

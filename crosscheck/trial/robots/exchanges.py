@@ -83,7 +83,7 @@ def list_rotor_effects(kane: KaneSum, level: Level) -> Iterator[list[DynamicsTer
     """Of each spinner what J n^2, J n and J make of the terms."""
     for _, rotor in list_spinners(kane.robot):
         forward, backward, still = (
-            kane.load_rotor(replace(rotor, ratio=ratio, inertia=1.0), level)
+            kane.move_rotor(replace(rotor, ratio=ratio, inertia=1.0), level).compute_terms()
             for ratio in (1.0, -1.0, 0.0)
         )
         each = list(zip(forward, backward, still, strict=True))

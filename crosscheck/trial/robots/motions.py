@@ -22,7 +22,6 @@ from crosscheck.trial.robots.pieces import (
     DynamicsTerms,
     KaneSum,
     WorldBody,
-    apply_matrix,
     rotate_point,
 )
 
@@ -75,14 +74,16 @@ class MotionTable:
     def list_rotor_changes(self, level: Level) -> dict[str, dict[str, DynamicsTerms]]:
         """The same of rotors at a level."""
         kinds: dict[str, dict[str, DynamicsTerms]] = {}
-        for name, number, column, motion in self._list_spinning_motions(level):
+        for name, rotor in list_spinners(self.robot) if level != "links" else ():
+            number = self.robot.frames[rotor.stator].body
+            motion = self.kane.move_rotor(rotor, level)
             terms = motion.compute_terms()
             for words, changed_motion in (
                 *_list_factors(motion),
                 *self._list_rate_changes(number, motion, self._still),
-                *self._list_spin_changes(column, motion),
+                *self._list_spin_changes(number, motion, level),
             ):
-                self._add(kinds, words, name, changed_motion, terms)
+                self._add(kinds, words, f"rotor of {name}", changed_motion, terms)
         return kinds
 
     def _add(
@@ -96,43 +97,6 @@ class MotionTable:
         """Add what a motion changes of the right terms, if its words are asked for."""
         if self._only is None or words in self._only:
             kinds.setdefault(words, {})[name] = motion.compute_terms().minus(right)
-
-    def _list_spinning_motions(
-        self, level: Level
-    ) -> Iterator[tuple[str, int, np.ndarray, BodyMotion]]:
-        """Each rotor by name, its body, its own turning per rate, and its motion."""
-        share = self.robot.joint_map[0]
-        for name, rotor in list_spinners(self.robot) if level != "links" else ():
-            frame, still = self.robot.frames[rotor.stator], self._still
-            axis, turning, w, dw = (
-                still + rotor.axis,
-                0 * self.kane.poses[0].angular_partials,
-                still,
-                still,
-            )
-            if frame.body != BASE:
-                pose = self.kane.poses[frame.body]
-                axis = still + pose.rotation @ frame.placement.rotation @ rotor.axis
-                if level == "coupled":
-                    rates = self.kane.rates[frame.body]
-                    turning, w, dw = pose.angular_partials, rates.angular, rates.angular_rate
-            column = axis[:, :, None] * (rotor.ratio * share[rotor.joint])
-            spin = apply_matrix(column, self.kane.v)
-            inertia = rotor.inertia * axis[:, :, None] * axis[:, None]
-            motion = BodyMotion(
-                mass=0.0,
-                moving=0 * column,
-                turning=turning + column,
-                inertia=inertia,
-                growing_inertia=inertia,
-                spinning_inertia=inertia,
-                centre=still,
-                rate=w + spin,
-                left_rate=w + spin,
-                growth=dw + cross(w, spin),
-                pull=self.robot.gravity,
-            )
-            yield f"rotor of {name}", frame.body, column, motion
 
     def _list_body_changes(
         self, part: BodyPart, body: WorldBody, right: BodyMotion, changed: Mapping[str, WorldBody]
@@ -258,10 +222,13 @@ class MotionTable:
             yield f"{gyroscopic}: {words} on the left", replace(right, left_rate=rate)
             yield f"{gyroscopic}: {words} on the right, in I w", replace(right, rate=rate)
 
-    def _list_spin_changes(self, column: np.ndarray, right: BodyMotion) -> Changes:
+    def _list_spin_changes(self, number: int, right: BodyMotion, level: Level) -> Changes:
         """A rotor whose own turning, per rate, is another joint's, or is not what it must be."""
+        still = 0 * right.turning
+        if level == "coupled" and number != BASE:
+            still = self.kane.poses[number].angular_partials
+        column = right.turning - still
         place = int(np.abs(column).max(axis=(0, 1)).argmax())
-        still = right.turning - column
         for other, name in enumerate(self.robot.coordinate_names):
             if other != place:
                 moved = still.copy()

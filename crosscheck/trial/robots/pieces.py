@@ -177,20 +177,32 @@ class KaneSum:
         """The terms of a body in the place of the one of a number."""
         return self.move_body(number, body).compute_terms()
 
-    def load_rotor(self, rotor: Rotor, level: Level) -> DynamicsTerms:
-        """What a rotor makes of M and the bias, by its spin and that of its stator."""
-        frame = self.robot.frames[rotor.stator]
-        spin = np.broadcast_to(rotor.ratio * self.robot.joint_map[0][rotor.joint], self.v.shape)
-        bias = np.zeros_like(self.v)
-        if level == "coupled" and frame.body != BASE:
+    def move_rotor(self, rotor: Rotor, level: Level) -> BodyMotion:
+        """A rotor: at the level links without inertia, at armature as on the base."""
+        frame, still = self.robot.frames[rotor.stator], np.zeros_like(self.poses[0].position)
+        axis, turning = still + rotor.axis, 0 * self.poses[0].angular_partials
+        w = dw = still
+        if frame.body != BASE:
             pose, rate = self.poses[frame.body], self.rates[frame.body]
-            axis = pose.rotation @ (frame.placement.rotation @ rotor.axis)
-            spin = spin + project(pose.angular_partials, axis)
-            speed = (spin * self.v).sum(axis=1, keepdims=True)
-            bias = (axis * rate.angular_rate).sum(axis=1, keepdims=True) * spin
-            bias = bias + speed * project(pose.angular_partials, cross(rate.angular, axis))
-        mass = rotor.inertia * spin[:, :, None] * spin[:, None]
-        return DynamicsTerms(mass, rotor.inertia * bias, np.zeros_like(self.v))
+            axis = still + pose.rotation @ frame.placement.rotation @ rotor.axis
+            if level == "coupled":
+                turning, w, dw = pose.angular_partials, rate.angular, rate.angular_rate
+        column = axis[:, :, None] * (rotor.ratio * self.robot.joint_map[0][rotor.joint])
+        spin = apply_matrix(column, self.v)
+        inertia = rotor.inertia * (level != "links") * axis[:, :, None] * axis[:, None]
+        return BodyMotion(
+            mass=0.0,
+            moving=0 * column,
+            turning=turning + column,
+            inertia=inertia,
+            growing_inertia=inertia,
+            spinning_inertia=inertia,
+            centre=still,
+            rate=w + spin,
+            left_rate=w + spin,
+            growth=dw + cross(w, spin),
+            pull=self.robot.gravity,
+        )
 
     def move_point(self, number: int, lever: np.ndarray) -> np.ndarray:
         """The velocity (states, 3, n) per rate of a point of a body, lever from its origin."""
@@ -695,8 +707,8 @@ def rotate_point(w: np.ndarray, dw: np.ndarray, arm: np.ndarray) -> np.ndarray:
 
 
 def apply_matrix(matrix: np.ndarray, vector: np.ndarray) -> np.ndarray:
-    """Matrices (states, i, j) times vectors (states, j)."""
-    product: np.ndarray = (matrix @ vector[:, :, None])[:, :, 0]
+    """Matrices (..., i, j) times vectors (..., j)."""
+    product: np.ndarray = (matrix @ vector[..., None])[..., 0]
     return product
 
 

@@ -46,6 +46,7 @@ from crosscheck.trial.robots.pieces import (
     DynamicsTerms,
     KaneSum,
     WorldBody,
+    apply_matrix,
     list_body_parts,
     list_unturned_bodies,
     list_whole_bodies,
@@ -155,7 +156,7 @@ class ChangeTable:
             lost = [rotor for key, rotor in right.items() if key not in others]
             rotors = [rotor for key, rotor in others.items() if key not in right]
             rotors += [replace(rotor, inertia=-rotor.inertia) for rotor in lost]
-            changes += [self.kane.load_rotor(rotor, level) for rotor in rotors]
+            changes += [self.kane.move_rotor(rotor, level).compute_terms() for rotor in rotors]
         return add_terms(changes) if changes else self._base(level).minus(self._base(level))
 
     def _has_same_motion(self, robot: Robot) -> bool:
@@ -385,9 +386,9 @@ class CauseSearch:
         }
         if "inverse_dynamics" in values:
             whole = bias if self.problem.answers.weightless else held
-            parts["inverse_dynamics"] = _multiply(mass, self.problem.states.a[states]) + whole
+            parts["inverse_dynamics"] = apply_matrix(mass, self.problem.states.a[states]) + whole
         if "acceleration" in values:
-            parts["acceleration"] = _multiply(mass, values["acceleration"][states]) + held
+            parts["acceleration"] = apply_matrix(mass, values["acceleration"][states]) + held
         return self._join_parts(parts, states)
 
     def _compute_difference(self) -> np.ndarray:
@@ -396,7 +397,7 @@ class CauseSearch:
         parts = {part: values[part] - right[part] for part in self.problem.parts}
         if "acceleration" in parts:
             mass = AnalyticRobot(self.problem.robot, self.level).mass_matrix(self.problem.states.q)
-            parts["acceleration"] = -_multiply(mass, parts["acceleration"])
+            parts["acceleration"] = -apply_matrix(mass, parts["acceleration"])
         return self._join_parts(parts)
 
     def _join_parts(self, parts: dict[str, np.ndarray], states: slice = slice(None)) -> np.ndarray:
@@ -873,11 +874,6 @@ def _find_root(left: Callable[[float], np.ndarray], begin: float, size: float) -
 
 def _is_identity(turn: np.ndarray) -> bool:
     return bool(np.allclose(turn, np.eye(3), rtol=0.0, atol=ALIKE))
-
-
-def _multiply(matrix: np.ndarray, vector: np.ndarray) -> np.ndarray:
-    product: np.ndarray = np.einsum("...ij,...j->...i", matrix, vector)
-    return product
 
 
 def _solve_step(linear: np.ndarray, square: np.ndarray, difference: np.ndarray) -> float:

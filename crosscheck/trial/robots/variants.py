@@ -20,7 +20,7 @@ from crosscheck.analytic.robot.algorithms import (
 )
 from crosscheck.models.robot.robot import WITH_ROTORS, Level, Robot, Rotor
 from crosscheck.trial.robots.exchanges import list_spinners
-from crosscheck.trial.robots.pieces import DynamicsTerms
+from crosscheck.trial.robots.pieces import DynamicsTerms, apply_matrix
 
 MOST_ROBOTS = 1000  # side by side
 
@@ -101,7 +101,7 @@ def _build_mechanism(
                 joint.parent,
                 joint.kind == "prismatic",
                 _split(rotation),
-                _split(_apply(back, column.take(lambda joint: joint.placement.position))),
+                _split(apply_matrix(back, column.take(lambda joint: joint.placement.position))),
                 (0, 0, 1),
                 free.index(k if joint.mimic is None else joint.mimic.joint),
                 _split(column.take(lambda joint: joint.mimic.multiplier if joint.mimic else 1.0)),
@@ -112,7 +112,7 @@ def _build_mechanism(
         (xx, xy, xz), (_, yy, yz), (*_, zz) = _split(
             backs[k] @ column.take(lambda body: body.inertia) @ frames[k]
         )
-        com = _split(_apply(backs[k], column.take(lambda body: body.com)))
+        com = _split(apply_matrix(backs[k], column.take(lambda body: body.com)))
         mass = _split(column.take(lambda body: body.mass))
         bodies.append(TreeLink(mass, com, (xx, xy, xz, yy, yz, zz)))
     for together in zip(*spinners, strict=True):
@@ -122,7 +122,7 @@ def _build_mechanism(
         rotors.append(
             TreeRotor(
                 body,
-                _split(_apply(backs[body], axes)),
+                _split(apply_matrix(backs[body], axes)),
                 _split(column.take(lambda rotor: rotor.inertia)),
                 rotor.joint,
                 _split(column.take(lambda rotor: rotor.ratio)),
@@ -153,11 +153,6 @@ def _make_frames(axes: np.ndarray) -> np.ndarray:
     x = np.cross(np.eye(3)[np.abs(axes).argmin(axis=1)], axes)
     x /= np.linalg.norm(x, axis=1, keepdims=True)
     return np.stack([x, np.cross(axes, x), axes], axis=2)
-
-
-def _apply(matrices: np.ndarray, vectors: np.ndarray) -> np.ndarray:
-    product: np.ndarray = (matrices @ vectors[:, :, None])[:, :, 0]
-    return product
 
 
 def _split(values: np.ndarray) -> Any:
