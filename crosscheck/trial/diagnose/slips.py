@@ -244,29 +244,29 @@ class Derivation:
     def _list_terms(self) -> Iterator[Slip]:
         """Energies of translation, along each axis and together, of rotation; weights; products."""
         spinning = [pair for pair in self.pairs if _find_reflecting_joint(pair[0])]
-        reflected = [("the suns and planets", spinning)] * (len(spinning) > 1)
-        for owner, pairs in (*self.groups, *reflected):
-            bodies, owns = zip(*pairs, strict=True)
-            shared = len(pairs) == 1
-            mass, inertia = (
-                _format_first(bodies[0].mass if shared else 1, "m"),
-                _format_first(bodies[0].inertia if shared else 1, "I"),
-            )
-            moving = [own._replace(inertia=0.0) for own in owns]
+        reflected = [("all suns and planets, their reflected inertia", spinning)]
+        for owner, pairs in (*self.groups, *reflected * (len(spinning) > 1)):
+            moving = [own._replace(inertia=0.0) for _, own in pairs]
+            turning = _add(own._replace(mass=0.0) for _, own in pairs)
+            mass = inertia = ("", "")
+            if len(pairs) == 1:
+                ((body, own),) = pairs
+                mass, inertia = _format_first(body.mass), _format_first(body.inertia)
             for axis, along in enumerate("xy"):
-                text = f"1/2 {mass[0]} {along}'^2 of {owner}'s velocity along {along}"
-                latex = rf"\frac{{1}}{{2}}{mass[1]}\,\dot{{{along}}}^{{2}}"
-                term = Term(f"{text}, in its kinetic energy", latex=latex)
+                latex = rf"\frac{{1}}{{2}}{mass[1]}\,\dot{{{along}}}^{{2}}" if mass[1] else ""
+                energy = f"1/2 {mass[0] or 'm'} {along}'^2"
+                words = f"of {owner}'s velocity along {along}, in its kinetic energy"
                 pieces = _add(own._replace(axes=np.eye(2)[axis]) for own in moving)
-                yield Slip(term, bodies=pieces, parts=ENERGY)
-            whole = Term(f"1/2 {mass[0]} v^2 of {owner}, in its kinetic energy")
-            yield Slip(whole, bodies=_add(moving), parts=ENERGY)
-            turning = _add(own._replace(mass=0.0) for own in owns)
-            spin = "w"
-            if shared:
-                spin = f"({format_row(owns[0].turn, self.frame.names, rate=True)})"
-            turn = Term(f"1/2 {inertia[0]} {spin}^2 of {owner}, in its kinetic energy")
-            yield Slip(turn, bodies=turning, parts=ENERGY)
+                yield Slip(Term(f"{energy} {words}", latex=latex), bodies=pieces, parts=ENERGY)
+            whole = f"1/2 {mass[0]} v^2 of {owner}, in its kinetic energy"
+            turn = f"the kinetic energy of rotation of {owner}"
+            if inertia[0]:
+                rate = format_row(own.turn, self.frame.names, rate=True)
+                turn = f"1/2 {inertia[0]} ({rate})^2 of {owner}, in its kinetic energy"
+            if not mass[0]:
+                whole = f"the kinetic energy of translation of {owner}"
+            yield Slip(Term(whole), bodies=_add(moving), parts=ENERGY)
+            yield Slip(Term(turn), bodies=turning, parts=ENERGY)
             yield Slip(Term(f"the weight of {owner}"), bodies=_add(moving), parts=("force",))
             every = range(len(self.links))
             mixed = chain.from_iterable(_multiply_levers(own, every) for own in moving)
@@ -636,12 +636,12 @@ def _name_owner(body: Body) -> str:
 
 
 def _name_lever(body: Body, place: int) -> str:
-    return _format_first(body.centre[place], "")[0] if place < len(body.centre) else ""
+    return _format_first(body.centre[place])[0] if place < len(body.centre) else ""
 
 
-def _format_first(quantity: Any, other: str) -> tuple[str, str]:
-    """A quantity of one symbol as text and TeX; another name for it of a number or none."""
+def _format_first(quantity: Any) -> tuple[str, str]:
+    """A quantity of the arm's symbols as text and TeX, by its first term; empty of a number."""
     monomial = next(as_polynomial(quantity).monomials, None)
     if monomial is None or not monomial.powers:
-        return other, other
+        return "", ""
     return format_monomial(monomial), format_monomial_latex(monomial)
