@@ -1,6 +1,6 @@
-"""What M, bias and weight are of bodies that move as a derivation says, right or with a slip in it.
+"""What M, bias and weight are of bodies that move as a derivation says, right or mistaken.
 
-Numbers at many states, and no sums of waves: a slip of one step, such as a relative rate in a
+Numbers at many states, and no sums of waves: a mistake of one step, such as a relative rate in a
 body's velocity, changes every entry at once, and by waves that belong to none.
 """
 
@@ -20,7 +20,7 @@ from crosscheck.trial.diagnose.values import Values
 class MovingBody(NamedTuple):
     """A body at the end of a chain of levers, one along each link, as a derivation has it.
 
-    Its centre is moved along axis a by levers[l] cos(places[l] x + phases[a, l]) rates[l] x', added
+    Its centre goes along axis a by levers[l] cos(places[l] x + phases[a, l]) rates[l] x', added
     up over the links l; it weighs by its mass times the same with ``pulls`` for ``rates``.
 
     Args:

@@ -31,14 +31,19 @@ from crosscheck.trial.diagnose.messages import (
     format_latex,
     make_difference_terms,
 )
+from crosscheck.trial.diagnose.mistake_search import (
+    BEHIND,
+    MatchingMistake,
+    PartDifference,
+    find_mistakes,
+)
+from crosscheck.trial.diagnose.mistakes import Derivation
 from crosscheck.trial.diagnose.polynomial import TermKey, from_sympy
 from crosscheck.trial.diagnose.reference_terms import (
     ForceStates,
     ReferenceTerms,
     build_reference_terms,
 )
-from crosscheck.trial.diagnose.slip_search import BEHIND, FoundSlip, PartDifference, find_slips
-from crosscheck.trial.diagnose.slips import Derivation
 from crosscheck.trial.diagnose.values import collect_arm_values
 from crosscheck.trial.input.equations import Coordinates
 from crosscheck.trial.judge import entries
@@ -61,8 +66,8 @@ ROUNDING = 1e-10  # of a row of dy/dx: what is below it is 0
 # Where each part is looked at entry by entry.
 BY_ENTRY = {"mass_matrix": "mass_matrix", "bias": "rate_terms", "force": "force"}
 OPPOSITE = 1e-9  # of two entries of which one has the other's term, what their sum may be
-MOST_EQUAL = 6  # slips that make the same, beside the first
-MOST_ERRORS = 2  # of a part, before a slip in some of its entries alone is likelier
+MOST_EQUAL = 6  # mistakes that make the same, beside the first
+MOST_ERRORS = 2  # of a part, before a mistake in some of its entries alone is likelier
 FOLLOWS = "follows from the wrong M"
 QUANTITIES = {part: quantity for quantity, part in entries.PARTS.items() if quantity != "bias"}
 
@@ -189,7 +194,7 @@ class EntryComparison:
 
     @cached_property
     def derivation(self) -> Derivation:
-        """The derivation of what is right, and its slips. Only of a linear map."""
+        """The derivation of what is right, and its mistakes. Only of a linear map."""
         x = np.array([state.x for state in self.states])
         arm = self.problem.case.arm
         return Derivation(self.frame, arm, self.level, self.numbers, x)
@@ -300,7 +305,7 @@ def explain_entries(arm: EntryComparison, probes: Sequence[EntryComparison]) -> 
     if set(arm.user_values) == {"acceleration"} and arm.terms is not None:
         return list(_explain_accelerations(arm, probes))
     wrong_entries = list(_name_moved_terms(arm, list(_explain_arms(arm, probes))))
-    wrong_entries = list(_name_slips((arm, *probes), wrong_entries))
+    wrong_entries = list(_name_mistakes((arm, *probes), wrong_entries))
     if arm.problem.equations.coordinates.matrix is None:
         return wrong_entries
     groups = {(wrong.place.part, wrong.shown_on) for wrong in wrong_entries if not wrong.notes}
@@ -343,7 +348,7 @@ def _explain_accelerations(
     if not rows or len(explanations) < len(rows):
         explanations = _explain_balances(comparisons, pushed, [each.place.row for each in rows])
     errors = {error_signature(e): e for each in explanations.values() for e in each.errors}
-    if len(errors) != 1 and (told := _explain_by_slips_behind(comparisons)):
+    if len(errors) != 1 and (told := _explain_by_mistakes_behind(comparisons)):
         for wrong in _explain_arms(arm, probes):
             yield wrong if wrong.shown_on else replace(wrong, explanation=told)
         return
@@ -400,8 +405,8 @@ def _explain_balances(
         if {place for place in terms.entries if place.row == row} <= set(wrong_fits):
             return {}
     explanations = {p: explain(p, observed, terms) for p, observed in wrong_fits.items()}
-    found = {place: each for place, each in explanations.items() if each is not None}
-    return found if len(found) == len(explanations) else {}
+    explained = {place: each for place, each in explanations.items() if each is not None}
+    return explained if len(explained) == len(explanations) else {}
 
 
 def _balance_accelerations(comparison: EntryComparison) -> EntryComparison:
@@ -447,27 +452,27 @@ def _name_moved_terms(
         yield replace(each, explanation=moved.get(each.place, each.explanation))
 
 
-def _name_slips(
+def _name_mistakes(
     comparisons: Sequence[EntryComparison], wrong_entries: Sequence[EntryMismatch]
 ) -> Iterator[EntryMismatch]:
-    """The wrong entries, those of a part that no single error makes by a slip of the derivation."""
-    told = dict[EntryPlace, Explanation]()
+    """The wrong entries, those of a part that no single error makes by a derivation's mistake."""
+    explanations = dict[EntryPlace, Explanation]()
     open_entries = [w for w in wrong_entries if not (w.notes or w.shown_on)]
     for part in dict.fromkeys(wrong.place.part for wrong in open_entries):
         group = [wrong for wrong in open_entries if wrong.place.part == part]
-        told |= _explain_by_slips(comparisons, part, group)
+        explanations |= _explain_by_mistakes(comparisons, part, group)
     for each in wrong_entries:
         yield (
             each
             if each.shown_on
-            else replace(each, explanation=told.get(each.place, each.explanation))
+            else replace(each, explanation=explanations.get(each.place, each.explanation))
         )
 
 
-def _explain_by_slips(
+def _explain_by_mistakes(
     comparisons: Sequence[EntryComparison], part: Part, group: Sequence[EntryMismatch]
 ) -> dict[EntryPlace, Explanation]:
-    """Explanations of wrong entries of a part by one slip; of open ones by one each."""
+    """Explanations of wrong entries of a part by one mistake; of open ones by one each."""
     quantity = QUANTITIES[part]
     errors = {error_signature(e): e for w in group if w.explanation for e in w.explanation.errors}
     is_single = len(errors) == 1 and all(wrong.explanation for wrong in group)
@@ -478,10 +483,10 @@ def _explain_by_slips(
     indices = {_find_index(wrong.place): wrong for wrong in group}
     wrong = np.zeros(comparisons[0].user_values[quantity].shape[1:], dtype=bool)
     wrong[tuple(np.transpose([*indices]))] = True
-    found = find_slips([each.sample_part(quantity) for each in comparisons], wrong, (part,))
+    matching = find_mistakes([each.sample_part(quantity) for each in comparisons], wrong, (part,))
     is_swap = is_single and all(e.kind == "swapped" for e in errors.values())
     is_open = len(errors) > MOST_ERRORS or not all(wrong.explanation for wrong in group)
-    making = [each for each in found if each.covers.sum() == wrong.sum()]
+    making = [each for each in matching if each.covers.sum() == wrong.sum()]
     making = [each for each in making if each.is_whole or is_open]
     if making and (not is_swap or making[0].error.kind == "exchanged"):
         explanation = _make_explanation(
@@ -490,24 +495,24 @@ def _explain_by_slips(
         return {wrong.place: explanation for wrong in group}
     explanations = dict[EntryPlace, Explanation]()
     for index, entry in indices.items():
-        making = [each for each in found if each.covers[index]]
+        making = [each for each in matching if each.covers[index]]
         if making and (entry.explanation is None or len(entry.explanation.errors) > 1):
             equal = [each for each in making if (each.covers == making[0].covers).all()]
             explanations[entry.place] = _make_explanation(equal)
     return explanations
 
 
-def _explain_by_slips_behind(comparisons: Sequence[EntryComparison]) -> Explanation | None:
-    """The explanation of accelerations by a slip in all of the equations, or in some parts."""
+def _explain_by_mistakes_behind(comparisons: Sequence[EntryComparison]) -> Explanation | None:
+    """The explanation of accelerations by a mistake in all of the equations, or in some parts."""
     quantity = "acceleration"
     if any(each.terms is None or quantity not in each.user_values for each in comparisons):
         return None
     arms = [each.sample_part(quantity) for each in comparisons]
     every = np.ones(arms[0].sizes.shape, dtype=bool)
     for parts in BEHIND:
-        if found := [each for each in find_slips(arms, every, parts) if each.is_whole]:
-            where = " and ".join(part.replace("mass_matrix", "M") for part in found[0].parts)
-            return _make_explanation(found, f"{where}, which M x'' shows")
+        if matching := [each for each in find_mistakes(arms, every, parts) if each.is_whole]:
+            where = " and ".join(part.replace("mass_matrix", "M") for part in matching[0].parts)
+            return _make_explanation(matching, f"{where}, which M x'' shows")
     return None
 
 
@@ -517,9 +522,9 @@ def _find_index(place: EntryPlace) -> tuple[int, ...]:
     return (place.row, *beside)
 
 
-def _make_explanation(found: Sequence[FoundSlip], seen_in: str = "") -> Explanation:
-    """The first of slips that make the same, and the others beside it."""
-    first, *others = (each.error for each in found[: MOST_EQUAL + 1])
+def _make_explanation(matching: Sequence[MatchingMistake], seen_in: str = "") -> Explanation:
+    """The first of mistakes that make the same, and the others beside it."""
+    first, *others = (each.error for each in matching[: MOST_EQUAL + 1])
     return Explanation((first,), 0.0, tuple((each,) for each in others), seen_in)
 
 

@@ -1,4 +1,4 @@
-"""Slips of a derivation are named by what they change, against a derivation of the tests' own."""
+"""Mistakes of a derivation are named by what they change, against a derivation of the tests."""
 
 from collections.abc import Callable
 from typing import NamedTuple
@@ -13,9 +13,9 @@ from crosscheck.trial.coordinates.frame import build_frame
 from crosscheck.trial.diagnose.candidates import find_reflecting_joint
 from crosscheck.trial.diagnose.harmonic_fit import evaluate_entry
 from crosscheck.trial.diagnose.messages import describe_term_error
+from crosscheck.trial.diagnose.mistake_search import PartDifference, find_mistakes
+from crosscheck.trial.diagnose.mistakes import Derivation
 from crosscheck.trial.diagnose.reference_terms import build_reference_terms
-from crosscheck.trial.diagnose.slip_search import PartDifference, find_slips
-from crosscheck.trial.diagnose.slips import Derivation
 from crosscheck.trial.diagnose.values import collect_arm_values
 from crosscheck.trial.input.equations import Coordinates
 from crosscheck.trial.judge.entries import EntryPlace, Part
@@ -113,7 +113,7 @@ def with_row(field: str, place: int, row: list[float]) -> Change:
     return change
 
 
-SLIPS = {
+MISTAKES = {
     "theta_2' where theta_1' + theta_2' belongs, in the velocity of d2 of link 2": replace_body(
         1, with_row("rates", 1, [0, 1, 0])
     ),
@@ -176,23 +176,23 @@ def told_of(part: Part, differences: list[np.ndarray]) -> list[str]:
         derivation = derivation_of(arm, RELATIVE, "links", X)
         arms.append(PartDifference(derivation, difference, np.ones(difference.shape[1:]), 0.0))
     wrong = np.abs(differences[0]).max(axis=0) > 1e-9
-    found = find_slips(arms, wrong, (part,))
+    found = find_mistakes(arms, wrong, (part,))
     return [describe_term_error(each.error) for each in found if each.is_whole]
 
 
-@pytest.mark.parametrize("slip", SLIPS)
-def test_a_slip_in_a_kinetic_energy_is_named_by_m_and_by_the_bias(slip):
+@pytest.mark.parametrize("mistake", MISTAKES)
+def test_a_mistake_in_a_kinetic_energy_is_named_by_m_and_by_the_bias(mistake):
     rights = [points_of(arm) for arm in ARMS]
-    wrongs = [SLIPS[slip](arm, right) for arm, right in zip(ARMS, rights, strict=True)]
+    wrongs = [MISTAKES[mistake](arm, right) for arm, right in zip(ARMS, rights, strict=True)]
     pairs = list(zip(wrongs, rights, strict=True))
     for part, entries in (("mass_matrix", mass_of), ("bias", bias_of)):
         off = [np.array([entries(a, q) - entries(b, q) for q in X]) for a, b in pairs]
         if np.abs(off[0]).max() > 1e-9:
-            assert any(slip in told for told in told_of(part, off)[:7])
+            assert any(mistake in told for told in told_of(part, off)[:7])
 
 
 @pytest.mark.parametrize("rule", RULES)
-def test_a_slip_in_how_a_bias_is_made_is_named(rule):
+def test_a_mistake_in_how_a_bias_is_made_is_named(rule):
     points = [points_of(arm) for arm in ARMS]
     off = [np.array([RULES[rule](each, q) - bias_of(each, q) for q in X]) for each in points]
     assert any(rule in told for told in told_of("bias", off)[:7])
@@ -208,7 +208,7 @@ def test_centripetal_accelerations_are_the_bias():
 @pytest.mark.parametrize(
     "coordinates", [RELATIVE, LUMPED, GEARS], ids=["rigid", "lumped", "angles"]
 )
-def test_a_derivation_without_a_slip_is_the_reference(coordinates):
+def test_a_derivation_without_a_mistake_is_the_reference(coordinates):
     """The bias of its bodies is what the terms of the waves say."""
     chosen = usual_switches(UNLIKE, **({"planets": "lumped"} if coordinates != RELATIVE else {}))
     frame, values = build_frame(coordinates, UNLIKE), collect_arm_values(UNLIKE)
@@ -246,6 +246,6 @@ def test_reflected_inertia_of_another_joint(turned, told):
         off[:, j - 1, j - 1] = reflected[turned.get(j, j)] - reflected[j]
     derivation = derivation_of(UNLIKE, RELATIVE, "armature", X)
     arms = [PartDifference(derivation, off, np.ones((3, 3)), 0.0)]
-    (found, *_) = find_slips(arms, np.abs(off).max(axis=0) > 0, ("mass_matrix",))
+    (found, *_) = find_mistakes(arms, np.abs(off).max(axis=0) > 0, ("mass_matrix",))
     assert found.is_whole
     assert told in describe_term_error(found.error)

@@ -1,4 +1,4 @@
-"""Which slips of a derivation make what is wrong in a part of the equations, on every arm."""
+"""Which mistakes of a derivation make what is wrong in a part of the equations, on every arm."""
 
 from __future__ import annotations
 
@@ -8,16 +8,16 @@ from typing import NamedTuple
 import numpy as np
 
 from crosscheck.trial.diagnose.candidates import FACTORS
-from crosscheck.trial.diagnose.slips import ALL, ENERGY, Derivation, Words
+from crosscheck.trial.diagnose.mistakes import ALL, ENERGY, Derivation, Words
 from crosscheck.trial.judge.entries import Part, TermError
 
-ALIKE = 1e-9  # of an entry's size or difference, what a slip may leave of it
-FEW = slice(0, 4)  # states at which every slip is tried
+ALIKE = 1e-9  # of an entry's size or difference, what a mistake may leave of it
+FEW = slice(0, 4)  # states at which every mistake is tried
 MOST_FOUND = 40
 TIMES = np.array([0.0, -1.0, *FACTORS])  # a term may be there
 NEARLY = 1e-6  # between a factor and one of these
 NOTHING = 1e-12  # of an entry's size, squared
-# The parts in which a slip behind accelerations may be.
+# The parts in which a mistake behind accelerations may be.
 BEHIND: tuple[tuple[Part, ...], ...] = (ALL, ENERGY, ("force",), ("bias",), ("mass_matrix",))
 
 
@@ -36,7 +36,7 @@ class PartDifference(NamedTuple):
     rates: np.ndarray | None = None
 
     def predict(self, chosen: Sequence[Words], states: slice, parts: Sequence[Part]) -> np.ndarray:
-        """What slips change of a part, or of these parts behind accelerations, (slips, K, ...)."""
+        """What mistakes change of a part, or of these behind accelerations, (mistakes, K, ...)."""
         changes = self.derivation.predict(chosen, states, parts)
         if self.accelerations is None or self.rates is None:
             (change,) = changes.values()
@@ -50,8 +50,8 @@ class PartDifference(NamedTuple):
         return total + changes["force"] if "force" in parts else total
 
 
-class FoundSlip(NamedTuple):
-    """A slip that makes wrong entries of these parts.
+class MatchingMistake(NamedTuple):
+    """A mistake that makes wrong entries of these parts.
 
     covers: which entries (...); is_whole: whether it makes all that is wrong, and nothing else;
     parts: in which of those asked for it is seen.
@@ -63,18 +63,18 @@ class FoundSlip(NamedTuple):
     parts: tuple[Part, ...]
 
 
-def find_slips(
+def find_mistakes(
     arms: Sequence[PartDifference], wrong: np.ndarray, parts: tuple[Part, ...]
-) -> list[FoundSlip]:
-    """Slips that make some of the wrong entries (...), on every arm: those of the most first.
+) -> list[MatchingMistake]:
+    """Mistakes that make some of the wrong entries (...), on every arm: those of the most first.
 
     arms: the user's first.
     """
     first = arms[0]
     shared = [
         words
-        for words in first.derivation.slips
-        if all(words in arm.derivation.slips for arm in arms)
+        for words in first.derivation.mistakes
+        if all(words in arm.derivation.mistakes for arm in arms)
     ]
     tried = _match(first, shared, FEW, parts, wrong)
     order = sorted(
@@ -88,9 +88,9 @@ def find_slips(
     for arm in arms:
         matched = _match(arm, chosen, slice(None), parts, wrong, by)
         covers, is_whole = covers & matched.covers, is_whole & matched.is_whole
-    found = [
-        FoundSlip(
-            first.derivation.slips[words].make_error(float(times)),
+    matching = [
+        MatchingMistake(
+            first.derivation.mistakes[words].make_error(float(times)),
             made,
             bool(whole),
             _select_parts(first.derivation, words, parts),
@@ -98,21 +98,21 @@ def find_slips(
         for words, times, made, whole in zip(chosen, by, covers, is_whole, strict=True)
         if made.any()
     ]
-    return sorted(found, key=lambda each: (-each.covers.sum(), not each.is_whole))
+    return sorted(matching, key=lambda each: (-each.covers.sum(), not each.is_whole))
 
 
 def _select_parts(
     derivation: Derivation, words: Words, parts: tuple[Part, ...]
 ) -> tuple[Part, ...]:
-    """Those of these parts in which a slip is seen."""
+    """Those of these parts in which a mistake is seen."""
     changes = derivation.predict([words], FEW, parts)
     return tuple(part for part in parts if np.abs(changes[part]).max() > 0)
 
 
 class _Match(NamedTuple):
-    by: np.ndarray  # (slips,)
-    covers: np.ndarray  # (slips, ...)
-    is_whole: np.ndarray  # (slips,)
+    by: np.ndarray  # (mistakes,)
+    covers: np.ndarray  # (mistakes, ...)
+    is_whole: np.ndarray  # (mistakes,)
 
 
 def _match(
@@ -123,13 +123,13 @@ def _match(
     wrong: np.ndarray,
     by: np.ndarray | None = None,
 ) -> _Match:
-    """Which wrong entries slips make; of terms by the factors that do, unless they are given."""
+    """Which wrong entries mistakes make; of terms by the factors that do, unless they are given."""
     change = arm.predict(chosen, states, parts) / arm.sizes
     difference = arm.difference[states] / arm.sizes
     squares = (change**2).sum(axis=1)
     there = squares > NOTHING**2
     if by is None:
-        is_term = np.array([arm.derivation.slips[words].is_term for words in chosen])
+        is_term = np.array([arm.derivation.mistakes[words].is_term for words in chosen])
         with np.errstate(divide="ignore", invalid="ignore"):
             each = np.where(there, (change * difference).sum(axis=1) / squares + 1, np.nan)
         each = np.where(is_term.reshape(-1, *(1,) * wrong.ndim), each, 2.0)
@@ -143,7 +143,7 @@ def _match(
 
 
 def _choose_factors(each: np.ndarray) -> np.ndarray:
-    """Of factors (slips, entries) the one that most entries ask for, of those that people write."""
+    """Of factors (mistakes, entries) the one that most entries ask for, as people write it."""
     near = np.abs(each[..., None] - TIMES) <= NEARLY
     votes = near.sum(axis=1)
     return np.where(votes.any(axis=1), TIMES[votes.argmax(axis=1)], np.nan)

@@ -1,4 +1,4 @@
-"""Slips of a planar arm's derivation: one step of it done otherwise, and all that follows.
+"""Mistakes of a planar arm's derivation: one step of it done otherwise, and all that follows.
 
 Every step is gone through: a body's numbers, place, velocity, kinetic energy and weight, and how
 Lagrange's equations take M apart; at each of them all that people write in its place.
@@ -58,17 +58,17 @@ ROWS = {
 
 
 @dataclass(frozen=True, eq=False)
-class Slip:
+class Mistake:
     """One step of a derivation, done otherwise, or a term that is there another number of times.
 
     Args:
         term: What the step makes.
         yours, right: What stands there, and what belongs; empty of a term.
-        bodies: What the slip adds by factors: wrong bodies, and right ones by -1; of a term those
-            whose effect it is.
+        bodies: What it adds by factors: wrong bodies, and right ones by -1; of a term those whose
+            effect it is.
         parts: In which of the equations it is seen.
         gravity: In the place of gravity's vector, (2,).
-        rule: What it adds to a bias, of a slip of that alone.
+        rule: What it adds to a bias, of a mistake of that alone.
         by: How often the term is there; None of one of which any factor may be.
         kind: How it is told.
     """
@@ -90,11 +90,11 @@ class Slip:
 
     @property
     def words(self) -> Words:
-        """What tells this slip from others."""
+        """What tells this mistake from others."""
         return self.term.coefficient, self.yours, self.right, self.by
 
     def make_error(self, by: float) -> TermError:
-        """The slip as it is told; by: how often a term is there, 1 of what is right."""
+        """The mistake as it is told; by: how often a term is there, 1 of what is right."""
         if self.right:
             return TermError(self.kind, self.term, self.yours, self.right)
         times = by if self.by is None else self.by
@@ -104,7 +104,7 @@ class Slip:
 
 @dataclass(frozen=True, eq=False)
 class Derivation:
-    """The derivation of an arm in linear coordinates, and its slips.
+    """The derivation of an arm in linear coordinates, and its mistakes.
 
     x (K, n): states; values: of the arm's symbols.
     """
@@ -146,14 +146,14 @@ class Derivation:
 
     @cached_property
     def groups(self) -> list[tuple[str, list[Pair]]]:
-        """Bodies that a slip may concern, by whose they are: each; all of them; all links."""
+        """Bodies that a mistake may concern, by whose they are: each; all of them; all links."""
         links = [pair for pair in self.pairs if pair[0].name.startswith("link ")]
         single = [(_name_owner(pair[0]), [pair]) for pair in self.pairs]
         return [*single, (EVERY, self.pairs), ("every link", links)]
 
     @cached_property
-    def slips(self) -> dict[Words, Slip]:
-        """All slips by their words, which are the same on every arm; the likeliest first."""
+    def mistakes(self) -> dict[Words, Mistake]:
+        """All mistakes by their words, which are the same on every arm; the likeliest first."""
         kinds = (
             self._list_rules(),
             self._list_centripetal(),
@@ -166,42 +166,47 @@ class Derivation:
             self._list_rows(),
             self._list_functions(),
         )
-        slips: dict[Words, Slip] = {}
-        for slip in chain.from_iterable(kinds):
-            slips.setdefault(slip.words, slip)
-        return slips
+        mistakes: dict[Words, Mistake] = {}
+        for mistake in chain.from_iterable(kinds):
+            mistakes.setdefault(mistake.words, mistake)
+        return mistakes
 
-    def _list_exchanges(self) -> Iterator[Slip]:
+    def _list_exchanges(self) -> Iterator[Mistake]:
         """Two numbers of a kind exchanged in all bodies."""
         for first, second in combinations(self._symbols, 2):
             if _are_exchangeable(first, second):
                 exchanged = {first: self.values[second], second: self.values[first]}
-                slip = Slip(Term(""), first, second, kind="exchanged")
-                yield self._replace_numbers(slip, self.pairs, exchanged)
+                mistake = Mistake(Term(""), first, second, kind="exchanged")
+                yield self._replace_numbers(mistake, self.pairs, exchanged)
         reflecting = {
             joint: [
-                (body, own) for body, own in self.pairs if _find_reflecting_joint(body) == joint
+                (body, motion)
+                for body, motion in self.pairs
+                if _find_reflecting_joint(body) == joint
             ]
             for joint in range(1, len(self.links) + 1)
         }
-        for first, second in permutations([joint for joint, own in reflecting.items() if own], 2):
-            right, yours = (f"the reflected inertia of joint {j}" for j in (first, second))
-            slips = Slip(Term("M"), yours, right), Slip(Term(""), right, yours, kind="exchanged")
-            for slip, joints in zip(slips, ((first,), (first, second)), strict=True):
-                other = dict(zip((first, second), (second, first), strict=True))
+        for a, b in permutations([joint for joint, motion in reflecting.items() if motion], 2):
+            right, yours = (f"the reflected inertia of joint {j}" for j in (a, b))
+            mistakes = (
+                Mistake(Term("M"), yours, right),
+                Mistake(Term(""), right, yours, kind="exchanged"),
+            )
+            for mistake, joints in zip(mistakes, ((a,), (a, b)), strict=True):
+                other = {a: b, b: a}
                 changed = [
-                    (self._move(body, **self._rename(body, other[joint])), own)
+                    (self._move(body, **self._rename(body, other[joint])), motion)
                     for joint in joints
-                    for body, own in reflecting[joint]
+                    for body, motion in reflecting[joint]
                 ]
-                yield _change(slip, changed)
+                yield _change(mistake, changed)
 
     def _rename(self, body: Body, joint: int) -> dict[str, float]:
         """The numbers of a body's symbols at another joint."""
         stems = {symbol: parse_symbol(symbol).stem for symbol in _list_symbols(body)}
         return {symbol: self.values[f"{stem}{joint}"] for symbol, stem in stems.items()}
 
-    def _list_numbers(self, generate: Callable[[str], Iterator[Number]]) -> Iterator[Slip]:
+    def _list_numbers(self, generate: Callable[[str], Iterator[Number]]) -> Iterator[Mistake]:
         """One number by another in all bodies; in one of them."""
         for owner, pairs in (self.groups[-2], *self.groups[:-2]):
             for symbol in self._symbols:
@@ -209,20 +214,22 @@ class Derivation:
                 if not concerned or (owner == EVERY and len(concerned) == 1):
                     continue
                 for text, value, by in generate(symbol):
-                    slip = Slip(Term(owner), text, symbol)
+                    mistake = Mistake(Term(owner), text, symbol)
                     if not text:
-                        slip = Slip(Term(f"{symbol} of {owner}"), by=by)
-                    yield self._replace_numbers(slip, concerned, {symbol: value})
+                        mistake = Mistake(Term(f"{symbol} of {owner}"), by=by)
+                    yield self._replace_numbers(mistake, concerned, {symbol: value})
 
     @cached_property
     def _symbols(self) -> list[str]:
         return [*dict.fromkeys(name for body, _ in self.pairs for name in _list_symbols(body))]
 
     def _replace_numbers(
-        self, slip: Slip, pairs: Iterable[Pair], numbers: Mapping[str, float]
-    ) -> Slip:
+        self, mistake: Mistake, pairs: Iterable[Pair], numbers: Mapping[str, float]
+    ) -> Mistake:
         concerned = [p for p in pairs if not numbers.keys().isdisjoint(_list_symbols(p[0]))]
-        return _change(slip, [(self._move(body, **numbers), own) for body, own in concerned])
+        return _change(
+            mistake, [(self._move(body, **numbers), motion) for body, motion in concerned]
+        )
 
     def _generate_numbers(self, symbol: str) -> Iterator[Number]:
         """What may stand where a symbol belongs: others of its kind, an inertia about its end."""
@@ -241,56 +248,60 @@ class Derivation:
             if by or parse_symbol(symbol).stem not in RADII:  # which others are divided by
                 yield "", by * self.values[symbol], by
 
-    def _list_terms(self) -> Iterator[Slip]:
+    def _list_terms(self) -> Iterator[Mistake]:
         """Energies of translation, along each axis and together, of rotation; weights; products."""
         spinning = [pair for pair in self.pairs if _find_reflecting_joint(pair[0])]
         reflected = [("all suns and planets, their reflected inertia", spinning)]
         for owner, pairs in (*self.groups, *reflected * (len(spinning) > 1)):
-            moving = [own._replace(inertia=0.0) for _, own in pairs]
-            turning = _add(own._replace(mass=0.0) for _, own in pairs)
+            moving = [motion._replace(inertia=0.0) for _, motion in pairs]
+            turning = _add(motion._replace(mass=0.0) for _, motion in pairs)
             mass = inertia = ("", "")
             if len(pairs) == 1:
-                ((body, own),) = pairs
+                ((body, motion),) = pairs
                 mass, inertia = _format_first(body.mass), _format_first(body.inertia)
             for axis, along in enumerate("xy"):
                 latex = rf"\frac{{1}}{{2}}{mass[1]}\,\dot{{{along}}}^{{2}}" if mass[1] else ""
                 energy = f"1/2 {mass[0] or 'm'} {along}'^2"
                 words = f"of {owner}'s velocity along {along}, in its kinetic energy"
-                pieces = _add(own._replace(axes=np.eye(2)[axis]) for own in moving)
-                yield Slip(Term(f"{energy} {words}", latex=latex), bodies=pieces, parts=ENERGY)
+                pieces = _add(motion._replace(axes=np.eye(2)[axis]) for motion in moving)
+                yield Mistake(Term(f"{energy} {words}", latex=latex), bodies=pieces, parts=ENERGY)
             whole = f"1/2 {mass[0]} v^2 of {owner}, in its kinetic energy"
             turn = f"the kinetic energy of rotation of {owner}"
             if inertia[0]:
-                rate = format_row(own.turn, self.frame.names, rate=True)
+                rate = format_row(motion.turn, self.frame.names, rate=True)
                 turn = f"1/2 {inertia[0]} ({rate})^2 of {owner}, in its kinetic energy"
             if not mass[0]:
                 whole = f"the kinetic energy of translation of {owner}"
-            yield Slip(Term(whole), bodies=_add(moving), parts=ENERGY)
-            yield Slip(Term(turn), bodies=turning, parts=ENERGY)
-            yield Slip(Term(f"the weight of {owner}"), bodies=_add(moving), parts=("force",))
+            yield Mistake(Term(whole), bodies=_add(moving), parts=ENERGY)
+            yield Mistake(Term(turn), bodies=turning, parts=ENERGY)
+            yield Mistake(Term(f"the weight of {owner}"), bodies=_add(moving), parts=("force",))
             every = range(len(self.links))
-            mixed = chain.from_iterable(_multiply_levers(own, every) for own in moving)
+            mixed = chain.from_iterable(_multiply_levers(motion, every) for motion in moving)
             words = f"the products of two links' rates in v^2 of {owner}"
-            yield Slip(Term(words), bodies=tuple(mixed), parts=ENERGY)
-        for body, own in self.pairs:
-            for first, second in combinations(np.flatnonzero(own.levers).tolist(), 2):
+            yield Mistake(Term(words), bodies=tuple(mixed), parts=ENERGY)
+        for body, motion in self.pairs:
+            for first, second in combinations(np.flatnonzero(motion.levers).tolist(), 2):
                 rates = (self.links[place] for place in (first, second))
                 rows = (format_row(row, self.frame.names, rate=True) for row in rates)
                 angle = format_row(self.links[second] - self.links[first], self.frame.names)
                 levers = f"{_name_lever(body, first)} {_name_lever(body, second)}"
                 factors = " ".join(f"({row})" if " " in row else row for row in rows)
                 term = Term(f"2 {levers} {factors} cos({angle}) in v^2 of {_name_owner(body)}")
-                yield Slip(term, bodies=_multiply_levers(own, (first, second)), parts=ENERGY)
+                yield Mistake(term, bodies=_multiply_levers(motion, (first, second)), parts=ENERGY)
 
-    def _list_relative_rows(self) -> Iterator[Slip]:
+    def _list_relative_rows(self) -> Iterator[Mistake]:
         """Each joint's own rates, or angles, or both, where the sums of them belong."""
         joints = self.joints
         for owner, pairs in self.groups:
-            rates = [(own._replace(rates=joints), own) for _, own in pairs]
-            places = [(own._replace(places=joints), own) for _, own in pairs]
-            both = [(_set_rows(own, joints), own) for _, own in pairs]
-            of_all = [(wrong._replace(turn=self._own_turn(own)), own) for wrong, own in both]
-            turns = [(own._replace(turn=self._own_turn(own)), own) for _, own in pairs]
+            rates = [(motion._replace(rates=joints), motion) for _, motion in pairs]
+            places = [(motion._replace(places=joints), motion) for _, motion in pairs]
+            both = [(_set_rows(motion, joints), motion) for _, motion in pairs]
+            of_all = [
+                (wrong._replace(turn=self._joint_turn(motion)), motion) for wrong, motion in both
+            ]
+            turns = [
+                (motion._replace(turn=self._joint_turn(motion)), motion) for _, motion in pairs
+            ]
             for words, where, changed in (
                 ("rate", f"the velocity of {owner}", rates),
                 ("angle", f"the place of {owner}, not in its rates", places),
@@ -298,37 +309,37 @@ class Derivation:
                 ("angle and rate", f"the motion of {owner}", of_all),
                 ("rate", f"the angular velocity of {owner}", turns),
             ):
-                slip = Slip(Term(where), f"each joint's own {words}", f"the sum of {words}s")
-                yield _change(slip, changed)
+                mistake = Mistake(Term(where), f"each joint's own {words}", f"the sum of {words}s")
+                yield _change(mistake, changed)
 
-        for body, own in self.pairs:
-            if own.inertia and not any(_is_same(own.turn, link) for link in self.links):
+        for body, motion in self.pairs:
+            if motion.inertia and not any(_is_same(motion.turn, link) for link in self.links):
                 for link in self.links:
                     text = format_row(link, self.frame.names, rate=True)
                     term = Term(f"{text} in the angular velocity of {_name_owner(body)}")
                     for by in (0.0, -1.0):
-                        turned = own._replace(turn=own.turn - (1 - by) * link)
-                        yield _change(Slip(term, by=by), [(turned, own)])
+                        turned = motion._replace(turn=motion.turn - (1 - by) * link)
+                        yield _change(Mistake(term, by=by), [(turned, motion)])
 
-    def _own_turn(self, own: MovingBody) -> np.ndarray:
+    def _joint_turn(self, motion: MovingBody) -> np.ndarray:
         """The row of a link's own joint for the row of the link, of what turns with it."""
         for link, joint in zip(self.links, self.joints, strict=True):
-            if _is_same(own.turn, link):
+            if _is_same(motion.turn, link):
                 return joint
-        return own.turn
+        return motion.turn
 
-    def _list_rows(self) -> Iterator[Slip]:
+    def _list_rows(self) -> Iterator[Mistake]:
         """Another angle or rate of one lever or link, in one body or in all."""
         names, owners = self.frame.names, [_name_owner(body) for body, _ in self.pairs]
         other_rows = self._list_other_rows()
         for place, right in enumerate(self.links):
-            turning = [own.inertia and _is_same(own.turn, right) for _, own in self.pairs]
+            turning = [motion.inertia and _is_same(motion.turn, right) for _, motion in self.pairs]
             for row in other_rows:
                 if _is_same(row, right):
                     continue
                 wrong = [
-                    _change_row(own, place, row, turns=bool(turns))
-                    for (_, own), turns in zip(self.pairs, turning, strict=True)
+                    _change_row(motion, place, row, turns=bool(turns))
+                    for (_, motion), turns in zip(self.pairs, turning, strict=True)
                 ]
                 for what, words in ROWS.items():
                     yours, belongs = (
@@ -336,30 +347,32 @@ class Derivation:
                         for each in (row, right)
                     )
                     every = []
-                    for (body, own), changed, owner in zip(self.pairs, wrong, owners, strict=True):
+                    for (body, motion), changed, owner in zip(
+                        self.pairs, wrong, owners, strict=True
+                    ):
                         if what not in changed:
                             continue
-                        every.append((changed[what], own))
+                        every.append((changed[what], motion))
                         where = words.format(f"{_name_lever(body, place)} of {owner}", owner)
                         if what != "all":
-                            yield _change(Slip(Term(where), yours, belongs), every[-1:])
+                            yield _change(Mistake(Term(where), yours, belongs), every[-1:])
                     if len(every) > 1:
                         where = words.format(f"link {place + 1} in {EVERY}", EVERY)
-                        yield _change(Slip(Term(where), yours, belongs), every)
+                        yield _change(Mistake(Term(where), yours, belongs), every)
 
     def _list_other_rows(self) -> list[np.ndarray]:
         """Sums of joints' angles, neighbours or all but one; one reversed; coordinates."""
         absolute = np.vstack([np.zeros_like(self.links[:1]), self.links])
         rows = [b - a for a, b in combinations(absolute, 2)]
-        rows += [2 * before - own for before, own in zip(absolute, self.links, strict=False)]
+        rows += [2 * before - motion for before, motion in zip(absolute, self.links, strict=False)]
         rows += [link - joint for link in self.links for joint in self.joints]
         rows += [*np.eye(self.links.shape[1]), *(2 * self.links), absolute[0]]
         return list({tuple(row.round(9) + 0.0): row for row in rows}.values())
 
-    def _list_functions(self) -> Iterator[Slip]:
+    def _list_functions(self) -> Iterator[Mistake]:
         """The other function, or sign, in a body's velocity along an axis."""
-        for body, own in self.pairs:
-            places = np.flatnonzero(own.levers).tolist()
+        for body, motion in self.pairs:
+            places = np.flatnonzero(motion.levers).tolist()
             for chosen in (*([place] for place in places), *([places] * (len(places) > 1))):
                 levers = " and ".join(_name_lever(body, place) for place in chosen)
                 for axis, (along, right) in enumerate((("x", "-sin"), ("y", "cos"))):
@@ -368,22 +381,22 @@ class Derivation:
                     if axis:
                         turns = {HALF_TURN: "-cos", -QUARTER: "sin", QUARTER: "-sin"}
                     for turn, yours in turns.items():
-                        phases = own.phases.copy()
+                        phases = motion.phases.copy()
                         phases[axis, chosen] += turn
-                        slip = Slip(term, yours, right)
-                        yield _change(slip, [(own._replace(phases=phases), own)])
+                        mistake = Mistake(term, yours, right)
+                        yield _change(mistake, [(motion._replace(phases=phases), motion)])
 
-    def _list_gravities(self) -> Iterator[Slip]:
+    def _list_gravities(self) -> Iterator[Mistake]:
         """A component of gravity the other way, or all of it along the other axis."""
         x, y = gravity = np.array(self.arm.gravity_m_per_s2)
         others = {("-g_x", "g_x"): (-x, y), ("-g_y", "g_y"): (x, -y)} if x and y else {}
         others |= {(f"{sign}g along the other axis", "g"): (by * y, by * x) for sign, by in SIGNS}
         for words, other in others.items() if gravity.any() else ():
-            bodies = _add(own for _, own in self.pairs)
+            bodies = _add(motion for _, motion in self.pairs)
             added = np.array(other) - gravity
-            yield Slip(Term("every weight"), *words, bodies, ("force",), added)
+            yield Mistake(Term("every weight"), *words, bodies, ("force",), added)
 
-    def _list_rules(self) -> Iterator[Slip]:
+    def _list_rules(self) -> Iterator[Mistake]:
         """How a bias is made of M: its two terms, by row and rate; other products of rates."""
         n, names = len(self.columns), self.frame.names
 
@@ -395,11 +408,11 @@ class Derivation:
         def both(x: np.ndarray) -> np.ndarray:
             return fold_rate_pairs(first(x) + second(x))
 
-        def add_rule(text: str, *rules: Rule) -> Slip:
+        def add_rule(text: str, *rules: Rule) -> Mistake:
             def combine(x: np.ndarray) -> np.ndarray:
                 return reduce(lambda made, rule: rule(made), reversed(rules), x)
 
-            return Slip(Term(text), parts=("bias",), rule=combine)
+            return Mistake(Term(text), parts=("bias",), rule=combine)
 
         bias = "(dM_ij/dx_k - 1/2 dM_jk/dx_i) v_j v_k, the whole bias"
         yield add_rule(bias, both)
@@ -424,14 +437,14 @@ class Derivation:
                     return left.T @ even @ rows - even
 
                 term = Term(words if left is rows else f"C(x, v) v, of {words}")
-                yield Slip(term, yours, right, parts=("bias",), rule=replace_rates)
+                yield Mistake(term, yours, right, parts=("bias",), rule=replace_rates)
 
     def _derive_along(self, row: np.ndarray, x: np.ndarray) -> np.ndarray:
         """What a bias has of the slopes of M along one coordinate."""
         slopes = self._compute_slopes(x) * row
         return slopes - np.moveaxis(slopes, -1, -3) / 2
 
-    def _list_centripetal(self) -> Iterator[Slip]:
+    def _list_centripetal(self) -> Iterator[Mistake]:
         """Centripetal accelerations in a recursion from link to link: of one lever, or of many."""
         names, rows = self.frame.names, self._list_other_rows()
         for owner, pairs in self.groups:
@@ -443,25 +456,27 @@ class Derivation:
                 lever = _name_lever(pairs[0][0], place) if len(pairs) == 1 else f"link {place + 1}"
                 term = Term(f"the centripetal acceleration of {lever} in {owner}")
                 rule = partial(self._add_centripetal, there, {place: right}, 0.0)
-                yield Slip(term, parts=("bias",), rule=rule)
+                yield Mistake(term, parts=("bias",), rule=rule)
                 for row in (row for row in rows if not _is_same(row, right)):
                     rule = partial(self._add_centripetal, there, {place: row}, 1.0)
-                    texts = (f"({format_row(each, names, rate=True)})^2" for each in (row, right))
-                    yield Slip(term, *texts, parts=("bias",), rule=rule)
-        own_levers = [
-            (own, max(np.flatnonzero(own.levers).tolist()))
-            for _, own in self.groups[-1][1]
-            if own.mass and own.levers.any()
+                    yours, belongs = (
+                        f"({format_row(each, names, rate=True)})^2" for each in (row, right)
+                    )
+                    yield Mistake(term, yours, belongs, parts=("bias",), rule=rule)
+        centre_levers = [
+            (motion, max(np.flatnonzero(motion.levers).tolist()))
+            for _, motion in self.groups[-1][1]
+            if motion.mass and motion.levers.any()
         ]
         single = [(format_row(r, names, rate=True), [r] * len(self.links)) for r in self.links]
         for words, swings in (
             ("every centripetal acceleration", _list_swings(self.pairs)),
             ("every link's centripetal acceleration", _list_swings(self.groups[-1][1])),
-            ("the centripetal acceleration of every link's centre about its joint", own_levers),
+            ("the centripetal acceleration of every link's centre about its joint", centre_levers),
         ):
-            for yours, used in (("each joint's own rate", self.joints), *single):
+            for yours, used in (("each joint's own rate", [*self.joints]), *single):
                 rule = partial(self._add_centripetal, swings, dict(enumerate(used)), 1.0)
-                yield Slip(Term(words), yours, "the sum of rates", parts=("bias",), rule=rule)
+                yield Mistake(Term(words), yours, "the sum of rates", parts=("bias",), rule=rule)
 
     def _add_centripetal(
         self,
@@ -472,11 +487,11 @@ class Derivation:
     ) -> np.ndarray:
         """What levers' turning with these rates adds to a bias, less that of the right rates."""
         total = np.zeros((len(x), *(x.shape[1],) * 3))
-        for own, place in swings:
+        for motion, place in swings:
             right = self.links[place]
             rates = np.outer(rows[place], rows[place]) - less * np.outer(right, right)
             if rates.any():
-                total += self._compute_centripetal(own, place, x)[:, :, None, None] * rates
+                total += self._compute_centripetal(motion, place, x)[:, :, None, None] * rates
         return total
 
     def _list_rate_products(self) -> Iterator[tuple[str, np.ndarray]]:
@@ -502,22 +517,22 @@ class Derivation:
     def predict(
         self, chosen: Sequence[Words], states: slice, parts: Sequence[Part]
     ) -> dict[Part, np.ndarray]:
-        """What slips of these words change: M (slips, K, n, n), bias (.., n, n, n), force."""
-        slips, x = [self.slips[words] for words in chosen], self.x[states]
+        """What mistakes of these words change: M (mistakes, K, n, n), bias (.., n, n, n), force."""
+        mistakes, x = [self.mistakes[words] for words in chosen], self.x[states]
         count, n = x.shape
         shapes: dict[Part, tuple[int, ...]] = {
             "mass_matrix": (n, n),
             "bias": (n, n, n),
             "force": (n,),
         }
-        changes = {part: np.zeros((len(slips), count, *shapes[part])) for part in parts}
-        moved = [place for place, slip in enumerate(slips) if slip.bodies]
+        changes = {part: np.zeros((len(mistakes), count, *shapes[part])) for part in parts}
+        moved = [place for place, mistake in enumerate(mistakes) if mistake.bodies]
         if moved:
-            signed = [each for place in moved for each in slips[place].bodies]
-            sizes = [len(slips[place].bodies) for place in moved]
+            signed = [each for place in moved for each in mistakes[place].bodies]
+            sizes = [len(mistakes[place].bodies) for place in moved]
             usual = np.array(self.arm.gravity_m_per_s2)
             gravity = np.repeat(
-                [usual if slips[p].gravity is None else slips[p].gravity for p in moved],
+                [usual if mistakes[p].gravity is None else mistakes[p].gravity for p in moved],
                 sizes,
                 axis=0,
             )
@@ -530,78 +545,80 @@ class Derivation:
                     by = factors.reshape(-1, *(1,) * (values.ndim - 1))
                     total = np.add.reduceat(by * values, starts, axis=0)
                     total = derive_rate_terms(total) if part == "bias" else total
-                    there = [part in slips[place].parts for place in moved]
+                    there = [part in mistakes[place].parts for place in moved]
                     changes[part][np.array(moved)[there]] = total[there]
         if "bias" in parts:
-            for place, slip in enumerate(slips):
-                if slip.rule is not None:
-                    changes["bias"][place] = fold_rate_pairs(slip.rule(x))
+            for place, mistake in enumerate(mistakes):
+                if mistake.rule is not None:
+                    changes["bias"][place] = fold_rate_pairs(mistake.rule(x))
         return changes
 
     def _compute_slopes(self, x: np.ndarray) -> np.ndarray:
         """dM/dx of the right bodies, (K, n, n, n)."""
         key = x.tobytes()
         if key not in self._kept:
-            bodies = [own for _, own in self.pairs]
+            bodies = [motion for _, motion in self.pairs]
             effects = compute_effects(bodies, x, np.zeros((len(bodies), 2)), with_slopes=True)
             self._kept[key] = effects.slopes.sum(axis=0)
         return self._kept[key]
 
-    def _compute_centripetal(self, own: MovingBody, place: int, x: np.ndarray) -> np.ndarray:
+    def _compute_centripetal(self, motion: MovingBody, place: int, x: np.ndarray) -> np.ndarray:
         """The force -m J^T c e(angle) (K, n) of a lever's turning with rate 1, of a body."""
-        jacobian = compute_jacobians(own, x)
-        angle = x @ own.places[place]
-        inwards = -own.mass * own.levers[place] * np.array((np.cos(angle), np.sin(angle)))
+        jacobian = compute_jacobians(motion, x)
+        angle = x @ motion.places[place]
+        inwards = -motion.mass * motion.levers[place] * np.array((np.cos(angle), np.sin(angle)))
         force: np.ndarray = np.einsum("ak,kan->kn", inwards, jacobian)
         return force
 
 
 def _list_swings(pairs: Sequence[Pair]) -> list[Swing]:
     """The levers of bodies with mass."""
-    moving = [own for _, own in pairs if own.mass]
-    return [(own, place) for own in moving for place in np.flatnonzero(own.levers).tolist()]
+    moving = [motion for _, motion in pairs if motion.mass]
+    return [
+        (motion, place) for motion in moving for place in np.flatnonzero(motion.levers).tolist()
+    ]
 
 
-def _change(slip: Slip, pairs: Iterable[tuple[MovingBody, MovingBody]]) -> Slip:
-    """A slip of wrong bodies where right ones belong."""
-    signed = tuple(each for wrong, own in pairs for each in ((1.0, wrong), (-1.0, own)))
-    return replace(slip, bodies=signed)
+def _change(mistake: Mistake, pairs: Iterable[tuple[MovingBody, MovingBody]]) -> Mistake:
+    """A mistake of wrong bodies where right ones belong."""
+    signed = tuple(each for wrong, motion in pairs for each in ((1.0, wrong), (-1.0, motion)))
+    return replace(mistake, bodies=signed)
 
 
 def _add(bodies: Iterable[MovingBody]) -> Signed:
     return tuple((1.0, body) for body in bodies)
 
 
-def _multiply_levers(own: MovingBody, places: Iterable[int]) -> Signed:
+def _multiply_levers(motion: MovingBody, places: Iterable[int]) -> Signed:
     """What products of two of these levers make: all of them without each alone."""
-    chosen = np.zeros_like(own.levers)
+    chosen = np.zeros_like(motion.levers)
     chosen[list(places)] = 1.0
     there = np.diag(chosen)
-    bare = own._replace(inertia=0.0)
-    alone = [(-1.0, bare._replace(levers=own.levers * only)) for only in there if only.any()]
-    return ((1.0, bare._replace(levers=own.levers * chosen)), *alone)
+    bare = motion._replace(inertia=0.0)
+    alone = [(-1.0, bare._replace(levers=motion.levers * only)) for only in there if only.any()]
+    return ((1.0, bare._replace(levers=motion.levers * chosen)), *alone)
 
 
-def _set_rows(own: MovingBody, rows: np.ndarray) -> MovingBody:
-    return own._replace(places=rows, rates=rows, pulls=rows)
+def _set_rows(motion: MovingBody, rows: np.ndarray) -> MovingBody:
+    return motion._replace(places=rows, rates=rows, pulls=rows)
 
 
 def _change_row(
-    own: MovingBody, place: int, row: np.ndarray, *, turns: bool
+    motion: MovingBody, place: int, row: np.ndarray, *, turns: bool
 ) -> dict[str, MovingBody]:
     """A body with another row of a link by what of it, ``ROWS``, that has to do with the link.
 
     turns: whether the body turns with the link.
     """
-    changed = {"turn": own._replace(turn=row)} if turns else {}
-    if own.levers[place]:
-        rows = own.rates.copy()
+    changed = {"turn": motion._replace(turn=row)} if turns else {}
+    if motion.levers[place]:
+        rows = motion.rates.copy()
         rows[place] = row
-        both = _set_rows(own, rows)
-        changed |= {"rates": own._replace(rates=rows), "places": own._replace(places=rows)}
+        both = _set_rows(motion, rows)
+        changed |= {"rates": motion._replace(rates=rows), "places": motion._replace(places=rows)}
         changed |= {"both": both, "all": both}
     if turns:
-        changed["all"] = changed.get("all", own)._replace(turn=row)
+        changed["all"] = changed.get("all", motion)._replace(turn=row)
     return changed
 
 
