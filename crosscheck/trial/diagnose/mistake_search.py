@@ -71,19 +71,20 @@ def find_mistakes(
     arms: the user's first.
     """
     first = arms[0]
-    shared = [
-        words
-        for words in first.derivation.mistakes
-        if all(words in arm.derivation.mistakes for arm in arms)
+    every = [*first.derivation.mistakes]
+    tried = _match(first, every, FEW, parts, wrong)
+    order = [
+        number
+        for number in np.flatnonzero(
+            tried.covers.any(axis=tuple(range(1, wrong.ndim + 1)))
+        ).tolist()
+        if all(every[number] in arm.derivation.mistakes for arm in arms)
     ]
-    tried = _match(first, shared, FEW, parts, wrong)
-    order = sorted(
-        (number for number in range(len(shared)) if tried.covers[number].any()),
-        key=lambda number: (-tried.covers[number].sum(), not tried.is_whole[number], number),
-    )[:MOST_FOUND]
+    order.sort(key=lambda number: (-tried.covers[number].sum(), not tried.is_whole[number]))
+    order = order[:MOST_FOUND]
     if not order:
         return []
-    by, chosen = tried.by[order], [shared[number] for number in order]
+    by, chosen = tried.by[order], [every[number] for number in order]
     covers, is_whole = wrong, np.ones(len(order), dtype=bool)
     for arm in arms:
         matched = _match(arm, chosen, slice(None), parts, wrong, by)
