@@ -54,7 +54,7 @@ class MatchingMistake(NamedTuple):
     """A mistake that makes wrong entries of these parts.
 
     covers: which entries (...); is_whole: whether it makes all that is wrong, and nothing else;
-    parts: in which of those asked for it is seen.
+    parts: in which of the equations it is seen.
     """
 
     error: TermError
@@ -94,7 +94,7 @@ def find_mistakes(
             first.derivation.mistakes[words].make_error(float(times)),
             made,
             bool(whole),
-            _select_parts(first.derivation, words, parts),
+            _select_parts(first.derivation, words),
         )
         for words, times, made, whole in zip(chosen, by, covers, is_whole, strict=True)
         if made.any()
@@ -102,12 +102,10 @@ def find_mistakes(
     return sorted(matching, key=lambda each: (-each.covers.sum(), not each.is_whole))
 
 
-def _select_parts(
-    derivation: Derivation, words: Words, parts: tuple[Part, ...]
-) -> tuple[Part, ...]:
-    """Those of these parts in which a mistake is seen."""
-    changes = derivation.predict([words], FEW, parts)
-    return tuple(part for part in parts if np.abs(changes[part]).max() > 0)
+def _select_parts(derivation: Derivation, words: Words) -> tuple[Part, ...]:
+    """The parts in which a mistake is seen."""
+    changes = derivation.predict([words], FEW, ALL)
+    return tuple(part for part in ALL if np.abs(changes[part]).max() > 0)
 
 
 class _Match(NamedTuple):

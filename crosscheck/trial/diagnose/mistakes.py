@@ -250,6 +250,15 @@ class Derivation:
 
     def _list_terms(self) -> Iterator[Mistake]:
         """Energies of translation, along each axis and together, of rotation; weights; products."""
+        for body, motion in self.pairs:
+            for first, second in combinations(np.flatnonzero(motion.levers).tolist(), 2):
+                rates = (self.links[place] for place in (first, second))
+                rows = (format_row(row, self.frame.names, rate=True) for row in rates)
+                angle = format_row(self.links[second] - self.links[first], self.frame.names)
+                levers = f"{_name_lever(body, first)} {_name_lever(body, second)}"
+                factors = " ".join(f"({row})" if " " in row else row for row in rows)
+                term = Term(f"2 {levers} {factors} cos({angle}) in v^2 of {_name_owner(body)}")
+                yield Mistake(term, bodies=_multiply_levers(motion, (first, second)), parts=ENERGY)
         spinning = [pair for pair in self.pairs if _find_reflecting_joint(pair[0])]
         reflected = [("all suns and planets, their reflected inertia", spinning)]
         for owner, pairs in (*self.groups, *reflected * (len(spinning) > 1)):
@@ -272,22 +281,13 @@ class Derivation:
                 turn = f"1/2 {inertia[0]} ({rate})^2 of {owner}, in its kinetic energy"
             if not mass[0]:
                 whole = f"the kinetic energy of translation of {owner}"
-            yield Mistake(Term(whole), bodies=_add(moving), parts=ENERGY)
-            yield Mistake(Term(turn), bodies=turning, parts=ENERGY)
-            yield Mistake(Term(f"the weight of {owner}"), bodies=_add(moving), parts=("force",))
             every = range(len(self.links))
             mixed = chain.from_iterable(_multiply_levers(motion, every) for motion in moving)
             words = f"the products of two links' rates in v^2 of {owner}"
             yield Mistake(Term(words), bodies=tuple(mixed), parts=ENERGY)
-        for body, motion in self.pairs:
-            for first, second in combinations(np.flatnonzero(motion.levers).tolist(), 2):
-                rates = (self.links[place] for place in (first, second))
-                rows = (format_row(row, self.frame.names, rate=True) for row in rates)
-                angle = format_row(self.links[second] - self.links[first], self.frame.names)
-                levers = f"{_name_lever(body, first)} {_name_lever(body, second)}"
-                factors = " ".join(f"({row})" if " " in row else row for row in rows)
-                term = Term(f"2 {levers} {factors} cos({angle}) in v^2 of {_name_owner(body)}")
-                yield Mistake(term, bodies=_multiply_levers(motion, (first, second)), parts=ENERGY)
+            yield Mistake(Term(whole), bodies=_add(moving), parts=ENERGY)
+            yield Mistake(Term(turn), bodies=turning, parts=ENERGY)
+            yield Mistake(Term(f"the weight of {owner}"), bodies=_add(moving), parts=("force",))
 
     def _list_relative_rows(self) -> Iterator[Mistake]:
         """Each joint's own rates, or angles, or both, where the sums of them belong."""

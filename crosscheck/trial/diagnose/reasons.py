@@ -488,6 +488,9 @@ def _explain_by_mistakes(
     is_open = len(errors) > MOST_ERRORS or not all(wrong.explanation for wrong in group)
     making = [each for each in matching if each.covers.sum() == wrong.sum()]
     making = [each for each in making if each.is_whole or is_open]
+    if part == "bias" and "mass_matrix" in comparisons[0].user_values and not is_open:
+        # M is right: rather a term is wrong than the energy that M and bias both come from.
+        making = [each for each in making if each.parts == (part,)]
     if making and (not is_swap or making[0].error.kind == "exchanged"):
         explanation = _make_explanation(
             [each for each in making if each.is_whole == making[0].is_whole]
@@ -511,7 +514,8 @@ def _explain_by_mistakes_behind(comparisons: Sequence[EntryComparison]) -> Expla
     every = np.ones(arms[0].sizes.shape, dtype=bool)
     for parts in BEHIND:
         if matching := [each for each in find_mistakes(arms, every, parts) if each.is_whole]:
-            where = " and ".join(part.replace("mass_matrix", "M") for part in matching[0].parts)
+            seen = [part for part in matching[0].parts if part in parts]
+            where = " and ".join(part.replace("mass_matrix", "M") for part in seen)
             return _make_explanation(matching, f"{where}, which M x'' shows")
     return None
 
