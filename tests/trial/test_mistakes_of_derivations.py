@@ -97,6 +97,15 @@ def swing_of(points: list[Point], q: np.ndarray, rates: np.ndarray = SUMS) -> np
     return terms_of(total)
 
 
+def turn_centres(points: list[Point], q: np.ndarray, rate: np.ndarray) -> np.ndarray:
+    """Coefficients of a bias whose links' centres turn about their joints with this rate."""
+    total = bias_of(points, q)
+    for place, point in enumerate(points[:3]):
+        rates = np.where(np.arange(3)[:, None] == place, rate, SUMS)
+        total += swing_of([point], q, rates) - swing_of([point], q)
+    return total
+
+
 def replace_body(number: int, change: Change) -> Callable[[Arm, list[Point]], list[Point]]:
     def apply(arm: Arm, points: list[Point]) -> list[Point]:
         return [change(p) if place == number else p for place, p in enumerate(points)]
@@ -113,6 +122,7 @@ def with_row(field: str, place: int, row: list[float]) -> Change:
     return change
 
 
+CENTRES = "the centripetal acceleration of every link's centre about its joint"
 MISTAKES = {
     "theta_2' where theta_1' + theta_2' belongs, in the velocity of d2 of link 2": replace_body(
         1, with_row("rates", 1, [0, 1, 0])
@@ -153,15 +163,10 @@ RULES = {
     "theta_1' where the sum of rates belongs, in every centripetal acceleration": (
         lambda points, q: swing_of(points, q, np.array([[1.0, 0, 0]] * 3))
     ),
-    "in the centripetal acceleration of every link's centre about its joint": lambda points, q: (
-        bias_of(points, q)
-        + sum(
-            swing_of([own], q, rates) - swing_of([own], q)
-            for i, point in enumerate(points[:3])
-            for rates in [np.where(np.arange(3)[:, None] == i, SUMS[0], SUMS)]
-            for own in [point]
-        )
+    f"theta_1' where the sum of rates belongs, in {CENTRES}": lambda points, q: turn_centres(
+        points, q, SUMS[0]
     ),
+    f"missing term: {CENTRES}": lambda points, q: turn_centres(points, q, np.zeros(3)),
 }
 
 

@@ -474,6 +474,8 @@ class Derivation:
             ("every link's centripetal acceleration", _list_swings(self.groups[-1][1])),
             ("the centripetal acceleration of every link's centre about its joint", centre_levers),
         ):
+            rule = partial(self._add_centripetal, swings, dict(enumerate(self.links)), 0.0)
+            yield Mistake(Term(words), parts=("bias",), rule=rule)
             for yours, used in (("each joint's own rate", [*self.joints]), *single):
                 rule = partial(self._add_centripetal, swings, dict(enumerate(used)), 1.0)
                 yield Mistake(Term(words), yours, "the sum of rates", parts=("bias",), rule=rule)
