@@ -14,6 +14,7 @@ from dataclasses import dataclass
 from pathlib import Path
 
 import numpy as np
+from crosscheck.identification.engines import ENGINE_ROWS
 
 from crosscheck.identification.compare import (
     RobotComparison,
@@ -25,7 +26,6 @@ from crosscheck.identification.description import (
     read_recordings,
     transmission_matrix,
 )
-from crosscheck.identification.engines import ENGINE_ROWS
 from crosscheck.identification.messages import SIDE_WORDS, describe_answers, format_estimate
 from crosscheck.identification.terms import TermEstimate
 from crosscheck.models.robot.file import RobotFile, build_robot, load_robot

@@ -9,7 +9,7 @@ import pytest
 from crosscheck.models.arm.arm import Arm
 from crosscheck.models.arm.planets import usual_switches
 from crosscheck.models.loading import load_arm
-from crosscheck.trial.coordinates.frame import build_frame
+from crosscheck.trial.coordinates.build import build_frame
 from crosscheck.trial.diagnose.candidates import find_reflecting_joint
 from crosscheck.trial.diagnose.harmonic_fit import evaluate_entry
 from crosscheck.trial.diagnose.messages import describe_term_error
