@@ -14,7 +14,6 @@ from dataclasses import dataclass
 from pathlib import Path
 
 import numpy as np
-from crosscheck.identification.engines import ENGINE_ROWS
 
 from crosscheck.identification.compare import (
     RobotComparison,
@@ -30,6 +29,7 @@ from crosscheck.identification.messages import SIDE_WORDS, describe_answers, for
 from crosscheck.identification.terms import TermEstimate
 from crosscheck.models.robot.file import RobotFile, build_robot, load_robot
 from crosscheck.models.robot.robot import Robot
+from crosscheck.recordings.engines import ENGINE_ROWS
 from crosscheck.registry import engine_of
 from tools.site import format_table
 
