@@ -162,8 +162,8 @@ class Derivation:
             self._list_numbers(self._generate_numbers),
             self._list_terms(),
             self._list_numbers(self._generate_multiples),
-            self._list_relative_rows(),
             self._list_rows(),
+            self._list_relative_rows(),
             self._list_functions(),
         )
         mistakes: dict[Words, Mistake] = {}
