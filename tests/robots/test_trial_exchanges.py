@@ -18,6 +18,7 @@ from crosscheck.trial.robots.exchanges import generate_joint_moves, list_spinner
 from crosscheck.trial.robots.pieces import KaneSum
 from crosscheck.trial.robots.trial import run_robot_trial
 from crosscheck.trial.robots.variants import compute_variants
+from tests.loops import require_items
 from tests.robots import chains
 from tests.robots.test_trial import equations
 
@@ -167,11 +168,11 @@ def test_what_screens_robots_is_another_derivation_of_the_same_terms(seed):
     q, v = rng.uniform(-2, 2, (2, 2, len(robot.coordinates)))
     changed = [robot, *(each.robot for each in generate_joint_moves(robot))]
     changed += [each.robot for each in generate_frame_mistakes(robot, are_rotors_bodies=True)]
-    for level in RIGID:
+    for level in require_items(RIGID):
         together = compute_variants(changed, level, q, v)
-        for number in rng.choice(len(changed), 25, replace=False):
+        for number in require_items(rng.choice(len(changed), 25, replace=False)):
             alone = AnalyticRobot(changed[number], level).terms(q, v)
-            for screened, exact in zip(together, alone, strict=True):
+            for screened, exact in require_items(zip(together, alone, strict=True)):
                 np.testing.assert_allclose(screened[number], exact, rtol=1e-9, atol=1e-10)
 
 
@@ -183,5 +184,5 @@ def test_what_rotors_make_is_what_a_level_adds_to_the_links(level):
     links = AnalyticRobot(robot, "links").terms(q, v)
     spinners = [kane.move_rotor(each.rotor, level) for each in list_spinners(robot)]
     summed = map(sum, zip(*(each.compute_terms() for each in spinners), strict=True))
-    for rotors, term, bare in zip(summed, whole, links, strict=True):
+    for rotors, term, bare in require_items(zip(summed, whole, links, strict=True)):
         np.testing.assert_allclose(rotors, term - bare, rtol=1e-9, atol=1e-12)

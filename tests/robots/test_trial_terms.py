@@ -13,6 +13,7 @@ from crosscheck.trial.input.equations import Equations
 from crosscheck.trial.robots.explain import RobotDiagnosis
 from crosscheck.trial.robots.rates import sample_bias_terms
 from crosscheck.trial.robots.trial import run_robot_trial
+from tests.loops import require_items
 from tests.robots import chains
 from tests.robots.test_trial_links import tree
 
@@ -48,7 +49,9 @@ def test_terms_of_any_bias_come_back():
     found = sample_bias_terms(
         lambda q, v: rest + v @ linear.T + np.array([x @ products @ x for x in v]), states
     )
-    for terms, right in zip(vars(found).values(), (rest, linear, products), strict=True):
+    for terms, right in require_items(
+        zip(vars(found).values(), (rest, linear, products), strict=True)
+    ):
         assert terms == pytest.approx(np.broadcast_to(right, terms.shape), abs=1e-12)
 
 
