@@ -65,6 +65,7 @@ class TorqueModel(Protocol):
 
 
 NamedModel = tuple[str, Callable[[], TorqueModel]]  # and what builds it
+Measure = Callable[[TorqueModel, Motion], np.ndarray]  # sums (rows, n) of the sizes of terms
 
 
 @dataclass(frozen=True, eq=False)
@@ -92,15 +93,18 @@ class MotionTorques:
         return require_numbers(answer, "torques", self.motion[0].shape)
 
 
+@dataclass(frozen=True, eq=False)
 class ReferenceTorques(MotionTorques):
     """A task: the torques of a model, and the sizes of their terms."""
+
+    measure: Measure
 
     @return_failures
     def perform(self) -> np.ndarray:
         """Torques, then the sums of the sizes of their terms (2, rows, n), or a Failure."""
         model, shape = self.build(), self.motion[0].shape
         torques = require_numbers(model.inverse_dynamics(*self.motion), "torques", shape)
-        return np.stack([torques, _measure_terms(model, self.motion)])
+        return np.stack([torques, self.measure(model, self.motion)])
 
 
 class _RegressorModel:
@@ -134,7 +138,8 @@ def compare_arm_engines(motion: Motion, arm: Arm) -> list[Finding]:
             if name in able
         ]
         witness = partial(describe_outsider, arm, level)
-        plans += _plan_level(f"{arm.name}/{level}", motion, models, tolerance, witness)
+        case = f"{arm.name}/{level}"
+        plans += _plan_level(case, motion, models, _measure_terms, tolerance, witness)
     return _judge_all(plans)
 
 
@@ -151,7 +156,8 @@ def compare_robot_engines(robot: Robot, motion: Motion) -> list[Finding]:
         ]
         if level == "links":
             models.append((REGRESSOR, partial(_RegressorModel, robot)))
-        plans += _plan_level(f"{robot.name}/{level}", motion, models, ROBOT_TOLERANCE)
+        case, measure = f"{robot.name}/{level}", partial(_measure_link_terms, robot)
+        plans += _plan_level(case, motion, models, measure, ROBOT_TOLERANCE)
     return _judge_all(plans)
 
 
@@ -159,25 +165,27 @@ def _plan_level(
     case: str,
     motion: Motion,
     models: Sequence[NamedModel],
+    measure: Measure,
     tolerance: float,
     witness: Witness | None = None,
 ) -> Iterator[Comparison]:
     """Comparisons of the first model with the others; witness: what it says of two that differ."""
     rows = np.unique(np.linspace(0, len(motion[0]) - 1, ENGINE_ROWS).astype(int))
     q, v, a = (part[rows] for part in motion)
-    reference = ReferenceTorques(*models[0], (q, v, a))
+    reference = ReferenceTorques(*models[0], (q, v, a), measure)
     for each in models[1:]:
         task = MotionTorques(*each, (q, v, a))
         key = ComparisonKey("recording", case, QUANTITY, reference.model, task.model)
         about = Subject(key, "1", f"largest difference, over its terms' size, in {len(rows)} rows")
 
         def judge(about: Subject, expected: np.ndarray, torques: np.ndarray) -> Finding:
-            apart, size = np.abs(torques - expected[0]), expected[1].max(axis=0)
+            apart, size = np.abs(torques - expected[0]), np.abs(expected).max(axis=(0, 1))
+            size = np.where(size > 0, size, 1.0)
             basis = f"{tolerance:.2g} of the sum of the sizes of a torque's terms"
             finding = check_share(about, share_of(apart, size), tolerance, basis)
             if witness is None or finding.verdict == "agree":
                 return finding
-            row = int(np.argmax((apart / np.maximum(size, 1e-300)).max(axis=1)))
+            row = int(np.argmax((apart / size).max(axis=1)))
             given = {about.key.left: expected[0][row], about.key.right: torques[row]}
             return replace(finding, note=witness(given, [part[row] for part in (q, v, a)]))
 
@@ -199,6 +207,17 @@ def _measure_terms(model: TorqueModel, motion: Motion) -> np.ndarray:
         single = still.copy()
         single[:, joint] = a[:, joint]
         sizes += np.abs(model.inverse_dynamics(q, still, single) - weights)
+    return sizes
+
+
+def _measure_link_terms(robot: Robot, model: TorqueModel, motion: Motion) -> np.ndarray:
+    """Sum (rows, n) of the sizes of what each number of a link makes of a torque.
+
+    Of a link that is alike all around its joint's axis the torque is nothing but what rounding
+    leaves of these.
+    """
+    regressor = LinkRegressor(robot)
+    sizes: np.ndarray = np.abs(regressor.compute(*motion)) @ np.abs(regressor.values)
     return sizes
 
 

@@ -20,11 +20,13 @@ from crosscheck.models.errors import InputError
 from crosscheck.models.pinocchio.robot import PinocchioRobot
 from crosscheck.models.robot.robot import Robot
 from crosscheck.recordings import csv_table
+from crosscheck.recordings.engines import compare_robot_engines
 from crosscheck.registry import build_robot_model
 from tests.measured.robots import (
     COULOMB,
     RATIO,
     ROTOR,
+    SOLIDS,
     VISCOUS,
     arm,
     behind,
@@ -319,6 +321,23 @@ def test_nothing_is_said_where_an_engine_is_wrong(robot, monkeypatch, harm, verd
     assert found.sides == ()
     (answer,) = describe_answers(found)
     assert words in answer
+
+
+def test_a_link_alike_all_around_its_axis_is_no_disagreement():
+    """Its joint has no torque: what engines have there is rounding of what cancels."""
+    bob, turned = chains.Solid(0.2, (0, 0, 0.042), (0.0,) * 6), (1.57079632679, 3.14159265359, 0)
+    links = [chains.link("base"), *map(chains.link, "ab", SOLIDS[:2]), chains.link("c", bob)]
+    joints = [
+        chains.joint("j1", "base", "a"),
+        chains.joint("j2", "a", "b", axis=(0, 1, 0), at=(0.2, 0, 0.3)),
+        chains.joint("j3", "b", "c", rpy=turned),
+    ]
+    robot = chains.robot(chains.urdf(*links, *joints))
+    q, v, a = np.random.default_rng(0).uniform(-2, 2, (3, 50, 3))
+    findings = compare_robot_engines(robot, (q, v, a))
+    exact = build_robot_model("analytic", robot, "links").inverse_dynamics(q, v, a)
+    assert 0 < np.abs(exact[:, 2]).max() < 1e-15
+    assert {each.verdict for each in findings} == {"agree"}
 
 
 def test_halving_rows_keeps_what_is_below_a_quarter_of_their_rate():
