@@ -148,7 +148,11 @@ def compare_robot_engines(robot: Robot, motion: Motion) -> list[Finding]:
 
     The regressor's torques of the URDF's links are among them.
     """
-    plans: list[Comparison] = []
+    return _judge_all(list(plan_robot_engines(robot, motion)))
+
+
+def plan_robot_engines(robot: Robot, motion: Motion) -> Iterator[Comparison]:
+    """The comparisons of ``compare_robot_engines``."""
     for level in RIGID if robot.rotors or robot.stages else RIGID[:1]:
         models: list[NamedModel] = [
             (f"{engine}:{level}", partial(build_robot_model, engine, robot, level))
@@ -157,8 +161,7 @@ def compare_robot_engines(robot: Robot, motion: Motion) -> list[Finding]:
         if level == "links":
             models.append((REGRESSOR, partial(_RegressorModel, robot)))
         case, measure = f"{robot.name}/{level}", partial(_measure_link_terms, robot)
-        plans += _plan_level(case, motion, models, measure, ROBOT_TOLERANCE)
-    return _judge_all(plans)
+        yield from _plan_level(case, motion, models, measure, ROBOT_TOLERANCE)
 
 
 def _plan_level(

@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from crosscheck.identification import bodies, engines
+from crosscheck.identification import bodies
 from crosscheck.identification.decimation import continue_signal
 from crosscheck.identification.refinement import (
     Knowledge,
@@ -12,6 +12,8 @@ from crosscheck.identification.refinement import (
     Refinement,
 )
 from crosscheck.identification.structure import draw_samples
+from crosscheck.planning.comparison import Results
+from crosscheck.recordings import engines
 from tests.loops import require_items
 from tests.measured.robots import arm
 from tests.robots import chains
@@ -66,15 +68,20 @@ def test_bodies_without_mass_and_thin_ones_are_at_the_border():
 def test_a_regressor_that_is_wrong_is_told():
     torque = np.random.default_rng(0).normal(size=(30, 3))
     links = np.stack([torque, np.abs(torque)])
-    about = next(engines.plan_engines(arm(), draw_samples(arm(), np.zeros((0, 3))))).about
+    (planned,) = (
+        each
+        for each in engines.plan_robot_engines(arm(), (torque, torque, torque))
+        if each.about.key.right == engines.REGRESSOR
+    )
+    reference, regressor = (task.key for task in planned.needs)
     for factor, verdict in ((1 + 1e-12, "agree"), (1 + 1e-9, "differ")):
-        other = np.stack([factor * torque, np.abs(torque)])
-        assert engines._judge(about, links, torque, other).verdict == verdict
+        found = planned.finding(Results({reference: links, regressor: factor * torque}))
+        assert found.verdict == verdict
 
 
 def test_engines_are_asked_along_the_whole_recording():
     robot = chains.robot(chains.BOB)
     samples = draw_samples(robot, np.zeros((0, 1)))
-    comparisons = engines.plan_engines(robot, samples)
+    comparisons = engines.plan_robot_engines(robot, (samples.q, samples.v, samples.a))
     for task in require_items(task for each in comparisons for task in each.needs):
         assert task.motion[0] == pytest.approx(samples.q)

@@ -118,7 +118,6 @@ def test_numbers_of_a_short_signal_are_those_that_one_reads_off():
     above = [signals.crossing_time_above(time, values, level) for level in (2.0, 3.0)]
     below = [signals.crossing_time_below(time, values, level) for level in (-3.9, -4.0)]
     assert (above, below) == ([1.0, None], [2.0, None])
-    assert [signals.settling_time(time, values, 1.5, band) for band in (0.5, 0.4)] == [3.0, None]
     assert signals.window(time, 2.0, 5.0) == slice(2, 5)
     centres, low, high = signals.envelope(time, values, 2)
     assert (centres.tolist(), low.tolist(), high.tolist()) == ([1.5, 5.5], [-4, 1], [3, 2])
