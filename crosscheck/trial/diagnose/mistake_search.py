@@ -129,7 +129,7 @@ def _match(
     there = squares > NOTHING**2
     if by is None:
         is_term = np.array([arm.derivation.mistakes[words].is_term for words in chosen])
-        with np.errstate(divide="ignore", invalid="ignore"):
+        with np.errstate(divide="ignore", invalid="ignore", over="ignore"):
             each = np.where(there, (change * difference).sum(axis=1) / squares + 1, np.nan)
         each = np.where(is_term.reshape(-1, *(1,) * wrong.ndim), each, 2.0)
         by = _choose_factors(each[:, wrong])
