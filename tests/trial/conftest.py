@@ -18,6 +18,10 @@ from crosscheck.trial.judge.questions import StateQuestion
 from crosscheck.trial.model import SuppliedModel
 
 Answers = dict[Hashable, np.ndarray | Failure]
+# Read before the fixture of all tests lowers them.
+USUAL_NUMBERS = {
+    name: getattr(harmonic_fit, name) for name in ("SPARE_STATES", "STATES_PER_NUMBER")
+}
 
 
 @pytest.fixture(scope="module")
@@ -65,5 +69,5 @@ def answer(task: ModelTask, kept_answers: Answers) -> object:
 @pytest.fixture
 def usual_states(monkeypatch: pytest.MonkeyPatch) -> None:
     """Numbers are fitted at as many states as a user's trial fits them at."""
-    monkeypatch.setattr(harmonic_fit, "SPARE_STATES", 50)
-    monkeypatch.setattr(harmonic_fit, "STATES_PER_NUMBER", 2)
+    for name, number in USUAL_NUMBERS.items():
+        monkeypatch.setattr(harmonic_fit, name, number)

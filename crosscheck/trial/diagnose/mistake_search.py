@@ -13,7 +13,7 @@ from crosscheck.trial.judge.entries import Part, TermError
 
 ALIKE = 1e-9  # of an entry's size or difference, what a mistake may leave of it
 FEW = slice(0, 4)  # states at which every mistake is tried
-MOST_FOUND = 40
+MOST_MATCHES = 40
 TIMES = np.array([0.0, -1.0, *FACTORS])  # a term may be there
 NEARLY = 1e-6  # between a factor and one of these
 NOTHING = 1e-12  # of an entry's size, squared
@@ -72,19 +72,19 @@ def find_mistakes(
     """
     first = arms[0]
     every = [*first.derivation.mistakes]
-    tried = _match(first, every, FEW, parts, wrong)
+    screen = _match(first, every, FEW, parts, wrong)
     order = [
         number
         for number in np.flatnonzero(
-            tried.covers.any(axis=tuple(range(1, wrong.ndim + 1)))
+            screen.covers.any(axis=tuple(range(1, wrong.ndim + 1)))
         ).tolist()
         if all(every[number] in arm.derivation.mistakes for arm in arms)
     ]
-    order.sort(key=lambda number: (-tried.covers[number].sum(), not tried.is_whole[number]))
-    order = order[:MOST_FOUND]
+    order.sort(key=lambda number: (-screen.covers[number].sum(), not screen.is_whole[number]))
+    order = order[:MOST_MATCHES]
     if not order:
         return []
-    by, chosen = tried.by[order], [every[number] for number in order]
+    by, chosen = screen.by[order], [every[number] for number in order]
     covers, is_whole = wrong, np.ones(len(order), dtype=bool)
     for arm in arms:
         matched = _match(arm, chosen, slice(None), parts, wrong, by)
