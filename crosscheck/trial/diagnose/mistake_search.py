@@ -89,23 +89,20 @@ def find_mistakes(
     for arm in arms:
         matched = _match(arm, chosen, slice(None), parts, wrong, by)
         covers, is_whole = covers & matched.covers, is_whole & matched.is_whole
+    changes = first.derivation.predict(chosen, FEW, ALL)
     matching = [
         MatchingMistake(
             first.derivation.mistakes[words].make_error(float(times)),
             made,
             bool(whole),
-            _select_parts(first.derivation, words),
+            tuple(part for part in ALL if changes[part][number].any()),
         )
-        for words, times, made, whole in zip(chosen, by, covers, is_whole, strict=True)
+        for number, (words, times, made, whole) in enumerate(
+            zip(chosen, by, covers, is_whole, strict=True)
+        )
         if made.any()
     ]
     return sorted(matching, key=lambda each: (-each.covers.sum(), not each.is_whole))
-
-
-def _select_parts(derivation: Derivation, words: Words) -> tuple[Part, ...]:
-    """The parts in which a mistake is seen."""
-    changes = derivation.predict([words], FEW, ALL)
-    return tuple(part for part in ALL if np.abs(changes[part]).max() > 0)
 
 
 class _Match(NamedTuple):

@@ -331,10 +331,9 @@ class Derivation:
     def _list_rows(self) -> Iterator[Mistake]:
         """Another angle or rate of one lever or link, in one body or in all."""
         names, owners = self.frame.names, [_name_owner(body) for body, _ in self.pairs]
-        other_rows = self._list_other_rows()
         for place, right in enumerate(self.links):
             turning = [motion.inertia and _is_same(motion.turn, right) for _, motion in self.pairs]
-            for row in other_rows:
+            for row in self._other_rows:
                 if _is_same(row, right):
                     continue
                 wrong = [
@@ -360,7 +359,8 @@ class Derivation:
                         where = words.format(f"link {place + 1} in {EVERY}", EVERY)
                         yield _change(Mistake(Term(where), yours, belongs), every)
 
-    def _list_other_rows(self) -> list[np.ndarray]:
+    @cached_property
+    def _other_rows(self) -> list[np.ndarray]:
         """Sums of joints' angles, neighbours or all but one; one reversed; coordinates."""
         absolute = np.vstack([np.zeros_like(self.links[:1]), self.links])
         rows = [b - a for a, b in combinations(absolute, 2)]
@@ -446,7 +446,7 @@ class Derivation:
 
     def _list_centripetal(self) -> Iterator[Mistake]:
         """Centripetal accelerations in a recursion from link to link: of one lever, or of many."""
-        names, rows = self.frame.names, self._list_other_rows()
+        names, rows = self.frame.names, self._other_rows
         for owner, pairs in self.groups:
             swings = _list_swings(pairs)
             for place, right in enumerate(self.links):
