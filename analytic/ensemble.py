@@ -26,7 +26,7 @@ if TYPE_CHECKING:
     from crosscheck.analytic.model import AnalyticModel
 
 GROUP_SIZE = 4 * BLOCK_LANES  # members of a group: a processor works on several blocks at a time
-CHUNK = 2**18  # numbers of a chunk: what a processor's second cache holds
+CHUNK = 2**20  # numbers of a chunk: 8 MB, beyond which an observer's call no longer counts
 ModelT = TypeVar("ModelT", bound=SteppedModel)
 ChunkT = TypeVar("ChunkT")
 
@@ -45,17 +45,17 @@ class RunChunk(ABC, Generic[ModelT]):
     models: Sequence[ModelT]
     records: Records
 
-    @property
+    @cached_property
     def theta(self) -> np.ndarray:
         """Coordinates of the joints [rad], [m]."""
         return self._joint_values(self.records.q)
 
-    @property
+    @cached_property
     def theta_dot(self) -> np.ndarray:
         """Their rates [rad/s], [m/s]."""
         return self._joint_values(self.records.v)
 
-    @property
+    @cached_property
     def theta_ddot(self) -> np.ndarray:
         """Their accelerations [rad/s^2], [m/s^2]."""
         return self._joint_values(self.records.a)

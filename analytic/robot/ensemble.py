@@ -17,7 +17,7 @@ from crosscheck.models.experiment.drive import torques_along
 class RobotChunk(RunChunk[RobotMember]):
     """Records of robots: joints are all that move, in the robot's order; planets move alike."""
 
-    @property
+    @cached_property
     def theta(self) -> np.ndarray:
         """Coordinates [rad], [m]; a joint that follows another with its offset."""
         _, offsets = self._joint_map
