@@ -451,16 +451,22 @@ def wrong_acceptance() -> Iterator[str]:
     pitch = [j.module_m * math.cos(math.radians(j.pressure_angle_deg)) / 2 for j in arm.joints]
     around = [p * (j.sun_teeth + j.planet_teeth) for p, j in zip(pitch, arm.joints, strict=True)]
     lost = [2 * each / radius for each, radius in zip(play, around, strict=True)]
-    rights = {"x_sp": 0.01 * min(play), "x_pr": 0.01 * min(play), "theta": 1e-3 * min(lost)}
-    rights |= {"F_sp": 0.01 * 5.5, "kinetic_energy": 0.01 * 5.5}
+    parts = {"x_sp": (0.01, min(play), "a hundredth of a mesh's travel, 4e-05 m")}
+    parts["x_pr"] = parts["x_sp"]
+    words = f"a thousandth of a joint's lost motion, {min(lost):.2g} rad"
+    parts["theta"] = 1e-3, min(lost), words
+    parts["F_sp"] = 0.01, 5.5678, "a hundredth of its largest value, 5.57"
     weak = load_scenario("constant-torque").model_copy(update={"drive": drive_of(1.0, 1.0)})
-    for quantity, right in rights.items():
-        said = scales.acceptance_limit(quantity, arm, weak, 5.5).value
-        if not math.isclose(said, right, rel_tol=1e-9):
-            yield f"{quantity} may be known to {said}, must be {right}"
+    for quantity, (part, of, words) in parts.items():
+        said, basis = scales.acceptance_limit(quantity, arm, weak, 5.5678)
+        if not math.isclose(said, part * of, rel_tol=1e-9) or basis != words:
+            yield f"{quantity} may be known to {said}, {basis}; must be {part * of}, {words}"
     yield from _wrong_bending(arm, pitch)
     weak = weak.model_copy(update={"drive": drive_of(1.0, 1.0, 1.0)})
-    if scales.acceptance_limit("theta", ARMS["like"](), weak, 5.5).value != 1e-6:
+    if scales.acceptance_limit("theta", ARMS["like"](), weak, 5.5) != (
+        1e-6,
+        "a millionth of a radian",
+    ):
         yield "angles of an arm without gears"
 
 
