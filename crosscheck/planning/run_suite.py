@@ -32,7 +32,7 @@ def plan_experiment_comparisons(experiment: Experiment) -> list[Comparison]:
     """Every comparison of this experiment's runs, and each run's own completeness."""
     comparisons = [*_plan_fixed_steps(experiment), *_plan_usual_switches(experiment)]
     if experiment.growth is not None:
-        comparisons = [_relax_comparison(experiment, comparison) for comparison in comparisons]
+        comparisons = [relax_comparison(experiment, comparison) for comparison in comparisons]
         growth = experiment.growth
         key = ComparisonKey("stability", experiment.name, "growth-rate", registry.reference_model())
         metric = "fastest-growing vibration with every tooth in contact"
@@ -284,7 +284,7 @@ def _subject(
     )
 
 
-def _relax_comparison(experiment: Experiment, comparison: Comparison) -> Comparison:
+def relax_comparison(experiment: Experiment, comparison: Comparison) -> Comparison:
     """The comparison, said to mean nothing where an unstable loop alone may have changed it."""
 
     def judge_results(about: Subject, results: Results) -> Finding:

@@ -1,6 +1,7 @@
 """What a check says beside its verdict: every number in its words is one that it was given."""
 
 from collections.abc import Callable
+from functools import partial
 
 import numpy as np
 import pytest
@@ -8,7 +9,22 @@ import xarray as xr
 
 from crosscheck.checks import invariants, modes, trajectories
 from crosscheck.checks.scales import ReasonedLimit
-from crosscheck.findings import ComparisonKey, Finding, Subject, make_measurement, make_share_check
+from crosscheck.findings import (
+    ComparisonKey,
+    Finding,
+    Subject,
+    make_check,
+    make_failed_check,
+    make_measurement,
+    make_share_check,
+    make_unfinished_check,
+)
+from crosscheck.models.experiment.scenario import switches
+from crosscheck.models.loading import Case, load_arm, load_scenario
+from crosscheck.planning import run_suite
+from crosscheck.planning.comparison import Comparison, Results
+from crosscheck.planning.plan import Experiment
+from crosscheck.planning.sizing import GrowingMode
 
 SUBJECT = Subject(ComparisonKey("family", "case", "theta", "one", "other"), "rad", "largest")
 WIDE = ReasonedLimit(0.0333333, "by the play")
@@ -190,3 +206,36 @@ def test_a_check_says_what_it_was_given(name):
     found = make()
     assert (found.basis, found.note, found.about.unit) == (basis, note, "rad")
     assert found.relative == (None if relative is None else pytest.approx(relative, rel=1e-3))
+
+
+def test_of_an_unstable_loop_nothing_is_judged_but_what_agrees_or_failed():
+    case = Case(load_arm("three-unlike"), load_scenario("pd"), switches())
+    experiment = Experiment("pd", case, GrowingMode(2.0, 30.0))
+    growth = "the loop is unstable while teeth touch: +2 1/s at 30 Hz"
+    found = {
+        "agree": make_check(SUBJECT, measured=1.0, tolerance=2.0, basis="so"),
+        "differ": make_check(SUBJECT, measured=3.0, tolerance=2.0, basis="so", relative=0.5),
+        "unresolved": make_check(SUBJECT, measured=1.0, tolerance=2.0, basis="so", resolved=False),
+        "failed": make_failed_check(SUBJECT, "no run"),
+        "unfinished": make_unfinished_check(SUBJECT, "no time"),
+    }
+    judged = {}
+    for verdict, finding in found.items():
+        assert finding.verdict == verdict
+        planned = Comparison(SUBJECT, (), lambda about, results, made=finding: made)
+        relaxed = run_suite.relax_comparison(experiment, planned)
+        judged[verdict] = relaxed.finding(Results({}))
+    words = f"not judged, for {growth}; else so"
+    measured = partial(make_measurement, SUBJECT, basis=words)
+    assert judged == {
+        "agree": found["agree"],
+        "differ": measured(measured=3.0, relative=0.5),
+        "unresolved": measured(measured=1.0),
+        "failed": make_failed_check(SUBJECT, f"no run; {growth}"),
+        "unfinished": make_unfinished_check(SUBJECT, f"no time; {growth}"),
+    }
+    *_, stability = (c for c in run_suite.plan_experiment_comparisons(experiment) if not c.needs)
+    said = stability.finding(Results({}))
+    assert said == make_measurement(stability.about, measured=2.0, note=growth)
+    assert stability.about.key.id == "stability/pd/growth-rate/analytic:physical"
+    assert stability.about.unit == "1/s"

@@ -1,0 +1,118 @@
+"""What a cross-check plans, as on record: what is compared, by which runs, in which words.
+
+A change of the plan writes both files anew: ``python -m tests.baselines.test_plans``.
+"""
+
+from collections.abc import Iterable, Iterator
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pytest
+
+from crosscheck.models.arm.planets import usual_switches
+from crosscheck.models.experiment.drive import drive_data
+from crosscheck.models.loading import Case, load_arm, load_scenario
+from crosscheck.models.robot.file import load_robot
+from crosscheck.planning import plan, run_suite, state_suite
+from crosscheck.planning.comparison import Comparison, collect_tasks
+from crosscheck.planning.energy_suite import plan_energy_comparisons
+from crosscheck.planning.robots import plan_robot
+from crosscheck.runner.tasks import Evaluation, Simulation
+
+HERE = Path(__file__).parent
+LIMIT_S = 1e-5  # of the stable steps
+
+
+def arm_plan() -> Iterator[str]:
+    """Of an arm of unequal numbers under the paper's controller, and of the built-in probe."""
+    arm = load_arm("three-unlike")
+    first = plan.Experiment("pd", Case(arm, load_scenario("pd"), usual_switches(arm)))
+    first = plan.set_stable_step(first, LIMIT_S)
+    planned = [
+        *state_suite.plan_state_comparisons(arm, True, 0),
+        *state_suite.plan_switch_comparisons(arm, 0),
+        *run_suite.plan_experiment_comparisons(first),
+        *plan_energy_comparisons(arm, first, LIMIT_S),
+    ]
+    for short in plan.make_short_experiments(arm, first, LIMIT_S):
+        planned += run_suite.plan_short_comparisons(short)
+    for order in plan.make_order_cases(arm, first, LIMIT_S):
+        planned += run_suite.plan_order_comparisons(order)
+    probe = plan.make_probe_experiment()
+    planned += run_suite.plan_experiment_comparisons(probe)
+    yield from describe_comparisons(planned)
+    recorded = {each.needs for each in planned if each.about.key.family == "record"}
+    for task in collect_tasks(planned):
+        if isinstance(task, Simulation):
+            yield f"{describe_run(task)}; {'recorded' if (task,) in recorded else 'not recorded'}"
+
+
+def robot_plan() -> Iterator[str]:
+    """Of a robot with gears and teeth, at all its levels."""
+    planned = plan_robot(plan.CrossCheckRequest(load_robot("sliding"), quick=True))
+    yield from describe_comparisons(planned.comparisons)
+    yield from planned.remarks
+
+
+def describe_comparisons(planned: Iterable[Comparison]) -> Iterator[str]:
+    """Comparisons alike in all but their quantities, models and cases have one line."""
+    quantities = dict[tuple[str, ...], dict[str, None]]()
+    for each in planned:
+        about, key = each.about, each.about.key
+        if key.family == "record":  # one of every run, see below
+            continue
+        models = {name: f"<{n}>" for n, name in enumerate((key.left, key.right), 1) if name}
+        needs = ", ".join(dict.fromkeys(describe_task(task, models) for task in each.needs))
+        pair = "~".join(filter(None, (key.left, key.right)))
+        words = key.family, about.metric, about.against, needs.replace(key.quantity, "<it>")
+        joint = "" if key.joint is None else f"joint {key.joint} "
+        said = f"{joint}{key.quantity} [{about.unit}]"
+        quantities.setdefault((*words, key.case, pair), {})[said] = None
+    pairs, cases = dict[tuple[str, ...], list[str]](), dict[tuple[str, ...], list[str]]()
+    for (*words, case, pair), of in quantities.items():
+        pairs.setdefault((*words, ", ".join(of), case), []).append(pair)
+    for (*words, case), names in pairs.items():
+        cases.setdefault((*words, ", ".join(names)), []).append(case)
+    for words, of in cases.items():
+        yield " | ".join((*words, ", ".join(of)))
+
+
+def describe_task(task: Any, models: dict[str, str]) -> str:
+    """A run, or a question and at how many states."""
+    model = models.get(task.model, task.model)
+    if isinstance(task, Simulation):
+        return f"{task.key.variant or 'run'} of {model}"
+    count = f" x {task.count}" if isinstance(task, Evaluation) and task.count > 1 else ""
+    return f"{task.key.quantity}{count} of {model}"
+
+
+def describe_run(task: Simulation) -> str:
+    """The numbers of a run."""
+    _, scenario, laws = task.case
+    numbers = {
+        "step": scenario.step_s,
+        "steps": scenario.steps,
+        "every": scenario.stride,
+        "rtol": task.rtol or 0.0,
+    }
+    said = ", ".join(f"{name} {number:.6g}" for name, number in numbers.items())
+    rows = drive_data(scenario, len(task.case.arm.joints)).gains.tolist()
+    start = ", ".join(f"{angle:.6g}" for angle in np.atleast_1d(scenario.start.theta_rad))
+    drive = "; ".join(" ".join(f"{number:.5g}" for number in row) for row in rows)
+    return f"{task.key}: {said}, planets {laws.planets}; start {start}; drive {drive}"
+
+
+PLANS = {"plan-arm.txt": arm_plan, "plan-robot.txt": robot_plan}
+
+
+@pytest.mark.parametrize("name", PLANS)
+def test_a_plan_is_as_on_record(name):
+    recorded = (HERE / name).read_text(encoding="utf-8").splitlines()
+    assert list(PLANS[name]()) == recorded
+    assert len(recorded) > 20
+
+
+if __name__ == "__main__":
+    for file, make in PLANS.items():
+        (HERE / file).write_text("\n".join([*make(), ""]), encoding="utf-8")
