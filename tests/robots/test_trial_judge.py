@@ -64,6 +64,12 @@ PARTS = ("mass_matrix", "bias", "gravity", "force", "inverse_dynamics", "acceler
 def test_an_entry_differs_just_beyond_its_tolerance(two, part):
     above = run_robot_trial(planted(part, ABOVE), two)
     assert verdicts(above)[part] == {"differ"}
+    found = [f for f in above.agreement.findings if f.quantity == part]
+    beside = [f for f in found if f.about.key.family == "trial-states"]
+    assert [f.right for f in beside] == ["analytic", "pinocchio", "exudyn"]
+    for finding in beside:
+        assert finding.measured == pytest.approx(ABOVE * TOLERANCE, rel=1e-4)
+        assert finding.tolerance == TOLERANCE
     place = "M[j1, j2]" if part == "mass_matrix" else f"{part}[j2]"
     shares = {entry.name: entry.share for entry in above.diagnosis.entries}
     assert shares[place] == pytest.approx(ABOVE * TOLERANCE, rel=1e-4)
@@ -110,9 +116,66 @@ OWN: dict[str, Callable[[float], Equations]] = {
 
 @pytest.mark.parametrize("check", OWN)
 def test_what_equations_owe_to_themselves_is_judged_by_itself(two, check):
-    above = verdicts(run_robot_trial(OWN[check](ABOVE), two))
-    assert [name for name, found in above.items() if found != {"agree"}] == [check]
+    (above,) = run_robot_trial(OWN[check](ABOVE), two).agreement.disagreeing
+    assert above.quantity == check
+    assert above.measured == pytest.approx(ABOVE * TOLERANCE, rel=1e-4)
     assert run_robot_trial(OWN[check](BELOW), two).exit_code == 0
+
+
+DIFFERENCES = 200 / 3  # times the tolerance, of what differences of answers leave
+BY_DIFFERENCES = "bias-from-inertia", "gravity-is-a-gradient"
+
+
+def by_differences(biased: float, turned: float) -> Equations:
+    """A bias that is not M's, and weights that no energy has, off by so many tolerances.
+
+    Of the larger sizes of two weights that of the shoulder over a bent elbow is the smallest.
+    """
+    bent = two_link.sizes("gravity", np.array([0.0, np.pi]), ZERO, ZERO, ZERO)[0]
+
+    def bias(q, v):
+        off = biased * DIFFERENCES * TOLERANCE * two_link.sizes("bias", q, v, ZERO, ZERO)
+        return two_link.bias(q, v) + off
+
+    def gravity(q):
+        return two_link.gravity(q) + turned * DIFFERENCES * TOLERANCE * bent * np.array([0, q[0]])
+
+    return two_link.right(bias=bias, gravity=gravity)
+
+
+@pytest.mark.parametrize("off", [(ABOVE, BELOW), (BELOW, ABOVE)])
+def test_what_parts_owe_to_each_other_is_judged_by_differences_of_answers(two, off):
+    findings = run_robot_trial(by_differences(*off), two).agreement.findings
+    own = {finding.quantity: finding for finding in findings}
+    for check, by in zip(BY_DIFFERENCES, off, strict=True):
+        assert own[check].verdict == ("differ" if by > 1 else "agree")
+        assert own[check].tolerance == pytest.approx(DIFFERENCES * TOLERANCE, rel=1e-9)
+        assert own[check].measured == pytest.approx(by * own[check].tolerance, rel=0.01)
+
+
+SAID = "1e-10 of the entry's natural size, of which rounding explains 1e-15"
+OVER = "largest difference of an entry over the random states, over its natural size"
+
+
+def test_findings_say_what_is_compared_with_what(two):
+    trial = run_robot_trial(Equations(**{part: getattr(two_link, part) for part in PARTS}), two)
+    bases = {"positive-definite": "all eigenvalues positive"}
+    bases |= dict.fromkeys(BY_DIFFERENCES, f"{SAID}, 66.7 times for differences of answers")
+    own = [f"repeatable-{part}" for part in PARTS]
+    own += [*OWN, "positive-definite", *BY_DIFFERENCES]
+    ids = {f"trial-own/tested/{name}/yours" for name in own}
+    ids |= {
+        f"trial-states/tested/{part}/yours~{engine}"
+        for part in PARTS
+        for engine in ("analytic", "pinocchio", "exudyn")
+    }
+    assert {finding.id for finding in trial.agreement.findings} == ids
+    for finding in trial.agreement.findings:
+        assert (finding.unit, finding.about.metric) == ("1", OVER)
+        assert finding.basis == bases.get(finding.quantity, SAID)
+        assert finding.verdict == "agree"
+        if finding.about.key.family == "trial-own":
+            assert finding.right == "first principles"
 
 
 SYMBOLS = sp.symbols("q1 q2")
