@@ -25,7 +25,10 @@ LIMIT_S = 1e-5  # of the stable steps
 
 
 def arm_plan() -> Iterator[str]:
-    """Of an arm of unequal numbers under the paper's controller, and of the built-in probe."""
+    """Of an arm of unequal numbers under the paper's controller, of the built-in probe, of forms.
+
+    The paper's own forms are of its arm alone.
+    """
     arm = load_arm("three-unlike")
     first = plan.Experiment("pd", Case(arm, load_scenario("pd"), usual_switches(arm)))
     first = plan.set_stable_step(first, LIMIT_S)
@@ -41,6 +44,12 @@ def arm_plan() -> Iterator[str]:
         planned += run_suite.plan_order_comparisons(order)
     probe = plan.make_probe_experiment()
     planned += run_suite.plan_experiment_comparisons(probe)
+    papers = plan.Experiment("papers", Case(load_arm("paper-labelled"), *first.case[1:]))
+    beside = [
+        *state_suite.plan_state_comparisons(papers.case.arm, True, 0),
+        *run_suite.plan_experiment_comparisons(papers),
+    ]
+    planned += [each for each in beside if each.about.key.family.startswith("form")]
     yield from describe_comparisons(planned)
     recorded = {each.needs for each in planned if each.about.key.family == "record"}
     for task in collect_tasks(planned):

@@ -518,9 +518,16 @@ def _wrong_bending(arm: Arm, pitch: Sequence[float]) -> Iterator[str]:
         stiff = TypeAdapter(StiffnessLaw).validate_python(law, strict=False)
         if mean is not None and not math.isclose(modes.mean_stiffness(stiff), mean, rel_tol=1e-9):
             yield f"{law['law']}: mean {modes.mean_stiffness(stiff)}, must be {mean}"
-        own = change_meshes(
-            arm, lambda mesh, stiff=stiff: mesh.model_copy(update={"stiffness": stiff})
+        # The suns' meshes have the law, the rings' are softer.
+        softer = SineStiffness(law="sine", mean_N_per_m=3e7, amplitude_N_per_m=1e7)
+        own = change_meshes(arm, lambda mesh: mesh.model_copy(update={"stiffness": softer}))
+        joints = tuple(
+            joint.model_copy(
+                update={"sun_mesh": joint.sun_mesh.model_copy(update={"stiffness": stiff})}
+            )
+            for joint in own.joints
         )
+        own = own.model_copy(update={"joints": joints})
         bent = [
             torque / (p * (j.sun_teeth + j.ring_teeth)) / (j.planet_count * bound)
             for torque, p, j in zip((2e5, 9e5), pitch, own.joints, strict=True)
