@@ -511,6 +511,9 @@ BOUNDS: list[tuple[dict[str, Any], float, float | None]] = [
 ]
 
 
+SOFTER = SineStiffness(law="sine", mean_N_per_m=3e7, amplitude_N_per_m=1e7)
+
+
 def _wrong_bending(arm: Arm, pitch: Sequence[float]) -> Iterator[str]:
     """Under torques that bend teeth by more than their play: of each stiffness law's bound."""
     strong = load_scenario("constant-torque").model_copy(update={"drive": drive_of(2e5, 9e5)})
@@ -519,8 +522,7 @@ def _wrong_bending(arm: Arm, pitch: Sequence[float]) -> Iterator[str]:
         if mean is not None and not math.isclose(modes.mean_stiffness(stiff), mean, rel_tol=1e-9):
             yield f"{law['law']}: mean {modes.mean_stiffness(stiff)}, must be {mean}"
         # The suns' meshes have the law, the rings' are softer.
-        softer = SineStiffness(law="sine", mean_N_per_m=3e7, amplitude_N_per_m=1e7)
-        own = change_meshes(arm, lambda mesh: mesh.model_copy(update={"stiffness": softer}))
+        own = change_meshes(arm, lambda mesh: mesh.model_copy(update={"stiffness": SOFTER}))
         joints = tuple(
             joint.model_copy(
                 update={"sun_mesh": joint.sun_mesh.model_copy(update={"stiffness": stiff})}

@@ -19,6 +19,7 @@ from crosscheck.trial.input.equations import Coordinates, Equations
 from crosscheck.trial.input.loading import extract_equations, load_equations
 from crosscheck.trial.robots.output import format_lines
 from crosscheck.trial.robots.trial import RobotTrial, run_robot_trial
+from tests.loops import require_items
 from tests.robots import two_link
 from tests.robots.test_trial import equations
 from tests.tool.test_bad_input import assert_one_line
@@ -67,7 +68,7 @@ def test_an_entry_differs_just_beyond_its_tolerance(two, part):
     found = [f for f in above.agreement.findings if f.quantity == part]
     beside = [f for f in found if f.about.key.family == "trial-states"]
     assert [f.right for f in beside] == ["analytic", "pinocchio", "exudyn"]
-    for finding in beside:
+    for finding in require_items(beside):
         assert finding.measured == pytest.approx(ABOVE * TOLERANCE, rel=1e-4)
         assert finding.tolerance == TOLERANCE
     place = "M[j1, j2]" if part == "mass_matrix" else f"{part}[j2]"
@@ -147,8 +148,9 @@ def by_differences(biased: float, turned: float) -> Equations:
 def test_what_parts_owe_to_each_other_is_judged_by_differences_of_answers(two, off):
     findings = run_robot_trial(by_differences(*off), two).agreement.findings
     own = {finding.quantity: finding for finding in findings}
+    judged = [own[check].verdict for check in BY_DIFFERENCES]
+    assert judged == ["differ" if by > 1 else "agree" for by in off]
     for check, by in zip(BY_DIFFERENCES, off, strict=True):
-        assert own[check].verdict == ("differ" if by > 1 else "agree")
         assert own[check].tolerance == pytest.approx(DIFFERENCES * TOLERANCE, rel=1e-9)
         assert own[check].measured == pytest.approx(by * own[check].tolerance, rel=0.01)
 
@@ -170,7 +172,7 @@ def test_findings_say_what_is_compared_with_what(two):
         for engine in ("analytic", "pinocchio", "exudyn")
     }
     assert {finding.id for finding in trial.agreement.findings} == ids
-    for finding in trial.agreement.findings:
+    for finding in require_items(trial.agreement.findings):
         assert (finding.unit, finding.about.metric) == ("1", OVER)
         assert finding.basis == bases.get(finding.quantity, SAID)
         assert finding.verdict == "agree"
