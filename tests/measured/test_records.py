@@ -13,6 +13,7 @@ import scipy.io
 from rosbags.rosbag2 import StoragePlugin, Writer
 from rosbags.typesys import Stores, get_typestore
 
+from crosscheck.identification.recording import require_even_enough
 from crosscheck.models.errors import InputError
 from crosscheck.provenance import ROOT
 from crosscheck.recordings.record import Record, read_record
@@ -184,6 +185,23 @@ def test_bad_table_is_one_line(crosscheck, record, tmp_path, case):
     assert_one_line(answer, said)
     assert not (tmp_path / "c.json").exists()
     assert not (tmp_path / "page" / "compare.html").exists()
+
+
+UNEVEN = {
+    "r.csv: time, row 4 = 0.01: must be after 0.02": [0.0, 0.01, 0.02, 0.01, 0.03],
+    "r.csv: time, row 3 = 0.01: must be after 0.01": [0.0, 0.01, 0.01, 0.02],
+    "r.csv: time, row 5 = 3.03: is 3 s after the row before; cut the record where it has gaps": [
+        *(0.0, 0.01, 0.02, 0.03, 3.03),
+        *(3.03 + 0.01 * np.arange(1, 40)),
+    ],
+}
+
+
+@pytest.mark.parametrize("said", UNEVEN)
+def test_times_that_no_filter_follows_are_refused(said):
+    with pytest.raises(InputError) as error:
+        require_even_enough("r.csv", np.array(UNEVEN[said]))
+    assert str(error.value) == said
 
 
 BAD_ARRAYS = {

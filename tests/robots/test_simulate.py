@@ -211,10 +211,14 @@ def test_a_robot_in_an_experiment_is_asked_as_an_arm_is(level, robot):
         )
         for m in models
     ]
+    twice = models[0].bias(q, 2 * v)  # a force of rates is of their squares
+    assert twice == pytest.approx(4 * answers[0][1], abs=1e-9 * np.abs(twice).max())
     for mass, bias, force, a in answers:
         assert mass @ a + bias == pytest.approx(force, abs=1e-9 * np.abs(mass @ a).max())
         for value, expected in zip((mass, bias, force), answers[0], strict=False):
             assert value == pytest.approx(expected, abs=1e-9 * np.abs(expected).max())
+    title = f"Model {models[0].name} of tested, experiment swing\ncoordinates: "
+    assert repr(models[0]) == title + ", ".join(models[0].coordinates)
     with pytest.raises(InputError, match="must be numbers of shape"):
         models[0].mass_matrix([0.0])
     with pytest.raises(InputError, match="switches: are of arms alone"):

@@ -5,6 +5,8 @@ from pathlib import Path
 
 import pytest
 
+from crosscheck.models.arm.arm import Arm
+from crosscheck.models.arm.stiffness import TableStiffness
 from crosscheck.models.files import read_raw_robot
 from crosscheck.models.loading import load_arm, load_scenario, validate_record
 from crosscheck.models.robot.file import RobotFile
@@ -67,6 +69,13 @@ def test_every_field_has_a_meaning_and_a_range(record):
     for field in describe_fields(record):
         assert re.fullmatch(r"\S.*\.", field.meaning), field.name
         assert field.allowed or field.records, field.name
+
+
+def test_a_list_says_how_many_it_may_have():
+    fields = {field.name: field for field in describe_fields(Arm)}
+    assert fields["links"].lists == "1 to 7"
+    (law,) = (field for field in describe_fields(TableStiffness) if field.name == "phase_cycles")
+    assert law.allowed == "a list of 5 to 2000, each 0 to 1"
 
 
 @pytest.mark.parametrize("record", RECORDS)
