@@ -10,6 +10,7 @@ import sympy as sp
 from crosscheck.models.errors import InputError
 from crosscheck.testing import assert_agrees, from_sympy
 from crosscheck.trial.input.equations import Coordinates, Equations
+from crosscheck.trial.robots.answers import Friction
 from crosscheck.trial.robots.trial import RobotTrial
 from tests.robots import two_link
 
@@ -96,6 +97,15 @@ def test_friction_that_is_another_than_stated_is_seen():
     stated = Equations(**{**vars(own), "viscous_friction": 1.01 * VISCOUS})
     with pytest.raises(AssertionError, match="force alone is wrong"):
         assert_agrees(stated, TWO)
+
+
+def test_friction_of_one_joint_or_of_one_kind_is_friction():
+    none, one, v = np.zeros(2), np.array([0.0, 2.0]), np.array([[3.0, -5.0]])
+    assert Friction(one, none).is_stated
+    assert Friction(none, one).is_stated
+    assert not Friction(none, none).is_stated
+    assert Friction(one, none).torques(v).tolist() == [[0.0, -10.0]]
+    assert Friction(none, one).torques(v).tolist() == [[0.0, -2.0]]
 
 
 def test_friction_has_a_number_for_each_coordinate():

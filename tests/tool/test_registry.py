@@ -12,7 +12,9 @@ from crosscheck.analytic.model import RigidLinks
 from crosscheck.models.arm.planets import usual_switches
 from crosscheck.models.errors import InputError
 from crosscheck.models.loading import Case, load_arm, load_case
-from crosscheck.planning.plan import Experiment
+from crosscheck.models.robot.file import load_robot
+from crosscheck.planning.plan import CrossCheckRequest, Experiment
+from crosscheck.planning.robots import plan_robot
 from crosscheck.planning.run_suite import plan_experiment_comparisons
 from crosscheck.planning.state_suite import plan_state_comparisons
 from crosscheck.runner.tasks import Evaluation
@@ -173,3 +175,25 @@ def test_a_guest_is_asked_about_what_it_covers_alone():
         tasks = [task for c in plan_state_comparisons(ARM, True, 0) for task in c.needs]
         asked = {task.case.switches.planets for task in tasks if task.model == "mine"}
         assert asked == {"lumped"}
+
+
+def test_a_robots_guest_is_asked_at_its_levels_alone():
+    robot, planned = load_robot("sliding"), CrossCheckRequest(load_robot("sliding"), quick=True)
+    guest = replace(registry.MODELS["pinocchio"], levels=("links", "coupled"))
+    before = {each.about.key.id for each in plan_robot(planned).comparisons}
+    with registry.register("mine", guest):
+        assert registry.model_names("robot")[-1] == "mine"
+        found = plan_robot(planned)
+        levels = {level for level in robot.levels if "mine" in registry.find_level_engines(level)}
+        assert registry.find_robot_model("mine:coupled", robot) == ("mine", "coupled")
+        with pytest.raises(InputError, match="sliding has the levels links, coupled in mine"):
+            registry.find_robot_model("mine:armature", robot)
+        with pytest.raises(InputError, match="must be ENGINE:LEVEL, ENGINE one of analytic, "):
+            registry.find_robot_model("yours:links", robot)
+    assert levels == {"links", "coupled"}
+    own = {each.about.key.id for each in found.comparisons} - before
+    assert {each.rpartition("mine:")[2] for each in own} == {"links", "coupled"}
+    without = [remark for remark in found.remarks if remark.startswith("without mine")]
+    assert without == [
+        f"without mine at {level}: it does not have this level" for level in ("armature", "geared")
+    ]

@@ -1,0 +1,58 @@
+"""The numbers by which a trial looks for a robot's wrong entries, beside closed forms."""
+
+import numpy as np
+import pytest
+
+from crosscheck.models.robot.robot import RobotBody
+from crosscheck.trial.robots.search import _find_root, _is_identity, _solve_step, _vary_parameters
+
+LINEAR, SQUARE = np.array([2.0, -1.0, 0.5]), np.array([0.3, 0.7, -0.2])
+
+
+@pytest.mark.parametrize("x", [0.7, -0.4, 3.0])
+def test_a_step_solves_a_difference_of_second_order(x):
+    difference = LINEAR * x + SQUARE * x**2
+    assert _solve_step(LINEAR, SQUARE, difference) == pytest.approx(x, rel=1e-9)
+    assert _solve_step(LINEAR, 0 * SQUARE, LINEAR * x) == pytest.approx(x, rel=1e-9)
+    assert abs(_solve_step(0 * LINEAR, SQUARE, SQUARE * x**2)) == pytest.approx(abs(x), rel=1e-6)
+
+
+def test_of_two_steps_that_do_alike_the_smaller_one_is_taken():
+    x, other = 0.5, -3.0  # x^2 - (x + other) x is the same at both
+    assert _solve_step(-(x + other) * SQUARE, SQUARE, -x * other * SQUARE) == pytest.approx(x)
+    assert _solve_step(0 * LINEAR, 0 * SQUARE, LINEAR) == 0.0
+
+
+def test_a_root_is_where_least_is_left():
+    def left(value: float) -> np.ndarray:
+        return np.array([value - 2.0, 0.1 * (value - 2.0) ** 2])
+
+    assert _find_root(left, 1.5, 1.0) == pytest.approx(2.0, rel=1e-9)
+    # no step is longer than the number's own size, and there are few
+    assert _find_root(lambda value: np.array([value - 2.0]), -1e3, 1.0) < -900
+    assert _find_root(lambda value: np.ones(2), 1.0, 1.0) is None
+    # nor is one begun that leaves more than most of it
+    assert _find_root(lambda value: np.array([value, 50.0]), 1.0, 1.0) is None
+
+
+def test_a_turn_is_none_up_to_rounding():
+    assert _is_identity(np.eye(3) + 1e-13)
+    assert not _is_identity(np.diag([1.0, -1.0, -1.0]))
+
+
+def parameters(body: RobotBody) -> np.ndarray:
+    """Mass, m c, and the inertia about the joint by Steiner's theorem, (10,)."""
+    m, c = body.mass, body.com
+    about = body.inertia + m * (c @ c * np.eye(3) - np.outer(c, c))
+    return np.array([m, *(m * c), *about[np.triu_indices(3)]])
+
+
+def test_each_of_ten_parameters_is_varied_alone():
+    inertia = np.array([[0.4, 0.02, -0.01], [0.02, 0.5, 0.03], [-0.01, 0.03, 0.6]])
+    body = RobotBody(3.0, np.array([0.1, -0.2, 0.3]), inertia)
+    changes = np.array([parameters(each) - parameters(body) for each in _vary_parameters(body)])
+    trace = parameters(body)[[4, 7, 9]].sum()
+    sizes = [0.3, *[0.3 * 0.3] * 3, *[0.1 * trace] * 6]
+    assert changes == pytest.approx(np.diag(sizes), abs=1e-12)
+    (*_, massive) = _vary_parameters(body)
+    assert massive.inertia == pytest.approx(massive.inertia.T)
