@@ -1,6 +1,7 @@
 """What a check says beside its verdict: every number in its words is one that it was given."""
 
 from collections.abc import Callable
+from dataclasses import replace
 from functools import partial
 
 import numpy as np
@@ -25,6 +26,7 @@ from crosscheck.planning import run_suite
 from crosscheck.planning.comparison import Comparison, Results
 from crosscheck.planning.plan import Experiment
 from crosscheck.planning.sizing import GrowingMode
+from crosscheck.recordings.engines import describe_disagreement, describe_engine
 
 SUBJECT = Subject(ComparisonKey("family", "case", "theta", "one", "other"), "rad", "largest")
 WIDE = ReasonedLimit(0.0333333, "by the play")
@@ -239,3 +241,28 @@ def test_of_an_unstable_loop_nothing_is_judged_but_what_agrees_or_failed():
     assert said == make_measurement(stability.about, measured=2.0, note=growth)
     assert stability.about.key.id == "stability/pd/growth-rate/analytic:physical"
     assert stability.about.unit == "1/s"
+
+
+def test_of_engines_on_a_recording_the_worst_is_told():
+    def beside(other: str, measured: float, note: str = "") -> Finding:
+        about = Subject(ComparisonKey("recording", "arm/links", "torque", "one", other), "1", "")
+        return make_check(about, measured=measured, tolerance=1e-12, basis="", note=note)
+
+    fine, near, far = beside("a", 2e-13), beside("b", 3e-12, "b."), beside("c", 4.44e-9, "c.")
+    lost = make_failed_check(replace(fine.about, key=replace(fine.about.key, right="d")), "d died")
+    assert list(map(describe_engine, (fine, far, lost))) == [
+        "a agrees with one: 2.0e-13 of the torques' terms apart, at most 1.0e-12 is rounding",
+        "c DIFFERS from one: 4.4e-09 of the torques' terms apart, at most 1.0e-12 is rounding",
+        "d DIFFERS from one: d died",
+    ]
+    apart = "4.4e-09 of the torques' terms apart, at most 1.0e-12 is rounding"
+    silent = "Nothing is said about the recording."
+    assert list(describe_disagreement([fine, near, far], "robot")) == [
+        f"The engines do not agree on the robot's torques: c and one, {apart}. {silent}",
+        "b.",
+        "c.",
+    ]
+    assert list(describe_disagreement([far, lost], "arm")) == [
+        f"The engines do not agree on the arm's torques: d and one, d died. {silent}",
+        "c.",
+    ]
