@@ -82,6 +82,21 @@ def test_friction_of_a_joint_that_never_turns_back_is_no_number(robot):
     assert side.is_excited
 
 
+def test_of_a_joint_whose_torque_is_not_measured_the_motion_alone_counts(robot):
+    """Its friction is in no torque; that of the others is estimated as without it."""
+    given = recording(robot, "links", seconds=6.0)
+    torque = given.motor_torque.copy()
+    torque[:, 1] = np.nan
+    side = first_side(robot, replace(given, motor_torque=torque))
+    told = {each.term.name: each for each in side.estimates}
+    assert not {f"{kind} of j2" for kind in ("offset", "coulomb", "viscous")} & told.keys()
+    for number in (1, 3):
+        found = told[f"coulomb of j{number}"]
+        assert abs(found.value - COULOMB[number - 1]) < 2 * found.half_width
+    assert side.shown.shape[1] == side.residual.shape[1] == 2
+    assert (side.names, side.measured) == (("j1", "j2", "j3"), ("j1", "j3"))
+
+
 def test_links_alone_are_named_where_there_is_no_rotor(robot):
     side = first_side(robot, recording(robot, "links", seconds=10.0))
     assert (side.seen, side.impossible, side.is_excited) == ((), (), True)
