@@ -21,8 +21,6 @@ from crosscheck.runner.progress_update import ProgressUpdate, TimeEstimate
 from crosscheck.runner.tasks import Evaluation, RunKey
 from crosscheck.runner.workers import Workers
 
-pytestmark = pytest.mark.system
-
 CASE = load_case("paper-labelled", "constant-torque")
 
 
@@ -114,6 +112,20 @@ def test_on_a_terminal_there_is_a_bar_that_goes(monkeypatch, capsys):
     assert shown.rstrip().endswith("\x1b[2K")
 
 
+def test_bars_show_what_is_done_in_a_second_and_the_time_that_is_left(clock):
+    rates = {None: "", 0.0: "", 1234.56: "1,235/s"}
+    for speed, shown in rates.items():
+        assert str(progress._Rate().render(SimpleNamespace(speed=speed))) == shown
+    clock[0] += 7.0
+    left = {None: "", 137.4: "about 30 s left", 107.2: "about 1 s left", 257.0: "about 2 min left"}
+    for until, shown in left.items():
+        task = SimpleNamespace(fields={"until": until})
+        assert str(progress._TimeLeft().render(task)) == shown
+    assert progress._format_duration(99.0) == "about 99 s"
+    assert progress._format_duration(100.0) == "about 2 min"
+
+
+@pytest.mark.system
 def test_a_whole_check_says_at_once_what_it_does(tmp_path):
     """Also where there is no terminal."""
     often = "import crosscheck.runner.progress as p; p.EVERY_S = 1.0"
@@ -145,6 +157,7 @@ def runs() -> dict[RunKey, xr.Dataset]:
     return found | {RunKey("another", models[0]): found[RunKey("one", models[0])]}
 
 
+@pytest.mark.system
 def test_a_drawing_is_made_as_soon_as_its_runs_are_there(runs):
     charts = Charts()
     drawn = []
@@ -157,6 +170,7 @@ def test_a_drawing_is_made_as_soon_as_its_runs_are_there(runs):
     assert pictures.levels == charts.levels
 
 
+@pytest.mark.system
 def test_drawings_do_not_hang_on_which_run_ends_first(runs):
     one, other = Charts(), Charts()
     for key in runs:
