@@ -15,13 +15,13 @@ import pytest
 
 import crosscheck as package
 from crosscheck.findings import Agreement, ComparisonKey, Finding, Subject, make_check
-from crosscheck.models.errors import Diverged, Unfinished
+from crosscheck.models.errors import Unfinished
 from crosscheck.models.experiment.scenario import switches
 from crosscheck.models.loading import Case, load_scenario
 from crosscheck.planning import preparation
 from crosscheck.planning.comparison import Comparison, Results, collect_tasks, judge_comparisons
-from crosscheck.planning.plan import CrossCheckRequest, Experiment
-from crosscheck.planning.preparation import _is_fine, prepare_experiments
+from crosscheck.planning.plan import CrossCheckRequest
+from crosscheck.planning.preparation import prepare_experiments
 from crosscheck.provenance import ROOT, record_provenance
 from crosscheck.report.formatting import describe_tally
 from crosscheck.report.junit import format_junit
@@ -29,7 +29,7 @@ from crosscheck.run import plan_comparisons, run_tasks
 from crosscheck.runner import cpu_limit
 from crosscheck.runner.outcomes import Failure
 from crosscheck.runner.progress_update import ignore_progress
-from crosscheck.runner.tasks import Evaluation, Simulation
+from crosscheck.runner.tasks import Evaluation
 from crosscheck.runner.workers import Workers
 from tests.arms import arm_of
 
@@ -114,18 +114,6 @@ def test_a_preparation_that_fails_is_a_failed_check(monkeypatch, lost):
         ("failed", "analytic:physical: ValueError: no such root")
     }
     assert agreement.exit_code == 1
-
-
-@pytest.mark.parametrize(("diverging", "fine"), [("", True), ("coarse", False)])
-def test_only_a_finer_step_is_sought_where_one_may_help(monkeypatch, diverging, fine):
-    def runs(task: Simulation) -> None:
-        assert task.key.variant in ("", diverging)
-        if task.key.variant == diverging:
-            raise Diverged(task.model, 0.1)
-
-    monkeypatch.setattr(preparation, "_run", runs)
-    case = Case(arm_of(1), load_scenario("constant-torque"), switches())
-    assert _is_fine(Experiment("constant-torque", case)) is fine
 
 
 ABOUT = Subject(ComparisonKey("states", "arm", "bias", "one", "other"), "1", "largest difference")
