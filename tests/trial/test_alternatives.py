@@ -1,0 +1,104 @@
+"""What may stand where a symbol belongs: words that, read as a formula, have the given value.
+
+The readers here know symbols and Python's arithmetic alone.
+"""
+
+import re
+
+import numpy as np
+import pytest
+
+from crosscheck.models.loading import load_arm
+from crosscheck.trial.diagnose import arm_numbers, values
+from crosscheck.trial.diagnose.values import (
+    collect_arm_values,
+    draw_unrelated_values,
+    generate_alternatives,
+    generate_ratios,
+)
+
+ARM = load_arm("three-unlike")
+VALUES = collect_arm_values(ARM)
+
+
+def read(text: str, joint: int) -> float:
+    """The value of a formula as people write it."""
+    text = re.sub(r"^the pitch radius ", "", text)
+    text = re.sub(r"^(r_cp?\d) by (.*)$", r"\1 RADII(\2)/(r_s# + r_p#)", text)
+    if "RADII" in text:  # the base radii of these teeth
+        text = text.replace("RADII", "").replace("z_", "r_")
+    if "alpha" in text:
+        cosine = np.cos(np.radians(ARM.joints[joint - 1].pressure_angle_deg))
+        text = text.replace("cos(alpha)", repr(float(cosine)))
+    text = text.replace("#", str(joint)).replace("^", "**")
+    text = re.sub(r"(?<=[\w)]) (?=[\w(])", "*", text)
+    return float(eval(text, {"sqrt": np.sqrt, "__builtins__": {}}, VALUES))
+
+
+@pytest.mark.parametrize("symbol", VALUES)
+def test_an_alternative_is_worth_what_it_says(symbol):
+    found = list(generate_alternatives(symbol, VALUES))
+    joint = values.parse_symbol(symbol).joint
+    for each in found:
+        assert each.value == pytest.approx(read(each.text, joint), rel=1e-12), each.text
+        assert 0 < each.cost < 1.2
+    texts = [each.text for each in found]
+    assert len(set(texts)) == len(texts)
+    assert symbol not in texts
+    assert bool(texts) == (values.parse_symbol(symbol).stem in values.QUANTITY_OF_STEM)
+
+
+def test_each_kind_of_symbol_has_its_alternatives():
+    """By hand, of one arm: those that are no other symbol."""
+
+    def made(symbol: str) -> list[str]:
+        return [e.text for e in generate_alternatives(symbol, VALUES) if e.text not in VALUES]
+
+    assert made("d2") == ["L2/2", "L2 - d2"]
+    assert made("I_l2") == ["m2 L2^2/12", "m2 L2^2/3"]
+    assert made("N1") == ["sqrt(N1)", "N1 - 1", "N1 + 1"]
+    assert made("n1")[-1] == "1/n1"
+    assert len(made("n1")) == 11
+    assert made("r_s1") == ["the pitch radius r_s1/cos(alpha)", "r_s1 cos(alpha)"]
+    assert made("r_c1")[-1] == "r_c1 cos(alpha)"
+    assert made("g_x") == [s + g for s in ("-" * (VALUES["g_x"] < 0),) for g in values.G]
+
+
+@pytest.mark.parametrize("symbol", ["M_s1", "M_p1", "M_s2"])
+def test_a_ratio_is_a_multiple_of_the_right_one(symbol):
+    """A sun turns by z_r / z_s + 1 of its carrier, its planets by z_r / z_p - 1."""
+    right, found = symbol[-1], list(generate_ratios(symbol, VALUES))
+    joint, of_sun = int(right), symbol.startswith("M_s")
+    belongs = f"z_r{joint}/z_s{joint} + 1" if of_sun else f"z_r{joint}/z_p{joint} - 1"
+    gear = "sun's" if of_sun else "planets'"
+    assert len(found) == (10 if of_sun else 9) + 2 + 1
+    for said, each in found:
+        assert said == belongs
+        text = each.text.removeprefix(f"the {gear} ratio ")
+        assert each.value * read(belongs, joint) == pytest.approx(read(text, joint), rel=1e-12)
+    assert list(generate_ratios("m1", VALUES)) == []
+
+
+def test_a_symbol_is_confused_with_its_nearest_likes():
+    """Of its own joint before others', of its own kind of number before other kinds."""
+    costs = {each.text: each.cost for each in generate_alternatives("L2", VALUES)}
+    assert costs["d2"] < costs["L1"] < costs["d1"]
+    assert costs["L1"] == costs["L3"]
+    assert costs["d1"] < costs["r_s1"]
+    of_radius = {each.text: each.cost for each in generate_alternatives("r_s1", VALUES)}
+    assert of_radius["r_p1"] < of_radius["r_s2"] < of_radius["r_p2"] < of_radius["L2"]
+    of_mass = {each.text: each.cost for each in generate_alternatives("m2", VALUES)}
+    assert of_mass["m1"] < of_mass["m_payload"] < of_mass["M_s1"]
+
+
+def test_unrelated_numbers_are_each_of_their_own():
+    drawn = draw_unrelated_values(VALUES)
+    assert len(set(drawn.values())) == len(VALUES)
+    assert all(0.5 <= value <= 2.0 for value in drawn.values())
+    assert drawn == draw_unrelated_values(reversed(list(VALUES)))
+    assert draw_unrelated_values(["L1"], 1) != draw_unrelated_values(["L1"])
+
+
+def test_numbers_of_an_arm_are_scaled_and_set_by_name():
+    scaled = arm_numbers.scale_by_powers(5.0, {"a": 2, "b": -1}, {"a": 3.0, "b": 4.0}.__getitem__)
+    assert scaled == pytest.approx(5 * 9 / 4)
