@@ -4,6 +4,7 @@ import numpy as np
 import pytest
 
 from crosscheck.models.robot.robot import RobotBody
+from crosscheck.trial.robots.exchanges import list_unit_bodies, move_values
 from crosscheck.trial.robots.search import _find_root, _is_identity, _solve_step, _vary_parameters
 
 LINEAR, SQUARE = np.array([2.0, -1.0, 0.5]), np.array([0.3, 0.7, -0.2])
@@ -56,3 +57,25 @@ def test_each_of_ten_parameters_is_varied_alone():
     assert changes == pytest.approx(np.diag(sizes), abs=1e-12)
     (*_, massive) = _vary_parameters(body)
     assert massive.inertia == pytest.approx(massive.inertia.T)
+
+
+def test_unit_bodies_have_one_parameter_each_beside_their_mass():
+    rows = np.array([parameters(body) for body in list_unit_bodies()])
+    assert rows[0] == pytest.approx(np.eye(10)[0])
+    assert rows[1:] - rows[0] == pytest.approx(np.eye(10)[1:])
+
+
+def test_values_are_exchanged_taken_from_another_part_or_shifted():
+    assert list(move_values(["a", "b"], [[1.0], [2.0]], "length")) == [
+        ("a and b: length exchanged", {0: [2.0], 1: [1.0]}),
+        ("a: length of b", {0: [2.0]}),
+        ("b: length of a", {1: [1.0]}),
+    ]
+    moved = dict(move_values(["a", "b", "c"], [[1.0], [2.0], [3.0]], "length"))
+    assert moved["every part has the length of the next"] == {0: [2.0], 1: [3.0], 2: [1.0]}
+    assert moved["every part has the length of the one before"] == {0: [3.0], 1: [1.0], 2: [2.0]}
+    assert moved["length of all in the opposite order"] == {0: [3.0], 1: [2.0], 2: [1.0]}
+    assert len(moved) == 3 * 3 + 3
+    # of parts that share a number fewer fields say as much
+    shared = dict(move_values(["a", "b"], [[1.0, np.ones(3)], [2.0, np.ones(3)]], "size"))
+    assert shared == {}
