@@ -6,7 +6,7 @@ from scipy.stats import t
 
 from crosscheck.identification.bandwidth import choose_bandwidth
 from crosscheck.identification.decimation import DecimatedSignals
-from crosscheck.identification.estimation import LinearFit, fit_linear
+from crosscheck.identification.estimation import LinearFit, fit_linear, joint_rms
 from crosscheck.identification.recording import Recording
 
 ROWS = 600
@@ -65,3 +65,8 @@ def test_uneven_times_are_made_even():
     assert len(signals.position) == ROWS
     expected = np.sin(2 * np.pi * even)
     assert np.abs(signals.position[:, 0] - expected).max() < 2e-5
+
+
+def test_sizes_of_nothing_are_one():
+    values = np.array([[3.0, 0.0, 0.0], [4.0, 0.0, 5.0]])
+    assert joint_rms(values, np.array([2, 0, 1])) == pytest.approx([np.sqrt(12.5), 1.0, 5.0])

@@ -1,6 +1,7 @@
 """Files of recorded motions: four formats say the same, and what is wrong with one is one line."""
 
 import json
+import os
 from dataclasses import replace
 from pathlib import Path
 from typing import Any
@@ -352,6 +353,17 @@ def test_a_bag_is_read_by_the_names_of_its_joints(record, tmp_path, storage):
     ):
         with pytest.raises(InputError, match=said):
             read_record(folder, 2, topic, named)
+
+
+def test_a_bag_that_cannot_be_opened_is_one_line(tmp_path):
+    os.mkfifo(tmp_path / "pipe.mcap")
+    for name, said in (
+        ("gone.mcap", "gone.mcap: cannot be read: No such file or directory"),
+        ("pipe.mcap", "pipe.mcap: cannot be read: not a regular file"),
+    ):
+        with pytest.raises(InputError) as error:
+            read_record(tmp_path / name, 2, named=("a", "b"))
+        assert str(error.value).endswith(f"/{said}")
 
 
 @pytest.mark.parametrize("name", ["bag", "bag.mcap", "bag.db3", "bag.bag"])
