@@ -43,6 +43,8 @@ def test_sympy(way):
     trial = assert_agrees(own, TWO)
     assert isinstance(trial, RobotTrial)
     assert "links" in {each.level for each in trial.distances if not each.entries}
+    judged = {f.quantity for f in trial.agreement.findings if f.about.key.family == "trial-states"}
+    assert judged == {"mass_matrix", "bias", "force" if way == "forcing" else "gravity"}
 
 
 def test_a_symbol_without_number_is_named():

@@ -163,6 +163,8 @@ def test_findings_say_what_is_compared_with_what(two):
     trial = run_robot_trial(Equations(**{part: getattr(two_link, part) for part in PARTS}), two)
     bases = {"positive-definite": "all eigenvalues positive"}
     bases |= dict.fromkeys(BY_DIFFERENCES, f"{SAID}, 66.7 times for differences of answers")
+    limits = {"positive-definite": 0.0}
+    limits |= dict.fromkeys(BY_DIFFERENCES, DIFFERENCES * TOLERANCE)
     own = [f"repeatable-{part}" for part in PARTS]
     own += [*OWN, "positive-definite", *BY_DIFFERENCES]
     ids = {f"trial-own/tested/{name}/yours" for name in own}
@@ -176,6 +178,7 @@ def test_findings_say_what_is_compared_with_what(two):
         assert (finding.unit, finding.about.metric) == ("1", OVER)
         assert finding.basis == bases.get(finding.quantity, SAID)
         assert finding.verdict == "agree"
+        assert finding.tolerance == pytest.approx(limits.get(finding.quantity, TOLERANCE))
         if finding.about.key.family == "trial-own":
             assert finding.right == "first principles"
 

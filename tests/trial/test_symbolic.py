@@ -85,6 +85,10 @@ def test_values_by_name_and_by_number():
     for matrix, known in ((np.eye(2), True), (np.eye(2) / 2, False)):
         mapped = from_sympy(x, v, mass_matrix=MASS, coordinates=Coordinates(matrix=matrix))
         assert mapped.adapt_to_arm(ARM).any_arm == known
+    for share, known in ((sp.Rational(1, 2), True), (0.5, False)):
+        curved = Coordinates(function=sp.Matrix([x[0], share * x[1]]))
+        mapped = from_sympy(x, v, mass_matrix=MASS, coordinates=curved)
+        assert mapped.adapt_to_arm(ARM).any_arm == known
     floats = from_sympy(x, v, mass_matrix=sp.diag(0.5, L1))
     assert not floats.adapt_to_arm(ARM).any_arm
 
