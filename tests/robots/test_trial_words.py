@@ -16,7 +16,7 @@ from crosscheck.findings import (
 )
 from crosscheck.runner.outcomes import Failure
 from crosscheck.trial.robots.consistency import describe_places
-from crosscheck.trial.robots.explain import RobotDiagnosis
+from crosscheck.trial.robots.explain import RobotDiagnosis, describe_ratio, list_equals
 from crosscheck.trial.robots.judge import LevelDistance, RobotEntry
 from crosscheck.trial.robots.output import format_lines, format_robot_trial
 from crosscheck.trial.robots.trial import RobotTrial
@@ -223,3 +223,22 @@ def test_places_are_told_by_the_first_few():
     names = ["a", "b", "c"]
     assert describe_places([(2,), (0,)], names, 2) == "bias[c], bias[a]"
     assert describe_places([(2,), (0,), (1,)], names, 2) == "bias[c], bias[a], ..."
+
+
+def test_an_entry_is_beside_the_right_one():
+    right, rounding = np.array([1.0, -2.0, 0.5]), np.full(3, 1e-9)
+    words = {
+        "right is 0": (right, 0.5 * rounding),
+        "missing": (0.5 * rounding, right),
+        "with the opposite sign": (-right, right),
+        "half as large": (right / 2, right),
+        "twice as large": (2 * right, right),
+        "1.2345 times as large": (1.2345 * right, right),
+        "": (right + np.array([0.0, 0.1, 0.0]), right),
+    }
+    for said, (yours, expected) in words.items():
+        assert describe_ratio(yours, expected, rounding) == said
+    assert describe_ratio((1 + 5e-6) * right, right, 1e-5 + 0 * rounding) == ""
+    assert list_equals(["a"]) == "a"
+    assert list_equals(["a", "b", "c"]) == "a; b; c"
+    assert list_equals([*"abcde"]) == "a; b; c; and 2 more"
