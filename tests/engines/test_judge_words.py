@@ -243,6 +243,25 @@ def test_of_an_unstable_loop_nothing_is_judged_but_what_agrees_or_failed():
     assert stability.about.unit == "1/s"
 
 
+def test_tips_are_apart_by_what_the_joints_have_turned():
+    """The first joint turns a stretched arm by a right angle; the elbow folds it."""
+    arm = load_arm("probe")
+    first, second = (link.length_m for link in arm.links)
+    straight, folded = run(0.0, 0.0), run(0.0, np.pi)
+    turned = trajectories.measure_tip_deviation(SUBJECT_OF_TIP, straight, run(np.pi / 2, 0.0), arm)
+    assert turned.measured == pytest.approx(first + second)
+    assert turned.relative == pytest.approx(1.0)
+    found = trajectories.measure_tip_deviation(SUBJECT_OF_TIP, folded, straight, arm)
+    assert found.measured == pytest.approx(2 * second)
+    assert found.relative == pytest.approx(2 * second / (first + second))
+    place = trajectories.tip_position(run(0.3, -0.5), arm).values[-1]
+    expected = first * np.exp(0.3j) + second * np.exp(-0.2j)
+    assert complex(*place) == pytest.approx(expected)
+
+
+SUBJECT_OF_TIP = replace(SUBJECT, key=replace(SUBJECT.key, quantity="tip"), unit="m")
+
+
 def test_of_engines_on_a_recording_the_worst_is_told():
     def beside(other: str, measured: float, note: str = "") -> Finding:
         about = Subject(ComparisonKey("recording", "arm/links", "torque", "one", other), "1", "")

@@ -16,6 +16,7 @@ from crosscheck.trial.diagnose.values import (
     generate_alternatives,
     generate_ratios,
 )
+from tests.loops import require_items
 
 ARM = load_arm("three-unlike")
 VALUES = collect_arm_values(ARM)
@@ -99,6 +100,65 @@ def test_unrelated_numbers_are_each_of_their_own():
     assert draw_unrelated_values(["L1"], 1) != draw_unrelated_values(["L1"])
 
 
-def test_numbers_of_an_arm_are_scaled_and_set_by_name():
+ARM_NUMBERS = list(arm_numbers.list_number_names(ARM))
+
+
+def test_a_number_of_an_arm_is_replaced_alone():
+    before = {name: arm_numbers.get_number(ARM, name) for name in ARM_NUMBERS}
+    assert {"payload_mass_kg", "links[1].com_m", "gravity_m_per_s2[0]"} <= set(before)
+    for name in require_items(before):
+        by = 1.001 if before[name] else 0.0
+        other = arm_numbers.replace_numbers(ARM, {name: before[name] * by})
+        after = {each: arm_numbers.get_number(other, each) for each in ARM_NUMBERS}
+        assert after == before | {name: before[name] * by}
     scaled = arm_numbers.scale_by_powers(5.0, {"a": 2, "b": -1}, {"a": 3.0, "b": 4.0}.__getitem__)
     assert scaled == pytest.approx(5 * 9 / 4)
+
+
+def test_what_is_absent_from_an_arm_is_no_number_of_it():
+    plain = load_arm("paper-labelled")
+    names = set(arm_numbers.list_number_names(plain))
+    friction = {f"joints[{place}].friction_N_m_s_per_rad" for place in (0, 1)}
+    assert not names & {"gravity_m_per_s2[0]", "gravity_m_per_s2[1]", *friction}
+    assert "joints[2].friction_N_m_s_per_rad" in ARM_NUMBERS
+    assert "payload_mass_kg" in names
+
+
+def test_a_number_that_is_zero_may_be_another():
+    """A link's, in proportion to its length and mass."""
+    link = ARM.links[1]
+    substitutes = {
+        "links[1].com_m": 0.3 * link.length_m,
+        "links[1].inertia_kg_m2": 0.1 * link.mass_kg * link.length_m**2,
+        "payload_mass_kg": 3.0,
+        "joints[0].motor_mass_kg": 2.0,
+        "joints[0].rotor_inertia_kg_m2": 0.3,
+        "joints[0].sun_mass_kg": 1.0,
+        "joints[0].friction_N_m_s_per_rad": 0.0,
+    }
+    for name, right in substitutes.items():
+        assert arm_numbers.nonzero_substitute(ARM, name) == pytest.approx(right, rel=1e-12)
+
+
+@pytest.mark.parametrize(("part", "negligible"), [(0.98, True), (1.02, False), (0.0, False)])
+def test_an_inertia_is_next_to_nothing_below_a_millionth_of_its_levers(part, negligible):
+    link = ARM.links[1]
+    inertia = {"links[1].inertia_kg_m2": part * 1e-6 * link.mass_kg * link.com_m**2}
+    found = arm_numbers.find_negligible_inertias(
+        arm_numbers.replace_numbers(ARM, inertia), ARM_NUMBERS
+    )
+    assert found == tuple(inertia) * negligible
+
+
+def test_numbers_go_with_those_that_they_are_written_in():
+    equal = arm_numbers.replace_numbers(ARM, {"links[2].length_m": ARM.links[1].length_m})
+    assert arm_numbers.find_natural_powers(equal, "links[1].length_m") == {
+        "links[2].length_m": 1,
+        "links[1].com_m": 1,
+        "links[1].inertia_kg_m2": 2,
+        "links[2].com_m": 1,
+        "links[2].density_kg_per_m3": -1,
+    }
+    powers = arm_numbers.find_natural_powers(ARM, "links[1].mass_kg")
+    assert powers == {"links[1].inertia_kg_m2": 1}
+    assert arm_numbers.find_natural_powers(ARM, "payload_mass_kg") == {}
