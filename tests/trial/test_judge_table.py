@@ -244,6 +244,44 @@ def test_what_is_measured_grows_as_the_wrong_number_does(name):
     assert measured == pytest.approx([1e-6, 1e6], rel=1e-3)
 
 
+OF_SIZE = ", the conditioning of the coordinates' map{}, of each entry's natural size"
+UNLIKE = {
+    "symmetric": "rounding of the entries' natural sizes",
+    "positive-definite": "every eigenvalue is positive",
+}
+
+
+def test_findings_say_what_is_compared_and_by_how_much_it_may_differ():
+    made = bench("rigid")
+    largest = {
+        "trial-own": f"largest relative deviation of an entry over {COUNT} random states",
+        "trial-states": f"largest relative difference of an entry over {COUNT} random states",
+        suite.RUN: "largest absolute difference",
+    }
+    against = {"trial-own": "first principles"}
+    for (family, quantity, right), comparison in require_items(made.comparisons.items()):
+        found = made.finding((family, quantity, right), {})
+        about = found.about
+        assert about.metric == largest[family]
+        assert (about.against, about.key.left) == (against.get(family, ""), NAME)
+        if family == suite.RUN:
+            assert len(comparison.needs) == 3
+            continue
+        assert about.unit == "1"
+        solving = " + 10 eps x" in found.basis
+        assert solving == ("acceleration" in quantity)
+        if family == "trial-states":
+            basis, _, among = found.basis.partition("; engines among themselves ")
+            assert found.relative == found.measured
+            assert float(among) < 1e-13
+            assert (float(among) > 0) == (right != ENGINES[0])
+        else:
+            basis = found.basis
+        head, _, tail = basis.partition(" x 1")  # the map of joints' angles rounds nothing
+        assert basis == UNLIKE.get(quantity) or head == "1e-10 + 1000 eps"
+        assert quantity in UNLIKE or OF_SIZE.format("") in tail or solving
+
+
 @pytest.mark.parametrize("name", TABLE, ids="-".join)
 def test_a_gross_error_elsewhere_hides_none(name):
     """An entry just beyond its tolerance is named beside another that is a million sizes off."""
