@@ -3,12 +3,16 @@
 from collections.abc import Callable
 from dataclasses import replace
 from functools import partial
+from types import SimpleNamespace
+from typing import Any
 
 import numpy as np
 import pytest
 import xarray as xr
 
 from crosscheck.checks import invariants, modes, trajectories
+from crosscheck.checks.robots import runs
+from crosscheck.checks.robots.case import share_of
 from crosscheck.checks.scales import ReasonedLimit
 from crosscheck.findings import (
     ComparisonKey,
@@ -285,3 +289,56 @@ def test_of_engines_on_a_recording_the_worst_is_told():
         f"The engines do not agree on the arm's torques: d and one, d died. {silent}",
         "c.",
     ]
+
+
+def ends(*last: float, energies: tuple[float, ...] = ()) -> np.ndarray:
+    """A robot's start at 0, and where runs in finer and finer steps end; their energies."""
+    rows = [[0.0, 0.5], *([0.5 * each, each] for each in last)]
+    rows[0] = [0.0, 0.0]
+    return np.column_stack([rows, energies or np.zeros(len(rows))])
+
+
+CASE: Any = SimpleNamespace(sizes=SimpleNamespace(energy=np.array([4.0])))
+
+
+def test_orders_of_a_robots_runs_are_told_with_two_digits_more_than_their_tolerance():
+    """Differences of 16 and 16, then of 2^4.2 and 2^4.1, whose limit is 4.0; and of 2^3 alone."""
+    found = runs._check_order(SUBJECT, ends(*(1 + 16.0**-n for n in range(4))), CASE)
+    note = "observed order 4.000 of the finest steps, 4.000 of those before"
+    assert (found.note, found.measured, found.tolerance) == (note, pytest.approx(0.0), 0.2)
+    steps = np.cumsum([0.0, 1.0, 2**-4.2, 2**-8.3])
+    found = runs._check_order(SUBJECT, ends(*(10 + steps)), CASE)
+    assert found.note == "observed order 4.100 of the finest steps, 4.200 of those before"
+    assert (found.verdict, found.measured) == ("agree", pytest.approx(0.0, abs=1e-9))
+    found = runs._check_order(SUBJECT, ends(*(1 + 8.0**-n for n in range(4))), CASE)
+    assert (found.verdict, found.measured) == ("differ", pytest.approx(1.0))
+    unsettled = runs._check_order(SUBJECT, ends(1.0, 2.0, 2.5, 2.505), CASE)
+    said = "not asked: the steps' differences are rounding, or too large; orders 1.00, 6.64"
+    assert (unsettled.verdict, unsettled.note) == ("measured", said)
+    still = runs._check_order(SUBJECT, ends(1.0, 1.0, 1.0, 1.0), CASE)
+    assert still.note == said.replace("1.00, 6.64", "none")
+
+
+def test_energy_of_a_robots_runs_may_change_by_what_their_last_halving_changes():
+    energies = (8.0, 0.0, 0.0, 8.0 + 2e-9, 8.0 + 4e-10)
+    found = runs._check_energy(SUBJECT, ends(1.0, 1.0, 1.0, 1.0, energies=energies), CASE)
+    assert found.measured == pytest.approx(1e-10, rel=1e-4)
+    assert found.tolerance == pytest.approx(1e-10 + 4e-10, rel=1e-4)
+    assert found.relative == found.measured
+    basis = "1e-10 of the energy's size, and what the last halving of the step changed"
+    assert (found.verdict, found.basis) == ("agree", basis)
+    energies = (8.0, 0.0, 0.0, 8.0, 8.0 + 4.1e-3)
+    found = runs._check_energy(SUBJECT, ends(1.0, 1.0, 1.0, 1.0, energies=energies), CASE)
+    note = "not asked: halving the step changes 0.001 of the energy"
+    assert (found.verdict, found.note) == ("measured", note)
+    assert found.measured == pytest.approx(4.1e-3 / 4)
+
+
+def test_a_part_of_nothing_is_huge_and_nothing_of_it_none():
+    share = share_of
+    assert share(np.array([1.0, -6.0]), np.array([2.0, 3.0])) == 2.0
+    assert share(np.zeros(2), np.zeros(2)) == 0.0
+    assert share(np.array([1e-3]), np.zeros(1)) == 1e297
+    assert share(np.array([np.inf]), np.ones(1)) == 1e300
+    assert np.isnan(share(np.array([np.nan, 1.0]), np.ones(2)))
+    assert share(np.zeros(0), np.zeros(0)) == 0.0
