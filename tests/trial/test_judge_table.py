@@ -16,6 +16,7 @@ import pytest
 
 from crosscheck.findings import Finding
 from crosscheck.models.arm.arm import Arm
+from crosscheck.models.errors import Diverged
 from crosscheck.models.loading import load_arm, load_scenario
 from crosscheck.planning.comparison import Comparison, Results
 from crosscheck.registry import register
@@ -344,6 +345,17 @@ def test_a_run_just_beyond_what_rounding_explains_differs(gearing):
             answer[quantity].values[(1, *[0] * (answer[quantity].ndim - 1))] += by * limit
             found.append(made.finding(name, {yours.key: answer}).verdict)
         assert found == ["differ", "agree"], name
+
+
+def test_a_run_that_outgrows_all_numbers_has_diverged():
+    problem = bench("rigid").problem
+    huge = replace(
+        problem.equations, acceleration=lambda t, x, v, torque: np.full(2, 1e308), rebuild=None
+    )
+    model = make_registry_entry(NAME, huge, problem.has).made
+    assert model is not None
+    with np.errstate(all="ignore"), pytest.raises(Diverged, match="yours: diverged at t = 1e-05"):
+        model(problem.case.arm, RUN).simulate()
 
 
 @pytest.mark.parametrize("name", sorted(BALANCES))
