@@ -11,6 +11,7 @@ from crosscheck.identification.terms import TermEstimate, TorqueTerm
 from crosscheck.recordings import messages as arm_messages
 from crosscheck.recordings.compare import Repair
 from crosscheck.recordings.friction import FrictionFit, JointFriction
+from crosscheck.recordings.parameters import Parameter
 from tests.loops import require_items
 
 
@@ -225,6 +226,29 @@ def test_numbers_of_an_arms_record_are_as_short_as_their_intervals_allow():
 
 
 MASS = made(name="arm.payload_mass_kg", phrase="the payload's mass", unit="kg", value=20.0)
+
+
+PARAMETERS = {
+    "arm.payload_mass_kg": ("kg", "payload", "the payload"),
+    "arm.links.1.inertia_kg_m2": ("kg m^2", "link 2: inertia", "the inertia of link 2"),
+    "arm.links.0.density_kg_per_m3": ("kg/m^3", "link 1: density", "the density of link 1"),
+    "arm.joints.0.friction_N_m_s_per_rad": (
+        "N m s/rad",
+        "joint 1: viscous friction",
+        "the viscous friction of joint 1",
+    ),
+    "arm.joints.2.rotor_inertia_kg_m2": (
+        "kg m^2",
+        "joint 3: rotor inertia",
+        "the rotor inertia of joint 3",
+    ),
+}
+
+
+@pytest.mark.parametrize("path", PARAMETERS)
+def test_a_number_of_the_file_is_called_what_people_call_it(path):
+    parameter = Parameter(path, 1.0)
+    assert (parameter.unit, parameter.name, parameter.phrase) == PARAMETERS[path]
 
 
 def change(**changes: Any) -> Any:

@@ -255,3 +255,21 @@ def test_reflected_inertia_of_another_joint(turned, told):
     (found, *_) = find_mistakes(arms, np.abs(off).max(axis=0) > 0, ("mass_matrix",))
     assert found.is_whole
     assert told in describe_term_error(found.error)
+
+
+def test_gravity_is_turned_over_by_one_axis_or_laid_along_the_other():
+    arm = UNLIKE.model_copy(update={"gravity_m_per_s2": (3.0, -9.0)})
+    made = derivation_of(arm, Coordinates(), "coupled", X)
+    found = {
+        (each.yours, each.right): (each.gravity, each.parts)
+        for each in made._list_gravities()
+        if each.gravity is not None
+    }
+    added = {
+        ("-g_x", "g_x"): [-6.0, 0.0],
+        ("-g_y", "g_y"): [0.0, 18.0],
+        ("g along the other axis", "g"): [-12.0, 12.0],
+        ("-g along the other axis", "g"): [6.0, 6.0],
+    }
+    assert {words: gravity.tolist() for words, (gravity, _) in found.items()} == added
+    assert {parts for _, parts in found.values()} == {("force",)}
