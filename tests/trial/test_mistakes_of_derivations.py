@@ -1,7 +1,8 @@
 """Mistakes of a derivation are named by what they change, against a derivation of the tests."""
 
 from collections.abc import Callable
-from typing import NamedTuple
+from types import SimpleNamespace
+from typing import Any, NamedTuple
 
 import numpy as np
 import pytest
@@ -14,7 +15,7 @@ from crosscheck.trial.diagnose.candidates import find_reflecting_joint
 from crosscheck.trial.diagnose.harmonic_fit import evaluate_entry
 from crosscheck.trial.diagnose.messages import describe_term_error
 from crosscheck.trial.diagnose.mistake_search import PartDifference, find_mistakes
-from crosscheck.trial.diagnose.mistakes import Derivation
+from crosscheck.trial.diagnose.mistakes import Derivation, _multiply_levers
 from crosscheck.trial.diagnose.reference_terms import build_reference_terms
 from crosscheck.trial.diagnose.values import collect_arm_values
 from crosscheck.trial.input.equations import Coordinates
@@ -273,3 +274,37 @@ def test_gravity_is_turned_over_by_one_axis_or_laid_along_the_other():
     }
     assert {words: gravity.tolist() for words, (gravity, _) in found.items()} == added
     assert {parts for _, parts in found.values()} == {("force",)}
+
+
+def test_products_of_two_levers_are_all_of_them_without_each_alone():
+    _, motion = derivation_of(UNLIKE, Coordinates(), "links", X).pairs[-1]
+    assert (motion.levers[:2] > 0).all()
+    parts = _multiply_levers(motion, [0, 1])
+    first, second = np.diag(motion.levers)[:2]
+    assert [(by, body.levers.tolist()) for by, body in parts] == [
+        (1.0, (first + second).tolist()),
+        (-1.0, first.tolist()),
+        (-1.0, second.tolist()),
+    ]
+    assert {body.inertia for _, body in parts} == {0.0}
+
+
+@pytest.mark.parametrize("parts", [("force",), ("mass_matrix", "force"), ("bias",)])
+def test_mistakes_behind_accelerations_change_a_force_less_m_a_and_bias(parts):
+    rng = np.random.default_rng(3)
+    mass, bias = rng.normal(size=(2, 4, 3, 3)), rng.normal(size=(2, 4, 3, 3, 3))
+    changes = {"mass_matrix": mass, "bias": bias, "force": rng.normal(size=(2, 4, 3))}
+    made: Any = SimpleNamespace(predict=lambda chosen, states, parts: changes)
+    a, u = rng.normal(size=(2, 4, 3))
+    behind = PartDifference(made, np.zeros((4, 3)), np.ones(3), 1e-9, a, u)
+    expected = np.zeros((2, 4, 3))
+    for n, k in np.ndindex(2, 4):
+        expected[n, k] += ("force" in parts) * changes["force"][n, k]
+        expected[n, k] -= ("mass_matrix" in parts) * mass[n, k] @ a[k]
+        expected[n, k] -= ("bias" in parts) * (bias[n, k] @ u[k]) @ u[k]
+    found = behind.predict([("", "", "", None)] * 2, slice(None), parts)
+    assert found == pytest.approx(expected)
+    alone = PartDifference(
+        SimpleNamespace(predict=lambda *given: {"bias": bias}), bias[0], np.ones(3), 1e-9
+    )
+    assert alone.predict([], slice(None), ("bias",)) is bias
