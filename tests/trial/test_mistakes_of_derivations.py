@@ -15,7 +15,7 @@ from crosscheck.trial.diagnose.candidates import find_reflecting_joint
 from crosscheck.trial.diagnose.harmonic_fit import evaluate_entry
 from crosscheck.trial.diagnose.messages import describe_term_error
 from crosscheck.trial.diagnose.mistake_search import PartDifference, find_mistakes
-from crosscheck.trial.diagnose.mistakes import Derivation, _multiply_levers
+from crosscheck.trial.diagnose.mistakes import Derivation, _change_row, _multiply_levers
 from crosscheck.trial.diagnose.reference_terms import build_reference_terms
 from crosscheck.trial.diagnose.values import collect_arm_values
 from crosscheck.trial.input.equations import Coordinates
@@ -308,3 +308,26 @@ def test_mistakes_behind_accelerations_change_a_force_less_m_a_and_bias(parts):
         SimpleNamespace(predict=lambda *given: {"bias": bias}), bias[0], np.ones(3), 1e-9
     )
     assert alone.predict([], slice(None), ("bias",)) is bias
+
+
+@pytest.mark.parametrize("turns", [True, False])
+@pytest.mark.parametrize("lever", [0.4, 0.0])
+def test_another_row_of_a_link_is_where_the_mistake_has_it(turns, lever):
+    _, motion = derivation_of(UNLIKE, Coordinates(), "links", X).pairs[-1]
+    motion = motion._replace(levers=np.array([0.5, lever, 0.2]))
+    row = np.array([7.0, 8.0, 9.0])
+    changed = _change_row(motion, 1, row, turns=turns)
+    where = {"turn": {"turn"}, "rates": {"rates"}, "places": {"places"}}
+    where["both"] = {"places", "rates", "pulls"}
+    where["all"] = where["both"] | {"turn"}
+    fields = {"turn", "places", "rates", "pulls"}
+    fields -= set() if turns else {"turn"}
+    fields -= set() if lever else where["both"]
+    kinds = {kind for kind, names in where.items() if names & fields}
+    assert changed.keys() == (kinds if lever else kinds & {"turn", "all"})
+    for name, body in changed.items():
+        for field in ("turn", "places", "rates", "pulls"):
+            expected = getattr(motion, field).copy()
+            if field in where[name] & fields:
+                expected[... if field == "turn" else 1] = row
+            assert getattr(body, field).tolist() == expected.tolist(), (name, field)
