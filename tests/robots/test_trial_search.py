@@ -3,8 +3,11 @@
 import numpy as np
 import pytest
 
+from crosscheck.checks.robots.states import RandomStates
 from crosscheck.models.robot.robot import RobotBody
+from crosscheck.trial.robots.consistency import SelfDifference
 from crosscheck.trial.robots.exchanges import list_unit_bodies, move_values
+from crosscheck.trial.robots.rates import BiasTerms, compute_bias_terms, make_rate_states
 from crosscheck.trial.robots.search import _find_root, _is_identity, _solve_step, _vary_parameters
 
 LINEAR, SQUARE = np.array([2.0, -1.0, 0.5]), np.array([0.3, 0.7, -0.2])
@@ -79,3 +82,32 @@ def test_values_are_exchanged_taken_from_another_part_or_shifted():
     # of parts that share a number fewer fields say as much
     shared = dict(move_values(["a", "b"], [[1.0, np.ones(3)], [2.0, np.ones(3)]], "size"))
     assert shared == {}
+
+
+def test_terms_of_a_bias_are_read_out_of_its_answers():
+    rng = np.random.default_rng(5)
+    rest, linear = rng.normal(size=(2, 3)), rng.normal(size=(2, 3, 3))
+    products = rng.normal(size=(2, 3, 3, 3)) * np.triu(np.ones((3, 3)))
+    right = BiasTerms(rest, linear, products)
+    still = np.zeros((2, 3))
+    asked = make_rate_states(RandomStates(still, still, still + 1, still))
+    assert len(asked) == 1 + 2 * 3 + 3
+    assert not any(each.a.any() for each in asked)
+    found = compute_bias_terms([right.evaluate(each.v) for each in asked])
+    for name in ("rest", "linear", "products"):
+        assert getattr(found, name) == pytest.approx(getattr(right, name), abs=1e-12)
+    v = np.array([[1.0, -2.0, 3.0], [0.5, 0.0, 2.0]])
+    expected = [
+        sum(products[s, 1, j, k] * v[s, j] * v[s, k] for j in range(3) for k in range(j, 3))
+        + rest[s, 1]
+        + linear[s, 1] @ v[s]
+        for s in range(2)
+    ]
+    assert right.evaluate(v)[:, 1] == pytest.approx(expected)
+
+
+def test_what_differs_beyond_its_doubt_and_a_part_of_its_size_is_named():
+    values = np.array([[0.0, 3.0, -4.1], [2.0, 3.0, 0.0]])
+    difference = SelfDifference(values, np.full((2, 3), 2.0))
+    assert difference.find_places(np.array([1.0, 10.0, 20.0]), 0.1) == [(2,)]
+    assert difference.find_places(np.array([1.0, 9.0, 22.0]), 0.1) == [(1,)]
