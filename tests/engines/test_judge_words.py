@@ -1,7 +1,7 @@
 """What a check says beside its verdict: every number in its words is one that it was given."""
 
 from collections.abc import Callable
-from dataclasses import replace
+from dataclasses import fields, replace
 from functools import partial
 from types import SimpleNamespace
 from typing import Any
@@ -13,6 +13,7 @@ import xarray as xr
 from crosscheck.checks import invariants, modes, trajectories
 from crosscheck.checks.robots import runs
 from crosscheck.checks.robots.case import share_of
+from crosscheck.checks.robots.sizes import RobotSizes
 from crosscheck.checks.scales import ReasonedLimit
 from crosscheck.findings import (
     ComparisonKey,
@@ -342,3 +343,18 @@ def test_a_part_of_nothing_is_huge_and_nothing_of_it_none():
     assert share(np.array([np.inf]), np.ones(1)) == 1e300
     assert np.isnan(share(np.array([np.nan, 1.0]), np.ones(2)))
     assert share(np.zeros(0), np.zeros(0)) == 0.0
+
+
+def test_what_solving_with_m_loses_counts_where_m_is_solved_with():
+    """1000 roundings times the condition number; else a part of the size that is far above them."""
+    arrays = {each.name: np.zeros(1) for each in fields(RobotSizes) if each.name != "condition"}
+    sizes = RobotSizes(**arrays, condition=1.23456e6)
+    far = 1000 * 2.0**-52 * 1.23456e6
+    assert sizes.tolerance("bias") == 1e-10
+    plain = "1e-10 of the entry's natural size, of which rounding explains 1e-15"
+    assert sizes.basis("bias") == plain
+    for quantity in ("forward_dynamics", "run", "acceleration"):
+        assert sizes.tolerance(quantity) == pytest.approx(far, rel=1e-12)
+        assert sizes.basis(quantity) == "2.2e-13 times the condition number of M, 1.2e+06"
+        small = replace(sizes, condition=3.0)
+        assert (small.tolerance(quantity), small.basis(quantity)) == (1e-10, plain)
