@@ -20,10 +20,11 @@ from crosscheck.models.errors import Diverged
 from crosscheck.models.loading import load_arm, load_scenario
 from crosscheck.planning.comparison import Comparison, Results
 from crosscheck.registry import register
-from crosscheck.runner.tasks import Evaluation
+from crosscheck.runner.outcomes import Failure
+from crosscheck.runner.tasks import Evaluation, Simulation
 from crosscheck.trial.input.equations import Coordinates, Equations
 from crosscheck.trial.judge import suite
-from crosscheck.trial.judge.questions import VerificationProblem
+from crosscheck.trial.judge.questions import VerificationProblem, skip_dependent_tasks
 from crosscheck.trial.model import make_registry_entry
 from crosscheck.trial.trial import TrialRequest, build_problem
 from tests.loops import require_items
@@ -345,6 +346,19 @@ def test_a_run_just_beyond_what_rounding_explains_differs(gearing):
             answer[quantity].values[(1, *[0] * (answer[quantity].ndim - 1))] += by * limit
             found.append(made.finding(name, {yours.key: answer}).verdict)
         assert found == ["differ", "agree"], name
+
+
+def test_a_function_that_does_not_come_back_costs_what_calls_it_alone():
+    made = bench("rigid")
+    tasks = list(dict.fromkeys(task for each in made.comparisons.values() for task in each.needs))
+    why = Failure("TooSlow", "stopped")
+    skipped = skip_dependent_tasks(made.problem, tasks, {"bias": why})
+    assert {task.model for task in skipped} == {NAME}
+    assert set(skipped.values()) == {why}
+    asked = {task.quantity for task in skipped if not isinstance(task, Simulation)}
+    callers = {"bias", "bias_again", "rate_terms", "other_speeds", "inverse_dynamics"}
+    assert asked == callers
+    assert skip_dependent_tasks(made.problem, tasks, {}) == {}
 
 
 def test_a_run_that_outgrows_all_numbers_has_diverged():
