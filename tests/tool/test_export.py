@@ -5,13 +5,23 @@ import os
 import shutil
 import subprocess
 from pathlib import Path
+from xml.etree import ElementTree
 
 import numpy as np
 import pytest
 
+from crosscheck.analytic.kernel.fmu import generate_unit
 from crosscheck.checks.answers import sample_states
 from crosscheck.checks.invariants import torques_at
-from crosscheck.cli.export import build_model, function_prefix
+from crosscheck.cli.export import (
+    build_model,
+    describe_model,
+    describe_robot_model,
+    function_prefix,
+    make_c_name,
+    robot_variables,
+)
+from crosscheck.models.robot.file import load_robot
 from crosscheck.runner import cpu_limit
 from tests.tool.test_bad_input import assert_one_line
 
@@ -90,6 +100,134 @@ def test_what_cannot_be_exported_is_one_line(crosscheck, tmp_path):
     out.write_text("mine", encoding="utf-8")
     answer = crosscheck("export", "probe", "--model", "analytic:links", "--out", out)
     assert_one_line(answer, "exists and is not an exported C file")
+
+
+# Of two coordinates and one torque, in the file's own order; the torque moves the second one.
+MADE = """#include <stdint.h>
+#include <string.h>
+enum { N = 2, JOINTS = 1 };
+void made_acceleration(double t, const double q[N], const double v[N],
+                       const double torque[JOINTS], double a[N]) {
+    a[0] = t + q[1], a[1] = torque[0] - v[0];
+}
+"""
+STATES, EFFORTS = [("q_1", "rad"), ("slide <1>", "m")], ["N"]
+
+
+def test_a_units_description_follows_fmi_2():
+    """Variables, units and dependencies as the standard's chapters 2.2.7, 2.2.8 and 3.1 have them.
+
+    A state's derivative names it by its place, counted from 1; states and inputs have a start.
+    """
+    code, description = generate_unit(MADE, "made", STATES, EFFORTS)
+    root = ElementTree.fromstring(description)
+    assert (root.get("fmiVersion"), root.get("modelName")) == ("2.0", "made")
+    assert root.get("numberOfEventIndicators") == "0"
+    assert root.get("guid") in code
+    assert [each.attrib for each in root.findall("ModelExchange")] == [{"modelIdentifier": "made"}]
+    variables = list(root.iter("ScalarVariable"))
+    rows = [
+        (each.get("name"), each.get("causality"), each.get("initial"), dict(each[0].attrib))
+        for each in variables
+    ]
+    local = "local", "exact"
+    assert rows == [
+        ("q_1", *local, {"unit": "rad", "start": "0"}),
+        ("slide <1>", *local, {"unit": "m", "start": "0"}),
+        ("v_q_1", *local, {"unit": "rad/s", "start": "0"}),
+        ("v_slide <1>", *local, {"unit": "m/s", "start": "0"}),
+        ("der(q_1)", "local", "calculated", {"unit": "rad/s", "derivative": "1"}),
+        ("der(slide <1>)", "local", "calculated", {"unit": "m/s", "derivative": "2"}),
+        ("der(v_q_1)", "local", "calculated", {"unit": "rad/s/s", "derivative": "3"}),
+        ("der(v_slide <1>)", "local", "calculated", {"unit": "m/s/s", "derivative": "4"}),
+        ("torque_1", "input", None, {"unit": "N", "start": "0"}),
+    ]
+    assert [each.get("valueReference") for each in variables] == [*map(str, range(9))]
+    assert {each.get("variability") for each in variables} == {"continuous"}
+    for section in ("Derivatives", "InitialUnknowns"):
+        unknowns = root.findall(f"ModelStructure/{section}/Unknown")
+        assert [each.get("index") for each in unknowns] == ["5", "6", "7", "8"]
+    defined = {each.get("name") for each in root.iter("Unit")}
+    assert defined == {row[3]["unit"] for row in rows}
+
+
+@pytest.mark.skipif(COMPILER is None, reason="no gcc here")
+def test_a_units_functions_answer_and_refuse_as_fmi_2_says(tmp_path):
+    """0 is fmi2OK, 3 fmi2Error; what a unit has not (integers, saved states) is an error."""
+    code, description = generate_unit(MADE, "made", STATES, EFFORTS)
+    guid = ElementTree.fromstring(description).get("guid", "").encode()
+    source = tmp_path / "unit.c"
+    source.write_text(code, encoding="utf-8")
+    made = ["-std=c11", "-Wall", "-Wextra", "-Werror", "-fPIC", "-shared"]
+    subprocess.run([str(COMPILER), *made, "-o", tmp_path / "unit.so", source, "-lm"], check=True)
+    unit = ctypes.CDLL(str(tmp_path / "unit.so"))
+    unit.fmi2Instantiate.restype = ctypes.c_void_p
+    assert unit.fmi2Instantiate(b"a", 1, guid, None, None, 0, 0) is None  # co-simulation
+    assert unit.fmi2Instantiate(b"a", 0, b"another", None, None, 0, 0) is None
+    made_unit = ctypes.c_void_p(unit.fmi2Instantiate(b"a", 0, guid, None, None, 0, 0))
+    numbers, references = (ctypes.c_double * 5), (ctypes.c_uint * 1)
+
+    def real(reference: int) -> float:
+        found = (ctypes.c_double * 1)()
+        assert unit.fmi2GetReal(made_unit, references(reference), count(1), found) == 0
+        return found[0]
+
+    def set_real(reference: int, value: float) -> int:
+        given = (ctypes.c_double * 1)(value)
+        return unit.fmi2SetReal(made_unit, references(reference), count(1), given)
+
+    count = ctypes.c_size_t
+    for reference, value in ((0, 0.5), (1, 0.25), (2, 7.0), (3, -1.0), (8, 11.0)):
+        assert set_real(reference, value) == 0
+    assert [set_real(reference, 1.0) for reference in (4, 7, 9)] == [3, 3, 3]
+    assert unit.fmi2SetTime(made_unit, ctypes.c_double(2.0)) == 0
+    right = [0.5, 0.25, 7.0, -1.0, 7.0, -1.0, 2.25, 4.0, 11.0]
+    assert [real(reference) for reference in range(9)] == right
+    assert unit.fmi2GetReal(made_unit, references(9), count(1), numbers()) == 3
+    for name in ("GetContinuousStates", "SetContinuousStates", "GetDerivatives"):
+        ask = getattr(unit, f"fmi2{name}")
+        assert [ask(made_unit, numbers(), count(size)) for size in (3, 4, 5)] == [3, 0, 3], name
+    found = numbers(9.0, 9.0, 9.0, 9.0, 9.0)
+    assert unit.fmi2GetNominalsOfContinuousStates(made_unit, found, count(4)) == 0
+    assert [*found] == [1.0, 1.0, 1.0, 1.0, 9.0]
+    for kind in ("Integer", "Boolean", "String"):
+        for verb in ("Get", "Set"):
+            ask = getattr(unit, f"fmi2{verb}{kind}")
+            assert [ask(made_unit, None, count(size), None) for size in (0, 1)] == [0, 3]
+    for name in ("GetFMUstate", "SetFMUstate", "FreeFMUstate", "GetDirectionalDerivative"):
+        assert getattr(unit, f"fmi2{name}")(made_unit, None) == 3
+    for name in ("EnterEventMode", "EnterContinuousTimeMode", "Terminate", "Reset"):
+        assert getattr(unit, f"fmi2{name}")(made_unit) == 0
+    assert real(8) == 0.0  # after a reset
+    unit.fmi2FreeInstance(made_unit)
+
+
+def test_a_file_says_first_what_it_is():
+    said = describe_model(build_model("three-unlike", "analytic:links", []))
+    assert said.startswith(
+        "Equations of motion of three-unlike, analytic:links: M(q) q'' + bias(q, v) = force(t, q,"
+        " v, torque). Coordinates q: theta_1 [rad], theta_2 [rad], theta_3 [rad]; torque [N m]"
+    )
+    geared = describe_model(build_model("probe", "analytic:physical", ["switches.phase=omega_t"]))
+    assert "theta_1 [rad]" in geared
+    assert "Coordinates q: x_sp1" in geared
+    assert "phase omega_t" in geared
+    robot = load_robot("sliding")
+    states, efforts = robot_variables(robot, "geared")
+    assert states == [("swivel", "rad"), ("slide", "m"), ("tilt", "rad"), ("x_tilt", "m")]
+    assert efforts == ["N.m", "N", "N.m"]
+    said = describe_robot_model(robot, "analytic:geared", states)
+    assert said.startswith(
+        "Equations of motion of sliding, analytic:geared: accelerations under torques [N m, N] of"
+        " the motors at the free joints. Coordinates q: swivel [rad], slide [m], tilt [rad],"
+    )
+
+
+@pytest.mark.parametrize(
+    ("name", "c_name"), [("a-b c", "a_b_c"), ("7axes", "_7axes"), ("arm2", "arm2"), ("ä", "_")]
+)
+def test_a_name_of_c_is_made_of_any_name(name, c_name):
+    assert make_c_name(name) == c_name
 
 
 COMPILERS = {
