@@ -1,5 +1,6 @@
 """Numbers gathered from chunks are those of the whole signal, however it is cut."""
 
+import re
 from itertools import pairwise
 from pathlib import Path
 
@@ -9,11 +10,13 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from crosscheck import signals
+from crosscheck.models.errors import InputError
 from crosscheck.models.loading import read_raw_case
 from crosscheck.registry import build, reference_model
 from crosscheck.studies.batches.batch import run_batch, run_check
 from crosscheck.studies.definition.files import build_study
 from crosscheck.studies.measures import folds
+from crosscheck.studies.measures.columns import list_columns
 from crosscheck.studies.members.members import PreparedStudy
 from tests.loops import require_items
 from tests.studies.observed import wrong_signals
@@ -226,3 +229,80 @@ def test_a_function_of_the_users_measures_a_run_as_a_model_records_it(tmp_path):
     assert found["n"][0] == made.base.scenario.step_s
     # the ensemble's rounding, of 200 steps, against the plain kernel's
     assert found["x"][0] == pytest.approx(float(run.x_sp[-1, 1, 2]), rel=1e-9)
+
+
+IN_WORDS = [
+    ({"kind": "peak", "signal": "theta_ddot", "joint": 2}, "theta_ddot_peak_joint2", "rad s-2"),
+    ({"kind": "band_rms", "signal": "F_sp", "band_Hz": [10.0, 90.0]}, "F_sp_band_rms", "N"),
+    ({"kind": "contact_loss", "signal": "F_pr"}, "F_pr_contact_loss", "s"),
+    ({"kind": "apart_share", "signal": "F_sp"}, "F_sp_apart_share", "1"),
+    ({"kind": "settling", "band_rad": 0.01}, "theta_settling", "s"),
+    ({"kind": "final_error"}, "theta_final_error", "rad"),
+    ({"kind": "rigid_deviation", "level": "coupled"}, "theta_rigid_deviation_coupled", "rad"),
+]
+MEANINGS = (
+    "peak of the joint acceleration",
+    "band rms of the elastic force of the sun-planet mesh, per planet, without damper",
+    "F_pr first lost",
+    "share of the time without F_sp",
+    "theta within 0.01 rad of its target for good",
+    "theta at the end less its target",
+    "largest distance of theta from the rigid arm's, coupled",
+)
+RECORDED = {"kind": "trajectories", "signals": ["theta", "F_sp"], "name": "run"}
+CROSSING = {"kind": "crossing", "signal": "theta", "level": 0.25, "side": "above"}
+LINE = {"kind": "spectral_peak", "signal": "x_sp", "band_Hz": [10.0, 90.0]}
+
+
+def test_every_quantity_has_its_unit_its_meaning_and_its_shape():
+    first, *columns = list_columns(study([], [quantity for quantity, _, _ in IN_WORDS]))
+    assert (first.name, first.unit, first.dims) == ("diverged_s", "s", ())
+    assert [(each.name, each.unit) for each in columns] == [row[1:] for row in IN_WORDS]
+    assert tuple(each.meaning for each in columns) == MEANINGS
+    assert [each.dims for each in columns] == [(), *6 * [("joint",)]]
+    assert [each.shape for each in columns] == [(), *6 * [(2,)]]
+    _, crossing, *rest = list_columns(study([], [CROSSING, LINE, RECORDED]))
+    assert (crossing.unit, crossing.meaning) == ("s", "theta first above 0.25")
+    assert [(each.name, each.unit, each.shape) for each in rest] == [
+        ("x_sp_spectral_peak_frequency", "Hz", (2,)),
+        ("x_sp_spectral_peak_amplitude", "m", (2,)),
+        ("run_theta", "rad", (21, 2)),  # records, joints and, of meshes, planets
+        ("run_F_sp", "N", (21, 2, 3)),
+    ]
+    assert [each.meaning for each in rest[:2]] == [
+        "frequency of the largest line of x_sp",
+        "amplitude of the largest line of x_sp",
+    ]
+    assert rest[3].dims == ("time", "joint", "planet")
+
+
+@pytest.mark.parametrize(
+    ("quantity", "more", "said"),
+    [
+        ({**CROSSING, "joint": 2}, {}, ""),
+        ({**CROSSING, "joint": 3}, {}, "joint = 3: the arm has 2"),
+        ({**LINE, "planet": 3}, {"switches": {"planets": "free"}}, ""),
+        ({**LINE, "planet": 4}, {}, "planet = 4: the arm's joints have up to"),
+        ({**CROSSING, "window_s": [0.0019, 0.1]}, {}, ""),
+        ({**CROSSING, "window_s": [0.002, 0.1]}, {}, "must begin before the run's end, 0.002 s"),
+        (
+            {"kind": "apart_share", "signal": "F_sp"},
+            {"switches": {"dead_zone": "tanh"}},
+            "needs dead_zone = exact",
+        ),
+        ({"kind": "final_error"}, {"scenario": "constant-torque"}, "needs a PD drive"),
+        ({"kind": "settling", "band_rad": 0.1}, {"scenario": "constant-torque"}, "needs a PD"),
+        (
+            {"kind": "settling", "band_rad": 0.1, "target_rad": 0.2, "joint": 1},
+            {"scenario": "constant-torque"},
+            "",
+        ),
+    ],
+)
+def test_what_a_member_does_not_have_is_refused(quantity, more, said):
+    made = study([], [quantity], **more)
+    if said:
+        with pytest.raises(InputError, match=re.escape(said)):
+            list_columns(made)
+    else:
+        assert len(list_columns(made)) > 1

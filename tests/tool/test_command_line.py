@@ -2,13 +2,21 @@
 
 import json
 import os
+import re
+from pathlib import Path
 
 import pytest
 
 from crosscheck import __version__
 from crosscheck.cli import listing
+from crosscheck.cli.commands import renewal
+from crosscheck.cli.output import print_and_write
+from crosscheck.cli.simulation import describe_joints
+from crosscheck.cli.trial import TrialOptions, trial_command
+from crosscheck.models.errors import InputError
 from crosscheck.models.exudyn.tree import loads as exudyn_tree_loads
-from crosscheck.models.files import builtin_arms, builtin_robots, builtin_scenarios
+from crosscheck.models.files import builtin_arms, builtin_robots, builtin_scenarios, builtin_title
+from crosscheck.models.robot.file import load_robot
 from crosscheck.registry import MODELS
 from tests.processes import ENGINES, HEAVY, command_line, modules_loaded_by, warm_command_line
 from tests.tool.supplied import model_file
@@ -72,6 +80,142 @@ def test_list_names_all_that_other_commands_accept(crosscheck):
     assert (answer.code, answer.err) == (0, "")
     words = answer.out.split()
     assert set(words) >= {*builtin_arms(), *builtin_robots(), *MODELS, *builtin_scenarios()}
+
+
+def test_the_list_has_each_name_under_its_kind_with_its_title(crosscheck, monkeypatch):
+    monkeypatch.setenv("COLUMNS", "200")
+    kinds = [each.splitlines() for each in crosscheck("list").out.split("\n\n")]
+    rows = {head: [" ".join(row.split()) for row in rest] for head, *rest in kinds}
+    assert list(rows) == [
+        *("arms (ARM)", "robots (ROBOT)", "scenarios (--scenario)"),
+        *("models of an arm (--model)", "models of a robot"),
+    ]
+    names_of = {"arms": builtin_arms, "robots": builtin_robots, "scenarios": builtin_scenarios}
+    for kind, listed in list(rows.items())[:3]:
+        folder = kind.split()[0]
+        titles = [f"{name} {builtin_title(folder, name)}" for name in names_of[folder]()]
+        assert listed == titles
+    models = {row.split()[0]: row.partition(" ")[2] for row in rows["models of an arm (--model)"]}
+    assert models.keys() == {name for name in MODELS if ":" in name}
+    assert models["analytic:physical"] == MODELS["analytic:physical"].title
+    assert models["pinocchio:gears"].startswith("states only, gears as bodies")
+    assert sum("states only" in title for title in models.values()) == 1
+    engines = [row.split()[0] for row in rows["models of a robot"]]
+    assert engines == ["analytic", "pinocchio", "exudyn"]
+
+
+@pytest.mark.parametrize(
+    ("given", "told"),
+    [
+        (("probe", Path("baselines"), [], [], False), "probe"),
+        (("probe", Path("baselines"), [], [], True), "probe --quick"),
+        (
+            ("my arm", Path("b"), ["pd", "x"], [], False),
+            "'my arm' --dir b --scenario pd --scenario x",
+        ),
+        (
+            ("probe", Path("b"), [], ["a.b=1", "c=2"], True, "m.py:f"),
+            "probe --model m.py:f --dir b --set a.b=1 --set c=2 --quick",
+        ),
+    ],
+)
+def test_the_command_that_records_anew_is_the_one_that_was_given(given, told):
+    assert renewal(*given) == f"crosscheck baseline accept {told}"
+
+
+def trial_options(**given: object) -> TrialOptions:
+    nothing = {
+        "names": ("m.py:f",),
+        "scenarios": [],
+        "settings": [],
+        "quick": False,
+        "seed": 0,
+        "jobs": None,
+        "json_file": None,
+        "junit": None,
+        "out": None,
+        "ask": False,
+        "answers": (),
+        "after": (),
+        "coordinates": None,
+        "run_code": False,
+    }
+    return TrialOptions(**{**nothing, **given})
+
+
+@pytest.mark.parametrize(
+    ("given", "arm"),
+    [
+        ({}, "paper-labelled"),
+        ({"names": ("m.py:f", "probe")}, "probe"),
+        ({"names": ("probe",), "ask": True}, "probe"),
+        ({"names": (), "ask": True}, "paper-labelled"),
+        ({"names": ("probe",), "answers": (Path("a.csv"),)}, "probe"),
+        ({"names": ("u.fmu", "probe"), "ask": True}, "probe"),
+        ({"names": ("u.fmu",)}, "paper-labelled"),
+    ],
+)
+def test_the_arm_of_a_trial_is_named_after_its_model(given, arm):
+    assert trial_options(**given).arm == arm
+
+
+def test_options_of_a_trial_are_told_as_they_were_given():
+    assert trial_options().format_shared_options() == "paper-labelled"
+    given = {"names": ("my arm",), "ask": True, "settings": ["a=1"], "quick": True, "seed": 7}
+    told = trial_options(**given, coordinates=Path("c.toml")).format_shared_options()
+    assert told == "'my arm' --set a=1 --coordinates c.toml --quick --seed 7"
+    assert trial_options(jobs=3).processes == 3
+    assert trial_options().processes == (os.cpu_count() or 1)
+    assert trial_options(out=Path("o")).page == Path("o/trial.html")
+    assert trial_options().page is None
+    assert trial_options(names=("a.fmu",)).fmu == Path("a.fmu")
+    assert trial_options(names=("fmu.py:f",)).fmu is None
+
+
+FILE = Path("x")
+UNIT = ("u.fmu",)
+
+
+@pytest.mark.parametrize(
+    ("given", "option", "said"),
+    [
+        ({"ask": True, "out": FILE, "scenarios": ["pd"]}, "--scenario", "used with --ask"),
+        ({"answers": (FILE,), "scenarios": ["pd"]}, "--scenario", "used with --answers"),
+        ({"ask": True, "out": FILE, "json_file": FILE}, "--json", "used with --ask"),
+        ({"ask": True, "out": FILE, "junit": FILE}, "--junit", "used with --ask"),
+        ({"ask": True, "out": FILE, "answers": (FILE,)}, "--answers", "used with --ask"),
+        ({"names": UNIT, "run_code": True}, "--coordinates", "--ask drafts it"),
+        ({"names": UNIT, "coordinates": FILE}, "--run-code", "u.fmu is code"),
+        ({"coordinates": FILE}, "--coordinates", "a MODEL has its own"),
+        ({"after": (FILE,)}, "--after", "needs --ask"),
+        ({"names": (), "ask": True}, "--ask", "needs --out"),
+        ({"names": ("m.py:f", "probe"), "answers": (FILE,)}, "--answers", "takes the place"),
+        ({"names": ("u.fmu", "probe", "x"), "ask": True, "out": FILE}, "--ask", "takes the place"),
+        ({"names": ()}, "trial", "or use --ask and --answers"),
+        ({"names": ("m.py:f", "puma560"), "scenarios": ["pd"]}, "--scenario", "puma560 is a robot"),
+        ({"names": ("m.py:f", "puma560"), "settings": ["a=1"]}, "--set", "puma560 is a robot"),
+        ({"names": ("m.py:f", "puma560"), "quick": True}, "--quick", "puma560 is a robot"),
+        ({"names": ("m.py:f", "puma560"), "run_code": True}, "--run-code", "puma560 is a robot"),
+    ],
+)
+def test_options_of_a_trial_that_do_not_go_together_are_refused(given, option, said):
+    with pytest.raises(InputError, match=re.escape(said)) as refused:
+        trial_command(trial_options(**given))
+    assert refused.value.where == option
+
+
+def test_a_run_ends_where_its_summary_says(labelled):
+    told = describe_joints(labelled, [0.1234567891, -2.0])
+    assert told == ", theta at the end 0.123456789, -2 rad"
+    told = describe_joints(load_robot("sliding"), [1.0, 0.25, -0.5])
+    assert told == "; at the end swivel 1 rad, slide 0.25 m, tilt -0.5 rad"
+
+
+def test_what_was_written_is_named_after_the_lines(tmp_path, capsys):
+    first, last = tmp_path / "a.txt", tmp_path / "b.txt"
+    print_and_write(["one", "two"], (first, lambda: "A"), (None, lambda: "B"), (last, lambda: "C"))
+    assert capsys.readouterr().out.splitlines() == ["one", "two", f"wrote {first}", f"wrote {last}"]
+    assert (first.read_text(), last.read_text()) == ("A", "C")
 
 
 def test_show_derives_the_papers_numbers(crosscheck):
