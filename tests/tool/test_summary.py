@@ -10,7 +10,7 @@ import pytest
 import crosscheck
 from crosscheck.findings import Agreement, EntryDifferences
 from crosscheck.models.arm.arm import Link
-from crosscheck.report.heat_map import make_heat_map
+from crosscheck.report.heat_map import make_heat_map, make_trial_maps
 from crosscheck.testing import Trial
 from crosscheck.trial.input.loading import load_equations
 from tests.baselines.short import green, invented_check, measurement, red
@@ -54,6 +54,11 @@ def test_a_cell_is_shaded_by_the_decades_of_its_difference_once_it_differs():
     assert found.described == "M: 8 of 10 entries differ"
 
 
+@pytest.mark.parametrize(("count", "is_wide"), [(8, False), (9, True)])
+def test_names_of_more_than_eight_columns_are_written_upwards(count, is_wide):
+    assert make_heat_map("M", "a", "b" * count, [[0.0] * count], 0.0).is_wide is is_wide
+
+
 @pytest.fixture(scope="module")
 def trial(labelled, tmp_path_factory) -> Trial:
     """Of equations whose M[1, 1] has half of m_2 L_1^2 too much."""
@@ -82,6 +87,23 @@ def test_a_notebook_shows_a_trial_entry_by_entry(trial):
     assert len(cells) == 4 + 2  # M and force; of the bias no row is wrong
     assert [cell.endswith("%") for cell in cells[:4]] == [True, False, False, False]
     assert set(cells[1:]) == {"✓"}
+
+
+def test_each_part_of_a_trial_has_its_map_and_each_wrong_row_of_the_bias(trial):
+    bias = np.zeros((2, 2, 2))
+    bias[1] = [[0.0, 2e-5], [0.3, 0.004]]
+    found = {"mass_matrix": np.diag([0.0, 0.05]), "rate_terms": bias, "force": np.array([0, 7.0])}
+    shown = replace(trial, relative_errors=found, allowed=dict.fromkeys(found, 1e-9))
+    first, second, third = make_trial_maps(shown)
+    assert [first.title, second.title, third.title] == ["M", "bias of theta_2, by rates", "force"]
+    assert first.rows == first.columns == second.rows == second.columns == third.rows
+    assert third.columns == ("",)
+    texts = [[[cell.text for cell in row] for row in each.cells] for each in (first, second, third)]
+    assert texts[0] == [["\N{CHECK MARK}"] * 2, ["\N{CHECK MARK}", "5 %"]]
+    assert texts[1] == [["\N{CHECK MARK}", "0.002 %"], ["30 %", "0.4 %"]]
+    assert texts[2] == [["\N{CHECK MARK}"], ["700 %"]]
+    raised = replace(trial, traces={"bias": "x", "force": "y"})
+    assert repr(raised).splitlines()[-2:] == ["bias raised", "force raised"]
 
 
 def test_a_trial_has_a_row_for_each_entry(trial):
