@@ -1,5 +1,6 @@
 """What every command has in common: help, version, speed of start, exit codes."""
 
+import errno
 import json
 import os
 import re
@@ -13,7 +14,7 @@ from crosscheck.cli.commands import renewal
 from crosscheck.cli.output import print_and_write
 from crosscheck.cli.simulation import describe_joints
 from crosscheck.cli.trial import TrialOptions, trial_command
-from crosscheck.models.errors import InputError
+from crosscheck.models.errors import InputError, Unfinished
 from crosscheck.models.exudyn.tree import loads as exudyn_tree_loads
 from crosscheck.models.files import builtin_arms, builtin_robots, builtin_scenarios, builtin_title
 from crosscheck.models.robot.file import load_robot
@@ -102,6 +103,225 @@ def test_the_list_has_each_name_under_its_kind_with_its_title(crosscheck, monkey
     assert sum("states only" in title for title in models.values()) == 1
     engines = [row.split()[0] for row in rows["models of a robot"]]
     assert engines == ["analytic", "pinocchio", "exudyn"]
+
+
+CORES, CODE = 6, 5
+MANY = "--scenario pd --scenario x --set a=1 --quick --jobs 3"
+# What is typed, the module that is asked, and what each of its functions is handed.
+TYPED = [
+    (
+        f"run probe --out o {MANY} --seed 4",
+        "commands",
+        {
+            "make_request": ("probe", ["pd", "x"], ["a=1"], True, 4),
+            "run_command": ("made", Path("o"), 3),
+        },
+    ),
+    (
+        "run",
+        "commands",
+        {
+            "make_request": ("paper-labelled", None, None, False, 0),
+            "run_command": ("made", Path("report"), CORES),
+        },
+    ),
+    (
+        f"validate probe {MANY} --seed 4 --json j --junit k",
+        "commands",
+        {
+            "make_request": ("probe", ["pd", "x"], ["a=1"], True, 4),
+            "validate_command": ("made", 3, Path("j"), Path("k")),
+        },
+    ),
+    ("validate", "commands", {"validate_command": ("made", CORES, None, None)}),
+    (
+        f"baseline accept probe --dir b {MANY} --junit k --model m:f --with-differences",
+        "commands",
+        {
+            "prepare_recording": ("probe", ["pd", "x"], ["a=1"], True, "m:f"),
+            "accept_command": ("made", Path("b"), 3, Path("k"), True, "runner"),
+        },
+    ),
+    (
+        "baseline accept",
+        "commands",
+        {
+            "prepare_recording": ("paper-labelled", [], [], False, ""),
+            "accept_command": ("made", Path("baselines"), CORES, None, False, "runner"),
+        },
+    ),
+    (
+        f"baseline check probe --dir b {MANY} --junit k --model m:f",
+        "commands",
+        {
+            "prepare_recording": ("probe", ["pd", "x"], ["a=1"], True, "m:f"),
+            "renewal": ("probe", Path("b"), ["pd", "x"], ["a=1"], True, "m:f"),
+            "check_command": ("made", Path("b"), 3, Path("k"), "renewal", "runner"),
+        },
+    ),
+    (
+        "baseline check",
+        "commands",
+        {
+            "prepare_recording": ("paper-labelled", [], [], False, ""),
+            "renewal": ("paper-labelled", Path("baselines"), [], [], False, ""),
+            "check_command": ("made", Path("baselines"), CORES, None, "renewal", "runner"),
+        },
+    ),
+    (
+        "simulate a --model m --scenario s --out o --t-end 2 --step 3 --phase omega_t"
+        " --ring-rate eq13 --set b=1 --force --rtol 1e-9",
+        "simulation",
+        {
+            "simulate_command": (
+                *("a", "m", "s", {"phase": "omega_t", "ring_rate": "eq13"}),
+                *(["b=1", "scenario.duration_s=2", "scenario.step_s=3"], Path("o"), True, 1e-9),
+            )
+        },
+    ),
+    (
+        "simulate a --model m --scenario s --out o",
+        "simulation",
+        {"simulate_command": ("a", "m", "s", {}, [], Path("o"), False, None)},
+    ),
+    (
+        "compare r.csv a --scenario s --set b=1 --tolerance c=2 --topic t --joint x --joint y"
+        " --json j --out o",
+        "compare",
+        {
+            "compare_command": (
+                *(Path("r.csv"), "a", ["s"], ["b=1"], ["c=2"], "t", ["x", "y"]),
+                *(Path("j"), Path("o")),
+            )
+        },
+    ),
+    (
+        "compare r.csv",
+        "compare",
+        {"compare_command": (Path("r.csv"), "paper-labelled", [], [], [], "", [], None, None)},
+    ),
+    (
+        "cost r --motion m --seed 4 --quick --json j --out o",
+        "cost",
+        {"cost_command": ("r", Path("m"), 4, True, Path("j"), Path("o"))},
+    ),
+    ("cost r", "cost", {"cost_command": ("r", None, 0, False, None, None)}),
+    (
+        "export a --out o --model m --set b=1",
+        "export",
+        {"export_command": ("a", "m", ["b=1"], Path("o"))},
+    ),
+    ("export a --out o", "export", {"export_command": ("a", None, [], Path("o"))}),
+    (
+        "sweep s --out o --jobs 3 --scheduler tcp://x --resume --run-code",
+        "studies",
+        {"sweep_command": (Path("s"), Path("o"), 3, "tcp://x", True, True)},
+    ),
+    (
+        "sweep s --out o",
+        "studies",
+        {"sweep_command": (Path("s"), Path("o"), CORES, None, False, False)},
+    ),
+    (
+        "plot f --quantity a --quantity b --out o",
+        "studies",
+        {"plot_command": (Path("f"), ["a", "b"], Path("o"))},
+    ),
+    ("plot f", "studies", {"plot_command": (Path("f"), [], None)}),
+    ("view f --out o", "view", {"view_command": (Path("f"), Path("o"))}),
+    ("view f", "view", {"view_command": (Path("f"), None)}),
+    ("init f", "template", {"init_command": (Path("f"), 2, False)}),
+    ("init f --joints 3 --direct", "template", {"init_command": (Path("f"), 3, True)}),
+    ("init f --urdf u", "template", {"init_robot_command": (Path("f"), Path("u"))}),
+    ("show a", "show", {"show_command": ("a",)}),
+    ("list", "listing", {"list_command": ()}),
+]
+OF_A_VERDICT = ("run", "validate", "baseline", "compare", "cost")  # whose exit code that is
+ANSWERS = {"make_request": "made", "prepare_recording": ("made", "runner"), "renewal": "renewal"}
+
+
+@pytest.mark.parametrize(("typed", "module", "expected"), TYPED, ids=lambda each: str(each)[:40])
+def test_a_command_hands_over_what_is_typed(crosscheck, monkeypatch, typed, module, expected):
+    handed = {}
+
+    def recorder(name):
+        def record(*arguments):
+            handed[name] = arguments
+            return ANSWERS.get(name, CODE)
+
+        return record
+
+    monkeypatch.setattr(os, "cpu_count", lambda: CORES)
+    for name in {*expected, *(ANSWERS if module == "commands" else ())}:
+        monkeypatch.setattr(f"crosscheck.cli.{module}.{name}", recorder(name))
+    answer = crosscheck(*typed.split())
+    assert answer.code == (CODE if typed.split()[0] in OF_A_VERDICT else 0), answer.err
+    assert {name: handed[name] for name in expected} == expected
+
+
+def test_options_of_a_trial_are_what_is_typed(crosscheck, monkeypatch):
+    handed = []
+    monkeypatch.setattr(
+        "crosscheck.cli.trial.trial_command", lambda given: handed.append(given) or 5
+    )
+    typed = (
+        "trial m:f a --scenario s --set b=1 --quick --jobs 3 --seed 4 --json j --junit k --out o"
+        " --ask --answers p --answers q --after r --coordinates c --run-code"
+    )
+    assert crosscheck(*typed.split()).code == 5
+    assert crosscheck("trial").code == 5
+    given = {"names": ("m:f", "a"), "scenarios": ["s"], "settings": ["b=1"], "quick": True}
+    given |= {"seed": 4, "jobs": 3, "json_file": Path("j"), "junit": Path("k"), "out": Path("o")}
+    given |= {"ask": True, "answers": (Path("p"), Path("q")), "after": (Path("r"),)}
+    given |= {"coordinates": Path("c"), "run_code": True}
+    assert handed == [trial_options(**given), trial_options(names=())]
+
+
+@pytest.mark.parametrize(
+    ("typed", "target", "answer", "page"),
+    [
+        ("run --out o --open", "commands.run_command", 0, "o/index.html"),
+        ("view f --open", "view.view_command", Path("v.html"), "v.html"),
+    ],
+)
+def test_a_page_is_opened_where_that_is_asked(crosscheck, monkeypatch, typed, target, answer, page):
+    opened = []
+    monkeypatch.setattr("webbrowser.open", opened.append)
+    monkeypatch.setattr(f"crosscheck.cli.{target}", lambda *given: answer)
+    for words, expected in ((typed, [Path(page).resolve().as_uri()]), (typed[:-7], [])):
+        opened.clear()
+        assert crosscheck(*words.split()).code == 0
+        assert opened == expected
+
+
+@pytest.mark.parametrize(
+    ("error", "code", "told"),
+    [
+        (OSError(errno.ENOSPC, "all full"), 2, "crosscheck: a file cannot be written: all full"),
+        (OSError(errno.EDQUOT, "quota"), 2, "crosscheck: a file cannot be written: quota"),
+        (
+            OSError(errno.EMFILE, "too many"),
+            2,
+            "crosscheck: open files: too many; raise the limit, or lower --jobs",
+        ),
+        (InputError("file", "field", 3, "must be 2"), 2, "crosscheck: file: field = 3: must be 2"),
+        (Unfinished("one: stopped"), 3, "crosscheck: one: stopped"),
+    ],
+)
+def test_an_error_ends_with_its_line_and_its_code(crosscheck, monkeypatch, error, code, told):
+    def fail() -> None:
+        raise error
+
+    monkeypatch.setattr("crosscheck.cli.listing.list_command", fail)
+    answer = crosscheck("list")
+    assert (answer.code, answer.err.splitlines()) == (code, [told])
+
+
+def test_the_cache_is_cleared_where_that_is_asked(crosscheck, monkeypatch):
+    asked = []
+    monkeypatch.setattr("crosscheck.runner.cache.clear_command", lambda: asked.append("clear"))
+    assert crosscheck("cache", "clear").code == 0
+    assert asked == ["clear"]
 
 
 @pytest.mark.parametrize(
