@@ -3,10 +3,13 @@
 import ctypes
 import io
 import json
+import re
 import shutil
 import stat
 import subprocess
+import tomllib
 import zipfile
+from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
@@ -24,6 +27,7 @@ from crosscheck.models.loading import load_arm, load_scenario
 from crosscheck.runner import cpu_limit
 from crosscheck.runner.progress_update import ignore_progress
 from crosscheck.trial import trial as trial_module
+from crosscheck.trial.fmu import archive
 from crosscheck.trial.fmu import unit as unit_module
 from crosscheck.trial.fmu.archive import DESCRIPTION, MappedUnit, load_unit, unpack_fmu
 from crosscheck.trial.fmu.unit import build_fmu_equations, compare_unit_runs
@@ -374,18 +378,18 @@ def test_co_simulation_asks_for_a_run_and_a_level(crosscheck, tmp_path):
 
 def zipped(files: dict[str, bytes], packed: int = zipfile.ZIP_STORED) -> bytes:
     found = io.BytesIO()
-    with zipfile.ZipFile(found, "w", packed) as archive:
+    with zipfile.ZipFile(found, "w", packed) as archive_file:
         for name, content in files.items():
-            archive.writestr(name, content)
+            archive_file.writestr(name, content)
     return found.getvalue()
 
 
 def link() -> bytes:
     found, entry = io.BytesIO(), zipfile.ZipInfo("resources/here")
     entry.external_attr = (stat.S_IFLNK | 0o777) << 16
-    with zipfile.ZipFile(found, "w") as archive:
-        archive.writestr(DESCRIPTION, b"<x/>")
-        archive.writestr(entry, "/etc")
+    with zipfile.ZipFile(found, "w") as archive_file:
+        archive_file.writestr(DESCRIPTION, b"<x/>")
+        archive_file.writestr(entry, "/etc")
     return found.getvalue()
 
 
@@ -427,6 +431,57 @@ def test_hostile_archive_is_refused_before_it_is_unpacked(case, tmp_path):
     assert fragment in str(error.value)
     assert not [path for path in folder.rglob("*") if path.name != DESCRIPTION]
     assert {path.name for path in tmp_path.iterdir()} == {"unit.fmu", "unpacked"}
+
+
+def entry_of(name: str, size: int = 1, packed: int | None = None, flags: int = 0):
+    """What an archive says of a file in it, without the file."""
+    entry = zipfile.ZipInfo(name)
+    entry.file_size, entry.flag_bits = size, flags
+    entry.compress_size = size if packed is None else packed
+    return entry
+
+
+DESCRIBED = entry_of(DESCRIPTION)
+LIMITS = {
+    "files": ([entry_of(f"r/{n}") for n in range(10_000)], "holds 10001 files; may hold 10000"),
+    "bytes": ([entry_of("r", 499_999_999), entry_of("s")], "would unpack to 500000001 bytes"),
+    "ratio": ([entry_of("r", 400_000, 2000), entry_of("s", 400_001, 2000)], "s: is packed 200 tim"),
+    "small": ([entry_of("r", 200_000, 1), entry_of("s", 200_001, 1)], "s: is packed 200001 times"),
+    "twice": ([entry_of("r/a"), entry_of("r/./a")], "r/./a: is there twice"),
+    "secret": ([entry_of("r"), entry_of("s", flags=9)], "s: is encrypted"),
+    "colon": ([entry_of("r"), entry_of("c:r")], "c:r: leads out"),
+}
+
+
+@pytest.mark.parametrize("case", LIMITS)
+def test_an_archive_is_refused_just_beyond_its_limits(case):
+    """Without the last of the files it is harmless."""
+    entries, said = LIMITS[case]
+    archive._require_harmless("unit.fmu", [DESCRIBED, *entries[:-1]])
+    with pytest.raises(InputError, match=re.escape(said)):
+        archive._require_harmless("unit.fmu", [DESCRIBED, *entries])
+
+
+def test_a_description_has_a_size_that_can_be_parsed():
+    archive._require_harmless("unit.fmu", [entry_of(DESCRIPTION, 50_000_000)])
+    with pytest.raises(InputError, match="has more than 50000000 bytes"):
+        archive._require_harmless("unit.fmu", [entry_of(DESCRIPTION, 50_000_001)])
+
+
+def test_a_draft_of_a_mapping_takes_states_by_their_order():
+    states = "a", 'b "', "v_a", "v_b"
+    given = archive.FmuDescription(2, "exchange", "unit", "1", {}, ("in",), states)
+    text = archive.draft_mapping("u.fmu", given)
+    assert "from what u.fmu says of itself" in text
+    assert tomllib.loads(text) == {
+        "q": ["a", 'b "'],
+        "v": ["v_a", "v_b"],
+        "torque": ["in"],
+        "gearing": "rigid",
+        "links": "relative",
+    }
+    stepped = archive.draft_mapping("u.fmu", replace(given, kind="co-simulation"))
+    assert tomllib.loads(stepped) == {**tomllib.loads(text), "level": "links"}
 
 
 DAMAGED = {
