@@ -1,6 +1,7 @@
 """The page of a robot's run: its numbers put the tip where the engine has it; files as found."""
 
 import base64
+from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
@@ -12,9 +13,12 @@ from crosscheck.api import simulate
 from crosscheck.cli.view import view_page
 from crosscheck.models.errors import InputError
 from crosscheck.models.robot.case import load_robot_case
+from crosscheck.models.robot.file import load_robot
 from crosscheck.models.trajectory import encode_netcdf
 from crosscheck.registry import build, build_robot_model
+from crosscheck.view import robot_scene
 from crosscheck.view.robot_scene import build_robot_scene
+from crosscheck.view.rods import find_rod_ends, find_upward
 from crosscheck.view.trajectory_file import RobotRun, TrajectoryFile
 
 SHORT = ["scenario.duration_s=0.001", "scenario.start.theta_rad=0.4"]
@@ -92,3 +96,40 @@ def test_a_changed_file_is_one_line(written, attribute, value, said):
         file.attrs[attribute] = value
     with pytest.raises(InputError, match=said):
         read(path)
+
+
+def test_every_few_records_of_a_long_run_are_shown(monkeypatch):
+    """Of 7 records at most 3 frames: every third; the reach is that of rods and slides."""
+    monkeypatch.setattr(robot_scene, "MOST_FRAMES", 3)
+    robot = load_robot("sliding")
+    time = 0.5 + 0.01 * np.arange(7)
+    theta = np.outer(np.arange(7.0), [0.1, -0.02, 0.3])
+    scene = build_robot_scene(RobotRun("mine", robot, time, theta))
+    assert (scene["name"], scene["model"]) == ("sliding", "mine")
+    assert (scene["frames"], scene["every"], scene["start_s"]) == (3, 3, 0.5)
+    assert scene["step_s"] == pytest.approx(0.03)
+    shown = [numbers(joint["theta"]) for joint in scene["joints"]]
+    assert np.transpose(shown) == pytest.approx(theta[::3], rel=1e-6)
+    assert scene["described"] == f"The whole robot: 3 joints, {len(robot.rotors)} rotors"
+    places = [robot.joints[n].placement.position for n in range(3)]
+    ends = find_rod_ends(robot)
+    rods = {joint.parent: [] for joint in robot.joints}
+    for joint, place in zip(robot.joints, places, strict=True):
+        rods[joint.parent].append(np.linalg.norm(place))
+    rods.setdefault(robot.frames[robot.tip].body, []).append(
+        np.linalg.norm(robot.frames[robot.tip].placement.position)
+    )
+    assert {n: len(each) for n, each in ends.items() if each} == {
+        n: len(each) for n, each in rods.items()
+    }
+    slid = 6 * 0.02  # the second joint, at the last frame
+    assert scene["reach"] == pytest.approx(sum(map(max, rods.values())) + slid)
+    assert (scene["payload"], scene["teeth"]) == (False, True)
+
+
+@pytest.mark.parametrize(
+    ("gravity", "upward"), [((0, 3.0, -4.0), (0, -0.6, 0.8)), ((0, 0, 0), (0, 0, 1))]
+)
+def test_upward_is_against_gravity(gravity, upward):
+    robot = replace(load_robot("sliding"), gravity=np.array(gravity, dtype=float))
+    assert find_upward(robot) == pytest.approx(upward)

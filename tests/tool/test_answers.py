@@ -17,7 +17,10 @@ from crosscheck.findings import (
     make_unfinished_check,
 )
 from crosscheck.models.loading import load_arm
+from crosscheck.models.robot.file import load_robot
+from crosscheck.planning import robots
 from crosscheck.planning.plan import CrossCheckRequest
+from crosscheck.planning.state_suite import COUNT, QUICK_COUNT
 from crosscheck.report.answers import (
     answer_on_equations,
     answer_on_levels,
@@ -174,6 +177,14 @@ def test_a_quick_page_says_what_it_leaves_out(labelled):
     own = describe_quick_limits(CrossCheckRequest(load_arm("three-unlike"), quick=True))
     assert "at most 10000 steps" in own
     assert "up to 300000" in own
+    robot = describe_quick_limits(CrossCheckRequest(load_robot("puma560"), quick=True))
+    assert robot == (
+        f"With --quick models are compared at {robots.QUICK_COUNT} random states, where a full"
+        f" cross-check takes {robots.COUNT}, and free motions take at most {robots.QUICK_STEPS}"
+        f" steps of {robots.MOST_STEPS}."
+    )
+    counts = f"compared at {QUICK_COUNT} random states where a full cross-check takes {COUNT}."
+    assert counts in said
 
 
 OUTCOMES = {
