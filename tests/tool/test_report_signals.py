@@ -13,7 +13,9 @@ from crosscheck.models.experiment.scenario import switches
 from crosscheck.models.loading import load_arm, load_scenario
 from crosscheck.models.robot.file import load_robot
 from crosscheck.models.trajectory import build_trajectory
+from crosscheck.registry import RIGID_LEVELS
 from crosscheck.report.plots import scheme
+from crosscheck.report.plots.charts import Charts, Pictures
 from crosscheck.report.plots.scheme import draw_scheme
 from crosscheck.report.plots.signals import (
     RecordStretch,
@@ -21,6 +23,8 @@ from crosscheck.report.plots.signals import (
     collect_signals,
     make_stretch,
 )
+from crosscheck.runner.outcomes import Failure
+from crosscheck.runner.tasks import RunKey
 from tests.arms import PAPER, arm_of
 
 TIMES, STEP_S = 4000, 1e-4
@@ -297,3 +301,72 @@ def test_room_is_shared_and_what_the_small_ones_leave_goes_to_the_large_ones(run
     (found,) = collect_signals(REFERENCE, runs, 12_000)
     widths = [round(found.whole[name].step_s / STEP_S) for name in ("theta", "F_sp")]
     assert widths == [6, 5]  # 16,000 x 2 / 6,000; then / 6,667
+
+
+def run_for(model: str, seconds: float) -> xr.Dataset:
+    time = np.linspace(0, seconds, 11)
+    theta = ("time", "joint"), np.outer(time, [1.0, 2.0])
+    return xr.Dataset({"theta": theta}, {"time": time, "joint": [1, 2]}, {"model": model})
+
+
+def test_pictures_are_of_the_experiments_that_both_engines_ran(monkeypatch):
+    """The longest of those with rigid levels is the still one; without any, the longest of all."""
+    drawn = []
+
+    def draw_levels(geared: xr.Dataset, rigid: dict[str, xr.Dataset]) -> str:
+        return f"{geared.attrs['model']} beside {', '.join(rigid)}"
+
+    def draw_pair(*pair: xr.Dataset) -> str:
+        drawn.append([run.attrs["model"] for run in pair])
+        return f"{float(pair[0]['time'][-1]):g} s"
+
+    monkeypatch.setattr("crosscheck.report.plots.figures.draw_level_deviations", draw_levels)
+    monkeypatch.setattr("crosscheck.report.plots.figures.draw_run_comparison", draw_pair)
+    rigid = [f"pinocchio:{level}" for level in RIGID_LEVELS]
+    charts, partly = Charts(), rigid[1:3]
+    experiments = {
+        "alone": (9.0, [REFERENCE, *rigid]),
+        "b-long": (3.0, [REFERENCE, OTHER, *partly]),
+        "c-short": (1.0, [REFERENCE, OTHER, *rigid]),
+        "d-bare": (5.0, [REFERENCE, OTHER]),
+        "e-last": (2.0, [OTHER]),
+    }
+    for name, (seconds, models) in experiments.items():
+        for model in models:
+            charts.show(RunKey(name, model), run_for(model, seconds))
+    assert charts.levels.keys() == {"alone", "c-short"}  # as soon as their runs are there
+    charts.show(RunKey("d-bare", rigid[0]), Failure("Died", "in vain"))
+    pictures = charts.build_pictures()
+    assert pictures.levels == {
+        "b-long": f"{REFERENCE} beside {', '.join(RIGID_LEVELS[1:3])}",
+        "c-short": f"{REFERENCE} beside {', '.join(RIGID_LEVELS)}",
+    }
+    assert (pictures.still, pictures.still_of, drawn) == ("3 s", "b-long", [[REFERENCE, OTHER]])
+    shown = {each.experiment: (each.reference, each.others) for each in pictures.signals}
+    assert shown == {
+        "b-long": (REFERENCE, (OTHER, *partly)),
+        "c-short": (REFERENCE, (OTHER, *rigid)),
+    }
+    bare = Charts()
+    for name, (seconds, _) in experiments.items():
+        for model in (REFERENCE, OTHER):
+            bare.show(RunKey(name, model), run_for(model, seconds))
+    assert bare.build_pictures().still_of == "alone"
+    assert [each.experiment for each in bare.build_pictures().signals] == list(experiments)
+    assert Charts().build_pictures() == Pictures({})
+
+
+def test_windows_hold_what_is_worth_a_look_and_end_with_the_run(runs):
+    time = runs["pd"][REFERENCE]["time"].values
+    off = runs["pd"][OTHER]["F_sp"].values.copy()
+    off[3990, 0] -= 5.0  # the largest difference, near the end
+    other = runs["pd"][OTHER].assign(F_sp=(runs["pd"][OTHER]["F_sp"].dims, off))
+    (found,) = collect_signals(REFERENCE, {"pd": {REFERENCE: runs["pd"][REFERENCE], OTHER: other}})
+    spans = {window.title: (window.begin_s, window.end_s) for window in found.windows}
+    half = 2e-3
+    assert spans == {
+        "largest F_sp, joint 1": pytest.approx((0.1234 - half, 0.1234 + half)),
+        "contact lost, joint 1": pytest.approx((0.1999 - half, 0.1999 + half)),
+        "contact on the other side, joint 1": pytest.approx((0.21 - half, 0.21 + half)),
+        f"largest difference of {OTHER}, joint 1": pytest.approx((0.399 - half, time[-1])),
+    }
