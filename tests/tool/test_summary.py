@@ -11,8 +11,18 @@ import crosscheck
 from crosscheck.findings import Agreement, EntryDifferences
 from crosscheck.models.arm.arm import Link
 from crosscheck.report.heat_map import make_heat_map, make_trial_maps
+from crosscheck.report.trial import (
+    describe_notes,
+    describe_trial,
+    describe_unfollowed,
+    describe_unit_mistake,
+)
 from crosscheck.testing import Trial
+from crosscheck.trial.diagnose.dependence import IgnoredNumber
 from crosscheck.trial.input.loading import load_equations
+from crosscheck.trial.judge.entries import EntryPlace
+from crosscheck.trial.judge.unit_mistakes import UnitMistake
+from crosscheck.trial.trial import LevelMismatch
 from tests.baselines.short import green, invented_check, measurement, red
 from tests.tool.supplied import model_file
 
@@ -104,6 +114,113 @@ def test_each_part_of_a_trial_has_its_map_and_each_wrong_row_of_the_bias(trial):
     assert texts[2] == [["\N{CHECK MARK}"], ["700 %"]]
     raised = replace(trial, traces={"bias": "x", "force": "y"})
     assert repr(raised).splitlines()[-2:] == ["bias raised", "force raised"]
+
+
+def ignored(name, value, *parts, **goes_with):
+    return IgnoredNumber(name, value, parts, goes_with)
+
+
+END = "Judged with these numbers as they are."
+
+
+@pytest.mark.parametrize(
+    ("numbers", "told"),
+    [
+        (
+            [ignored("g", 9.81, "force")],
+            f"Your force does not follow the file's g = 9.81: is it written in your code? {END}",
+        ),
+        (
+            [ignored("g", 9.81, "force"), ignored("m_2", 0.123456789, "mass_matrix", "bias")],
+            "Your force, M and bias do not follow the file's g = 9.81, m_2 = 0.123457: are they"
+            f" written in your code? {END}",
+        ),
+        ([ignored("m_p", 0.0)], f"Your equations have no m_p, nor has this arm. {END}"),
+        (
+            [ignored("a", 0.0), ignored("d", 2.0, L_1=1, L_2=-1), ignored("b", 0.0)],
+            "Your equations take d from L_1 and L_2, which is right on this arm. Your equations"
+            f" have no a, b, nor has this arm. {END}",
+        ),
+    ],
+)
+def test_numbers_that_equations_do_not_follow_are_told_in_one_note(numbers, told):
+    assert describe_unfollowed(numbers) == told
+
+
+@pytest.mark.parametrize(
+    ("factor", "times"),
+    [
+        (1000.0, "1000"),
+        (1e-3, "(1000)^-1"),
+        (1e6, "(1000)^2"),
+        (1e-6, "(1000)^-2"),
+        (180 / np.pi, "180/pi"),
+        ((180 / np.pi) ** -1, "(180/pi)^-1"),
+        ((180 / np.pi) ** 2, "(180/pi)^2"),
+        ((180 / np.pi) ** -2, "(180/pi)^-2"),
+    ],
+)
+def test_a_mistaken_unit_is_told_by_its_factor(factor, times):
+    places = EntryPlace("force", 1), EntryPlace("mass_matrix", 0, 1)
+    told = describe_unit_mistake(UnitMistake("force", "unit", places, factor), ("q", "x"))
+    said = "times what the models say at every state: another unit?"
+    assert told == f"force[x], M[q, x]: {times} {said}"
+
+
+@pytest.mark.parametrize(("part", "word"), [("mass_matrix", "M"), ("bias", "bias")])
+def test_a_mistaken_order_is_told(part, word):
+    assert describe_unit_mistake(UnitMistake(part, "order"), ()) == (
+        f"{word} agrees once its numbers are read in another order: flattened the other way?"
+    )
+
+
+def test_a_trial_says_what_it_judged_and_what_not(trial):
+    first, coordinates, *rest = describe_trial(trial)
+    assert first == "<b> on paper-labelled: rigid, level links"
+    assert coordinates == "coordinates: theta_1, theta_2"
+    assert rest[-1].startswith("also checked on") == bool(trial.probes)
+    mismatches = (
+        LevelMismatch("links", 1, 0.25, 0.1),
+        LevelMismatch("coupled", 3, 0.0625, 0.03),
+        LevelMismatch("armature", 0, 0.5, 0.5),
+    )
+    shown = replace(trial, level_mismatches=mismatches, probes=(), missing=("bias", "force"))
+    _, _, *levels, alone, missing = describe_trial(shown)
+    told = [line.partition("): ")[2] for line in levels]
+    assert told == [
+        "1 entry of M differs, by up to 0.25",
+        "3 entries of M differ, by up to 0.0625",
+        "0 entries of M differ",
+    ]
+    assert [line.split()[1] for line in levels] == ["links", "coupled", "armature"]
+    assert alone.startswith("checked on this arm alone")
+    assert missing == "not supplied, so not judged: bias, force"
+    assert len(list(describe_trial(replace(trial, level_mismatches=mismatches[:1])))) == len(
+        list(describe_trial(replace(trial, level_mismatches=())))
+    )
+
+
+def test_notes_of_a_trial_tell_motors_and_point_masses(trial):
+    problem = trial.problem
+    for motors, told in (
+        ((), "Your equations take no torque: judged as an arm without motors."),
+        ((1,), "Judged as an arm with a motor at joint 2 alone, as drive states."),
+    ):
+        shown = replace(trial, problem=replace(problem, motors=motors), ignored_numbers=())
+        assert next(describe_notes(shown)) == told
+    for idle, told in (
+        ((0,), "Joint 1: no torque in your equations. Has it no motor, state drive = [2]."),
+        ((0, 1), "Joints 1, 2: no torque in your equations. Has it no motor, state drive = []."),
+    ):
+        shown = replace(trial, problem=replace(problem, motors=(0, 1)), idle_joints=idle)
+        assert next(describe_notes(shown)) == told
+    numbers = (ignored("I_1", 0.5, "mass_matrix"), ignored("g", 9.81, "force"))
+    point = replace(trial, point_masses=("I_1",), ignored_numbers=numbers, idle_joints=())
+    assert list(describe_notes(point))[:2] == [
+        "Your equations have no I_1, and the file's are less than 1e-6 of mass x com^2: judged as"
+        " point masses, with 0 in their place.",
+        describe_unfollowed(numbers[1:]),
+    ]
 
 
 def test_a_trial_has_a_row_for_each_entry(trial):
