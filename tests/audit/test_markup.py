@@ -1,11 +1,12 @@
 """The checker of pages finds what is wrong, and the pieces of a page are right."""
 
+import markupsafe
 import numpy as np
 import pytest
 from matplotlib.transforms import Bbox
 
 from crosscheck.report import fragments
-from crosscheck.report.plots import figures
+from crosscheck.report.plots import figures, joints
 from tests.audit.markup import axis_problems, page_problems, uneven_tables
 
 SOUND = '<h2 id="a">A</h2><p>b <b>c</b></p><a href="#a">a</a>'
@@ -93,3 +94,59 @@ def test_nothing_to_show_on_a_logarithmic_scale_is_said():
         figures.set_log_scale(axes)
     assert [axes.get_yscale() for axes in grid[0]] == ["linear", "log"]
     assert "the run ends before" in figures.to_svg(figure)
+
+
+@pytest.mark.parametrize(
+    ("names", "titles"), [("a", "x"), ("abc", "x"), ("a", "xy"), ("ab", "xyz")]
+)
+def test_joints_stand_below_each_other_and_ways_to_look_at_them_beside(names, titles, monkeypatch):
+    drawn, kept = [], []
+
+    def column(title: str) -> joints.JointColumn:
+        def draw(joint, axes):
+            drawn.append((title, joint))
+            axes.plot([0, 1], [0, joint], label=f"{title}{joint}")
+
+        return joints.JointColumn(f"title {title}", f"axis {title}", draw)
+
+    monkeypatch.setattr(figures, "to_svg", lambda figure: kept.append(figure) or "svg")
+    columns = [column(title) for title in titles]
+    assert joints.draw_joints(names, columns, height=1.5, same_axis=False) == "svg"
+    assert drawn == [(title, joint) for title in titles for joint in range(len(names))]
+    (figure,) = kept
+    assert figure.get_size_inches().tolist() == [9, 1.5 * len(names)]
+    table = np.reshape(figure.axes, (len(names), len(titles)))
+    last = len(names) - 1
+    for (row, place), axes in np.ndenumerate(table):
+        title = titles[place]
+        assert axes.lines[0].get_label() == f"{title}{row}"
+        assert axes.get_title() == f"title {title}" * (row == 0)
+        assert axes.get_xlabel() == f"axis {title}" * (row == last)
+        assert axes.get_ylabel() == names[row] * (place == 0)
+        assert (axes.get_legend() is not None) == (row == place == 0)
+
+
+def test_a_long_signal_is_drawn_as_a_band_and_a_short_one_as_a_line():
+    """Up to two samples for each of 600 bins all are drawn; beyond them extremes alone."""
+    _, grid = figures.make_figure(1, 2)
+    for axes, count in zip(grid[0], (1200, 1201), strict=True):
+        time = np.linspace(0, 1, count)
+        figures.draw(axes, time, np.where(np.arange(count) == 700, 5.0, time), "a", "red")
+    line, band = grid[0]
+    assert ([len(each.lines) for each in grid[0]], len(band.collections)) == ([1, 0], 1)
+    assert line.lines[0].get_ydata().max() == 5.0
+    points = band.collections[0].get_paths()[0].vertices
+    assert (points[:, 1].min(), points[:, 1].max()) == (0.0, 5.0)
+
+
+def test_a_table_has_a_head_a_caption_and_a_row_of_cells_each():
+    rows = [["1", "<2"], [markupsafe.Markup("<b>3</b>"), "4"]]
+    inner = (
+        "<tr><th>a</th><th>b</th></tr><tr><td>1</td><td>&lt;2</td></tr>"
+        "<tr><td><b>3</b></td><td>4</td></tr></table></div>"
+    )
+    begin = '<div class="wide" tabindex="0"><table>'
+    assert fragments.render_table("ab", rows) == begin + inner
+    titled = fragments.render_table("ab", rows, "both & all")
+    assert titled == f"{begin}<caption>both &amp; all</caption>{inner}"
+    assert fragments.render_paragraph("a < b") == "<p>a &lt; b</p>"
