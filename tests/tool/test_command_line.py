@@ -5,12 +5,16 @@ import json
 import os
 import re
 from pathlib import Path
+from types import SimpleNamespace
 
+import numpy as np
 import pytest
 
 from crosscheck import __version__
 from crosscheck.cli import listing
 from crosscheck.cli.commands import renewal
+from crosscheck.cli.compare import _tolerance as parse_tolerance
+from crosscheck.cli.compare import compare_command
 from crosscheck.cli.output import print_and_write
 from crosscheck.cli.simulation import describe_joints
 from crosscheck.cli.trial import TrialOptions, trial_command
@@ -422,6 +426,45 @@ def test_options_of_a_trial_that_do_not_go_together_are_refused(given, option, s
     with pytest.raises(InputError, match=re.escape(said)) as refused:
         trial_command(trial_options(**given))
     assert refused.value.where == option
+
+
+@pytest.mark.parametrize("given", ["a.b=0.01", "a.b=1e-9", "a.b=0.999"])
+def test_a_tolerance_is_a_share_between_0_and_1(given):
+    assert parse_tolerance(given) == ("a.b", float(given[4:]))
+
+
+@pytest.mark.parametrize("number", ["0", "1", "-0.1", "nan", "inf", "x", ""])
+def test_another_tolerance_is_refused_with_its_value(number):
+    with pytest.raises(InputError, match=re.escape("such as 0.01 for 1 %")) as refused:
+        parse_tolerance(f"a.b={number}")
+    assert (refused.value.field, refused.value.value) == ("a.b", number or None)
+
+
+@pytest.mark.parametrize(
+    ("agree", "decided", "code"), [(True, True, 0), (True, False, 1), (False, True, 1)]
+)
+def test_a_comparison_of_a_robot_ends_well_where_engines_agree_and_all_is_decided(
+    agree, decided, code, tmp_path, monkeypatch
+):
+    """The comparison itself is made up: what it is asked, and what follows from it."""
+    asked = []
+
+    def compare_robot(robot, recordings, transmission, progress, knowledge):
+        asked.append((robot.name, recordings, transmission.tolist()))
+        return SimpleNamespace(engines_agree=agree, is_decided=decided, excitation=None)
+
+    module = "crosscheck.cli.compare"
+    monkeypatch.setattr(f"{module}.read_record", lambda *given: given)
+    monkeypatch.setattr(f"{module}.convert_record", lambda record: record)
+    monkeypatch.setattr(f"{module}.compare_robot", compare_robot)
+    monkeypatch.setattr(f"{module}.output.describe_comparison", lambda comparison: ["said"])
+    monkeypatch.setattr(f"{module}.output.comparison_json", lambda comparison: "{}")
+    file = tmp_path / "c.json"
+    given = Path("r.csv"), "sliding", [], [], [], "topic", ["j"], file, None
+    assert compare_command(*given) == code
+    assert file.read_text() == "{}"
+    record = Path("r.csv"), 3, "topic", ["j"]
+    assert asked == [("sliding", (record,), np.eye(3).tolist())]
 
 
 def test_a_run_ends_where_its_summary_says(labelled):
