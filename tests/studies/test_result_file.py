@@ -3,7 +3,9 @@
 import errno
 import io
 import resource
+from concurrent.futures import Future
 from itertools import pairwise
+from typing import Any
 
 import numpy as np
 import pytest
@@ -12,10 +14,12 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from crosscheck.cli.environment import require_memory
-from crosscheck.models.errors import InputError
+from crosscheck.models.errors import InputError, Unfinished
 from crosscheck.output import draft
+from crosscheck.runner.outcomes import Failure
+from crosscheck.studies.batches import batches, schedule
 from crosscheck.studies.batches.result_file import PAGE, ResultFile, _Sparse
-from crosscheck.studies.measures.columns import list_columns
+from crosscheck.studies.measures.columns import Column, list_columns
 from tests.processes import command_line, in_child, limit_files, warm_command_line
 from tests.studies.studies import study
 
@@ -130,3 +134,80 @@ def test_room_is_taken_before_anything_is_written(tmp_path):
             assert new.path.stat().st_size == 5000
 
     assert in_child(refused)
+
+
+class Answers:
+    """Workers whose answers are prepared: of each task in turn."""
+
+    def __init__(self, **answers: list[Any]) -> None:
+        self.answers, self.asked = answers, list[str]()
+
+    def stream(self, tasks):
+        """Each task's key with the next of its answers."""
+        for task in tasks:
+            self.asked.append(task.key)
+            yield task.key, self.answers[task.key].pop(0)
+
+
+DIED = Failure(schedule.DIED, "SIGKILL")
+
+
+def run_locally(workers: Answers) -> dict[str, Any]:
+    tasks = [schedule.FunctionTask(key, len, ()) for key in list(workers.answers)]
+    return {task.key: found for task, found in schedule._run_by_workers(workers, tasks)}
+
+
+def test_a_batch_whose_worker_dies_is_tried_three_times_before_what_follows():
+    workers = Answers(a=[1], b=[DIED, DIED, 2], c=[3])
+    assert run_locally(workers) == {"a": 1, "b": 2, "c": 3}
+    assert workers.asked == ["a", "b", "b", "b", "c"]
+    with pytest.raises(Unfinished, match="no end: Died: SIGKILL in 3 attempts; --resume goes on"):
+        run_locally(Answers(a=[DIED, DIED, DIED]))
+    slow = Failure("TooSlow", "stopped")
+    with pytest.raises(Unfinished, match="no end: TooSlow: stopped; --resume goes on"):
+        run_locally(Answers(a=[slow]))
+    with pytest.raises(ZeroDivisionError):
+        run_locally(Answers(a=[schedule._TaskError(ZeroDivisionError())]))
+
+
+def test_no_more_batches_are_sent_than_are_asked_and_all_come_back():
+    sent = list[str]()
+
+    def submit(task: schedule.FunctionTask) -> "Future[str]":
+        sent.append(task.key)
+        future = Future[str]()
+        future.set_result(task.key.upper())
+        return future
+
+    tasks = [schedule.FunctionTask(key, len, ()) for key in "abcde"]
+    found = [
+        (task.key, result, len(sent)) for task, result in schedule._run_by_futures(submit, 2, tasks)
+    ]
+    counts = [3, 4, 5, 5, 5]  # two at first, then one for each that has come back
+    assert found == [*zip("abcde", "ABCDE", counts, strict=True)]
+
+
+def test_another_version_is_told_by_what_differs():
+    schedule.require_same_version("a 1, b 2", "a 1, b 2", "w")
+    for theirs, told in (("a 1, b 3", "b 2 here, b 3 there"), ("a 1, b 2, c", "another one")):
+        with pytest.raises(InputError, match=f"runs another version: {told}"):
+            schedule.require_same_version("a 1, b 2", theirs, "w")
+
+
+def test_spot_checks_are_in_the_middle_of_equal_parts():
+    values = {"path": "arm.payload_mass_kg", "kind": "list", "values": [float(n) for n in range(9)]}
+    for count, places in ((1, [4]), (3, [1, 4, 7]), (9, list(range(9))), (20, list(range(9)))):
+        tasks = batches.make_check_tasks(study([values], spot_checks=count), "version")
+        assert [task.arguments[1] for task in tasks] == places
+        assert len({task.key for task in tasks}) == len(places)
+
+
+def test_numbers_of_a_batch_come_back_as_they_were_packed():
+    columns = [Column("a", "m", ""), Column("b", "rad", "", ("joint",), (2,))]
+    numbers = {"a": np.array([1.0, np.nan, 3.0]), "b": np.arange(6.0).reshape(3, 2)}
+    content = batches.pack_numbers(numbers, columns)
+    found = batches.unpack_numbers(content, columns, 3)
+    for name, values in numbers.items():
+        assert np.array_equal(found[name], values, equal_nan=True)
+    with pytest.raises(ValueError, match="holds 9 numbers, 12 are needed"):
+        batches.unpack_numbers(content, columns, 4)
