@@ -152,7 +152,7 @@ def _git(*words: str) -> str | None:
     if not (ROOT / ".git").exists():  # another project's checkout may hold an installed package
         return None
     try:
-        command = ["git", "-C", str(ROOT), *words]
+        command = ["git", "--no-optional-locks", "-C", str(ROOT), *words]
         answer = subprocess.run(command, capture_output=True, text=True, timeout=10, check=True)
     except (OSError, subprocess.SubprocessError):
         return None

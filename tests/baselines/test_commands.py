@@ -1,6 +1,7 @@
 """`crosscheck validate` and `crosscheck baseline`: exit codes, output, files."""
 
 import json
+import os
 import subprocess
 from pathlib import Path
 from typing import Any
@@ -244,6 +245,20 @@ def test_what_changed_most_stands_first_and_is_never_cut_off(capsys, monkeypatch
 def git(*words: str) -> None:
     own = ("-c", "user.name=a", "-c", "user.email=a@b.example")
     subprocess.run(["git", *own, *words], check=True, capture_output=True)
+
+
+def test_a_checkout_is_looked_at_and_not_written(tmp_path, monkeypatch):
+    """Git refreshes its index by the way, and leaves a lock where that is cut short."""
+    monkeypatch.chdir(tmp_path)
+    monkeypatch.setattr(provenance, "ROOT", tmp_path)
+    git("init", "--quiet")
+    Path("model.py").write_text("g = 9.8\n")
+    git("add", ".")
+    git("commit", "--quiet", "--message", "first")
+    os.utime("model.py", (1e9, 1e9))  # the same content: only git's note of its age is old
+    index = Path(".git", "index").read_bytes()
+    assert provenance.list_changed_files() == []
+    assert Path(".git", "index").read_bytes() == index
 
 
 def test_a_checkout_with_uncommitted_changes_has_no_record(command, result, capsys, monkeypatch):

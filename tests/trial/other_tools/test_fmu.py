@@ -484,6 +484,26 @@ def test_a_draft_of_a_mapping_takes_states_by_their_order():
     assert tomllib.loads(stepped) == {**tomllib.loads(text), "level": "links"}
 
 
+@pytest.mark.parametrize(
+    ("names", "there", "said"),
+    [
+        (("a", "b"), ("b", "a", "c"), ""),
+        (("a",), ("a", "b"), "must be 2 names, each once"),
+        (("a", "a"), ("a", "b"), "must be 2 names, each once"),
+        (("a", "b", "c"), ("a", "b", "c"), "must be 2 names, each once"),
+        (("a", "x"), ("a", "b"), "torque = 'x': is not a real input of the unit; there are a, b"),
+        (("a", "x"), (), "torque = 'a': is not a real input of the unit; there are none"),
+    ],
+)
+def test_a_mapping_names_variables_that_are_there(names, there, said):
+    given = Path("map.toml"), "torque", names, 2, there, "a real input"
+    if said:
+        with pytest.raises(InputError, match=re.escape(said)):
+            archive._require_names(*given)
+    else:
+        archive._require_names(*given)
+
+
 DAMAGED = {
     "a file that is a folder too": (
         zipped({**HARMLESS, "resources/a": b"x", "resources/a/b": b"y"}),
