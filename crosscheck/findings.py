@@ -16,7 +16,7 @@ if TYPE_CHECKING:
 SCHEMA_VERSION = 2
 FindingKind = Literal["check", "measurement"]
 Verdict = Literal["agree", "differ", "unresolved", "unfinished", "failed", "measured"]
-MOST_LISTED = 3  # checks that an agreement prints of those that do not agree
+MOST_LISTED = 3  # lines that a result prints of what does not agree
 UNFINISHED_CODE = 3  # exit code where nothing differs, and something was not judged
 
 
@@ -275,9 +275,7 @@ class Agreement:
         """How many checks agree, and the first that do not."""
         red, total = self.disagreeing, len(self.checks)
         lines = [f"Agreement: {total - len(red)} of {total} checks agree"]
-        lines += [f"{finding.verdict} {finding.id}" for finding in red[:MOST_LISTED]]
-        more = len(red) - MOST_LISTED
-        return "\n".join([*lines, f"... and {more} more"] if more > 0 else lines)
+        return "\n".join([*lines, *list_first([f"{each.verdict} {each.id}" for each in red])])
 
     def to_dataframe(self) -> pd.DataFrame:
         """A row for each Finding, with the fields of ``Finding.to_dict``."""
@@ -316,3 +314,9 @@ class Agreement:
     def to_json(self) -> str:
         """Readable JSON of to_dict, ending in a newline."""
         return json.dumps(self.to_dict(), indent=1, allow_nan=False) + "\n"
+
+
+def list_first(lines: Sequence[str]) -> list[str]:
+    """The first of the lines, and how many more there are."""
+    more = len(lines) - MOST_LISTED
+    return [*lines[:MOST_LISTED], *([f"... and {more} more"] if more > 0 else [])]

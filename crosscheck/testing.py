@@ -27,12 +27,21 @@ if TYPE_CHECKING:
     from crosscheck.models.arm.arm import Arm
     from crosscheck.models.experiment.scenario import Scenario, Switches
     from crosscheck.models.robot.robot import Robot
+    from crosscheck.report.trial_result import TrialResult
     from crosscheck.trial.input.equations import Coordinates, Equations, Level
     from crosscheck.trial.input.symbolic import from_sympy
     from crosscheck.trial.robots.trial import RobotTrial
     from crosscheck.trial.trial import Trial
 
-__all__ = ["Coordinates", "Equations", "Trial", "assert_agrees", "from_sympy", "try_equations"]
+__all__ = [
+    "Coordinates",
+    "Equations",
+    "Trial",
+    "TrialResult",
+    "assert_agrees",
+    "from_sympy",
+    "try_equations",
+]
 
 if not TYPE_CHECKING:
     __getattr__, __dir__ = make_lazy_names(
@@ -41,6 +50,7 @@ if not TYPE_CHECKING:
             "Coordinates": "crosscheck.trial.input.equations",
             "Equations": "crosscheck.trial.input.equations",
             "Trial": "crosscheck.trial.trial",
+            "TrialResult": "crosscheck.report.trial_result",
             "assert_agrees": __name__,
             "from_sympy": "crosscheck.trial.input.symbolic",
             "try_equations": __name__,
@@ -62,12 +72,12 @@ def try_equations(
     jobs: int = 1,
     seed: int = 0,
     name: str = "yours",
-) -> Trial | RobotTrial:
+) -> TrialResult | RobotTrial:
     """Judge supplied equations: which entry is wrong, and why.
 
-    The Trial of an arm prints itself, and a notebook shows it with a heat map of each part; it has
-    ``exit_code``, ``wrong_entries``, ``to_dataframe()`` and ``write_report(folder)``. A RobotTrial
-    has ``exit_code`` and ``diagnosis``.
+    The TrialResult of an arm prints itself, and a notebook shows it with a heat map of each part;
+    it has ``exit_code``, ``wrong_entries``, ``to_dataframe()`` and ``write_report(folder)``. A
+    RobotTrial has ``exit_code`` and ``diagnosis``.
 
     Args:
         equations: Equations, a function of the arm that returns them, an object with functions
@@ -94,6 +104,7 @@ def try_equations(
     from crosscheck.models.files import is_robot
     from crosscheck.models.loading import load_arm, load_scenario, require_fit
     from crosscheck.models.robot.robot import Robot
+    from crosscheck.report.trial_result import TrialResult
     from crosscheck.trial.input.loading import build_equations, load_equations
     from crosscheck.trial.trial import TrialRequest, run_trial
 
@@ -113,10 +124,8 @@ def try_equations(
     else:
         user_equations = build_equations(equations, chosen, first, name)
     user_equations = _declare_level(user_equations, level) if level else user_equations
-    return run_trial(
-        TrialRequest(name, user_equations, chosen, loaded, switches, quick=quick, seed=seed),
-        jobs=jobs,
-    )
+    request = TrialRequest(name, user_equations, chosen, loaded, switches, quick=quick, seed=seed)
+    return TrialResult(**vars(run_trial(request, jobs=jobs)))
 
 
 def assert_agrees(
@@ -130,7 +139,7 @@ def assert_agrees(
     jobs: int = 1,
     seed: int = 0,
     name: str = "yours",
-) -> Trial | RobotTrial:
+) -> TrialResult | RobotTrial:
     """Raise AssertionError with what `crosscheck trial` prints, unless all that was judged agrees.
 
     Takes the arguments of ``try_equations`` and returns what that returns.

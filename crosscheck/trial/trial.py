@@ -6,8 +6,6 @@ import threading
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass, replace
 from functools import partial
-from pathlib import Path
-from typing import TYPE_CHECKING
 
 import numpy as np
 
@@ -61,9 +59,6 @@ from crosscheck.trial.judge.questions import (
 from crosscheck.trial.judge.unit_mistakes import UnitMistake, find_unit_mistakes
 from crosscheck.trial.model import make_registry_entry, select_switches
 
-if TYPE_CHECKING:
-    import pandas as pd
-
 LEVEL_DESCRIPTIONS = {
     "links": "links and payload",
     "carriers": "masses at the joints: rings, carriers, planets, suns, motors",
@@ -114,7 +109,7 @@ class LevelMismatch:
         return LEVEL_DESCRIPTIONS[self.level]
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, repr=False)
 class Trial:
     """Supplied equations, judged.
 
@@ -158,30 +153,6 @@ class Trial:
     idle_joints: tuple[int, ...] = ()
     readings: tuple[Reading, ...] = ()
     point_masses: tuple[str, ...] = ()
-
-    def __repr__(self) -> str:
-        """Whose equations, how many checks agree, and what is wrong, in a few lines."""
-        from crosscheck.report.summary import summarize_trial
-
-        return "\n".join(summarize_trial(self))
-
-    def _repr_html_(self) -> str:
-        """The same with a heat map of each part, for a notebook."""
-        from crosscheck.report.summary import render_trial_summary
-
-        return render_trial_summary(self)
-
-    def to_dataframe(self) -> pd.DataFrame:
-        """A row for each entry: part, entry, relative difference, tolerance, agrees, why."""
-        from crosscheck.report.summary import tabulate_entries
-
-        return tabulate_entries(self)
-
-    def write_report(self, folder: Path | str) -> None:
-        """Write trial.html and trial.json, as `crosscheck trial` does. Raises InputError."""
-        from crosscheck.report.summary import write_trial_report
-
-        write_trial_report(self, folder)
 
     @property
     def agreement(self) -> Agreement:

@@ -17,7 +17,7 @@ from crosscheck.report.trial import (
     describe_unfollowed,
     describe_unit_mistake,
 )
-from crosscheck.testing import Trial
+from crosscheck.testing import TrialResult
 from crosscheck.trial.diagnose.dependence import IgnoredNumber
 from crosscheck.trial.input.loading import load_equations
 from crosscheck.trial.judge.entries import EntryPlace
@@ -70,7 +70,7 @@ def test_names_of_more_than_eight_columns_are_written_upwards(count, is_wide):
 
 
 @pytest.fixture(scope="module")
-def trial(labelled, tmp_path_factory) -> Trial:
+def trial(labelled, tmp_path_factory) -> TrialResult:
     """Of equations whose M[1, 1] has half of m_2 L_1^2 too much."""
     file = model_file(tmp_path_factory.mktemp("equations"))
     right = load_equations(f"{file}:two_link", labelled, None)
