@@ -87,5 +87,5 @@ lock:
 	touch $@
 
 clean:
-	rm -rf .venv .coverage* report paper-report docs/generated benchmarks/results.png build dist .pytest_cache .mypy_cache .ruff_cache .import_linter_cache .hypothesis .benchmarks
+	rm -rf .venv .coverage* report paper-report docs/generated benchmarks/results.png build dist .pytest_cache .mypy_cache .ruff_cache .import_linter_cache .hypothesis
 	find models analytic crosscheck tests benchmarks tools examples -name __pycache__ -type d -prune -exec rm -rf {} + 2>/dev/null || true

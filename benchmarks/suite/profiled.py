@@ -21,16 +21,12 @@ WAITING = "waiting for processes"
 # Of the innermost frame that belongs to one; a stack within an import is importing, whatever runs.
 CATEGORIES = {
     "drawing": ("/matplotlib/", "/PIL/", "crosscheck/report/", "/figures/", "/jinja2/"),
-    "compiling": ("/numba/", "/llvmlite/", "analytic/kernel/"),
-    "derivation": (
-        *("/sympy/", "/mpmath/", "analytic/lagrange", "analytic/terms", "analytic/chain"),
-        *("analytic/bodies", "analytic/symbol", "analytic/forms", "analytic/kernel/links"),
-        *("analytic/kernel/numbers", "analytic/rigid", "analytic/gears"),
-    ),
     "integration": (
-        *("analytic/kernel/batch", "analytic/kernel/precise", "analytic/ensemble"),
-        *("analytic/reference", "/scipy/", "models/exudyn", "models/pinocchio"),
+        *("analytic/kernel/batch", "analytic/kernel/event_kernel", "analytic/ensemble"),
+        *("/scipy/", "models/exudyn", "models/pinocchio"),
     ),
+    "derivation": ("/sympy/", "/mpmath/", "analytic/derivation/"),
+    "compiling": ("/numba/", "/llvmlite/", "analytic/kernel/"),
     "files": ("/h5netcdf/", "/h5py/", "/xarray/", "/pydantic/", "tomllib", "/json/"),
     WAITING: ("multiprocessing", "concurrent/"),
 }
