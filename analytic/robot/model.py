@@ -182,7 +182,7 @@ class AnalyticRobot(RobotModel):
         """Generalized forces M a + bias + gravity, and what holds the meshes (states, n)."""
         poses = self._poses(q)
         held = self._bias_and_weight(poses, v, self.robot.gravity) + self._mesh_force(q, v)
-        return _multiply(self._mass(poses), a) + held
+        return multiply(self._mass(poses), a) + held
 
     def forward_dynamics(self, q: np.ndarray, v: np.ndarray, torques: np.ndarray) -> np.ndarray:
         """Accelerations under torques of motors (states, n), by solving with M."""
@@ -202,7 +202,7 @@ class AnalyticRobot(RobotModel):
     def energy(self, q: np.ndarray, v: np.ndarray) -> np.ndarray:
         """Energy (states,) [J]: v' M v / 2, and masses at their heights."""
         poses = self._poses(q)
-        total: np.ndarray = (v * _multiply(self._mass(poses), v)).sum(axis=1) / 2
+        total: np.ndarray = (v * multiply(self._mass(poses), v)).sum(axis=1) / 2
         for body, pose in zip(self.robot.bodies, poses, strict=True):
             total -= body.mass * (pose.position + pose.com_lever) @ self.robot.gravity
         return total
@@ -212,10 +212,10 @@ class AnalyticRobot(RobotModel):
         poses, total = self._poses(q), np.zeros((len(q), 6))
         for body, pose in zip(self.robot.bodies, poses, strict=True):
             inertia = pose.rotation @ body.inertia @ pose.rotation.transpose(0, 2, 1)
-            linear = body.mass * _multiply(pose.com_partials, v)
+            linear = body.mass * multiply(pose.com_partials, v)
             total[:, :3] += linear
             total[:, 3:] += np.cross(pose.position + pose.com_lever, linear)
-            total[:, 3:] += _multiply(inertia, _multiply(pose.angular_partials, v))
+            total[:, 3:] += multiply(inertia, multiply(pose.angular_partials, v))
         for spinner in self._spinning_bodies if self.level in WITH_ROTORS else ():
             axis, spin = self._spin(spinner, poses)
             total[:, 3:] += spinner.inertia * (spin * v).sum(axis=1, keepdims=True) * axis
@@ -263,10 +263,10 @@ class AnalyticRobot(RobotModel):
         for body, pose, rate in zip(self.robot.bodies, poses, rates, strict=True):
             inertia = pose.rotation @ body.inertia @ pose.rotation.transpose(0, 2, 1)
             force = body.mass * _point_acceleration(rate, pose.com_lever)
-            moment = _multiply(inertia, rate.angular_rate)
-            moment += cross(rate.angular, _multiply(inertia, rate.angular))
-            total += _project(pose.com_partials, force)
-            total += _project(pose.angular_partials, moment)
+            moment = multiply(inertia, rate.angular_rate)
+            moment += cross(rate.angular, multiply(inertia, rate.angular))
+            total += project(pose.com_partials, force)
+            total += project(pose.angular_partials, moment)
         for spinner in self._spinning_bodies:
             if spinner.body == BASE or self.level not in WITH_ROTORS:
                 continue
@@ -274,7 +274,7 @@ class AnalyticRobot(RobotModel):
             rate = rates[spinner.body]
             speed = (spin * v).sum(axis=1, keepdims=True)
             growth = (axis * rate.angular_rate).sum(axis=1, keepdims=True)
-            turned = _project(poses[spinner.body].angular_partials, cross(rate.angular, axis))
+            turned = project(poses[spinner.body].angular_partials, cross(rate.angular, axis))
             total += spinner.inertia * (growth * spin + speed * turned)
         return total
 
@@ -371,7 +371,7 @@ class AnalyticRobot(RobotModel):
             return np.tile(spinner.axis, (states, 1)), np.tile(spinner.turns, (states, 1))
         pose = poses[spinner.body]
         turned = pose.rotation @ spinner.axis
-        return turned, spinner.turns + _project(pose.angular_partials, turned)
+        return turned, spinner.turns + project(pose.angular_partials, turned)
 
 
 def _point_acceleration(rate: FrameRates, arm: np.ndarray) -> np.ndarray:
@@ -397,10 +397,13 @@ def cross(left: np.ndarray, right: np.ndarray) -> np.ndarray:
     return product
 
 
-def _multiply(matrix: np.ndarray, vector: np.ndarray) -> np.ndarray:
-    return (matrix @ vector[:, :, None])[:, :, 0]
+def multiply(matrix: np.ndarray, vector: np.ndarray) -> np.ndarray:
+    """Matrices (..., i, j) times vectors (..., j)."""
+    product: np.ndarray = (matrix @ vector[..., None])[..., 0]
+    return product
 
 
-def _project(columns: np.ndarray, force: np.ndarray) -> np.ndarray:
+def project(columns: np.ndarray, force: np.ndarray) -> np.ndarray:
     """Columns (states, 3, n), transposed, times force (states, 3): (states, n)."""
-    return (force[:, None] @ columns)[:, 0]
+    product: np.ndarray = (force[:, None] @ columns)[:, 0]
+    return product

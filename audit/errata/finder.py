@@ -61,17 +61,13 @@ class ErrataQuestion(Question[list[Erratum]]):
         return simulate_errata(load_arm(self.arm), lambda where: None, self.duration_s)
 
 
-def find_errata(
-    arm: Arm, printed: Form | None = None, derived: Form | None = None
-) -> list[Erratum]:
+def find_errata(arm: Arm) -> list[Erratum]:
     """Every erratum of an equation, entries of Eqs. 21-22 first.
 
-    Another pair of forms can be given in place of the paper's own. Raises InputError for an arm
-    that the paper's equations do not cover.
+    Raises InputError for an arm that the paper's equations do not cover.
     """
     PrintedModel(arm, load_scenario("pd"))  # refuses arms other than the paper's kind
-    printed_equations = printed or build_printed_form()
-    entries = find_entry_errata(arm, printed_equations, derived or build_energies_form())
+    entries = find_entry_errata(arm, build_printed_form(), build_energies_form())
     return [*entries, *find_energy_errata(arm), *find_equation_errata(arm)]
 
 

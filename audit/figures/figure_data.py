@@ -89,11 +89,11 @@ class FigureData:
         return {law: samples[request] for law, request in requests.items()}
 
 
-def make_condition(law: Law, zeta: float = LOW_ZETA) -> Condition:
+def make_condition(law: Law) -> Condition:
     """The setting that a law is drawn in: the paper's own in the paper's own model."""
     if law == AS_MODELLED.law:
-        return Condition(law, zeta, LABELLED, AS_MODELLED.planets, AS_MODELLED.equations)
-    return Condition(law, zeta)
+        return Condition(law, LOW_ZETA, LABELLED, AS_MODELLED.planets, AS_MODELLED.equations)
+    return Condition(law, LOW_ZETA)
 
 
 def make_start_variant(

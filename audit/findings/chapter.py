@@ -238,19 +238,17 @@ class ThirdFluctuationFinding:
         }
 
 
-def evaluate_third_fluctuation(
-    context: AuditContext, zeta: float = LOW_ZETA
-) -> ThirdFluctuationFinding:
+def evaluate_third_fluctuation(context: AuditContext) -> ThirdFluctuationFinding:
     """The finding on the third fluctuation, from all starts of each law and kind of planets."""
     conditions = [
-        Condition(law, zeta, planets=planets, equations=equations)
+        Condition(law, LOW_ZETA, planets=planets, equations=equations)
         for (planets, equations), law in product(MODELS.items(), LAWS)
     ]
     samples = context.samples(
         [(condition, PD) for condition in conditions], "the third fluctuation"
     )
     return ThirdFluctuationFinding(
-        zeta,
+        LOW_ZETA,
         tuple(
             StartsStrip(condition, ThirdFluctuation.from_samples(samples[condition, PD]))
             for condition in conditions

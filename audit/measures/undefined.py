@@ -27,9 +27,9 @@ def combine_answers(answers: Iterable[bool | None]) -> bool | None:
     return None if None in given else True
 
 
-def format_answer(answer: bool | None, yes: str = "yes", no: str = "no") -> str:
+def format_answer(answer: bool | None) -> str:
     """A decision in words."""
-    return UNDEFINED if answer is None else yes if answer else no
+    return UNDEFINED if answer is None else "yes" if answer else "no"
 
 
 def format_number(value: float | None, form: str = ".3g", otherwise: str = UNDEFINED) -> str:

@@ -10,9 +10,10 @@ from crosscheck.models.experiment.scenario import switches
 from crosscheck.models.loading import load_arm, load_case, load_scenario
 
 Counted = Literal["lumped", "free"]
+RECORDS = 10
 
 
-def build_long_run(joints: int, counted: Counted, steps: int, records: int = 10) -> PhysicalModel:
+def build_long_run(joints: int, counted: Counted, steps: int) -> PhysicalModel:
     """The paper's arm under PD control, or the template's of so many joints under constant torque.
 
     Steps of 1 us, so that every mesh is resolved and nothing grows.
@@ -23,7 +24,7 @@ def build_long_run(joints: int, counted: Counted, steps: int, records: int = 10)
     update = {
         "duration_s": steps * step_s,
         "step_s": step_s,
-        "record_every": steps // records,
+        "record_every": steps // RECORDS,
     }
     scenario = load_scenario("pd" if paper else "constant-torque").model_copy(update=update)
     return PhysicalModel(arm, scenario, switches(planets=counted))

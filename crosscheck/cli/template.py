@@ -14,6 +14,7 @@ from crosscheck.models.arm.mesh import Mesh
 from crosscheck.models.arm.quantities import Data, PrintableText, format_number
 from crosscheck.models.arm.stiffness import SineStiffness
 from crosscheck.models.errors import InputError
+from crosscheck.models.files import format_toml_fields
 from crosscheck.output import require_file, write_text
 from crosscheck.report.formatting import make_printable
 from crosscheck.schema import describe_fields
@@ -346,8 +347,8 @@ def robot_joint_lines(robot: Robot, gears: Mapping[str, StatedGear]) -> Iterator
 
 def robot_template(robot: Robot, urdf: str, joint_lines: Iterable[str]) -> str:
     """The text of a robot's file, TOML."""
-    lines = [ROBOT_HEAD.format(urdf=urdf), "schema_version = 1", f"name = {_toml(robot.name)}"]
-    gravity = ", ".join(map(repr, robot.gravity.tolist()))
-    lines += [f"urdf = {_toml(urdf)}", f"gravity_m_per_s2 = [{gravity}]"]
-    lines += [f"tip = {_toml(robot.tip)}", "", "[joints]", *joint_lines]
-    return "\n".join(lines) + "\n"
+    head = {"schema_version": 1, "name": robot.name, "urdf": urdf}
+    fields = format_toml_fields(
+        {**head, "gravity_m_per_s2": robot.gravity.tolist(), "tip": robot.tip}
+    )
+    return "\n".join([ROBOT_HEAD.format(urdf=urdf), *fields, "", "[joints]", *joint_lines, ""])

@@ -10,11 +10,6 @@ import markupsafe
 COLOURS = ("#1f5fa8", "#d1702c", "#2f8f5b", "#8a4fb0", "#b03050", "#5a6b7a", "#a08a20")
 
 
-def render_paragraph(text: str) -> str:
-    """A paragraph of plain text."""
-    return f"<p>{escape(text)}</p>"
-
-
 def render_table(head: Sequence[str], rows: Iterable[Sequence[str]], caption: str = "") -> str:
     """A table of plain texts, or of Markup, that scrolls by itself where it is too wide."""
     title = f"<caption>{escape(caption)}</caption>" if caption else ""

@@ -252,12 +252,12 @@ def error_signature(error: TermError) -> object:
 
 
 def compute_bias_differences(
-    mass: Entries, turns: np.ndarray, by_rates: float = 1.0, by_energy: float = 0.5
+    mass: Entries, turns: np.ndarray
 ) -> dict[EntryPlace, dict[TermKey, float]]:
     """What differences of M change in a bias that follows from M: cosines and sines alone.
 
-    turns (joints, n): d theta / d x; by_rates, by_energy: how often dM_ij/dx_k and, with the
-    opposite sign, dM_jk/dx_i count in row i.
+    turns (joints, n): d theta / d x. In row i dM_ij/dx_k counts once, and half of dM_jk/dx_i with
+    the opposite sign.
     """
     total: defaultdict[EntryPlace, defaultdict[TermKey, float]] = defaultdict(
         lambda: defaultdict(float)
@@ -268,8 +268,8 @@ def compute_bias_differences(
             sign = -1 if key.function == "cos" else 1
             slopes = sign * coefficient * (np.array(key.wave) @ turns)
             for k in map(int, np.flatnonzero(slopes)):
-                total[EntryPlace("bias", i, rates=_pair(j, k))][other] += by_rates * slopes[k]
-                total[EntryPlace("bias", k, rates=_pair(i, j))][other] -= by_energy * slopes[k]
+                total[EntryPlace("bias", i, rates=_pair(j, k))][other] += slopes[k]
+                total[EntryPlace("bias", k, rates=_pair(i, j))][other] -= slopes[k] / 2
     return {place: dict(waves) for place, waves in total.items()}
 
 

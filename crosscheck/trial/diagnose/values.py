@@ -119,12 +119,12 @@ def damper_name(pair: str, joint: Planetary, number: int, planet: int) -> str:
     return f"d_{pair}{number}" + ("" if alike else f"_{planet + 1}")
 
 
-def draw_unrelated_values(symbols: Iterable[str], seed: int = 0) -> dict[str, float]:
+def draw_unrelated_values(symbols: Iterable[str]) -> dict[str, float]:
     """Other numbers for the same symbols, none of which has to do with another.
 
     Two errors that differ with these are two errors, whatever they come to on an arm at hand.
     """
-    seeds = {name: [seed, *name.encode()] for name in symbols}
+    seeds = {name: [0, *name.encode()] for name in symbols}
     return {
         n: float(np.random.default_rng(entropy).uniform(0.5, 2.0)) for n, entropy in seeds.items()
     }

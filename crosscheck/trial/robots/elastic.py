@@ -22,12 +22,11 @@ from crosscheck.models.robot.robot import (
     RobotBody,
 )
 from crosscheck.trial.input.equations import Equations
+from crosscheck.trial.robots.candidates import ALIKE, USUAL
 
 ELASTIC = "elastic"  # the level that equations state
 MOTOR = "motor_"  # how the coordinates of motors begin
 POINT_KG = 1e-3  # mass of a motor's link, on its axis: it changes nothing
-ALIKE = 1e-6
-FACTORS = {-1.0: "with the opposite sign", 0.0: "left out", 0.5: "half", 2.0: "twice"}
 
 
 def build_elastic_robot(robot: Robot, where: str) -> tuple[Robot, np.ndarray]:
@@ -99,6 +98,6 @@ def describe_springs(
     for row, column in np.argwhere(np.abs(fit.T) > ALIKE * size).tolist():
         right = float(stiffness[row, column])
         value = right + float(fit[column, row])
-        near = [words for by, words in FACTORS.items() if abs(value - by * right) < ALIKE * size]
+        near = [words for by, words in USUAL.items() if abs(value - by * right) < ALIKE * size]
         words = near[0] if right and near else f"{value:.6g} for {right:.6g} N m/rad"
         yield f"springs, K[{names[row]}, {names[column]}]: {words}"

@@ -14,7 +14,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from crosscheck.analytic.robot.model import AnalyticRobot, cross
+from crosscheck.analytic.robot.model import AnalyticRobot, cross, multiply, project
 from crosscheck.models.robot.robot import BASE, Level, Placement, Robot, RobotBody, Rotor
 from crosscheck.models.robot.urdf import read_urdf
 from crosscheck.trial.robots.candidates import ALIKE, get_link_name
@@ -130,8 +130,8 @@ class BodyMotion:
     def compute_terms(self) -> DynamicsTerms:
         """What the body makes of M, bias and gravity."""
         moving, turning = self.moving.swapaxes(1, 2), self.turning.swapaxes(1, 2)
-        moment = apply_matrix(self.growing_inertia, self.growth)
-        moment = moment + cross(self.left_rate, apply_matrix(self.spinning_inertia, self.rate))
+        moment = multiply(self.growing_inertia, self.growth)
+        moment = moment + cross(self.left_rate, multiply(self.spinning_inertia, self.rate))
         return DynamicsTerms(
             self.mass * moving @ self.moving + turning @ self.inertia @ self.turning,
             self.mass * project(self.moving, self.centre) + project(self.turning, moment),
@@ -188,7 +188,7 @@ class KaneSum:
             if level == "coupled":
                 turning, w, dw = pose.angular_partials, rate.angular, rate.angular_rate
         column = axis[:, :, None] * (rotor.ratio * self.robot.joint_map[0][rotor.joint])
-        spin = apply_matrix(column, self.v)
+        spin = multiply(column, self.v)
         inertia = rotor.inertia * (level != "links") * axis[:, :, None] * axis[:, None]
         return BodyMotion(
             mass=0.0,
@@ -237,9 +237,9 @@ class KaneSum:
             w, dw, moving = rate.angular, rate.angular_rate, mass * self.move_point(number, lever)
             at = self.poses[number].rotation @ place
             inward = cross(w, cross(w, lever - at))
-            angular, centre = apply_matrix(inertia, dw), project(moving, rotate_point(w, dw, lever))
+            angular, centre = multiply(inertia, dw), project(moving, rotate_point(w, dw, lever))
             pieces = {
-                "the gyroscopic torque w x I w": cross(w, apply_matrix(inertia, w)),
+                "the gyroscopic torque w x I w": cross(w, multiply(inertia, w)),
                 "the torque I w' of the angular acceleration": angular,
             }
             for kind, torque in pieces.items():
@@ -302,7 +302,7 @@ class KaneSum:
                 away = self.poses[number].position - self.poses[first].position + lever
                 centre = centre + cross(angular, away)
                 turning = self.poses[number].angular_partials
-                total += project(turning, apply_matrix(inertia, angular))
+                total += project(turning, multiply(inertia, angular))
             total += mass * project(self.move_point(number, lever), centre)
         return total
 
@@ -655,7 +655,7 @@ def describe_solution(problem: RobotProblem, level: Level) -> Iterator[str]:
     load = torques - bias - gravity
     diagonal = np.einsum("sii->si", mass)
     with np.errstate(divide="ignore", invalid="ignore"):
-        entries = apply_matrix(np.where(mass, 1 / mass, 0.0), load)
+        entries = multiply(np.where(mass, 1 / mass, 0.0), load)
     inverse = np.linalg.inv(mass)
     least = ALIKE * np.abs(user_values - problem.reference_values[level]["acceleration"]).max()
     for words, values in (
@@ -663,13 +663,13 @@ def describe_solution(problem: RobotProblem, level: Level) -> Iterator[str]:
         ("by the diagonal of M^-1 alone", np.einsum("sii->si", inverse) * load),
         ("by the inverse of each entry of M", entries),
         ("without M^-1", load),
-        ("by M where M^-1 belongs", apply_matrix(mass, load)),
-        ("with M's lower triangle alone", apply_matrix(np.linalg.inv(np.tril(mass)), load)),
-        ("with M's upper triangle alone", apply_matrix(np.linalg.inv(np.triu(mass)), load)),
-        ("with gravity outside M^-1", apply_matrix(inverse, load + gravity) - gravity),
-        ("with the bias outside M^-1", apply_matrix(inverse, load + bias) - bias),
-        ("with the torques outside M^-1", apply_matrix(inverse, load - torques) + torques),
-        ("with the opposite sign", -apply_matrix(inverse, load)),
+        ("by M where M^-1 belongs", multiply(mass, load)),
+        ("with M's lower triangle alone", multiply(np.linalg.inv(np.tril(mass)), load)),
+        ("with M's upper triangle alone", multiply(np.linalg.inv(np.triu(mass)), load)),
+        ("with gravity outside M^-1", multiply(inverse, load + gravity) - gravity),
+        ("with the bias outside M^-1", multiply(inverse, load + bias) - bias),
+        ("with the torques outside M^-1", multiply(inverse, load - torques) + torques),
+        ("with the opposite sign", -multiply(inverse, load)),
     ):
         if np.abs(values - user_values).max() <= least:
             yield f"acceleration is M^-1 (torques - bias - gravity); yours is {words}"
@@ -704,15 +704,3 @@ def rotate_point(w: np.ndarray, dw: np.ndarray, arm: np.ndarray) -> np.ndarray:
     """The acceleration (states, 3) of the end of an arm by turning about its begin."""
     turned: np.ndarray = cross(dw, arm) + cross(w, cross(w, arm))
     return turned
-
-
-def apply_matrix(matrix: np.ndarray, vector: np.ndarray) -> np.ndarray:
-    """Matrices (..., i, j) times vectors (..., j)."""
-    product: np.ndarray = (matrix @ vector[..., None])[..., 0]
-    return product
-
-
-def project(columns: np.ndarray, force: np.ndarray) -> np.ndarray:
-    """Columns (states, 3, n), transposed, times force (states, 3): (states, n)."""
-    product: np.ndarray = (force[:, None] @ columns)[:, 0]
-    return product

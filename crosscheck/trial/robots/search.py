@@ -9,7 +9,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from crosscheck.analytic.robot.model import AnalyticRobot
+from crosscheck.analytic.robot.model import AnalyticRobot, multiply
 from crosscheck.checks.robots.sizes import TOLERANCE
 from crosscheck.models.robot.robot import (
     Level,
@@ -46,7 +46,6 @@ from crosscheck.trial.robots.pieces import (
     DynamicsTerms,
     KaneSum,
     WorldBody,
-    apply_matrix,
     list_body_parts,
     list_unturned_bodies,
     list_whole_bodies,
@@ -386,9 +385,9 @@ class CauseSearch:
         }
         if "inverse_dynamics" in values:
             whole = bias if self.problem.answers.weightless else held
-            parts["inverse_dynamics"] = apply_matrix(mass, self.problem.states.a[states]) + whole
+            parts["inverse_dynamics"] = multiply(mass, self.problem.states.a[states]) + whole
         if "acceleration" in values:
-            parts["acceleration"] = apply_matrix(mass, values["acceleration"][states]) + held
+            parts["acceleration"] = multiply(mass, values["acceleration"][states]) + held
         return self._join_parts(parts, states)
 
     def _compute_difference(self) -> np.ndarray:
@@ -397,7 +396,7 @@ class CauseSearch:
         parts = {part: values[part] - right[part] for part in self.problem.parts}
         if "acceleration" in parts:
             mass = AnalyticRobot(self.problem.robot, self.level).mass_matrix(self.problem.states.q)
-            parts["acceleration"] = -apply_matrix(mass, parts["acceleration"])
+            parts["acceleration"] = -multiply(mass, parts["acceleration"])
         return self._join_parts(parts)
 
     def _join_parts(self, parts: dict[str, np.ndarray], states: slice = slice(None)) -> np.ndarray:

@@ -18,9 +18,10 @@ from crosscheck.analytic.robot.algorithms import (
     TreeLink,
     TreeRotor,
 )
+from crosscheck.analytic.robot.model import multiply
 from crosscheck.models.robot.robot import WITH_ROTORS, Level, Robot, Rotor
 from crosscheck.trial.robots.exchanges import list_spinners
-from crosscheck.trial.robots.pieces import DynamicsTerms, apply_matrix
+from crosscheck.trial.robots.pieces import DynamicsTerms
 
 MOST_ROBOTS = 1000  # side by side
 
@@ -101,7 +102,7 @@ def _build_mechanism(
                 joint.parent,
                 joint.kind == "prismatic",
                 _split(rotation),
-                _split(apply_matrix(back, column.take(lambda joint: joint.placement.position))),
+                _split(multiply(back, column.take(lambda joint: joint.placement.position))),
                 (0, 0, 1),
                 free.index(k if joint.mimic is None else joint.mimic.joint),
                 _split(column.take(lambda joint: joint.mimic.multiplier if joint.mimic else 1.0)),
@@ -112,7 +113,7 @@ def _build_mechanism(
         (xx, xy, xz), (_, yy, yz), (*_, zz) = _split(
             backs[k] @ column.take(lambda body: body.inertia) @ frames[k]
         )
-        com = _split(apply_matrix(backs[k], column.take(lambda body: body.com)))
+        com = _split(multiply(backs[k], column.take(lambda body: body.com)))
         mass = _split(column.take(lambda body: body.mass))
         bodies.append(TreeLink(mass, com, (xx, xy, xz, yy, yz, zz)))
     for together in zip(*spinners, strict=True):
@@ -122,7 +123,7 @@ def _build_mechanism(
         rotors.append(
             TreeRotor(
                 body,
-                _split(apply_matrix(backs[body], axes)),
+                _split(multiply(backs[body], axes)),
                 _split(column.take(lambda rotor: rotor.inertia)),
                 rotor.joint,
                 _split(column.take(lambda rotor: rotor.ratio)),
