@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import atexit
 import errno
+import hashlib
 import os
 import shutil
 import stat
@@ -20,6 +21,7 @@ from crosscheck.models.errors import PROGRAM, format_line
 
 NAME = "geararm-crosscheck"
 OTHERS_READ, OTHERS_WRITE = 0o077, 0o022  # permissions of group and others
+CHECKSUM = 32  # bytes of SHA-256, with which a kept file of code begins
 
 
 class PrivacyError(PermissionError):
@@ -110,6 +112,31 @@ def read_private(path: Path, largest: int) -> bytes:
     if len(content) > largest:
         raise ValueError(f"more than {largest // 1_000_000} MB")
     return content
+
+
+def seal(path: Path, data: bytes) -> bytes:
+    """Code to be kept under the name of a path, behind a checksum of both."""
+    return hashlib.sha256(path.name.encode() + data).digest() + data
+
+
+def read_sealed(path: Path, largest: int) -> bytes | None:
+    """The code in a kept file; None if there is none or, told on stderr, none that is sound.
+
+    Half a file, a changed one and one of another name are not.
+    """
+    reason = "damaged"
+    try:
+        whole = read_private(path, largest)
+        data = whole[CHECKSUM:]
+        if seal(path, data) == whole:
+            return data
+    except FileNotFoundError:
+        return None
+    except (OSError, ValueError) as error:
+        reason = getattr(error, "strerror", None) or str(error)
+    line = format_line(f"{PROGRAM}{path}: does not fit: {reason}; it is made again")
+    print(line, file=sys.stderr)
+    return None
 
 
 @contextmanager

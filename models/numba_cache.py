@@ -11,7 +11,6 @@ from __future__ import annotations
 import hashlib
 import os
 import pickle
-import sys
 from collections.abc import Callable
 from contextlib import suppress
 from functools import cache
@@ -26,12 +25,10 @@ from numba.core.caching import (
     _CacheLocator,
 )
 
-from crosscheck.models.directories import prepare_code_folder, read_private
-from crosscheck.models.errors import PROGRAM, format_line
+from crosscheck.models.directories import prepare_code_folder, read_sealed, seal
 
 FOLDER = "compiled"
 LARGEST = 64 * 2**20  # bytes of a kept file
-CHECKSUM = 32  # bytes of SHA-256
 PACKAGE = Path(__file__).parent  # functions for numba call none outside it
 
 
@@ -119,29 +116,11 @@ class _CacheFile(IndexDataCacheFile):
 
     def _read(self, path: str) -> Any:
         """Content of a kept file; None if missing or, told in one line on stderr, not sound."""
-        try:
-            whole = read_private(Path(path), LARGEST)
-        except FileNotFoundError:
-            return None
-        except (OSError, ValueError) as error:
-            return _report(path, getattr(error, "strerror", None) or str(error))
-        if _seal(path, whole[CHECKSUM:]) != whole[:CHECKSUM]:
-            return _report(path, "damaged")
-        return pickle.loads(whole[CHECKSUM:])
+        data = read_sealed(Path(path), LARGEST)
+        return None if data is None else pickle.loads(data)
 
     def _write(self, path: str, content: Any) -> None:
         data = self._dump(content)
         with suppress(OSError), self._open_for_write(path) as file:  # else it is not kept
             os.fchmod(file.fileno(), 0o600)
-            file.write(_seal(path, data) + data)
-
-
-def _seal(path: str, data: bytes) -> bytes:
-    """Checksum of a file of this name."""
-    return hashlib.sha256(os.path.basename(path).encode() + data).digest()
-
-
-def _report(path: str, reason: str) -> None:
-    print(
-        format_line(f"{PROGRAM}{path}: does not fit: {reason}; it is made again"), file=sys.stderr
-    )
+            file.write(seal(Path(path), data))

@@ -1,8 +1,7 @@
 """A kernel's text to machine code, kept between runs in a folder of the user's own.
 
 A kept object is named after all that it depends on: the text, the code that translates it, the
-versions of LLVM and of its Python binding, and the processor with its features. Its file begins
-with a checksum of what follows, so that half a file, or a changed one, is made again.
+versions of LLVM and of its Python binding, and the processor with its features.
 """
 
 from __future__ import annotations
@@ -10,7 +9,6 @@ from __future__ import annotations
 import ctypes
 import hashlib
 import os
-import sys
 import time
 from collections.abc import Callable, Sequence
 from contextlib import suppress
@@ -24,11 +22,9 @@ import llvmlite.binding as llvm
 from crosscheck.analytic.kernel import translate
 from crosscheck.analytic.kernel.text import fusion
 from crosscheck.analytic.kernel.translate import translate_to_ir
-from crosscheck.models.directories import prepare_code_folder, read_private
-from crosscheck.models.errors import PROGRAM, format_line
+from crosscheck.models.directories import prepare_code_folder, read_sealed, seal
 
 FOLDER = "machine-code"
-CHECKSUM = 32  # bytes of SHA-256
 KEPT_DAYS, KEPT_BYTES = 60, 256 * 2**20  # since its last use; all objects together
 
 
@@ -66,10 +62,13 @@ def load_machine_code(text: str, lanes: int, level: int) -> bytes:
         path = prepare_code_folder(FOLDER) / f"{name}.o"
     except OSError:
         return compile_ir(translate_to_ir(text, lanes), target_machine(level), level)
-    object_file = _read(path)
+    object_file = read_sealed(path, KEPT_BYTES)
     if object_file is None:
         object_file = compile_ir(translate_to_ir(text, lanes), target_machine(level), level)
         _keep(path, object_file)
+    else:
+        with suppress(OSError):  # it has been used
+            os.utime(path)
     return object_file
 
 
@@ -118,34 +117,12 @@ def _digest(text: str, lanes: int, level: int) -> str:
     return hashlib.sha256("\0".join(parts).encode()).hexdigest()[:32]
 
 
-def _read(path: Path) -> bytes | None:
-    """Content of a kept file; None if there is none or, told on stderr, none that is sound."""
-    reason = "damaged"
-    try:
-        whole = read_private(path, KEPT_BYTES)
-        if _seal(path, whole[CHECKSUM:]) == whole[:CHECKSUM]:
-            os.utime(path)  # it has been used
-            return whole[CHECKSUM:]
-    except FileNotFoundError:
-        return None
-    except (OSError, ValueError) as error:
-        reason = getattr(error, "strerror", None) or str(error)
-    line = format_line(f"{PROGRAM}{path}: does not fit: {reason}; it is made again")
-    print(line, file=sys.stderr)
-    return None
-
-
-def _seal(path: Path, data: bytes) -> bytes:
-    """Checksum of an object that is kept under the name of the path."""
-    return hashlib.sha256(path.name.encode() + data).digest()
-
-
 def _keep(path: Path, data: bytes) -> None:
     """Keep a file, in place at once as others may be reading it; not where the folder is full."""
     draft = path.with_suffix(f".{os.getpid()}.draft")
     try:
         draft.touch(0o600, exist_ok=False)
-        draft.write_bytes(_seal(path, data) + data)
+        draft.write_bytes(seal(path, data))
         draft.replace(path)
     except OSError:
         with suppress(OSError):
