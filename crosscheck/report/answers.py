@@ -143,11 +143,7 @@ def answer_on_equations(rows: Sequence[ModelAnswer], outline: ReportOutline) -> 
 
 def answer_on_rigid_arm(agreement: Agreement) -> str:
     """The answer to the second question: how far the tip of the first and the last level is off."""
-    by_case: dict[str, list[Finding]] = {}
-    for finding in agreement.findings:
-        key = finding.about.key
-        if key.family == "deviation" and key.quantity == "tip" and finding.measured is not None:
-            by_case.setdefault(key.case, []).append(finding)
+    by_case = _group_tips(agreement)
     if not by_case:
         return "No rigid model was run beside the geared one."
     sentences = []
@@ -185,16 +181,20 @@ def answer_on_levels(agreement: Agreement) -> str:
     return " ".join(sentences) or "There is one level alone."
 
 
+def _group_tips(agreement: Agreement) -> dict[str, list[Finding]]:
+    """By experiment, how far the tip of each rigid level is off."""
+    by_case: dict[str, list[Finding]] = {}
+    for finding in agreement.findings:
+        key = finding.about.key
+        if (key.family, key.quantity) == ("deviation", "tip") and finding.measured is not None:
+            by_case.setdefault(key.case, []).append(finding)
+    return by_case
+
+
 def find_tip_ends(agreement: Agreement) -> list[Finding]:
     """How far the tip of the first and the last rigid level is off, in the last experiment."""
-    tips = [
-        f
-        for f in agreement.findings
-        if (f.about.key.family, f.about.key.quantity) == ("deviation", "tip")
-        and f.measured is not None
-    ]
-    last = [f for f in tips if f.about.key.case == tips[-1].about.key.case]
-    return [last[0], *last[1:][-1:]] if last else []
+    groups = list(_group_tips(agreement).values())
+    return [groups[-1][0], *groups[-1][1:][-1:]] if groups else []
 
 
 def _describe_tip(finding: Finding) -> str:

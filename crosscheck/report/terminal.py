@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import math
 from collections.abc import Sequence
 
 from rich.console import Console
@@ -14,6 +13,7 @@ from crosscheck.findings import Agreement, Finding
 from crosscheck.models.arm.arm import Arm
 from crosscheck.models.robot.robot import Robot
 from crosscheck.report.answers import answer_questions
+from crosscheck.report.finding_groups import tolerance_share
 from crosscheck.report.formatting import (
     describe_outcome,
     describe_tally,
@@ -100,12 +100,12 @@ def print_changed(agreement: Agreement) -> None:
 
     agreement: as regression.compare returns it.
     """
-    beyond = sorted(agreement.disagreeing, key=lambda finding: -tolerance_ratio(finding))
+    beyond = sorted(agreement.disagreeing, key=lambda finding: -tolerance_share(finding))
     accepted_differences = find_accepted_differences(agreement)
     for finding in beyond[:MOST]:
         change = ""
         if finding.measured is not None and finding.tolerance:
-            times = f"{tolerance_ratio(finding):.3g} x the allowed {finding.tolerance:.3g}"
+            times = f"{tolerance_share(finding):.3g} x the allowed {finding.tolerance:.3g}"
             change = f"changed by {finding.measured:.3g} {finding.unit}, {times}; "
         print(make_printable(f"{finding.id}: {change}{finding.note}"))
     if len(beyond) > MOST:
@@ -122,10 +122,3 @@ def print_changed(agreement: Agreement) -> None:
     print(
         f"{len(beyond)} of {format_count(len(agreement.checks), 'recorded result')} changed{left}"
     )
-
-
-def tolerance_ratio(finding: Finding) -> float:
-    """How many tolerances a result changed by; inf for one that has gone, appeared or turned."""
-    if finding.measured is None or not finding.tolerance:
-        return math.inf
-    return finding.measured / finding.tolerance

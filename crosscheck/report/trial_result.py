@@ -20,7 +20,6 @@ from crosscheck.report.trial import (
     explain_wrong_entry,
     format_trial_json,
 )
-from crosscheck.report.trial_page import render_trial_page
 from crosscheck.trial.judge.entries import entry_place, format_entry
 from crosscheck.trial.trial import Trial
 
@@ -77,6 +76,8 @@ class TrialResult(Trial):
 
     def write_report(self, folder: Path | str) -> None:
         """Write trial.html and trial.json, as `crosscheck trial` does. Raises InputError."""
+        from crosscheck.report.trial_page import render_trial_page  # Matplotlib, for a page alone
+
         target = Path(folder)
         page, data = render_trial_page(self), format_trial_json(self)
         write_files({target / "trial.html": page, target / "trial.json": data})
