@@ -3,12 +3,11 @@
 from __future__ import annotations
 
 from functools import cached_property
-from typing import ClassVar
 
 import numpy as np
 
 from benchmarks.suite.solver import Solver
-from benchmarks.suite.solver_project import coordinates
+from benchmarks.suite.solver_project import make_step_solver
 from crosscheck.analytic.model import PhysicalModel
 from crosscheck.models.exudyn.engine import Engine, exudyn
 from crosscheck.models.exudyn.tree.tree import ExudynTree
@@ -16,22 +15,8 @@ from crosscheck.models.exudyn.tree.tree import ExudynTree
 SMALLEST_S = 1e-12  # step of DOPRI5: at its default it may halve one for ever
 
 
-class ExudynIntegrator(ExudynTree):
-    """By an integrator of the engine."""
-
-    method: ClassVar[str]
-
-
-class RungeKutta(ExudynIntegrator):
-    """RK44, fixed step: the model as it is."""
-
-    method = "RK44"
-
-
-class DormandPrince(ExudynIntegrator):
-    """DOPRI5, fixed step."""
-
-    method = "DOPRI5"
+class DormandPrince(ExudynTree):
+    """The tree by DOPRI5, fixed step."""
 
     @cached_property
     def _driven_engine(self) -> Engine:
@@ -42,10 +27,8 @@ class DormandPrince(ExudynIntegrator):
         return engine
 
 
-class GeneralizedAlpha(ExudynIntegrator):
-    """Generalized-alpha, fixed step, Newton's method in every step."""
-
-    method = "generalized-alpha"
+class GeneralizedAlpha(ExudynTree):
+    """The tree by generalized-alpha, fixed step, Newton's method in every step."""
 
     @cached_property
     def _driven_engine(self) -> Engine:
@@ -55,15 +38,10 @@ class GeneralizedAlpha(ExudynIntegrator):
         return engine
 
 
-def make_tree_solver(
-    model: PhysicalModel, grid: np.ndarray, made: type[ExudynIntegrator]
-) -> Solver:
-    """By one of the classes above, at a step [s]."""
-    grid_s = float(grid[1] - grid[0])
+# RK44 is the tree's own.
+INTEGRATORS = {"RK44": ExudynTree, "DOPRI5": DormandPrince, "generalized-alpha": GeneralizedAlpha}
 
-    def run(step_s: float) -> np.ndarray:
-        update = {"step_s": step_s, "record_every": round(grid_s / step_s)}
-        scenario = model.scenario.model_copy(update=update)
-        return coordinates(model, made(model.arm, scenario, model.switches).simulate())
 
-    return Solver(f"Exudyn {made.method}", "step", run)
+def make_tree_solver(model: PhysicalModel, grid: np.ndarray, method: str) -> Solver:
+    """The tree by one of the engine's integrators, at a step [s]."""
+    return make_step_solver(model, grid, INTEGRATORS[method], f"Exudyn {method}")

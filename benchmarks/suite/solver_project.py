@@ -2,34 +2,45 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
+
 import numpy as np
 import xarray as xr
 
 from benchmarks.suite.solver import Solver
 from crosscheck.analytic.ensemble import GROUP_SIZE, group_models
 from crosscheck.analytic.model import PhysicalModel
+from crosscheck.models.arm.arm import Arm
+from crosscheck.models.experiment.scenario import Scenario, Switches
+from crosscheck.models.interface import Model
 
 
-def make_runge_kutta_solver(model: PhysicalModel, grid: np.ndarray) -> Solver:
-    """The fixed step, by the kernel that `simulate` chooses, with all that it records."""
-    grid_s = float(grid[1] - grid[0])
+def change_step(model: PhysicalModel, grid: np.ndarray, step_s: float) -> Scenario:
+    """The model's scenario at another step, recorded on the same grid (records,) [s]."""
+    update = {"step_s": step_s, "record_every": round(float(grid[1] - grid[0]) / step_s)}
+    return model.scenario.model_copy(update=update)
+
+
+def make_step_solver(
+    model: PhysicalModel,
+    grid: np.ndarray,
+    made: Callable[[Arm, Scenario, Switches], Model] = PhysicalModel,
+    name: str = "simulate(), RK4",
+) -> Solver:
+    """What a class of models simulates at a step [s], with all that it records."""
 
     def run(step_s: float) -> np.ndarray:
-        update = {"step_s": step_s, "record_every": round(grid_s / step_s)}
-        scenario = model.scenario.model_copy(update=update)
-        step_model = PhysicalModel(model.arm, scenario, model.switches)
-        return coordinates(step_model, step_model.simulate())
+        scenario = change_step(model, grid, step_s)
+        return coordinates(model, made(model.arm, scenario, model.switches).simulate())
 
-    return Solver("simulate(), RK4", "step", run)
+    return Solver(name, "step", run)
 
 
 def make_ensemble_solver(model: PhysicalModel, grid: np.ndarray) -> Solver:
     """The fixed step of as many equal trajectories as a group has, on one core; states are kept."""
-    grid_s = float(grid[1] - grid[0])
 
     def run(step_s: float) -> np.ndarray:
-        update = {"step_s": step_s, "record_every": round(grid_s / step_s)}
-        scenario = model.scenario.model_copy(update=update)
+        scenario = change_step(model, grid, step_s)
         members = [PhysicalModel(model.arm, scenario, model.switches) for _ in range(GROUP_SIZE)]
         (group,) = group_models(members)
         states = np.concatenate([chunk.records.q for chunk in group.chunks()])

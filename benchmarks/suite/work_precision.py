@@ -71,7 +71,7 @@ FINE = (1e-6, 1e-8, 1e-10, 1e-12, 1e-15)
 EVERY_DECADE = tuple(10.0**-decade for decade in range(3, 13))
 STEPS = (2e-5, 1e-5, 5e-6, 2e-6, 1e-6)
 ENTRIES: dict[str, Entry] = {
-    "RK4": Entry(solver_project.make_runge_kutta_solver, STEPS, "own"),
+    "RK4": Entry(solver_project.make_step_solver, STEPS, "own"),
     "RK4, batch": Entry(solver_project.make_ensemble_solver, STEPS, "own"),
     "precise": Entry(solver_project.make_precise_solver, EVERY_DECADE, "own"),
     "DOP853": Entry(partial(solvers_general.make_scipy_solver, method="DOP853"), TOLERANCES[::2]),
@@ -86,14 +86,10 @@ ENTRIES: dict[str, Entry] = {
     "heyoka, select": Entry(solver_heyoka.make_select_solver, STEPS),
     "heyoka, batch": Entry(solver_heyoka.make_batch_solver, STEPS),
     "heyoka, events": Entry(solver_heyoka.make_event_solver, FINE, "with our events"),
-    "Exudyn RK44": Entry(
-        partial(solver_exudyn.make_tree_solver, made=solver_exudyn.RungeKutta), (2e-5,)
-    ),
-    "Exudyn DOPRI5": Entry(
-        partial(solver_exudyn.make_tree_solver, made=solver_exudyn.DormandPrince), (2e-5,)
-    ),
+    "Exudyn RK44": Entry(partial(solver_exudyn.make_tree_solver, method="RK44"), (2e-5,)),
+    "Exudyn DOPRI5": Entry(partial(solver_exudyn.make_tree_solver, method="DOPRI5"), (2e-5,)),
     "Exudyn alpha": Entry(
-        partial(solver_exudyn.make_tree_solver, made=solver_exudyn.GeneralizedAlpha), (2e-5,)
+        partial(solver_exudyn.make_tree_solver, method="generalized-alpha"), (2e-5,)
     ),
 }
 

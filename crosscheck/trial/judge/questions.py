@@ -33,7 +33,7 @@ from crosscheck.registry import (
     select_with_method,
 )
 from crosscheck.run import run_tasks
-from crosscheck.runner.outcomes import Failure
+from crosscheck.runner.outcomes import Failure, SelfKeyedTask
 from crosscheck.runner.progress_update import ProgressCallback
 from crosscheck.runner.tasks import Evaluation, Simulation, build_model
 from crosscheck.runner.workers import Workers
@@ -96,7 +96,7 @@ class TransformedModel:
 
 
 @dataclass(frozen=True)
-class StateQuestion:
+class StateQuestion(SelfKeyedTask):
     """A part of a model, asked at random states in the coordinates of a supplied model.
 
     asker: the supplied model; model: whose answer, its own or another's; seed: of the states.
@@ -108,11 +108,6 @@ class StateQuestion:
     quantity: str
     count: int
     seed: int
-
-    @property
-    def key(self) -> StateQuestion:
-        """The task's key, which is the task itself."""
-        return self
 
     @property
     def cost(self) -> float:
@@ -298,7 +293,7 @@ class ErrorReport(NamedTuple):
 
 
 @dataclass(frozen=True)
-class FirstCall:
+class FirstCall(SelfKeyedTask):
     """A task that calls one of a supplied model's own functions once, at one state."""
 
     model: str
@@ -306,11 +301,6 @@ class FirstCall:
     case: Case
     seed: int
     cost = 0.01
-
-    @property
-    def key(self) -> FirstCall:
-        """The task's key, which is the task itself."""
-        return self
 
     def perform(self) -> InputError | ErrorReport | None:
         """The error if the answer is unusable, or what the function raises; None if neither."""
