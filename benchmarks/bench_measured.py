@@ -1,16 +1,24 @@
-"""How often `crosscheck compare` names the level and covers the payload that made a record.
+"""How often `crosscheck compare` is right: ``python -m benchmarks.bench_measured [WHAT] [SEEDS]``.
 
-Run as ``python -m benchmarks.bench_measured [seeds]`` from the project's folder; 100 seeds take
-some ten minutes. Each seed makes two records of 10 s at 1 kHz with noise of 1e-5 rad and 0.1 N m:
-one of the arm as its file has it, whose level is asked, and one with a payload heavier by 2 %,
-whose payload is asked. Levels take turns. Prints what was named and covered, with 95 % intervals of
-the shares (Clopper and Pearson).
+``arm``, the usual one: whether it names the level and covers the payload that made a record. Each
+seed makes two records of 10 s at 1 kHz with noise of 1e-5 rad and 0.1 N m: one of the arm as its
+file has it, whose level is asked, and one with a payload heavier by 2 %, whose payload is asked.
+Levels take turns; shares have 95 % intervals (Clopper and Pearson). 100 seeds, as many as there are
+where none are stated, take some ten minutes.
+
+``robot``: of recordings of the kinds in tests/measured/statements.py, how many are told as they
+are, of how many something false is said, and how many 95 % intervals of a rotor cover it. Motions
+and noise of no two kinds are the same.
+
+``unknowns``: how often intervals of gains and zeros hold what is true. Links are drawn anew for
+every recording, from what its file is stated to know of them (2 %).
 """
 
 from __future__ import annotations
 
 import sys
 from collections import Counter
+from collections.abc import Callable, Iterator
 
 from scipy.stats import binomtest
 
@@ -19,6 +27,8 @@ from crosscheck.models.loading import load_arm
 from crosscheck.recordings.parameters import change_parameters
 from crosscheck.registry import RIGID_LEVELS
 from tests.measured.records import compared, level, record_of
+from tests.measured.statements import KINDS, judge
+from tests.measured.unknowns import estimate_unknowns
 
 SEEDS = 100
 ROWS = 10_000
@@ -45,8 +55,8 @@ def check_payload_interval(arm: Arm, true: str, seed: int) -> str:
     return "not named"
 
 
-def print_counts(seeds: int) -> None:
-    """Print both counts."""
+def count_levels_and_payloads(seeds: int) -> Iterator[str]:
+    """A line for the levels, and one for the payloads."""
     arm = load_arm("paper-labelled")
     turns = [(RIGID_LEVELS[seed % len(RIGID_LEVELS)], seed) for seed in range(seeds)]
     for title, ask, good in (
@@ -56,8 +66,38 @@ def print_counts(seeds: int) -> None:
         counts = Counter(ask(arm, true, seed) for true, seed in turns)
         shares = binomtest(counts[good], seeds).proportion_ci(0.95)
         summary = ", ".join(f"{name} {count}" for name, count in counts.most_common())
-        print(f"{title}: {summary}; {good} in {shares.low:.3f} to {shares.high:.3f} of all")
+        yield f"{title}: {summary}; {good} in {shares.low:.3f} to {shares.high:.3f} of all"
+
+
+def count_statements(seeds: int) -> Iterator[str]:
+    """A line for each kind of a robot's recordings."""
+    for number, (name, kind) in enumerate(KINDS.items()):
+        own = range(number * seeds, (number + 1) * seeds)
+        told, false, covered = map(sum, zip(*(judge(kind, seed) for seed in own), strict=True))
+        yield f"{name}: truth told {told}, something false {false}, interval covers {covered}"
+
+
+def count_intervals(seeds: int) -> Iterator[str]:
+    """A line for each unknown: recordings whose 95 % intervals hold what is true."""
+    held: Counter[str] = Counter()
+    for seed in range(seeds):
+        for each, value in estimate_unknowns(seed):
+            held[each.term.name] += abs(each.value - value) < each.half_width
+    yield from (f"{name}: {number} of {seeds}" for name, number in held.items())
+
+
+COUNTS: dict[str, Callable[[int], Iterator[str]]] = {
+    "arm": count_levels_and_payloads,
+    "robot": count_statements,
+    "unknowns": count_intervals,
+}
+
+
+def main(what: str = "arm", seeds: str = str(SEEDS)) -> None:
+    """Print the counts of what is asked."""
+    for line in COUNTS[what](int(seeds)):
+        print(line, flush=True)
 
 
 if __name__ == "__main__":
-    print_counts(int(sys.argv[1]) if len(sys.argv) > 1 else SEEDS)
+    main(*sys.argv[1:])

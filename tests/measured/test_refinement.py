@@ -75,7 +75,7 @@ def test_a_second_program_refines_the_same(robot, level, knowledge):
 def test_gains_and_zeros_are_found():
     """Twice the 95 % intervals hold what is true, but for one of 15,000.
 
-    How often the intervals do is counted by benchmarks/bench_refinement.py.
+    How often the intervals do is counted by benchmarks/bench_measured.py.
     """
     for each, value in require_items(estimate_unknowns(seed=0)):
         assert abs(each.value - value) < 2 * each.half_width

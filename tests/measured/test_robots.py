@@ -403,6 +403,6 @@ def test_the_least_bandwidth_holds_the_motion():
 
 @pytest.mark.parametrize("name", KINDS)
 def test_recordings_that_are_wrong_in_a_way_are_told_so(name):
-    """One of the hundred of each kind that benchmarks/bench_identification.py asks."""
+    """One of the hundred of each kind that benchmarks/bench_measured.py asks."""
     told, false, _ = judge(KINDS[name], 0)
     assert (told, false) == (True, False)
