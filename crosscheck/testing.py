@@ -27,7 +27,7 @@ if TYPE_CHECKING:
     from crosscheck.models.arm.arm import Arm
     from crosscheck.models.experiment.scenario import Scenario, Switches
     from crosscheck.models.robot.robot import Robot
-    from crosscheck.report.trial_result import TrialResult
+    from crosscheck.report.trials.trial_result import TrialResult
     from crosscheck.trial.input.equations import Coordinates, Equations, Level
     from crosscheck.trial.input.symbolic import from_sympy
     from crosscheck.trial.robots.trial import RobotTrial
@@ -50,7 +50,7 @@ if not TYPE_CHECKING:
             "Coordinates": "crosscheck.trial.input.equations",
             "Equations": "crosscheck.trial.input.equations",
             "Trial": "crosscheck.trial.trial",
-            "TrialResult": "crosscheck.report.trial_result",
+            "TrialResult": "crosscheck.report.trials.trial_result",
             "assert_agrees": __name__,
             "from_sympy": "crosscheck.trial.input.symbolic",
             "try_equations": __name__,
@@ -104,7 +104,7 @@ def try_equations(
     from crosscheck.models.files import is_robot
     from crosscheck.models.loading import load_arm, load_scenario, require_fit
     from crosscheck.models.robot.robot import Robot
-    from crosscheck.report.trial_result import TrialResult
+    from crosscheck.report.trials.trial_result import TrialResult
     from crosscheck.trial.input.loading import build_equations, load_equations
     from crosscheck.trial.trial import TrialRequest, run_trial
 
@@ -144,7 +144,7 @@ def assert_agrees(
 
     Takes the arguments of ``try_equations`` and returns what that returns.
     """
-    from crosscheck.report.trial import format_trial
+    from crosscheck.report.trials.trial import format_trial
     from crosscheck.trial.robots.output import format_lines
     from crosscheck.trial.robots.trial import RobotTrial
 

@@ -75,7 +75,7 @@ def few_states() -> Iterator[None]:
     Where numbers are fitted, at 20 more than there are, not at 50 more than twice as many.
     """
     from crosscheck.trial import trial
-    from crosscheck.trial.diagnose import harmonic_fit
+    from crosscheck.trial.diagnose.terms import harmonic_fit
 
     with pytest.MonkeyPatch.context() as patch:
         patch.setattr(trial, "QUICK_STATES", 8)

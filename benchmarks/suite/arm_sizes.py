@@ -12,7 +12,7 @@ from benchmarks.suite.timing import (
     run_in_turn,
 )
 from crosscheck.analytic.model import PhysicalModel
-from crosscheck.cli.template import example_arm
+from crosscheck.cli.files.template import example_arm
 from crosscheck.models.experiment.scenario import switches
 from crosscheck.models.loading import load_scenario
 

@@ -5,7 +5,7 @@ from __future__ import annotations
 from typing import Literal
 
 from crosscheck.analytic.model import PhysicalModel
-from crosscheck.cli.template import example_arm
+from crosscheck.cli.files.template import example_arm
 from crosscheck.models.experiment.scenario import switches
 from crosscheck.models.loading import load_arm, load_case, load_scenario
 

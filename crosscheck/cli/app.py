@@ -377,7 +377,7 @@ def export(
     settings: Settings = None,
 ) -> None:
     """Write a model's equations as C or FMU, or an arm itself as URDF and a robot's TOML file."""
-    from crosscheck.cli.export import export_command
+    from crosscheck.cli.files.export import export_command
 
     export_command(arm, model, settings or [], out)
 
@@ -466,7 +466,7 @@ def init(
     ] = None,
 ) -> None:
     """Write a commented file of an arm, or of a robot, to begin with; never over another file."""
-    from crosscheck.cli.template import init_command, init_robot_command
+    from crosscheck.cli.files.template import init_command, init_robot_command
 
     if urdf is None:
         init_command(file, joints or 2, direct)

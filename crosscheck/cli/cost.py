@@ -4,8 +4,8 @@ from __future__ import annotations
 
 from pathlib import Path
 
+from crosscheck.cli.files.robot_files import load_as_robot
 from crosscheck.cli.output import print_and_write
-from crosscheck.cli.robot_files import load_as_robot
 from crosscheck.cost.motion import fit_motion
 from crosscheck.cost.output import cost_json, cost_page, describe_result
 from crosscheck.cost.shortcuts import FULL, QUICK, compute_costs

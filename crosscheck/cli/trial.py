@@ -261,10 +261,12 @@ def _run_beside_engines(options: TrialOptions, unit: MappedUnit, chosen: ArmSele
 
 def _report_trial(trial: Trial, options: TrialOptions) -> int:
     """Write and print what was found; returns the exit code."""
-    from crosscheck.report.trial import format_trial_json, print_trial
+    from crosscheck.report.trials.trial import format_trial_json, print_trial
 
     def draw_page() -> str:
-        from crosscheck.report.trial_page import render_trial_page  # Matplotlib, for a page alone
+        from crosscheck.report.trials.trial_page import (
+            render_trial_page,  # Matplotlib, for a page alone
+        )
 
         return render_trial_page(trial)
 

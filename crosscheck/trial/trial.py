@@ -36,7 +36,6 @@ from crosscheck.trial.coordinates.readings import Reading
 from crosscheck.trial.diagnose.arm_numbers import find_negligible_inertias, replace_numbers
 from crosscheck.trial.diagnose.dependence import IgnoredNumber, Perform
 from crosscheck.trial.diagnose.diagnosis import Diagnosis, build_probe_problems, diagnose
-from crosscheck.trial.diagnose.harmonic_fit import minimum_state_count
 from crosscheck.trial.diagnose.other_coordinates import find_readings
 from crosscheck.trial.diagnose.reasons import (
     compare_entries,
@@ -44,7 +43,8 @@ from crosscheck.trial.diagnose.reasons import (
     list_entry_quantities,
     list_entry_questions,
 )
-from crosscheck.trial.diagnose.reference_terms import build_reference_terms
+from crosscheck.trial.diagnose.terms.harmonic_fit import minimum_state_count
+from crosscheck.trial.diagnose.terms.reference_terms import build_reference_terms
 from crosscheck.trial.input.equations import Equations
 from crosscheck.trial.input.supplied import SuppliedEquations, bind_equations
 from crosscheck.trial.judge import suite

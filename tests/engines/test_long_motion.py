@@ -7,7 +7,7 @@ import numpy as np
 import pytest
 import xarray as xr
 
-from crosscheck.cli.template import example_arm
+from crosscheck.cli.files.template import example_arm
 from crosscheck.models.arm.arm import Arm
 from crosscheck.models.arm.layout import MESHES
 from crosscheck.models.loading import load_arm

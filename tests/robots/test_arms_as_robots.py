@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from crosscheck.cli.robot_files import FRICTIONLESS, export_arm_as_robot, load_as_robot
+from crosscheck.cli.files.robot_files import FRICTIONLESS, export_arm_as_robot, load_as_robot
 from crosscheck.models.arm.arm import Arm
 from crosscheck.models.experiment.scenario import switches
 from crosscheck.models.files import builtin_arms

@@ -18,7 +18,7 @@ from crosscheck.models.robot.robot import RIGID, Level, Robot, Rotor
 from crosscheck.registry import build_robot_model
 from crosscheck.report import heat_map
 from crosscheck.trial.input.equations import Equations
-from crosscheck.trial.robots.candidates import (
+from crosscheck.trial.robots.causes.candidates import (
     FrameMistake,
     RobotNumber,
     generate_body_mistakes,

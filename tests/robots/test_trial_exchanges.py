@@ -13,11 +13,11 @@ import pytest
 from crosscheck.analytic.robot.model import AnalyticRobot
 from crosscheck.models.robot.robot import RIGID, Placement, Robot
 from crosscheck.trial.input.equations import Equations
-from crosscheck.trial.robots.candidates import generate_frame_mistakes
-from crosscheck.trial.robots.exchanges import generate_joint_moves, list_spinners
-from crosscheck.trial.robots.pieces import KaneSum
+from crosscheck.trial.robots.causes.candidates import generate_frame_mistakes
+from crosscheck.trial.robots.causes.exchanges import generate_joint_moves, list_spinners
+from crosscheck.trial.robots.causes.pieces import KaneSum
+from crosscheck.trial.robots.causes.variants import compute_variants
 from crosscheck.trial.robots.trial import run_robot_trial
-from crosscheck.trial.robots.variants import compute_variants
 from tests.loops import require_items
 from tests.robots import chains
 from tests.robots.test_trial import equations

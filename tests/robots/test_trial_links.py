@@ -10,7 +10,7 @@ import pytest
 
 from crosscheck.models.robot.file import load_robot
 from crosscheck.models.robot.robot import Robot
-from crosscheck.trial.robots.pieces import KaneSum, list_body_parts
+from crosscheck.trial.robots.causes.pieces import KaneSum, list_body_parts
 from tests.robots import chains
 from tests.robots.test_robot_slips_everywhere import diagnosis_of
 

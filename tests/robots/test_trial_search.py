@@ -5,10 +5,15 @@ import pytest
 
 from crosscheck.checks.robots.states import RandomStates
 from crosscheck.models.robot.robot import RobotBody
+from crosscheck.trial.robots.causes.exchanges import list_unit_bodies, move_values
+from crosscheck.trial.robots.causes.search import (
+    _find_root,
+    _is_identity,
+    _solve_step,
+    _vary_parameters,
+)
 from crosscheck.trial.robots.consistency import SelfDifference
-from crosscheck.trial.robots.exchanges import list_unit_bodies, move_values
 from crosscheck.trial.robots.rates import BiasTerms, compute_bias_terms, make_rate_states
-from crosscheck.trial.robots.search import _find_root, _is_identity, _solve_step, _vary_parameters
 
 LINEAR, SQUARE = np.array([2.0, -1.0, 0.5]), np.array([0.3, 0.7, -0.2])
 

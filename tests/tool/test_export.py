@@ -13,7 +13,7 @@ import pytest
 from crosscheck.analytic.kernel.fmu import generate_unit
 from crosscheck.checks.answers import sample_states
 from crosscheck.checks.invariants import torques_at
-from crosscheck.cli.export import (
+from crosscheck.cli.files.export import (
     build_model,
     describe_model,
     describe_robot_model,

@@ -11,7 +11,7 @@ import crosscheck
 from crosscheck.findings import Agreement, EntryDifferences
 from crosscheck.models.arm.arm import Link
 from crosscheck.report.heat_map import make_heat_map, make_trial_maps
-from crosscheck.report.trial import (
+from crosscheck.report.trials.trial import (
     describe_notes,
     describe_trial,
     describe_unfollowed,

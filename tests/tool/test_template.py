@@ -8,7 +8,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from crosscheck.cli.template import example_arm, make_plain_arm, template
+from crosscheck.cli.files.template import example_arm, make_plain_arm, template
 from crosscheck.models.arm.arm import Arm, Direct, Link, Planetary
 from crosscheck.models.loading import load_arm, load_scenario
 from crosscheck.registry import build

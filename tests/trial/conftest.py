@@ -12,7 +12,7 @@ from crosscheck.runner.progress_update import ProgressCallback
 from crosscheck.runner.tasks import build_model
 from crosscheck.runner.workers import Workers
 from crosscheck.trial import trial
-from crosscheck.trial.diagnose import harmonic_fit
+from crosscheck.trial.diagnose.terms import harmonic_fit
 from crosscheck.trial.judge import questions
 from crosscheck.trial.judge.questions import StateQuestion
 from crosscheck.trial.model import SuppliedModel

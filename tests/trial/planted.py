@@ -7,16 +7,16 @@ import numpy as np
 from crosscheck.models.arm.arm import Arm
 from crosscheck.models.arm.planets import usual_switches
 from crosscheck.trial.coordinates.build import build_frame
-from crosscheck.trial.diagnose.explain import explain
-from crosscheck.trial.diagnose.harmonic_fit import (
+from crosscheck.trial.diagnose.terms.explain import explain
+from crosscheck.trial.diagnose.terms.harmonic_fit import (
     HarmonicBasis,
     HarmonicFit,
     evaluate_entry,
     minimum_state_count,
 )
-from crosscheck.trial.diagnose.polynomial import EntryTerms, Monomial, Product, TermKey
-from crosscheck.trial.diagnose.reference_terms import ReferenceTerms, build_reference_terms
-from crosscheck.trial.diagnose.values import collect_arm_values
+from crosscheck.trial.diagnose.terms.polynomial import EntryTerms, Monomial, Product, TermKey
+from crosscheck.trial.diagnose.terms.reference_terms import ReferenceTerms, build_reference_terms
+from crosscheck.trial.diagnose.terms.values import collect_arm_values
 from crosscheck.trial.input.equations import Coordinates
 from crosscheck.trial.judge.entries import EntryPlace, Explanation
 

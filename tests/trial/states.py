@@ -12,7 +12,11 @@ from crosscheck.models.loading import load_scenario
 from crosscheck.registry import build
 from crosscheck.trial.coordinates.build import build_frame
 from crosscheck.trial.coordinates.frame import Frame
-from crosscheck.trial.diagnose.reference_terms import ForceStates, compute_signal_columns, rate_name
+from crosscheck.trial.diagnose.terms.reference_terms import (
+    ForceStates,
+    compute_signal_columns,
+    rate_name,
+)
 from crosscheck.trial.input.equations import Coordinates
 
 

@@ -10,7 +10,7 @@ import pytest
 
 from crosscheck.models.loading import load_arm
 from crosscheck.trial.diagnose import arm_numbers, values
-from crosscheck.trial.diagnose.values import (
+from crosscheck.trial.diagnose.terms.values import (
     collect_arm_values,
     draw_unrelated_values,
     generate_alternatives,

@@ -10,7 +10,7 @@ import pytest
 
 from crosscheck.models.arm.arm import Arm, Direct
 from crosscheck.models.errors import InputError
-from crosscheck.report.trial import describe_errors, describe_notes
+from crosscheck.report.trials.trial import describe_errors, describe_notes
 from crosscheck.testing import assert_agrees
 from crosscheck.trial.diagnose.arm_numbers import find_negligible_inertias
 from crosscheck.trial.input.equations import Coordinates, Equations

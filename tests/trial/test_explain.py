@@ -8,23 +8,23 @@ import pytest
 from crosscheck.models.arm.planets import usual_switches
 from crosscheck.models.loading import load_arm
 from crosscheck.trial.coordinates.build import build_frame
-from crosscheck.trial.diagnose.candidates import find_reflecting_joint
-from crosscheck.trial.diagnose.explain import (
+from crosscheck.trial.diagnose.terms.candidates import find_reflecting_joint
+from crosscheck.trial.diagnose.terms.explain import (
     compute_bias_differences,
     explain,
     group_by_errors,
     is_caused_by_mass,
 )
-from crosscheck.trial.diagnose.harmonic_fit import HarmonicFit
-from crosscheck.trial.diagnose.messages import (
+from crosscheck.trial.diagnose.terms.harmonic_fit import HarmonicFit
+from crosscheck.trial.diagnose.terms.messages import (
     describe_term_error,
     format_monomial,
     guess,
     make_difference_terms,
 )
-from crosscheck.trial.diagnose.polynomial import TermKey
-from crosscheck.trial.diagnose.reference_terms import build_reference_terms
-from crosscheck.trial.diagnose.values import collect_arm_values
+from crosscheck.trial.diagnose.terms.polynomial import TermKey
+from crosscheck.trial.diagnose.terms.reference_terms import build_reference_terms
+from crosscheck.trial.diagnose.terms.values import collect_arm_values
 from crosscheck.trial.input.equations import Coordinates
 from crosscheck.trial.judge.entries import EntryMismatch, EntryPlace
 from tests.trial import planted

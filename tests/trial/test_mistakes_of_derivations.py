@@ -11,13 +11,13 @@ from crosscheck.models.arm.arm import Arm
 from crosscheck.models.arm.planets import usual_switches
 from crosscheck.models.loading import load_arm
 from crosscheck.trial.coordinates.build import build_frame
-from crosscheck.trial.diagnose.candidates import find_reflecting_joint
-from crosscheck.trial.diagnose.harmonic_fit import evaluate_entry
-from crosscheck.trial.diagnose.messages import describe_term_error
 from crosscheck.trial.diagnose.mistake_search import PartDifference, find_mistakes
 from crosscheck.trial.diagnose.mistakes import Derivation, _change_row, _multiply_levers
-from crosscheck.trial.diagnose.reference_terms import build_reference_terms
-from crosscheck.trial.diagnose.values import collect_arm_values
+from crosscheck.trial.diagnose.terms.candidates import find_reflecting_joint
+from crosscheck.trial.diagnose.terms.harmonic_fit import evaluate_entry
+from crosscheck.trial.diagnose.terms.messages import describe_term_error
+from crosscheck.trial.diagnose.terms.reference_terms import build_reference_terms
+from crosscheck.trial.diagnose.terms.values import collect_arm_values
 from crosscheck.trial.input.equations import Coordinates
 from crosscheck.trial.judge.entries import EntryPlace, Part
 from tests.loops import require_items

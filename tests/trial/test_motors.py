@@ -9,7 +9,7 @@ import sympy as sp
 from crosscheck.models.arm.arm import Arm
 from crosscheck.models.errors import InputError
 from crosscheck.models.loading import load_scenario
-from crosscheck.report.trial import describe_notes
+from crosscheck.report.trials.trial import describe_notes
 from crosscheck.trial.coordinates.build import build_frame
 from crosscheck.trial.input.equations import Equations
 from crosscheck.trial.input.supplied import bind_equations

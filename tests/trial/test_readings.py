@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from crosscheck.models.arm.arm import Arm
-from crosscheck.report.trial import describe_errors, describe_trial
+from crosscheck.report.trials.trial import describe_errors, describe_trial
 from crosscheck.trial.input.equations import Coordinates, Equations
 from tests.trial.test_dependence import UNLIKE, arm_of, bodies_of, pendulum
 from tests.trial.test_trial import trial_of

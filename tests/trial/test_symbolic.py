@@ -11,9 +11,9 @@ from crosscheck.models.arm.planets import usual_switches
 from crosscheck.models.errors import InputError
 from crosscheck.models.loading import load_arm
 from crosscheck.trial.coordinates.build import build_frame
-from crosscheck.trial.diagnose.messages import compute_symbolic_difference
-from crosscheck.trial.diagnose.reference_terms import build_reference_terms
-from crosscheck.trial.diagnose.values import collect_arm_values
+from crosscheck.trial.diagnose.terms.messages import compute_symbolic_difference
+from crosscheck.trial.diagnose.terms.reference_terms import build_reference_terms
+from crosscheck.trial.diagnose.terms.values import collect_arm_values
 from crosscheck.trial.input.equations import Coordinates, Equations, Symbolic
 from crosscheck.trial.input.supplied import SuppliedEquations, bind_equations
 from crosscheck.trial.input.symbolic import from_sympy, replace_symbols

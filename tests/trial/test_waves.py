@@ -8,16 +8,16 @@ from hypothesis import strategies as st
 from crosscheck.models.arm.planets import usual_switches
 from crosscheck.models.loading import load_arm
 from crosscheck.trial.coordinates.build import build_frame
-from crosscheck.trial.diagnose.force_variants import ForceDifferences
-from crosscheck.trial.diagnose.harmonic_fit import (
+from crosscheck.trial.diagnose.terms.force_variants import ForceDifferences
+from crosscheck.trial.diagnose.terms.harmonic_fit import (
     HarmonicBasis,
     list_angle_sums,
     make_term_keys,
     minimum_state_count,
 )
-from crosscheck.trial.diagnose.messages import describe_term_error
-from crosscheck.trial.diagnose.polynomial import TermKey
-from crosscheck.trial.diagnose.reference_terms import ForceStates
+from crosscheck.trial.diagnose.terms.messages import describe_term_error
+from crosscheck.trial.diagnose.terms.polynomial import TermKey
+from crosscheck.trial.diagnose.terms.reference_terms import ForceStates
 from crosscheck.trial.judge.entries import EntryPlace
 from tests.trial.planted import ABSOLUTE, LUMPED, terms
 from tests.trial.states import sample
@@ -53,7 +53,7 @@ def test_what_no_wave_makes_is_left_over():
 @pytest.mark.usefixtures("usual_states")
 @pytest.mark.parametrize("joints", [1, 4, 7])
 def test_enough_states_for_any_arm(joints):
-    from crosscheck.cli.template import example_arm
+    from crosscheck.cli.files.template import example_arm
 
     known = terms(example_arm("long", joints), ABSOLUTE)
     angles = np.random.default_rng(0).uniform(-3, 3, (minimum_state_count(known), joints))

@@ -15,8 +15,9 @@ import pytest
 from crosscheck.models.arm.arm import Arm
 from crosscheck.models.experiment.scenario import Scenario
 from crosscheck.models.loading import load_scenario
-from crosscheck.report import junit, trial_page
-from crosscheck.report import trial as trial_report
+from crosscheck.report import junit
+from crosscheck.report.trials import trial as trial_report
+from crosscheck.report.trials import trial_page
 from crosscheck.trial.input.equations import Coordinates, Equations
 from crosscheck.trial.robots import output
 from crosscheck.trial.robots.trial import RobotTrial, run_robot_trial

@@ -13,8 +13,8 @@ import numpy as np
 
 from crosscheck.analytic.derivation.bodies import Body
 from crosscheck.trial.coordinates.differences import fold_rate_pairs
-from crosscheck.trial.diagnose.polynomial import as_polynomial
-from crosscheck.trial.diagnose.values import Values
+from crosscheck.trial.diagnose.terms.polynomial import as_polynomial
+from crosscheck.trial.diagnose.terms.values import Values
 
 
 class MovingBody(NamedTuple):

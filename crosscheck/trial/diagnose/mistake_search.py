@@ -7,8 +7,8 @@ from typing import NamedTuple
 
 import numpy as np
 
-from crosscheck.trial.diagnose.candidates import FACTORS
 from crosscheck.trial.diagnose.mistakes import ALL, ENERGY, Derivation, Words
+from crosscheck.trial.diagnose.terms.candidates import FACTORS
 from crosscheck.trial.judge.entries import Part, TermError
 
 ALIKE = 1e-9  # of an entry's size or difference, what a mistake may leave of it

@@ -25,10 +25,14 @@ from crosscheck.trial.diagnose.derivation import (
     derive_rate_terms,
     move_body,
 )
-from crosscheck.trial.diagnose.messages import format_monomial, format_monomial_latex, format_row
-from crosscheck.trial.diagnose.polynomial import as_polynomial
-from crosscheck.trial.diagnose.reference_terms import build_reference_bodies
-from crosscheck.trial.diagnose.values import (
+from crosscheck.trial.diagnose.terms.messages import (
+    format_monomial,
+    format_monomial_latex,
+    format_row,
+)
+from crosscheck.trial.diagnose.terms.polynomial import as_polynomial
+from crosscheck.trial.diagnose.terms.reference_terms import build_reference_bodies
+from crosscheck.trial.diagnose.terms.values import (
     RADII,
     generate_alternatives,
     parse_symbol,

@@ -15,22 +15,6 @@ from crosscheck.trial.coordinates.build import build_frame
 from crosscheck.trial.coordinates.differences import fold_rate_pairs
 from crosscheck.trial.coordinates.frame import Frame
 from crosscheck.trial.coordinates.states import UserState
-from crosscheck.trial.diagnose.accelerations import BalanceBasis
-from crosscheck.trial.diagnose.angle_units import SampledDifference, explain_by_unit
-from crosscheck.trial.diagnose.explain import (
-    UNEXPLAINED,
-    compute_bias_differences,
-    error_signature,
-    explain,
-    is_caused_by_mass,
-)
-from crosscheck.trial.diagnose.force_variants import ForceDifferences
-from crosscheck.trial.diagnose.harmonic_fit import HarmonicBasis, HarmonicFit, minimum_state_count
-from crosscheck.trial.diagnose.messages import (
-    compute_symbolic_difference,
-    format_latex,
-    make_difference_terms,
-)
 from crosscheck.trial.diagnose.mistake_search import (
     BEHIND,
     MatchingMistake,
@@ -38,13 +22,33 @@ from crosscheck.trial.diagnose.mistake_search import (
     find_mistakes,
 )
 from crosscheck.trial.diagnose.mistakes import Derivation
-from crosscheck.trial.diagnose.polynomial import TermKey, from_sympy
-from crosscheck.trial.diagnose.reference_terms import (
+from crosscheck.trial.diagnose.terms.accelerations import BalanceBasis
+from crosscheck.trial.diagnose.terms.angle_units import SampledDifference, explain_by_unit
+from crosscheck.trial.diagnose.terms.explain import (
+    UNEXPLAINED,
+    compute_bias_differences,
+    error_signature,
+    explain,
+    is_caused_by_mass,
+)
+from crosscheck.trial.diagnose.terms.force_variants import ForceDifferences
+from crosscheck.trial.diagnose.terms.harmonic_fit import (
+    HarmonicBasis,
+    HarmonicFit,
+    minimum_state_count,
+)
+from crosscheck.trial.diagnose.terms.messages import (
+    compute_symbolic_difference,
+    format_latex,
+    make_difference_terms,
+)
+from crosscheck.trial.diagnose.terms.polynomial import TermKey, from_sympy
+from crosscheck.trial.diagnose.terms.reference_terms import (
     ForceStates,
     ReferenceTerms,
     build_reference_terms,
 )
-from crosscheck.trial.diagnose.values import collect_arm_values
+from crosscheck.trial.diagnose.terms.values import collect_arm_values
 from crosscheck.trial.input.equations import Coordinates
 from crosscheck.trial.judge import entries
 from crosscheck.trial.judge.entries import (

@@ -22,7 +22,7 @@ from crosscheck.models.robot.robot import (
     RobotBody,
 )
 from crosscheck.trial.input.equations import Equations
-from crosscheck.trial.robots.candidates import ALIKE, USUAL
+from crosscheck.trial.robots.causes.candidates import ALIKE, USUAL
 
 ELASTIC = "elastic"  # the level that equations state
 MOTOR = "motor_"  # how the coordinates of motors begin

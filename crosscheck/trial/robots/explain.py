@@ -12,8 +12,17 @@ from crosscheck.analytic.robot.model import AnalyticRobot
 from crosscheck.checks.robots.sizes import TOLERANCE, WITH_WEIGHTS
 from crosscheck.checks.robots.states import RandomStates
 from crosscheck.models.robot.robot import Level
-from crosscheck.trial.robots.angle_sums import describe_angle_sum
-from crosscheck.trial.robots.candidates import ALIKE
+from crosscheck.trial.robots.causes.angle_sums import describe_angle_sum
+from crosscheck.trial.robots.causes.candidates import ALIKE
+from crosscheck.trial.robots.causes.pieces import (
+    describe_accelerations,
+    describe_christoffel,
+    describe_coordinates,
+    describe_friction,
+    describe_pieces,
+    describe_solution,
+)
+from crosscheck.trial.robots.causes.search import Cause, CauseSearch, ChangeTable
 from crosscheck.trial.robots.consistency import describe_places
 from crosscheck.trial.robots.elastic import describe_springs
 from crosscheck.trial.robots.judge import (
@@ -23,17 +32,8 @@ from crosscheck.trial.robots.judge import (
     RobotProblem,
     select_entry,
 )
-from crosscheck.trial.robots.pieces import (
-    describe_accelerations,
-    describe_christoffel,
-    describe_coordinates,
-    describe_friction,
-    describe_pieces,
-    describe_solution,
-)
 from crosscheck.trial.robots.rates import BiasTerms, sample_bias_terms, term_sizes
 from crosscheck.trial.robots.readings import find_readings
-from crosscheck.trial.robots.search import Cause, CauseSearch, ChangeTable
 
 RATIOS = {-1.0: "with the opposite sign", 0.5: "half as large", 2.0: "twice as large"}
 SHOWN = 1e-5  # of a ratio, of which six digits are shown

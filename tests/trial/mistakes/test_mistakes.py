@@ -11,7 +11,7 @@ import pytest
 
 from crosscheck.models.arm.arm import Arm
 from crosscheck.models.loading import load_scenario
-from crosscheck.trial.diagnose.messages import guess
+from crosscheck.trial.diagnose.terms.messages import guess
 from crosscheck.trial.input.equations import Coordinates, Equations
 from crosscheck.trial.input.loading import build_equations
 from tests.draws import DRAWS

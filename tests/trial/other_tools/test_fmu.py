@@ -20,7 +20,7 @@ from crosscheck.analytic.kernel.fmu import generate_fmu_sources
 from crosscheck.checks.answers import sample_states
 from crosscheck.checks.invariants import sun_advance, sun_radius_and_ratio, torques_at
 from crosscheck.checks.scales import geared_joints
-from crosscheck.cli.export import build_model, fmu_file, function_prefix
+from crosscheck.cli.files.export import build_model, fmu_file, function_prefix
 from crosscheck.models.arm.planets import usual_switches
 from crosscheck.models.errors import InputError
 from crosscheck.models.loading import load_arm, load_scenario

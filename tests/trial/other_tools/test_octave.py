@@ -11,7 +11,7 @@ import pytest
 
 from crosscheck.models.arm.arm import Arm
 from crosscheck.models.loading import load_arm
-from crosscheck.report.trial import explain_wrong_entry
+from crosscheck.report.trials.trial import explain_wrong_entry
 from crosscheck.trial import trial as trial_module
 from crosscheck.trial.input.equations import Coordinates
 from crosscheck.trial.input.loading import load_equations

@@ -15,7 +15,7 @@ import pytest
 from crosscheck.models.arm.arm import Arm
 from crosscheck.models.experiment.scenario import Scenario
 from crosscheck.models.loading import load_arm
-from crosscheck.report.trial import describe_trial, format_trial_json
+from crosscheck.report.trials.trial import describe_trial, format_trial_json
 from crosscheck.trial import trial as trial_module
 from crosscheck.trial.input.equations import Equations
 from crosscheck.trial.input.loading import load_equations

@@ -12,8 +12,8 @@ from typing import Literal
 import numpy as np
 import sympy as sp
 
-from crosscheck.trial.diagnose.candidates import Candidate
-from crosscheck.trial.diagnose.polynomial import (
+from crosscheck.trial.diagnose.terms.candidates import Candidate
+from crosscheck.trial.diagnose.terms.polynomial import (
     EntryTerms,
     Monomial,
     Powers,
@@ -21,8 +21,8 @@ from crosscheck.trial.diagnose.polynomial import (
     TermKey,
     format_power,
 )
-from crosscheck.trial.diagnose.reference_terms import ReferenceTerms, rate_name
-from crosscheck.trial.diagnose.values import ORDER, parse_symbol
+from crosscheck.trial.diagnose.terms.reference_terms import ReferenceTerms, rate_name
+from crosscheck.trial.diagnose.terms.values import ORDER, parse_symbol
 from crosscheck.trial.input.equations import Symbolic
 from crosscheck.trial.judge.entries import (
     EntryMismatch,

@@ -18,7 +18,7 @@ from crosscheck.analytic.kernel.fmu import generate_fmu_sources, generate_unit
 from crosscheck.analytic.model import AnalyticModel
 from crosscheck.analytic.robot.equations import build_equations
 from crosscheck.analytic.robot.export import generate_robot_c_source
-from crosscheck.cli.robot_files import export_arm_as_robot
+from crosscheck.cli.files.robot_files import export_arm_as_robot
 from crosscheck.file_types import C_FILE, FMU_FILE
 from crosscheck.models.arm.planets import usual_switches
 from crosscheck.models.errors import InputError, format_line

@@ -10,14 +10,14 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
-from crosscheck.trial.diagnose.polynomial import (
+from crosscheck.trial.diagnose.terms.polynomial import (
     EntryTerms,
     Monomial,
     Product,
     TermKey,
     format_power,
 )
-from crosscheck.trial.diagnose.values import (
+from crosscheck.trial.diagnose.terms.values import (
     STEMS_BY_QUANTITY,
     Alternative,
     Values,

@@ -13,9 +13,9 @@ import numpy as np
 
 from crosscheck.analytic.robot.model import cross
 from crosscheck.models.robot.robot import BASE, Joint, Level
-from crosscheck.trial.robots.candidates import AXES
-from crosscheck.trial.robots.exchanges import list_spinners
-from crosscheck.trial.robots.pieces import (
+from crosscheck.trial.robots.causes.candidates import AXES
+from crosscheck.trial.robots.causes.exchanges import list_spinners
+from crosscheck.trial.robots.causes.pieces import (
     USUAL,
     BodyMotion,
     BodyPart,

@@ -19,8 +19,8 @@ from crosscheck.models.robot.robot import (
     Rotor,
     compute_point_inertia,
 )
-from crosscheck.trial.robots.angle_sums import measure_rest
-from crosscheck.trial.robots.candidates import (
+from crosscheck.trial.robots.causes.angle_sums import measure_rest
+from crosscheck.trial.robots.causes.candidates import (
     ALIKE,
     AS_IT_STANDS,
     USUAL,
@@ -32,16 +32,15 @@ from crosscheck.trial.robots.candidates import (
     is_physical,
     list_numbers,
 )
-from crosscheck.trial.robots.exchanges import (
+from crosscheck.trial.robots.causes.exchanges import (
     generate_joint_moves,
     list_piece_changes,
     list_rotor_effects,
     list_spinners,
     list_unit_bodies,
 )
-from crosscheck.trial.robots.judge import RobotEntry, RobotProblem, select_entry
-from crosscheck.trial.robots.motions import ByPlace, MotionTable
-from crosscheck.trial.robots.pieces import (
+from crosscheck.trial.robots.causes.motions import ByPlace, MotionTable
+from crosscheck.trial.robots.causes.pieces import (
     BodyPart,
     DynamicsTerms,
     KaneSum,
@@ -50,7 +49,8 @@ from crosscheck.trial.robots.pieces import (
     list_unturned_bodies,
     list_whole_bodies,
 )
-from crosscheck.trial.robots.variants import compute_variants
+from crosscheck.trial.robots.causes.variants import compute_variants
+from crosscheck.trial.robots.judge import RobotEntry, RobotProblem, select_entry
 
 # What an explanation may leave of each entry's largest difference; and of its size, by rounding.
 LEFT, ROUNDING = 1e-5, 1e-12

@@ -17,7 +17,7 @@ import numpy as np
 from crosscheck.analytic.robot.model import AnalyticRobot, cross, multiply, project
 from crosscheck.models.robot.robot import BASE, Level, Placement, Robot, RobotBody, Rotor
 from crosscheck.models.robot.urdf import read_urdf
-from crosscheck.trial.robots.candidates import ALIKE, get_link_name
+from crosscheck.trial.robots.causes.candidates import ALIKE, get_link_name
 from crosscheck.trial.robots.judge import RobotProblem
 from crosscheck.trial.robots.rates import sample_bias_terms
 

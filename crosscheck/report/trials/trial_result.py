@@ -13,7 +13,7 @@ from crosscheck.output import write_files
 from crosscheck.report.formatting import describe_tally, make_printable
 from crosscheck.report.heat_map import PART_NAMES, make_trial_maps
 from crosscheck.report.rendering import render_page
-from crosscheck.report.trial import (
+from crosscheck.report.trials.trial import (
     describe_errors,
     describe_notes,
     describe_trial,
@@ -76,7 +76,9 @@ class TrialResult(Trial):
 
     def write_report(self, folder: Path | str) -> None:
         """Write trial.html and trial.json, as `crosscheck trial` does. Raises InputError."""
-        from crosscheck.report.trial_page import render_trial_page  # Matplotlib, for a page alone
+        from crosscheck.report.trials.trial_page import (
+            render_trial_page,  # Matplotlib, for a page alone
+        )
 
         target = Path(folder)
         page, data = render_trial_page(self), format_trial_json(self)

@@ -13,9 +13,9 @@ from itertools import combinations_with_replacement
 
 import numpy as np
 
-from crosscheck.trial.diagnose.harmonic_fit import HarmonicBasis, HarmonicFit, make_term_keys
-from crosscheck.trial.diagnose.polynomial import TermKey
-from crosscheck.trial.diagnose.reference_terms import ReferenceTerms
+from crosscheck.trial.diagnose.terms.harmonic_fit import HarmonicBasis, HarmonicFit, make_term_keys
+from crosscheck.trial.diagnose.terms.polynomial import TermKey
+from crosscheck.trial.diagnose.terms.reference_terms import ReferenceTerms
 from crosscheck.trial.judge.entries import EntryPlace
 
 MOST_KEYS = 0.8  # of the states, so that what no key makes is seen

@@ -30,9 +30,15 @@ from crosscheck.models.arm.arm import Arm, Planetary
 from crosscheck.models.arm.layout import MESHES, Layout
 from crosscheck.models.experiment.scenario import Switches
 from crosscheck.trial.coordinates.frame import Frame
-from crosscheck.trial.diagnose import polynomial as poly
-from crosscheck.trial.diagnose.polynomial import AngleSum, EntryTerms, Polynomial, Product, TermKey
-from crosscheck.trial.diagnose.values import damper_name
+from crosscheck.trial.diagnose.terms import polynomial as poly
+from crosscheck.trial.diagnose.terms.polynomial import (
+    AngleSum,
+    EntryTerms,
+    Polynomial,
+    Product,
+    TermKey,
+)
+from crosscheck.trial.diagnose.terms.values import damper_name
 from crosscheck.trial.judge.entries import EntryPlace
 
 SHORTEST = 1e-13  # of the largest: a number below it is what rounding left of a sum

@@ -17,16 +17,16 @@ from crosscheck.models.arm.mesh import Mesh
 from crosscheck.models.arm.stiffness import SineStiffness
 from crosscheck.models.experiment.scenario import Switches
 from crosscheck.trial.coordinates.frame import Frame
-from crosscheck.trial.diagnose import reference_terms as reference
-from crosscheck.trial.diagnose.explain import UNEXPLAINED, explain
-from crosscheck.trial.diagnose.harmonic_fit import HarmonicBasis, HarmonicFit, evaluate_entry
-from crosscheck.trial.diagnose.reference_terms import (
+from crosscheck.trial.diagnose.terms import reference_terms as reference
+from crosscheck.trial.diagnose.terms.explain import UNEXPLAINED, explain
+from crosscheck.trial.diagnose.terms.harmonic_fit import HarmonicBasis, HarmonicFit, evaluate_entry
+from crosscheck.trial.diagnose.terms.reference_terms import (
     USUAL,
     ForceStates,
     PhaseConvention,
     ReferenceTerms,
 )
-from crosscheck.trial.diagnose.values import collect_arm_values
+from crosscheck.trial.diagnose.terms.values import collect_arm_values
 from crosscheck.trial.judge.entries import EntryPlace, Explanation, Term, TermError
 
 SIDES = {"sp": "sun_mesh", "pr": "ring_mesh"}

@@ -9,8 +9,8 @@ from itertools import product as combinations
 
 import numpy as np
 
-from crosscheck.trial.diagnose.polynomial import AngleSum, EntryTerms, TermKey
-from crosscheck.trial.diagnose.reference_terms import ReferenceTerms
+from crosscheck.trial.diagnose.terms.polynomial import AngleSum, EntryTerms, TermKey
+from crosscheck.trial.diagnose.terms.reference_terms import ReferenceTerms
 
 EPS = float(np.finfo(float).eps)
 ROUNDINGS = 16  # in a value of the natural size, at the least

@@ -15,7 +15,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from crosscheck.trial.diagnose.candidates import (
+from crosscheck.trial.diagnose.terms.candidates import (
     Candidate,
     CandidateSet,
     generate_extras,
@@ -23,11 +23,11 @@ from crosscheck.trial.diagnose.candidates import (
     generate_reactions,
     group_by_wave,
 )
-from crosscheck.trial.diagnose.harmonic_fit import HarmonicFit
-from crosscheck.trial.diagnose.messages import make_term_error
-from crosscheck.trial.diagnose.polynomial import TermKey
-from crosscheck.trial.diagnose.reference_terms import ReferenceTerms
-from crosscheck.trial.diagnose.values import Values, draw_unrelated_values
+from crosscheck.trial.diagnose.terms.harmonic_fit import HarmonicFit
+from crosscheck.trial.diagnose.terms.messages import make_term_error
+from crosscheck.trial.diagnose.terms.polynomial import TermKey
+from crosscheck.trial.diagnose.terms.reference_terms import ReferenceTerms
+from crosscheck.trial.diagnose.terms.values import Values, draw_unrelated_values
 from crosscheck.trial.judge.entries import EntryMismatch, EntryPlace, Explanation, TermError
 
 ROUNDING = 1e-11  # of a coefficient's difference, beside the noise that its fit shows

@@ -11,14 +11,14 @@ from crosscheck.models.arm.arm import describe_arm
 from crosscheck.report.finding_groups import list_findings
 from crosscheck.report.heat_map import PART_NAMES, make_trial_maps
 from crosscheck.report.rendering import WrongRow, render_page
-from crosscheck.report.trial import (
+from crosscheck.report.trials.trial import (
     describe_errors,
     describe_notes,
     describe_trial,
     explain_wrong_entry,
 )
-from crosscheck.trial.diagnose.messages import describe_term_error
-from crosscheck.trial.diagnose.typeset_errors import Piece, typeset_error
+from crosscheck.trial.diagnose.terms.messages import describe_term_error
+from crosscheck.trial.diagnose.terms.typeset_errors import Piece, typeset_error
 from crosscheck.trial.input.source_lines import SourceLines, find_source
 from crosscheck.trial.judge.entries import TermError, format_entry
 from crosscheck.trial.trial import Trial

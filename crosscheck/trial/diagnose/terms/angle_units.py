@@ -7,11 +7,11 @@ from typing import NamedTuple
 
 import numpy as np
 
-from crosscheck.trial.diagnose.candidates import group_terms
-from crosscheck.trial.diagnose.harmonic_fit import evaluate_entry
-from crosscheck.trial.diagnose.messages import format_wave, make_term
-from crosscheck.trial.diagnose.polynomial import EntryTerms
-from crosscheck.trial.diagnose.reference_terms import ReferenceTerms
+from crosscheck.trial.diagnose.terms.candidates import group_terms
+from crosscheck.trial.diagnose.terms.harmonic_fit import evaluate_entry
+from crosscheck.trial.diagnose.terms.messages import format_wave, make_term
+from crosscheck.trial.diagnose.terms.polynomial import EntryTerms
+from crosscheck.trial.diagnose.terms.reference_terms import ReferenceTerms
 from crosscheck.trial.judge.entries import EntryPlace, Explanation, TermError
 from crosscheck.trial.judge.unit_mistakes import DEGREES
 

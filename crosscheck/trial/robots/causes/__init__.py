@@ -1,0 +1,1 @@
+"""Changes of a robot and of its derivation, tried as causes of a difference at all states."""
