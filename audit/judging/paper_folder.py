@@ -30,7 +30,7 @@ from crosscheck.models.errors import InputError
 from crosscheck.models.files import read_toml
 from crosscheck.models.loading import validate_record
 from crosscheck.output import require_files, write_text
-from crosscheck.report.summary import summarize_trial
+from crosscheck.report.trials.trial_result import summarize_trial
 from crosscheck.studies.api import sweep
 from crosscheck.studies.definition.definition import Definition
 from crosscheck.studies.definition.files import function_names

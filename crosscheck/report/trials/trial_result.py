@@ -33,19 +33,11 @@ class TrialResult(Trial):
 
     def __repr__(self) -> str:
         """Whose equations, how many checks agree, and what is wrong, in a few lines."""
-        return "\n".join(self._summarize())
+        return "\n".join(summarize_trial(self))
 
     def _repr_html_(self) -> str:
         """The same with a heat map of each part, for a notebook."""
-        return render_page("summary", lines=self._summarize(), maps=list(make_trial_maps(self)))
-
-    def _summarize(self) -> list[str]:
-        title, tally = next(describe_trial(self)), describe_tally(self.agreement)
-        wrong = [f"wrong {line}" for line in describe_errors(self)]
-        notes = [f"note: {line}" for line in describe_notes(self)]
-        raised = [f"{part} raised" for part in self.traces]
-        lines = (title, tally, *list_first(wrong), *list_first(notes), *raised)
-        return [make_printable(line) for line in lines]
+        return render_page("summary", lines=summarize_trial(self), maps=list(make_trial_maps(self)))
 
     def to_dataframe(self) -> pd.DataFrame:
         """A row for each entry: part, entry, relative difference, tolerance, agrees, why.
@@ -83,3 +75,13 @@ class TrialResult(Trial):
         target = Path(folder)
         page, data = render_trial_page(self), format_trial_json(self)
         write_files({target / "trial.html": page, target / "trial.json": data})
+
+
+def summarize_trial(trial: Trial) -> list[str]:
+    """Whose equations, how many checks agree, and what is wrong, in lines."""
+    title, tally = next(describe_trial(trial)), describe_tally(trial.agreement)
+    wrong = [f"wrong {line}" for line in describe_errors(trial)]
+    notes = [f"note: {line}" for line in describe_notes(trial)]
+    raised = [f"{part} raised" for part in trial.traces]
+    lines = (title, tally, *list_first(wrong), *list_first(notes), *raised)
+    return [make_printable(line) for line in lines]
