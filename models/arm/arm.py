@@ -67,19 +67,10 @@ class Planetary(PlanetaryStage, StageMasses):
     @model_validator(mode="after")
     def _check_gear_inertias(self) -> Self:
         sun, planet = _equivalent_mass(self, "sun"), _equivalent_mass(self, "planet")
+        gyration = format_number(LEAST_GYRATION)
         for part, mass, least, why in (
-            (
-                "sun",
-                sun,
-                LEAST_GYRATION * self.sun_mass_kg,
-                f"{format_number(LEAST_GYRATION)} sun_mass_kg",
-            ),
-            (
-                "planet",
-                planet,
-                LEAST_GYRATION * self.planet_mass_kg,
-                f"{format_number(LEAST_GYRATION)} planet_mass_kg",
-            ),
+            ("sun", sun, LEAST_GYRATION * self.sun_mass_kg, f"{gyration} sun_mass_kg"),
+            ("planet", planet, LEAST_GYRATION * self.planet_mass_kg, f"{gyration} planet_mass_kg"),
             ("planet", planet, LEAST_PLANET * sun, f"{format_number(LEAST_PLANET)} of the sun's"),
         ):
             if mass < least:

@@ -403,32 +403,21 @@ def _rotor_mistakes(rotor: Rotor) -> Iterator[tuple[str, Rotor]]:
 def _mimic_mistakes(robot: Robot) -> Iterator[FrameMistake]:
     """Confusions of how joints follow others."""
     for number, joint in enumerate(robot.joints):
-        original_mimic = joint.mimic
-        if original_mimic is None:
+        mimic = joint.mimic
+        if mimic is None:
             continue
-        for words, multiplier, offset in (
-            (
-                "its multiplier with the opposite sign",
-                -original_mimic.multiplier,
-                original_mimic.offset,
-            ),
-            ("its multiplier left out", 1.0, original_mimic.offset),
-            ("its multiplier twice", original_mimic.multiplier**2, original_mimic.offset),
-            ("the joint that it follows left out: it stands still", 0.0, original_mimic.offset),
-            ("its offset left out", original_mimic.multiplier, 0.0),
-            (
-                "its offset with the opposite sign",
-                original_mimic.multiplier,
-                -original_mimic.offset,
-            ),
-            (
-                "its offset multiplied too",
-                original_mimic.multiplier,
-                original_mimic.multiplier * original_mimic.offset,
-            ),
+        by, offset = mimic.multiplier, mimic.offset
+        for words, multiplier, moved in (
+            ("its multiplier with the opposite sign", -by, offset),
+            ("its multiplier left out", 1.0, offset),
+            ("its multiplier twice", by**2, offset),
+            ("the joint that it follows left out: it stands still", 0.0, offset),
+            ("its offset left out", by, 0.0),
+            ("its offset with the opposite sign", by, -offset),
+            ("its offset multiplied too", by, by * offset),
         ):
-            mimic = replace(original_mimic, multiplier=multiplier, offset=offset)
-            changed = replace_part(robot, "joints", number, replace(joint, mimic=mimic))
+            following = replace(mimic, multiplier=multiplier, offset=moved)
+            changed = replace_part(robot, "joints", number, replace(joint, mimic=following))
             yield FrameMistake(f"joint {joint.name}: {words}", changed)
 
 

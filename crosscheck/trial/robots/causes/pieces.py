@@ -310,26 +310,18 @@ class KaneSum:
 def list_unturned_bodies(pose_rotation: np.ndarray, body: RobotBody) -> dict[str, WorldBody]:
     """A body whose numbers are not carried to the base's axes as they must be, by words."""
     R, back = pose_rotation, pose_rotation.swapaxes(1, 2)
-    lever, inertia = R @ body.com, R @ body.inertia @ back
-    fixed = np.broadcast_to(body.com, lever.shape)
-    return {
-        "its inertia not turned with the link": WorldBody(
-            body.mass, lever, np.broadcast_to(body.inertia, inertia.shape)
-        ),
-        "its inertia turned the other way, R' I R": WorldBody(
-            body.mass, lever, back @ body.inertia @ R
-        ),
-        "its inertia turned from one side alone, R I": WorldBody(
-            body.mass, lever, R @ body.inertia
-        ),
-        "its centre of mass not turned with the link": WorldBody(body.mass, fixed, inertia),
-        "its centre of mass turned the other way, R' c": WorldBody(
-            body.mass, back @ body.com, inertia
-        ),
-        "its centre of mass and inertia not turned with the link": WorldBody(
-            body.mass, fixed, np.broadcast_to(body.inertia, inertia.shape)
-        ),
+    centre, inertia = R @ body.com, R @ body.inertia @ back
+    fixed_centre = np.broadcast_to(body.com, centre.shape)
+    fixed_inertia = np.broadcast_to(body.inertia, inertia.shape)
+    carried = {
+        "its inertia not turned with the link": (centre, fixed_inertia),
+        "its inertia turned the other way, R' I R": (centre, back @ body.inertia @ R),
+        "its inertia turned from one side alone, R I": (centre, R @ body.inertia),
+        "its centre of mass not turned with the link": (fixed_centre, inertia),
+        "its centre of mass turned the other way, R' c": (back @ body.com, inertia),
+        "its centre of mass and inertia not turned with the link": (fixed_centre, fixed_inertia),
     }
+    return {words: WorldBody(body.mass, *pair) for words, pair in carried.items()}
 
 
 def describe_wrong_piece(difference: np.ndarray, pieces: Pieces, size: float, most: int) -> str:
