@@ -318,15 +318,9 @@ def _judge_trial(
     if wrong_parts == {"acceleration"} and not readings:
         level = _select_explained_level(problem, probes, level, results)
     comparisons = list(_plan_comparisons(problem, request, level, results))
-    cross_check_request, cases = make_cross_check_request(request), cases_by_run(comparisons)
-    settings = (
-        cross_check_request.arm,
-        cross_check_request.seed,
-        cross_check_request.quick,
-        cross_check_request.scenarios,
-        cross_check_request.chosen,
-    )
-    record = record_provenance(*settings, packages=packages(), model=cross_check_request.model)
+    asked, cases = make_cross_check_request(request), cases_by_run(comparisons)
+    settings = asked.arm, asked.seed, asked.quick, asked.scenarios, asked.chosen
+    record = record_provenance(*settings, packages=packages(), model=asked.model)
     agreement = Agreement(list(comparison.judge_comparisons(comparisons, results)), record)
     runs = {key: run for key, run in runs_by_key(results).items() if key in cases}
     here, *there = (
@@ -339,7 +333,7 @@ def _judge_trial(
         diagnosis = diagnose(here, there, perform)
     return Trial(
         problem=problem,
-        cross_check=CrossCheck(cross_check_request, agreement, cases, runs),
+        cross_check=CrossCheck(asked, agreement, cases, runs),
         level=level,
         level_mismatches=tuple(level_mismatches),
         relative_errors=here.relative_errors,
