@@ -9,7 +9,8 @@ import numpy as np
 import pytest
 
 from crosscheck.models.loading import load_arm
-from crosscheck.trial.diagnose import arm_numbers, values
+from crosscheck.trial.diagnose import arm_numbers
+from crosscheck.trial.diagnose.terms import values
 from crosscheck.trial.diagnose.terms.values import (
     collect_arm_values,
     draw_unrelated_values,
