@@ -69,9 +69,9 @@ def _print_disagreeing(findings: Sequence[Finding]) -> None:
     console = Console()
     by_reason: dict[str, list[Finding]] = {}
     for finding in findings:
-        reason, _, where = finding.note.rpartition(" (")  # in brackets: at which state
-        shared = finding.verdict == "failed" and where
-        by_reason.setdefault(reason if shared else finding.id, []).append(finding)
+        reason, bracket, _ = finding.note.rpartition(" (")  # in brackets: at which state
+        shared = (reason if bracket else finding.note) if finding.verdict == "failed" else ""
+        by_reason.setdefault(shared or finding.id, []).append(finding)
     for finding, *more in by_reason.values():
         others = f"; and so in {format_count(len(more), 'more check')}" if more else ""
         description = make_printable(f" {finding.id}: {describe_outcome(finding)}{others}")

@@ -74,6 +74,7 @@ def test_measurements_and_versions_are_properties():
     found = {item.get("name"): item.get("value") for item in root.iter("property")}
     assert found["deviation/pd/theta/a~b"] == "0.1 rad"
     assert found["version pin"] == "4"
+    assert not {"arm", "versions"} & set(found)  # no text or number
 
 
 def test_an_agreement_without_findings_is_a_suite_without_tests():

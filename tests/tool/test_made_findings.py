@@ -43,7 +43,13 @@ from crosscheck.report.formatting import (
 )
 from crosscheck.report.html import render_report_page
 from crosscheck.report.junit import format_junit
-from crosscheck.report.matrix import collect_cells, common_digits, fold_cells, group_models
+from crosscheck.report.matrix import (
+    collect_cells,
+    common_digits,
+    fold_cells,
+    group_models,
+    is_beyond,
+)
 from crosscheck.report.outline import outline_report
 from crosscheck.report.plots.charts import Pictures
 from crosscheck.report.terminal import print_agreement, print_report_summary
@@ -185,6 +191,23 @@ def test_the_matrix_has_a_line_for_each_pair_and_one_for_all_that_agree_with_one
     assert digits == [{states: 12.3}, {states: 13.2}, {"over runs": 9.0}, {}, {states: 1.9}]
 
 
+def test_the_printed_equations_are_allowed_what_the_reference_model_is():
+    """1e-12; what two engines are allowed between each other, 2e-12, does not count."""
+    subject = FINDINGS[-2].about
+    for measured, beyond in ((0.9e-12, False), (1.5e-12, True)):
+        assert is_beyond(make_measurement(subject, measured=measured), FINDINGS) is beyond
+    assert is_beyond(FINDINGS[-1], FINDINGS) is None
+
+
+def test_an_arm_is_told_by_the_printed_forms_the_derivation_and_its_rigid_levels(labelled):
+    outline = outline_report(labelled)
+    assert list(outline.models)[-5:] == [
+        LEAD,
+        *(f"analytic:{level}" for level in ("links", "carriers", "armature", "coupled")),
+    ]
+    assert set(outline.models) - set(outline.forms) == set(list(outline.models)[-5:])
+
+
 def test_groups_of_models_are_those_that_checks_connect():
     def pair(left: str, right: str) -> Finding:
         return check(about("states", CASE, "bias", left, right), 0.0, 1.0)
@@ -305,6 +328,20 @@ def test_the_pages_words_have_every_count(page):
     assert [name.strip() for is_open, name in opened if is_open and " and " in name] == [
         f"{LEAD} and {other}" for other in (BODIES, TREE, GEARS)
     ]
+
+
+def test_only_what_failed_for_one_reason_has_one_line(capsys):
+    notes = ("a (x) (at state 3)", "a (y) (at state 3)", "a (x) (at state 5)")
+    notes += ("died", "raised", "died", "", "")
+    found = [
+        make_failed_check(about("states", CASE, f"q{number}", LEAD, TREE), note)
+        for number, note in enumerate(notes)
+    ]
+    print_agreement(Agreement(found))
+    lines = [line.partition("/q")[2] for line in capsys.readouterr().out.splitlines()]
+    ends = [line.partition(": ")[2] for line in lines if line]
+    same = "; and so in 1 more check"
+    assert ends == [f"{notes[0]}{same}", notes[1], f"died{same}", "raised", "", ""]
 
 
 def test_each_model_is_beside_the_engines_of_other_packages(labelled):

@@ -13,7 +13,7 @@ from crosscheck.models.experiment.scenario import switches
 from crosscheck.models.loading import load_arm, load_scenario
 from crosscheck.models.robot.file import load_robot
 from crosscheck.models.trajectory import build_trajectory
-from crosscheck.registry import RIGID_LEVELS
+from crosscheck.registry import RIGID_LEVELS, model_names
 from crosscheck.report.plots import scheme
 from crosscheck.report.plots.charts import Charts, Pictures
 from crosscheck.report.plots.scheme import draw_scheme
@@ -268,8 +268,9 @@ def test_a_robot_is_seen_from_the_side_and_a_little_above(upward, across):
     assert viewer @ upward == pytest.approx(np.sin(0.35))
 
 
-def test_joints_at_one_place_share_their_label():
-    svg = draw_scheme(load_robot("six-joint"))
+@pytest.mark.parametrize("name", ["six-joint", "puma560"])
+def test_joints_at_one_place_share_their_label(name):
+    svg = draw_scheme(load_robot(name))
     centres = [at for at, _ in [*circles_of(svg, "motor"), *circles_of(svg, "slide")]]
     labels = re.findall(r'<text x="(\S+)" y="(\S+)">(.*?)<', svg)
     for x, y, _ in labels:
@@ -288,6 +289,7 @@ def test_bins_and_times_of_a_stretch_are_those_of_its_records():
     binned = make_stretch(time, {"a": values}, 3)
     assert (binned.start_s, binned.step_s, binned.count, binned.binned) == (0.5, 0.75, 3, True)
     assert numbers(binned, "a").tolist() == [[-1.0, 4.0], [-5.0, 9.0], [2.0, 2.0]]
+    assert make_stretch(time[:2], {"a": values[:2]}, 1).step_s == 0.25
     single = make_stretch(time[:1], {"a": values[:1]}, 1)
     assert (single.step_s, single.count) == (0.0, 1)
 
@@ -327,7 +329,7 @@ def test_pictures_are_of_the_experiments_that_both_engines_ran(monkeypatch):
     experiments = {
         "alone": (9.0, [REFERENCE, *rigid]),
         "b-long": (3.0, [REFERENCE, OTHER, *partly]),
-        "c-short": (1.0, [REFERENCE, OTHER, *rigid]),
+        "c-short": (1.0, [REFERENCE, OTHER, *rigid, *model_names("form")]),
         "d-bare": (5.0, [REFERENCE, OTHER]),
         "e-last": (2.0, [OTHER]),
     }
@@ -345,7 +347,7 @@ def test_pictures_are_of_the_experiments_that_both_engines_ran(monkeypatch):
     shown = {each.experiment: (each.reference, each.others) for each in pictures.signals}
     assert shown == {
         "b-long": (REFERENCE, (OTHER, *partly)),
-        "c-short": (REFERENCE, (OTHER, *rigid)),
+        "c-short": (REFERENCE, (OTHER, model_names("form")[-1], *rigid)),
     }
     bare = Charts()
     for name, (seconds, _) in experiments.items():

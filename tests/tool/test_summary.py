@@ -214,6 +214,7 @@ def test_notes_of_a_trial_tell_motors_and_point_masses(trial):
     ):
         shown = replace(trial, problem=replace(problem, motors=(0, 1)), idle_joints=idle)
         assert next(describe_notes(shown)) == told
+    assert list(describe_notes(replace(trial, ignored_numbers=(), idle_joints=()))) == []
     numbers = (ignored("I_1", 0.5, "mass_matrix"), ignored("g", 9.81, "force"))
     point = replace(trial, point_masses=("I_1",), ignored_numbers=numbers, idle_joints=())
     assert list(describe_notes(point))[:2] == [
