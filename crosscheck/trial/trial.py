@@ -318,9 +318,9 @@ def _judge_trial(
     if wrong_parts == {"acceleration"} and not readings:
         level = _select_explained_level(problem, probes, level, results)
     comparisons = list(_plan_comparisons(problem, request, level, results))
-    asked, cases = make_cross_check_request(request), cases_by_run(comparisons)
-    settings = asked.arm, asked.seed, asked.quick, asked.scenarios, asked.chosen
-    record = record_provenance(*settings, packages=packages(), model=asked.model)
+    check, cases = make_cross_check_request(request), cases_by_run(comparisons)
+    settings = check.arm, check.seed, check.quick, check.scenarios, check.chosen
+    record = record_provenance(*settings, packages=packages(), model=check.model)
     agreement = Agreement(list(comparison.judge_comparisons(comparisons, results)), record)
     runs = {key: run for key, run in runs_by_key(results).items() if key in cases}
     here, *there = (
@@ -333,7 +333,7 @@ def _judge_trial(
         diagnosis = diagnose(here, there, perform)
     return Trial(
         problem=problem,
-        cross_check=CrossCheck(asked, agreement, cases, runs),
+        cross_check=CrossCheck(check, agreement, cases, runs),
         level=level,
         level_mismatches=tuple(level_mismatches),
         relative_errors=here.relative_errors,
