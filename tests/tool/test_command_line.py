@@ -212,10 +212,10 @@ TYPED = [
     ("cost r", "cost", {"cost_command": ("r", None, 0, False, None, None)}),
     (
         "export a --out o --model m --set b=1",
-        "export",
+        "files.export",
         {"export_command": ("a", "m", ["b=1"], Path("o"))},
     ),
-    ("export a --out o", "export", {"export_command": ("a", None, [], Path("o"))}),
+    ("export a --out o", "files.export", {"export_command": ("a", None, [], Path("o"))}),
     (
         "sweep s --out o --jobs 3 --scheduler tcp://x --resume --run-code",
         "studies",
@@ -234,9 +234,9 @@ TYPED = [
     ("plot f", "studies", {"plot_command": (Path("f"), [], None)}),
     ("view f --out o", "view", {"view_command": (Path("f"), Path("o"))}),
     ("view f", "view", {"view_command": (Path("f"), None)}),
-    ("init f", "template", {"init_command": (Path("f"), 2, False)}),
-    ("init f --joints 3 --direct", "template", {"init_command": (Path("f"), 3, True)}),
-    ("init f --urdf u", "template", {"init_robot_command": (Path("f"), Path("u"))}),
+    ("init f", "files.template", {"init_command": (Path("f"), 2, False)}),
+    ("init f --joints 3 --direct", "files.template", {"init_command": (Path("f"), 3, True)}),
+    ("init f --urdf u", "files.template", {"init_robot_command": (Path("f"), Path("u"))}),
     ("show a", "show", {"show_command": ("a",)}),
     ("list", "listing", {"list_command": ()}),
 ]
