@@ -7,7 +7,6 @@ from collections.abc import Iterator
 from pathlib import Path
 
 from crosscheck.models.arm.arm import Arm, Direct, Link, Planetary
-from crosscheck.models.arm.gears import PlanetaryStage
 from crosscheck.models.arm.mesh import Mesh
 from crosscheck.models.arm.quantities import Data, format_number
 from crosscheck.models.arm.stiffness import (
@@ -25,7 +24,7 @@ from crosscheck.models.experiment.scenario import (
     TableDrive,
 )
 from crosscheck.models.robot.file import DirectDrive as DirectTransmission
-from crosscheck.models.robot.file import Geared, LinkChange, RobotFile
+from crosscheck.models.robot.file import Geared, LinkChange, PlanetaryTransmission, RobotFile
 from crosscheck.models.robot.robot import RotorMesh
 from crosscheck.output import write_files
 from crosscheck.schema import FieldDescription, describe_fields
@@ -100,7 +99,7 @@ HEADINGS: dict[type[Data], str] = {
     DirectTransmission: "Transmission: direct",
     Geared: "Transmission: geared",
     LinkChange: "Change of a link",
-    PlanetaryStage: "Transmission: planetary",
+    PlanetaryTransmission: "Transmission: planetary",
     RotorMesh: "Mesh of a transmission",
 }
 

@@ -27,7 +27,7 @@ class TreeJoint(NamedTuple):
     """A joint and where it stands on the body before it.
 
     rotation, position [m]: of its frame at coordinate 0; axis: of numbers 0, 1 and -1; coordinate,
-    factor, offset: the free coordinate that it follows, and how.
+    factor, offset: the free coordinate that it follows, and how; friction: held per rate.
     """
 
     parent: int
@@ -38,6 +38,7 @@ class TreeJoint(NamedTuple):
     coordinate: int
     factor: Number
     offset: Number
+    friction: Number = 0
 
 
 class TreeLink(NamedTuple):
@@ -398,8 +399,8 @@ class MovingTree:
                 reaction = plus(scale(effort, rotor.axis), carried)
                 moments[rotor.body] = plus(moments[rotor.body], reaction)
         right, projected = list(torques), self.project(still.forces, moments)
-        for joint, effort, *parts in zip(joints, efforts, held, projected, strict=True):
-            given = joint.factor * (effort - (parts[0] + parts[1]))
+        for joint, rate, effort, *parts in zip(joints, v, efforts, held, projected, strict=True):
+            given = joint.factor * (effort - (parts[0] + parts[1] + joint.friction * rate))
             right[joint.coordinate] = right[joint.coordinate] + given
         result = solve(self.collapse(self.mass_matrix()), right)
         return result + self._mesh_accelerations(result, rates, gained, len(mesh_forces))

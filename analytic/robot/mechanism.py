@@ -45,6 +45,7 @@ def build_mechanism(robot: Robot, level: Level) -> Mechanism:
                 coordinate=free.index(leader),
                 factor=1 if joint.mimic is None else joint.mimic.multiplier,
                 offset=0 if joint.mimic is None else joint.mimic.offset,
+                friction=float(joint.friction) if joint.friction else 0,
             )
         )
     bodies = []

@@ -7,6 +7,7 @@ s = c' v about the axis z counts, c = N e + W' z of its stator: c J ds/dt + J s 
 has a mesh, its rate against the stator is N q' + x' / r, and the mesh's force does work on x alone.
 Sun and planets of a stage are such rotors on the link that holds the ring (Eqs. 2, 3 of the paper).
 The force of a mesh whose stiffness and error vary with the joint's angle does work on that as well.
+Friction takes c times a joint's rate from that joint, and so from the coordinate that moves it.
 """
 
 from __future__ import annotations
@@ -107,6 +108,7 @@ class AnalyticRobot(RobotModel):
         factors, self._offset = robot.joint_map
         self._share = np.pad(factors, ((0, 0), (0, size - len(free))))
         crossings = [_skew_matrix(joint.axis) for joint in robot.joints]
+        self._friction = np.array([joint.friction for joint in robot.joints])
         self._crossings = [(once, once @ once) for once in crossings]
         self._meshes = [mesh for _, mesh in meshes]
         self._spinning_bodies: list[SpinningBody] = []
@@ -179,15 +181,17 @@ class AnalyticRobot(RobotModel):
         return poses, self._rates(poses, v, np.zeros(3))
 
     def inverse_dynamics(self, q: np.ndarray, v: np.ndarray, a: np.ndarray) -> np.ndarray:
-        """Generalized forces M a + bias + gravity, and what holds the meshes (states, n)."""
+        """Generalized forces M a + bias + gravity, of meshes and of friction (states, n)."""
         poses = self._poses(q)
         held = self._bias_and_weight(poses, v, self.robot.gravity) + self._mesh_force(q, v)
+        held += self._friction_force(v)
         return multiply(self._mass(poses), a) + held
 
     def forward_dynamics(self, q: np.ndarray, v: np.ndarray, torques: np.ndarray) -> np.ndarray:
         """Accelerations under torques of motors (states, n), by solving with M."""
         poses = self._poses(q)
         held = self._bias_and_weight(poses, v, self.robot.gravity) + self._mesh_force(q, v)
+        held += self._friction_force(v)
         left = torques @ self._driven - held
         return np.linalg.solve(self._mass(poses), left[:, :, None])[:, :, 0]
 
@@ -277,6 +281,10 @@ class AnalyticRobot(RobotModel):
             turned = project(poses[spinner.body].angular_partials, cross(rate.angular, axis))
             total += spinner.inertia * (growth * spin + speed * turned)
         return total
+
+    def _friction_force(self, v: np.ndarray) -> np.ndarray:
+        """What friction of all joints takes of the generalized forces (states, n)."""
+        return v @ self._share.T * self._friction @ self._share
 
     def _mesh_force(self, q: np.ndarray, v: np.ndarray) -> np.ndarray:
         """What the meshes' springs and dampers take of the generalized forces (states, n)."""

@@ -66,10 +66,12 @@ def _show_robot(name: str) -> None:
     for number, joint in enumerate(robot.joints):
         body = robot.bodies[number]
         values = format_values(np.linalg.eigvalsh(body.inertia))
+        unit = "N m s/rad" if joint.kind == "revolute" else "N s/m"
+        friction = f"; friction {joint.friction:g} {unit}" if joint.friction else ""
         print(
             make_printable(
                 f"{joint.name}: {joint.kind}, moves {body.mass:.4g} kg with all that is fixed to"
-                f" it, of principal inertias {values} kg m^2"
+                f" it, of principal inertias {values} kg m^2{friction}"
             )
         )
 

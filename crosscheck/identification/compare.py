@@ -48,7 +48,7 @@ from crosscheck.identification.terms import (
 )
 from crosscheck.models.errors import InputError
 from crosscheck.models.pinocchio.regressor import LinkRegressor
-from crosscheck.models.robot.robot import Robot
+from crosscheck.models.robot.robot import Robot, remove_friction
 from crosscheck.recordings.engines import compare_robot_engines
 from crosscheck.runner.progress_update import CountCallback
 
@@ -260,6 +260,8 @@ def compare_robot(
 ) -> RobotComparison:
     """Estimate links, friction and rotors from recordings, and say what they distinguish.
 
+    The friction of the robot's file is left out, since friction is estimated.
+
     Args:
         transmission: Rates of motors for rates of joints (n, n).
         knowledge: What is known of links, and what is asked beside them.
@@ -267,7 +269,7 @@ def compare_robot(
     Raises:
         InputError: Recordings are too short for what is asked.
     """
-    shared = shared_motors(transmission)
+    given, robot, shared = robot, remove_friction(robot), shared_motors(transmission)
     asked = _select_torques(recordings)
     progress("asking what can be distinguished", 0, len(asked) + 1)
     ranks = compare_levels(robot, shared)
@@ -293,7 +295,7 @@ def compare_robot(
         if treatment == "identified":
             scaled = _Problem(robot, samples, LINK_KINDS["scaled"])
             sides.append(_judge_side(scaled, side, "scaled", bandwidth, NOTHING_ELSE))
-    return RobotComparison(robot, tuple(recordings), tuple(engines), ranks, tuple(sides), knowledge)
+    return RobotComparison(given, tuple(recordings), tuple(engines), ranks, tuple(sides), knowledge)
 
 
 def _select_torques(

@@ -20,6 +20,7 @@ if TYPE_CHECKING:
     from matplotlib.axes import Axes
 
 SCHEMA_VERSION = 2
+FILE_FRICTION = "friction of the robot's file left out: it is estimated"
 
 
 def describe_comparison(comparison: RobotComparison) -> Iterator[str]:
@@ -29,6 +30,8 @@ def describe_comparison(comparison: RobotComparison) -> Iterator[str]:
     seconds = sum(float(each.time[-1] - each.time[0]) for each in comparison.recordings)
     rows = sum(each.rows for each in comparison.recordings)
     yield f"{len(comparison.recordings)} recordings, {rows:,} rows, {seconds:.4g} s"
+    if comparison.robot.friction.any():
+        yield FILE_FRICTION
     yield from map(describe_engine, comparison.engines)
     for side in comparison.sides:
         yield ""

@@ -29,6 +29,7 @@ from crosscheck.planning.comparison import (
 from crosscheck.planning.plan import CrossCheckRequest
 from crosscheck.planning.springs import (
     drive_matrix,
+    friction_rate,
     mesh_rates,
     replace_stages_by_rotors,
     tooth_springs,
@@ -38,7 +39,7 @@ from crosscheck.runner.tasks import RobotEvaluation
 from crosscheck.runner.workers import perform_all
 
 COUNT, QUICK_COUNT = 100, 20
-RUN_S = 0.1  # of a run, if few steps of it resolve the swings of every mesh, and their dying out
+RUN_S = 0.1  # of a run, if few steps of it resolve swings of meshes, their dying out and friction
 FORCE, DEEPEST = 10.0, 0.01  # of a drawn mesh: N m or N at its joint, parts of its pinion's radius
 # Of free motions on all levels: a step of the fastest mesh [rad], and steps at most.
 RESOLVED, MOST_STEPS, QUICK_STEPS, LEAST_STEPS = 0.4, 1000, 100, 50
@@ -103,8 +104,9 @@ def make_cases(robot: Robot, states: RandomStates, most_steps: int) -> list[Robo
         level: build_robot_model(reference_engine(), robot, level).mass_matrix(at.q)
         for level, at in states_by_level.items()
     }
-    fastest = mesh_rates(robot, masses["geared"]).fastest if "geared" in masses else 0.0
-    run_s = min(RUN_S, engines.STEPS / 2 / fastest) if fastest else RUN_S
+    slowing = {level: friction_rate(robot, mass) for level, mass in masses.items()}
+    swings = mesh_rates(robot, masses["geared"]).fastest if "geared" in masses else 0.0
+    fastest = max(swings, *slowing.values())
     motion_s = min(RUN_S, most_steps * RESOLVED / fastest) if fastest else RUN_S
     steps = max(LEAST_STEPS, int(np.ceil(motion_s * fastest / RESOLVED)))
     inertia = sum(rotor.inertia for rotor in replace_stages_by_rotors(robot).rotors)
@@ -114,8 +116,9 @@ def make_cases(robot: Robot, states: RandomStates, most_steps: int) -> list[Robo
         pushes = _push_bounds(robot, at) if is_geared else None
         sizes = compute_sizes(robot, masses[level], at, pushes=pushes, spinning=inertia)
         drive = drive_matrix(robot, level)
-        level_run_s = run_s if is_geared else RUN_S
-        return RobotLevel(robot, level, at, sizes, drive, level_run_s, motion_s, steps)
+        rate = max(slowing[level], swings if is_geared else 0.0)
+        run_s = min(RUN_S, engines.STEPS / 2 / rate) if rate else RUN_S
+        return RobotLevel(robot, level, at, sizes, drive, run_s, motion_s, steps)
 
     return [make_case(level) for level in robot.levels]
 

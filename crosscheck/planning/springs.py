@@ -87,7 +87,7 @@ def drive_matrix(robot: Robot, level: Level) -> np.ndarray:
 
 
 def largest_stable_step(model: RobotModel, scenario: Scenario) -> float:
-    """The step [s] up to which classical Runge-Kutta is stable on meshes and controller.
+    """The step [s] up to which classical Runge-Kutta is stable on meshes, friction and controller.
 
     By the motion linearised at rest, all teeth in contact at peak stiffness, at the start and in
     four poses.
@@ -104,6 +104,7 @@ def largest_stable_step(model: RobotModel, scenario: Scenario) -> float:
     drive = drive_data(scenario, free)
     gains = drive.gains if drive.code == PD else np.zeros((free, 3))
     stiffness, damping = np.zeros((2, start.size))
+    damping[:free] = robot.friction
     for place, spring in enumerate(tooth_springs(robot) if start.size > free else (), free):
         stiffness[place], damping[place] = spring.stiffest, spring.damping
     limits = []
@@ -155,6 +156,19 @@ def mesh_rates(robot: Robot, mass_matrices: np.ndarray) -> MeshRates:
         swings[:, mesh] = np.sqrt(modes(mesh, stiffness))[:, ::-1]
     fastest = max(np.sqrt(modes(every, stiffest).max()), modes(every, damping).max())
     return MeshRates(swings, float(fastest))
+
+
+def friction_rate(robot: Robot, mass_matrices: np.ndarray) -> float:
+    """The fastest rate [1/s] at which friction alone slows a robot's joints.
+
+    mass_matrices: M at each state, (states, n, n). Raises InputError for one that is singular.
+    """
+    root, free = np.sqrt(robot.friction), len(robot.coordinates)
+    if not root.any():
+        return 0.0
+    with require_regular(robot):
+        inverse = np.linalg.inv(mass_matrices)[:, :free, :free]
+    return float(np.linalg.eigvalsh(inverse * np.outer(root, root)).max())
 
 
 def replace_stages_by_rotors(robot: Robot) -> Robot:

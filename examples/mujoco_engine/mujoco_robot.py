@@ -36,6 +36,7 @@ class MujocoRobot(RobotModel):
         for column, number in enumerate(robot.coordinates):
             self._given[places[number], column] = 1.0
         for place, joint in zip(places, robot.joints, strict=True):
+            self._model.dof_damping[place] = joint.friction
             if joint.mimic:
                 self._given[place] = joint.mimic.multiplier * self._given[places[joint.mimic.joint]]
                 self._offset[place] = joint.mimic.offset
@@ -73,7 +74,7 @@ class MujocoRobot(RobotModel):
 
     def forward_dynamics(self, q: np.ndarray, v: np.ndarray, torques: np.ndarray) -> np.ndarray:
         """By solving with its M (states, n)."""
-        left = torques - self._held(q, v, self.robot.gravity)
+        left = torques - self._held(q, v, self.robot.gravity) + self._rubbed(q, v)
         found: np.ndarray = np.linalg.solve(self.mass_matrix(q), left[:, :, None])[:, :, 0]
         return found
 
@@ -109,6 +110,13 @@ class MujocoRobot(RobotModel):
         self._data.qpos = self._given @ at + self._offset
         self._data.qvel = self._given @ rate
         mujoco.mj_forward(self._model, self._data)
+
+    def _rubbed(self, q: np.ndarray, v: np.ndarray) -> np.ndarray:
+        found = []
+        for at, rate in zip(q, v, strict=True):
+            self._stand(at, rate)
+            found.append(self._given.T @ self._data.qfrc_passive)
+        return np.array(found)
 
     def _held(self, q: np.ndarray, v: np.ndarray, gravity: np.ndarray) -> np.ndarray:
         found = []

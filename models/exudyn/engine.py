@@ -162,9 +162,14 @@ def build_tree(
     parts: Sequence[TreePart],
     gravity: Sequence[float],
     force: UserFunction | None = None,
+    damping: Sequence[float] = (),
 ) -> Any:
-    """The engine's tree of these bodies, on a node; gravity [m/s^2]: along the base's axes."""
+    """The engine's tree of these bodies, on a node; gravity [m/s^2]: along the base's axes.
+
+    damping [N m s/rad], [N s/m]: of every joint's rate; none if left out.
+    """
     matrices, vectors = exudyn.Matrix3DList, exudyn.Vector3DList
+    still = [0.0] * len(damping)
     return items.ObjectKinematicTree(
         nodeNumber=node,
         jointTypes=[part.joint for part in parts],
@@ -175,5 +180,9 @@ def build_tree(
         linkCOMs=vectors([part.com for part in parts]),
         linkMasses=[part.mass for part in parts],
         gravity=list(gravity),
+        jointPositionOffsetVector=still,
+        jointVelocityOffsetVector=still,
+        jointPControlVector=still,
+        jointDControlVector=list(damping),
         forceUserFunction=force or 0,  # 0: none
     )

@@ -8,7 +8,7 @@ their shafts is what the teeth have come together.
 
 from __future__ import annotations
 
-from collections.abc import Iterator
+from collections.abc import Iterator, Sequence
 from typing import Any, NamedTuple
 
 import numpy as np
@@ -138,6 +138,7 @@ class ExudynRobot(RobotModel):
                 robot.gravity,
                 diagonal,
                 _mesh_torque_function(rotor_meshes, elastic_stages),
+                [joint.friction for joint in robot.joints],
             ),
         )
 
@@ -347,9 +348,14 @@ def _tree(
     gravity: np.ndarray,
     diagonal: np.ndarray,
     teeth: UserFunction | None = None,
+    friction: Sequence[float] = (),
 ) -> list[Any]:
-    """The tree, and an object that adds to the diagonal of its mass matrix and pushes rotors."""
+    """The tree, and an object that adds to the diagonal of its mass matrix and pushes rotors.
+
+    friction: of the first joints [N m s/rad], [N s/m], which the tree's own control at rest is.
+    """
     added = items.ObjectGenericODE2(
         nodeNumbers=[node], massMatrix=np.diag(diagonal), forceUserFunction=teeth or 0
     )
-    return [build_tree(node, parts, gravity.tolist()), added]
+    damping = [*friction, *[0.0] * (len(parts) - len(friction))] if any(friction) else []
+    return [build_tree(node, parts, gravity.tolist(), damping=damping), added]

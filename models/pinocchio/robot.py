@@ -3,7 +3,8 @@
 The tree's joints that are not free (those that mimic, and rotors) follow from the coordinates by a
 constant matrix G: M = G' M_tree G, and so for the torques. A mesh pushes bodies of the tree: rotor
 and stator, and the two that its joint connects. Every planet of a stage is a body on the carrier,
-which sun and ring push at the pitch points.
+which sun and ring push at the pitch points. Friction is that of the tree's joints, of which no
+algorithm of Pinocchio's takes notice.
 """
 
 from __future__ import annotations
@@ -119,6 +120,9 @@ class PinocchioRobot(RobotModel):
             for stage in robot.stages:
                 armature[places[stage.joint]] += reflected_inertia(stage.gears)
             self._tree.armature = armature
+        damping = np.zeros(self._tree.nv)
+        damping[places] = [joint.friction for joint in robot.joints]
+        self._tree.damping = damping
         self._tree.gravity.linear = robot.gravity
         self._weightless = self._tree.copy()
         self._weightless.gravity.linear = np.zeros(3)
@@ -166,7 +170,7 @@ class PinocchioRobot(RobotModel):
 
     def inverse_dynamics(self, q: np.ndarray, v: np.ndarray, a: np.ndarray) -> np.ndarray:
         """Generalized forces of a motion (states, n), by recursive Newton-Euler."""
-        return self._torques(self._tree, q, v, a, include_meshes=True)
+        return self._torques(self._tree, q, v, a, include_passive=True)
 
     def forward_dynamics(self, q: np.ndarray, v: np.ndarray, torques: np.ndarray) -> np.ndarray:
         """Accelerations under torques of motors (states, n).
@@ -175,13 +179,14 @@ class PinocchioRobot(RobotModel):
         """
         efforts = torques @ self._motors
         if self._given.shape[0] > self._given.shape[1]:
-            held = self._torques(self._tree, q, v, np.zeros_like(v), include_meshes=True)
+            held = self._torques(self._tree, q, v, np.zeros_like(v), include_passive=True)
             left = efforts @ self._given - held
             return np.linalg.solve(self.mass_matrix(q), left[:, :, None])[:, :, 0]
+        rates = v @ self._given.T
         rows = zip(
             self._configurations(q),
-            v @ self._given.T,
-            efforts,
+            rates,
+            efforts - self._tree.damping * rates,
             self._mesh_wrenches(q, v),
             strict=True,
         )
@@ -235,18 +240,23 @@ class PinocchioRobot(RobotModel):
         q: np.ndarray,
         v: np.ndarray,
         a: np.ndarray,
-        include_meshes: bool = False,
+        include_passive: bool = False,
     ) -> np.ndarray:
-        mesh_wrenches = self._mesh_wrenches(q, v) if include_meshes else [()] * len(q)
+        rates = v @ self._given.T
+        mesh_wrenches = self._mesh_wrenches(q, v) if include_passive else [()] * len(q)
         rows = zip(
             self._configurations(q),
-            v @ self._given.T,
+            rates,
             a @ self._given.T,
             mesh_wrenches,
             strict=True,
         )
-        torques = [pin.rnea(tree, self._data, at, *moving, *push) for at, *moving, push in rows]
-        return np.array(torques) @ self._given
+        torques = np.array(
+            [pin.rnea(tree, self._data, at, *moving, *push) for at, *moving, push in rows]
+        )
+        if include_passive:
+            torques += self._tree.damping * rates
+        return torques @ self._given
 
     def _mesh_wrenches(self, q: np.ndarray, v: np.ndarray) -> list[tuple[pin.StdVec_Force, ...]]:
         """Wrenches of the meshes on all bodies, for each state; empty where there is no mesh."""

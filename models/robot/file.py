@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
+from dataclasses import replace
 from functools import lru_cache
 from pathlib import Path
 from typing import Annotated, Any, ClassVar, Literal
@@ -36,6 +37,8 @@ class DirectDrive(Data):
 
     kind: Literal["direct"]
     """Which sort of transmission this is."""
+    friction_N_m_s_per_rad: quantities.Friction | None = None
+    """c of the torque -c q' on the link and its reaction; N s/m if prismatic; else as friction."""
 
 
 class Geared(Data):
@@ -53,9 +56,22 @@ class Geared(Data):
     """In the frame of the stator's link; the joint's axis if both are left out."""
     mesh: robot.RotorMesh | None = None
     """Teeth that give way, for the level geared; rigid if left out."""
+    friction_N_m_s_per_rad: quantities.Friction | None = None
+    """As of a direct joint."""
 
 
-Transmission = Annotated[DirectDrive | Geared | PlanetaryStage, Field(discriminator="kind")]
+class PlanetaryTransmission(PlanetaryStage):
+    """A 2K-H stage: sun driven, ring on the link before, planets' carrier on the link after.
+
+    An inertia is given as it is, or as the paper's *equivalent mass* M = J / r^2, r the base
+    radius.
+    """
+
+    friction_N_m_s_per_rad: quantities.Friction | None = None
+    """As of a direct joint."""
+
+
+Transmission = Annotated[DirectDrive | Geared | PlanetaryTransmission, Field(discriminator="kind")]
 
 
 class LinkChange(Data):
@@ -85,6 +101,8 @@ class RobotFile(Data):
     """In the frame of the URDF's root link."""
     tip: quantities.Name | None = None
     """Link whose origin is the end effector; a last one with most joints before it if left out."""
+    friction: Literal["none", "from-urdf"] = "none"
+    """Of joints that state none themselves: none, or damping of the URDF's dynamics."""
     joints: dict[str, Transmission] = Field(default_factory=dict)
     """By the URDF's names of joints; those left out are direct."""
     links: dict[str, LinkChange] = Field(default_factory=dict)
@@ -160,7 +178,7 @@ def fill_masses(content: dict[str, Any], text: str, where: str) -> None:
     text: the URDF's; where: its file. Raises InputError.
     """
     links = content.setdefault("links", {})
-    urdf, _ = _read_mechanism(text, where, ())
+    urdf, _ = _read_mechanism(text, where)
     for link in urdf.links if isinstance(links, dict) else ():
         if link.body is not None and link.body.mass:
             links.setdefault(link.name, {"mass_kg": link.body.mass})
@@ -183,14 +201,15 @@ def _urdf_path(name: str, file: RobotFile) -> Path:
 def build_robot(file: RobotFile, text: str, where: str, urdf_where: str) -> Robot:
     """The robot of its file and its URDF's text; the names are for messages. Raises InputError."""
     masses = {name: link.mass_kg for name, link in file.links.items()}
-    urdf, (joints, bodies, frames, doubts) = _read_mechanism(text, urdf_where, ())
+    is_damped = file.friction == "from-urdf"
+    urdf, (joints, bodies, frames, doubts) = _read_mechanism(text, urdf_where, is_damped=is_damped)
     if masses:
         heavy = [link.name for link in urdf.links if link.body is not None]
         for name in masses:
             if name not in heavy:
                 allowed = f"must be a link that has a mass: {', '.join(heavy)}"
                 raise InputError(where, "links", name, allowed)
-        changed = _read_mechanism(text, urdf_where, tuple(masses.items()))
+        changed = _read_mechanism(text, urdf_where, tuple(masses.items()), is_damped)
         urdf, (joints, bodies, frames, doubts) = changed
     if file.tip is not None and file.tip not in frames:
         raise InputError(where, "tip", file.tip, f"must be a link of {urdf_where}")
@@ -212,7 +231,7 @@ def build_robot(file: RobotFile, text: str, where: str, urdf_where: str) -> Robo
         title=file.title,
         urdf=urdf.text,
         gravity=np.array(file.gravity_m_per_s2),
-        joints=joints,
+        joints=tuple(_add_friction(joint, file.joints.get(joint.name)) for joint in joints),
         bodies=bodies,
         rotors=tuple(rotors),
         stages=tuple(
@@ -229,11 +248,17 @@ def build_robot(file: RobotFile, text: str, where: str, urdf_where: str) -> Robo
 
 @lru_cache(maxsize=64)
 def _read_mechanism(
-    text: str, where: str, masses: tuple[tuple[str, float], ...]
+    text: str, where: str, masses: tuple[tuple[str, float], ...] = (), is_damped: bool = False
 ) -> tuple[Urdf, Tree]:
     """A URDF and its tree; kept, for robots of a study mostly share theirs. Raises InputError."""
-    urdf = read_urdf(text, where, dict(masses))
+    urdf = read_urdf(text, where, dict(masses), include_damping=is_damped)
     return urdf, build_tree(urdf, where)
+
+
+def _add_friction(joint: Joint, given: Transmission | None) -> Joint:
+    """The joint with the friction that its table states, if it states any."""
+    stated = None if given is None else given.friction_N_m_s_per_rad
+    return joint if stated is None else replace(joint, friction=stated)
 
 
 def _rotor(

@@ -17,7 +17,7 @@ from crosscheck.models.trajectory import recorded_times
 
 
 class RobotModel(ABC):
-    """Equations of motion M q'' + bias + gravity + meshes = torques; there is no friction.
+    """Equations of motion M q'' + bias + gravity + meshes + friction = torques.
 
     q, v and a are (states, n): the robot's free coordinates in rad or m, then, at the level geared,
     x [m] of each rotor's mesh and x_sp, x_pr [m] of each planetary stage. Torques of motors are
@@ -44,11 +44,11 @@ class RobotModel(ABC):
 
     @abstractmethod
     def inverse_dynamics(self, q: np.ndarray, v: np.ndarray, a: np.ndarray) -> np.ndarray:
-        """Generalized forces that a motion needs besides its meshes' (states, n)."""
+        """Generalized forces that a motion needs besides its meshes', with friction (states, n)."""
 
     @abstractmethod
     def forward_dynamics(self, q: np.ndarray, v: np.ndarray, torques: np.ndarray) -> np.ndarray:
-        """Accelerations under torques of motors, and the meshes' forces (states, n)."""
+        """Accelerations under torques of motors, meshes' forces and friction (states, n)."""
 
     @abstractmethod
     def energy(self, q: np.ndarray, v: np.ndarray) -> np.ndarray:

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import Literal
 
 import numpy as np
@@ -79,7 +79,8 @@ class Joint:
     """A joint that moves the body of the same number.
 
     parent: the body that it stands on, or BASE; placement: of the joint's link at coordinate 0 in
-    that body's frame; axis (3,): a unit vector in that link's frame.
+    that body's frame; axis (3,): a unit vector in that link's frame; friction: c of the effort -c
+    times the joint's rate on the body and of its reaction on the parent [N m s/rad], [N s/m].
     """
 
     name: str
@@ -89,6 +90,7 @@ class Joint:
     axis: np.ndarray
     limits: JointLimits
     mimic: Mimic | None
+    friction: float = 0.0
 
 
 class RotorMesh(Data):
@@ -226,6 +228,12 @@ class Robot:
         return factors, offsets
 
     @property
+    def friction(self) -> np.ndarray:
+        """Viscous friction (free,) of what each free coordinate moves [N m s/rad], [N s/m]."""
+        factors, _ = self.joint_map
+        return np.array([joint.friction for joint in self.joints]) @ factors**2
+
+    @property
     def meshes(self) -> tuple[tuple[Rotor, RotorMesh], ...]:
         """Rotors that have a mesh; each adds its x [m] to the coordinates of the level geared.
 
@@ -237,3 +245,10 @@ class Robot:
     def levels(self) -> tuple[Level, ...]:
         """Levels that differ for this robot: geared only if there are teeth that give way."""
         return (*RIGID, "geared") if self.meshes or self.stages else RIGID
+
+
+def remove_friction(robot: Robot) -> Robot:
+    """The robot without friction in its joints."""
+    if not any(joint.friction for joint in robot.joints):
+        return robot
+    return replace(robot, joints=tuple(replace(each, friction=0.0) for each in robot.joints))

@@ -78,6 +78,7 @@ def _assemble(
             joint.axis,
             joint.limits,
             _mimic(joint, moving, numbers, where),
+            joint.damping,
         )
         for joint in moving
     )

@@ -5,7 +5,7 @@ from __future__ import annotations
 import math
 import re
 from collections import Counter
-from collections.abc import Iterator, Mapping
+from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass, field
 from xml.etree.ElementTree import Element, TreeBuilder, tostring
 from xml.parsers import expat
@@ -23,6 +23,7 @@ XACRO = f"xacro is left in it; {EXPAND}"
 LARGEST = 1e18  # of a limit, which some files have where there is none
 HEAVIEST = 1e9  # of a mass [kg], as of an arm's
 LARGEST_INERTIA, FARTHEST = 1e15, 1e3  # [kg m^2], and of a component of a place, an angle, an axis
+MOST_DAMPING = 1e12  # [N m s/rad], [N s/m], as of an arm's friction
 LARGEST_MULTIPLIER = 1e6  # of a joint that follows another, as of a ratio
 # What urdfdom, which many programs read URDFs with, takes for a number: blanks before it alone.
 NUMBER = re.compile(r"[ \t\n\v\f\r]*[+-]?(?:[0-9]+\.?[0-9]*|\.[0-9]+)(?:[eE][+-]?[0-9]+)?")
@@ -44,7 +45,10 @@ class UrdfLink:
 
 @dataclass(frozen=True)
 class UrdfJoint:
-    """A joint of a URDF; mimic: the name of another, multiplier and offset."""
+    """A joint of a URDF; mimic: the name of another, multiplier and offset.
+
+    damping [N m s/rad] or [N s/m]: of its dynamics, 0 where it is not asked for.
+    """
 
     name: str
     kind: str
@@ -54,6 +58,7 @@ class UrdfJoint:
     axis: np.ndarray
     limits: JointLimits
     mimic: tuple[str, float, float] | None
+    damping: float = 0.0
 
 
 @dataclass(frozen=True)
@@ -70,10 +75,16 @@ class Urdf:
     notes: tuple[str, ...]
 
 
-def read_urdf(text: str, where: str, masses: Mapping[str, float] | None = None) -> Urdf:
+def read_urdf(
+    text: str,
+    where: str,
+    masses: Mapping[str, float] | None = None,
+    *,
+    include_damping: bool = False,
+) -> Urdf:
     """The links and joints of a URDF; masses [kg]: in place of its own, by links' names.
 
-    Raises InputError.
+    include_damping: whether the damping of joints is read. Raises InputError.
     """
     root = read_root(text, where)
     for tag in ("link", "joint"):
@@ -87,8 +98,9 @@ def read_urdf(text: str, where: str, masses: Mapping[str, float] | None = None) 
         for element in link.findall("inertial/mass") if mass is not None else ():
             element.set("value", repr(mass))
     links = tuple(_Reader(where, each).link() for each in root.findall("link"))
-    joints = tuple(_Reader(where, each).joint() for each in root.findall("joint"))
-    return Urdf(links, joints, _mechanism(root), tuple(_find_unused(root)))
+    joints = tuple(_Reader(where, each).joint(include_damping) for each in root.findall("joint"))
+    unused = _find_unused(root, ("friction",) if include_damping else ("friction", "damping"))
+    return Urdf(links, joints, _mechanism(root), tuple(unused))
 
 
 def read_root(text: str, where: str) -> Element:
@@ -170,7 +182,7 @@ class _Reader:
         there = body if mass or tensor.any() else None
         return UrdfLink(self.name, there, six, placement.rotation)
 
-    def joint(self) -> UrdfJoint:
+    def joint(self, include_damping: bool) -> UrdfJoint:
         kind = self.element.get("type")
         if kind not in JOINT_TYPES:
             raise self._error("type", kind, f"must be one of {', '.join(JOINT_TYPES)}")
@@ -184,6 +196,7 @@ class _Reader:
             self._axis() if moves else np.array([1.0, 0.0, 0.0]),
             self._limits(kind),
             self._mimic() if moves else None,
+            self._damping() if moves and include_damping else 0.0,
         )
 
     def _axis(self) -> np.ndarray:
@@ -212,6 +225,12 @@ class _Reader:
                 raise self._error(f"limit.{key}", value, "must not be negative")
         # Many files hold 0 where nothing is known.
         return JointLimits(lower, upper, *(each if each > 0 else math.inf for each in most))
+
+    def _damping(self) -> float:
+        damping = self._number(self.element.find("dynamics"), "dynamics.damping", most=MOST_DAMPING)
+        if damping < 0:
+            raise self._error("dynamics.damping", damping, "must not be negative")
+        return damping
 
     def _mimic(self) -> tuple[str, float, float] | None:
         mimic = self.element.find("mimic")
@@ -320,9 +339,9 @@ def _is_zero(text: str) -> bool:
     return not text.strip() or (bool(NUMBER.fullmatch(text)) and float(text) == 0)
 
 
-def _find_unused(root: Element) -> Iterator[str]:
-    """Lines about what of the file is not used."""
-    for key in ("friction", "damping"):
+def _find_unused(root: Element, dynamics_keys: Sequence[str]) -> Iterator[str]:
+    """Lines about what of the file is not used; dynamics_keys: what of joints' dynamics."""
+    for key in dynamics_keys:
         names = [
             each.get("name", "")
             for each in root.findall("joint")
@@ -330,7 +349,8 @@ def _find_unused(root: Element) -> Iterator[str]:
             if not _is_zero(dynamics.get(key, "0"))
         ]
         if names:
-            yield f"{key} of {', '.join(names)} is not used"
+            remedy = "" if key == "friction" else '; friction = "from-urdf" takes it'
+            yield f"{key} of {', '.join(names)} is not used{remedy}"
     meshes = sum(1 for _ in root.iter("mesh"))
     if meshes:
         yield f"mesh files ({meshes}) are neither needed nor read"

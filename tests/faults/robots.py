@@ -45,7 +45,7 @@ READ, BARE = "read again", "without what may be left out"
 
 @lru_cache
 def unlike() -> Robot:
-    """A revolute and a prismatic joint, a fixed link, a mimic, rotors on three links."""
+    """A revolute and a prismatic joint, a fixed link, a mimic, rotors on three links, friction."""
     text = urdf(
         link("ground"),
         link("a", TURNED),
@@ -67,9 +67,10 @@ def unlike() -> Robot:
     return robot(
         text,
         {
-            "one": geared(9.0),
+            "one": geared(9.0, friction_N_m_s_per_rad=1.3),
             "two": geared(-7.0, stator="plate", rotor_axis=[0.5, 0.5, 0.2], mesh=TEETH),
-            "three": geared(30.0, mesh=TEETH),
+            "three": geared(30.0, mesh=TEETH, friction_N_m_s_per_rad=40.0),
+            "four": {"kind": "direct", "friction_N_m_s_per_rad": 2.1},
         },
         tip="tool",
     )
@@ -77,15 +78,19 @@ def unlike() -> Robot:
 
 @lru_cache
 def all_sprung() -> Robot:
-    """Two joints whose rotors all have meshes: every joint of the engines' trees moves freely."""
+    """Two joints whose rotors all have meshes: every joint of the engines' trees moves freely.
+
+    Friction is the damping of the URDF.
+    """
     text = urdf(
         link("ground"),
         link("a", TURNED),
         link("b", TURNED),
-        joint("one", "ground", "a", axis=(0.2, 0.3, 0.9)),
+        joint("one", "ground", "a", axis=(0.2, 0.3, 0.9), more=LIMIT + '<dynamics damping="3"/>'),
         joint("two", "a", "b", axis=(1, 0, 0), at=(0.3, 0.0, 0.1)),
     )
-    return robot(text, {"one": geared(5.0, mesh=TEETH), "two": geared(-4.0, mesh=TEETH)})
+    given = {"one": geared(5.0, mesh=TEETH), "two": geared(-4.0, mesh=TEETH)}
+    return robot(text, given, friction="from-urdf")
 
 
 @lru_cache

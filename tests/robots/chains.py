@@ -155,8 +155,9 @@ def advanced(
 
 
 def random_chain(seed: int, most_joints: int = 7) -> Robot:
-    """1 or more joints of any kind and axis; fixed links, branches, mimics, rotors, stages."""
+    """Joints of any kind and axis; fixed links, branches, mimics, rotors, stages, friction."""
     draw, meshed, staged = random.Random(seed), random.Random(-seed), random.Random(str(seed))
+    rubbing = random.Random(f"friction {seed}")
     parts, names, leading = [link("ground", Solid(com=(0.1, 0.2, 0.3)))], ["ground"], []
     transmissions: dict[str, Any] = {}
     sliding: dict[str, bool] = {}
@@ -198,6 +199,10 @@ def random_chain(seed: int, most_joints: int = 7) -> Robot:
             )
         if not sliding[name] and staged.random() < 0.3:
             transmissions[name] = _random_stage(staged)
+    for name in sliding:
+        if rubbing.random() < 0.4:
+            own = transmissions.setdefault(name, {"kind": "direct"})
+            own["friction_N_m_s_per_rad"] = 10 ** rubbing.uniform(-2, 3)
     gravity = _three(draw, 10)
     return robot(urdf(*parts), transmissions, gravity_m_per_s2=gravity)
 

@@ -17,19 +17,16 @@ from tests.tool.test_bad_input import assert_one_line
 
 FREE = "planets-apart"  # its planets differ
 ARMS = [name for name in builtin_arms() if name != FREE]
-NO_FRICTION = ["arm.joints.*.friction_N_m_s_per_rad=0"]
 LEVELS = dict(zip(RIGID, ("carriers", "armature", "coupled"), strict=True))  # the arm's names
 LAWS = switches(damping="contact", mesh_work="conservative")  # those of robots
 
 
 @pytest.fixture(scope="module", params=ARMS)
 def written(request, tmp_path_factory):
-    """An arm without friction, and the robot that was read from what was written of it."""
+    """An arm, and the robot that was read from what was written of it."""
     out = tmp_path_factory.mktemp("arms") / "arm.urdf"
-    export_arm_as_robot(request.param, NO_FRICTION, out)
-    return load_selection(request.param, [], NO_FRICTION).arm, load_robot(
-        str(out.with_suffix(".toml"))
-    )
+    export_arm_as_robot(request.param, [], out)
+    return load_selection(request.param, [], []).arm, load_robot(str(out.with_suffix(".toml")))
 
 
 def make_states(arm, geared):
@@ -47,7 +44,7 @@ def make_states(arm, geared):
 
 
 def assert_same(arm: Arm, robot: Robot, engine: str, level: str, reference: str) -> None:
-    """M, bias and the forces of weight and teeth, each to 1e-12 of its size."""
+    """M, bias and the forces of weight, friction and teeth, each to 1e-12 of its size."""
     q, v, order = make_states(arm, level == "geared")
     model = build_robot_model(engine, robot, level)
     rigid = reference if level == "geared" else reference.partition(":")[0] + f":{LEVELS[level]}"
@@ -84,7 +81,6 @@ def test_what_a_robot_cannot_say_is_one_line(crosscheck, tmp_path):
     out = tmp_path / "a.urdf"
     for arm, more, fragments in (
         (FREE, (), ("sun_mesh.tooth_error_m", "planets are alike")),
-        ("three-unlike", (), ("joints[0].friction_N_m_s_per_rad = 6.5", "--set arm.joints.*.")),
         ("probe", ("--model", "analytic:physical"), ("--model", "must be left out")),
         ("puma560", (), ("a.urdf", "has its URDF already")),
     ):

@@ -1,5 +1,6 @@
 """Robots that cannot be read: one line with file, link or joint and what is allowed; code 2."""
 
+import re
 import tomllib
 from pathlib import Path
 
@@ -199,7 +200,7 @@ def test_what_is_not_used_is_told():
     text = text.replace("</inertial>", "</inertial>" + mesh)
     assert robot(text).notes == (
         "friction of turn is not used",
-        "damping of turn is not used",
+        'damping of turn is not used; friction = "from-urdf" takes it',
         "mesh files (1) are neither needed nor read",
         "elements not used: gazebo, transmission",
     )
@@ -312,6 +313,17 @@ def test_friction_of_zero_however_written_is_nothing():
     for zero in ("0.00", " 0e5", "-0", ""):
         text = GOOD.replace(LIMIT, f'<dynamics friction="{zero}"/>{LIMIT}')
         assert robot(text).notes == ()
+
+
+def test_damping_that_is_used_must_be_a_number_that_slows():
+    for damping, fragment in (("-1", "must not be negative"), ("x", "a number"), ("1e13", "1e+12")):
+        text = GOOD.replace(LIMIT, f'<dynamics damping="{damping}"/>{LIMIT}')
+        assert "from-urdf" in robot(text).notes[0]
+        with pytest.raises(InputError, match=re.escape("joint turn: dynamics.damping")) as error:
+            robot(text, friction="from-urdf")
+        assert fragment in str(error.value)
+    used = robot(GOOD.replace(LIMIT, f'<dynamics damping="2"/>{LIMIT}'), friction="from-urdf")
+    assert (used.friction.tolist(), used.notes) == ([2.0], ())
 
 
 def test_a_mass_of_nothing_on_what_is_fixed_is_merged():

@@ -24,6 +24,7 @@ from tests.robots.chains import (
     ENGINES,
     INERTIA,
     LENGTH,
+    LIMIT,
     MASS,
     Solid,
     advanced,
@@ -53,6 +54,35 @@ def test_a_pendulum_with_a_rotor(engine):
         assert model.gravity(q)[0, 0] == pytest.approx(weight, rel=1e-13)
         fallen = model.forward_dynamics(q, v, np.array([[0.0]]))[0, 0]
         assert fallen == pytest.approx(-weight / expected, rel=1e-13)
+
+
+@pytest.mark.parametrize("engine", ENGINES)
+def test_friction_slows_what_turns_and_slides_exponentially(engine):
+    """v = v0 exp(-c t / I), I with the rotor's J N^2; a mimic of factor m has m^2 c in its leader.
+
+    The run leaves (c h / I)^4 / 120 = 4e-11 of its rates.
+    """
+    solid, spin, ratio = Solid(MASS, inertia=(0, 0, 0, 0, 0, INERTIA)), 2e-4, 30.0
+    follows = LIMIT + '<mimic joint="turn" multiplier="-2"/>'
+    text = urdf(
+        *(link(name, each) for name, each in zip("gabc", (None, solid, solid, solid), strict=True)),
+        joint("turn", "g", "a", more=LIMIT + '<dynamics damping="0.3"/>'),
+        joint("slide", "g", "b", "prismatic"),
+        joint("follow", "g", "c", more=follows),
+    )
+    given = {
+        "turn": geared(ratio, spin),
+        "slide": {"kind": "direct", "friction_N_m_s_per_rad": 4.0},
+        "follow": {"kind": "direct", "friction_N_m_s_per_rad": 0.2},
+    }
+    own = robot(text, given, friction="from-urdf", gravity_m_per_s2=[0.0, 0.0, 0.0])
+    model, v = build_robot_model(engine, own, "coupled"), np.array([[1.3, -0.8]])
+    decay = np.array([(0.3 + 4 * 0.2) / (5 * INERTIA + spin * ratio**2), 4.0 / MASS])
+    slowed = v * np.exp(-0.2 * decay)
+    assert advanced(model, 0 * v, v, 0.2, 20)[1] == pytest.approx(slowed, rel=1e-8)
+    held = model.inverse_dynamics(0 * v, v, 0 * v)
+    assert held == pytest.approx(v * [1.1, 4.0], rel=1e-14)
+    assert model.bias(0 * v, v) == pytest.approx(0.0, abs=1e-14)
 
 
 @pytest.mark.parametrize("engine", ENGINES)

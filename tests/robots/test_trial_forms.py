@@ -110,6 +110,20 @@ def test_friction_of_one_joint_or_of_one_kind_is_friction():
     assert Friction(none, one).torques(v).tolist() == [[0.0, -2.0]]
 
 
+def test_friction_of_the_robots_file_is_asked_for():
+    """In whichever part, without a statement; another statement than the file's is one line."""
+    joints = tuple(replace(j, friction=c) for j, c in zip(TWO.joints, VISCOUS, strict=True))
+    rubbing, own = replace(TWO, joints=joints), two_link.right()
+    viscous = {**vars(own), "bias": lambda q, v: two_link.bias(q, v) + VISCOUS * v}
+    assert_agrees(Equations(**viscous), rubbing)
+    assert_agrees(Equations(**{**viscous, "viscous_friction": VISCOUS}), rubbing)
+    force = Equations(**{**vars(own), "force": two_link.force})
+    with pytest.raises(AssertionError, match="friction"):
+        assert_agrees(force, rubbing)
+    with pytest.raises(InputError, match=r"viscous_friction.*as the robot's file has it"):
+        assert_agrees(Equations(**{**viscous, "viscous_friction": 2 * VISCOUS}), rubbing)
+
+
 def test_friction_has_a_number_for_each_coordinate():
     stated = Equations(**{**vars(two_link.right()), "viscous_friction": [1.0]})
     with pytest.raises(InputError, match=r"viscous_friction.*must be \(2,\).*each of j1, j2"):

@@ -121,12 +121,23 @@ def _check_inverse(
     weights: np.ndarray,
     case: RobotLevel,
 ) -> Finding:
-    """Inverse dynamics is M a + bias + gravity, and what holds the springs of the meshes."""
+    """Inverse dynamics is M a + bias + gravity, and what holds meshes' springs, and friction."""
     rest = given - np.einsum("sij,sj->si", mass, case.states.a) - bias_torques - weights
+    rest -= held_friction(case)
     if case.level == "geared":
         rest -= held_teeth(case)
-    basis = f"{TOLERANCE:g} of the torque's natural size; springs of meshes as the file has them"
+    basis = f"{TOLERANCE:g} of the torque's natural size; springs, friction as the file has them"
     return check_share(about, share_of(rest, case.sizes.inverse_dynamics), TOLERANCE, basis)
+
+
+def held_friction(case: RobotLevel) -> np.ndarray:
+    """What friction takes of the motors at the states (states, n), joint by joint."""
+    robot, held = case.robot, np.zeros_like(case.states.v)
+    for number, joint in enumerate(robot.joints):
+        per_rate = 1.0 if joint.mimic is None else joint.mimic.multiplier
+        leader = case.leader(number)
+        held[:, leader] += per_rate * joint.friction * (per_rate * case.states.v[:, leader])
+    return held
 
 
 def held_teeth(case: RobotLevel) -> np.ndarray:

@@ -20,6 +20,7 @@ from crosscheck.checks.trajectories import ORDER_TOLERANCE
 from crosscheck.findings import ComparisonKey, Finding, Subject, make_check, make_measurement
 from crosscheck.models.robot.integration import integrate
 from crosscheck.models.robot.interface import RobotModel
+from crosscheck.models.robot.robot import remove_friction
 from crosscheck.planning.comparison import Comparison, make_comparison
 
 FORMAL, HALVINGS = 4, 3
@@ -37,22 +38,30 @@ def refined_ends(model: RobotModel, case: RobotLevel) -> np.ndarray:
     return np.array(rows)
 
 
+def frictionless_ends(model: RobotModel, case: RobotLevel) -> np.ndarray:
+    """The same of the robot without friction, which would use its energy up."""
+    return refined_ends(type(model)(remove_friction(case.robot), case.level), case)
+
+
 def plan(models: Sequence[SampledRobot]) -> Iterator[Comparison | str]:
     """Comparisons of each model's runs with the integrator's order, and with their own energy."""
     for sampled in models:
         case = sampled.case
         if case.level == "geared":
             continue
-        for quantity, against, judge in (
-            ("order-of-convergence", f"order of convergence {FORMAL}", _check_order),
-            ("energy", FIRST_PRINCIPLES, _check_energy),
+        kept = frictionless_ends if case.robot.friction.any() else refined_ends
+        for quantity, against, judge, question in (
+            ("order-of-convergence", f"order of convergence {FORMAL}", _check_order, refined_ends),
+            ("energy", FIRST_PRINCIPLES, _check_energy, kept),
         ):
             family = "order" if judge is _check_order else "invariants"
             key = ComparisonKey(family, f"{case.name}/run", quantity, sampled.model)
             metric = f"free motion of {case.run_s:.3g} s in {STEPS} to {STEPS * 2**HALVINGS} steps"
             about = Subject(key, "1", metric, against)
-            tasks = [sampled.ask(refined_ends)]
+            tasks = [sampled.ask(question)]
             yield make_comparison(about, tasks, partial(judge, case=case))
+    if models[0].case.robot.friction.any():
+        yield "energy of runs is asked of the robot without its friction"
     if any(sampled.case.level == "geared" for sampled in models):
         yield (
             "geared: order and energy are not asked of runs, since teeth that part have kinks, and"

@@ -25,7 +25,7 @@ SIZE_WORDS = {
     "mass_matrix": "entry over the root of the two diagonal ones",
     "bias": "torque over the root of M's diagonal, of (v' M v)^1/2 times the sum of the rates",
     "gravity": "torque over the root of M's diagonal, of the weight over the root of the mass",
-    "inverse_dynamics": "torque as of bias, gravity and meshes, with (a' M a)^1/2",
+    "inverse_dynamics": "torque as of bias, gravity, meshes and friction, with (a' M a)^1/2",
     "forward_dynamics": "acceleration times the root of M's diagonal, of what M can make of it",
     "energy": "of the kinetic energy, and of the weight at the farthest centre of mass",
     "momentum": "linear and angular, of the most that the kinetic energy allows",
@@ -119,6 +119,7 @@ def compute_sizes(
     held = motion + weight
     if pushes is not None:
         held = held + (pushes / root[:, free:]).sum(axis=1)
+    held = held + (robot.friction * np.abs(states.v[:, :free]) / root[:, :free]).sum(axis=1)
     reach, farthest = _reach(robot, states)
     turning = spinning + sum(float(np.trace(body.inertia)) for body in robot.bodies)
     momenta = np.repeat([np.sqrt(mass), np.sqrt(mass * farthest**2 + turning)], 3)

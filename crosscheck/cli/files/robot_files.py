@@ -17,7 +17,7 @@ from crosscheck.models.errors import InputError
 from crosscheck.models.files import format_toml_fields, is_robot, parse_toml
 from crosscheck.models.loading import load_selection, validate_record
 from crosscheck.models.robot.file import RobotFile, build_robot, load_robot
-from crosscheck.models.robot.robot import Robot
+from crosscheck.models.robot.robot import Robot, remove_friction
 from crosscheck.output import require_file, write_files
 from crosscheck.report.formatting import make_printable
 
@@ -33,7 +33,7 @@ FILE_HEAD = """\
 """
 
 
-FRICTIONLESS = "friction of the arm's joints left out, which is the same at each level"
+FRICTIONLESS = "friction of joints left out, which is the same at each level"
 
 
 class RobotText(NamedTuple):
@@ -65,19 +65,21 @@ def export_arm_as_robot(name: str, settings: list[str], out: Path) -> None:
 
 
 def load_as_robot(name: str) -> Robot:
-    """The robot of a name or file, or an arm as one. Raises InputError.
+    """The robot of a name or file, or an arm as one, without friction. Raises InputError.
 
-    Friction is the same at each level of the gears, and is left out of an arm with a note.
+    Friction is the same at each level of the gears, and is left out with a note.
     """
-    if is_robot(name):
-        return load_robot(name)
-    arm = load_selection(name).arm
-    rubbing = any(joint.friction_N_m_s_per_rad for joint in arm.joints)
-    free = [joint.model_copy(update={"friction_N_m_s_per_rad": 0.0}) for joint in arm.joints]
-    text = write_as_robot(arm.model_copy(update={"joints": tuple(free)}), name, "arm.urdf")
+    robot = load_robot(name) if is_robot(name) else _read_arm_as_robot(name)
+    if not robot.friction.any():
+        return robot
+    return replace(remove_friction(robot), notes=(*robot.notes, FRICTIONLESS))
+
+
+def _read_arm_as_robot(name: str) -> Robot:
+    """The robot that is written of an arm. Raises InputError."""
+    text = write_as_robot(load_selection(name).arm, name, "arm.urdf")
     file = validate_record(RobotFile, parse_toml(text.file), name)
-    robot = build_robot(file, text.urdf, name, name)
-    return replace(robot, notes=(*robot.notes, *[FRICTIONLESS] * rubbing))
+    return build_robot(file, text.urdf, name, name)
 
 
 def write_as_robot(arm: Arm, where: str, urdf: str) -> RobotText:
@@ -87,12 +89,6 @@ def write_as_robot(arm: Arm, where: str, urdf: str) -> RobotText:
     """
     for field, value in find_unlike_planets(arm):
         raise InputError(where, field, value, "a robot's planets are alike and mesh in phase")
-    for number, joint in enumerate(arm.joints):
-        if joint.friction_N_m_s_per_rad:
-            path = "arm.joints.*.friction_N_m_s_per_rad=0"
-            allowed = f"a robot's joints have no friction; --set {path} leaves it out"
-            field = f"joints[{number}].friction_N_m_s_per_rad"
-            raise InputError(where, field, joint.friction_N_m_s_per_rad, allowed)
     head = FILE_HEAD.format(urdf=urdf)
     return RobotText(
         "\n".join([URDF_HEAD.format(name=quoteattr(arm.name)) + "\n".join(_urdf_lines(arm)), ""]),
@@ -182,11 +178,15 @@ def _file_lines(arm: Arm, urdf: str) -> Iterator[str]:
     head = {"schema_version": 1, "name": arm.name, "title": arm.title, "urdf": urdf}
     yield from format_toml_fields({**head, "tip": "payload", "gravity_m_per_s2": gravity})
     for number, joint in enumerate(arm.joints, 1):
+        friction = {"friction_N_m_s_per_rad": joint.friction_N_m_s_per_rad}
+        if isinstance(joint, Direct) and joint.friction_N_m_s_per_rad:
+            yield f"\n[joints.joint_{number}]"
+            yield from format_toml_fields({"kind": "direct", **friction})
         if isinstance(joint, Planetary):
             stage = joint.model_dump(mode="json", include={*PlanetaryStage.model_fields})
             meshes = {name: stage.pop(name) for name in ("sun_mesh", "ring_mesh")}
             yield f"\n[joints.joint_{number}]"
-            yield from format_toml_fields(stage)
+            yield from format_toml_fields({**stage, **friction})
             for name, mesh in meshes.items():
                 yield f"\n[joints.joint_{number}.{name}]"
                 yield from format_toml_fields(mesh)

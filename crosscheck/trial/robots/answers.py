@@ -37,6 +37,7 @@ STATES = 12
 FASTEST = 2.0  # rad/s or m/s of a state, whatever the joint's limit: equations hold beyond it
 CALL_S = 2e-3  # [s] that a user's Python takes over one answer, at most
 LARGEST = 1e50  # of a number that can be compared
+RESTATED = 1e-9  # by which friction may differ that the robot's file has as well
 HERE, AGAIN = "here", "again"  # the states, and the same a second time in the other order
 NONLINEAR = "nonlinear effects"  # C v + gravity: what a bias is that counts the weights
 SPEEDS = (1.0, -1.0, 2.0, 0.0)  # at which the bias is asked, times each state's rates
@@ -111,7 +112,10 @@ class Friction:
 
 
 def read_friction(equations: Equations, robot: Robot, where: str) -> Friction:
-    """The friction that equations state. Raises InputError."""
+    """The friction that equations state, else that of the robot's file. Raises InputError.
+
+    robot: with the friction of its file, which equations may state again, but not otherwise.
+    """
     size, values = len(robot.coordinates), list[np.ndarray]()
     for name in FRICTION:
         stated = getattr(equations, name)
@@ -120,7 +124,15 @@ def read_friction(equations: Equations, robot: Robot, where: str) -> Friction:
         except NotNumbers as error:
             reason = f"{error}: a number for each of {', '.join(robot.coordinate_names)}"
             raise InputError(where, name, None, reason) from None
-    return Friction(*values)
+    viscous, coulomb = values
+    if robot.friction.any():
+        if equations.viscous_friction is None:
+            viscous = robot.friction
+        elif not np.allclose(viscous, robot.friction, rtol=RESTATED, atol=0.0):
+            listed = ", ".join(f"{each:.6g}" for each in robot.friction)
+            reason = f"must be left out, or as the robot's file has it: {listed}"
+            raise InputError(where, FRICTION[0], None, reason)
+    return Friction(viscous, coulomb)
 
 
 @dataclass(frozen=True)

@@ -13,7 +13,7 @@ from crosscheck.checks.robots.sizes import WITH_WEIGHTS, RobotSizes
 from crosscheck.checks.robots.states import RandomStates
 from crosscheck.findings import Agreement
 from crosscheck.models.errors import InputError
-from crosscheck.models.robot.robot import Level, Robot
+from crosscheck.models.robot.robot import Level, Robot, remove_friction
 from crosscheck.registry import Entry, register
 from crosscheck.runner.outcomes import Failure
 from crosscheck.runner.progress_update import ProgressCallback, ignore_progress
@@ -204,9 +204,11 @@ def _run_trial(
     if stated == ELASTIC:
         robot, stiffness = build_elastic_robot(robot, name)
         equations = drive_motors(equations, robot)
+    friction = read_friction(equations, robot, name)
+    is_rubbing, robot = bool(robot.friction.any()), remove_friction(robot)
     questions = prepare_questions(equations, robot, name, seed)
     motors, states, sizes = questions.motors, questions.states, questions.sizes
-    friction, level = read_friction(equations, robot, name), questions.level
+    level = questions.level
     with register(name, questions.entry):
         answers = ask(name, robot, states, sizes[level], friction, jobs, progress)
         self_differences = _ask_about_itself(name, robot, states, answers, jobs, progress)
@@ -250,7 +252,10 @@ def _run_trial(
         robot=robot,
         stated=stated,
         parts=problem.parts,
-        remarks=tuple(_list_remarks(problem, motors, is_mapped=questions.is_mapped)),
+        remarks=(
+            *_list_remarks(problem, motors, is_mapped=questions.is_mapped),
+            *["friction of the joints is that of the robot's file"] * is_rubbing,
+        ),
         not_judged=tuple(_list_unjudged(problem, equations)),
         distances=distances,
         diagnosis=diagnosis,
