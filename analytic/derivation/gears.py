@@ -121,17 +121,24 @@ def _stage_meshes(
     if not layout.free:
         places = layout.at("x_sp", number), layout.at("x_pr", number)
         return lumped_meshes(joint, number, *places, switches)
-    geometry = stage_geometry(joint)
-    sun_rate = sun_mesh_rate(joint, geometry)
-    ring_rate = ring_mesh_rate(joint, geometry, switches.ring_rate)
+    x_pr = [layout.at("x_pr", number, planet) for planet in range(joint.planet_count)]
+    return free_meshes(joint, number, layout.at("x_s", number), x_pr, switches)
+
+
+def free_meshes(
+    stage: PlanetaryStage, number: int, x_s: int, x_pr: Sequence[int], switches: Switches
+) -> list[StageMesh]:
+    """Sun and ring mesh of a joint's stage, planet by planet; places of x_s and of every x_pr."""
+    geometry = stage_geometry(stage)
+    sun_rate = sun_mesh_rate(stage, geometry)
+    ring_rate = ring_mesh_rate(stage, geometry, switches.ring_rate)
     meshes = []
-    for planet in range(joint.planet_count):
-        sun, ring = joint.sun_mesh.planet_mesh(planet), joint.ring_mesh.planet_mesh(planet)
-        d_sp, d_pr = (of_all / joint.planet_count for of_all in damping(joint, planet))
-        gamma_sp, gamma_pr = mesh_phases(joint, planet)
-        x_s, x_pr = layout.at("x_s", number), layout.at("x_pr", number, planet)
-        meshes.append(StageMesh(sun, number, x_s, x_pr, 1, sun_rate, gamma_sp, d_sp))
-        meshes.append(StageMesh(ring, number, x_pr, NO_COORDINATE, 1, ring_rate, gamma_pr, d_pr))
+    for planet, place in enumerate(x_pr):
+        sun, ring = stage.sun_mesh.planet_mesh(planet), stage.ring_mesh.planet_mesh(planet)
+        d_sp, d_pr = (of_all / stage.planet_count for of_all in damping(stage, planet))
+        gamma_sp, gamma_pr = mesh_phases(stage, planet)
+        meshes.append(StageMesh(sun, number, x_s, place, 1, sun_rate, gamma_sp, d_sp))
+        meshes.append(StageMesh(ring, number, place, NO_COORDINATE, 1, ring_rate, gamma_pr, d_pr))
     return meshes
 
 

@@ -10,12 +10,13 @@ import numpy as np
 from crosscheck.analytic.ensemble import ModelGroup, RunChunk, partition_models
 from crosscheck.analytic.kernel.batch import Records
 from crosscheck.analytic.robot.runs import RobotMember
-from crosscheck.models.arm.layout import MESHES, Meaning
+from crosscheck.models.arm.layout import Meaning
 from crosscheck.models.experiment.drive import torques_along
+from crosscheck.models.robot.robot import JointStage
 
 
 class RobotChunk(RunChunk[RobotMember]):
-    """Records of robots: joints are all that move, in the robot's order; planets move alike."""
+    """Records of robots: joints are all that move, in the robot's order."""
 
     @cached_property
     def theta(self) -> np.ndarray:
@@ -58,10 +59,11 @@ class RobotChunk(RunChunk[RobotMember]):
         return len(self.models[0].robot.coordinates)
 
     @property
-    def _stages(self) -> tuple[int, ...]:
-        """Joints whose stages have meshes here, in the order of their coordinates."""
-        model = self.models[0]
-        return tuple(s.joint for s in model.robot.stages if model.level == "geared")
+    def _stages(self) -> tuple[tuple[JointStage, slice], ...]:
+        """Stages that have meshes here and where their coordinates are."""
+        robot = self.models[0].robot
+        pairs = tuple(zip(robot.stages, robot.stage_columns, strict=True))
+        return pairs if self.models[0].level == "geared" else ()
 
     def _joint_values(self, x: np.ndarray) -> np.ndarray:
         factors, _ = self._joint_map
@@ -77,23 +79,38 @@ class RobotChunk(RunChunk[RobotMember]):
         return by_joint
 
     def _displacements(self, mesh: Meaning, x: np.ndarray) -> np.ndarray:
-        first = self._free + self.models[0].equations.structure.rotor_meshes + MESHES.index(mesh)
-        return self._stage_values(x, {joint: first + 2 * n for n, joint in enumerate(self._stages)})
+        by_planet = {
+            stage.joint: [
+                np.einsum("n,rnm->rm", stage.displacement(mesh, planet), x[:, columns])
+                for planet in stage.groups
+            ]
+            for stage, columns in self._stages
+        }
+        return self._planet_values(by_planet)
 
     def _forces(self, side: int) -> np.ndarray:
         equations = self.models[0].equations
-        first = equations.structure.rotor_meshes + side
-        in_order = sorted(self._stages, key=lambda joint: equations.labels[joint])
-        places = {joint: first + 2 * n for n, joint in enumerate(in_order)}
-        return self._stage_values(self.records.forces, places)
+        first, by_planet = equations.structure.rotor_meshes + side, {}
+        for stage, _ in sorted(self._stages, key=lambda each: equations.labels[each[0].joint]):
+            rows = [first + 2 * planet for planet in stage.groups]
+            by_planet[stage.joint] = [self.records.forces[:, row] for row in rows]
+            first += 2 * len(rows)
+        return self._planet_values(by_planet)
 
-    def _stage_values(self, values: np.ndarray, places: dict[int, int]) -> np.ndarray:
-        """Rows by the joints that they are of, (records, joints, 1, members)."""
-        joints = len(self.models[0].robot.joints)
-        by_joint = np.full((len(values), joints, 1, len(self.models)), np.nan)
-        for joint, place in places.items():
-            by_joint[:, joint, 0] = values[:, place]
-        return by_joint
+    def _planet_values(self, by_planet: dict[int, list[np.ndarray]]) -> np.ndarray:
+        """Values (records, joints, planets, members); where one stands for all it is alone.
+
+        If only other joints' planets are free it is repeated.
+        """
+        joints, members = len(self.models[0].robot.joints), len(self.models)
+        counts = [stage.gears.planet_count for stage, _ in self._stages]
+        is_any_free = any(stage.has_free_planets for stage, _ in self._stages)
+        planets = max(counts) if is_any_free else 1
+        values = np.full((len(self.time), joints, planets, members), np.nan)
+        for (stage, _), count in zip(self._stages, counts, strict=True):
+            each = np.stack(by_planet[stage.joint], axis=1)
+            values[:, stage.joint, : count if is_any_free else 1] = each
+        return values
 
 
 class RobotGroup(ModelGroup[RobotMember, RobotChunk]):
@@ -113,4 +130,5 @@ def group_robots(models: Sequence[RobotMember]) -> list[RobotGroup]:
 def _layout(model: RobotMember) -> object:
     """By which joints records are those of signals."""
     rotors = tuple(rotor.joint for rotor, _ in model.robot.meshes)
-    return model.level, rotors, tuple(joint.mimic for joint in model.robot.joints)
+    stages = tuple((each.joint, each.coordinates) for each in model.robot.stages)
+    return model.level, rotors, stages, tuple(joint.mimic for joint in model.robot.joints)

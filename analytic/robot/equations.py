@@ -7,7 +7,13 @@ from functools import cached_property
 
 import numpy as np
 
-from crosscheck.analytic.derivation.gears import Gears, gather_gears, lumped_meshes
+from crosscheck.analytic.derivation.gears import (
+    Gears,
+    StageMesh,
+    free_meshes,
+    gather_gears,
+    lumped_meshes,
+)
 from crosscheck.analytic.kernel.expressions import StraightLines, evaluate_constants
 from crosscheck.analytic.kernel.numbers import Numbers, drive_numbers, stage_numbers
 from crosscheck.analytic.kernel.program import RecordMap
@@ -38,16 +44,18 @@ class RobotEquations:
     @cached_property
     def gears(self) -> Gears:
         """Meshes of planetary stages by the labels of their joints; none of rigid gears."""
-        first = len(self.robot.coordinates) + len(self.robot.meshes)
-        staged = [
-            (self.labels[stage.joint] - 1, stage.gears, first + 2 * place)
-            for place, stage in enumerate(self.robot.stages if self.level == "geared" else ())
-        ]
-        meshes = [
-            mesh
-            for number, gears, place in sorted(staged, key=lambda each: each[0])
-            for mesh in lumped_meshes(gears, number, place, place + 1, MESH_LAWS)
-        ]
+        stages = zip(self.robot.stages, self.robot.stage_columns, strict=True)
+        staged = sorted(
+            (self.labels[stage.joint] - 1, columns.start, stage)
+            for stage, columns in (stages if self.level == "geared" else ())
+        )
+        meshes: list[StageMesh] = []
+        for number, first, stage in staged:
+            if stage.has_free_planets:
+                x_pr = [first + 1 + planet for planet in stage.groups]
+                meshes += free_meshes(stage.gears, number, first, x_pr, MESH_LAWS)
+            else:
+                meshes += lumped_meshes(stage.gears, number, first, first + 1, MESH_LAWS)
         return gather_gears(meshes, range(len(self.labels)), MESH_LAWS)
 
     @cached_property

@@ -61,8 +61,8 @@ def build_mechanism(robot: Robot, level: Level) -> Mechanism:
 
 def _rotors(robot: Robot, level: Level, frames: Sequence[np.ndarray]) -> list[TreeRotor]:
     """Rotors, then sun and planets of every stage; on meshes at the level geared."""
-    meshes = len(robot.meshes) + 2 * len(robot.stages) if level == "geared" else 0
-    rotors, place = [], 0
+    meshes = robot.mesh_coordinates if level == "geared" else 0
+    rotors, place, free = [], 0, len(robot.coordinates)
     for rotor in robot.rotors:
         if meshes and rotor.mesh:
             turns, levers = np.zeros((2, meshes))
@@ -72,9 +72,9 @@ def _rotors(robot: Robot, level: Level, frames: Sequence[np.ndarray]) -> list[Tr
             rotors.append(_rotor(robot, rotor, frames, turns, levers))
         else:
             rotors.append(_rotor(robot, rotor, frames))
-    for stage in robot.stages:
-        rotors += _stage_rotors(robot, stage, frames, meshes, place)
-        place += 2
+    for stage, columns in zip(robot.stages, robot.stage_columns, strict=True):
+        behind_joints = slice(columns.start - free, columns.stop - free)
+        rotors += _stage_rotors(robot, stage, frames, meshes, behind_joints)
     return rotors
 
 
@@ -92,30 +92,36 @@ def _rotor(
 
 
 def _stage_rotors(
-    robot: Robot, stage: JointStage, frames: Sequence[np.ndarray], meshes: int, place: int
-) -> tuple[TreeRotor, TreeRotor]:
+    robot: Robot, stage: JointStage, frames: Sequence[np.ndarray], meshes: int, columns: slice
+) -> list[TreeRotor]:
     """Sun and planets of a stage on the link of its ring, by Eqs. 2 and 3 of the paper.
 
-    y_s = (x_sp + x_pr) / r_s, y_p = -x_pr / r_p.
+    y_s = (x_sp + x_pr) / r_s, y_p = -x_pr / r_p; columns: of the stage's coordinates.
     """
     gears, joint = stage.gears, robot.joints[stage.joint]
     geometry, (sun_mass, planet_mass) = stage_geometry(gears), gear_masses(gears)
     r_s, r_p, r_cp = geometry.r_s, geometry.r_p, geometry.r_cp
     axis = _turned_axis(joint.placement.rotation @ joint.axis, joint.parent, frames)
-    planets = gears.planet_count * planet_mass * r_p**2
+    planets = gears.planet_count * planet_mass * r_p**2 / len(stage.groups)
     sun = TreeRotor(joint.parent, axis, sun_mass * r_s**2, stage.joint, 2 * r_cp / r_s)
     planet = TreeRotor(joint.parent, axis, planets, stage.joint, -r_cp / r_p)
     if not meshes:
-        return sun, planet
-    turns, levers = np.zeros((2, 2, meshes))
-    columns = slice(place, place + 2)
-    turns[0, columns], turns[1, columns] = (1 / r_s, 1 / r_s), (0.0, -1 / r_p)
-    levers[0, columns], levers[1, columns] = (r_s, 0.0), (r_p, -r_p)
+        return [sun, *[planet] * len(stage.groups)]
+    turns, levers = np.zeros((2, 1 + len(stage.groups), meshes))
+    if stage.has_free_planets:  # x_s = r_s y_s, x_pr = -r_p y_p
+        np.fill_diagonal(turns[:, columns], [1 / r_s, *[-1 / r_p] * len(stage.groups)])
+        np.fill_diagonal(levers[:, columns], [r_s, *[-r_p] * len(stage.groups)])
+    else:
+        turns[0, columns], turns[1, columns] = (1 / r_s, 1 / r_s), (0.0, -1 / r_p)
+        levers[0, columns], levers[1, columns] = (r_s, 0.0), (r_p, -r_p)
     motor = 1 / geometry.n if joint.mimic is None else 0
-    return (
-        sun._replace(turns=_numbers(turns[0]), levers=_numbers(levers[0]), motor=motor),
-        planet._replace(turns=_numbers(turns[1]), levers=_numbers(levers[1])),
-    )
+    sun = sun._replace(motor=motor)
+    return [
+        rotor._replace(turns=_numbers(turned), levers=_numbers(lever))
+        for rotor, turned, lever in zip(
+            [sun, *[planet] * len(stage.groups)], turns, levers, strict=True
+        )
+    ]
 
 
 def _axis_frame(axis: np.ndarray) -> np.ndarray:

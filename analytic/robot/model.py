@@ -12,6 +12,7 @@ Friction takes c times a joint's rate from that joint, and so from the coordinat
 
 from __future__ import annotations
 
+from collections.abc import Iterator
 from typing import NamedTuple
 
 import numpy as np
@@ -76,13 +77,13 @@ class SpinningBody(NamedTuple):
 
 
 class PlanetMeshLaw(NamedTuple):
-    """Contacts of all planets with sun or ring: place of their x among the coordinates, and laws.
+    """Contacts of planets that move as one with sun or ring: x by the coordinates (n,), and laws.
 
     k_m, k_a [N/m]: of Eq. 8. joint: whose angle their phase follows, by so much per radian, from an
     offset [rad] on; damping [N s/m]: of them together.
     """
 
-    place: int
+    displacement: np.ndarray
     joint: int
     planets: int
     mesh: PlanetMesh
@@ -92,6 +93,15 @@ class PlanetMeshLaw(NamedTuple):
     rate: float
     offset: float
     damping: float
+
+
+class PlanetMeshState(NamedTuple):
+    """Of a law in every state: x - e, k, and the slopes of k and e by the phase (states,)."""
+
+    law: PlanetMeshLaw
+    gap: np.ndarray
+    stiffness: np.ndarray
+    slopes: tuple[np.ndarray, np.ndarray]
 
 
 class AnalyticRobot(RobotModel):
@@ -104,7 +114,7 @@ class AnalyticRobot(RobotModel):
         free = robot.coordinates
         meshes = robot.meshes if level == "geared" else ()
         stages = robot.stages if level == "geared" else ()
-        size = len(free) + len(meshes) + 2 * len(stages)
+        size = len(free) + (robot.mesh_coordinates if level == "geared" else 0)
         factors, self._offset = robot.joint_map
         self._share = np.pad(factors, ((0, 0), (0, size - len(free))))
         crossings = [_skew_matrix(joint.axis) for joint in robot.joints]
@@ -125,38 +135,43 @@ class AnalyticRobot(RobotModel):
             frame = robot.frames[rotor.stator]
             axis = frame.placement.rotation @ rotor.axis
             self._spinning_bodies.append(SpinningBody(frame.body, axis, rotor.inertia, turns))
-        for stage in robot.stages:
-            self._add_stage(stage, place if stages else None)
-            place += 2
+        for stage, columns in zip(robot.stages, robot.stage_columns, strict=True):
+            self._add_stage(stage, columns if stages else None)
 
-    def _add_stage(self, stage: JointStage, place: int | None) -> None:
-        """Add sun and planets of a stage; place: of x_sp, before x_pr; None if gears are rigid."""
+    def _add_stage(self, stage: JointStage, columns: slice | None) -> None:
+        """Add sun and planets of a stage; columns: of its coordinates; None if gears are rigid."""
         gears, joint, share = stage.gears, self.robot.joints[stage.joint], self._share[stage.joint]
         geometry, (M_s, M_p) = stage_geometry(gears), gear_masses(gears)
-        x_sp, x_pr = np.zeros((2, share.size))
-        if place is not None:
-            x_sp[place] = x_pr[place + 1] = 1.0
-        sun = (x_sp + x_pr + 2 * geometry.r_cp * share) / geometry.r_s
-        planet = -(x_pr + geometry.r_cp * share) / geometry.r_p
         axis = joint.placement.rotation @ joint.axis
         J_s, J_p = M_s * geometry.r_s**2, M_p * geometry.r_p**2
+        each = gears.planet_count // len(stage.groups)  # planets that move as one
+        for number in stage.groups:
+            x_sp, x_pr = np.zeros((2, share.size))
+            if columns is not None:
+                x_sp[columns] = stage.displacement("x_sp", number)
+                x_pr[columns] = stage.displacement("x_pr", number)
+                self._add_planet_meshes(stage, number, (x_sp, x_pr), each)
+            planet = -(x_pr + geometry.r_cp * share) / geometry.r_p
+            self._spinning_bodies.append(SpinningBody(joint.parent, axis, each * J_p, planet))
+        sun = (x_sp + x_pr + 2 * geometry.r_cp * share) / geometry.r_s
         self._spinning_bodies.append(SpinningBody(joint.parent, axis, J_s, sun))
-        self._spinning_bodies.append(
-            SpinningBody(joint.parent, axis, gears.planet_count * J_p, planet)
-        )
-        if place is None:
-            return
-        if joint.mimic is None:
+        if columns is not None and joint.mimic is None:
             self._driven[self.robot.coordinates.index(stage.joint)] = sun / geometry.n
+
+    def _add_planet_meshes(
+        self, stage: JointStage, number: int, rows: tuple[np.ndarray, np.ndarray], each: int
+    ) -> None:
+        """Add the laws of a planet's meshes; rows: of x_sp and x_pr; each: planets moving as it."""
+        gears, geometry = stage.gears, stage_geometry(stage.gears)
         rates = sun_mesh_rate(gears, geometry), ring_mesh_rate(gears, geometry, "corrected")
-        meshes = gears.sun_mesh.planet_mesh(0), gears.ring_mesh.planet_mesh(0)
-        for number, (mesh, rate, offset, d) in enumerate(
-            zip(meshes, rates, mesh_phases(gears, 0), damping(gears), strict=True)
-        ):
-            place_and_mesh = place + number, stage.joint, gears.planet_count, mesh
+        meshes = gears.sun_mesh.planet_mesh(number), gears.ring_mesh.planet_mesh(number)
+        phases, dampers = mesh_phases(gears, number), damping(gears, number)
+        for row, mesh, rate, offset, d in zip(rows, meshes, rates, phases, dampers, strict=True):
             law = stiffness.stiffness_data([mesh.stiffness])
             k = stiffness.mean_stiffness(mesh.stiffness), amplitude(mesh)
-            self._teeth.append(PlanetMeshLaw(*place_and_mesh, law, *k, rate, offset, d))
+            damped = d * each / gears.planet_count
+            place = row, stage.joint, each, mesh
+            self._teeth.append(PlanetMeshLaw(*place, law, *k, rate, offset, damped))
 
     def mass_matrix(self, q: np.ndarray) -> np.ndarray:
         """Mass matrix M (states, n, n), by the bodies' rates and momenta."""
@@ -202,6 +217,14 @@ class AnalyticRobot(RobotModel):
     def precise(self, scenario: Scenario, rtol: float) -> tuple[np.ndarray, np.ndarray]:
         """The same at a relative tolerance, steps ended at contact changes. Raises Diverged."""
         return run_precisely(self, scenario, rtol)
+
+    def stage_forces(self, q: np.ndarray) -> np.ndarray:
+        """Forces (states, meshes) [N] of the springs of every planet, by the laws of its meshes."""
+        columns, states = list[np.ndarray](), list(self._planet_mesh_states(q))
+        for pair in zip(states[::2], states[1::2], strict=True):
+            forces = [k * dead_zone(gap, law.mesh.backlash_m) for law, gap, k, _ in pair]
+            columns += forces * pair[0].law.planets
+        return np.reshape(columns, (len(columns), len(q))).T
 
     def energy(self, q: np.ndarray, v: np.ndarray) -> np.ndarray:
         """Energy (states,) [J]: v' M v / 2, and masses at their heights."""
@@ -294,24 +317,25 @@ class AnalyticRobot(RobotModel):
             force = mesh.stiffness_N_per_m * (x - np.clip(x, -play, play))
             force += mesh.damping_N_s_per_m * rate
             total[:, place] = np.where(np.abs(x) > play, force, 0.0)
-        for place, joint, planets, mesh_data, law, k_m, k_a, per_angle, offset, d in self._teeth:
-            phase = per_angle * (q @ self._share[joint] + self._offset[joint]) + offset
-            size, lead, play = (
-                mesh_data.tooth_error_m,
-                mesh_data.tooth_error_phase_rad,
-                mesh_data.backlash_m,
-            )
-            gap = q[:, place] - total_error(phase, size, lead, mesh_data.static_error_m)
-            k, k_slope = (
-                stiffness.stiffness(law, 0, phase, k_m, k_a),
-                stiffness.stiffness_slope(law, 0, phase, k_a),
-            )
-            total[:, place] = planets * k * dead_zone(gap, play)
-            total[:, place] += np.where(is_in_contact(gap, play), d * v[:, place], 0.0)
-            slopes = k_slope, size * np.cos(phase + lead)
-            turned = planets * per_angle * phase_force(gap, k, *slopes, play)
-            total -= turned[:, None] * self._share[joint]
+        for law, gap, k, slopes in self._planet_mesh_states(q):
+            play, planets, row = law.mesh.backlash_m, law.planets, law.displacement
+            force = planets * k * dead_zone(gap, play)
+            force += np.where(is_in_contact(gap, play), law.damping * (v @ row), 0.0)
+            total += force[:, None] * row
+            turned = planets * law.rate * phase_force(gap, k, *slopes, play)
+            total -= turned[:, None] * self._share[law.joint]
         return total
+
+    def _planet_mesh_states(self, q: np.ndarray) -> Iterator[PlanetMeshState]:
+        """How the teeth of every planet that moves by itself stand, sun mesh before ring mesh."""
+        for law in self._teeth:
+            mesh = law.mesh
+            phase = law.rate * (q @ self._share[law.joint] + self._offset[law.joint]) + law.offset
+            size, lead = mesh.tooth_error_m, mesh.tooth_error_phase_rad
+            gap = q @ law.displacement - total_error(phase, size, lead, mesh.static_error_m)
+            k = stiffness.stiffness(law.law, 0, phase, law.k_m, law.k_a)
+            k_slope = stiffness.stiffness_slope(law.law, 0, phase, law.k_a)
+            yield PlanetMeshState(law, gap, k, (k_slope, size * np.cos(phase + lead)))
 
     def _poses(self, q: np.ndarray) -> list[FramePoses]:
         """Poses of every body, and their partial velocities."""

@@ -49,9 +49,17 @@ class RobotStructure(Structure):
 
     @cached_property
     def displacements(self) -> tuple[str, ...]:
-        """Names of the meshes' displacements: of rotors, then sun and ring mesh of each stage."""
-        stages = (f"x_{side}{j}" for j in self.stage_labels for side in ("sp", "pr"))
+        """Names of the meshes' displacements: of rotors, then those of each stage."""
+        stages = (name for j in self.stage_labels for name in self._stage_displacements(j))
         return (*(f"x_{name}" for name in self.rotor_names), *stages)
+
+    def _stage_displacements(self, j: int) -> tuple[str, ...]:
+        """Names of the displacements of a stage, of free planets if there are several."""
+        stage = self.stages[j - 1]
+        assert stage is not None  # as stage_labels say
+        if stage.planets == 1:
+            return f"x_sp{j}", f"x_pr{j}"
+        return f"x_s{j}", *(f"x_pr{j}_{n}" for n in range(1, stage.planets + 1))
 
     @cached_property
     def coordinates(self) -> tuple[str, ...]:
@@ -85,12 +93,28 @@ class RobotStructure(Structure):
             offset = joint.offset or 0.0
             yield f"q_theta{j} = {joint.factor} * q_theta{joint.coordinate + 1} + {offset}"
         yield from stiffness_and_error(self, j, stage)
+        if stage.planets > 1:
+            yield from self._free_meshes(j, stage)
+            return
         for side in ("sp", "pr"):
             yield f"x_{side}{j}_1 = q_x_{side}{j}"
             yield f"v_{side}{j}_1 = v_x_{side}{j}"
         yield from mesh_forces(self, j, stage)
         for side in ("sp", "pr"):
             yield f"push_x_{side}{j} = -(F_{side}{j}_1 + D_{side}{j}_1)"
+
+    def _free_meshes(self, j: int, stage: StageShape) -> Lines:
+        """Lines of the forces of planets that move by themselves: x_sp is x_s - x_pr."""
+        planets = range(1, stage.planets + 1)
+        for n in planets:
+            for x, loaded in (("x", "q"), ("v", "v")):
+                yield f"{x}_pr{j}_{n} = {loaded}_x_pr{j}_{n}"
+                yield f"{x}_sp{j}_{n} = {loaded}_x_s{j} - {loaded}_x_pr{j}_{n}"
+        yield from mesh_forces(self, j, stage)
+        for n in planets:
+            yield f"pull{j}_{n} = F_sp{j}_{n} + D_sp{j}_{n}"
+            yield f"push_x_pr{j}_{n} = pull{j}_{n} - (F_pr{j}_{n} + D_pr{j}_{n})"
+        yield f"push_x_s{j} = -({' + '.join(f'pull{j}_{n}' for n in planets)})"
 
 
 class TracedState:

@@ -229,6 +229,9 @@ def describe_direct_joints(costs: ShortcutCosts) -> Iterator[str]:
     direct = [joint.name for number, joint in enumerate(joints) if number not in geared]
     if direct:
         yield f"without gears: {', '.join(direct)}"
+    single = [joints[stage.joint].name for stage in costs.robot.stages if stage.has_free_planets]
+    if single:
+        yield f"not at the level geared: planets share a load by their teeth in {', '.join(single)}"
     follow = [joint.name for joint in joints if joint.mimic is not None]
     if follow:
         yield f"follow other joints: {', '.join(follow)}"

@@ -98,7 +98,7 @@ class ShortcutCosts:
     time (instants,) [s]; torques (instants, n) of the coupled level, N m or N; errors: by shortcut,
     of the same shape; largest (n,): of the torques; by_rates (n,): rms of what the coupling asks by
     rates alone; factor: all ratios times this, and the coupling is below NEGLIGIBLE everywhere;
-    geared: None where no rotor has a mesh.
+    geared: None where no rotor has a mesh, or planets move by themselves.
     """
 
     robot: Robot
@@ -170,7 +170,7 @@ def compute_costs(
     coupling = exact.mass_matrix(state[0]) - shortcuts["armature"].mass_matrix(state[0])
     by_rates = exact.bias(*state[:2]) - shortcuts["armature"].bias(*state[:2])
     geared = None
-    if "geared" in robot.levels:
+    if "geared" in robot.levels and not any(stage.has_free_planets for stage in robot.stages):
         model, sizes = (
             build_robot_model(reference_engine(), robot, "geared"),
             (extent.instants, extent.runs),

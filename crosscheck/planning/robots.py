@@ -124,33 +124,45 @@ def make_cases(robot: Robot, states: RandomStates, most_steps: int) -> list[Robo
 
 
 def add_mesh_states(robot: Robot, states: RandomStates) -> RandomStates:
-    """The states with x of each mesh added: on either flank, or between where there is backlash."""
+    """The states with x of each mesh added: on either flank, or between where there is backlash.
+
+    Of free planets the sun's advance is that of the first one, and other sun meshes follow.
+    """
     rng, shape = np.random.default_rng(0), (len(states.q), 1)
-    columns = []
-    for spring in tooth_springs(robot):
+    columns, springs = [], tooth_springs(robot)
+    for spring in springs:
         deep = min(FORCE / abs(spring.lever) / spring.stiffness, DEEPEST * spring.radius)
         rate = np.sqrt(spring.stiffness / spring.mass)  # of swings while the joint stands
         x = rng.choice((-1, 1), shape) * (spring.backlash + deep * rng.uniform(-1, 1, shape))
         v, a = (deep * rate**order * rng.uniform(-1, 1, shape) for order in (1, 2))
         columns.append((x, v, a))
+    independent = _find_independent(np.array([spring.row for spring in springs]))
+    free = len(robot.coordinates)
+    by_x = np.linalg.inv(np.array([springs[place].row[free:] for place in independent]))
     q, v, a = (
-        np.hstack([joints, *mesh_values])
+        np.hstack([joints, np.hstack([mesh_values[place] for place in independent]) @ by_x.T])
         for joints, mesh_values in zip(states[:3], zip(*columns, strict=True), strict=True)
     )
     return RandomStates(q, v, a, states.torques)
 
 
+def _find_independent(rows: np.ndarray) -> list[int]:
+    """The first springs whose displacements no others before them give; rows (springs, n)."""
+    chosen: list[int] = []
+    for place in range(len(rows)):
+        if np.linalg.matrix_rank(rows[[*chosen, place]]) > len(chosen):
+            chosen.append(place)
+    return chosen
+
+
 def _push_bounds(robot: Robot, states: RandomStates) -> np.ndarray:
-    """Bounds of what springs, dampers and motors do to x of each mesh (states, meshes) [N]."""
-    bounds, free = [], robot.coordinates
-    for place, spring in enumerate(tooth_springs(robot), len(free)):
-        force = spring.stiffest * (np.abs(states.q[:, place]) + spring.error)
-        force += spring.damping * np.abs(states.v[:, place])
-        if spring.joint in free:
-            torque = np.abs(states.torques[:, free.index(spring.joint)])
-            force += torque / abs(spring.lever)
-        bounds.append(force)
-    return np.stack(bounds, axis=1)
+    """Bounds of what springs, dampers and motors do to each x (states, coordinates) [N]."""
+    bounds = np.abs(states.torques) @ np.abs(drive_matrix(robot, "geared"))
+    for spring in tooth_springs(robot):
+        force = spring.stiffest * (np.abs(states.q @ spring.row) + spring.error)
+        force += spring.damping * np.abs(states.v @ spring.row)
+        bounds += force[:, None] * np.abs(spring.row)
+    return bounds[:, len(robot.coordinates) :]
 
 
 def compute_robot_entries(

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Iterator
 from dataclasses import dataclass, replace
 from typing import NamedTuple
 
@@ -12,6 +13,8 @@ from crosscheck.analytic.derivation.stage import gear_masses
 from crosscheck.analytic.paper.kinematics import stage_geometry
 from crosscheck.analytic.paper.stiffness import mean_stiffness, peak_stiffness, stiffness_data
 from crosscheck.analytic.stability import runge_kutta_limit
+from crosscheck.models.arm.layout import Meaning
+from crosscheck.models.arm.mesh import PlanetMesh
 from crosscheck.models.experiment.drive import PD, drive_data
 from crosscheck.models.experiment.scenario import Scenario
 from crosscheck.models.robot.integration import conditioning_error, require_regular
@@ -24,16 +27,18 @@ QUARTER = np.pi / 2
 
 @dataclass(frozen=True)
 class ToothSpring:
-    """The teeth of a rotor's mesh, or of all planets with sun or ring together, as one spring on x.
+    """Teeth of a rotor's mesh, or of planets that move as one with sun or ring, as one spring on x.
 
-    lever [m], or 1 of a joint that slides: x by the joint's coordinate while all other gears roll,
-    so the joint's torque T presses teeth by T / lever, with the ratio's sign; stiffness [N/m]: on
-    average; stiffest [N/m]; error [m]: bound of the teeth's; radius [m] of the smaller gear; mass
-    [kg]: J / r^2 of the lighter one, which swings on it.
+    row (n,): x by the robot's coordinates at the level geared; lever [m], or 1 of a joint that
+    slides: x by the joint's coordinate while all other gears roll, so the joint's torque T presses
+    teeth by T / lever, with the ratio's sign; stiffness [N/m]: on average; stiffest [N/m]; error
+    [m]: bound of the teeth's; radius [m] of the smaller gear; mass [kg]: J / r^2 of the lighter
+    one, which swings on it.
     """
 
     name: str
     joint: int
+    row: np.ndarray
     lever: float
     stiffness: float
     stiffest: float
@@ -45,43 +50,68 @@ class ToothSpring:
 
 
 def tooth_springs(robot: Robot) -> tuple[ToothSpring, ...]:
-    """The tooth springs of a robot, in the order of their coordinates x."""
-    springs = []
-    for rotor, mesh in robot.meshes:
+    """The tooth springs of a robot: of rotors, then planet by planet, each sun before ring."""
+    springs, free = [], len(robot.coordinates)
+    rows = np.eye(free + robot.mesh_coordinates)
+    for place, (rotor, mesh) in enumerate(robot.meshes, free):
         radius, k = mesh.pinion_base_radius_m, mesh.stiffness_N_per_m
         name = f"mesh of {robot.joints[rotor.joint].name}"
         constants = k, k, mesh.damping_N_s_per_m, mesh.backlash_m, 0.0
         swinging = radius, rotor.inertia / radius**2
-        springs.append(ToothSpring(name, rotor.joint, rotor.ratio * radius, *constants, *swinging))
-    for stage in robot.stages:
-        gears, planets = stage.gears, stage.gears.planet_count
-        geometry, (sun_mass, planet_mass) = stage_geometry(gears), gear_masses(gears)
-        for side, teeth, d, mass in zip(
-            ("sun", "ring"),
-            (gears.sun_mesh.planet_mesh(0), gears.ring_mesh.planet_mesh(0)),
-            damping(gears),
-            (min(sun_mass, planets * planet_mass), planets * planet_mass),
-            strict=True,
-        ):
-            wave = teeth.stiffness
-            law, mean = stiffness_data([wave]), mean_stiffness(wave)
-            amplitude = wave.amplitude_N_per_m if wave.law == "sine" else 0.0
-            peak = float(peak_stiffness(law, np.array([mean]), np.array([amplitude]))[0])
-            error = abs(teeth.static_error_m) + teeth.tooth_error_m
-            name = f"{side} mesh of {robot.joints[stage.joint].name}"
-            constants = planets * mean, planets * peak, d, teeth.backlash_m, error
-            swinging = min(geometry.r_s, geometry.r_p), mass
-            lever = geometry.n * geometry.r_s
-            springs.append(ToothSpring(name, stage.joint, lever, *constants, *swinging))
+        place_and_lever = rows[place], rotor.ratio * radius
+        springs.append(ToothSpring(name, rotor.joint, *place_and_lever, *constants, *swinging))
+    for stage, columns in zip(robot.stages, robot.stage_columns, strict=True):
+        for planet in stage.groups:
+            springs += _planet_springs(robot, stage, planet, columns)
     return tuple(springs)
 
 
+def _planet_springs(
+    robot: Robot, stage: JointStage, planet: int, columns: slice
+) -> Iterator[ToothSpring]:
+    """Sun and ring mesh of the planets that move as one with a planet."""
+    gears, planets = stage.gears, stage.gears.planet_count // len(stage.groups)
+    geometry, (sun_mass, planet_mass) = stage_geometry(gears), gear_masses(gears)
+    whose = f"planet {planet + 1} of " if stage.has_free_planets else ""
+    sides: tuple[tuple[str, Meaning, PlanetMesh, float], ...] = (
+        ("sun", "x_sp", gears.sun_mesh.planet_mesh(planet), min(sun_mass, planets * planet_mass)),
+        ("ring", "x_pr", gears.ring_mesh.planet_mesh(planet), planets * planet_mass),
+    )
+    for (side, x, teeth, mass), d in zip(sides, damping(gears, planet), strict=True):
+        wave = teeth.stiffness
+        law, mean = stiffness_data([wave]), mean_stiffness(wave)
+        amplitude = wave.amplitude_N_per_m if wave.law == "sine" else 0.0
+        peak = float(peak_stiffness(law, np.array([mean]), np.array([amplitude]))[0])
+        row = np.zeros(len(robot.coordinates) + robot.mesh_coordinates)
+        row[columns] = stage.displacement(x, planet)
+        yield ToothSpring(
+            f"{side} mesh of {whose}{robot.joints[stage.joint].name}",
+            stage.joint,
+            row,
+            geometry.n * geometry.r_s,
+            planets * mean,
+            planets * peak,
+            d * planets / gears.planet_count,
+            teeth.backlash_m,
+            abs(teeth.static_error_m) + teeth.tooth_error_m,
+            min(geometry.r_s, geometry.r_p),
+            mass,
+        )
+
+
 def drive_matrix(robot: Robot, level: Level) -> np.ndarray:
-    """Generalized forces (free, n) of each motor's torque: a mesh has it over its lever."""
-    free, springs = robot.coordinates, tooth_springs(robot) if level == "geared" else ()
-    drive = np.eye(len(free), len(free) + len(springs))
-    for place, spring in enumerate(springs, len(free)):
-        if spring.joint in free:
+    """Generalized forces (free, n) of each motor's torque: a rotor or a sun has it over its ratio.
+
+    So x of a rotor's mesh has it over its lever; a sun presses x_sp + x_pr of any of its planets.
+    """
+    free = robot.coordinates
+    if level != "geared":
+        return np.eye(len(free))
+    drive = np.eye(len(free), len(free) + robot.mesh_coordinates)
+    springs = tooth_springs(robot)
+    for place in range(len(free), drive.shape[1]):
+        spring = next(each for each in springs if each.row[place])
+        if spring.joint in free and spring.row[place] > 0:
             drive[free.index(spring.joint), place] = 1 / spring.lever
     return drive
 
@@ -103,13 +133,14 @@ def largest_stable_step(model: RobotModel, scenario: Scenario) -> float:
     driven = np.stack(moved, axis=2) - begun[:, :, None]
     drive = drive_data(scenario, free)
     gains = drive.gains if drive.code == PD else np.zeros((free, 3))
-    stiffness, damping = np.zeros((2, start.size))
-    damping[:free] = robot.friction
-    for place, spring in enumerate(tooth_springs(robot) if start.size > free else (), free):
-        stiffness[place], damping[place] = spring.stiffest, spring.damping
+    stiffness, damping = np.zeros((2, start.size, start.size))
+    damping[:free, :free] = np.diag(robot.friction)
+    for spring in tooth_springs(robot) if start.size > free else ():
+        stiffness += spring.stiffest * np.outer(spring.row, spring.row)
+        damping += spring.damping * np.outer(spring.row, spring.row)
     limits = []
     for per_force, per_torque in zip(inverse, driven, strict=True):
-        position, rate = -per_force * stiffness, -per_force * damping
+        position, rate = -per_force @ stiffness, -per_force @ damping
         position[:, :free] -= per_torque * gains[:, 1]
         rate[:, :free] -= per_torque * gains[:, 2]
         size = len(position)
@@ -119,9 +150,9 @@ def largest_stable_step(model: RobotModel, scenario: Scenario) -> float:
 
 
 class MeshRates(NamedTuple):
-    """Rates of swings on meshes [rad/s] (states, meshes), as if other joints' meshes were apart.
+    """Rates of swings on springs [rad/s] (states, springs), as if other joints' meshes were apart.
 
-    A stage has two, of which the faster one stands at its sun mesh. fastest: of all swings and
+    A stage's stand from the fastest on; of free planets some are 0. fastest: of all swings and
     of their dying out [1/s] while all are in contact.
     """
 
@@ -136,8 +167,8 @@ def mesh_rates(robot: Robot, mass_matrices: np.ndarray) -> MeshRates:
     """
     with require_regular(robot):
         inverse = np.linalg.inv(mass_matrices)
-    free = len(robot.coordinates)
-    inverse = inverse[:, free:, free:]
+    rows = np.array([spring.row for spring in tooth_springs(robot)])
+    inverse = rows @ inverse @ rows.T  # by a force on each spring, how the springs accelerate
     if not (inverse.diagonal(axis1=1, axis2=2) > 0).all():
         raise conditioning_error(robot)
     joints, stiffness, stiffest, damping = np.transpose(

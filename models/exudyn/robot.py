@@ -42,7 +42,7 @@ TURNING, SLIDING = exudyn.JointType.RevoluteZ, exudyn.JointType.PrismaticZ
 
 
 class ElasticStage(NamedTuple):
-    """A stage whose meshes are springs: its joint, sun and planets among the parts."""
+    """Planets of a stage that turn as one, on springs: joint, sun and they among the parts."""
 
     joint: int
     sun: int
@@ -62,7 +62,7 @@ class ExudynRobot(RobotModel):
         self._axis_rotations = [_rotation_to_axis(joint.axis) for joint in robot.joints]
         parts = [self._link(number) for number in range(len(robot.joints))]
         free, meshes = robot.coordinates, robot.meshes if level == "geared" else ()
-        springs = len(meshes) + (2 * len(robot.stages) if level == "geared" else 0)
+        springs = robot.mesh_coordinates if level == "geared" else 0
         follows = np.zeros((len(parts), len(parts)))
         for number, joint in enumerate(robot.joints):
             if joint.mimic is None:
@@ -92,7 +92,7 @@ class ExudynRobot(RobotModel):
                     efforts = {shaft: 1 / rotor.ratio, turned: 1 / rotor.ratio}
                     motors[free.index(rotor.joint)] = efforts
         elastic_stages: list[ElasticStage] = []
-        for number, stage in enumerate(robot.stages):
+        for stage, columns in zip(robot.stages, robot.stage_columns, strict=True):
             gears, moved = stage.gears, stage.joint
             wheels = gears.sun_teeth, gears.planet_teeth, gears.ring_teeth
             r_s, r_p, r_r = (base_radius(gears, each) for each in wheels)
@@ -104,20 +104,31 @@ class ExudynRobot(RobotModel):
             is_elastic, place = level == "geared", len(parts)
             under = robot.joints[moved].parent
             parts += self._spinning_parts(under, parts[moved].rotation, J_s, parts, is_elastic)
-            parts += self._spinning_parts(moved, np.eye(3), J_p, parts, is_elastic)
             sun, planet = sun_turns * rows[moved], planet_turns * rows[moved]
             if not is_elastic:
+                parts += self._spinning_parts(moved, np.eye(3), J_p, parts, False)
                 rows = np.vstack([rows, sun, planet])
                 continue
-            x_sp, x_pr = np.eye(rows.shape[1])[len(free) + len(meshes) + 2 * number :][:2]
-            rows = np.vstack([rows, sun, (x_sp + x_pr) / r_s, planet, -x_pr / r_p])
-            laws = (build_mesh_law(gears, switches(damping="contact"), side, 0) for side in SIDES)
-            elastic_stages.append(
-                ElasticStage(moved, place + 1, place + 3, gears.planet_count, *laws)
-            )
+            each, planet_rows = gears.planet_count // len(stage.groups), list[np.ndarray]()
+            for number in stage.groups:
+                parts += self._spinning_parts(
+                    moved, np.eye(3), J_p / len(stage.groups), parts, True
+                )
+                laws = (
+                    build_mesh_law(gears, switches(damping="contact"), side, number)
+                    for side in SIDES
+                )
+                elastic_stages.append(
+                    ElasticStage(moved, place + 1, place + 3 + 2 * number, each, *laws)
+                )
+                x_sp, x_pr = np.zeros((2, rows.shape[1]))
+                x_sp[columns] = stage.displacement("x_sp", number)
+                x_pr[columns] = stage.displacement("x_pr", number)
+                planet_rows += [planet, -x_pr / r_p]
+            rows = np.vstack([rows, sun, (x_sp + x_pr) / r_s, *planet_rows])
             if moved in free:
                 motors[free.index(moved)] = {place: 1 / sun_turns, place + 1: 1 / sun_turns}
-        self._rows = rows
+        self._rows, self._elastic_stages = rows, elastic_stages
         self._motors = np.array(
             [[efforts.get(n, 0.0) for n in range(len(parts))] for efforts in motors]
         )
@@ -167,6 +178,21 @@ class ExudynRobot(RobotModel):
         """Accelerations under torques of motors (states, n), solved with Exudyn's M."""
         left = torques @ self._motors @ self._rows - self._holding_forces(self._elastic, q, v)
         return np.linalg.solve(self.mass_matrix(q), left[:, :, None])[:, :, 0]
+
+    def stage_forces(self, q: np.ndarray) -> np.ndarray:
+        """Forces (states, meshes) [N] of the springs of every planet, by angles of the tree."""
+        forces = list[list[float]]()
+        for angles in (q @ self._rows.T + self._offsets).tolist():
+            forces.append([])
+            for stage in self._elastic_stages:
+                pulls = []
+                for side_law, wheel in ((stage.sun_law, stage.sun), (stage.ring_law, None)):
+                    law, turned = side_law.array, 0.0 if wheel is None else angles[wheel]
+                    x = tree_mesh.stretch(law, turned, angles[stage.planet], 0.0)
+                    varied = tree_mesh.variation(law, 0.0, angles[stage.joint], 0.0)
+                    pulls.append(tree_mesh.elastic_force(law, x, *varied))
+                forces[-1] += pulls * stage.planets
+        return np.array(forces)
 
     def energy(self, q: np.ndarray, v: np.ndarray) -> np.ndarray:
         """Energy (states,) [J]: kinetic by Exudyn's M, the weights' by sensors of its bodies."""

@@ -14,7 +14,7 @@ from typing import NamedTuple
 import numpy as np
 import pinocchio as pin
 
-from crosscheck.models.pinocchio.meshes import MeshForces, find_contacts
+from crosscheck.models.pinocchio.meshes import Engagement, MeshForces, find_contacts
 from crosscheck.models.pinocchio.tree import (
     TreeStage,
     add_spinning_body,
@@ -66,7 +66,7 @@ class PinocchioRobot(RobotModel):
         free, meshes = robot.coordinates, robot.meshes if level == "geared" else ()
         geared = robot.stages if level in WITH_ROTORS else ()
         stages = [self._add_stage(stage, moving_joints[stage.joint]) for stage in geared]
-        springs = len(meshes) + (2 * len(stages) if level == "geared" else 0)
+        springs = robot.mesh_coordinates if level == "geared" else 0
         self._offset = np.zeros(self._tree.nv)
         self._given = np.zeros((self._tree.nv, len(free) + springs))  # G
         self._motors = np.zeros((len(free), self._tree.nv))  # efforts in the tree, per torque
@@ -91,25 +91,27 @@ class PinocchioRobot(RobotModel):
                 if rotor.joint in free:
                     self._motors[free.index(rotor.joint)] = 0.0
                     self._motors[free.index(rotor.joint), place] = 1 / rotor.ratio
-        self._columns: list[int] = []  # of x of each contact
-        for number, (stage, wheels) in enumerate(zip(geared, stages, strict=True)):
+        rows: list[np.ndarray] = []  # x of each contact by the coordinates
+        for stage, wheels, columns in zip(geared, stages, robot.stage_columns, strict=False):
             gears, link = stage.gears, self._given[places[stage.joint]]
             r_s, r_p, _ = base_radii(gears)
-            x_sp, x_pr = np.zeros((2, len(free) + springs))
-            if level == "geared":
-                column = len(free) + len(meshes) + 2 * number
-                x_sp[column] = x_pr[column + 1] = 1.0
             sun = self._tree.joints[wheels.driven].idx_v
-            self._given[sun] = sun_turns(gears) * link + (x_sp + x_pr) / r_s
-            for planet in wheels.planets:
+            for number, planet in enumerate(wheels.planets):
+                x_sp, x_pr = np.zeros((2, len(free) + springs))
+                if level == "geared":
+                    alike = number if stage.has_free_planets else 0
+                    x_sp[columns] = stage.displacement("x_sp", alike)
+                    x_pr[columns] = stage.displacement("x_pr", alike)
+                    rows += [x_sp, x_pr]
                 turns = planet_turns(gears) * link - x_pr / r_p
                 self._given[self._tree.joints[planet].idx_v] = turns
+            self._given[sun] = sun_turns(gears) * link + (x_sp + x_pr) / r_s
             if level != "geared":
                 continue
             if stage.joint in free:
                 self._motors[free.index(stage.joint)] = 0.0
                 self._motors[free.index(stage.joint), sun] = 1 / sun_turns(gears)
-            self._columns += [column, column + 1] * gears.planet_count
+        self._displacements = np.array(rows)
         elastic = zip(geared, stages, strict=True) if level == "geared" else ()
         contacts = find_contacts((stage.gears, wheels) for stage, wheels in elastic)
         self._mesh_law = MeshForces(contacts, MESH_LAWS)
@@ -260,7 +262,7 @@ class PinocchioRobot(RobotModel):
 
     def _mesh_wrenches(self, q: np.ndarray, v: np.ndarray) -> list[tuple[pin.StdVec_Force, ...]]:
         """Wrenches of the meshes on all bodies, for each state; empty where there is no mesh."""
-        if not self._meshes and not self._columns:
+        if not self._meshes and not self._displacements.size:
             return [()] * len(q)
         state_wrenches = []
         for at, coordinates, rate in zip(self._configurations(q), q, v, strict=True):
@@ -274,9 +276,23 @@ class PinocchioRobot(RobotModel):
                 )
                 for joint, effort in ((rotor_joint, -moment), (driven_joint, ratio * moment)):
                     self._turn(joint, effort, wrenches)
-            self._press(coordinates, rate, wrenches)
+            if self._displacements.size:
+                self._press(coordinates, rate, wrenches)
             state_wrenches.append((wrenches,))
         return state_wrenches
+
+    def stage_forces(self, q: np.ndarray) -> np.ndarray:
+        """Forces (states, meshes) [N] of the springs of all contacts."""
+        still = np.zeros(len(self._displacements))
+        forces = [self._mesh_law.forces(self._engage(at), still) for at in q if still.size]
+        return np.reshape(forces, (len(q), still.size))
+
+    def _engage(self, q: np.ndarray) -> Engagement:
+        """How the teeth of all contacts stand at coordinates (n,)."""
+        teeth = self._mesh_law.meshes
+        places = [self._tree.joints[link].idx_v for link in teeth.link.tolist()]
+        phase = teeth.rate * (self._given[places] @ q + self._offset[places]) + teeth.phase
+        return self._mesh_law.engage(phase, self._displacements @ q)
 
     def _turn(self, joint: int, effort: float, wrenches: pin.StdVec_Force) -> None:
         """Add an effort about a joint to the wrenches on its body and the one before."""
@@ -287,14 +303,12 @@ class PinocchioRobot(RobotModel):
     def _press(self, q: np.ndarray, v: np.ndarray, wrenches: pin.StdVec_Force) -> None:
         """Add the contacts of planets in a state, at the poses of the tree's data.
 
-        They push along the pitch circles: what they push outwards cancels between equal planets.
+        They push along the pitch circles: what they push outwards does no work.
         """
         teeth, poses = self._mesh_law.meshes, self._data.oMi
         bodies = [column.tolist() for column in (teeth.link, teeth.planet, teeth.central)]
-        places = [self._tree.joints[link].idx_v for link in bodies[0]]
-        phase = teeth.rate * (self._given[places] @ q + self._offset[places]) + teeth.phase
-        engaged = self._mesh_law.engage(phase, q[self._columns])
-        force = self._mesh_law.forces(engaged, v[self._columns])
+        engaged = self._engage(q)
+        force = self._mesh_law.forces(engaged, self._displacements @ v)
         turned = self._mesh_law.phase_torques(engaged)
         for number, (link, planet, central) in enumerate(zip(*bodies, strict=True)):
             centre = poses[link].translation

@@ -68,10 +68,10 @@ def require_robot_fit(scenario: Scenario, robot: Robot, where: str = "") -> None
     """Raise InputError unless the scenario's lists are of as many joints as are free."""
     where = where or scenario.name
     joints = len(robot.coordinates)
-    misfit = find_misfit(scenario, [1] * joints)
-    if misfit is not None and not misfit[0].startswith("start.planet_offset_m"):
+    if scenario.start.planet_offset_m and not any(robot.planet_counts):
+        allowed = f"needs a stage with planets = free, which {robot.name} has not"
+        raise InputError(where, "start.planet_offset_m", None, allowed)
+    misfit = find_misfit(scenario, robot.planet_counts)
+    if misfit is not None:
         field, value, needed = misfit
         raise InputError(where, field, value, f"{needed}; {robot.name} has {joints} free joints")
-    if scenario.start.planet_offset_m:
-        allowed = "is for planar arms: a robot's planets move alike"
-        raise InputError(where, "start.planet_offset_m", None, allowed)

@@ -69,6 +69,8 @@ class PlanetaryTransmission(PlanetaryStage):
 
     friction_N_m_s_per_rad: quantities.Friction | None = None
     """As of a direct joint."""
+    planets: Literal["lumped", "free"] | None = None
+    """Whether all move as one at the level geared, or each by itself; free if they differ."""
 
 
 Transmission = Annotated[DirectDrive | Geared | PlanetaryTransmission, Field(discriminator="kind")]
@@ -218,9 +220,6 @@ def build_robot(file: RobotFile, text: str, where: str, urdf_where: str) -> Robo
         if name not in moving:
             allowed = f"must be a joint that moves: {', '.join(moving)}"
             raise InputError(where, "joints", name, allowed)
-    for name, given in file.joints.items():
-        if isinstance(given, PlanetaryStage):
-            _require_lumped(name, joints[moving[name]], given, where)
     rotors = [
         _rotor(moving[name], name, given, urdf, frames, where)
         for name, given in file.joints.items()
@@ -235,9 +234,9 @@ def build_robot(file: RobotFile, text: str, where: str, urdf_where: str) -> Robo
         bodies=bodies,
         rotors=tuple(rotors),
         stages=tuple(
-            robot.JointStage(moving[name], given)
+            _stage(moving[name], joints[moving[name]], given, where)
             for name, given in file.joints.items()
-            if isinstance(given, PlanetaryStage)
+            if isinstance(given, PlanetaryTransmission)
         ),
         frames=frames,
         tip=file.tip or _default_tip(joints, frames),
@@ -284,14 +283,18 @@ def _rotor(
     return robot.Rotor(number, given.ratio, inertia, stator, axis / length, given.mesh)
 
 
-def _require_lumped(name: str, joint: Joint, gears: PlanetaryStage, where: str) -> None:
-    """Raise InputError unless a stage turns the joint, and by planets that move alike."""
+def _stage(number: int, joint: Joint, given: PlanetaryTransmission, where: str) -> robot.JointStage:
+    """The stage of a joint, as the robot's file gives it. Raises InputError."""
     if joint.kind != "revolute":
         allowed = "must be direct or geared: a planetary stage turns its joint, which slides"
-        raise InputError(where, f"joints.{name}.kind", gears.kind, allowed)
-    for field, value in find_unlike_fields(gears):
-        allowed = "must be alike for all planets, which mesh in phase"
-        raise InputError(where, f"joints.{name}.{field}", value, allowed)
+        raise InputError(where, f"joints.{joint.name}.kind", given.kind, allowed)
+    unlike = next(find_unlike_fields(given), None)
+    if given.planets == "lumped" and unlike is not None:
+        field, value = unlike
+        allowed = "must be alike for all planets, which mesh in phase, or needs planets = free"
+        raise InputError(where, f"joints.{joint.name}.{field}", value, allowed)
+    has_free_planets = given.planets == "free" or unlike is not None
+    return robot.JointStage(number, given, has_free_planets)
 
 
 def _default_tip(joints: Sequence[Joint], frames: Mapping[str, LinkFrame]) -> str:

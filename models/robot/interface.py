@@ -61,6 +61,13 @@ class RobotModel(ABC):
         Armature is no body: at that level there is the links' alone.
         """
 
+    def stage_forces(self, q: np.ndarray) -> np.ndarray:
+        """Elastic forces of every planet's meshes (states, meshes) [N] at the level geared.
+
+        Stage by stage, planet by planet, the sun's before the ring's. Raises CannotDo.
+        """
+        raise CannotDo(f"{self.name} has no forces of single planets")
+
     def integrate(self, scenario: Scenario) -> tuple[np.ndarray, np.ndarray]:
         """Coordinates and rates (records, n) of a run by fixed steps of classical Runge-Kutta.
 

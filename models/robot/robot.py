@@ -9,6 +9,7 @@ from typing import Literal
 import numpy as np
 
 from crosscheck.models.arm.gears import PlanetaryStage
+from crosscheck.models.arm.layout import Meaning
 from crosscheck.models.arm.quantities import Damping, Data, Length, Play, Stiffness
 from crosscheck.models.experiment.scenario import switches
 
@@ -132,13 +133,41 @@ class JointStage:
     """A planetary stage that turns a revolute joint, about its axis.
 
     The ring is fixed to the link before the joint, the carrier to the link after it, and the motor
-    turns the sun against the link before. The planets are alike. What of sun and planets no link
-    contains is their inertia about their own axes: their masses and other inertias are the links',
-    those of planets, at their places, the link's after the joint.
+    turns the sun against the link before. What of sun and planets no link contains is their inertia
+    about their own axes: their masses and other inertias are the links', those of planets, at their
+    places, the link's after the joint.
+
+    has_free_planets: whether each planet has a coordinate at the level geared; else all are alike
+    and move as one. Coordinates are x_sp and x_pr, or the sun's advance x_s = x_sp + x_pr and the
+    x_pr of each planet.
     """
 
     joint: int
     gears: PlanetaryStage
+    has_free_planets: bool = False
+
+    @property
+    def groups(self) -> range:
+        """Planets that move by themselves, from 0: the first one where it stands for all."""
+        return range(self.gears.planet_count if self.has_free_planets else 1)
+
+    @property
+    def coordinates(self) -> tuple[str, ...]:
+        """Names of the stage's coordinates at the level geared [m]."""
+        if not self.has_free_planets:
+            return "x_sp", "x_pr"
+        return "x_s", *(f"x_pr{planet + 1}" for planet in self.groups)
+
+    def displacement(self, mesh: Meaning, planet: int) -> np.ndarray:
+        """Row that gives x of a planet's mesh by the stage's coordinates; planet from 0."""
+        row = np.zeros(len(self.coordinates))
+        if not self.has_free_planets:
+            row[self.coordinates.index(mesh)] = 1.0
+            return row
+        if mesh == "x_sp":
+            row[0] = 1.0
+        row[1 + planet] = -1.0 if mesh == "x_sp" else 1.0
+        return row
 
 
 @dataclass(frozen=True)
@@ -210,8 +239,8 @@ class Robot:
         names = self.coordinate_names
         if level == "geared":
             names += [f"x_{self.joints[rotor.joint].name}" for rotor, _ in self.meshes]
-            geared = [self.joints[stage.joint].name for stage in self.stages]
-            names += [f"x_{side}_{name}" for name in geared for side in ("sp", "pr")]
+            for stage in self.stages:
+                names += [f"{x}_{self.joints[stage.joint].name}" for x in stage.coordinates]
         return names
 
     @property
@@ -237,9 +266,29 @@ class Robot:
     def meshes(self) -> tuple[tuple[Rotor, RotorMesh], ...]:
         """Rotors that have a mesh; each adds its x [m] to the coordinates of the level geared.
 
-        After these each stage adds x_sp and x_pr [m], alike for all its planets.
+        After these each stage adds its own.
         """
         return tuple((rotor, rotor.mesh) for rotor in self.rotors if rotor.mesh)
+
+    @property
+    def stage_columns(self) -> tuple[slice, ...]:
+        """Where each stage's coordinates are at the level geared, among the robot's."""
+        first, columns = len(self.coordinates) + len(self.meshes), []
+        for stage in self.stages:
+            columns.append(slice(first, first + len(stage.coordinates)))
+            first = columns[-1].stop
+        return tuple(columns)
+
+    @property
+    def planet_counts(self) -> list[int]:
+        """Of each free joint how many planets move by themselves, 0 without any."""
+        counts = {each.joint: len(each.groups) for each in self.stages if each.has_free_planets}
+        return [counts.get(number, 0) for number in self.coordinates]
+
+    @property
+    def mesh_coordinates(self) -> int:
+        """How many coordinates the level geared adds to the joints'."""
+        return len(self.meshes) + sum(len(stage.coordinates) for stage in self.stages)
 
     @property
     def levels(self) -> tuple[Level, ...]:

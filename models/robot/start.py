@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 
-from crosscheck.models.experiment.scenario import Scenario, expand_to_joints
+from crosscheck.models.experiment.scenario import Scenario, expand_to_joints, planet_offsets
 from crosscheck.models.robot.robot import Level, Robot
 
 
@@ -12,8 +12,9 @@ def start_state(robot: Robot, level: Level, scenario: Scenario) -> tuple[np.ndar
     """Coordinates and rates (n,) at the start of a scenario, in the order of RobotModel.
 
     Displacements are at first contact, x = b and the static error, or 0, with the scenario's
-    offsets: that of the sun's mesh is a rotor's too. Gears of a joint that follows another have
-    that one's.
+    offsets: that of the sun's mesh is a rotor's too. Of free planets every ring mesh touches, and
+    the sun is advanced until the first of its meshes does. Gears of a joint that follows another
+    have that one's.
     """
     start = scenario.start
     free, joints = robot.coordinates, len(robot.coordinates)
@@ -30,10 +31,22 @@ def start_state(robot: Robot, level: Level, scenario: Scenario) -> tuple[np.ndar
         for rotor, rotor_mesh in robot.meshes:
             q.append(touches * rotor_mesh.backlash_m + sun[place_of(rotor.joint)])
         for stage in robot.stages:
-            place = place_of(stage.joint)
-            for mesh, offset in ((stage.gears.sun_mesh, sun), (stage.gears.ring_mesh, ring)):
-                teeth = mesh.planet_mesh(0)
-                q.append(touches * (teeth.static_error_m + teeth.backlash_m) + offset[place])
+            place, gears = place_of(stage.joint), stage.gears
+            x_sp, x_pr = (
+                [
+                    touches * (teeth.static_error_m + teeth.backlash_m) + offset[place]
+                    for teeth in map(mesh.planet_mesh, stage.groups)
+                ]
+                for mesh, offset in ((gears.sun_mesh, sun), (gears.ring_mesh, ring))
+            )
+            if stage.has_free_planets:
+                q.append(min(map(sum, zip(x_sp, x_pr, strict=True))))
+                each = (0.0,) * len(x_pr)  # planets of a joint that follows start alike
+                if stage.joint in free:
+                    each = planet_offsets(start, place, len(x_pr))
+                q += [x + offset for x, offset in zip(x_pr, each, strict=True)]
+            else:
+                q += [*x_sp, *x_pr]
     v = np.zeros(len(q))
     v[:joints] = expand_to_joints(start.theta_dot_rad_per_s, joints)
     return np.array(q, dtype=float), v

@@ -7,6 +7,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
+from crosscheck.models.arm.layout import MESHES
 from crosscheck.models.experiment.drive import drive_data, torques_along
 from crosscheck.models.experiment.scenario import Scenario
 from crosscheck.models.robot.file import recover_source
@@ -45,8 +46,7 @@ def build_robot_trajectory(
         "kinetic_energy": model.energy(q, v) - model.energy(q, still),
     }
     if model.level == "geared":
-        force = model.inverse_dynamics(q, still, still) - model.gravity(q)
-        variables |= _mesh_variables(model, q, v, force)
+        variables |= _mesh_variables(model, q, v)
     name = f"{model.name}:{model.level}"
     return make_robot_dataset(name, robot, scenario, time, variables)
 
@@ -72,14 +72,13 @@ def make_robot_dataset(
     return dataset_of(variables, time, provenance, len(robot.joints))
 
 
-def _mesh_variables(
-    model: RobotModel, q: np.ndarray, v: np.ndarray, force: np.ndarray
-) -> dict[str, np.ndarray]:
-    """Displacements, rates and elastic forces of rotors' meshes and of one planet of a stage."""
+def _mesh_variables(model: RobotModel, q: np.ndarray, v: np.ndarray) -> dict[str, np.ndarray]:
+    """Displacements, rates and elastic forces of rotors' meshes and of every planet of stages."""
     robot = model.robot
     place, count = len(robot.coordinates), len(robot.joints)
     variables: dict[str, np.ndarray] = {}
     if robot.meshes:
+        force = model.inverse_dynamics(q, 0 * q, 0 * q) - model.gravity(q)
         for name in ("x_mesh", "x_mesh_dot", "F_mesh"):
             variables[name] = np.full((len(q), count), np.nan)
         for rotor, _ in robot.meshes:
@@ -90,14 +89,13 @@ def _mesh_variables(
     for side in ("sp", "pr") if planets else ():
         for name in (f"x_{side}", f"x_{side}_dot", f"F_{side}"):
             variables[name] = np.full((len(q), count, planets), np.nan)
-    for stage in robot.stages:
-        planet_count = stage.gears.planet_count
-        for side in ("sp", "pr"):
-            for name, values in (
-                (f"x_{side}", q),
-                (f"x_{side}_dot", v),
-                (f"F_{side}", force / planet_count),
-            ):
-                variables[name][:, stage.joint, :planet_count] = values[:, place, None]
-            place += 1
+    forces = iter(model.stage_forces(q).T if robot.stages else ())
+    for stage, columns in zip(robot.stages, robot.stage_columns, strict=True):
+        for planet in range(stage.gears.planet_count):
+            for side in MESHES:
+                row = stage.displacement(side, planet if stage.has_free_planets else 0)
+                at = slice(None), stage.joint, planet
+                variables[side][at] = q[:, columns] @ row
+                variables[f"{side}_dot"][at] = v[:, columns] @ row
+                variables[side.replace("x", "F")][at] = next(forces)
     return variables

@@ -27,6 +27,7 @@ from tests.faults.planting import Seen
 from tests.robots.chains import (
     LIMIT,
     Solid,
+    contact,
     geared,
     joint,
     link,
@@ -67,10 +68,10 @@ def unlike() -> Robot:
     return robot(
         text,
         {
-            "one": geared(9.0, friction_N_m_s_per_rad=1.3),
+            "one": geared(9.0, friction_N_m_s_per_rad=0.4),
             "two": geared(-7.0, stator="plate", rotor_axis=[0.5, 0.5, 0.2], mesh=TEETH),
-            "three": geared(30.0, mesh=TEETH, friction_N_m_s_per_rad=40.0),
-            "four": {"kind": "direct", "friction_N_m_s_per_rad": 2.1},
+            "three": geared(30.0, mesh=TEETH, friction_N_m_s_per_rad=4.0),
+            "four": {"kind": "direct", "friction_N_m_s_per_rad": 0.3},
         },
         tip="tool",
     )
@@ -112,6 +113,21 @@ def staged() -> Robot:
     return robot(text, {**given, "four": geared(5.0, mesh=TEETH)})
 
 
+@lru_cache
+def parted() -> Robot:
+    """Planets that move by themselves: unlike ones of an oblique joint, and those of a mimic."""
+    damping = [300.0, 100.0, 500.0]
+    sun = contact(
+        tooth_error_m=[3e-6, 1e-6, 5e-6], damping_N_s_per_m=damping, phase_rad="from-teeth"
+    )
+    waves = [{"law": "sine", "mean_N_per_m": k, "amplitude_N_per_m": 2e6} for k in (1e7, 2e7, 8e6)]
+    errors = {"static_error_m": [0.0, 1e-6, -2e-6], "backlash_m": [2e-5, 1e-5, 3e-5]}
+    ring = contact(stiffness=waves, phase_rad="from-teeth", **errors)
+    teeth_of = {"sun_teeth": 22, "planet_teeth": 26, "ring_teeth": 74}  # out of phase
+    unlike_planets = planetary(**teeth_of, sun_mesh=sun, ring_mesh=ring)
+    return robot(staged().urdf, {"one": unlike_planets, "three": planetary(planets="free")})
+
+
 def bare() -> Robot:
     """Joints without axis and place, and a mimic without multiplier and offset."""
     file._read_mechanism.cache_clear()
@@ -138,6 +154,7 @@ ROBOTS: dict[str, Callable[[], Robot]] = {
     "unlike": unlike,
     "all sprung": all_sprung,
     "staged": staged,
+    "parted": parted,
     READ: read_again,
     BARE: bare,
 }

@@ -157,7 +157,7 @@ def advanced(
 def random_chain(seed: int, most_joints: int = 7) -> Robot:
     """Joints of any kind and axis; fixed links, branches, mimics, rotors, stages, friction."""
     draw, meshed, staged = random.Random(seed), random.Random(-seed), random.Random(str(seed))
-    rubbing = random.Random(f"friction {seed}")
+    rubbing, parted = random.Random(f"friction {seed}"), random.Random(f"planets {seed}")
     parts, names, leading = [link("ground", Solid(com=(0.1, 0.2, 0.3)))], ["ground"], []
     transmissions: dict[str, Any] = {}
     sliding: dict[str, bool] = {}
@@ -199,12 +199,29 @@ def random_chain(seed: int, most_joints: int = 7) -> Robot:
             )
         if not sliding[name] and staged.random() < 0.3:
             transmissions[name] = _random_stage(staged)
+            if parted.random() < 0.5:
+                _part_planets(transmissions[name], parted)
     for name in sliding:
         if rubbing.random() < 0.4:
             own = transmissions.setdefault(name, {"kind": "direct"})
             own["friction_N_m_s_per_rad"] = 10 ** rubbing.uniform(-2, 3)
     gravity = _three(draw, 10)
     return robot(urdf(*parts), transmissions, gravity_m_per_s2=gravity)
+
+
+def _part_planets(stage: dict[str, Any], draw: random.Random) -> None:
+    """Let the planets of a stage move by themselves, some of them unlike."""
+    stage["planets"] = "free"
+    for side in ("sun_mesh", "ring_mesh"):
+        count, mesh = stage["planet_count"], stage[side]
+        if draw.random() < 0.7:
+            mesh["static_error_m"] = [draw.uniform(-1e-5, 1e-5) for _ in range(count)]
+            mesh["backlash_m"] = [10 ** draw.uniform(-6, -4) for _ in range(count)]
+        if draw.random() < 0.5:
+            law = {"law": "sine", "amplitude_N_per_m": 1e4}
+            means = [10 ** draw.uniform(5, 8) for _ in range(count)]
+            mesh["stiffness"] = [{**law, "mean_N_per_m": mean} for mean in means]
+            mesh["phase_rad"] = "from-teeth"
 
 
 def _random_stage(draw: random.Random) -> dict[str, Any]:

@@ -5,7 +5,8 @@ import pytest
 
 from crosscheck.cli.files.robot_files import FRICTIONLESS, export_arm_as_robot, load_as_robot
 from crosscheck.models.arm.arm import Arm
-from crosscheck.models.experiment.scenario import switches
+from crosscheck.models.arm.layout import geared_layout
+from crosscheck.models.arm.planets import usual_switches
 from crosscheck.models.files import builtin_arms
 from crosscheck.models.loading import load_selection
 from crosscheck.models.robot.file import load_robot
@@ -15,13 +16,11 @@ from crosscheck.registry import build, build_robot_model
 from tests.robots.chains import ENGINES
 from tests.tool.test_bad_input import assert_one_line
 
-FREE = "planets-apart"  # its planets differ
-ARMS = [name for name in builtin_arms() if name != FREE]
 LEVELS = dict(zip(RIGID, ("carriers", "armature", "coupled"), strict=True))  # the arm's names
-LAWS = switches(damping="contact", mesh_work="conservative")  # those of robots
+LAWS = {"damping": "contact", "mesh_work": "conservative"}  # those of robots
 
 
-@pytest.fixture(scope="module", params=ARMS)
+@pytest.fixture(scope="module", params=builtin_arms())
 def written(request, tmp_path_factory):
     """An arm, and the robot that was read from what was written of it."""
     out = tmp_path_factory.mktemp("arms") / "arm.urdf"
@@ -32,11 +31,15 @@ def written(request, tmp_path_factory):
 def make_states(arm, geared):
     """Coordinates and rates, and where each of a robot's coordinates is in an arm's."""
     joints = len(arm.joints)
-    model = build("analytic:physical", arm, make_rest_scenario(), LAWS)
+    layout = geared_layout(arm, usual_switches(arm))
     stages = [number for number, joint in enumerate(arm.joints) if joint.planet_count]
-    order = [model.layout.at("theta", joint) for joint in range(joints)]
+    order = [layout.at("theta", joint) for joint in range(joints)]
     for joint in stages if geared else ():
-        order += [model.layout.at("x_sp", joint), model.layout.at("x_pr", joint)]
+        if layout.free:
+            planets = range(arm.joints[joint].planet_count)
+            order += [layout.at("x_s", joint), *(layout.at("x_pr", joint, n) for n in planets)]
+        else:
+            order += [layout.at("x_sp", joint), layout.at("x_pr", joint)]
     random = np.random.default_rng(joints)
     q, v = random.uniform(-1, 1, (2, 4, len(order)))
     q[:, joints:] *= 1.5e-4  # in contact and in between
@@ -51,7 +54,7 @@ def assert_same(arm: Arm, robot: Robot, engine: str, level: str, reference: str)
     place = order if level == "geared" else list(range(len(arm.joints)))
     matrix, bias = model.mass_matrix(q), model.bias(q, v)
     held = model.inverse_dynamics(q, v, 0 * v) - bias
-    planar = build(rigid, arm, make_rest_scenario(), LAWS)
+    planar = build(rigid, arm, make_rest_scenario(), usual_switches(arm, **LAWS))
     for state in range(len(q)):
         at, rate = np.zeros((2, len(order)))
         at[place], rate[place] = q[state], v[state]
@@ -80,7 +83,6 @@ def test_geared_levels_are_those_of_the_arm(written, engine, reference):
 def test_what_a_robot_cannot_say_is_one_line(crosscheck, tmp_path):
     out = tmp_path / "a.urdf"
     for arm, more, fragments in (
-        (FREE, (), ("sun_mesh.tooth_error_m", "planets are alike")),
         ("probe", ("--model", "analytic:physical"), ("--model", "must be left out")),
         ("puma560", (), ("a.urdf", "has its URDF already")),
     ):

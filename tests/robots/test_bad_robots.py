@@ -118,6 +118,7 @@ TEXTS = {
     "geared": MINIMAL + GEARED,
     "meshed": MINIMAL + GEARED + MESH,
     "staged": MINIMAL + STAGE,
+    "lumped": MINIMAL + changed(STAGE, "ring_teeth = 99", 'ring_teeth = 99\nplanets = "lumped"'),
 }
 BAD_FILES = {
     **{
@@ -133,7 +134,7 @@ BAD_FILES = {
         MINIMAL
         + STAGE.replace("= 27", "= 28")
         .replace("= 36", "= 35")
-        .replace("= 99", "= 98")
+        .replace("= 99", '= 98\nplanets = "lumped"')
         .replace(LAW, LAW + 'phase_rad = "from-teeth"\n', 1),
         "joints.turn.sun_mesh.phase_rad",
         "mesh in phase",

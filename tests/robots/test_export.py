@@ -6,7 +6,7 @@ from zipfile import ZipFile
 import numpy as np
 import pytest
 
-from crosscheck.models.robot.file import load_robot
+from crosscheck.models.robot.case import load_changed_robot
 from crosscheck.provenance import ROOT
 from crosscheck.registry import build_robot_model
 from tests.robots.traced import random_state
@@ -19,14 +19,19 @@ needs_compiler = pytest.mark.skipif(shutil.which("gcc") is None, reason="no gcc 
 
 @needs_compiler
 @pytest.mark.parametrize(
-    ("name", "level", "prefix"),
-    [("puma560", "coupled", "puma560"), (PLANETARY, "geared", "planetary_arm")],
+    ("name", "level", "prefix", "settings"),
+    [
+        ("puma560", "coupled", "puma560", ["robot.joints.elbow.friction_N_m_s_per_rad=4.0"]),
+        (PLANETARY, "geared", "planetary_arm", ['robot.joints.elbow.planets="free"']),
+    ],
 )
-def test_compiled_it_says_what_kanes_method_says(crosscheck, tmp_path, name, level, prefix):
-    out = tmp_path / "robot.c"
-    answer = crosscheck("export", name, "--model", f"analytic:{level}", "--out", out)
+def test_compiled_it_says_what_kanes_method_says(
+    crosscheck, tmp_path, name, level, prefix, settings
+):
+    out, changes = tmp_path / "robot.c", [word for each in settings for word in ("--set", each)]
+    answer = crosscheck("export", name, "--model", f"analytic:{level}", "--out", out, *changes)
     assert (answer.code, answer.err) == (0, "")
-    robot = load_robot(name)
+    robot = load_changed_robot(name, settings)
     kane, call = build_robot_model("analytic", robot, level), compiled(out, prefix)
     q, v, torques = random_state(robot, level, 6, states=5)
     expected, mass = kane.forward_dynamics(q, v, torques), kane.mass_matrix(q)

@@ -7,11 +7,15 @@ from math import ceil, cos, pi, radians, sin, sqrt
 import numpy as np
 import pytest
 
+from crosscheck.analytic.robot.ensemble import group_robots
+from crosscheck.analytic.robot.runs import RobotMember
 from crosscheck.checks.robots.states import sample_states
 from crosscheck.cost.meshes import RESOLVED
 from crosscheck.cost.shortcuts import QUICK, compute_costs
-from crosscheck.models.experiment.scenario import ConstantDrive, switches
+from crosscheck.models.errors import InputError
+from crosscheck.models.experiment.scenario import ConstantDrive, Start, switches
 from crosscheck.models.loading import load_arm
+from crosscheck.models.robot.case import load_changed_robot, require_robot_fit
 from crosscheck.models.robot.file import load_robot
 from crosscheck.models.robot.interface import RobotModel
 from crosscheck.models.robot.robot import RIGID, Robot
@@ -20,7 +24,10 @@ from crosscheck.planning.sizing import make_rest_scenario
 from crosscheck.planning.springs import replace_stages_by_rotors
 from crosscheck.provenance import ROOT
 from crosscheck.registry import build, build_robot_model
+from crosscheck.robot_experiment import RobotExperiment
+from tests.faults.robots import parted
 from tests.robots import chains
+from tests.robots.traced import random_state
 
 PAPER = str(ROOT / "examples" / "robots" / "planetary-arm.toml")
 FROM_ARM = [2, 5, 0, 1, 3, 4]  # places of theta_1, theta_2, x_sp1, x_pr1, x_sp2, x_pr2 in the arm's
@@ -131,6 +138,90 @@ def test_a_stage_with_its_carrier_held_swings_as_two_masses_on_two_springs(engin
     expected = np.sqrt((whole + np.array([-spread, spread])) / 2)
     assert np.sort(found) == pytest.approx(expected, rel=1e-9)
     assert expected / (2 * pi) == pytest.approx([1709.9, 4466.6], abs=0.05)
+
+
+@pytest.mark.parametrize("engine", chains.ENGINES)
+def test_planets_that_move_by_themselves_swing_against_each_other_too(engine):
+    """Beside the two swings of all, N - 1 with the sun at rest: a planet on 2 k, 2770.6 Hz."""
+    own = load_changed_robot(PAPER, ['robot.joints.shoulder.planets="free"'])
+    model = build_robot_model(engine, own, "geared")
+    at, still = np.array([[0.0, 0, 1.6e-4, 8e-5, 8e-5, 8e-5, 8e-5, 8e-5]]), np.zeros((1, 8))
+    parts = slice(2, 6)  # x_s and x_pr of each planet
+    mass = model.mass_matrix(at)[0, parts, parts]
+    rest = model.inverse_dynamics(at, still, still)
+    moved = [model.inverse_dynamics(at + h, still, still) - rest for h in 1e-5 * np.eye(8)[parts]]
+    stiffness = np.stack([each[0, parts] / 1e-5 for each in moved])
+    found = np.sqrt(np.linalg.eigvals(np.linalg.solve(mass, stiffness))) / (2 * pi)
+    alone = sqrt(2e8 / 0.66) / (2 * pi)
+    assert np.sort(found) == pytest.approx([1709.9, alone, alone, 4466.6], rel=2e-5)
+
+
+@pytest.mark.parametrize("engine", chains.ENGINES)
+def test_planets_alike_that_start_alike_move_as_one(engine):
+    """x_s = x_sp + x_pr and x_pr of each, under weight, friction and a torque."""
+    lumped, free = (
+        build_robot_model(engine, pendulum(planets=each, friction_N_m_s_per_rad=3.0), "geared")
+        for each in ("lumped", "free")
+    )
+    q, v = np.array([[0.4, 3e-5, -6e-5]]), np.array([[0.7, 0.02, -0.01]])
+    by = np.array([[1.0, 0, 0], [0, 1, 1], [0, 0, 1], [0, 0, 1], [0, 0, 1]])
+    torque = np.array([[2.0]])
+    expected = lumped.forward_dynamics(q, v, torque) @ by.T
+    found = free.forward_dynamics(q @ by.T, v @ by.T, torque)
+    # Accelerations of teeth are 1e5 times the joint's, and differences of such.
+    assert found == pytest.approx(expected, rel=1e-9, abs=1e-9 * np.abs(expected).max())
+    assert free.stage_forces(q @ by.T) == pytest.approx(lumped.stage_forces(q), rel=1e-11)
+
+
+@pytest.mark.parametrize("engine", chains.ENGINES)
+def test_forces_of_planets_are_what_holds_their_coordinates(engine):
+    """Of unlike ones: sun meshes together hold x_s, each planet is between ring and sun."""
+    own = parted()
+    model, columns = build_robot_model(engine, own, "geared"), own.stage_columns[0]
+    q, _, _ = random_state(own, "geared", 3, 4)
+    held = model.inverse_dynamics(q, 0 * q, 0 * q) - model.gravity(q)
+    sun, ring = model.stage_forces(q)[:, :6].reshape(4, 3, 2).transpose(2, 0, 1)
+    expected = np.column_stack([sun.sum(axis=1), ring - sun])
+    assert held[:, columns] == pytest.approx(expected, rel=1e-10, abs=1e-9 * np.abs(sun).max())
+
+
+def test_runs_of_unlike_planets_have_displacements_and_forces_of_each():
+    """Of each engine alone, and of the kernel's lanes; the start touches where it is told to."""
+    own, joints = parted(), 3
+    start = {"planet_offset_m": [[1e-6, 0.0, -1e-6], [], []]}
+    scenario = make_rest_scenario().model_copy(
+        update={
+            "duration_s": 2e-5,
+            "step_s": 1e-6,
+            "record_every": 5,
+            "start": Start.model_validate(start),
+            "drive": ConstantDrive(kind="constant", torque_N_m=[1.0] * joints),
+        }
+    )
+    require_robot_fit(scenario, own)
+    runs = [
+        RobotExperiment(build_robot_model(each, own, "geared"), scenario).simulate()
+        for each in chains.ENGINES
+    ]
+    gap = runs[0].x_pr.values[0, 0, :3] - np.array([2e-5, 1.1e-5, 2.8e-5])
+    assert gap == pytest.approx([1e-6, 0.0, -1e-6], abs=1e-18)
+    (group,) = group_robots([RobotMember(own, "geared", scenario)])
+    chunks = list(group.chunks())
+    for name in ("x_sp", "x_pr", "x_sp_dot", "x_pr_dot", "F_sp", "F_pr"):
+        lanes = np.concatenate([getattr(chunk, name)[..., 0].copy() for chunk in chunks])
+        values = [*(run[name].values for run in runs), lanes]
+        size = np.nanmax(np.abs(values[0]))
+        assert size > 0
+        for other in values[1:]:
+            np.testing.assert_allclose(other, values[0], rtol=0, atol=1e-9 * size)
+
+
+def test_offsets_of_planets_fit_the_robot():
+    start = Start.model_validate({"planet_offset_m": [[1e-6, 0.0], [], []]})
+    scenario = make_rest_scenario().model_copy(update={"start": start})
+    for own, needed in ((parted(), "needs 3 values"), (load_robot(PAPER), "planets = free")):
+        with pytest.raises(InputError, match=needed):
+            require_robot_fit(scenario, own)
 
 
 @pytest.mark.parametrize("engine", chains.ENGINES)

@@ -27,7 +27,7 @@ def random_state(
 ) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
     """Coordinates, rates (states, n) and torques; displacements on both sides of their gaps."""
     rng, free = np.random.default_rng(seed), len(robot.coordinates)
-    size = free + (len(robot.meshes) + 2 * len(robot.stages)) * (level == "geared")
+    size = free + robot.mesh_coordinates * (level == "geared")
     q, v = rng.normal(size=(2, states, size))
     q[:, free:] *= 1e-4
     v[:, free:] *= 1e-2

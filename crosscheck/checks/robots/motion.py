@@ -36,6 +36,7 @@ from crosscheck.checks.robots.weight import ROUNDED
 from crosscheck.findings import Finding, Subject
 from crosscheck.models.arm.layout import MESHES
 from crosscheck.models.robot.interface import RobotModel
+from crosscheck.models.robot.robot import JointStage
 from crosscheck.planning.comparison import Comparison
 
 LONGEST_S = 0.01  # of half a step along a motion
@@ -152,21 +153,31 @@ def held_teeth(case: RobotLevel) -> np.ndarray:
         held[:, row] += np.where(np.abs(x) > play, mesh.damping_N_s_per_m * v[:, row], 0.0)
     factors, offsets = robot.joint_map
     angles = q[:, : case.free] @ factors.T + offsets
-    first = case.free + len(robot.meshes)
-    for place, stage in zip(range(first, q.shape[1], 2), robot.stages, strict=True):
-        gears = stage.gears
-        waves = [mesh.planet_mesh(0).stiffness for mesh in (gears.sun_mesh, gears.ring_mesh)]
+    for columns, stage in zip(robot.stage_columns, robot.stages, strict=True):
+        gears, sides = stage.gears, (stage.gears.sun_mesh, stage.gears.ring_mesh)
+        waves = [side.planet_mesh(n).stiffness for side in sides for n in stage.groups]
         step = ALONG_RAD / gears.ring_teeth / max(map(highest_harmonic, waves))
         way = angles[:, stage.joint] + step * POINTS[:, None]
         for planet in range(gears.planet_count):
-            springs = planet_springs(gears, planet, way, (q[:, place], q[:, place + 1]))
-            for row, (name, spring) in enumerate(zip(MESHES, springs, strict=True), place):
+            x_sp, x_pr = rows = _displacement_rows(stage, planet)
+            displacements = q[:, columns] @ x_sp, q[:, columns] @ x_pr
+            springs = planet_springs(gears, planet, way, displacements)
+            for along, name, spring in zip(rows, MESHES, springs, strict=True):
                 reach = spring.gap[0] - np.clip(spring.gap[0], -spring.backlash, spring.backlash)
-                damped = mesh_damping(gears, name, planet) * v[:, row]
-                held[:, row] += spring.stiffness[0] * reach + np.where(reach, damped, 0.0)
+                damped = mesh_damping(gears, name, planet) * (v[:, columns] @ along)
+                force = spring.stiffness[0] * reach + np.where(reach, damped, 0.0)
+                held[:, columns] += force[:, None] * along
                 slope = energy_slope(spring, step)
                 held[:, : case.free] += slope[:, None] * factors[stage.joint]
     return held
+
+
+def _displacement_rows(stage: JointStage, planet: int) -> tuple[np.ndarray, np.ndarray]:
+    """Rows of x_sp and x_pr of a planet by its stage's coordinates, with the sun's advance x_s."""
+    if not stage.has_free_planets:
+        return np.array([1.0, 0.0]), np.array([0.0, 1.0])
+    coordinates = np.eye(1 + stage.gears.planet_count)
+    return coordinates[0] - coordinates[1 + planet], coordinates[1 + planet]
 
 
 def _check_forward(about: Subject, forces: np.ndarray, case: RobotLevel) -> Finding:

@@ -12,8 +12,6 @@ from xml.sax.saxutils import quoteattr
 from crosscheck.file_types import ROBOT_FILE, URDF_FILE
 from crosscheck.models.arm.arm import Arm, Direct, Planetary
 from crosscheck.models.arm.gears import PlanetaryStage
-from crosscheck.models.arm.planets import find_unlike_planets
-from crosscheck.models.errors import InputError
 from crosscheck.models.files import format_toml_fields, is_robot, parse_toml
 from crosscheck.models.loading import load_selection, validate_record
 from crosscheck.models.robot.file import RobotFile, build_robot, load_robot
@@ -59,7 +57,7 @@ def export_arm_as_robot(name: str, settings: list[str], out: Path) -> None:
     file = out.with_suffix(".toml")
     require_file(out, URDF_FILE, "--out")
     require_file(file, ROBOT_FILE, "--out")
-    text = write_as_robot(selection.arm, name, out.name)
+    text = write_as_robot(selection.arm, out.name)
     write_files({out: text.urdf, file: text.file})
     print(make_printable(f"wrote {out} and {file}: {len(selection.arm.joints)} joints"))
 
@@ -77,18 +75,13 @@ def load_as_robot(name: str) -> Robot:
 
 def _read_arm_as_robot(name: str) -> Robot:
     """The robot that is written of an arm. Raises InputError."""
-    text = write_as_robot(load_selection(name).arm, name, "arm.urdf")
+    text = write_as_robot(load_selection(name).arm, "arm.urdf")
     file = validate_record(RobotFile, parse_toml(text.file), name)
     return build_robot(file, text.urdf, name, name)
 
 
-def write_as_robot(arm: Arm, where: str, urdf: str) -> RobotText:
-    """The texts of an arm as a robot; where: the arm's file; urdf: name of the URDF.
-
-    Raises InputError for what a robot's file cannot say.
-    """
-    for field, value in find_unlike_planets(arm):
-        raise InputError(where, field, value, "a robot's planets are alike and mesh in phase")
+def write_as_robot(arm: Arm, urdf: str) -> RobotText:
+    """The texts of an arm as a robot; urdf: name of the URDF."""
     head = FILE_HEAD.format(urdf=urdf)
     return RobotText(
         "\n".join([URDF_HEAD.format(name=quoteattr(arm.name)) + "\n".join(_urdf_lines(arm)), ""]),

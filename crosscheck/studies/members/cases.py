@@ -131,7 +131,7 @@ class RobotMemberCase:
     @property
     def mesh_count(self) -> int:
         """Meshes that are worked out in a step, and joints, whose dynamics take about as long."""
-        meshes = len(self.robot.meshes) + 2 * len(self.robot.stages)
+        meshes = len(self.robot.meshes) + sum(2 * len(each.groups) for each in self.robot.stages)
         return 2 * len(self.robot.joints) + (meshes if self.level == "geared" else 0)
 
     @property
@@ -157,8 +157,8 @@ class RobotMemberCase:
     def perturb(self, seed: int, size_m: float) -> RobotMemberCase:
         """The case from a start whose mesh displacements differ by up to ``size_m``, by a seed."""
         start = self.scenario.start
-        free = len(self.robot.coordinates)
-        update = perturb_offsets(start, free, np.random.default_rng(seed), size_m)
+        planets, generator = self.robot.planet_counts, np.random.default_rng(seed)
+        update = perturb_offsets(start, planets, generator, size_m)
         moved = self.scenario.model_copy(update={"start": start.model_copy(update=update)})
         return replace(self, scenario=moved)
 

@@ -19,28 +19,34 @@ def perturb_start(case: Case, seed: int, size_m: float = PERTURBATION_M) -> Case
     scenario says of the start.
     """
     generator = np.random.default_rng(seed)
-    start, joints = case.scenario.start, len(case.arm.joints)
-    update = perturb_offsets(start, joints, generator, size_m)
-    if case.switches.planets == "free":
-        counts = [joint.planet_count for joint in case.arm.joints]
-        displacements = [size_m * generator.uniform(-1, 1, count) for count in counts]
-        update["planet_offset_m"] = tuple(
-            _sum(planet_offsets(start, joint, counts[joint]), displacements[joint])
-            for joint in range(joints)
-        )
+    start = case.scenario.start
+    free = case.switches.planets == "free"
+    counts = [joint.planet_count if free else 0 for joint in case.arm.joints]
+    update = perturb_offsets(start, counts, generator, size_m)
     moved = start.model_copy(update=update)
     return case._replace(scenario=case.scenario.model_copy(update={"start": moved}))
 
 
 def perturb_offsets(
-    start: Start, joints: int, generator: np.random.Generator, size_m: float
+    start: Start, planets: Sequence[int], generator: np.random.Generator, size_m: float
 ) -> dict[str, object]:
-    """Fields of a start whose offsets of both meshes differ by up to ``size_m``."""
+    """Fields of a start whose offsets of both meshes, and planets, differ by up to ``size_m``.
+
+    planets: of each joint that move by themselves.
+    """
+    joints = len(planets)
     sun, ring = size_m * generator.uniform(-1, 1, (2, joints))
-    return {
+    changed: dict[str, object] = {
         "sun_planet_offset_m": _sum(expand_to_joints(start.sun_planet_offset_m, joints), sun),
         "planet_ring_offset_m": _sum(expand_to_joints(start.planet_ring_offset_m, joints), ring),
     }
+    if any(planets):
+        displacements = [size_m * generator.uniform(-1, 1, count) for count in planets]
+        changed["planet_offset_m"] = tuple(
+            _sum(planet_offsets(start, joint, planets[joint]), displacements[joint])
+            for joint in range(joints)
+        )
+    return changed
 
 
 def _sum(given: Sequence[float], more: np.ndarray) -> tuple[float, ...]:
