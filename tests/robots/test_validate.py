@@ -267,6 +267,22 @@ def test_one_torque_for_many_joints_flings_none_of_them():
     np.testing.assert_allclose(first, second, rtol=0, atol=1e-12)
 
 
+def test_friction_that_stops_a_joint_at_once_leaves_the_runs_out_with_a_line():
+    """At c / I above 2.5e8 1/s; the states are still asked."""
+    for friction, are_asked in ((1e3, True), (1e10, False)):
+        given = {"swing": {"kind": "direct", "friction_N_m_s_per_rad": friction}}
+        plan = robots.plan_robot(CrossCheckRequest(robot(BOB, given), quick=True))
+        asked = {each.about.key.quantity for each in plan.comparisons}
+        assert {"mass_matrix", "forward_dynamics"} < asked
+        for quantity in ("run", "simulation", "order-of-convergence", "energy"):
+            is_of_runs = [
+                each.about.key.quantity == quantity and each.about.key.family != "states"
+                for each in plan.comparisons
+            ]
+            assert any(is_of_runs) == are_asked
+        assert any("no runs, since steps" in line for line in plan.remarks) != are_asked
+
+
 def test_every_question_to_a_model_has_a_size():
     assert {each.__name__ for each in engines.QUESTIONS} == {*engines.SIZE_WORDS}
 

@@ -24,6 +24,7 @@ FIRST_PRINCIPLES = "first principles"
 WEIGHTS = 4 / 5, -1 / 5, 4 / 105, -1 / 280
 TURN_RAD, SLIDE_M = 0.04, 0.1
 SLOPE_STATES = 4  # of all states, the first
+LEAST_RUN_S = 1e-8  # of a run: in less a joint moves by little more than its angle's rounding
 
 
 @dataclass(frozen=True)
@@ -47,6 +48,11 @@ class RobotLevel:
     def name(self) -> str:
         """Robot and level, as ids have them."""
         return f"{self.robot.name}/{self.level}"
+
+    @property
+    def has_runs(self) -> bool:
+        """Whether steps that resolve meshes and friction move the joints by more than rounding."""
+        return self.run_s >= LEAST_RUN_S
 
     @property
     def free(self) -> int:

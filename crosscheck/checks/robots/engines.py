@@ -88,7 +88,7 @@ QUESTIONS: tuple[RobotQuestion, ...] = (
 def plan(models: Sequence[SampledRobot]) -> Iterator[Comparison]:
     """Comparisons of the two models' answers to each question."""
     for left, right in pair_models(models):
-        for question in QUESTIONS:
+        for question in QUESTIONS if left.case.has_runs else QUESTIONS[:-1]:
             yield _plan_pair(left, right, question)
 
 

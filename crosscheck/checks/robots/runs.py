@@ -47,7 +47,7 @@ def plan(models: Sequence[SampledRobot]) -> Iterator[Comparison | str]:
     """Comparisons of each model's runs with the integrator's order, and with their own energy."""
     for sampled in models:
         case = sampled.case
-        if case.level == "geared":
+        if case.level == "geared" or not case.has_runs:
             continue
         kept = frictionless_ends if case.robot.friction.any() else refined_ends
         for quantity, against, judge, question in (
