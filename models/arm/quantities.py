@@ -7,7 +7,7 @@ keeps out what no machine is and no arithmetic can use, such as 1e308 kg or 5e-3
 from __future__ import annotations
 
 from dataclasses import dataclass
-from typing import Annotated, Any, Literal, TypeVar
+from typing import TYPE_CHECKING, Annotated, Any, Literal, TypeVar
 
 import pydantic
 from pydantic import BaseModel, ConfigDict, Discriminator, Field, Tag
@@ -20,6 +20,18 @@ class Data(BaseModel):
     model_config = ConfigDict(
         frozen=True, extra="forbid", strict=True, use_attribute_docstrings=True
     )
+    if TYPE_CHECKING:
+        _hash: int
+    __slots__ = ("_hash",)  # in a slot it is neither copied with the record nor pickled
+
+    def __hash__(self) -> int:
+        """The hash of all fields, worked out once: tables of results are keyed by whole arms."""
+        try:
+            return self._hash
+        except AttributeError:
+            fields = map(self.__dict__.__getitem__, type(self).model_fields)
+            object.__setattr__(self, "_hash", hash((type(self), *fields)))
+            return self._hash
 
 
 class Limit:
