@@ -13,6 +13,7 @@ import numpy as np
 import xarray as xr
 from matplotlib.artist import Artist
 from matplotlib.axes import Axes
+from matplotlib.backends.backend_svg import FigureCanvasSVG
 from matplotlib.figure import Figure
 from matplotlib.ticker import LogFormatter
 
@@ -23,6 +24,7 @@ from crosscheck.signals import envelope
 BINS = 600  # of half the page's width: more than two for every point of it
 LEGEND_LETTERS, KEY_LETTERS = 120, 9  # that fit beside each other; as wide as an entry's line
 MICRO, KILO = 1e6, 1e-3
+SVG_DPI = 72  # a unit of SVG is a point
 NOT_REACHED = "the run ends before"
 
 
@@ -44,9 +46,21 @@ def to_svg(figure: Figure) -> str:
     """The figure as an <svg> element."""
     stream = io.StringIO()
     with _style():
+        _place_axes(figure)
         figure.savefig(stream, format="svg", metadata={"Date": None})
     text = stream.getvalue()
     return _IMAGE_ID.sub(r"\1", text[text.index("<svg") :])
+
+
+def _place_axes(figure: Figure) -> None:
+    """Lay the axes out for SVG, for which ``savefig`` would draw the whole figure once more."""
+    engine, dpi = figure.get_layout_engine(), figure.dpi
+    if engine is not None:
+        FigureCanvasSVG(figure)
+        figure.dpi = SVG_DPI
+        engine.execute(figure)
+        figure.set_layout_engine(None)
+        figure.dpi = dpi
 
 
 def fix_links(html: str) -> str:
