@@ -16,6 +16,7 @@ from crosscheck.audit.experiments.study import Study
 from crosscheck.audit.figures.chapter import NUMBERS
 from crosscheck.audit.measures.undefined import UNDEFINED
 from crosscheck.audit.page import report
+from crosscheck.report.plots import figures
 from tests.audit.markup import SVG, axis_problems, page_problems, uneven_tables
 from tests.audit.published import BRIEF, Published, few_settings
 from tests.loops import require_items
@@ -27,9 +28,13 @@ TEX = ("printed_tex", "derived_tex")
 
 @pytest.fixture(scope="module")
 def published(tmp_path_factory: pytest.TempPathFactory, kept: Path) -> Published:
-    """The whole page; every test that looks at it is in this module, so that it is made once."""
+    """The whole page; every test that looks at it is in this module, so that it is made once.
+
+    Axes stand where they were made: how much room they leave each other is asked by no test of it.
+    """
     study, out = Study(kept), tmp_path_factory.mktemp("published")
-    with few_settings(*READINGS):
+    with few_settings(*READINGS), pytest.MonkeyPatch.context() as patch:
+        patch.setattr(figures, "_place_axes", lambda figure: figure.set_layout_engine(None))
         made = report.write_paper(study, out, BRIEF)
     return Published(study, out, {chapter.id: chapter for chapter in made})
 

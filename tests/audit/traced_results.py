@@ -72,6 +72,9 @@ def traced() -> dict[str, dict[str, list[str]]]:
     numba.extending.intrinsic = lambda typed: pointer
     numba.njit, numba.vectorize = uncompiled, lambda **_: importlib.import_module("numpy").vectorize
     questions = build_questions()
+    sources = importlib.import_module("crosscheck.runner.sources")
+    for asked in questions.values():  # files are read for their imports once, not by every child
+        sources.find_source_files(type(asked).__module__)
     return {name: in_child(partial(looked_at, asked)) for name, asked in questions.items()}
 
 
