@@ -4,7 +4,7 @@ By NumPy every model's equations are evaluated as they stand in analytic.derivat
 Python the kernels' text is run, every operation rounded as IEEE 754 says.
 """
 
-from collections.abc import Iterator
+from collections.abc import Iterator, Sequence
 from contextlib import contextmanager
 from dataclasses import dataclass
 from functools import lru_cache
@@ -427,21 +427,27 @@ def test_precise_runs_are_their_texts_bit_for_bit(name):
     assert_same_bits(ours, theirs)
 
 
+@lru_cache(maxsize=1)  # one for all lanes
+def run_of_terms(model: AnalyticModel) -> tuple[Sequence[np.ndarray], Sequence[np.ndarray]]:
+    """States q, v (records, n) of a model's run by its terms, and how far rounding moves them."""
+    right = run(parts_of(model), model.scenario, model.start())
+    apart = [np.zeros_like(each) for each in right]
+    for seed in range(4):
+        start = rounded(model.start(), np.random.default_rng(seed))
+        other = run(moved(model, seed), model.scenario, start)
+        apart = [np.maximum(a, abs(o - r)) for a, o, r in zip(apart, other, right, strict=True)]
+    return right, apart
+
+
 @pytest.mark.parametrize("lanes", [1, BLOCK_LANES])
 def test_runs_are_those_of_the_terms_to_rounding(model, lanes):
     whole, scenario = Batch([model], lanes), model.scenario
     records = [whole.advance(scenario.steps // scenario.stride, scenario.stride)]
     records.append(whole.advance(1, 0))
     made = [np.concatenate([r[kind][:, :, 0] for r in records]) for kind in range(2)]
-    right = run(parts_of(model), scenario, model.start())
-    apart = [np.zeros_like(each) for each in right]
-    for seed in range(4):
-        start = rounded(model.start(), np.random.default_rng(seed))
-        other = run(moved(model, seed), scenario, start)
-        apart = [np.maximum(a, abs(o - r)) for a, o, r in zip(apart, other, right, strict=True)]
     missed = [
         miss
-        for name, *kinds in zip(("q", "v"), made, right, apart, strict=True)
+        for name, *kinds in zip(("q", "v"), made, *run_of_terms(model), strict=True)
         for of in (model.layout.angular, ~model.layout.angular)
         for miss in _missed(name, *(kind[:, of] for kind in kinds))
     ]
