@@ -32,7 +32,7 @@ from crosscheck.run import CrossCheck, cases_by_run, runs_by_key
 from crosscheck.runner.tasks import RunKey, Simulation
 from crosscheck.runner.workers import perform_all
 
-DURATION_S = 0.02  # PD: impact of the start, mesh vibration, its decay
+DURATION_S = 0.01  # PD: impact of the start, mesh vibration, its decay
 ANALYTIC, EXUDYN = RunKey("pd", "analytic:physical"), RunKey("pd", "exudyn:tree")
 NUDGED = replace(ANALYTIC, variant="nudged")
 RENEW = "crosscheck baseline accept paper-labelled --quick"

@@ -174,7 +174,7 @@ def test_a_run_that_cannot_be_recorded_is_not_accepted(command, result, capsys):
     assert command(*ACCEPT, result=short.with_run(result, short.ANALYTIC, half)) == 1
     out = capsys.readouterr().out
     assert f"{short.ANALYTIC} cannot be recorded: " in out
-    assert "must be times that rise from 0 to 0.02 s" in out
+    assert f"must be times that rise from 0 to {short.DURATION_S} s" in out
     assert "0 differing checks, 1 lost run: nothing recorded" in out
 
 

@@ -21,7 +21,7 @@ from crosscheck.models.arm.arm import Arm
 from crosscheck.models.errors import InputError
 from crosscheck.models.experiment.scenario import Switches
 from crosscheck.planning.plan import CrossCheckRequest
-from tests.baselines.short import ANALYTIC, RENEW, Change, edited, quick
+from tests.baselines.short import ANALYTIC, DURATION_S, RENEW, Change, edited, quick
 from tests.obstacles import OBSTACLES
 
 # Names
@@ -129,7 +129,7 @@ REFUSED: dict[str, tuple[Change, str]] = {
     "nothing for a number": (_set(None, "sampled theta", "rows", 3, 1), "theta.rows.3.1: "),
     "half a run": (
         lambda data: _theta(data).update(rows=_theta(data)["rows"][:10]),
-        "theta.rows: must be times that rise from 0 to 0.02 s",
+        f"theta.rows: must be times that rise from 0 to {DURATION_S} s",
     ),
     "a joint less": (
         lambda data: _theta(data).update(rows=[row[:2] for row in _theta(data)["rows"]]),

@@ -26,7 +26,7 @@ def model_of(arm: str, switches: dict[str, str], duration_s: float = 0.02) -> Ph
 
 @pytest.mark.parametrize(("arm", "switches"), ARMS)
 def test_agrees_with_scipy_as_well_as_scipy_with_itself(arm, switches):
-    model = model_of(arm, switches)
+    model = model_of(arm, switches, 0.008)
     precise, fine, coarse = model.precise(1e-11), model.reference(1e-11), model.reference(1e-9)
     for name in require_items(SIGNALS):
         size = np.nanmax(np.abs(fine[name].values))
