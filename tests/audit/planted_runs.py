@@ -26,7 +26,7 @@ PD_CASE = load_case("paper-labelled", "pd", {"phase": "omega_t"}, [])
 TORQUE_CASE = load_case("paper-labelled", "constant-torque", {}, [])
 SHAKEN_CASE = load_case("paper-labelled", "back-and-forth", {}, [])
 TARGET = np.pi / 6
-RUNS = {"pd": 200, "constant torque": 120, "back and forth": 60}
+RUNS = {"pd": 100, "constant torque": 120, "back and forth": 60}
 Numbers = dict[str, float | None]
 
 
