@@ -2,11 +2,15 @@
 
 from __future__ import annotations
 
+from collections.abc import Iterator, Sequence
+
 import numpy as np
 
 from crosscheck.analytic.robot.model import AnalyticRobot
+from crosscheck.checks.robots.states import RandomStates
 from crosscheck.models.robot.robot import BASE, Level, Robot
 from crosscheck.trial.coordinates.readings import (
+    FITS,
     JointCoordinates,
     Reading,
     has_same_values,
@@ -25,7 +29,8 @@ def find_readings(problem: RobotProblem) -> tuple[Level | None, list[Reading]]:
     for group in (list_readings(joints), list_pairs(joints)):
         for level in levels:
             model = AnalyticRobot(problem.robot, level)
-            if readings := [each for each in group if _agrees(each, model, problem)]:
+            likely = _screen(group, model, problem) if group else []
+            if readings := [each for each in likely if _agrees(each, model, problem)]:
                 return level, select_first_kind(readings)
     return None, []
 
@@ -51,42 +56,60 @@ def describe_coordinates(robot: Robot) -> JointCoordinates:
 
 
 def _agrees(reading: Reading, model: AnalyticRobot, problem: RobotProblem) -> bool:
-    user_values = problem.answers.values
-    if "mass_matrix" in user_values:  # which most readings do not have
-        mass = model.mass_matrix(problem.states.q @ reading.position.T + reading.offset)
-        mass = reading.rows.T @ mass @ reading.rates
-        if not has_same_values(user_values, {"mass_matrix": mass}):
-            return False
-    is_driven = bool({"force", "acceleration"} & set(problem.parts))
     return any(
-        has_same_values(user_values, _evaluate(reading, model, problem, by_rows=by_rows))
-        for by_rows in ((False, True) if is_driven else (False,))
+        has_same_values(problem.answers.values, {part: each[0] for part, each in values.items()})
+        for values in _generate_values([reading], model, problem.states, problem)
     )
 
 
-def _evaluate(
-    reading: Reading, model: AnalyticRobot, problem: RobotProblem, *, by_rows: bool
-) -> dict[str, np.ndarray]:
-    """What the equations would say of each part at the states if x were other coordinates.
+def _screen(
+    readings: Sequence[Reading], model: AnalyticRobot, problem: RobotProblem
+) -> list[Reading]:
+    """The readings that agree at the first state, which most do not: all at once.
 
-    by_rows: whether torques are those of the robot's joints, not of x.
+    What is right at all states is as large as the answers there, but for what readings may leave.
     """
-    states = problem.states
-    q, v = states.q @ reading.position.T + reading.offset, states.v @ reading.rates.T
-    mass, bias, gravity = model.terms(q, v)
-    mass = reading.rows.T @ mass @ reading.rates
-    bias, gravity = bias @ reading.rows, gravity @ reading.rows
-    torques = states.torques @ reading.rows if by_rows else states.torques
-    whole = np.einsum("sij,sj->si", mass, states.a) + bias
-    friction_in_bias = problem.loads_in_force - states.torques
+    user_values, first = problem.answers.values, problem.states.first(1)
+    agree = np.zeros(len(readings), dtype=bool)
+    for values in _generate_values(readings, model, first, problem):
+        fits = np.ones(len(readings), dtype=bool)
+        for part, right in values.items():
+            off = np.abs(right - user_values[part][:1]).reshape(len(readings), -1).max(axis=1)
+            fits &= off <= 2 * FITS * np.abs(user_values[part]).max()
+        agree |= fits
+    return [each for each, fits in zip(readings, agree, strict=True) if fits]
+
+
+def _generate_values(
+    readings: Sequence[Reading], model: AnalyticRobot, states: RandomStates, problem: RobotProblem
+) -> Iterator[dict[str, np.ndarray]]:
+    """What the equations would say of each part (readings, states, ...) if x were as read.
+
+    Where a part takes torques, then as if these were those of the robot's joints, not of x.
+    """
+    position, rates, rows, offset = (
+        np.array([getattr(each, name) for each in readings])
+        for name in ("position", "rates", "rows", "offset")
+    )
+    q = states.q @ position.swapaxes(1, 2) + offset[:, None]
+    v = states.v @ rates.swapaxes(1, 2)
+    shape = q.shape
+    terms = model.terms(q.reshape(-1, shape[2]), v.reshape(-1, shape[2]))
+    mass, bias, gravity = (each.reshape(*shape[:2], *each.shape[1:]) for each in terms)
+    mass = rows.swapaxes(1, 2)[:, None] @ mass @ rates[:, None]
+    bias, gravity = bias @ rows, gravity @ rows
+    whole = np.einsum("rsij,sj->rsi", mass, states.a) + bias
+    held = problem.loads_in_force[: shape[1]] - problem.states.torques[: shape[1]]  # by friction
     values = {
         "mass_matrix": mass,
         "bias": bias,
         "gravity": gravity,
         "inverse_dynamics": whole + (0 if problem.answers.weightless else gravity),
-        "force": torques + friction_in_bias - problem.weights_in_force(gravity),
     }
-    if "acceleration" in problem.parts:
-        pushed = torques - bias - gravity
-        values["acceleration"] = np.linalg.solve(mass, pushed[..., None])[..., 0]
-    return {part: values[part] for part in problem.parts}
+    is_driven = bool({"force", "acceleration"} & set(problem.parts))
+    for torques in (states.torques, states.torques @ rows) if is_driven else (states.torques,):
+        values["force"] = torques + held - problem.weights_in_force(gravity)
+        if "acceleration" in problem.parts:
+            pushed = torques - bias - gravity
+            values["acceleration"] = np.linalg.solve(mass, pushed[..., None])[..., 0]
+        yield {part: values[part] for part in problem.parts}
