@@ -208,7 +208,7 @@ def ask(
     states: RandomStates,
     sizes: RobotSizes,
     friction: Friction,
-    jobs: int,
+    workers: Workers,
     progress: ProgressCallback,
 ) -> RobotAnswers:
     """Ask all functions of the equations of a robot that are supplied under a name.
@@ -219,7 +219,7 @@ def ask(
     outcomes = call_functions(
         {part: list(part_blocks.values()) for part, part_blocks in blocks.items()},
         name,
-        jobs,
+        workers,
         progress,
     )
     failures = {part: each for part, each in outcomes.items() if isinstance(each, Failure)}
@@ -302,16 +302,15 @@ def _split_nonlinear_effects(answers: Mapping[str, Blocks], sizes: RobotSizes) -
 def call_functions(
     states_by_part: Mapping[str, Sequence[RandomStates]],
     name: str,
-    jobs: int,
+    workers: Workers,
     progress: ProgressCallback,
 ) -> dict[str, np.ndarray | Failure]:
-    """Call functions of the supplied equations at states, each by a worker; answers by part.
+    """Call functions of the supplied equations at states, in workers; answers by part.
 
     Raises InputError for answers that can be none of this robot.
     """
     tasks = {part: make_part_task(name, part, states) for part, states in states_by_part.items()}
-    with Workers(min(jobs, len(tasks))) as workers:
-        outcomes: Mapping[Any, Any] = run_tasks(workers, list(tasks.values()), progress).outcomes
+    outcomes: Mapping[Any, Any] = run_tasks(workers, list(tasks.values()), progress).outcomes
     answers = {part: outcomes[task] for part, task in tasks.items()}
     for outcome in answers.values():
         if isinstance(outcome, InputError):

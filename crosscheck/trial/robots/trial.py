@@ -17,6 +17,7 @@ from crosscheck.models.robot.robot import Level, Robot, remove_friction
 from crosscheck.registry import Entry, register
 from crosscheck.runner.outcomes import Failure
 from crosscheck.runner.progress_update import ProgressCallback, ignore_progress
+from crosscheck.runner.workers import Workers
 from crosscheck.trial.input.calls import LOADS
 from crosscheck.trial.input.equations import Equations
 from crosscheck.trial.input.loading import require_robot_equations
@@ -209,9 +210,9 @@ def _run_trial(
     questions = prepare_questions(equations, robot, name, seed)
     motors, states, sizes = questions.motors, questions.states, questions.sizes
     level = questions.level
-    with register(name, questions.entry):
-        answers = ask(name, robot, states, sizes[level], friction, jobs, progress)
-        self_differences = _ask_about_itself(name, robot, states, answers, jobs, progress)
+    with register(name, questions.entry), Workers(jobs) as workers:
+        answers = ask(name, robot, states, sizes[level], friction, workers, progress)
+        self_differences = _ask_about_itself(name, robot, states, answers, workers, progress)
         taken = friction.torques(states.v)
         pushed = states._replace(torques=states.torques - taken)
         problem = RobotProblem(
@@ -222,7 +223,7 @@ def _run_trial(
             source = answers.sources["bias"]
             sampled_states = make_rate_states(select_rate_states(states))
             source = "bias" if source == NONLINEAR else source
-            (answer,) = call_functions({source: sampled_states}, name, jobs, progress).values()
+            (answer,) = call_functions({source: sampled_states}, name, workers, progress).values()
             if isinstance(answer, Failure):
                 return None
             parts = np.split(answer, len(sampled_states))
@@ -241,7 +242,7 @@ def _run_trial(
         if distances:
             diagnosis = diagnose(problem, distances, rates)
         if equations.drive is None and not {each.part for each in diagnosis.entries} & set(SINGLE):
-            idle = _find_idle_joints(problem, states, motors, diagnosis, jobs, progress)
+            idle = _find_idle_joints(problem, states, motors, diagnosis, workers, progress)
             notes = _describe_idle_joints(problem.names, motors, idle, equations)
             diagnosis = replace(diagnosis, notes=(*diagnosis.notes, *notes))
     relative_errors = problem.relative_errors(
@@ -272,7 +273,7 @@ def _ask_about_itself(
     robot: Robot,
     states: RandomStates,
     answers: RobotAnswers,
-    jobs: int,
+    workers: Workers,
     progress: ProgressCallback,
 ) -> dict[str, SelfDifference]:
     """How far the equations are from what they owe to themselves, of functions that answer."""
@@ -280,7 +281,7 @@ def _ask_about_itself(
     if not parts:
         return {}
     moved = make_slope_states(robot, states)
-    slopes = call_functions(dict.fromkeys(parts, moved), name, jobs, progress)
+    slopes = call_functions(dict.fromkeys(parts, moved), name, workers, progress)
     values = dict(answers.values)
     if answers.speeds is not None and answers.sources["bias"] == "bias":
         values["bias"] = values["bias"] - answers.speeds[:, -1]  # what is at rest is told apart
@@ -302,7 +303,7 @@ def _find_idle_joints(
     states: RandomStates,
     motors: Sequence[int],
     diagnosis: RobotDiagnosis,
-    jobs: int,
+    workers: Workers,
     progress: ProgressCallback,
 ) -> list[int]:
     """The coordinates whose motor's torque changes nothing of the parts that are wrong."""
@@ -310,7 +311,7 @@ def _find_idle_joints(
     changed = make_torque_states(states, motors)
     if not wrong or not changed:
         return []
-    answers = call_functions(dict.fromkeys(wrong, changed), problem.name, jobs, progress)
+    answers = call_functions(dict.fromkeys(wrong, changed), problem.name, workers, progress)
     idle = set(motors)
     for part, answer in answers.items():
         if isinstance(answer, Failure):
