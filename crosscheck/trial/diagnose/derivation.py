@@ -13,7 +13,7 @@ import numpy as np
 
 from crosscheck.analytic.derivation.bodies import Body
 from crosscheck.trial.coordinates.differences import fold_rate_pairs
-from crosscheck.trial.diagnose.terms.polynomial import as_polynomial
+from crosscheck.trial.diagnose.terms.polynomial import Polynomial
 from crosscheck.trial.diagnose.terms.values import Values
 
 
@@ -64,7 +64,9 @@ def move_body(body: Body, links: np.ndarray, columns: np.ndarray, values: Values
 
 def evaluate_quantity(quantity: Any, values: Values) -> float:
     """A number or polynomial of the arm's symbols."""
-    return float(sum(each.value(values) for each in as_polynomial(quantity).monomials))
+    if not isinstance(quantity, Polynomial):
+        return float(quantity)
+    return float(sum(each.value(values) for each in quantity.monomials))
 
 
 class Effects(NamedTuple):

@@ -214,7 +214,7 @@ class Derivation:
         """One number by another in all bodies; in one of them."""
         for owner, pairs in (self.groups[-2], *self.groups[:-2]):
             for symbol in self._symbols:
-                concerned = [pair for pair in pairs if symbol in _list_symbols(pair[0])]
+                concerned = [pair for pair in pairs if symbol in self._symbols_of[id(pair[0])]]
                 if not concerned or (owner == EVERY and len(concerned) == 1):
                     continue
                 for text, value, by in generate(symbol):
@@ -225,12 +225,17 @@ class Derivation:
 
     @cached_property
     def _symbols(self) -> list[str]:
-        return [*dict.fromkeys(name for body, _ in self.pairs for name in _list_symbols(body))]
+        return [*dict.fromkeys(name for each in self._symbols_of.values() for name in each)]
+
+    @cached_property
+    def _symbols_of(self) -> dict[int, dict[str, None]]:
+        """Symbols of each body's numbers, by its identity."""
+        return {id(body): _list_symbols(body) for body, _ in self.pairs}
 
     def _replace_numbers(
         self, mistake: Mistake, pairs: Iterable[Pair], numbers: Mapping[str, float]
     ) -> Mistake:
-        concerned = [p for p in pairs if not numbers.keys().isdisjoint(_list_symbols(p[0]))]
+        concerned = [p for p in pairs if not numbers.keys().isdisjoint(self._symbols_of[id(p[0])])]
         return _change(
             mistake, [(self._move(body, **numbers), motion) for body, motion in concerned]
         )
@@ -336,6 +341,10 @@ class Derivation:
         """Another angle or rate of one lever or link, in one body or in all."""
         names, owners = self.frame.names, [_name_owner(body) for body, _ in self.pairs]
         for place, right in enumerate(self.links):
+            levers = [
+                f"{_name_lever(body, place)} of {owner}"
+                for (body, _), owner in zip(self.pairs, owners, strict=True)
+            ]
             turning = [motion.inertia and _is_same(motion.turn, right) for _, motion in self.pairs]
             for row in self._other_rows:
                 if _is_same(row, right):
@@ -350,13 +359,13 @@ class Derivation:
                         for each in (row, right)
                     )
                     every = []
-                    for (body, motion), changed, owner in zip(
-                        self.pairs, wrong, owners, strict=True
+                    for (_, motion), changed, lever, owner in zip(
+                        self.pairs, wrong, levers, owners, strict=True
                     ):
                         if what not in changed:
                             continue
                         every.append((changed[what], motion))
-                        where = words.format(f"{_name_lever(body, place)} of {owner}", owner)
+                        where = words.format(lever, owner)
                         if what != "all":
                             yield _change(Mistake(Term(where), yours, belongs), every[-1:])
                     if len(every) > 1:

@@ -42,6 +42,7 @@ TermGroup = tuple[EntryTerms, float]
 Fits = Callable[[np.ndarray], np.ndarray]  # of changes (terms, arms): which make a difference
 LENGTHS = ("L", "d", "r_s", "r_p", "r_c", "r_cp")
 INERTIAS = ("I_l", "J_r", "J_m")
+MULTIPLES = 3  # of a symbol, the last of its forms
 MOST_SHARED = 12  # symbols of which an error may concern all terms at once
 
 
@@ -62,10 +63,10 @@ class Candidate(NamedTuple):
     key: TermKey | None = None  # of an angle: where yours stands
 
     @property
-    def fingerprint(self) -> tuple[tuple[TermKey, str], ...]:
+    def fingerprint(self) -> frozenset[tuple[TermKey, str]]:
         """The changes on the last arm, whose numbers are unrelated: equal for the same error."""
-        last = ((key, f"{change[-1]:.9e}") for key, change in self.change.items() if change[-1])
-        return tuple(sorted(last))
+        last = ((key, change[-1]) for key, change in self.change.items())
+        return frozenset((key, f"{number:.9e}") for key, number in last if number)
 
 
 def group_terms(entry: EntryTerms) -> list[TermGroup]:
@@ -132,6 +133,8 @@ class CandidateSet:
             symbol: list(generate_alternatives(symbol, values))
             for symbol in {symbol for product in entry for symbol in product.symbols}
         }
+        self.forms = {symbol: list(self._forms(symbol)) for symbol in self.others}
+        self._power_changes: dict[tuple[str, int, int], np.ndarray] = {}
 
     def _value(self, monomial: Monomial) -> np.ndarray:
         some = next(iter(self.values.values()))
@@ -200,10 +203,15 @@ class CandidateSet:
             rest = Monomial(number, tuple(power for power in powers if power[0] != symbol))
             sizes.append((self._value(rest), dict(powers)[symbol]))
         in_powers = len({power for _, power in sizes}) > 1
-        for other in (*self.others[symbol], *self._forms(symbol, in_powers=in_powers)):
+        alternatives = [*self.others[symbol], *self.forms[symbol]]
+        # Of one power throughout, a multiple of the symbol is but a factor of the terms.
+        for place, other in enumerate(alternatives if in_powers else alternatives[:-MULTIPLES]):
             change = add_changes(
                 inside,
-                (rest * (_power(other.value, p) - _power(symbol_value, p)) for rest, p in sizes),
+                (
+                    rest * self._change_power(symbol, place, other.value, power)
+                    for rest, power in sizes
+                ),
             )
             cost = 1.0 + other.cost + extra
             yield Candidate("swapped", inside, change, cost, other.text, symbol)
@@ -228,10 +236,17 @@ class CandidateSet:
             change = add_changes(inside, (size * (other.value**p - 1) for size, p in sizes))
             yield Candidate("swapped", inside, change, 1.0 + other.cost + extra, other.text, right)
 
-    def _forms(self, symbol: str, *, in_powers: bool) -> Iterator[Alternative]:
-        """Forms of the symbol itself: its square, nothing, and where it has powers its multiples.
+    def _change_power(self, symbol: str, place: int, value: Any, power: int) -> np.ndarray:
+        """What the alternative at a place of a symbol's, with this value, changes of its power."""
+        key = symbol, place, power
+        if key not in self._power_changes:
+            right = _power(self.values[symbol], power)
+            self._power_changes[key] = _power(value, power) - right
+        return self._power_changes[key]
 
-        Of one power throughout, a multiple of the symbol is but a factor of the terms.
+    def _forms(self, symbol: str) -> Iterator[Alternative]:
+        """Forms of the symbol itself: its square, nothing, and last its multiples.
+
         Of a component of gravity also its sign alone, for g is written as a positive number.
         """
         value = self.values[symbol]
@@ -239,10 +254,9 @@ class CandidateSet:
             yield Alternative("-1", -np.ones_like(value), 0.45)
         yield Alternative(f"{symbol}^2", value**2, 0.5)
         yield Alternative("1", np.ones_like(value), 0.45)
-        if in_powers:
-            yield Alternative(f"-{symbol}", -value, 0.3)
-            yield Alternative(f"2 {symbol}", 2 * value, 0.3)
-            yield Alternative(f"{symbol}/2", value / 2, 0.3)
+        yield Alternative(f"-{symbol}", -value, 0.3)
+        yield Alternative(f"2 {symbol}", 2 * value, 0.3)
+        yield Alternative(f"{symbol}/2", value / 2, 0.3)
 
     def generate_angle_candidates(self, keys: Sequence[TermKey]) -> Iterator[Candidate]:
         """Candidates in which terms before one wave stand before another of these keys instead."""

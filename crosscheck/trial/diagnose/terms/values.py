@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import re
 from collections.abc import Callable, Iterable, Iterator, Mapping
+from functools import cache
 from typing import Any, NamedTuple
 
 import numpy as np
@@ -83,6 +84,7 @@ class Alternative(NamedTuple):
     cost: float
 
 
+@cache
 def parse_symbol(symbol: str) -> SymbolName:
     """The parts of a symbol's name."""
     match = re.fullmatch(r"(.*?)(\d+)(_\d+)?", symbol)
