@@ -234,6 +234,7 @@ def test_nothing_is_guessed_where_nothing_fits(sliding):
     assert found.notes == ("gravity alone is wrong; mass_matrix and bias are right",)
 
 
+@pytest.mark.usefixtures("workers")
 def test_threads_are_judged_by_their_own_equations(sliding):
     right = equations(sliding)
     wrong = replace(right, gravity=lambda q: 2 * right.gravity(q))
@@ -254,6 +255,7 @@ UNUSABLE = {
 }
 
 
+@pytest.mark.usefixtures("workers")
 @pytest.mark.parametrize("words", UNUSABLE)
 def test_answers_that_are_no_part_are_refused_with_what_came(sliding, words):
     part, answer = UNUSABLE[words]
@@ -299,6 +301,7 @@ empty, numbers = SimpleNamespace(), SimpleNamespace(bias=3.0)
 """
 
 
+@pytest.mark.usefixtures("workers")
 def test_the_command_names_it_and_writes_all_files(crosscheck, tmp_path):
     (tmp_path / "mine.py").write_text(CODE)
     file, junit = tmp_path / "mine.json", tmp_path / "mine.xml"

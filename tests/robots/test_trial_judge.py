@@ -336,6 +336,7 @@ BROKEN = {
 }
 
 
+@pytest.mark.usefixtures("workers")
 @pytest.mark.parametrize("case", BROKEN)
 def test_a_part_that_does_not_answer_costs_that_part_alone(two, impatient, case):
     function, verdict, words = BROKEN[case]
