@@ -5,9 +5,9 @@ import builtins
 import re
 import tomllib
 from collections import Counter
-from collections.abc import Iterator
 from functools import cache
 from pathlib import Path
+from typing import NamedTuple
 
 import pytest
 
@@ -22,9 +22,38 @@ FOLDERS = ("models", "analytic", "crosscheck", "audit")
 FILES = sorted(file for folder in FOLDERS for file in (ROOT / folder).rglob("*.py"))
 
 
+class FileNames(NamedTuple):
+    """The names of a file: docs are its docstrings by what has them; words are counted."""
+
+    functions: list[str]
+    classes: list[str]
+    imported: set[str]
+    docs: list[tuple[str, str]]
+    words: Counter[str]
+
+
 @cache
-def parse_file(file: Path) -> ast.Module:
-    return ast.parse(file.read_text(encoding="utf-8"))
+def read_names(file: Path) -> FileNames:
+    """In one walk; the tree, a hundred times as large, is not kept."""
+    tree = ast.parse(file.read_text(encoding="utf-8"))
+    tops = [each.name for each in tree.body if isinstance(each, ast.FunctionDef)]
+    found = FileNames([name for name in tops if name[0] != "_"], [], set(), [], Counter())
+    uses: Counter[str] = Counter()  # of every place where the code defines or uses a name
+    for node in ast.walk(tree):
+        uses.update(
+            name
+            for field in ("id", "arg", "attr", "name")
+            if isinstance(name := getattr(node, field, None), str)
+        )
+        if isinstance(node, ast.ClassDef):
+            found.classes.append(node.name)
+        if isinstance(node, ast.ImportFrom):
+            found.imported.update(alias.asname or alias.name for alias in node.names)
+        if isinstance(node, ast.FunctionDef | ast.ClassDef | ast.Module):
+            found.docs.append((getattr(node, "name", "module"), ast.get_docstring(node) or ""))
+    for name, count in uses.items():
+        found.words.update(dict.fromkeys(split_words(name), count))
+    return found
 
 
 def split_words(name: str) -> list[str]:
@@ -49,29 +78,6 @@ def is_function_name(name: str) -> bool:
     )
 
 
-def public_functions() -> Iterator[tuple[Path, str]]:
-    for file in FILES:
-        for node in parse_file(file).body:
-            if isinstance(node, ast.FunctionDef) and not node.name.startswith("_"):
-                yield file, node.name
-
-
-def classes() -> Iterator[tuple[Path, ast.ClassDef]]:
-    for file in FILES:
-        for node in ast.walk(parse_file(file)):
-            if isinstance(node, ast.ClassDef):
-                yield file, node
-
-
-def identifiers() -> Iterator[str]:
-    """Every place where the code defines or uses a name."""
-    for file in FILES:
-        for node in ast.walk(parse_file(file)):
-            for field in ("id", "arg", "attr", "name"):
-                if isinstance(name := getattr(node, field, None), str):
-                    yield name
-
-
 @pytest.mark.parametrize("name", ["load_equations", "mass_matrix", "is_rigid", "perturbed_start"])
 def test_a_verb_a_quantity_and_a_question_are_names(name):
     assert is_function_name(name)
@@ -83,12 +89,13 @@ def test_a_participle_a_preposition_and_a_pronoun_are_none(name):
 
 
 def test_public_functions_are_verbs_quantities_or_questions():
-    names = [f"{file.stem}.{name}" for file, name in public_functions()]
+    names = [f"{file.stem}.{name}" for file in FILES for name in read_names(file).functions]
     assert [name for name in require_items(names) if not is_function_name(name.split(".")[1])] == []
 
 
 def test_a_class_is_a_noun_with_one_definition():
-    names = Counter(node.name for _, node in classes() if not node.name.startswith("_"))
+    classes = (name for file in FILES for name in read_names(file).classes)
+    names = Counter(name for name in classes if not name.startswith("_"))
     assert [name for name, count in require_items(names.items()) if count > 1] == []
     participles = {
         name for name in names if len(split_words(name)) == 1 and is_participle(name.lower())
@@ -97,7 +104,7 @@ def test_a_class_is_a_noun_with_one_definition():
 
 
 def test_no_vague_word_is_a_habit():
-    counts = Counter(word for name in identifiers() for word in {*split_words(name)})
+    counts = sum((read_names(file).words for file in FILES), Counter[str]())
     vague = {word: counts[word] for word in require_items(WORDS["vague"])}
     assert {word: n for word, n in vague.items() if n > RULE["most_vague"]} == {}
 
@@ -109,30 +116,24 @@ def test_a_module_is_named_after_what_it_defines():
 
 @pytest.mark.parametrize("folder", FOLDERS)
 def test_docstrings_have_no_private_words(folder):
-    nodes = [
-        (file, node)
+    docs = [
+        (file, *doc)
         for file in FILES
         if file.relative_to(ROOT).parts[0] == folder
-        for node in ast.walk(parse_file(file))
-        if isinstance(node, ast.FunctionDef | ast.ClassDef | ast.Module)
+        for doc in read_names(file).docs
     ]
     private = {
-        f"{file.name}: {getattr(node, 'name', 'module')}": words
-        for file, node in require_items(nodes)
-        if (words := unclear(re.sub(r"``.*?``", "", ast.get_docstring(node) or "", flags=re.S)))
+        f"{file.name}: {name}": words
+        for file, name, text in require_items(docs)
+        if (words := unclear(re.sub(r"``.*?``", "", text, flags=re.S)))
     }
     assert private == {}
 
 
 def test_docstrings_name_exceptions_that_exist():
-    known = {node.name for _, node in classes()} | set(vars(builtins))
+    known = set(vars(builtins))
     for file in FILES:
-        known |= {
-            alias.asname or alias.name
-            for node in ast.walk(parse_file(file))
-            if isinstance(node, ast.ImportFrom)
-            for alias in node.names
-        }
+        known |= read_names(file).imported.union(read_names(file).classes)
     raised = {
         name
         for file in FILES
