@@ -315,9 +315,9 @@ class PinocchioRobot(RobotModel):
             line = poses[planet].translation - centre
             outward = line / np.linalg.norm(line)
             axis = poses[link].rotation @ np.ravel(self._data.joints[link].S)[3:]
-            push = force[number] * teeth.cosine[number] * np.cross(axis, outward)
+            push = force[number] * teeth.cosine[number] * (pin.skew(axis) @ outward)
             point = centre + teeth.pitch[number] * line
-            wrench = pin.Force(push, np.cross(point, push))
+            wrench = pin.Force(push, pin.skew(point) @ push)
             wrenches[planet] += poses[planet].actInv(wrench)
             wrenches[central] -= poses[central].actInv(wrench)
             self._turn(link, turned[number], wrenches)

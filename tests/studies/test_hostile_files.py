@@ -73,7 +73,7 @@ def _virtual(file: h5py.File) -> None:
 
 
 def _many(file: h5py.File) -> None:
-    for number in range(700):
+    for number in range(200):
         made = file.create_dataset(f"number{number}", data=np.arange(3.0))
         made.dims[0].attach_scale(file["sample"])
 
