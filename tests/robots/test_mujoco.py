@@ -17,7 +17,7 @@ from crosscheck.models.robot.robot import Robot
 from crosscheck.planning import robots
 from crosscheck.provenance import ROOT
 from tests.faults.planting import plant
-from tests.robots.chains import perform_here, random_chain
+from tests.robots.chains import random_chain
 
 
 def offer(name: str, value: str) -> EntryPoint:
@@ -36,7 +36,7 @@ def offered(monkeypatch: pytest.MonkeyPatch) -> Iterator[list[EntryPoint]]:
 
 @pytest.fixture
 def two_alone(monkeypatch: pytest.MonkeyPatch, offered: list[EntryPoint]) -> None:
-    """No engine but the project's own derivation and MuJoCo, in this process."""
+    """No engine but the project's own derivation and MuJoCo."""
     monkeypatch.setattr(
         robots,
         "find_level_engines",
@@ -44,7 +44,6 @@ def two_alone(monkeypatch: pytest.MonkeyPatch, offered: list[EntryPoint]) -> Non
             ("analytic", "mujoco") if registry.MODELS["mujoco"].has_level(level) else ("analytic",)
         ),
     )
-    monkeypatch.setattr(robots, "perform_all", perform_here)
 
 
 def of_mujoco(robot: Robot) -> list[Finding]:

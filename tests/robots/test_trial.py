@@ -301,7 +301,6 @@ empty, numbers = SimpleNamespace(), SimpleNamespace(bias=3.0)
 """
 
 
-@pytest.mark.usefixtures("workers")
 def test_the_command_names_it_and_writes_all_files(crosscheck, tmp_path):
     (tmp_path / "mine.py").write_text(CODE)
     file, junit = tmp_path / "mine.json", tmp_path / "mine.xml"
