@@ -67,11 +67,13 @@ def _show_robot(name: str) -> None:
         body = robot.bodies[number]
         values = format_values(np.linalg.eigvalsh(body.inertia))
         unit = "N m s/rad" if joint.kind == "revolute" else "N s/m"
+        single = any(stage.joint == number and stage.has_free_planets for stage in robot.stages)
+        planets = "; planets move by themselves" if single else ""
         friction = f"; friction {joint.friction:g} {unit}" if joint.friction else ""
         print(
             make_printable(
                 f"{joint.name}: {joint.kind}, moves {body.mass:.4g} kg with all that is fixed to"
-                f" it, of principal inertias {values} kg m^2{friction}"
+                f" it, of principal inertias {values} kg m^2{friction}{planets}"
             )
         )
 

@@ -102,9 +102,11 @@ def test_command_writes_both_files(crosscheck, tmp_path):
 
 def test_cost_takes_an_arm_as_the_robot_that_is_written_of_it(crosscheck, tmp_path):
     """What armature leaves out of it is what Pinocchio's planar levels differ by."""
-    answer = crosscheck("cost", "paper-labelled", "--quick", "--json", tmp_path / "cost.json")
+    answer = crosscheck("cost", "planets-apart", "--quick", "--json", tmp_path / "cost.json")
     assert (answer.code, answer.err) == (0, "")
-    assert "Leaving the rotors out of paper-labelled" in answer.out
+    assert "Leaving the rotors out of planets-apart" in answer.out
+    assert f"note: {FRICTIONLESS}" in answer.out
+    assert "planets share a load by their teeth in joint_1, joint_2" in answer.out
     arm, robot = load_selection("three-unlike").arm, load_as_robot("three-unlike")
     assert robot.notes[-1] == FRICTIONLESS
     motion = np.random.default_rng(0).uniform(-1, 1, (3, 5, 3))

@@ -46,3 +46,11 @@ def test_a_robot_of_possible_bodies_is_shown(crosscheck):
     assert answer.code == 0
     assert answer.out.startswith("Robot sliding")
     assert "moves" in answer.out
+
+
+def test_friction_and_free_planets_of_a_joint_are_shown(crosscheck, tmp_path):
+    crosscheck("export", "planets-apart", "--out", tmp_path / "a.urdf")
+    shown = crosscheck("show", tmp_path / "a.toml").out
+    assert "; friction 4.5 N m s/rad; planets move by themselves" in shown
+    assert "; friction 2.2 N m s/rad; planets move by themselves" in shown
+    assert "; friction" not in crosscheck("show", "puma560").out
