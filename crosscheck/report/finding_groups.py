@@ -61,9 +61,12 @@ def list_findings(findings: Sequence[Finding]) -> FindingList:
 
 
 def tolerance_share(finding: Finding) -> float:
-    """The measured difference over what is allowed; of what has no tolerance a negative number."""
+    """The measured difference over what is allowed.
+
+    A check without a number has failed or is gone: infinite. What has no tolerance is negative.
+    """
     if finding.measured is None or finding.tolerance is None:
-        return -1.0
+        return math.inf if finding.kind == "check" else -1.0
     if not finding.tolerance:
         return math.inf if finding.measured else 0.0
     return finding.measured / finding.tolerance

@@ -149,4 +149,3 @@ def test_a_table_has_a_head_a_caption_and_a_row_of_cells_each():
     assert fragments.render_table("ab", rows) == begin + inner
     titled = fragments.render_table("ab", rows, "both & all")
     assert titled == f"{begin}<caption>both &amp; all</caption>{inner}"
-    assert fragments.render_paragraph("a < b") == "<p>a &lt; b</p>"
