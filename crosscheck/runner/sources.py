@@ -18,6 +18,7 @@ ROOT = Path(__file__).parent.parent.parent
 PACKAGE = "crosscheck"
 # They watch over processes in which code runs, and change no number.
 NOT_FOLLOWED = ("crosscheck.cli", "crosscheck.entry", "crosscheck.runner")
+STATEMENTS = ast.stmt, ast.ExceptHandler, ast.match_case  # what an import can stand in
 
 
 @cache
@@ -58,7 +59,8 @@ def _walk_imports(nodes: Iterable[ast.AST]) -> Iterator[str]:
             yield node.module
             yield from (f"{node.module}.{alias.name}" for alias in node.names)
         elif not (isinstance(node, ast.If) and ast.unparse(node.test) == "TYPE_CHECKING"):
-            yield from _walk_imports(ast.iter_child_nodes(node))
+            inner = (each for each in ast.iter_child_nodes(node) if isinstance(each, STATEMENTS))
+            yield from _walk_imports(inner)
 
 
 def _find_file(module: str) -> Path | None:
