@@ -8,6 +8,7 @@ from typing import Any
 import pytest
 
 from crosscheck.provenance import ROOT
+from tests.loops import require_items
 
 Shown = dict[str, tuple[float, str]]
 
@@ -109,3 +110,20 @@ def test_every_derived_number_is_that_of_the_file(crosscheck, monkeypatch):
             assert float(shown) == pytest.approx(value, rel=1e-9), f"{title}: {name}"
             assert units == [unit] * bool(unit), f"{title}: {name}"
     assert list(tables["joint 1, derived"]) == list(tables["joint 2, derived"]) == ["quantity"]
+
+
+def test_phases_from_the_teeth_are_of_each_planets_own_meshes(crosscheck, monkeypatch):
+    """A planet of evenly many teeth has the flanks that carry half a turn of phase apart."""
+    monkeypatch.setenv("COLUMNS", "200")
+    content = tomllib.loads((ROOT / "models" / "arms" / "planets-apart.toml").read_text())
+    tables = tables_of(crosscheck("show", "planets-apart").out)
+    turn = 2 * math.pi
+    for number, joint in require_items(enumerate(content["joints"], 1)):
+        apart = turn / 2 * (joint["planet_teeth"] % 2 == 0)
+        for planet in require_items(range(joint["planet_count"])):
+            sun = -turn * joint["sun_teeth"] * planet / joint["planet_count"]
+            for side, phase in (("sun", sun), ("ring", sun - apart)):
+                title = f"joint {number}, {side} mesh of planet {planet + 1}"
+                shown, unit = tables[title]["phase from the teeth"]
+                off = math.remainder(float(shown) - phase, turn)
+                assert (unit, off) == ("rad", pytest.approx(0, abs=1e-8)), title
