@@ -1,6 +1,7 @@
 """Engines that disagree on a record's torques: the first line says so, and nothing is judged."""
 
 import json
+import re
 
 import jsonschema
 import numpy as np
@@ -69,6 +70,9 @@ def test_engines_that_disagree_judge_nothing(record, labelled, monkeypatch, wron
     assert not data["engines_agree"]
     assert "levels" not in data
     page = comparison_page(found)
+    # The model that was asked stands first, and what it is compared with behind it.
+    rows = re.findall(r"<tr><td>(.*?)</td><td>(.*?)</td>", page)
+    assert rows == [(each.right, each.left) for each in found.engines]
     for word in ("payload", "fits", "noise"):
         assert word not in page.partition("<main>")[2]
         assert word not in "".join(told)

@@ -231,6 +231,13 @@ def test_a_trial_has_a_row_for_each_entry(trial):
     wrong = table[~table.agrees]
     assert list(wrong.entry) == ["M[theta_1, theta_1]"]
     assert wrong.why.iloc[0]
+    allowed = dict(zip(trial.allowed, (1e-9, 2e-9, 3e-9), strict=True))
+    shown = replace(trial, allowed=allowed).to_dataframe()
+    assert dict(zip(shown.part, shown.tolerance, strict=True)) == {
+        "M": allowed["mass_matrix"],
+        "bias": allowed["rate_terms"],
+        "force": allowed["force"],
+    }
 
 
 def test_a_trial_writes_what_the_command_writes(trial, tmp_path):
