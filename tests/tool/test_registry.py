@@ -17,6 +17,7 @@ from crosscheck.planning.plan import CrossCheckRequest, Experiment
 from crosscheck.planning.robots import plan_robot
 from crosscheck.planning.run_suite import plan_experiment_comparisons
 from crosscheck.planning.state_suite import plan_state_comparisons
+from crosscheck.provenance import record_provenance
 from crosscheck.runner.tasks import Evaluation
 from crosscheck.runner.workers import perform_all
 from tests.processes import command_line
@@ -100,6 +101,8 @@ def test_a_model_made_in_memory_takes_part_for_a_while():
         assert isinstance(registry.build("mine:twice", ARM, case.scenario), Twice)
         assert registry.is_plugin("mine:twice")
         assert "pytest" in registry.packages()
+        versions = record_provenance(ARM, 0, False, packages=registry.packages()).versions
+        assert versions["pytest"] == pytest.__version__
         found = perform_all([task, whole], 2, lambda key: None)
         np.testing.assert_array_equal(found[task], 2 * found[whole])
     assert "mine:twice" not in registry.MODELS
