@@ -14,7 +14,7 @@ from crosscheck.identification.excitation import PERIODS, TABLE_ROWS, Excitation
 from crosscheck.identification.recording import Recording
 from crosscheck.identification.structure import draw_samples, find_basis
 from crosscheck.identification.terms import build_columns
-from crosscheck.models.robot.robot import Robot
+from crosscheck.models.robot.robot import JointLimits, Robot
 from crosscheck.registry import build_robot_model
 from tests.measured.robots import (
     COULOMB,
@@ -34,8 +34,10 @@ SHARED = np.zeros((0, 3))
 @pytest.fixture(scope="module")
 def robot() -> Robot:
     """The arm with limits, of which those of effort are felt."""
-    limit = '<limit lower="-1" upper="1.5" velocity="2" effort="150"/>'
-    return arm(arm().urdf.replace(chains.LIMIT, limit))
+    limit, usual = '<limit lower="-1" upper="1.5" velocity="2" effort="150"', chains.LIMIT[:-2]
+    limited = arm(arm().urdf.replace(usual, limit))
+    assert {each.limits for each in limited.joints} == {JointLimits(-1.0, 1.5, 2.0, 150.0)}
+    return limited
 
 
 def follow(robot: Robot, time: np.ndarray, position: np.ndarray) -> Recording:
@@ -133,6 +135,13 @@ def test_the_suggestion_is_a_run_from_rest_to_rest_within_the_limits(robot, poor
     assert np.abs(np.gradient(v, step, axis=0)[1:-1] - a[1:-1]).max() < 1e-3 * np.abs(a).max()
     assert len(time) == (PERIODS + 2) * TABLE_ROWS + 1
     assert poor.excitation.motion.limited_by or np.abs(torque).max() < 150
+
+
+def test_limits_hold_the_record_and_what_the_file_allows(robot):
+    positions = np.array([[-0.5, -2.0, 0.0], [0.5, 0.5, 3.0]])
+    limits = [each.limits for each in excitation._widen_limits(robot, positions).joints]
+    assert [each.lower for each in limits] == [-1.0, -2.0, -1.0]
+    assert [each.upper for each in limits] == [1.5, 1.5, 3.0]
 
 
 def test_a_record_of_the_suggested_motion_tells(robot, poor):
