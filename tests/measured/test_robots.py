@@ -392,6 +392,16 @@ def test_rows_left_out_move_no_estimate(robot, monkeypatch):
     assert 0 < np.sqrt((moved**2).mean()) < 0.2
 
 
+def test_no_band_is_estimated_that_rows_do_not_resolve(robot):
+    """Four rows in its shortest period are the least, and errors fall up to nearly that."""
+    given, every = recording(robot, "links"), slice(None, None, 16)
+    rows = (each[every] for each in (given.time, given.position, given.motor_torque))
+    coarse = Recording("coarse", *rows, None)
+    side = first_side(robot, coarse)
+    assert [band.bandwidth for band in side.bands] == [side.bandwidth / 2]
+    assert side.bandwidth <= 1 / (8 * coarse.step) < 2 * side.bandwidth
+
+
 def test_the_least_bandwidth_holds_the_motion():
     """Sines of 0.5 Hz, and a joint that trembles: of a long record, 20 periods are far less."""
     time = np.arange(0.0, 400.0, 0.01)

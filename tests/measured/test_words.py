@@ -6,7 +6,7 @@ from typing import Any
 import numpy as np
 import pytest
 
-from crosscheck.identification import messages
+from crosscheck.identification import messages, output
 from crosscheck.identification.terms import TermEstimate, TorqueTerm
 from crosscheck.recordings import messages as arm_messages
 from crosscheck.recordings.compare import Repair
@@ -137,6 +137,27 @@ def test_links_of_the_file_say_how_far_off_they_are():
     free.is_excited, scaled.wrong_factors = False, ()
     would = f"With such factors it would be: {TOLD}."
     assert list(messages._describe_scaled(scaled, free)) == [would]
+
+
+def test_the_part_of_an_error_that_other_bands_make_is_told_beside_its_estimate():
+    apart = TermEstimate(FACTOR.term, 1.25, 0.01, 0.02, systematic=0.006)
+    given = side(
+        bandwidth=4.0,
+        samples=made(step=0.0123),
+        condition=56.7,
+        blocks=20,
+        steps=(),
+        estimates=(FACTOR, apart),
+        bands=(made(bandwidth=2.0, estimates=(FACTOR,)), made(bandwidth=8.0, estimates=())),
+    )
+    assert list(output._describe_side(given)) == [
+        "torques of the motors, links identified: up to 4 Hz by rows 12.3 ms apart, condition"
+        " number 56.7, errors by 20 blocks",
+        "  link b 1.250 +- 0.020 1",
+        "  link b 1.250 +- 0.020 1, 60% of its error by other bands",
+        "  up to 2 Hz: link b 1.250 +- 0.020 1",
+        "  up to 8 Hz: nothing to estimate",
+    ]
 
 
 def prior(level: str | None = "coupled", **changes: Any) -> Any:
