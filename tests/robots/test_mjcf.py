@@ -73,6 +73,9 @@ def test_the_robot_moves_as_mujocos_own_model(arm):
     for at, rate in require_items(zip(q, v, strict=True)):
         data.qpos[rows], data.qvel[:] = factors @ at + offsets, given @ rate
         mujoco.mj_forward(model, data)
+        # A joint that follows another is where MuJoCo's own equality has it.
+        (equality,) = data.efc_pos[data.efc_type == mujoco.mjtConstraint.mjCNSTR_EQUALITY]
+        assert abs(equality) < 1e-14  # rounding of a few sums of numbers near 1
         full = np.zeros((model.nv, model.nv))
         mujoco.mj_fullM(model, full, data.qM)
         masses = given.T @ (full - np.diag(model.dof_armature)) @ given

@@ -73,12 +73,12 @@ ALONE: dict[str, tuple[dict[str, Callable[..., object]], list[str], list[str]]] 
         ],
     ),
     "friction in the bias": (
-        {"bias": lambda q, v: two_link.bias(q, v) + 12 * v},
+        {"bias": lambda q, v: two_link.bias(q, v) + np.array([[12, 7], [0, 5]]) @ v},
         ["bias[j1]", "bias[j2]"],
         [
             "bias alone is wrong; mass_matrix and gravity are right",
-            "bias has a part linear in v, 12 j1' in bias[j1], 12 j2' in bias[j2]: friction?"
-            " State it as viscous_friction.",
+            "bias has a part linear in v, 12 j1' in bias[j1], 7 j2' in bias[j1], 5 j2' in"
+            " bias[j2]: friction? State it as viscous_friction.",
         ],
     ),
     "weights in the bias": (

@@ -209,6 +209,14 @@ def test_slips_of_elastic_joints_are_named(slip):
     )
 
 
+@pytest.mark.parametrize("more", [{"damping": 2.0}, {"play": 1e-5}])
+def test_springs_that_lose_energy_or_have_play_are_not_elastic(more):
+    mesh = chains.teeth(RADIUS, TOOTH_K, **more)
+    joints = MESHED | {"j2": chains.geared(two_link.N, two_link.ROTOR, mesh=mesh)}
+    with pytest.raises(InputError, match=r"springs alone; the mesh of j2 has backlash or damping"):
+        run_robot_trial(Equations(level="elastic", **PARTS), chains.robot(two_link.URDF, joints))
+
+
 def test_a_robot_without_springs_is_not_elastic():
     with pytest.raises(InputError, match=r"level.*is of robots with a mesh at a rotor"):
         run_robot_trial(Equations(level="elastic", **PARTS), two_link.robot())
