@@ -303,7 +303,10 @@ def test_a_mass_matrix_just_not_positive_definite_fails(below_0, verdict):
     off = math.sqrt(mass[SPOT, 0, 0] * mass[SPOT, 1, 1]) * (1 + below_0)
     mass[SPOT, 0, 1] = mass[SPOT, 1, 0] = off
     name = ("trial-own", "positive-definite", "")
-    assert made.finding(name, {made.key("mass_matrix"): mass}).verdict == verdict
+    found = made.finding(name, {made.key("mass_matrix"): mass})
+    assert found.verdict == verdict
+    where = f"not positive definite at state {SPOT + 1} of {COUNT}: "
+    assert found.note.startswith(where if verdict == "failed" else "")
 
 
 @pytest.mark.parametrize("factor", [1e6, 1e-3, 4.45, 1e-12])

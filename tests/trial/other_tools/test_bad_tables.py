@@ -148,6 +148,16 @@ def test_precision_is_half_of_the_last_digit_of_a_number_that_begins_with_one(di
     assert 0.9 * found < np.abs(written - exact).max() <= found * (1 + 1e-3)
 
 
+@pytest.mark.parametrize(("force", "acceleration"), [(8, 12), (12, 8), (17, 8)])
+def test_the_part_with_the_fewest_digits_tells_the_precision(force, acceleration, tmp_path):
+    values = 1 + np.random.default_rng(0).uniform(0, 1e-3, (500, 2))
+    rows = [f"{k},{a:.{force - 1}f},{b:.{acceleration - 1}f}" for k, (a, b) in enumerate(values, 1)]
+    file = tmp_path / "answers.csv"
+    file.write_text("\n".join(["row,force_1,acceleration_1", *rows]))
+    read = read_answers(file, TableColumns(1, TableTrial.parts, {}, 7))
+    assert read.precision == pytest.approx(0.5e-7)
+
+
 @pytest.mark.parametrize("shape", ["matrices first", "matrices last", "flat"])
 def test_every_form_of_a_matrix_is_read_the_same(shape, tmp_path):
     M = np.random.default_rng(2).uniform(size=(ROWS, 2, 2))

@@ -17,11 +17,13 @@ from crosscheck.models.experiment.scenario import Scenario
 from crosscheck.models.loading import load_arm
 from crosscheck.report.trials.trial import describe_trial, format_trial_json
 from crosscheck.trial import trial as trial_module
-from crosscheck.trial.input.equations import Equations
+from crosscheck.trial.coordinates.build import build_frame
+from crosscheck.trial.input.equations import Coordinates, Equations
 from crosscheck.trial.input.loading import load_equations
 from crosscheck.trial.tables import state_requests
 from crosscheck.trial.tables.answers import build_table_equations, read_trial_answers
 from crosscheck.trial.trial import Trial, run_trial
+from tests.loops import require_items
 from tests.processes import Command
 from tests.tool.supplied import TWO_LINK
 from tests.trial.other_tools.tables import answers, bound, sheets_of, write_csv
@@ -34,6 +36,7 @@ RIGID = (
     *("acceleration_alone", "inverse_dynamics_alone"),
 )
 GEARED = ("geared_lumped", "geared_free")
+LUMPED = Coordinates("lumped")
 
 
 def told(trial: Trial) -> dict:
@@ -169,6 +172,20 @@ def test_single_precision_has_a_tolerance_of_its_own(tmp_path):
     # A thousandth is no rounding of any file.
     off = tried_changed(lambda v: rounded(v | {"force": 1.001 * v["force"]}), tmp_path / "off.csv")
     assert {wrong.place.part for wrong in off.wrong_entries} == {"force"}
+
+
+def test_columns_of_coordinates_in_any_order_have_their_own_units():
+    arm = load_arm("probe")
+    for order in require_items(
+        (build_frame(LUMPED, arm).names, build_frame(LUMPED, arm).names[::-1])
+    ):
+        coordinates = replace(LUMPED, order=order)
+        columns = state_requests.argument_columns(build_frame(coordinates, arm), coordinates, arm)
+        units = ["rad" if name.startswith("theta") else "m" for name in order]
+        for argument, per_time in (("x", ""), ("v", "_per_s"), ("a", "_per_s2")):
+            letter = {"x": "q"}.get(argument, argument)
+            ends = (f"{name}_{unit}{per_time}" for name, unit in zip(order, units, strict=True))
+            assert columns[argument] == [f"{letter}_{end}" for end in ends]
 
 
 def tried_changed(change: Callable[..., dict[str, np.ndarray]], file: Path) -> Trial:
