@@ -167,6 +167,7 @@ def answer_on_levels(agreement: Agreement) -> str:
         parts = [
             f"the tip is {format_length(f.measured or 0.0)} from that of"
             f" {f.right.partition(':')[2]} {f.about.metric.partition(' tip ')[2]}"
+            f"{', in which no teeth touch' if is_without_contact(f) else ''}"
             for f in findings
             if f.quantity == "tip"
         ]
@@ -195,6 +196,15 @@ def find_tip_ends(agreement: Agreement) -> list[Finding]:
     """How far the tip of the first and the last rigid level is off, in the last experiment."""
     groups = list(_group_tips(agreement).values())
     return [groups[-1][0], *groups[-1][1:][-1:]] if groups else []
+
+
+def is_without_contact(finding: Finding) -> bool:
+    """Whether links alone move as gears on meshes do, since no teeth touch.
+
+    A free motion begins in the middle of the backlash. If it ends within, no rotor shows in it.
+    """
+    levels = tuple(model.partition(":")[2] for model in (finding.left, finding.right))
+    return finding.measured == 0 and levels == ("links", "geared")
 
 
 def _describe_tip(finding: Finding) -> str:

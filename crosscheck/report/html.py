@@ -8,7 +8,12 @@ from crosscheck.planning import plan, robots
 from crosscheck.planning.run_suite import MIDWAY_S
 from crosscheck.planning.state_suite import COUNT, QUICK_COUNT
 from crosscheck.registry import second_engine
-from crosscheck.report.answers import answer_questions, find_tip_ends, find_wrong_entries
+from crosscheck.report.answers import (
+    answer_questions,
+    find_tip_ends,
+    find_wrong_entries,
+    is_without_contact,
+)
 from crosscheck.report.finding_groups import list_findings, make_row, sort_findings
 from crosscheck.report.heat_map import make_entry_maps
 from crosscheck.report.matrix import collect_cells, group_models
@@ -45,6 +50,7 @@ def render_report_page(result: CrossCheck, pictures: Pictures) -> str:
         questions=answers.outline.questions,
         topics=answers.outline.topics,
         tips=find_tip_ends(agreement),
+        is_without_contact=is_without_contact,
         quantities=answers.outline.quantities,
         cells=matrix_cells,
         groups=group_models([cell for cell in matrix_cells if cell.between_models]),

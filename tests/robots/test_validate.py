@@ -121,6 +121,8 @@ def test_the_page_has_the_numbers_of_the_findings(crosscheck, tmp_path):
     assert len(shown) == len(deviations)
     for (words), value in zip(shown, deviations.values(), strict=True):
         assert float(words[0]) == pytest.approx(value, rel=0.06, abs=1e-300)
+    is_within_backlash = deviations["free-motion", "analytic:links", None] == 0
+    assert ("off at the tip; no teeth touch" in page) is is_within_backlash
     checks = [each for each in data["findings"] if each["kind"] == "check"]
     assert f"{len(checks)} of {len(checks)}" in page
     assert {"geared", "coupled", "armature", "links"} <= set(re.findall(r"<em>(\w+)</em>", page))
