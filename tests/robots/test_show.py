@@ -1,7 +1,10 @@
 """`show` of a robot: every doubtful inertia at once, with what would repair it."""
 
+import numpy as np
+import pinocchio as pin
 import pytest
 
+from crosscheck.provenance import ROOT
 from tests.robots.chains import Solid, joint, link, urdf
 
 BODY = (0.01, 0.001, 0.0, 0.02, 0.002, 0.015)
@@ -45,7 +48,15 @@ def test_a_robot_of_possible_bodies_is_shown(crosscheck):
     answer = crosscheck("show", "sliding")
     assert answer.code == 0
     assert answer.out.startswith("Robot sliding")
-    assert "moves" in answer.out
+    bodies = pin.buildModelFromUrdf(str(ROOT / "models" / "robots" / "sliding.urdf")).inertias
+    lines = answer.out.splitlines()[-3:]
+    heads = ("swivel: revolute", "slide: prismatic", "tilt: revolute")
+    for head, body, line in zip(heads, list(bodies)[1:], lines, strict=True):
+        values = ", ".join(f"{value:.3g}" for value in np.linalg.eigvalsh(body.inertia))
+        assert line == (
+            f"{head}, moves {body.mass:.4g} kg with all that is fixed to it,"
+            f" of principal inertias {values} kg m^2"
+        )
 
 
 def test_friction_and_free_planets_of_a_joint_are_shown(crosscheck, tmp_path):

@@ -3,14 +3,27 @@
 import math
 import re
 import tomllib
+from collections.abc import Iterator
 from typing import Any
 
 import pytest
 
 from crosscheck.provenance import ROOT
-from tests.loops import require_items
 
 Shown = dict[str, tuple[float, str]]
+UNITS = {  # the longer ends first
+    "kg_per_m3": "kg/m^3",
+    "N_m_s_per_rad": "N m s/rad",
+    "N_s_per_m": "N s/m",
+    "N_per_m": "N/m",
+    "sharpness_per_m": "1/m",
+    "kg_m2": "kg m^2",
+    "_m2": "m^2",
+    "_kg": "kg",
+    "_deg": "deg",
+    "_rad": "rad",
+    "_m": "m",
+}
 
 
 def tables_of(text: str) -> dict[str, dict[str, list[str]]]:
@@ -84,46 +97,121 @@ def of_mesh(joint: dict[str, Any], side: str) -> Shown:
     }
 
 
+def stated_numbers(record: dict[str, Any]) -> Shown:
+    """The numbers that a table of the file states itself; what a key ends with is their unit."""
+    return {
+        name: (value, next((unit for end, unit in UNITS.items() if name.endswith(end)), ""))
+        for name, value in record.items()
+        if isinstance(value, int | float)
+    }
+
+
+def wrong_modes(rows: list[list[str]], step: float) -> Iterator[str]:
+    """Pairs of a frequency [Hz] and a damping ratio that RK4 at 1 or 1.2 steps contradicts.
+
+    Its growth is the exponential's series up to the fourth power. The step is of the largest
+    stiffness, at most a fifth above the mean one that the modes are of.
+    """
+    growths = []
+    for (kind, frequency, unit), (of_it, ratio) in zip(rows[::2], rows[1::2], strict=True):
+        if (kind, unit, of_it) != ("mesh mode", "Hz", "its damping ratio"):
+            yield f"{kind} [{unit}], {of_it}"
+        damping = float(ratio)
+        if not 0.02 < damping < 0.08:  # about 0.05, as the file states of meshes
+            yield f"damping ratio {damping}"
+        pole = 2 * math.pi * float(frequency) * complex(-damping, math.sqrt(1 - damping**2))
+        growths.append([growth_of_a_step(pole * step * share) for share in (1.0, 1.2)])
+    if not max(now for now, _ in growths) < 1 < max(longer for _, longer in growths):
+        yield f"RK4 grows by {growths} in a step of {step} s"
+
+
+def growth_of_a_step(z: complex) -> float:
+    """Of RK4, where the exact one is exp(z)."""
+    return abs(sum(z**k / math.factorial(k) for k in range(5)))
+
+
 def test_every_derived_number_is_that_of_the_file(crosscheck, monkeypatch):
     monkeypatch.setenv("COLUMNS", "200")
     content = tomllib.loads((ROOT / "models" / "arms" / "probe.toml").read_text())
-    tables, total = tables_of(crosscheck("show", "probe").out), content["payload_mass_kg"]
+    text, total = crosscheck("show", "probe").out, content["payload_mass_kg"]
+    tables = tables_of(text)
     right: dict[str, Shown] = {}
     for number, (joint, link) in enumerate(
         zip(content["joints"], content["links"], strict=True), 1
     ):
+        right[f"joint {number}"] = stated_numbers(joint)
         right[f"joint {number}, derived"] = of_stage(joint)
         for side in ("sun", "ring"):
-            right[f"joint {number}, {side} mesh"] = of_mesh(joint, side)
+            mesh = joint[f"{side}_mesh"]
+            stated = stated_numbers(mesh) | stated_numbers(mesh["stiffness"])
+            right[f"joint {number}, {side} mesh"] = stated | of_mesh(joint, side)
         length = link["length_m"]
         mass = link["cross_section_m2"] * link["density_kg_per_m3"] * length
         rod = {
             "mass": (mass, "kg"),
             "inertia about its centre of mass": (mass * length**2 / 12, "kg m^2"),
         }
-        right[f"link {number}"] = rod
+        right[f"link {number}"] = stated_numbers(link) | rod
         total += mass + right[f"joint {number}, derived"]["mass at the joint's axis"][0]
-    right["arm"] = {"total mass": (total, "kg")}
+    right["arm"] = stated_numbers(content) | {"total mass": (total, "kg")}
+    right["arm"].pop("schema_version")
     for title, quantities in right.items():
         for name, (value, unit) in quantities.items():
             shown, *units = tables[title].pop(name)
             assert float(shown) == pytest.approx(value, rel=1e-9), f"{title}: {name}"
             assert units == [unit] * bool(unit), f"{title}: {name}"
     assert list(tables["joint 1, derived"]) == list(tables["joint 2, derived"]) == ["quantity"]
+    rows = re.findall(r"^ (mesh mode|its damping ratio) +(\S+) *(\S*)", text, re.MULTILINE)
+    modes = [[part for part in row if part] for row in rows]
+    assert len(modes) == 2 * 4  # sun and planets of both joints
+    assert not list(wrong_modes(modes, float(tables["arm"]["largest stable step of RK4"][0])))
 
 
-def test_phases_from_the_teeth_are_of_each_planets_own_meshes(crosscheck, monkeypatch):
-    """A planet of evenly many teeth has the flanks that carry half a turn of phase apart."""
+def test_experiments_of_an_arms_size_move_it_as_its_controller_does(crosscheck):
+    """Gains of a second-order system of the shown rate, its damping ratio 0.7; half a radian."""
+    rows = tables_of(crosscheck("show", "probe").out)["experiments of its size"]
+    rate = float(rows.pop("rate of the controller")[0])
+    for number, target in (("1", 0.5), ("2", -0.5)):
+        inertia, unit = rows.pop(f"joint {number}: inertia of the rigid arm, stretched out")
+        stiffness = float(inertia) * rate**2
+        right = {
+            "step of torque": (0.5 * stiffness, "N m"),
+            "proportional gain": (stiffness, "N m/rad"),
+            "derivative gain": (2 * 0.7 * float(inertia) * rate, "N m s/rad"),
+            "target": (target, "rad"),
+        }
+        assert unit == "kg m^2"
+        for name, (value, unit) in right.items():
+            shown, *units = rows.pop(f"joint {number}: {name}")
+            assert float(shown) == pytest.approx(value, rel=1e-5), name  # gains have six digits
+            assert units == [unit]
+    assert list(rows) == [
+        "quantity",
+        "duration of the step of torque",
+        "duration of the controlled motion",
+    ]
+    times = [float(rows[name][0]) * rate for name in list(rows)[1:]]
+    assert times == pytest.approx([2, 8], rel=5e-3)  # in radians of the controller; whole ms
+
+
+def test_phases_that_the_teeth_say_are_shown_of_each_mesh(crosscheck, monkeypatch):
+    """Planet n is n / N of a turn on: its mesh is as many cycles of sun and ring ahead or behind.
+
+    At ring and sun its flanks that carry are half its teeth and half a tooth apart.
+    """
     monkeypatch.setenv("COLUMNS", "200")
     content = tomllib.loads((ROOT / "models" / "arms" / "planets-apart.toml").read_text())
     tables = tables_of(crosscheck("show", "planets-apart").out)
-    turn = 2 * math.pi
-    for number, joint in require_items(enumerate(content["joints"], 1)):
-        apart = turn / 2 * (joint["planet_teeth"] % 2 == 0)
-        for planet in require_items(range(joint["planet_count"])):
-            sun = -turn * joint["sun_teeth"] * planet / joint["planet_count"]
-            for side, phase in (("sun", sun), ("ring", sun - apart)):
-                title = f"joint {number}, {side} mesh of planet {planet + 1}"
-                shown, unit = tables[title]["phase from the teeth"]
-                off = math.remainder(float(shown) - phase, turn)
-                assert (unit, off) == ("rad", pytest.approx(0, abs=1e-8)), title
+    for number, joint in enumerate(content["joints"], 1):
+        for n in range(joint["planet_count"]):
+            turn = n / joint["planet_count"]
+            apart = (joint["planet_teeth"] + 1) / 2
+            for side, lag in (
+                ("sun", joint["sun_teeth"] * turn),
+                ("ring", -joint["ring_teeth"] * turn + apart),
+            ):
+                rows = tables[f"joint {number}, {side} mesh of planet {n + 1}"]
+                shown, unit = rows["phase from the teeth"]
+                off = float(shown) / (2 * math.pi) + lag
+                assert abs(off - round(off)) < 1e-9
+                assert unit == "rad"
