@@ -211,6 +211,9 @@ def test_a_robot_in_an_experiment_is_asked_as_an_arm_is(level, robot):
         )
         for m in models
     ]
+    torques = 5.0 * np.sin(1e-3 * np.array([50.0, 70.0, 90.0]))  # of the drive; at first none
+    change = answers[0][2] - models[0].generalized_force(0.0, q, v)
+    assert change[:3] == pytest.approx(torques, rel=1e-6)
     twice = models[0].bias(q, 2 * v)  # a force of rates is of their squares
     assert twice == pytest.approx(4 * answers[0][1], abs=1e-9 * np.abs(twice).max())
     for mass, bias, force, a in answers:

@@ -3,6 +3,7 @@
 import json
 from dataclasses import replace
 from html.parser import HTMLParser
+from typing import Any
 
 import numpy as np
 import pytest
@@ -10,6 +11,7 @@ import pytest
 import crosscheck
 from crosscheck.findings import Agreement, EntryDifferences
 from crosscheck.models.arm.arm import Link
+from crosscheck.planning.plan import CrossCheckRequest
 from crosscheck.report.heat_map import make_heat_map, make_trial_maps
 from crosscheck.report.trials.trial import (
     describe_notes,
@@ -17,6 +19,7 @@ from crosscheck.report.trials.trial import (
     describe_unfollowed,
     describe_unit_mistake,
 )
+from crosscheck.run import CrossCheck
 from crosscheck.testing import TrialResult
 from crosscheck.trial.diagnose.dependence import IgnoredNumber
 from crosscheck.trial.input.loading import load_equations
@@ -228,6 +231,10 @@ def test_a_trial_has_a_row_for_each_entry(trial):
     table = trial.to_dataframe()
     assert list(table.columns) == ["part", "entry", "relative", "tolerance", "agrees", "why"]
     assert table.groupby("part").size().to_dict() == {"M": 4, "bias": 2 * 3, "force": 2}
+    allowed = {"mass_matrix": 1e-3, "rate_terms": 2e-3, "force": 3e-3}
+    each_its_own = replace(trial, allowed=allowed).to_dataframe()
+    told = each_its_own.groupby("part").tolerance.unique().explode().to_dict()
+    assert told == {"M": 1e-3, "bias": 2e-3, "force": 3e-3}
     wrong = table[~table.agrees]
     assert list(wrong.entry) == ["M[theta_1, theta_1]"]
     assert wrong.why.iloc[0]
@@ -270,6 +277,25 @@ def test_an_agreement_has_a_row_for_each_finding():
     table = Agreement([green(), red()]).to_dataframe()
     assert list(table.verdict) == ["agree", "differ"]
     assert table.measured[1] == red().measured
+
+
+@pytest.mark.parametrize("mechanism", ["probe", "sliding"])
+def test_what_is_asked_of_a_cross_check_is_handed_on(mechanism, labelled, monkeypatch):
+    asked: list[tuple[CrossCheckRequest, int]] = []
+
+    def note(request: CrossCheckRequest, jobs: int) -> CrossCheck:
+        asked.append((request, jobs))
+        return invented_check(labelled)
+
+    monkeypatch.setattr("crosscheck.run.run_cross_check", note)
+    is_arm = mechanism == "probe"
+    settings: dict[str, Any] = {"scenarios": ["constant-torque"]} if is_arm else {}
+    crosscheck.check(mechanism, quick=True, jobs=3, seed=7, **settings)
+    ((request, jobs),) = asked
+    assert (request.mechanism.name, jobs) == (mechanism, 3)
+    assert (request.quick, request.seed) == (True, 7)
+    assert [each.name for each in request.scenarios] == ["constant-torque"] * is_arm
+    assert bool(request.arm_file_json) == is_arm
 
 
 def test_a_cross_check_writes_what_the_command_writes(labelled, tmp_path, monkeypatch):
