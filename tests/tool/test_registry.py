@@ -1,23 +1,30 @@
 """Models that are not the program's own: of installed packages, and registered for a while."""
 
+import io
+import json
 import os
 from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
 import pytest
+import xarray as xr
 
 from crosscheck import registry
 from crosscheck.analytic.model import RigidLinks
+from crosscheck.cli.simulation import SimulationRequest
 from crosscheck.models.arm.planets import usual_switches
 from crosscheck.models.errors import InputError
+from crosscheck.models.experiment.scenario import switches
 from crosscheck.models.loading import Case, load_arm, load_case
 from crosscheck.models.robot.file import load_robot
+from crosscheck.planning.comparison import Plan
 from crosscheck.planning.plan import CrossCheckRequest, Experiment
 from crosscheck.planning.robots import plan_robot
 from crosscheck.planning.run_suite import plan_experiment_comparisons
 from crosscheck.planning.state_suite import plan_state_comparisons
 from crosscheck.provenance import record_provenance
+from crosscheck.run import run_cross_check
 from crosscheck.runner.tasks import Evaluation
 from crosscheck.runner.workers import perform_all
 from tests.processes import command_line
@@ -107,6 +114,26 @@ def test_a_model_made_in_memory_takes_part_for_a_while():
         np.testing.assert_array_equal(found[task], 2 * found[whole])
     assert "mine:twice" not in registry.MODELS
     assert not registry.is_plugin("mine:twice")
+
+
+def test_provenance_has_what_was_asked_and_a_guests_distributions(monkeypatch):
+    remarks, laws = ("known beforehand",), switches(phase="omega_t")
+    scenario = load_case("probe", "pd", {}, []).scenario
+    request = CrossCheckRequest(ARM, True, 7, (scenario,), laws)
+    plan = Plan([], remarks, lambda results: iter(()))
+    monkeypatch.setattr("crosscheck.run.make_plan", lambda request, workers: plan)
+    with registry.register("mine:twice", TWICE):
+        whole = run_cross_check(request, jobs=1).agreement.provenance
+        short = scenario.model_copy(update={"duration_s": 2 * scenario.step_s})
+        run = SimulationRequest("mine:twice", Case(ARM, short, usual_switches(ARM)), True).perform()
+    assert whole is not None
+    assert (whole.arm, whole.scenarios, whole.switches) == (ARM, (scenario,), laws)
+    assert (whole.quick, whole.seed, whole.remarks) == (True, 7, remarks)
+    assert isinstance(run, tuple)
+    with xr.open_dataset(io.BytesIO(run[0]), engine="h5netcdf") as file:
+        of_run = json.loads(file.attrs["provenance"])
+    for versions in (whole.versions, of_run["versions"]):
+        assert versions["pytest"] == pytest.__version__
 
 
 def test_one_name_may_stand_for_one_model_after_another():
