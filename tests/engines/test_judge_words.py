@@ -30,7 +30,8 @@ from crosscheck.models.loading import Case, load_arm, load_scenario
 from crosscheck.planning import run_suite
 from crosscheck.planning.comparison import Comparison, Results
 from crosscheck.planning.plan import Experiment
-from crosscheck.planning.sizing import GrowingMode
+from crosscheck.planning.preparation import _describe_sizes
+from crosscheck.planning.sizing import GrowingMode, Sizes
 from crosscheck.recordings.engines import describe_disagreement, describe_engine
 
 SUBJECT = Subject(ComparisonKey("family", "case", "theta", "one", "other"), "rad", "largest")
@@ -246,6 +247,15 @@ def test_of_an_unstable_loop_nothing_is_judged_but_what_agrees_or_failed():
     assert said == make_measurement(stability.about, measured=2.0, note=growth)
     assert stability.about.key.id == "stability/pd/growth-rate/analytic:physical"
     assert stability.about.unit == "1/s"
+
+
+def test_sizes_of_an_arms_experiments_are_told_each_with_its_unit():
+    sizes = Sizes(5.25, (1.0, 2.0), (31.25, 32.5), (41.5, 42.25), (11.5, -12.75), 321.25)
+    assert _describe_sizes(sizes, ()) == [
+        "experiments sized to the arm: lowest mesh mode 321.2 Hz, controller at 5.25 rad/s",
+        "torque-step: 11.5, -12.75 N m",
+        "pd-motion: to 0.5, -0.5 rad, P 31.25, 32.5 N m/rad, D 41.5, 42.25 N m s/rad",
+    ]
 
 
 def test_tips_are_apart_by_what_the_joints_have_turned():
