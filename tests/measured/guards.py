@@ -26,7 +26,9 @@ from crosscheck.recordings.friction import FrictionFit
 from crosscheck.recordings.parameters import Estimate, find_parameters
 from crosscheck.recordings.record import Record, read_record
 from crosscheck.recordings.residual import NormalEquations
+from crosscheck.registry import LEVELS as RIGID_WORDS
 from crosscheck.registry import RIGID_LEVELS
+from tests.faults.views import heads_of
 from tests.measured import second
 
 # Slopes by differences over 1e-6 rad leave 1e-8 of chi squared; and runs' own uncertainties, which
@@ -362,6 +364,8 @@ def wrong_page(found: RecordComparison) -> Iterator[str]:
     for name, rows in tables.items():
         (table,) = re.findall(rf'<table id="{name}">(.*?)</table>', page, flags=re.S)
         lines = re.findall(r"<tr>(<td.*?)</tr>", table)
+        if heads_of(table) != [COLUMNS[name]]:
+            yield f"page, {name}: under {heads_of(table)}"
         if len(lines) != len(rows):
             yield f"page, {name}: {len(lines)} rows, must be {len(rows)}"
         for line, row in zip(lines, rows, strict=False):
@@ -369,8 +373,35 @@ def wrong_page(found: RecordComparison) -> Iterator[str]:
             cells = [re.sub(r"<.*?>", "", cell) for cell in re.findall(r"<td.*?</td>", shown)]
             shown = " | ".join(re.sub(r"\[.*?\]", "", html.unescape(cell)) for cell in cells)
             yield from misread(f"page, {name}", shown, row)
+    title = f"<h1>Recording compared with {found.arm.name}</h1>"
+    lead = f'<p class="lead">{found.record.where}: {len(time):,} rows, '
+    if title not in page or f"{lead}{time[-1] - time[0]:.4g} s; torques from " not in page:
+        yield "page: another title or lead"
+    said = html.unescape(page)
+    for level in found.levels:
+        if f"<td>{level.name}</td><td>{RIGID_WORDS[level.name]}</td>" not in said:
+            yield f"page: {level.name} is called something else"
 
 
+LEFT = "chi squared per degree of freedom"
+FITTED = ["parameter", "in the file", "estimate", "\u00b1"]
+COLUMNS = {
+    "engines": ["model", "compared with", "verdict", "difference", "tolerance"],
+    "levels": [
+        *("level", "what it has", LEFT, "the best is more likely by"),
+        *("residual by joint, rms [N m]", "noise in it [N m]"),
+    ],
+    "alone": [*FITTED, f"{LEFT} with it"],
+    "together": [*FITTED, "contains"],
+    "friction": [
+        *("level", "joint", "Coulomb [N m]", "\u00b1", "viscous [N m s/rad]", "\u00b1"),
+        *("viscous in the file", f"{LEFT} with it"),
+    ],
+    "runs": [
+        *("from [s]", "to [s]", "stays within 3 u_val for [s]", "|E| at most 2 u_val at"),
+        *("E at the end [rad]", "u_val there [rad]"),
+    ],
+}
 FRICTION_COLUMNS = (
     *("joint", "coulomb_N_m", "coulomb_half_of_95_percent_interval", "viscous_N_m_s_per_rad"),
     *("viscous_half_of_95_percent_interval", "viscous_in_the_file"),

@@ -12,7 +12,9 @@ import pytest
 
 from crosscheck.cost import output
 from crosscheck.cost.shortcuts import ShortcutCosts
+from crosscheck.models.robot.robot import LEVELS
 from crosscheck.report.plots import figures
+from tests.faults.views import heads_of
 
 PREFIX = {"k": 1e3, "": 1.0, "m": 1e-3, "µ": 1e-6, "n": 1e-9}
 AMOUNT = r"(?:below )?[\d.]+ [kmµn]?(?:N m|N|rad|Hz|m)|diverged"
@@ -335,6 +337,21 @@ def _wrong_rows(
             yield f"page, {what}: {row} for {own}"
 
 
+def _columns(found: ShortcutCosts) -> list[list[str]]:
+    """What heads the columns of the page's tables."""
+    share = "share of the largest torque"
+    by_level = [[f"{level}: largest error", "rms", share] for level in SHORTCUTS]
+    runs = [f"run {number + 1}" for number in range(found.extent.runs)]
+    return [
+        ["joint", "largest torque", *by_level[0], *by_level[1]],
+        ["torques of", *runs],
+        ["torque in", "by the acceleration of", "rms", share],
+        ["rotor of", "ratio", "largest share", "in", "below 1 % from a ratio of"],
+        ["mesh", "backlash", "largest wind-up", "slowest swing", "fastest swing"],
+        ["quantity", *LEVELS, "tolerance", "relative to"],
+    ]
+
+
 def wrong_page(found: ShortcutCosts) -> Iterator[str]:
     """Cells of the page's tables, and sentences, that are not those of the record."""
     geared, drawing = found.geared, "<svg>drawn in another guard</svg>"
@@ -347,6 +364,18 @@ def wrong_page(found: ShortcutCosts) -> Iterator[str]:
     torques, tips, pairs, ratios, meshes, engines = tables(page)
     said = html.unescape(page)
     told = list(output.describe_result(found))
+    columns = _columns(found)
+    if heads_of(page) != columns:
+        yield f"page: columns {heads_of(page)} for {columns}"
+    for line in (
+        f"<title>Cost of shortcuts: {found.robot.name}</title>",
+        f"<h1>Cost of shortcuts: {found.robot.name}</h1>",
+        f"<p><strong>{told[1]}</strong></p>",
+        f"<p>{found.robot.title or 'What the usual models of its gears leave out'}. In the",
+        *(f"<b>{level}</b>: {words}" for level, words in LEVELS.items()),
+    ):
+        if line not in said:
+            yield f"page does not have {line}"
     missing = [line for line in (*told[: told.index("")], *found.beyond) if line not in said]
     if missing:
         yield f"page says nothing of {missing}"

@@ -122,7 +122,8 @@ def wrong_arm_views(trial: Trial) -> Iterator[str]:
 
 def _wrong_tables(page: str, entries: dict[str, float]) -> Iterator[str]:
     """Of the page's first table: entries with per cent, the largest first or as they stand."""
-    table = page.partition("<th>off by</th>")[2].partition("</table>")[0]
+    columns = "<th>entry</th><th>off by</th><th>why</th>"
+    table = page.partition(columns)[2].partition("</table>")[0]
     told = {row[0]: row[1] for row in rows_of(table) if len(row) > 1}
     right = {name: cell_text(share, 0.0) for name, share in entries.items()}
     if told != right:
