@@ -21,6 +21,7 @@ from crosscheck.findings import (
 from crosscheck.models.robot.file import load_robot
 from crosscheck.planning.plan import CrossCheckRequest
 from crosscheck.provenance import record_provenance
+from crosscheck.registry import LEVELS, MODELS
 from crosscheck.report.answers import (
     answer_on_equations,
     answer_on_levels,
@@ -273,6 +274,36 @@ def page(labelled) -> str:
     agreement = Agreement(FINDINGS, record_provenance(labelled, 0, True))
     request = CrossCheckRequest(labelled, quick=True)
     return render_report_page(CrossCheck(request, agreement, {}, {}), Pictures({}))
+
+
+def test_the_pages_first_screen_answers_topic_by_topic(page, labelled):
+    agreement = Agreement(FINDINGS, record_provenance(labelled, 0, True))
+    told = json.loads(format_agreement_json(agreement, labelled))["answers"]
+    answers = {name: told[name]["answer"] for name in ("equations", "rigid", "trust")}
+    said = html.unescape(page)
+    assert "<h1>Preliminary cross-check of paper-labelled</h1>" in said
+    assert said.count('<section class="verdict no">') == 1
+    cards = re.findall(r"<article( class=.no.)?>(.*?)<details><summary>why(.*?)<a", said, re.S)
+    shown = [
+        (bool(red), *(" ".join(re.sub("<[^>]+>", " ", each).split()) for each in texts))
+        for red, *texts in cards
+    ]
+    assert shown == [
+        (True, "Equations failed 2 of 2 models", answers["equations"]),
+        (False, "Rigid arm 40 mm off at the tip", answers["rigid"]),
+        (True, "Checks 7 of 12 agree", answers["trust"]),
+    ]
+    heads = re.findall(r"<h2 id=.(\w+).>(\d)\. (.*?)</h2>", said)
+    assert [(place, number) for place, number, _ in heads] == [
+        *(("equations", "1"), ("levels", "2"), ("trust", "3")),
+    ]
+    assert [head for _, _, head in heads] == list(outline_report(labelled).questions)
+    assert "Bent arm." in said
+    for level, title in LEVELS.items():
+        assert f"<em>{level}</em>: {title}" in said
+    for model in ("analytic:printed", "analytic:physical"):
+        assert f"<th>{model}<br><small>{MODELS[model].title}</small></th>" in said
+    assert "from the geared arm (analytic:physical) over" in said
 
 
 def test_the_pages_tables_have_every_number(page):
