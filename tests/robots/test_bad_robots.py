@@ -149,6 +149,7 @@ def test_a_bad_urdf_is_told_in_one_line(crosscheck, tmp_path, case):
     (tmp_path / "mine.toml").write_text(MINIMAL)
     answer = crosscheck("cost", tmp_path / "mine.toml", "--json", tmp_path / "cost.json")
     assert_one_line(answer, "mine.urdf", *fragments)
+    assert answer.err.startswith(f"crosscheck: {tmp_path / 'mine.urdf'}: ")
     assert not (tmp_path / "cost.json").exists()
 
 
@@ -157,7 +158,9 @@ def test_a_bad_robot_file_is_told_in_one_line(crosscheck, tmp_path, case):
     text, *fragments = BAD_FILES[case]
     (tmp_path / "mine.urdf").write_text(GOOD)
     (tmp_path / "mine.toml").write_text(text)
-    assert_one_line(crosscheck("cost", tmp_path / "mine.toml"), *fragments)
+    answer = crosscheck("cost", tmp_path / "mine.toml")
+    assert_one_line(answer, *fragments)
+    assert answer.err.startswith(f"crosscheck: {tmp_path}")
 
 
 def test_a_stage_turns_what_it_drives(crosscheck, tmp_path):

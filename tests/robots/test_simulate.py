@@ -147,6 +147,7 @@ def test_a_file_says_what_was_run(crosscheck, tmp_path):
     for _ in range(2):  # a file of its own is written over
         answer = crosscheck("simulate", "sliding", *rest, *settings)
         assert (answer.code, answer.err) == (0, "")
+    assert answer.out.startswith(f"wrote {out}: 11 times; at the end swivel ")
     assert "slide 9.6986" in answer.out
     run = xr.load_dataset(out, engine="h5netcdf")
     assert dict(run.sizes) == {"time": 11, "joint": 3}
@@ -214,6 +215,10 @@ def test_a_robot_in_an_experiment_is_asked_as_an_arm_is(level, robot):
     torques = 5.0 * np.sin(1e-3 * np.array([50.0, 70.0, 90.0]))  # of the drive; at first none
     change = answers[0][2] - models[0].generalized_force(0.0, q, v)
     assert change[:3] == pytest.approx(torques, rel=1e-6)
+    pd = build(models[0].name, ROBOTS[robot](), experiment("pd")).generalized_force(1e-3, q, v)
+    target, stiff, damped = (np.array(each) for each in DRIVES["pd"].values())
+    held = stiff * (target - q[:3]) - damped * v[:3]
+    assert (pd - answers[0][2])[:3] + torques == pytest.approx(held, rel=1e-6)
     twice = models[0].bias(q, 2 * v)  # a force of rates is of their squares
     assert twice == pytest.approx(4 * answers[0][1], abs=1e-9 * np.abs(twice).max())
     for mass, bias, force, a in answers:
