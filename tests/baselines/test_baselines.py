@@ -1,6 +1,7 @@
 """Recorded baselines: what a repetition may differ by, and what it may not."""
 
 import json
+import re
 from collections.abc import Callable
 from dataclasses import replace
 from pathlib import Path
@@ -12,7 +13,7 @@ import xarray as xr
 
 import crosscheck.analytic.model
 from crosscheck.baseline.file import baseline_path, read_baseline, write_baseline
-from crosscheck.baseline.reduction import find_unrecorded_runs, make_baseline
+from crosscheck.baseline.reduction import find_uncompared, find_unrecorded_runs, make_baseline
 from crosscheck.baseline.regression import describe_changes
 from crosscheck.findings import Agreement, ComparisonKey, Subject, make_check
 from crosscheck.models.arm.arm import Arm
@@ -274,9 +275,15 @@ def test_without_a_meaningful_tolerance_nothing_is_compared(result):
     """A start that one rounding decides: a run is recorded, no numbers are held against it."""
     wild = result.runs[NUDGED]
     wild = with_run(result, NUDGED, wild.assign(x_sp=wild["x_sp"] + 1e-5))
-    sampled = make_baseline(wild).runs[str(ANALYTIC)].sampled
+    baseline = make_baseline(wild)
+    sampled = baseline.runs[str(ANALYTIC)].sampled
     assert sampled["x_sp"].tolerance is None
-    assert sampled["x_sp"].basis.startswith("not compared: the same steps again: rounding")
+    basis = sampled["x_sp"].basis
+    assert basis.startswith("not compared: the same steps again: rounding")
+    found, most = re.findall(r", (\S+); (\S+) at most, ", basis)[0]
+    assert float(found) > float(most)
+    assert float(most) == pytest.approx(sampled["x_sp"].widest, rel=0.05)  # two digits
+    assert f"{ANALYTIC} x_sp: {basis}" in list(find_uncompared(baseline))
     assert sampled["theta"].tolerance is not None
 
 

@@ -20,6 +20,12 @@ def test_a_number_differs_just_beyond_its_tolerance(share, verdict, sign):
         _subject("finding", "made", None, "rad"), record, record, (0.0, sign * share * TOLERANCE)
     )
     assert (finding.verdict, finding.tolerance) == (verdict, TOLERANCE)
+    wide = BoundedRecord(unit="rad", tolerance=0.125, basis="as recorded")
+    refused = _compare_numbers(finding.about, wide, record, (0.5, 0.5), "F_sp")
+    assert refused.note == (
+        "a tolerance that is not granted: 0.125 on record, 1e-06 now; renew the record;"
+        " F_sp: 0.5 -> 0.5"
+    )
 
 
 def test_a_tip_may_move_by_every_joints_tolerance_along_the_links_behind_it():

@@ -3,6 +3,7 @@
 from collections.abc import Callable
 from dataclasses import fields, replace
 from functools import partial
+from itertools import islice
 from types import SimpleNamespace
 from typing import Any
 
@@ -11,6 +12,8 @@ import pytest
 import xarray as xr
 
 from crosscheck.checks import invariants, modes, trajectories
+from crosscheck.checks.answers import BadAnswer, require_numbers
+from crosscheck.checks.records import _find_faults
 from crosscheck.checks.robots import runs
 from crosscheck.checks.robots.case import share_of
 from crosscheck.checks.robots.sizes import RobotSizes
@@ -27,6 +30,7 @@ from crosscheck.findings import (
 )
 from crosscheck.models.experiment.scenario import switches
 from crosscheck.models.loading import Case, load_arm, load_scenario
+from crosscheck.models.trajectory import recorded_times
 from crosscheck.planning import run_suite
 from crosscheck.planning.comparison import Comparison, Results
 from crosscheck.planning.plan import Experiment
@@ -256,6 +260,20 @@ def test_sizes_of_an_arms_experiments_are_told_each_with_its_unit():
         "torque-step: 11.5, -12.75 N m",
         "pd-motion: to 0.5, -0.5 rad, P 31.25, 32.5 N m/rad, D 41.5, 42.25 N m s/rad",
     ]
+
+
+def test_an_incomplete_run_is_told_what_it_has_and_what_it_must_have():
+    case = Case(load_arm("probe"), load_scenario("constant-torque"), switches())
+    times = recorded_times(case.scenario)
+    theta = (("joint", "time"), np.zeros((2, 3)))
+    run = xr.Dataset({"theta": theta}, {"time": times[:3], "joint": [1, 3]})
+    assert list(islice(_find_faults(run, case, ("theta",)), 3)) == [
+        f"the run has 3 times, the scenario asks for {len(times)}",
+        "the run has joint [1, 3], must be [1, 2]; missing [2]",
+        "theta is over ('joint', 'time'), must be over ('time', 'joint')",
+    ]
+    with pytest.raises(BadAnswer, match=r"^M is a list, must be an array$"):
+        require_numbers([1.0], "M", None)
 
 
 def test_tips_are_apart_by_what_the_joints_have_turned():
