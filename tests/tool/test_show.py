@@ -9,6 +9,7 @@ from typing import Any
 import pytest
 
 from crosscheck.provenance import ROOT
+from tests.loops import require_items
 
 Shown = dict[str, tuple[float, str]]
 UNITS = {  # the longer ends first
@@ -202,8 +203,8 @@ def test_phases_that_the_teeth_say_are_shown_of_each_mesh(crosscheck, monkeypatc
     monkeypatch.setenv("COLUMNS", "200")
     content = tomllib.loads((ROOT / "models" / "arms" / "planets-apart.toml").read_text())
     tables = tables_of(crosscheck("show", "planets-apart").out)
-    for number, joint in enumerate(content["joints"], 1):
-        for n in range(joint["planet_count"]):
+    for number, joint in require_items(enumerate(content["joints"], 1)):
+        for n in require_items(range(joint["planet_count"])):
             turn = n / joint["planet_count"]
             apart = (joint["planet_teeth"] + 1) / 2
             for side, lag in (
