@@ -109,7 +109,10 @@ def describe_run(task: Simulation) -> str:
     rows = drive_data(scenario, len(task.case.arm.joints)).gains.tolist()
     start = ", ".join(f"{angle:.6g}" for angle in np.atleast_1d(scenario.start.theta_rad))
     drive = "; ".join(" ".join(f"{number:.5g}" for number in row) for row in rows)
-    return f"{task.key}: {said}, planets {laws.planets}; start {start}; drive {drive}"
+    ahead = np.atleast_1d(scenario.start.sun_planet_offset_m)
+    teeth = ", ".join(f"{offset:.5g}" for offset in ahead) if ahead.any() else ""
+    stretched = f"; start of teeth {teeth} m" if teeth else ""
+    return f"{task.key}: {said}, planets {laws.planets}; start {start}{stretched}; drive {drive}"
 
 
 PLANS = {"plan-arm.txt": arm_plan, "plan-robot.txt": robot_plan}

@@ -28,6 +28,7 @@ from crosscheck.findings import (
     make_share_check,
     make_unfinished_check,
 )
+from crosscheck.models.arm.planets import usual_switches
 from crosscheck.models.experiment.scenario import switches
 from crosscheck.models.loading import Case, load_arm, load_scenario
 from crosscheck.models.trajectory import recorded_times
@@ -260,6 +261,24 @@ def test_sizes_of_an_arms_experiments_are_told_each_with_its_unit():
         "torque-step: 11.5, -12.75 N m",
         "pd-motion: to 0.5, -0.5 rad, P 31.25, 32.5 N m/rad, D 41.5, 42.25 N m s/rad",
     ]
+
+
+def test_runs_in_the_same_steps_are_compared_whole_and_at_an_instant(monkeypatch):
+    judged: list[tuple[str, float | None]] = []
+
+    def note(about: Subject, left: Any, right: Any, pair: Any, widest: Any, *time: float) -> None:
+        judged.append((about.key.family, *(time or (None,))))
+
+    monkeypatch.setattr(trajectories, "check_same_step", note)
+    monkeypatch.setattr(trajectories, "check_at_time", note)
+    monkeypatch.setattr(run_suite, "_acceptance_limit", lambda *given: None)
+    arm = load_arm("probe")
+    experiment = Experiment("pd", Case(arm, load_scenario("pd"), usual_switches(arm)))
+    answers = SimpleNamespace(need=lambda task: task)
+    for comparison in run_suite._plan_fixed_steps(experiment):
+        comparison.judge(comparison.about, answers)
+    instant = f"at-{run_suite.MIDWAY_S:g}-s"
+    assert set(judged) == {("same-step", None), (instant, run_suite.MIDWAY_S)}
 
 
 def test_an_incomplete_run_is_told_what_it_has_and_what_it_must_have():
