@@ -11,6 +11,7 @@ import pinocchio as pin
 import pytest
 
 from crosscheck.cost import output
+from crosscheck.cost.motion import SineMotion
 from crosscheck.cost.shortcuts import ShortcutCosts
 from crosscheck.models.robot.robot import LEVELS
 from crosscheck.report.plots import figures
@@ -83,7 +84,14 @@ def wrong_terminal(found: ShortcutCosts) -> Iterator[str]:
     told = [line for line in told if line not in identity]
     if not identity <= set(output.describe_result(found)):
         yield f"nothing of {identity}"
-    notes = ("", f"motion: {found.motion}; end effector: {found.robot.tip}", *found.beyond)
+    motion = found.motion
+    if isinstance(motion, SineMotion):
+        began = f"motion: sums of sines of seed {motion.seed}, period {motion.period:.3g} s"
+    else:
+        began = f"motion: {motion.where}, {motion.last - motion.first:.3g} s"
+    if not any(line.startswith(began) for line in told):
+        yield f"no line {began}"
+    notes = ("", f"motion: {motion}; end effector: {found.robot.tip}", *found.beyond)
     left = [line for line in told if line not in notes]
     if left != [f"note: {line}" for line in _notes(found)] or not set(notes) <= set(told):
         yield f"lines that say something else: {left}"

@@ -1,5 +1,6 @@
 """Bad studies: one line that says where, what and what is allowed; exit code 2; nothing written."""
 
+import re
 import tomllib
 from pathlib import Path
 
@@ -175,7 +176,10 @@ def test_what_is_no_file_is_one_line(crosscheck, tmp_path, place, what):
 
 def test_batches_that_a_killed_study_left_beside_its_result_go(crosscheck, tmp_path):
     file, out = _file(tmp_path, PEAK, PEAK), tmp_path / "out.nc"
-    assert crosscheck("sweep", file, "--out", out, "--jobs", 1)[0] == 0
+    code, said, _ = crosscheck("sweep", file, "--out", out, "--jobs", 1)
+    assert code == 0
+    count = read_study(file).count
+    assert re.search(rf"^wrote {out}: {count} members, {count} run in [\d.]+ s, ", said, re.M)
     folder, digest = tmp_path / "out.nc.batches", read_study(file).digest
     for owner, left in ((digest, False), ("0" * 64, True)):
         folder.mkdir()
