@@ -306,6 +306,20 @@ def test_the_pages_first_screen_answers_topic_by_topic(page, labelled):
     assert "from the geared arm (analytic:physical) over" in said
 
 
+@pytest.mark.parametrize(
+    ("metres", "card"),
+    [(0.0, "0 µm off at the tip; no teeth touch why"), (0.02, "20 mm off at the tip why")],
+)
+def test_a_tip_that_is_off_by_nothing_has_its_reason_on_the_first_screen(labelled, metres, card):
+    key = ComparisonKey("deviation", "drop", "tip", "analytic:links", "analytic:geared")
+    about = Subject(key, "m", "largest distance of the tip after 0.1 s")
+    found = [*FINDINGS, make_measurement(about, measured=metres)]
+    made = Agreement(found, record_provenance(labelled, 0, True))
+    request = CrossCheckRequest(labelled, quick=True)
+    page = render_report_page(CrossCheck(request, made, {}, {}), Pictures({}))
+    assert card in " ".join(html.unescape(re.sub("<[^>]+>", " ", page)).split())
+
+
 def test_the_pages_tables_have_every_number(page):
     tables = [rows_of(each) for each in re.findall(r"<table\b.*?</table>", page, re.S)]
     by_head = {rows[0]: rows[1:] for rows in reversed(tables) if rows}
