@@ -264,9 +264,8 @@ def _report_trial(trial: Trial, options: TrialOptions) -> int:
     from crosscheck.report.trials.trial import format_trial_json, print_trial
 
     def draw_page() -> str:
-        from crosscheck.report.trials.trial_page import (
-            render_trial_page,  # Matplotlib, for a page alone
-        )
+        # It imports Matplotlib, for a page alone.
+        from crosscheck.report.trials.trial_page import render_trial_page
 
         return render_trial_page(trial)
 

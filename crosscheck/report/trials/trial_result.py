@@ -68,9 +68,8 @@ class TrialResult(Trial):
 
     def write_report(self, folder: Path | str) -> None:
         """Write trial.html and trial.json, as `crosscheck trial` does. Raises InputError."""
-        from crosscheck.report.trials.trial_page import (
-            render_trial_page,  # Matplotlib, for a page alone
-        )
+        # It imports Matplotlib, for a page alone.
+        from crosscheck.report.trials.trial_page import render_trial_page
 
         target = Path(folder)
         page, data = render_trial_page(self), format_trial_json(self)
