@@ -45,5 +45,6 @@ class LinkRegressor:
         for row, (at, rate, more) in zip(rows, states, strict=True):
             place = pin.integrate(self._tree, self._home, at)
             slopes = pin.computeJointTorqueRegressor(self._tree, self._data, place, rate, more)
-            np.matmul(shares.T, slopes, out=row)
+            # A single row reaches Python as a vector.
+            np.matmul(shares.T, slopes.reshape(self._tree.nv, -1), out=row)
         return rows

@@ -131,14 +131,18 @@ def _set_power_labels(axes: Axes) -> None:
 
 
 def draw_run_comparison(reference_run: xr.Dataset, other_run: xr.Dataset) -> str:
-    """Two models over one run: what they did on the left, their difference on the right."""
-    figure, grid = make_figure(4)
-    rows = (
+    """Two models over one run: what they did on the left, their difference on the right.
+
+    An arm without gears has no meshes, so its runs record and show angles and accelerations alone.
+    """
+    quantities = (
         ("theta", 1.0, "joint angle [rad]", "difference [rad]"),
         ("theta_ddot", 1.0, "acceleration [rad/s²]", "difference [rad/s²]"),
         ("x_sp", MICRO, "x_sp, planet 1 [µm]", "difference [m]"),
         ("F_sp", KILO, "F_sp, planet 1 [kN]", "difference [N]"),
     )
+    rows = [row for row in quantities if row[0] in reference_run]
+    figure, grid = make_figure(len(rows))
     for axes, (quantity, scale, label, difference_label) in zip(grid, rows, strict=True):
         reference_values, other_values = (
             first_planet(run[quantity]) for run in (reference_run, other_run)

@@ -1,0 +1,257 @@
+"""Every command on every kind of mechanism: a table whose cells are all run.
+
+Each ends with 0 or 1, and every file that it names is there and holds numbers. A cross-check is
+computed once for a mechanism; each command that needs it renders it by itself.
+"""
+
+import json
+import re
+from collections.abc import Callable, Iterator
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any
+from xml.etree import ElementTree
+
+import numpy as np
+import pytest
+import xarray as xr
+
+import crosscheck as package
+from crosscheck import run
+from crosscheck.cli import commands
+from crosscheck.models.arm.arm import Arm
+from crosscheck.models.files import format_toml_fields
+from crosscheck.planning import robots
+from crosscheck.planning.plan import CrossCheckRequest
+from crosscheck.run import CrossCheck, run_cross_check
+from crosscheck.trial.tables.folder import format_arm_toml
+from tests.arms import arm_of
+from tests.brief import brief
+from tests.processes import Answer, Command
+from tests.robots.chains import Solid, geared, joint, link, planetary, urdf
+
+BODY = Solid(2.0, (0.3, 0.02, -0.05), (0.05, 0.002, 0.001, 0.06, -0.003, 0.07))
+DIRECT = {"kind": "direct"}
+EQUATIONS = """
+import crosscheck
+
+def right(mechanism):
+    scenario = crosscheck.load_scenario("constant-torque")
+    model = crosscheck.build("analytic:coupled", mechanism, scenario)
+    return crosscheck.Equations(mass_matrix=model.mass_matrix)
+"""
+STUDY = """
+schema_version = 1
+name = "study"
+{kind} = "{file}"
+scenario = "pd"
+spot_checks = 1
+settings = {{ "scenario.duration_s" = 0.01 }}
+axes = [{{ path = "{path}", kind = "list", values = [1.0, 1.5] }}]
+quantities = [{{ kind = "peak", signal = "theta_ddot", joint = 1 }}]
+"""
+
+
+@dataclass(frozen=True)
+class MechanismFile:
+    """A file that commands take; path: of a number that a study varies."""
+
+    file: Path
+    kind: str
+    path: str
+    has_meshes: bool
+
+
+def write_arm(folder: Path, arm: Arm, weight: float = 9.81) -> MechanismFile:
+    """Write an arm's file."""
+    changed = arm.model_copy(update={"gravity_m_per_s2": (0.0, -weight), "name": "mine"})
+    file = folder / "mine.toml"
+    file.write_text(format_arm_toml(changed))
+    geared = any(joint.kind == "planetary" for joint in arm.joints)
+    return MechanismFile(file, "arm", "arm.payload_mass_kg", geared)
+
+
+def write_robot(folder: Path, **joints: dict[str, Any]) -> MechanismFile:
+    """Write a chain's URDF and file, whose joints are slides if their names say so."""
+    parts, parent = [link("base")], "base"
+    for name in joints:
+        kind = "prismatic" if "slide" in name else "revolute"
+        parts += [link(f"{name}_link", BODY)]
+        parts += [joint(name, parent, f"{name}_link", kind, (0, 1, 0), (0.4, 0, 0.1))]
+        parent = f"{name}_link"
+    (folder / "mine.urdf").write_text(urdf(*parts))
+    file = folder / "mine.toml"
+    fields = {"schema_version": 1, "name": "mine", "urdf": "mine.urdf", "joints": joints}
+    file.write_text("\n".join(format_toml_fields(fields)))
+    meshed = any("sun_mesh" in transmission for transmission in joints.values())
+    return MechanismFile(file, "robot", f"robot.links.{next(iter(joints))}_link.mass_kg", meshed)
+
+
+MECHANISMS: dict[str, Callable[[Path], MechanismFile]] = {
+    "arm, one direct joint": lambda folder: write_arm(folder, arm_of(1, direct=(0,))),
+    "arm, two direct joints, no weight": lambda folder: write_arm(
+        folder, arm_of(2, direct=(0, 1)), 0
+    ),
+    "arm, direct and geared": lambda folder: write_arm(folder, arm_of(2, direct=(0,))),
+    "robot, hinge": lambda folder: write_robot(folder, hinge=DIRECT),
+    "robot, slide with rotor": lambda folder: write_robot(folder, slide=geared(50)),
+    "robot, hinge with stage": lambda folder: write_robot(folder, hinge=planetary()),
+    "robot, slide and hinge": lambda folder: write_robot(folder, slide=geared(-30), hinge=DIRECT),
+}
+
+
+@pytest.fixture(scope="module", params=MECHANISMS)
+def mechanism(request, tmp_path_factory) -> Iterator[MechanismFile]:
+    """A mechanism in a folder of its own, which is the working folder."""
+    with pytest.MonkeyPatch.context() as patch:
+        folder = tmp_path_factory.mktemp("mechanism")
+        patch.chdir(folder)
+        brief(patch)
+        patch.setattr(robots, "QUICK_COUNT", 4)
+        patch.setattr(robots, "QUICK_STEPS", 20)
+        patch.setattr(robots, "LEAST_STEPS", 10)
+        patch.setattr(commands, "run_cross_check", ReplayedCrossCheck())
+        yield MECHANISMS[request.param](folder)
+
+
+class ReplayedCrossCheck:
+    """``run_cross_check``, which computes once what several commands ask."""
+
+    def __init__(self) -> None:
+        self.result: CrossCheck | None = None
+        self.outcomes: list[tuple[Any, Any]] = []
+
+    def __call__(
+        self, chosen: CrossCheckRequest, on_outcome: Any = lambda *outcome: None, **more: Any
+    ) -> CrossCheck:
+        if self.result is None:
+            collect = lambda *outcome: self.outcomes.append(outcome)  # noqa: E731
+            self.result = run_cross_check(chosen, on_outcome=collect, **more)
+        for outcome in self.outcomes:
+            on_outcome(*outcome)
+        return self.result
+
+
+def require_content(file: Path) -> None:
+    """Demand that a file can be read as what its name says, and holds numbers."""
+    text = file.read_text(encoding="utf-8") if file.suffix not in (".nc", ".png") else ""
+    match file.suffix:
+        case ".json":
+            numbers = re.findall(r": (-?\d[\d.e+-]*)", json.dumps(json.loads(text)))
+            assert np.isfinite([*map(float, numbers)]).all()
+        case ".html":
+            assert text.rstrip().endswith("</html>")
+            numbers = re.findall(r"\d+\.\d+", text)
+        case ".xml":
+            numbers = [
+                case.get("name", "") for case in ElementTree.fromstring(text).iter("testcase")
+            ]
+        case ".nc":
+            with xr.open_dataset(file, engine="h5netcdf", decode_times=False) as data:
+                numbers = [name for name in data if np.isfinite(data[name].values).any()]
+        case ".png":
+            numbers = [str(len(file.read_bytes()))]
+        case _:
+            numbers = re.findall(r"\d+\.\d+", text)
+    assert numbers, f"{file} has no number"
+
+
+def list_written(answer: Answer) -> set[str]:
+    """The files that a command says it wrote."""
+    lines = re.findall(r"^wrote ([^:\n]+)", answer.out, re.MULTILINE)
+    return {name.strip() for line in lines for name in line.split(" and ")}
+
+
+@pytest.fixture
+def perform(crosscheck: Command, mechanism: MechanismFile) -> Callable[..., Answer]:
+    """``perform(arguments, files)``: the command, which must end well and write these files."""
+
+    def command(arguments: str, *files: str) -> Answer:
+        answer = crosscheck(*arguments.split())
+        assert answer.code in (0, 1), answer.err
+        assert "Traceback" not in answer.err
+        written = list_written(answer)
+        assert {Path(name).name for name in written} >= {Path(name).name for name in files}
+        for path in map(Path, (*written, *files)):
+            for file in path.glob("*.csv") if path.is_dir() else (path,):
+                require_content(file)
+        return answer
+
+    return command
+
+
+def test_show(perform):
+    assert "gravity" in perform("show mine.toml").out
+
+
+def test_validate(perform):
+    answer = perform("validate mine.toml --quick --jobs 1 --json v.json --junit v.xml")
+    assert answer.code == 0
+    findings = json.loads(Path("v.json").read_text())["findings"]
+    cases = list(ElementTree.fromstring(Path("v.xml").read_text()).iter("testcase"))
+    assert len(findings) >= len(cases) > 50
+
+
+def test_run(perform, mechanism):
+    files = "report/index.html", "report/agreement.json"
+    answer = perform("run mine.toml --quick --jobs 1 --out report", *files)
+    has_mesh_column = mechanism.has_meshes and mechanism.kind == "arm"
+    for view in (answer.out, Path("report/index.html").read_text()):
+        assert ("mesh force" in view) == has_mesh_column
+
+
+def test_report_of_the_python_interface(mechanism, monkeypatch):
+    load = package.load_arm if mechanism.kind == "arm" else package.load_robot
+    monkeypatch.setattr(run, "run_cross_check", commands.run_cross_check)
+    package.check(load(str(mechanism.file)), quick=True, jobs=1).write_report("written")
+    require_content(Path("written/index.html"))
+
+
+def test_simulate_and_view_the_finest_level(perform, mechanism):
+    level = "geared" if mechanism.has_meshes else "coupled"
+    level = "physical" if mechanism.kind == "arm" else level
+    model = f"--model analytic:{level} --scenario constant-torque --t-end 0.02"
+    perform(f"simulate mine.toml {model} --out run.nc", "run.nc")
+    perform("view run.nc", "run.html")
+
+
+def test_compare_a_run_of_links(perform):
+    model = "--model analytic:links --scenario pd --t-end 0.02"
+    perform(f"simulate mine.toml {model} --out links.nc", "links.nc")
+    perform("compare links.nc mine.toml --json c.json --out .", "c.json", "compare.html")
+
+
+def test_cost(perform):
+    perform("cost mine.toml --quick --json cost.json --out .", "cost.json", "cost.html")
+
+
+def test_export(perform, mechanism):
+    perform("export mine.toml --model analytic:links --out model.c", "model.c")
+    if mechanism.kind == "arm":
+        perform("export mine.toml --out arm.urdf", "arm.urdf", "arm.toml")
+
+
+def test_trial(perform, mechanism):
+    Path("equations.py").write_text(EQUATIONS)
+    more = "--jobs 1 --json t.json --out ." + " --quick" * (mechanism.kind == "arm")
+    answer = perform(f"trial equations.py:right mine.toml {more}", "t.json", "trial.html")
+    assert answer.code == 0
+    perform(f"trial --ask mine.toml --out asked{' --quick' * (mechanism.kind == 'arm')}", "asked")
+
+
+def test_baseline(perform):
+    perform("baseline accept mine.toml --quick --jobs 1 --dir .", "mine-quick.json")
+    answer = perform("baseline check mine.toml --quick --jobs 1 --dir .")
+    assert "changed since the record: nothing" in answer.out
+
+
+def test_sweep_and_plot(perform, mechanism):
+    names = {"kind": mechanism.kind, "file": mechanism.file.name, "path": mechanism.path}
+    Path("study.toml").write_text(STUDY.format(**names))
+    perform("sweep study.toml --out study.nc --jobs 1", "study.nc")
+    perform("plot study.nc", "study.png")
+
+
+def test_init(perform, mechanism):
+    if mechanism.kind == "robot":
+        perform("init begun.toml --urdf mine.urdf", "begun.toml")
