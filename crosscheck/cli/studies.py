@@ -10,7 +10,7 @@ from pathlib import Path
 import numpy as np
 import xarray as xr
 from rich.console import Console
-from rich.table import Table
+from rich.table import Column, Table
 
 from crosscheck.file_types import PICTURE
 from crosscheck.models.inputs import remember
@@ -23,6 +23,8 @@ from crosscheck.studies.batches.run import ExecutionSettings, run_study
 from crosscheck.studies.definition.files import read_study
 from crosscheck.studies.measures.columns import DIVERGED, list_columns
 from crosscheck.studies.members.members import PreparedStudy
+
+LEAST_WIDTH = 80  # columns in which each number of the table has room
 
 
 def sweep_command(
@@ -53,8 +55,14 @@ def _print_ranges(study: PreparedStudy, out: Path) -> None:
     """Print the range of every number, and how near a second engine came."""
     with xr.open_dataset(out, engine="h5netcdf", decode_times=False) as result:
         checked = CHECKED in result.dims
-        heads = ["quantity", "unit", "undefined", "least", "median", "largest"]
-        table = Table(*heads, *(["second engine off by"] * checked), box=None)
+        table = Table(
+            Column("quantity", overflow="fold"), Column("unit", overflow="fold"), box=None
+        )
+        # On a narrow terminal names are folded; numbers stay whole.
+        for head in ("undefined", "least", "median", "largest"):
+            table.add_column(head, no_wrap=True)
+        if checked:
+            table.add_column("second engine off by", overflow="fold")
         gone = int(np.isfinite(result[DIVERGED].values).sum())
         if gone:
             print(f"{gone:,} of {study.count:,} members diverged and have no numbers")
@@ -74,7 +82,9 @@ def _print_ranges(study: PreparedStudy, out: Path) -> None:
                 *map(make_printable, row),
                 *([_format_engine_difference(result, column.name)] * checked),
             )
-        Console().print(table)
+        console = Console()
+        console.width = max(console.width, LEAST_WIDTH)
+        console.print(table)
 
 
 def _format_engine_difference(result: xr.Dataset, name: str) -> str:

@@ -1,4 +1,4 @@
-"""A process with all that it has started: the processor time that they took, and their end."""
+"""A process with all that it has started: their processor time, their number, and their end."""
 
 from __future__ import annotations
 
@@ -16,6 +16,8 @@ import psutil
 
 PARENT_DEATH_SIGNAL, CHILD_SUBREAPER = 1, 36  # of Linux's prctl
 ROUNDS = 50  # at processes that start others while they are being ended
+MOST_DESCENDANTS = 64  # processes that work may have at once: far more than cores of a workstation
+SLOW_FORK_S = 0.05  # wait before each fork beyond so many
 ProcessorTimes = Mapping[int, float]  # [s], by number of the process
 
 
@@ -30,6 +32,44 @@ def measure_processor_times() -> ProcessorTimes:
             # What those used that it waited for is in no other process.
             times[child] += used.user + used.system + used.children_user + used.children_system
     return times
+
+
+def excess_reason(process: int) -> str:
+    """Why a process must be stopped that has started too many others; '' while it need not be."""
+    count = len(_descendants(process))
+    if count <= MOST_DESCENDANTS:
+        return ""
+    return f"stopped with {count} processes of its own; at most {MOST_DESCENDANTS} may run at once"
+
+
+class ForkGuard:
+    """Keeps code that is not ours from multiplying by forks until nobody can end it.
+
+    Code that forks and goes on in both branches doubles its processes at each call, and whoever
+    counts them once a second comes too late. So a fork of a fork ends before it runs a line, and a
+    process that has forked often waits before each further fork: what is left grows slowly enough
+    to be counted (``excess_reason``) and ended.
+
+    Attributes:
+        is_active: Whether code that is not ours runs in this process.
+    """
+
+    def __init__(self) -> None:
+        self.is_active, self._forks, self._is_fork = False, 0, False
+        os.register_at_fork(before=self._slow_down, after_in_child=self._end_grandchild)
+
+    def _slow_down(self) -> None:
+        self._forks += self.is_active
+        if self._forks > MOST_DESCENDANTS:
+            time.sleep(SLOW_FORK_S)
+
+    def _end_grandchild(self) -> None:
+        if self.is_active and self._is_fork:
+            os._exit(1)
+        self._is_fork = self.is_active
+
+
+FORK_GUARD = ForkGuard()
 
 
 def end_descendants(of: int) -> None:

@@ -26,9 +26,11 @@ from crosscheck.runner import cpu_limit
 from crosscheck.runner.cpu_limit import CpuTimeLimit
 from crosscheck.runner.interruption import SHOW_CURSOR, ignore_signals
 from crosscheck.runner.process_tree import (
+    FORK_GUARD,
     adopt_orphans,
     end_descendants,
     end_with_parent,
+    excess_reason,
     measure_processor_times,
 )
 
@@ -47,14 +49,20 @@ _lines: list[tuple[int, int]] = []
 def track_foreign_code(whose: str, cost: float = 5.0) -> Iterator[None]:
     """Run code that is not ours in this context: it is to blame if the process ends or hangs.
 
-    Whatever it does to the working folder, the umask and the standard streams is undone. whose: how
-    an error line begins; cost: estimated [s], see Patience.
+    Whatever it does to the working folder, the umask and the standard streams is undone, and what
+    it has forked ends with it, so that the command goes on once. whose: how an error line begins;
+    cost: estimated [s], see CpuTimeLimit.
     """
+    process, was_guarded = os.getpid(), FORK_GUARD.is_active
     _send_message(begins=whose, cost=cost)
+    FORK_GUARD.is_active = True
     try:
         with _restore_streams():
             yield
     finally:
+        if os.getpid() != process:
+            os._exit(0)
+        FORK_GUARD.is_active = was_guarded
         _send_message(ends=whose)
 
 
@@ -168,6 +176,7 @@ class _Supervision:
     def _wait_for_end(self, wakes: int) -> str:
         """Wait for the process to end; returns whom to blame if it had to be stopped."""
         until, open_ = float("inf"), [self.handle, wakes]
+        next_look = time.monotonic() + cpu_limit.LOOK_S
         while self.status is None and time.monotonic() < until:
             ready = select.select(open_, [], [], cpu_limit.LOOK_S)[0]
             if wakes in ready:
@@ -176,9 +185,11 @@ class _Supervision:
                 open_.remove(self.handle)
             if self.verdict_code is not None:
                 until = min(until, time.monotonic() + CLOSING_S)
-            elif not ready and (blame := self._overdue_message()):
-                self._end()
-                return blame
+            elif time.monotonic() >= next_look:
+                if blame := self._overdue_message():
+                    self._end()
+                    return blame
+                next_look = time.monotonic() + cpu_limit.LOOK_S
             self._collect_ended()
         self._listen()
         self._end()
@@ -206,7 +217,7 @@ class _Supervision:
     def _overdue_message(self) -> str:
         times = measure_processor_times() if self.foreign_calls else {}
         for whose, waiting in self.foreign_calls:
-            if why := waiting.stop_reason(times):
+            if why := waiting.stop_reason(times) or excess_reason(self.child):
                 return f"{whose}: {why}"
         return ""
 

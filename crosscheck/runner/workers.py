@@ -31,10 +31,12 @@ from crosscheck.runner.cpu_limit import CpuTimeLimit
 from crosscheck.runner.interruption import cleanup_callbacks
 from crosscheck.runner.outcomes import DIED, Failure, Task, failure_from_error
 from crosscheck.runner.process_tree import (
+    FORK_GUARD,
     ProcessorTimes,
     adopt_orphans,
     end_descendants,
     end_with_parent,
+    excess_reason,
     measure_processor_times,
 )
 
@@ -72,7 +74,7 @@ class _Worker:
         assert self.task is not None  # those at work alone are looked at
         if self.time_limit is None:
             self.time_limit = CpuTimeLimit(self.number, self.task.cost, times)
-        self.stop_reason = self.time_limit.stop_reason(times)
+        self.stop_reason = self.time_limit.stop_reason(times) or excess_reason(self.number)
         return bool(self.stop_reason)
 
     def kill(self) -> None:
@@ -222,6 +224,7 @@ class Workers:
 def _serve(pipe: Connection, parent: int) -> None:
     """Live as a worker: receive tasks, send their results."""
     settle_down(parent)
+    worker = os.getpid()
     while True:
         try:
             task: Task = pipe.recv()
@@ -231,6 +234,8 @@ def _serve(pipe: Connection, parent: int) -> None:
             result = task.perform()
         except BaseException as error:  # also what is no Exception ends a task, not a worker
             result = failure_from_error(error)
+        if os.getpid() != worker:  # the task has forked, and this is its other branch
+            os._exit(0)
         try:
             pipe.send(result)
         except Exception as error:  # a result that cannot be sent
@@ -251,6 +256,7 @@ def settle_down(parent: int) -> None:
     faulthandler.disable()
     adopt_orphans()
     end_with_parent()
+    FORK_GUARD.is_active = True
     threading.Thread(target=_watch, args=(parent,), daemon=True).start()
     nowhere = os.open(os.devnull, os.O_RDWR)
     for stream in (0, 1, 2):

@@ -110,6 +110,22 @@ def test_a_worker_killed_in_mid_study_changes_nothing(undisturbed, cluster, tmp_
     assert content(out) == content(expected)
 
 
+def test_a_study_whose_workers_are_all_killed_says_so_and_ends(
+    undisturbed, cluster, tmp_path, hold
+):
+    file, _ = undisturbed
+    holding = hold(2, 1)
+    victim = cluster.worker(hold=holding)
+    cluster.wait(1)
+    program = sweeping(file, tmp_path / "out.nc", "--scheduler", cluster.address)
+    wait_for_batches(tmp_path / "out.nc", 2, program)
+    victim.send_signal(signal.SIGKILL)
+    code, _, err = finished(program)
+    assert (code, err.count("\n")) == (3, 1)
+    assert "no worker is left" in err
+    assert f"dask worker {cluster.address}" in err
+
+
 def test_an_interrupted_study_goes_on_with_the_scheduler(undisturbed, cluster, tmp_path, hold):
     file, expected = undisturbed
     holding = hold(2, 1)

@@ -217,6 +217,28 @@ def test_the_example_of_backlash_shows_what_backlash_does():
         assert (least[1:] > largest[:-1]).all()
 
 
+@pytest.mark.parametrize("columns", ["80", "40"])
+def test_numbers_of_a_sweep_are_whole_on_a_narrow_terminal(tmp_path, capsys, monkeypatch, columns):
+    monkeypatch.setenv("COLUMNS", columns)
+    values = {"path": "arm.payload_mass_kg", "kind": "list", "values": [1.0, 2.0, 3.0]}
+    made = study([values], [{"kind": "rigid_deviation"}])
+    name = "theta_rigid_deviation_coupled"
+    result = xr.Dataset(
+        {
+            "diverged_s": ("payload", np.full(3, np.nan)),
+            name: ("payload", [8.25914e-07, 3.10953e-06, 1.04956e-05]),
+            f"{name}_difference": ("checked", [6.8e-21]),
+            f"{name}_difference_over_spread": ("checked", [1e-15]),
+        },
+        {"checked": [0]},
+    )
+    result.to_netcdf(tmp_path / "out.nc", engine="h5netcdf")
+    cli_studies._print_ranges(made, tmp_path / "out.nc")
+    words = capsys.readouterr().out.split()
+    for number in ("8.25914e-07", "3.10953e-06", "1.04956e-05", "6.8e-21"):
+        assert number in words
+
+
 def test_a_sweep_prints_the_range_of_every_number(tmp_path, capsys, monkeypatch):
     """Of a result written by hand: one member diverged, one number is not defined anywhere."""
     monkeypatch.setenv("COLUMNS", "200")

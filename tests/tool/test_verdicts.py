@@ -104,6 +104,16 @@ def test_results_go_where_the_command_was_started_and_can_be_read(tmp_path):
             "theirs: its process ended with exit code 0",
         ),
         ("with track_foreign_code('theirs'): pass\n    os._exit(0)", 3, "came to no verdict"),
+        (
+            "with track_foreign_code('theirs'):\n        while True: os.fork()",
+            2,
+            "processes of its own; at most 64 may run at once",
+        ),
+        (
+            "with track_foreign_code('theirs'): os.fork()\n    sys.exit('once')",
+            1,
+            "once",
+        ),
         ("if not os.fork(): os._exit(0)\n    time.sleep(0.2); sys.exit(1)", 1, ""),
         ("if not os.fork(): sys.exit(0)\n    time.sleep(0.2); sys.exit(1)", 1, ""),
     ],

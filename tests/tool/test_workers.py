@@ -10,9 +10,10 @@ from collections.abc import Callable
 from dataclasses import dataclass
 from pathlib import Path
 
+import psutil
 import pytest
 
-from crosscheck.runner import cpu_limit
+from crosscheck.runner import cpu_limit, process_tree
 from crosscheck.runner.outcomes import Failure
 from crosscheck.runner.process_tree import limit_resources
 from crosscheck.runner.workers import Workers, perform_all
@@ -97,6 +98,17 @@ def busy_in_a_child() -> None:
     endless()
 
 
+def forking() -> str:
+    os.fork()
+    return "done"
+
+
+def multiplying() -> None:
+    for _ in range(20):
+        os.fork()
+    endless()
+
+
 def stopped() -> str:
     """For longer than the impatient wait for a task."""
     waker = f"sleep 1; kill -CONT {os.getpid()}"
@@ -163,6 +175,24 @@ def test_a_task_that_computes_without_end_is_ended(work):
     assert results["slow"].unfinished
     assert results["slow"].kind == "TooSlow"
     assert "s of processor time, about 0 s expected" in results["slow"].message
+
+
+@pytest.mark.usefixtures("impatient")
+def test_a_task_that_forks_without_end_is_ended_with_its_forks(monkeypatch):
+    """Twenty forks, each going on in both branches, would be a million processes."""
+    monkeypatch.setattr(process_tree, "MOST_DESCENDANTS", 8)
+    results = perform_all([Job("good", good), Job("many", multiplying)], 1, lambda key: None)
+    assert results["good"] == "done"
+    assert results["many"].unfinished
+    assert "processes of its own; at most 8 may run at once" in results["many"].message
+    assert not psutil.Process().children(recursive=True)
+
+
+def test_a_task_that_forks_and_goes_on_in_both_branches_ends_once():
+    assert perform_all([Job("two", forking), Job("b", good)], 1, lambda key: None) == {
+        "two": "done",
+        "b": "done",
+    }
 
 
 @pytest.mark.usefixtures("impatient")

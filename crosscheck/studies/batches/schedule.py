@@ -8,16 +8,18 @@ from __future__ import annotations
 
 import hashlib
 import logging
+import math
 import platform
 import re
+import time
 import warnings
 from collections import Counter
-from collections.abc import Callable, Iterable, Iterator
+from collections.abc import Callable, Iterable, Iterator, Mapping
 from contextlib import contextmanager, suppress
 from dataclasses import dataclass
 from functools import cache, partial
 from itertools import islice
-from queue import SimpleQueue
+from queue import Empty, SimpleQueue
 from typing import Any, ClassVar, Protocol
 
 from crosscheck import __version__
@@ -31,6 +33,8 @@ from crosscheck.studies.batches.batch import prepare_worker
 
 BATCH = "crosscheck.studies.batches.batch"  # whose code, and all that it imports, makes a batch
 CONNECT_TIMEOUT_S = 6.0  # until an unreachable scheduler is given up
+LOOK_S = 5.0  # without a result, until the scheduler is asked for its workers
+REJOIN_S = 30.0  # for a worker that was started again to be back
 AHEAD = 2  # tasks that wait beyond those that run
 ATTEMPTS = 3  # at a batch whose worker dies
 BATCH_S = 60.0  # rough cost of a batch: a user's function may be slow
@@ -117,9 +121,16 @@ class Future(Protocol):
 
 
 def _run_by_futures(
-    submit: Callable[[FunctionTask], Future], most: int, tasks: Iterable[FunctionTask]
+    submit: Callable[[FunctionTask], Future],
+    require_workers: Callable[[], None],
+    most: int,
+    tasks: Iterable[FunctionTask],
 ) -> Iterator[tuple[FunctionTask, Any]]:
-    """Each task with its result as it comes; at most so many are sent at once."""
+    """Each task with its result as it comes; at most so many are sent at once.
+
+    A scheduler keeps tasks for workers to come. So whenever no result has come for a while,
+    ``require_workers`` raises Unfinished where there is nobody left to wait for.
+    """
     waiting, left = iter(tasks), 0
     done: SimpleQueue[tuple[FunctionTask, Future]] = SimpleQueue()
 
@@ -131,7 +142,10 @@ def _run_by_futures(
         left += 1
     while left:
         try:
-            task, future = done.get()
+            task, future = done.get(timeout=LOOK_S)
+        except Empty:
+            require_workers()
+            continue
         except KeyboardInterrupt:  # what is done by now is not lost
             while not done.empty():
                 task, future = done.get()
@@ -174,10 +188,33 @@ def open_cluster_executor(address: str) -> Iterator[BatchExecutor]:
             return future
 
         try:
-            yield partial(_run_by_futures, submit, threads + max(AHEAD, threads // 2))
+            crew = _Crew(client.nthreads, address)
+            yield partial(_run_by_futures, submit, crew.require, threads + max(AHEAD, threads // 2))
         except (distributed.KilledWorker, distributed.client.FutureCancelledError) as error:
             reason = f"{type(error).__name__}: a batch's workers died, or the scheduler did"
             raise Unfinished(f"{address}: {reason}; --resume goes on") from None
+
+
+class _Crew:
+    """The workers of a scheduler.
+
+    Args:
+        threads: Asks for each worker's threads, by the worker's address.
+        address: The scheduler's.
+    """
+
+    def __init__(self, threads: Callable[[], Mapping[str, int]], address: str) -> None:
+        self._threads, self._address, self._absent_since = threads, address, math.inf
+
+    def require(self) -> None:
+        """Raise Unfinished where no worker has been there for as long as one takes to come back."""
+        now = time.monotonic()
+        self._absent_since = math.inf if self._threads() else min(self._absent_since, now)
+        if now - self._absent_since >= REJOIN_S:
+            line = (
+                f"{self._address}: no worker is left; start one with: {JOIN}, and go on by --resume"
+            )
+            raise Unfinished(line.format(address=self._address))
 
 
 @contextmanager
