@@ -5,6 +5,7 @@ from __future__ import annotations
 import os
 import pkgutil
 from collections.abc import Callable, Iterator, Sequence
+from dataclasses import replace
 from functools import partial
 from importlib import import_module
 
@@ -13,9 +14,12 @@ import numpy as np
 from crosscheck.checks import robots
 from crosscheck.checks.robots import engines
 from crosscheck.checks.robots.case import RobotLevel, SampledRobot
+from crosscheck.checks.robots.simulations import motor_torques
 from crosscheck.checks.robots.sizes import compute_sizes
 from crosscheck.checks.robots.states import RandomStates, sample_states
 from crosscheck.findings import EntryDifferences, Finding
+from crosscheck.models.robot.integration import integrate
+from crosscheck.models.robot.interface import RobotModel
 from crosscheck.models.robot.robot import WITH_ROTORS, Level, Robot
 from crosscheck.planning.comparison import (
     Comparison,
@@ -43,6 +47,7 @@ RUN_S = 0.1  # of a run, if few steps of it resolve swings of meshes, their dyin
 FORCE, DEEPEST = 10.0, 0.01  # of a drawn mesh: N m or N at its joint, parts of its pinion's radius
 # Of free motions on all levels: a step of the fastest mesh [rad], and steps at most.
 RESOLVED, MOST_STEPS, QUICK_STEPS, LEAST_STEPS = 0.4, 1000, 100, 50
+UNRESOLVED = 0.01  # part of a motion by which halving its steps may change it
 MASS_MATRIX = "mass_matrix"
 
 
@@ -100,10 +105,8 @@ def make_cases(robot: Robot, states: RandomStates, most_steps: int) -> list[Robo
         level: add_mesh_states(robot, states) if level == "geared" else states
         for level in robot.levels
     }
-    masses = {
-        level: build_robot_model(reference_engine(), robot, level).mass_matrix(at.q)
-        for level, at in states_by_level.items()
-    }
+    models = {level: build_robot_model(reference_engine(), robot, level) for level in robot.levels}
+    masses = {level: models[level].mass_matrix(at.q) for level, at in states_by_level.items()}
     slowing = {level: friction_rate(robot, mass) for level, mass in masses.items()}
     swings = mesh_rates(robot, masses["geared"]).fastest if "geared" in masses else 0.0
     fastest = max(swings, *slowing.values())
@@ -120,7 +123,40 @@ def make_cases(robot: Robot, states: RandomStates, most_steps: int) -> list[Robo
         run_s = min(RUN_S, engines.STEPS / 2 / rate) if rate else RUN_S
         return RobotLevel(robot, level, at, sizes, drive, run_s, motion_s, steps)
 
-    return [make_case(level) for level in robot.levels]
+    cases = [make_case(level) for level in robot.levels]
+    shortened = [shorten_runs(models[case.level], case) for case in cases]
+    factor = min(short.run_s / case.run_s for short, case in zip(shortened, cases, strict=True))
+    return [replace(case, motion_s=factor * case.motion_s) for case in shortened]
+
+
+def shorten_runs(model: RobotModel, case: RobotLevel) -> RobotLevel:
+    """The case with runs so short that their steps resolve them.
+
+    Links of very unequal masses fling each other about within one step of a run of usual length,
+    and then its numbers overflow and say nothing of the equations. So runs are halved until twice
+    as many steps change them by next to nothing. All but such robots keep the usual length.
+    """
+    while case.has_runs and not is_resolved(model, case):
+        case = replace(case, run_s=case.run_s / 2)
+    return case
+
+
+def is_resolved(model: RobotModel, case: RobotLevel) -> bool:
+    """Whether twice as many steps change the runs of a case by a small part of their motion.
+
+    These are free motions, and one from the first state under the torques of simulations.
+    """
+    free = case.states.first(engines.RUNS)
+    q, v = (np.vstack([values, values[:1]]) for values in free[:2])
+    torques = np.vstack([0 * free.torques, motor_torques(case)])
+    coarse, fine = (
+        integrate(model, q, v, lambda time: torques, case.run_s, steps)[0]
+        for steps in (engines.STEPS, 2 * engines.STEPS)
+    )
+    if not (np.isfinite(coarse).all() and np.isfinite(fine).all()):
+        return False
+    differences, motions = (np.abs(fine - other).max(axis=1) for other in (coarse, q))
+    return bool((differences <= UNRESOLVED * motions).all())
 
 
 def add_mesh_states(robot: Robot, states: RandomStates) -> RandomStates:

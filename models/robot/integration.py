@@ -27,7 +27,7 @@ def integrate(
 
     def slope(given: np.ndarray, at: np.ndarray, rate: np.ndarray) -> np.ndarray:
         accelerations = np.zeros_like(at)
-        with require_regular(model.robot):
+        with require_regular(model.robot), np.errstate(over="ignore", invalid="ignore"):
             accelerations[alive] = model.forward_dynamics(at[alive], rate[alive], given[alive])
         return accelerations
 

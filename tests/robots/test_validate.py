@@ -27,6 +27,7 @@ from crosscheck.planning.robots import (
     sample_models,
 )
 from crosscheck.provenance import ROOT
+from crosscheck.registry import build_robot_model
 from crosscheck.runner import tasks
 from tests.draws import DRAWS, SAMPLE, fresh_seed
 from tests.loops import require_items
@@ -253,6 +254,57 @@ def test_an_order_is_judged_by_where_the_orders_of_steps_go(order, next_term, ve
     rows[1:, 0] = 1 + h**order * (1 + next_term * h)
     results = Results({task.key: rows for task in planned.needs})
     assert planned.finding(results).verdict == verdict
+
+
+@pytest.mark.parametrize(
+    ("terms", "halvings", "verdict"),
+    [
+        ((0.5, 0.0, 0.0), 3, "agree"),
+        # Orders 4.01 and 3.82 seem to tend to 3.63; the next is 3.85, and they tend to 4.
+        ((-56.0, 3200.0, -57e3), 4, "agree"),
+        (None, 6, "differ"),
+    ],
+)
+def test_an_order_that_is_not_the_methods_is_confirmed_by_finer_steps(
+    monkeypatch, terms, halvings, verdict
+):
+    """Ends of runs whose errors are h^4 (1 + a h + b h^2 + c h^3), or h^3."""
+    own = two_link.robot()
+    (sampled, *_) = sample_models(make_cases(own, sample_states(own, 2, 0), 10))
+
+    def integrate(model, q, v, torques, seconds, steps):
+        h = 0.1 / steps
+        error = h**3 if terms is None else h**4 * np.polyval([*terms[::-1], 1.0], h)
+        return q + 1 + error, v
+
+    monkeypatch.setattr(runs, "integrate", integrate)
+    model = build_robot_model("analytic", own, sampled.case.level)
+    rows = runs.refined_ends(model, sampled.case)
+    assert len(rows) == halvings + 2
+    planned = next(each for each in runs.plan([sampled]) if each.about.key.family == "order")
+    results = Results({task.key: rows for task in planned.needs})
+    assert planned.finding(results).verdict == verdict
+
+
+def test_runs_of_links_of_very_unequal_masses_are_short_enough_to_say_something(recwarn):
+    """A ball of 500 t at the end of two rods of a kilogram: usual runs overflow."""
+    ball, rod = Solid(5e5, (0.5, 0, 0), (200.0, 0, 0, 200, 0, 200)), Solid(1.0, (0.2, 0, 0.01))
+    own = robot(
+        urdf(
+            link("base"),
+            *(link("a", rod), link("b", rod), link("ball", ball)),
+            joint("first", "base", "a", axis=(0, 1, 0)),
+            joint("second", "a", "b", axis=(0, 1, 0), at=(0.5, 0, 0)),
+            joint("third", "b", "ball", axis=(0, 1, 0), at=(0.5, 0, 0)),
+        )
+    )
+    usual = two_link.robot()
+    case, other = (make_cases(each, sample_states(each, 4, 0), 10)[0] for each in (own, usual))
+    assert case.run_s < robots.RUN_S == other.run_s
+    assert case.motion_s / robots.RUN_S == case.run_s / robots.RUN_S
+    agreement = package.check(own, quick=True, jobs=1)
+    assert [f.id for f in agreement.disagreeing] == []
+    assert not [each for each in recwarn if issubclass(each.category, RuntimeWarning)]
 
 
 def test_one_torque_for_many_joints_flings_none_of_them():

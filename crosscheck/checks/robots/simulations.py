@@ -36,17 +36,27 @@ def simulation(model: RobotModel, case: RobotLevel) -> np.ndarray:
     return require_numbers(q, "integrate", shape)
 
 
+def motor_torques(case: RobotLevel) -> np.ndarray:
+    """Constant torques of the motors (free,) [N m or N] in a simulation.
+
+    They are so large that joints would have about the state's accelerations alone. Of a robot with
+    more joints than a scenario lists, all have the least torque: the first joint's carries the
+    whole robot, and would fling the last ones out of any motion.
+    """
+    accelerations = case.states.a[0, : case.free]
+    torques = np.diagonal(case.sizes.mass_matrix[0])[: case.free] * accelerations
+    return np.full(case.free, min(torques, key=abs)) if case.free > LISTED else torques
+
+
 def make_scenario(case: RobotLevel) -> Scenario:
     """A run of so many steps from the first state's joints, all recorded.
 
-    Torques are so large that joints would have about the state's accelerations alone. Of a robot
-    with more joints than a scenario lists, all have the first's start, and the least torque: the
-    first joint's carries the whole robot, and would fling the last ones out of any motion.
+    Of a robot with more joints than a scenario lists, all have the first's start.
     """
-    q, v, a, _ = (each[0, : case.free] for each in case.states)
-    torques = np.diagonal(case.sizes.mass_matrix[0])[: case.free] * a
+    q, v = (each[0, : case.free] for each in case.states[:2])
+    torques = motor_torques(case)
     if case.free > LISTED:
-        q, v, torques = q[0], v[0], min(torques, key=abs)
+        q, v, torques = q[0], v[0], torques[0]
     return Scenario(
         schema_version=1,
         name="brief",
