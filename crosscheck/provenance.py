@@ -151,9 +151,13 @@ def _git(*words: str) -> str | None:
     """What git says of this checkout; None outside one, and where git finds nothing."""
     if not (ROOT / ".git").exists():  # another project's checkout may hold an installed package
         return None
+    # GIT_DIR and its like, set in a hook of another repository, would name that one instead.
+    environment = {name: value for name, value in os.environ.items() if name[:4] != "GIT_"}
     try:
         command = ["git", "--no-optional-locks", "-C", str(ROOT), *words]
-        answer = subprocess.run(command, capture_output=True, text=True, timeout=10, check=True)
+        answer = subprocess.run(
+            command, capture_output=True, text=True, timeout=10, check=True, env=environment
+        )
     except (OSError, subprocess.SubprocessError):
         return None
     return answer.stdout.strip() or None

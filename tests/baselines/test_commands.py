@@ -261,6 +261,24 @@ def test_a_checkout_is_looked_at_and_not_written(tmp_path, monkeypatch):
     assert Path(".git", "index").read_bytes() == index
 
 
+def test_a_revision_is_that_of_the_checkout_whatever_git_is_told_to_look_at(tmp_path, monkeypatch):
+    """A hook of another repository sets GIT_DIR, and tests of its equations may run there."""
+    revisions = []
+    for name in ("mine", "other"):
+        folder = tmp_path / name
+        folder.mkdir()
+        monkeypatch.chdir(folder)
+        git("init", "--quiet")
+        git("commit", "--quiet", "--allow-empty", "--message", name)
+        head = subprocess.run(["git", "rev-parse", "HEAD"], capture_output=True, text=True)
+        revisions.append(head.stdout)
+    monkeypatch.setattr(provenance, "ROOT", tmp_path / "mine")
+    monkeypatch.setenv("GIT_DIR", str(tmp_path / "other" / ".git"))
+    mine, other = revisions
+    assert mine != other
+    assert mine.startswith(str(provenance._revision.__wrapped__()))
+
+
 def test_a_checkout_with_uncommitted_changes_has_no_record(command, result, capsys, monkeypatch):
     monkeypatch.setattr(provenance, "ROOT", Path.cwd())
     git("init", "--quiet")
