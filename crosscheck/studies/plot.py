@@ -106,8 +106,12 @@ def _panel_title(values: xr.DataArray) -> str:
 
 
 def _axis_label(values: xr.DataArray) -> str:
-    unit = values.attrs.get("units", "")
-    return _cut(f"{values.name} [{unit}]" if unit not in ("", "1") else f"{values.name}")
+    """A name in words with its unit, which the names of many fields end with as well."""
+    unit, name = values.attrs.get("units", ""), str(values.name)
+    if unit in ("", "1"):
+        return _cut(name.replace("_", " "))
+    words = name.removesuffix(f"_{unit.replace(' ', '_')}").replace("_", " ")
+    return _cut(f"{words} [{unit}]")
 
 
 def _cut(text: str) -> str:
@@ -128,6 +132,7 @@ def _draw_distribution(axes: Axes, values: xr.DataArray) -> None:
     axes.hist(finite_values, bins=min(max(10, math.isqrt(finite_values.size)), 100), color="0.75")
     axes.set_xlabel(_axis_label(values))
     axes.set_ylabel(f"members, of {values.size:,}")
+    _note_undefined(axes, values)
     shares = axes.twinx()
     shares.ecdf(finite_values, color="C0")
     shares.set_ylabel("share below")
@@ -141,6 +146,8 @@ def _draw_curve(axes: Axes, values: xr.DataArray, axis_dim: str) -> None:
     with np.errstate(all="ignore"):
         low, lower, middle, upper, high = _quantiles(repeats)
     axes.plot(x, middle, "o-" if at.size < 30 else "-", color="C0", markersize=3, label="median")
+    _mark_undefined(axes, x, repeats)
+    _note_undefined(axes, values)
     if repeats.shape[1] > 1:
         axes.fill_between(x, low, high, color="C0", alpha=0.15, label="5 to 95 %")
         axes.fill_between(x, lower, upper, color="C0", alpha=0.25, label="25 to 75 %")
@@ -149,6 +156,26 @@ def _draw_curve(axes: Axes, values: xr.DataArray, axis_dim: str) -> None:
     _mark(at, axes.set_xscale, axes.set_xticks)
     axes.set_xlabel(_axis_label(at))
     axes.set_ylabel(_axis_label(values))
+
+
+def _mark_undefined(axes: Axes, x: np.ndarray, repeats: np.ndarray) -> None:
+    """Draw a cross at the foot of each point that has an undefined member.
+
+    So every panel of a study reaches over the same points, and none looks as if all were defined.
+    """
+    missing = x[~np.isfinite(repeats).all(axis=1)]
+    if missing.size:
+        foot = axes.get_xaxis_transform()
+        axes.plot(missing, np.zeros(missing.size), "x", color="C3", transform=foot, clip_on=False)
+
+
+def _note_undefined(axes: Axes, values: xr.DataArray) -> None:
+    """Say how many members have no value, if any."""
+    missing = int(values.size - np.isfinite(values.values).sum())
+    if missing:
+        note = f"undefined: {missing:,} of {values.size:,}"
+        corner = {"ha": "right", "va": "top", "transform": axes.transAxes}
+        axes.text(0.99, 0.98, note, fontsize=8, color="C3", **corner)
 
 
 def _quantiles(repeats: np.ndarray) -> np.ndarray:
@@ -209,6 +236,8 @@ def _draw_map(axes: Axes, values: xr.DataArray, axis_dims: Sequence[str]) -> Non
     if fixed:
         rest = ", ".join(_cut(f"{name} = {values[name].values[0]}") for name in fixed)
         axes.set_title(f"{_panel_title(values)}; {rest}", fontsize=9)
+    axes.set_facecolor("0.85")  # where every member is undefined
+    _note_undefined(axes, part)
     bar = axes.figure.colorbar(colours, ax=axes)
     bar.set_label(_axis_label(values))
 

@@ -42,17 +42,24 @@ def wrong_curves() -> Iterator[str]:
     # More and more members end in the upper of two states of the first joint.
     upper = np.arange(SAMPLES)[None] < np.array([2, 9, 17, 25, 36])[:, None]
     values[:, :, 0] += 100.0 * upper
-    values[1, 5, 0] = np.nan
+    values[1, 5, 0] = values[4, :, 1] = np.nan
     first, second, *more = _drawn(_values(("play", "sample", "joint"), values))
     for joint, axes in enumerate((first, second)):
         own = values[:, :, joint]
-        right = np.nanquantile(own, [0.05, 0.25, 0.5, 0.75, 0.95], axis=1)
-        (line,) = axes.lines
-        if not np.allclose(line.get_xydata(), np.column_stack([ACROSS, right[2]])):
+        shown = 5 - joint  # the last point has no value of the second joint
+        right = np.nanquantile(own[:shown], [0.05, 0.25, 0.5, 0.75, 0.95], axis=1)
+        line, crosses = axes.lines
+        if not np.allclose(line.get_xydata()[:shown], np.column_stack([ACROSS[:shown], right[2]])):
             yield f"median of joint {joint + 1}"
+        if not np.array_equal(crosses.get_xdata(), ACROSS[[1, 4][joint : joint + 1]]):
+            yield f"undefined points of joint {joint + 1}: {crosses.get_xdata()}"
+        if not axes.get_xlim()[1] >= ACROSS[-1]:
+            yield f"range of joint {joint + 1}: {axes.get_xlim()}"
+        if [text.get_text() for text in axes.texts] != [f"undefined: {[1, SAMPLES][joint]} of 200"]:
+            yield f"count of undefined members: {axes.texts}"
         for band, rows in zip(axes.collections, ((0, 4), (1, 3)), strict=True):
             points = band.get_paths()[0].vertices
-            for x, low, high in zip(ACROSS, *right[list(rows)], strict=True):
+            for x, low, high in zip(ACROSS[:shown], *right[list(rows)], strict=True):
                 at = points[np.isclose(points[:, 0], x, rtol=1e-9)][:, 1]
                 if not np.allclose([at.min(), at.max()], [low, high]):
                     yield f"band of joint {joint + 1} at {x}"
