@@ -42,6 +42,7 @@ from crosscheck.runner.process_tree import (
 
 FORK = multiprocessing.get_context("fork")
 CLOSING_S = 5.0  # from the end of a process's pipes to the end of the process
+LEAVING_S = 1.0  # for an idle worker to exit by itself
 SIGNALS = {signal.SIGINT, signal.SIGTERM}
 
 
@@ -77,6 +78,15 @@ class _Worker:
         self.stop_reason = self.time_limit.stop_reason(times) or excess_reason(self.number)
         return bool(self.stop_reason)
 
+    def dismiss(self) -> None:
+        """End the worker: by its own exit if it is idle, so that whatever traces it can write."""
+        if self.task is None:
+            end_descendants(self.number)
+            with suppress(OSError):  # it has died idle
+                self.pipe.send(None)
+            self.process.join(LEAVING_S)
+        self.kill()
+
     def kill(self) -> None:
         if self.process.is_alive():
             with suppress(OSError):
@@ -110,7 +120,7 @@ class Workers:
 
     def _dismiss(self) -> None:
         while self.crew:
-            self.crew.pop().kill()
+            self.crew.pop().dismiss()
 
     def perform(self, tasks: Sequence[Task], done: Callable[[Any], None]) -> dict[Any, Any]:
         """Results by key; ``done`` is told each key as its task ends."""
@@ -227,8 +237,10 @@ def _serve(pipe: Connection, parent: int) -> None:
     worker = os.getpid()
     while True:
         try:
-            task: Task = pipe.recv()
+            task: Task | None = pipe.recv()
         except (EOFError, OSError):
+            os._exit(0)
+        if task is None:  # it is no longer needed
             os._exit(0)
         try:
             result = task.perform()

@@ -1,5 +1,6 @@
 """Tasks in other processes: whatever one does, the others are done and nothing is left behind."""
 
+import json
 import os
 import resource
 import signal
@@ -277,3 +278,28 @@ def _runs(pid: int) -> bool:
         return "Z" not in Path(f"/proc/{pid}/stat").read_text().rpartition(")")[2].split()[0]
     except OSError:
         return False
+
+
+def test_coverage_sees_what_workers_run(tmp_path, monkeypatch):
+    """An idle worker leaves by its own exit, at which its traces are written."""
+    monkeypatch.chdir(tmp_path)
+    Path("work.py").write_text(
+        "from dataclasses import dataclass\n"
+        "from crosscheck.runner.workers import perform_all\n"
+        "@dataclass\n"
+        "class Job:\n"
+        "    key: str\n"
+        "    cost = 0.0\n"
+        "    def perform(self):\n"
+        "        return self.key\n"
+        "perform_all([Job('a'), Job('b')], 2, lambda key: None)\n"
+    )
+    Path("settings").write_text(
+        "[run]\nparallel = true\nconcurrency = multiprocessing, thread\npatch = fork, _exit\n"
+    )
+    environment = {**os.environ, "PYTHONPATH": str(Path(__file__).parents[2])}
+    for words in (("run", "--rcfile=settings", "work.py"), ("combine", "-q"), ("json", "-q")):
+        command = [sys.executable, "-m", "coverage", *words]
+        subprocess.run(command, check=True, capture_output=True, env=environment)
+    measured = json.loads(Path("coverage.json").read_text())["files"]["work.py"]
+    assert measured["missing_lines"] == []
