@@ -21,6 +21,7 @@ from crosscheck.runner.interruption import cleanup_callbacks
 # Under a name that begins so, a file grows until it takes its place.
 DRAFT = ".crosscheck-"
 OUTPUT = 1  # descriptor of standard output
+EXISTS = "exists already; init replaces no file"
 
 
 def require_writable(folder: Path) -> None:
@@ -69,6 +70,25 @@ def require_files(
 def write_text(path: Path, text: str) -> None:
     """Write a file. Raises InputError."""
     write_files({path: text})
+
+
+def require_new(path: Path) -> Path:
+    """Where a file can be written that does not exist yet. Raises InputError if it does."""
+    target = path if os.path.islink(path) else require_file(path)
+    if os.path.lexists(target):  # also a link to a file that is not there
+        raise InputError(str(path), "", None, EXISTS)
+    return target
+
+
+def write_new_text(path: Path, text: str) -> None:
+    """Write a file where there is none. Raises InputError, also where another process was first."""
+    target = require_new(path)
+    with convert_os_errors(path), draft(target.parent) as new:
+        new.write(text.encode("utf-8", "backslashreplace"), lasting=True)
+        try:
+            new.publish_new(target)
+        except FileExistsError:
+            raise InputError(str(path), "", None, EXISTS) from None
 
 
 def write_files(contents: Mapping[Path, str | bytes]) -> None:
@@ -134,6 +154,13 @@ class Draft:
     def publish(self, target: Path) -> None:
         """Put the file in the place of the target, in the same folder. Raises OSError."""
         os.replace(self.path, target)
+
+    def publish_new(self, target: Path) -> None:
+        """Put the file where there is none. Raises OSError, FileExistsError for one made since."""
+        try:
+            os.link(self.path, target)
+        except PermissionError:  # a file system without hard links
+            self.publish(target)
 
 
 @contextmanager

@@ -105,7 +105,7 @@ def _text(name: str, *folders: str) -> str:
         if name in _stems(folder):
             return (HERE / folder / f"{name}.toml").read_text("utf-8")
     try:
-        return read_content(Path(name), LARGEST_FILE).decode("utf-8")
+        return read_content(Path(name), LARGEST_FILE).decode("utf-8-sig")
     except (FileNotFoundError, NotADirectoryError):
         names = [stem for folder in folders for stem in _stems(folder)]
         nor = f", nor built-in name ({', '.join(names)})" if folders else ""

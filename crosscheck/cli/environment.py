@@ -36,6 +36,9 @@ def prepare() -> None:
                 line_buffering=descriptor == 2 or outlet.isatty(),
             )
             setattr(sys, name, tolerant)
+    columns = os.environ.get("COLUMNS", "")
+    if columns.isdecimal() and not int(columns):  # some shells' word for an unknown width
+        del os.environ["COLUMNS"]
     try:
         os.getcwd()  # which libraries ask for
     except OSError as error:

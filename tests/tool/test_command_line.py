@@ -87,6 +87,12 @@ def test_list_names_all_that_other_commands_accept(crosscheck):
     assert set(words) >= {*builtin_arms(), *builtin_robots(), *MODELS, *builtin_scenarios()}
 
 
+def test_a_terminal_of_unknown_width_is_no_terminal_of_no_width(crosscheck, monkeypatch):
+    """Some shells say so by 0 columns, into which nothing fits."""
+    monkeypatch.setenv("COLUMNS", "0")
+    assert "paper-labelled" in crosscheck("list").out
+
+
 def test_the_list_has_each_name_under_its_kind_with_its_title(crosscheck, monkeypatch):
     monkeypatch.setenv("COLUMNS", "200")
     kinds = [each.splitlines() for each in crosscheck("list").out.split("\n\n")]

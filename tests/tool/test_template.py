@@ -8,8 +8,10 @@ from pathlib import Path
 import numpy as np
 import pytest
 
+from crosscheck import output
 from crosscheck.cli.files.template import example_arm, make_plain_arm, template
 from crosscheck.models.arm.arm import Arm, Direct, Link, Planetary
+from crosscheck.models.errors import InputError
 from crosscheck.models.loading import load_arm, load_scenario
 from crosscheck.registry import build
 from crosscheck.schema import describe_fields
@@ -273,3 +275,20 @@ def test_a_name_with_control_characters_is_shown_with_escapes(crosscheck, tmp_pa
     assert answer.code == 0
     assert all(line.isprintable() for line in answer.out.splitlines())
     assert answer.out.count("\n") == 4
+
+
+def test_of_two_that_begin_one_file_at_once_one_is_refused(tmp_path, monkeypatch):
+    """Both have seen that there is none."""
+    file = tmp_path / "arm.toml"
+    monkeypatch.setattr(output, "require_new", lambda path: path)
+    output.write_new_text(file, "first")
+    with pytest.raises(InputError, match="exists already"):
+        output.write_new_text(file, "second")
+    assert file.read_text() == "first"
+    assert [path.name for path in tmp_path.iterdir()] == ["arm.toml"]
+
+
+def test_a_file_of_an_editor_that_marks_the_byte_order_is_read(crosscheck, tmp_path):
+    crosscheck("init", tmp_path / "arm.toml")
+    (tmp_path / "marked.toml").write_bytes(b"\xef\xbb\xbf" + (tmp_path / "arm.toml").read_bytes())
+    assert load_arm(str(tmp_path / "marked.toml")) == load_arm(str(tmp_path / "arm.toml"))

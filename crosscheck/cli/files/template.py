@@ -15,7 +15,7 @@ from crosscheck.models.arm.quantities import Data, PrintableText, format_number
 from crosscheck.models.arm.stiffness import SineStiffness
 from crosscheck.models.errors import InputError
 from crosscheck.models.files import format_toml_fields
-from crosscheck.output import require_file, write_text
+from crosscheck.output import require_new, write_new_text
 from crosscheck.report.formatting import make_printable
 from crosscheck.schema import describe_fields
 
@@ -98,20 +98,13 @@ def init_command(path: Path, joints: int, direct: bool) -> None:
     """Write the template of an arm with 1 to 7 joints. Raises InputError, also if it exists."""
     require_new(path)
     arm = (make_plain_arm if direct else example_arm)(_choose_name(path.stem), joints)
-    write_text(path, plain_template(arm) if direct else template(arm))
+    write_new_text(path, plain_template(arm) if direct else template(arm))
     name, word = make_printable(str(path)), make_printable(shlex.quote(str(path)))
     count = _format_joint_count(joints, direct)
     print(f"wrote {name}: {count}, every number an example")
     print(f"it has {describe_loads(arm)}; edit it, then")
     for command in ("show", "validate"):
         print(f"  crosscheck {command} {word}")
-
-
-def require_new(path: Path) -> None:
-    """Raise InputError unless a file can be written there that does not exist yet."""
-    target = path if os.path.islink(path) else require_file(path)
-    if os.path.lexists(target):  # also a link to a file that is not there
-        raise InputError(str(path), "", None, "exists already; init replaces no file")
 
 
 def template(arm: Arm) -> str:
@@ -318,7 +311,7 @@ def init_robot_command(path: Path, urdf: Path) -> None:
     lines = list(robot_joint_lines(robot, gears))
     text = robot_template(robot, relative_path, lines)
     validate_record(RobotFile, parse_toml(text), str(path))  # as it will be read
-    write_text(path, text)
+    write_new_text(path, text)
     geared = sum('"geared"' in line.partition("#")[0] for line in lines)
     kinds = f"{geared} geared as the URDF states" if geared else "all direct"
     print(f"wrote {make_printable(str(path))}: {len(lines)} joints, {kinds}")
