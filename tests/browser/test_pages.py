@@ -51,9 +51,10 @@ HOSTILE = '</script><img src="nowhere" onerror="fail()"><b>'  # would ask for a 
 LOOKS = {"light": 390, "dark": 1280}
 PAGES = ("report", "view", "compare", "cost", "trial")
 SCREENS = ((1280, 900), (390, 844))
-MOST_WORDS = 60  # of a first screen; heat maps, drawings and the user's own lines are pictures
+MOST_WORDS = 60  # of a page's answer on its first screen; heat maps, drawings and the user's own lines are pictures
 WORDS_IN_SIGHT = """() => {
-  const walker = document.createTreeWalker(document.body, NodeFilter.SHOW_TEXT), words = [];
+  const first = document.querySelector(".first"), words = [];
+  const walker = document.createTreeWalker(first, NodeFilter.SHOW_TEXT);
   while (walker.nextNode()) {
     const text = walker.currentNode, parent = text.parentElement;
     if (parent.closest("script, style, svg, pre, .heat td, .heat th")) continue;
@@ -64,6 +65,11 @@ WORDS_IN_SIGHT = """() => {
       words.push(...text.textContent.split(/\\s+/).filter(Boolean));
   }
   return words;
+}"""
+# A page goes on right below its answer: who sees blank paper there thinks that it ends [px].
+SPACE_BELOW_ANSWER = """() => {
+  const first = document.querySelector(".first"), end = first.lastElementChild;
+  return first.nextElementSibling.getBoundingClientRect().top - end.getBoundingClientRect().bottom;
 }"""
 AXE = Path(__file__).with_name("axe.min.js")
 # Of what passes axe would write a selector of every element, which takes longer than the rules.
@@ -275,6 +281,8 @@ def test_the_first_screen_answers_in_few_words(opened, name, picture):
         assert page.locator(".answer").first.inner_text() in " ".join(words)
         assert page.locator(picture).first.is_visible()
         assert len(words) <= MOST_WORDS, words
+    page.set_viewport_size({"width": 1280, "height": 1600})
+    assert page.evaluate(SPACE_BELOW_ANSWER) < 100
 
 
 def test_folds_open_and_paper_gets_the_still_picture(opened):
