@@ -13,6 +13,7 @@ import xarray as xr
 from pydantic import TypeAdapter
 
 from crosscheck.checks import energy, invariants, modes, records, scales, trajectories
+from crosscheck.checks.answers import CORNER_FORCE
 from crosscheck.checks.scales import ReasonedLimit
 from crosscheck.findings import ComparisonKey, Finding, Subject
 from crosscheck.models.arm.arm import Arm
@@ -178,6 +179,10 @@ def wrong_states(name: str) -> Iterator[str]:
     for quantity in STATE_ABILITIES:
         own = scale(name, quantity)
         yield from _wrong_components(name, (quantity, ""), own.sizes(own.limit), own.limit)
+    if name in GEARED:  # the sizes of forces at random states
+        force = scale(name, "generalized_force")
+        sizes = force.sizes(force.limit)
+        yield from _wrong_components(name, (CORNER_FORCE, ""), sizes, force.limit)
 
 
 def wrong_data_checks(name: str) -> Iterator[str]:

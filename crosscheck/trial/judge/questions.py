@@ -130,7 +130,7 @@ class StateQuestion(SelfKeyedTask):
         asker = build_model(self.asker, self.case)
         assert isinstance(asker, SuppliedModel)  # as it was registered
         case, frame = self.case, asker.frame
-        states = draw_states(frame, case.arm, case.scenario, self.count, self.seed)
+        states = draw_states(frame, case, self.count, self.seed)
         model = build_model(self.model, self.case)
         source: Source = TransformedModel(model, frame)
         again = self.quantity.endswith(AGAIN)
@@ -244,7 +244,7 @@ class VerificationProblem:
     @cached_property
     def states(self) -> tuple[UserState, ...]:
         """The random states at which everything is asked."""
-        return draw_states(self.frame, self.case.arm, self.case.scenario, self.count, self.seed)
+        return draw_states(self.frame, self.case, self.count, self.seed)
 
     @property
     def levels(self) -> tuple[str, ...]:
@@ -307,7 +307,7 @@ class FirstCall(SelfKeyedTask):
         asker = build_model(self.model, self.case)
         assert isinstance(asker, SuppliedModel)  # as it was registered
         try:
-            (state,) = draw_states(asker.frame, self.case.arm, self.case.scenario, 1, self.seed)
+            state, *_ = draw_states(asker.frame, self.case, 1, self.seed)
         except InputError:  # a pose that the user's map does not reach
             return None
         try:

@@ -10,7 +10,7 @@ from collections.abc import Mapping, Sequence, Set
 from dataclasses import dataclass, replace
 from fractions import Fraction
 from functools import cached_property
-from typing import Any, NamedTuple
+from typing import Any, Literal, NamedTuple
 
 import numpy as np
 import sympy as sp
@@ -350,18 +350,34 @@ class ForceStates(NamedTuple):
     torque: np.ndarray
 
 
-class PhaseConvention(NamedTuple):
-    """How mesh phases are counted: by absolute link angles; faster by factors (meshes,) or one."""
+class MeshConvention(NamedTuple):
+    """Another law of all meshes than any switch has.
+
+    absolute: phases by absolute link angles; rate_factor: phases faster by factors (meshes,) or
+    one; asked_of_x: whether teeth touch is asked of x in place of x - e. damper: of teeth in
+    contact, ``pushing`` never pulls them together, ``capped`` is at most the spring's force.
+    """
 
     absolute: bool = False
     rate_factor: np.ndarray | float = 1.0
+    asked_of_x: bool = False
+    damper: Literal["", "pushing", "capped"] = ""
+
+    @property
+    def changes_phases(self) -> bool:
+        """Whether it is the phases that are counted in another way."""
+        return self.absolute or bool(np.any(self.rate_factor != 1.0))
 
 
-USUAL = PhaseConvention()
+USUAL = MeshConvention()
 
 
 def compute_signal_columns(
-    arm: Arm, layout: Layout, chosen: Switches, states: ForceStates, phases: PhaseConvention = USUAL
+    arm: Arm,
+    layout: Layout,
+    chosen: Switches,
+    states: ForceStates,
+    convention: MeshConvention = USUAL,
 ) -> Columns:
     """Output torques [N m], forces of a planet's meshes [N], and the dampers' rates [m/s].
 
@@ -374,18 +390,31 @@ def compute_signal_columns(
     of_two = data.subtract_index >= 0
     x, rate = (each[:, data.x_index] - of_two * each[:, data.subtract_index] for each in (q, v))
     turned = np.array((q, v))
-    if phases.absolute:
+    if convention.absolute:
         turned[:, :, layout.theta] = turned[:, :, layout.theta].cumsum(axis=2)
     phase = mesh_phase(
-        data.phase, data.rate * phases.rate_factor, data.offset, clock, *turned[:, :, data.theta]
+        data.phase,
+        data.rate * convention.rate_factor,
+        data.offset,
+        clock,
+        *turned[:, :, data.theta],
     )
     gap = x - total_error(phase, data.E, data.error_phase, data.static_error)
-    touching = is_in_contact(gap, data.b) | data.damps_without_contact
+    asked = x if convention.asked_of_x else gap
+    in_contact = is_in_contact(asked, data.b)
+    touching = in_contact | data.damps_without_contact
     for i, mesh in enumerate(meshes):
         k = stiffness(data.law, i, phase[:, i], data.k_m[i], data.k_a[i])
-        columns[mesh.force] = mesh_force(data.dead_zone, gap[:, i], k, data.b[i], data.sigma[i])
+        force = mesh_force(data.dead_zone, gap[:, i], k, data.b[i], data.sigma[i])
+        if convention.asked_of_x:
+            flank = np.sign(x[:, i]) * data.b[i]
+            force = np.where(in_contact[:, i], k * (gap[:, i] - flank), 0.0)
+        columns[mesh.force] = force
         if chosen.damping == "contact":
-            columns[mesh.damper] = np.where(touching[:, i], rate[:, i], 0.0)
+            damped = np.where(touching[:, i], rate[:, i], 0.0)
+            columns[mesh.damper] = _limit_rate(
+                convention, damped, data.d[i] / data.planets[i], force
+            )
         if chosen.mesh_work == "conservative":
             slopes = (
                 stiffness_slope(data.law, i, phase[:, i], data.k_a[i]),
@@ -394,3 +423,16 @@ def compute_signal_columns(
             on_phase = phase_force(gap[:, i], k, *slopes, data.b[i])
             columns[mesh.work] = data.planets[i] * data.rate[i] * on_phase
     return columns
+
+
+def _limit_rate(
+    convention: MeshConvention, rate: np.ndarray, damping: float, spring: np.ndarray
+) -> np.ndarray:
+    """The rates [m/s] that a damper's force would have by a convention; spring: its force (K,)."""
+    if not (convention.damper and damping):
+        return rate
+    most = np.abs(spring) / damping
+    capped = np.clip(rate, -most, most)
+    if convention.damper == "capped":
+        return capped
+    return np.where(rate * spring < 0, capped, rate)
