@@ -267,7 +267,9 @@ def build_problem(request: TrialRequest) -> VerificationProblem:
         request.name, equations, bound.has, case, count, request.seed, bound.motors
     )
     if problem.frame.matrix is not None:
-        terms = build_reference_terms(problem.frame, request.arm, laws, problem.levels[-1])
+        terms = build_reference_terms(
+            problem.frame, request.arm, laws, problem.levels[-1], has_gravity=problem.has_gravity
+        )
         count = max(count, minimum_state_count(terms))
     affordable = MOST_BYTES // (8 * len(problem.frame.names) ** 3)
     problem = replace(problem, count=min(count, max(affordable, LEAST_STATES)))
@@ -342,7 +344,7 @@ def _judge_trial(
         hidden_entries=tuple(wrong for wrong in diagnosis.wrong_entries if wrong.shown_on),
         ignored_numbers=tuple(each for each in diagnosis.ignored_numbers if each.parts),
         probes=tuple(probe.case.arm.name for probe in probes),
-        missing=tuple(part for part in suite.COMPARED if part not in problem.has),
+        missing=tuple(part for part in suite.COMPARED if part in suite.WHOLE - problem.has),
         unit_mistakes=find_unit_mistakes(
             here.user_values, here.reference_values, problem.equations.table
         ),

@@ -25,7 +25,14 @@ from tests.faults.measured import numbers_agree
 from tests.faults.planting import Laws, Seen
 from tests.faults.robots import robots_agree, traced_is_kanes
 from tests.faults.views import VIEW_CHECKS
-from tests.judged import compare_corners, compare_states, energy_over_run, invariants, refined, same_step
+from tests.judged import (
+    compare_corners,
+    compare_states,
+    energy_over_run,
+    invariants,
+    refined,
+    same_step,
+)
 from tests.mixed_arms import MIXED, random_states, scenario
 from tests.studies.observed import wrong_signals
 from tests.studies.plot_numbers import wrong_drawings

@@ -222,6 +222,7 @@ SIZES = NaturalSizes(
     bias=np.array([2.0, 8.0]),
     force=np.array([3.0, 6.0]),
     acceleration=np.array([7.0, 9.0]),
+    gravity=np.array([1.0, 2.0]),
     roundings=40.0,
     solving=1e3,
 )

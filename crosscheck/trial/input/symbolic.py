@@ -60,7 +60,9 @@ def from_sympy(
         mass_matrix: M, shape (n, n).
         bias: C v, shape (n, 1), or a row.
         coriolis: C itself, shape (n, n), in place of the bias.
-        force: Drive, meshes, dampers, friction and weight, shape (n, 1), or a row.
+        force: Drive, meshes, dampers and friction, and weight where there is no gravity, shape
+            (n, 1), or a row.
+        gravity: What holds the weights, shape (n, 1), or a row.
         forcing: force - bias, as KanesMethod and LagrangesMethod give it: what is quadratic in v is
             the bias, the rest is the force.
         torque: Symbols of the drive's torques on the output side (joints,) [N m].

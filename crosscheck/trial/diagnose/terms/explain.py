@@ -131,7 +131,7 @@ def search_errors(
     if min(map(_cost, single), default=UNLIKELY) >= UNLIKELY and len(wrong_keys) <= MOST_WRONG:
         same_part = (entry for other, entry in terms.entries.items() if other.part == place.part)
         foreign = [group for entry in same_part for group in group_by_wave(entry)]
-        beyond = generate_products(values, weighing=place.part == "force")
+        beyond = generate_products(values, weighing=place.part in ("force", "gravity"))
         fits_by_key = {
             key: partial(_fitting_changes, target, row)
             for row, key in enumerate(target.keys)

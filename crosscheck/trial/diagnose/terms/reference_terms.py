@@ -39,7 +39,7 @@ from crosscheck.trial.diagnose.terms.polynomial import (
     TermKey,
 )
 from crosscheck.trial.diagnose.terms.values import damper_name
-from crosscheck.trial.judge.entries import EntryPlace
+from crosscheck.trial.judge.entries import EntryPlace, Part
 
 SHORTEST = 1e-13  # of the largest: a number below it is what rounding left of a sum
 
@@ -89,11 +89,12 @@ class ReferenceTerms:
 
 
 def build_reference_terms(
-    frame: Frame, arm: Arm, chosen: Switches, level: str = ""
+    frame: Frame, arm: Arm, chosen: Switches, level: str = "", *, has_gravity: bool = False
 ) -> ReferenceTerms:
     """The reference terms of a geared model, or of a rigid one at a level.
 
-    Raises ValueError if the map is not linear.
+    has_gravity: whether the weights are a part of their own, with the opposite sign, and not in the
+    force. Raises ValueError if the map is not linear.
     """
     (chain, bodies), columns = build_reference_bodies(frame, arm, level), _columns(frame)
     mass = _transform_mass_terms(build_mass_terms(bodies, chain.angles[1:]), columns, frame.layout)
@@ -103,8 +104,16 @@ def build_reference_terms(
         {(EntryPlace("mass_matrix", i, j), TermKey(wave)): c for (i, j, wave), c in ordered}
     )
     entries |= _bias_entries(mass, turns)
-    force = build_force_coefficients(chain, bodies, arm, chosen)
-    entries |= _force_entries(force, columns, frame)
+    force, weight = (
+        build_force_coefficients(chain, arm, chosen),
+        build_weight_coefficients(chain, bodies, arm),
+    )
+    if has_gravity:
+        held = {key: -1 * coefficient for key, coefficient in weight.items()}
+        entries |= _force_entries("gravity", ForceCoefficients(held, []), columns, frame)
+    else:
+        force.driven.update(weight)
+    entries |= _force_entries("force", force, columns, frame)
     angles = np.array(  # of dtheta/dx, of which symbols are no part
         [
             [float(sum(m.number for m in poly.as_polynomial(e).monomials)) for e in row]
@@ -122,9 +131,9 @@ def build_reference_bodies(frame: Frame, arm: Arm, level: str) -> tuple[Chain, l
 
 
 def _force_entries(
-    force: ForceCoefficients, columns: np.ndarray, frame: Frame
+    part: Part, force: ForceCoefficients, columns: np.ndarray, frame: Frame
 ) -> dict[EntryPlace, EntryTerms]:
-    """Terms of the force in x, S^T f with S = dq/dx, rates by those of x."""
+    """Terms of a force in x, S^T f with S = dq/dx, rates by those of x."""
     total: defaultdict[tuple[int, TermKey], list[Any]] = defaultdict(list)
     for (a, key), coefficient in force.driven.items():
         for i in _nonzero_places(columns[a]):
@@ -137,7 +146,7 @@ def _force_entries(
                 key = TermKey(still, signal=rate_name(frame.names[k]))
                 total[i, key].append(left * columns[b, k])
     return _group_entries(
-        {(EntryPlace("force", i), key): c for (i, key), c in _reduce_sums(total).items()}
+        {(EntryPlace(part, i), key): c for (i, key), c in _reduce_sums(total).items()}
     )
 
 
@@ -248,7 +257,7 @@ class ForceCoefficients(NamedTuple):
     driven: by row and key; damped: (row, rate, coefficient) on rates of q.
     """
 
-    driven: Mapping[tuple[int, TermKey], Any]
+    driven: dict[tuple[int, TermKey], Any]
     damped: Sequence[tuple[int, int, Any]]
 
 
@@ -291,10 +300,8 @@ def list_meshes(arm: Arm, layout: Layout) -> list[ForcedMesh]:
     return meshes
 
 
-def build_force_coefficients(
-    chain: Chain, bodies: Sequence[Body], arm: Arm, chosen: Switches
-) -> ForceCoefficients:
-    """Forces of drive, meshes, dampers, friction and weight (see docs/explanation/equations.md)."""
+def build_force_coefficients(chain: Chain, arm: Arm, chosen: Switches) -> ForceCoefficients:
+    """Forces of drive, meshes, dampers and friction (see docs/explanation/equations.md)."""
     layout = chain.layout
     still = (0,) * len(chain.stages)
     driven: dict[tuple[int, TermKey], Any] = {}
@@ -320,18 +327,26 @@ def build_force_coefficients(
     for number, (joint, place) in enumerate(zip(arm.joints, layout.theta, strict=True), start=1):
         if joint.friction_N_m_s_per_rad:
             damped.append((int(place), int(place), -1 * poly.symbol(f"c{number}")))
+    return ForceCoefficients(driven, damped)
+
+
+def build_weight_coefficients(
+    chain: Chain, bodies: Sequence[Body], arm: Arm
+) -> dict[tuple[int, TermKey], Any]:
+    """Forces of the weights, by row and key."""
+    coefficients: dict[tuple[int, TermKey], Any] = {}
     pull = [
         poly.symbol(f"g_{axis}") if g else 0
         for axis, g in zip("xy", arm.gravity_m_per_s2, strict=True)
     ]
     weight = build_weight_terms(bodies, chain.angles[1:], (pull[0], pull[1])) if any(pull) else {}
     for (place, wave), pair in weight.items():
-        turned = tuple(wave[angle] for angle in layout.theta)
+        turned = tuple(wave[angle] for angle in chain.layout.theta)
         for function, coefficient in zip(("cos", "sin"), pair, strict=True):
             key = place, TermKey(turned, function)
             if coefficient:
-                driven[key] = driven.get(key, 0) + coefficient
-    return ForceCoefficients(driven, damped)
+                coefficients[key] = coefficients.get(key, 0) + coefficient
+    return coefficients
 
 
 def _add(
