@@ -40,8 +40,8 @@ from crosscheck.planning.mode_suite import geared_models, plan_linear_comparison
 from crosscheck.planning.sizing import make_unequal_gains_scenario
 from crosscheck.registry import (
     MODELS,
-    RIGID_LEVELS,
     find_covering_models,
+    find_distinct_levels,
     find_level_models,
     reference_model,
     select_covering,
@@ -91,7 +91,7 @@ def plan_rigid_comparisons(
     arm: Arm, count: int, seed: int, content: Content
 ) -> Iterator[Comparison]:
     """Comparisons of the rigid levels' states, analytic against Pinocchio; and their invariants."""
-    for level in RIGID_LEVELS:
+    for level in find_distinct_levels(arm):
         where, case = f"{arm.name}/{level}", _case(arm, usual_switches(arm))
         able = select_covering(find_level_models(level), arm, case.switches)
         sampled_models = [SampledModel(where, name, case, count, seed) for name in able]

@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections.abc import Mapping
 from dataclasses import dataclass
 
+from crosscheck.checks.scales import geared_joints
 from crosscheck.models.arm.arm import Arm, describe_arm
 from crosscheck.models.robot.robot import LEVELS as ROBOT_LEVELS
 from crosscheck.models.robot.robot import Robot
@@ -73,7 +74,9 @@ def _arm_outline(arm: Arm) -> ReportOutline:
         },
         questions=(
             "Do the equations agree with the engines?",
-            "How far is the rigid arm from the geared one?",
+            "How far is the rigid arm from the geared one?"
+            if geared_joints(arm)
+            else "How far is the arm without its motors' inertia from the whole one?",
             TRUST,
         ),
         topics=("Equations", "Rigid arm", "Checks"),

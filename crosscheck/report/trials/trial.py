@@ -10,6 +10,7 @@ from typing import Any
 from rich.console import Console
 from rich.text import Text
 
+from crosscheck.registry import RIGID_ARM, is_rigid_arm
 from crosscheck.report.formatting import format_count, make_printable
 from crosscheck.report.records import format_json, to_json_value
 from crosscheck.report.terminal import print_agreement
@@ -52,16 +53,19 @@ def format_trial(trial: Trial) -> str:
 def describe_trial(trial: Trial) -> Iterator[str]:
     """Whose equations, in which coordinates, of which kind; what could not be judged."""
     problem = trial.problem
-    kind = f"rigid, level {trial.level}" if trial.level else f"geared, planets {problem.gearing}"
+    is_only, kind = is_rigid_arm(problem.case.arm), f"geared, planets {problem.gearing}"
+    if trial.level:
+        kind = RIGID_ARM if is_only else f"rigid, level {trial.level}"
     yield f"{problem.name} on {problem.case.arm.name}: {kind}"
     for reading in trial.readings:
         yield f"right in {reading.words}{f': {reading.statement}' * bool(reading.statement)}"
     yield f"coordinates: {', '.join(problem.frame.names)}"
-    for mismatch in trial.level_mismatches if len(trial.level_mismatches) > 1 else ():
+    for mismatch in trial.level_mismatches if is_only or len(trial.level_mismatches) > 1 else ():
         count = mismatch.entries
         differ = f"{count} entries of M differ" if count != 1 else "1 entry of M differs"
         largest = f", by up to {mismatch.largest:.3g}" if mismatch.entries else ""
-        yield f"  against {mismatch.level} ({mismatch.description}): {differ}{largest}"
+        level = f"{mismatch.level} ({mismatch.description})"
+        yield f"  against {f'the {RIGID_ARM}' if is_only else level}: {differ}{largest}"
     if trial.probes:
         other = format_count(len(trial.probes), "other arm")
         yield f"also checked on {other}, for errors that this one's equal numbers hide"
