@@ -117,8 +117,8 @@ def describe_notes(trial: Trial) -> Iterator[str]:
             " 1e-6 of mass x com^2: judged as point masses, with 0 in their place."
         )
     unfollowed = [each for each in trial.ignored_numbers if each.name not in trial.point_masses]
-    if unfollowed:
-        yield describe_unfollowed(unfollowed)
+    if note := describe_unfollowed(unfollowed):
+        yield note
     for line in _describe_entries(trial.hidden_entries, trial.problem.frame.names):
         yield f"Right on this arm. On others, whose numbers are unlike, this differs: {line}"
 
@@ -160,10 +160,12 @@ def _describe_group(group: Sequence[EntryMismatch], names: Sequence[str]) -> str
 
 
 def describe_unfollowed(unfollowed: Sequence[IgnoredNumber]) -> str:
-    """One note on all numbers of the arm's file that the equations do not follow."""
+    """One note on all numbers of the arm's file that the equations do not follow; or ''.
+
+    Of a number that is 0 in the file and in the equations there is nothing to say.
+    """
     literal = [each for each in unfollowed if each.value and not each.goes_with]
     tied = [each for each in unfollowed if each.goes_with]
-    absent = [each.name for each in unfollowed if not each.value and not each.goes_with]
     sentences = []
     if literal:
         parts = list(dict.fromkeys(part for each in literal for part in each.parts))
@@ -177,9 +179,7 @@ def describe_unfollowed(unfollowed: Sequence[IgnoredNumber]) -> str:
     if tied:
         listed_ties = ", ".join(f"{t.name} from {' and '.join(t.goes_with)}" for t in tied)
         sentences.append(f"Your equations take {listed_ties}, which is right on this arm.")
-    if absent:
-        sentences.append(f"Your equations have no {', '.join(absent)}, nor has this arm.")
-    return " ".join((*sentences, "Judged with these numbers as they are."))
+    return " ".join((*sentences, "Judged with these numbers as they are.")) if sentences else ""
 
 
 def _format_parts(parts: Sequence[str]) -> str:

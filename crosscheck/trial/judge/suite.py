@@ -206,11 +206,7 @@ def _check_symmetry(about: Subject, sizes: NaturalSizes, mass: np.ndarray) -> Ch
         return make_failed_check(about, NO_DIAGONAL), [EntryPlace("mass_matrix", i, i) for i in bad]
     relative_errors = entries.deviations(mass, mass.swapaxes(1, 2), sizes.mass)
     tolerance = SYMMETRY + sizes.file_rounding("mass_matrix")
-    wrong = [
-        EntryPlace("mass_matrix", i, j)
-        for i, j in np.argwhere(relative_errors > tolerance)
-        if i < j
-    ]
+    wrong = [EntryPlace("mass_matrix", i, j) for i, j in np.argwhere(relative_errors > tolerance)]
     basis = "rounding of the entries' natural sizes"
     return make_check(
         about, measured=float(relative_errors.max()), tolerance=tolerance, basis=basis

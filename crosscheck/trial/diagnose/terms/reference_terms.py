@@ -38,7 +38,7 @@ from crosscheck.trial.diagnose.terms.polynomial import (
     Product,
     TermKey,
 )
-from crosscheck.trial.diagnose.terms.values import damper_name
+from crosscheck.trial.diagnose.terms.values import collect_arm_values, damper_name
 from crosscheck.trial.judge.entries import EntryPlace, Part
 
 SHORTEST = 1e-13  # of the largest: a number below it is what rounding left of a sum
@@ -48,11 +48,13 @@ SHORTEST = 1e-13  # of the largest: a number below it is what rounding left of a
 class ReferenceTerms:
     """The terms that belong in each entry, in the coordinates ``names``.
 
-    An entry of the bias is that of v_j v_k, j <= k, both halves together. angles (joints, n):
-    d theta / d x. A place that is not in ``entries`` is 0.
+    An entry of the bias is that of v_j v_k, j <= k, both halves together. turns (joints, n):
+    d theta / d x, of polynomials; angles: the same in numbers. A place that is not in ``entries``
+    is 0.
     """
 
     names: tuple[str, ...]
+    turns: np.ndarray
     angles: np.ndarray
     entries: Mapping[EntryPlace, EntryTerms]
 
@@ -114,13 +116,11 @@ def build_reference_terms(
     else:
         force.driven.update(weight)
     entries |= _force_entries("force", force, columns, frame)
-    angles = np.array(  # of dtheta/dx, of which symbols are no part
-        [
-            [float(sum(m.number for m in poly.as_polynomial(e).monomials)) for e in row]
-            for row in turns
-        ]
+    turns, values = np.vectorize(poly.as_polynomial, [object])(turns), collect_arm_values(arm)
+    angles = np.array(
+        [[float(sum(m.value(values) for m in entry.monomials)) for entry in row] for row in turns]
     )
-    return ReferenceTerms(frame.names, angles, entries)
+    return ReferenceTerms(frame.names, turns, angles, entries)
 
 
 def build_reference_bodies(frame: Frame, arm: Arm, level: str) -> tuple[Chain, list[Body]]:
