@@ -40,8 +40,8 @@ ABOVE, BELOW = 1.02, 0.98  # of a tolerance
 EPS = 2.0**-52
 LOOSEST, SHARPEST = 1e-10, 1000 * EPS  # of the tolerances of states
 GEARED, RIGID = ("geared", "wide", "apart"), ("like", "unlike")
-LEFT = dict.fromkeys(GEARED, "analytic:physical") | dict.fromkeys(RIGID, "analytic:coupled")
-RIGHT = dict.fromkeys(GEARED, "pinocchio:gears") | dict.fromkeys(RIGID, "pinocchio:coupled")
+LEFT = dict.fromkeys(GEARED, "analytic:physical") | dict.fromkeys(RIGID, "analytic:carriers")
+RIGHT = dict.fromkeys(GEARED, "pinocchio:gears") | dict.fromkeys(RIGID, "pinocchio:carriers")
 SUBJECT = Subject(ComparisonKey("family", "case", "theta", "one", "other"), "1", "largest")
 
 

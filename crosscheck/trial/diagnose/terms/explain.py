@@ -92,7 +92,7 @@ def explain(
     likely = list(unique.values())
     if not likely:
         return None
-    likely = _keep_one_factor(likely)
+    likely = _merge_equal_factors(likely)
     explanations = [errors for errors in likely if _cost(errors) <= _cost(likely[0]) + FAR_FETCHED]
     first, *others = (
         tuple(make_term_error(each, terms) for each in errors) for errors in explanations
@@ -104,7 +104,7 @@ def explain(
     return Explanation(first, left, tuple(others[:MOST_OTHERS]))
 
 
-def _keep_one_factor(explanations: Sequence[ErrorSet]) -> list[ErrorSet]:
+def _merge_equal_factors(explanations: Sequence[ErrorSet]) -> list[ErrorSet]:
     """The explanations, of factors that are the same number on the arm one alone.
 
     It is the count or ratio of gears where these are usual, in terms of the same joint's gears, and

@@ -119,12 +119,12 @@ def _contact_variants(arm: Arm, chosen: Switches) -> Iterator[ForceVariant]:
     )
     usual, other = f"damping = {chosen.damping}", always if chosen == in_contact else in_contact
     pushing, capped = MeshConvention(damper="pushing"), MeshConvention(damper="capped")
-    asked, of_x = MeshConvention(asked_of_x=True), "the gap asked of x"
+    by_x, of_x = MeshConvention(contact_by_x=True), "the gap asked of x"
     for user_law, reference_law, laws, convention in (
         ("a contact that never pulls", usual, in_contact, pushing),
         ("the damper capped at the spring's force", usual, in_contact, capped),
-        (of_x, "x - e", chosen, asked),
-        (f"{of_x} (damping = {other.damping})", f"x - e ({usual})", other, asked),
+        (of_x, "x - e", chosen, by_x),
+        (f"{of_x} (damping = {other.damping})", f"x - e ({usual})", other, by_x),
     ):
         yield ForceVariant(user_law, reference_law, "", arm, laws, convention)
 

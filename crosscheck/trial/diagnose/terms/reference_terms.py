@@ -369,13 +369,13 @@ class MeshConvention(NamedTuple):
     """Another law of all meshes than any switch has.
 
     absolute: phases by absolute link angles; rate_factor: phases faster by factors (meshes,) or
-    one; asked_of_x: whether teeth touch is asked of x in place of x - e. damper: of teeth in
+    one; contact_by_x: whether teeth touch is asked of x in place of x - e. damper: of teeth in
     contact, ``pushing`` never pulls them together, ``capped`` is at most the spring's force.
     """
 
     absolute: bool = False
     rate_factor: np.ndarray | float = 1.0
-    asked_of_x: bool = False
+    contact_by_x: bool = False
     damper: Literal["", "pushing", "capped"] = ""
 
     @property
@@ -415,13 +415,13 @@ def compute_signal_columns(
         *turned[:, :, data.theta],
     )
     gap = x - total_error(phase, data.E, data.error_phase, data.static_error)
-    asked = x if convention.asked_of_x else gap
-    in_contact = is_in_contact(asked, data.b)
+    opening = x if convention.contact_by_x else gap
+    in_contact = is_in_contact(opening, data.b)
     touching = in_contact | data.damps_without_contact
     for i, mesh in enumerate(meshes):
         k = stiffness(data.law, i, phase[:, i], data.k_m[i], data.k_a[i])
         force = mesh_force(data.dead_zone, gap[:, i], k, data.b[i], data.sigma[i])
-        if convention.asked_of_x:
+        if convention.contact_by_x:
             flank = np.sign(x[:, i]) * data.b[i]
             force = np.where(in_contact[:, i], k * (gap[:, i] - flank), 0.0)
         columns[mesh.force] = force
