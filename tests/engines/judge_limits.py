@@ -603,7 +603,10 @@ def wrong_plan() -> Iterator[str]:
     right: set[tuple[str, str, str, frozenset[str], int | None]] = set()
     for name, models in where.items():
         pairs = [frozenset((one, other)) for one in models for other in models if one < other]
-        right |= {("states", name, q, pair, None) for q in STATE_ABILITIES for pair in pairs}
+        corners = (CORNER_FORCE,) if name.endswith("geared") else ()
+        right |= {
+            ("states", name, q, pair, None) for q in (*STATE_ABILITIES, *corners) for pair in pairs
+        }
     first = reference_model()
     for other in find_same_integrator_models():
         pair = frozenset((first, other))
