@@ -3,6 +3,7 @@
 import json
 from dataclasses import replace
 
+import jsonschema
 import numpy as np
 import pytest
 import sympy as sp
@@ -10,6 +11,7 @@ import sympy as sp
 from crosscheck.models.arm.arm import Arm
 from crosscheck.models.experiment.scenario import Scenario
 from crosscheck.models.loading import load_arm, load_scenario
+from crosscheck.provenance import ROOT
 from crosscheck.report.heat_map import make_trial_maps
 from crosscheck.report.trials.trial import describe_errors, format_trial_json
 from crosscheck.trial.input.equations import Coordinates, Equations
@@ -98,6 +100,8 @@ def test_an_error_in_gravity_is_named_there(source, places, words):
     assert {each["entry"].partition("[")[0] for each in record["wrong"]} == {
         part for part, _ in places
     }
+    schema = json.loads((ROOT / "crosscheck" / "schema" / "trial.schema.json").read_text())
+    jsonschema.validate(record, schema)
     titles = [heat_map.title for heat_map in make_trial_maps(result)]
     assert titles[0] == "M"
     assert {"gravity", "force"} <= set(titles)

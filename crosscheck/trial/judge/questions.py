@@ -143,14 +143,14 @@ class StateQuestion(SelfKeyedTask):
         case, frame = self.case, asker.frame
         states = draw_states(frame, case, self.count, self.seed)
         model = build_model(self.model, self.case)
-        weightless = None
-        if "gravity" in asker.supplied.has:
-            arm = case.arm.model_copy(update={"gravity_m_per_s2": (0.0, 0.0)})
-            weightless = build_model(self.model, case._replace(arm=arm))
-        source: Source = TransformedModel(model, frame, weightless)
         again = self.quantity.endswith(AGAIN)
+        source: Source = TransformedModel(model, frame)
         if isinstance(model, SuppliedModel):
             source = model.repeated_equations if again else model.supplied
+        elif "gravity" in asker.supplied.has:
+            arm = case.arm.model_copy(update={"gravity_m_per_s2": (0.0, 0.0)})
+            weightless = build_model(self.model, case._replace(arm=arm))
+            source = TransformedModel(model, frame, weightless)
         order, ask = -1 if again else 1, QUESTIONS[self.quantity]
         pairs = list(zip(states, [*states[1:], states[0]], strict=True))[::order]
         return np.array([ask(source, state, other.u) for state, other in pairs][::order])
