@@ -264,8 +264,14 @@ class VerificationProblem:
 
     @cached_property
     def states(self) -> tuple[UserState, ...]:
-        """The random states at which everything is asked."""
+        """The states at which everything is asked: random ones, then corners of mesh laws."""
         return draw_states(self.frame, self.case, self.count, self.seed)
+
+    @property
+    def states_in_words(self) -> str:
+        """The states in words."""
+        corners = "" if self.gearing == "rigid" else " and corners of the mesh laws"
+        return f"{self.count} random states{corners}"
 
     @property
     def levels(self) -> tuple[str, ...]:

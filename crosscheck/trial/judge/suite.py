@@ -137,7 +137,7 @@ def _self_check(
     """
     questions = tuple(map(problem.ask_equations, parts))
     key = ComparisonKey("trial-own", problem.case.arm.name, quantity, problem.name)
-    metric = f"largest relative deviation of an entry over {problem.count} random states"
+    metric = f"largest relative deviation of an entry over {problem.states_in_words}"
 
     def judge(about: Subject, results: Results) -> Finding:
         answers = [results.need(question) for question in questions]
@@ -323,7 +323,7 @@ def _compare_with_engine(
     user_question, engine_question = problem.ask_equations(part), problem.ask(engine, part)
     reference = problem.ask(problem.reference(level), part)
     key = ComparisonKey("trial-states", problem.case.arm.name, part, problem.name, engine)
-    metric = f"largest relative difference of an entry over {problem.count} random states"
+    metric = f"largest relative difference of an entry over {problem.states_in_words}"
 
     def judge(about: Subject, results: Results) -> Finding:
         user_values, engine_values = results.need(user_question), results.need(engine_question)
