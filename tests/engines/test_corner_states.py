@@ -58,7 +58,7 @@ def test_every_mesh_is_just_inside_and_just_outside_on_both_flanks_in_both_direc
     met = corners_met(arm, usual_switches(arm, **laws), 1.0)
     errs_both_ways = name != "planets-apart"  # its static errors are larger than the waves
     for mesh in require_items(met.values()):
-        for flank, direction in product(SIGNS, SIGNS):
+        for flank, direction in require_items(product(SIGNS, SIGNS)):
             seen = {signs[2:] for signs in mesh if signs[:2] == (flank, direction)}
             assert {touching for touching, _ in seen} == {True, False}
             # What x says is the opposite of what x - e says.
