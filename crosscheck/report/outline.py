@@ -5,8 +5,7 @@ from __future__ import annotations
 from collections.abc import Mapping
 from dataclasses import dataclass
 
-from crosscheck.checks.scales import geared_joints
-from crosscheck.models.arm.arm import Arm, describe_arm
+from crosscheck.models.arm.arm import Arm, Planetary, describe_arm
 from crosscheck.models.robot.robot import LEVELS as ROBOT_LEVELS
 from crosscheck.models.robot.robot import Robot
 from crosscheck.planning.plan import is_the_papers
@@ -61,6 +60,7 @@ def _arm_outline(arm: Arm) -> ReportOutline:
         if engine_of(name) == home and MODELS[name].level  # which other engines have too
     ]
     names = (*model_names("form"), reference_model(), *derived)
+    has_gears = any(isinstance(joint, Planetary) for joint in arm.joints)
     return ReportOutline(
         name=arm.name,
         title=arm.title,
@@ -70,12 +70,12 @@ def _arm_outline(arm: Arm) -> ReportOutline:
             "mass_matrix": "mass matrix",
             "acceleration": "acceleration",
             "theta": "joint angle",
-            "F_sp": "mesh force",
-        },
+        }
+        | ({"F_sp": "mesh force"} if has_gears else {}),
         questions=(
             "Do the equations agree with the engines?",
             "How far is the rigid arm from the geared one?"
-            if geared_joints(arm)
+            if has_gears
             else "How far is the arm without its motors' inertia from the whole one?",
             TRUST,
         ),
