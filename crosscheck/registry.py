@@ -97,12 +97,46 @@ class Entry:
 
 
 LEVELS = {
-    "links": "rigid arm of links and payload alone, as in Eq. 1",
+    "links": "rigid arm of links and payload alone",
     "carriers": "the same with the masses of the joints and their carriers",
     "armature": "the same with the gears' inertia on the diagonal",
     "coupled": "the same with the gears' spin coupled to the links: rigid gears, exactly",
 }
 RIGID_LEVELS = tuple(LEVELS)
+RIGID_ARM = "rigid arm"  # what the only level of an arm is called, whose joints have nothing
+
+
+def group_equal_levels(arm: Arm) -> list[tuple[str, ...]]:
+    """The rigid levels of an arm, those that are equal on it together, the simplest first.
+
+    What joints carry decides. A mass at the first joint's axis does not move, and gears there turn
+    against the ground, so that their inertia on the diagonal is all of it.
+    """
+    geared = [joint.kind == "planetary" for joint in arm.joints]
+    moving = [
+        joint.kind == "planetary"
+        or joint.rotor_inertia_kg_m2 > 0
+        or joint.motor_mass_kg * number > 0
+        for number, joint in enumerate(arm.joints)
+    ]
+    differs = {"carriers": any(moving), "armature": any(geared), "coupled": any(geared[1:])}
+    groups: list[tuple[str, ...]] = [RIGID_LEVELS[:1]]
+    for level in RIGID_LEVELS[1:]:
+        if differs[level]:
+            groups.append((level,))
+        else:
+            groups[-1] = (*groups[-1], level)
+    return groups
+
+
+def find_distinct_levels(arm: Arm) -> tuple[str, ...]:
+    """The rigid levels that differ on an arm: of equal ones the simplest."""
+    return tuple(group[0] for group in group_equal_levels(arm))
+
+
+def is_rigid_arm(arm: Arm) -> bool:
+    """Whether all rigid levels of an arm are one, called ``RIGID_ARM``: links without motors."""
+    return len(group_equal_levels(arm)) == 1
 
 
 def _is_papers(arm: Arm, chosen: Switches) -> bool:

@@ -13,8 +13,7 @@ from crosscheck.findings import ComparisonKey, Finding, Subject
 from crosscheck.models.interface import Model
 from crosscheck.models.loading import Case
 from crosscheck.planning.comparison import Comparison, Results, collect_tasks, judge_comparisons
-from crosscheck.planning.state_suite import SampledModel, plan_balances, plan_pairs
-from crosscheck.registry import MODELS
+from crosscheck.planning.state_suite import SampledModel, plan_balances, plan_corners, plan_pairs
 from crosscheck.runner.outcomes import Failure, failure_from_error
 
 
@@ -31,9 +30,8 @@ def judged(comparisons: Sequence[Comparison], models: Sequence[Model]) -> list[F
     outcomes = {}
     for task in collect_tasks(comparisons):
         model = own[task.model]
-        expected = MODELS[task.model].layout(model.arm, model.switches)
         try:
-            outcome = evaluate_at_states(model, expected, task.quantity, task.count, task.seed)
+            outcome = evaluate_at_states(model, task.layout, task.quantity, task.states)
         except Exception as error:
             outcome: object = failure_from_error(error)
         outcomes[task.key] = outcome
@@ -47,6 +45,12 @@ def compare_states(
     """A Finding per pair of models and quantity."""
     sampled_models = [sampled_model(case, model, count, seed) for model in models]
     return judged(list(plan_pairs(sampled_models, quantities)), models)
+
+
+def compare_corners(case: str, models: Sequence[Model], count: int, seed: int) -> list[Finding]:
+    """A Finding per pair of models, of forces at the corners of the mesh laws."""
+    sampled_models = [sampled_model(case, model, count, seed) for model in models]
+    return judged(list(plan_corners(sampled_models)), models)
 
 
 def invariants(case: str, models: Sequence[Model], count: int, seed: int) -> list[Finding]:

@@ -16,6 +16,7 @@ from crosscheck.models.interface import Model
 
 # Quantities that no method of a model gives by itself.
 CHRISTOFFEL, ABILITIES = "christoffel_force", "abilities"
+CORNER_FORCE = "corner_force"  # the generalized force, at the corners of the mesh laws
 START_MASS, FORCE_SLOPES = "start_mass", "force_slopes"
 # Of angles [rad, rad/s] and displacements [m, m/s], of which forces are differenced.
 TURN, SHIFT = 1e-4, 1e-6
@@ -51,10 +52,8 @@ def sample_states(layout: Layout, arm: Arm, count: int, seed: int) -> States:
     return States(t, q, v)
 
 
-def evaluate_at_states(
-    model: Model, expected: Layout, quantity: str, count: int, seed: int
-) -> np.ndarray:
-    """A model's answers at random states, the states along the first axis.
+def evaluate_at_states(model: Model, expected: Layout, quantity: str, states: States) -> np.ndarray:
+    """A model's answers at states, the states along the first axis.
 
     expected: the coordinates that it must have. Raises BadAnswer, and whatever the model raises.
     """
@@ -62,7 +61,6 @@ def evaluate_at_states(
         raise BadAnswer(f"coordinates are {model.layout.names}, must be {expected.names}")
     if quantity in WITHOUT_STATE:
         return np.array(WITHOUT_STATE[quantity](model))
-    states = sample_states(expected, model.arm, count, seed)
     answer = AT_STATE[quantity]
     return np.array([answer(model, *state) for state in zip(*states, strict=True)])
 
@@ -188,6 +186,7 @@ AT_STATE: dict[str, Callable[[Model, float, np.ndarray, np.ndarray], np.ndarray 
     "mass_matrix": _mass_matrix,
     "bias": lambda model, t, q, v: require_numbers(model.bias(q.copy(), v.copy()), "bias", q.shape),
     "generalized_force": _generalized_force,
+    CORNER_FORCE: _generalized_force,
     "acceleration": _acceleration,
     CHRISTOFFEL: _christoffel,
     "constraint_residual": _widest_gap,

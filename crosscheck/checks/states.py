@@ -80,17 +80,42 @@ class RelativeDifferences(NamedTuple):
     limit: ReasonedLimit
 
 
+def compare_corner_forces(
+    about: Subject,
+    corners: tuple[np.ndarray, np.ndarray],
+    force: np.ndarray,
+    masses: np.ndarray,
+    setting: Setting,
+) -> Finding:
+    """Check two models' forces at the corners of the mesh laws, each (corners, n).
+
+    Teeth that only just touch push by next to nothing, so that differences are measured as those of
+    forces at random states: force (count, n), either model's at those of the setting; masses there.
+    """
+    compared = relative_differences("generalized_force", *corners, masses, setting, force)
+    measured, limit = float(compared.values.max()), compared.limit
+    basis = f"{limit.basis}, of forces at {len(force)} random states"
+    return make_check(
+        about, measured=measured, tolerance=limit.value, basis=basis, relative=measured
+    )
+
+
 def relative_differences(
-    quantity: str, left: np.ndarray, right: np.ndarray, masses: np.ndarray, setting: Setting
+    quantity: str,
+    left: np.ndarray,
+    right: np.ndarray,
+    masses: np.ndarray,
+    setting: Setting,
+    typical: np.ndarray | None = None,
 ) -> RelativeDifferences:
     """The differences that ``compare_values`` judges by the largest of them.
 
-    Where a size is 0 they are not finite.
+    Where a size is 0 they are not finite. typical: the values that have the sizes, if not left.
     """
-    limit = _tolerance(quantity, masses[0], setting)
-    size = _sizes(quantity, left, masses[0], setting)
+    limit, typical = _tolerance(quantity, masses[0], setting), left if typical is None else typical
+    size = _sizes(quantity, typical, masses[0], setting)
     if quantity in CANCELLING:
-        least = _rounding(quantity, left, masses, setting) / limit.value
+        least = _rounding(quantity, typical, masses, setting) / limit.value
         if (least > size).any():
             reason = f"{limit.basis}; or, where more, {CANCELLING[quantity]}"
             limit = limit._replace(basis=reason)

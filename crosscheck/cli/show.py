@@ -19,7 +19,7 @@ from crosscheck.analytic.paper.mesh_phasing import mesh_phases
 from crosscheck.analytic.paper.stiffness import mean_stiffness, peak_stiffness, stiffness_data
 from crosscheck.checks.first_principles.weights import joint_mass, link_mass
 from crosscheck.checks.scales import largest_weights
-from crosscheck.models.arm.arm import Arm, Direct, Planetary, describe_arm, describe_loads
+from crosscheck.models.arm.arm import Arm, Direct, Link, Planetary, describe_arm, describe_loads
 from crosscheck.models.arm.mesh import Mesh, PlanetMesh
 from crosscheck.models.arm.planets import find_unlike_fields
 from crosscheck.models.arm.quantities import Data
@@ -35,6 +35,7 @@ from crosscheck.planning.sizing import Sizes, compute_sizes, make_pd_scenario, m
 from crosscheck.registry import require_usable_numbers
 from crosscheck.report.formatting import make_printable
 from crosscheck.schema import describe_fields
+from crosscheck.trial.input.arm_symbols import SYMBOL_OF_FIELD
 
 MOST_LISTED = 6  # of a list of numbers
 OF_THE_FILE = ("schema_version", "name", "title")
@@ -82,18 +83,16 @@ def _tables(arm: Arm) -> Iterator[Table]:
     """Tables of each joint, its meshes and the link behind it; the arm's; its experiments'."""
     for place, joint in enumerate(arm.joints):
         title = f"joint {place + 1}"
-        yield _table(title, _stated_quantities(joint))
+        yield _table(title, _stated_quantities(joint), place + 1)
         if isinstance(joint, Planetary):
             for named in named_meshes(joint):
                 given = (*_stated_quantities(named.mesh.stiffness), *_stated_quantities(named.mesh))
                 rows = [*given, *derived_mesh(joint, named)]
-                yield _table(f"{title}, {named.title}", rows)
-        yield _table(f"{title}, derived", derived_joint(joint))
-        values = stage_values(joint, arm.links[place])
-        mass, inertia = float(values.m), float(values.I_l)
-        rows = [*_stated_quantities(arm.links[place]), DerivedQuantity("mass", mass, "kg")]
-        rows.append(DerivedQuantity("inertia about its centre of mass", inertia, "kg m^2"))
-        yield _table(f"link {place + 1}", rows)
+                yield _table(f"{title}, {named.title}", rows, place + 1)
+        yield _table(f"{title}, derived", derived_joint(joint), place + 1)
+        link = arm.links[place]
+        rows = [*_stated_quantities(link), *_derived_link(joint, link)]
+        yield _table(f"link {place + 1}", rows, place + 1)
     yield _table("arm", [*_stated_quantities(arm), *derived_arm(arm)])
     if is_the_papers(arm):
         return
@@ -109,13 +108,31 @@ def _stated_quantities(record: Data | PlanetMesh) -> Iterator[DerivedQuantity]:
     for field in describe_fields(Mesh if isinstance(record, PlanetMesh) else type(record)):
         value = getattr(record, field.name)
         if value is not None and not field.records and field.name not in OF_THE_FILE:
-            yield DerivedQuantity(field.name, value, field.unit)
+            symbol = SYMBOL_OF_FIELD.get(field.name, "")
+            yield DerivedQuantity(field.name, value, field.unit, symbol)
 
 
-def _table(title: str, rows: Iterator[DerivedQuantity] | list[DerivedQuantity]) -> Table:
-    table = Table("quantity", "value", "unit", title=title, title_justify="left", box=None)
-    for quantity in rows:
-        table.add_row(quantity.name, _format_value(quantity.value), quantity.unit)
+def _derived_link(joint: Planetary | Direct, link: Link) -> Iterator[DerivedQuantity]:
+    """Mass and inertia of a link that is a rod, which its file does not state."""
+    values = stage_values(joint, link)
+    if link.mass_kg is None:
+        yield DerivedQuantity("mass", float(values.m), "kg", "m")
+        name = "inertia about its centre of mass"
+        yield DerivedQuantity(name, float(values.I_l), "kg m^2", "I_l")
+
+
+def _table(
+    title: str, rows: Iterator[DerivedQuantity] | list[DerivedQuantity], number: int | None = None
+) -> Table:
+    """A table of quantities; number: of the joint or link, that its symbols have."""
+    listed = list(rows)
+    has_symbols = any(quantity.symbol for quantity in listed)
+    columns = ("quantity", "value", "unit", *(["symbol"] if has_symbols else []))
+    table = Table(*columns, title=title, title_justify="left", box=None)
+    for quantity in listed:
+        name = quantity.symbol and f"{quantity.symbol}{'' if number is None else number}"
+        cells = quantity.name, _format_value(quantity.value), quantity.unit, name
+        table.add_row(*cells[: len(columns)])
     return table
 
 
@@ -131,11 +148,12 @@ def _format_value(value: float | str | tuple[float, ...]) -> str:
 
 
 class DerivedQuantity(NamedTuple):
-    """A number, or numbers or a word, with what it is and its unit."""
+    """A number, or numbers or a word, with what it is, its unit and its symbol without a number."""
 
     name: str
     value: float | str | tuple[float, ...]
     unit: str = ""
+    symbol: str = ""
 
 
 class NamedMesh(NamedTuple):
@@ -176,7 +194,7 @@ def derived_mesh(joint: Planetary, named: NamedMesh) -> Iterator[DerivedQuantity
     yield DerivedQuantity("mean stiffness, per planet", mean, "N/m")
     yield DerivedQuantity("largest stiffness, per planet", largest, "N/m")
     together = f"d_{pair}, damping of x_{pair}, {joint.planet_count} planets alike"
-    yield DerivedQuantity(together, named.damping, "N s/m")
+    yield DerivedQuantity(together, named.damping, "N s/m", f"d_{pair}")
     yield DerivedQuantity(f"zeta_{pair}, damping ratio of x_{pair}", ratio)
     if named.mesh.phase_rad is None:
         yield DerivedQuantity("phase from the teeth", named.phase, "rad")
@@ -198,11 +216,11 @@ def derived_joint(joint: Planetary | Direct) -> Iterator[DerivedQuantity]:
 def _stage(joint: Planetary) -> Iterator[DerivedQuantity]:
     """Geometry and rates of a stage; inertias as equivalent masses M and as I = M r^2."""
     geometry = stage_geometry(joint)
-    yield DerivedQuantity("r_s, base radius of the sun", geometry.r_s, "m")
-    yield DerivedQuantity("r_p, base radius of a planet", geometry.r_p, "m")
-    yield DerivedQuantity("r_c, carrier radius", geometry.r_c, "m")
-    yield DerivedQuantity("r_cp = r_c cos(alpha)", geometry.r_cp, "m")
-    yield DerivedQuantity("n, reduction ratio", geometry.n)
+    yield DerivedQuantity("r_s, base radius of the sun", geometry.r_s, "m", "r_s")
+    yield DerivedQuantity("r_p, base radius of a planet", geometry.r_p, "m", "r_p")
+    yield DerivedQuantity("r_c, carrier radius", geometry.r_c, "m", "r_c")
+    yield DerivedQuantity("r_cp = r_c cos(alpha)", geometry.r_cp, "m", "r_cp")
+    yield DerivedQuantity("n, reduction ratio", geometry.n, symbol="n")
     cycles = sun_mesh_rate(joint, geometry)
     yield DerivedQuantity("sun mesh: cycles per turn of the carrier", cycles)
     for rate in ("eq13", "corrected"):
@@ -212,7 +230,8 @@ def _stage(joint: Planetary) -> Iterator[DerivedQuantity]:
     radii = geometry.r_s, geometry.r_p, geometry.r_cp
     masses = equivalent_masses(joint)
     for (index, part), mass, radius in zip(parts, masses, radii, strict=True):
-        yield DerivedQuantity(f"M_{index}, equivalent mass of {part}", mass, "kg")
+        name = f"M_{index}, equivalent mass of {part}"
+        yield DerivedQuantity(name, mass, "kg", f"M_{index}")
         yield DerivedQuantity(f"I_{index}, inertia of {part}", mass * radius**2, "kg m^2")
     for part, equivalent_mass, mass in (
         ("sun", masses[0], joint.sun_mass_kg),

@@ -10,7 +10,7 @@ from typing import Any
 from crosscheck import registry
 from crosscheck.checks import invariants, trajectories
 from crosscheck.checks.records import BY_PLANET
-from crosscheck.checks.scales import ReasonedLimit, acceptance_limit
+from crosscheck.checks.scales import ReasonedLimit, acceptance_limit, geared_joints
 from crosscheck.checks.trajectories import SAME_STEP, UNITS, Pair
 from crosscheck.findings import ComparisonKey, Finding, Subject, make_check, make_measurement
 from crosscheck.models.arm.layout import lumped_layout
@@ -168,7 +168,7 @@ def _plan_usual_switches(experiment: Experiment) -> Iterator[Comparison]:
     yield from _plan_sensitivity(experiment)
     yield from _plan_planets(experiment)
     yield from _plan_forms(experiment)
-    for level in registry.RIGID_LEVELS:
+    for level in registry.find_distinct_levels(arm):
         yield from _plan_rigid_level(experiment, level)
 
 
@@ -238,6 +238,9 @@ def _plan_rigid_level(experiment: Experiment, level: str) -> Iterator[Comparison
     engines, *others = (_refinement(experiment, name) for name in able)
     for other in others:
         yield _plan_refinement(experiment, (engines, other), "theta")
+    exact = registry.group_equal_levels(experiment.case.arm)[-1]
+    if level in exact and not geared_joints(experiment.case.arm):
+        return  # the level is the arm itself
     first, engine = registry.reference_model(), engines[0]
     pair, names = (engine, experiment.run(first)), (engine.model, first)
     tip = partial(trajectories.measure_tip_deviation, arm=experiment.case.arm)

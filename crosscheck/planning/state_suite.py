@@ -11,7 +11,7 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from crosscheck.checks import arm_data, energy, invariants, scales, states
-from crosscheck.checks.answers import ABILITIES, CHRISTOFFEL, sample_states
+from crosscheck.checks.answers import ABILITIES, CHRISTOFFEL, CORNER_FORCE, sample_states
 from crosscheck.checks.first_principles.composite import Content
 from crosscheck.findings import (
     SYMBOLS,
@@ -40,8 +40,8 @@ from crosscheck.planning.mode_suite import geared_models, plan_linear_comparison
 from crosscheck.planning.sizing import make_unequal_gains_scenario
 from crosscheck.registry import (
     MODELS,
-    RIGID_LEVELS,
     find_covering_models,
+    find_distinct_levels,
     find_level_models,
     reference_model,
     select_covering,
@@ -91,7 +91,7 @@ def plan_rigid_comparisons(
     arm: Arm, count: int, seed: int, content: Content
 ) -> Iterator[Comparison]:
     """Comparisons of the rigid levels' states, analytic against Pinocchio; and their invariants."""
-    for level in RIGID_LEVELS:
+    for level in find_distinct_levels(arm):
         where, case = f"{arm.name}/{level}", _case(arm, usual_switches(arm))
         able = select_covering(find_level_models(level), arm, case.switches)
         sampled_models = [SampledModel(where, name, case, count, seed) for name in able]
@@ -113,6 +113,7 @@ def plan_switch_comparisons(arm: Arm, seed: int) -> Iterator[Comparison]:
             SampledModel(where, name, case, SWITCH_COUNT, seed) for name in geared_models(case)
         ]
         yield from plan_pairs(sampled_models, SWITCHED)
+        yield from plan_corners(sampled_models)
 
 
 def plan_geared_comparisons(
@@ -164,6 +165,7 @@ def plan_conservative_comparisons(arm: Arm, count: int, seed: int) -> Iterator[C
     where, case = f"{arm.name}/conservative", _case(replace_damping(arm, 0.0), chosen)
     sampled_models = [SampledModel(where, name, case, count, seed) for name in geared_models(case)]
     yield from plan_pairs(sampled_models, SWITCHED)
+    yield from plan_corners(sampled_models)
     for sampled in sampled_models:
         yield plan_balance(sampled, "energy-rate", "W", energy.check_energy_rate)
 
@@ -172,6 +174,7 @@ def _plan_model_states(
     sampled_models: Sequence[SampledModel], content: Content
 ) -> Iterator[Comparison]:
     yield from plan_pairs(sampled_models, STATE_ABILITIES)
+    yield from plan_corners(sampled_models)
     for sampled in sampled_models:
         yield from _plan_self_checks(sampled)
         yield from _plan_data_checks(sampled, content)
@@ -255,6 +258,28 @@ def plan_pairs(
     for quantity in quantities:
         for left, right in combinations(sampled_models, 2):
             yield _plan_pair("states", quantity, left, right, states.compare_values)
+
+
+def plan_corners(sampled_models: Sequence[SampledModel]) -> Iterator[Comparison]:
+    """A comparison for each pair of geared models, on each side of every branch of a mesh law."""
+    for left, right in combinations(sampled_models, 2):
+        if left.setting.layout.mesh_joints:
+            yield _plan_corner_pair(left, right)
+
+
+def _plan_corner_pair(left: SampledModel, right: SampledModel) -> Comparison:
+    def judge(about: Subject, results: Results) -> Finding:
+        corners = tuple(results.need(each.of(CORNER_FORCE)) for each in (left, right))
+        force, masses = (
+            results.need(left.of(name)) for name in ("generalized_force", "mass_matrix")
+        )
+        return states.compare_corner_forces(about, corners, force, masses, left.setting)
+
+    key = ComparisonKey("states", left.where, CORNER_FORCE, left.model, right.model)
+    metric = f"{DIFFERENCE} on each side of every branch of the mesh laws"
+    needs = [each.of(CORNER_FORCE) for each in (left, right)]
+    needs += [left.of(name) for name in ("generalized_force", "mass_matrix")]
+    return Comparison(Subject(key, "1", metric), tuple(needs), judge)
 
 
 def compute_entry_differences(

@@ -34,7 +34,7 @@ from crosscheck.recordings.residual import (
     whitening,
 )
 from crosscheck.recordings.smoothing import Block, select_evenly, select_spacing, smooth_record
-from crosscheck.registry import RIGID_LEVELS
+from crosscheck.registry import find_distinct_levels
 from crosscheck.runner.progress_update import CountCallback
 
 # A level is named if every other one is less likely by such a factor.
@@ -218,11 +218,12 @@ def _judge_levels(
 ) -> RecordComparison:
     """The comparison of the levels, and what the record asks of the arm's numbers."""
     arm, rows = basis.arm, basis.record.time.size
-    models = [build_rigid_model(level, arm) for level in RIGID_LEVELS]
+    names = find_distinct_levels(arm)
+    models = [build_rigid_model(level, arm) for level in names]
     level_fits = fit_models(
         every, models, lambda done: progress("comparing the levels", done, rows)
     )
-    levels = _rank_levels(dict(zip(RIGID_LEVELS, level_fits, strict=True)))
+    levels = _rank_levels(dict(zip(names, level_fits, strict=True)))
     best, among = levels[0].name, find_parameters(arm)
     pieces = select_evenly(every, MOST_BLOCKS)
     normal = _build_equations(pieces, arm, best, among, progress)
@@ -231,7 +232,7 @@ def _judge_levels(
     repairs: list[Repair] = []
     frictions: list[FrictionFit] = []
     if not _is_noise(equations.chi2, equations.freedom):
-        for level in RIGID_LEVELS:
+        for level in names:
             each = (
                 normal if level == best else _build_equations(pieces, arm, level, among, progress)
             )

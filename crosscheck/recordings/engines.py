@@ -33,10 +33,10 @@ from crosscheck.planning.comparison import (
 )
 from crosscheck.planning.sizing import make_rest_scenario
 from crosscheck.registry import (
-    RIGID_LEVELS,
     build,
     build_robot_model,
     find_covering_models,
+    find_distinct_levels,
     find_level_engines,
     find_level_models,
 )
@@ -131,7 +131,7 @@ def compare_arm_engines(motion: Motion, arm: Arm) -> list[Finding]:
     tolerance = ROUNDINGS * sum(lengths) / min(lengths)
     able, still = set(find_covering_models("rigid", arm, usual_switches(arm))), make_rest_scenario()
     plans: list[Comparison] = []
-    for level in RIGID_LEVELS:
+    for level in find_distinct_levels(arm):
         models = [
             (name, partial(build, name, arm, still))
             for name in find_level_models(level)

@@ -10,8 +10,9 @@ from crosscheck.recordings.compare import EngineDisagreement, Explanation, Recor
 from crosscheck.recordings.engines import describe_disagreement
 from crosscheck.recordings.friction import FrictionFit, JointFriction
 from crosscheck.recordings.parameters import Estimate
+from crosscheck.registry import RIGID_ARM
 
-LEVEL_WORDS = {
+LEVEL_PHRASES = {
     "links": "links alone (links)",
     "carriers": "links with the gears' masses (carriers)",
     "armature": "gears' inertia on the diagonal (armature)",
@@ -36,25 +37,28 @@ def _describe_verdict(comparison: RecordComparison) -> Iterator[str]:
     left = f"chi squared is {format_number(per_freedom)} per degree of freedom"
     explanations = comparison.explanations
     if comparison.decided:
-        next_best = min(others, key=lambda level: level.ratio)
-        yield f"The recording fits {LEVEL_WORDS[best.name]} with the file's numbers."
-        yield (
-            f"It leaves noise alone ({left}); {next_best.name}, the next best, is"
-            f" {likelihood(next_best.ratio)} times less likely."
-        )
+        yield f"The recording fits {describe_level(comparison, best.name)} with the file's numbers."
+        beside = [
+            f"{each.name}, the next best, is {likelihood(each.ratio)} times less likely"
+            for each in sorted(others, key=lambda level: level.ratio)[:1]
+        ]
+        yield f"It leaves noise alone ({left}){''.join(f'; {each}' for each in beside)}."
     elif comparison.explained:
         names = " and ".join(comparison.candidates)
         yield f"The recording fits {names} with the file's numbers and does not distinguish them."
         yield f"All of these leave noise alone ({left} of {best.name})."
     elif explanations:
-        yield _describe_explanation(explanations[0], "The recording fits")
+        yield _describe_explanation(comparison, explanations[0], "The recording fits")
         if explanations[1:]:
             yield "Other changes explain it too, and the recording does not distinguish them:"
-            yield from (_describe_explanation(each, "it fits") for each in explanations[1:])
-        yield f"{NONE_FITS}; nearest is {best.name} ({left})."
+            yield from (
+                _describe_explanation(comparison, each, "it fits") for each in explanations[1:]
+            )
+        yield f"{NONE_FITS}; nearest is {name_level(comparison, best.name)} ({left})."
     else:
         yield f"{NONE_FITS}."
-        yield f"Nearest is {best.name} ({left}); no one number and no friction explains the rest."
+        name = name_level(comparison, best.name)
+        yield f"Nearest is {name} ({left}); no one number and no friction explains the rest."
         nearest = next((each for each in comparison.single if each.is_possible), None)
         if nearest is not None:
             yield f"The change that explains most: {format_estimate(nearest)}."
@@ -62,15 +66,26 @@ def _describe_verdict(comparison: RecordComparison) -> Iterator[str]:
         if repair.arm is None:
             parameter = repair.estimate.parameter
             value = _format_estimate_value(repair.estimate)
+            level = describe_level(comparison, repair.level)
             yield (
-                f"{LEVEL_WORDS[repair.level]} would need {parameter.phrase} to be {value}"
+                f"{level} would need {parameter.phrase} to be {value}"
                 f" {parameter.unit}, which is impossible."
             )
 
 
-def _describe_explanation(change: Explanation, begin: str) -> str:
+def name_level(comparison: RecordComparison, level: str) -> str:
+    """A level's name, or that of the only one that the arm has."""
+    return level if comparison.levels[1:] else f"the {RIGID_ARM}"
+
+
+def describe_level(comparison: RecordComparison, level: str) -> str:
+    """A level in a phrase."""
+    return LEVEL_PHRASES[level] if comparison.levels[1:] else name_level(comparison, level)
+
+
+def _describe_explanation(comparison: RecordComparison, change: Explanation, begin: str) -> str:
     """The sentence that a person would say of an explanation."""
-    fits = f"{begin} {LEVEL_WORDS[change.level]}"
+    fits = f"{begin} {describe_level(comparison, change.level)}"
     if isinstance(change, Repair):
         parameter = change.estimate.parameter
         return (
@@ -97,8 +112,9 @@ def _describe_runs(comparison: RecordComparison) -> Iterator[str]:
     stays = np.median([window.stays_s for window in comparison.windows])
     long = np.median([window.time[-1] - window.time[0] for window in comparison.windows])
     inside = np.mean([window.within for window in comparison.windows])
+    name = name_level(comparison, comparison.best.name)
     yield (
-        f"{len(comparison.windows)} runs of {comparison.best.name} from the record's states stay"
+        f"{len(comparison.windows)} runs of {name} from the record's states stay"
         f" within three times their uncertainty for {stays:.3g} s of {long:.3g} s (median), and"
         f" within twice it at {100 * inside:.0f} % of the rows."
     )

@@ -47,9 +47,9 @@ def _describe_details(comparison: RecordComparison) -> Iterator[str]:
         yield f"noise of joint {joint}: {angle:.2g} rad and {torque:.2g} N m a sample"
     for level in comparison.levels:
         share = level.fit.chi2 / level.fit.freedom
+        name = messages.name_level(comparison, level.name)
         yield (
-            f"{level.name}: chi squared {messages.format_number(share)} per degree of freedom;"
-            " residual"
+            f"{name}: chi squared {messages.format_number(share)} per degree of freedom; residual"
             f" {messages.format_values(level.fit.left)} N m rms,"
             f" {messages.format_values(level.fit.noise)} by noise"
         )
@@ -181,7 +181,7 @@ def _draw_residual_figure(comparison: RecordComparison) -> str:
     """SVG text: joints below each other; without and with the change that explains the record."""
     columns = [
         JointColumn(
-            f"{curve.level} {messages.change_words(curve.change)}",
+            f"{messages.name_level(comparison, curve.level)} {messages.change_words(curve.change)}",
             TIME,
             partial(draw_residual, curve),
         )

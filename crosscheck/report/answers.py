@@ -10,7 +10,7 @@ from dataclasses import dataclass
 from crosscheck.findings import Agreement, EntryDifferences, Finding, Verdict, WrongEntry
 from crosscheck.models.arm.arm import Arm
 from crosscheck.models.robot.robot import Robot
-from crosscheck.registry import engine_of, model_names
+from crosscheck.registry import engine_of, is_rigid_arm, model_names
 from crosscheck.report.formatting import (
     describe_tally,
     format_count,
@@ -307,12 +307,15 @@ def answer_questions(agreement: Agreement, mechanism: Arm | Robot) -> Answers:
     """The answers of a cross-check of an arm or a robot."""
     outline = outline_report(mechanism)
     rows = compare_models(agreement, outline)
-    answer_on_rigid = answer_on_levels if outline.is_robot else answer_on_rigid_arm
+    if isinstance(mechanism, Robot):
+        on_levels = answer_on_levels(agreement)
+    else:  # of an arm that is rigid by itself nothing is asked
+        on_levels = "" if is_rigid_arm(mechanism) else answer_on_rigid_arm(agreement)
     return Answers(
         describe_verdict(agreement),
         tuple(rows),
         answer_on_equations(rows, outline),
-        answer_on_rigid(agreement),
+        on_levels,
         answer_on_trust(agreement, outline),
         outline,
     )

@@ -57,7 +57,9 @@ def format_percent(relative: float) -> str:
 
 
 def format_length(metres: float) -> str:
-    """A length of three digits in m, mm or µm."""
+    """A length of three digits in m, mm or µm; what is below a nanometre is rounding."""
+    if 0 < abs(metres) < 1e-9:
+        return "less than 1 nm"
     for unit, size in (("m", 1.0), ("mm", 1e-3)):
         if abs(metres) >= (size if size == 1.0 else 1e-2 * size):
             return f"{format_rounded(metres / size, 3)} {unit}"

@@ -74,7 +74,9 @@ def _arm_outline(arm: Arm) -> ReportOutline:
         | ({"F_sp": "mesh force"} if has_gears else {}),
         questions=(
             "Do the equations agree with the engines?",
-            "How far is the rigid arm from the geared one?",
+            "How far is the rigid arm from the geared one?"
+            if has_gears
+            else "How far is the arm without its motors' inertia from the whole one?",
             TRUST,
         ),
         topics=("Equations", "Rigid arm", "Checks"),

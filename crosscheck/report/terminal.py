@@ -40,7 +40,8 @@ def print_answers(agreement: Agreement, mechanism: Arm | Robot) -> None:
     print(make_printable(report_answers.verdict))
     texts = report_answers.equations, report_answers.rigid, report_answers.trust
     for question, answer in zip(report_answers.outline.questions, texts, strict=True):
-        print(make_printable(f"{question} {answer}"))
+        if answer:
+            print(make_printable(f"{question} {answer}"))
     print()
     print_agreement(agreement)
     print(make_printable(report_answers.verdict))
@@ -56,7 +57,8 @@ def print_report_summary(agreement: Agreement, mechanism: Arm | Robot) -> None:
         numbers = [row.number(quantity) for quantity in quantities]
         table.add_row(row.model, Text(row.verdict, COLOURS[row.verdict]), *numbers)
     Console().print(table)
-    print(make_printable(report_answers.rigid))
+    if report_answers.rigid:
+        print(make_printable(report_answers.rigid))
     _print_disagreeing(agreement.disagreeing[:MOST_FAILED])
     if len(agreement.disagreeing) > MOST_FAILED:
         print(f"... and {len(agreement.disagreeing) - MOST_FAILED} more on the page")

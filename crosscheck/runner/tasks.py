@@ -12,9 +12,11 @@ from typing import TYPE_CHECKING, NamedTuple
 
 import numpy as np
 
-from crosscheck.checks.answers import evaluate_at_states
+from crosscheck.checks.answers import CORNER_FORCE, States, evaluate_at_states, sample_states
+from crosscheck.checks.corners import sample_corner_states
 from crosscheck.checks.records import require_complete, require_consistent
 from crosscheck.checks.robots.case import RobotLevel, RobotQuestion
+from crosscheck.models.arm.layout import Layout
 from crosscheck.models.interface import Model
 from crosscheck.models.loading import Case
 from crosscheck.registry import MODELS, Entry, build, build_robot_model, engine_of
@@ -85,7 +87,10 @@ class Simulation:
 
 @dataclass(frozen=True)
 class Evaluation(SelfKeyedTask):
-    """A task: one function of a model at ``count`` random states of a seed; see checks.answers."""
+    """A task: one function of a model at ``count`` random states of a seed; see checks.answers.
+
+    A force at the corners of the mesh laws is asked at these; see checks.corners.
+    """
 
     model: str
     case: Case
@@ -98,12 +103,24 @@ class Evaluation(SelfKeyedTask):
         """Estimated cost [s]: building the model, then a few calls for every state."""
         return 0.01 + 10 * self.count * MODELS[self.model].call_s
 
+    @property
+    def layout(self) -> Layout:
+        """The coordinates that the model must have."""
+        return MODELS[self.model].layout(self.case.arm, self.case.switches)
+
+    @property
+    def states(self) -> States:
+        """The states at which the model is asked."""
+        arm, laws = self.case.arm, self.case.switches
+        if self.quantity == CORNER_FORCE:
+            return sample_corner_states(self.layout, arm, laws, self.seed)
+        return sample_states(self.layout, arm, self.count, self.seed)
+
     @return_failures
     def perform(self) -> np.ndarray:
         """The answers, state by state along the first axis, or a Failure where there are none."""
         model = build_model(self.model, self.case)
-        expected = MODELS[self.model].layout(self.case.arm, self.case.switches)
-        return evaluate_at_states(model, expected, self.quantity, self.count, self.seed)
+        return evaluate_at_states(model, self.layout, self.quantity, self.states)
 
 
 class RobotKey(NamedTuple):

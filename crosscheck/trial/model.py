@@ -64,7 +64,7 @@ class SuppliedModel(Model):
     def generalized_force(self, t: float, q: np.ndarray, v: np.ndarray) -> np.ndarray:
         """f = J^-T f_x, shape (n,)."""
         x, u, jacobian = self._user_state(q, v)
-        user_force = self.supplied.force(t, x, u, self.torques(t, q, v))
+        user_force = self.supplied.whole_force(t, x, u, self.torques(t, q, v))
         return np.linalg.inv(jacobian).T @ user_force
 
     def acceleration(self, t: float, q: np.ndarray, v: np.ndarray) -> np.ndarray:

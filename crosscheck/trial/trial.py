@@ -25,7 +25,7 @@ from crosscheck.planning import comparison
 from crosscheck.planning.comparison import Comparison, ModelTask, Results
 from crosscheck.planning.plan import CrossCheckRequest
 from crosscheck.provenance import record_provenance
-from crosscheck.registry import packages, register
+from crosscheck.registry import find_distinct_levels, group_equal_levels, packages, register
 from crosscheck.run import CrossCheck, cases_by_run, run_tasks, runs_by_key
 from crosscheck.runner.outcomes import Failure
 from crosscheck.runner.progress_update import ProgressCallback, ignore_progress
@@ -267,7 +267,9 @@ def build_problem(request: TrialRequest) -> VerificationProblem:
         request.name, equations, bound.has, case, count, request.seed, bound.motors
     )
     if problem.frame.matrix is not None:
-        terms = build_reference_terms(problem.frame, request.arm, laws, problem.levels[-1])
+        terms = build_reference_terms(
+            problem.frame, request.arm, laws, problem.levels[-1], has_gravity=problem.has_gravity
+        )
         count = max(count, minimum_state_count(terms))
     affordable = MOST_BYTES // (8 * len(problem.frame.names) ** 3)
     problem = replace(problem, count=min(count, max(affordable, LEAST_STATES)))
@@ -306,7 +308,7 @@ def _judge_trial(
     perform: Perform,
 ) -> Trial:
     level, level_mismatches = _select_level(problem, results)
-    level = _select_alike_level(problem, probes, level, results)
+    level = _select_equal_level(problem, probes, level, results)
     here = compare_entries(problem, level, list_entry_quantities(problem), results)
     reading_level, readings = "", list[Reading]()
     wrong_parts = {wrong.place.part for wrong in here.wrong_entries}
@@ -342,7 +344,7 @@ def _judge_trial(
         hidden_entries=tuple(wrong for wrong in diagnosis.wrong_entries if wrong.shown_on),
         ignored_numbers=tuple(each for each in diagnosis.ignored_numbers if each.parts),
         probes=tuple(probe.case.arm.name for probe in probes),
-        missing=tuple(part for part in suite.COMPARED if part not in problem.has),
+        missing=tuple(part for part in suite.COMPARED if part in suite.WHOLE - problem.has),
         unit_mistakes=find_unit_mistakes(
             here.user_values, here.reference_values, problem.equations.table
         ),
@@ -376,18 +378,21 @@ def _select_level(
     user_values = (
         results.get(problem.ask_equations("mass_matrix")) if "mass_matrix" in problem.has else None
     )
-    questions = [problem.ask(problem.reference(level), "mass_matrix") for level in problem.levels]
+    distinct = [
+        level for level in find_distinct_levels(problem.case.arm) if level in problem.levels
+    ] or problem.levels  # the one that is stated
+    questions = [problem.ask(problem.reference(level), "mass_matrix") for level in distinct]
     masses = [results.need(question) for question in questions]
     if user_values is None:
         return min(problem.levels, key=partial(_largest_difference, problem, results)), []
     sizes, level_mismatches = suite.compute_natural_sizes(problem, results, problem.levels[-1]), []
-    for level, mass in zip(problem.levels, masses, strict=True):
+    for level, mass in zip(distinct, masses, strict=True):
         relative_errors = deviations(user_values, mass, sizes.mass)
         count = int((~(relative_errors <= sizes.tolerance("mass_matrix"))).sum())
         level_mismatches.append(
             LevelMismatch(level, count, float(relative_errors.max()), float(relative_errors.mean()))
         )
-    counts = {level: _count_wrong_entries(problem, level, results) for level in problem.levels}
+    counts = {level: _count_wrong_entries(problem, level, results) for level in distinct}
     nearest = min(level_mismatches, key=lambda each: (counts[each.level], each.entries, each.mean))
     return nearest.level, level_mismatches
 
@@ -404,37 +409,33 @@ def _count_wrong_entries(problem: VerificationProblem, level: str, results: Resu
     )
 
 
-def _select_alike_level(
+def _select_equal_level(
     problem: VerificationProblem,
     probes: Sequence[VerificationProblem],
     level: str,
     results: Results,
 ) -> str:
-    """Of the levels that are alike on the arm, as without motors, that of the other arms.
+    """Of the levels that are equal on the arm, as without motors, that of the other arms.
 
     There it is the one from which the fewest entries differ; of as many the given one.
     """
-    if not level:
+    groups = group_equal_levels(problem.case.arm)
+    equal = [
+        each
+        for group in groups
+        if level in group
+        for each in (level, *group)
+        if each in problem.levels
+    ]
+    if len(equal) < 2:
         return level
     quantities = list_entry_quantities(problem)
-    base = compare_entries(problem, level, quantities, results)
-    alike = [level]
-    for other in problem.levels:
-        values = compare_entries(problem, other, quantities, results).reference_values
-        differences = {
-            part: deviations(values[part], right, base.sizes.entry_sizes(part)).max()
-            for part, right in base.reference_values.items()
-        }
-        if other != level and all(
-            difference <= base.sizes.tolerance(part) for part, difference in differences.items()
-        ):
-            alike.append(other)
 
     def count_wrong_entries(each: str) -> int:
         comparisons = (compare_entries(probe, each, quantities, results) for probe in probes)
         return sum(len(list(comparison.wrong_entries)) for comparison in comparisons)
 
-    return min(alike, key=count_wrong_entries) if len(alike) > 1 else level
+    return min(equal, key=count_wrong_entries)
 
 
 def _select_explained_level(

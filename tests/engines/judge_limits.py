@@ -13,6 +13,7 @@ import xarray as xr
 from pydantic import TypeAdapter
 
 from crosscheck.checks import energy, invariants, modes, records, scales, trajectories
+from crosscheck.checks.answers import CORNER_FORCE
 from crosscheck.checks.scales import ReasonedLimit
 from crosscheck.findings import ComparisonKey, Finding, Subject
 from crosscheck.models.arm.arm import Arm
@@ -39,8 +40,8 @@ ABOVE, BELOW = 1.02, 0.98  # of a tolerance
 EPS = 2.0**-52
 LOOSEST, SHARPEST = 1e-10, 1000 * EPS  # of the tolerances of states
 GEARED, RIGID = ("geared", "wide", "apart"), ("like", "unlike")
-LEFT = dict.fromkeys(GEARED, "analytic:physical") | dict.fromkeys(RIGID, "analytic:coupled")
-RIGHT = dict.fromkeys(GEARED, "pinocchio:gears") | dict.fromkeys(RIGID, "pinocchio:coupled")
+LEFT = dict.fromkeys(GEARED, "analytic:physical") | dict.fromkeys(RIGID, "analytic:carriers")
+RIGHT = dict.fromkeys(GEARED, "pinocchio:gears") | dict.fromkeys(RIGID, "pinocchio:carriers")
 SUBJECT = Subject(ComparisonKey("family", "case", "theta", "one", "other"), "1", "largest")
 
 
@@ -178,6 +179,10 @@ def wrong_states(name: str) -> Iterator[str]:
     for quantity in STATE_ABILITIES:
         own = scale(name, quantity)
         yield from _wrong_components(name, (quantity, ""), own.sizes(own.limit), own.limit)
+    if name in GEARED:  # the sizes of forces at random states
+        force = scale(name, "generalized_force")
+        sizes = force.sizes(force.limit)
+        yield from _wrong_components(name, (CORNER_FORCE, ""), sizes, force.limit)
 
 
 def wrong_data_checks(name: str) -> Iterator[str]:
@@ -598,7 +603,10 @@ def wrong_plan() -> Iterator[str]:
     right: set[tuple[str, str, str, frozenset[str], int | None]] = set()
     for name, models in where.items():
         pairs = [frozenset((one, other)) for one in models for other in models if one < other]
-        right |= {("states", name, q, pair, None) for q in STATE_ABILITIES for pair in pairs}
+        corners = (CORNER_FORCE,) if name.endswith("geared") else ()
+        right |= {
+            ("states", name, q, pair, None) for q in (*STATE_ABILITIES, *corners) for pair in pairs
+        }
     first = reference_model()
     for other in find_same_integrator_models():
         pair = frozenset((first, other))

@@ -149,7 +149,7 @@ def test_a_force_or_an_acceleration_beyond_its_tolerance_is_seen_in_every_compon
     model = build(reference, *case)
     setting = SampledModel("test", reference, case, COUNT, SEED).setting
     masses, forces, accelerations = (
-        evaluate_at_states(model, setting.layout, quantity, COUNT, SEED)
+        evaluate_at_states(model, setting.layout, quantity, setting.states)
         for quantity in ("mass_matrix", "generalized_force", "acceleration")
     )
     for quantity, values in (("generalized_force", forces), ("acceleration", accelerations)):

@@ -25,7 +25,14 @@ from tests.faults.measured import numbers_agree
 from tests.faults.planting import Laws, Seen
 from tests.faults.robots import robots_agree, traced_is_kanes
 from tests.faults.views import VIEW_CHECKS
-from tests.judged import compare_states, energy_over_run, invariants, refined, same_step
+from tests.judged import (
+    compare_corners,
+    compare_states,
+    energy_over_run,
+    invariants,
+    refined,
+    same_step,
+)
 from tests.mixed_arms import MIXED, random_states, scenario
 from tests.studies.observed import wrong_signals
 from tests.studies.plot_numbers import wrong_drawings
@@ -110,14 +117,23 @@ def unharmed_runs(name: str, arm: str, drive: str, laws: Laws) -> Pair:
 
 def _states(seen: Seen) -> str:
     """The answers of two models at random states."""
+    (finding,) = compare_states("planted", _pair(seen), [seen.quantity], STATES, SEED)
+    return finding.verdict
+
+
+def _corners(seen: Seen) -> str:
+    """The forces of two models at the corners of the mesh laws."""
+    (finding,) = compare_corners("planted", _pair(seen), STATES, SEED)
+    return finding.verdict
+
+
+def _pair(seen: Seen) -> list[Model]:
     at = seen.arm, seen.drive, seen.laws
     both = {
         seen.model: build(seen.model, *experiment(*at)),
         seen.against: unharmed(seen.against, *at),
     }
-    models = [both[name] for name in MODELS if name in both]  # as in a cross-check
-    (finding,) = compare_states("planted", models, [seen.quantity], STATES, SEED)
-    return finding.verdict
+    return [both[name] for name in MODELS if name in both]  # as in a cross-check
 
 
 def _same_step(seen: Seen) -> str:
@@ -273,6 +289,7 @@ PLANETS = {
 }
 CHECKS: dict[str, Callable[[Seen], str]] = {
     "states": _states,
+    "corners": _corners,
     "same-step": _same_step,
     "energy": _energy,
     "power": _power,

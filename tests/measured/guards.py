@@ -369,8 +369,7 @@ def wrong_page(found: RecordComparison) -> Iterator[str]:
         if len(lines) != len(rows):
             yield f"page, {name}: {len(lines)} rows, must be {len(rows)}"
         for line, row in zip(lines, rows, strict=False):
-            shown = line.replace("as in Eq. 1", "")  # of what the level has
-            cells = [re.sub(r"<.*?>", "", cell) for cell in re.findall(r"<td.*?</td>", shown)]
+            cells = [re.sub(r"<.*?>", "", cell) for cell in re.findall(r"<td.*?</td>", line)]
             shown = " | ".join(re.sub(r"\[.*?\]", "", html.unescape(cell)) for cell in cells)
             yield from misread(f"page, {name}", shown, row)
     title = f"<h1>Recording compared with {found.arm.name}</h1>"

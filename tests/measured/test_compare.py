@@ -13,7 +13,8 @@ from crosscheck.models.errors import InputError
 from crosscheck.models.loading import load_arm
 from crosscheck.provenance import ROOT
 from crosscheck.recordings.forward import run_windows
-from crosscheck.recordings.messages import format_estimate
+from crosscheck.recordings.messages import describe_answers, format_estimate
+from crosscheck.recordings.output import comparison_page, describe_comparison
 from crosscheck.recordings.parameters import (
     Estimate,
     Parameter,
@@ -27,6 +28,7 @@ from crosscheck.recordings.record import Record, read_record, require_same_units
 from crosscheck.recordings.residual import build_normal_equations
 from crosscheck.recordings.smoothing import select_spacing, smooth_record
 from crosscheck.registry import RIGID_LEVELS
+from tests.arms import arm_of
 from tests.measured.records import ANGLE_NOISE, TORQUE_NOISE, compared, level, motion, record_of
 
 PAYLOAD = "arm.payload_mass_kg"
@@ -40,6 +42,26 @@ def test_the_true_level_is_named(labelled, true):
     assert found.repairs == ()
     assert found.angle_noise == pytest.approx([ANGLE_NOISE] * 2, rel=0.05)
     assert found.torque_noise == pytest.approx([TORQUE_NOISE] * 2, rel=0.05)
+
+
+def test_an_arm_without_gears_has_one_level_and_one_answer():
+    """A wrong payload is one explanation, not one of each level that is the same there."""
+    arm = arm_of(2, direct=[0, 1])
+    bare = {"motor_mass_kg": 0.0, "rotor_inertia_kg_m2": 0.0}
+    joints = tuple(joint.model_copy(update=bare) for joint in arm.joints)
+    arm = arm.model_copy(update={"joints": joints})
+    found = compared(record_of(level(arm, "links"), rows=3000), arm)
+    assert [each.name for each in found.levels] == ["links"]
+    assert found.decided
+    heavier = arm.model_copy(update={"payload_mass_kg": 1.1 * arm.payload_mass_kg})
+    changed = compared(record_of(level(heavier, "links"), rows=3000), arm)
+    answers = describe_answers(changed)
+    payloads = [line for line in answers if "payload is" in line]
+    assert len(payloads) == 1
+    assert payloads[0].startswith("The recording fits the rigid arm if the payload is")
+    words = " ".join([*answers, *describe_answers(found), *describe_comparison(changed)])
+    assert not any(each in words for each in ("carriers", "armature", "coupled", "gears"))
+    assert "Eq. 1" not in comparison_page(changed)
 
 
 @pytest.mark.slow

@@ -379,7 +379,11 @@ def test_changes_and_runs_are_told_in_their_units():
         made(stays_s=stays, time=[1.0, 1.0 + long], within=within)
         for stays, long, within in ((0.1, 2.0, 0.5), (0.4, 3.0, 1.0), (0.3, 2.5, 0.84))
     ]
-    assert list(arm_messages._describe_runs(made(windows=windows, best=made(name="links")))) == [
+    assert list(
+        arm_messages._describe_runs(
+            made(windows=windows, best=made(name="links"), levels=["links", "coupled"])
+        )
+    ) == [
         "3 runs of links from the record's states stay within three times their uncertainty for"
         " 0.3 s of 2.5 s (median), and within twice it at 78 % of the rows."
     ]

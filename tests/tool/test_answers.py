@@ -5,6 +5,7 @@ from collections.abc import Sequence
 
 import pytest
 
+from crosscheck.cli.files.template import make_plain_arm
 from crosscheck.file_types import AGREEMENT, identify_file_type
 from crosscheck.findings import (
     Agreement,
@@ -21,6 +22,7 @@ from crosscheck.models.robot.file import load_robot
 from crosscheck.planning import robots
 from crosscheck.planning.plan import CrossCheckRequest
 from crosscheck.planning.state_suite import COUNT, QUICK_COUNT
+from crosscheck.registry import is_rigid_arm
 from crosscheck.report.answers import (
     answer_on_equations,
     answer_on_levels,
@@ -32,9 +34,11 @@ from crosscheck.report.answers import (
     format_agreement_json,
 )
 from crosscheck.report.finding_groups import list_findings
+from crosscheck.report.formatting import format_length
 from crosscheck.report.html import describe_quick_limits
 from crosscheck.report.matrix import collect_cells
 from crosscheck.report.outline import outline_report
+from crosscheck.report.terminal import print_answers
 
 PRINTED, LEAD, ENGINE, LINKS = (
     "analytic:printed",
@@ -131,6 +135,25 @@ def test_rigid_levels_are_told_from_the_first_to_the_last():
     assert find_tip_ends(Agreement(levels)) == [levels[0], levels[2]]
     assert find_tip_ends(Agreement(levels[:1])) == levels[:1]
     assert find_tip_ends(Agreement([])) == []
+
+
+def test_of_an_arm_without_gears_and_motors_nothing_is_asked_about_them(capsys):
+    arm = make_plain_arm("plain", 2)
+    assert is_rigid_arm(arm)
+    answers = answer_questions(Agreement([]), arm)
+    assert answers.rigid == ""
+    print_answers(Agreement([]), arm)
+    asked = capsys.readouterr().out
+    assert "geared" not in asked
+    assert "How far" not in asked
+    motored = load_arm("direct-between")
+    assert "geared" in answer_questions(Agreement([]), motored).outline.questions[1]
+
+
+def test_a_length_below_a_nanometre_is_rounding():
+    assert format_length(4.46e-13) == "less than 1 nm"
+    assert format_length(1.2e-9) == "0.0012 µm"
+    assert format_length(0.0) == "0 µm"
 
 
 def test_a_level_costs_most_where_a_joint_loses_the_largest_share_of_its_torque():

@@ -1,14 +1,16 @@
 """`show` of an arm: every number beside one that is worked out from the arm's file alone."""
 
 import math
-import re
 import tomllib
 from collections.abc import Iterator
 from typing import Any
 
 import pytest
 
+from crosscheck.models.loading import load_arm
 from crosscheck.provenance import ROOT
+from crosscheck.trial.diagnose.terms.values import collect_arm_values
+from crosscheck.trial.input.arm_symbols import ARM_SYMBOLS, OF_ARM
 from tests.loops import require_items
 
 Shown = dict[str, tuple[float, str]]
@@ -29,15 +31,26 @@ UNITS = {  # the longer ends first
 
 def tables_of(text: str) -> dict[str, dict[str, list[str]]]:
     """Value and unit of each quantity, by the title of its table; rows are indented."""
-    tables: dict[str, dict[str, list[str]]] = {}
-    title = ""
+    return {
+        title: {name: [part for part in (value, unit) if part] for name, value, unit, _ in rows}
+        for title, rows in rows_of(text).items()
+    }
+
+
+def rows_of(text: str) -> dict[str, list[tuple[str, ...]]]:
+    """Quantity, value, unit and symbol of each row of each table, below the words of its head."""
+    tables: dict[str, list[tuple[str, ...]]] = {}
+    title, starts = "", [0]
     for line in filter(str.strip, text.splitlines()):
         if not line.startswith(" "):
             title = line.strip()
-            tables[title] = {}
-        else:
-            name, *rest = re.split(r"\s{2,}", line.strip())
-            tables[title][name] = rest
+            tables[title] = []
+            continue
+        if line.split()[:3] == ["quantity", "value", "unit"]:
+            starts = [line.index(word) for word in line.split()]
+        ends = [*starts[1:], len(line)]
+        cells = [line[a:b].strip() for a, b in zip(starts, ends, strict=True)]
+        tables[title].append((*cells, *[""] * (4 - len(cells))))
     return tables
 
 
@@ -162,8 +175,11 @@ def test_every_derived_number_is_that_of_the_file(crosscheck, monkeypatch):
             assert float(shown) == pytest.approx(value, rel=1e-9), f"{title}: {name}"
             assert units == [unit] * bool(unit), f"{title}: {name}"
     assert list(tables["joint 1, derived"]) == list(tables["joint 2, derived"]) == ["quantity"]
-    rows = re.findall(r"^ (mesh mode|its damping ratio) +(\S+) *(\S*)", text, re.MULTILINE)
-    modes = [[part for part in row if part] for row in rows]
+    modes = [
+        [part for part in row if part]
+        for row in rows_of(text)["arm"]
+        if row[0] in ("mesh mode", "its damping ratio")
+    ]
     assert len(modes) == 2 * 4  # sun and planets of both joints
     assert not list(wrong_modes(modes, float(tables["arm"]["largest stable step of RK4"][0])))
 
@@ -216,3 +232,33 @@ def test_phases_that_the_teeth_say_are_shown_of_each_mesh(crosscheck, monkeypatc
                 off = float(shown) / (2 * math.pi) + lag
                 assert abs(off - round(off)) < 1e-9
                 assert unit == "rad"
+
+
+def test_every_symbol_of_an_arm_stands_beside_its_number(crosscheck, monkeypatch):
+    """The symbols that SymPy equations may have, each once, with the number that they stand for."""
+    monkeypatch.setenv("COLUMNS", "200")
+    for name in ("probe", "direct-between"):
+        values = collect_arm_values(load_arm(name))
+        rows = [row for table in rows_of(crosscheck("show", name).out).values() for row in table]
+        shown = {symbol: value for _, value, _, symbol in rows if symbol and symbol != "symbol"}
+        x_and_y = shown.pop("g_x, g_y").split(", ")
+        shown |= dict(zip(("g_x", "g_y"), x_and_y, strict=True))
+        derived = {each for each in values if each.startswith("r_r")}  # of the ring, by its teeth
+        assert set(values) - derived == set(shown)
+        for symbol, value in shown.items():
+            assert float(value) == pytest.approx(values[symbol], rel=1e-9)
+
+
+def test_what_a_link_states_is_not_shown_twice(crosscheck, tmp_path):
+    path = tmp_path / "plain.toml"
+    crosscheck("init", str(path), "--direct")
+    names = [row[0] for row in rows_of(crosscheck("show", str(path)).out)["link 1"]]
+    assert names == ["quantity", "length_m", "com_m", "mass_kg", "inertia_kg_m2"]
+
+
+def test_the_reference_has_the_symbols_of_an_arm():
+    text = (ROOT / "docs" / "reference" / "arm-file.md").read_text(encoding="utf-8")
+    for symbol in require_items(ARM_SYMBOLS):
+        number = "" if symbol.stem in OF_ARM else "1"
+        field = f"`{symbol.field}`" if symbol.field else "follows"
+        assert f"| `{symbol.stem}{number}` | {symbol.meaning} | {field} |" in text

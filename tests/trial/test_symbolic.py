@@ -147,6 +147,15 @@ BAD = {
     "l_1: is no quantity of the arm; give its value, or its name (near it: L1)": {
         "mass_matrix": sp.eye(2) * M3
     },
+    "J1: is no quantity of the arm; give its value, or its name (near it: I_l1": {
+        "mass_matrix": sp.eye(2) * sp.Symbol("J1")
+    },
+    "Theta_2: is no quantity of the arm; give its value, or its name (near it: I_l2": {
+        "mass_matrix": sp.eye(2) * sp.Symbol("Theta_2")
+    },
+    "g: is no quantity of the arm; give its value, or its name (near it: g_x, g_y": {
+        "mass_matrix": sp.eye(2) * g
+    },
     "g = 'gravity': is no quantity": {"mass_matrix": sp.eye(2) * g, "values": {g: "gravity"}},
     "g: must be a number, or the name": {"mass_matrix": sp.eye(2) * g, "values": {g: None}},
     "mass_matrix: has v1; must be of x alone": {"mass_matrix": sp.eye(2) * v[0]},

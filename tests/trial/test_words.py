@@ -31,9 +31,9 @@ from crosscheck.trial.robots.elastic import describe_springs
 
 # Coordinates of which the second is the sum of both joints' angles, and one that is half of them.
 ABSOLUTE: Any = SimpleNamespace(
-    names=("phi_1", "phi_2"), angles=np.array([[1, 0], [-1, 1]]), entries={}
+    names=("phi_1", "phi_2"), turns=np.array([[1, 0], [-1, 1]]), entries={}
 )
-HALVED: Any = SimpleNamespace(names=("u", "v"), angles=np.array([[0.5, 0], [0, 1]]), entries={})
+HALVED: Any = SimpleNamespace(names=("u", "v"), turns=np.array([[0.5, 0], [0, 1]]), entries={})
 ONE, PAYLOAD = Monomial(1, ()), Monomial(2, (("L1", 1), ("d2", 1), ("m_payload", 1)))
 BELOW = Monomial(Fraction(-1, 2), (("I_l2", 1), ("L1", 2), ("r_c1", -2), ("r_s1", -1)))
 COS = TermKey((0, 1))
@@ -222,6 +222,7 @@ SIZES = NaturalSizes(
     bias=np.array([2.0, 8.0]),
     force=np.array([3.0, 6.0]),
     acceleration=np.array([7.0, 9.0]),
+    gravity=np.array([1.0, 2.0]),
     roundings=40.0,
     solving=1e3,
 )

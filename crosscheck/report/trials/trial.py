@@ -10,6 +10,7 @@ from typing import Any
 from rich.console import Console
 from rich.text import Text
 
+from crosscheck.registry import RIGID_ARM, is_rigid_arm
 from crosscheck.report.formatting import format_count, make_printable
 from crosscheck.report.records import format_json, to_json_value
 from crosscheck.report.terminal import print_agreement
@@ -52,16 +53,19 @@ def format_trial(trial: Trial) -> str:
 def describe_trial(trial: Trial) -> Iterator[str]:
     """Whose equations, in which coordinates, of which kind; what could not be judged."""
     problem = trial.problem
-    kind = f"rigid, level {trial.level}" if trial.level else f"geared, planets {problem.gearing}"
+    is_only, kind = is_rigid_arm(problem.case.arm), f"geared, planets {problem.gearing}"
+    if trial.level:
+        kind = RIGID_ARM if is_only else f"rigid, level {trial.level}"
     yield f"{problem.name} on {problem.case.arm.name}: {kind}"
     for reading in trial.readings:
         yield f"right in {reading.words}{f': {reading.statement}' * bool(reading.statement)}"
     yield f"coordinates: {', '.join(problem.frame.names)}"
-    for mismatch in trial.level_mismatches if len(trial.level_mismatches) > 1 else ():
+    for mismatch in trial.level_mismatches if is_only or len(trial.level_mismatches) > 1 else ():
         count = mismatch.entries
         differ = f"{count} entries of M differ" if count != 1 else "1 entry of M differs"
         largest = f", by up to {mismatch.largest:.3g}" if mismatch.entries else ""
-        yield f"  against {mismatch.level} ({mismatch.description}): {differ}{largest}"
+        level = f"{mismatch.level} ({mismatch.description})"
+        yield f"  against {f'the {RIGID_ARM}' if is_only else level}: {differ}{largest}"
     if trial.probes:
         other = format_count(len(trial.probes), "other arm")
         yield f"also checked on {other}, for errors that this one's equal numbers hide"
@@ -113,8 +117,8 @@ def describe_notes(trial: Trial) -> Iterator[str]:
             " 1e-6 of mass x com^2: judged as point masses, with 0 in their place."
         )
     unfollowed = [each for each in trial.ignored_numbers if each.name not in trial.point_masses]
-    if unfollowed:
-        yield describe_unfollowed(unfollowed)
+    if note := describe_unfollowed(unfollowed):
+        yield note
     for line in _describe_entries(trial.hidden_entries, trial.problem.frame.names):
         yield f"Right on this arm. On others, whose numbers are unlike, this differs: {line}"
 
@@ -156,10 +160,12 @@ def _describe_group(group: Sequence[EntryMismatch], names: Sequence[str]) -> str
 
 
 def describe_unfollowed(unfollowed: Sequence[IgnoredNumber]) -> str:
-    """One note on all numbers of the arm's file that the equations do not follow."""
+    """One note on all numbers of the arm's file that the equations do not follow; or ''.
+
+    Of a number that is 0 in the file and in the equations there is nothing to say.
+    """
     literal = [each for each in unfollowed if each.value and not each.goes_with]
     tied = [each for each in unfollowed if each.goes_with]
-    absent = [each.name for each in unfollowed if not each.value and not each.goes_with]
     sentences = []
     if literal:
         parts = list(dict.fromkeys(part for each in literal for part in each.parts))
@@ -173,9 +179,7 @@ def describe_unfollowed(unfollowed: Sequence[IgnoredNumber]) -> str:
     if tied:
         listed_ties = ", ".join(f"{t.name} from {' and '.join(t.goes_with)}" for t in tied)
         sentences.append(f"Your equations take {listed_ties}, which is right on this arm.")
-    if absent:
-        sentences.append(f"Your equations have no {', '.join(absent)}, nor has this arm.")
-    return " ".join((*sentences, "Judged with these numbers as they are."))
+    return " ".join((*sentences, "Judged with these numbers as they are.")) if sentences else ""
 
 
 def _format_parts(parts: Sequence[str]) -> str:

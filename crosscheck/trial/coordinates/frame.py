@@ -164,13 +164,18 @@ def express_in_symbols(matrix: np.ndarray, layout: Layout, arm: Arm) -> sp.Immut
             form = next(alike, None)
             if abs(value) <= nothing:
                 symbolic_entries.append(sp.Integer(0))
-            elif float(ratio) == value:
+            elif float(ratio) == value and not _is_motors(value, numeric_stage):
                 symbolic_entries.append(sp.Rational(ratio.numerator, ratio.denominator))
             elif form is not None:
                 symbolic_entries.append(form if value * quantity_values[form] > 0 else -form)
             else:
                 return None
     return sp.ImmutableMatrix(*matrix.shape, symbolic_entries)
+
+
+def _is_motors(value: float, stage: Any) -> bool:
+    """Whether a number is what a motor's angle is divided by, rather than a ratio of its own."""
+    return isinstance(stage, Stage) and abs(value) == abs(1 / float(stage.n)) != 1
 
 
 def _quantities(stage: Stage) -> tuple[Any, ...]:

@@ -9,12 +9,12 @@ from typing import NamedTuple
 
 import numpy as np
 
-from crosscheck.checks.answers import sample_states
+from crosscheck.checks.answers import States, sample_states
+from crosscheck.checks.corners import sample_corner_states
 from crosscheck.checks.invariants import torques_at
-from crosscheck.models.arm.arm import Arm
 from crosscheck.models.errors import InputError
 from crosscheck.models.experiment.drive import drive_data
-from crosscheck.models.experiment.scenario import Scenario
+from crosscheck.models.loading import Case
 from crosscheck.trial.coordinates.frame import Frame
 
 FIRST = 20  # poses that a map may not reach, before it is one that reaches none
@@ -36,15 +36,17 @@ class UserState(NamedTuple):
 
 
 @lru_cache(maxsize=8)  # every question of a trial asks at the same ones
-def draw_states(
-    frame: Frame, arm: Arm, scenario: Scenario, count: int, seed: int
-) -> tuple[UserState, ...]:
-    """Random states on both flanks of the teeth, at any pose, moving briskly.
+def draw_states(frame: Frame, case: Case, count: int, seed: int) -> tuple[UserState, ...]:
+    """Random states on both flanks of the teeth, at any pose, moving briskly; then all corners.
 
-    A pose that no x gives is shifted towards one that some x gives. Raises InputError.
+    These are on each side of every branch of the mesh laws. A pose that no x gives is shifted
+    towards one that some x gives. Raises InputError.
     """
-    drive, theta = drive_data(scenario, len(arm.joints)), frame.layout.theta
-    drawn, states = sample_states(frame.layout, arm, count, seed), []
+    arm, theta = case.arm, frame.layout.theta
+    drive = drive_data(case.scenario, len(arm.joints))
+    random = sample_states(frame.layout, arm, count, seed)
+    corners = sample_corner_states(frame.layout, arm, case.switches, seed)
+    drawn, states = States(*map(np.concatenate, zip(random, corners, strict=True))), []
     for t, x, v in zip(drawn.t.tolist(), find_coordinates(frame, drawn.q), drawn.v, strict=True):
         q = frame.position(x)
         u = np.linalg.solve(frame.jacobian(x), v)

@@ -30,7 +30,7 @@ def find_readings(
 ) -> tuple[str, list[Reading]]:
     """The level and the readings in which all parts agree, the simplest ones alone; "" for none.
 
-    user_values: of mass_matrix, bias, force and acceleration, those that answer.
+    user_values: of mass_matrix, bias, gravity, force and acceleration, those that answer.
     """
     matrix, case = problem.frame.matrix, problem.case
     if problem.gearing != "rigid" or matrix is None or not user_values:
@@ -141,6 +141,11 @@ def _evaluate(
             force = reading.rows.T @ loads + torque
             acceleration = np.linalg.solve(mass, force - bias)
             values |= {"bias": bias, "force": force, "acceleration": acceleration}
+            if problem.has_gravity:
+                rest = 0 * v
+                torques = torques_at(drive, 0.0, q, rest)
+                weights = reading.rows.T @ (model.generalized_force(0.0, q, rest) - torques)
+                values |= {"gravity": -weights, "force": force - weights}
         for part in parts:
             rows[part].append(values[part])
     return {part: np.array(values) for part, values in rows.items()}

@@ -57,6 +57,8 @@ from crosscheck.trial.judge.entries import (
     Explanation,
     NaturalSizes,
     Part,
+    Term,
+    TermError,
 )
 from crosscheck.trial.judge.questions import StateQuestion, VerificationProblem
 from crosscheck.trial.judge.suite import (
@@ -68,7 +70,12 @@ from crosscheck.trial.judge.suite import (
 SAME = 1e-12  # of a row of a map: what two readings of it may differ by
 ROUNDING = 1e-10  # of a row of dy/dx: what is below it is 0
 # Where each part is looked at entry by entry.
-BY_ENTRY = {"mass_matrix": "mass_matrix", "bias": "rate_terms", "force": "force"}
+BY_ENTRY = {
+    "mass_matrix": "mass_matrix",
+    "bias": "rate_terms",
+    "gravity": "gravity",
+    "force": "force",
+}
 OPPOSITE = 1e-9  # of two entries of which one has the other's term, what their sum may be
 MOST_EQUAL = 6  # mistakes that make the same, beside the first
 MOST_ERRORS = 2  # of a part, before a mistake in some of its entries alone is likelier
@@ -136,14 +143,14 @@ class EntryComparison:
         if self.coordinates is None:
             return compute_natural_sizes(self.problem, self.results, self.level)
         S = self._coordinate_jacobian(self.frame)
-        mass, force, acceleration = get_trusted_answers(self.problem, self.results, self.level)
-        return entries.compute_sizes(
-            self.frame,
-            self.states,
-            _transform_values("mass_matrix", mass, S),
-            None if force is None else _transform_values("force", force, S),
-            None if acceleration is None else _transform_values("acceleration", acceleration, S),
+        trusted = get_trusted_answers(self.problem, self.results, self.level)
+        parts = ("mass_matrix", "force", "acceleration", "gravity")
+        mass, force, acceleration, gravity = (
+            None if values is None else _transform_values(part, values, S)
+            for part, values in zip(parts, trusted, strict=True)
         )
+        assert mass is not None  # or it would have been missed
+        return entries.compute_sizes(self.frame, self.states, mass, force, acceleration, gravity)
 
     @property
     def wrong_entries(self) -> Iterator[EntryMismatch]:
@@ -172,7 +179,9 @@ class EntryComparison:
         if self.frame.matrix is None:
             return None
         arm, chosen = self.problem.case.arm, self.problem.case.switches
-        terms = build_reference_terms(self.frame, arm, chosen, self.level)
+        terms = build_reference_terms(
+            self.frame, arm, chosen, self.level, has_gravity=self.problem.has_gravity
+        )
         return terms if self.problem.count >= minimum_state_count(terms) else None
 
     @cached_property
@@ -182,6 +191,8 @@ class EntryComparison:
         q, v, torque, rates = (np.array([s[k] for s in states]) for k in (3, 4, 5, 2))
         at = ForceStates(np.array([state.t for state in states]), q, v, torque)
         arm, chosen = case.arm, case.switches
+        if self.problem.has_gravity:
+            arm = arm.model_copy(update={"gravity_m_per_s2": (0.0, 0.0)})
         return ForceDifferences(self.frame, arm, chosen, at, rates, self.level)
 
     @cached_property
@@ -209,8 +220,9 @@ class EntryComparison:
         sizes, tolerance = self.sizes.entry_sizes(quantity), self.sizes.tolerance(quantity)
         if quantity != "acceleration":
             unit = np.where(sizes > 0, sizes, 1.0)
-            return PartDifference(self.derivation, difference, unit, tolerance)
-        mass, _, _ = get_trusted_answers(self.problem, self.results, self.level)
+            sign = -1.0 if quantity == "gravity" else 1.0  # of the force that the weights are
+            return PartDifference(self.derivation, sign * difference, unit, tolerance)
+        mass = get_trusted_answers(self.problem, self.results, self.level).mass
         a, u = self.user_values[quantity], np.array([state.u for state in self.states])
         forces = np.einsum("sij,sj->si", mass, difference)
         return PartDifference(self.derivation, forces, self.sizes.force, tolerance, a, u)
@@ -230,6 +242,15 @@ class EntryComparison:
         """Whether an entry of the bias is wrong for no other reason than M."""
         expected = self.bias_from_mass.get(place, {})
         return bool(expected) and is_caused_by_mass(self.fit_difference(place), expected)
+
+    def has_weight_twice(self, place: EntryPlace) -> bool:
+        """Whether an entry of the force has the weights too, which are a part of their own."""
+        gravity = self.user_values.get("gravity")
+        if gravity is None:
+            return False
+        difference, size = self.difference(place)
+        left = np.abs(difference + gravity[:, place.row]).max()
+        return bool(left <= self.sizes.tolerance("force") * size)
 
     def difference(self, place: EntryPlace) -> tuple[np.ndarray, float]:
         """Yours minus right of an entry at every state (count,), and the entry's size."""
@@ -416,7 +437,7 @@ def _explain_balances(
 def _balance_accelerations(comparison: EntryComparison) -> EntryComparison:
     """The comparison of the forces that M makes of accelerations, beside the right force."""
     problem, level = comparison.problem, comparison.level
-    mass, force, _ = get_trusted_answers(problem, comparison.results, level)
+    mass, force, *_ = get_trusted_answers(problem, comparison.results, level)
     if force is None:
         return replace(comparison, user_values={}, reference_values={})
     key = "acceleration"
@@ -487,7 +508,12 @@ def _explain_by_mistakes(
     indices = {_find_index(wrong.place): wrong for wrong in group}
     wrong = np.zeros(comparisons[0].user_values[quantity].shape[1:], dtype=bool)
     wrong[tuple(np.transpose([*indices]))] = True
-    matching = find_mistakes([each.sample_part(quantity) for each in comparisons], wrong, (part,))
+    if comparisons[0].problem.has_gravity and part == "force":
+        return {}  # without weights there is nothing to derive
+    derived: Part = "force" if part == "gravity" else part
+    matching = find_mistakes(
+        [each.sample_part(quantity) for each in comparisons], wrong, (derived,)
+    )
     is_swap = is_single and all(e.kind == "swapped" for e in errors.values())
     is_open = len(errors) > MOST_ERRORS or not all(wrong.explanation for wrong in group)
     making = [each for each in matching if each.covers.sum() == wrong.sum()]
@@ -647,6 +673,9 @@ def _explain_entry(
             return replace(wrong, explanation=explanation)
     if wrong.place.part == "force":
         values, scale = arm.difference(wrong.place)
+        if arm.has_weight_twice(wrong.place):
+            weight = TermError("extra", Term("the weight of every body"), right="gravity")
+            return replace(wrong, explanation=Explanation((weight,), 0.0))
         explanation = arm.forces.explain(wrong.place, values, scale, more)
     else:
         explanation = explain(wrong.place, [observed, *more], arm.terms)

@@ -39,7 +39,6 @@ TAKES: dict[str, tuple[str, ...]] = {
     "inverse_dynamics": ("x", "v", "a"),
     "gravity": ("x",),
 }
-ROBOT_PARTS = ("gravity",)  # parts that the equations of an arm have not
 LOADS = ("force", "acceleration")  # parts that a torque belongs to
 MATRICES = ("mass_matrix", "coriolis")
 LAMBDIFIED = "<lambdifygenerated"  # what sympy calls the file of a function that it writes

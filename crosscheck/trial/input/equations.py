@@ -100,7 +100,7 @@ class AnswerTable:
 
 @dataclass(frozen=True)
 class Equations:
-    """M(x) x'' + bias(x, v) = force(t, x, v, torque): any of these alone is judged.
+    """M(x) x'' + bias(x, v) + gravity(x) = force(t, x, v, torque): any of these alone is judged.
 
     Functions take arrays (n,) by these names, in any order, of which each takes those it needs:
     ``t`` [s], ``q`` or ``x`` (the coordinates), ``v``, ``a``, ``torque`` (joints,), the drive's
@@ -111,7 +111,8 @@ class Equations:
         mass_matrix: M, shape (n, n), by (x).
         bias: C(x, v) v, shape (n,), by (x, v).
         coriolis: C itself, shape (n, n), by (x, v), in place of the bias.
-        force: Drive, meshes, dampers, friction and weight, shape (n,), by (t, x, v, torque).
+        force: Drive, meshes, dampers and friction, shape (n,), by (t, x, v, torque); and weight,
+            where there is no gravity beside it.
         acceleration: x'', shape (n,), by (t, x, v, torque).
         inverse_dynamics: M a + bias, shape (n,), by (x, v, a).
         coordinates: What x are; joint angles [rad] relative to the previous link, if not given.
@@ -125,8 +126,6 @@ class Equations:
             replaced, they are of one alone.
         any_scenario: Whether they are made anew for another scenario.
         table: Where the answers stand of equations that are no code.
-        gravity: Of a robot's equations alone: the torques that hold the weights, shape (n,), by
-            (x); an arm's equations count them in force.
         drive: The joints that have a motor, by numbers from 1 or by names: all, if not given, and
             none where no function takes a torque. ``torque`` is what the function's author made it:
             a number for each joint (0 without a motor), for each motor, or the only motor's number.
@@ -134,6 +133,8 @@ class Equations:
             [N m s/rad] for each coordinate, which times v is in the equations.
         coulomb_friction: The same, a number [N m] for each coordinate, which times the sign of v is
             in the equations.
+        gravity: What holds the weights, shape (n,), by (x). With M and bias beside it, and without
+            a force, the drive's torques are the force.
         unused: Names of other functions of the object that the equations came from.
         rebuilt_as: The parts as ``rebuild`` made them; not for users.
     """
@@ -161,9 +162,9 @@ class Equations:
 
     def __post_init__(self) -> None:
         """Forget ``rebuild`` once a part was replaced, for it would make the old part again."""
-        functions = (self.mass_matrix, self.bias, self.coriolis, self.force, self.acceleration)
+        functions = (self.mass_matrix, self.bias, self.coriolis, self.gravity, self.force)
         settings = (self.coordinates, self.drive, self.level, self.switches)
-        whole = (*functions, self.inverse_dynamics, *settings)
+        whole = (*functions, self.acceleration, self.inverse_dynamics, *settings)
         before = self.rebuilt_as
         if not before or before[0] is not self.rebuild:
             object.__setattr__(self, "rebuilt_as", (self.rebuild, *whole))

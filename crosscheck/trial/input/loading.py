@@ -10,7 +10,7 @@ import inspect
 import os
 import sys
 import traceback
-from collections.abc import Callable, Iterator, Mapping, Sequence
+from collections.abc import Callable, Iterator, Mapping
 from contextlib import contextmanager
 from dataclasses import fields, replace
 from pathlib import Path
@@ -24,7 +24,7 @@ from crosscheck.models.experiment.scenario import Scenario, Switches
 from crosscheck.models.robot.robot import RIGID, Robot
 from crosscheck.runner.interruption import was_stopped
 from crosscheck.runner.supervision import track_foreign_code
-from crosscheck.trial.input.calls import MEANT, ROBOT_PARTS, TAKES, make_named_call
+from crosscheck.trial.input.calls import MEANT, TAKES, make_named_call
 from crosscheck.trial.input.equations import Coordinates, Equations, Level
 from crosscheck.trial.input.symbolic import bind_to_robot
 
@@ -32,7 +32,6 @@ EXPECTED = "file.py:name or package.module:name"
 ACCEPTED = "Equations, a function that returns them, or an object with mass_matrix, bias, ..."
 MOST_NAMED = 5
 FRICTION = ("viscous_friction", "coulomb_friction")  # of robots, whose files have none
-ARM_PARTS = tuple(part for part in TAKES if part not in ROBOT_PARTS)  # parts of an arm's equations
 SET_HERE = {"rebuild", "rebuilt_as", "any_arm", "any_scenario", "unused"}  # asked of no object
 Maker = Callable[..., Any]
 
@@ -116,7 +115,7 @@ def build_robot_equations(source: Any, robot: Robot, where: str) -> Equations:
     if _is_factory(source):
         taken = _match_arguments(source, where, ("robot",))
         source, verb = _call_factory(source, dict.fromkeys(taken, robot)), "returned"
-    equations = extract_equations(source, where, verb, tuple(TAKES))
+    equations = extract_equations(source, where, verb)
     if equations.symbolic is not None:
         equations = bind_to_robot(equations, robot)
     return require_robot_equations(equations, where)
@@ -232,13 +231,10 @@ def _has_parts(source: Any) -> bool:
     return any(callable(getattr(source, part, None)) for part in TAKES)
 
 
-def extract_equations(
-    source: Any, where: str, verb: str = "is", parts: Sequence[str] = ARM_PARTS
-) -> Equations:
+def extract_equations(source: Any, where: str, verb: str = "is") -> Equations:
     """Equations out of an object whose functions are called like those of Equations.
 
-    parts: that equations of this kind may have. Raises InputError, also for a function that is
-    called almost like a part that is missing.
+    Raises InputError, also for a function that is called almost like a part that is missing.
     """
     if isinstance(source, Equations):
         return source
@@ -250,26 +246,22 @@ def extract_equations(
     attributes = {
         name: getattr(source, name) for name in names if getattr(source, name, None) is not None
     }
-    return Equations(
-        **attributes, unused=_find_unused(source, names, set(attributes), parts, where)
-    )
+    return Equations(**attributes, unused=_find_unused(source, names, set(attributes), where))
 
 
-def _find_unused(
-    source: Any, names: set[str], given: set[str], parts: Sequence[str], where: str
-) -> tuple[str, ...]:
+def _find_unused(source: Any, names: set[str], given: set[str], where: str) -> tuple[str, ...]:
     """Names of an object's functions that are no part of equations; of a namespace, of anything.
 
     names: of what is read; given: of those that are there. Raises InputError for a name like that
     of a part that is missing, and for any other name in a namespace.
     """
-    missing, other = [part for part in parts if part not in given], _public_names(source) - names
+    missing, other = [part for part in TAKES if part not in given], _public_names(source) - names
     for name in sorted(other):
         near = next((part for part in missing if part in name.lower()), "")
         near = near or next(iter(difflib.get_close_matches(name.lower(), missing, 1, 0.75)), "")
         if near or isinstance(source, SimpleNamespace):
             meant = f" (did you mean {near}?)" if near else ""
-            reason = f"is no part of equations{meant}; parts are {', '.join(parts)}"
+            reason = f"is no part of equations{meant}; parts are {', '.join(TAKES)}"
             raise InputError(where, name, None, reason)
     return tuple(sorted(other))
 
@@ -323,15 +315,11 @@ def _match_arguments(factory: Maker, where: str, names: tuple[str, ...]) -> dict
 
 def _require_arm_equations(equations: Equations, where: str) -> Equations:
     """The equations of an arm themselves. Raises InputError unless they are usable."""
-    for part in ROBOT_PARTS:
-        if getattr(equations, part) is not None:
-            reason = "is a part of a robot's equations; those of an arm count the weights in force"
-            raise InputError(where, part, None, reason)
     for name in FRICTION:
         if getattr(equations, name) is not None:
             reason = "is of robots alone; an arm's file says what friction it has"
             raise InputError(where, name, None, reason)
-    _require_parts(equations, where, ARM_PARTS, in_order=False)
+    _require_parts(equations, where, in_order=False)
     if not isinstance(equations.coordinates, Coordinates):
         kind = type(equations.coordinates).__name__
         raise InputError(where, "coordinates", None, f"is a {kind}; must be Coordinates")
@@ -353,7 +341,7 @@ def require_robot_equations(equations: Equations, where: str) -> Equations:
     if equations.switches is not None:
         reason = "is of arms alone; a robot's equations are of its joints' coordinates"
         raise InputError(where, "switches", None, reason)
-    _require_parts(equations, where, list(TAKES), in_order=True)
+    _require_parts(equations, where, in_order=True)
     levels = (*RIGID, "elastic")  # of joints: coordinates of links and motors
     if equations.level and equations.level not in levels:
         allowed = f"must be one of {', '.join(levels)}, or left out"
@@ -361,13 +349,11 @@ def require_robot_equations(equations: Equations, where: str) -> Equations:
     return equations
 
 
-def _require_parts(
-    equations: Equations, where: str, parts: Sequence[str], *, in_order: bool
-) -> None:
-    """Raise InputError unless there is at least one of these parts, each a function."""
-    given = [part for part in parts if getattr(equations, part) is not None]
+def _require_parts(equations: Equations, where: str, *, in_order: bool) -> None:
+    """Raise InputError unless there is at least one part, each a function."""
+    given = [part for part in TAKES if getattr(equations, part) is not None]
     if not given:
-        raise InputError(where, "", None, f"hands nothing over; needs one of {', '.join(parts)}")
+        raise InputError(where, "", None, f"hands nothing over; needs one of {', '.join(TAKES)}")
     if equations.bias is not None and equations.coriolis is not None:
         raise InputError(where, "coriolis", None, "give either bias or coriolis")
     try:

@@ -10,7 +10,12 @@ from typing import NamedTuple
 from crosscheck.trial.input.equations import Equations
 
 MOST_LINES = 30
-FUNCTIONS = {"mass_matrix": ("mass_matrix",), "bias": ("bias", "coriolis"), "force": ("force",)}
+FUNCTIONS = {
+    "mass_matrix": ("mass_matrix",),
+    "bias": ("bias", "coriolis"),
+    "gravity": ("gravity",),
+    "force": ("force",),
+}
 
 
 class SourceLines(NamedTuple):

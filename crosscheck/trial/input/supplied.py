@@ -28,6 +28,8 @@ from crosscheck.trial.input.equations import Equations
 class SuppliedEquations:
     """Equations of an arm, each part by its fixed signature, or worked out from others.
 
+    M, bias and gravity without a force are M x'' + h + g = tau: the force is what the torques do.
+
     given: parts that the user's functions are; has: these and what follows from them; motors: the
     joints that have one, from 0. A method
     whose part is not there raises CannotDo. Arrays are float64: x, v, a (n,) in the user's
@@ -64,7 +66,19 @@ class SuppliedEquations:
 
     def force(self, t: float, x: np.ndarray, v: np.ndarray, torque: np.ndarray) -> np.ndarray:
         """Sum of all forces at time t [s], shape (n,), on the right of the equation."""
+        if "force" not in self.given and "force" in self.has:
+            joints: np.ndarray = self.frame.jacobian(x)[self.frame.layout.theta]
+            return joints.T @ torque
         return self._call_part("force", t=t, x=x, v=v, torque=torque)
+
+    def whole_force(self, t: float, x: np.ndarray, v: np.ndarray, torque: np.ndarray) -> np.ndarray:
+        """The force with the weights, whether these are in it or apart, shape (n,)."""
+        force = self.force(t, x, v, torque)
+        return force - self.gravity(x) if "gravity" in self.has else force
+
+    def gravity(self, x: np.ndarray) -> np.ndarray:
+        """Forces that hold the weights, shape (n,), on the left of the equation."""
+        return self._call_part("gravity", x=x)
 
     def acceleration(
         self, t: float, x: np.ndarray, v: np.ndarray, torque: np.ndarray
@@ -72,7 +86,7 @@ class SuppliedEquations:
         """x'' at time t [s], shape (n,). Raises numpy's LinAlgError where M is singular."""
         if "acceleration" in self.given:
             return self._call_part("acceleration", t=t, x=x, v=v, torque=torque)
-        balance = self.force(t, x, v, torque) - self.bias(x, v)
+        balance = self.whole_force(t, x, v, torque) - self.bias(x, v)
         mass = self.mass_matrix(x)
         # The units of x must not choose the pivots.
         size = np.sqrt(np.abs(np.diag(mass)))
@@ -115,6 +129,8 @@ def bind_equations(equations: Equations, arm: Arm, frame: Frame) -> SuppliedEqua
         has.add("mass_matrix")
     if has >= {"mass_matrix", "bias"}:
         has.add("inverse_dynamics")
+    if has >= {"mass_matrix", "bias", "gravity"} and equations.coordinates.gearing == "rigid":
+        has.add("force")
     if has >= {"mass_matrix", "bias", "force"}:
         has.add("acceleration")
     return SuppliedEquations(

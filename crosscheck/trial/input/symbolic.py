@@ -20,6 +20,7 @@ from crosscheck.models.errors import InputError
 from crosscheck.models.experiment.scenario import Switches
 from crosscheck.models.robot.robot import Robot
 from crosscheck.trial.diagnose.terms.values import collect_arm_values
+from crosscheck.trial.input.arm_symbols import find_meant_symbols
 from crosscheck.trial.input.calls import parse_motors
 from crosscheck.trial.input.equations import Coordinates, Equations, Level, Motors, Symbolic
 
@@ -60,7 +61,9 @@ def from_sympy(
         mass_matrix: M, shape (n, n).
         bias: C v, shape (n, 1), or a row.
         coriolis: C itself, shape (n, n), in place of the bias.
-        force: Drive, meshes, dampers, friction and weight, shape (n, 1), or a row.
+        force: Drive, meshes, dampers and friction, and weight where there is no gravity, shape
+            (n, 1), or a row.
+        gravity: What holds the weights, shape (n, 1), or a row.
         forcing: force - bias, as KanesMethod and LagrangesMethod give it: what is quadratic in v is
             the bias, the rest is the force.
         torque: Symbols of the drive's torques on the output side (joints,) [N m].
@@ -382,7 +385,10 @@ def _meaning(
         # l_1 and L1 are called alike, but for the way of writing.
         bare = value.replace("_", "").lower()
         close = [name for name in arm_symbols if name.replace("_", "").lower() == bare]
-        close = close or difflib.get_close_matches(value, arm_symbols, n=MOST_NAMED, cutoff=NEAR)
+        if not close:
+            meant = find_meant_symbols(value, arm_symbols)
+            like = difflib.get_close_matches(value, arm_symbols, n=MOST_NAMED, cutoff=NEAR)
+            close = list(dict.fromkeys((*meant, *like)))[:MOST_NAMED]
         near = f"near it: {', '.join(close)}" if close else f"there are {', '.join(arm_symbols)}"
         reason = f"is no quantity of the arm; give its value, or its name ({near})"
         raise InputError(where, symbol.name, None if value == symbol.name else value, reason)

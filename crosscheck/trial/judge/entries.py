@@ -20,13 +20,14 @@ WRITTEN = 10  # roundings of states and answers that were written with fewer dig
 LARGEST_POWER = 200  # of ten, between the numbers of two units
 SLOPES = 2 / TURN_RAD  # of those in M, in differences of M
 SOLVED = 10  # roundings of a solution by elimination, times the conditioning of the matrix
-Part = Literal["mass_matrix", "bias", "force", "acceleration"]
+Part = Literal["mass_matrix", "bias", "gravity", "force", "acceleration"]
 ErrorKind = Literal["sign", "factor", "dropped", "swapped", "angle", "extra", "exchanged"]
 SHOWN = 8  # of a list of places; the report has them all
 PARTS: dict[str, Part] = {
     "mass_matrix": "mass_matrix",
     "rate_terms": "bias",
     "bias": "bias",
+    "gravity": "gravity",
     "force": "force",
     "acceleration": "acceleration",
 }
@@ -45,6 +46,7 @@ class NaturalSizes:
     bias: np.ndarray
     force: np.ndarray
     acceleration: np.ndarray
+    gravity: np.ndarray
     roundings: float
     solving: float
     precision: float = 0.0
@@ -71,13 +73,13 @@ class NaturalSizes:
 
     def scale_by(self, factor: float) -> NaturalSizes:
         """The sizes of equations whose numbers are this many times as large."""
-        sizes = ("mass", "rate_terms", "bias", "force", "acceleration")
+        sizes = ("mass", "rate_terms", "bias", "force", "acceleration", "gravity")
         return replace(self, **{name: factor * getattr(self, name) for name in sizes})
 
     def entry_sizes(self, quantity: str) -> np.ndarray:
         """The natural sizes of a part's entries."""
-        sizes = {"mass_matrix": self.mass, "rate_terms": self.rate_terms, "force": self.force}
-        return {**sizes, "bias": self.bias, "acceleration": self.acceleration}[quantity]
+        size: np.ndarray = self.mass if quantity == "mass_matrix" else getattr(self, quantity)
+        return size
 
 
 def compute_sizes(
@@ -86,9 +88,10 @@ def compute_sizes(
     mass: np.ndarray,
     force: np.ndarray | None,
     acceleration: np.ndarray | None,
+    gravity: np.ndarray | None = None,
     precision: float = 0.0,
 ) -> NaturalSizes:
-    """Natural sizes by a trusted M (count, n, n), force and acceleration (count, n) at states.
+    """Natural sizes by a trusted M (count, n, n), and vectors (count, n), at states.
 
     M_ij is of size sqrt(M_ii M_jj); a bias of sqrt(M_ii) times the root of u M u and the joints'
     rate; a term of it in u_j u_k of that over the rates' own sizes. Where x hides how large M is
@@ -116,6 +119,7 @@ def compute_sizes(
         bias=np.maximum(diagonal * lively, moving),
         force=_rows(force, diagonal),
         acceleration=_rows(acceleration, 1 / diagonal),
+        gravity=_rows(gravity, diagonal),
         roundings=max(
             _skeel_condition(mass, moved, jacobians, inverses),
             _cancellation_factor(moved, jacobians, diagonal),

@@ -58,11 +58,13 @@ class TransformedModel:
     """A model of the arm, its answers carried from the project's coordinates q into a user's x.
 
     With q = phi(x), J = dphi/dx and q' = J u (Siciliano et al., Robotics, ch. 7: the equations of
-    motion are covariant).
+    motion are covariant). weightless: the same model without gravity, of equations that have the
+    weights apart; the force is then its.
     """
 
     model: Model
     frame: Frame
+    weightless: Model | None = None
 
     def mass_matrix(self, x: np.ndarray) -> np.ndarray:
         """M_x = J^T M J, shape (n, n)."""
@@ -85,8 +87,17 @@ class TransformedModel:
 
     def force_at(self, state: UserState) -> np.ndarray:
         """f_x = J^T f, shape (n,)."""
-        force = self.model.generalized_force(state.t, state.q, state.v)
+        force = (self.weightless or self.model).generalized_force(state.t, state.q, state.v)
         return self.frame.jacobian(state.x).T @ force
+
+    def gravity(self, x: np.ndarray) -> np.ndarray:
+        """g_x = J^T g, shape (n,): what the force lacks with weights, at rest."""
+        assert self.weightless is not None  # else nobody asks
+        q = self.frame.position(x)
+        without, whole = (
+            model.generalized_force(0.0, q, 0 * q) for model in (self.weightless, self.model)
+        )
+        return self.frame.jacobian(x).T @ (without - whole)
 
     def acceleration_at(self, state: UserState) -> np.ndarray:
         """x'' of q'' = J x'' + J' u, shape (n,)."""
@@ -130,12 +141,16 @@ class StateQuestion(SelfKeyedTask):
         asker = build_model(self.asker, self.case)
         assert isinstance(asker, SuppliedModel)  # as it was registered
         case, frame = self.case, asker.frame
-        states = draw_states(frame, case.arm, case.scenario, self.count, self.seed)
+        states = draw_states(frame, case, self.count, self.seed)
         model = build_model(self.model, self.case)
-        source: Source = TransformedModel(model, frame)
         again = self.quantity.endswith(AGAIN)
+        source: Source = TransformedModel(model, frame)
         if isinstance(model, SuppliedModel):
             source = model.repeated_equations if again else model.supplied
+        elif "gravity" in asker.supplied.has:
+            arm = case.arm.model_copy(update={"gravity_m_per_s2": (0.0, 0.0)})
+            weightless = build_model(self.model, case._replace(arm=arm))
+            source = TransformedModel(model, frame, weightless)
         order, ask = -1 if again else 1, QUESTIONS[self.quantity]
         pairs = list(zip(states, [*states[1:], states[0]], strict=True))[::order]
         return np.array([ask(source, state, other.u) for state, other in pairs][::order])
@@ -187,6 +202,7 @@ def _inverse_dynamics(source: Source, state: UserState, a: np.ndarray) -> np.nda
 REPEATED: dict[str, Answer] = {
     "mass_matrix": lambda source, state, a: source.mass_matrix(state.x),
     "bias": lambda source, state, a: source.bias(state.x, state.u),
+    "gravity": lambda source, state, a: source.gravity(state.x),
     "force": lambda source, state, a: source.force_at(state),
     "acceleration": lambda source, state, a: source.acceleration_at(state),
 }
@@ -232,6 +248,11 @@ class VerificationProblem:
     motors: tuple[int, ...]
 
     @property
+    def has_gravity(self) -> bool:
+        """Whether the weights are a part of their own, and not in the force."""
+        return "gravity" in self.has
+
+    @property
     def gearing(self) -> Gearing:
         """How the coordinates count the gears."""
         return self.equations.coordinates.gearing
@@ -243,8 +264,14 @@ class VerificationProblem:
 
     @cached_property
     def states(self) -> tuple[UserState, ...]:
-        """The random states at which everything is asked."""
-        return draw_states(self.frame, self.case.arm, self.case.scenario, self.count, self.seed)
+        """The states at which everything is asked: random ones, then corners of mesh laws."""
+        return draw_states(self.frame, self.case, self.count, self.seed)
+
+    @property
+    def states_in_words(self) -> str:
+        """The states in words."""
+        corners = "" if self.gearing == "rigid" else " and corners of the mesh laws"
+        return f"{self.count} random states{corners}"
 
     @property
     def levels(self) -> tuple[str, ...]:
@@ -307,7 +334,7 @@ class FirstCall(SelfKeyedTask):
         asker = build_model(self.model, self.case)
         assert isinstance(asker, SuppliedModel)  # as it was registered
         try:
-            (state,) = draw_states(asker.frame, self.case.arm, self.case.scenario, 1, self.seed)
+            state, *_ = draw_states(asker.frame, self.case, 1, self.seed)
         except InputError:  # a pose that the user's map does not reach
             return None
         try:
@@ -328,6 +355,7 @@ FIRST: dict[str, Callable[[SuppliedEquations, UserState], np.ndarray]] = {
     "mass_matrix": lambda equations, state: equations.mass_matrix(state.x),
     "bias": lambda equations, state: equations.bias(state.x, state.u),
     "coriolis": lambda equations, state: equations.bias(state.x, state.u),
+    "gravity": lambda equations, state: equations.gravity(state.x),
     "force": lambda equations, state: equations.force_at(state),
     "acceleration": lambda equations, state: equations.acceleration_at(state),
     "inverse_dynamics": lambda equations, state: equations.inverse_dynamics(
@@ -371,13 +399,14 @@ def skip_dependent_tasks(
     given = _given_parts(problem)
     mass = tuple(part for part in ("mass_matrix", "inverse_dynamics") if part in given)[:1]
     bias = tuple(part for part in ("bias", "coriolis", "inverse_dynamics") if part in given)[:1]
-    whole = ("acceleration",) if "acceleration" in given else (*mass, *bias, "force")
+    whole = ("acceleration",) if "acceleration" in given else (*mass, *bias, "gravity", "force")
     calls = {
         "mass_matrix": mass,
         "christoffel": mass,
         "bias": bias,
         "rate_terms": bias,
         "other_speeds": bias,
+        "gravity": ("gravity",),
         "acceleration": whole,
         "inverse_dynamics": ("inverse_dynamics", *mass, *bias),
     }

@@ -6,7 +6,7 @@ import math
 from collections.abc import Callable, Iterator
 from dataclasses import replace
 from functools import partial
-from typing import Any
+from typing import Any, NamedTuple
 
 import numpy as np
 
@@ -33,7 +33,8 @@ from crosscheck.trial.judge.entries import EntryPlace, NaturalSizes
 from crosscheck.trial.judge.questions import AGAIN, StateQuestion, VerificationProblem
 
 MEANINGFUL = 1e-4  # engines further apart, at the end of what numbers can do, judge nobody
-COMPARED = ("mass_matrix", "bias", "force", "acceleration")
+COMPARED = ("mass_matrix", "bias", "gravity", "force", "acceleration")
+WHOLE = frozenset(COMPARED) - {"gravity"}  # parts without which equations are not complete
 RUN = "trial-run"
 RIGID = ("theta", "theta_dot", "kinetic_energy")
 MESH = ("x_sp", "x_pr")
@@ -42,20 +43,34 @@ CheckResult = tuple[Finding, list[EntryPlace]]
 Check = Callable[..., CheckResult]  # of About, sizes, and the answers to what is asked
 
 
-def make_size_questions(
-    problem: VerificationProblem, level: str
-) -> tuple[StateQuestion, StateQuestion, StateQuestion]:
-    """The questions whose answers give the sizes: M, force and acceleration of the reference."""
-    ask = partial(problem.ask, problem.reference(level))
-    return ask("mass_matrix"), ask("force"), ask("acceleration")
+class TrustedAnswers(NamedTuple):
+    """The reference's M (count, n, n) and vectors (count, n), state by state.
+
+    gravity: None of equations that count the weights in force.
+    """
+
+    mass: np.ndarray
+    force: np.ndarray | None
+    acceleration: np.ndarray | None
+    gravity: np.ndarray | None
+
+
+def make_size_questions(problem: VerificationProblem, level: str) -> list[StateQuestion]:
+    """The questions whose answers give the sizes, of the reference: M first."""
+    parts = ("mass_matrix", "force", "acceleration", "gravity")
+    return [
+        problem.ask(problem.reference(level), part)
+        for part in (parts if problem.has_gravity else parts[:-1])
+    ]
 
 
 def get_trusted_answers(
     problem: VerificationProblem, results: Results, level: str
-) -> tuple[np.ndarray, np.ndarray | None, np.ndarray | None]:
-    """The reference's M, force and acceleration, state by state. Raises MissingResult without M."""
-    mass, force, acceleration = make_size_questions(problem, level)
-    return results.need(mass), results.get_if_finished(force), results.get_if_finished(acceleration)
+) -> TrustedAnswers:
+    """The reference's answers that give the sizes. Raises MissingResult without M."""
+    mass, *others = make_size_questions(problem, level)
+    force, acceleration, *gravity = map(results.get_if_finished, others)
+    return TrustedAnswers(results.need(mass), force, acceleration, *(gravity or (None,)))
 
 
 def compute_natural_sizes(
@@ -75,7 +90,8 @@ def plan_self_checks(problem: VerificationProblem) -> Iterator[Comparison]:
     """Engine-free checks of the parts that are there; the reference lends its sizes alone."""
     has, equations = problem.has, problem.equations
     for part in COMPARED:
-        if part in has and (part != "acceleration" or equations.acceleration):
+        worked_out = part in ("force", "acceleration") and getattr(equations, part) is None
+        if part in has and not worked_out:
             again = _entry_check(part, partial(_relative_errors, part))
             yield _self_check(problem, f"repeatable-{part}", again, part, part, f"{part}{AGAIN}")
     if "mass_matrix" in has:
@@ -97,12 +113,13 @@ def plan_self_checks(problem: VerificationProblem) -> Iterator[Comparison]:
     if equations.inverse_dynamics is not None:
         whole = _entry_check("bias", _inverse_dynamics_errors)
         yield _self_check(problem, "inverse-dynamics", whole, "mass_matrix", "inverse_dynamics")
-    if "force" in has and problem.motors:
+    if equations.force is not None and problem.motors:
         linear = _entry_check("force", _torque_linearity_errors)
         yield _self_check(problem, "linear-in-torques", linear, "force", "by_torques")
-    if equations.acceleration is not None and has >= {*COMPARED}:
+    if equations.acceleration is not None and has >= WHOLE:
+        parts = [part for part in COMPARED if part in has]
         yield _self_check(
-            problem, "second-law", _entry_check("force", _second_law_errors), "force", *COMPARED
+            problem, "second-law", _entry_check("force", _second_law_errors), "force", *parts
         )
 
 
@@ -120,7 +137,7 @@ def _self_check(
     """
     questions = tuple(map(problem.ask_equations, parts))
     key = ComparisonKey("trial-own", problem.case.arm.name, quantity, problem.name)
-    metric = f"largest relative deviation of an entry over {problem.count} random states"
+    metric = f"largest relative deviation of an entry over {problem.states_in_words}"
 
     def judge(about: Subject, results: Results) -> Finding:
         answers = [results.need(question) for question in questions]
@@ -189,11 +206,7 @@ def _check_symmetry(about: Subject, sizes: NaturalSizes, mass: np.ndarray) -> Ch
         return make_failed_check(about, NO_DIAGONAL), [EntryPlace("mass_matrix", i, i) for i in bad]
     relative_errors = entries.deviations(mass, mass.swapaxes(1, 2), sizes.mass)
     tolerance = SYMMETRY + sizes.file_rounding("mass_matrix")
-    wrong = [
-        EntryPlace("mass_matrix", i, j)
-        for i, j in np.argwhere(relative_errors > tolerance)
-        if i < j
-    ]
+    wrong = [EntryPlace("mass_matrix", i, j) for i, j in np.argwhere(relative_errors > tolerance)]
     basis = "rounding of the entries' natural sizes"
     return make_check(
         about, measured=float(relative_errors.max()), tolerance=tolerance, basis=basis
@@ -242,10 +255,10 @@ def _torque_linearity_errors(sizes: NaturalSizes, answers: np.ndarray) -> np.nda
 def _second_law_errors(sizes: NaturalSizes, *answers: np.ndarray) -> np.ndarray:
     """Deviation from M a + h = f, with the acceleration that was supplied beside them, (n,).
 
-    answers: M (count, n, n); bias, force and acceleration (count, n).
+    answers: M (count, n, n); bias, gravity if it is apart, force and acceleration (count, n).
     """
-    mass, bias, force, acceleration = answers
-    left = np.einsum("kij,kj->ki", mass, acceleration) + bias
+    mass, *held, force, acceleration = answers
+    left = np.einsum("kij,kj->ki", mass, acceleration) + sum(held)
     return entries.deviations(left, force, sizes.force)
 
 
@@ -265,7 +278,7 @@ def plan_balance_checks(problem: VerificationProblem) -> Iterator[Comparison]:
     There are none if the map is a function: it need not reach every pose that these checks draw.
     """
     rigid = problem.gearing == "rigid"
-    if rigid or problem.frame.matrix is None or not problem.has >= {*COMPARED}:
+    if rigid or problem.frame.matrix is None or not problem.has >= WHOLE:
         return
     sampled = SampledModel(
         problem.case.arm.name, problem.name, problem.case, problem.count, problem.seed
@@ -310,7 +323,7 @@ def _compare_with_engine(
     user_question, engine_question = problem.ask_equations(part), problem.ask(engine, part)
     reference = problem.ask(problem.reference(level), part)
     key = ComparisonKey("trial-states", problem.case.arm.name, part, problem.name, engine)
-    metric = f"largest relative difference of an entry over {problem.count} random states"
+    metric = f"largest relative difference of an entry over {problem.states_in_words}"
 
     def judge(about: Subject, results: Results) -> Finding:
         user_values, engine_values = results.need(user_question), results.need(engine_question)

@@ -49,7 +49,7 @@ def find_unit_mistakes(
     mistakes: list[UnitMistake] = []
     for quantity, values in user_values.items():
         mistakes += _find_unit_factors(quantity, values, reference_values[quantity])
-        if table is not None and quantity in ("mass_matrix", "force", "acceleration"):
+        if table is not None and quantity in ("mass_matrix", "gravity", "force", "acceleration"):
             mistakes += _find_order_mistake(quantity, values, reference_values[quantity], table)
     return tuple(mistakes)
 

@@ -30,11 +30,11 @@ from crosscheck.trial.judge.questions import VerificationProblem
 from crosscheck.trial.model import make_registry_entry
 from crosscheck.trial.trial import TrialRequest, build_problem, list_tasks
 
-PARTS = ("mass_matrix", "bias", "force", "acceleration", "inverse_dynamics")
+PARTS = ("mass_matrix", "bias", "gravity", "force", "acceleration", "inverse_dynamics")
 INVERSE_DYNAMICS = "inverse_dynamics"  # it is asked at states of its own, with accelerations
 MOST_COORDINATES = 12  # coordinates: beyond that inverse dynamics takes a million rows
 # One who has M, bias and force is asked for an acceleration nowhere else than one who has it.
-ALIKE = (PARTS[:3], PARTS[:4])
+ALIKE = (PARTS[:4], PARTS[:5])
 USUAL = Coordinates()
 ARGUMENTS = ("t", "x", "v", "torque", "a")
 ROW = "row"
@@ -160,7 +160,7 @@ class TableTrial(AnsweredTrial):
         request = build_request(arm, problem.frame.names, columns, self.parts, notes, first)
         states = [{"t": s.t, "x": s.x, "v": s.u, "torque": s.torque} for s in problem.states]
         at = {}
-        for part in PARTS[:4]:
+        for part in PARTS[:5]:
             calls = (
                 make_call(part, False, *(state[name] for name in TAKES[part])) for state in states
             )

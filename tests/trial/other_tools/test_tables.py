@@ -19,7 +19,7 @@ from crosscheck.report.trials.trial import describe_trial, format_trial_json
 from crosscheck.trial import trial as trial_module
 from crosscheck.trial.coordinates.build import build_frame
 from crosscheck.trial.input.equations import Coordinates, Equations
-from crosscheck.trial.input.loading import load_equations
+from crosscheck.trial.input.loading import build_equations, load_equations
 from crosscheck.trial.tables import state_requests
 from crosscheck.trial.tables.answers import build_table_equations, read_trial_answers
 from crosscheck.trial.trial import Trial, run_trial
@@ -27,6 +27,8 @@ from tests.loops import require_items
 from tests.processes import Command
 from tests.tool.supplied import TWO_LINK
 from tests.trial.other_tools.tables import answers, bound, sheets_of, write_csv
+from tests.trial.test_dependence import UNLIKE, arm_of
+from tests.trial.test_gravity import SecondForgotten, TwoLinks, WithForce
 
 ROOT = Path(__file__).parents[3]
 EXAMPLES = ROOT / "examples"
@@ -255,3 +257,17 @@ def answered_by_c(crosscheck: Command, arm: str, folder: str, stem: str) -> str:
     answers = subprocess.run([f"./{stem}"], input=states, capture_output=True, check=True).stdout
     Path(f"{stem}-answers.csv").write_bytes(answers)
     return f"{stem}-answers.csv"
+
+
+@pytest.mark.parametrize("source", [TwoLinks, WithForce, SecondForgotten])
+def test_gravity_is_answered_apart_from_the_force(source, tmp_path):
+    """M, C and g in a table, without a force or with one that has no weights."""
+    arm = arm_of(*UNLIKE)
+    own = build_equations(source, arm, None, "yours")
+    table = state_requests.TableTrial(arm, quick=True)
+    file = write_csv(tmp_path / "answers.csv", sheets_of(table, own, False))
+    equations = build_table_equations(read_trial_answers(table, [file]))
+    by_table = run_trial(table.make_request("yours", equations))
+    assert by_table.exit_code == (source is SecondForgotten)
+    wrong = [(each.place.part, each.place.row) for each in by_table.wrong_entries]
+    assert wrong == [("gravity", 1)] * (source is SecondForgotten)

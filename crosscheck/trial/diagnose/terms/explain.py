@@ -7,6 +7,7 @@ tell from it are told too.
 
 from __future__ import annotations
 
+import re
 from collections import defaultdict
 from collections.abc import Mapping, Sequence
 from functools import partial
@@ -27,7 +28,13 @@ from crosscheck.trial.diagnose.terms.harmonic_fit import HarmonicFit
 from crosscheck.trial.diagnose.terms.messages import make_term_error
 from crosscheck.trial.diagnose.terms.polynomial import TermKey
 from crosscheck.trial.diagnose.terms.reference_terms import ReferenceTerms
-from crosscheck.trial.diagnose.terms.values import Values, draw_unrelated_values
+from crosscheck.trial.diagnose.terms.values import (
+    GEAR_PARTS,
+    RADII,
+    Values,
+    draw_unrelated_values,
+    parse_symbol,
+)
 from crosscheck.trial.judge.entries import EntryMismatch, EntryPlace, Explanation, TermError
 
 ROUNDING = 1e-11  # of a coefficient's difference, beside the noise that its fit shows
@@ -40,6 +47,8 @@ FAR_FETCHED = 0.5  # beside the likeliest: not worth telling
 MOST_PER_KEY = 8
 MOST_WRONG = 4  # waves and signals that are off, for terms of other entries to be tried
 TOO_NOISY = 1e-7  # relative: with more, two errors at once fit almost anything
+USUAL_FACTOR = re.compile(r"(?:1/)?[Nn](\d+)(?:\^2)?")  # a number of planets, a ratio
+GEARS = GEAR_PARTS | RADII  # stems of symbols
 FOLLOWS = 1e-9  # of a bias entry's difference, beside its noise
 Entries = Mapping[tuple[int, int], Mapping[TermKey, float]]
 
@@ -83,6 +92,7 @@ def explain(
     likely = list(unique.values())
     if not likely:
         return None
+    likely = _merge_equal_factors(likely)
     explanations = [errors for errors in likely if _cost(errors) <= _cost(likely[0]) + FAR_FETCHED]
     first, *others = (
         tuple(make_term_error(each, terms) for each in errors) for errors in explanations
@@ -92,6 +102,41 @@ def explain(
     left = float(np.linalg.norm(target.difference - made)) / size
     left = max(left, *(each.left_over for each in observed))
     return Explanation(first, left, tuple(others[:MOST_OTHERS]))
+
+
+def _merge_equal_factors(explanations: Sequence[ErrorSet]) -> list[ErrorSet]:
+    """The explanations, of factors that are the same number on the arm one alone.
+
+    It is the count or ratio of gears where these are usual, in terms of the same joint's gears, and
+    the plain number elsewhere.
+    """
+    kept: dict[object, ErrorSet] = {}
+    for number, errors in enumerate(explanations):
+        key: object = number
+        if len(errors) == 1 and errors[0].kind == "factor":
+            (error,) = errors
+            made = {wave: f"{change[0]:.9e}" for wave, change in error.change.items()}
+            key = error.products, tuple(made.items())
+        other = kept.get(key)
+        if other is None or _factor_rank(errors[0]) < _factor_rank(other[0]):
+            kept[key] = errors
+    return list(kept.values())
+
+
+def _factor_rank(error: Candidate) -> int:
+    """How usual a factor is in its terms, 0 the most."""
+    if not error.user_text:
+        return 1
+    match = USUAL_FACTOR.fullmatch(error.user_text)
+    of_gears = [
+        {
+            parse_symbol(symbol).joint
+            for symbol in (product.key.signal, *product.symbols)
+            if symbol == product.key.signal or parse_symbol(symbol).stem in GEARS
+        }
+        for product in error.products
+    ]
+    return 0 if match and all(int(match[1]) in joints for joints in of_gears) else 2
 
 
 def _fingerprint(errors: ErrorSet) -> frozenset[tuple[TermKey, str]]:
@@ -131,7 +176,7 @@ def search_errors(
     if min(map(_cost, single), default=UNLIKELY) >= UNLIKELY and len(wrong_keys) <= MOST_WRONG:
         same_part = (entry for other, entry in terms.entries.items() if other.part == place.part)
         foreign = [group for entry in same_part for group in group_by_wave(entry)]
-        beyond = generate_products(values, weighing=place.part == "force")
+        beyond = generate_products(values, weighing=place.part in ("force", "gravity"))
         fits_by_key = {
             key: partial(_fitting_changes, target, row)
             for row, key in enumerate(target.keys)

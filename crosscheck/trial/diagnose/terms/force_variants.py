@@ -23,7 +23,7 @@ from crosscheck.trial.diagnose.terms.harmonic_fit import HarmonicBasis, Harmonic
 from crosscheck.trial.diagnose.terms.reference_terms import (
     USUAL,
     ForceStates,
-    PhaseConvention,
+    MeshConvention,
     ReferenceTerms,
 )
 from crosscheck.trial.diagnose.terms.values import collect_arm_values
@@ -36,7 +36,7 @@ MOST_EXPLANATIONS = 6
 
 
 class ForceVariant(NamedTuple):
-    """Another law that a user's force may follow: its arm, switches and phases.
+    """Another law that a user's force may follow: its arm, switches and convention.
 
     user_law, reference_law: what that law is, and in place of which; meshes: where, '' for all.
     """
@@ -46,12 +46,12 @@ class ForceVariant(NamedTuple):
     meshes: str
     arm: Arm
     switches: Switches
-    phases: PhaseConvention = USUAL
+    convention: MeshConvention = USUAL
 
     @property
     def error(self) -> TermError:
         """The other law as an error in a term."""
-        of = "mesh force" if self.phases is USUAL else "phase of mesh force"
+        of = "phase of mesh force" if self.convention.changes_phases else "mesh force"
         return TermError(
             "swapped", Term(f"{of} {self.meshes}".strip()), self.user_law, self.reference_law
         )
@@ -107,7 +107,26 @@ def generate_force_variants(arm: Arm, layout: Layout, chosen: Switches) -> Itera
             if other_arm != arm:
                 meshes = ", ".join(f"{pair}{joint + 1}" for joint, pair in where)
                 yield ForceVariant(user_law, reference_law, meshes, other_arm, chosen)
+    if chosen.dead_zone == "exact":
+        yield from _contact_variants(arm, chosen)
     yield from _phase_variants(arm, layout, chosen)
+
+
+def _contact_variants(arm: Arm, chosen: Switches) -> Iterator[ForceVariant]:
+    """Laws with other branches; a damper that the spring limits acts in contact alone."""
+    always, in_contact = (
+        chosen.model_copy(update={"damping": damping}) for damping in ("always", "contact")
+    )
+    usual, other = f"damping = {chosen.damping}", always if chosen == in_contact else in_contact
+    pushing, capped = MeshConvention(damper="pushing"), MeshConvention(damper="capped")
+    by_x, of_x = MeshConvention(contact_by_x=True), "the gap asked of x"
+    for user_law, reference_law, laws, convention in (
+        ("a contact that never pulls", usual, in_contact, pushing),
+        ("the damper capped at the spring's force", usual, in_contact, capped),
+        (of_x, "x - e", chosen, by_x),
+        (f"{of_x} (damping = {other.damping})", f"x - e ({usual})", other, by_x),
+    ):
+        yield ForceVariant(user_law, reference_law, "", arm, laws, convention)
 
 
 def _phase_variants(arm: Arm, layout: Layout, chosen: Switches) -> Iterator[ForceVariant]:
@@ -115,18 +134,18 @@ def _phase_variants(arm: Arm, layout: Layout, chosen: Switches) -> Iterator[Forc
     later = ", ".join(f"theta_{joint + 1}" for joint in layout.mesh_joints if joint)
     if later:
         user_law, reference_law = "the absolute angle", f"the joint's {later}"
-        yield ForceVariant(user_law, reference_law, "", arm, chosen, PhaseConvention(absolute=True))
+        yield ForceVariant(user_law, reference_law, "", arm, chosen, MeshConvention(absolute=True))
     meshes = reference.list_meshes(arm, layout)
     joints: list[Any] = [arm.joints[mesh.joint] for mesh in meshes]  # planetary, as they mesh
     for teeth, field in (("z_s", "sun_teeth"), ("z_p", "planet_teeth")):
         faster = np.array(
             [float(getattr(selected, field) / selected.ring_teeth) for selected in joints]
         )
-        yield ForceVariant(teeth, "z_r", "", arm, chosen, PhaseConvention(rate_factor=faster))
+        yield ForceVariant(teeth, "z_r", "", arm, chosen, MeshConvention(rate_factor=faster))
         for joint, pair in {(m.joint, m.pair): None for m in meshes}:
             selected = np.array([(m.joint, m.pair) == (joint, pair) for m in meshes])
-            phases = PhaseConvention(rate_factor=np.where(selected, faster, 1.0))
-            yield ForceVariant(teeth, "z_r", f"{pair}{joint + 1}", arm, chosen, phases)
+            convention = MeshConvention(rate_factor=np.where(selected, faster, 1.0))
+            yield ForceVariant(teeth, "z_r", f"{pair}{joint + 1}", arm, chosen, convention)
 
 
 def _change_meshes(
@@ -167,10 +186,10 @@ class ForceDifferences:
         self.harmonic_basis = HarmonicBasis.from_forces(self.terms, self.angles, self.signals)
 
     def _signals(
-        self, arm: Arm, chosen: Switches, phases: PhaseConvention
+        self, arm: Arm, chosen: Switches, convention: MeshConvention
     ) -> dict[str, np.ndarray]:
         columns = reference.compute_signal_columns(
-            arm, self.frame.layout, chosen, self.states, phases
+            arm, self.frame.layout, chosen, self.states, convention
         )
         return {**columns, **self.rates}
 
@@ -205,7 +224,7 @@ class ForceDifferences:
                 if same
                 else reference.build_reference_terms(self.frame, other.arm, other.switches)
             )
-            laws.append((other, terms, self._signals(other.arm, other.switches, other.phases)))
+            laws.append((other, terms, self._signals(other.arm, other.switches, other.convention)))
         return laws
 
     def _explain_by_law(

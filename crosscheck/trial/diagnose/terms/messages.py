@@ -19,6 +19,7 @@ from crosscheck.trial.diagnose.terms.polynomial import (
     Powers,
     Product,
     TermKey,
+    as_polynomial,
     format_power,
 )
 from crosscheck.trial.diagnose.terms.reference_terms import ReferenceTerms, rate_name
@@ -120,14 +121,28 @@ def format_angle_sum(key: TermKey, terms: ReferenceTerms) -> tuple[int, str]:
     """The sign that a sine takes, and the angle sum in the user's coordinates, first positive."""
     if not any(key.wave):
         return 1, ""
-    turned, names = np.array(key.wave) @ terms.angles, terms.names
-    if not np.allclose(turned, np.round(turned)):
-        turned, names = np.array(key.wave), tuple(f"theta_{j + 1}" for j in range(len(key.wave)))
-    whole = [round(entry) for entry in turned.tolist()]
-    sign = 1 if next((entry for entry in whole if entry), 1) > 0 else -1
-    parts = [(sign * entry, name) for entry, name in zip(whole, names, strict=True) if entry]
-    once = {1: "", -1: "-"}
-    return sign, _join(f"{once.get(number, f'{number} ')}{name}" for number, name in parts)
+    monomials = [
+        (monomial, name)
+        for turned, name in zip(
+            np.array(key.wave, dtype=object) @ terms.turns, terms.names, strict=True
+        )
+        for monomial in as_polynomial(turned).monomials
+    ]
+    if any(m.number != round(m.number) for m, _ in monomials if isinstance(m.number, float)):
+        named = zip(key.wave, range(1, len(key.wave) + 1), strict=True)
+        monomials = [(Monomial(times, ()), f"theta_{joint}") for times, joint in named if times]
+    sign = 1 if monomials[0][0].number > 0 else -1
+    return sign, _join(
+        _format_multiple(monomial._replace(number=sign * monomial.number), name)
+        for monomial, name in monomials
+    )
+
+
+def _format_multiple(monomial: Monomial, name: str) -> str:
+    """A coordinate times a monomial: 2 theta_1, psi_1/n1."""
+    above, slash, below = format_monomial(monomial).partition("/")
+    front = {"1": "", "-1": "-"}.get(above, f"{above} ")
+    return f"{front}{name}{slash}{below}"
 
 
 def format_row(row: np.ndarray, names: Sequence[str], *, rate: bool = False) -> str:
@@ -330,14 +345,22 @@ def _user_entry(place: EntryPlace, symbolic: Symbolic) -> sp.Expr | None:
 def _reference_term(product: Product, terms: ReferenceTerms, x: list[sp.Symbol]) -> sp.Expr:
     """A term of the reference as a sympy expression."""
     key, (number, powers) = product
-    turned = [
-        sum(w * a for w, a in zip(key.wave, column, strict=True)) for column in terms.angles.T
-    ]
-    angle = sum(sp.nsimplify(w) * coordinate for w, coordinate in zip(turned, x, strict=True))
+    turned = np.array(key.wave, dtype=object) @ terms.turns
+    angle = sum(
+        _express(monomial) * coordinate
+        for entry, coordinate in zip(turned, x, strict=True)
+        for monomial in as_polynomial(entry).monomials
+    )
     wave = sp.sin(angle) if key.function == "sin" else sp.cos(angle)
     signal = sp.Symbol(key.signal) if key.signal else sp.S.One
-    symbols = sp.prod([sp.Symbol(name) ** power for name, power in powers])
-    return sp.sympify(number) * symbols * wave * signal
+    return _express(Monomial(number, powers)) * wave * signal
+
+
+def _express(monomial: Monomial) -> sp.Expr:
+    """A monomial as a sympy expression."""
+    symbols = sp.prod([sp.Symbol(name) ** power for name, power in monomial.powers])
+    number = monomial.number
+    return (sp.Integer(number) if number == round(number) else sp.sympify(number)) * symbols
 
 
 def format_latex(expression: sp.Expr) -> str:

@@ -10,7 +10,7 @@ from collections.abc import Mapping, Sequence, Set
 from dataclasses import dataclass, replace
 from fractions import Fraction
 from functools import cached_property
-from typing import Any, NamedTuple
+from typing import Any, Literal, NamedTuple
 
 import numpy as np
 import sympy as sp
@@ -38,8 +38,8 @@ from crosscheck.trial.diagnose.terms.polynomial import (
     Product,
     TermKey,
 )
-from crosscheck.trial.diagnose.terms.values import damper_name
-from crosscheck.trial.judge.entries import EntryPlace
+from crosscheck.trial.diagnose.terms.values import collect_arm_values, damper_name
+from crosscheck.trial.judge.entries import EntryPlace, Part
 
 SHORTEST = 1e-13  # of the largest: a number below it is what rounding left of a sum
 
@@ -48,11 +48,13 @@ SHORTEST = 1e-13  # of the largest: a number below it is what rounding left of a
 class ReferenceTerms:
     """The terms that belong in each entry, in the coordinates ``names``.
 
-    An entry of the bias is that of v_j v_k, j <= k, both halves together. angles (joints, n):
-    d theta / d x. A place that is not in ``entries`` is 0.
+    An entry of the bias is that of v_j v_k, j <= k, both halves together. turns (joints, n):
+    d theta / d x, of polynomials; angles: the same in numbers. A place that is not in ``entries``
+    is 0.
     """
 
     names: tuple[str, ...]
+    turns: np.ndarray
     angles: np.ndarray
     entries: Mapping[EntryPlace, EntryTerms]
 
@@ -89,11 +91,12 @@ class ReferenceTerms:
 
 
 def build_reference_terms(
-    frame: Frame, arm: Arm, chosen: Switches, level: str = ""
+    frame: Frame, arm: Arm, chosen: Switches, level: str = "", *, has_gravity: bool = False
 ) -> ReferenceTerms:
     """The reference terms of a geared model, or of a rigid one at a level.
 
-    Raises ValueError if the map is not linear.
+    has_gravity: whether the weights are a part of their own, with the opposite sign, and not in the
+    force. Raises ValueError if the map is not linear.
     """
     (chain, bodies), columns = build_reference_bodies(frame, arm, level), _columns(frame)
     mass = _transform_mass_terms(build_mass_terms(bodies, chain.angles[1:]), columns, frame.layout)
@@ -103,15 +106,21 @@ def build_reference_terms(
         {(EntryPlace("mass_matrix", i, j), TermKey(wave)): c for (i, j, wave), c in ordered}
     )
     entries |= _bias_entries(mass, turns)
-    force = build_force_coefficients(chain, bodies, arm, chosen)
-    entries |= _force_entries(force, columns, frame)
-    angles = np.array(  # of dtheta/dx, of which symbols are no part
-        [
-            [float(sum(m.number for m in poly.as_polynomial(e).monomials)) for e in row]
-            for row in turns
-        ]
+    force, weight = (
+        build_force_coefficients(chain, arm, chosen),
+        build_weight_coefficients(chain, bodies, arm),
     )
-    return ReferenceTerms(frame.names, angles, entries)
+    if has_gravity:
+        held = {key: -1 * coefficient for key, coefficient in weight.items()}
+        entries |= _force_entries("gravity", ForceCoefficients(held, []), columns, frame)
+    else:
+        force.driven.update(weight)
+    entries |= _force_entries("force", force, columns, frame)
+    turns, values = np.vectorize(poly.as_polynomial, [object])(turns), collect_arm_values(arm)
+    angles = np.array(
+        [[float(sum(m.value(values) for m in entry.monomials)) for entry in row] for row in turns]
+    )
+    return ReferenceTerms(frame.names, turns, angles, entries)
 
 
 def build_reference_bodies(frame: Frame, arm: Arm, level: str) -> tuple[Chain, list[Body]]:
@@ -122,9 +131,9 @@ def build_reference_bodies(frame: Frame, arm: Arm, level: str) -> tuple[Chain, l
 
 
 def _force_entries(
-    force: ForceCoefficients, columns: np.ndarray, frame: Frame
+    part: Part, force: ForceCoefficients, columns: np.ndarray, frame: Frame
 ) -> dict[EntryPlace, EntryTerms]:
-    """Terms of the force in x, S^T f with S = dq/dx, rates by those of x."""
+    """Terms of a force in x, S^T f with S = dq/dx, rates by those of x."""
     total: defaultdict[tuple[int, TermKey], list[Any]] = defaultdict(list)
     for (a, key), coefficient in force.driven.items():
         for i in _nonzero_places(columns[a]):
@@ -137,7 +146,7 @@ def _force_entries(
                 key = TermKey(still, signal=rate_name(frame.names[k]))
                 total[i, key].append(left * columns[b, k])
     return _group_entries(
-        {(EntryPlace("force", i), key): c for (i, key), c in _reduce_sums(total).items()}
+        {(EntryPlace(part, i), key): c for (i, key), c in _reduce_sums(total).items()}
     )
 
 
@@ -248,7 +257,7 @@ class ForceCoefficients(NamedTuple):
     driven: by row and key; damped: (row, rate, coefficient) on rates of q.
     """
 
-    driven: Mapping[tuple[int, TermKey], Any]
+    driven: dict[tuple[int, TermKey], Any]
     damped: Sequence[tuple[int, int, Any]]
 
 
@@ -291,10 +300,8 @@ def list_meshes(arm: Arm, layout: Layout) -> list[ForcedMesh]:
     return meshes
 
 
-def build_force_coefficients(
-    chain: Chain, bodies: Sequence[Body], arm: Arm, chosen: Switches
-) -> ForceCoefficients:
-    """Forces of drive, meshes, dampers, friction and weight (see docs/explanation/equations.md)."""
+def build_force_coefficients(chain: Chain, arm: Arm, chosen: Switches) -> ForceCoefficients:
+    """Forces of drive, meshes, dampers and friction (see docs/explanation/equations.md)."""
     layout = chain.layout
     still = (0,) * len(chain.stages)
     driven: dict[tuple[int, TermKey], Any] = {}
@@ -320,18 +327,26 @@ def build_force_coefficients(
     for number, (joint, place) in enumerate(zip(arm.joints, layout.theta, strict=True), start=1):
         if joint.friction_N_m_s_per_rad:
             damped.append((int(place), int(place), -1 * poly.symbol(f"c{number}")))
+    return ForceCoefficients(driven, damped)
+
+
+def build_weight_coefficients(
+    chain: Chain, bodies: Sequence[Body], arm: Arm
+) -> dict[tuple[int, TermKey], Any]:
+    """Forces of the weights, by row and key."""
+    coefficients: dict[tuple[int, TermKey], Any] = {}
     pull = [
         poly.symbol(f"g_{axis}") if g else 0
         for axis, g in zip("xy", arm.gravity_m_per_s2, strict=True)
     ]
     weight = build_weight_terms(bodies, chain.angles[1:], (pull[0], pull[1])) if any(pull) else {}
     for (place, wave), pair in weight.items():
-        turned = tuple(wave[angle] for angle in layout.theta)
+        turned = tuple(wave[angle] for angle in chain.layout.theta)
         for function, coefficient in zip(("cos", "sin"), pair, strict=True):
             key = place, TermKey(turned, function)
             if coefficient:
-                driven[key] = driven.get(key, 0) + coefficient
-    return ForceCoefficients(driven, damped)
+                coefficients[key] = coefficients.get(key, 0) + coefficient
+    return coefficients
 
 
 def _add(
@@ -350,18 +365,34 @@ class ForceStates(NamedTuple):
     torque: np.ndarray
 
 
-class PhaseConvention(NamedTuple):
-    """How mesh phases are counted: by absolute link angles; faster by factors (meshes,) or one."""
+class MeshConvention(NamedTuple):
+    """Another law of all meshes than any switch has.
+
+    absolute: phases by absolute link angles; rate_factor: phases faster by factors (meshes,) or
+    one; contact_by_x: whether teeth touch is asked of x in place of x - e. damper: of teeth in
+    contact, ``pushing`` never pulls them together, ``capped`` is at most the spring's force.
+    """
 
     absolute: bool = False
     rate_factor: np.ndarray | float = 1.0
+    contact_by_x: bool = False
+    damper: Literal["", "pushing", "capped"] = ""
+
+    @property
+    def changes_phases(self) -> bool:
+        """Whether it is the phases that are counted in another way."""
+        return self.absolute or bool(np.any(self.rate_factor != 1.0))
 
 
-USUAL = PhaseConvention()
+USUAL = MeshConvention()
 
 
 def compute_signal_columns(
-    arm: Arm, layout: Layout, chosen: Switches, states: ForceStates, phases: PhaseConvention = USUAL
+    arm: Arm,
+    layout: Layout,
+    chosen: Switches,
+    states: ForceStates,
+    convention: MeshConvention = USUAL,
 ) -> Columns:
     """Output torques [N m], forces of a planet's meshes [N], and the dampers' rates [m/s].
 
@@ -374,18 +405,31 @@ def compute_signal_columns(
     of_two = data.subtract_index >= 0
     x, rate = (each[:, data.x_index] - of_two * each[:, data.subtract_index] for each in (q, v))
     turned = np.array((q, v))
-    if phases.absolute:
+    if convention.absolute:
         turned[:, :, layout.theta] = turned[:, :, layout.theta].cumsum(axis=2)
     phase = mesh_phase(
-        data.phase, data.rate * phases.rate_factor, data.offset, clock, *turned[:, :, data.theta]
+        data.phase,
+        data.rate * convention.rate_factor,
+        data.offset,
+        clock,
+        *turned[:, :, data.theta],
     )
     gap = x - total_error(phase, data.E, data.error_phase, data.static_error)
-    touching = is_in_contact(gap, data.b) | data.damps_without_contact
+    opening = x if convention.contact_by_x else gap
+    in_contact = is_in_contact(opening, data.b)
+    touching = in_contact | data.damps_without_contact
     for i, mesh in enumerate(meshes):
         k = stiffness(data.law, i, phase[:, i], data.k_m[i], data.k_a[i])
-        columns[mesh.force] = mesh_force(data.dead_zone, gap[:, i], k, data.b[i], data.sigma[i])
+        force = mesh_force(data.dead_zone, gap[:, i], k, data.b[i], data.sigma[i])
+        if convention.contact_by_x:
+            flank = np.sign(x[:, i]) * data.b[i]
+            force = np.where(in_contact[:, i], k * (gap[:, i] - flank), 0.0)
+        columns[mesh.force] = force
         if chosen.damping == "contact":
-            columns[mesh.damper] = np.where(touching[:, i], rate[:, i], 0.0)
+            damped = np.where(touching[:, i], rate[:, i], 0.0)
+            columns[mesh.damper] = _limit_rate(
+                convention, damped, data.d[i] / data.planets[i], force
+            )
         if chosen.mesh_work == "conservative":
             slopes = (
                 stiffness_slope(data.law, i, phase[:, i], data.k_a[i]),
@@ -394,3 +438,16 @@ def compute_signal_columns(
             on_phase = phase_force(gap[:, i], k, *slopes, data.b[i])
             columns[mesh.work] = data.planets[i] * data.rate[i] * on_phase
     return columns
+
+
+def _limit_rate(
+    convention: MeshConvention, rate: np.ndarray, damping: float, spring: np.ndarray
+) -> np.ndarray:
+    """The rates [m/s] that a damper's force would have by a convention; spring: its force (K,)."""
+    if not (convention.damper and damping):
+        return rate
+    most = np.abs(spring) / damping
+    capped = np.clip(rate, -most, most)
+    if convention.damper == "capped":
+        return capped
+    return np.where(rate * spring < 0, capped, rate)

@@ -1,0 +1,113 @@
+"""States at the corners of the mesh laws, where random states seldom lie.
+
+A contact law has a branch inside of the clearance and one on each flank, and damping may have more:
+teeth that only just touch and move apart pull, ones that approach are pressed by the damper above
+all. Whether teeth touch depends on x - e, not on x. Every mesh is brought to each side of these.
+"""
+
+from __future__ import annotations
+
+from itertools import product
+from typing import NamedTuple
+
+import numpy as np
+
+from crosscheck.checks.answers import SLIDING_M_PER_S, States, sample_states
+from crosscheck.checks.arm_data import mesh_damping
+from crosscheck.checks.energy import springs_at
+from crosscheck.checks.scales import geared_joints
+from crosscheck.models.arm.arm import Arm
+from crosscheck.models.arm.layout import MESHES, Layout
+from crosscheck.models.experiment.scenario import Switches
+
+POSES = 32  # random turns of a joint, of which that is taken at which a tooth error is largest
+HALF = 0.5  # of the way to the next branch, and of the usual rate of a mesh
+FARTHEST_M = 1e-6  # from a corner, where neither damper, tooth error nor clearance sets it
+
+
+class Corner(NamedTuple):
+    """A side of each branch of a contact law.
+
+    side: of sun or ring (0 or 1), the mesh whose tooth error is large; planet: from 0; flank: sign
+    of x - e; direction: sign of x'; touching: whether the teeth touch, by less than d |x'| / k.
+    """
+
+    side: int
+    planet: int
+    flank: float
+    direction: float
+    touching: bool
+
+
+def list_corners(layout: Layout, arm: Arm) -> list[Corner]:
+    """The corners of all meshes: 8 for sun and for ring, of every planet if planets are free."""
+    planets = max((arm.joints[joint].planet_count for joint in layout.mesh_joints), default=0)
+    numbers = range(planets if layout.free else min(planets, 1))
+    signs = (1.0, -1.0)
+    return [
+        Corner(*place)
+        for place in product(range(len(MESHES)), numbers, signs, signs, (True, False))
+    ]
+
+
+def sample_corner_states(layout: Layout, arm: Arm, chosen: Switches, seed: int) -> States:
+    """States on each side of every branch of the law of every mesh; none without meshes.
+
+    Just in contact |x| is within the clearance, and just out of it |x| is beyond, where the tooth
+    error is not 0. All else is random.
+
+    Args:
+        layout: The coordinates of the model.
+        arm: The arm.
+        chosen: The laws; the tooth error depends on the one of the phase.
+        seed: Of what is random.
+
+    Returns:
+        A state for each of the corners, in their order.
+    """
+    corners = list_corners(layout, arm)
+    drawn = sample_states(layout, arm, POSES * len(corners), seed)
+    if not corners:
+        return drawn
+    splits = (np.split(values, len(corners)) for values in drawn)
+    states = [
+        _move_to_corner(layout, arm, chosen, States(*poses), corner)
+        for *poses, corner in zip(*splits, corners, strict=True)
+    ]
+    return States(*map(np.array, zip(*states, strict=True)))
+
+
+def _move_to_corner(
+    layout: Layout, arm: Arm, chosen: Switches, poses: States, corner: Corner
+) -> tuple[float, np.ndarray, np.ndarray]:
+    """One of random states with a planet's meshes of every joint at a corner: t, q (n,), v (n,)."""
+    t, q, v, theta = float(poses.t[0]), poses.q[0].copy(), poses.v[0].copy(), layout.theta
+    turned = np.zeros_like(poses.q)
+    turned[:, theta] = t * poses.v[:, theta] if chosen.phase == "omega_t" else poses.q[:, theta]
+    springs = springs_at(arm, chosen, layout, turned)  # x is 0 there, so that a gap is -e
+    for number, joint in geared_joints(arm):
+        pairs = [(next(springs), next(springs)) for _ in range(joint.planet_count)]
+        if corner.planet >= joint.planet_count:
+            continue
+        pair = pairs[corner.planet]
+        inward = -1.0 if corner.touching else 1.0  # where an error makes |x| smaller than |x - e|
+        pose = int(np.argmax(-corner.flank * inward * pair[corner.side].gap))
+        q[theta[number]], v[theta[number]] = (
+            poses.q[pose, theta[number]],
+            poses.v[pose, theta[number]],
+        )
+        rate = corner.direction * HALF * SLIDING_M_PER_S
+        x = []
+        for name, spring in zip(MESHES, pair, strict=True):
+            error = -float(spring.gap[pose])
+            pull = mesh_damping(joint, name, corner.planet) * abs(rate)
+            lengths = pull / float(spring.stiffness[pose]), abs(error), spring.backlash, FARTHEST_M
+            depth = HALF * min(length for length in lengths if length > 0)
+            x.append(error + corner.flank * (spring.backlash - inward * depth))
+        for values, (sun, ring) in ((q, x), (v, (rate, rate))):
+            if layout.free:
+                values[layout.at("x_s", number)] = sun + ring
+                values[layout.at("x_pr", number, corner.planet)] = ring
+            else:
+                values[layout.at("x_sp", number)], values[layout.at("x_pr", number)] = sun, ring
+    return t, q, v

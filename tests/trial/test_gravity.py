@@ -1,0 +1,167 @@
+"""What holds the weights as a part of its own: M q'' + C q' + g = tau, as courses write it."""
+
+import json
+from dataclasses import replace
+
+import jsonschema
+import numpy as np
+import pytest
+import sympy as sp
+
+from crosscheck.models.arm.arm import Arm
+from crosscheck.models.experiment.scenario import Scenario
+from crosscheck.models.loading import load_arm, load_scenario
+from crosscheck.provenance import ROOT
+from crosscheck.report.heat_map import make_trial_maps
+from crosscheck.report.trials.trial import describe_errors, format_trial_json
+from crosscheck.trial.input.equations import Coordinates, Equations
+from crosscheck.trial.input.symbolic import from_sympy
+from crosscheck.trial.judge.questions import TransformedModel
+from tests.trial import test_dependence
+from tests.trial.test_dependence import arm_of, bodies_of
+from tests.trial.test_trial import equations_of, in_frame, trial_of
+
+UNLIKE = arm_of(*test_dependence.UNLIKE)
+
+
+class TwoLinks:
+    """M, C and g of two links with functions as methods, for an arm that hangs along x."""
+
+    def __init__(self, arm: Arm) -> None:
+        self.bodies, self.pull = bodies_of(arm), arm.gravity_m_per_s2[0]
+
+    def mass_matrix(self, q: np.ndarray) -> np.ndarray:
+        (m1, l1, d1, i1), (m2, _, d2, i2) = self.bodies
+        fore, coupling = i2 + m2 * d2**2, m2 * l1 * d2 * np.cos(q[1])
+        both = fore + coupling
+        return np.array([[i1 + m1 * d1**2 + m2 * l1**2 + fore + 2 * coupling, both], [both, fore]])
+
+    def coriolis(self, q: np.ndarray, v: np.ndarray) -> np.ndarray:
+        (_, l1, _, _), (m2, _, d2, _) = self.bodies
+        wave = m2 * l1 * d2 * np.sin(q[1])
+        return np.array([[-wave * v[1], -wave * (v[0] + v[1])], [wave * v[0], 0.0]])
+
+    def gravity(self, q: np.ndarray) -> np.ndarray:
+        (m1, l1, d1, _), (m2, _, d2, _) = self.bodies
+        second = self.pull * m2 * d2 * np.sin(q[0] + q[1])
+        return np.array([self.pull * (m1 * d1 + m2 * l1) * np.sin(q[0]) + second, second])
+
+
+class SecondForgotten(TwoLinks):
+    """Link 2 weighs nothing at its own joint."""
+
+    def gravity(self, q: np.ndarray) -> np.ndarray:
+        return super().gravity(q) * (1, 0)
+
+
+class Lifted(TwoLinks):
+    """The weights with the opposite sign."""
+
+    def gravity(self, q: np.ndarray) -> np.ndarray:
+        return -super().gravity(q)
+
+
+class WithForce(TwoLinks):
+    """Torques beside gravity, without the weights."""
+
+    def force(self, torque: np.ndarray) -> np.ndarray:
+        return torque
+
+
+class WeightTwice(TwoLinks):
+    """The weights in the force as well."""
+
+    def force(self, q: np.ndarray, torque: np.ndarray) -> np.ndarray:
+        return torque - self.gravity(q)
+
+
+@pytest.mark.parametrize("source", [TwoLinks, WithForce, lambda arm: TwoLinks(arm)])
+def test_mass_matrix_coriolis_and_gravity_agree_as_a_class_or_what_a_factory_returns(source):
+    result = trial_of(source, UNLIKE)
+    assert result.exit_code == 0
+    assert result.missing == ()
+    judged = {f.quantity for f in result.agreement.findings if f.about.key.family == "trial-states"}
+    assert judged == {"mass_matrix", "bias", "gravity", "force", "acceleration"}
+
+
+@pytest.mark.parametrize(
+    ("source", "places", "words"),
+    [
+        (SecondForgotten, {("gravity", 1)}, "missing term"),
+        (Lifted, {("gravity", 0), ("gravity", 1)}, "weight of every body with the opposite sign"),
+        (WeightTwice, {("force", 0), ("force", 1)}, "the weight of every body, which stands in g"),
+    ],
+)
+def test_an_error_in_gravity_is_named_there(source, places, words):
+    result = trial_of(source, UNLIKE)
+    assert {(w.place.part, w.place.row) for w in result.wrong_entries} == places
+    assert words in describe_errors(result)[0]
+    record = json.loads(format_trial_json(result))
+    assert {each["entry"].partition("[")[0] for each in record["wrong"]} == {
+        part for part, _ in places
+    }
+    schema = json.loads((ROOT / "crosscheck" / "schema" / "trial.schema.json").read_text())
+    jsonschema.validate(record, schema)
+    titles = [heat_map.title for heat_map in make_trial_maps(result)]
+    assert titles[0] == "M"
+    assert {"gravity", "force"} <= set(titles)
+
+
+def test_a_gravity_alone_is_judged_alone():
+    result = trial_of(lambda arm: Equations(gravity=TwoLinks(arm).gravity), UNLIKE)
+    assert result.exit_code == 0
+    assert set(result.missing) == {"mass_matrix", "bias", "force", "acceleration"}
+
+
+def test_an_entry_of_gravity_just_beyond_its_tolerance_differs():
+    verdicts = []
+    for by in (3e-10, 3e-11):
+
+        def gravity(q: np.ndarray, by: float = by) -> np.ndarray:
+            return TwoLinks(UNLIKE).gravity(q) * (1, 1 + by)
+
+        verdicts.append(trial_of(Equations(gravity=gravity), UNLIKE).exit_code)
+    assert verdicts == [1, 0]
+
+
+@pytest.mark.parametrize("coordinates", [Coordinates("free"), Coordinates("lumped", "absolute")])
+def test_geared_equations_have_their_weights_apart_too(coordinates):
+    def factory(arm: Arm, scenario: Scenario) -> Equations:
+        moved = in_frame("analytic:physical", coordinates, arm, scenario)
+        still = arm.model_copy(update={"gravity_m_per_s2": (0.0, 0.0)})
+        light = in_frame("analytic:physical", coordinates, still, scenario)
+        apart = TransformedModel(moved.model, moved.frame, light.model)
+        whole, bare = equations_of(moved), equations_of(light)
+        return replace(
+            whole,
+            gravity=lambda x: apart.gravity(x),
+            force=bare.force,
+            acceleration=None,
+            coordinates=coordinates,
+        )
+
+    result = trial_of(factory, load_arm("three-unlike"))
+    assert result.exit_code == 0
+    assert "gravity" in result.relative_errors
+
+
+def test_sympys_gravity_is_bound_to_the_arm_and_its_difference_typeset():
+    q1, q2, v1, v2 = sp.symbols("q1 q2 v1 v2")
+    m1, m2, payload, l1, l2, d1, d2, g = sp.symbols("m1 m2 m_payload L1 L2 d1 d2 g_x")
+    second = g * (m2 * d2 + payload * l2) * sp.sin(q1 + q2)
+    first = g * (m1 * d1 + (m2 + payload) * l1) * sp.sin(q1) + second
+    arm = arm_of(*test_dependence.UNLIKE, payload=0.4)
+    for row, entries in ((second, set()), (2 * second, {"gravity[q2]"})):
+        equations = from_sympy([q1, q2], [v1, v2], gravity=sp.Matrix([first, row]))
+        result = trial_of(equations, arm)
+        wrong = json.loads(format_trial_json(result))["wrong"]
+        assert {each["entry"] for each in wrong} == entries
+        assert all(each["latex"] for each in wrong)
+
+
+def test_a_run_goes_by_gravity_as_well():
+    scenario = load_scenario("pd").model_copy(update={"duration_s": 2e-3, "step_s": 1e-4})
+    right, wrong = (trial_of(s, UNLIKE, scenarios=(scenario,)) for s in (TwoLinks, Lifted))
+    assert right.exit_code == 0
+    runs = [f.verdict for f in wrong.agreement.findings if f.about.key.family == "trial-run"]
+    assert "differ" in runs
