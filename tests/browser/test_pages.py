@@ -51,7 +51,7 @@ HOSTILE = '</script><img src="nowhere" onerror="fail()"><b>'  # would ask for a 
 LOOKS = {"light": 390, "dark": 1280}
 PAGES = ("report", "view", "compare", "cost", "trial")
 SCREENS = ((1280, 900), (390, 844))
-MOST_WORDS = 60  # of a page's answer on its first screen; heat maps, drawings and the user's own lines are pictures
+MOST_WORDS = 60  # of a page's answer; heat maps, drawings and the user's own lines are pictures
 WORDS_IN_SIGHT = """() => {
   const first = document.querySelector(".first"), words = [];
   const walker = document.createTreeWalker(first, NodeFilter.SHOW_TEXT);
