@@ -133,7 +133,11 @@ class ExudynRobot(RobotModel):
             [[efforts.get(n, 0.0) for n in range(len(parts))] for efforts in motors]
         )
         self._offsets = np.array([*offsets, *[0.0] * (len(parts) - len(offsets))])
-        diagonal = added if level == "armature" else np.zeros(len(parts))
+        diagonal = np.zeros(len(parts))
+        if level != "links":
+            diagonal[: len(added)] = [joint.armature for joint in robot.joints]
+        if level == "armature":
+            diagonal[: len(added)] += added
         size = len(parts)
         self._parts = parts
         sensors = self._sensors()

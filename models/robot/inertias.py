@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import re
 from collections.abc import Iterator, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from itertools import product
 
 import numpy as np
@@ -45,6 +45,24 @@ class InertiaDoubt:
     is_fatal: bool = False
 
 
+def remove_dust(links: Sequence[UrdfLink], size: float) -> tuple[UrdfLink, ...]:
+    """The links, inertias of which are zero that rounding alone makes of their masses.
+
+    size [m]: of the robot.
+    """
+    return tuple(
+        replace(link, body=replace(link.body, inertia=np.zeros((3, 3))))
+        if link.body is not None and _is_dust(link.body, size)
+        else link
+        for link in links
+    )
+
+
+def _is_dust(body: RobotBody, size: float) -> bool:
+    largest = np.abs(body.inertia).max()
+    return bool(0 < largest < np.finfo(float).eps * body.mass * size**2)
+
+
 def find_inertia_doubts(
     links: Sequence[UrdfLink],
     frames: dict[str, LinkFrame],
@@ -52,9 +70,13 @@ def find_inertia_doubts(
     bodies: Sequence[RobotBody],
 ) -> Iterator[InertiaDoubt]:
     """A doubt for every moving link whose mass or inertia no body has, in the file's order."""
-    size = _reach(joints, bodies)
+    size = measure_reach(joints, bodies)
     for link in links:
         if link.body is None or frames[link.name].body == BASE:
+            continue
+        if _is_dust(link.body, size):
+            reason = f"an inertia of {format_values(link.six)} kg m^2 is rounding; used as zero"
+            yield InertiaDoubt(link.name, reason)
             continue
         values = np.linalg.eigvalsh(link.body.inertia)
         if link.body.mass == 0 and values[-1] > 0:
@@ -89,7 +111,7 @@ def is_possible(values: np.ndarray) -> bool:
     return not is_negative(values) and bool(values[0] + values[1] >= values[2] * (1 - ROUNDED))
 
 
-def format_values(values: np.ndarray, digits: int = 3) -> str:
+def format_values(values: Sequence[float] | np.ndarray, digits: int = 3) -> str:
     """Numbers in a list."""
     return ", ".join(f"{each:.{digits}g}" for each in values)
 
@@ -156,7 +178,7 @@ def _is_thin(body: RobotBody, whole: RobotBody, size: float) -> bool:
     return bool(matters and radius > FARTHEST_OUT * size and body.mass < THINNEST * radius**3)
 
 
-def _reach(joints: Sequence[Joint], bodies: Sequence[RobotBody]) -> float:
+def measure_reach(joints: Sequence[Joint], bodies: Sequence[RobotBody]) -> float:
     """How far a centre of mass is from the base at most [m], chains stretched, slides at zero."""
     lengths: list[float] = []
     for joint in joints:

@@ -47,7 +47,8 @@ class UrdfLink:
 class UrdfJoint:
     """A joint of a URDF; mimic: the name of another, multiplier and offset.
 
-    damping [N m s/rad] or [N s/m]: of its dynamics, 0 where it is not asked for.
+    damping [N m s/rad] or [N s/m]: of its dynamics, 0 where it is not asked for; armature [kg m^2]
+    or [kg]: of the same element.
     """
 
     name: str
@@ -59,6 +60,7 @@ class UrdfJoint:
     limits: JointLimits
     mimic: tuple[str, float, float] | None
     damping: float = 0.0
+    armature: float = 0.0
 
 
 @dataclass(frozen=True)
@@ -196,7 +198,8 @@ class _Reader:
             self._axis() if moves else np.array([1.0, 0.0, 0.0]),
             self._limits(kind),
             self._mimic() if moves else None,
-            self._damping() if moves and include_damping else 0.0,
+            self._dynamics("damping", MOST_DAMPING) if moves and include_damping else 0.0,
+            self._dynamics("armature", LARGEST_INERTIA) if moves else 0.0,
         )
 
     def _axis(self) -> np.ndarray:
@@ -211,7 +214,8 @@ class _Reader:
         limit = self.element.find("limit")
         if limit is None and kind in ("revolute", "prismatic"):
             allowed = f"is missing; a {kind} joint needs one, with lower, upper, velocity, effort"
-            raise self._error("limit", None, allowed)
+            other = ', or has type="continuous"' if kind == "revolute" else ""
+            raise self._error("limit", None, f"{allowed}{other}")
         if limit is None:
             return JointLimits(-math.inf, math.inf, math.inf, math.inf)
         lower, upper = -math.inf, math.inf
@@ -226,11 +230,11 @@ class _Reader:
         # Many files hold 0 where nothing is known.
         return JointLimits(lower, upper, *(each if each > 0 else math.inf for each in most))
 
-    def _damping(self) -> float:
-        damping = self._number(self.element.find("dynamics"), "dynamics.damping", most=MOST_DAMPING)
-        if damping < 0:
-            raise self._error("dynamics.damping", damping, "must not be negative")
-        return damping
+    def _dynamics(self, key: str, most: float) -> float:
+        number = self._number(self.element.find("dynamics"), f"dynamics.{key}", most=most)
+        if number < 0:
+            raise self._error(f"dynamics.{key}", number, "must not be negative")
+        return number
 
     def _mimic(self) -> tuple[str, float, float] | None:
         mimic = self.element.find("mimic")
