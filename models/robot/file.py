@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import replace
 from functools import lru_cache
 from pathlib import Path
@@ -21,7 +21,7 @@ from crosscheck.models.files import HERE, LARGEST_FILE, builtin_robots, is_urdf,
 from crosscheck.models.inputs import read_input
 from crosscheck.models.loading import validate_record
 from crosscheck.models.robot import robot
-from crosscheck.models.robot.mjcf import read_mjcf
+from crosscheck.models.robot.mjcf.reading import read_mjcf
 from crosscheck.models.robot.robot import BASE, Joint, LinkFrame, Robot
 from crosscheck.models.robot.tree import Tree, build_tree
 from crosscheck.models.robot.urdf import Urdf, read_urdf
@@ -230,7 +230,7 @@ def build_robot(file: RobotFile, text: str, where: str, urdf_where: str) -> Robo
         title=file.title,
         urdf=urdf.text,
         gravity=np.array(file.gravity_m_per_s2),
-        joints=tuple(_add_friction(joint, file.joints.get(joint.name)) for joint in joints),
+        joints=tuple(_add_stated(joint, file.joints.get(joint.name)) for joint in joints),
         bodies=bodies,
         rotors=tuple(rotors),
         stages=tuple(
@@ -240,7 +240,7 @@ def build_robot(file: RobotFile, text: str, where: str, urdf_where: str) -> Robo
         ),
         frames=frames,
         tip=file.tip or _default_tip(joints, frames),
-        notes=doubts + urdf.notes,
+        notes=(*doubts, *urdf.notes, *_list_motor_notes(urdf, joints, file)),
         file_json=file.model_dump_json(exclude_defaults=True),
     )
 
@@ -254,10 +254,28 @@ def _read_mechanism(
     return urdf, build_tree(urdf, where)
 
 
-def _add_friction(joint: Joint, given: Transmission | None) -> Joint:
-    """The joint with the friction that its table states, if it states any."""
+def _add_stated(joint: Joint, given: Transmission | None) -> Joint:
+    """The joint with the friction that its table states, if any, and no armature beside a rotor."""
     stated = None if given is None else given.friction_N_m_s_per_rad
-    return joint if stated is None else replace(joint, friction=stated)
+    friction = joint.friction if stated is None else stated
+    return replace(joint, friction=friction, armature=0.0 if _is_geared(given) else joint.armature)
+
+
+def _is_geared(given: Transmission | None) -> bool:
+    return isinstance(given, Geared | PlanetaryTransmission)
+
+
+def _list_motor_notes(urdf: Urdf, joints: Sequence[Joint], file: RobotFile) -> Iterator[str]:
+    """Lines on armatures and gears of joints of which the robot's file states no rotor."""
+    direct = [joint for joint in joints if not _is_geared(file.joints.get(joint.name))]
+    if names := [joint.name for joint in direct if joint.armature]:
+        yield (
+            f"armature of {', '.join(names)} is on the diagonal of M at each level but links: its"
+            " ratio is not known"
+        )
+    names = [joint.name for joint in direct]
+    if gears := [words for name, words in urdf.gears if name in names]:
+        yield f"{', '.join(gears)} is not used: crosscheck init takes it"
 
 
 def _rotor(

@@ -68,13 +68,15 @@ class Urdf:
     """Links and joints of a URDF in the file's order.
 
     text: of these alone, without shapes and without elements of other programs; notes: what of the
-    file is not used.
+    file is not used; gears: joints and what is stated of their gears besides, which a robot's own
+    file may take.
     """
 
     links: tuple[UrdfLink, ...]
     joints: tuple[UrdfJoint, ...]
     text: str
     notes: tuple[str, ...]
+    gears: tuple[tuple[str, str], ...] = ()
 
 
 def read_urdf(
@@ -101,8 +103,13 @@ def read_urdf(
             element.set("value", repr(mass))
     links = tuple(_Reader(where, each).link() for each in root.findall("link"))
     joints = tuple(_Reader(where, each).joint(include_damping) for each in root.findall("joint"))
-    unused = _find_unused(root, ("friction",) if include_damping else ("friction", "damping"))
-    return Urdf(links, joints, _mechanism(root), tuple(unused))
+    notes = [*_find_unused(root, ("friction",) if include_damping else ("friction", "damping"))]
+    notes += [each.get("text", "") for each in root.iterfind("mjcf/note")]
+    gears = tuple(
+        (each.get("joint", ""), f"gear {float(each.get('value', '')):g} of {each.get('of')}")
+        for each in root.iterfind("mjcf/gear")
+    )
+    return Urdf(links, joints, _mechanism(root), tuple(notes), gears)
 
 
 def read_root(text: str, where: str) -> Element:
@@ -358,6 +365,6 @@ def _find_unused(root: Element, dynamics_keys: Sequence[str]) -> Iterator[str]:
     meshes = sum(1 for _ in root.iter("mesh"))
     if meshes:
         yield f"mesh files ({meshes}) are neither needed nor read"
-    others = sorted({each.tag for each in root} - {"link", "joint", "material"})
+    others = sorted({each.tag for each in root} - {"link", "joint", "material", "mjcf"})
     if others:
         yield f"elements not used: {', '.join(others)}"
