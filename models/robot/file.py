@@ -270,8 +270,8 @@ def _list_motor_notes(urdf: Urdf, joints: Sequence[Joint], file: RobotFile) -> I
     direct = [joint for joint in joints if not _is_geared(file.joints.get(joint.name))]
     if names := [joint.name for joint in direct if joint.armature]:
         yield (
-            f"armature of {', '.join(names)} is on the diagonal of M at each level but links: its"
-            " ratio is not known"
+            f"armature of {', '.join(names)} is on the diagonal of M at each level but links,"
+            " without a ratio"
         )
     names = [joint.name for joint in direct]
     if gears := [words for name, words in urdf.gears if name in names]:

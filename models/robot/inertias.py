@@ -17,6 +17,7 @@ ROUNDED = 1e-6
 # A body whose radius of gyration is so many times the robot's size, and which is lighter than air
 # would be that filled a cube of it [kg/m^3], is none: mass or inertia is in another unit.
 FARTHEST_OUT, THINNEST = 10.0, 1.0
+HEAVIER = 1000.0  # of a link's mass over the median of the others', where another unit is likely
 MEASURED = 1.25  # a last principal inertia that exceeds the others' sum by less is no slip
 SLOTS, DIAGONAL = ("ixx", "ixy", "ixz", "iyy", "iyz", "izz"), [0, 3, 5]
 # Orders in which the six numbers may have been written, by what then stands in each slot.
@@ -71,9 +72,10 @@ def find_inertia_doubts(
 ) -> Iterator[InertiaDoubt]:
     """A doubt for every moving link whose mass or inertia no body has, in the file's order."""
     size = measure_reach(joints, bodies)
-    for link in links:
-        if link.body is None or frames[link.name].body == BASE:
-            continue
+    moving = [link for link in links if link.body is not None and frames[link.name].body != BASE]
+    yield from _find_heavy_links(moving)
+    for link in moving:
+        assert link.body is not None  # as is chosen
         if _is_dust(link.body, size):
             reason = f"an inertia of {format_values(link.six)} kg m^2 is rounding; used as zero"
             yield InertiaDoubt(link.name, reason)
@@ -99,6 +101,19 @@ def find_inertia_doubts(
                 " and inertia do not belong together; used as they stand"
             )
             yield InertiaDoubt(link.name, reason, _find_unit(link.body.mass, radii[-1]))
+
+
+def _find_heavy_links(links: Sequence[UrdfLink]) -> Iterator[InertiaDoubt]:
+    """A doubt for every link that is far heavier than the others, of three at least."""
+    masses = {link.name: link.body.mass for link in links if link.body and link.body.mass}
+    for name, mass in masses.items() if len(masses) > 2 else ():
+        median = float(np.median([other for link, other in masses.items() if link != name]))
+        if mass > HEAVIER * median:
+            reason = (
+                f"{mass:.4g} kg is {mass / median:.2g} times the median of the others,"
+                f" {median:.3g} kg; used as it stands"
+            )
+            yield InertiaDoubt(name, reason)
 
 
 def is_negative(values: np.ndarray) -> bool:

@@ -50,9 +50,12 @@ def build_tree(urdf: Urdf, where: str) -> Tree:
         if doubt.is_fatal:
             raise InputError(where, f"link {doubt.link}: inertia", None, doubt.reason)
     children = {joint.name: joint.child for joint in urdf.joints}
-    moved_links = [f"link {children[joint.name]}" for joint in joints]
+    moved_links = [children[joint.name] for joint in joints]
     _require_regular(joints, bodies, moved_links, where)
     notes = [f"link {doubt.link}: {doubt.reason}" for doubt in doubts]
+    still = [name for name, body in zip(moved_links, bodies, strict=True) if not _is_solid(body)]
+    if still:
+        notes.append(f"link {', '.join(still)} has no mass and inertia of its own")
     return Tree(joints, bodies, frames, (*notes, *_find_held_root(urdf, frames, joints)))
 
 
@@ -178,22 +181,27 @@ def _require_regular(
 
     So a point mass and a thin rod may be bodies, but not on the axis that turns them alone.
     """
-    if not any(body.mass or body.inertia.any() for body in bodies):
+    if not any(map(_is_solid, bodies)):
         allowed = "no link that moves has an inertial: the file has no masses and inertias"
         raise InputError(where, "link", None, allowed)
     root = _root_of_mass_matrix(joints, bodies)
     sizes = np.linalg.norm(root, axis=0)
     free = [number for number, joint in enumerate(joints) if joint.mimic is None]
-    for number, size in zip(free, sizes, strict=True):
-        if size == 0:
-            allowed = (
-                f"must have inertia about the axis of joint {joints[number].name}, or mass off it"
-            )
-            raise InputError(where, links[number], None, allowed)
+    light = [number for number, size in zip(free, sizes, strict=True) if size == 0]
+    if light:
+        number, *others = light
+        allowed = f"must have inertia about the axis of joint {joints[number].name}, or mass off it"
+        if others:
+            allowed += f"; so must link {', '.join(links[other] for other in others)}"
+        raise InputError(where, f"link {links[number]}", None, allowed)
     values = np.linalg.svd(root / sizes, compute_uv=False)
     if values[-1] ** 2 < SINGULAR:
         allowed = "too few masses and inertias for so many joints: the mass matrix is singular"
         raise InputError(where, "joint", None, allowed)
+
+
+def _is_solid(body: RobotBody) -> bool:
+    return bool(body.mass or body.inertia.any())
 
 
 def _root_of_mass_matrix(joints: Sequence[Joint], bodies: Sequence[RobotBody]) -> np.ndarray:

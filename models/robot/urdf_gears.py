@@ -44,7 +44,7 @@ class StatedGear:
         """Where all that is stated stands, with the numbers."""
         stated = (("ratio", self.ratio, ""), ("rotor", self.inertia, " kg m^2"))
         parts = [*stated, ("armature", self.armature, " kg m^2")]
-        return "; ".join(
+        return ", ".join(
             f"{s.word or n} {s.value:g}{unit} of {s.element}" for n, s, unit in parts if s
         )
 

@@ -46,10 +46,10 @@ OPTIONS = {
 }
 
 
-def list_notes(mujoco: Any, spec: Any, model: Any) -> Iterator[str]:
-    """A line for each kind of what is not used of a compiled model, of which ``spec`` is the file.
+def list_notes(mujoco: Any, model: Any, touching: int) -> Iterator[str]:
+    """A line for each kind of what is not used of a compiled model.
 
-    What the file itself switches off is not named.
+    What the file itself switches off is not named. touching: how many geoms make contact.
     """
     for option, words in OPTIONS.items():
         values = np.ravel(getattr(model.opt, option))
@@ -72,9 +72,16 @@ def list_notes(mujoco: Any, spec: Any, model: Any) -> Iterator[str]:
     ]
     if idle:
         yield f"equality {', '.join(idle)} is not active"
-    touching = sum(bool(geom.contype or geom.conaffinity) for geom in spec.geoms)
-    if (touching or spec.pairs) and not is_disabled(mujoco, model, "CONTACT"):
+    if touching and not is_disabled(mujoco, model, "CONTACT"):
         yield f"contacts of geoms ({touching}) are not used"
+
+
+def count_touching_geoms(spec: Any) -> int:
+    """How many geoms of a file may make contact with others, by themselves or in pairs."""
+    names = {name for pair in spec.pairs for name in (pair.geomname1, pair.geomname2)}
+    return sum(
+        bool(geom.contype or geom.conaffinity or geom.name in names) for geom in spec.geoms
+    )
 
 
 def is_disabled(mujoco: Any, model: Any, flag: str) -> bool:

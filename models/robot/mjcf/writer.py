@@ -16,6 +16,7 @@ import numpy as np
 
 from crosscheck.models.errors import InputError
 from crosscheck.models.robot.mjcf.notes import (
+    count_touching_geoms,
     find_weight_shares,
     is_active,
     is_disabled,
@@ -26,6 +27,9 @@ from crosscheck.models.robot.urdf import roll_pitch_yaw
 
 UNLIMITED = 1e18  # of a sliding joint, as URDFs have it
 ITERATED = 1e-5  # of an inertia: MuJoCo finds principal axes by iteration, to some 1e-6
+# What Python is told of memory that MuJoCo lacks, and of other failures.
+NO_REASON = "Caught an unknown exception!"
+FAILURE = "it fails without a reason, as of a shape that is too large for the memory"
 MOST_BODIES = 10_000  # of a model that is written as a URDF
 
 
@@ -45,18 +49,19 @@ def convert_file(path: str, where: str) -> MjcfRobot:
         if spec.flexes:
             allowed = "is deformable; bodies must be rigid"
             raise InputError(where, f"flex {spec.flexes[0].name}", None, allowed)
-        whole = spec.copy()
+        touching = count_touching_geoms(spec)
         _remove_shapes(mujoco, spec)
+        spec.njmax = spec.nconmax = -1  # room for contacts, of which there are none
         model = spec.compile()
     except (ValueError, TypeError, RuntimeError, mujoco.FatalError) as error:
         if isinstance(error, InputError):
             raise
-        reason = " ".join(str(error).split())
+        reason = " ".join(str(error).split()).replace(NO_REASON, FAILURE)
         raise InputError(where, "", None, f"MuJoCo cannot read it: {reason}") from None
     if model.nbody > MOST_BODIES:
         allowed = f"must be at most {MOST_BODIES:,}; there are {model.nbody:,}"
         raise InputError(where, "body", None, allowed)
-    notes = list_notes(mujoco, whole, model)
+    notes = list_notes(mujoco, model, touching)
     return MjcfRobot(_Writer(mujoco, spec, model, where).write(notes), _find_gravity(mujoco, model))
 
 
@@ -75,14 +80,15 @@ def _remove_shapes(mujoco: Any, spec: Any) -> None:
     from_files = (kinds.mjGEOM_MESH, kinds.mjGEOM_HFIELD, kinds.mjGEOM_SDF)
     shapes = [geom for geom in spec.geoms if geom.type in from_files]
     bodies = [geom.parent for geom in shapes]
-    states_all = all(body.explicitinertial or body.name == "world" for body in bodies)
-    if not states_all or spec.compiler.inertiafromgeom == mujoco.mjtInertiaFromGeom.mjINERTIAFROMGEOM_TRUE:
+    has_inertias = all(body.explicitinertial or body.name == "world" for body in bodies)
+    by_shapes = mujoco.mjtInertiaFromGeom.mjINERTIAFROMGEOM_TRUE
+    if not has_inertias or spec.compiler.inertiafromgeom == by_shapes:
         return
     for each in (*spec.sensors, *spec.pairs, *spec.tuples, *spec.skins, *shapes):
         spec.delete(each)
-    for each in (*spec.geoms, *spec.sites, *spec.tendons):
-        each.material = ""
-    for each in (*spec.meshes, *spec.hfields, *spec.materials, *spec.textures):
+    for each in spec.materials:
+        each.textures = [""] * len(each.textures)
+    for each in (*spec.meshes, *spec.hfields, *spec.textures):
         spec.delete(each)
 
 
