@@ -28,6 +28,7 @@ from crosscheck.models.robot.urdf import Urdf, read_urdf
 
 Ratio = Annotated[float, quantities.NumberRange(-1e6, 1e6)]
 Component = Annotated[float, quantities.NumberRange(-1e3, 1e3)]
+LINK_MASS: quantities.NumberRange = quantities.GearMass.__metadata__[0]
 UrdfPath = Annotated[str, quantities.PrintableText(400)]
 Vector = Annotated[tuple[Component, Component, Component], Field(strict=False)]
 
@@ -177,12 +178,14 @@ def read_robot_file(name: str) -> dict[str, Any]:
 def fill_masses(content: dict[str, Any], text: str, where: str) -> None:
     """Add the URDF's masses to what a robot's file holds, so that paths lead to them.
 
+    But for masses that the file may not state, such as of a frame on which nothing depends.
+
     text: the URDF's; where: its file. Raises InputError.
     """
     links = content.setdefault("links", {})
     urdf, _ = _read_mechanism(text, where)
     for link in urdf.links if isinstance(links, dict) else ():
-        if link.body is not None and link.body.mass:
+        if link.body is not None and LINK_MASS.allows(link.body.mass):
             links.setdefault(link.name, {"mass_kg": link.body.mass})
 
 

@@ -7,6 +7,7 @@ it uses none, as one does that waits at a pipe.
 
 from __future__ import annotations
 
+import faulthandler
 import os
 import pickle
 import resource
@@ -101,6 +102,7 @@ def _convert_and_exit(
 ) -> NoReturn:
     """Send the robot or the InputError of a file, in a forked process that prints nothing."""
     try:
+        faulthandler.disable()
         signal.signal(signal.SIGINT, signal.SIG_IGN)  # the parent answers it
         signal.alarm(LONGEST_S)
         os.chdir(folder)
