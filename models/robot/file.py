@@ -6,7 +6,7 @@ from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import replace
 from functools import lru_cache
 from pathlib import Path
-from typing import Annotated, Any, ClassVar, Literal
+from typing import Annotated, Any, ClassVar, Literal, get_args
 
 import numpy as np
 from pydantic import Field
@@ -28,7 +28,7 @@ from crosscheck.models.robot.urdf import Urdf, read_urdf
 
 Ratio = Annotated[float, quantities.NumberRange(-1e6, 1e6)]
 Component = Annotated[float, quantities.NumberRange(-1e3, 1e3)]
-LINK_MASS: quantities.NumberRange = quantities.GearMass.__metadata__[0]
+_, LINK_MASS = get_args(quantities.GearMass)  # which masses the file may state
 UrdfPath = Annotated[str, quantities.PrintableText(400)]
 Vector = Annotated[tuple[Component, Component, Component], Field(strict=False)]
 

@@ -277,6 +277,10 @@ def _mimic(
                 raise InputError(where, f"{field}.multiplier", multiplier, allowed)
             return Mimic(numbers[name], multiplier, offset)
         followers.add(name)
-        name, multiplier, offset = leader[0], multiplier * leader[1], multiplier * leader[2] + offset
+        name, multiplier, offset = (
+            leader[0],
+            multiplier * leader[1],
+            multiplier * leader[2] + offset,
+        )
     allowed = "must be a joint that moves, and that does not follow this one"
     raise InputError(where, f"{field}.joint", name, allowed)

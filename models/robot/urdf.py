@@ -332,8 +332,11 @@ def _mechanism(root: Element) -> str:
     """Text of a URDF's links and joints alone, each link with its inertial at most.
 
     So a program that reads it meets no number that is not checked here, and no line break inside
-    of an attribute, which XML takes for a blank.
+    of an attribute, which XML takes for a blank. Dynamics get a damping, without which, and without
+    friction, Pinocchio's parser refuses them.
     """
+    for dynamics in root.iterfind("joint/dynamics"):
+        dynamics.attrib.setdefault("damping", "0")
     kept = Element("robot", name=root.get("name", "robot"))
     for element in root:
         if element.tag == "joint":

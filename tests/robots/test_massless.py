@@ -1,4 +1,4 @@
-"""Links without mass, mimics of mimics and inertias that are rounding: M as a whole must be regular."""
+"""Links without mass, mimics of mimics, inertias that are rounding: M as a whole is regular."""
 
 from collections.abc import Sequence
 
@@ -54,6 +54,49 @@ def test_a_base_that_floats_agrees_in_every_engine():
     own = robot(text, {"elbow": {"kind": "geared", "ratio": 50.0, "rotor_inertia_kg_m2": 1e-4}})
     findings = compare_engines(own, sample_states(own, 5, 0))
     assert {each.verdict for each in require_items(findings)} == {"agree"}
+
+
+ROTOR = {"kind": "geared", "ratio": 50.0, "rotor_inertia_kg_m2": 1e-4}
+SPIN = ROTOR | {"stator": "u", "rotor_axis": [1.0, 0.0, 0.3]}
+LEADS = joint("x", "u", "arm", axis=Y, more=f'<mimic joint="t"/>{LIMIT}')
+ON_MASSLESS = {
+    "a rotor": ((link("arm", ARM), joint("t", "u", "arm", axis=Y)), {"t": SPIN}),
+    "a leader": ((link("lead"), link("arm", ARM), joint("t", "u", "lead", axis=Y), LEADS), {}),
+    "an inertia": ((link("a", Solid(0.0)), link("arm", ARM), joint("t", "u", "a"), LEADS), {}),
+}
+
+
+@pytest.mark.parametrize("case", ON_MASSLESS)
+def test_what_has_no_mass_may_stand_on_a_link_without_mass(case):
+    """No engine divides by the mass of both."""
+    parts, gears = ON_MASSLESS[case]
+    own = robot(urdf(GROUND, link("u"), joint("p", "ground", "u"), *parts), gears)
+    findings = compare_engines(own, sample_states(own, 5, 0))
+    assert {each.verdict for each in require_items(findings)} == {"agree"}
+
+
+def test_armature_of_dynamics_counts_beside_rotors_and_with_followers():
+    """Of a follower by its multiplier squared; of a joint with a rotor that alone counts."""
+    dynamics = '<dynamics armature="{}"/>' + LIMIT
+    follow = '<mimic joint="turn" multiplier="-3"/>' + dynamics.format(0.2)
+    own = robot(
+        urdf(
+            *(GROUND, *(link(name, ARM) for name in "abc")),
+            joint("turn", "ground", "a", axis=Y, more=dynamics.format(0.1)),
+            joint("follow", "a", "b", axis=Y, at=(0.4, 0, 0), more=follow),
+            joint("geared", "b", "c", at=(0.4, 0, 0), more=dynamics.format(7)),
+        ),
+        {"geared": ROTOR},
+    )
+    assert own.armature == pytest.approx([0.1 + 9 * 0.2, 0.0])
+    assert own.notes[0].startswith("armature of turn, follow is on the diagonal of M")
+    findings = compare_engines(own, sample_states(own, 5, 0))
+    assert {each.verdict for each in require_items(findings)} == {"agree"}
+    links, armature = (
+        build_robot_model("analytic", own, level).mass_matrix(np.zeros((1, 2)))[0]
+        for level in ("links", "armature")
+    )
+    assert armature - links == pytest.approx(np.diag([1.9, 0.25]), abs=1e-12)
 
 
 def test_a_joint_that_leads_may_move_no_mass_itself():

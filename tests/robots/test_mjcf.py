@@ -201,7 +201,8 @@ AS_MUJOCO = {
     "armature": PENDULA.format("", "").replace(JOINT2, f'{JOINT2} armature=".3"'),
     "joints of one body": """<mujoco><worldbody><body name="t" pos="0 .1 0" euler="10 20 30">
         <joint name="x" type="slide" axis="1 0 .5" pos=".1 0 .2" ref=".1"/>
-        <joint name="z" axis="0 0 1" pos=".3 .1 0" ref="20"/><joint name="r" axis="0 1 .2" pos="0 .2 .1"/>
+        <joint name="z" axis="0 0 1" pos=".3 .1 0" ref="20"/>
+        <joint name="r" axis="0 1 .2" pos="0 .2 .1"/>
         <inertial pos=".1 .2 0" mass="3" diaginertia=".1 .1 .1"/></body></worldbody></mujoco>""",
 }
 
@@ -209,8 +210,9 @@ AS_MUJOCO = {
 @pytest.mark.parametrize("case", AS_MUJOCO)
 def test_what_a_file_switches_is_as_mujoco_has_it(tmp_path, case):
     (tmp_path / "arm.xml").write_text(AS_MUJOCO[case])
-    model, robot = mujoco.MjModel.from_xml_string(AS_MUJOCO[case]), load_robot(
-        str(tmp_path / "arm.xml")
+    model, robot = (
+        mujoco.MjModel.from_xml_string(AS_MUJOCO[case]),
+        load_robot(str(tmp_path / "arm.xml")),
     )
     data, derived = mujoco.MjData(model), build_robot_model("analytic", robot, "armature")
     q, v = np.random.default_rng(0).uniform(-1, 1, (2, model.nv))
@@ -298,7 +300,12 @@ def test_show_names_what_is_not_used_in_the_words_of_the_file(crosscheck, tmp_pa
     (tmp_path / "arm.toml").write_text('schema_version = 1\nname = "a"\nurdf = "arm.xml"\n')
     lines = crosscheck("show", tmp_path / "arm.xml").out.splitlines()
     notes = [line for line in lines if line.startswith("note: ")]
-    words = ("damping of j1, j2", "frictionloss of joint j1, j2", "armature of j1, j2", "gear 100 of")
+    words = (
+        "damping of j1, j2",
+        "frictionloss of joint j1, j2",
+        "armature of j1, j2",
+        "gear 100 of",
+    )
     assert all(note.startswith(f"note: {word}") for note, word in zip(notes, words, strict=False))
     assert not any(word in "".join(notes) for word in ("transmission", "dynamics", "gravity"))
     lines = crosscheck("show", tmp_path / "arm.toml").out.splitlines()

@@ -14,7 +14,9 @@ from tests.loops import require_items
 NO_MOTION = {
     "counts, addresses and names": r"n[a-zA-Z_]*|signature|\w*(adr|num)|names|names_map|paths",
     "pictures": r"(cam|light|mat|tex|skin|site|hfield|mesh|bvh|oct)_\w+|vis|stat|\w+_(rgba|matid)",
-    "contact, noted by the count of geoms": r"(geom|pair|exclude)_\w+|body_(margin|con\w+)|opt.o_\w+",
+    "contact, noted by the count of geoms": (
+        r"(geom|pair|exclude)_\w+|body_(margin|con\w+)|opt.o_\w+"
+    ),
     "sensors, and texts, poses and numbers for programs": (
         r"(sensor|text|tuple|numeric|key)_\w+|\w+_(user|group)|opt.magnetic"
     ),
@@ -84,8 +86,9 @@ STATED = {
     ),
     "body_plugin": (
         "more",
-        '<extension><plugin plugin="mujoco.elasticity.cable"/></extension><worldbody><body name="p">'
-        '<joint/><geom size="1"/><plugin plugin="mujoco.elasticity.cable"/></body></worldbody>',
+        '<extension><plugin plugin="mujoco.elasticity.cable"/></extension><worldbody><body'
+        ' name="p"><joint/><geom size="1"/><plugin plugin="mujoco.elasticity.cable"/></body>'
+        "</worldbody>",
         "plugin of body p",
     ),
     "actuator_gear": ("actuator", '<motor joint="j" gear="7"/>', "gear 7 of motor on j"),

@@ -79,9 +79,7 @@ def list_notes(mujoco: Any, model: Any, touching: int) -> Iterator[str]:
 def count_touching_geoms(spec: Any) -> int:
     """How many geoms of a file may make contact with others, by themselves or in pairs."""
     names = {name for pair in spec.pairs for name in (pair.geomname1, pair.geomname2)}
-    return sum(
-        bool(geom.contype or geom.conaffinity or geom.name in names) for geom in spec.geoms
-    )
+    return sum(bool(geom.contype or geom.conaffinity or geom.name in names) for geom in spec.geoms)
 
 
 def is_disabled(mujoco: Any, model: Any, flag: str) -> bool:

@@ -118,8 +118,8 @@ def _convert_and_exit(
         except MemoryError:
             allowed = f"MuJoCo cannot read it: it takes more than {MEMORY_BYTES >> 30} GB of memory"
             result = InputError(where, "", None, allowed)
-        with os.fdopen(pipe, "wb") as stream:
-            stream.write(pickle.dumps(result))
+        with os.fdopen(pipe, "wb") as sending:
+            sending.write(pickle.dumps(result))
         os._exit(0)
     finally:
         os._exit(1)

@@ -132,13 +132,13 @@ class _Writer:
         first, count = int(model.body_jntadr[number]), int(model.body_jntnum[number])
         for joint in range(first, first + count):
             is_last = joint == first + count - 1
-            own = name if is_last else f"{name} after {self._name('joint', joint)}"
-            link = SubElement(self.root, "link", name=own)
-            ends = under, own
+            child = name if is_last else f"{name} after {self._name('joint', joint)}"
+            link = SubElement(self.root, "link", name=child)
+            ends = under, child
             element = self._add_joint(self._name("joint", joint), ends, place, joint)
             self._describe_joint(element, joint)
             self.anchors[number] = model.jnt_pos[joint]
-            under, place = own, Placement(np.eye(3), -self.anchors[number])
+            under, place = child, Placement(np.eye(3), -self.anchors[number])
         if not count:
             link = SubElement(self.root, "link", name=name)
             self._add_joint(f"to {name}", (under, name), place).set("type", "fixed")
