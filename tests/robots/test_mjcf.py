@@ -27,7 +27,8 @@ ARM = """
       <inertial pos=".1 .2 .3" mass="3" diaginertia=".1 .2 .25" quat="1 .2 .3 .4"/>
       <body name="plate" pos="0 .1 0"><geom type="box" size=".1 .2 .3" euler="10 10 20"/>
         <body name="slider" pos=".5 0 0">
-          <joint name="slide" type="slide" axis="1 0 0" ref=".2" pos=".3 .2 .1"/>
+          <joint name="slide" type="slide" axis="1 0 0" ref=".2" pos=".3 .2 .1"
+            actuatorfrcrange="-7 5"/>
           <inertial pos=".1 0 0" mass="2" diaginertia=".1 .2 .25"/>
         </body>
       </body>
@@ -110,6 +111,7 @@ def test_limits_are_those_of_the_file(arm):
     follow, slide = limits["follow"], limits["slide"]
     assert (follow.lower, follow.upper) == pytest.approx((-np.pi / 2, np.pi / 4), rel=1e-15)
     assert slide.upper == -slide.lower == 1e18  # as URDFs have what is not limited
+    assert (slide.effort, follow.effort) == (7.0, np.inf)
 
 
 ACROSS = """<mujoco><worldbody><body quat="{0}"><joint axis="0 0 1"/>
@@ -250,11 +252,12 @@ def test_shapes_may_be_missing_where_each_body_states_its_inertia(tmp_path):
     )
     text = PENDULA.format(shapes, '<contact><pair geom1="g" geom2="ground"/></contact>')
     text = text.replace("<worldbody>", '<worldbody><geom name="ground" type="hfield" hfield="h"/>')
-    stated = text.replace("<inertial", '<geom name="g" type="mesh" mesh="m"/><inertial', 1)
+    fitted = '<geom name="g" type="mesh" mesh="m"/><geom type="box" mesh="m"/><inertial'
+    stated = text.replace("<inertial", fitted, 1)
     (tmp_path / "arm.xml").write_text(stated)
     robot = load_robot(str(tmp_path / "arm.xml"))
     assert [body.mass for body in robot.bodies] == [2.0, 1.0]
-    assert "contacts of geoms (2) are not used" in robot.notes
+    assert "contacts of geoms (3) are not used" in robot.notes
     (tmp_path / "arm.xml").write_text(
         stated.replace('<inertial pos=".3 0 0" mass="2" diaginertia=".02 .1 .1"/>', "")
     )

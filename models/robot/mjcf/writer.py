@@ -78,7 +78,7 @@ def _remove_shapes(mujoco: Any, spec: Any) -> None:
     """Remove shapes of files where no inertia depends on them, so that the files may be missing."""
     kinds = mujoco.mjtGeom
     from_files = (kinds.mjGEOM_MESH, kinds.mjGEOM_HFIELD, kinds.mjGEOM_SDF)
-    shapes = [geom for geom in spec.geoms if geom.type in from_files]
+    shapes = [geom for geom in spec.geoms if geom.type in from_files or geom.meshname]
     bodies = [geom.parent for geom in shapes]
     has_inertias = all(body.explicitinertial or body.name == "world" for body in bodies)
     by_shapes = mujoco.mjtInertiaFromGeom.mjINERTIAFROMGEOM_TRUE
