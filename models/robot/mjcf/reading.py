@@ -71,7 +71,7 @@ def _run_limited(
     if content is None:
         reason = f"waits for a file that is none, {IDLE_S:g} s so far"
     elif number == -signal.SIGXCPU:
-        reason = f"takes more than {PROCESSOR_S} s"
+        reason = f"takes more than {PROCESSOR_S} s of processor time"
     elif number < 0:
         reason = f"{reason} by {signal.Signals(-number).name}"
     raise InputError(where, "", None, f"MuJoCo cannot read it: it {reason}")
