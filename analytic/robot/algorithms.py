@@ -27,7 +27,8 @@ class TreeJoint(NamedTuple):
     """A joint and where it stands on the body before it.
 
     rotation, position [m]: of its frame at coordinate 0; axis: of numbers 0, 1 and -1; coordinate,
-    factor, offset: the free coordinate that it follows, and how; friction: held per rate.
+    factor, offset: the free coordinate that it follows, and how; friction: held per rate; armature:
+    on the diagonal of M.
     """
 
     parent: int
@@ -39,6 +40,7 @@ class TreeJoint(NamedTuple):
     factor: Number
     offset: Number
     friction: Number = 0
+    armature: Number = 0
 
 
 class TreeLink(NamedTuple):
@@ -324,6 +326,7 @@ class MovingTree:
         for k in reversed(range(count)):
             joint = mechanism.joints[k]
             self._fill_column(matrix, k, composites[k])
+            matrix[k][k] = matrix[k][k] + joint.armature
             if joint.parent != BASE:
                 moved = _placed(composites[k], *self.poses[k])
                 composites[joint.parent] = _sum(composites[joint.parent], moved)

@@ -46,6 +46,7 @@ def build_mechanism(robot: Robot, level: Level) -> Mechanism:
                 factor=1 if joint.mimic is None else joint.mimic.multiplier,
                 offset=0 if joint.mimic is None else joint.mimic.offset,
                 friction=float(joint.friction) if joint.friction else 0,
+                armature=float(joint.armature) if joint.armature and level != "links" else 0,
             )
         )
     bodies = []

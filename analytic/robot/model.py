@@ -119,6 +119,8 @@ class AnalyticRobot(RobotModel):
         self._share = np.pad(factors, ((0, 0), (0, size - len(free))))
         crossings = [_skew_matrix(joint.axis) for joint in robot.joints]
         self._friction = np.array([joint.friction for joint in robot.joints])
+        armature = [joint.armature * (level != "links") for joint in robot.joints]
+        self._armature = self._share.T * armature @ self._share
         self._crossings = [(once, once @ once) for once in crossings]
         self._meshes = [mesh for _, mesh in meshes]
         self._spinning_bodies: list[SpinningBody] = []
@@ -272,7 +274,8 @@ class AnalyticRobot(RobotModel):
             rates.append(spin[:, None])
             momenta.append(spinner.inertia * spin[:, None])
         left, right = np.concatenate(rates, axis=1), np.concatenate(momenta, axis=1)
-        return left.transpose(0, 2, 1) @ right
+        mass: np.ndarray = left.transpose(0, 2, 1) @ right + self._armature
+        return mass
 
     def _weight(self, poses: list[FramePoses]) -> np.ndarray:
         weights = [

@@ -44,7 +44,7 @@ app.add_typer(cache, name="cache")
 ArmName = Annotated[str, typer.Argument(metavar="ARM", help="Built-in name or TOML file.")]
 MechanismName = Annotated[
     str,
-    typer.Argument(metavar="ARM", help="Built-in name or TOML file of an arm or robot; or a URDF."),
+    typer.Argument(metavar="ARM", help="Name or TOML file of an arm or robot; or a URDF or MJCF."),
 ]
 Quick = Annotated[bool, typer.Option("--quick", help="Fewer states, shorter runs.")]
 Jobs = Annotated[
@@ -193,7 +193,9 @@ def check(
 def simulate(
     arm: Annotated[
         str,
-        typer.Argument(metavar="ARM", help="Name or TOML file of an arm or a robot; or a URDF."),
+        typer.Argument(
+            metavar="ARM", help="Name or TOML file of an arm or robot; or a URDF or MJCF."
+        ),
     ],
     model: Annotated[
         str, typer.Option(help="See `crosscheck list`; of a robot ENGINE:LEVEL, analytic:coupled.")
@@ -243,7 +245,7 @@ def trial(
         str | None,
         typer.Argument(
             metavar="[ARM]",
-            help="Name or TOML file of an arm (paper-labelled) or a robot; or a URDF.",
+            help="Name or TOML file of an arm (paper-labelled) or robot; or a URDF or MJCF.",
         ),
     ] = None,
     scenario: Annotated[

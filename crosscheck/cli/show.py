@@ -3,8 +3,8 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Iterator
-from typing import NamedTuple
+from collections.abc import Iterator, Mapping
+from typing import Any, NamedTuple
 
 import numpy as np
 from rich.console import Console
@@ -27,8 +27,9 @@ from crosscheck.models.arm.stiffness import SineStiffness
 from crosscheck.models.errors import InputError
 from crosscheck.models.files import is_robot
 from crosscheck.models.loading import load_arm, load_scenario
-from crosscheck.models.robot.file import load_robot, load_urdf
+from crosscheck.models.robot.file import load_robot, load_urdf, read_robot_file
 from crosscheck.models.robot.inertias import format_values
+from crosscheck.models.robot.robot import Robot
 from crosscheck.models.robot.tree import survey_inertias
 from crosscheck.planning.plan import is_the_papers
 from crosscheck.planning.sizing import Sizes, compute_sizes, make_pd_scenario, make_step_scenario
@@ -57,9 +58,13 @@ def show_command(name: str) -> None:
 
 
 def _show_robot(name: str) -> None:
-    """Print every doubtful inertia of a robot's URDF, then the robot. Raises InputError."""
+    """Print every doubtful inertia of a robot's URDF, then the robot and the notes on its files.
+
+    Raises InputError.
+    """
     urdf, where = load_urdf(name)
-    for doubt in survey_inertias(urdf, where):
+    doubts = survey_inertias(urdf, where)
+    for doubt in doubts:
         repair = f"; {doubt.repair}" if doubt.repair else ""
         print(make_printable(f"link {doubt.link}: {doubt.reason}{repair}"))
     robot = load_robot(name)
@@ -77,6 +82,18 @@ def _show_robot(name: str) -> None:
                 f" it, of principal inertias {values} kg m^2{friction}{planets}"
             )
         )
+    shown = [f"link {doubt.link}: {doubt.reason}" for doubt in doubts]
+    for note in (*robot.notes, *_list_assumptions(robot, read_robot_file(name))):
+        if note not in shown:
+            print(make_printable(f"note: {note}"))
+
+
+def _list_assumptions(robot: Robot, content: Mapping[str, Any]) -> Iterator[str]:
+    """Lines on what no file of a robot states; content: of its own file, or what stands for it."""
+    if "gravity_m_per_s2" not in content:
+        yield "gravity is assumed, along -z of the root link"
+    if "tip" not in content:
+        yield f"tip {robot.tip} is assumed, the last link with most joints before it"
 
 
 def _tables(arm: Arm) -> Iterator[Table]:

@@ -44,11 +44,7 @@ def describe_answers(costs: ShortcutCosts) -> Iterator[str]:
         yield from _describe_disagreements(costs)
         return
     if not costs.ratios:
-        yield f"No joint of {costs.robot.name} is geared: there is no shortcut to take."
-        yield (
-            "A URDF says nothing of motors: `crosscheck init robot.toml --urdf FILE` writes a file"
-            " in which each joint's ratio and rotor inertia can be stated."
-        )
+        yield from _describe_lack(costs)
         yield _describe_agreement(costs)
         return
     yield from _describe_costs(costs)
@@ -87,9 +83,29 @@ def _describe_identity(robot: Robot) -> Iterator[str]:
     )
 
 
-def _describe_costs(costs: ShortcutCosts) -> Iterator[str]:
+def _describe_lack(costs: ShortcutCosts) -> Iterator[str]:
+    """What can be said of a robot without ratios, and how to state them."""
+    joints = [joint.name for joint in costs.robot.joints if joint.armature]
+    if joints:
+        yield from _describe_costs(costs, ["links"])
+        yield (
+            f"What armature leaves out depends on the ratio of {join_names(joints)}, which alone"
+            " is lacking."
+        )
+    else:
+        yield f"No joint of {costs.robot.name} is geared: there is no shortcut to take."
+    yield (
+        "`crosscheck init robot.toml --urdf FILE` writes a file in which each joint's ratio and"
+        " rotor inertia can be stated, with what FILE states of them."
+    )
+
+
+def _describe_costs(
+    costs: ShortcutCosts, levels: Sequence[Level] = tuple(SENTENCES)
+) -> Iterator[str]:
     """A sentence for each shortcut: torques, and the end effector."""
-    for level, head in SENTENCES.items():
+    for level in levels:
+        head = SENTENCES[level]
         shares = [each for each in costs.by_joint if each.level == level]
         most = max(each.share for each in shares)
         worst = [each.joint for each in shares if each.share >= ALIKE * most]
@@ -223,10 +239,14 @@ def describe_motion(costs: ShortcutCosts) -> str:
 
 
 def describe_direct_joints(costs: ShortcutCosts) -> Iterator[str]:
-    """Lines on the joints without gears and on those that follow others, if there are any."""
+    """Lines on the joints without any rotor and on those that follow others, if there are any."""
     geared = {rotor.joint for rotor in replace_stages_by_rotors(costs.robot).rotors}
     joints = costs.robot.joints
-    direct = [joint.name for number, joint in enumerate(joints) if number not in geared]
+    direct = [
+        joint.name
+        for number, joint in enumerate(joints)
+        if number not in geared and not joint.armature
+    ]
     if direct:
         yield f"without gears: {', '.join(direct)}"
     single = [joints[stage.joint].name for stage in costs.robot.stages if stage.has_free_planets]

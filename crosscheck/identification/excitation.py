@@ -74,7 +74,7 @@ def suggest_excitation(
         sigma: Weights' inverse of measured joints.
     """
     robot = _widen_limits(robot, positions)
-    model = build_robot_model(reference_engine(), robot, "coupled" if robot.rotors else "links")
+    model = build_robot_model(reference_engine(), robot, "coupled")
 
     def compute_condition(motion: SineMotion) -> float:
         time = motion.instants(GRID)

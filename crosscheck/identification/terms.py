@@ -140,7 +140,8 @@ class RotorRegressor:
     """
 
     def __init__(self, robot: Robot, rotors: Sequence[Rotor]) -> None:
-        bare = replace(robot, rotors=(), stages=())
+        joints = tuple(replace(joint, armature=0.0) for joint in robot.joints)
+        bare = replace(robot, joints=joints, rotors=(), stages=())
         self._links = build_robot_model(reference_engine(), bare, "links")
         self._turning = [
             build_robot_model(
@@ -227,7 +228,7 @@ def _joint_columns(
 
 def _armatures(robot: Robot) -> list[float | None]:
     """What the robot's file says of each free joint's armature [kg m^2 or kg]."""
-    values: list[float | None] = [None] * len(robot.coordinates)
+    values: list[float | None] = [value or None for value in robot.armature.tolist()]
     for rotor in robot.rotors:
         if rotor.joint in robot.coordinates:
             at = robot.coordinates.index(rotor.joint)

@@ -153,7 +153,8 @@ def compare_robot_engines(robot: Robot, motion: Motion) -> list[Finding]:
 
 def plan_robot_engines(robot: Robot, motion: Motion) -> Iterator[Comparison]:
     """The comparisons of ``compare_robot_engines``."""
-    for level in RIGID if robot.rotors or robot.stages else RIGID[:1]:
+    has_rotors = robot.rotors or robot.stages or robot.armature.any()
+    for level in RIGID if has_rotors else RIGID[:1]:
         models: list[NamedModel] = [
             (f"{engine}:{level}", partial(build_robot_model, engine, robot, level))
             for engine in find_level_engines(level)

@@ -31,6 +31,8 @@ from crosscheck.models.robot.robot import BASE, WITH_ROTORS, Level, LinkFrame, R
 # Of its stator's mass, taken from it, at its centre of mass: Exudyn's bodies need one, and it
 # changes nothing there.
 ROTORS_SHARE = 0.01
+# Of the lightest mass, in place of none: Exudyn divides by the mass of two bodies together.
+GRAIN = 1e-18
 SENSOR_VARIABLES = (
     exudyn.OutputVariableType.Position,
     exudyn.OutputVariableType.Velocity,
@@ -59,6 +61,9 @@ class ExudynRobot(RobotModel):
 
     def __init__(self, robot: Robot, level: Level) -> None:
         super().__init__(robot, level)
+        masses = [body.mass for body in robot.bodies]
+        grain = GRAIN * min((mass for mass in masses if mass), default=1.0)
+        self._masses = [mass or grain for mass in masses]
         self._axis_rotations = [_rotation_to_axis(joint.axis) for joint in robot.joints]
         parts = [self._link(number) for number in range(len(robot.joints))]
         free, meshes = robot.coordinates, robot.meshes if level == "geared" else ()
@@ -133,7 +138,11 @@ class ExudynRobot(RobotModel):
             [[efforts.get(n, 0.0) for n in range(len(parts))] for efforts in motors]
         )
         self._offsets = np.array([*offsets, *[0.0] * (len(parts) - len(offsets))])
-        diagonal = added if level == "armature" else np.zeros(len(parts))
+        diagonal = np.zeros(len(parts))
+        if level != "links":
+            diagonal[: len(added)] = [joint.armature for joint in robot.joints]
+        if level == "armature":
+            diagonal[: len(added)] += added
         size = len(parts)
         self._parts = parts
         sensors = self._sensors()
@@ -279,7 +288,7 @@ class ExudynRobot(RobotModel):
             joint.parent,
             rotation @ axis_rotation,
             position,
-            body.mass,
+            self._masses[number],
             axis_rotation.T @ body.com,
             axis_rotation.T @ body.inertia @ axis_rotation,
         )
@@ -299,7 +308,7 @@ class ExudynRobot(RobotModel):
         count, mass, com = 2 if has_shaft else 1, 1.0, np.zeros(3)
         if body != BASE:
             stator = parts[body]
-            mass = ROTORS_SHARE * self.robot.bodies[body].mass
+            mass = ROTORS_SHARE * self._masses[body]
             com = stator.com
             parts[body] = stator._replace(mass=stator.mass - count * mass)
         spinning, at = np.diag([0.0, 0.0, inertia]), np.zeros(3)

@@ -115,13 +115,15 @@ class PinocchioRobot(RobotModel):
         elastic = zip(geared, stages, strict=True) if level == "geared" else ()
         contacts = find_contacts((stage.gears, wheels) for stage, wheels in elastic)
         self._mesh_law = MeshForces(contacts, MESH_LAWS)
+        armature = np.zeros(self._tree.nv)
+        if level != "links":
+            armature[places] = [joint.armature for joint in robot.joints]
         if level == "armature":
-            armature = np.zeros(self._tree.nv)
             for rotor in robot.rotors:
                 armature[places[rotor.joint]] += rotor.inertia * rotor.ratio**2
             for stage in robot.stages:
                 armature[places[stage.joint]] += reflected_inertia(stage.gears)
-            self._tree.armature = armature
+        self._tree.armature = armature
         damping = np.zeros(self._tree.nv)
         damping[places] = [joint.friction for joint in robot.joints]
         self._tree.damping = damping

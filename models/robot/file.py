@@ -2,11 +2,11 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import replace
 from functools import lru_cache
 from pathlib import Path
-from typing import Annotated, Any, ClassVar, Literal
+from typing import Annotated, Any, ClassVar, Literal, get_args
 
 import numpy as np
 from pydantic import Field
@@ -21,13 +21,14 @@ from crosscheck.models.files import HERE, LARGEST_FILE, builtin_robots, is_urdf,
 from crosscheck.models.inputs import read_input
 from crosscheck.models.loading import validate_record
 from crosscheck.models.robot import robot
-from crosscheck.models.robot.mjcf import read_mjcf
+from crosscheck.models.robot.mjcf.reading import read_mjcf
 from crosscheck.models.robot.robot import BASE, Joint, LinkFrame, Robot
 from crosscheck.models.robot.tree import Tree, build_tree
 from crosscheck.models.robot.urdf import Urdf, read_urdf
 
 Ratio = Annotated[float, quantities.NumberRange(-1e6, 1e6)]
 Component = Annotated[float, quantities.NumberRange(-1e3, 1e3)]
+_, LINK_MASS = get_args(quantities.GearMass)  # which masses the file may state
 UrdfPath = Annotated[str, quantities.PrintableText(400)]
 Vector = Annotated[tuple[Component, Component, Component], Field(strict=False)]
 
@@ -177,12 +178,14 @@ def read_robot_file(name: str) -> dict[str, Any]:
 def fill_masses(content: dict[str, Any], text: str, where: str) -> None:
     """Add the URDF's masses to what a robot's file holds, so that paths lead to them.
 
+    But for masses that the file may not state, such as of a frame on which nothing depends.
+
     text: the URDF's; where: its file. Raises InputError.
     """
     links = content.setdefault("links", {})
     urdf, _ = _read_mechanism(text, where)
     for link in urdf.links if isinstance(links, dict) else ():
-        if link.body is not None and link.body.mass:
+        if link.body is not None and LINK_MASS.allows(link.body.mass):
             links.setdefault(link.name, {"mass_kg": link.body.mass})
 
 
@@ -230,7 +233,7 @@ def build_robot(file: RobotFile, text: str, where: str, urdf_where: str) -> Robo
         title=file.title,
         urdf=urdf.text,
         gravity=np.array(file.gravity_m_per_s2),
-        joints=tuple(_add_friction(joint, file.joints.get(joint.name)) for joint in joints),
+        joints=tuple(_add_stated(joint, file.joints.get(joint.name)) for joint in joints),
         bodies=bodies,
         rotors=tuple(rotors),
         stages=tuple(
@@ -240,7 +243,7 @@ def build_robot(file: RobotFile, text: str, where: str, urdf_where: str) -> Robo
         ),
         frames=frames,
         tip=file.tip or _default_tip(joints, frames),
-        notes=doubts + urdf.notes,
+        notes=(*doubts, *urdf.notes, *_list_motor_notes(urdf, joints, file)),
         file_json=file.model_dump_json(exclude_defaults=True),
     )
 
@@ -254,10 +257,28 @@ def _read_mechanism(
     return urdf, build_tree(urdf, where)
 
 
-def _add_friction(joint: Joint, given: Transmission | None) -> Joint:
-    """The joint with the friction that its table states, if it states any."""
+def _add_stated(joint: Joint, given: Transmission | None) -> Joint:
+    """The joint with the friction that its table states, if any, and no armature beside a rotor."""
     stated = None if given is None else given.friction_N_m_s_per_rad
-    return joint if stated is None else replace(joint, friction=stated)
+    friction = joint.friction if stated is None else stated
+    return replace(joint, friction=friction, armature=0.0 if _is_geared(given) else joint.armature)
+
+
+def _is_geared(given: Transmission | None) -> bool:
+    return isinstance(given, Geared | PlanetaryTransmission)
+
+
+def _list_motor_notes(urdf: Urdf, joints: Sequence[Joint], file: RobotFile) -> Iterator[str]:
+    """Lines on armatures and gears of joints of which the robot's file states no rotor."""
+    direct = [joint for joint in joints if not _is_geared(file.joints.get(joint.name))]
+    if names := [joint.name for joint in direct if joint.armature]:
+        yield (
+            f"armature of {', '.join(names)} is on the diagonal of M at each level but links,"
+            " without a ratio"
+        )
+    names = [joint.name for joint in direct]
+    if gears := [words for name, words in urdf.gears if name in names]:
+        yield f"{', '.join(gears)} is not used: crosscheck init takes it"
 
 
 def _rotor(

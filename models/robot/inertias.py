@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import re
 from collections.abc import Iterator, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from itertools import product
 
 import numpy as np
@@ -17,6 +17,7 @@ ROUNDED = 1e-6
 # A body whose radius of gyration is so many times the robot's size, and which is lighter than air
 # would be that filled a cube of it [kg/m^3], is none: mass or inertia is in another unit.
 FARTHEST_OUT, THINNEST = 10.0, 1.0
+HEAVIER = 1000.0  # of a link's mass over the median of the others', where another unit is likely
 MEASURED = 1.25  # a last principal inertia that exceeds the others' sum by less is no slip
 SLOTS, DIAGONAL = ("ixx", "ixy", "ixz", "iyy", "iyz", "izz"), [0, 3, 5]
 # Orders in which the six numbers may have been written, by what then stands in each slot.
@@ -45,6 +46,24 @@ class InertiaDoubt:
     is_fatal: bool = False
 
 
+def remove_dust(links: Sequence[UrdfLink], size: float) -> tuple[UrdfLink, ...]:
+    """The links, inertias of which are zero that rounding alone makes of their masses.
+
+    size [m]: of the robot.
+    """
+    return tuple(
+        replace(link, body=replace(link.body, inertia=np.zeros((3, 3))))
+        if link.body is not None and _is_dust(link.body, size)
+        else link
+        for link in links
+    )
+
+
+def _is_dust(body: RobotBody, size: float) -> bool:
+    largest = np.abs(body.inertia).max()
+    return bool(0 < largest < np.finfo(float).eps * body.mass * size**2)
+
+
 def find_inertia_doubts(
     links: Sequence[UrdfLink],
     frames: dict[str, LinkFrame],
@@ -52,9 +71,14 @@ def find_inertia_doubts(
     bodies: Sequence[RobotBody],
 ) -> Iterator[InertiaDoubt]:
     """A doubt for every moving link whose mass or inertia no body has, in the file's order."""
-    size = _reach(joints, bodies)
-    for link in links:
-        if link.body is None or frames[link.name].body == BASE:
+    size = measure_reach(joints, bodies)
+    moving = [link for link in links if link.body is not None and frames[link.name].body != BASE]
+    yield from _find_heavy_links(moving)
+    for link in moving:
+        assert link.body is not None  # as is chosen
+        if _is_dust(link.body, size):
+            reason = f"an inertia of {format_values(link.six)} kg m^2 is rounding; used as zero"
+            yield InertiaDoubt(link.name, reason)
             continue
         values = np.linalg.eigvalsh(link.body.inertia)
         if link.body.mass == 0 and values[-1] > 0:
@@ -79,6 +103,19 @@ def find_inertia_doubts(
             yield InertiaDoubt(link.name, reason, _find_unit(link.body.mass, radii[-1]))
 
 
+def _find_heavy_links(links: Sequence[UrdfLink]) -> Iterator[InertiaDoubt]:
+    """A doubt for every link that is far heavier than the others, of three at least."""
+    masses = {link.name: link.body.mass for link in links if link.body and link.body.mass}
+    for name, mass in masses.items() if len(masses) > 2 else ():
+        median = float(np.median([other for link, other in masses.items() if link != name]))
+        if mass > HEAVIER * median:
+            reason = (
+                f"{mass:.4g} kg is {mass / median:.2g} times the median of the others,"
+                f" {median:.3g} kg; used as it stands"
+            )
+            yield InertiaDoubt(name, reason)
+
+
 def is_negative(values: np.ndarray) -> bool:
     """Whether a principal inertia is below zero, by more than rounding; zero may be."""
     return bool(values[0] < -ROUNDED * abs(values[-1]))
@@ -89,7 +126,7 @@ def is_possible(values: np.ndarray) -> bool:
     return not is_negative(values) and bool(values[0] + values[1] >= values[2] * (1 - ROUNDED))
 
 
-def format_values(values: np.ndarray, digits: int = 3) -> str:
+def format_values(values: Sequence[float] | np.ndarray, digits: int = 3) -> str:
     """Numbers in a list."""
     return ", ".join(f"{each:.{digits}g}" for each in values)
 
@@ -156,7 +193,7 @@ def _is_thin(body: RobotBody, whole: RobotBody, size: float) -> bool:
     return bool(matters and radius > FARTHEST_OUT * size and body.mass < THINNEST * radius**3)
 
 
-def _reach(joints: Sequence[Joint], bodies: Sequence[RobotBody]) -> float:
+def measure_reach(joints: Sequence[Joint], bodies: Sequence[RobotBody]) -> float:
     """How far a centre of mass is from the base at most [m], chains stretched, slides at zero."""
     lengths: list[float] = []
     for joint in joints:

@@ -81,7 +81,9 @@ class Joint:
 
     parent: the body that it stands on, or BASE; placement: of the joint's link at coordinate 0 in
     that body's frame; axis (3,): a unit vector in that link's frame; friction: c of the effort -c
-    times the joint's rate on the body and of its reaction on the parent [N m s/rad], [N s/m].
+    times the joint's rate on the body and of its reaction on the parent [N m s/rad], [N s/m];
+    armature [kg m^2], [kg]: reflected inertia of a rotor of which nothing else is known, on the
+    diagonal of M at every level but links.
     """
 
     name: str
@@ -92,6 +94,7 @@ class Joint:
     limits: JointLimits
     mimic: Mimic | None
     friction: float = 0.0
+    armature: float = 0.0
 
 
 class RotorMesh(Data):
@@ -261,6 +264,12 @@ class Robot:
         """Viscous friction (free,) of what each free coordinate moves [N m s/rad], [N s/m]."""
         factors, _ = self.joint_map
         return np.array([joint.friction for joint in self.joints]) @ factors**2
+
+    @property
+    def armature(self) -> np.ndarray:
+        """Armature (free,) of what each free coordinate moves [kg m^2], [kg]."""
+        factors, _ = self.joint_map
+        return np.array([joint.armature for joint in self.joints]) @ factors**2
 
     @property
     def meshes(self) -> tuple[tuple[Rotor, RotorMesh], ...]:

@@ -8,7 +8,12 @@ from typing import NamedTuple
 import numpy as np
 
 from crosscheck.models.errors import InputError
-from crosscheck.models.robot.inertias import InertiaDoubt, find_inertia_doubts
+from crosscheck.models.robot.inertias import (
+    InertiaDoubt,
+    find_inertia_doubts,
+    measure_reach,
+    remove_dust,
+)
 from crosscheck.models.robot.robot import (
     BASE,
     Joint,
@@ -18,11 +23,11 @@ from crosscheck.models.robot.robot import (
     RobotBody,
     compute_point_inertia,
 )
-from crosscheck.models.robot.urdf import Urdf, UrdfJoint
+from crosscheck.models.robot.urdf import LARGEST_MULTIPLIER, Urdf, UrdfJoint, UrdfLink
 
 MOST_JOINTS = 64
 SINGULAR = 1e-12  # of an eigenvalue of M, its diagonal scaled to 1: less of it is none
-LIGHTEST = 1e-12  # of what a joint moves [kg]
+WORLD, WORLD_LINK = "world", '<link name="world"/>'
 HOME = Placement(np.eye(3), np.zeros(3))
 
 
@@ -45,9 +50,12 @@ def build_tree(urdf: Urdf, where: str) -> Tree:
         if doubt.is_fatal:
             raise InputError(where, f"link {doubt.link}: inertia", None, doubt.reason)
     children = {joint.name: joint.child for joint in urdf.joints}
-    moved_links = [f"link {children[joint.name]}" for joint in joints]
+    moved_links = [children[joint.name] for joint in joints]
     _require_regular(joints, bodies, moved_links, where)
     notes = [f"link {doubt.link}: {doubt.reason}" for doubt in doubts]
+    still = [name for name, body in zip(moved_links, bodies, strict=True) if not _is_solid(body)]
+    if still:
+        notes.append(f"link {', '.join(still)} has no mass and inertia of its own")
     return Tree(joints, bodies, frames, (*notes, *_find_held_root(urdf, frames, joints)))
 
 
@@ -65,9 +73,7 @@ def _assemble(
     if not 1 <= len(moving) <= MOST_JOINTS:
         allowed = f"must be 1 to {MOST_JOINTS} that move; {len(moving)} do"
         raise InputError(where, "joint", None, allowed)
-    bodies = tuple(
-        _merge_bodies(number, urdf, frames, moving, where) for number in range(len(moving))
-    )
+    bodies = tuple(_merge_bodies(number, urdf.links, frames) for number in range(len(moving)))
     numbers = {joint.name: number for number, joint in enumerate(moving)}
     joints = tuple(
         Joint(
@@ -79,9 +85,12 @@ def _assemble(
             joint.limits,
             _mimic(joint, moving, numbers, where),
             joint.damping,
+            joint.armature,
         )
         for joint in moving
     )
+    links = remove_dust(urdf.links, measure_reach(joints, bodies))
+    bodies = tuple(_merge_bodies(number, links, frames) for number in range(len(moving)))
     return frames, joints, bodies, list(find_inertia_doubts(urdf.links, frames, joints, bodies))
 
 
@@ -98,7 +107,10 @@ def _find_root(urdf: Urdf, where: str) -> tuple[str, dict[str, list[UrdfJoint]]]
     for joint in urdf.joints:
         for end, name in (("parent", joint.parent), ("child", joint.child)):
             if name not in below:
-                raise InputError(where, f"joint {joint.name}: {end}", name, "must be a link of it")
+                allowed = "must be a link of it"
+                if name == WORLD:
+                    allowed += f"; Drake knows it without a link, other programs need {WORLD_LINK}"
+                raise InputError(where, f"joint {joint.name}: {end}", name, allowed)
         if joint.child in above:
             allowed = f"is moved by two joints, {above[joint.child]} and {joint.name}; loops cannot"
             raise InputError(where, f"link {joint.child}", None, f"{allowed} be read, only trees")
@@ -143,22 +155,19 @@ def _frames(
 
 
 def _merge_bodies(
-    number: int, urdf: Urdf, frames: dict[str, LinkFrame], moving: Sequence[UrdfJoint], where: str
+    number: int, links: Sequence[UrdfLink], frames: dict[str, LinkFrame]
 ) -> RobotBody:
-    """All that a joint carries, merged into one body, in its frame. Raises InputError."""
+    """All that a joint carries, merged into one body, in its frame; it may be without mass."""
     parts = []
-    for link in urdf.links:
+    for link in links:
         frame = frames[link.name]
         if frame.body == number and link.body is not None:
             turn, body = frame.placement.rotation, link.body
             com = frame.placement.position + turn @ body.com
             parts.append(RobotBody(body.mass, com, turn @ body.inertia @ turn.T))
     mass = sum(part.mass for part in parts)
-    field = f"link {moving[number].child}"
-    if not mass >= LIGHTEST:
-        allowed = f"must have a mass, with all that is fixed to it, of {LIGHTEST:g} kg at least"
-        raise InputError(where, field, None, f"{allowed}: joint {moving[number].name} moves it")
-    com = sum((part.mass * part.com for part in parts), np.zeros(3)) / mass
+    com = sum((part.mass * part.com for part in parts), np.zeros(3))
+    com = com / mass if mass else com
     inertia = np.zeros((3, 3))
     for part in parts:
         inertia += part.inertia + compute_point_inertia(part.mass, part.com - com)
@@ -172,19 +181,27 @@ def _require_regular(
 
     So a point mass and a thin rod may be bodies, but not on the axis that turns them alone.
     """
+    if not any(map(_is_solid, bodies)):
+        allowed = "no link that moves has an inertial: the file has no masses and inertias"
+        raise InputError(where, "link", None, allowed)
     root = _root_of_mass_matrix(joints, bodies)
     sizes = np.linalg.norm(root, axis=0)
     free = [number for number, joint in enumerate(joints) if joint.mimic is None]
-    for number, size in zip(free, sizes, strict=True):
-        if size == 0:
-            allowed = (
-                f"must have inertia about the axis of joint {joints[number].name}, or mass off it"
-            )
-            raise InputError(where, links[number], None, allowed)
+    light = [number for number, size in zip(free, sizes, strict=True) if size == 0]
+    if light:
+        number, *others = light
+        allowed = f"must have inertia about the axis of joint {joints[number].name}, or mass off it"
+        if others:
+            allowed += f"; so must link {', '.join(links[other] for other in others)}"
+        raise InputError(where, f"link {links[number]}", None, allowed)
     values = np.linalg.svd(root / sizes, compute_uv=False)
     if values[-1] ** 2 < SINGULAR:
         allowed = "too few masses and inertias for so many joints: the mass matrix is singular"
         raise InputError(where, "joint", None, allowed)
+
+
+def _is_solid(body: RobotBody) -> bool:
+    return bool(body.mass or body.inertia.any())
 
 
 def _root_of_mass_matrix(joints: Sequence[Joint], bodies: Sequence[RobotBody]) -> np.ndarray:
@@ -244,14 +261,26 @@ def _find_held_root(
 def _mimic(
     joint: UrdfJoint, moving: Sequence[UrdfJoint], numbers: dict[str, int], where: str
 ) -> Mimic | None:
-    """What a joint mimics, or None.
+    """The free joint that a joint mimics, itself or by joints that mimic others; or None.
 
-    Raises InputError unless it follows a joint that moves and follows none.
+    Raises InputError unless such joints lead to one that moves and mimics none.
     """
     if joint.mimic is None:
         return None
+    field, followers = f"joint {joint.name}: mimic", {joint.name}
     name, multiplier, offset = joint.mimic
-    if name not in numbers or moving[numbers[name]].mimic is not None:
-        allowed = "must be a joint that moves and mimics none"
-        raise InputError(where, f"joint {joint.name}: mimic.joint", name, allowed)
-    return Mimic(numbers[name], multiplier, offset)
+    while name in numbers and name not in followers:
+        leader = moving[numbers[name]].mimic
+        if leader is None:
+            if abs(multiplier) > LARGEST_MULTIPLIER:
+                allowed = f"must make at most {LARGEST_MULTIPLIER:g}, times those before it"
+                raise InputError(where, f"{field}.multiplier", multiplier, allowed)
+            return Mimic(numbers[name], multiplier, offset)
+        followers.add(name)
+        name, multiplier, offset = (
+            leader[0],
+            multiplier * leader[1],
+            multiplier * leader[2] + offset,
+        )
+    allowed = "must be a joint that moves, and that does not follow this one"
+    raise InputError(where, f"{field}.joint", name, allowed)

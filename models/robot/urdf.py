@@ -47,7 +47,8 @@ class UrdfLink:
 class UrdfJoint:
     """A joint of a URDF; mimic: the name of another, multiplier and offset.
 
-    damping [N m s/rad] or [N s/m]: of its dynamics, 0 where it is not asked for.
+    damping [N m s/rad] or [N s/m]: of its dynamics, 0 where it is not asked for; armature [kg m^2]
+    or [kg]: of the same element.
     """
 
     name: str
@@ -59,6 +60,7 @@ class UrdfJoint:
     limits: JointLimits
     mimic: tuple[str, float, float] | None
     damping: float = 0.0
+    armature: float = 0.0
 
 
 @dataclass(frozen=True)
@@ -66,13 +68,15 @@ class Urdf:
     """Links and joints of a URDF in the file's order.
 
     text: of these alone, without shapes and without elements of other programs; notes: what of the
-    file is not used.
+    file is not used; gears: joints and what is stated of their gears besides, which a robot's own
+    file may take.
     """
 
     links: tuple[UrdfLink, ...]
     joints: tuple[UrdfJoint, ...]
     text: str
     notes: tuple[str, ...]
+    gears: tuple[tuple[str, str], ...] = ()
 
 
 def read_urdf(
@@ -99,8 +103,13 @@ def read_urdf(
             element.set("value", repr(mass))
     links = tuple(_Reader(where, each).link() for each in root.findall("link"))
     joints = tuple(_Reader(where, each).joint(include_damping) for each in root.findall("joint"))
-    unused = _find_unused(root, ("friction",) if include_damping else ("friction", "damping"))
-    return Urdf(links, joints, _mechanism(root), tuple(unused))
+    notes = [*_find_unused(root, ("friction",) if include_damping else ("friction", "damping"))]
+    notes += [each.get("text", "") for each in root.iterfind("mjcf/note")]
+    gears = tuple(
+        (each.get("joint", ""), f"gear {float(each.get('value', '')):g} of {each.get('of')}")
+        for each in root.iterfind("mjcf/gear")
+    )
+    return Urdf(links, joints, _mechanism(root), tuple(notes), gears)
 
 
 def read_root(text: str, where: str) -> Element:
@@ -196,7 +205,8 @@ class _Reader:
             self._axis() if moves else np.array([1.0, 0.0, 0.0]),
             self._limits(kind),
             self._mimic() if moves else None,
-            self._damping() if moves and include_damping else 0.0,
+            self._dynamics("damping", MOST_DAMPING) if moves and include_damping else 0.0,
+            self._dynamics("armature", LARGEST_INERTIA) if moves else 0.0,
         )
 
     def _axis(self) -> np.ndarray:
@@ -211,7 +221,8 @@ class _Reader:
         limit = self.element.find("limit")
         if limit is None and kind in ("revolute", "prismatic"):
             allowed = f"is missing; a {kind} joint needs one, with lower, upper, velocity, effort"
-            raise self._error("limit", None, allowed)
+            other = ', or has type="continuous"' if kind == "revolute" else ""
+            raise self._error("limit", None, f"{allowed}{other}")
         if limit is None:
             return JointLimits(-math.inf, math.inf, math.inf, math.inf)
         lower, upper = -math.inf, math.inf
@@ -226,11 +237,11 @@ class _Reader:
         # Many files hold 0 where nothing is known.
         return JointLimits(lower, upper, *(each if each > 0 else math.inf for each in most))
 
-    def _damping(self) -> float:
-        damping = self._number(self.element.find("dynamics"), "dynamics.damping", most=MOST_DAMPING)
-        if damping < 0:
-            raise self._error("dynamics.damping", damping, "must not be negative")
-        return damping
+    def _dynamics(self, key: str, most: float) -> float:
+        number = self._number(self.element.find("dynamics"), f"dynamics.{key}", most=most)
+        if number < 0:
+            raise self._error(f"dynamics.{key}", number, "must not be negative")
+        return number
 
     def _mimic(self) -> tuple[str, float, float] | None:
         mimic = self.element.find("mimic")
@@ -321,8 +332,11 @@ def _mechanism(root: Element) -> str:
     """Text of a URDF's links and joints alone, each link with its inertial at most.
 
     So a program that reads it meets no number that is not checked here, and no line break inside
-    of an attribute, which XML takes for a blank.
+    of an attribute, which XML takes for a blank. Dynamics get a damping, without which, and without
+    friction, Pinocchio's parser refuses them.
     """
+    for dynamics in root.iterfind("joint/dynamics"):
+        dynamics.attrib.setdefault("damping", "0")
     kept = Element("robot", name=root.get("name", "robot"))
     for element in root:
         if element.tag == "joint":
@@ -354,6 +368,6 @@ def _find_unused(root: Element, dynamics_keys: Sequence[str]) -> Iterator[str]:
     meshes = sum(1 for _ in root.iter("mesh"))
     if meshes:
         yield f"mesh files ({meshes}) are neither needed nor read"
-    others = sorted({each.tag for each in root} - {"link", "joint", "material"})
+    others = sorted({each.tag for each in root} - {"link", "joint", "material", "mjcf"})
     if others:
         yield f"elements not used: {', '.join(others)}"

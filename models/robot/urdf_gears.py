@@ -1,4 +1,7 @@
-"""Gears where a URDF states them: in transmissions, in Drake's elements, and in dynamics."""
+"""Gears where a URDF states them: in transmissions, in Drake's elements, and in dynamics.
+
+In one that stands for an MJCF file, also those of actuators.
+"""
 
 from __future__ import annotations
 
@@ -17,10 +20,11 @@ INERTIA_TAGS = ("motorInertia", "motor_inertia", "drake:rotor_inertia")
 
 @dataclass(frozen=True)
 class StatedNumber:
-    """A number of a URDF; element: where it stands."""
+    """A number of a URDF; element: where it stands; word: what it is called there, if not ratio."""
 
     value: float
     element: str
+    word: str = ""
 
 
 @dataclass(frozen=True)
@@ -40,7 +44,9 @@ class StatedGear:
         """Where all that is stated stands, with the numbers."""
         stated = (("ratio", self.ratio, ""), ("rotor", self.inertia, " kg m^2"))
         parts = [*stated, ("armature", self.armature, " kg m^2")]
-        return "; ".join(f"{n} {s.value:g}{unit} of {s.element}" for n, s, unit in parts if s)
+        return ", ".join(
+            f"{s.word or n} {s.value:g}{unit} of {s.element}" for n, s, unit in parts if s
+        )
 
     @property
     def is_complete(self) -> bool:
@@ -79,9 +85,13 @@ def read_gears(text: str, where: str) -> tuple[dict[str, StatedGear], list[str]]
             raise InputError(where, f"{name}: joint", joint, "must be a joint of the URDF")
         for field, number in _transmission_numbers(transmission, name, where):
             _add_number(stated.setdefault(joint, {}), field, number, where)
+    for gear in root.iterfind("mjcf/gear"):
+        number = StatedNumber(float(gear.get("value", "")), gear.get("of", ""), "gear")
+        _add_number(stated.setdefault(gear.get("joint", ""), {}), "ratio", number, where)
+    is_mjcf = root.find("mjcf") is not None
     for joint, element in joints.items():
         for dynamics in element.findall("dynamics"):
-            place = f"joint {joint}: dynamics.armature"
+            place = f"joint {joint}" if is_mjcf else f"joint {joint}: dynamics.armature"
             armature = _read_number(dynamics.get("armature"), place, where)
             if armature is not None:
                 _add_number(stated.setdefault(joint, {}), "armature", armature, where)

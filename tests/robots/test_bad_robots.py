@@ -53,11 +53,25 @@ BAD_URDFS = {
     "10 MB": (GOOD + " " * 10_000_000, "more than 4 MB"),
     "two links of a name": (urdf(GROUND, ARM, ARM, TURN), "link", "'arm'", "2 have"),
     "two joints of a name": (urdf(GROUND, ARM, TURN, TURN), "joint", "'turn'", "2 have"),
-    "massless": (urdf(GROUND, link("arm"), TURN), "link arm", "must have a mass", "turn"),
-    "massless between": (
-        urdf(GROUND, link("arm"), TURN, link("hand", Solid()), joint("wrist", "arm", "hand")),
-        "link arm",
-        "joint turn",
+    "no inertias at all": (urdf(GROUND, link("arm"), TURN), "link", "no masses and inertias"),
+    "massless at the ends": (
+        urdf(
+            *(GROUND, ARM, TURN),
+            *(link(name) for name in ("left", "right")),
+            *(joint(f"to {name}", "arm", name) for name in ("left", "right")),
+        ),
+        "link left: must have inertia about the axis of joint to left",
+        "so must link right",
+    ),
+    "mimics in a circle": (
+        urdf(
+            *(GROUND, ARM, TURN),
+            *(link(name, Solid()) for name in ("left", "right")),
+            joint("a", "arm", "left", more=f'<mimic joint="b"/>{LIMIT}'),
+            joint("b", "arm", "right", more=f'<mimic joint="a"/>{LIMIT}'),
+        ),
+        "joint a: mimic.joint",
+        "does not follow this one",
     ),
     "inertia of a point": (
         urdf(GROUND, link("arm", Solid(inertia=(0,) * 6)), TURN),

@@ -1,5 +1,6 @@
 """MJCF is read through MuJoCo: its own dynamics of the file are those of the robot made of it."""
 
+import os
 import sys
 
 import mujoco
@@ -7,11 +8,13 @@ import numpy as np
 import pytest
 from scipy.spatial.transform import Rotation
 
-from crosscheck.models.robot import mjcf
+from crosscheck.models.errors import InputError
 from crosscheck.models.robot.file import load_robot
+from crosscheck.models.robot.mjcf import reading
 from crosscheck.models.robot.urdf import roll_pitch_yaw
 from crosscheck.runner.tasks import build_robot_model
 from tests.loops import require_items
+from tests.robots.chains import ENGINES
 from tests.robots.test_bad_robots import assert_one_line
 
 ARM = """
@@ -24,7 +27,8 @@ ARM = """
       <inertial pos=".1 .2 .3" mass="3" diaginertia=".1 .2 .25" quat="1 .2 .3 .4"/>
       <body name="plate" pos="0 .1 0"><geom type="box" size=".1 .2 .3" euler="10 10 20"/>
         <body name="slider" pos=".5 0 0">
-          <joint name="slide" type="slide" axis="1 0 0" ref=".2" pos=".3 .2 .1"/>
+          <joint name="slide" type="slide" axis="1 0 0" ref=".2" pos=".3 .2 .1"
+            actuatorfrcrange="-7 5"/>
           <inertial pos=".1 0 0" mass="2" diaginertia=".1 .2 .25"/>
         </body>
       </body>
@@ -45,7 +49,19 @@ REFUSED = {
     "no file": (BODY.format("<joint/><geom type='mesh' mesh='m'/>", ""), "MuJoCo cannot read it"),
     "free": (BODY.format("<freejoint name='f'/>", ""), "joint f: type = 'free': must be hinge or"),
     "ball": (BODY.format("<joint type='ball'/>", ""), "joint joint_0: type = 'ball': must be"),
-    "two joints": (BODY.format("<joint/><joint axis='1 0 0'/>", ""), "body a: has 2 joints"),
+    "deformable": (
+        BODY.format("<joint/>", "").replace(
+            "</worldbody>",
+            "<flexcomp name='f' type='grid' dim='2' count='3 3 1' spacing='1 1 1'/></worldbody>",
+        ),
+        "flex f: is deformable",
+    ),
+    "two leaders": (
+        "<mujoco><worldbody><body><joint name='a'/><joint name='b' axis='1 0 0'/><joint name='c'"
+        " axis='0 1 0'/><geom size='1'/></body></worldbody><equality><joint name='e' joint1='a'"
+        " joint2='b'/><joint name='f' joint1='a' joint2='c'/></equality></mujoco>",
+        "equality f: must be of a joint that no other equality has made follow one",
+    ),
     "loop": (
         BODY.format("<joint/>", "<equality><connect body1='a' anchor='0 0 0'/></equality>"),
         "equality equality_0: must make one joint follow another",
@@ -64,7 +80,8 @@ def arm(tmp_path):
 def test_the_robot_moves_as_mujocos_own_model(arm):
     robot = load_robot(str(arm))
     model = mujoco.MjModel.from_xml_path(str(arm))
-    data, derived = mujoco.MjData(model), build_robot_model("analytic", robot, "links")
+    data = mujoco.MjData(model)
+    links, derived = (build_robot_model("analytic", robot, x) for x in ("links", "armature"))
     rows = [model.joint(joint.name).dofadr[0] for joint in robot.joints]
     factors, offsets = robot.joint_map
     given = np.zeros((model.nv, len(robot.coordinates)))
@@ -78,11 +95,13 @@ def test_the_robot_moves_as_mujocos_own_model(arm):
         assert abs(equality) < 1e-14  # rounding of a few sums of numbers near 1
         full = np.zeros((model.nv, model.nv))
         mujoco.mj_fullM(model, full, data.qM)
-        masses = given.T @ (full - np.diag(model.dof_armature)) @ given
+        masses = given.T @ full @ given
+        bare = given.T @ (full - np.diag(model.dof_armature)) @ given
         torques = given.T @ data.qfrc_bias
         own = derived.inverse_dynamics(at[None], rate[None], np.zeros((1, 2)))[0]
         # The box is turned by a quaternion of single rounding errors; MuJoCo's own M has them too.
         assert np.abs(derived.mass_matrix(at[None])[0] - masses).max() < 1e-11 * masses.max()
+        assert np.abs(links.mass_matrix(at[None])[0] - bare).max() < 1e-11 * masses.max()
         assert np.abs(own - torques).max() < 1e-11 * np.abs(torques).max()
 
 
@@ -92,6 +111,7 @@ def test_limits_are_those_of_the_file(arm):
     follow, slide = limits["follow"], limits["slide"]
     assert (follow.lower, follow.upper) == pytest.approx((-np.pi / 2, np.pi / 4), rel=1e-15)
     assert slide.upper == -slide.lower == 1e18  # as URDFs have what is not limited
+    assert (slide.effort, follow.effort) == (7.0, np.inf)
 
 
 ACROSS = """<mujoco><worldbody><body quat="{0}"><joint axis="0 0 1"/>
@@ -137,13 +157,17 @@ def test_an_inertia_that_the_file_states_keeps_its_digits(tmp_path):
 
 def test_init_takes_gear_armature_and_gravity(crosscheck, tmp_path, arm):
     answer = crosscheck("init", tmp_path / "arm.toml", "--urdf", arm)
-    assert answer.out.splitlines()[0].endswith("arm.toml: 2 joints, 1 geared as the URDF states")
+    first, turn, *_ = answer.out.splitlines()
+    assert first.endswith("arm.toml: 2 joints, 1 geared as arm.xml states")
+    assert turn == "  turn: gear -100 of motor on turn, armature 0.2 kg m^2 of joint turn"
     robot = load_robot(str(tmp_path / "arm.toml"))
     (rotor,) = robot.rotors
     assert (robot.joints[rotor.joint].name, rotor.ratio) == ("turn", -100.0)
     assert rotor.inertia == pytest.approx(0.2 / 100**2, rel=1e-15)
     assert robot.gravity.tolist() == [0.0, 1.0, -5.0]
     assert 'damping of turn is not used; friction = "from-urdf" takes it' in robot.notes
+    assert robot.armature.tolist() == [0.0, 0.0]
+    assert not any("armature of" in note or "gear -100" in note for note in robot.notes)
 
 
 @pytest.mark.parametrize("case", REFUSED)
@@ -154,7 +178,139 @@ def test_what_no_robot_can_be_made_of_is_one_line(crosscheck, tmp_path, case):
 
 
 def test_without_mujoco_one_line_says_what_to_do(crosscheck, monkeypatch, arm):
-    mjcf.read_mjcf.cache_clear()
+    reading.read_mjcf.cache_clear()
     monkeypatch.setitem(sys.modules, "mujoco", None)
     said = "is MJCF, which MuJoCo reads: .venv/bin/pip install -e '.[mjcf]'"
     assert_one_line(crosscheck("validate", arm), said)
+
+
+PENDULA = """<mujoco>{}<worldbody><body name="a" pos="0 0 1"><joint name="j1" axis="0 1 0"/>
+<inertial pos=".3 0 0" mass="2" diaginertia=".02 .1 .1"/>
+<body name="b" pos=".6 0 0"><joint name="j2" axis="0 1 0"/>
+<inertial pos=".2 0 0" mass="1" diaginertia=".01 .04 .04"/></body></body></worldbody>{}</mujoco>"""
+FLAG = '<option><flag {}="disable"/></option>'
+JOINT2 = 'name="j2" axis="0 1 0"'
+FOLLOW = '<equality><joint joint1="j2" joint2="j1"/></equality>'
+AS_MUJOCO = {
+    "gravity disabled": PENDULA.format(FLAG.format("gravity"), ""),
+    "gravcomp of all": PENDULA.format("", "").replace("<body ", '<body gravcomp=".25" '),
+    "equality not active": PENDULA.format("", FOLLOW.replace("/></", ' active="false"/></')),
+    "loop not active": PENDULA.format(
+        "", '<equality><connect body1="b" anchor=".4 0 0" active="false"/></equality>'
+    ),
+    "equalities disabled": PENDULA.format(FLAG.format("equality"), FOLLOW),
+    "constraints disabled": PENDULA.format(FLAG.format("constraint"), FOLLOW),
+    "armature": PENDULA.format("", "").replace(JOINT2, f'{JOINT2} armature=".3"'),
+    "joints of one body": """<mujoco><worldbody><body name="t" pos="0 .1 0" euler="10 20 30">
+        <joint name="x" type="slide" axis="1 0 .5" pos=".1 0 .2" ref=".1"/>
+        <joint name="z" axis="0 0 1" pos=".3 .1 0" ref="20"/>
+        <joint name="r" axis="0 1 .2" pos="0 .2 .1"/>
+        <inertial pos=".1 .2 0" mass="3" diaginertia=".1 .1 .1"/></body></worldbody></mujoco>""",
+}
+
+
+@pytest.mark.parametrize("case", AS_MUJOCO)
+def test_what_a_file_switches_is_as_mujoco_has_it(tmp_path, case):
+    (tmp_path / "arm.xml").write_text(AS_MUJOCO[case])
+    model, robot = (
+        mujoco.MjModel.from_xml_string(AS_MUJOCO[case]),
+        load_robot(str(tmp_path / "arm.xml")),
+    )
+    data, derived = mujoco.MjData(model), build_robot_model("analytic", robot, "armature")
+    q, v = np.random.default_rng(0).uniform(-1, 1, (2, model.nv))
+    data.qpos[:], data.qvel[:] = q, v
+    mujoco.mj_forward(model, data)
+    full = np.zeros((model.nv, model.nv))
+    mujoco.mj_fullM(model, full, data.qM)
+    held = derived.inverse_dynamics(q[None], v[None], np.zeros((1, model.nv)))[0]
+    assert derived.mass_matrix(q[None])[0] == pytest.approx(full, rel=1e-12, abs=1e-14)
+    right = data.qfrc_bias - data.qfrc_gravcomp
+    assert held == pytest.approx(right, rel=1e-12, abs=1e-13)
+
+
+def test_armature_without_a_gear_counts_in_every_engine(crosscheck, tmp_path):
+    """0.3 kg m^2 on a link of 0.08, at each level but links; nothing but the ratio is lacking."""
+    (tmp_path / "arm.xml").write_text(AS_MUJOCO["armature"])
+    robot = load_robot(str(tmp_path / "arm.xml"))
+    assert "armature of j2 is on the diagonal" in robot.notes[-1]
+    for level, right in (("links", 0.08), ("armature", 0.38), ("coupled", 0.38)):
+        for engine in ENGINES:
+            mass = build_robot_model(engine, robot, level).mass_matrix(np.array([[0.4, 0.7]]))
+            assert mass[0, 1, 1] == pytest.approx(right, rel=1e-14)
+    answer = crosscheck("cost", tmp_path / "arm.xml", "--quick")
+    assert answer.code == 0
+    assert "depends on the ratio of j2, which alone is lacking" in answer.out
+    assert "no shortcut to take" not in answer.out
+    assert "without gears: j1\n" in answer.out
+
+
+def test_shapes_may_be_missing_where_each_body_states_its_inertia(tmp_path):
+    shapes = (
+        '<asset><mesh name="m" file="no.stl"/><texture name="t" type="2d" file="no.png"/>'
+        '<material name="t" texture="t"/><hfield name="h" file="no.png" size="1 1 1 1"/></asset>'
+        '<default><geom material="t"/></default>'
+    )
+    text = PENDULA.format(shapes, '<contact><pair geom1="g" geom2="ground"/></contact>')
+    text = text.replace("<worldbody>", '<worldbody><geom name="ground" type="hfield" hfield="h"/>')
+    fitted = '<geom name="g" type="mesh" mesh="m"/><geom type="box" mesh="m"/><inertial'
+    stated = text.replace("<inertial", fitted, 1)
+    (tmp_path / "arm.xml").write_text(stated)
+    robot = load_robot(str(tmp_path / "arm.xml"))
+    assert [body.mass for body in robot.bodies] == [2.0, 1.0]
+    assert "contacts of geoms (3) are not used" in robot.notes
+    (tmp_path / "arm.xml").write_text(
+        stated.replace('<inertial pos=".3 0 0" mass="2" diaginertia=".02 .1 .1"/>', "")
+    )
+    with pytest.raises(InputError, match=r"Error opening file .*no\.(stl|png)"):
+        load_robot(str(tmp_path / "arm.xml"))
+
+
+HOSTILE = {
+    "copies": ("<replicate count='1000000' offset='1 0 0'>{}</replicate>", "takes more than 1 s"),
+    "a pipe": ("{}<include file='pipe.xml'/>", "waits for a file that is none"),
+    "a height field": (
+        "{}</worldbody><asset><hfield name='h' nrow='100000' ncol='100000' size='1 1 1 1'/></asset>"
+        "<worldbody>",
+        "too large for the memory",
+    ),
+}
+
+
+@pytest.mark.parametrize("case", HOSTILE)
+def test_a_file_that_never_ends_is_one_line(crosscheck, tmp_path, monkeypatch, case):
+    text, said = HOSTILE[case]
+    monkeypatch.setattr(reading, "PROCESSOR_S", 1)
+    monkeypatch.setattr(reading, "IDLE_S", 0.5)
+    os.mkfifo(tmp_path / "pipe.xml")
+    body = "<body><joint/><geom size='1'/><geom type='mesh' mesh='m'/></body>"
+    file = tmp_path / "arm.xml"
+    file.write_text(f"<mujoco><worldbody>{text.format(body)}</worldbody></mujoco>")
+    assert_one_line(crosscheck("show", file), said)
+    assert not (tmp_path / "MUJOCO_LOG.TXT").exists()
+
+
+def test_a_reader_that_dies_takes_nothing_with_it(tmp_path, monkeypatch):
+    (tmp_path / "arm.xml").write_text(PENDULA.format("", ""))
+    monkeypatch.setattr(reading, "convert_file", lambda *names: os.abort())
+    with pytest.raises(InputError, match="ends its process by SIGABRT"):
+        reading.read_mjcf(tmp_path / "arm.xml", "another text")
+
+
+def test_show_names_what_is_not_used_in_the_words_of_the_file(crosscheck, tmp_path):
+    default = '<default><joint armature=".02" damping=".3" frictionloss=".1"/></default>'
+    motor = '<actuator><motor joint="j1" gear="100"/></actuator>'
+    (tmp_path / "arm.xml").write_text(PENDULA.format(default, motor))
+    (tmp_path / "arm.toml").write_text('schema_version = 1\nname = "a"\nurdf = "arm.xml"\n')
+    lines = crosscheck("show", tmp_path / "arm.xml").out.splitlines()
+    notes = [line for line in lines if line.startswith("note: ")]
+    words = (
+        "damping of j1, j2",
+        "frictionloss of joint j1, j2",
+        "armature of j1, j2",
+        "gear 100 of",
+    )
+    assert all(note.startswith(f"note: {word}") for note, word in zip(notes, words, strict=False))
+    assert not any(word in "".join(notes) for word in ("transmission", "dynamics", "gravity"))
+    lines = crosscheck("show", tmp_path / "arm.toml").out.splitlines()
+    assert "note: gravity is assumed, along -z of the root link" in lines
+    assert "note: tip b is assumed, the last link with most joints before it" in lines

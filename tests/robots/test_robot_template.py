@@ -90,7 +90,7 @@ def test_init_takes_gears_where_a_urdf_states_them(crosscheck, tmp_path):
     )
     assert "e: armature 0.08 kg m^2 of joint e: dynamics.armature; not enough" in answer.out
     text = (tmp_path / "r.toml").read_text()
-    assert "# ratio -100 of transmission turn: mechanicalReduction; rotor 0.00011 kg m^2 of" in text
+    assert "# ratio -100 of transmission turn: mechanicalReduction, rotor 0.00011 kg m^2 of" in text
     assert 'd = { kind = "direct" } # ratio 7 of transmission alone: mechanicalReduction' in text
     robot = load_robot(str(tmp_path / "r.toml"))
     rotors = {robot.joints[each.joint].name: (each.ratio, each.inertia) for each in robot.rotors}

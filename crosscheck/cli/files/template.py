@@ -313,7 +313,8 @@ def init_robot_command(path: Path, urdf: Path) -> None:
     validate_record(RobotFile, parse_toml(text), str(path))  # as it will be read
     write_new_text(path, text)
     geared = sum('"geared"' in line.partition("#")[0] for line in lines)
-    kinds = f"{geared} geared as the URDF states" if geared else "all direct"
+    kinds = f"{geared} geared as {urdf.name} states" if geared else "all direct"
+    kinds = make_printable(kinds)
     print(f"wrote {make_printable(str(path))}: {len(lines)} joints, {kinds}")
     for joint, gear in gears.items():
         lack = "" if gear.is_complete else "; not enough for a rotor, left direct"

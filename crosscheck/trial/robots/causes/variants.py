@@ -107,6 +107,7 @@ def _build_mechanism(
                 free.index(k if joint.mimic is None else joint.mimic.joint),
                 _split(column.take(lambda joint: joint.mimic.multiplier if joint.mimic else 1.0)),
                 _split(column.take(lambda joint: joint.mimic.offset if joint.mimic else 0.0)),
+                armature=joint.armature if level != "links" else 0,
             )
         )
         column = _Column([each.bodies[k] for each in robots])

@@ -1,24 +1,36 @@
-"""A robot in MuJoCo's format, MJCF, as a URDF: read by MuJoCo's own importer where it is installed.
+"""A robot in MuJoCo's format, MJCF, as a URDF, by MuJoCo's own importer.
 
 The importer resolves defaults, included files, orientations, and inertias of shapes. What it has
-compiled is written as links and joints, with gears and armatures where a URDF states them.
+compiled is written as links and joints, with armatures, and an element ``mjcf`` that holds what no
+URDF has: gears of actuators, and notes on what is not used.
 """
 
 from __future__ import annotations
 
-from functools import lru_cache
+from collections.abc import Iterable
 from pathlib import Path
 from typing import Any, NamedTuple
 from xml.etree.ElementTree import Element, SubElement, tostring
 
 import numpy as np
 
-from crosscheck.models.errors import InputError, format_install_command
+from crosscheck.models.errors import InputError
+from crosscheck.models.robot.mjcf.notes import (
+    count_touching_geoms,
+    find_weight_shares,
+    is_active,
+    is_disabled,
+    list_notes,
+)
 from crosscheck.models.robot.robot import Placement
 from crosscheck.models.robot.urdf import roll_pitch_yaw
 
 UNLIMITED = 1e18  # of a sliding joint, as URDFs have it
 ITERATED = 1e-5  # of an inertia: MuJoCo finds principal axes by iteration, to some 1e-6
+# What Python is told of memory that MuJoCo lacks, and of other failures.
+NO_REASON = "Caught an unknown exception!"
+FAILURE = "it fails without a reason, as of a shape that is too large for the memory"
+MOST_BODIES = 10_000  # of a model that is written as a URDF
 
 
 class MjcfRobot(NamedTuple):
@@ -28,21 +40,56 @@ class MjcfRobot(NamedTuple):
     gravity: tuple[float, ...]
 
 
-@lru_cache(maxsize=8)
-def read_mjcf(path: Path, text: str) -> MjcfRobot:
-    """The robot of an MJCF file, of which this is the text. Raises InputError."""
+def convert_file(path: str, where: str) -> MjcfRobot:
+    """The robot of an MJCF file; where: its name in messages. Raises InputError."""
+    import mujoco
+
     try:
-        import mujoco
-    except ImportError:
-        allowed = f"is MJCF, which MuJoCo reads: {format_install_command('mjcf')}"
-        raise InputError(str(path), "", None, allowed) from None
-    try:
-        spec = mujoco.MjSpec.from_file(str(path))
+        spec = mujoco.MjSpec.from_file(path)
+        if spec.flexes:
+            allowed = "is deformable; bodies must be rigid"
+            raise InputError(where, f"flex {spec.flexes[0].name}", None, allowed)
+        touching = count_touching_geoms(spec)
+        _remove_shapes(mujoco, spec)
+        spec.njmax = spec.nconmax = -1  # room for contacts, of which there are none
         model = spec.compile()
-    except (ValueError, TypeError, mujoco.FatalError) as error:
-        reason = " ".join(str(error).split())
-        raise InputError(str(path), "", None, f"MuJoCo cannot read it: {reason}") from None
-    return MjcfRobot(_Writer(mujoco, spec, model, str(path)).write(), tuple(model.opt.gravity))
+    except (ValueError, TypeError, RuntimeError, mujoco.FatalError) as error:
+        if isinstance(error, InputError):
+            raise
+        reason = " ".join(str(error).split()).replace(NO_REASON, FAILURE)
+        raise InputError(where, "", None, f"MuJoCo cannot read it: {reason}") from None
+    if model.nbody > MOST_BODIES:
+        allowed = f"must be at most {MOST_BODIES:,}; there are {model.nbody:,}"
+        raise InputError(where, "body", None, allowed)
+    notes = list_notes(mujoco, model, touching)
+    return MjcfRobot(_Writer(mujoco, spec, model, where).write(notes), _find_gravity(mujoco, model))
+
+
+def _find_gravity(mujoco: Any, model: Any) -> tuple[float, ...]:
+    """Gravity (3,) [m/s^2]: none if it is disabled, less where all bodies compensate it alike."""
+    if is_disabled(mujoco, model, "GRAVITY"):
+        return (0.0, 0.0, 0.0)
+    shares = set(find_weight_shares(model).values())
+    share = shares.pop() if len(shares) == 1 else 1.0
+    return tuple(share * float(each) for each in model.opt.gravity)
+
+
+def _remove_shapes(mujoco: Any, spec: Any) -> None:
+    """Remove shapes of files where no inertia depends on them, so that the files may be missing."""
+    kinds = mujoco.mjtGeom
+    from_files = (kinds.mjGEOM_MESH, kinds.mjGEOM_HFIELD, kinds.mjGEOM_SDF)
+    shapes = [geom for geom in spec.geoms if geom.type in from_files or geom.meshname]
+    bodies = [geom.parent for geom in shapes]
+    has_inertias = all(body.explicitinertial or body.name == "world" for body in bodies)
+    by_shapes = mujoco.mjtInertiaFromGeom.mjINERTIAFROMGEOM_TRUE
+    if not has_inertias or spec.compiler.inertiafromgeom == by_shapes:
+        return
+    for each in (*spec.sensors, *spec.pairs, *spec.tuples, *spec.skins, *shapes):
+        spec.delete(each)
+    for each in spec.materials:
+        each.textures = [""] * len(each.textures)
+    for each in (*spec.meshes, *spec.hfields, *spec.textures):
+        spec.delete(each)
 
 
 class _Writer:
@@ -58,40 +105,43 @@ class _Writer:
         self.names = [self._name("body", number) for number in range(model.nbody)]
         self.anchors = [np.zeros(3)] * model.nbody  # of links, in the frames of their bodies
 
-    def write(self) -> str:
-        """The text of the URDF. Raises InputError."""
+    def write(self, notes: Iterable[str]) -> str:
+        """The text of the URDF, with notes. Raises InputError."""
         SubElement(self.root, "link", name=self.names[0])
         for number in range(1, self.model.nbody):
             self._write_body(number)
         self._write_followers()
-        self._write_gears()
-        unused = {"tendon": self.model.ntendon, "spring": self.model.jnt_stiffness.any()}
-        for tag in (name for name, is_there in unused.items() if is_there):
-            SubElement(self.root, tag)  # of which the reader of URDFs says that it is not used
+        apart = SubElement(self.root, "mjcf")
+        self._write_gears(apart)
+        for note in notes:
+            SubElement(apart, "note", text=note)
         return tostring(self.root, encoding="unicode")
 
     def _name(self, kind: str, number: int) -> str:
         return getattr(self.model, kind)(number).name or f"{kind}_{number}"
 
     def _write_body(self, number: int) -> None:
-        """A body as a link, and its joint. Raises InputError for several joints."""
+        """A body as a link, and its joints, with a link without mass between each and the next.
+
+        Raises InputError.
+        """
         model, name = self.model, self.names[number]
         parent = int(model.body_parentid[number])
-        place = Placement(
-            self._rotation(model.body_quat[number]),
-            model.body_pos[number] - self.anchors[parent],
-        )
-        link = SubElement(self.root, "link", name=name)
+        under, anchor = self.names[parent], self.anchors[parent]
+        place = Placement(self._rotation(model.body_quat[number]), model.body_pos[number] - anchor)
         first, count = int(model.body_jntadr[number]), int(model.body_jntnum[number])
-        if count > 1:
-            allowed = f"has {count} joints; must have one, for each joint needs a mass to move"
-            raise InputError(self.where, f"body {name}", None, allowed)
-        if count:
-            self.anchors[number] = model.jnt_pos[first]
-            joint = self._add_joint(self._name("joint", first), number, place, first)
-            self._describe_joint(joint, first)
-        else:
-            self._add_joint(f"to {name}", number, place).set("type", "fixed")
+        for joint in range(first, first + count):
+            is_last = joint == first + count - 1
+            child = name if is_last else f"{name} after {self._name('joint', joint)}"
+            link = SubElement(self.root, "link", name=child)
+            ends = under, child
+            element = self._add_joint(self._name("joint", joint), ends, place, joint)
+            self._describe_joint(element, joint)
+            self.anchors[number] = model.jnt_pos[joint]
+            under, place = child, Placement(np.eye(3), -self.anchors[number])
+        if not count:
+            link = SubElement(self.root, "link", name=name)
+            self._add_joint(f"to {name}", (under, name), place).set("type", "fixed")
         if model.body_mass[number]:
             self._write_inertia(link, number)
 
@@ -109,12 +159,12 @@ class _Writer:
         return Placement(self._rotation(turn), model.jnt_pos[joint])
 
     def _add_joint(
-        self, name: str, number: int, outer: Placement, joint: int | None = None
+        self, name: str, ends: tuple[str, str], outer: Placement, joint: int | None = None
     ) -> Element:
-        """The joint of a body that is at ``outer`` in its parent's link."""
+        """The joint between two links, the body of which is at ``outer`` in the first."""
         element = SubElement(self.root, "joint", name=name)
-        SubElement(element, "parent", link=self.names[int(self.model.body_parentid[number])])
-        SubElement(element, "child", link=self.names[number])
+        SubElement(element, "parent", link=ends[0])
+        SubElement(element, "child", link=ends[1])
         still = Placement(np.eye(3), np.zeros(3))
         inner = still if joint is None else self._place_at_zero(joint)
         turn = outer.rotation @ inner.rotation
@@ -138,13 +188,12 @@ class _Writer:
             raise InputError(self.where, field, kind.name.removeprefix("mjJNT_").lower(), allowed)
         SubElement(element, "axis", xyz=_words(model.jnt_axis[joint]))
         ends = {"lower": repr(float(lower)), "upper": repr(float(upper))}
-        SubElement(element, "limit", {**ends, "velocity": "0", "effort": "0"})
+        effort = np.abs(model.jnt_actfrcrange[joint]).max() * model.jnt_actfrclimited[joint]
+        SubElement(element, "limit", {**ends, "velocity": "0", "effort": repr(float(effort))})
         row = model.jnt_dofadr[joint]
-        numbers = {
-            "damping": model.dof_damping[row].max(),
-            "friction": model.dof_frictionloss[row],
-            "armature": model.dof_armature[row],
-        }
+        numbers = {"armature": model.dof_armature[row]}
+        if not is_disabled(self.mujoco, model, "DAMPER"):
+            numbers["damping"] = model.dof_damping[row].max()
         SubElement(element, "dynamics", {key: repr(float(x)) for key, x in numbers.items()})
 
     def _write_inertia(self, link: Element, number: int) -> None:
@@ -169,23 +218,28 @@ class _Writer:
         """Joints that follow another by an equality. Raises InputError for other equalities."""
         model = self.model
         joints = {each.get("name"): each for each in self.root.findall("joint")}
-        for number in range(model.neq):
+        active = (each for each in range(model.neq) if is_active(self.mujoco, model, each))
+        for number in active:
             name, data = self._name("equality", number), model.eq_data[number]
             follower, leader = int(model.eq_obj1id[number]), int(model.eq_obj2id[number])
             is_of_joints = model.eq_type[number] == self.mujoco.mjtEq.mjEQ_JOINT
             if not is_of_joints or leader < 0 or data[2:5].any():
                 allowed = "must make one joint follow another in proportion: only trees can be read"
                 raise InputError(self.where, f"equality {name}", None, allowed)
+            joint = joints[self._name("joint", follower)]
+            if joint.find("mimic") is not None:
+                allowed = "must be of a joint that no other equality has made follow one"
+                raise InputError(self.where, f"equality {name}", None, allowed)
             own, other = (model.qpos0[model.jnt_qposadr[each]] for each in (follower, leader))
             SubElement(
-                joints[self._name("joint", follower)],
+                joint,
                 "mimic",
                 joint=self._name("joint", leader),
                 multiplier=repr(float(data[1])),
                 offset=repr(float(data[0] + own - data[1] * other)),
             )
 
-    def _write_gears(self) -> None:
+    def _write_gears(self, under: Element) -> None:
         """The gear of each actuator of a joint; 1, which stands where none is stated, is none."""
         model, kinds = self.model, self.mujoco.mjtTrn
         of_joints = (kinds.mjTRN_JOINT, kinds.mjTRN_JOINTINPARENT)
@@ -193,10 +247,13 @@ class _Writer:
             gear = float(model.actuator_gear[number, 0])
             if model.actuator_trntype[number] in of_joints and abs(gear) not in (0, 1):
                 joint = self._name("joint", int(model.actuator_trnid[number, 0]))
-                name = self._name("actuator", number)
-                transmission = SubElement(self.root, "transmission", name=name)
-                SubElement(transmission, "joint", name=joint)
-                SubElement(transmission, "mechanicalReduction").text = repr(gear)
+                SubElement(
+                    under,
+                    "gear",
+                    joint=joint,
+                    value=repr(gear),
+                    of=model.actuator(number).name or f"motor on {joint}",
+                )
 
     def _rotation(self, quaternion: np.ndarray) -> np.ndarray:
         """Rotation (3, 3) of a quaternion."""

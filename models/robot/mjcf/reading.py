@@ -1,0 +1,140 @@
+"""A file in MuJoCo's format, MJCF, read in a process of its own, which it may bring down.
+
+MuJoCo's importer follows includes, builds what a file asks it to repeat, and ends its process where
+it runs out of memory. So the process has limits: of memory, of processor time, and of time in which
+it uses none, as one does that waits at a pipe.
+"""
+
+from __future__ import annotations
+
+import faulthandler
+import os
+import pickle
+import resource
+import select
+import signal
+from collections.abc import Callable
+from contextlib import suppress
+from functools import lru_cache, partial
+from importlib.util import find_spec
+from pathlib import Path
+from tempfile import TemporaryDirectory
+from typing import NoReturn
+
+import psutil
+
+from crosscheck.models.errors import InputError, format_install_command
+from crosscheck.models.robot.mjcf.writer import MjcfRobot, convert_file
+
+MEMORY_BYTES = 2 * 1024**3  # of memory, beyond what the program has already
+PROCESSOR_S = 10  # [s] of processor time, of which shapes of files take most
+IDLE_S, LOOK_S = 4.0, 0.1  # [s] without processor time; from one look to the next
+LONGEST_S = 600  # [s], after which the process ends though its parent has died
+CHUNK = 65536
+
+
+@lru_cache(maxsize=8)
+def read_mjcf(path: Path, text: str) -> MjcfRobot:
+    """The robot of an MJCF file, of which this is the text. Raises InputError."""
+    if find_spec("mujoco") is None:
+        allowed = f"is MJCF, which MuJoCo reads: {format_install_command('mjcf')}"
+        raise InputError(str(path), "", None, allowed)
+    with TemporaryDirectory() as folder:  # where MuJoCo leaves its log
+        convert = partial(convert_file, os.path.abspath(path), str(path))
+        result = _run_limited(convert, folder, str(path))
+    if isinstance(result, InputError):
+        raise result
+    return result
+
+
+def _run_limited(
+    convert: Callable[[], MjcfRobot], folder: str, where: str
+) -> MjcfRobot | InputError:
+    """What a forked process in a folder makes of a file. Raises InputError if it makes nothing."""
+    receiving, sending = os.pipe()
+    child = os.fork()
+    if child == 0:
+        _convert_and_exit(convert, folder, where, sending)
+    os.close(sending)
+    try:
+        content = _receive(receiving, child)
+    finally:
+        os.close(receiving)
+        with suppress(ProcessLookupError):
+            os.kill(child, signal.SIGKILL)
+        _, status = os.waitpid(child, 0)
+    if content:
+        result: MjcfRobot | InputError = pickle.loads(content)
+        return result
+    number = os.waitstatus_to_exitcode(status)
+    reason = "ends its process"
+    if content is None:
+        reason = f"waits for a file that is none, {IDLE_S:g} s so far"
+    elif number == -signal.SIGXCPU:
+        reason = f"takes more than {PROCESSOR_S} s of processor time"
+    elif number < 0:
+        reason = f"{reason} by {signal.Signals(-number).name}"
+    raise InputError(where, "", None, f"MuJoCo cannot read it: it {reason}")
+
+
+def _receive(pipe: int, child: int) -> bytes | None:
+    """What a child sends until it ends; None of one that uses no processor time."""
+    content, used, idle = b"", -1.0, 0.0
+    while True:
+        if select.select([pipe], [], [], LOOK_S)[0]:
+            chunk = os.read(pipe, CHUNK)
+            if not chunk:
+                return content
+            content += chunk
+            continue
+        with suppress(psutil.Error):
+            process = psutil.Process(child)
+            times = process.cpu_times()
+            is_waiting = process.status() == psutil.STATUS_SLEEPING
+            is_waiting &= times.user + times.system == used
+            used, idle = times.user + times.system, idle + LOOK_S if is_waiting else 0.0
+            if idle > IDLE_S:
+                return None
+
+
+def _convert_and_exit(
+    convert: Callable[[], MjcfRobot], folder: str, where: str, pipe: int
+) -> NoReturn:
+    """Send the robot or the InputError of a file, in a forked process that prints nothing."""
+    try:
+        faulthandler.disable()
+        signal.signal(signal.SIGINT, signal.SIG_IGN)  # the parent answers it
+        signal.alarm(LONGEST_S)
+        os.chdir(folder)
+        null = os.open(os.devnull, os.O_WRONLY)
+        for stream in (1, 2):
+            os.dup2(null, stream)
+        _limit_resources()
+        result: MjcfRobot | InputError
+        try:
+            result = convert()
+        except InputError as error:
+            result = error
+        except MemoryError:
+            allowed = f"MuJoCo cannot read it: it takes more than {MEMORY_BYTES >> 30} GB of memory"
+            result = InputError(where, "", None, allowed)
+        with os.fdopen(pipe, "wb") as sending:
+            sending.write(pickle.dumps(result))
+        os._exit(0)
+    finally:
+        os._exit(1)
+
+
+def _limit_resources() -> None:
+    process = psutil.Process()
+    spent = int(sum(process.cpu_times()[:2]))
+    limits = {
+        resource.RLIMIT_CORE: 0,
+        resource.RLIMIT_AS: process.memory_info().vms + MEMORY_BYTES,
+        resource.RLIMIT_CPU: spent + 1 + PROCESSOR_S,
+    }
+    for kind, limit in limits.items():
+        _, most = resource.getrlimit(kind)
+        limit = limit if most == resource.RLIM_INFINITY else min(limit, most)
+        with suppress(ValueError, OSError):  # systems that know a limit and refuse to set it
+            resource.setrlimit(kind, (limit, most))

@@ -1,0 +1,186 @@
+"""Links without mass, mimics of mimics, inertias that are rounding: M as a whole is regular."""
+
+from collections.abc import Sequence
+
+import numpy as np
+import pytest
+
+from crosscheck.checks.robots.states import sample_states
+from crosscheck.models.robot.case import load_changed_robot
+from crosscheck.models.robot.robot import Robot
+from crosscheck.planning.robots import compare_engines
+from crosscheck.registry import build_robot_model
+from tests.loops import require_items
+from tests.robots.chains import ENGINES, LIMIT, Solid, joint, link, robot, urdf
+
+GROUND = link("ground")
+ARM = Solid(1.0, (0.2, 0, 0), (0.01, 0, 0, 0.04, 0, 0.04))
+Y = (0.0, 1.0, 0.0)
+
+
+def mass_matrices(own: Robot, q: Sequence[float]) -> list[np.ndarray]:
+    """M of each engine at coordinates."""
+    at = np.array([q])
+    return [build_robot_model(name, own, "links").mass_matrix(at)[0] for name in ENGINES]
+
+
+def test_a_link_between_two_joints_needs_no_mass():
+    """Pan and tilt of a rod: about the pan 0.01 sin^2 + (0.04 + 1 0.2^2) cos^2 kg m^2."""
+    own = robot(
+        urdf(
+            *(GROUND, link("fork"), link("arm", ARM)),
+            joint("pan", "ground", "fork"),
+            joint("tilt", "fork", "arm", axis=Y),
+        )
+    )
+    assert own.notes == ("link fork has no mass and inertia of its own",)
+    pan = 0.01 * np.sin(0.7) ** 2 + 0.08 * np.cos(0.7) ** 2
+    for mass in require_items(mass_matrices(own, (0.4, 0.7))):
+        assert mass == pytest.approx(np.diag([pan, 0.08]), abs=1e-15)
+
+
+def test_a_base_that_floats_agrees_in_every_engine():
+    """Three links without mass carry a body that turns and shifts, with a geared arm on it."""
+    steps = (("x", "prismatic", (1, 0, 0)), ("y", "prismatic", Y), ("z", "prismatic", (0, 0, 1)))
+    steps += (("yaw", "continuous", (0, 0, 1)), ("pitch", "continuous", Y))
+    names = ["ground", *(name for name, *_ in steps)]
+    parts = [
+        joint(name, names[number], name, kind, axis)
+        for number, (name, kind, axis) in enumerate(steps)
+    ]
+    links = [link(name) for name in names[:-1]]
+    turn = joint("elbow", "pitch", "arm", axis=(0, 0.6, 0.8), at=(0.3, 0, 0))
+    text = urdf(*links, link("pitch", Solid(40.0)), link("arm", ARM), *parts, turn)
+    own = robot(text, {"elbow": {"kind": "geared", "ratio": 50.0, "rotor_inertia_kg_m2": 1e-4}})
+    findings = compare_engines(own, sample_states(own, 5, 0))
+    assert {each.verdict for each in require_items(findings)} == {"agree"}
+
+
+ROTOR = {"kind": "geared", "ratio": 50.0, "rotor_inertia_kg_m2": 1e-4}
+SPIN = ROTOR | {"stator": "u", "rotor_axis": [1.0, 0.0, 0.3]}
+LEADS = joint("x", "u", "arm", axis=Y, more=f'<mimic joint="t"/>{LIMIT}')
+ON_MASSLESS = {
+    "a rotor": ((link("arm", ARM), joint("t", "u", "arm", axis=Y)), {"t": SPIN}),
+    "a leader": ((link("lead"), link("arm", ARM), joint("t", "u", "lead", axis=Y), LEADS), {}),
+    "an inertia": ((link("a", Solid(0.0)), link("arm", ARM), joint("t", "u", "a"), LEADS), {}),
+}
+
+
+@pytest.mark.parametrize("case", ON_MASSLESS)
+def test_what_has_no_mass_may_stand_on_a_link_without_mass(case):
+    """No engine divides by the mass of both."""
+    parts, gears = ON_MASSLESS[case]
+    own = robot(urdf(GROUND, link("u"), joint("p", "ground", "u"), *parts), gears)
+    findings = compare_engines(own, sample_states(own, 5, 0))
+    assert {each.verdict for each in require_items(findings)} == {"agree"}
+
+
+def test_armature_of_dynamics_counts_beside_rotors_and_with_followers():
+    """Of a follower by its multiplier squared; of a joint with a rotor that alone counts."""
+    dynamics = '<dynamics armature="{}"/>' + LIMIT
+    follow = '<mimic joint="turn" multiplier="-3"/>' + dynamics.format(0.2)
+    own = robot(
+        urdf(
+            *(GROUND, *(link(name, ARM) for name in "abc")),
+            joint("turn", "ground", "a", axis=Y, more=dynamics.format(0.1)),
+            joint("follow", "a", "b", axis=Y, at=(0.4, 0, 0), more=follow),
+            joint("geared", "b", "c", at=(0.4, 0, 0), more=dynamics.format(7)),
+        ),
+        {"geared": ROTOR},
+    )
+    assert own.armature == pytest.approx([0.1 + 9 * 0.2, 0.0])
+    assert own.notes[0].startswith("armature of turn, follow is on the diagonal of M")
+    findings = compare_engines(own, sample_states(own, 5, 0))
+    assert {each.verdict for each in require_items(findings)} == {"agree"}
+    links, armature = (
+        build_robot_model("analytic", own, level).mass_matrix(np.zeros((1, 2)))[0]
+        for level in ("links", "armature")
+    )
+    assert armature - links == pytest.approx(np.diag([1.9, 0.25]), abs=1e-12)
+
+
+def test_a_joint_that_leads_may_move_no_mass_itself():
+    """Multiplier 2: 4 (0.04 + 1 0.2^2) kg m^2."""
+    more = f'<mimic joint="drive" multiplier="2"/>{LIMIT}'
+    own = robot(
+        urdf(
+            *(GROUND, link("lead"), link("finger", ARM)),
+            joint("drive", "ground", "lead", axis=Y),
+            joint("follow", "ground", "finger", axis=Y, more=more),
+        )
+    )
+    for mass in require_items(mass_matrices(own, (0.3,))):
+        assert mass == pytest.approx(0.32, rel=1e-14)
+
+
+def test_mimics_of_mimics_follow_the_first_by_products_and_offsets():
+    """q2 = 0.5 q1 + 0.1 and q3 = -0.5 q2 + 0.2 are q3 = -0.25 q1 + 0.15; the order is no matter."""
+    names = ("c", "b", "a")
+    mimics = {
+        "c": '<mimic joint="to b" multiplier="-0.5" offset="0.2"/>',
+        "b": '<mimic joint="to a" multiplier="0.5" offset="0.1"/>',
+        "a": "",
+    }
+    text = urdf(
+        GROUND,
+        *(link(name, ARM) for name in names),
+        *(joint(f"to {n}", "ground", n, axis=Y, more=mimics[n] + LIMIT) for n in names),
+    )
+    own = robot(text)
+    factors, offsets = own.joint_map
+    assert factors.ravel() == pytest.approx([-0.25, 0.5, 1.0], rel=1e-15)
+    assert offsets == pytest.approx([0.15, 0.1, 0.0], rel=1e-15)
+    for mass in require_items(mass_matrices(own, (0.3,))):
+        assert mass == pytest.approx(0.08 * (1 + 0.25 + 0.0625), rel=1e-14)
+
+
+@pytest.mark.parametrize(("size", "told"), [(2.4e-35, 1), (1e-18, 1), (1e-8, 0)])
+def test_an_inertia_that_is_rounding_is_zero(size, told):
+    """Of a point mass on an arm of 0.6 m, as programs write it; 1e-8 kg m^2 are stated."""
+    dust = Solid(1.3, (0.02, -0.11, 0), (size, 0, -told * size, size, 0, size))
+    own = robot(
+        urdf(
+            *(GROUND, link("arm", ARM), link("head", dust), joint("turn", "ground", "arm", axis=Y)),
+            joint("nod", "arm", "head", axis=Y, at=(0.4, 0, 0)),
+        )
+    )
+    assert len(own.notes) == told
+    assert all("link head: an inertia of" in note and "used as zero" in note for note in own.notes)
+    assert (np.abs(own.bodies[1].inertia).max() < 1e-30) == bool(told)
+
+
+def test_a_negative_inertia_that_is_no_rounding_is_refused():
+    with pytest.raises(ValueError, match="must not be negative"):
+        robot(
+            urdf(
+                *(GROUND, link("arm", Solid(1.3, (0.2, 0, 0), (-1e-9, 0, 0, 1e-9, 0, 1e-9)))),
+                joint("turn", "ground", "arm", axis=Y),
+            )
+        )
+
+
+@pytest.mark.parametrize(("mass", "told"), [(900.0, 0), (1100.0, 1)])
+def test_a_link_that_is_absurdly_heavy_is_doubted(mass, told):
+    """Beside others of 1 kg."""
+    names = ("a", "b", "ball")
+    masses = dict(zip(names, (1.0, 1.0, mass), strict=True))
+    before = ("ground", "a", "b")
+    own = robot(
+        urdf(
+            GROUND,
+            *(link(name, Solid(masses[name])) for name in names),
+            *(joint(f"to {n}", p, n) for n, p in zip(names, before, strict=True)),
+        )
+    )
+    assert [note.partition(" kg")[0] for note in own.notes] == told * ["link ball: 1100"]
+
+
+def test_a_mass_can_be_set_where_another_is_too_small_to_state(tmp_path):
+    tool = Solid(1e-15, inertia=(1e-11, 0, 0, 1e-11, 0, 1e-11))
+    text = urdf(
+        *(GROUND, link("arm", ARM), link("t", tool)),
+        *(joint("turn", "ground", "arm"), joint("f", "arm", "t", "fixed")),
+    )
+    (tmp_path / "mine.urdf").write_text(text)
+    changed = load_changed_robot(str(tmp_path / "mine.urdf"), ["robot.links.arm.mass_kg=2.0"])
+    assert changed.bodies[0].mass == pytest.approx(2.0)
