@@ -107,6 +107,26 @@ def test_an_error_in_gravity_is_named_there(source, places, words):
     assert {"gravity", "force"} <= set(titles)
 
 
+def test_a_constant_of_gravity_in_the_code_is_no_error_beside_another():
+    """Link 1 carries no second link: both entries are wrong, and follow no other gravity."""
+
+    class Constant(TwoLinks):
+        def __init__(self, arm: Arm) -> None:
+            super().__init__(arm)
+            self.pull = UNLIKE.gravity_m_per_s2[0]
+
+        def gravity(self, q: np.ndarray) -> np.ndarray:
+            (m2, _, d2, _) = self.bodies[1]
+            return super().gravity(q) - 0.5 * self.pull * m2 * d2 * np.sin(q[0] + q[1])
+
+    result = trial_of(Constant, UNLIKE)
+    first, *_ = describe_errors(result)
+    assert "gravity[theta_2]" in first
+    assert "0.5" in first
+    assert "where g_x belongs" not in " ".join(describe_errors(result))
+    assert "gravity_m_per_s2[0]" in [each.name for each in result.ignored_numbers]
+
+
 def test_a_gravity_alone_is_judged_alone():
     result = trial_of(lambda arm: Equations(gravity=TwoLinks(arm).gravity), UNLIKE)
     assert result.exit_code == 0

@@ -118,7 +118,9 @@ class Dependence:
         if matters and not parts:
             return None
         value = get_number(self.comparison.problem.case.arm, name)
-        certain = right_entry or value == 0 or not matters
+        # Nearly everybody writes 9.81 into the code, where it is the file's number too.
+        is_constant = name.startswith("gravity")
+        certain = right_entry or value == 0 or is_constant or not matters
         return IgnoredNumber(name, value, tuple(parts), certain=certain, partly=partly)
 
     def _has_new_errors(self, there: EntryComparison) -> bool:
