@@ -8,6 +8,7 @@ import numpy as np
 import pytest
 import sympy as sp
 
+from crosscheck.cli.files.template import make_plain_arm
 from crosscheck.models.arm.arm import Arm
 from crosscheck.models.experiment.scenario import Scenario
 from crosscheck.models.loading import load_arm, load_scenario
@@ -108,23 +109,21 @@ def test_an_error_in_gravity_is_named_there(source, places, words):
 
 
 def test_a_constant_of_gravity_in_the_code_is_no_error_beside_another():
-    """Link 1 carries no second link: both entries are wrong, and follow no other gravity."""
+    """The payload weighs nothing at joint 2: both entries are wrong, and follow no other gravity."""
 
-    class Constant(TwoLinks):
-        def __init__(self, arm: Arm) -> None:
-            super().__init__(arm)
-            self.pull = UNLIKE.gravity_m_per_s2[0]
+    def forgetful(arm: Arm) -> Equations:
+        one, two = arm.links
+        first = one.mass * one.com_m + (two.mass + arm.payload_mass_kg) * one.length_m
 
-        def gravity(self, q: np.ndarray) -> np.ndarray:
-            (m2, _, d2, _) = self.bodies[1]
-            return super().gravity(q) - 0.5 * self.pull * m2 * d2 * np.sin(q[0] + q[1])
+        def gravity(q: np.ndarray) -> list[float]:
+            second = 9.81 * two.mass * two.com_m * np.cos(q[0] + q[1])
+            return [9.81 * first * np.cos(q[0]) + second, second]
 
-    result = trial_of(Constant, UNLIKE)
-    first, *_ = describe_errors(result)
-    assert "gravity[theta_2]" in first
-    assert "0.5" in first
-    assert "where g_x belongs" not in " ".join(describe_errors(result))
-    assert "gravity_m_per_s2[0]" in [each.name for each in result.ignored_numbers]
+        return Equations(gravity=gravity)
+
+    result = trial_of(forgetful, make_plain_arm("mine", 2))
+    assert "missing term: -m_payload g_y L2 cos(theta_1 + theta_2)" in describe_errors(result)[0]
+    assert "where g_y belongs" not in " ".join(describe_errors(result))
 
 
 def test_a_gravity_alone_is_judged_alone():
