@@ -109,7 +109,7 @@ def test_an_error_in_gravity_is_named_there(source, places, words):
 
 
 def test_a_constant_of_gravity_in_the_code_is_no_error_beside_another():
-    """The payload weighs nothing at joint 2: both entries are wrong, and follow no other gravity."""
+    """The payload weighs nothing at joint 2: both entries are wrong, whatever gravity is."""
 
     def forgetful(arm: Arm) -> Equations:
         one, two = arm.links
