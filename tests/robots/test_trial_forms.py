@@ -57,6 +57,12 @@ def test_an_assertion_tells_what_is_wrong():
     wrong = two_link.right(gravity=lambda q: -two_link.gravity(q))
     with pytest.raises(AssertionError, match="gravity alone is wrong"):
         assert_agrees(lambda robot: wrong, TWO)
+
+    def my_robot(robot):
+        return wrong
+
+    with pytest.raises(AssertionError, match=r"^my_robot: gravity\[j1\] and 1 more: as with gravity"):
+        assert_agrees(my_robot, TWO)
     with pytest.raises(InputError, match="scenarios: is of arms alone"):
         assert_agrees(wrong, TWO, scenarios=["pd"])
     with pytest.raises(AssertionError, match="not with links"):
