@@ -61,7 +61,9 @@ def test_an_assertion_tells_what_is_wrong():
     def my_robot(robot):
         return wrong
 
-    with pytest.raises(AssertionError, match=r"^my_robot: gravity\[j1\] and 1 more: as with gravity"):
+    with pytest.raises(
+        AssertionError, match=r"^my_robot: gravity\[j1\] and 1 more: as with gravity"
+    ):
         assert_agrees(my_robot, TWO)
     with pytest.raises(InputError, match="scenarios: is of arms alone"):
         assert_agrees(wrong, TWO, scenarios=["pd"])

@@ -88,7 +88,7 @@ SAID: dict[str, tuple[RobotTrial, list[str]]] = {
             "a remark",
             LISTED[0],
             "yours are the equations of coupled with a",
-            "would also be explained by b; c",
+            "would also be explained by b or c",
         ],
     ),
     "with many notes": (
@@ -265,5 +265,5 @@ def test_an_entry_is_beside_the_right_one():
         assert describe_ratio(yours, expected, rounding) == said
     assert describe_ratio((1 + 5e-6) * right, right, 1e-5 + 0 * rounding) == ""
     assert list_equals(["a"]) == "a"
-    assert list_equals(["a", "b", "c"]) == "a; b; c"
-    assert list_equals([*"abcde"]) == "a; b; c; and 2 more"
+    assert list_equals(["a", "b"]) == "a or b"
+    assert list_equals([*"abcde"]) == "a or b"

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterator, Sequence
+from collections.abc import Callable, Iterable, Iterator, Sequence
 from dataclasses import dataclass, replace
 from functools import partial
 from itertools import combinations, product
@@ -42,7 +42,26 @@ UNITS = {
     np.pi / 180: "pi/180 of it: degrees taken for radians?",
     180 / np.pi: "180/pi times as large: radians taken for degrees?",
 }
+# The same of numbers of one unit alone.
+UNITS_OF = {
+    "kg": {
+        2.20462: "2.20462 times as large: pounds?",
+        1 / 2.20462: "1/2.20462 of it: taken for pounds?",
+    },
+    "m": {
+        1e2: "100 times as large: centimetres?",
+        1e-2: "1/100 of it: taken for centimetres?",
+    },
+}
+# Masses and inertias of a stage, by their fields.
+STAGE_FIELDS = {
+    f"{part}_{what}_{unit}".replace(" ", "_").replace("^", ""): (part, what, unit)
+    for part in ("sun", "planet")
+    for what, unit in (("inertia", "kg m^2"), ("equivalent mass", "kg"))
+}
+FAR = 10  # times the longest distance of the file: no joint or centre is as far away
 AS_IT_STANDS = "its inertia as it stands, not turned by the rpy of its inertial frame"
+TYPED = 2e-5  # of a factor between units, which is often typed with five digits
 ALIKE = 1e-6  # of numbers that are the same one
 
 
@@ -77,7 +96,8 @@ class RobotNumber:
     def describe_unit(self, value: float) -> str:
         """Words on a value that is the number in another unit; '' for none."""
         right = self.value
-        near = (w for by, w in UNITS.items() if right and abs(value / (by * right) - 1) < ALIKE)
+        units = UNITS | UNITS_OF.get(self.unit, {})
+        near = (w for by, w in units.items() if right and abs(value / (by * right) - 1) < TYPED)
         return next(near, "")
 
 
@@ -182,17 +202,15 @@ def _curved_numbers(robot: Robot, number: int, joint: Joint) -> Iterator[RobotNu
 def _stage_numbers(robot: Robot, number: int, stage: JointStage) -> Iterator[RobotNumber]:
     """The inertias of sun and planets of a stage, in the form in which they are given."""
     name = f"stage of {robot.joints[stage.joint].name}"
-    for part in ("sun", "planet"):
-        for what, unit in (("inertia", "kg m^2"), ("equivalent mass", "kg")):
-            field = f"{part}_{what}_{unit}".replace(" ", "_").replace("^", "")
-            value = getattr(stage.gears, field)
+    for field, (part, what, unit) in STAGE_FIELDS.items():
+        value = getattr(stage.gears, field)
 
-            def put(value: float, field: str = field) -> Robot:
-                gears = stage.gears.model_copy(update={field: value})
-                return _set_field(robot, "stages", number, "gears", gears)
+        def put(value: float, field: str = field) -> Robot:
+            gears = stage.gears.model_copy(update={field: value})
+            return _set_field(robot, "stages", number, "gears", gears)
 
-            if value is not None:
-                yield RobotNumber(f"{name}: {what} of {part}", unit, value, value, put)
+        if value is not None:
+            yield RobotNumber(f"{name}: {what} of {part}", unit, value, value, put)
 
 
 def _body_numbers(robot: Robot, number: int, body: RobotBody) -> Iterator[RobotNumber]:
@@ -477,18 +495,29 @@ def generate_body_mistakes(
 
 
 def is_physical(robot: Robot, file_robot: Robot) -> bool:
-    """Whether there can be such bodies and rotors: no mass or inertia below that of points.
+    """Whether there can be such a robot: no mass or inertia below that of points, nothing far away.
 
     A body that is none in the file already may be as little. Of a point or a thin rod in the file
     one moment may be given alone, for the others may turn nothing.
     """
+    if _measure_reach(robot) > FAR * _measure_reach(file_robot):
+        return False
     for body, file_body in zip(robot.bodies, file_robot.bodies, strict=True):
         positive, triangle = _excesses(body)
         file_positive, file_triangle = _excesses(file_body)
         least = min(positive, triangle) if file_triangle > ALIKE else positive
         if body is not file_body and least < min(file_positive, file_triangle, 0.0) - ALIKE:
             return False
-    return all(rotor.inertia >= 0 for rotor in robot.rotors)
+    gears = [stage.gears.model_dump() for stage in robot.stages]
+    values = [each[name] or 0.0 for each in gears for name in each if name in STAGE_FIELDS]
+    return all(value >= 0 for value in (*(rotor.inertia for rotor in robot.rotors), *values))
+
+
+def _measure_reach(robot: Robot) -> float:
+    """The largest distance of a joint from the one before it, or of a centre from its joint [m]."""
+    points = [joint.placement.position for joint in robot.joints]
+    points += [body.com for body in robot.bodies]
+    return max(float(np.linalg.norm(point)) for point in points)
 
 
 def _excesses(body: RobotBody) -> tuple[float, float]:
@@ -497,6 +526,14 @@ def _excesses(body: RobotBody) -> tuple[float, float]:
     size = max(float(np.abs(moments).max()), 1e-300)
     triangle = float(moments[0] + moments[1] - moments[2]) / size
     return float(min(moments[0] / size, np.sign(body.mass))), triangle
+
+
+def list_equal_numbers(
+    numbers: Iterable[RobotNumber], unit: str, value: float
+) -> list[RobotNumber]:
+    """Those of some numbers that have a unit and a value, which is not 0."""
+    of_unit = (each for each in numbers if each.unit == unit and value)
+    return [each for each in of_unit if abs(each.value - value) <= ALIKE * abs(value)]
 
 
 def get_link_name(robot: Robot, number: int) -> str:

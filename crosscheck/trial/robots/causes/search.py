@@ -23,6 +23,7 @@ from crosscheck.trial.robots.causes.angle_sums import measure_rest
 from crosscheck.trial.robots.causes.candidates import (
     ALIKE,
     AS_IT_STANDS,
+    AXES,
     USUAL,
     FrameMistake,
     RobotNumber,
@@ -30,6 +31,7 @@ from crosscheck.trial.robots.causes.candidates import (
     generate_frame_mistakes,
     get_link_name,
     is_physical,
+    list_equal_numbers,
     list_numbers,
 )
 from crosscheck.trial.robots.causes.exchanges import (
@@ -58,6 +60,7 @@ CLOSE = 1e-4  # of a difference's norm that a number's effect may leave before i
 PROMISING = 0.9  # of a difference's norm that a curved number's first step may leave
 STEPS = 12  # of Newton's method
 NEAR = 1e-4  # of a curved number's step: over which its slope is taken
+SLENDER = 1e-9  # of the largest moment of inertia: what a rod without thickness has about itself
 LEAST_STATES = 3  # where two factors are free
 LEAST_ROWS = 12  # of one part, at so many states changes are screened
 MOST_SCREENED = 64  # places of a row, those of the largest differences, at which all are screened
@@ -556,6 +559,7 @@ class CauseSearch:
         """Whether there can be such a robot, or somebody leaves the number out or doubles it."""
         robot = number.put(value)
         usual = any(abs(value - by * number.value) < ALIKE * number.step for by in USUAL if by >= 0)
+        usual |= value * number.value > 0 and bool(number.describe_unit(value))
         if not (usual or is_physical(robot, self.problem.robot)):
             return False
         return "acceleration" not in self.problem.parts or self._is_regular(robot)
@@ -640,17 +644,15 @@ class CauseSearch:
         return usual or of_unit or bool(self._equal_number_name(number, value))
 
     def _equal_number_name(self, number: RobotNumber, value: float) -> str:
-        """The name of another number of the file that the value is, with its unit; '' for none."""
+        """The number of the file that a value is, or is more or less by, in words; '' for none."""
         if abs(value) < ALIKE * number.step or not number.unit:
             return ""
-        names = [
-            other.name
-            for other in self.table.numbers
-            if other.unit == number.unit
-            and other.name != number.name
-            and abs(other.value - value) <= ALIKE * abs(value)
-        ]
-        return f"as {names[0]}" if names else ""
+        others = [each for each in self.table.numbers if each.name != number.name]
+        if equal := list_equal_numbers(others, number.unit, value):
+            return f"as {equal[0].name}"
+        step = value - number.value
+        equal = list_equal_numbers(others, number.unit, abs(step))
+        return f"{'less' if step < 0 else 'more'} by {equal[0].name}" if equal else ""
 
     def _mistake_causes(self, places: Places) -> list[Cause]:
         mistakes, rows_by_place = self._mistakes
@@ -839,12 +841,14 @@ def _describe_inertia(link: str, body: RobotBody, inertia: np.ndarray, is_unique
         for i, j in zip(*np.triu_indices(3), strict=True)
         if abs(inertia[i, j] - body.inertia[i, j]) > LEFT * size
     ]
-    impossible = (
-        ""
-        if moments[0] >= 0 and moments[0] + moments[1] >= moments[2]
-        else ("; no body has these: are its six numbers mixed up?")
-    )
-    return f"{link}: its inertia {', '.join(changed)}{impossible}"
+    least = -SLENDER * moments[2]
+    remark = ""
+    if moments[0] < least or moments[0] + moments[1] - moments[2] < least:
+        remark = "; no body has these: are its six numbers mixed up?"
+    elif moments[0] < -least:
+        axis = int(np.abs(np.linalg.eigh(inertia)[1][:, 0]).argmax())
+        remark = f": a slender rod along {AXES[axis]}"
+    return f"{link}: its inertia {', '.join(changed)}{remark}"
 
 
 def _symmetric_unit(number: int) -> np.ndarray:
