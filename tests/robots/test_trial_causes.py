@@ -129,6 +129,33 @@ def test_beside_a_usual_cause_no_odd_number_of_a_link_is_named(two):
     assert others.count(" or ") == 1
 
 
+def test_a_difference_that_is_a_number_of_the_file_has_its_name():
+    """The tool's mass is left out of the slide's own inertia; or taken off the slide's mass."""
+    robot = chains.robot(
+        chains.urdf(
+            chains.link("base"),
+            chains.link("slide", chains.Solid(2.5, (0.1, 0, 0), (0.02, 0, 0, 0.03, 0, 0.04))),
+            chains.link("tool", chains.Solid(0.7, (0.3, 0, 0), (0.01, 0, 0, 0.02, 0, 0.05))),
+            chains.joint("x", "base", "slide", "prismatic", (1, 0, 0)),
+            chains.joint("z", "slide", "tool"),
+        )
+    )
+    model = AnalyticRobot(robot, "links")
+
+    def lighter(q):
+        return model.mass_matrix(q[None])[0] - np.diag([0.7, 0])
+
+    own = Equations(
+        mass_matrix=lighter,
+        bias=lambda q, v: model.bias(q[None], v[None])[0],
+        gravity=lambda q: model.gravity(q[None])[0],
+    )
+    found = run_robot_trial(own, robot).diagnosis
+    assert found.entries[0].remark.endswith("yours minus right is -0.7 (tool: mass = 0.7 kg)")
+    words = [*found.explanations, *found.notes]
+    assert "slide: mass = 1.8 kg (file: 2.5 kg), less by tool: mass" in words[0]
+
+
 def test_a_wrong_coriolis_is_a_wrong_bias(two):
     parts = {"mass_matrix": two_link.mass_matrix, "gravity": two_link.gravity}
     own = Equations(**parts, coriolis=lambda q, v: 1e3 * np.ones((2, 2)))
