@@ -243,9 +243,15 @@ def _find_rarer_explanations(
         if several and not causes:
             equals = search.find_motion_causes([slice(None)])
             causes = [cause for _, cause in islice(equals, 1 + MOST_OTHERS)]
-        if not causes and each.entries >= LEAST_ENTRIES and "mass_matrix" in search.problem.parts:
-            causes = list(search.find_inertia_causes())
         if causes:
+            return each.level, causes
+    for each in distances if several else ():
+        if causes := searches[each.level].find_pair_causes():
+            return each.level, causes
+    has_inertia = "mass_matrix" in searches[distances[0].level].problem.parts
+    nearest = [each for each in distances if each.entries == distances[0].entries >= LEAST_ENTRIES]
+    for each in nearest if has_inertia else ():
+        if causes := list(searches[each.level].find_inertia_causes()):
             return each.level, causes
     return distances[0].level, []
 

@@ -70,8 +70,8 @@ class RobotNumber:
     """A number of a robot, on which its equations depend by at most its square.
 
     step: a size of it, by which differences are taken; put: the robot with another value of it.
-    factor: whether the number is a factor, 1, of several numbers of the file; curved: whether
-    equations depend on it in another way than by its square.
+    factor: whether the number is a factor, 1, of several numbers of the file in the unit; curved:
+    whether equations depend on it in another way than by its square.
     """
 
     name: str
@@ -129,7 +129,7 @@ def list_numbers(robot: Robot) -> Iterator[RobotNumber]:
             scaled = Placement(joint.placement.rotation, by * joint.placement.position)
             return _set_field(robot, "joints", number, "placement", scaled)
 
-        yield RobotNumber(f"joint {joint.name}: its place", "", 1.0, 1.0, scale, factor=True)
+        yield RobotNumber(f"joint {joint.name}: its place", "m", 1.0, 1.0, scale, factor=True)
         yield from _curved_numbers(robot, number, joint)
     for number, rotor in enumerate(robot.rotors):
         name = f"rotor of {robot.joints[rotor.joint].name}"
@@ -149,14 +149,14 @@ def list_numbers(robot: Robot) -> Iterator[RobotNumber]:
 
 def _factors(robot: Robot) -> Iterator[RobotNumber]:
     """Factors of a number of every link, or of every rotor, where there are several."""
-    several: tuple[tuple[str, PartKind, str], ...] = (
-        ("every link's mass", "bodies", "mass"),
-        ("every link's inertia", "bodies", "inertia"),
-        ("every link's centre of mass", "bodies", "com"),
-        ("every rotor's inertia", "rotors", "inertia"),
-        ("every rotor's ratio", "rotors", "ratio"),
+    several: tuple[tuple[str, PartKind, str, str], ...] = (
+        ("every link's mass", "bodies", "mass", "kg"),
+        ("every link's inertia", "bodies", "inertia", "kg m^2"),
+        ("every link's centre of mass", "bodies", "com", "m"),
+        ("every rotor's inertia", "rotors", "inertia", "kg m^2"),
+        ("every rotor's ratio", "rotors", "ratio", ""),
     )
-    for name, kind, field in several:
+    for name, kind, field, unit in several:
         parts = getattr(robot, kind)
 
         def put(by: float, kind: PartKind = kind, field: str = field) -> Robot:
@@ -165,7 +165,7 @@ def _factors(robot: Robot) -> Iterator[RobotNumber]:
             return _replace_parts(robot, kind, scaled)
 
         if len(parts) > 1:
-            yield RobotNumber(name, "", 1.0, 1.0, put, factor=True)
+            yield RobotNumber(name, unit, 1.0, 1.0, put, factor=True)
 
 
 def _curved_numbers(robot: Robot, number: int, joint: Joint) -> Iterator[RobotNumber]:
@@ -221,13 +221,16 @@ def _body_numbers(robot: Robot, number: int, body: RobotBody) -> Iterator[RobotN
         return put(field, set_entry(getattr(body, field), place, value))
 
     yield RobotNumber(f"{link}: mass", "kg", body.mass, body.mass, partial(put, "mass"))
-    for field, what in (("com", "its centre of mass"), ("inertia", "its inertia")):
+    for field, what, unit in (
+        ("com", "its centre of mass", "m"),
+        ("inertia", "its inertia", "kg m^2"),
+    ):
         values = getattr(body, field)
 
         def scale(by: float, field: str = field, values: np.ndarray = values) -> Robot:
             return put(field, by * values)
 
-        yield RobotNumber(f"{link}: {what}", "", 1.0, 1.0, scale, factor=True)
+        yield RobotNumber(f"{link}: {what}", unit, 1.0, 1.0, scale, factor=True)
     reach = _reach(body)
     for axis, value in enumerate(body.com.tolist()):
         entry = partial(put_entry, "com", (axis,))
@@ -532,7 +535,7 @@ def list_equal_numbers(
     numbers: Iterable[RobotNumber], unit: str, value: float
 ) -> list[RobotNumber]:
     """Those of some numbers that have a unit and a value, which is not 0."""
-    of_unit = (each for each in numbers if each.unit == unit and value)
+    of_unit = (each for each in numbers if each.unit == unit and value and not each.factor)
     return [each for each in of_unit if abs(each.value - value) <= ALIKE * abs(value)]
 
 
