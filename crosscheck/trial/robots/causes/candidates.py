@@ -9,6 +9,7 @@ from itertools import combinations, product
 from typing import Any, Literal
 
 import numpy as np
+from scipy.spatial.transform import Rotation
 
 from crosscheck.models.robot.robot import (
     BASE,
@@ -260,6 +261,7 @@ def generate_frame_mistakes(robot: Robot, *, are_rotors_bodies: bool) -> Iterato
         robot, "rotors", "every rotor", names, list(map(_rotor_mistakes, robot.rotors))
     )
     yield from _chain_mistakes(robot)
+    yield from _order_mistakes(robot)
     yield from _mimic_mistakes(robot)
     yield from _gravity_mistakes(robot)
     if are_rotors_bodies:
@@ -315,9 +317,11 @@ def _rotor_pair_mistakes(
     """Words on what a stage's sun and planets may be taken for, and the rotors that they are so."""
     sun, planets = stage_rotors(robot, stage)
     gears = stage.gears
+    whole_ratio = float(np.trunc(sun.ratio))
     single_inertia = planets.inertia / gears.planet_count
     for words, ratios in (
         ("its ratio z_r / z_s, that of a carrier held", (sun.ratio - 1, planets.ratio)),
+        ("its sun's ratio rounded down, as by integer division", (whole_ratio, planets.ratio)),
         ("its sun turning the other way", (-sun.ratio, planets.ratio)),
         ("its planets turning the other way", (sun.ratio, -planets.ratio)),
         ("its planets turning as on the carrier", (sun.ratio, planets.ratio - 1)),
@@ -331,16 +335,50 @@ def _rotor_pair_mistakes(
 
 
 def _chain_mistakes(robot: Robot) -> Iterator[FrameMistake]:
-    """A tree taken for a chain: joints that begin a branch on the end of the branch before it."""
+    """A tree taken for a chain, or a joint on a link that stands on the same one as it.
+
+    Joints that begin a branch are on the end of the branch before it.
+    """
     chained = list(robot.joints)
     branches = [k for k, joint in enumerate(robot.joints) if joint.parent != k - 1]
     for number in branches:
         joint = chained[number] = replace(robot.joints[number], parent=number - 1)
         words = f"joint {joint.name}: on {get_link_name(robot, number - 1)}, as in a chain"
         yield FrameMistake(words, replace_part(robot, "joints", number, joint))
+    for number, joint in enumerate(robot.joints):
+        for other in range(number - 1):
+            if robot.joints[other].parent == joint.parent:
+                words = (
+                    f"joint {joint.name}: on {get_link_name(robot, other)}, which stands beside it"
+                )
+                moved = _set_field(robot, "joints", number, "parent", other)
+                yield FrameMistake(words, moved)
     if len(branches) > 1:
         words = "every joint: on the link before it, as in a chain"
         yield FrameMistake(words, _replace_parts(robot, "joints", chained), several=True)
+
+
+def _order_mistakes(robot: Robot) -> Iterator[FrameMistake]:
+    """Joints that turn before the constant transform of their table, as in classic DH.
+
+    Each link then ends where the next joint begins, and what it carries is placed there.
+    """
+    ends = dict(enumerate(joint.placement for joint in robot.joints))
+    ends[BASE] = Placement(np.eye(3), np.zeros(3))
+    joints = [replace(joint, placement=ends[joint.parent]) for joint in robot.joints]
+    bodies = [
+        RobotBody(body.mass, R @ body.com + place, R @ body.inertia @ R.T)
+        for number, body in enumerate(robot.bodies)
+        for R, place in [(ends[number].rotation, ends[number].position)]
+    ]
+    rotors = []
+    for rotor in robot.rotors:
+        frame = robot.frames[rotor.stator]
+        link = frame.placement.rotation
+        rotors.append(replace(rotor, axis=link.T @ ends[frame.body].rotation @ link @ rotor.axis))
+    words = "every joint: turned before its constant transform, as of classic DH with modified DH's"
+    moved = replace(robot, joints=tuple(joints), bodies=tuple(bodies), rotors=tuple(rotors))
+    yield FrameMistake(f"{words} table", moved, several=True)
 
 
 def _gravity_mistakes(robot: Robot) -> Iterator[FrameMistake]:
@@ -389,12 +427,21 @@ def _joint_mistakes(joint: Joint) -> Iterator[tuple[str, Joint]]:
             "its rpy turned in the other order, about x last",
             rotate_by(roll_pitch_yaw(turn), (2, 1, 0)),
         ),
+        ("its quaternion w, x, y, z read as x, y, z, w", _roll_quaternion(turn, 1)),
+        ("its quaternion x, y, z, w read as w, x, y, z", _roll_quaternion(turn, -1)),
     ):
         yield words, replace(joint, placement=Placement(other, position))
     yield (
         "its place turned with its frame",
         replace(joint, placement=Placement(turn, turn @ position)),
     )
+
+
+def _roll_quaternion(turn: np.ndarray, places: int) -> np.ndarray:
+    """The rotation by a quaternion x, y, z, w whose numbers have moved so many places on."""
+    moved = np.roll(Rotation.from_matrix(turn).as_quat(), places)
+    rolled: np.ndarray = Rotation.from_quat(moved).as_matrix()
+    return rolled
 
 
 def rotate_by(angles: np.ndarray, order: Sequence[int]) -> np.ndarray:
@@ -417,6 +464,10 @@ def _rotor_mistakes(rotor: Rotor) -> Iterator[tuple[str, Rotor]]:
         replace(rotor, inertia=rotor.inertia / abs(rotor.ratio)),
     )
     yield "its ratio left out", replace(rotor, inertia=rotor.inertia / rotor.ratio**2)
+    yield (
+        "its ratio rounded down, as by integer division",
+        replace(rotor, ratio=float(np.trunc(rotor.ratio)) or rotor.ratio),
+    )
     yield "divided by its ratio's square", replace(rotor, inertia=rotor.inertia / rotor.ratio**4)
     yield "the sign of its ratio left out", replace(rotor, ratio=abs(rotor.ratio))
 

@@ -672,6 +672,8 @@ class CauseSearch:
         if equal := list_equal_numbers(others, number.unit, value):
             return f"as {equal[0].name}"
         step = value - number.value
+        if any(abs(value - by * number.value) < ALIKE * number.step for by in USUAL):
+            return ""
         equal = list_equal_numbers(others, number.unit, abs(step))
         return f"{'less' if step < 0 else 'more'} by {equal[0].name}" if equal else ""
 
