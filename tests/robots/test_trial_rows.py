@@ -14,7 +14,10 @@ CHAIN = chains.robot(
         chains.link("base"),
         *(
             chains.link(
-                name, chains.Solid(4.0 - k, (0.1, 0.02 * k, -0.05), (0.03, 0.002, 0, 0.04, 0, 0.05))
+                name,
+                chains.Solid(
+                    4.0 - k, (0.1, 0.02 * k, -0.05), (0.03 + 0.01 * k, 0.002, 0, 0.04, 0, 0.05)
+                ),
             )
             for k, name in enumerate(NAMES)
         ),
@@ -53,7 +56,8 @@ def balance(robot: Robot, slip: str, q, v, a, down) -> np.ndarray:
         at_centre = pull + np.cross(dw, body.com) + np.cross(w, np.cross(w, body.com))
         turns.append(R)
         forces.append(body.mass * at_centre)
-        moments.append(body.inertia @ dw + np.cross(w, body.inertia @ w))
+        other = robot.bodies[k - 1] if slip == "index" else body
+        moments.append(body.inertia @ dw + np.cross(w, other.inertia @ w))
     force, moment, torques = np.zeros(3), np.zeros(3), np.zeros(count)
     for k in reversed(range(count)):
         body = robot.bodies[k]
@@ -103,6 +107,11 @@ def test_a_slip_on_the_way_out_leaves_the_last_columns_right():
     (first,) = (each for each in notes("out") if "symmetric" in each)
     assert "its columns 3 and 4 are right, columns 1 and 2 wrong" in first
     assert first.endswith("accelerations go wrong on their way out, from b to c")
+
+
+def test_an_index_of_the_gyroscopic_torque_is_named():
+    words = "in bias alone, as with every link: the inertia of the link before it in w x I w alone"
+    assert words in notes("index")
 
 
 @pytest.mark.parametrize(

@@ -765,7 +765,7 @@ class CauseSearch:
                 for number, places in enumerate(inside):
                     if not (chosen := self._choose_rows(stacked[:, places], places)):
                         continue
-                    there = [name for name, row in rows.items() if row.any()]
+                    there = [n for n, row in rows.items() if np.abs(row).max() > TOLERANCE]
                     whole = f"{_join_names([list(rows)[n] for n in chosen], there)}: {full_words}"
                     if not any(whole.startswith(each) for each in wholes):  # a place says no more
                         wholes.append(whole)
