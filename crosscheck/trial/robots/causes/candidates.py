@@ -506,6 +506,9 @@ def generate_body_mistakes(
     stated = axes.T @ body.inertia @ axes
     diagonal = np.diag(np.diag(stated))
     yield AS_IT_STANDS, replace(body, inertia=stated)
+    once = "its inertia turned once by the rpy of its inertial frame"
+    yield f"{once}, R I for R I R'", replace(body, inertia=axes @ stated)
+    yield f"{once}, I R' for R I R'", replace(body, inertia=stated @ axes.T)
     yield (
         "its inertia about the joint, taken for that about the centre of mass",
         replace(body, inertia=body.inertia + about),

@@ -249,7 +249,27 @@ class ChangeTable:
         number = part.number
         right = self.kane.compute_terms(number, self.kane.place_body(number, part.body))
         changed = self._list_changed_bodies(part, self.kane)
+        for link, place in self._list_frames_beyond(part):
+            moved = replace(part.in_link, com=place + part.in_link.com)
+            words = f"its centre of mass counted from {link}"
+            changed[words] = self.kane.place_body(number, part.carry(moved))
         return {w: self.kane.compute_terms(number, b).minus(right) for w, b in changed.items()}
+
+    def _list_frames_beyond(self, part: BodyPart) -> Iterator[tuple[str, np.ndarray]]:
+        """Links that are fixed to a part or that move on it, and their places in its frame."""
+        at = part.placement
+        places = {
+            name: frame.placement.position
+            for name, frame in self.robot.frames.items()
+            if frame.body == part.number and name != part.name
+        }
+        for number, joint in enumerate(self.robot.joints):
+            if joint.parent == part.number:
+                places[get_link_name(self.robot, number)] = joint.placement.position
+        for name, place in places.items():
+            shift = at.rotation.T @ (place - at.position)
+            if shift.any():
+                yield name, shift
 
     def _list_changed_bodies(self, part: BodyPart, kane: KaneSum) -> dict[str, WorldBody]:
         """By words, what a part may be taken for."""
