@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Callable, Collection, Iterator, Mapping, Sequence
 from dataclasses import dataclass, replace
-from itertools import islice
+from itertools import islice, product
 
 import numpy as np
 
@@ -230,29 +230,30 @@ def _find_explanations(
 def _find_rarer_explanations(
     searches: Mapping[Level, CauseSearch], distances: Sequence[LevelDistance], *, several: bool
 ) -> tuple[Level, list[Cause]]:
-    """The nearest level at which an angle, a term of Kane's sum or six inertias explain all.
+    """The nearest level at which an angle, a term of Kane's sum, two changes or six inertias do.
 
-    several: whether more than gravity alone is wrong, whose terms are told as its own.
+    Of levels of as many wrong entries the first. several: whether more than gravity alone is wrong,
+    whose terms are told as its own.
     """
-    for each in distances:
-        search = searches[each.level]
-        if each.entries > distances[0].entries:
-            break
+
+    def find_single(search: CauseSearch) -> list[Cause]:
         causes = list(search.find_gravity_causes()) or list(search.find_joint_moves())
         causes = causes or list(search.find_curved_causes())
         if several and not causes:
             equals = search.find_motion_causes([slice(None)])
             causes = [cause for _, cause in islice(equals, 1 + MOST_OTHERS)]
-        if causes:
-            return each.level, causes
-    for each in distances if several else ():
-        if causes := searches[each.level].find_pair_causes():
-            return each.level, causes
-    has_inertia = "mass_matrix" in searches[distances[0].level].problem.parts
-    nearest = [each for each in distances if each.entries == distances[0].entries >= LEAST_ENTRIES]
-    for each in nearest if has_inertia else ():
-        if causes := list(searches[each.level].find_inertia_causes()):
-            return each.level, causes
+        return causes
+
+    def find_inertias(search: CauseSearch) -> list[Cause]:
+        has_inertia = "mass_matrix" in search.problem.parts
+        is_wide = has_inertia and distances[0].entries >= LEAST_ENTRIES
+        return list(search.find_inertia_causes()) if is_wide else []
+
+    kinds = [find_single, *[CauseSearch.find_pair_causes] * several, find_inertias]
+    nearest = [each.level for each in distances if each.entries == distances[0].entries]
+    for find, level in product(kinds, nearest):
+        if causes := find(searches[level]):
+            return level, causes
     return distances[0].level, []
 
 
@@ -568,6 +569,9 @@ def _causes_within(
             names = [entry.name for entry in within]
             few = len(names) <= MOST_OTHERS
             where = " and ".join(names) if few else f"the wrong entries of {part}"
+    if not causes and alone and len(within) > 1:
+        causes = [cause for cause in search.find_pair_causes(places[0]) if cause.usual]
+        where = part if causes else where
     if not causes and alone and part == "mass_matrix" and len(within) >= LEAST_ENTRIES:
         causes = list(search.find_inertia_causes(places[0]))
     if causes:

@@ -110,25 +110,32 @@ class PairSearch:
                     yield SingleChange(number, steps), linear * steps + square * steps**2
 
     @cached_property
-    def _meets(self) -> np.ndarray:
-        """Whether two changes (changes, changes) are a pair, and act on one product.
+    def _touched(self) -> np.ndarray:
+        """What each change touches of a robot that has it (changes, 1 + parts), as 0 or 1.
 
-        Those do, of which there are robots, of one body or rotor; and whatever moves bodies, with
-        all others.
+        The first part is the motion of all bodies.
         """
         base, touched = self.search.problem.robot, dict[int, set[str]]()
         for owner, change in zip(self.owners.tolist(), self.changes, strict=True):
             if owner not in touched:
                 robot = change.build_robot(1.0)
                 touched[owner] = set() if robot is None else find_changed_parts(base, robot)
-        names = {part: place for place, part in enumerate(sorted(set().union(*touched.values())))}
-        members = np.zeros((len(self.changes), len(names)), np.float32)
-        for row, owner in zip(members, self.owners.tolist(), strict=True):
-            row[[names[part] for part in touched[owner]]] = 1
-        moving = members[:, [names[MOTION]]] if MOTION in names else members[:, :1] * 0
-        meets = members @ members.T + moving * members.any(axis=1) > 0
-        is_pair = self.owners != self.owners[:, None]
-        return np.where(is_pair, np.where(meets | meets.T, MEETING, APART), NEVER)
+        parts = [MOTION, *sorted(set().union(*touched.values()) - {MOTION})]
+        rows = {owner: np.isin(parts, list(those)) for owner, those in touched.items()}
+        return np.array([rows[owner] for owner in self.owners.tolist()], np.float32)
+
+    def _find_meetings(self, kept: np.ndarray) -> np.ndarray:
+        """Whether two of some changes (changes, changes) are a pair, and act on one product.
+
+        Those do, of which there are robots, of one body or rotor; and whatever moves bodies, with
+        all others.
+        """
+        touched, owners = self._touched[kept], self.owners[kept]
+        moves = touched[:, :1] * touched.any(axis=1)
+        meets = (touched @ touched.T + moves + moves.T) > 0
+        meetings = np.where(meets, np.int8(MEETING), np.int8(APART))
+        meetings[owners == owners[:, None]] = NEVER
+        return meetings
 
     def find_pairs(self, places: np.ndarray | slice) -> Iterator[tuple[str, bool]]:
         """Pairs that leave nothing of the difference in some places, in words.
@@ -146,7 +153,7 @@ class PairSearch:
         pairs, meeting = (
             [Pair(int(kept[i]), int(kept[j]), times) for i, j, times in each]
             for each in rank_pairs(
-                rows[kept], self.is_free[kept], difference, self._meets[np.ix_(kept, kept)]
+                rows[kept], self.is_free[kept], difference, self._find_meetings(kept)
             )
         )
         pairs = [
