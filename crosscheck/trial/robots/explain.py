@@ -249,7 +249,9 @@ def _find_rarer_explanations(
         is_wide = has_inertia and distances[0].entries >= LEAST_ENTRIES
         return list(search.find_inertia_causes()) if is_wide else []
 
-    kinds = [find_single, *[CauseSearch.find_pair_causes] * several, find_inertias]
+    kinds: list[Callable[[CauseSearch], list[Cause]]] = [find_single, find_inertias]
+    if several:
+        kinds.insert(1, CauseSearch.find_pair_causes)
     nearest = [each.level for each in distances if each.entries == distances[0].entries]
     for find, level in product(kinds, nearest):
         if causes := find(searches[level]):

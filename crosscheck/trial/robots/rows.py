@@ -35,7 +35,7 @@ def describe_asymmetry(problem: RobotProblem, level: Level) -> str:
         name, mirror_name = (problem.entry_name("mass_matrix", each) for each in (place, mirror))
         also = "both are wrong" if wrong[tuple(mirror)] else f"{mirror_name} is right"
         return f"mass_matrix is not symmetric: {name} differs from {mirror_name}; {also}"
-    rows, columns = ~wrong.any(axis=1), ~wrong.any(axis=0)
+    rows, columns = (np.array(~wrong.any(axis=axis)) for axis in (1, 0))
     lines, right = ("rows", rows) if rows.any() else ("columns", columns)
     if right.any():
         also = f"its {lines} {_join_places(right)} are right, {lines} {_join_places(~right)} wrong"
@@ -53,20 +53,19 @@ def describe_right_rows(problem: RobotProblem, level: Level, wrong: Sequence[str
         if part == "mass_matrix" and describe_asymmetry(problem, level):
             continue  # which says it
         places = _find_wrong_places(problem, level, part)
-        right = ~(places.any(axis=1) if places.ndim > 1 else places)
+        right = ~np.array(places.any(axis=1) if places.ndim > 1 else places)
         if right.any() and (~right).sum() > 1:
             parts_by_rows.setdefault(_join_places(right), []).append(part)
     for rows, parts in parts_by_rows.items():
-        one = rows.isdecimal()
-        verb = "row {} of {} is right" if one else "rows {} of {} are right"
-        yield verb.format(rows, _join_words(parts))
+        sentence = "row {} of {} is right" if rows.isdecimal() else "rows {} of {} are right"
+        yield sentence.format(rows, _join_words(parts))
 
 
 def _describe_way(robot: Robot, lines: str, right: np.ndarray) -> str:
     """Between which links Newton and Euler's way out or back goes wrong, by right rows or columns.
 
     A row is wrong where forces arrive wrongly, a column where accelerations set out: at one joint
-    and at all before it, if it is handed on wrongly between its link and the next one.
+    and at all before it, if between two links it goes wrong.
     """
     if len(right) != len(robot.joints):
         return ""  # of joints that follow others rows are sums

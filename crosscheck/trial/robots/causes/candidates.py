@@ -438,7 +438,7 @@ def _joint_mistakes(joint: Joint) -> Iterator[tuple[str, Joint]]:
 
 
 def _roll_quaternion(turn: np.ndarray, places: int) -> np.ndarray:
-    """The rotation by a quaternion x, y, z, w whose numbers have moved so many places on."""
+    """The rotation by a quaternion x, y, z, w whose numbers are so many places further on."""
     moved = np.roll(Rotation.from_matrix(turn).as_quat(), places)
     rolled: np.ndarray = Rotation.from_quat(moved).as_matrix()
     return rolled

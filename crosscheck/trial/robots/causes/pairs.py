@@ -64,7 +64,7 @@ class SingleChange:
         return self.mistake if isinstance(self.mistake, Robot) else None
 
 
-class Pair(NamedTuple):
+class ChangePair(NamedTuple):
     """Two changes by number, and how many times the free one of them is made."""
 
     first: int
@@ -151,7 +151,7 @@ class PairSearch:
         if not kept.size:
             return
         pairs, meeting = (
-            [Pair(int(kept[i]), int(kept[j]), times) for i, j, times in each]
+            [ChangePair(int(kept[i]), int(kept[j]), times) for i, j, times in each]
             for each in rank_pairs(
                 rows[kept], self.is_free[kept], difference, self._find_meetings(kept)
             )
@@ -179,13 +179,13 @@ class PairSearch:
         number = change.number
         return number is None or self.search.is_usual(number, change.get_value(times))
 
-    def _measure_rest(self, pair: Pair, rows: np.ndarray, difference: np.ndarray) -> float:
+    def _measure_rest(self, pair: ChangePair, rows: np.ndarray, difference: np.ndarray) -> float:
         times = [pair.times if self.is_free[number] else 1.0 for number in pair[:2]]
         return float(np.linalg.norm(difference - times @ rows[list(pair[:2])]))
 
     def _solve_meeting(
-        self, pairs: list[Pair], difference: np.ndarray, chosen: np.ndarray
-    ) -> list[Pair]:
+        self, pairs: list[ChangePair], difference: np.ndarray, chosen: np.ndarray
+    ) -> list[ChangePair]:
         """Those pairs, on one product, that leave nothing: the terms of a robot are linear in one.
 
         chosen: the places of a row at few states.
@@ -195,7 +195,7 @@ class PairSearch:
         if not robots:
             return []
         rows = self.search.row(self.table.screen_robots(robots, level, few), few)[:, chosen]
-        solved = list[Pair]()
+        solved = list[ChangePair]()
         for pair, still, once in zip(pairs, *np.split(rows, 2), strict=True):
             step, wrong = once - still, difference - still
             square = float(step @ step)
@@ -204,13 +204,13 @@ class PairSearch:
                 solved.append(pair._replace(times=times))
         return solved
 
-    def _merge(self, pair: Pair) -> Robot:
+    def _merge(self, pair: ChangePair) -> Robot:
         """The robot with both changes."""
         first, second = (self.changes[n].build_robot(pair.times) for n in pair[:2])
         robot: Robot = merge_robots(self.search.problem.robot, first, second)
         return robot
 
-    def _explains(self, pair: Pair, places: np.ndarray | slice) -> bool:
+    def _explains(self, pair: ChangePair, places: np.ndarray | slice) -> bool:
         """Whether a pair leaves nothing of the difference at all states."""
         two, level = [self.changes[n] for n in pair[:2]], self.search.level
         robots = [change.build_robot(pair.times) for change in two]
@@ -223,7 +223,7 @@ class PairSearch:
 
 def rank_pairs(
     rows: np.ndarray, is_free: np.ndarray, difference: np.ndarray, meets: np.ndarray
-) -> tuple[list[Pair], list[Pair]]:
+) -> tuple[list[ChangePair], list[ChangePair]]:
     """Pairs of changes that leave nothing of a difference (places,); those that may by a product.
 
     rows (changes, places): what each change makes, once or, if free, times any factor; meets
@@ -234,7 +234,11 @@ def rank_pairs(
     along, square = rows @ difference, float(difference @ difference)
     norms = np.maximum((rows**2).sum(axis=1), 1e-300)
     alone = square - 2 * along + norms  # what each leaves if it is made once
-    fixed, exact, meeting = np.flatnonzero(~is_free), list[Pair](), list[tuple[float, Pair]]()
+    fixed, exact, meeting = (
+        np.flatnonzero(~is_free),
+        list[ChangePair](),
+        list[tuple[float, ChangePair]](),
+    )
     for begin in range(0, len(fixed), BLOCK):
         some = fixed[begin : begin + BLOCK]
         gram = rows[some] @ rows.T
@@ -243,13 +247,14 @@ def rank_pairs(
         how = meets[some]
         once = is_free | (some[:, None] < np.arange(len(rows)))  # of two fixed ones, in one order
         places = np.argwhere(once & (how == APART) & (left <= NEAR * square))
-        exact += [Pair(int(some[i]), int(j), float(times[i, j])) for i, j in places]
+        exact += [ChangePair(int(some[i]), int(j), float(times[i, j])) for i, j in places]
         places = np.argwhere(once & (how == MEETING) & (left < FAR * square))
         if len(places) > MOST_MEETING:
             chosen = np.argpartition(left[tuple(places.T)], MOST_MEETING)
             places = places[chosen[:MOST_MEETING]]
         meeting += [
-            (float(left[i, j]), Pair(int(some[i]), int(j), float(times[i, j]))) for i, j in places
+            (float(left[i, j]), ChangePair(int(some[i]), int(j), float(times[i, j])))
+            for i, j in places
         ]
     return exact, [pair for _, pair in sorted(meeting)[:MOST_MEETING]]
 
