@@ -95,12 +95,13 @@ BOTH: dict[str, tuple[Robot, Callable[[Robot], Robot], tuple[str, str]]] = {
 }
 
 
-def try_robot(wrong: Robot, robot: Robot) -> RobotTrial:
-    """The trial of the equations of another robot."""
+def try_robot(wrong: Robot, robot: Robot, *, in_gravity_alone: bool = False) -> RobotTrial:
+    """The trial of the equations of another robot, or of its gravity beside what is right."""
     model = AnalyticRobot(wrong, "coupled")
+    moving = AnalyticRobot(robot, "coupled") if in_gravity_alone else model
     own = Equations(
-        mass_matrix=lambda q: model.mass_matrix(q[None])[0],
-        bias=lambda q, v: model.bias(q[None], v[None])[0],
+        mass_matrix=lambda q: moving.mass_matrix(q[None])[0],
+        bias=lambda q, v: moving.bias(q[None], v[None])[0],
         gravity=lambda q: model.gravity(q[None])[0],
     )
     return run_robot_trial(own, robot)
@@ -116,7 +117,15 @@ def test_both_errors_are_named(case):
     assert found.links == ()
 
 
-def turn_about_all_before(robot: Robot) -> Robot:
+def test_both_errors_of_one_part_are_named():
+    wrong = weigh(mirror(SIX, 3), 2, 2.0)
+    found = try_robot(wrong, SIX, in_gravity_alone=True).diagnosis
+    assert "rows 1, 5 and 6 of gravity are right" in found.notes
+    (words,) = (each for each in found.notes if each.startswith("in gravity alone"))
+    assert "two changes: forearm: mass = 5.8 kg (file: 2.9 kg); and wrist_1: centre of" in words
+
+
+def stretch_all_places(robot: Robot) -> Robot:
     """Places of all joints by the golden ratio: no change of one or two of them."""
     joints = [
         replace(
@@ -128,7 +137,7 @@ def turn_about_all_before(robot: Robot) -> Robot:
 
 
 NO_PAIR: dict[str, Callable[[], RobotTrial]] = {
-    "places of all joints": lambda: try_robot(turn_about_all_before(SIX), SIX),
+    "places of all joints": lambda: try_robot(stretch_all_places(SIX), SIX),
     "three masses": lambda: try_robot(weigh(weigh(weigh(PUMA, 1, 1.1), 2, 1.3), 3, 0.9), PUMA),
     "two odd masses": lambda: try_robot(weigh(weigh(PUMA, 1, 1.13), 3, 1.07), PUMA),
     "a wave in every part": lambda: try_wrong(PUMA, ("mass_matrix", "bias", "gravity")),
