@@ -57,6 +57,7 @@ if not TYPE_CHECKING:
         },
     )
 
+YOURS = "yours"  # the name of equations that have none
 MOST_JOBS = 1024  # processes
 ARM_ALLOWED = "must be an Arm or a Robot, or the name or file of one"
 
@@ -71,13 +72,13 @@ def try_equations(
     quick: bool = True,
     jobs: int = 1,
     seed: int = 0,
-    name: str = "yours",
+    name: str = YOURS,
 ) -> TrialResult | RobotTrial:
     """Judge supplied equations: which entry is wrong, and why.
 
     The TrialResult of an arm prints itself, and a notebook shows it with a heat map of each part;
     it has ``exit_code``, ``wrong_entries``, ``to_dataframe()`` and ``write_report(folder)``. A
-    RobotTrial has ``exit_code`` and ``diagnosis``.
+    RobotTrial prints itself and is shown too; it has ``exit_code`` and ``diagnosis``.
 
     Args:
         equations: Equations, a function of the arm that returns them, an object with functions
@@ -91,7 +92,7 @@ def try_equations(
         quick: Whether to ask for fewer states.
         jobs: How many forked processes run models side by side, 1 to 1024.
         seed: Seed of the random states, 0 to 4294967295.
-        name: What reports call the equations.
+        name: What reports call the equations; of a function its own name, if none is given.
 
     Returns:
         The trial, with its findings in ``agreement``.
@@ -109,6 +110,7 @@ def try_equations(
     from crosscheck.trial.trial import TrialRequest, run_trial
 
     _require_arguments(arm, scenarios, switches, level, quick, jobs, seed, name)
+    name = _name_equations(equations) if name == YOURS else name
     if isinstance(arm, Robot) or (isinstance(arm, str) and is_robot(arm)):
         if scenarios or switches is not None:
             given = "scenarios" if scenarios else "switches"
@@ -138,16 +140,17 @@ def assert_agrees(
     quick: bool = True,
     jobs: int = 1,
     seed: int = 0,
-    name: str = "yours",
+    name: str = YOURS,
 ) -> TrialResult | RobotTrial:
     """Raise AssertionError with what `crosscheck trial` prints, unless all that was judged agrees.
 
     Takes the arguments of ``try_equations`` and returns what that returns.
     """
-    from crosscheck.report.trials.trial import format_trial
-    from crosscheck.trial.robots.output import format_lines
+    from crosscheck.report.trials.trial import describe_errors, format_trial
+    from crosscheck.trial.robots.output import describe_first_error
     from crosscheck.trial.robots.trial import RobotTrial
 
+    __tracebackhide__ = True
     trial = try_equations(
         equations,
         arm,
@@ -161,9 +164,22 @@ def assert_agrees(
     )
     if trial.exit_code:
         if isinstance(trial, RobotTrial):
-            raise AssertionError("\n".join(format_lines(trial)))
-        raise AssertionError(format_trial(trial))
+            first, text, called = describe_first_error(trial), repr(trial), trial.name
+        else:
+            first, text = next(iter(describe_errors(trial)), ""), format_trial(trial)
+            called = trial.problem.name
+        raise AssertionError(f"{called}: {first or 'not all checks agree'}\n{text}")
     return trial
+
+
+def _name_equations(equations: Any) -> str:
+    """The own name of a function, also of ``file.py:name``; ``yours`` of others, or if taken."""
+    from crosscheck.registry import MODELS, engine_of
+
+    name = equations.rpartition(":")[2] if isinstance(equations, str) else ""
+    name = name or getattr(equations, "__name__", "")
+    engines = {engine_of(model) for model in MODELS}
+    return name if name.isidentifier() and name not in engines else YOURS
 
 
 def _try_robot_equations(

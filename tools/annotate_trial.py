@@ -1,6 +1,7 @@
 """Annotations of a GitHub workflow, one for each error that a trial found.
 
-``python tools/annotate_trial.py trial.json my_model.py``; it needs nothing but Python.
+``python tools/annotate_trial.py trial.json my_model.py``; it needs nothing but Python. Of a trial
+that ended before it could judge, and wrote nothing, there is one annotation that says so.
 """
 
 from __future__ import annotations
@@ -13,13 +14,20 @@ from typing import Any
 
 
 def format_annotations(trial: dict[str, Any], model: Path) -> Iterator[str]:
-    """A line for each wrong entry, at its function where that is in the model's file."""
-    for wrong in trial["wrong"]:
+    """A line for each wrong entry, at its function where that is in the model's file.
+
+    trial: what the JSON of an arm's trial holds (``wrong``) or of a robot's (``entries``).
+    """
+    for wrong in trial.get("wrong", ()):
         place, source = str(model), wrong["source"]
         if source is not None and source["file"] == model.name:
             place += f",line={source['line']}"
         yield f"::error file={place},title=Wrong entry::{escape_message(wrong['told'])}"
-    for note in trial["notes"]:
+    for entry in trial.get("entries", ()):
+        message = f"{entry['entry']}: {entry['told'] or 'differs'}"
+        yield f"::error file={model},title=Wrong entry::{escape_message(message)}"
+    causes = [f"as with {each['with']}" for each in trial.get("explanations", ())]
+    for note in (*causes, *trial["notes"]):
         yield f"::notice file={model}::{escape_message(note)}"
 
 
@@ -29,5 +37,9 @@ def escape_message(text: str) -> str:
 
 
 if __name__ == "__main__":
-    content = json.loads(Path(sys.argv[1]).read_text(encoding="utf-8"))
-    print(*format_annotations(content, Path(sys.argv[2])), sep="\n")
+    answers, model_file = Path(sys.argv[1]), Path(sys.argv[2])
+    if answers.is_file():
+        content = json.loads(answers.read_text(encoding="utf-8"))
+        print(*format_annotations(content, model_file), sep="\n")
+    else:
+        print(f"::error file={model_file}::the trial judged nothing: its step says why")

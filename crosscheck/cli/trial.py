@@ -16,7 +16,7 @@ from crosscheck.models.errors import InputError
 from crosscheck.models.files import is_robot
 from crosscheck.models.inputs import remember
 from crosscheck.models.loading import ArmSelection, load_selection
-from crosscheck.models.robot.file import load_robot
+from crosscheck.models.robot.case import load_changed_robot
 from crosscheck.models.robot.robot import Robot
 from crosscheck.output import require_files, require_writable, write_files
 from crosscheck.planning.plan import CrossCheckRequest
@@ -127,10 +127,14 @@ class TrialOptions:
         index = 0 if self.answers or (self.ask and not self.fmu) else 1
         return self.names[index] if len(self.names) > index else "paper-labelled"
 
+    def load_robot(self) -> Robot:
+        """The robot with its settings. Raises InputError."""
+        return load_changed_robot(self.arm, self.settings)
+
     def robot_table(self) -> RobotTableTrial:
         """The trial of a table of a robot's answers. Raises InputError."""
         coordinates, level = load_coordinates(self.coordinates)
-        return RobotTableTrial(load_robot(self.arm), coordinates, level, self.seed)
+        return RobotTableTrial(self.load_robot(), coordinates, level, self.seed)
 
     def table(self) -> TableTrial:
         """The trial of a table of an arm's answers. Raises InputError."""
@@ -177,7 +181,7 @@ def trial_command(options: TrialOptions) -> int:
 def _try_robot(options: TrialOptions) -> int:
     """Judge a user's equations of a robot; returns the exit code. Raises InputError."""
     text = options.answers[0].name if options.answers else options.names[0]
-    robot = load_robot(options.arm)
+    robot = options.load_robot()
     files = options.json_file, options.junit, options.page
     require_files(*zip(files, (ROBOT_TRIAL, ROBOT_JUNIT, TRIAL_PAGE), strict=True))
     with tempfile.TemporaryDirectory() as folder:
@@ -328,8 +332,6 @@ def _require_for_robots(options: TrialOptions) -> None:
     of_arms = {
         "--after": options.after,
         "--scenario": options.scenarios,
-        "--set": options.settings,
-        "--quick": options.quick,
         "--run-code": options.run_code and options.fmu is None,
     }
     for name in (name for name, given in of_arms.items() if given):

@@ -364,8 +364,6 @@ def test_code_that_cannot_be_used_is_one_line(crosscheck, tmp_path, name, fragme
 
 OF_ARMS = {
     "scenario": (("--scenario", "pd"), "--scenario"),
-    "setting": (("--set", "arm.payload_mass_kg=1.0"), "--set"),
-    "quick": (("--quick",), "--quick"),
     "code of an FMU": (("--run-code",), "--run-code"),
 }
 
@@ -376,6 +374,18 @@ def test_what_is_of_arms_alone_is_refused(crosscheck, tmp_path, case):
     (tmp_path / "mine.py").write_text(CODE)
     answer = crosscheck("trial", f"{tmp_path / 'mine.py'}:made", "sliding", *options)
     assert_one_line(answer, f"{named}: is for arms; sliding is a robot")
+
+
+def test_options_of_both_are_taken(crosscheck, tmp_path):
+    """A setting changes the robot that the equations are compared with; --quick changes nothing."""
+    (tmp_path / "mine.py").write_text(CODE)
+    words = "trial", f"{tmp_path / 'mine.py'}:made", "sliding", "--quick"
+    plain, quick = crosscheck(*words[:-1]), crosscheck(*words)
+    assert (quick.code, quick.out) == (plain.code, plain.out)
+    answer = crosscheck(*words, "--set", "robot.gravity_m_per_s2=[0.0, 0.0, 0.0]")
+    assert answer.out != quick.out
+    wrong = crosscheck(*words, "--set", "arm.payload_mass_kg=1.0")
+    assert_one_line(wrong, "path beginning with robot")
 
 
 def test_a_urdf_alone_is_a_robot_without_rotors(crosscheck, tmp_path):

@@ -11,7 +11,7 @@ from crosscheck.models.errors import InputError
 from crosscheck.testing import assert_agrees, from_sympy
 from crosscheck.trial.input.equations import Coordinates, Equations
 from crosscheck.trial.robots.answers import Friction
-from crosscheck.trial.robots.trial import RobotTrial
+from crosscheck.trial.robots.trial import RobotTrial, run_robot_trial
 from tests.robots import two_link
 
 TWO = two_link.robot()
@@ -57,6 +57,14 @@ def test_an_assertion_tells_what_is_wrong():
     wrong = two_link.right(gravity=lambda q: -two_link.gravity(q))
     with pytest.raises(AssertionError, match="gravity alone is wrong"):
         assert_agrees(lambda robot: wrong, TWO)
+
+    def my_robot(robot):
+        return wrong
+
+    with pytest.raises(
+        AssertionError, match=r"^my_robot: gravity\[j1\] and 1 more: as with gravity"
+    ):
+        assert_agrees(my_robot, TWO)
     with pytest.raises(InputError, match="scenarios: is of arms alone"):
         assert_agrees(wrong, TWO, scenarios=["pd"])
     with pytest.raises(AssertionError, match="not with links"):
@@ -122,6 +130,20 @@ def test_friction_of_the_robots_file_is_asked_for():
         assert_agrees(force, rubbing)
     with pytest.raises(InputError, match=r"viscous_friction.*as the robot's file has it"):
         assert_agrees(Equations(**{**viscous, "viscous_friction": 2 * VISCOUS}), rubbing)
+
+
+@pytest.mark.parametrize(
+    ("factor", "words"), [(0.0, "missing"), (-1.0, "with the opposite sign"), (2.0, "twice")]
+)
+def test_friction_of_the_file_is_named_as_it_is(factor, words):
+    """Of the torques of a motion, which hold it, what is left of it or more than it."""
+    joints = tuple(replace(j, friction=c) for j, c in zip(TWO.joints, VISCOUS, strict=True))
+    own = Equations(
+        inverse_dynamics=lambda q, v, a: two_link.inverse_dynamics(q, v, a) + factor * VISCOUS * v
+    )
+    notes = run_robot_trial(own, replace(TWO, joints=joints)).diagnosis.notes
+    assert f"inverse_dynamics, the friction of j1 and j2: {words}" in notes
+    assert not [each for each in notes if "linear in v" in each]
 
 
 def test_friction_has_a_number_for_each_coordinate():

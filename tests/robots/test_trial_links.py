@@ -2,6 +2,7 @@
 
 import re
 from collections.abc import Callable
+from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
@@ -9,7 +10,8 @@ import pinocchio as pin
 import pytest
 
 from crosscheck.models.robot.file import load_robot
-from crosscheck.models.robot.robot import Robot
+from crosscheck.models.robot.robot import Robot, RobotBody, compute_point_inertia
+from crosscheck.trial.robots.causes.candidates import replace_part
 from crosscheck.trial.robots.causes.pieces import KaneSum, list_body_parts
 from tests.robots import chains
 from tests.robots.test_robot_slips_everywhere import diagnosis_of
@@ -54,6 +56,55 @@ def test_a_slip_in_the_file_s_own_numbers_is_named(slip, tmp_path):
     diagnosis = diagnosis_of(load_robot("six-joint"), six_joint(tmp_path, urdf, toml))
     assert any(words in each for each in diagnosis.explanations)
     assert diagnosis.level == "coupled"
+
+
+TURNED = chains.urdf(
+    chains.link("base"),
+    chains.link("a", chains.Solid(2.0, (0.05, 0.02, 0.1), (0.03, 0.002, 0, 0.035, 0, 0.015))),
+    chains.link(
+        "b",
+        chains.Solid(
+            1.5, (0.1, 0.01, 0.03), (0.01, 0, 0.001, 0.02, 0, 0.018), rpy=(-0.7, 0.5, 0.2)
+        ),
+    ),
+    chains.link("tool", chains.Solid(0.4, (0.0, 0.0, 0.04), (4e-4, 0, 0, 4e-4, 0, 3e-4))),
+    chains.joint("j1", "base", "a", at=(0, 0, 0.3)),
+    chains.joint("j2", "a", "b", at=(0, 0.05, 0.2), rpy=(0.9, 0.4, -0.3)),
+    chains.joint("flange", "b", "tool", "fixed", at=(0.02, 0, 0.107)),
+)
+
+
+def replace_link(robot: Robot, name: str, **others: object) -> Robot:
+    """The robot with other numbers of a link in its own frame."""
+    here = list_body_parts(robot)
+    (part,) = (each for each in here if each.name == name)
+    (rest,) = (each for each in here if each.number == part.number and each.name != name)
+    parts = part._replace(in_link=replace(part.in_link, **others)).body, rest.body
+    mass = sum(each.mass for each in parts)
+    com = sum(each.mass * each.com for each in parts) / mass
+    inertia = sum(each.inertia + compute_point_inertia(each.mass, each.com - com) for each in parts)
+    return replace_part(robot, "bodies", part.number, RobotBody(mass, com, inertia))
+
+
+def test_a_centre_counted_from_the_flange_is_named():
+    robot = chains.robot(TURNED)
+    (b,) = (each.in_link for each in list_body_parts(robot) if each.name == "b")
+    wrong = replace_link(robot, "b", com=b.com + np.array([0.02, 0, 0.107]))
+    found = diagnosis_of(robot, wrong)
+    assert "b: its centre of mass counted from tool" in found.explanations
+
+
+@pytest.mark.parametrize("side", ["R I", "I R'"])
+def test_an_inertia_that_is_turned_once_is_named(side):
+    """Which is no tensor: M is not symmetric."""
+    robot = chains.robot(TURNED)
+    (b,) = (each for each in list_body_parts(robot) if each.name == "b")
+    stated = b.turn.T @ b.in_link.inertia @ b.turn
+    once = b.turn @ stated if side == "R I" else stated @ b.turn.T
+    found = diagnosis_of(robot, replace_link(robot, "b", inertia=once))
+    words = f"b: its inertia turned once by the rpy of its inertial frame, {side} for R I R'"
+    assert words in found.explanations
+    assert found.notes[0].startswith("mass_matrix is not symmetric")
 
 
 TREE = [chains.link("base")] + [

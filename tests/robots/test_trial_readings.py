@@ -120,3 +120,17 @@ def test_a_wrong_number_is_no_matter_of_coordinates():
     heavier = chains.robot(two_link.URDF.replace(f'"{two_link.M2!r}"', '"4.0"'))
     trial = run_robot_trial(written_in(heavier, "links", np.eye(2)), TWO)
     assert trial.diagnosis.readings == ()
+
+
+def test_numbers_that_are_rounded_are_no_other_coordinates():
+    """The first angle is in neither M nor bias, which are the same whatever its zero is."""
+    own = two_link.right(mass_matrix=lambda q: two_link.mass_matrix(q) * (1 + 2e-9))
+    trial = run_robot_trial(Equations(**{**vars(own), "gravity": None}), TWO)
+    assert not trial.agrees
+    assert trial.diagnosis.readings == ()
+    rounded = two_link.right(
+        mass_matrix=lambda q: two_link.mass_matrix(q) + 7e-8 * np.array([[0, 1], [1, 0]]) * q[1],
+    )
+    trial = run_robot_trial(rounded, TWO)
+    assert trial.diagnosis.notes[-1].startswith("agrees to ")
+    assert trial.diagnosis.notes[-1].endswith("rounded to 8 digits?")

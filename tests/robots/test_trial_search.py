@@ -4,9 +4,12 @@ import numpy as np
 import pytest
 
 from crosscheck.checks.robots.states import RandomStates
+from crosscheck.models.robot.file import load_robot
 from crosscheck.models.robot.robot import RobotBody
+from crosscheck.trial.robots.causes.candidates import is_physical, list_numbers
 from crosscheck.trial.robots.causes.exchanges import list_unit_bodies, move_values
 from crosscheck.trial.robots.causes.search import (
+    _describe_inertia,
     _find_root,
     _is_identity,
     _solve_step,
@@ -14,6 +17,7 @@ from crosscheck.trial.robots.causes.search import (
 )
 from crosscheck.trial.robots.consistency import SelfDifference
 from crosscheck.trial.robots.rates import BiasTerms, compute_bias_terms, make_rate_states
+from tests.loops import require_items
 
 LINEAR, SQUARE = np.array([2.0, -1.0, 0.5]), np.array([0.3, 0.7, -0.2])
 
@@ -54,6 +58,36 @@ def parameters(body: RobotBody) -> np.ndarray:
     m, c = body.mass, body.com
     about = body.inertia + m * (c @ c * np.eye(3) - np.outer(c, c))
     return np.array([m, *(m * c), *about[np.triu_indices(3)]])
+
+
+@pytest.mark.parametrize(
+    ("moments", "words"),
+    [
+        ((5.6e-4, 5.6e-4, 2e-18), ": a slender rod along z"),
+        ((5.6e-4, 5.6e-4, -1e-16), ": a slender rod along z"),
+        ((5.6e-4, 5.6e-4, -1e-10), "no body has these"),
+        ((1e-4, 2e-4, 3.1e-4), "no body has these"),
+        ((1e-4, 2e-4, 2.9e-4), "(file: 0.1)"),
+    ],
+)
+def test_a_slender_rod_is_a_body(moments, words):
+    file_body = RobotBody(1.0, np.zeros(3), np.diag([0.1, 0.1, 0.1]))
+    assert _describe_inertia("a", file_body, np.diag(moments), True).endswith(words) or (
+        words in _describe_inertia("a", file_body, np.diag(moments), True)
+    )
+
+
+def test_nothing_impossible_is_a_cause():
+    robot = load_robot("examples/robots/planetary-arm.toml")
+    assert is_physical(robot, robot)
+    of_stages = [each for each in list_numbers(robot) if each.name.startswith("stage of")]
+    for number in require_items(of_stages):
+        assert not is_physical(number.put(-0.1 * number.value), robot)
+        assert is_physical(number.put(3 * number.value), robot)
+    places = [each for each in list_numbers(robot) if each.name.endswith(": its place, x")]
+    for number in require_items(places):
+        assert not is_physical(number.put(781.0), robot)
+        assert is_physical(number.put(number.value + 0.3), robot)
 
 
 def test_each_of_ten_parameters_is_varied_alone():

@@ -166,7 +166,7 @@ def test_friction_of_the_other_sign_in_a_force_is_named():
         viscous_friction=damping,
     )
     notes = run_robot_trial(own, ROBOT).diagnosis.notes
-    assert "force[r], what the friction of r makes: with the opposite sign" in notes
+    assert "force[r], the friction of r: with the opposite sign" in notes
 
 
 def test_gyroscopic_torques_missing_in_accelerations_are_named():

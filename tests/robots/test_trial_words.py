@@ -2,6 +2,7 @@
 
 import json
 from dataclasses import replace
+from pathlib import Path
 from typing import Any
 
 import numpy as np
@@ -20,6 +21,7 @@ from crosscheck.trial.robots.explain import RobotDiagnosis, describe_ratio, list
 from crosscheck.trial.robots.judge import LevelDistance, RobotEntry
 from crosscheck.trial.robots.output import format_lines, format_robot_trial
 from crosscheck.trial.robots.trial import RobotTrial
+from tests.processes import command_line
 from tests.robots import two_link
 
 ENTRIES = tuple(
@@ -86,7 +88,7 @@ SAID: dict[str, tuple[RobotTrial, list[str]]] = {
             "a remark",
             LISTED[0],
             "yours are the equations of coupled with a",
-            "would also be explained by b; c",
+            "would also be explained by b or c",
         ],
     ),
     "with many notes": (
@@ -177,6 +179,29 @@ SAID: dict[str, tuple[RobotTrial, list[str]]] = {
 }
 
 
+def test_a_trial_shows_itself():
+    """In a notebook the lines of the terminal, and a map of each part."""
+    wrong = trial(diagnosis=RobotDiagnosis("armature", ENTRIES, explanations=("a < b",)))
+    assert repr(wrong).splitlines() == list(format_lines(wrong))
+    page = wrong._repr_html_()
+    assert "a &lt; b" in page
+    assert page.count("<table") == len(wrong.relative_errors)
+
+
+def test_a_trial_is_annotated(tmp_path):
+    wrong = trial(diagnosis=RobotDiagnosis("armature", ENTRIES, ("a note",), ("a cause",)))
+    (tmp_path / "trial.json").write_text(format_robot_trial(wrong), encoding="utf-8")
+    script = Path(__file__).parents[2] / "tools/annotate_trial.py"
+    answer = command_line(script, tmp_path / "trial.json", "mine.py", python=())
+    lines = answer.stdout.splitlines()
+    assert lines[:2] == [
+        "::error file=mine.py,title=Wrong entry::bias[j1]: twice",
+        "::error file=mine.py,title=Wrong entry::gravity[j2]: differs",
+    ]
+    assert len(lines) == len(ENTRIES) + 2 + len(wrong.robot.notes)
+    assert len([line for line in lines if line.endswith(("a note", "a cause"))]) == 2
+
+
 @pytest.mark.parametrize("name", SAID)
 def test_a_trial_says(name):
     made, said = SAID[name]
@@ -240,5 +265,5 @@ def test_an_entry_is_beside_the_right_one():
         assert describe_ratio(yours, expected, rounding) == said
     assert describe_ratio((1 + 5e-6) * right, right, 1e-5 + 0 * rounding) == ""
     assert list_equals(["a"]) == "a"
-    assert list_equals(["a", "b", "c"]) == "a; b; c"
-    assert list_equals([*"abcde"]) == "a; b; c; and 2 more"
+    assert list_equals(["a", "b"]) == "a or b"
+    assert list_equals([*"abcde"]) == "a or b"

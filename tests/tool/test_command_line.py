@@ -424,8 +424,6 @@ UNIT = ("u.fmu",)
         ({"names": ("u.fmu", "probe", "x"), "ask": True, "out": FILE}, "--ask", "takes the place"),
         ({"names": ()}, "trial", "or use --ask and --answers"),
         ({"names": ("m.py:f", "puma560"), "scenarios": ["pd"]}, "--scenario", "puma560 is a robot"),
-        ({"names": ("m.py:f", "puma560"), "settings": ["a=1"]}, "--set", "puma560 is a robot"),
-        ({"names": ("m.py:f", "puma560"), "quick": True}, "--quick", "puma560 is a robot"),
         ({"names": ("m.py:f", "puma560"), "run_code": True}, "--run-code", "puma560 is a robot"),
     ],
 )

@@ -27,7 +27,7 @@ def equations(file, labelled) -> Equations:
 def test_right_equations_are_returned_judged(file, equations, labelled):
     trial = assert_agrees(equations, labelled, level="links", name="right")
     assert (trial.problem.name, trial.level, trial.exit_code) == ("right", "links", 0)
-    assert assert_agrees(f"{file}:two_link").problem.name == "yours"
+    assert assert_agrees(f"{file}:two_link").problem.name == "two_link"
 
 
 def test_factories_and_objects_are_taken(equations):
@@ -41,9 +41,26 @@ def test_wrong_equations_raise_what_the_command_prints(equations):
     with pytest.raises(AssertionError) as raised:
         assert_agrees(slipped)
     text = str(raised.value)
+    first = text.splitlines()[0]
+    assert first.startswith("yours: force[theta_1]")
+    assert "opposite sign" in first
+    assert raised.traceback[-1].frame.f_locals["__tracebackhide__"]
     assert "yours on paper-labelled: rigid, level links" in text
     assert "force[theta_1]" in text
     assert "checks agree\n" in text
+
+
+def test_a_function_gives_its_own_name(equations):
+    def my_arm(arm):
+        return replace(equations, force=lambda torque: -torque)
+
+    with pytest.raises(AssertionError, match=r"^my_arm: force\[theta_1\](.|\n)*my_arm on"):
+        assert_agrees(my_arm)
+
+    def pinocchio(arm):
+        return equations
+
+    assert assert_agrees(pinocchio).problem.name == "yours"
 
 
 def test_another_level_than_promised_is_wrong(equations):

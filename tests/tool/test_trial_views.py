@@ -66,6 +66,10 @@ def test_wrong_entries_are_in_every_view(crosscheck, tmp_path):
     assert source[line - 1] == "    def mass_matrix(q):"
     assert source[line] == "        found = np.array(right.mass_matrix(q))"
     assert len(annotated.stdout.splitlines()) == len(content["wrong"]) + len(content["notes"])
+    words[1] = tmp_path / "none.json"
+    nothing = command_line(*words, python=(), cwd=SCHEMAS.parents[1])
+    assert (nothing.returncode, nothing.stderr) == (0, "")
+    assert re.fullmatch(r"::error file=.*mine.py::.*judged nothing.*\n", nothing.stdout)
     page = (tmp_path / "trial.html").read_text()
     suite = ElementTree.parse(tmp_path / "t.xml").getroot()
     assert suite.get("failures") != "0"

@@ -10,10 +10,10 @@ import platform
 import re
 import stat
 import zipfile
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
 from pathlib import Path, PurePosixPath
-from typing import Annotated, Literal
+from typing import Annotated, Any, Literal
 
 from pydantic import Field
 
@@ -116,7 +116,8 @@ class FmuDescription:
 
     version: 2 or 3; kind: Model Exchange, where it has that, or Co-Simulation; references: by which
     FMI calls its real variables, by their names; inputs: names of those that are inputs; states:
-    the continuous ones, in the order of their derivatives.
+    the continuous ones, in the order of their derivatives; rates: by the name of a state, that of
+    the one that is its derivative, as far as the unit says so.
     """
 
     version: int
@@ -126,6 +127,7 @@ class FmuDescription:
     references: Mapping[str, int] = field(hash=False)
     inputs: tuple[str, ...]
     states: tuple[str, ...]
+    rates: Mapping[str, str] = field(default_factory=dict, hash=False)
 
 
 def read_description(where: str, folder: Path) -> FmuDescription:
@@ -163,39 +165,104 @@ def _parse_description(where: str, folder: Path) -> FmuDescription:
     ):
         if not value:
             raise InputError(where, name, None, "is missing")
-    variables = [
-        variable
-        for variable in model_description.modelVariables
-        if variable.type in ("Real", "Float64")
-        and not variable.dimensions
-        and len(variable.name) <= LONGEST
-        and variable.name.isprintable()
-    ]
-    states = tuple(
-        unknown.variable.derivative.name
-        for unknown in model_description.derivatives
-        if unknown.variable.derivative is not None
-    )
+    real_variables = [v for v in model_description.modelVariables if v.type in ("Real", "Float64")]
+    states = _find_states(where, model_description)
+    _require_scalars(where, real_variables, list(states))
+    variables = [v for v in real_variables if len(v.name) <= LONGEST and v.name.isprintable()]
     return FmuDescription(
         version=int(fmi_version[0]),
         kind="exchange" if model_description.modelExchange else "co-simulation",
         identifier=interface.modelIdentifier,
         token=model_description.guid,
-        references={v.name: int(v.valueReference) for v in variables},
+        references={v.name: int(v.valueReference) for v in variables if not v.dimensions},
         inputs=tuple(v.name for v in variables if v.causality == "input"),
-        states=states,
+        states=tuple(states),
+        rates=_find_rates(states, {v.name: v for v in real_variables}),
     )
 
 
+def _find_states(where: str, model_description: Any) -> dict[str, Any]:
+    """The continuous states in the order of their derivatives: by name, the derivative's variable.
+
+    Units are about that leave out the attribute derivative, or list states as derivatives. Raises
+    InputError for a derivative of nothing that is named.
+    """
+    variables = model_description.modelVariables
+    derivatives = {v.derivative.name: v for v in variables if v.derivative is not None}
+    names, unknown_names, states = {v.name for v in variables}, [], dict[str, Any]()
+    for variable in (each.variable for each in model_description.derivatives):
+        state = variable.derivative.name if variable.derivative is not None else ""
+        if not state and variable.name in derivatives:
+            state, variable = variable.name, derivatives[variable.name]
+        by_name = re.fullmatch(r"der\((.+)\)", variable.name)
+        if not state and by_name and by_name[1] in names:
+            state = by_name[1]
+        if state:
+            states.setdefault(state, variable)
+        else:
+            unknown_names.append(variable.name)
+    if unknown_names and model_description.modelExchange:
+        reason = (
+            f"{', '.join(unknown_names)}: have no attribute derivative, nor a name der(...) of a"
+            " variable, so that nothing says which variables are states"
+        )
+        raise InputError(where, "ModelStructure", None, reason)
+    return states
+
+
+def _require_scalars(where: str, real_variables: Sequence[Any], states: Sequence[str]) -> None:
+    """Raise InputError unless states and inputs are single numbers, each of a name of its own."""
+    names = [v.name for v in real_variables]
+    for variable in real_variables:
+        if variable.causality != "input" and variable.name not in states:
+            continue
+        if variable.dimensions:
+            reason = "is an array; a trial takes states and inputs that are single numbers"
+            raise InputError(where, variable.name, None, reason)
+        if not variable.name or names.count(variable.name) > 1:
+            reason = "must be a name, and of one variable alone"
+            raise InputError(where, "name of a variable", variable.name, reason)
+
+
+def _find_rates(states: Mapping[str, Any], variables: Mapping[str, Any]) -> dict[str, str]:
+    """The rate of each state that has one: by the reference of its derivative, else by units."""
+    references = {variables[each].valueReference: each for each in states if each in variables}
+    rates = {
+        state: references[derivative.valueReference]
+        for state, derivative in states.items()
+        if references.get(derivative.valueReference, state) != state
+    }
+    if not rates:
+        units = {each: variables[each].unit or "" for each in states if each in variables}
+        per_second = [each for each, unit in units.items() if unit.endswith("/s")]
+        others = [each for each in states if each not in per_second]
+        if len(others) == len(per_second):
+            rates = dict(zip(others, per_second, strict=True))
+    return rates
+
+
 def draft_mapping(name: str, description: FmuDescription) -> str:
-    """The text of a draft mapping: states and their rates by their order, then the inputs."""
-    half = len(description.states) // 2
+    """The text of a draft mapping: states and their rates, by order where no rates are known.
+
+    Raises InputError where these are not as many, or where no torque is an input.
+    """
+    states, half = description.states, len(description.states) // 2
+    q, v = tuple(description.rates), tuple(description.rates.values())
+    if not q:
+        q, v = states[:half], states[half:]
+    if not q or len(q) != len(v) or not description.inputs:
+        reason = (
+            f"has {len(states)} continuous states and {len(description.inputs)} real inputs, in"
+            " which no coordinates, as many rates and torques can be seen: write q, v and torque"
+            " of the mapping by hand"
+        )
+        raise InputError(name, "", None, reason)
     runs = '# The rigid level that a unit for Co-Simulation is compared with.\nlevel = "links"\n'
     return (
         f"# Written by crosscheck trial --ask, from what {name} says of itself: check every name.\n"
         "# Coordinates in their order, their rates, and the drive's torques on the output side.\n"
-        f"q = {_format_list(description.states[:half])}\n"
-        f"v = {_format_list(description.states[half:])}\n"
+        f"q = {_format_list(q)}\n"
+        f"v = {_format_list(v)}\n"
         f"torque = {_format_list(description.inputs)}\n"
         "\n"
         '# What q are: gearing = "rigid", "lumped" or "free"; links = "relative" or "absolute";\n'

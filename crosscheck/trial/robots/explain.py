@@ -2,9 +2,9 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterator, Mapping, Sequence
+from collections.abc import Callable, Collection, Iterator, Mapping, Sequence
 from dataclasses import dataclass, replace
-from itertools import islice
+from itertools import islice, product
 
 import numpy as np
 
@@ -13,7 +13,11 @@ from crosscheck.checks.robots.sizes import TOLERANCE, WITH_WEIGHTS
 from crosscheck.checks.robots.states import RandomStates
 from crosscheck.models.robot.robot import Level
 from crosscheck.trial.robots.causes.angle_sums import describe_angle_sum
-from crosscheck.trial.robots.causes.candidates import ALIKE
+from crosscheck.trial.robots.causes.candidates import (
+    ALIKE,
+    list_equal_numbers,
+    list_numbers,
+)
 from crosscheck.trial.robots.causes.pieces import (
     describe_accelerations,
     describe_christoffel,
@@ -34,13 +38,16 @@ from crosscheck.trial.robots.judge import (
 )
 from crosscheck.trial.robots.rates import BiasTerms, sample_bias_terms, term_sizes
 from crosscheck.trial.robots.readings import find_readings
+from crosscheck.trial.robots.rows import describe_asymmetry, describe_right_rows
 
 RATIOS = {-1.0: "with the opposite sign", 0.5: "half as large", 2.0: "twice as large"}
 SHOWN = 1e-5  # of a ratio, of which six digits are shown
 MOST_STATED = 3  # coordinates whose matrix is short enough to be shown
 MOST_SHOWN = 5  # terms of a sentence
 MISSING, EXTRA = "missing", "right is 0"
-MOST_OTHERS = 3  # causes that no state tells from the first one, of which some are named
+MOST_OTHERS = 3  # causes of one part, beyond which they are no more than a coincidence
+MOST_EQUALS = 2  # causes that no state tells from the first one, which are named beside it
+ROUNDED = 1e-5  # of an entry's size: a difference that rounded numbers may make
 MOST_SEARCHED = 12  # entries of a part, of which each may be wrong by a cause of its own
 LEAST_ENTRIES = 3  # that are wrong, before six numbers together explain more than chance
 UNFOUNDED = "bias does not follow from mass_matrix, which is right"
@@ -97,6 +104,11 @@ def diagnose(
     right = [part for part in right if all(entry.part != part for entry in entries)]
     notes = [*_self_notes(problem, level, entries, wrong), *_level_notes(problem, distances)]
     notes += _lone_part_notes(entries, wrong, right)
+    if not explanations and not links:
+        notes += describe_right_rows(problem, level, [part for part in SINGLE if part in wrong])
+        if (largest := entries[0].share) < ROUNDED:
+            digits = int(-np.log10(largest)) + 1
+            notes.append(f"agrees to {largest:.1g}: numbers rounded to {digits} digits?")
     pieces: dict[str, list[str]] = {}
     if not explanations and not links:
         pieces = _describe_lone_product(searches[level], entries, rates)
@@ -125,11 +137,12 @@ def diagnose(
             row_causes = list(searches[level].find_acceleration_causes(row))
             notes += _describe_causes(row_causes, problem.entry_name("acceleration", [row]))
     if "force" in wrong and problem.friction.any():
-        notes += describe_friction(problem, level)
+        difference = _compute_difference(problem, level, "force")
+        notes += [words for words, _ in describe_friction(problem, level, "force", difference)]
     if "gravity" in wrong and not explanations:
-        values, q = problem.answers.values["gravity"], problem.states.q
-        difference = values - problem.reference_values[level]["gravity"]
-        notes += describe_springs(difference, q, problem.stiffness, problem.names)
+        difference = _compute_difference(problem, level, "gravity")
+        springs = problem.states.q, problem.stiffness, problem.names
+        notes += describe_springs(difference, *springs)
     notes += [words for each in causes.values() for words in each]
     explanations.sort(key=lambda cause: not cause.usual)
     words = tuple(cause.words for cause in explanations)
@@ -217,23 +230,32 @@ def _find_explanations(
 def _find_rarer_explanations(
     searches: Mapping[Level, CauseSearch], distances: Sequence[LevelDistance], *, several: bool
 ) -> tuple[Level, list[Cause]]:
-    """The nearest level at which an angle, a term of Kane's sum or six inertias explain all.
+    """The nearest level at which an angle, a term of Kane's sum, two changes or six inertias do.
 
-    several: whether more than gravity alone is wrong, whose terms are told as its own.
+    Of levels of as many wrong entries the first. several: whether more than gravity alone is wrong,
+    whose terms are told as its own.
     """
-    for each in distances:
-        search = searches[each.level]
-        if each.entries > distances[0].entries:
-            break
+
+    def find_single(search: CauseSearch) -> list[Cause]:
         causes = list(search.find_gravity_causes()) or list(search.find_joint_moves())
         causes = causes or list(search.find_curved_causes())
         if several and not causes:
             equals = search.find_motion_causes([slice(None)])
             causes = [cause for _, cause in islice(equals, 1 + MOST_OTHERS)]
-        if not causes and each.entries >= LEAST_ENTRIES and "mass_matrix" in search.problem.parts:
-            causes = list(search.find_inertia_causes())
-        if causes:
-            return each.level, causes
+        return causes
+
+    def find_inertias(search: CauseSearch) -> list[Cause]:
+        has_inertia = "mass_matrix" in search.problem.parts
+        is_wide = has_inertia and distances[0].entries >= LEAST_ENTRIES
+        return list(search.find_inertia_causes()) if is_wide else []
+
+    kinds: list[Callable[[CauseSearch], list[Cause]]] = [find_single, find_inertias]
+    if several:
+        kinds.insert(1, CauseSearch.find_pair_causes)
+    nearest = [each.level for each in distances if each.entries == distances[0].entries]
+    for find, level in product(kinds, nearest):
+        if causes := find(searches[level]):
+            return level, causes
     return distances[0].level, []
 
 
@@ -289,17 +311,37 @@ def _add_remark(problem: RobotProblem, level: Level, entry: RobotEntry) -> Robot
     reference_values = select_entry(problem.reference_values[level][entry.part], entry.place)
     size = select_entry(problem.sizes[level].entry_sizes(entry.part), entry.place)
     ratio_text = describe_ratio(user_values, reference_values, size * TOLERANCE)
-    wave = (
-        ""
-        if entry.part in ("bias", "acceleration")
-        else _describe_difference(problem, user_values - reference_values)
-    )
-    return replace(entry, remark="; ".join(filter(None, (ratio_text, wave))))
+    wave, name = "", ""
+    if entry.part not in ("bias", "acceleration"):
+        wave = _describe_difference(problem, user_values - reference_values)
+    if wave and entry.part == "mass_matrix":
+        name = _name_constant(problem, level, entry.place, user_values - reference_values)
+    return replace(entry, remark="; ".join(filter(None, (ratio_text, wave + name))))
 
 
 def _describe_difference(problem: RobotProblem, difference: np.ndarray) -> str:
     words = describe_angle_sum(difference, problem.states.q[: len(difference)], problem.robot)
     return f"yours minus right is {words}" if words else ""
+
+
+def _name_constant(
+    problem: RobotProblem, level: Level, place: tuple[int, ...], difference: np.ndarray
+) -> str:
+    """The number of the file that a constant difference of an entry of M is, in words; else ''.
+
+    Of equal numbers the first one on which the entry depends.
+    """
+    value, robot, first = float(difference.mean()), problem.robot, problem.states.q[:1]
+    if np.ptp(difference) > ALIKE * abs(value):
+        return ""
+    kinds = {robot.joints[robot.coordinates[number]].kind for number in place}
+    unit = {"prismatic": "kg", "revolute": "kg m^2"}[kinds.pop()] if len(kinds) == 1 else "kg m"
+    right = select_entry(problem.reference_values[level]["mass_matrix"][:1], place)
+    for number in list_equal_numbers(list_numbers(robot), unit, abs(value)):
+        changed = AnalyticRobot(number.put(2 * number.value), level).mass_matrix(first)
+        if abs(select_entry(changed, place) - right) > ALIKE * abs(value):
+            return f" ({number.name} = {number.value:.6g} {unit})"
+    return ""
 
 
 def describe_ratio(
@@ -322,37 +364,10 @@ def describe_ratio(
     return near[0] if near else f"{ratio:.6g} times as large"
 
 
-def _asymmetries(
-    problem: RobotProblem, level: Level, entries: Sequence[RobotEntry]
-) -> Iterator[str]:
-    """Sentences on entries of M that are not alike their mirror images."""
-    places = sorted(entry.place for entry in entries if entry.part == "mass_matrix")
-    for which, half in (("below", np.tril), ("above", np.triu)) if places else ():
-        sign = -1 if which == "below" else 1
-        is_empty = not any(half(each, sign).any() for each in _mass(problem))
-        if is_empty and all((column - row) * sign > 0 for row, column in places):
-            yield (
-                f"mass_matrix is 0 {which} the diagonal, and right elsewhere: is one of its"
-                " triangles alone filled?"
-            )
-            return
-    for place in places:
-        mirror = place[::-1]
-        if mirror in places and place > mirror:
-            continue
-        mass, size = _mass(problem), problem.sizes[level].mass_matrix
-        relative_errors = (mass - mass.swapaxes(1, 2)) / size
-        if np.abs(select_entry(relative_errors, place)).max() > TOLERANCE:
-            name, mirror_name = (
-                problem.entry_name("mass_matrix", each) for each in (place, mirror)
-            )
-            also = "both are wrong" if mirror in places else f"{mirror_name} is right"
-            yield f"mass_matrix is not symmetric: {name} differs from {mirror_name}; {also}"
-
-
-def _mass(problem: RobotProblem) -> np.ndarray:
-    """The user's M (states, n, n)."""
-    return problem.answers.values["mass_matrix"]
+def _compute_difference(problem: RobotProblem, level: Level, part: str) -> np.ndarray:
+    """Yours less right (states, ...)."""
+    difference: np.ndarray = problem.answers.values[part] - problem.reference_values[level][part]
+    return difference
 
 
 def _lone_part_notes(
@@ -383,25 +398,31 @@ def _bias_notes(
     size = sizes.entry_sizes("bias", problem.answers.sources["bias"])[few]
     rounding = TOLERANCE * (size + sizes.gravity[few])  # the terms are sums of a few answers each
     model, names = AnalyticRobot(problem.robot, level), problem.names
+    difference = _compute_difference(problem, level, "bias")
+    if problem.friction.any():
+        by_friction = list(describe_friction(problem, level, "bias", difference))
+        wrong = (np.abs(difference[few]) > rounding).any(axis=0)
+        if set(np.flatnonzero(wrong)) <= {row for _, rows in by_friction for row in rows}:
+            yield from (words for words, _ in by_friction)
+            return
     left = np.abs(problem.answers.values["bias"][few] - terms.evaluate(states.v))
     if (left > rounding).any():
         yield "bias is no sum of a constant, rates and products of two rates, as it must be"
         return
     if (np.abs(terms.rest) > rounding).any():
         yield _describe_rest(problem, terms, model.gravity(problem.states.q), level)
-    linear = np.einsum("sij,sj->si", terms.linear, states.v)
-    opposite = np.abs(linear + problem.friction[few]) <= TOLERANCE * size
-    if problem.friction.any() and opposite.all():
-        yield "bias has the friction that is stated with the opposite sign: it takes torque, +d v"
-    else:
-        yield from _linear_notes(terms, size, names)
+    by_friction = []
+    if problem.friction.any():
+        linear = np.einsum("sij,sj->si", terms.linear, states.v)
+        by_friction = list(describe_friction(problem, level, "bias", linear))
+    yield from (words for words, _ in by_friction)
+    yield from _linear_notes(terms, size, names, {row for _, rows in by_friction for row in rows})
     sentences, others = _describe_products(problem, level, terms)
     if unfounded and (sentences or others):
         yield UNFOUNDED
     yield from sentences
     if others:
-        more = f" and {len(others) - MOST_SHOWN} more" if len(others) > MOST_SHOWN else ""
-        yield f"wrong terms: {', '.join(others[:MOST_SHOWN])}{more}"
+        yield f"wrong terms: {_list_first(others)}"
 
 
 def _describe_rest(
@@ -426,7 +447,8 @@ def _self_notes(
     problem: RobotProblem, level: Level, entries: Sequence[RobotEntry], wrong: Sequence[str]
 ) -> Iterator[str]:
     """Sentences on what the equations owe to themselves and do not keep, or keep although wrong."""
-    yield from _asymmetries(problem, level, entries)
+    if words := describe_asymmetry(problem, level):
+        yield words
     if states := problem.find_indefinite_states(level):
         yield (
             f"mass_matrix is not positive definite, at {len(states)} of"
@@ -451,12 +473,14 @@ def _self_notes(
         )
 
 
-def _linear_notes(terms: BiasTerms, size: np.ndarray, names: Sequence[str]) -> Iterator[str]:
-    """The sentence on a part of the bias that is linear in the rates."""
+def _linear_notes(
+    terms: BiasTerms, size: np.ndarray, names: Sequence[str], explained: Collection[int]
+) -> Iterator[str]:
+    """The sentence on a part of the bias that is linear in the rates, in rows not yet explained."""
     linear_terms = []
     for row, column in np.ndindex(terms.linear.shape[1:]):
         values = terms.linear[:, row, column]
-        if np.abs(values).max() > TOLERANCE * size[:, row].max():
+        if row not in explained and np.abs(values).max() > TOLERANCE * size[:, row].max():
             constant = np.ptp(values) <= ALIKE * np.abs(values).max()
             factor = f"{values.mean():.6g} " if constant else ""
             linear_terms.append(f"{factor}{names[column]}' in bias[{names[row]}]")
@@ -470,14 +494,15 @@ def _linear_notes(terms: BiasTerms, size: np.ndarray, names: Sequence[str]) -> I
 def _describe_products(
     problem: RobotProblem, level: Level, user_terms: BiasTerms
 ) -> tuple[list[str], list[str]]:
-    """Sentences on products of rates that are wrong, rows that are alike as one; those without."""
+    """Sentences on products of rates that are wrong, in the same way as one; those without."""
     states = RandomStates(*(each[: len(user_terms.rest)] for each in problem.states))
     reference_terms = sample_bias_terms(AnalyticRobot(problem.robot, level).bias, states)
     with_weights = problem.answers.sources["bias"] in WITH_WEIGHTS
     sizes, names = term_sizes(problem.sizes[level], with_weights=with_weights), problem.names
     sizes = sizes[: len(user_terms.rest)]
     differences = np.abs(user_terms.products - reference_terms.products)
-    sentences, others = list[str](), list[str]()
+    terms_by_words: dict[str, list[str]] = {}
+    others = list[str]()
     for row, name in enumerate(names):
         user_products, reference_products = (
             user_terms.products[:, row],
@@ -489,7 +514,7 @@ def _describe_products(
         small = TOLERANCE * sizes[:, row]
         whole = describe_ratio(user_products.ravel(), reference_products.ravel(), small.ravel())
         if whole and len(beyond) > 1:
-            sentences.append(f"bias[{name}], all products of rates: {whole}")
+            terms_by_words.setdefault(whole, []).append(f"bias[{name}], all products of rates")
             continue
         for j, k in beyond.tolist():
             ratio_text = describe_ratio(
@@ -501,10 +526,16 @@ def _describe_products(
             rates = f"{names[j]}'^2" if j == k else f"{names[j]}' {names[k]}'"
             term, words = f"bias[{name}] of {rates}", "; ".join(filter(None, (ratio_text, wave)))
             if words:
-                sentences.append(f"{term}: {words}")
+                terms_by_words.setdefault(words, []).append(term)
             else:
                 others.append(term)
-    return sentences, others
+    return [f"{_list_first(terms)}: {words}" for words, terms in terms_by_words.items()], others
+
+
+def _list_first(terms: Sequence[str]) -> str:
+    """The first few terms, and how many more."""
+    more = f" and {len(terms) - MOST_SHOWN} more" if len(terms) > MOST_SHOWN else ""
+    return f"{', '.join(terms[:MOST_SHOWN])}{more}"
 
 
 def _causes_within(
@@ -520,6 +551,11 @@ def _causes_within(
         return
     # A row of the balance that accelerations are held in is no row of these.
     rows = part in ("bias", "acceleration")
+    if len(within) == 1 and not rows:
+        entry_causes = search.find_causes(search.select_places(entry=within[0]))
+        if missing := [cause for cause in entry_causes if cause.missing]:
+            yield from _describe_causes(missing, within[0].name)
+            return
     places = [search.select_places(part)]
     causes = [cause for cause in search.find_causes(places[0]) if alone or cause.usual]
     if not causes and alone:
@@ -535,6 +571,9 @@ def _causes_within(
             names = [entry.name for entry in within]
             few = len(names) <= MOST_OTHERS
             where = " and ".join(names) if few else f"the wrong entries of {part}"
+    if not causes and alone and len(within) > 1:
+        causes = [cause for cause in search.find_pair_causes(places[0]) if cause.usual]
+        where = part if causes else where
     if not causes and alone and part == "mass_matrix" and len(within) >= LEAST_ENTRIES:
         causes = list(search.find_inertia_causes(places[0]))
     if causes:
@@ -558,18 +597,19 @@ def _causes_within(
 
 
 def _describe_causes(causes: Sequence[Cause], where: str) -> Iterator[str]:
-    """Sentences on causes in one place: the usual one first, then its equals in one line."""
-    ordered = sorted(causes, key=lambda cause: (not cause.usual, not cause.missing))
-    usual = [cause for cause in ordered if cause.usual][:1]
-    for cause in usual:
+    """Sentences on causes in one place: the usual one first, then its equals in one line.
+
+    Beside a usual one no number is named that nobody would have written.
+    """
+    usual = sorted(filter(lambda cause: cause.usual, causes), key=lambda cause: not cause.missing)
+    for cause in usual[:1]:
         missing = f"{cause.missing} is missing in {where}"
         yield missing if cause.missing else f"in {where} alone, as with {cause.words}"
-    if others := [cause.words for cause in ordered[len(usual) :]]:
-        also = "would also be explained by" if usual else "would be explained by"
-        yield f"{where} {also} any one of these in it alone: {list_equals(others)}"
+    if others := [cause.words for cause in usual[1:] or (() if usual else causes)]:
+        also = "would also be explained" if usual else "would be explained"
+        yield f"{where} {also}, in it alone, by {list_equals(others)}"
 
 
 def list_equals(causes: Sequence[str]) -> str:
-    """The first few of causes that no state tells from one that is named, and how many more."""
-    count = len(causes) - MOST_OTHERS
-    return "; ".join((*causes[:MOST_OTHERS], *([f"and {count} more"] if count > 0 else [])))
+    """The first two of causes that no state tells from one that is named."""
+    return " or ".join(causes[:MOST_EQUALS])

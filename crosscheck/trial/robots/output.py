@@ -3,10 +3,11 @@
 from __future__ import annotations
 
 from collections.abc import Iterator
+from typing import TYPE_CHECKING
 
 from crosscheck import __version__
 from crosscheck.models.robot.robot import LEVELS
-from crosscheck.report.formatting import describe_outcome, format_count
+from crosscheck.report.formatting import describe_outcome, format_count, make_printable
 from crosscheck.report.junit import format_junit
 from crosscheck.report.records import format_json, to_json_value
 from crosscheck.trial.robots.elastic import ELASTIC
@@ -14,8 +15,12 @@ from crosscheck.trial.robots.explain import list_equals
 from crosscheck.trial.robots.judge import LETTERS, has_engine_conflict
 from crosscheck.trial.robots.trial import RobotTrial
 
+if TYPE_CHECKING:
+    from crosscheck.report.heat_map import HeatMap
+
 SCHEMA_VERSION = 1
 MOST_ENTRIES, MOST_SENTENCES = 5, 12
+NO_CAUSE = "no single number, frame or place explains it"
 
 
 def format_lines(trial: RobotTrial) -> Iterator[str]:
@@ -62,6 +67,20 @@ def first_lines(trial: RobotTrial) -> Iterator[str]:
     yield f"wrong: {parts} off from {level} {by}{left_out}"
 
 
+def describe_first_error(trial: RobotTrial) -> str:
+    """The entry that differs most, and a cause, in one line; '' where no entry differs."""
+    diagnosis = trial.diagnosis
+    if not diagnosis.entries:
+        return ""
+    others = len(diagnosis.entries) - 1
+    more = f" and {others} more" if others else ""
+    causes = [f"right in {words}" for words in diagnosis.readings]
+    causes += [f"as with {words}" for words in diagnosis.explanations]
+    causes += [f"all of it is in {link}" for link in diagnosis.links]
+    cause = (*causes[:1], *diagnosis.notes[::-1], NO_CAUSE)[0]
+    return f"{diagnosis.entries[0].name}{more}: {cause}"
+
+
 def _disagreements(trial: RobotTrial) -> Iterator[str]:
     """Sentences on checks that do not agree and that no entry tells."""
     if has_engine_conflict(trial.agreement.findings):
@@ -94,7 +113,7 @@ def _explanations(trial: RobotTrial) -> Iterator[str]:
         yield f"all of it is in {link}: its mass, centre of mass and inertia together explain it"
     reasons = diagnosis.explanations or diagnosis.links or diagnosis.notes or diagnosis.readings
     if diagnosis.entries and not reasons:
-        yield "no single number, frame or place explains it"
+        yield NO_CAUSE
 
 
 def format_robot_trial(trial: RobotTrial) -> str:
@@ -142,14 +161,32 @@ def robot_trial_junit(trial: RobotTrial) -> str:
     return format_junit(trial.agreement, f"trial {trial.name} {trial.robot.name}", properties)
 
 
+def robot_trial_summary(trial: RobotTrial) -> str:
+    """What a notebook shows: the lines of the terminal, and a heat map of each part."""
+    from crosscheck.report.rendering import render_page
+
+    lines = [make_printable(line) for line in format_lines(trial)]
+    return render_page("summary", lines=lines, maps=_make_maps(trial))
+
+
+def _make_maps(trial: RobotTrial) -> list[HeatMap]:
+    """A heat map of each part."""
+    from crosscheck.report.heat_map import make_entry_map
+
+    return [
+        make_entry_map(
+            LETTERS.get(part, part), trial.robot.coordinate_names, errors, trial.allowed[part]
+        )
+        for part, errors in trial.relative_errors.items()
+    ]
+
+
 def robot_trial_page(trial: RobotTrial) -> str:
     """The page on a trial: HTML text."""
     from crosscheck.report.finding_groups import list_findings
-    from crosscheck.report.heat_map import make_entry_map
     from crosscheck.report.rendering import WrongRow, render_page
 
     diagnosis, robot = trial.diagnosis, trial.robot
-    names = [robot.joints[number].name for number in robot.coordinates]
     headline = [*first_lines(trial), *trial.remarks]
     sentences = [*_explanations(trial), *_disagreements(trial)]
     return render_page(
@@ -162,10 +199,7 @@ def robot_trial_page(trial: RobotTrial) -> str:
         wrong=[WrongRow(each.name, each.share, each.remark) for each in diagnosis.entries],
         verdicts=headline * bool(diagnosis.entries) + sentences,
         notes=[*diagnosis.notes, *robot.notes],
-        maps=[
-            make_entry_map(LETTERS.get(part, part), names, relative_errors, trial.allowed[part])
-            for part, relative_errors in trial.relative_errors.items()
-        ],
+        maps=_make_maps(trial),
         allowed={LETTERS.get(part, part): value for part, value in trial.allowed.items()},
         listed=list_findings(trial.agreement.findings),
         sources=(),

@@ -7,18 +7,20 @@ from collections.abc import Iterator, Sequence
 import numpy as np
 
 from crosscheck.analytic.robot.model import AnalyticRobot
+from crosscheck.checks.robots.sizes import RobotSizes
 from crosscheck.checks.robots.states import RandomStates
 from crosscheck.models.robot.robot import BASE, Level, Robot
 from crosscheck.trial.coordinates.readings import (
     FITS,
     JointCoordinates,
     Reading,
-    has_same_values,
     list_pairs,
     list_readings,
     select_first_kind,
 )
 from crosscheck.trial.robots.judge import RobotProblem
+
+MASS = "M"  # the key of M, whose diagonal says how large the entries of a row are
 
 
 def find_readings(problem: RobotProblem) -> tuple[Level | None, list[Reading]]:
@@ -30,7 +32,8 @@ def find_readings(problem: RobotProblem) -> tuple[Level | None, list[Reading]]:
         for level in levels:
             model = AnalyticRobot(problem.robot, level)
             likely = _screen(group, model, problem) if group else []
-            if readings := [each for each in likely if _agrees(each, model, problem)]:
+            sizes = problem.sizes[level]
+            if readings := [each for each in likely if _agrees(each, model, problem, sizes)]:
                 return level, select_first_kind(readings)
     return None, []
 
@@ -55,11 +58,24 @@ def describe_coordinates(robot: Robot) -> JointCoordinates:
     return JointCoordinates(robot.coordinate_names, turning, angles, ratios)
 
 
-def _agrees(reading: Reading, model: AnalyticRobot, problem: RobotProblem) -> bool:
-    return any(
-        has_same_values(problem.answers.values, {part: each[0] for part, each in values.items()})
-        for values in _generate_values([reading], model, problem.states, problem)
-    )
+def _agrees(
+    reading: Reading, model: AnalyticRobot, problem: RobotProblem, sizes: RobotSizes
+) -> bool:
+    """Whether all parts agree by the verdict's own tolerance, each row by the reading's M."""
+    user_values = problem.answers.values
+    for values in _generate_values([reading], model, problem.states, problem):
+        mass = values.pop(MASS)[0]
+        root = np.sqrt(np.abs(np.einsum("sii->si", mass)))
+        agrees = True
+        for part, each in values.items():
+            scale = root[..., None] * root[:, None] if part == "mass_matrix" else root
+            scale = 1 / scale if part == "acceleration" else scale
+            right, wrong = each[0] / scale, (user_values[part] - each[0]) / scale
+            largest = np.abs(right).max() if part != "mass_matrix" else 1.0
+            agrees &= bool((np.abs(wrong) <= sizes.tolerance(part) * largest).all())
+        if agrees:
+            return True
+    return False
 
 
 def _screen(
@@ -72,6 +88,7 @@ def _screen(
     user_values, first = problem.answers.values, problem.states.first(1)
     agree = np.zeros(len(readings), dtype=bool)
     for values in _generate_values(readings, model, first, problem):
+        del values[MASS]
         fits = np.ones(len(readings), dtype=bool)
         for part, right in values.items():
             off = np.abs(right - user_values[part][:1]).reshape(len(readings), -1).max(axis=1)
@@ -83,7 +100,7 @@ def _screen(
 def _generate_values(
     readings: Sequence[Reading], model: AnalyticRobot, states: RandomStates, problem: RobotProblem
 ) -> Iterator[dict[str, np.ndarray]]:
-    """What the equations would say of each part (readings, states, ...) if x were as read.
+    """What the equations would say of each part (readings, states, ...) if x were as read, and M.
 
     Where a part takes torques, then as if these were those of the robot's joints, not of x.
     """
@@ -112,4 +129,4 @@ def _generate_values(
         if "acceleration" in problem.parts:
             pushed = torques - bias - gravity
             values["acceleration"] = np.linalg.solve(mass, pushed[..., None])[..., 0]
-        yield {part: values[part] for part in problem.parts}
+        yield {MASS: mass, **{part: values[part] for part in problem.parts}}

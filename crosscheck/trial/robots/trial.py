@@ -59,7 +59,7 @@ from crosscheck.trial.robots.rates import (
 from crosscheck.trial.robots.sizes import compute_sizes_by_level
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, repr=False)
 class RobotTrial:
     """A user's equations of a robot, judged.
 
@@ -83,6 +83,18 @@ class RobotTrial:
     relative_errors: Mapping[str, np.ndarray]
     allowed: Mapping[str, float]
     seed: int
+
+    def __repr__(self) -> str:
+        """What the command prints."""
+        from crosscheck.trial.robots.output import format_lines
+
+        return "\n".join(format_lines(self))
+
+    def _repr_html_(self) -> str:
+        """The same with a heat map of each part, for a notebook."""
+        from crosscheck.trial.robots.output import robot_trial_summary
+
+        return robot_trial_summary(self)
 
     @property
     def exit_code(self) -> int:

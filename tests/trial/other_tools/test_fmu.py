@@ -634,6 +634,119 @@ def test_annotations_of_a_vendor_are_passed_over(crosscheck, tmp_path):
     assert RIGID in (tmp_path / "new" / "map.toml").read_text(encoding="utf-8")
 
 
+REAL = '<ScalarVariable name="{}" valueReference="{}" causality="{}"><Real {}/></ScalarVariable>'
+STATES = ("q1", "q2", "w1", "w2")
+
+
+def described_2(
+    states: dict[str, str], of_derivatives: str, listed: range, torque: str = "tau"
+) -> bytes:
+    """FMI 2.0: units of states by name; attributes of derivatives, number 1 the first state."""
+    size = len(states)
+    rows = [REAL.format(name, k, "local", unit) for k, (name, unit) in enumerate(states.items())]
+    rows += [
+        REAL.format(f"der({name})", size + k, "local", of_derivatives.format(k + 1))
+        for k, name in enumerate(states)
+    ]
+    rows.append(REAL.format(torque, 2 * size, "input", 'start="0"'))
+    unknowns = "".join(f'<Unknown index="{number}"/>' for number in listed)
+    return (
+        '<fmiModelDescription fmiVersion="2.0" modelName="unit" guid="1">'
+        '<ModelExchange modelIdentifier="unit"/>'
+        f"<ModelVariables>{''.join(rows)}</ModelVariables><ModelStructure>"
+        f"<Derivatives>{unknowns}</Derivatives></ModelStructure></fmiModelDescription>"
+    ).encode()
+
+
+def per_second(*names: str) -> dict[str, str]:
+    return {name: f'unit="{"rad/s" if name[0] == "w" else "rad"}"' for name in names}
+
+
+PLAIN = dict.fromkeys(STATES, "")
+WITH = 'derivative="{}"'
+DRAFTED = {
+    "as they must be": described_2(PLAIN, WITH, range(5, 9)),
+    "one of them listed twice": described_2(PLAIN, WITH, range(5, 9)).replace(
+        b"</Derivatives>", b'<Unknown index="5"/></Derivatives>'
+    ),
+    "no attribute derivative": described_2(PLAIN, "", range(5, 9)),
+    "states listed as derivatives": described_2(PLAIN, WITH, range(1, 5)),
+    "each rate behind its state": described_2(
+        per_second("q1", "w1", "q2", "w2"), WITH, range(5, 9)
+    ),
+    "a rate that is the derivative": described_2(
+        dict.fromkeys(("q1", "w1", "q2", "w2"), ""), WITH, range(5, 9)
+    )
+    .replace(b'(q1)" valueReference="4"', b'(q1)" valueReference="1"')
+    .replace(b'(q2)" valueReference="6"', b'(q2)" valueReference="3"'),
+}
+
+
+def ask_for_draft(crosscheck, description, folder):
+    (folder / "unit.fmu").write_bytes(zipped({DESCRIPTION: description}))
+    return crosscheck("trial", "--ask", folder / "unit.fmu", "--out", folder / "new")
+
+
+@pytest.mark.parametrize("case", DRAFTED)
+def test_draft_states_each_state_once(crosscheck, case, tmp_path):
+    answer = ask_for_draft(crosscheck, DRAFTED[case], tmp_path)
+    assert (answer.code, answer.err) == (0, "")
+    draft = tomllib.loads((tmp_path / "new" / "map.toml").read_text(encoding="utf-8"))
+    assert (draft["q"], draft["v"]) == (["q1", "q2"], ["w1", "w2"])
+    assert draft["torque"] == ["tau"]
+
+
+ARRAY = "><Dimension start='2'/></Float64>"
+NO_DRAFT = {
+    "derivatives of nothing": (
+        described_2(PLAIN, "", range(5, 9)).replace(b"der(", b"rate("),
+        ("rate(q1), rate(q2)", "derivative"),
+    ),
+    "no derivatives": (described_2(PLAIN, WITH, range(0)), ("0 continuous states", "by hand")),
+    "an odd number of states": (
+        described_2(dict.fromkeys(STATES[:3], ""), WITH, range(4, 7)),
+        ("3 continuous states", "by hand"),
+    ),
+    "no input": (
+        described_2(PLAIN, WITH, range(5, 9)).replace(b'"input"', b'"local"'),
+        ("0 real inputs", "by hand"),
+    ),
+    "two states of one name": (
+        described_2(PLAIN, WITH, range(5, 9)).replace(b'name="q2"', b'name="q1"'),
+        ("name of a variable = 'q1'",),
+    ),
+    "an input without a name": (
+        described_2(PLAIN, WITH, range(5, 9), torque=""),
+        ("name of a variable = ''",),
+    ),
+    "an array of inputs": (
+        description_3(["a", "b"], steps=False)
+        .replace('"torque_1" valueReference="8" variability="continuous" causality="input" start'
+                 '="0"/>', f'"tau" valueReference="8" causality="input" start="0 0"{ARRAY}')
+        .encode(),
+        ("tau: is an array",),
+    ),
+    "an array of states": (
+        description_3(["a", "b"], steps=False)
+        .replace(
+            '"a" valueReference="0" variability="continuous" causality="local" initial="exact"'
+            ' start="0"/>', f'"a" valueReference="0" initial="exact" start="0 0"{ARRAY}')
+        .encode(),
+        ("a: is an array",),
+    ),
+}  # fmt: skip
+
+
+@pytest.mark.parametrize("case", NO_DRAFT)
+def test_draft_without_content_is_not_written(crosscheck, case, tmp_path):
+    description, messages = NO_DRAFT[case]
+    answer = ask_for_draft(crosscheck, description, tmp_path)
+    assert_one_line(answer, "unit.fmu: ", *messages)
+    assert answer.code == 2
+    assert "\\n" not in answer.err
+    assert not (tmp_path / "new").exists()
+
+
 def test_no_code_of_a_unit_runs_unasked(crosscheck, tmp_path):
     (tmp_path / "unit.fmu").write_bytes(described_as())
     (tmp_path / "map.toml").write_text(RIGID, encoding="utf-8")

@@ -2,13 +2,14 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterator, Sequence
+from collections.abc import Callable, Iterable, Iterator, Sequence
 from dataclasses import dataclass, replace
 from functools import partial
 from itertools import combinations, product
 from typing import Any, Literal
 
 import numpy as np
+from scipy.spatial.transform import Rotation
 
 from crosscheck.models.robot.robot import (
     BASE,
@@ -42,7 +43,26 @@ UNITS = {
     np.pi / 180: "pi/180 of it: degrees taken for radians?",
     180 / np.pi: "180/pi times as large: radians taken for degrees?",
 }
+# The same of numbers of one unit alone.
+UNITS_OF = {
+    "kg": {
+        2.20462: "2.20462 times as large: pounds?",
+        1 / 2.20462: "1/2.20462 of it: taken for pounds?",
+    },
+    "m": {
+        1e2: "100 times as large: centimetres?",
+        1e-2: "1/100 of it: taken for centimetres?",
+    },
+}
+# Masses and inertias of a stage, by their fields.
+STAGE_FIELDS = {
+    f"{part}_{what}_{unit}".replace(" ", "_").replace("^", ""): (part, what, unit)
+    for part in ("sun", "planet")
+    for what, unit in (("inertia", "kg m^2"), ("equivalent mass", "kg"))
+}
+FAR = 10  # times the longest distance of the file: no joint or centre is as far away
 AS_IT_STANDS = "its inertia as it stands, not turned by the rpy of its inertial frame"
+TYPED = 2e-5  # of a factor between units, which is often typed with five digits
 ALIKE = 1e-6  # of numbers that are the same one
 
 
@@ -51,8 +71,8 @@ class RobotNumber:
     """A number of a robot, on which its equations depend by at most its square.
 
     step: a size of it, by which differences are taken; put: the robot with another value of it.
-    factor: whether the number is a factor, 1, of several numbers of the file; curved: whether
-    equations depend on it in another way than by its square.
+    factor: whether the number is a factor, 1, of several numbers of the file in the unit; curved:
+    whether equations depend on it in another way than by its square.
     """
 
     name: str
@@ -77,7 +97,8 @@ class RobotNumber:
     def describe_unit(self, value: float) -> str:
         """Words on a value that is the number in another unit; '' for none."""
         right = self.value
-        near = (w for by, w in UNITS.items() if right and abs(value / (by * right) - 1) < ALIKE)
+        units = UNITS | UNITS_OF.get(self.unit, {})
+        near = (w for by, w in units.items() if right and abs(value / (by * right) - 1) < TYPED)
         return next(near, "")
 
 
@@ -109,7 +130,7 @@ def list_numbers(robot: Robot) -> Iterator[RobotNumber]:
             scaled = Placement(joint.placement.rotation, by * joint.placement.position)
             return _set_field(robot, "joints", number, "placement", scaled)
 
-        yield RobotNumber(f"joint {joint.name}: its place", "", 1.0, 1.0, scale, factor=True)
+        yield RobotNumber(f"joint {joint.name}: its place", "m", 1.0, 1.0, scale, factor=True)
         yield from _curved_numbers(robot, number, joint)
     for number, rotor in enumerate(robot.rotors):
         name = f"rotor of {robot.joints[rotor.joint].name}"
@@ -129,14 +150,14 @@ def list_numbers(robot: Robot) -> Iterator[RobotNumber]:
 
 def _factors(robot: Robot) -> Iterator[RobotNumber]:
     """Factors of a number of every link, or of every rotor, where there are several."""
-    several: tuple[tuple[str, PartKind, str], ...] = (
-        ("every link's mass", "bodies", "mass"),
-        ("every link's inertia", "bodies", "inertia"),
-        ("every link's centre of mass", "bodies", "com"),
-        ("every rotor's inertia", "rotors", "inertia"),
-        ("every rotor's ratio", "rotors", "ratio"),
+    several: tuple[tuple[str, PartKind, str, str], ...] = (
+        ("every link's mass", "bodies", "mass", "kg"),
+        ("every link's inertia", "bodies", "inertia", "kg m^2"),
+        ("every link's centre of mass", "bodies", "com", "m"),
+        ("every rotor's inertia", "rotors", "inertia", "kg m^2"),
+        ("every rotor's ratio", "rotors", "ratio", ""),
     )
-    for name, kind, field in several:
+    for name, kind, field, unit in several:
         parts = getattr(robot, kind)
 
         def put(by: float, kind: PartKind = kind, field: str = field) -> Robot:
@@ -145,7 +166,7 @@ def _factors(robot: Robot) -> Iterator[RobotNumber]:
             return _replace_parts(robot, kind, scaled)
 
         if len(parts) > 1:
-            yield RobotNumber(name, "", 1.0, 1.0, put, factor=True)
+            yield RobotNumber(name, unit, 1.0, 1.0, put, factor=True)
 
 
 def _curved_numbers(robot: Robot, number: int, joint: Joint) -> Iterator[RobotNumber]:
@@ -182,17 +203,15 @@ def _curved_numbers(robot: Robot, number: int, joint: Joint) -> Iterator[RobotNu
 def _stage_numbers(robot: Robot, number: int, stage: JointStage) -> Iterator[RobotNumber]:
     """The inertias of sun and planets of a stage, in the form in which they are given."""
     name = f"stage of {robot.joints[stage.joint].name}"
-    for part in ("sun", "planet"):
-        for what, unit in (("inertia", "kg m^2"), ("equivalent mass", "kg")):
-            field = f"{part}_{what}_{unit}".replace(" ", "_").replace("^", "")
-            value = getattr(stage.gears, field)
+    for field, (part, what, unit) in STAGE_FIELDS.items():
+        value = getattr(stage.gears, field)
 
-            def put(value: float, field: str = field) -> Robot:
-                gears = stage.gears.model_copy(update={field: value})
-                return _set_field(robot, "stages", number, "gears", gears)
+        def put(value: float, field: str = field) -> Robot:
+            gears = stage.gears.model_copy(update={field: value})
+            return _set_field(robot, "stages", number, "gears", gears)
 
-            if value is not None:
-                yield RobotNumber(f"{name}: {what} of {part}", unit, value, value, put)
+        if value is not None:
+            yield RobotNumber(f"{name}: {what} of {part}", unit, value, value, put)
 
 
 def _body_numbers(robot: Robot, number: int, body: RobotBody) -> Iterator[RobotNumber]:
@@ -203,13 +222,16 @@ def _body_numbers(robot: Robot, number: int, body: RobotBody) -> Iterator[RobotN
         return put(field, set_entry(getattr(body, field), place, value))
 
     yield RobotNumber(f"{link}: mass", "kg", body.mass, body.mass, partial(put, "mass"))
-    for field, what in (("com", "its centre of mass"), ("inertia", "its inertia")):
+    for field, what, unit in (
+        ("com", "its centre of mass", "m"),
+        ("inertia", "its inertia", "kg m^2"),
+    ):
         values = getattr(body, field)
 
         def scale(by: float, field: str = field, values: np.ndarray = values) -> Robot:
             return put(field, by * values)
 
-        yield RobotNumber(f"{link}: {what}", "", 1.0, 1.0, scale, factor=True)
+        yield RobotNumber(f"{link}: {what}", unit, 1.0, 1.0, scale, factor=True)
     reach = _reach(body)
     for axis, value in enumerate(body.com.tolist()):
         entry = partial(put_entry, "com", (axis,))
@@ -239,6 +261,7 @@ def generate_frame_mistakes(robot: Robot, *, are_rotors_bodies: bool) -> Iterato
         robot, "rotors", "every rotor", names, list(map(_rotor_mistakes, robot.rotors))
     )
     yield from _chain_mistakes(robot)
+    yield from _order_mistakes(robot)
     yield from _mimic_mistakes(robot)
     yield from _gravity_mistakes(robot)
     if are_rotors_bodies:
@@ -294,9 +317,11 @@ def _rotor_pair_mistakes(
     """Words on what a stage's sun and planets may be taken for, and the rotors that they are so."""
     sun, planets = stage_rotors(robot, stage)
     gears = stage.gears
+    whole_ratio = float(np.trunc(sun.ratio))
     single_inertia = planets.inertia / gears.planet_count
     for words, ratios in (
         ("its ratio z_r / z_s, that of a carrier held", (sun.ratio - 1, planets.ratio)),
+        ("its sun's ratio rounded down, as by integer division", (whole_ratio, planets.ratio)),
         ("its sun turning the other way", (-sun.ratio, planets.ratio)),
         ("its planets turning the other way", (sun.ratio, -planets.ratio)),
         ("its planets turning as on the carrier", (sun.ratio, planets.ratio - 1)),
@@ -310,16 +335,50 @@ def _rotor_pair_mistakes(
 
 
 def _chain_mistakes(robot: Robot) -> Iterator[FrameMistake]:
-    """A tree taken for a chain: joints that begin a branch on the end of the branch before it."""
+    """A tree taken for a chain, or a joint on a link that stands on the same one as it.
+
+    Joints that begin a branch are on the end of the branch before it.
+    """
     chained = list(robot.joints)
     branches = [k for k, joint in enumerate(robot.joints) if joint.parent != k - 1]
     for number in branches:
         joint = chained[number] = replace(robot.joints[number], parent=number - 1)
         words = f"joint {joint.name}: on {get_link_name(robot, number - 1)}, as in a chain"
         yield FrameMistake(words, replace_part(robot, "joints", number, joint))
+    for number, joint in enumerate(robot.joints):
+        for other in range(number - 1):
+            if robot.joints[other].parent == joint.parent:
+                words = (
+                    f"joint {joint.name}: on {get_link_name(robot, other)}, which stands beside it"
+                )
+                moved = _set_field(robot, "joints", number, "parent", other)
+                yield FrameMistake(words, moved)
     if len(branches) > 1:
         words = "every joint: on the link before it, as in a chain"
         yield FrameMistake(words, _replace_parts(robot, "joints", chained), several=True)
+
+
+def _order_mistakes(robot: Robot) -> Iterator[FrameMistake]:
+    """Joints that turn before the constant transform of their table, as in classic DH.
+
+    Each link then ends where the next joint begins, and what it carries is placed there.
+    """
+    ends = dict(enumerate(joint.placement for joint in robot.joints))
+    ends[BASE] = Placement(np.eye(3), np.zeros(3))
+    joints = [replace(joint, placement=ends[joint.parent]) for joint in robot.joints]
+    bodies = [
+        RobotBody(body.mass, R @ body.com + place, R @ body.inertia @ R.T)
+        for number, body in enumerate(robot.bodies)
+        for R, place in [(ends[number].rotation, ends[number].position)]
+    ]
+    rotors = []
+    for rotor in robot.rotors:
+        frame = robot.frames[rotor.stator]
+        link = frame.placement.rotation
+        rotors.append(replace(rotor, axis=link.T @ ends[frame.body].rotation @ link @ rotor.axis))
+    words = "every joint: turned before its constant transform, as of classic DH with modified DH's"
+    moved = replace(robot, joints=tuple(joints), bodies=tuple(bodies), rotors=tuple(rotors))
+    yield FrameMistake(f"{words} table", moved, several=True)
 
 
 def _gravity_mistakes(robot: Robot) -> Iterator[FrameMistake]:
@@ -368,12 +427,21 @@ def _joint_mistakes(joint: Joint) -> Iterator[tuple[str, Joint]]:
             "its rpy turned in the other order, about x last",
             rotate_by(roll_pitch_yaw(turn), (2, 1, 0)),
         ),
+        ("its quaternion w, x, y, z read as x, y, z, w", _roll_quaternion(turn, 1)),
+        ("its quaternion x, y, z, w read as w, x, y, z", _roll_quaternion(turn, -1)),
     ):
         yield words, replace(joint, placement=Placement(other, position))
     yield (
         "its place turned with its frame",
         replace(joint, placement=Placement(turn, turn @ position)),
     )
+
+
+def _roll_quaternion(turn: np.ndarray, places: int) -> np.ndarray:
+    """The rotation by a quaternion x, y, z, w whose numbers are so many places further on."""
+    moved = np.roll(Rotation.from_matrix(turn).as_quat(), places)
+    rolled: np.ndarray = Rotation.from_quat(moved).as_matrix()
+    return rolled
 
 
 def rotate_by(angles: np.ndarray, order: Sequence[int]) -> np.ndarray:
@@ -396,6 +464,10 @@ def _rotor_mistakes(rotor: Rotor) -> Iterator[tuple[str, Rotor]]:
         replace(rotor, inertia=rotor.inertia / abs(rotor.ratio)),
     )
     yield "its ratio left out", replace(rotor, inertia=rotor.inertia / rotor.ratio**2)
+    yield (
+        "its ratio rounded down, as by integer division",
+        replace(rotor, ratio=float(np.trunc(rotor.ratio)) or rotor.ratio),
+    )
     yield "divided by its ratio's square", replace(rotor, inertia=rotor.inertia / rotor.ratio**4)
     yield "the sign of its ratio left out", replace(rotor, ratio=abs(rotor.ratio))
 
@@ -434,6 +506,9 @@ def generate_body_mistakes(
     stated = axes.T @ body.inertia @ axes
     diagonal = np.diag(np.diag(stated))
     yield AS_IT_STANDS, replace(body, inertia=stated)
+    once = "its inertia turned once by the rpy of its inertial frame"
+    yield f"{once}, R I for R I R'", replace(body, inertia=axes @ stated)
+    yield f"{once}, I R' for R I R'", replace(body, inertia=stated @ axes.T)
     yield (
         "its inertia about the joint, taken for that about the centre of mass",
         replace(body, inertia=body.inertia + about),
@@ -477,18 +552,29 @@ def generate_body_mistakes(
 
 
 def is_physical(robot: Robot, file_robot: Robot) -> bool:
-    """Whether there can be such bodies and rotors: no mass or inertia below that of points.
+    """Whether there can be such a robot: no mass or inertia below that of points, nothing far away.
 
     A body that is none in the file already may be as little. Of a point or a thin rod in the file
     one moment may be given alone, for the others may turn nothing.
     """
+    if _measure_reach(robot) > FAR * _measure_reach(file_robot):
+        return False
     for body, file_body in zip(robot.bodies, file_robot.bodies, strict=True):
         positive, triangle = _excesses(body)
         file_positive, file_triangle = _excesses(file_body)
         least = min(positive, triangle) if file_triangle > ALIKE else positive
         if body is not file_body and least < min(file_positive, file_triangle, 0.0) - ALIKE:
             return False
-    return all(rotor.inertia >= 0 for rotor in robot.rotors)
+    gears = [stage.gears.model_dump() for stage in robot.stages]
+    values = [each[name] or 0.0 for each in gears for name in each if name in STAGE_FIELDS]
+    return all(value >= 0 for value in (*(rotor.inertia for rotor in robot.rotors), *values))
+
+
+def _measure_reach(robot: Robot) -> float:
+    """The largest distance of a joint from the one before it, or of a centre from its joint [m]."""
+    points = [joint.placement.position for joint in robot.joints]
+    points += [body.com for body in robot.bodies]
+    return max(float(np.linalg.norm(point)) for point in points)
 
 
 def _excesses(body: RobotBody) -> tuple[float, float]:
@@ -497,6 +583,14 @@ def _excesses(body: RobotBody) -> tuple[float, float]:
     size = max(float(np.abs(moments).max()), 1e-300)
     triangle = float(moments[0] + moments[1] - moments[2]) / size
     return float(min(moments[0] / size, np.sign(body.mass))), triangle
+
+
+def list_equal_numbers(
+    numbers: Iterable[RobotNumber], unit: str, value: float
+) -> list[RobotNumber]:
+    """Those of some numbers that have a unit and a value, which is not 0."""
+    of_unit = (each for each in numbers if each.unit == unit and value and not each.factor)
+    return [each for each in of_unit if abs(each.value - value) <= ALIKE * abs(value)]
 
 
 def get_link_name(robot: Robot, number: int) -> str:

@@ -152,6 +152,12 @@ class MotionTable:
         for words, inertia in inertias.items():
             yield words, _put_inertia(right, np.broadcast_to(inertia, body.inertia.shape))
         inertias |= {w: b.inertia for w, b in changed.items() if b.mass == body.mass}
+        bodies = self.robot.bodies
+        for words, neighbour in (("before", number - 1), ("after", (number + 1) % len(bodies))):
+            # By an index that is one off, with that of the last link before the first one.
+            inertias[f"the inertia of the link {words} it"] = (
+                pose.rotation @ bodies[neighbour].inertia @ pose.rotation.swapaxes(1, 2)
+            )
         for words, inertia in inertias.items():
             yield f"{words}{TORQUES[0]}", replace(right, growing_inertia=inertia)
             yield f"{words}{TORQUES[1]}", replace(right, spinning_inertia=inertia)

@@ -341,9 +341,13 @@ def describe_wrong_piece(difference: np.ndarray, pieces: Pieces, size: float, mo
 
 
 def _describe_factor(names: Sequence[str], factor: float) -> str:
+    makes = "makes" if len(names) == 1 else "make"
+    return f"what {' and '.join(names)} {makes}: {_format_factor(factor)}"
+
+
+def _format_factor(factor: float) -> str:
     usual = [words for by, words in USUAL.items() if abs(factor - by) < ALIKE]
-    words = usual[0] if usual else f"{factor:.6g} times as large"
-    return f"what {' and '.join(names)} {'makes' if len(names) == 1 else 'make'}: {words}"
+    return usual[0] if usual else f"{factor:.6g} times as large"
 
 
 def find_factors(difference: np.ndarray, pieces: Pieces, size: float) -> dict[str, float]:
@@ -481,36 +485,51 @@ def _describe_factors(factors: np.ndarray) -> str:
     return " and ".join(f"{by:g} {what}" for by, what in named if by) or "missing"
 
 
-def describe_friction(problem: RobotProblem, level: Level) -> Iterator[str]:
-    """Sentences on the friction of a joint that a force has wrong, and nothing else of the row."""
-    difference = problem.answers.values["force"] - problem.reference_values[level]["force"]
-    size, v = problem.sizes[level].entry_sizes("force"), problem.states.v
+def describe_friction(
+    problem: RobotProblem, level: Level, part: str, difference: np.ndarray
+) -> Iterator[tuple[str, list[int]]]:
+    """Sentences on friction that a force or bias has wrong, and the rows that it makes wrong.
+
+    difference (states, n): yours less right, at the first states.
+    """
+    first = slice(len(difference))
+    where, v = problem.answers.sources[part], problem.states.v[first]
+    size = np.broadcast_to(problem.sizes[level].entry_sizes(part, where), problem.states.v.shape)
+    # What is right of a bias that seems to have none has none either.
+    is_there = part == "force" or where == "inverse_dynamics" or problem.answers.friction_in_bias
     ratios = {each.joint: each.ratio for each in problem.robot.rotors}
+    rows_by_factor: dict[str, list[int]] = {}
     for row, name in enumerate(problem.names):
-        friction, wrong = problem.friction[:, row], difference[:, row]
-        least = SIZABLE * float(np.broadcast_to(size, difference.shape)[:, row].max())
+        friction, wrong = problem.friction[first, row], difference[:, row]
+        friction = -friction if part == "force" else friction
+        least = SIZABLE * float(size[:, row].max())
         if np.abs(wrong).max() <= least or np.abs(friction).max() <= least:
             continue
         share = float(wrong @ friction / (friction @ friction))
         if np.abs(wrong - share * friction).max() <= ALIKE * np.abs(wrong).max():
-            words = _describe_factor([f"the friction of {name}"], 1 - share)
             ratio = abs(ratios.get(problem.robot.coordinates[row], 1.0))
             near = [
                 f", {how}by its ratio{power}"
                 for how, power, by in RATIO_POWERS
-                if ratio != 1 and abs((1 - share) / ratio**by - 1) < ALIKE
+                if ratio != 1 and abs((is_there + share) / ratio**by - 1) < ALIKE
             ]
-            yield f"force[{name}], {words}{''.join(near)}"
+            factor = f"{_format_factor(is_there + share)}{''.join(near)}"
+            rows_by_factor.setdefault(factor, []).append(row)
             continue
         laws = np.stack([v[:, row], np.sign(v[:, row])], axis=1)
         kinds = laws * np.linalg.lstsq(laws, friction, rcond=None)[0]
         for kind, taken in zip(("viscous", "Coulomb"), kinds.T, strict=True):
             for other, other_name in enumerate(problem.names):
                 rate = v[:, other] if kind == "viscous" else np.sign(v[:, other])
-                share = float((wrong - taken) @ rate / (rate @ rate))
-                left = np.abs(wrong - taken - share * rate).max()
+                share = float((wrong + taken) @ rate / (rate @ rate))
+                left = np.abs(wrong + taken - share * rate).max()
                 if other != row and left <= ALIKE * np.abs(wrong).max():
-                    yield f"force[{name}]: its {kind} friction goes by the rate of {other_name}"
+                    law = f"its {kind} friction goes by the rate of {other_name}"
+                    yield f"{where}[{name}]: {law}", [row]
+    for factor, rows in rows_by_factor.items():
+        names = [problem.names[row] for row in rows]
+        entry = f"{where}[{names[0]}]" if len(names) == 1 else where
+        yield f"{entry}, the friction of {' and '.join(names)}: {factor}", rows
 
 
 def describe_coordinates(problem: RobotProblem, level: Level, part: str) -> Iterator[str]:

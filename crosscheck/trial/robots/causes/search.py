@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections.abc import Callable, Collection, Iterable, Iterator, Sequence
 from dataclasses import dataclass, replace
 from functools import cached_property
+from itertools import islice
 from typing import NamedTuple
 
 import numpy as np
@@ -23,6 +24,7 @@ from crosscheck.trial.robots.causes.angle_sums import measure_rest
 from crosscheck.trial.robots.causes.candidates import (
     ALIKE,
     AS_IT_STANDS,
+    AXES,
     USUAL,
     FrameMistake,
     RobotNumber,
@@ -30,6 +32,7 @@ from crosscheck.trial.robots.causes.candidates import (
     generate_frame_mistakes,
     get_link_name,
     is_physical,
+    list_equal_numbers,
     list_numbers,
 )
 from crosscheck.trial.robots.causes.exchanges import (
@@ -40,6 +43,7 @@ from crosscheck.trial.robots.causes.exchanges import (
     list_unit_bodies,
 )
 from crosscheck.trial.robots.causes.motions import ByPlace, MotionTable
+from crosscheck.trial.robots.causes.pairs import PairSearch
 from crosscheck.trial.robots.causes.pieces import (
     BodyPart,
     DynamicsTerms,
@@ -58,6 +62,8 @@ CLOSE = 1e-4  # of a difference's norm that a number's effect may leave before i
 PROMISING = 0.9  # of a difference's norm that a curved number's first step may leave
 STEPS = 12  # of Newton's method
 NEAR = 1e-4  # of a curved number's step: over which its slope is taken
+SLENDER = 1e-9  # of the largest moment of inertia: what a rod without thickness has about itself
+MOST_EQUAL_PAIRS = 12  # that explain a difference, after which no more are looked for
 LEAST_STATES = 3  # where two factors are free
 LEAST_ROWS = 12  # of one part, at so many states changes are screened
 MOST_SCREENED = 64  # places of a row, those of the largest differences, at which all are screened
@@ -243,7 +249,27 @@ class ChangeTable:
         number = part.number
         right = self.kane.compute_terms(number, self.kane.place_body(number, part.body))
         changed = self._list_changed_bodies(part, self.kane)
+        for link, place in self._list_frames_beyond(part):
+            moved = replace(part.in_link, com=place + part.in_link.com)
+            words = f"its centre of mass counted from {link}"
+            changed[words] = self.kane.place_body(number, part.carry(moved))
         return {w: self.kane.compute_terms(number, b).minus(right) for w, b in changed.items()}
+
+    def _list_frames_beyond(self, part: BodyPart) -> Iterator[tuple[str, np.ndarray]]:
+        """Links that are fixed to a part or that move on it, and their places in its frame."""
+        at = part.placement
+        places = {
+            name: frame.placement.position
+            for name, frame in self.robot.frames.items()
+            if frame.body == part.number and name != part.name
+        }
+        for number, joint in enumerate(self.robot.joints):
+            if joint.parent == part.number:
+                places[get_link_name(self.robot, number)] = joint.placement.position
+        for name, place in places.items():
+            shift = at.rotation.T @ (place - at.position)
+            if shift.any():
+                yield name, shift
 
     def _list_changed_bodies(self, part: BodyPart, kane: KaneSum) -> dict[str, WorldBody]:
         """By words, what a part may be taken for."""
@@ -452,7 +478,7 @@ class CauseSearch:
         parts = zip(np.split(places, ends), shapes, strict=True)
         return np.concatenate([p.reshape(shape)[states].ravel() for p, shape in parts])
 
-    def _select_screened(self, places: Places, states: slice) -> tuple[np.ndarray, np.ndarray]:
+    def select_screened(self, places: Places, states: slice) -> tuple[np.ndarray, np.ndarray]:
         """The places of a row at some states that are among some, and which of all there."""
         at = self._list_places_at(states)
         chosen = np.isin(at, np.arange(self.difference.size)[places])
@@ -460,12 +486,12 @@ class CauseSearch:
 
     def _find_survivors(self, rows: np.ndarray, places: Places) -> list[int]:
         """The rows (changes, places at few states) that leave nothing of the difference there."""
-        at, chosen = self._select_screened(places, self.table.few)
+        at, chosen = self.select_screened(places, self.table.few)
         left = np.abs(rows[:, chosen] - self.difference[at]) - 2 * self.allowed[at]
         return np.flatnonzero((left <= TOLERANCE).all(axis=1)).tolist()
 
     @cached_property
-    def _number_rows(self) -> list[tuple[np.ndarray, np.ndarray]]:
+    def number_rows(self) -> list[tuple[np.ndarray, np.ndarray]]:
         """What numbers make of the places at several states: linear, by their square.
 
         Of all terms, and of each alone where a balance alone tells that it is wrong.
@@ -475,7 +501,7 @@ class CauseSearch:
         return [(self.row(linear, several), self.row(square, several)) for linear, square in pairs]
 
     @cached_property
-    def _mistakes(self) -> tuple[list[MistakeEffect], list[np.ndarray]]:
+    def mistakes(self) -> tuple[list[MistakeEffect], list[np.ndarray]]:
         """Mistakes, and what they make of the places at few states, of all and of each term."""
         mistakes, few = self.table.list_mistakes(self.level), self.table.few
         changes = self._list_places(self.table.screen_mistakes(mistakes, self.level))
@@ -526,9 +552,9 @@ class CauseSearch:
     def _number_causes(self, places: Places) -> Iterator[tuple[RobotNumber, Cause]]:
         wrong = self.difference[places]
         allowed = CLOSE * np.linalg.norm(wrong)
-        at, chosen = self._select_screened(places, self.table.several)
-        near = np.zeros(len(self._number_rows[0][0]), bool)
-        for rows in self._number_rows:  # by any two factors
+        at, chosen = self.select_screened(places, self.table.several)
+        near = np.zeros(len(self.number_rows[0][0]), bool)
+        for rows in self.number_rows:  # by any two factors
             near |= measure_rest(self.difference[at], *(r[:, chosen] for r in rows)) <= 2 * allowed
         numbers = self.table.select_numbers(self.level)
         for number in [numbers[place] for place in np.flatnonzero(near)]:
@@ -539,12 +565,15 @@ class CauseSearch:
                 by = _solve_step(linear, square, wrong)
                 left = np.linalg.norm(wrong - linear * by - square * by**2)
                 value = number.value + by * number.step
-                if not by or left > allowed or not self._is_possible(number, value):
+                if not by or left > allowed or not self.is_possible(number, value):
                     continue
                 if not where and not self._holds(number, value, places):
                     continue
                 is_left_out = abs(value) < ALIKE * number.step and not number.factor
-                words, usual = self._words(number, value) + where, self._is_usual(number, value)
+                words, usual = (
+                    self.describe_value(number, value) + where,
+                    self.is_usual(number, value),
+                )
                 yield number, Cause(words, usual, number.name if is_left_out else "")
 
     def _holds(self, number: RobotNumber, value: float, places: Places) -> bool:
@@ -552,20 +581,34 @@ class CauseSearch:
         change = self.table.change_robot(number.put(value), self.level)
         return self.can_explain(self.row(change), places)
 
-    def _is_possible(self, number: RobotNumber, value: float) -> bool:
+    def is_possible(self, number: RobotNumber, value: float) -> bool:
         """Whether there can be such a robot, or somebody leaves the number out or doubles it."""
         robot = number.put(value)
         usual = any(abs(value - by * number.value) < ALIKE * number.step for by in USUAL if by >= 0)
+        usual |= value * number.value > 0 and bool(number.describe_unit(value))
         if not (usual or is_physical(robot, self.problem.robot)):
             return False
         return "acceleration" not in self.problem.parts or self._is_regular(robot)
+
+    def find_pair_causes(self, places: Places = slice(None)) -> list[Cause]:
+        """Two changes at once that leave nothing of the difference, at least one of them usual.
+
+        Those come first of which both are.
+        """
+        pairs = dict(islice(self._pairs.find_pairs(places), MOST_EQUAL_PAIRS))
+        causes = [Cause(f"two changes: {words}", usual) for words, usual in pairs.items()]
+        return sorted(causes, key=lambda cause: not cause.usual)
+
+    @cached_property
+    def _pairs(self) -> PairSearch:
+        return PairSearch(self)
 
     def find_curved_causes(self) -> Iterator[Cause]:
         """Numbers on which the terms depend in another way, each solved for by Newton's method."""
         for number in self.table.numbers:
             value = self._solve_curved(number) if number.curved else None
             if value is not None:
-                yield Cause(self._words(number, value), self._is_usual(number, value))
+                yield Cause(self.describe_value(number, value), self.is_usual(number, value))
 
     def _solve_curved(self, number: RobotNumber) -> float | None:
         """The value with which the difference is nothing; None for none that is found."""
@@ -600,8 +643,8 @@ class CauseSearch:
             by = _find_root(left, 0.0, 1.0)
             if by and np.abs(left(by)).max() <= LEFT * np.abs(left(0.0)).max():
                 value = number.value + by * number.step
-                if self._is_possible(number, value):
-                    yield Cause(self._words(number, value), self._is_usual(number, value))
+                if self.is_possible(number, value):
+                    yield Cause(self.describe_value(number, value), self.is_usual(number, value))
 
     def find_inertia_causes(self, places: Places = slice(None)) -> Iterator[Cause]:
         """The six inertias of a link together."""
@@ -630,30 +673,32 @@ class CauseSearch:
         scaled = mass / self.problem.sizes[self.level].mass_matrix
         return bool((np.linalg.eigvalsh(scaled)[:, 0] > TOLERANCE).all())
 
-    def _words(self, number: RobotNumber, value: float) -> str:
+    def describe_value(self, number: RobotNumber, value: float) -> str:
+        """The number with a value, in words that complete `with ...`."""
         same = self._equal_number_name(number, value)
         return number.words(value) + (f", {same}" if same else "")
 
-    def _is_usual(self, number: RobotNumber, value: float) -> bool:
+    def is_usual(self, number: RobotNumber, value: float) -> bool:
+        """Whether somebody may well have written a value of a number."""
         usual = any(abs(value - by * number.value) < ALIKE * number.step for by in USUAL)
         of_unit = bool(number.describe_unit(value))
         return usual or of_unit or bool(self._equal_number_name(number, value))
 
     def _equal_number_name(self, number: RobotNumber, value: float) -> str:
-        """The name of another number of the file that the value is, with its unit; '' for none."""
-        if abs(value) < ALIKE * number.step or not number.unit:
+        """The number of the file that a value is, or is more or less by, in words; '' for none."""
+        if abs(value) < ALIKE * number.step or not number.unit or number.factor:
             return ""
-        names = [
-            other.name
-            for other in self.table.numbers
-            if other.unit == number.unit
-            and other.name != number.name
-            and abs(other.value - value) <= ALIKE * abs(value)
-        ]
-        return f"as {names[0]}" if names else ""
+        others = [each for each in self.table.numbers if each.name != number.name]
+        if equal := list_equal_numbers(others, number.unit, value):
+            return f"as {equal[0].name}"
+        step = value - number.value
+        if any(abs(value - by * number.value) < ALIKE * number.step for by in USUAL):
+            return ""
+        equal = list_equal_numbers(others, number.unit, abs(step))
+        return f"{'less' if step < 0 else 'more'} by {equal[0].name}" if equal else ""
 
     def _mistake_causes(self, places: Places) -> list[Cause]:
-        mistakes, rows_by_place = self._mistakes
+        mistakes, rows_by_place = self.mistakes
         survivors = {n for rows in rows_by_place for n in self._find_survivors(rows, places)}
         causes: dict[bool, list[Cause]] = {False: [], True: []}
         for mistake in [mistakes[number] for number in sorted(survivors)]:
@@ -740,7 +785,7 @@ class CauseSearch:
                 for number, places in enumerate(inside):
                     if not (chosen := self._choose_rows(stacked[:, places], places)):
                         continue
-                    there = [name for name, row in rows.items() if row.any()]
+                    there = [n for n, row in rows.items() if np.abs(row).max() > TOLERANCE]
                     whole = f"{_join_names([list(rows)[n] for n in chosen], there)}: {full_words}"
                     if not any(whole.startswith(each) for each in wholes):  # a place says no more
                         wholes.append(whole)
@@ -749,7 +794,7 @@ class CauseSearch:
 
     def _find_motion_words(self, several: Sequence[np.ndarray]) -> set[str]:
         """The mistakes that leave nothing of the difference at a few states in some places."""
-        screened = [self._select_screened(places, self.table.several) for places in several]
+        screened = [self.select_screened(places, self.table.several) for places in several]
         survivors = set[str]()
         for words, changes in self.table.screen_motions(self.level):
             for _, (placed,) in self._list_places(changes):
@@ -803,7 +848,7 @@ class CauseSearch:
 
     def links(self) -> Iterator[str]:
         """Links whose mass, first moments and inertia about the joint make the difference."""
-        at, _ = self._select_screened(slice(None), self.table.several)
+        at, _ = self.select_screened(slice(None), self.table.several)
         for number, body in enumerate(self.problem.robot.bodies):
             others = [self.table.change_body(number, each) for each in _vary_parameters(body)]
             columns = np.stack([self.row(each) for each in others], axis=1)
@@ -839,12 +884,14 @@ def _describe_inertia(link: str, body: RobotBody, inertia: np.ndarray, is_unique
         for i, j in zip(*np.triu_indices(3), strict=True)
         if abs(inertia[i, j] - body.inertia[i, j]) > LEFT * size
     ]
-    impossible = (
-        ""
-        if moments[0] >= 0 and moments[0] + moments[1] >= moments[2]
-        else ("; no body has these: are its six numbers mixed up?")
-    )
-    return f"{link}: its inertia {', '.join(changed)}{impossible}"
+    least = -SLENDER * moments[2]
+    remark = ""
+    if moments[0] < least or moments[0] + moments[1] - moments[2] < least:
+        remark = "; no body has these: are its six numbers mixed up?"
+    elif moments[0] < -least:
+        axis = int(np.abs(np.linalg.eigh(inertia)[1][:, 0]).argmax())
+        remark = f": a slender rod along {AXES[axis]}"
+    return f"{link}: its inertia {', '.join(changed)}{remark}"
 
 
 def _symmetric_unit(number: int) -> np.ndarray:

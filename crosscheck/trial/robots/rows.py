@@ -1,0 +1,99 @@
+"""Rows and columns of parts that are right, which say where the others go wrong; M's symmetry."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Sequence
+
+import numpy as np
+
+from crosscheck.checks.robots.sizes import TOLERANCE
+from crosscheck.models.robot.robot import BASE, Level, Robot
+from crosscheck.trial.robots.causes.candidates import get_link_name
+from crosscheck.trial.robots.judge import RobotProblem
+
+MOST_SHOWN = 5  # pairs of M's entries
+
+
+def describe_asymmetry(problem: RobotProblem, level: Level) -> str:
+    """The sentence on entries of M that differ from their mirror images; '' for none."""
+    if "mass_matrix" not in problem.parts:
+        return ""
+    mass, size = problem.answers.values["mass_matrix"], problem.sizes[level].mass_matrix
+    wrong = _find_wrong_places(problem, level, "mass_matrix")
+    for which, half in (("below", np.tri(len(wrong), k=-1)), ("above", np.tri(len(wrong), k=-1).T)):
+        if wrong.any() and not (mass * half).any() and not (wrong & (half == 0)).any():
+            return (
+                f"mass_matrix is 0 {which} the diagonal, and right elsewhere: is one of its"
+                " triangles alone filled?"
+            )
+    unequal = (np.abs(mass - mass.swapaxes(1, 2)) > TOLERANCE * size).any(axis=0)
+    pairs = np.argwhere(np.triu(unequal & (wrong | wrong.T), 1)).tolist()
+    if not pairs:
+        return ""
+    if len(pairs) == 1:
+        place, mirror = sorted((pairs[0], pairs[0][::-1]), key=lambda each: not wrong[tuple(each)])
+        name, mirror_name = (problem.entry_name("mass_matrix", each) for each in (place, mirror))
+        also = "both are wrong" if wrong[tuple(mirror)] else f"{mirror_name} is right"
+        return f"mass_matrix is not symmetric: {name} differs from {mirror_name}; {also}"
+    rows, columns = (np.array(~wrong.any(axis=axis)) for axis in (1, 0))
+    lines, right = ("rows", rows) if rows.any() else ("columns", columns)
+    if right.any():
+        also = f"its {lines} {_join_places(right)} are right, {lines} {_join_places(~right)} wrong"
+        also += _describe_way(problem.robot, lines, right) if rows.any() != columns.any() else ""
+    else:
+        also = ", ".join(problem.entry_name("mass_matrix", each) for each in pairs[:MOST_SHOWN])
+        also += ", ..." if len(pairs) > MOST_SHOWN else ""
+    return f"mass_matrix is not symmetric in {len(pairs)} pairs; {also}"
+
+
+def describe_right_rows(problem: RobotProblem, level: Level, wrong: Sequence[str]) -> Iterator[str]:
+    """Sentences on rows that are right of parts of which several rows are wrong."""
+    parts_by_rows: dict[str, list[str]] = {}
+    for part in wrong:
+        if part == "mass_matrix" and describe_asymmetry(problem, level):
+            continue  # which says it
+        places = _find_wrong_places(problem, level, part)
+        right = ~np.array(places.any(axis=1) if places.ndim > 1 else places)
+        if right.any() and (~right).sum() > 1:
+            parts_by_rows.setdefault(_join_places(right), []).append(part)
+    for rows, parts in parts_by_rows.items():
+        sentence = "row {} of {} is right" if rows.isdecimal() else "rows {} of {} are right"
+        yield sentence.format(rows, _join_words(parts))
+
+
+def _describe_way(robot: Robot, lines: str, right: np.ndarray) -> str:
+    """Between which links Newton and Euler's way out or back goes wrong, by right rows or columns.
+
+    A row is wrong where forces arrive wrongly, a column where accelerations set out: at one joint
+    and at all before it, if between two links it goes wrong.
+    """
+    if len(right) != len(robot.joints):
+        return ""  # of joints that follow others rows are sums
+    steps = [(n, joint.parent) for n, joint in enumerate(robot.joints) if joint.parent != BASE]
+    broken = [(after, before) for after, before in steps if right[after] != right[before]]
+    if len(broken) != 1 or not right[broken[0][0]]:
+        return ""
+    after, before = (get_link_name(robot, number) for number in broken[0])
+    if lines == "rows":
+        return f": forces go wrong on their way back, from {after} to {before}"
+    return f": accelerations go wrong on their way out, from {before} to {after}"
+
+
+def _join_places(chosen: np.ndarray) -> str:
+    """Numbers from 1 of what is chosen, such as `1 and 4 to 7`."""
+    numbers, runs = np.flatnonzero(chosen) + 1, list[str]()
+    for run in np.split(numbers, np.flatnonzero(np.diff(numbers) > 1) + 1):
+        runs += [f"{run[0]} to {run[-1]}"] if len(run) > 2 else [str(each) for each in run]
+    return _join_words(runs)
+
+
+def _join_words(words: Sequence[str]) -> str:
+    """Words as `a, b and c`."""
+    return " and ".join(filter(None, (", ".join(words[:-1]), words[-1])))
+
+
+def _find_wrong_places(problem: RobotProblem, level: Level, part: str) -> np.ndarray:
+    """Which entries of a part, (n,) or (n, n), differ from a level."""
+    errors = problem.relative_errors(level, problem.reference_values[level])[part]
+    wrong: np.ndarray = ~(np.abs(errors).max(axis=0) <= problem.sizes[level].tolerance(part))
+    return wrong

@@ -1,0 +1,183 @@
+"""Two errors at once in a robot's equations: both are named, and no pair is where there is none."""
+
+from collections.abc import Callable
+from dataclasses import replace
+
+import numpy as np
+import pytest
+
+from benchmarks.bench_robot_time import try_wrong
+from crosscheck.analytic.robot.model import AnalyticRobot
+from crosscheck.models.robot.file import load_robot
+from crosscheck.models.robot.robot import Placement, Robot
+from crosscheck.trial.input.equations import Equations
+from crosscheck.trial.robots.causes.candidates import replace_part
+from crosscheck.trial.robots.causes.pairs import (
+    APART,
+    MEETING,
+    NEVER,
+    find_changed_parts,
+    merge_robots,
+    rank_pairs,
+)
+from crosscheck.trial.robots.trial import RobotTrial, run_robot_trial
+
+PUMA, SIX = load_robot("puma560"), load_robot("six-joint")
+
+
+def set_body(robot: Robot, number: int, **others: object) -> Robot:
+    return replace_part(robot, "bodies", number, replace(robot.bodies[number], **others))
+
+
+def weigh(robot: Robot, number: int, by: float) -> Robot:
+    return set_body(robot, number, mass=by * robot.bodies[number].mass)
+
+
+def mirror(robot: Robot, number: int) -> Robot:
+    """The largest coordinate of a centre of mass has the other sign."""
+    com = robot.bodies[number].com.copy()
+    com[np.abs(com).argmax()] *= -1
+    return set_body(robot, number, com=com)
+
+
+def set_rotor(robot: Robot, number: int, **others: object) -> Robot:
+    return replace_part(robot, "rotors", number, replace(robot.rotors[number], **others))
+
+
+def reverse(robot: Robot, number: int) -> Robot:
+    joint = robot.joints[number]
+    return replace_part(robot, "joints", number, replace(joint, axis=-joint.axis))
+
+
+def drop_place(robot: Robot, number: int) -> Robot:
+    joint = robot.joints[number]
+    placement = Placement(joint.placement.rotation, 0 * joint.placement.position)
+    return replace_part(robot, "joints", number, replace(joint, placement=placement))
+
+
+# What is wrong: the robot that has both errors, and words on each.
+BOTH: dict[str, tuple[Robot, Callable[[Robot], Robot], tuple[str, str]]] = {
+    "a mass, and a sign of a centre": (
+        PUMA,
+        lambda robot: mirror(weigh(robot, 1, 1.1), 3),
+        ("link_2: mass = 19.14 kg", "link_4: its centre of mass with the opposite sign"),
+    ),
+    "a mass, and a sign of a ratio": (
+        PUMA,
+        lambda robot: set_rotor(weigh(robot, 5, 0.1), 4, ratio=-robot.rotors[4].ratio),
+        ("link_6: mass = 0.009 kg", "rotor of wrist_bend: ratio = -71.923"),
+    ),
+    "pounds, and a sign": (
+        SIX,
+        lambda robot: weigh(mirror(robot, 3), 5, 2.20462),
+        ("pounds?", "wrist_1: centre of mass, y = 0.012 m"),
+    ),
+    "a ratio once, and a sign": (
+        SIX,
+        lambda robot: set_rotor(mirror(robot, 2), 1, inertia=robot.rotors[1].inertia / 100),
+        ("forearm: centre of mass, x = -0.171 m", "the ratio once where its square belongs"),
+    ),
+    "a mass and the sign of the same link": (
+        PUMA,
+        lambda robot: mirror(weigh(robot, 2, 1.1), 2),
+        ("link_3: mass = 5.28 kg", "link_3: centre of mass, z = -0.16415 m"),
+    ),
+    "an axis, and a centre that it turns": (
+        SIX,
+        lambda robot: reverse(mirror(robot, 4), 3),
+        ("joint wrist_bend: its axis the other way", "wrist_2: centre of mass, y = -0.011 m"),
+    ),
+    "a place, and a mass that it carries": (
+        SIX,
+        lambda robot: weigh(drop_place(robot, 2), 4, 1.2),
+        ("joint elbow: its place", "wrist_2: mass = 1.44 kg"),
+    ),
+}
+
+
+def try_robot(wrong: Robot, robot: Robot, *, in_gravity_alone: bool = False) -> RobotTrial:
+    """The trial of the equations of another robot, or of its gravity beside what is right."""
+    model = AnalyticRobot(wrong, "coupled")
+    moving = AnalyticRobot(robot, "coupled") if in_gravity_alone else model
+    own = Equations(
+        mass_matrix=lambda q: moving.mass_matrix(q[None])[0],
+        bias=lambda q, v: moving.bias(q[None], v[None])[0],
+        gravity=lambda q: model.gravity(q[None])[0],
+    )
+    return run_robot_trial(own, robot)
+
+
+@pytest.mark.parametrize("case", BOTH)
+def test_both_errors_are_named(case):
+    robot, change, words = BOTH[case]
+    found = try_robot(change(robot), robot).diagnosis
+    assert found.level == "coupled"
+    assert found.explanations[0].startswith("two changes: ")
+    assert all(each in found.explanations[0] for each in words)
+    assert found.links == ()
+
+
+def test_both_errors_of_one_part_are_named():
+    wrong = weigh(mirror(SIX, 3), 2, 2.0)
+    found = try_robot(wrong, SIX, in_gravity_alone=True).diagnosis
+    assert "rows 1, 5 and 6 of gravity are right" in found.notes
+    (words,) = (each for each in found.notes if each.startswith("in gravity alone"))
+    assert "two changes: forearm: mass = 5.8 kg (file: 2.9 kg); and wrist_1: centre of" in words
+
+
+def stretch_all_places(robot: Robot) -> Robot:
+    """Places of all joints by the golden ratio: no change of one or two of them."""
+    joints = [
+        replace(
+            joint, placement=Placement(joint.placement.rotation, 1.618 * joint.placement.position)
+        )
+        for joint in robot.joints
+    ]
+    return replace(robot, joints=tuple(joints))
+
+
+NO_PAIR: dict[str, Callable[[], RobotTrial]] = {
+    "places of all joints": lambda: try_robot(stretch_all_places(SIX), SIX),
+    "three masses": lambda: try_robot(weigh(weigh(weigh(PUMA, 1, 1.1), 2, 1.3), 3, 0.9), PUMA),
+    "two odd masses": lambda: try_robot(weigh(weigh(PUMA, 1, 1.13), 3, 1.07), PUMA),
+    "a wave in every part": lambda: try_wrong(PUMA, ("mass_matrix", "bias", "gravity")),
+}
+
+
+@pytest.mark.parametrize("case", NO_PAIR)
+def test_no_pair_where_there_is_none(case):
+    found = NO_PAIR[case]().diagnosis
+    assert not [each for each in (*found.explanations, *found.notes) if "two changes" in each]
+
+
+def test_pairs_of_rows_by_one_matrix():
+    """Rows 1 and 3 once, or row 1 and three times the free row 4; and none that is never one."""
+    rng = np.random.default_rng(3)
+    rows = rng.normal(size=(6, 20))
+    is_free = np.array([False, False, False, False, True, True])
+    meets = np.full((6, 6), APART)
+    exact, meeting = rank_pairs(rows, is_free, rows[1] + rows[3], meets)
+    assert ([each[:2] for each in exact], meeting) == ([(1, 3)], [])
+    ((first, second, times),) = rank_pairs(rows, is_free, rows[1] + 3 * rows[4], meets)[0]
+    assert (first, second, times) == (1, 4, pytest.approx(3.0))
+    assert rank_pairs(rows, is_free, 2 * rows[4] + 3 * rows[5], meets)[0] == []
+    meets[1, 3] = meets[3, 1] = NEVER
+    assert rank_pairs(rows, is_free, rows[1] + rows[3], meets)[0] == []
+    meets[1, 3] = meets[3, 1] = MEETING
+    near = rank_pairs(rows, is_free, rows[1] + 1.1 * rows[3], meets)[1]
+    assert [each[:2] for each in near] == [(1, 3)]
+
+
+def test_a_robot_has_the_changes_of_two():
+    first, second = mirror(weigh(PUMA, 2, 1.1), 3), set_rotor(weigh(PUMA, 4, 2.0), 1, ratio=7.0)
+    both = merge_robots(PUMA, first, second)
+    assert both.bodies[2].mass == pytest.approx(1.1 * PUMA.bodies[2].mass)
+    assert both.bodies[3].com == pytest.approx(first.bodies[3].com)
+    assert both.bodies[4].mass == 2 * PUMA.bodies[4].mass
+    assert both.rotors[1].ratio == 7.0
+    assert both.joints is PUMA.joints
+    assert find_changed_parts(PUMA, both) == {"bodies 2", "bodies 3", "bodies 4", "rotors 1"}
+    same = merge_robots(PUMA, weigh(PUMA, 2, 1.1), mirror(PUMA, 2)).bodies[2]
+    assert same.mass == pytest.approx(1.1 * PUMA.bodies[2].mass)
+    assert same.com == pytest.approx(mirror(PUMA, 2).bodies[2].com)
+    assert find_changed_parts(PUMA, reverse(PUMA, 1)) == {"motion"}
