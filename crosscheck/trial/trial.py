@@ -43,6 +43,7 @@ from crosscheck.trial.diagnose.reasons import (
     list_entry_quantities,
     list_entry_questions,
 )
+from crosscheck.trial.diagnose.targets import make_arm_targets
 from crosscheck.trial.diagnose.terms.harmonic_fit import minimum_state_count
 from crosscheck.trial.diagnose.terms.reference_terms import build_reference_terms
 from crosscheck.trial.input.equations import Equations
@@ -58,6 +59,8 @@ from crosscheck.trial.judge.questions import (
 )
 from crosscheck.trial.judge.unit_mistakes import UnitMistake, find_unit_mistakes
 from crosscheck.trial.model import make_registry_entry, select_switches
+from crosscheck.trial.source.search import find_source_answer
+from crosscheck.trial.source.source_edit import SourceAnswer
 
 LEVEL_DESCRIPTIONS = {
     "links": "links and payload",
@@ -134,6 +137,7 @@ class Trial:
         readings: Other coordinates in which all is right; then no other reason is looked for.
         point_masses: Inertias of links that the equations leave out and that are next to nothing:
             judged as 0.
+        source_answer: What must change in the user's source, where a small edit mends it.
     """
 
     problem: VerificationProblem
@@ -153,6 +157,7 @@ class Trial:
     idle_joints: tuple[int, ...] = ()
     readings: tuple[Reading, ...] = ()
     point_masses: tuple[str, ...] = ()
+    source_answer: SourceAnswer | None = None
 
     @property
     def agreement(self) -> Agreement:
@@ -176,10 +181,21 @@ def run_trial(
     with _trial_lock:
         trial = _run_trial(request, jobs, progress)
         points = find_negligible_inertias(request.arm, trial.left_out)
-        if not points:
-            return trial
-        arm = replace_numbers(request.arm, dict.fromkeys(points, 0.0))
-        return replace(_run_trial(replace(request, arm=arm), jobs, progress), point_masses=points)
+        if points:
+            arm = replace_numbers(request.arm, dict.fromkeys(points, 0.0))
+            trial = _run_trial(replace(request, arm=arm), jobs, progress)
+        answer = _find_source_answer(trial, progress)
+        return replace(trial, point_masses=points, source_answer=answer)
+
+
+def _find_source_answer(trial: Trial, progress: ProgressCallback) -> SourceAnswer | None:
+    """What must change in the source of equations that are wrong in any coordinates."""
+    find_code = trial.problem.equations.find_code
+    code = find_code() if find_code and trial.wrong_entries and not trial.readings else None
+    if code is None:
+        return None
+    given = trial.problem, trial.level, trial.ignored_numbers
+    return find_source_answer(code, lambda: list(make_arm_targets(*given)), progress)
 
 
 def _run_trial(request: TrialRequest, jobs: int, progress: ProgressCallback) -> Trial:

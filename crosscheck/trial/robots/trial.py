@@ -57,6 +57,9 @@ from crosscheck.trial.robots.rates import (
     select_rate_states,
 )
 from crosscheck.trial.robots.sizes import compute_sizes_by_level
+from crosscheck.trial.robots.targets import make_robot_targets
+from crosscheck.trial.source.search import MakeTargets, find_source_answer
+from crosscheck.trial.source.source_edit import SourceAnswer
 
 
 @dataclass(frozen=True)
@@ -67,7 +70,8 @@ class RobotTrial:
     equations were read; not_judged: what was not judged, with the reason, in words; distances:
     of each level, the nearest first; failures: by part that did not answer; agreement: all checks;
     relative_errors: by part, how far each entry is from the diagnosis' level at most, of its size;
-    allowed: how far it may be; seed: of the states.
+    allowed: how far it may be; seed: of the states; source_answer: what must change in the user's
+    source, where a small edit mends it.
     """
 
     name: str
@@ -83,6 +87,7 @@ class RobotTrial:
     relative_errors: Mapping[str, np.ndarray]
     allowed: Mapping[str, float]
     seed: int
+    source_answer: SourceAnswer | None = None
 
     @property
     def exit_code(self) -> int:
@@ -130,18 +135,26 @@ def run_robot_trial(
         if not single:
             raise
     else:
-        failed = [part for part in loads if part in trial.failures]
+        failed = [part for part in loads if part in trial[0].failures]
         single = (_run_with_one_motor(equations, settings) if failed else []) or [trial]
-    return min(single, key=lambda each: len(each.diagnosis.entries))
+    trial, make_targets = min(single, key=lambda each: len(each[0].diagnosis.entries))
+    code = equations.find_code() if equations.find_code and make_targets else None
+    if code is None or make_targets is None:
+        return trial
+    return replace(trial, source_answer=find_source_answer(code, make_targets, progress))
 
 
-def _run_with_one_motor(equations: Equations, settings: tuple[Any, ...]) -> list[RobotTrial]:
+def _run_with_one_motor(equations: Equations, settings: tuple[Any, ...]) -> list[RunTrial]:
     """The trials with a motor at one joint in which every function of torques answers."""
-    trials, joints = list[RobotTrial](), len(settings[0].coordinates)
+    trials, joints = list[RunTrial](), len(settings[0].coordinates)
     for joint in range(joints if equations.drive is None and joints > 1 else 0):
         with suppress(InputError):
             trials.append(_run_trial(replace(equations, drive=[joint + 1]), *settings))
-    return [each for each in trials if not set(each.failures) & set(LOADS)]
+    return [each for each in trials if not set(each[0].failures) & set(LOADS)]
+
+
+# A trial, and what makes the targets of a search for wrong lines; None where there is no need.
+RunTrial = tuple[RobotTrial, MakeTargets | None]
 
 
 @dataclass(frozen=True)
@@ -199,9 +212,9 @@ def _run_trial(
     seed: int,
     jobs: int,
     progress: ProgressCallback,
-) -> RobotTrial:
+) -> RunTrial:
     require_robot_equations(equations, name)
-    stated, stiffness = equations.level, np.zeros((1, 1))
+    given, stated, stiffness = robot, equations.level, np.zeros((1, 1))
     if stated == ELASTIC:
         robot, stiffness = build_elastic_robot(robot, name)
         equations = drive_motors(equations, robot)
@@ -248,7 +261,11 @@ def _run_trial(
     relative_errors = problem.relative_errors(
         diagnosis.level, problem.reference_values[diagnosis.level]
     )
-    return RobotTrial(
+    make_targets = None
+    if diagnosis.entries and not diagnosis.readings:
+        asked = problem, diagnosis.level, given, equations
+        make_targets = lambda: list(make_robot_targets(*asked))
+    trial = RobotTrial(
         name=name,
         robot=robot,
         stated=stated,
@@ -266,6 +283,7 @@ def _run_trial(
         allowed={part: sizes[diagnosis.level].tolerance(part) for part in problem.parts},
         seed=seed,
     )
+    return trial, make_targets
 
 
 def _ask_about_itself(

@@ -1,0 +1,114 @@
+"""What a robot's equations must answer at a few states, on it and on one of its structure."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from dataclasses import replace
+from typing import Any
+
+import numpy as np
+
+from crosscheck.models.robot.robot import Level, Robot, remove_friction
+from crosscheck.trial.input.calls import TAKES, call_part
+from crosscheck.trial.input.equations import Equations
+from crosscheck.trial.input.loading import build_robot_equations
+from crosscheck.trial.robots.answers import NONLINEAR, bind_functions
+from crosscheck.trial.robots.coordinates import map_calls, read_frame
+from crosscheck.trial.robots.judge import RobotProblem
+from crosscheck.trial.robots.sizes import compute_sizes_by_level
+from crosscheck.trial.source.sandbox import freeze
+from crosscheck.trial.source.target import Answer, Target
+
+FEW_STATES = 3
+SEED = 7
+FACTORS = 0.7, 1.4  # of a number on the other robot
+
+
+def make_robot_targets(
+    problem: RobotProblem, level: Level, robot: Robot, equations: Equations
+) -> Iterator[Target]:
+    """The targets at a level: of the robot, and of one of its structure.
+
+    robot: as equations are made of it, with its friction and without the motors of elastic joints.
+    """
+    yield _make_target(problem, level, robot, equations)
+    if not problem.stiffness.any():  # those of another robot would be others
+        other = draw_probe_robot(robot)
+        sizes = compute_sizes_by_level(remove_friction(other), problem.stated, problem.states)
+        if level in sizes:
+            there = replace(problem, robot=remove_friction(other), sizes=sizes)
+            yield _make_target(there, level, other, equations)
+
+
+def draw_probe_robot(robot: Robot) -> Robot:
+    """A robot of the same structure with other masses, centres of mass, inertias and offsets.
+
+    Seeded, so the same every time. What is 0 stays so.
+    """
+    generator = np.random.default_rng(SEED)
+
+    def draw(*shape: int) -> np.ndarray:
+        return generator.uniform(*FACTORS, shape)
+
+    bodies = []
+    for body in robot.bodies:
+        stretch = np.diag(draw(3))  # which leaves an inertia positive
+        inertia = stretch @ body.inertia @ stretch
+        bodies.append(
+            replace(body, mass=body.mass * float(draw()), com=body.com * draw(3), inertia=inertia)
+        )
+    joints = []
+    for joint in robot.joints:
+        place = replace(joint.placement, position=joint.placement.position * draw(3))
+        joints.append(replace(joint, placement=place))
+    return replace(robot, bodies=tuple(bodies), joints=tuple(joints))
+
+
+def _make_target(problem: RobotProblem, level: Level, robot: Robot, equations: Equations) -> Target:
+    freeze(robot)
+    answers, states = problem.answers, problem.states.first(FEW_STATES)
+    right = {part: values[:FEW_STATES] for part, values in problem.reference_values[level].items()}
+    sizes, friction = problem.sizes[level], problem.friction[:FEW_STATES]
+    # What the functions answer, before the trial takes it apart.
+    if answers.sources.get("bias") == NONLINEAR:
+        right["bias"] = right["bias"] + right.pop("gravity")
+    if answers.friction_in_bias and "bias" in right:
+        right["bias"] = right["bias"] + friction
+    if "inverse_dynamics" in right:
+        right["inverse_dynamics"] = right["inverse_dynamics"] + friction
+    if equations.coriolis is not None:  # C itself is not unique, C v is
+        right["coriolis"] = right.pop("bias")
+    names = {"coriolis": "bias"}
+    right = {part: each for part, each in right.items() if getattr(equations, part) is not None}
+    allowed = {
+        part: sizes.tolerance(names.get(part, part))
+        * sizes.entry_sizes(names.get(part, part), answers.sources.get(part, ""))[:FEW_STATES]
+        for part in right
+    }
+
+    by_name = {
+        "x": states.q,
+        "v": states.v,
+        "a": states.a,
+        "torque": states.torques + friction,
+        "t": np.zeros(FEW_STATES),
+    }
+
+    def bind(source: Any) -> Answer:
+        made = build_robot_equations(source, robot, problem.name)
+        made = replace(made, drive=equations.drive)
+        _, calls = bind_functions(made, problem.robot)
+        frame = read_frame(made.coordinates, problem.robot, problem.name)
+        calls = calls if frame is None else map_calls(calls, frame, problem.name)
+
+        def answer(part: str, state: int) -> np.ndarray:
+            name = part if part in calls else "bias"  # of which a mapped coriolis is one
+            arguments = {
+                each: values[state] for each, values in by_name.items() if each in TAKES[name]
+            }
+            answered = call_part(calls[name], name, len(problem.names), arguments)
+            return answered @ states.v[state] if name == "coriolis" else answered
+
+        return answer
+
+    return Target(bind, right, allowed, problem.names)
