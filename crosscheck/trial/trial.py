@@ -195,7 +195,7 @@ def _find_source_answer(trial: Trial, progress: ProgressCallback) -> SourceAnswe
     if code is None:
         return None
     given = trial.problem, trial.level, trial.ignored_numbers
-    return find_source_answer(code, lambda: list(make_arm_targets(*given)), progress)
+    return find_source_answer(code, partial(make_arm_targets, *given), progress)
 
 
 def _run_trial(request: TrialRequest, jobs: int, progress: ProgressCallback) -> Trial:

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator
+from collections.abc import Iterator, Sequence
 from dataclasses import replace
 from typing import Any
 
@@ -16,21 +16,37 @@ from crosscheck.trial.input.supplied import bind_equations
 from crosscheck.trial.judge.entries import compute_sizes
 from crosscheck.trial.judge.questions import QUESTIONS, TransformedModel, VerificationProblem
 from crosscheck.trial.judge.suite import COMPARED
-from crosscheck.trial.source.target import Answer, Target
+from crosscheck.trial.source.target import Answer, RightAnswers, Target
 
 FEW_STATES = 3
 
 
 def make_arm_targets(
-    problem: VerificationProblem, level: str, ignored_numbers: tuple[IgnoredNumber, ...]
+    problem: VerificationProblem, level: str, ignored_numbers: Sequence[IgnoredNumber]
 ) -> Iterator[Target]:
-    """The targets at a level: of the arm, and of one other that keeps numbers of the user's own."""
+    """The targets of the arm, and of one other that keeps the ignored numbers.
+
+    level: the nearest; wrong equations may be of another one.
+    """
     for each in (problem, *build_probe_problems(problem, ignored_numbers)[:1]):
         yield _make_target(replace(each, count=FEW_STATES), level)
 
 
 def _make_target(problem: VerificationProblem, level: str) -> Target:
     arm, scenario, frame, states = *problem.case[:2], problem.frame, problem.states
+
+    def bind(source: Any) -> Answer:
+        equations = build_equations(source, arm, scenario, problem.name)
+        bound = bind_equations(equations, arm, frame)
+        return lambda part, state: QUESTIONS[part](bound, states[state], states[state].u)
+
+    levels = dict.fromkeys((level, *problem.levels))
+    return Target(bind, {each: _ask_reference(problem, each) for each in levels}, frame.names)
+
+
+def _ask_reference(problem: VerificationProblem, level: str) -> RightAnswers:
+    """What the reference of a level says of the parts that are functions of the user's."""
+    states, frame = problem.states, problem.frame
     model = TransformedModel(build_model(problem.reference(level), problem.case), frame)
     right = {
         part: np.array([QUESTIONS[part](model, state, state.u) for state in states])
@@ -39,13 +55,7 @@ def _make_target(problem: VerificationProblem, level: str) -> Target:
     sizes = compute_sizes(
         frame, states, right["mass_matrix"], right["force"], right["acceleration"]
     )
-    is_given = {**dict.fromkeys(problem.has, True), "acceleration": problem.equations.acceleration}
-
-    def bind(source: Any) -> Answer:
-        equations = build_equations(source, arm, scenario, problem.name)
-        bound = bind_equations(equations, arm, frame)
-        return lambda part, state: QUESTIONS[part](bound, states[state], states[state].u)
-
-    parts = [part for part in COMPARED if is_given.get(part)]
+    has = problem.has if problem.equations.acceleration else problem.has - {"acceleration"}
+    parts = [part for part in COMPARED if part in has]
     allowed = {part: sizes.tolerance(part) * sizes.entry_sizes(part) for part in parts}
-    return Target(bind, {part: right[part] for part in parts}, allowed, frame.names)
+    return RightAnswers({part: right[part] for part in parts}, allowed)

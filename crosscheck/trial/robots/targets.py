@@ -17,7 +17,7 @@ from crosscheck.trial.robots.coordinates import map_calls, read_frame
 from crosscheck.trial.robots.judge import RobotProblem
 from crosscheck.trial.robots.sizes import compute_sizes_by_level
 from crosscheck.trial.source.sandbox import freeze
-from crosscheck.trial.source.target import Answer, Target
+from crosscheck.trial.source.target import Answer, RightAnswers, Target
 
 FEW_STATES = 3
 SEED = 7
@@ -27,17 +27,17 @@ FACTORS = 0.7, 1.4  # of a number on the other robot
 def make_robot_targets(
     problem: RobotProblem, level: Level, robot: Robot, equations: Equations
 ) -> Iterator[Target]:
-    """The targets at a level: of the robot, and of one of its structure.
+    """The targets of the robot, and of one of its structure.
 
-    robot: as equations are made of it, with its friction and without the motors of elastic joints.
+    level: the nearest; wrong equations may be of another one. robot: as equations are made of it,
+    with its friction and without the motors of elastic joints.
     """
     yield _make_target(problem, level, robot, equations)
     if not problem.stiffness.any():  # those of another robot would be others
         other = draw_probe_robot(robot)
         sizes = compute_sizes_by_level(remove_friction(other), problem.stated, problem.states)
-        if level in sizes:
-            there = replace(problem, robot=remove_friction(other), sizes=sizes)
-            yield _make_target(there, level, other, equations)
+        there = replace(problem, robot=remove_friction(other), sizes=sizes)
+        yield _make_target(there, level, other, equations)
 
 
 def draw_probe_robot(robot: Robot) -> Robot:
@@ -66,31 +66,12 @@ def draw_probe_robot(robot: Robot) -> Robot:
 
 def _make_target(problem: RobotProblem, level: Level, robot: Robot, equations: Equations) -> Target:
     freeze(robot)
-    answers, states = problem.answers, problem.states.first(FEW_STATES)
-    right = {part: values[:FEW_STATES] for part, values in problem.reference_values[level].items()}
-    sizes, friction = problem.sizes[level], problem.friction[:FEW_STATES]
-    # What the functions answer, before the trial takes it apart.
-    if answers.sources.get("bias") == NONLINEAR:
-        right["bias"] = right["bias"] + right.pop("gravity")
-    if answers.friction_in_bias and "bias" in right:
-        right["bias"] = right["bias"] + friction
-    if "inverse_dynamics" in right:
-        right["inverse_dynamics"] = right["inverse_dynamics"] + friction
-    if equations.coriolis is not None:  # C itself is not unique, C v is
-        right["coriolis"] = right.pop("bias")
-    names = {"coriolis": "bias"}
-    right = {part: each for part, each in right.items() if getattr(equations, part) is not None}
-    allowed = {
-        part: sizes.tolerance(names.get(part, part))
-        * sizes.entry_sizes(names.get(part, part), answers.sources.get(part, ""))[:FEW_STATES]
-        for part in right
-    }
-
+    states = problem.states.first(FEW_STATES)
     by_name = {
         "x": states.q,
         "v": states.v,
         "a": states.a,
-        "torque": states.torques + friction,
+        "torque": states.torques + problem.friction[:FEW_STATES],
         "t": np.zeros(FEW_STATES),
     }
 
@@ -111,4 +92,28 @@ def _make_target(problem: RobotProblem, level: Level, robot: Robot, equations: E
 
         return answer
 
-    return Target(bind, right, allowed, problem.names)
+    levels = dict.fromkeys((level, *([] if problem.stated else problem.sizes)))
+    right = {n: _select_answers(problem, n, equations) for n in levels if n in problem.sizes}
+    return Target(bind, right, problem.names)
+
+
+def _select_answers(problem: RobotProblem, level: Level, equations: Equations) -> RightAnswers:
+    """What a level says of the functions' answers, before the trial takes these apart."""
+    answers, sizes = problem.answers, problem.sizes[level]
+    friction = problem.friction[:FEW_STATES]
+    right = {part: values[:FEW_STATES] for part, values in problem.reference_values[level].items()}
+    allowed = {
+        part: sizes.tolerance(part)
+        * sizes.entry_sizes(part, answers.sources.get(part, ""))[:FEW_STATES]
+        for part in right
+    }
+    if answers.sources.get("bias") == NONLINEAR:
+        right["bias"] = right["bias"] + right["gravity"]
+    if answers.friction_in_bias and "bias" in right:
+        right["bias"] = right["bias"] + friction
+    if "inverse_dynamics" in right:
+        right["inverse_dynamics"] = right["inverse_dynamics"] + friction
+    if equations.coriolis is not None and "bias" in right:  # C itself is not unique, C v is
+        right["coriolis"], allowed["coriolis"] = right["bias"], allowed["bias"]
+    parts = [part for part in right if getattr(equations, part) is not None]
+    return RightAnswers({part: right[part] for part in parts}, allowed)

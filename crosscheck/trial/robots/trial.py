@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections.abc import Iterator, Mapping, Sequence
 from contextlib import suppress
 from dataclasses import dataclass, replace
+from functools import partial
 from typing import Any
 
 import numpy as np
@@ -264,7 +265,7 @@ def _run_trial(
     make_targets = None
     if diagnosis.entries and not diagnosis.readings:
         asked = problem, diagnosis.level, given, equations
-        make_targets = lambda: list(make_robot_targets(*asked))
+        make_targets = partial(make_robot_targets, *asked)
     trial = RobotTrial(
         name=name,
         robot=robot,

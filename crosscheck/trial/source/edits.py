@@ -95,7 +95,7 @@ def _fit(tree: SourceTree, node: ast.AST, kind: Kind | None, other: Kind | None)
 
 
 def list_opposites(tree: SourceTree, node: ast.AST) -> Others:
-    """The other sign."""
+    """The other sign of what has one."""
     if isinstance(node, ast.BinOp | ast.AugAssign) and isinstance(node.op, SUMS):
         other = ast.Sub() if isinstance(node.op, ast.Add) else ast.Add()
         if isinstance(node, ast.BinOp):
@@ -104,12 +104,34 @@ def list_opposites(tree: SourceTree, node: ast.AST) -> Others:
             yield ast.AugAssign(node.target, other, node.value)
     if isinstance(node, ast.UnaryOp) and isinstance(node.op, ast.USub):
         yield node.operand
-    parent, name, _ = tree.places[id(node)] if id(node) in tree.places else (None, "", None)
-    first = not isinstance(parent, ast.BinOp | ast.UnaryOp) or (
+
+
+def list_negatives(tree: SourceTree, node: ast.AST) -> Others:
+    """A minus before a name or a function."""
+    if isinstance(node, LEAF | ast.Call) and _begins_term(tree, node):
+        yield ast.UnaryOp(ast.USub(), node)
+
+
+def list_negative_products(tree: SourceTree, node: ast.AST) -> Others:
+    """A minus before a product, or before a sum as a whole."""
+    if isinstance(node, ast.BinOp) and _begins_term(tree, node):
+        yield _negate(node)
+
+
+def _begins_term(tree: SourceTree, node: ast.AST) -> bool:
+    """Whether a value has no sign or factor before it."""
+    parent, name, _ = tree.places[id(node)]
+    is_first = not isinstance(parent, ast.BinOp | ast.UnaryOp) or (
         name == "left" and _is_binary(parent, SUMS)
     )
-    if first and _is_value(tree, node) and not isinstance(node, ast.UnaryOp):
-        yield ast.UnaryOp(ast.USub(), node)
+    return is_first and _is_value(tree, node)
+
+
+def _negate(node: ast.expr) -> ast.expr:
+    """The negative of a product by its first factor, as people write it."""
+    if isinstance(node, ast.BinOp) and isinstance(node.op, PRODUCTS):
+        return ast.BinOp(_negate(node.left), node.op, node.right)
+    return ast.UnaryOp(ast.USub(), node)
 
 
 def _exchange(*, near: bool, written: bool) -> Callable[[SourceTree, ast.AST], Others]:
@@ -180,9 +202,13 @@ def list_transposes(tree: SourceTree, node: ast.AST) -> Others:
 
 
 def list_orders(tree: SourceTree, node: ast.AST) -> Others:
-    """Factors, arguments or indices in another order."""
-    if _is_binary(node, ast.MatMult):
-        yield ast.BinOp(node.right, ast.MatMult(), node.left)  # type: ignore[attr-defined]
+    """Factors, arguments, indices or the sides of a difference in another order."""
+    if isinstance(node, ast.BinOp) and isinstance(node.op, ast.MatMult | ast.Sub):
+        yield ast.BinOp(node.right, node.op, node.left)
+        if _is_binary(node.left, ast.MatMult):  # the outer ones of three
+            assert isinstance(node.left, ast.BinOp)  # as it is a product
+            first, middle = node.left.left, node.left.right
+            yield ast.BinOp(ast.BinOp(node.right, node.op, middle), node.op, first)
     if isinstance(node, ast.Call):
         for place in range(len(node.args) - 1):
             first, second = node.args[place : place + 2]
@@ -247,19 +273,21 @@ def _widen_factors(terms: Terms) -> Others:
 
 def list_multiples(tree: SourceTree, node: ast.AST) -> Others:
     """Twice and half of a whole term."""
-    if _is_value(tree, node) and not _is_binary(tree.parent(node), PRODUCTS | ast.Pow):
-        if not _is_binary(node, SUMS) and not isinstance(node, ast.UnaryOp):
-            yield ast.BinOp(ast.Constant(2), ast.Mult(), node)
-            yield ast.BinOp(node, ast.Div(), ast.Constant(2))
+    is_part = _is_binary(tree.parent(node), PRODUCTS | ast.Pow)
+    is_term = not _is_binary(node, SUMS) and not isinstance(node, ast.UnaryOp)
+    if is_term and not is_part and _is_value(tree, node):
+        yield ast.BinOp(ast.Constant(2), ast.Mult(), node)
+        yield ast.BinOp(node, ast.Div(), ast.Constant(2))
 
 
 def list_powers(tree: SourceTree, node: ast.AST) -> Others:
     """A square, or none."""
     if _is_binary(node, ast.Pow):
         yield node.left  # type: ignore[attr-defined]
-    elif tree.is_leaf(node) and tree.kind(node) in (NUMBER, INDEX) and _is_value(tree, node):
-        if not _is_binary(tree.parent(node), ast.Pow):
-            yield ast.BinOp(node, ast.Pow(), ast.Constant(2))
+        return
+    is_number = tree.is_leaf(node) and tree.kind(node) in (NUMBER, INDEX)
+    if is_number and _is_value(tree, node) and not _is_binary(tree.parent(node), ast.Pow):
+        yield ast.BinOp(node, ast.Pow(), ast.Constant(2))
 
 
 def list_operands(tree: SourceTree, node: ast.AST) -> Others:
@@ -275,9 +303,14 @@ def list_operands(tree: SourceTree, node: ast.AST) -> Others:
 
 
 def list_arguments(tree: SourceTree, node: ast.AST) -> Others:
-    """An argument without its function."""
-    if isinstance(node, ast.Call) and len(node.args) == 1 and _is_value(tree, node):
-        yield node.args[0]
+    """An argument without its function, or with it once more: u x (u x r) for u x r."""
+    if not isinstance(node, ast.Call) or not node.args or not _is_value(tree, node):
+        return
+    *before, last = node.args
+    if len(node.args) <= 2:
+        yield last
+    if len(node.args) == 2:
+        yield ast.Call(node.func, [*before, node], node.keywords)
 
 
 def list_steps(tree: SourceTree, node: ast.AST) -> Others:
@@ -469,6 +502,8 @@ def list_further_statements(tree: SourceTree, node: ast.AST) -> Others:
 # new expression comes last, and is also what fits by chance where numbers are equal.
 KINDS = (
     EditKind(1, list_opposites),
+    EditKind(1, list_negatives),
+    EditKind(1, list_negative_products),
     EditKind(2, _exchange(near=True, written=True)),
     EditKind(2, list_cofunctions),
     EditKind(2, list_constants),

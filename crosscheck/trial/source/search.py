@@ -13,9 +13,11 @@ from __future__ import annotations
 
 import ast
 import time
-from collections.abc import Callable, Iterable, Sequence
+from collections.abc import Callable, Collection, Iterable, Sequence
 from dataclasses import dataclass
+from functools import cache, partial
 from itertools import combinations, count
+from operator import attrgetter
 from typing import Any, NamedTuple
 
 from crosscheck.runner.outcomes import Failure, SelfKeyedTask
@@ -24,25 +26,31 @@ from crosscheck.runner.workers import Workers
 from crosscheck.trial.source.code import UserCode
 from crosscheck.trial.source.edits import RANKS, Edit, list_edits
 from crosscheck.trial.source.sandbox import enter_sandbox, limit_processor_time
-from crosscheck.trial.source.source_edit import SourceAnswer, describe_edit
+from crosscheck.trial.source.source_edit import SourceAnswer, SourceEdit, describe_edit
 from crosscheck.trial.source.syntax import SourceTree
 from crosscheck.trial.source.target import Answer, Entry, Target
 
 BUDGET_S = 10.0  # [s] of processor time, of a whole search
 CLOSING_S = 20  # [s] beyond it, after which the process is ended
 SLOWER, LEAST_S = 20.0, 0.2  # times the code as it is, and [s] on top, that an edit may take
-FOLLOWED = 0.7  # of the entries on another mechanism: where more are wrong, its numbers are ignored
+IGNORED = 0.5  # of entries that are right here: if more are wrong there, numbers are ignored
 MOST_ALTERNATIVES = 2
-MOST_PARTIAL = 12  # edits that mend some entries, of which pairs are tried
+MOST_INCOMPLETE = 12  # edits that mend some entries, of which pairs are tried
 Wrong = frozenset[tuple[int, Entry]]  # wrong entries, each with the number of its target
-MakeTargets = Callable[[], Sequence[Target]]
+MakeTargets = Callable[[], Iterable[Target]]
 
 
 class MendingEdit(NamedTuple):
-    """An edit that mends entries and makes none wrong; wrong: the entries that stay so."""
+    """An edit that mends entries at a level and makes none wrong; wrong: those that stay so."""
 
     edit: Edit
+    level: str
     wrong: Wrong
+
+    @property
+    def badness(self) -> tuple[int, tuple[int, int]]:
+        """By which the best comes first: how much stays wrong, how unlikely the edit is."""
+        return len(self.wrong), self.edit.likelihood
 
 
 class EditSearch:
@@ -59,94 +67,115 @@ class EditSearch:
         enter_sandbox(int(BUDGET_S) + CLOSING_S)
         self.code, self.begun_s = code, time.process_time()
         self.tree, self.texts = SourceTree(code), set[tuple[int, str]]()
-        self.answers, self.partial = list[MendingEdit](), list[MendingEdit]()
+        self.mending = list[MendingEdit]()
         self.compiled = [code.compile(statement) for statement in code.statements]
-        here, *others = (each.select_parts(self._list_parts(targets[0])) for each in targets)
+        here, *others = targets
+        self.level, trusted = next(iter(here.levels.items()))
+        self.parts = [part for part in trusted.right if self._is_answered(here, part)]
         begun = time.process_time()
-        wrong = len(here.find_wrong_entries(self._bind(here)))
+        wrong = trusted.find_wrong_entries(self._bind(here), self.parts)
         self.limit_s = LEAST_S + SLOWER * (time.process_time() - begun)
-        self.targets = [here, *(each for each in others if self._is_followed(each, wrong))]
-        self.everywhere = len(self.targets) > 1
-        self.wrong = self._find_wrong_entries(self.compiled)
-        parts = {part for number, (part, *_) in self.wrong if not number}
-        # Of each wrong part its worst state, its answer there and what is wrong of it; M, of which
-        # every column may be a call, last.
-        self.states = {
-            p: self._find_worst_state(p) for p in sorted(parts, key="mass_matrix".__eq__)
-        }
+        wrong_parts = {part for part, *_ in wrong}
+        self.targets = [here, *(each for each in others if self._is_followed(each, wrong_parts))]
+        levels = [each for each in here.levels if all(each in t.levels for t in self.targets)]
+        self.wrong = {each: self._find_wrong_entries(self.compiled, each) for each in levels}
+        # Of each wrong part, the quickest first, its worst state, its answer there and, by level,
+        # what is wrong of it.
+        order = sorted(wrong_parts, key=partial(self._measure_seconds, here))
         as_is = self._bind(here)
+        self.states = {
+            part: max(
+                trusted.states, key=lambda s: len(trusted.find_wrong_entries(as_is, [part], [s]))
+            )
+            for part in order
+        }
         self.values = {part: as_is(part, state) for part, state in self.states.items()}
-        self.wrong_at = {
-            part: here.find_wrong_entries(as_is, [part], [state])
+        self.wrong_there = {
+            (level, part): here.levels[level].find_wrong_entries(as_is, [part], [state])
+            for level in levels
             for part, state in self.states.items()
         }
-        self.tree.observe(self._ask_wrong_parts)
+        # Lines that the first wrong part runs: an edit elsewhere does not make all right.
+        self.first_lines = self.tree.observe(partial(self._ask, order[:1]))
+        self.tree.observe(partial(self._ask, order))
 
     def _bind(self, target: Target, compiled: Sequence[Any] = ()) -> Answer:
-        return target.bind(self.code.run(compiled or self.compiled))
+        """The answers of the code, edited or as it is, each asked for once."""
+        return cache(target.bind(self.code.run(compiled or self.compiled)))
 
-    def _list_parts(self, target: Target) -> list[str]:
-        """The parts that answer with the code as it is."""
-        parts, answer = list[str](), self._bind(target)
-        for part in target.right:
-            try:
-                answer(part, 0)
-            except Exception:  # of the user's code, which the trial has reported
-                continue
-            parts.append(part)
-        return parts
-
-    def _is_followed(self, target: Target, wrong_here: int) -> bool:
-        """Whether the code takes its numbers from the mechanism: it is not all wrong on another."""
+    def _is_answered(self, target: Target, part: str) -> bool:
         try:
-            wrong = len(target.find_wrong_entries(self._bind(target)))
-        except Exception:  # of code for one mechanism alone
+            self._bind(target)(part, 0)
+        except Exception:  # of the user's code, which the trial has reported
             return False
-        return wrong <= max(wrong_here, FOLLOWED * target.size)
+        return True
 
-    def _find_worst_state(self, part: str) -> int:
-        """The state at which most entries of a part are wrong."""
-        here, answer = self.targets[0], self._bind(self.targets[0])
-        return max(here.states, key=lambda s: len(here.find_wrong_entries(answer, [part], [s])))
+    def _is_followed(self, target: Target, wrong_here: Collection[str]) -> bool:
+        """Whether the code may take its numbers from the mechanism.
 
-    def _ask_wrong_parts(self) -> None:
+        It does not if parts that are right here are mostly wrong on another mechanism.
+        """
+        parts = [part for part in self.parts if part not in wrong_here]
+        if self.level not in target.levels or not self._is_answered(target, self.parts[0]):
+            return False
+        trusted = target.levels[self.level]
+        wrong = trusted.find_wrong_entries(self._bind(target), parts)
+        return len(wrong) <= IGNORED * sum(trusted.right[part][0].size for part in parts)
+
+    def _measure_seconds(self, target: Target, part: str) -> float:
+        """Processor time [s] that an answer of a part takes."""
+        answer, begun = self._bind(target), time.process_time()
+        answer(part, 0)
+        return time.process_time() - begun
+
+    def _ask(self, parts: Sequence[str]) -> None:
         answer = self._bind(self.targets[0])
-        for part, state in self.states.items():
-            answer(part, state)
+        for part in parts:
+            answer(part, self.states[part])
 
-    def _find_wrong_entries(
-        self, compiled: Sequence[Any], allowed: Wrong | None = None
-    ) -> Wrong | None:
-        """The wrong entries at all states, on all mechanisms; None once one is not allowed."""
+    def _find_wrong_entries(self, compiled: Sequence[Any], level: str) -> Wrong:
+        """The entries that are wrong beside a level at any state, on all mechanisms."""
         wrong = set[tuple[int, Entry]]()
         for number, target in enumerate(self.targets):
-            entries = target.find_wrong_entries(self._bind(target, compiled))
+            answer = self._bind(target, compiled)
+            entries = target.levels[level].find_wrong_entries(answer, self.parts)
             wrong |= {(number, entry) for entry in entries}
-            if allowed is not None and not wrong <= allowed:
-                return None
         return frozenset(wrong)
+
+    @property
+    def answers(self) -> list[MendingEdit]:
+        """The edits that make all right, the likeliest first."""
+        return sorted((each for each in self.mending if not each.wrong), key=get_badness)
 
     @property
     def is_over(self) -> bool:
         """Whether the search has an answer, or has spent its time."""
-        answer = self.answers or self._find_pair()
-        return bool(answer) or not self.states or self._spent_s > BUDGET_S
-
-    @property
-    def _spent_s(self) -> float:
-        return time.process_time() - self.begun_s
+        is_spent = not self.states or time.process_time() - self.begun_s > BUDGET_S
+        return is_spent or bool(self.answers or self._find_pair())
 
     def try_rank(self, rank: int) -> None:
-        """Try the edits of a rank, within the budget."""
-        for edit in list_edits(self.tree, rank) if self.states else ():
-            if self._spent_s > BUDGET_S:
-                return
-            wrong = self._judge([edit])
-            if wrong is not None and wrong < self.wrong:
-                (self.partial if wrong else self.answers).append(MendingEdit(edit, wrong))
+        """Try the edits of a rank, within the budget.
 
-    def _judge(self, edits: Sequence[Edit]) -> Wrong | None:
-        """The entries that are wrong with edits; None where they mend none, or do not work."""
+        Those that cannot mend all that is wrong, as they leave one wrong part as it is, come last,
+        and only where no other edit does.
+        """
+        elsewhere = list[Edit]()
+        for edit in list_edits(self.tree, rank) if self.states else ():
+            if self.tree.has_run(edit.node, self.first_lines):
+                self._try_edit(edit)
+            else:
+                elsewhere.append(edit)
+        for edit in elsewhere if not self.answers else ():
+            self._try_edit(edit)
+
+    def _try_edit(self, edit: Edit) -> None:
+        is_spent = time.process_time() - self.begun_s > BUDGET_S
+        mending = None if is_spent else self._judge([edit])
+        if mending is not None:
+            self.mending.append(mending)
+
+    def _judge(self, edits: Sequence[Edit]) -> MendingEdit | None:
+        """What edits mend together; None where that is nothing, and where they do not work."""
         for edit in edits:
             if not hasattr(edit.other, "lineno"):
                 ast.copy_location(edit.other, edit.node)
@@ -160,14 +189,21 @@ class EditSearch:
                 number = self.tree.statements[id(edit.node)]
                 compiled[number] = self.code.compile(self.code.statements[number])
             with limit_processor_time(self.limit_s):
-                if self._mends(compiled):
-                    return self._find_wrong_entries(compiled, self.wrong)
+                wrong = {
+                    level: self._find_wrong_entries(compiled, level)
+                    for level in self._list_mended_levels(compiled)
+                }
         except BaseException:  # whatever an edit leads to, it is none that mends
             return None
         finally:
             for edit in edits:
                 self.tree.put(edit.node, edit.node)
-        return None
+        mended = (
+            MendingEdit(edits[0], level, each)
+            for level, each in wrong.items()
+            if each < self.wrong[level]
+        )
+        return min(mended, key=get_badness, default=None)
 
     def _is_new(self, edit: Edit) -> bool:
         """Whether no other edit has made the same text of the statement."""
@@ -178,67 +214,83 @@ class EditSearch:
         known.add(place)
         return is_new
 
-    def _mends(self, compiled: Sequence[Any]) -> bool:
-        """Whether a wrong entry becomes right at the worst state, and none that is right wrong."""
-        here, mends = self.targets[0], False
-        answer = self._bind(here, compiled)
+    def _list_mended_levels(self, compiled: Sequence[Any]) -> list[str]:
+        """The levels beside which a wrong part has less that is wrong, and nothing else is."""
+        here, answer, is_changed = self.targets[0], self._bind(self.targets[0], compiled), False
+        levels = list(self.wrong)
         for part, state in self.states.items():
-            value = answer(part, state)
-            if (value == self.values[part]).all():
+            if (answer(part, state) == self.values[part]).all():
                 continue
-            wrong = here.find_wrong_entries(lambda *_, value=value: value, [part], [state])
-            if not wrong < self.wrong_at[part]:
-                return False
-            mends = True
-        return mends
+            is_changed = True
+            levels = [
+                level
+                for level in levels
+                if here.levels[level].find_wrong_entries(answer, [part], [state])
+                < self.wrong_there[level, part]
+            ]
+            if not levels:
+                break
+        return levels if is_changed else []
 
     def _find_pair(self) -> list[MendingEdit]:
         """Two edits that together make all right, each of which mends what the other does not."""
-        likeliest = sorted(self.partial, key=lambda each: (len(each.wrong), each.edit.likelihood))
-        for pair in combinations(likeliest[:MOST_PARTIAL], 2):
+        for pair in combinations(sorted(self.mending, key=get_badness)[:MOST_INCOMPLETE], 2):
             statements = {id(self.tree.statement(each.edit.node)) for each in pair}
             if len(statements) > 1 and not pair[0].wrong & pair[1].wrong:
-                if self._judge([each.edit for each in pair]) == frozenset():
+                both = self._judge([each.edit for each in pair])
+                if both is not None and not both.wrong:
                     return sorted(pair, key=lambda each: each.edit.node.lineno)
         return []
 
     def find_answer(self) -> SourceAnswer | None:
-        """The answer so far; None where no edit mends anything."""
-        chosen = sorted(self.answers, key=lambda each: each.edit.likelihood)
-        if chosen:
-            first, *others = self._select_unequal(chosen)
-            return SourceAnswer(
-                (self._describe(first),),
-                tuple(map(self._describe, others[:MOST_ALTERNATIVES])),
-                everywhere=self.everywhere,
-            )
+        """The answer so far; None where no edit mends anything that says much."""
+        is_unequal = len(self.targets) > 1
+        edits = self.answers
+        if not edits:  # those that are right on the user's own mechanism
+            right_here = (each for each in self.mending if all(n for n, _ in each.wrong))
+            edits, is_unequal = sorted(right_here, key=get_badness), False
+        if edits:
+            if is_unequal:  # then all right edits of a statement say the same
+                edits = self._select_by_statement(edits)
+            first, *others = edits
+            level = "" if first.level == self.level else first.level
+            alternatives = tuple(map(self._describe, others[:MOST_ALTERNATIVES]))
+            return SourceAnswer((self._describe(first),), alternatives, (), level, is_unequal)
+        is_unequal = len(self.targets) > 1
         if pair := self._find_pair():
-            return SourceAnswer(tuple(map(self._describe, pair)), everywhere=self.everywhere)
-        if not self.partial:
+            return SourceAnswer(tuple(map(self._describe, pair)), is_unequal=is_unequal)
+        telling = [each for each in self.mending if self._mends_much(each)]
+        if not telling:
             return None
-        best = min(self.partial, key=lambda each: (len(each.wrong), each.edit.likelihood))
-        wrong = self._format_entries(best.wrong)
-        return SourceAnswer((self._describe(best),), (), wrong, self.everywhere)
+        best = min(telling, key=get_badness)
+        level, wrong = (
+            "" if best.level == self.level else best.level,
+            self._format_entries(best.wrong),
+        )
+        return SourceAnswer((self._describe(best),), (), wrong, level, is_unequal)
 
-    def _select_unequal(self, edits: Sequence[MendingEdit]) -> list[MendingEdit]:
-        """The likeliest edit of each statement.
-
-        All give right values; on unequal numbers those of one statement then say the same.
-        """
-        if not self.everywhere:
-            return list(edits)
-        unequal: dict[int, MendingEdit] = {}
+    def _select_by_statement(self, edits: Sequence[MendingEdit]) -> list[MendingEdit]:
+        """The first edit of each statement."""
+        selected: dict[int, MendingEdit] = {}
         for each in edits:
-            unequal.setdefault(id(self.tree.statement(each.edit.node)), each)
-        return list(unequal.values())
+            selected.setdefault(id(self.tree.statement(each.edit.node)), each)
+        return list(selected.values())
 
-    def _describe(self, mending: MendingEdit) -> Any:
-        entries = self._format_entries(self.wrong - mending.wrong)
+    def _mends_much(self, mending: MendingEdit) -> bool:
+        """Whether a whole part is mended, or half of all: single entries may be so by chance."""
+        parts = {part for _, (part, *_) in mending.wrong}
+        return parts < set(self.states) or len(mending.wrong) <= len(self.wrong[mending.level]) / 2
+
+    def _describe(self, mending: MendingEdit) -> SourceEdit:
+        entries = self._format_entries(self.wrong[mending.level] - mending.wrong)
         return describe_edit(self.tree, mending.edit, entries)
 
     def _format_entries(self, wrong: Iterable[tuple[int, Entry]]) -> tuple[str, ...]:
         entries = sorted({entry for _, entry in wrong})
         return tuple(map(self.targets[0].format_entry, entries))
+
+
+get_badness = attrgetter("badness")
 
 
 class RankOutcome(NamedTuple):
@@ -267,7 +319,7 @@ class RankTask(SelfKeyedTask):
         """The outcome. Raises what the code raises as it is."""
         if self.search not in _searches:
             code, make_targets = _requests[self.search]
-            _searches[self.search] = EditSearch(code, make_targets())
+            _searches[self.search] = EditSearch(code, list(make_targets()))
         search = _searches[self.search]
         search.try_rank(self.rank)
         is_over = search.is_over

@@ -63,13 +63,15 @@ class SourceAnswer:
         edits: The changes, of which several are made together, in the order of the file.
         alternatives: Other single changes that do the same.
         wrong: Entries that stay wrong, in words; none of a whole answer.
-        everywhere: Whether it was judged on other mechanisms of the same structure too.
+        level: The rigid level that all agrees with, where it is not the one that the trial names.
+        is_unequal: Whether it was judged on a mechanism of unequal numbers too.
     """
 
     edits: tuple[SourceEdit, ...]
     alternatives: tuple[SourceEdit, ...] = ()
     wrong: tuple[str, ...] = ()
-    everywhere: bool = True
+    level: str = ""
+    is_unequal: bool = True
 
     @property
     def sentences(self) -> Iterator[str]:
@@ -81,12 +83,12 @@ class SourceAnswer:
             stays = "stays" if len(self.wrong) == 1 else "stay"
             yield f"{changes}; {agree}, while {_list_names(self.wrong)} {stays} wrong"
         else:
-            yield f"{changes}; then all parts agree"
+            yield f"{changes}; then all parts agree{f' with {self.level}' * bool(self.level)}"
         if self.alternatives:
             listed = "; or ".join(f"{each.place}, {each.remedy}" for each in self.alternatives)
             yield f"the same by another edit: {listed}"
-        if not self.everywhere:
-            yield "judged with these numbers alone, which this code does not take from the file"
+        if not self.is_unequal:
+            yield "judged with these numbers alone: other errors may look the same"
 
 
 def _list_names(names: Sequence[str]) -> str:

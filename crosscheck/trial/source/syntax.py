@@ -54,7 +54,7 @@ class Scope:
 class SourceTree:
     """The statements of a user's code with the place of each node, and what ran.
 
-    lines: numbers of those that ran while equations were made or a wrong part was asked.
+    lines: numbers of those that have run.
     """
 
     def __init__(self, code: UserCode) -> None:
@@ -92,10 +92,10 @@ class SourceTree:
             getattr(parent, name)[index] = other
 
     def list_nodes(self) -> Iterator[ast.AST]:
-        """The expressions and simple statements that ran."""
+        """The expressions and statements that ran, but for statements at the top."""
         for scope in dict.fromkeys(self.scopes.values()):
             for node in scope.nodes:
-                if id(node) in self.places and self._has_run(node):
+                if id(node) in self.places and self.has_run(node, self.lines):
                     yield node
 
     def statement(self, node: ast.AST) -> ast.stmt:
@@ -104,11 +104,12 @@ class SourceTree:
             node = self.places[id(node)][0]
         return node
 
-    def _has_run(self, node: ast.AST) -> bool:
+    def has_run(self, node: ast.AST, lines: set[int]) -> bool:
+        """Whether the statement of a node is among lines that ran."""
         around = self.statement(node)
         last = around.lineno if hasattr(around, "body") else around.end_lineno or around.lineno
-        lines = {*range(around.lineno, last + 1), getattr(node, "lineno", around.lineno)}
-        return not lines.isdisjoint(self.lines)
+        own = getattr(node, "lineno", around.lineno)
+        return own in lines or not lines.isdisjoint(range(around.lineno, last + 1))
 
     def is_leaf(self, node: ast.AST) -> bool:
         """Whether a node is a whole name, attribute or element that is read, and is not called."""
@@ -142,8 +143,9 @@ class SourceTree:
                 return self.kind(node.args[0])
         return None
 
-    def observe(self, run: Callable[[], object]) -> None:
-        """See what all names are and which lines run while equations are made and asked."""
+    def observe(self, run: Callable[[], object]) -> set[int]:
+        """See what all names are while equations are made and asked: the lines that run."""
+        lines = set[int]()
         leaves: dict[int, dict[str, CodeType]] = {}
         indices: dict[int, set[str]] = {}
         by_name, by_line = dict[tuple[int, str], Scope](), dict[int, Scope]()
@@ -170,7 +172,7 @@ class SourceTree:
         def look(frame: FrameType, event: str, argument: object) -> Any:
             if frame.f_code.co_filename != self.code.file:
                 return None
-            self.lines.add(frame.f_lineno)
+            lines.add(frame.f_lineno)
             if event == "return":
                 first, name = frame.f_code.co_firstlineno, frame.f_code.co_name
                 around = top if name == "<module>" else by_line.get(first, top)
@@ -183,6 +185,8 @@ class SourceTree:
             run()
         finally:
             sys.settrace(None)
+        self.lines |= lines
+        return lines
 
 
 def _record_kinds(

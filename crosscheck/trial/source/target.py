@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Iterable, Mapping, Sequence
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
@@ -13,41 +13,28 @@ Entry = tuple[Any, ...]  # the part, and the entry's row, of M also its column
 
 
 @dataclass(frozen=True)
-class Target:
-    """The right answers of equations on a mechanism, at a few states.
+class RightAnswers:
+    """The right answers at a level, at a few states.
 
     Args:
-        bind: Makes equations for the mechanism, of the object that a user's code defines, and
-            returns their answers, as the trial asks for them. It raises what their code raises.
-        right: By part, the right answers (states, n, n) of M, (states, n) of others.
-        allowed: By part, what entries may differ by, in the part's unit, in a shape that fits.
-        names: Of the coordinates.
+        right: By part, M (states, n, n), others (states, n).
+        allowed: By part, what entries may differ by, in a shape that fits.
     """
 
-    bind: Callable[[Any], Answer]
     right: Mapping[str, np.ndarray]
     allowed: Mapping[str, np.ndarray]
-    names: Sequence[str]
 
     @property
     def states(self) -> range:
         """Numbers of the states."""
         return range(min((len(each) for each in self.right.values()), default=0))
 
-    @property
-    def size(self) -> int:
-        """How many entries all parts have."""
-        return sum(each[0].size for each in self.right.values())
-
     def find_wrong_entries(
-        self,
-        answer: Answer,
-        parts: Iterable[str] | None = None,
-        states: Iterable[int] | None = None,
+        self, answer: Answer, parts: Iterable[str], states: Iterable[int] | None = None
     ) -> set[Entry]:
-        """The entries that are wrong at any state, of some parts and states or of all."""
+        """The entries of parts that are wrong at any state, of some states or of all."""
         wrong = set[Entry]()
-        for part in self.right if parts is None else parts:
+        for part in parts:
             right = self.right[part]
             allowed = np.broadcast_to(self.allowed[part], right.shape)
             for state in self.states if states is None else states:
@@ -55,9 +42,21 @@ class Target:
                 wrong |= {(part, *index) for index in np.argwhere(beyond).tolist()}
         return wrong
 
-    def select_parts(self, parts: Iterable[str]) -> Target:
-        """The target of these parts alone."""
-        return replace(self, right={part: self.right[part] for part in parts})
+
+@dataclass(frozen=True)
+class Target:
+    """What equations must answer on a mechanism: what a level says, or what another one does.
+
+    Args:
+        bind: Makes equations for the mechanism, of the object that a user's code defines, and
+            returns their answers, as the trial asks for them. It raises what their code raises.
+        levels: The right answers by level, that of the trial first.
+        names: Of the coordinates.
+    """
+
+    bind: Callable[[Any], Answer]
+    levels: Mapping[str, RightAnswers]
+    names: Sequence[str]
 
     def format_entry(self, entry: Entry) -> str:
         """An entry in words, such as M[theta_1, theta_2]."""
