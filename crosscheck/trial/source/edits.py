@@ -6,7 +6,7 @@ import ast
 import difflib
 import math
 from collections.abc import Callable, Iterator
-from typing import NamedTuple, TypeAlias
+from typing import NamedTuple, TypeAlias, TypeGuard
 
 from crosscheck.trial.source.syntax import INDEX, LEAF, NUMBER, Kind, SourceTree
 
@@ -43,12 +43,13 @@ class EditKind(NamedTuple):
 
 
 def list_edits(tree: SourceTree, rank: int) -> Iterator[Edit]:
-    """The edits of a rank of what ran, in the order of the source."""
-    for node in tree.list_nodes():
-        for place, kind in enumerate(KINDS):
-            if kind.rank == rank:
-                likelihood = rank, place
-                yield from (Edit(likelihood, node, other) for other in kind.list_others(tree, node))
+    """The edits of a rank of what ran, the likelier kinds first."""
+    nodes = list(tree.list_nodes())
+    for place, kind in enumerate(KINDS):
+        if kind.rank == rank:
+            for node in nodes:
+                for other in kind.list_others(tree, node):
+                    yield Edit((rank, place), node, other)
 
 
 def _parse(text: str) -> ast.expr:
@@ -438,64 +439,95 @@ def list_further_matrices(tree: SourceTree, node: ast.AST) -> Others:
                     yield ast.BinOp(node, ast.MatMult(), matrix)
 
 
-def _add_summands(tree: SourceTree, node: ast.AST, summands: Iterator[ast.expr]) -> Others:
-    for summand in summands:
-        yield ast.BinOp(node, ast.Add(), summand)
-        yield ast.BinOp(node, ast.Sub(), summand)
+def _is_sum_place(tree: SourceTree, node: ast.AST, *, outer: bool) -> bool:
+    """Whether a summand may be missing at an expression, which is all of a sum.
+
+    outer: whether it is what a statement assigns, returns or collects, or an element of that.
+    """
+    if not _is_value(tree, node) or _is_binary(tree.parent(node), SUMS):
+        return False
+    above = tree.parent(node)
+    while isinstance(above, ast.List | ast.Tuple | ast.Call):
+        if isinstance(above, ast.Call) and not isinstance(tree.parent(above), ast.Expr):
+            break
+        above = tree.parent(above)
+    return outer == isinstance(above, ast.stmt)
 
 
-def _is_sum_place(tree: SourceTree, node: ast.AST) -> bool:
-    """Whether a summand may be missing at an expression: it is all of a sum."""
-    return _is_value(tree, node) and not _is_binary(tree.parent(node), SUMS)
+def _summands(*, outer: bool) -> Callable[[SourceTree, ast.AST], Others]:
+    def list_further_summands(tree: SourceTree, node: ast.AST) -> Others:
+        """A sum with a summand more: what the code names, or a product of the same function."""
+        if not _is_sum_place(tree, node, outer=outer):
+            return
+        scope, kind = tree.scopes[id(node)], tree.kind(node)
+        leaves = (
+            text for text, other, w in scope.list_leaves() if w and _fit(tree, node, kind, other)
+        )
+        products = (
+            ast.unparse(each)
+            for each in scope.nodes
+            if _is_binary(each, ast.Mult | ast.MatMult) and tree.kind(each) in (kind, None)
+        )
+        for text in dict.fromkeys([*leaves, *products]):
+            yield ast.BinOp(node, ast.Add(), _parse(text))
+            yield ast.BinOp(node, ast.Sub(), _parse(text))
+
+    return list_further_summands
 
 
-def list_further_summands(tree: SourceTree, node: ast.AST) -> Others:
-    """A sum with a summand more that the code names."""
-    if _is_sum_place(tree, node):
+def _cross_products(*, of_products: bool) -> Callable[[SourceTree, ast.AST], Others]:
+    def list_further_cross_products(tree: SourceTree, node: ast.AST) -> Others:
+        """A sum of vectors with a cross product more, of a name and a name or a product."""
         kind = tree.kind(node)
-        leaves = tree.scopes[id(node)].list_leaves()
-        names = (_parse(text) for text, other, w in leaves if w and _fit(tree, node, kind, other))
-        yield from _add_summands(tree, node, names)
+        if kind not in (VECTOR, None) or not _is_binary(node, ast.Add):
+            return
+        if not _is_sum_place(tree, node, outer=True):
+            return
+        scope = tree.scopes[id(node)]
+        calls = (ast.unparse(each.func) for each in scope.nodes if isinstance(each, ast.Call))
+        cross = next((text for text in calls if text.endswith("cross")), "")
+        names = [text for text, other, w in scope.list_leaves() if w and other == VECTOR]
+        products = (
+            ast.unparse(each)
+            for each in scope.nodes
+            if isinstance(each, ast.BinOp)
+            and tree.kind(each) == VECTOR
+            and tree.is_leaf(each.left)
+            and tree.is_leaf(each.right)
+        )
+        for second in dict.fromkeys(products if of_products else names):
+            for first in names if cross else ():
+                if first != second:
+                    yield ast.BinOp(node, ast.Add(), _parse(f"{cross}({first}, {second})"))
 
-
-def list_further_products(tree: SourceTree, node: ast.AST) -> Others:
-    """A sum with a summand more: a product of the same function, or a product of vectors."""
-    if not _is_sum_place(tree, node):
-        return
-    scope, kind = tree.scopes[id(node)], tree.kind(node)
-    products = {ast.unparse(n): n for n in scope.nodes if _is_binary(n, ast.Mult | ast.MatMult)}
-    fitting = {text: n for text, n in products.items() if tree.kind(n) in (kind, None)}
-    yield from _add_summands(tree, node, iter(fitting.values()))  # type: ignore[arg-type]
-    leaves = [(text, other) for text, other, w in scope.list_leaves()]
-    if tree.places[id(node)][1] != "value" or kind not in (VECTOR, None):
-        return
-    calls = (n for each in {*tree.scopes.values()} for n in each.nodes if isinstance(n, ast.Call))
-    cross = next((t for n in calls if (t := ast.unparse(n.func)).endswith("cross")), "")
-    vectors = [text for text, other in leaves if other == VECTOR]
-    others = [*vectors, *(text for text, n in fitting.items() if tree.kind(n) == VECTOR)]
-    pairs = ((a, b) for a in vectors for b in others if cross and a != b)
-    yield from _add_summands(tree, node, (_parse(f"{cross}({a}, {b})") for a, b in pairs))
+    return list_further_cross_products
 
 
 def list_further_statements(tree: SourceTree, node: ast.AST) -> Others:
-    """A statement of a loop with another one after it, that keeps a value or adds one."""
-    if not isinstance(node, ast.Assign | ast.AugAssign | ast.Expr) or id(node) not in tree.places:
-        return
-    if not isinstance(tree.parent(node), ast.For):
+    """A statement of a loop with another one after it, which carries a value of the loop on.
+
+    It adds the value to, or at the end keeps it in, what has a value before the loop.
+    """
+    loop = tree.parent(node)
+    if not isinstance(node, SIMPLE) or not isinstance(loop, ast.For):
         return
     scope = tree.scopes[id(node)]
-    targets = {
-        n.id for n in scope.nodes if isinstance(n, ast.Name) and isinstance(n.ctx, ast.Store)
-    }
-    for name in sorted(targets):
-        kind = scope.kind(name)
+    own = {each.id for each in ast.walk(loop) if _is_stored(each)}
+    for name in sorted({n.id for n in scope.nodes if _is_stored(n) and n.lineno < loop.lineno}):
+        kind, target = scope.kind(name), ast.Name(name, ast.Store())
         if kind is None or kind[0] not in ("array", "number"):
             continue
         for text, other, is_written in scope.list_leaves():
-            if is_written and other == kind and text != name:
-                target, value = ast.Name(name, ast.Store()), _parse(text)
-                yield join_statements(node, ast.Assign([target], value))
+            value = _parse(text)
+            names = {each.id for each in ast.walk(value) if isinstance(each, ast.Name)}
+            if is_written and other == kind and text != name and names & own:
                 yield join_statements(node, ast.AugAssign(target, ast.Add(), value))
+                if node is loop.body[-1]:
+                    yield join_statements(node, ast.Assign([target], value))
+
+
+def _is_stored(node: ast.AST) -> TypeGuard[ast.Name]:
+    return isinstance(node, ast.Name) and isinstance(node.ctx, ast.Store)
 
 
 # The likelihood of each kind, by rank. What is one letter or sign away comes first; what needs a
@@ -525,8 +557,10 @@ KINDS = (
     EditKind(4, list_arguments),
     EditKind(4, list_further_factors),
     EditKind(4, list_further_matrices),
-    EditKind(5, list_further_summands),
-    EditKind(6, list_further_products),
-    EditKind(6, list_further_statements),
+    EditKind(5, _summands(outer=True)),
+    EditKind(5, _cross_products(of_products=True)),
+    EditKind(5, list_further_statements),
+    EditKind(6, _summands(outer=False)),
+    EditKind(6, _cross_products(of_products=False)),
 )
 RANKS = sorted({kind.rank for kind in KINDS})

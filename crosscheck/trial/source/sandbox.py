@@ -26,7 +26,7 @@ REFUSED = (
     "subprocess.", "socket.", "os.system", "os.exec", "os.fork", "os.posix_spawn", "os.spawn",
     "os.startfile", "os.remove", "os.rename", "os.rmdir", "os.mkdir", "os.link", "os.symlink",
     "os.truncate", "os.chmod", "os.chown", "os.utime", "os.setxattr", "os.removexattr", "os.kill",
-    "os.putenv", "os.unsetenv", "shutil.", "pty.", "tempfile.", "signal.pthread_kill", "webbrowser.",
+    "os.putenv", "os.unsetenv", "shutil.", "pty.", "tempfile.", "signal.pthread_kill",
 )  # fmt: skip
 WRITING = os.O_WRONLY | os.O_RDWR | os.O_CREAT | os.O_TRUNC | os.O_APPEND
 

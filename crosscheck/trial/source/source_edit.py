@@ -6,7 +6,6 @@ import ast
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
 from pathlib import Path
-from typing import Literal
 
 from crosscheck.trial.source.edits import Edit
 from crosscheck.trial.source.syntax import SourceTree
@@ -21,22 +20,24 @@ class SourceEdit:
     Args:
         file: Name of the file.
         line: Number of the line at which the expression begins.
-        kind: What must be done with ``old``.
         old: Text of the expression or statement, as it stands there.
-        new: Text in place of it, or of what must be added after it.
-        before: The line, or lines, as they are.
-        after: The same, edited.
+        new: Text that should stand there, '' for none; or what should follow it.
+        start: Text of the lines before the change.
+        removed: Text that the change removes, '' where it adds alone.
+        added: Text in its place.
+        end: Text of the lines behind it.
         entries: The wrong entries that it mends, in words.
         rank: Likelihood of edits of this kind: 1 of the likeliest.
     """
 
     file: str
     line: int
-    kind: Literal["replace", "remove", "add"]
     old: str
     new: str
-    before: str
-    after: str
+    start: str
+    removed: str
+    added: str
+    end: str
     entries: tuple[str, ...]
     rank: int
 
@@ -48,9 +49,9 @@ class SourceEdit:
     @property
     def remedy(self) -> str:
         """What must be done, in words."""
-        if self.kind == "remove":
+        if not self.new:
             return f"{self.old} should be left out"
-        if self.kind == "add":
+        if not self.removed:
             return f"{self.new} should follow {self.old}"
         return f"{self.old} should be {self.new}"
 
@@ -102,25 +103,26 @@ def describe_edit(tree: SourceTree, edit: Edit, entries: tuple[str, ...]) -> Sou
     file, line, last = Path(tree.code.file).name, node.lineno, node.end_lineno or node.lineno
     before = "\n".join(lines[line - 1 : last])
     if isinstance(node, ast.stmt) and not isinstance(other, ast.Assign | ast.AugAssign):
-        old, indent = before.strip(), before[: len(before) - len(before.lstrip())]
-        if isinstance(other, ast.If):
-            new = ast.unparse(other.body[1])
-            after = f"{before}\n{indent}{new}"
-            return SourceEdit(file, line, "add", old, new, before, after, entries, edit.rank)
-        return SourceEdit(file, line, "remove", old, "", before, "", entries, edit.rank)
+        old, pieces = before.strip(), ("", before, "", "")
+        new = ast.unparse(other.body[1]) if isinstance(other, ast.If) else ""
+        if new:
+            indent = before[: len(before) - len(before.lstrip())]
+            pieces = f"{before}\n", "", f"{indent}{new}", ""
+        return SourceEdit(file, line, old, new, *pieces, entries, edit.rank)
     start = lines[line - 1].encode()[: node.col_offset].decode()
     end = lines[last - 1].encode()[node.end_col_offset :].decode()
     around = tree.parent(node)
     new, whole = ast.unparse(other), _write_edited(tree, edit, around)
     # Python says where parentheses are needed; those that are there already stay.
     is_bare = not (start.rstrip().endswith("(") and end.lstrip().startswith(")"))
-    if isinstance(around, ast.expr) and f"({new})" in whole and is_bare:
-        new = f"({new})"
-    after, old, outer = f"{start}{new}{end}", _read_text(tree, node), node
+    is_inner = isinstance(around, ast.expr) and f"({new})" in whole and is_bare
+    removed = ast.get_source_segment(tree.code.text, node) or ""
+    pieces = start, removed, f"({new})" if is_inner else new, end
+    old, outer = _read_text(tree, node), node
     while before.count(old) > 1 and isinstance(around, ast.expr):  # else nobody knows which
         old, new, outer = _read_text(tree, around), _write_edited(tree, edit, around), around
         around = tree.parent(around)
-    return SourceEdit(file, outer.lineno, "replace", old, new, before, after, entries, edit.rank)
+    return SourceEdit(file, outer.lineno, old, new, *pieces, entries, edit.rank)
 
 
 def _write_edited(tree: SourceTree, edit: Edit, around: ast.AST | None) -> str:
