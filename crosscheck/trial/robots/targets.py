@@ -78,7 +78,7 @@ def _make_target(problem: RobotProblem, level: Level, robot: Robot, equations: E
     def bind(source: Any) -> Answer:
         made = build_robot_equations(source, robot, problem.name)
         made = replace(made, drive=equations.drive)
-        _, calls = bind_functions(made, problem.robot)
+        calls: dict[str, Any] = bind_functions(made, problem.robot)[1]
         frame = read_frame(made.coordinates, problem.robot, problem.name)
         calls = calls if frame is None else map_calls(calls, frame, problem.name)
 
@@ -93,7 +93,11 @@ def _make_target(problem: RobotProblem, level: Level, robot: Robot, equations: E
         return answer
 
     levels = dict.fromkeys((level, *([] if problem.stated else problem.sizes)))
-    right = {n: _select_answers(problem, n, equations) for n in levels if n in problem.sizes}
+    right = {
+        str(each): _select_answers(problem, each, equations)
+        for each in levels
+        if each in problem.sizes
+    }
     return Target(bind, right, problem.names)
 
 

@@ -130,14 +130,14 @@ def run_robot_trial(
     settings = robot, name, seed, jobs, progress
     loads = [part for part in LOADS if getattr(equations, part) is not None and not equations.table]
     try:
-        trial = _run_trial(equations, *settings)
+        whole = _run_trial(equations, *settings)
     except InputError:
         single = _run_with_one_motor(equations, settings) if loads else []
         if not single:
             raise
     else:
-        failed = [part for part in loads if part in trial[0].failures]
-        single = (_run_with_one_motor(equations, settings) if failed else []) or [trial]
+        failed = [part for part in loads if part in whole[0].failures]
+        single = (_run_with_one_motor(equations, settings) if failed else []) or [whole]
     trial, make_targets = min(single, key=lambda each: len(each[0].diagnosis.entries))
     code = equations.find_code() if equations.find_code and make_targets else None
     if code is None or make_targets is None:

@@ -176,12 +176,9 @@ class EditSearch:
 
     def _judge(self, edits: Sequence[Edit]) -> MendingEdit | None:
         """What edits mend together; None where that is nothing, and where they do not work."""
-        for edit in edits:
-            if not hasattr(edit.other, "lineno"):
-                ast.copy_location(edit.other, edit.node)
-            ast.fix_missing_locations(edit.other)
-            self.tree.put(edit.node, edit.other)
         try:
+            for edit in edits:
+                self.tree.put(edit.node, edit.parse())
             if len(edits) == 1 and not self._is_new(edits[0]):
                 return None
             compiled = list(self.compiled)
@@ -208,7 +205,7 @@ class EditSearch:
     def _is_new(self, edit: Edit) -> bool:
         """Whether no other edit has made the same text of the statement."""
         statement = self.tree.statement(edit.node)
-        text = ast.unparse(edit.other if statement is edit.node else statement)
+        text = edit.text if statement is edit.node else ast.unparse(statement)
         known, place = self.texts, (statement.lineno, text)
         is_new = place not in known
         known.add(place)

@@ -99,7 +99,7 @@ def _list_names(names: Sequence[str]) -> str:
 
 def describe_edit(tree: SourceTree, edit: Edit, entries: tuple[str, ...]) -> SourceEdit:
     """The record of an edit that mends these entries."""
-    node, other, lines = edit.node, edit.other, tree.code.text.splitlines()
+    node, other, lines = edit.node, edit.parse(), tree.code.text.splitlines()
     file, line, last = Path(tree.code.file).name, node.lineno, node.end_lineno or node.lineno
     before = "\n".join(lines[line - 1 : last])
     if isinstance(node, ast.stmt) and not isinstance(other, ast.Assign | ast.AugAssign):
@@ -129,7 +129,7 @@ def _write_edited(tree: SourceTree, edit: Edit, around: ast.AST | None) -> str:
     """What Python writes for a node with an edit inside."""
     if around is None:
         return ""
-    tree.put(edit.node, edit.other)
+    tree.put(edit.node, edit.parse())
     text = ast.unparse(around)
     tree.put(edit.node, edit.node)
     return text

@@ -7,7 +7,7 @@ import sys
 from collections.abc import Callable, Iterator
 from dataclasses import dataclass, field
 from types import CodeType, FrameType
-from typing import Any, TypeAlias
+from typing import Any, TypeAlias, cast
 
 import numpy as np
 
@@ -39,16 +39,18 @@ class Scope:
         here = self.kinds.get(text) or self.unwritten.get(text)
         return here or (self.around.kind(text) if self.around else None)
 
-    def list_leaves(self) -> Iterator[tuple[str, Kind, bool]]:
-        """Text and kind of all that can stand here, once, and whether the code names it."""
-        names = dict[str, tuple[Kind, bool]]()
-        scope: Scope | None = self
+    def list_leaves(self, *, written: bool | None = None) -> Iterator[tuple[str, Kind]]:
+        """Text and kind of all that can stand here, once: what the code names there, or not."""
+        listed, scope = dict[str, tuple[Kind, bool]](), cast("Scope | None", self)
         while scope is not None:
-            for kinds, is_written in ((scope.kinds, True), (scope.unwritten, False)):
+            own = {True: scope.kinds, False: scope.unwritten}
+            for is_written, kinds in own.items():
                 for text, kind in kinds.items():
-                    names.setdefault(text, (kind, is_written))
+                    listed.setdefault(text, (kind, is_written))
             scope = scope.around
-        yield from ((text, *each) for text, each in names.items())
+        for text, (kind, is_written) in listed.items():
+            if written in (None, is_written):
+                yield text, kind
 
 
 class SourceTree:
