@@ -1,8 +1,8 @@
 """Wrong edits of natural code: how many does a trial name the line of, and at what cost?
 
-Run as ``python -m benchmarks.bench_source_edits [WORD]`` from the project's folder: all codes of
-benchmarks/source_edits, or those slips whose file or name has the word. `held out` are those that the
-search was not made with.
+Run as ``python -m benchmarks.bench_source_edits [WORD] [known]`` from the project's folder: all
+codes of benchmarks/source_edits, or those slips whose file or name has the word. Those that are held out
+were not run while the search was made; ``known`` leaves them out.
 """
 
 from __future__ import annotations
@@ -62,9 +62,10 @@ class Slip(NamedTuple):
 
 
 class Score(NamedTuple):
-    """What a trial made of it: the line named, named alone; processor time [s]; its answer."""
+    """What a trial made of it: the line named, first, alone; processor time [s]; its answer."""
 
-    is_found: bool
+    is_named: bool
+    is_first: bool
     is_alone: bool
     seconds: float
     answer: SourceAnswer | None
@@ -93,10 +94,10 @@ def try_slip(slip: Slip) -> Score:
         answer = try_equations(f"{path}:{name}", mechanism).source_answer
     seconds = _read_seconds() - begun
     if answer is None or answer.wrong:
-        return Score(False, False, seconds, answer)
+        return Score(False, False, False, seconds, answer)
     lines = [each.line for each in (*answer.edits, *answer.alternatives)]
-    is_found = any(line in slip.lines for line in lines)
-    return Score(is_found, is_found and len(lines) == 1, seconds, answer)
+    named = [line in slip.lines for line in lines]
+    return Score(any(named), named[0], named == [True], seconds, answer)
 
 
 def _read_seconds() -> float:
@@ -104,15 +105,15 @@ def _read_seconds() -> float:
     return sum(each.ru_utime + each.ru_stime for each in used)
 
 
-def main(word: str = "", held_out: str = "") -> None:
+def main(word: str = "", half: str = "") -> None:
     """Print each slip with its answer, and the shares by code and by half."""
     scores = dict[tuple[str, bool], list[Score]]()
     for slip in list_slips(word):
-        if held_out == "known" and slip.held_out:
+        if half == "known" and slip.held_out:
             continue
         score = try_slip(slip)
         scores.setdefault((slip.file, slip.held_out), []).append(score)
-        mark = "+" if score.is_alone else "~" if score.is_found else "-"
+        mark = "+" if score.is_first else "~" if score.is_named else "-"
         print(f"{mark} {score.seconds:5.1f} s  {slip.file}: {slip.name}", flush=True)
         if score.answer is not None:
             print(*(f"      {line}" for line in score.answer.sentences), sep="\n")
@@ -120,12 +121,12 @@ def main(word: str = "", held_out: str = "") -> None:
         rows = [(file, each) for (file, is_held), each in scores.items() if is_held == held]
         for file, each in [*rows, ("all", [score for _, row in rows for score in row])]:
             if each:
-                counts = sum(s.is_found for s in each), sum(s.is_alone for s in each)
+                named, first, alone = (sum(s[k] for s in each) for k in range(3))
                 seconds = sum(s.seconds for s in each) / len(each)
-                half = "held out" if held else "known"
+                kind = "held out" if held else "known"
                 print(
-                    f"{half}, {file}: line named {counts[0]} of {len(each)}, alone {counts[1]};"
-                    f" {seconds:.1f} CPU s each"
+                    f"{kind}, {file}: line named {named} of {len(each)}, first {first},"
+                    f" alone {alone}; {seconds:.1f} CPU s each"
                 )
 
 

@@ -1,7 +1,8 @@
 """A serial robot by its bodies' Jacobians and their rates."""
 
-import numpy as np
 from types import SimpleNamespace
+
+import numpy as np
 
 
 def turn(k, angle):
@@ -41,9 +42,9 @@ def chain(robot):
         frames, origins, axes = kinematics(q)
         M = np.zeros((n, n))
         for i in range(n):
-            c, Jv, Jw = jacobians(i, frames, origins, axes)
-            I = frames[i] @ bodies[i].inertia @ frames[i].T
-            M += bodies[i].mass * Jv.T @ Jv + Jw.T @ I @ Jw
+            _, Jv, Jw = jacobians(i, frames, origins, axes)
+            inertia = frames[i] @ bodies[i].inertia @ frames[i].T
+            M += bodies[i].mass * Jv.T @ Jv + Jw.T @ inertia @ Jw
         return M
 
     def bias(q, v):
@@ -52,7 +53,7 @@ def chain(robot):
         h = np.zeros(n)
         for i in range(n):
             c, Jv, Jw = jacobians(i, frames, origins, axes)
-            I = frames[i] @ bodies[i].inertia @ frames[i].T
+            inertia = frames[i] @ bodies[i].inertia @ frames[i].T
             linear, turning = np.zeros(3), np.zeros(3)
             for j in range(i + 1):
                 before = spins[j] - axes[j] * v[j]
@@ -66,14 +67,14 @@ def chain(robot):
                 turning += axis_rate * v[j]
             w = Jw @ v
             h += bodies[i].mass * Jv.T @ linear
-            h += Jw.T @ (I @ turning + np.cross(w, I @ w))
+            h += Jw.T @ (inertia @ turning + np.cross(w, inertia @ w))
         return h
 
     def gravity(q):
         frames, origins, axes = kinematics(q)
         g = np.zeros(n)
         for i in range(n):
-            c, Jv, Jw = jacobians(i, frames, origins, axes)
+            _, Jv, _ = jacobians(i, frames, origins, axes)
             g -= bodies[i].mass * Jv.T @ robot.gravity
         return g
 

@@ -1,8 +1,9 @@
 """A robot by Lagrange's equations of CasADi expressions."""
 
+from types import SimpleNamespace
+
 import casadi as ca
 import numpy as np
-from types import SimpleNamespace
 
 
 def rodrigues(axis, angle):

@@ -25,7 +25,7 @@ class Chain:
         """Rotation, origin and axis of each link."""
         Rot, org = np.eye(3), np.zeros(3)
         listed = []
-        for joint, angle in zip(self.robot.joints, q):
+        for joint, angle in zip(self.robot.joints, q, strict=True):
             org = org + Rot @ joint.placement.position
             Rot = Rot @ joint.placement.rotation
             axis = Rot @ joint.axis

@@ -28,7 +28,6 @@ SIMILAR = 0.6  # of two names, by difflib's ratio
 SHORT = 2  # letters of names as formulas have them
 MATRIX_LENGTH = 3  # of a matrix's kind: the word, and two lengths
 Texts: TypeAlias = Iterator[str]
-Terms: TypeAlias = list[tuple[str, ast.expr | str]]  # of a sum, with their signs
 
 
 def list_opposites(site: Site) -> Texts:
@@ -130,45 +129,33 @@ def list_orders(site: Site) -> Texts:
         yield ", ".join(ast.unparse(each) for each in node.elts[::-1])
 
 
-def _split_sum(node: ast.expr) -> Terms:
-    """The summands with their signs."""
-    if is_sum(node):
-        return [*_split_sum(node.left), (get_sign(node.op), node.right)]
-    return [("+", node)]
-
-
-def _join_sum(terms: Terms) -> str:
-    """The text of a sum; the first summand's sign is left out."""
-    texts = [term if isinstance(term, str) else write_operand(term) for _, term in terms]
-    return " ".join(
-        [texts[0], *(f"{s} {t}" for (s, _), t in zip(terms[1:], texts[1:], strict=True))]
-    )
-
-
 def list_parentheses(site: Site) -> Texts:
-    """A factor of one summand for several, and of several for one."""
+    """A sum with parentheses around more or less of it."""
     node = site.node
     if is_sum(node) and not is_sum(site.parent):
-        terms = _split_sum(node)
-        for place, (sign, term) in enumerate(terms):
-            if isinstance(term, str) or not is_product(term):
-                continue
-            left, right, by = write_operand(term.left), write_operand(term.right), get_sign(term.op)
-            for end in {place + 2, len(terms)} if place + 1 < len(terms) else ():
-                inner = _join_sum([(sign, right), *terms[place + 1 : end]])
-                yield _join_sum([*terms[:place], (sign, f"{left} {by} ({inner})"), *terms[end:]])
-            for begin in {place - 1, 0} if place else ():
-                inner = _join_sum([*terms[begin:place], (sign, left)])
-                whole = terms[begin][0], f"({inner}) {by} {right}"
-                yield _join_sum([*terms[:begin], whole, *terms[place + 1 :]])
+        tokens = _split_formula(node)
+        for end in range(3, len(tokens) + 1, 2):
+            for begin in range(0, end - 2, 2):
+                inner = " ".join(tokens[begin:end])
+                yield " ".join([*tokens[:begin], f"({inner})", *tokens[end:]])
     if is_product(node):
-        by = get_sign(node.op)
-        for several, factor in ((node.left, node.right), (node.right, node.left)):
-            terms = _split_sum(several)
-            for place, (sign, term) in enumerate(terms if len(terms) > 1 else ()):
-                pair = [_join_sum([(sign, term)]), write_operand(factor)]
-                product = f" {by} ".join(pair if several is node.left else pair[::-1])
-                yield _join_sum([*terms[:place], (sign, product), *terms[place + 1 :]])
+        for several in (side for side in (node.left, node.right) if is_sum(side)):
+            left, right = (
+                ast.unparse(side) if side is several else write_operand(side)
+                for side in (node.left, node.right)
+            )
+            yield f"{left} {get_sign(node.op)} {right}"
+
+
+def _split_formula(node: ast.expr) -> list[str]:
+    """The factors and summands of a formula that need no parentheses, and the signs between."""
+    if not is_sum(node) and not is_product(node):
+        return [write_operand(node)]
+    is_open = is_sum(node) or not is_sum(node.left)
+    left = _split_formula(node.left) if is_open else [write_operand(node.left)]
+    is_open = is_sum(node) and is_product(node.right)
+    right = _split_formula(node.right) if is_open else [write_operand(node.right)]
+    return [*left, get_sign(node.op), *right]
 
 
 def list_multiples(site: Site) -> Texts:

@@ -66,7 +66,8 @@ class EditSearch:
     def __init__(self, code: UserCode, targets: Sequence[Target]) -> None:
         enter_sandbox(int(BUDGET_S) + CLOSING_S)
         self.code, self.begun_s = code, time.process_time()
-        self.tree, self.texts = SourceTree(code), set[tuple[int, str]]()
+        self.tree = SourceTree(code)
+        self.texts = {(each.lineno, ast.unparse(each)) for each in self.tree.list_statements()}
         self.mending = list[MendingEdit]()
         self.compiled = [code.compile(statement) for statement in code.statements]
         here, *others = targets

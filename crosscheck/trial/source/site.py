@@ -38,13 +38,13 @@ class Site:
     @cached_property
     def is_index(self) -> bool:
         """Whether it counts: it is in brackets, or an argument of range."""
-        above, below = self.tree.parent(self.node), self.node
+        below, above = self.node, self.tree.parent(self.node)
         while isinstance(above, ast.expr | ast.Slice):
             if isinstance(above, ast.Subscript):
                 return below is above.slice
             if isinstance(above, ast.Call):
                 return isinstance(above.func, ast.Name) and above.func.id == "range"
-            above, below = self.tree.parent(above), above
+            below, above = above, self.tree.parent(above)
         return False
 
     @cached_property

@@ -100,6 +100,11 @@ class SourceTree:
                 if id(node) in self.places and self.has_run(node, self.lines):
                     yield node
 
+    def list_statements(self) -> Iterator[ast.stmt]:
+        """All statements."""
+        for scope in dict.fromkeys(self.scopes.values()):
+            yield from (node for node in scope.nodes if isinstance(node, ast.stmt))
+
     def statement(self, node: ast.AST) -> ast.stmt:
         """The innermost statement that a node is in, or is."""
         while not isinstance(node, ast.stmt):
@@ -156,8 +161,10 @@ class SourceTree:
         for scope in every:
             leaves[id(scope)], indices[id(scope)] = {}, set()
             for node in scope.nodes:
-                if isinstance(node, LEAF) and isinstance(node.ctx, ast.Load):
-                    text = ast.unparse(node)
+                if isinstance(node, ast.Name | ast.arg) or (
+                    isinstance(node, LEAF) and isinstance(node.ctx, ast.Load)
+                ):  # also names that nothing reads, since it is that what was forgotten
+                    text = node.arg if isinstance(node, ast.arg) else ast.unparse(node)
                     leaves[id(scope)][text] = compile(text, "leaf", "eval")
                 if isinstance(node, ast.Subscript) and not isinstance(
                     node.slice, ast.Slice | ast.Tuple
