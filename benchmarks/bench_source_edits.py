@@ -1,8 +1,8 @@
 """Wrong edits of natural code: how many does a trial name the line of, and at what cost?
 
 Run as ``python -m benchmarks.bench_source_edits [WORD] [known]`` from the project's folder: all
-codes of benchmarks/source_edits, or those slips whose file or name has the word. Those that are held out
-were not run while the search was made; ``known`` leaves them out.
+codes of benchmarks/source_edits, or those slips whose file or name has the word. Those that are
+held out were not run while the search was made; ``known`` leaves them out.
 """
 
 from __future__ import annotations

@@ -189,9 +189,9 @@ def run_trial(
 
 
 def _find_source_answer(trial: Trial, progress: ProgressCallback) -> SourceAnswer | None:
-    """What must change in the source of equations that are wrong in any coordinates."""
+    """What must change in the source of equations that do not agree, in any coordinates."""
     find_code = trial.problem.equations.find_code
-    code = find_code() if find_code and trial.wrong_entries and not trial.readings else None
+    code = find_code() if find_code and trial.exit_code and not trial.readings else None
     if code is None:
         return None
     given = trial.problem, trial.level, trial.ignored_numbers
