@@ -33,6 +33,7 @@ from crosscheck.runner.supervision import track_foreign_code
 from crosscheck.runner.workers import Workers
 from crosscheck.trial.coordinates.build import build_frame
 from crosscheck.trial.coordinates.readings import Reading
+from crosscheck.trial.diagnose.answer_keys import make_arm_answer_keys
 from crosscheck.trial.diagnose.arm_numbers import find_negligible_inertias, replace_numbers
 from crosscheck.trial.diagnose.dependence import IgnoredNumber, Perform
 from crosscheck.trial.diagnose.diagnosis import Diagnosis, build_probe_problems, diagnose
@@ -43,7 +44,6 @@ from crosscheck.trial.diagnose.reasons import (
     list_entry_quantities,
     list_entry_questions,
 )
-from crosscheck.trial.diagnose.targets import make_arm_targets
 from crosscheck.trial.diagnose.terms.harmonic_fit import minimum_state_count
 from crosscheck.trial.diagnose.terms.reference_terms import build_reference_terms
 from crosscheck.trial.input.equations import Equations
@@ -59,6 +59,7 @@ from crosscheck.trial.judge.questions import (
 )
 from crosscheck.trial.judge.unit_mistakes import UnitMistake, find_unit_mistakes
 from crosscheck.trial.model import make_registry_entry, select_switches
+from crosscheck.trial.source.code import find_code
 from crosscheck.trial.source.search import find_source_answer
 from crosscheck.trial.source.source_edit import SourceAnswer
 
@@ -190,12 +191,12 @@ def run_trial(
 
 def _find_source_answer(trial: Trial, progress: ProgressCallback) -> SourceAnswer | None:
     """What must change in the source of equations that do not agree, in any coordinates."""
-    find_code = trial.problem.equations.find_code
-    code = find_code() if find_code and trial.exit_code and not trial.readings else None
+    is_wrong = trial.exit_code and not trial.readings
+    code = find_code(trial.problem.equations) if is_wrong else None
     if code is None:
         return None
     given = trial.problem, trial.level, trial.ignored_numbers
-    return find_source_answer(code, partial(make_arm_targets, *given), progress)
+    return find_source_answer(code, partial(make_arm_answer_keys, *given), progress)
 
 
 def _run_trial(request: TrialRequest, jobs: int, progress: ProgressCallback) -> Trial:

@@ -107,8 +107,8 @@ def build_equations(
     beside = (folder or Path.cwd()).resolve()
     if not _is_factory(source):
         extracted = extract_equations(source, where)
-        equations = _require_arm_equations(extracted.adapt_to_arm(arm, scenario), where)
-        return replace(equations, find_code=find_code or partial(find_object_code, extracted))
+        extracted = replace(extracted, find_code=find_code) if find_code else extracted
+        return _require_arm_equations(extracted.adapt_to_arm(arm, scenario), where)
     find_code = find_code or partial(find_object_code, source)
     by_arm = _match_arguments(source, where, ("arm", "scenario"))
 
@@ -156,10 +156,11 @@ def build_robot_equations(
         taken = _match_arguments(source, where, ("robot",))
         source, verb = _call_factory(source, dict.fromkeys(taken, robot)), "returned"
     equations = extract_equations(source, where, verb, tuple(TAKES))
-    origin = maker if _is_factory(maker) else equations
     if equations.symbolic is not None:
         equations = bind_to_robot(equations, robot)
-    equations = replace(equations, find_code=find_code or partial(find_object_code, origin))
+    if find_code is None and _is_factory(maker):
+        find_code = partial(find_object_code, maker)
+    equations = replace(equations, find_code=find_code) if find_code else equations
     return require_robot_equations(equations, where)
 
 

@@ -22,6 +22,7 @@ from crosscheck.runner.workers import Workers
 from crosscheck.trial.input.calls import LOADS
 from crosscheck.trial.input.equations import Equations
 from crosscheck.trial.input.loading import require_robot_equations
+from crosscheck.trial.robots.answer_keys import make_robot_answer_keys
 from crosscheck.trial.robots.answers import (
     BY_RATES,
     NONLINEAR,
@@ -58,8 +59,8 @@ from crosscheck.trial.robots.rates import (
     select_rate_states,
 )
 from crosscheck.trial.robots.sizes import compute_sizes_by_level
-from crosscheck.trial.robots.targets import make_robot_targets
-from crosscheck.trial.source.search import MakeTargets, find_source_answer
+from crosscheck.trial.source.code import find_code
+from crosscheck.trial.source.search import MakeAnswerKeys, find_source_answer
 from crosscheck.trial.source.source_edit import SourceAnswer
 
 
@@ -138,11 +139,11 @@ def run_robot_trial(
     else:
         failed = [part for part in loads if part in whole[0].failures]
         single = (_run_with_one_motor(equations, settings) if failed else []) or [whole]
-    trial, make_targets = min(single, key=lambda each: len(each[0].diagnosis.entries))
-    code = equations.find_code() if equations.find_code and make_targets else None
-    if code is None or make_targets is None:
+    trial, make_answer_keys = min(single, key=lambda each: len(each[0].diagnosis.entries))
+    code = find_code(equations) if make_answer_keys else None
+    if code is None or make_answer_keys is None:
         return trial
-    return replace(trial, source_answer=find_source_answer(code, make_targets, progress))
+    return replace(trial, source_answer=find_source_answer(code, make_answer_keys, progress))
 
 
 def _run_with_one_motor(equations: Equations, settings: tuple[Any, ...]) -> list[RunTrial]:
@@ -154,8 +155,8 @@ def _run_with_one_motor(equations: Equations, settings: tuple[Any, ...]) -> list
     return [each for each in trials if not set(each[0].failures) & set(LOADS)]
 
 
-# A trial, and what makes the targets of a search for wrong lines; None where there is no need.
-RunTrial = tuple[RobotTrial, MakeTargets | None]
+# A trial, and what makes the answer_keys of a search for wrong lines; None where there is no need.
+RunTrial = tuple[RobotTrial, MakeAnswerKeys | None]
 
 
 @dataclass(frozen=True)
@@ -262,10 +263,10 @@ def _run_trial(
     relative_errors = problem.relative_errors(
         diagnosis.level, problem.reference_values[diagnosis.level]
     )
-    make_targets = None
+    make_answer_keys = None
     if diagnosis.entries and not diagnosis.readings:
         asked = problem, diagnosis.level, given, equations
-        make_targets = partial(make_robot_targets, *asked)
+        make_answer_keys = partial(make_robot_answer_keys, *asked)
     trial = RobotTrial(
         name=name,
         robot=robot,
@@ -284,7 +285,7 @@ def _run_trial(
         allowed={part: sizes[diagnosis.level].tolerance(part) for part in problem.parts},
         seed=seed,
     )
-    return trial, make_targets
+    return trial, make_answer_keys
 
 
 def _ask_about_itself(

@@ -81,12 +81,12 @@ def list_further_statements(site: Site) -> Texts:
     loop, scope = site.parent, site.scope
     if not isinstance(site.node, SIMPLE) or not isinstance(loop, ast.For):
         return
-    own = {each.id for each in ast.walk(loop) if _is_stored(each)}
+    varying = {each.id for each in ast.walk(loop) if _is_stored(each)}
     stored = (each for each in scope.nodes if _is_stored(each))
     for name in sorted({each.id for each in stored if each.lineno < loop.lineno}):
         for text, kind in scope.list_leaves(written=True):
             names = {n.id for n in ast.walk(ast.parse(text)) if isinstance(n, ast.Name)}
-            is_value = kind[0] in ("array", "number") and names & own and text != name
+            is_value = kind[0] in ("array", "number") and names & varying and text != name
             if is_value and kind == scope.kind(name):
                 yield f"{site.text}\n{name} += {text}"
                 if site.node is loop.body[-1]:

@@ -222,9 +222,11 @@ def list_distributions(site: Site) -> Texts:
     for whole, factor in ((node.left, node.right), (node.right, node.left)):
         if not is_sum(whole) or not site.tree.is_leaf(factor):
             continue
-        own, place = ast.unparse(factor), Site(site.tree, factor)
+        text, place = ast.unparse(factor), Site(site.tree, factor)
         for other, kind in site.scope.list_leaves():
-            for pair in ((own, other), (other, own)) if place.can_be(kind) and other != own else ():
+            for pair in (
+                ((text, other), (other, text)) if place.can_be(kind) and other != text else ()
+            ):
                 left, right = (
                     f"{write_operand(a)} {by} {b}"
                     if whole is node.left

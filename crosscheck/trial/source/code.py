@@ -11,9 +11,11 @@ import sys
 from collections.abc import Callable, Iterable, Mapping, Sequence
 from contextlib import suppress
 from dataclasses import dataclass, replace
+from pathlib import Path
 from types import FunctionType, ModuleType
 from typing import Any
 
+import crosscheck
 from crosscheck.trial.input.calls import TAKES
 from crosscheck.trial.input.equations import Equations
 
@@ -50,8 +52,10 @@ class UserCode:
         """The object that the equations are made of, by compiled statements in a fresh module."""
         module = ModuleType(MODULE)
         containers = (list, dict, set)
-        own = {n: copy.copy(v) if isinstance(v, containers) else v for n, v in self.names.items()}
-        module.__dict__.update(own, __name__=MODULE, __file__=self.file)
+        for name, value in self.names.items():
+            copied = copy.copy(value) if isinstance(value, containers) else value
+            setattr(module, name, copied)
+        module.__dict__.update(__name__=MODULE, __file__=self.file)
         sys.modules[MODULE] = module  # dataclasses look their module up
         for code in codes:
             exec(code, module.__dict__)
@@ -68,6 +72,15 @@ def find_module_code(module: ModuleType, name: str) -> UserCode | None:
         return functools.reduce(getattr, others, defined[first])
 
     return _read_code(file, names, select, lambda statement: True)
+
+
+def find_code(equations: Equations) -> UserCode | None:
+    """The source of equations; None of a table, and of those that have none."""
+    if equations.table is not None:
+        return None
+    code = equations.find_code() if equations.find_code else find_object_code(equations)
+    package = Path(crosscheck.__file__).parent
+    return None if code is None or package in Path(code.file).parents else code
 
 
 def find_object_code(source: Any) -> UserCode | None:

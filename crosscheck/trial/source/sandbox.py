@@ -75,12 +75,12 @@ def limit_processor_time(seconds: float) -> Iterator[None]:
         signal.setitimer(signal.ITIMER_PROF, 0)
 
 
-def freeze(value: Any, known: set[int] | None = None) -> None:
+def freeze(value: Any, frozen: set[int] | None = None) -> None:
     """Make every array in a mechanism read-only, so that no edit changes what the next one gets."""
-    known = set() if known is None else known
-    if id(value) in known:
+    frozen = set() if frozen is None else frozen
+    if id(value) in frozen:
         return
-    known.add(id(value))
+    frozen.add(id(value))
     if isinstance(value, np.ndarray):
         value.flags.writeable = False
     elif isinstance(value, dict):
@@ -89,4 +89,4 @@ def freeze(value: Any, known: set[int] | None = None) -> None:
         value = [getattr(value, each.name) for each in fields(value)]
     if isinstance(value, list | tuple):
         for each in value:
-            freeze(each, known)
+            freeze(each, frozen)

@@ -23,12 +23,12 @@ from typing import Any, NamedTuple
 from crosscheck.runner.outcomes import Failure, SelfKeyedTask
 from crosscheck.runner.progress_update import ProgressCallback, ProgressUpdate
 from crosscheck.runner.workers import Workers
+from crosscheck.trial.source.answer_key import Answer, AnswerKey, Entry
 from crosscheck.trial.source.code import UserCode
 from crosscheck.trial.source.edits import RANKS, Edit, list_edits
 from crosscheck.trial.source.sandbox import enter_sandbox, limit_processor_time
 from crosscheck.trial.source.source_edit import SourceAnswer, SourceEdit, describe_edit
 from crosscheck.trial.source.syntax import SourceTree
-from crosscheck.trial.source.target import Answer, Entry, Target
 
 BUDGET_S = 10.0  # [s] of processor time, of a whole search
 CLOSING_S = 20  # [s] beyond it, after which the process is ended
@@ -36,8 +36,8 @@ SLOWER, LEAST_S = 20.0, 0.2  # times the code as it is, and [s] on top, that an 
 IGNORED = 0.5  # of entries that are right here: if more are wrong there, numbers are ignored
 MOST_ALTERNATIVES = 2
 MOST_INCOMPLETE = 12  # edits that mend some entries, of which pairs are tried
-Wrong = frozenset[tuple[int, Entry]]  # wrong entries, each with the number of its target
-MakeTargets = Callable[[], Iterable[Target]]
+Wrong = frozenset[tuple[int, Entry]]  # wrong entries, each with the number of its answer key
+MakeAnswerKeys = Callable[[], Iterable[AnswerKey]]
 
 
 class MendingEdit(NamedTuple):
@@ -60,25 +60,28 @@ class EditSearch:
 
     Args:
         code: The source.
-        targets: What it must answer, on the user's mechanism first.
+        answer_keys: What it must answer, on the user's mechanism first.
     """
 
-    def __init__(self, code: UserCode, targets: Sequence[Target]) -> None:
+    def __init__(self, code: UserCode, answer_keys: Sequence[AnswerKey]) -> None:
         enter_sandbox(int(BUDGET_S) + CLOSING_S)
         self.code, self.begun_s = code, time.process_time()
         self.tree = SourceTree(code)
         self.texts = {(each.lineno, ast.unparse(each)) for each in self.tree.list_statements()}
         self.mending = list[MendingEdit]()
         self.compiled = [code.compile(statement) for statement in code.statements]
-        here, *others = targets
+        here, *others = answer_keys
         self.level, trusted = next(iter(here.levels.items()))
         self.parts = [part for part in trusted.right if self._is_answered(here, part)]
         begun = time.process_time()
         wrong = trusted.find_wrong_entries(self._bind(here), self.parts)
         self.limit_s = LEAST_S + SLOWER * (time.process_time() - begun)
         wrong_parts = {part for part, *_ in wrong}
-        self.targets = [here, *(each for each in others if self._is_followed(each, wrong_parts))]
-        levels = [each for each in here.levels if all(each in t.levels for t in self.targets)]
+        self.answer_keys = [
+            here,
+            *(each for each in others if self._is_followed(each, wrong_parts)),
+        ]
+        levels = [each for each in here.levels if all(each in t.levels for t in self.answer_keys)]
         self.wrong = {each: self._find_wrong_entries(self.compiled, each) for each in levels}
         # Of each wrong part, the quickest first, its worst state, its answer there and, by level,
         # what is wrong of it.
@@ -100,46 +103,46 @@ class EditSearch:
         self.first_lines = self.tree.observe(partial(self._ask, order[:1]))
         self.tree.observe(partial(self._ask, order))
 
-    def _bind(self, target: Target, compiled: Sequence[Any] = ()) -> Answer:
+    def _bind(self, answer_key: AnswerKey, compiled: Sequence[Any] = ()) -> Answer:
         """The answers of the code, edited or as it is, each asked for once."""
-        return cache(target.bind(self.code.run(compiled or self.compiled)))
+        return cache(answer_key.bind(self.code.run(compiled or self.compiled)))
 
-    def _is_answered(self, target: Target, part: str) -> bool:
+    def _is_answered(self, answer_key: AnswerKey, part: str) -> bool:
         try:
-            self._bind(target)(part, 0)
+            self._bind(answer_key)(part, 0)
         except Exception:  # of the user's code, which the trial has reported
             return False
         return True
 
-    def _is_followed(self, target: Target, wrong_here: Collection[str]) -> bool:
+    def _is_followed(self, answer_key: AnswerKey, wrong_here: Collection[str]) -> bool:
         """Whether the code may take its numbers from the mechanism.
 
         It does not if parts that are right here are mostly wrong on another mechanism.
         """
         parts = [part for part in self.parts if part not in wrong_here]
-        if self.level not in target.levels or not self._is_answered(target, self.parts[0]):
+        if self.level not in answer_key.levels or not self._is_answered(answer_key, self.parts[0]):
             return False
-        trusted = target.levels[self.level]
-        wrong = trusted.find_wrong_entries(self._bind(target), parts)
+        trusted = answer_key.levels[self.level]
+        wrong = trusted.find_wrong_entries(self._bind(answer_key), parts)
         return len(wrong) <= IGNORED * sum(trusted.right[part][0].size for part in parts)
 
-    def _measure_seconds(self, target: Target, part: str) -> float:
+    def _measure_seconds(self, answer_key: AnswerKey, part: str) -> float:
         """Processor time [s] that an answer of a part takes."""
-        answer, begun = self._bind(target), time.process_time()
+        answer, begun = self._bind(answer_key), time.process_time()
         answer(part, 0)
         return time.process_time() - begun
 
     def _ask(self, parts: Sequence[str]) -> None:
-        answer = self._bind(self.targets[0])
+        answer = self._bind(self.answer_keys[0])
         for part in parts:
             answer(part, self.states[part])
 
     def _find_wrong_entries(self, compiled: Sequence[Any], level: str) -> Wrong:
         """The entries that are wrong beside a level at any state, on all mechanisms."""
         wrong = set[tuple[int, Entry]]()
-        for number, target in enumerate(self.targets):
-            answer = self._bind(target, compiled)
-            entries = target.levels[level].find_wrong_entries(answer, self.parts)
+        for number, answer_key in enumerate(self.answer_keys):
+            answer = self._bind(answer_key, compiled)
+            entries = answer_key.levels[level].find_wrong_entries(answer, self.parts)
             wrong |= {(number, entry) for entry in entries}
         return frozenset(wrong)
 
@@ -207,14 +210,17 @@ class EditSearch:
         """Whether no other edit has made the same text of the statement."""
         statement = self.tree.statement(edit.node)
         text = edit.text if statement is edit.node else ast.unparse(statement)
-        known, place = self.texts, (statement.lineno, text)
-        is_new = place not in known
-        known.add(place)
-        return is_new
+        count = len(self.texts)
+        self.texts.add((statement.lineno, text))
+        return len(self.texts) > count
 
     def _list_mended_levels(self, compiled: Sequence[Any]) -> list[str]:
         """The levels beside which a wrong part has less that is wrong, and nothing else is."""
-        here, answer, is_changed = self.targets[0], self._bind(self.targets[0], compiled), False
+        here, answer, is_changed = (
+            self.answer_keys[0],
+            self._bind(self.answer_keys[0], compiled),
+            False,
+        )
         levels = list(self.wrong)
         for part, state in self.states.items():
             if (answer(part, state) == self.values[part]).all():
@@ -242,7 +248,7 @@ class EditSearch:
 
     def find_answer(self) -> SourceAnswer | None:
         """The answer so far; None where no edit mends anything that says much."""
-        is_unequal = len(self.targets) > 1
+        is_unequal = len(self.answer_keys) > 1
         edits = self.answers
         if not edits:  # those that are right on the user's own mechanism
             right_here = (each for each in self.mending if all(n for n, _ in each.wrong))
@@ -254,7 +260,7 @@ class EditSearch:
             level = "" if first.level == self.level else first.level
             alternatives = tuple(map(self._describe, others[:MOST_ALTERNATIVES]))
             return SourceAnswer((self._describe(first),), alternatives, (), level, is_unequal)
-        is_unequal = len(self.targets) > 1
+        is_unequal = len(self.answer_keys) > 1
         if pair := self._find_pair():
             return SourceAnswer(tuple(map(self._describe, pair)), is_unequal=is_unequal)
         telling = [each for each in self.mending if self._mends_much(each)]
@@ -285,7 +291,7 @@ class EditSearch:
 
     def _format_entries(self, wrong: Iterable[tuple[int, Entry]]) -> tuple[str, ...]:
         entries = sorted({entry for _, entry in wrong})
-        return tuple(map(self.targets[0].format_entry, entries))
+        return tuple(map(self.answer_keys[0].format_entry, entries))
 
 
 get_badness = attrgetter("badness")
@@ -298,9 +304,9 @@ class RankOutcome(NamedTuple):
     is_over: bool
 
 
-# Sources and their targets by the number of a search, which workers know that are forked then; and
-# the searches of this process, if it is such a worker.
-_requests: dict[int, tuple[UserCode, MakeTargets]] = {}
+# Sources and what makes their answer keys, by the number of a search: workers know them that are
+# forked then. And the searches of this process, if it is such a worker.
+_requests: dict[int, tuple[UserCode, MakeAnswerKeys]] = {}
 _searches: dict[int, EditSearch] = {}
 _numbers = count()
 
@@ -316,8 +322,8 @@ class RankTask(SelfKeyedTask):
     def perform(self) -> RankOutcome:
         """The outcome. Raises what the code raises as it is."""
         if self.search not in _searches:
-            code, make_targets = _requests[self.search]
-            _searches[self.search] = EditSearch(code, list(make_targets()))
+            code, make_answer_keys = _requests[self.search]
+            _searches[self.search] = EditSearch(code, list(make_answer_keys()))
         search = _searches[self.search]
         search.try_rank(self.rank)
         is_over = search.is_over
@@ -325,15 +331,15 @@ class RankTask(SelfKeyedTask):
 
 
 def find_source_answer(
-    code: UserCode, make_targets: MakeTargets, progress: ProgressCallback
+    code: UserCode, make_answer_keys: MakeAnswerKeys, progress: ProgressCallback
 ) -> SourceAnswer | None:
     """What must change in a source, if a small edit makes it right, or some of its entries.
 
-    make_targets: what it must answer, on the user's mechanism first; called in a worker. No file is
-    written, and the code runs in that worker alone.
+    make_answer_keys: what it must answer, on the user's mechanism first; called in a worker. No
+    file is written, and the code runs in that worker alone.
     """
     number, answer = next(_numbers), None
-    _requests[number] = code, make_targets
+    _requests[number] = code, make_answer_keys
     try:
         with Workers(1) as workers:
             for rank in RANKS:

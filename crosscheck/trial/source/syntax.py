@@ -43,8 +43,7 @@ class Scope:
         """Text and kind of all that can stand here, once: what the code names there, or not."""
         listed, scope = dict[str, tuple[Kind, bool]](), cast("Scope | None", self)
         while scope is not None:
-            own = {True: scope.kinds, False: scope.unwritten}
-            for is_written, kinds in own.items():
+            for is_written, kinds in ((True, scope.kinds), (False, scope.unwritten)):
                 for text, kind in kinds.items():
                     listed.setdefault(text, (kind, is_written))
             scope = scope.around
@@ -115,8 +114,8 @@ class SourceTree:
         """Whether the statement of a node is among lines that ran."""
         around = self.statement(node)
         last = around.lineno if hasattr(around, "body") else around.end_lineno or around.lineno
-        own = getattr(node, "lineno", around.lineno)
-        return own in lines or not lines.isdisjoint(range(around.lineno, last + 1))
+        line = getattr(node, "lineno", around.lineno)
+        return line in lines or not lines.isdisjoint(range(around.lineno, last + 1))
 
     def is_leaf(self, node: ast.AST) -> bool:
         """Whether a node is a whole name, attribute or element that is read, and is not called."""
@@ -142,8 +141,9 @@ class SourceTree:
             if isinstance(node.op, ast.MatMult):
                 shape = (*(left or ())[1:-1], *(right or ())[2:])
                 return None if None in (left, right) else ("array", *shape) if shape else NUMBER
-            known = [each for each in (left, right) if each is not None and each[0] == "array"]
-            return known[0] if known else None if None in (left, right) else NUMBER
+            if left is None or right is None:
+                return None
+            return next((each for each in (left, right) if each[0] == "array"), NUMBER)
         if isinstance(node, ast.Call) and isinstance(node.func, ast.Attribute | ast.Name):
             name = node.func.attr if isinstance(node.func, ast.Attribute) else node.func.id
             if name in ("cos", "sin", "cross", "sqrt") and node.args:

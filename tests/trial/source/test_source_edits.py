@@ -8,10 +8,10 @@ import pytest
 
 from crosscheck.runner.progress_update import ignore_progress
 from crosscheck.trial.input.loading import find_named_code, import_object
+from crosscheck.trial.source.answer_key import AnswerKey, LevelAnswers
 from crosscheck.trial.source.code import UserCode
 from crosscheck.trial.source.search import find_source_answer
 from crosscheck.trial.source.source_edit import SourceAnswer
-from crosscheck.trial.source.target import RightAnswers, Target
 
 CODE = """
 import numpy as np
@@ -57,7 +57,7 @@ def make_code(folder: Path, *replaced: tuple[str, str]) -> UserCode:
     return code
 
 
-def make_target() -> Target:
+def make_answer_key() -> AnswerKey:
     """What the code as it is answers."""
     names: dict = {}
     exec(CODE, names)
@@ -69,12 +69,12 @@ def make_target() -> Target:
     answer = bind(names["make"])
     right = {part: np.array([answer(part, k) for k in range(3)]) for part in ("weights", "moment")}
     allowed = dict.fromkeys(right, np.array(1e-9))
-    return Target(bind, {"": RightAnswers(right, allowed)}, ("x", "y", "z"))
+    return AnswerKey(bind, {"": LevelAnswers(right, allowed)}, ("x", "y", "z"))
 
 
 def find_answer(folder: Path, *replaced: tuple[str, str]) -> SourceAnswer | None:
     code = make_code(folder, *replaced)
-    return find_source_answer(code, lambda: [make_target()], ignore_progress)
+    return find_source_answer(code, lambda: [make_answer_key()], ignore_progress)
 
 
 @pytest.mark.parametrize(

@@ -13,7 +13,7 @@ Entry = tuple[Any, ...]  # the part, and the entry's row, of M also its column
 
 
 @dataclass(frozen=True)
-class RightAnswers:
+class LevelAnswers:
     """The right answers at a level, at a few states.
 
     Args:
@@ -44,7 +44,7 @@ class RightAnswers:
 
 
 @dataclass(frozen=True)
-class Target:
+class AnswerKey:
     """What equations must answer on a mechanism: what a level says, or what another one does.
 
     Args:
@@ -55,7 +55,7 @@ class Target:
     """
 
     bind: Callable[[Any], Answer]
-    levels: Mapping[str, RightAnswers]
+    levels: Mapping[str, LevelAnswers]
     names: Sequence[str]
 
     def format_entry(self, entry: Entry) -> str:

@@ -16,23 +16,23 @@ from crosscheck.trial.input.supplied import bind_equations
 from crosscheck.trial.judge.entries import compute_sizes
 from crosscheck.trial.judge.questions import QUESTIONS, TransformedModel, VerificationProblem
 from crosscheck.trial.judge.suite import COMPARED
-from crosscheck.trial.source.target import Answer, RightAnswers, Target
+from crosscheck.trial.source.answer_key import Answer, AnswerKey, LevelAnswers
 
 FEW_STATES = 3
 
 
-def make_arm_targets(
+def make_arm_answer_keys(
     problem: VerificationProblem, level: str, ignored_numbers: Sequence[IgnoredNumber]
-) -> Iterator[Target]:
-    """The targets of the arm, and of one other that keeps the ignored numbers.
+) -> Iterator[AnswerKey]:
+    """The answer_keys of the arm, and of one other that keeps the ignored numbers.
 
     level: the nearest; wrong equations may be of another one.
     """
     for each in (problem, *build_probe_problems(problem, ignored_numbers)[:1]):
-        yield _make_target(replace(each, count=FEW_STATES), level)
+        yield _make_answer_key(replace(each, count=FEW_STATES), level)
 
 
-def _make_target(problem: VerificationProblem, level: str) -> Target:
+def _make_answer_key(problem: VerificationProblem, level: str) -> AnswerKey:
     arm, scenario, frame, states = *problem.case[:2], problem.frame, problem.states
 
     def bind(source: Any) -> Answer:
@@ -41,10 +41,10 @@ def _make_target(problem: VerificationProblem, level: str) -> Target:
         return lambda part, state: QUESTIONS[part](bound, states[state], states[state].u)
 
     levels = dict.fromkeys((level, *problem.levels))
-    return Target(bind, {each: _ask_reference(problem, each) for each in levels}, frame.names)
+    return AnswerKey(bind, {each: _ask_reference(problem, each) for each in levels}, frame.names)
 
 
-def _ask_reference(problem: VerificationProblem, level: str) -> RightAnswers:
+def _ask_reference(problem: VerificationProblem, level: str) -> LevelAnswers:
     """What the reference of a level says of the parts that are functions of the user's."""
     states, frame = problem.states, problem.frame
     model = TransformedModel(build_model(problem.reference(level), problem.case), frame)
@@ -58,4 +58,4 @@ def _ask_reference(problem: VerificationProblem, level: str) -> RightAnswers:
     has = problem.has if problem.equations.acceleration else problem.has - {"acceleration"}
     parts = [part for part in COMPARED if part in has]
     allowed = {part: sizes.tolerance(part) * sizes.entry_sizes(part) for part in parts}
-    return RightAnswers({part: right[part] for part in parts}, allowed)
+    return LevelAnswers({part: right[part] for part in parts}, allowed)

@@ -16,28 +16,28 @@ from crosscheck.trial.robots.answers import NONLINEAR, bind_functions
 from crosscheck.trial.robots.coordinates import map_calls, read_frame
 from crosscheck.trial.robots.judge import RobotProblem
 from crosscheck.trial.robots.sizes import compute_sizes_by_level
+from crosscheck.trial.source.answer_key import Answer, AnswerKey, LevelAnswers
 from crosscheck.trial.source.sandbox import freeze
-from crosscheck.trial.source.target import Answer, RightAnswers, Target
 
 FEW_STATES = 3
 SEED = 7
 FACTORS = 0.7, 1.4  # of a number on the other robot
 
 
-def make_robot_targets(
+def make_robot_answer_keys(
     problem: RobotProblem, level: Level, robot: Robot, equations: Equations
-) -> Iterator[Target]:
-    """The targets of the robot, and of one of its structure.
+) -> Iterator[AnswerKey]:
+    """The answer_keys of the robot, and of one of its structure.
 
     level: the nearest; wrong equations may be of another one. robot: as equations are made of it,
     with its friction and without the motors of elastic joints.
     """
-    yield _make_target(problem, level, robot, equations)
+    yield _make_answer_key(problem, level, robot, equations)
     if not problem.stiffness.any():  # those of another robot would be others
         other = draw_probe_robot(robot)
         sizes = compute_sizes_by_level(remove_friction(other), problem.stated, problem.states)
         there = replace(problem, robot=remove_friction(other), sizes=sizes)
-        yield _make_target(there, level, other, equations)
+        yield _make_answer_key(there, level, other, equations)
 
 
 def draw_probe_robot(robot: Robot) -> Robot:
@@ -64,7 +64,9 @@ def draw_probe_robot(robot: Robot) -> Robot:
     return replace(robot, bodies=tuple(bodies), joints=tuple(joints))
 
 
-def _make_target(problem: RobotProblem, level: Level, robot: Robot, equations: Equations) -> Target:
+def _make_answer_key(
+    problem: RobotProblem, level: Level, robot: Robot, equations: Equations
+) -> AnswerKey:
     freeze(robot)
     states = problem.states.first(FEW_STATES)
     by_name = {
@@ -98,10 +100,10 @@ def _make_target(problem: RobotProblem, level: Level, robot: Robot, equations: E
         for each in levels
         if each in problem.sizes
     }
-    return Target(bind, right, problem.names)
+    return AnswerKey(bind, right, problem.names)
 
 
-def _select_answers(problem: RobotProblem, level: Level, equations: Equations) -> RightAnswers:
+def _select_answers(problem: RobotProblem, level: Level, equations: Equations) -> LevelAnswers:
     """What a level says of the functions' answers, before the trial takes these apart."""
     answers, sizes = problem.answers, problem.sizes[level]
     friction = problem.friction[:FEW_STATES]
@@ -120,4 +122,4 @@ def _select_answers(problem: RobotProblem, level: Level, equations: Equations) -
     if equations.coriolis is not None and "bias" in right:  # C itself is not unique, C v is
         right["coriolis"], allowed["coriolis"] = right["bias"], allowed["bias"]
     parts = [part for part in right if getattr(equations, part) is not None]
-    return RightAnswers({part: right[part] for part in parts}, allowed)
+    return LevelAnswers({part: right[part] for part in parts}, allowed)
