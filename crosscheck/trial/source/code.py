@@ -65,13 +65,12 @@ class UserCode:
 def find_module_code(module: ModuleType, name: str) -> UserCode | None:
     """The source of an object by its name in a module that was loaded; None without a file."""
     file = getattr(module, "__file__", None) or ""
-    names = {"__package__": module.__package__, "__path__": getattr(module, "__path__", None)}
 
     def select(defined: Names) -> Any:
         first, *others = name.split(".")
         return functools.reduce(getattr, others, defined[first])
 
-    return _read_code(file, names, select, lambda statement: True)
+    return _read_code(file, {"__package__": module.__package__}, select, lambda statement: True)
 
 
 def find_code(equations: Equations) -> UserCode | None:
