@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Mapping, Sequence
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Any, Literal
 
@@ -181,7 +181,11 @@ class Equations:
 
     def adapt_to_arm(self, arm: Arm, scenario: Scenario | None = None) -> Equations:
         """These equations with the numbers of an arm. Raises InputError."""
-        return self if self.rebuild is None else self.rebuild(arm, scenario)
+        if self.rebuild is None:
+            return self
+        rebuilt = self.rebuild(arm, scenario)
+        is_found = self.find_code is None or rebuilt.find_code is not None
+        return rebuilt if is_found else replace(rebuilt, find_code=self.find_code)
 
 
 class CoordinatesFile(BaseModel):

@@ -48,7 +48,8 @@ def list_negatives(site: Site, *, of_products: bool) -> Texts:
     is_first = not is_inner or (site.name == "left" and is_sum(site.parent))
     is_kind = isinstance(site.node, ast.BinOp) == of_products
     if is_first and is_kind and site.is_value and not isinstance(site.node, ast.UnaryOp):
-        yield f"-{site.text if is_product(site.node) else write_operand(site.node)}"
+        text = site.text if is_product(site.node) else write_operand(site.node)
+        yield from [] if text.startswith("-") else [f"-{text}"]
 
 
 def list_exchanges(site: Site, *, near: bool, written: bool) -> Texts:

@@ -239,6 +239,8 @@ def _list_unwritten(frame: FrameType, indices: set[str]) -> Iterator[str]:
 
 def find_kind(value: Any) -> Kind | None:
     """The kind of a value; None of one that no other stands for."""
+    if hasattr(value, "free_symbols") and not hasattr(value, "shape"):
+        return NUMBER  # sympy's symbols can be called
     if isinstance(value, bool | str | bytes) or value is None or callable(value):
         return None
     shape = getattr(value, "shape", None)
@@ -248,7 +250,7 @@ def find_kind(value: Any) -> Kind | None:
         return NUMBER
     if isinstance(value, int | np.integer):
         return INDEX
-    if isinstance(value, float | np.floating) or hasattr(value, "free_symbols"):
+    if isinstance(value, float | np.floating):
         return NUMBER
     if isinstance(value, type(sys)):
         return None
