@@ -24,7 +24,7 @@ FEW_STATES = 3
 def make_arm_answer_keys(
     problem: VerificationProblem, level: str, ignored_numbers: Sequence[IgnoredNumber]
 ) -> Iterator[AnswerKey]:
-    """The answer_keys of the arm, and of one other that keeps the ignored numbers.
+    """The answer keys of the arm, and of one other that keeps the ignored numbers.
 
     level: the nearest; wrong equations may be of another one.
     """

@@ -3,11 +3,13 @@
 from __future__ import annotations
 
 from collections.abc import Iterator
+from contextlib import suppress
 from dataclasses import replace
 from typing import Any
 
 import numpy as np
 
+from crosscheck.models.errors import InputError
 from crosscheck.models.robot.robot import Level, Robot, remove_friction
 from crosscheck.trial.input.calls import TAKES, call_part
 from crosscheck.trial.input.equations import Equations
@@ -27,14 +29,16 @@ FACTORS = 0.7, 1.4  # of a number on the other robot
 def make_robot_answer_keys(
     problem: RobotProblem, level: Level, robot: Robot, equations: Equations
 ) -> Iterator[AnswerKey]:
-    """The answer_keys of the robot, and of one of its structure.
+    """The answer keys of the robot, and of one of its structure.
 
     level: the nearest; wrong equations may be of another one. robot: as equations are made of it,
     with its friction and without the motors of elastic joints.
     """
     yield _make_answer_key(problem, level, robot, equations)
-    if not problem.stiffness.any():  # those of another robot would be others
-        other = draw_probe_robot(robot)
+    if problem.stiffness.any():  # springs of another robot would be others
+        return
+    other = draw_probe_robot(robot)
+    with suppress(InputError):  # where another robot's mass matrix loses its digits
         sizes = compute_sizes_by_level(remove_friction(other), problem.stated, problem.states)
         there = replace(problem, robot=remove_friction(other), sizes=sizes)
         yield _make_answer_key(there, level, other, equations)

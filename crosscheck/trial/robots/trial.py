@@ -155,7 +155,7 @@ def _run_with_one_motor(equations: Equations, settings: tuple[Any, ...]) -> list
     return [each for each in trials if not set(each[0].failures) & set(LOADS)]
 
 
-# A trial, and what makes the answer_keys of a search for wrong lines; None where there is no need.
+# A trial, and what makes the answer keys of a search for wrong lines; None where there is no need.
 RunTrial = tuple[RobotTrial, MakeAnswerKeys | None]
 
 

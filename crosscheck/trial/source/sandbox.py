@@ -8,6 +8,7 @@ hook, which nothing can take off again. Code that was loaded before is the user'
 from __future__ import annotations
 
 import os
+import resource
 import signal
 import sys
 import warnings
@@ -27,6 +28,7 @@ REFUSED = (
     "os.startfile", "os.remove", "os.rename", "os.rmdir", "os.mkdir", "os.link", "os.symlink",
     "os.truncate", "os.chmod", "os.chown", "os.utime", "os.setxattr", "os.removexattr", "os.kill",
     "os.putenv", "os.unsetenv", "shutil.", "pty.", "tempfile.", "signal.pthread_kill",
+    "sqlite3.", "resource.",
 )  # fmt: skip
 WRITING = os.O_WRONLY | os.O_RDWR | os.O_CREAT | os.O_TRUNC | os.O_APPEND
 
@@ -45,6 +47,7 @@ def enter_sandbox(processor_s: int) -> None:
     processor_s: processor time [s] after which it is ended, whatever it does.
     """
     limit_resources(MEMORY, processor_s)
+    resource.setrlimit(resource.RLIMIT_FSIZE, (0, 0))  # also of libraries that no hook sees
     sys.dont_write_bytecode = True
     warnings.simplefilter("ignore")
     np.seterr(all="ignore")
