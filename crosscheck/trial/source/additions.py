@@ -21,12 +21,12 @@ def list_arguments(site: Site) -> Texts:
             yield f"{ast.unparse(node.func)}({ast.unparse(node.args[0])}, {site.text})"
 
 
-def list_further_factors(site: Site) -> Texts:
+def list_further_factors(site: Site, *, written: bool) -> Texts:
     """A whole term with a factor more; none of it, or one."""
-    if site.is_number and site.is_term:
+    if written and site.is_number and site.is_term:
         yield from ("0", "1")
     if site.is_term and not is_sum(site.node):
-        for other, kind in site.scope.list_leaves(written=True):
+        for other, kind in site.scope.list_leaves(written=written):
             if kind == NUMBER:
                 yield f"{other} * {site.text}"
 
@@ -45,12 +45,12 @@ def list_further_matrices(site: Site) -> Texts:
                     yield f"{text} @ {matrix}"
 
 
-def list_further_summands(site: Site, *, outer: bool) -> Texts:
+def list_further_summands(site: Site, *, outer: bool, written: bool = True) -> Texts:
     """A sum with a summand more: what the code names, or a product of the same function."""
     if not site.is_sum_place(outer=outer):
         return
-    leaves = (text for text, kind in site.scope.list_leaves(written=True) if site.can_be(kind))
-    for text in dict.fromkeys([*leaves, *site.list_products(is_product)]):
+    leaves = (text for text, kind in site.scope.list_leaves(written=written) if site.can_be(kind))
+    for text in dict.fromkeys([*leaves, *(site.list_products(is_product) if written else ())]):
         yield from (f"{write_operand(site.node)} {sign} {text}" for sign in OPPOSITE)
 
 
@@ -73,10 +73,10 @@ def list_further_cross_products(site: Site, *, of_products: bool) -> Texts:
     yield from (f"{site.text} + {cross}({a}, {b})" for a, b in pairs)
 
 
-def list_further_statements(site: Site) -> Texts:
+def list_further_statements(site: Site, *, adding: bool) -> Texts:
     """A statement of a loop with another one after it, which carries a value of the loop on.
 
-    It adds the value to, or at the end keeps it in, what has a value before the loop.
+    It adds the value to what has one before the loop, or at the end of the loop keeps it there.
     """
     loop, scope = site.parent, site.scope
     if not isinstance(site.node, SIMPLE) or not isinstance(loop, ast.For):
@@ -88,8 +88,9 @@ def list_further_statements(site: Site) -> Texts:
             names = {n.id for n in ast.walk(ast.parse(text)) if isinstance(n, ast.Name)}
             is_value = kind[0] in ("array", "number") and names & varying and text != name
             if is_value and kind == scope.kind(name):
-                yield f"{site.text}\n{name} += {text}"
-                if site.node is loop.body[-1]:
+                if adding:
+                    yield f"{site.text}\n{name} += {text}"
+                elif site.node is loop.body[-1]:
                     yield f"{site.text}\n{name} = {text}"
 
 

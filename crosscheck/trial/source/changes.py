@@ -89,7 +89,10 @@ def list_cofunctions(site: Site) -> Texts:
 
 
 def list_constants(site: Site) -> Texts:
-    """Another number for a number of the code; of one with a fraction also in another unit."""
+    """Another number for a number of the code, or the name of an index.
+
+    Of one with a fraction also in another unit.
+    """
     value = site.node.value if isinstance(site.node, ast.Constant) else None
     if not isinstance(value, int | float) or isinstance(value, bool):
         return
@@ -100,6 +103,8 @@ def list_constants(site: Site) -> Texts:
         is_whole = isinstance(value, int) and other == int(other)
         if other != value and (is_whole or not site.is_index):
             yield repr(int(other) if is_whole else float(other))
+    if site.is_index:
+        yield from (text for text, kind in site.scope.list_leaves(written=True) if kind == INDEX)
 
 
 def list_transposes(site: Site) -> Texts:
@@ -184,9 +189,9 @@ def list_operands(site: Site) -> Texts:
 
 
 def list_steps(site: Site) -> Texts:
-    """An index or the end of a range one further, or one less."""
+    """An index or the end of a range one further, or one less, or the first."""
     if site.is_leaf and site.is_index and site.kind == INDEX:
-        yield from (f"{site.text} {sign} 1" for sign in OPPOSITE)
+        yield from (*(f"{site.text} {sign} 1" for sign in OPPOSITE), "0")
 
 
 def list_assignments(site: Site) -> Texts:

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import ast
 import sys
-from collections.abc import Callable, Iterator
+from collections.abc import Callable, Iterable, Iterator
 from dataclasses import dataclass, field
 from types import CodeType, FrameType
 from typing import Any, TypeAlias, cast
@@ -16,7 +16,7 @@ from crosscheck.trial.source.code import UserCode
 Kind: TypeAlias = tuple[Any, ...]  # ("int",), ("number",), ("array", *shape) or (class,)
 INDEX, NUMBER = ("int",), ("number",)
 MOST_ELEMENTS = 8  # of a list whose elements stand for each other
-MOST_UNWRITTEN = 60  # elements and attributes of a function's objects that its text does not name
+MOST_UNWRITTEN = 80  # elements and attributes of a function's objects that its text does not name
 LEAF = ast.Name | ast.Attribute | ast.Subscript
 FUNCTION = ast.FunctionDef | ast.Lambda
 
@@ -159,17 +159,15 @@ class SourceTree:
         top = self.scopes[id(self.code.statements[0])]
         every = dict.fromkeys([top, *self.scopes.values()])
         for scope in every:
-            leaves[id(scope)], indices[id(scope)] = {}, set()
-            for node in scope.nodes:
-                if isinstance(node, ast.Name | ast.arg) or (
-                    isinstance(node, LEAF) and isinstance(node.ctx, ast.Load)
-                ):  # also names that nothing reads, since it is that what was forgotten
-                    text = node.arg if isinstance(node, ast.arg) else ast.unparse(node)
-                    leaves[id(scope)][text] = compile(text, "leaf", "eval")
-                if isinstance(node, ast.Subscript) and not isinstance(
-                    node.slice, ast.Slice | ast.Tuple
-                ):
-                    indices[id(scope)].add(ast.unparse(node.slice))
+            written = dict.fromkeys(filter(None, map(_write_leaf, scope.nodes)))
+            leaves[id(scope)] = {text: compile(text, "leaf", "eval") for text in written}
+            subscripts = (node for node in scope.nodes if isinstance(node, ast.Subscript))
+            indices[id(scope)] = {
+                ast.unparse(node.slice)
+                for node in subscripts
+                if isinstance(node.slice, ast.Name | ast.Constant | ast.BinOp)
+                and not _has_call(node.slice)
+            }
             if isinstance(scope.node, FUNCTION):
                 name = getattr(scope.node, "name", "<lambda>")
                 decorators = getattr(scope.node, "decorator_list", [])
@@ -177,6 +175,9 @@ class SourceTree:
                 by_name[first, name] = scope
                 for line in range(first, (scope.node.end_lineno or first) + 1):
                     by_line[line] = scope  # inner functions come later
+
+        texts = (text for each in leaves.values() for text in each if not text.isidentifier())
+        elsewhere = dict.fromkeys(texts)  # names of other functions, if they mean something here
 
         def look(frame: FrameType, event: str, argument: object) -> Any:
             if frame.f_code.co_filename != self.code.file:
@@ -186,7 +187,12 @@ class SourceTree:
                 first, name = frame.f_code.co_firstlineno, frame.f_code.co_name
                 around = top if name == "<module>" else by_line.get(first, top)
                 scope = by_name.get((first, name), around)
-                _record_kinds(scope, frame, leaves[id(scope)], indices[id(scope)])
+                _record_kinds(
+                    scope,
+                    frame,
+                    leaves[id(scope)],
+                    [*elsewhere, *_list_unwritten(frame, indices[id(scope)])],
+                )
             return look
 
         sys.settrace(look)
@@ -198,8 +204,25 @@ class SourceTree:
         return lines
 
 
+def _write_leaf(node: ast.AST) -> str:
+    """The text of a name, attribute or element; '' of what is none, or would call something.
+
+    A name counts also where nothing reads it, since it may be that what was forgotten.
+    """
+    if isinstance(node, ast.arg):
+        return node.arg
+    if not isinstance(node, LEAF) or _has_call(node):
+        return ""
+    is_read = isinstance(node, ast.Name) or isinstance(node.ctx, ast.Load)
+    return ast.unparse(node) if is_read else ""
+
+
+def _has_call(node: ast.AST) -> bool:
+    return any(isinstance(each, ast.Call) for each in ast.walk(node))
+
+
 def _record_kinds(
-    scope: Scope, frame: FrameType, leaves: dict[str, CodeType], indices: set[str]
+    scope: Scope, frame: FrameType, leaves: dict[str, CodeType], unwritten: Iterable[str]
 ) -> None:
     """Record what names are as a function returns."""
     for text, code in leaves.items():
@@ -207,7 +230,7 @@ def _record_kinds(
             kind = _try_kind(code, frame)
             if kind is not None:
                 scope.kinds[text] = kind
-    for text in _list_unwritten(frame, indices):
+    for text in unwritten:
         if len(scope.unwritten) >= MOST_UNWRITTEN:
             return
         if text not in scope.kinds and text not in scope.unwritten:

@@ -1,5 +1,6 @@
 """Which edit of a source a search finds: one of every kind, two together, or none."""
 
+import sys
 from pathlib import Path
 from types import SimpleNamespace
 
@@ -9,9 +10,10 @@ import pytest
 from crosscheck.runner.progress_update import ignore_progress
 from crosscheck.trial.input.loading import find_named_code, import_object
 from crosscheck.trial.source.answer_key import AnswerKey, LevelAnswers
-from crosscheck.trial.source.code import UserCode
+from crosscheck.trial.source.code import MODULE, UserCode
 from crosscheck.trial.source.search import find_source_answer
 from crosscheck.trial.source.source_edit import SourceAnswer
+from crosscheck.trial.source.syntax import SourceTree
 
 CODE = """
 import numpy as np
@@ -171,3 +173,34 @@ def eval_line(line: str) -> float:
     body = SimpleNamespace(mass=1.3, lever=0.6)
     names = {"a": body, "b": body, "c1": 0.3, "c2": 0.9, "s": 1.7, "q": [0.2, 0.4], "np": np}
     return eval(line.partition("=")[2], names)
+
+
+def test_what_names_are_is_seen_without_calling_anything(tmp_path):
+    text = """
+counts = []
+
+def count():
+    counts.append(1)
+    return [1j, 2.0]
+
+def make():
+    return count()[0].real + count()[-1]
+"""
+    (tmp_path / "mine.py").write_text(text, encoding="utf-8")
+    import_object(f"{tmp_path / 'mine.py'}:make")
+    code = find_named_code(f"{tmp_path / 'mine.py'}:make")
+    assert code is not None
+    compiled = [code.compile(statement) for statement in code.statements]
+    made = []
+    SourceTree(code).observe(lambda: made.append(code.run(compiled)))
+    before = made[0].__globals__["counts"]
+    assert before == []
+    SourceTree(code).observe(lambda: made.append(code.run(compiled)()))
+    assert len(sys.modules[MODULE].counts) == 2
+
+
+def test_progress_is_reported(tmp_path):
+    updates = []
+    code = make_code(tmp_path, ("- 2 * c1", "+ 2 * c1"))
+    find_source_answer(code, lambda: [make_answer_key()], updates.append)
+    assert [each.what for each in updates] == ["looking for the line that must change"]
