@@ -25,7 +25,8 @@ FUNCTION = ast.FunctionDef | ast.Lambda
 class Scope:
     """A function of the source, or all of it: what its names, attributes and elements are.
 
-    kinds: by text, of what the code names there; unwritten: of more that it could name there.
+    kinds: by text, of what the code names there; unwritten: of more that it could name there;
+    values: of its names, at the end of its first call.
     """
 
     node: ast.AST
@@ -33,11 +34,16 @@ class Scope:
     kinds: dict[str, Kind] = field(default_factory=dict)
     unwritten: dict[str, Kind] = field(default_factory=dict)
     nodes: list[ast.AST] = field(default_factory=list)
+    values: dict[str, Any] = field(default_factory=dict)
 
     def kind(self, text: str) -> Kind | None:
         """The kind of what a text names here; None where that is unknown."""
         here = self.kinds.get(text) or self.unwritten.get(text)
         return here or (self.around.kind(text) if self.around else None)
+
+    def list_values(self) -> dict[str, Any]:
+        """The values of all names that a function has or could take from those around it."""
+        return {**(self.around.list_values() if self.around else {}), **self.values}
 
     def list_leaves(self, *, written: bool | None = None) -> Iterator[tuple[str, Kind]]:
         """Text and kind of all that can stand here, once: what the code names there, or not."""
@@ -187,12 +193,8 @@ class SourceTree:
                 first, name = frame.f_code.co_firstlineno, frame.f_code.co_name
                 around = top if name == "<module>" else by_line.get(first, top)
                 scope = by_name.get((first, name), around)
-                _record_kinds(
-                    scope,
-                    frame,
-                    leaves[id(scope)],
-                    [*elsewhere, *_list_unwritten(frame, indices[id(scope)])],
-                )
+                unwritten = [*elsewhere, *_list_unwritten(frame, indices[id(scope)])]
+                _record_kinds(scope, frame, leaves[id(scope)], unwritten)
             return look
 
         sys.settrace(look)
@@ -227,21 +229,24 @@ def _record_kinds(
     """Record what names are as a function returns."""
     for text, code in leaves.items():
         if text not in scope.kinds:
-            kind = _try_kind(code, frame)
+            kind = _try_kind(code, frame, frame.f_locals)
             if kind is not None:
                 scope.kinds[text] = kind
+    if scope.values:  # of an earlier call
+        return
+    scope.values = dict(frame.f_locals)
     for text in unwritten:
         if len(scope.unwritten) >= MOST_UNWRITTEN:
             return
         if text not in scope.kinds and text not in scope.unwritten:
-            kind = _try_kind(compile(text, "leaf", "eval"), frame)
+            kind = _try_kind(compile(text, "leaf", "eval"), frame, scope.list_values())
             if kind is not None and kind[0] in ("int", "number", "array"):
                 scope.unwritten[text] = kind
 
 
-def _try_kind(code: CodeType, frame: FrameType) -> Kind | None:
+def _try_kind(code: CodeType, frame: FrameType, values: dict[str, Any]) -> Kind | None:
     try:
-        return find_kind(eval(code, frame.f_globals, frame.f_locals))
+        return find_kind(eval(code, frame.f_globals, values))
     except Exception:  # a name that has no value there
         return None
 
