@@ -72,16 +72,27 @@ def crosscheck(monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[st
 def few_states() -> Iterator[None]:
     """Quick trials look at 8 states, not 150; those in processes of their own at all of them.
 
-    Where numbers are fitted, at 20 more than there are, not at 50 more than twice as many.
+    Where numbers are fitted, at 20 more than there are, not at 50 more than twice as many. No edit
+    of a source is tried, but for who asks for ``source_search``.
     """
     from crosscheck.trial import trial
     from crosscheck.trial.diagnose.terms import harmonic_fit
+    from crosscheck.trial.source import search
 
     with pytest.MonkeyPatch.context() as patch:
         patch.setattr(trial, "QUICK_STATES", 8)
         patch.setattr(harmonic_fit, "SPARE_STATES", 20)
         patch.setattr(harmonic_fit, "STATES_PER_NUMBER", 1)
+        patch.setattr(search, "RANKS", ())
         yield
+
+
+@pytest.fixture
+def source_search(monkeypatch: pytest.MonkeyPatch) -> None:
+    """Trials look for the line of the user's source that must change."""
+    from crosscheck.trial.source import edits, search
+
+    monkeypatch.setattr(search, "RANKS", edits.RANKS)
 
 
 @pytest.fixture(scope="module", autouse=True)

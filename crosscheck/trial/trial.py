@@ -33,6 +33,7 @@ from crosscheck.runner.supervision import track_foreign_code
 from crosscheck.runner.workers import Workers
 from crosscheck.trial.coordinates.build import build_frame
 from crosscheck.trial.coordinates.readings import Reading
+from crosscheck.trial.diagnose.answer_keys import make_arm_answer_keys
 from crosscheck.trial.diagnose.arm_numbers import find_negligible_inertias, replace_numbers
 from crosscheck.trial.diagnose.dependence import IgnoredNumber, Perform
 from crosscheck.trial.diagnose.diagnosis import Diagnosis, build_probe_problems, diagnose
@@ -58,6 +59,9 @@ from crosscheck.trial.judge.questions import (
 )
 from crosscheck.trial.judge.unit_mistakes import UnitMistake, find_unit_mistakes
 from crosscheck.trial.model import make_registry_entry, select_switches
+from crosscheck.trial.source.code import find_code
+from crosscheck.trial.source.search import find_source_answer
+from crosscheck.trial.source.source_edit import SourceAnswer
 
 LEVEL_DESCRIPTIONS = {
     "links": "links and payload",
@@ -134,6 +138,7 @@ class Trial:
         readings: Other coordinates in which all is right; then no other reason is looked for.
         point_masses: Inertias of links that the equations leave out and that are next to nothing:
             judged as 0.
+        source_answer: What must change in the user's source, where a small edit mends it.
     """
 
     problem: VerificationProblem
@@ -153,6 +158,7 @@ class Trial:
     idle_joints: tuple[int, ...] = ()
     readings: tuple[Reading, ...] = ()
     point_masses: tuple[str, ...] = ()
+    source_answer: SourceAnswer | None = None
 
     @property
     def agreement(self) -> Agreement:
@@ -176,10 +182,21 @@ def run_trial(
     with _trial_lock:
         trial = _run_trial(request, jobs, progress)
         points = find_negligible_inertias(request.arm, trial.left_out)
-        if not points:
-            return trial
-        arm = replace_numbers(request.arm, dict.fromkeys(points, 0.0))
-        return replace(_run_trial(replace(request, arm=arm), jobs, progress), point_masses=points)
+        if points:
+            arm = replace_numbers(request.arm, dict.fromkeys(points, 0.0))
+            trial = _run_trial(replace(request, arm=arm), jobs, progress)
+        answer = _find_source_answer(trial, progress)
+        return replace(trial, point_masses=points, source_answer=answer)
+
+
+def _find_source_answer(trial: Trial, progress: ProgressCallback) -> SourceAnswer | None:
+    """What must change in the source of equations that do not agree, in any coordinates."""
+    is_wrong = trial.exit_code and not trial.readings
+    code = find_code(trial.problem.equations) if is_wrong else None
+    if code is None:
+        return None
+    given = trial.problem, trial.level, trial.ignored_numbers
+    return find_source_answer(code, partial(make_arm_answer_keys, *given), progress)
 
 
 def _run_trial(request: TrialRequest, jobs: int, progress: ProgressCallback) -> Trial:

@@ -241,7 +241,13 @@ def test_json_has_all_of_a_trial():
     assert [each["id"] for each in content["findings"]] == [
         "trial-states/tested/bias/yours~analytic"
     ]
-    assert content.keys() == expected.keys() | {"program", "levels", "entries", "findings"}
+    assert content.keys() == expected.keys() | {
+        "program",
+        "levels",
+        "entries",
+        "findings",
+        "source_answer",
+    }
 
 
 def test_places_are_told_by_the_first_few():

@@ -34,6 +34,8 @@ def print_trial(trial: Trial) -> None:
     print_agreement(trial.agreement)
     for verdict in describe_errors(trial):
         console.print(Text.assemble(("wrong ", "red"), make_printable(verdict)))
+    for sentence in trial.source_answer.sentences if trial.source_answer else ():
+        console.print(Text(make_printable(sentence)))
     for note in describe_notes(trial):
         console.print(Text.assemble(("note ", "yellow"), make_printable(note)))
     for part, trace in trial.traces.items():
@@ -231,6 +233,7 @@ def format_trial_json(trial: Trial) -> str:
             "wrong": _wrong_records(trial, trial.wrong_entries),
             "hidden": _wrong_records(trial, trial.hidden_entries),
             "unfollowed": unfollowed,
+            "source_answer": to_json_value(trial.source_answer),
             "notes": list(describe_notes(trial)),
             "tracebacks": trial.traces,
             "agreement": trial.agreement.to_dict(),

@@ -80,7 +80,8 @@ def summarize_trial(trial: Trial) -> list[str]:
     """Whose equations, how many checks agree, and what is wrong, in lines."""
     title, tally = next(describe_trial(trial)), describe_tally(trial.agreement)
     wrong = [f"wrong {line}" for line in describe_errors(trial)]
+    changes = trial.source_answer.sentences if trial.source_answer else ()
     notes = [f"note: {line}" for line in describe_notes(trial)]
     raised = [f"{part} raised" for part in trial.traces]
-    lines = (title, tally, *list_first(wrong), *list_first(notes), *raised)
+    lines = (title, tally, *list_first(wrong), *changes, *list_first(notes), *raised)
     return [make_printable(line) for line in lines]

@@ -3,9 +3,9 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Mapping, Sequence
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from pathlib import Path
-from typing import Annotated, Any, Literal
+from typing import TYPE_CHECKING, Annotated, Any, Literal
 
 import numpy as np
 from pydantic import BaseModel, ConfigDict, Field
@@ -14,6 +14,9 @@ from crosscheck.models.arm.arm import Arm
 from crosscheck.models.experiment.scenario import Scenario, Switches
 from crosscheck.models.files import read_toml
 from crosscheck.models.loading import validate_record
+
+if TYPE_CHECKING:
+    from crosscheck.trial.source.code import UserCode
 
 Function = Callable[..., Any]
 Gearing = Literal["rigid", "lumped", "free"]
@@ -136,6 +139,7 @@ class Equations:
         gravity: What holds the weights, shape (n,), by (x). With M and bias beside it, and without
             a force, the drive's torques are the force.
         unused: Names of other functions of the object that the equations came from.
+        find_code: Finds their source, of equations that may have one; not for users.
         rebuilt_as: The parts as ``rebuild`` made them; not for users.
     """
 
@@ -158,6 +162,7 @@ class Equations:
     table: AnswerTable | None = None
     gravity: Function | None = None
     unused: tuple[str, ...] = ()
+    find_code: Callable[[], UserCode | None] | None = field(default=None, repr=False, compare=False)
     rebuilt_as: tuple[Any, ...] = field(default=(), repr=False, compare=False)
 
     def __post_init__(self) -> None:
@@ -172,10 +177,16 @@ class Equations:
             object.__setattr__(self, "rebuild", None)
             object.__setattr__(self, "symbolic", None)
             object.__setattr__(self, "any_arm", False)
+            if any(now is not then for now, then in zip(functions, before[1:], strict=False)):
+                object.__setattr__(self, "find_code", None)
 
     def adapt_to_arm(self, arm: Arm, scenario: Scenario | None = None) -> Equations:
         """These equations with the numbers of an arm. Raises InputError."""
-        return self if self.rebuild is None else self.rebuild(arm, scenario)
+        if self.rebuild is None:
+            return self
+        rebuilt = self.rebuild(arm, scenario)
+        is_found = self.find_code is None or rebuilt.find_code is not None
+        return rebuilt if is_found else replace(rebuilt, find_code=self.find_code)
 
 
 class CoordinatesFile(BaseModel):

@@ -13,6 +13,7 @@ import traceback
 from collections.abc import Callable, Iterator, Mapping
 from contextlib import contextmanager
 from dataclasses import fields, replace
+from functools import partial
 from pathlib import Path
 from types import ModuleType, SimpleNamespace
 from typing import Any, get_args
@@ -27,12 +28,14 @@ from crosscheck.runner.supervision import track_foreign_code
 from crosscheck.trial.input.calls import MEANT, TAKES, make_named_call
 from crosscheck.trial.input.equations import Coordinates, Equations, Level
 from crosscheck.trial.input.symbolic import bind_to_robot
+from crosscheck.trial.source.code import UserCode, find_module_code, find_object_code
 
 EXPECTED = "file.py:name or package.module:name"
 ACCEPTED = "Equations, a function that returns them, or an object with mass_matrix, bias, ..."
 MOST_NAMED = 5
 FRICTION = ("viscous_friction", "coulomb_friction")  # of robots, whose files have none
-SET_HERE = {"rebuild", "rebuilt_as", "any_arm", "any_scenario", "unused"}  # asked of no object
+# Attributes that are asked of no object.
+SET_HERE = {"rebuild", "rebuilt_as", "any_arm", "any_scenario", "unused", "find_code"}
 Maker = Callable[..., Any]
 
 
@@ -45,7 +48,14 @@ def load_equations(text: str, arm: Arm, scenario: Scenario | None) -> Equations:
     """
     _, _, folder = _parse_location(text)
     with track_foreign_code(text):
-        return build_equations(import_object(text), arm, scenario, text, folder)
+        find_code = partial(find_named_code, text)
+        return build_equations(import_object(text), arm, scenario, text, folder, find_code)
+
+
+def find_named_code(text: str) -> UserCode | None:
+    """The source of what ``file.py:name`` or ``package.module:name`` names, once it was loaded."""
+    module, name, _ = _parse_location(text)
+    return find_module_code(sys.modules[_module_name(module)], name)
 
 
 def import_object(text: str) -> Any:
@@ -76,14 +86,23 @@ def run_user_code(text: str) -> Iterator[None]:
 
 
 def build_equations(
-    source: Any, arm: Arm, scenario: Scenario | None, where: str, folder: Path | None = None
+    source: Any,
+    arm: Arm,
+    scenario: Scenario | None,
+    where: str,
+    folder: Path | None = None,
+    find_code: Callable[[], UserCode | None] | None = None,
 ) -> Equations:
-    """Equations out of what a user gave, see handed_over; folder: the one that the code is in."""
+    """Equations out of what a user gave, see handed_over.
+
+    folder: the one that the code is in; find_code: finds it, of an object that is named.
+    """
     beside = (folder or Path.cwd()).resolve()
     if not _is_factory(source):
-        return _require_arm_equations(
-            extract_equations(source, where).adapt_to_arm(arm, scenario), where
-        )
+        extracted = extract_equations(source, where)
+        extracted = replace(extracted, find_code=find_code) if find_code else extracted
+        return _require_arm_equations(extracted.adapt_to_arm(arm, scenario), where)
+    find_code = find_code or partial(find_object_code, source)
     by_arm = _match_arguments(source, where, ("arm", "scenario"))
 
     def rebuild(other: Arm, drive: Scenario | None) -> Equations:
@@ -95,7 +114,13 @@ def build_equations(
         )
         any_arm = whole.any_arm or "arm" in by_arm.values()
         any_scenario = whole.any_scenario or "scenario" in by_arm.values()
-        return replace(whole, rebuild=rebuild, any_arm=any_arm, any_scenario=any_scenario)
+        return replace(
+            whole,
+            rebuild=rebuild,
+            any_arm=any_arm,
+            any_scenario=any_scenario,
+            find_code=find_code,
+        )
 
     return rebuild(arm, scenario)
 
@@ -103,21 +128,32 @@ def build_equations(
 def load_robot_equations(text: str, robot: Robot) -> Equations:
     """The equations of a robot that a user names, see handed_over. Raises InputError."""
     with run_user_code(text):
-        return build_robot_equations(import_object(text), robot, text)
+        return build_robot_equations(
+            import_object(text), robot, text, partial(find_named_code, text)
+        )
 
 
-def build_robot_equations(source: Any, robot: Robot, where: str) -> Equations:
+def build_robot_equations(
+    source: Any,
+    robot: Robot,
+    where: str,
+    find_code: Callable[[], UserCode | None] | None = None,
+) -> Equations:
     """Equations of a robot out of what a user gave, see handed_over.
 
-    A factory takes the robot, or nothing. Raises InputError for whatever is wrong with it.
+    A factory takes the robot, or nothing. find_code: finds the source of an object that is named.
+    Raises InputError for whatever is wrong with it.
     """
-    verb = "is"
+    verb, maker = "is", source
     if _is_factory(source):
         taken = _match_arguments(source, where, ("robot",))
         source, verb = _call_factory(source, dict.fromkeys(taken, robot)), "returned"
     equations = extract_equations(source, where, verb)
     if equations.symbolic is not None:
         equations = bind_to_robot(equations, robot)
+    if find_code is None and _is_factory(maker):
+        find_code = partial(find_object_code, maker)
+    equations = replace(equations, find_code=find_code) if find_code else equations
     return require_robot_equations(equations, where)
 
 
@@ -156,9 +192,7 @@ def _load_module(text: str, module: str, folder: Path) -> ModuleType:
         raise InputError(text, "", None, f"no such file; must be {EXPECTED}")
     if not module.endswith(".py"):
         raise InputError(text, "", None, f"is no Python file; must be {EXPECTED}")
-    path = _resolve(module)
-    # Of a private name, which cannot hide another module.
-    name = f"_crosscheck_trial_{hashlib.sha256(str(path).encode()).hexdigest()[:16]}"
+    path, name = _resolve(module), _module_name(module)
     spec = importlib.util.spec_from_file_location(name, path)
     assert spec is not None  # a .py file always has a loader
     assert spec.loader is not None
@@ -167,6 +201,14 @@ def _load_module(text: str, module: str, folder: Path) -> ModuleType:
     with _translate_errors(text, folder), _make_importable(folder):
         spec.loader.exec_module(user_module)
     return user_module
+
+
+def _module_name(module: str) -> str:
+    """The name under which a module is loaded: of a file a private one, which hides no other."""
+    if not module.endswith(".py"):
+        return module
+    path = str(_resolve(module)).encode()
+    return f"_crosscheck_trial_{hashlib.sha256(path).hexdigest()[:16]}"
 
 
 @contextmanager

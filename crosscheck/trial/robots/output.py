@@ -32,6 +32,7 @@ def format_lines(trial: RobotTrial) -> Iterator[str]:
         yield f"  {entry.name}: {entry.share:.2g} of its size{entry.remark and f'; {entry.remark}'}"
     if len(diagnosis.entries) > MOST_ENTRIES:
         yield f"  and {len(diagnosis.entries) - MOST_ENTRIES} more"
+    yield from trial.source_answer.sentences if trial.source_answer else ()
     yield from diagnosis.notes[:MOST_SENTENCES]
     if len(diagnosis.notes) > MOST_SENTENCES:
         rest = format_count(len(diagnosis.notes) - MOST_SENTENCES, "more sentence")
@@ -143,6 +144,7 @@ def format_robot_trial(trial: RobotTrial) -> str:
             "explanations": [{"with": words} for words in diagnosis.explanations],
             "links": diagnosis.links,
             "right_in": diagnosis.readings,
+            "source_answer": to_json_value(trial.source_answer),
             "findings": [finding.to_dict() for finding in trial.agreement.findings],
         }
     )
@@ -203,5 +205,6 @@ def robot_trial_page(trial: RobotTrial) -> str:
         allowed={LETTERS.get(part, part): value for part, value in trial.allowed.items()},
         listed=list_findings(trial.agreement.findings),
         sources=(),
+        change=trial.source_answer,
         provenance=None,
     )

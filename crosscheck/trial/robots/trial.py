@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections.abc import Iterator, Mapping, Sequence
 from contextlib import suppress
 from dataclasses import dataclass, replace
+from functools import partial
 from typing import Any
 
 import numpy as np
@@ -21,6 +22,7 @@ from crosscheck.runner.workers import Workers
 from crosscheck.trial.input.calls import LOADS
 from crosscheck.trial.input.equations import Equations
 from crosscheck.trial.input.loading import require_robot_equations
+from crosscheck.trial.robots.answer_keys import make_robot_answer_keys
 from crosscheck.trial.robots.answers import (
     BY_RATES,
     NONLINEAR,
@@ -57,6 +59,9 @@ from crosscheck.trial.robots.rates import (
     select_rate_states,
 )
 from crosscheck.trial.robots.sizes import compute_sizes_by_level
+from crosscheck.trial.source.code import find_code
+from crosscheck.trial.source.search import MakeAnswerKeys, find_source_answer
+from crosscheck.trial.source.source_edit import SourceAnswer
 
 
 @dataclass(frozen=True, repr=False)
@@ -67,7 +72,8 @@ class RobotTrial:
     equations were read; not_judged: what was not judged, with the reason, in words; distances:
     of each level, the nearest first; failures: by part that did not answer; agreement: all checks;
     relative_errors: by part, how far each entry is from the diagnosis' level at most, of its size;
-    allowed: how far it may be; seed: of the states.
+    allowed: how far it may be; seed: of the states; source_answer: what must change in the user's
+    source, where a small edit mends it.
     """
 
     name: str
@@ -83,6 +89,7 @@ class RobotTrial:
     relative_errors: Mapping[str, np.ndarray]
     allowed: Mapping[str, float]
     seed: int
+    source_answer: SourceAnswer | None = None
 
     def __repr__(self) -> str:
         """What the command prints."""
@@ -136,24 +143,32 @@ def run_robot_trial(
     settings = robot, name, seed, jobs, progress
     loads = [part for part in LOADS if getattr(equations, part) is not None and not equations.table]
     try:
-        trial = _run_trial(equations, *settings)
+        whole = _run_trial(equations, *settings)
     except InputError:
         single = _run_with_one_motor(equations, settings) if loads else []
         if not single:
             raise
     else:
-        failed = [part for part in loads if part in trial.failures]
-        single = (_run_with_one_motor(equations, settings) if failed else []) or [trial]
-    return min(single, key=lambda each: len(each.diagnosis.entries))
+        failed = [part for part in loads if part in whole[0].failures]
+        single = (_run_with_one_motor(equations, settings) if failed else []) or [whole]
+    trial, make_answer_keys = min(single, key=lambda each: len(each[0].diagnosis.entries))
+    code = find_code(equations) if make_answer_keys else None
+    if code is None or make_answer_keys is None:
+        return trial
+    return replace(trial, source_answer=find_source_answer(code, make_answer_keys, progress))
 
 
-def _run_with_one_motor(equations: Equations, settings: tuple[Any, ...]) -> list[RobotTrial]:
+def _run_with_one_motor(equations: Equations, settings: tuple[Any, ...]) -> list[RunTrial]:
     """The trials with a motor at one joint in which every function of torques answers."""
-    trials, joints = list[RobotTrial](), len(settings[0].coordinates)
+    trials, joints = list[RunTrial](), len(settings[0].coordinates)
     for joint in range(joints if equations.drive is None and joints > 1 else 0):
         with suppress(InputError):
             trials.append(_run_trial(replace(equations, drive=[joint + 1]), *settings))
-    return [each for each in trials if not set(each.failures) & set(LOADS)]
+    return [each for each in trials if not set(each[0].failures) & set(LOADS)]
+
+
+# A trial, and what makes the answer keys of a search for wrong lines; None where there is no need.
+RunTrial = tuple[RobotTrial, MakeAnswerKeys | None]
 
 
 @dataclass(frozen=True)
@@ -211,9 +226,9 @@ def _run_trial(
     seed: int,
     jobs: int,
     progress: ProgressCallback,
-) -> RobotTrial:
+) -> RunTrial:
     require_robot_equations(equations, name)
-    stated, stiffness = equations.level, np.zeros((1, 1))
+    given, stated, stiffness = robot, equations.level, np.zeros((1, 1))
     if stated == ELASTIC:
         robot, stiffness = build_elastic_robot(robot, name)
         equations = drive_motors(equations, robot)
@@ -260,7 +275,11 @@ def _run_trial(
     relative_errors = problem.relative_errors(
         diagnosis.level, problem.reference_values[diagnosis.level]
     )
-    return RobotTrial(
+    make_answer_keys = None
+    if diagnosis.entries and not diagnosis.readings:
+        asked = problem, diagnosis.level, given, equations
+        make_answer_keys = partial(make_robot_answer_keys, *asked)
+    trial = RobotTrial(
         name=name,
         robot=robot,
         stated=stated,
@@ -278,6 +297,7 @@ def _run_trial(
         allowed={part: sizes[diagnosis.level].tolerance(part) for part in problem.parts},
         seed=seed,
     )
+    return trial, make_answer_keys
 
 
 def _ask_about_itself(

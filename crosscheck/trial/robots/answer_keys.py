@@ -1,0 +1,129 @@
+"""What a robot's equations must answer at a few states, on it and on one of its structure."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from contextlib import suppress
+from dataclasses import replace
+from typing import Any
+
+import numpy as np
+
+from crosscheck.models.errors import InputError
+from crosscheck.models.robot.robot import Level, Robot, remove_friction
+from crosscheck.trial.input.calls import TAKES, call_part
+from crosscheck.trial.input.equations import Equations
+from crosscheck.trial.input.loading import build_robot_equations
+from crosscheck.trial.robots.answers import NONLINEAR, bind_functions
+from crosscheck.trial.robots.coordinates import map_calls, read_frame
+from crosscheck.trial.robots.judge import RobotProblem
+from crosscheck.trial.robots.sizes import compute_sizes_by_level
+from crosscheck.trial.source.answer_key import Answer, AnswerKey, LevelAnswers
+from crosscheck.trial.source.sandbox import freeze
+
+FEW_STATES = 3
+SEED = 7
+FACTORS = 0.7, 1.4  # of a number on the other robot
+
+
+def make_robot_answer_keys(
+    problem: RobotProblem, level: Level, robot: Robot, equations: Equations
+) -> Iterator[AnswerKey]:
+    """The answer keys of the robot, and of one of its structure.
+
+    level: the nearest; wrong equations may be of another one. robot: as equations are made of it,
+    with its friction and without the motors of elastic joints.
+    """
+    yield _make_answer_key(problem, level, robot, equations)
+    if problem.stiffness.any():  # springs of another robot would be others
+        return
+    other = draw_probe_robot(robot)
+    with suppress(InputError):  # where another robot's mass matrix loses its digits
+        sizes = compute_sizes_by_level(remove_friction(other), problem.stated, problem.states)
+        there = replace(problem, robot=remove_friction(other), sizes=sizes)
+        yield _make_answer_key(there, level, other, equations)
+
+
+def draw_probe_robot(robot: Robot) -> Robot:
+    """A robot of the same structure with other masses, centres of mass, inertias and offsets.
+
+    Seeded, so the same every time. What is 0 stays so.
+    """
+    generator = np.random.default_rng(SEED)
+
+    def draw(*shape: int) -> np.ndarray:
+        return generator.uniform(*FACTORS, shape)
+
+    bodies = []
+    for body in robot.bodies:
+        stretch = np.diag(draw(3))  # which leaves an inertia positive
+        inertia = stretch @ body.inertia @ stretch
+        bodies.append(
+            replace(body, mass=body.mass * float(draw()), com=body.com * draw(3), inertia=inertia)
+        )
+    joints = []
+    for joint in robot.joints:
+        place = replace(joint.placement, position=joint.placement.position * draw(3))
+        joints.append(replace(joint, placement=place))
+    return replace(robot, bodies=tuple(bodies), joints=tuple(joints))
+
+
+def _make_answer_key(
+    problem: RobotProblem, level: Level, robot: Robot, equations: Equations
+) -> AnswerKey:
+    freeze(robot)
+    states = problem.states.first(FEW_STATES)
+    by_name = {
+        "x": states.q,
+        "v": states.v,
+        "a": states.a,
+        "torque": states.torques + problem.friction[:FEW_STATES],
+        "t": np.zeros(FEW_STATES),
+    }
+
+    def bind(source: Any) -> Answer:
+        made = build_robot_equations(source, robot, problem.name)
+        made = replace(made, drive=equations.drive)
+        calls: dict[str, Any] = bind_functions(made, problem.robot)[1]
+        frame = read_frame(made.coordinates, problem.robot, problem.name)
+        calls = calls if frame is None else map_calls(calls, frame, problem.name)
+
+        def answer(part: str, state: int) -> np.ndarray:
+            name = part if part in calls else "bias"  # of which a mapped coriolis is one
+            arguments = {
+                each: values[state] for each, values in by_name.items() if each in TAKES[name]
+            }
+            answered = call_part(calls[name], name, len(problem.names), arguments)
+            return answered @ states.v[state] if name == "coriolis" else answered
+
+        return answer
+
+    levels = dict.fromkeys((level, *([] if problem.stated else problem.sizes)))
+    right = {
+        str(each): _select_answers(problem, each, equations)
+        for each in levels
+        if each in problem.sizes
+    }
+    return AnswerKey(bind, right, problem.names)
+
+
+def _select_answers(problem: RobotProblem, level: Level, equations: Equations) -> LevelAnswers:
+    """What a level says of the functions' answers, before the trial takes these apart."""
+    answers, sizes = problem.answers, problem.sizes[level]
+    friction = problem.friction[:FEW_STATES]
+    right = {part: values[:FEW_STATES] for part, values in problem.reference_values[level].items()}
+    allowed = {
+        part: sizes.tolerance(part)
+        * sizes.entry_sizes(part, answers.sources.get(part, ""))[:FEW_STATES]
+        for part in right
+    }
+    if answers.sources.get("bias") == NONLINEAR:
+        right["bias"] = right["bias"] + right["gravity"]
+    if answers.friction_in_bias and "bias" in right:
+        right["bias"] = right["bias"] + friction
+    if "inverse_dynamics" in right:
+        right["inverse_dynamics"] = right["inverse_dynamics"] + friction
+    if equations.coriolis is not None and "bias" in right:  # C itself is not unique, C v is
+        right["coriolis"], allowed["coriolis"] = right["bias"], allowed["bias"]
+    parts = [part for part in right if getattr(equations, part) is not None]
+    return LevelAnswers({part: right[part] for part in parts}, allowed)

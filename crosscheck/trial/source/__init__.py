@@ -1,0 +1,1 @@
+"""Which line of a user's source must change so that wrong equations become right."""

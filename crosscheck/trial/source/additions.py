@@ -1,0 +1,98 @@
+"""Edits that add what is missing: an argument's function, a factor, a summand, a statement."""
+
+from __future__ import annotations
+
+import ast
+from typing import TypeGuard
+
+from crosscheck.trial.source.changes import MATRIX_LENGTH, OPPOSITE, SIMPLE, Texts
+from crosscheck.trial.source.site import Site, is_matrix_product, is_product, is_sum, write_operand
+from crosscheck.trial.source.syntax import NUMBER, Kind
+
+VECTOR: Kind = ("array", 3)
+
+
+def list_arguments(site: Site) -> Texts:
+    """An argument without its function, or with it once more: u x (u x r) for u x r."""
+    node = site.node
+    if isinstance(node, ast.Call) and 1 <= len(node.args) <= 2 and site.is_value:
+        yield ast.unparse(node.args[-1])
+        if len(node.args) == 2:
+            yield f"{ast.unparse(node.func)}({ast.unparse(node.args[0])}, {site.text})"
+
+
+def list_further_factors(site: Site, *, written: bool) -> Texts:
+    """A whole term with a factor more; none of it, or one."""
+    if written and site.is_number and site.is_term:
+        yield from ("0", "1")
+    if site.is_term and not is_sum(site.node):
+        for other, kind in site.scope.list_leaves(written=written):
+            if kind == NUMBER:
+                yield f"{other} * {site.text}"
+
+
+def list_further_matrices(site: Site) -> Texts:
+    """A matrix more, turned over or not, in front of a value or behind it."""
+    kind, text = site.kind, write_operand(site.node)
+    is_array = kind[0] == "array" if kind else is_matrix_product(site.node)
+    if not is_array or not site.is_value or is_matrix_product(site.parent):
+        return
+    for other, shape in site.scope.list_leaves():
+        if len(shape) == MATRIX_LENGTH and shape[1] == shape[2]:
+            for matrix in (other, f"{other}.T"):
+                yield f"{matrix} @ {text}"
+                if kind is None or len(kind) == MATRIX_LENGTH:
+                    yield f"{text} @ {matrix}"
+
+
+def list_further_summands(site: Site, *, outer: bool, written: bool = True) -> Texts:
+    """A sum with a summand more: what the code names, or a product of the same function."""
+    if not site.is_sum_place(outer=outer):
+        return
+    leaves = (text for text, kind in site.scope.list_leaves(written=written) if site.can_be(kind))
+    for text in dict.fromkeys([*leaves, *(site.list_products(is_product) if written else ())]):
+        yield from (f"{write_operand(site.node)} {sign} {text}" for sign in OPPOSITE)
+
+
+def list_further_cross_products(site: Site, *, of_products: bool) -> Texts:
+    """A sum of vectors with a cross product more, of a name and a name or a product of two."""
+    if site.kind not in (VECTOR, None) or not is_sum(site.node):
+        return
+    if not site.is_sum_place(outer=True):
+        return
+    calls = (ast.unparse(each.func) for each in site.scope.nodes if isinstance(each, ast.Call))
+    cross = next((text for text in calls if text.endswith("cross")), "")
+    names = [text for text, kind in site.scope.list_leaves(written=True) if kind == VECTOR]
+
+    def is_short_product(node: ast.AST | None) -> bool:
+        sides = (node.left, node.right) if is_product(node) else ()
+        return bool(sides) and all(map(site.tree.is_leaf, sides))
+
+    others = site.list_products(is_short_product) if of_products else names
+    pairs = ((a, b) for b in dict.fromkeys(others) for a in names if a != b and cross)
+    yield from (f"{site.text} + {cross}({a}, {b})" for a, b in pairs)
+
+
+def list_further_statements(site: Site, *, adding: bool) -> Texts:
+    """A statement of a loop with another one after it, which carries a value of the loop on.
+
+    It adds the value to what has one before the loop, or at the end of the loop keeps it there.
+    """
+    loop, scope = site.parent, site.scope
+    if not isinstance(site.node, SIMPLE) or not isinstance(loop, ast.For):
+        return
+    varying = {each.id for each in ast.walk(loop) if _is_stored(each)}
+    stored = (each for each in scope.nodes if _is_stored(each))
+    for name in sorted({each.id for each in stored if each.lineno < loop.lineno}):
+        for text, kind in scope.list_leaves(written=True):
+            names = {n.id for n in ast.walk(ast.parse(text)) if isinstance(n, ast.Name)}
+            is_value = kind[0] in ("array", "number") and names & varying and text != name
+            if is_value and kind == scope.kind(name):
+                if adding:
+                    yield f"{site.text}\n{name} += {text}"
+                elif site.node is loop.body[-1]:
+                    yield f"{site.text}\n{name} = {text}"
+
+
+def _is_stored(node: ast.AST) -> TypeGuard[ast.Name]:
+    return isinstance(node, ast.Name) and isinstance(node.ctx, ast.Store)

@@ -1,0 +1,65 @@
+"""What equations must answer on a mechanism: the one table that trials of arms and robots fill."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterable, Mapping, Sequence
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+
+Answer = Callable[[str, int], np.ndarray]  # of a part, at the state of a number
+Entry = tuple[Any, ...]  # the part, and the entry's row, of M also its column
+
+
+@dataclass(frozen=True)
+class LevelAnswers:
+    """The right answers at a level, at a few states.
+
+    Args:
+        right: By part, M (states, n, n), others (states, n).
+        allowed: By part, what entries may differ by, in a shape that fits.
+    """
+
+    right: Mapping[str, np.ndarray]
+    allowed: Mapping[str, np.ndarray]
+
+    @property
+    def states(self) -> range:
+        """Numbers of the states."""
+        return range(min((len(each) for each in self.right.values()), default=0))
+
+    def find_wrong_entries(
+        self, answer: Answer, parts: Iterable[str], states: Iterable[int] | None = None
+    ) -> set[Entry]:
+        """The entries of parts that are wrong at any state, of some states or of all."""
+        wrong = set[Entry]()
+        for part in parts:
+            right = self.right[part]
+            allowed = np.broadcast_to(self.allowed[part], right.shape)
+            for state in self.states if states is None else states:
+                beyond = ~(np.abs(answer(part, state) - right[state]) <= allowed[state])
+                wrong |= {(part, *index) for index in np.argwhere(beyond).tolist()}
+        return wrong
+
+
+@dataclass(frozen=True)
+class AnswerKey:
+    """What equations must answer on a mechanism: what a level says, or what another one does.
+
+    Args:
+        bind: Makes equations for the mechanism, of the object that a user's code defines, and
+            returns their answers, as the trial asks for them. It raises what their code raises.
+        levels: The right answers by level, that of the trial first.
+        names: Of the coordinates.
+    """
+
+    bind: Callable[[Any], Answer]
+    levels: Mapping[str, LevelAnswers]
+    names: Sequence[str]
+
+    def format_entry(self, entry: Entry) -> str:
+        """An entry in words, such as M[theta_1, theta_2]."""
+        part, *place = entry
+        letter = "M" if part == "mass_matrix" else part
+        return f"{letter}[{', '.join(self.names[number] for number in place)}]"

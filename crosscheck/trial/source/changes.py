@@ -1,0 +1,263 @@
+"""Edits that change what stands there: a sign, a name, a factor's place, a statement."""
+
+from __future__ import annotations
+
+import ast
+import difflib
+import math
+from collections.abc import Iterator, Sequence
+from functools import cache
+from typing import TypeAlias
+
+from crosscheck.trial.source.site import (
+    Site,
+    get_sign,
+    is_matrix_product,
+    is_power,
+    is_product,
+    is_sum,
+    write_operand,
+)
+from crosscheck.trial.source.syntax import INDEX, LEAF, NUMBER, Kind
+
+OPPOSITE = {"+": "-", "-": "+"}
+TRIGONOMETRY = {"sin": "cos", "cos": "sin"}
+SIMPLE = ast.Assign | ast.AugAssign | ast.Expr
+UNITS = (1e3, 1e-3, 10.0, 0.1, math.pi / 180, 180 / math.pi)  # factors of a number of the code
+SIMILAR = 0.6  # of two names, by difflib's ratio
+SHORT = 2  # letters of names as formulas have them
+MATRIX_LENGTH = 3  # of a matrix's kind: the word, and two lengths
+Texts: TypeAlias = Iterator[str]
+
+
+def list_opposites(site: Site) -> Texts:
+    """The other sign of what has one."""
+    node = site.node
+    if is_sum(node):
+        other = OPPOSITE[get_sign(node.op)]
+        yield f"{write_operand(node.left)} {other} {write_operand(node.right)}"
+    if isinstance(node, ast.AugAssign) and get_sign(node.op) in OPPOSITE:
+        yield f"{ast.unparse(node.target)} {OPPOSITE[get_sign(node.op)]}= {ast.unparse(node.value)}"
+    if isinstance(node, ast.UnaryOp) and isinstance(node.op, ast.USub):
+        yield ast.unparse(node.operand)
+
+
+def list_negatives(site: Site, *, of_products: bool) -> Texts:
+    """A minus before a name or a function, or before a product or a whole sum."""
+    is_inner = isinstance(site.parent, ast.BinOp | ast.UnaryOp)
+    is_first = not is_inner or (site.name == "left" and is_sum(site.parent))
+    is_kind = isinstance(site.node, ast.BinOp) == of_products
+    if is_first and is_kind and site.is_value and not isinstance(site.node, ast.UnaryOp):
+        text = site.text if is_product(site.node) else write_operand(site.node)
+        yield from [] if text.startswith("-") else [f"-{text}"]
+
+
+def list_exchanges(site: Site, *, near: bool, written: bool) -> Texts:
+    """Another name, attribute or element of the same kind, or another object that has it."""
+    is_object = isinstance(site.node, ast.Name) and isinstance(site.parent, LEAF)
+    is_object = is_object and site.name == "value"
+    if not site.is_leaf and not is_object:
+        return
+    text = site.text
+    for other, kind in site.scope.list_leaves(written=written):
+        is_other = other != text and site.can_be(kind) and (other.isidentifier() or not is_object)
+        if is_other and near == _is_near(text, other, kind):
+            yield other
+
+
+@cache
+def _is_near(text: str, other: str, kind: Kind) -> bool:
+    """Whether somebody may take one for the other: few of a kind, or notations that are close."""
+    if kind != NUMBER:
+        return True
+    a, b = (ast.parse(each, mode="eval").body for each in (text, other))
+    if isinstance(a, ast.Attribute) and isinstance(b, ast.Attribute):
+        return a.attr == b.attr or ast.dump(a.value) == ast.dump(b.value)
+    if isinstance(a, ast.Subscript) and isinstance(b, ast.Subscript):
+        return ast.dump(a.value) == ast.dump(b.value) or ast.dump(a.slice) == ast.dump(b.slice)
+    is_short = max(len(text), len(other)) <= SHORT and (
+        text[0] == other[0] or text[1:] == other[1:]
+    )
+    return is_short or difflib.SequenceMatcher(None, text, other).ratio() > SIMILAR
+
+
+def list_cofunctions(site: Site) -> Texts:
+    """The cosine for the sine, and the sine for the cosine."""
+    *path, name = site.text.split(".") if site.name == "func" else ("",)
+    if name in TRIGONOMETRY:
+        yield ".".join([*path, TRIGONOMETRY[name]])
+
+
+def list_constants(site: Site) -> Texts:
+    """Another number for a number of the code, or the name of an index.
+
+    Of one with a fraction also in another unit.
+    """
+    value = site.node.value if isinstance(site.node, ast.Constant) else None
+    if not isinstance(value, int | float) or isinstance(value, bool):
+        return
+    others = [value + 1, value - 1, -value, 2 * value, value / 2, 0, 1, 2]
+    if isinstance(value, float):
+        others += [value * unit for unit in UNITS]
+    for other in dict.fromkeys(others):
+        is_whole = isinstance(value, int) and other == int(other)
+        if other != value and (is_whole or not site.is_index):
+            yield repr(int(other) if is_whole else float(other))
+    if site.is_index:
+        yield from (text for text, kind in site.scope.list_leaves(written=True) if kind == INDEX)
+
+
+def list_transposes(site: Site) -> Texts:
+    """A matrix turned over, or no longer."""
+    node, kind = site.node, site.kind
+    if isinstance(node, ast.Attribute) and node.attr == "T":
+        yield ast.unparse(node.value)
+    elif site.is_value and isinstance(node, LEAF | ast.Call):
+        is_matrix = kind is not None and len(kind) == MATRIX_LENGTH
+        if is_matrix or (kind is None and is_matrix_product(site.parent)):
+            yield f"{site.text}.T"
+
+
+def list_orders(site: Site) -> Texts:
+    """Factors, arguments, indices or the sides of a difference in another order."""
+    node = site.node
+    if isinstance(node, ast.BinOp) and isinstance(node.op, ast.MatMult | ast.Sub):
+        sign, right = get_sign(node.op), write_operand(node.right)
+        yield f"{right} {sign} {write_operand(node.left)}"
+        if is_matrix_product(node.left):  # the outer ones of three
+            yield f"{right} @ {write_operand(node.left.right)} @ {write_operand(node.left.left)}"
+    if isinstance(node, ast.Call):
+        args = [ast.unparse(each) for each in (*node.args, *node.keywords)]
+        for place in range(len(node.args) - 1):
+            swapped = [*args[:place], args[place + 1], args[place], *args[place + 2 :]]
+            yield f"{ast.unparse(node.func)}({', '.join(swapped)})"
+    if isinstance(node, ast.Tuple) and len(node.elts) == 2 and isinstance(node.ctx, ast.Load):
+        yield ", ".join(ast.unparse(each) for each in node.elts[::-1])
+
+
+def list_parentheses(site: Site) -> Texts:
+    """A sum with parentheses around more or less of it."""
+    node = site.node
+    if is_sum(node) and not is_sum(site.parent):
+        tokens = _split_formula(node)
+        for end in range(3, len(tokens) + 1, 2):
+            for begin in range(0, end - 2, 2):
+                inner = " ".join(tokens[begin:end])
+                yield " ".join([*tokens[:begin], f"({inner})", *tokens[end:]])
+    if is_product(node):
+        for several in (side for side in (node.left, node.right) if is_sum(side)):
+            left, right = (
+                ast.unparse(side) if side is several else write_operand(side)
+                for side in (node.left, node.right)
+            )
+            yield f"{left} {get_sign(node.op)} {right}"
+
+
+def _split_formula(node: ast.expr) -> list[str]:
+    """The factors and summands of a formula that need no parentheses, and the signs between."""
+    if not is_sum(node) and not is_product(node):
+        return [write_operand(node)]
+    is_open = is_sum(node) or not is_sum(node.left)
+    left = _split_formula(node.left) if is_open else [write_operand(node.left)]
+    is_open = is_sum(node) and is_product(node.right)
+    right = _split_formula(node.right) if is_open else [write_operand(node.right)]
+    return [*left, get_sign(node.op), *right]
+
+
+def list_multiples(site: Site) -> Texts:
+    """Twice and half of a whole term."""
+    if site.is_term and not is_sum(site.node):
+        yield f"2 * {write_operand(site.node) if is_power(site.node) else site.text}"
+        yield f"{site.text} / 2"
+
+
+def list_powers(site: Site) -> Texts:
+    """A square, or none."""
+    if is_power(site.node):
+        yield ast.unparse(site.node.left)
+    elif site.is_number and not is_power(site.parent):
+        yield f"{site.text} ** 2"
+
+
+def list_operands(site: Site) -> Texts:
+    """A summand or a factor less."""
+    node = site.node
+    if isinstance(node, ast.BinOp) and not is_power(node):
+        yield ast.unparse(node.left)
+        if not isinstance(node.op, ast.Div):
+            yield f"{'-' * isinstance(node.op, ast.Sub)}{write_operand(node.right)}"
+
+
+def list_steps(site: Site) -> Texts:
+    """An index or the end of a range one further, or one less, or the first."""
+    if site.is_leaf and site.is_index and site.kind == INDEX:
+        yield from (*(f"{site.text} {sign} 1" for sign in OPPOSITE), "0")
+
+
+def list_assignments(site: Site) -> Texts:
+    """A sum that goes on, or that begins anew."""
+    node = site.node
+    if isinstance(node, ast.Assign) and isinstance(node.targets[0], LEAF):
+        target, value = ast.unparse(node.targets[0]), ast.unparse(node.value)
+        yield from (f"{target} {sign}= {value}" for sign in OPPOSITE)
+    if isinstance(node, ast.AugAssign):
+        yield f"{ast.unparse(node.target)} = {ast.unparse(node.value)}"
+
+
+def list_neighbours(site: Site) -> Texts:
+    """The expression of the line, or of the element, before or after."""
+    row: Sequence[ast.AST | None] = ()
+    if isinstance(site.parent, ast.List | ast.Tuple) and site.index is not None:
+        row, place = site.parent.elts, site.index
+    elif site.name == "value" and id(site.parent) in site.tree.places:
+        above, name, index = site.tree.places[id(site.parent)]
+        if index is not None and isinstance(site.parent, SIMPLE):
+            row = [getattr(each, "value", None) for each in getattr(above, name)]
+            place = index
+    if row and isinstance(site.node, ast.BinOp | ast.Call | ast.List):
+        neighbours = (row[k] for k in (place - 1, place + 1) if 0 <= k < len(row))
+        yield from (ast.unparse(each) for each in neighbours if isinstance(each, ast.expr))
+
+
+def list_distributions(site: Site) -> Texts:
+    """A factor of each summand in place of one for a whole sum."""
+    node = site.node
+    if not is_product(node):
+        return
+    by = get_sign(node.op)
+    for whole, factor in ((node.left, node.right), (node.right, node.left)):
+        if not is_sum(whole) or not site.tree.is_leaf(factor):
+            continue
+        text, place = ast.unparse(factor), Site(site.tree, factor)
+        for other, kind in site.scope.list_leaves():
+            for pair in (
+                ((text, other), (other, text)) if place.can_be(kind) and other != text else ()
+            ):
+                left, right = (
+                    f"{write_operand(a)} {by} {b}"
+                    if whole is node.left
+                    else f"{b} {by} {write_operand(a)}"
+                    for a, b in zip((whole.left, whole.right), pair, strict=True)
+                )
+                yield f"{left} {get_sign(whole.op)} {right}"
+
+
+def list_inverses(site: Site) -> Texts:
+    """A quotient for a product, and a product or its inverse for a quotient."""
+    node = site.node
+    if isinstance(node, ast.BinOp) and isinstance(node.op, ast.Mult | ast.Div):
+        left, right = write_operand(node.left), write_operand(node.right)
+        yield f"{left} {'/' if isinstance(node.op, ast.Mult) else '*'} {right}"
+        if isinstance(node.op, ast.Div):
+            yield f"{right} / {left}"
+
+
+def list_repetitions(site: Site) -> Texts:
+    """A statement left out, twice, or with its mirror: the element across the diagonal."""
+    node, text = site.node, site.text
+    if isinstance(node, SIMPLE) and not isinstance(node.value, ast.Constant):
+        yield from ("pass", f"{text}\n{text}")
+        target = node.targets[0] if isinstance(node, ast.Assign) else None
+        if isinstance(target, ast.Subscript) and isinstance(target.slice, ast.Tuple):
+            mirror = ", ".join(ast.unparse(each) for each in target.slice.elts[::-1])
+            yield f"{text}\n{ast.unparse(target.value)}[{mirror}] = {ast.unparse(target)}"

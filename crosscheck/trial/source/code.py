@@ -1,0 +1,157 @@
+"""The source of a user's equations: its text, and how equations are taken from it anew."""
+
+from __future__ import annotations
+import __future__
+
+import ast
+import copy
+import functools
+import linecache
+import sys
+from collections.abc import Callable, Iterable, Mapping, Sequence
+from contextlib import suppress
+from dataclasses import dataclass, replace
+from pathlib import Path
+from types import FunctionType, ModuleType
+from typing import Any
+
+import crosscheck
+from crosscheck.trial.input.calls import TAKES
+from crosscheck.trial.input.equations import Equations
+
+MODULE = "_crosscheck_edited"  # name of modules that are made of edited source
+Names = Mapping[str, Any]
+
+
+@dataclass(frozen=True)
+class UserCode:
+    """The source of equations.
+
+    file: path of the file, or a notebook's name of a cell; statements: those that define the
+    equations, with all that they use in this file; names: what else they find defined; select:
+    takes, out of what they define, the object that the equations are made of.
+    """
+
+    file: str
+    text: str
+    statements: Sequence[ast.stmt]
+    names: Names
+    select: Callable[[Names], Any]
+
+    def compile(self, statement: ast.stmt) -> Any:
+        """The code object of a statement, which may be an edited one."""
+        flags = sum(
+            getattr(__future__, alias.name).compiler_flag
+            for each in self.statements
+            if isinstance(each, ast.ImportFrom) and each.module == "__future__"
+            for alias in each.names
+        )
+        return compile(ast.Module([statement], []), self.file, "exec", flags, dont_inherit=True)
+
+    def run(self, codes: Iterable[Any]) -> Any:
+        """The object that the equations are made of, by compiled statements in a fresh module."""
+        module = ModuleType(MODULE)
+        containers = (list, dict, set)
+        for name, value in self.names.items():
+            copied = copy.copy(value) if isinstance(value, containers) else value
+            setattr(module, name, copied)
+        module.__dict__.update(__name__=MODULE, __file__=self.file)
+        sys.modules[MODULE] = module  # dataclasses look their module up
+        for code in codes:
+            exec(code, module.__dict__)
+        return self.select(module.__dict__)
+
+
+def find_module_code(module: ModuleType, name: str) -> UserCode | None:
+    """The source of an object by its name in a module that was loaded; None without a file."""
+    file = getattr(module, "__file__", None) or ""
+
+    def select(defined: Names) -> Any:
+        first, *others = name.split(".")
+        return functools.reduce(getattr, others, defined[first])
+
+    return _read_code(file, {"__package__": module.__package__}, select, lambda statement: True)
+
+
+def find_code(equations: Equations) -> UserCode | None:
+    """The source of equations; None of a table, and of those that have none."""
+    if equations.table is not None:
+        return None
+    code = equations.find_code() if equations.find_code else find_object_code(equations)
+    package = Path(crosscheck.__file__).parent
+    return None if code is None or package in Path(code.file).parents else code
+
+
+def find_object_code(source: Any) -> UserCode | None:
+    """The source of a factory, or of Equations of plain functions; None where it has none.
+
+    Functions and classes of the file are defined anew; other names have the values that they have.
+    """
+    functions: Names = {"": source}
+    if isinstance(source, Equations):
+        given = {part: getattr(source, part) for part in TAKES}
+        functions = {part: each for part, each in given.items() if each is not None}
+    names, local_lines, files = dict[str, Any](), set[int](), set[str]()
+    for each in functions.values():
+        module = vars(sys.modules.get(getattr(each, "__module__", None) or "", ModuleType("")))
+        is_local = "<locals>" in getattr(each, "__qualname__", "<locals>")
+        if isinstance(each, type) and not is_local:
+            names |= module
+            files.add(module.get("__file__") or "")
+        elif isinstance(each, FunctionType):
+            names |= each.__globals__
+            files.add(each.__code__.co_filename)
+            if is_local:
+                names |= _read_closure(each)
+                local_lines.add(each.__code__.co_firstlineno)
+        else:
+            return None
+    if len(files) > 1:
+        return None
+
+    def select(defined: Names) -> Any:
+        made = {part: defined[each.__name__] for part, each in functions.items()}
+        return replace(source, **made) if isinstance(source, Equations) else made[""]
+
+    def is_definition(statement: ast.stmt) -> bool:
+        return isinstance(statement, ast.FunctionDef | ast.ClassDef)
+
+    return _read_code(files.pop(), names, select, is_definition, local_lines)
+
+
+def _read_closure(function: FunctionType) -> dict[str, Any]:
+    """What a local function finds defined in the functions around it."""
+    values = {}
+    for name, cell in zip(function.__code__.co_freevars, function.__closure__ or (), strict=True):
+        with suppress(ValueError):  # not assigned yet
+            values[name] = cell.cell_contents
+    return values
+
+
+def _read_code(
+    file: str,
+    names: Names,
+    select: Callable[[Names], Any],
+    is_needed: Callable[[ast.stmt], bool],
+    local_lines: Iterable[int] = (),
+) -> UserCode | None:
+    """The source of a file, with its statements at the top and local functions at these lines."""
+    text = "".join(linecache.getlines(file))
+    try:
+        tree = ast.parse(text)
+    except (SyntaxError, ValueError):  # a notebook's own commands
+        return None
+    statements = [statement for statement in tree.body if is_needed(statement)]
+    for line in sorted(local_lines):
+        at_line = [
+            n for n in ast.walk(tree) if isinstance(n, ast.FunctionDef) and _first(n) == line
+        ]
+        if not at_line:
+            return None
+        statements += at_line
+    return UserCode(file, text, statements, names, select) if statements else None
+
+
+def _first(node: ast.FunctionDef) -> int:
+    """The line at which a function begins, its decorators counted."""
+    return min([node.lineno, *(each.lineno for each in node.decorator_list)])

@@ -1,0 +1,121 @@
+"""The kinds of edits of a source, each with its likelihood: what people write for what is right."""
+
+from __future__ import annotations
+
+import ast
+from collections.abc import Callable, Iterator
+from functools import partial
+from typing import NamedTuple
+
+from crosscheck.trial.source.additions import (
+    list_arguments,
+    list_further_cross_products,
+    list_further_factors,
+    list_further_matrices,
+    list_further_statements,
+    list_further_summands,
+)
+from crosscheck.trial.source.changes import (
+    Texts,
+    list_assignments,
+    list_cofunctions,
+    list_constants,
+    list_distributions,
+    list_exchanges,
+    list_inverses,
+    list_multiples,
+    list_negatives,
+    list_neighbours,
+    list_operands,
+    list_opposites,
+    list_orders,
+    list_parentheses,
+    list_powers,
+    list_repetitions,
+    list_steps,
+    list_transposes,
+)
+from crosscheck.trial.source.site import Site
+from crosscheck.trial.source.syntax import SourceTree
+
+
+class Edit(NamedTuple):
+    """An edit: other text in the place of a node.
+
+    likelihood: rank of its kind, 1 of the likeliest, and the kind's place among all.
+    """
+
+    likelihood: tuple[int, int]
+    node: ast.expr | ast.stmt
+    text: str
+
+    @property
+    def rank(self) -> int:
+        """Rank of the kind."""
+        return self.likelihood[0]
+
+    def parse(self) -> ast.expr | ast.stmt:
+        """The other node; of several statements one that holds them. Raises SyntaxError."""
+        if isinstance(self.node, ast.expr):
+            other: ast.expr | ast.stmt = ast.parse(self.text, mode="eval").body
+        else:
+            body = ast.parse(self.text).body
+            other = body[0] if len(body) == 1 else ast.If(ast.Constant(True), body, [])
+        return ast.fix_missing_locations(other)
+
+
+class EditKind(NamedTuple):
+    """A kind of edits: rank, from 1 of the likeliest, and the texts that may stand at a site."""
+
+    rank: int
+    list_texts: Callable[[Site], Texts]
+
+
+# What is a sign or a letter away is likelier than what needs a new expression, which also fits more
+# often by chance; what makes something of one statement before what may make it of any.
+KINDS = (
+    EditKind(1, list_opposites),
+    EditKind(1, partial(list_negatives, of_products=False)),
+    EditKind(1, partial(list_negatives, of_products=True)),
+    EditKind(2, partial(list_exchanges, near=True, written=True)),
+    EditKind(2, list_cofunctions),
+    EditKind(2, list_operands),
+    EditKind(2, list_powers),
+    EditKind(2, list_constants),
+    EditKind(2, list_transposes),
+    EditKind(2, list_orders),
+    EditKind(2, list_parentheses),
+    EditKind(2, list_multiples),
+    EditKind(2, list_steps),
+    EditKind(2, list_assignments),
+    EditKind(3, partial(list_exchanges, near=True, written=False)),
+    EditKind(3, partial(list_exchanges, near=False, written=True)),
+    EditKind(3, list_neighbours),
+    EditKind(3, list_distributions),
+    EditKind(3, list_inverses),
+    EditKind(3, list_repetitions),
+    EditKind(4, partial(list_exchanges, near=False, written=False)),
+    EditKind(4, list_arguments),
+    EditKind(4, partial(list_further_statements, adding=False)),
+    EditKind(4, partial(list_further_factors, written=True)),
+    EditKind(4, list_further_matrices),
+    EditKind(5, partial(list_further_summands, outer=True)),
+    EditKind(5, partial(list_further_cross_products, of_products=True)),
+    EditKind(5, partial(list_further_factors, written=False)),
+    EditKind(5, partial(list_further_summands, outer=True, written=False)),
+    EditKind(5, partial(list_further_statements, adding=True)),
+    EditKind(6, partial(list_further_summands, outer=False)),
+    EditKind(6, partial(list_further_cross_products, of_products=False)),
+)
+RANKS = sorted({kind.rank for kind in KINDS})
+
+
+def list_edits(tree: SourceTree, rank: int) -> Iterator[Edit]:
+    """The edits of a rank of what ran, the likelier kinds first."""
+    sites = [Site(tree, node) for node in tree.list_nodes()]
+    for place, kind in enumerate(KINDS):
+        if kind.rank == rank:
+            for site in sites:
+                if isinstance(site.node, ast.expr | ast.stmt):
+                    for text in kind.list_texts(site):
+                        yield Edit((rank, place), site.node, text)

@@ -1,0 +1,245 @@
+"""Smallest edits of a user's source that make all parts right: which are tried, in what order.
+
+Idea: wrong equations are mostly one expression away from right ones. So expressions are replaced
+one at a time by what somebody may have meant, and each edited source is judged as the user's own:
+by the right values of its parts. Difficulty: there are tens of thousands of such edits, and where
+numbers are equal (a length of 1 m, a zero offset) wrong edits fit by chance. Remedy: the likely
+kinds come first, and the search ends with the rank that has an answer; a part that is wrong is
+asked at one state before all else is asked; and what fits must fit at all states and on another
+mechanism of the same structure, whose numbers are unequal.
+"""
+
+from __future__ import annotations
+
+import ast
+import time
+from collections.abc import Callable, Iterable, Sequence
+from dataclasses import dataclass
+from functools import partial
+from itertools import combinations, count
+from operator import attrgetter
+from typing import NamedTuple
+
+from crosscheck.runner.outcomes import Failure, SelfKeyedTask
+from crosscheck.runner.progress_update import ProgressCallback, ProgressUpdate
+from crosscheck.runner.workers import Workers
+from crosscheck.trial.source.answer_key import AnswerKey
+from crosscheck.trial.source.code import UserCode
+from crosscheck.trial.source.edits import RANKS, Edit, list_edits
+from crosscheck.trial.source.judge import SourceJudge, Wrong
+from crosscheck.trial.source.sandbox import enter_sandbox
+from crosscheck.trial.source.source_edit import SourceAnswer, SourceEdit, describe_edit
+from crosscheck.trial.source.syntax import SourceTree
+
+BUDGET_S = 10.0  # [s] of processor time, of a whole search
+CLOSING_S = 20  # [s] beyond it, after which the process is ended
+MOST_ALTERNATIVES = 2
+MOST_INCOMPLETE = 12  # edits that mend some entries, of which pairs are tried
+MakeAnswerKeys = Callable[[], Iterable[AnswerKey]]
+
+
+class MendingEdit(NamedTuple):
+    """An edit that mends entries at a level and makes none wrong; wrong: those that stay so."""
+
+    edit: Edit
+    level: str
+    wrong: Wrong
+
+    @property
+    def badness(self) -> tuple[int, tuple[int, int]]:
+        """By which the best comes first: how much stays wrong, how unlikely the edit is."""
+        return len(self.wrong), self.edit.likelihood
+
+
+class EditSearch:
+    """The search of one source for edits that make it right, rank by rank.
+
+    It is made in a worker, which it confines. Raises whatever the code raises as it is.
+    """
+
+    def __init__(self, code: UserCode, answer_keys: Sequence[AnswerKey]) -> None:
+        enter_sandbox(int(BUDGET_S) + CLOSING_S)
+        self.begun_s = time.process_time()
+        self.code, self.judge, self.tree = code, SourceJudge(code, answer_keys), SourceTree(code)
+        self.texts = {(each.lineno, ast.unparse(each)) for each in self.tree.list_statements()}
+        self.mending = list[MendingEdit]()
+        parts = list(self.judge.states)
+        # Lines that the first wrong part runs: an edit elsewhere does not make all right.
+        self.first_lines = self.tree.observe(partial(self.judge.ask, parts[:1]))
+        self.tree.observe(partial(self.judge.ask, parts))
+
+    @property
+    def answers(self) -> list[MendingEdit]:
+        """The edits that make all right, the likeliest first."""
+        return sorted((each for each in self.mending if not each.wrong), key=get_badness)
+
+    @property
+    def is_spent(self) -> bool:
+        """Whether there is nothing to mend, or no time left."""
+        return not self.judge.states or time.process_time() - self.begun_s > BUDGET_S
+
+    def try_rank(self, rank: int) -> None:
+        """Try the edits of a rank, within the budget.
+
+        Those that cannot mend all that is wrong, as they leave one wrong part as it is, come last,
+        and only where no other edit does.
+        """
+        elsewhere = list[Edit]()
+        for edit in list_edits(self.tree, rank) if self.judge.states else ():
+            if self.tree.has_run(edit.node, self.first_lines):
+                self._try_edit(edit)
+            else:
+                elsewhere.append(edit)
+        for edit in elsewhere if not self.answers else ():
+            self._try_edit(edit)
+
+    def _try_edit(self, edit: Edit) -> None:
+        mending = None if self.is_spent else self._judge([edit])
+        if mending is not None:
+            self.mending.append(mending)
+
+    def _judge(self, edits: Sequence[Edit]) -> MendingEdit | None:
+        """What edits mend together; None where that is nothing, and where they do not work."""
+        try:
+            for edit in edits:
+                self.tree.put(edit.node, edit.parse())
+            if len(edits) == 1 and not self._is_new(edits[0]):
+                return None
+            compiled = list(self.judge.compiled)
+            for edit in edits:
+                number = self.tree.statements[id(edit.node)]
+                compiled[number] = self.code.compile(self.code.statements[number])
+            mended = self.judge.find_mended(compiled)
+        except BaseException:  # whatever an edit leads to, it is none that mends
+            return None
+        finally:
+            for edit in edits:
+                self.tree.put(edit.node, edit.node)
+        by_level = (MendingEdit(edits[0], level, wrong) for level, wrong in mended.items())
+        return min(by_level, key=get_badness, default=None)
+
+    def _is_new(self, edit: Edit) -> bool:
+        """Whether no other edit has made the same text of the statement."""
+        statement, count = self.tree.statement(edit.node), len(self.texts)
+        text = edit.text if statement is edit.node else ast.unparse(statement)
+        self.texts.add((statement.lineno, text))
+        return len(self.texts) > count
+
+    def _find_pair(self) -> list[MendingEdit]:
+        """Two edits that together make all right, each of which mends what the other does not."""
+        for pair in combinations(sorted(self.mending, key=get_badness)[:MOST_INCOMPLETE], 2):
+            statements = {id(self.tree.statement(each.edit.node)) for each in pair}
+            if len(statements) > 1 and not pair[0].wrong & pair[1].wrong:
+                both = self._judge([each.edit for each in pair])
+                if both is not None and not both.wrong:
+                    return sorted(pair, key=lambda each: each.edit.node.lineno)
+        return []
+
+    def find_answer(self) -> SourceAnswer | None:
+        """The answer so far; None where no edit mends anything that says much."""
+        is_unequal = self.judge.is_unequal
+        if edits := self.answers:
+            # On unequal numbers all right edits of a statement say the same.
+            edits = self._select_by_statement(edits) if is_unequal else edits
+            return self._make_answer(edits, is_unequal)
+        if pair := self._find_pair():
+            return SourceAnswer(tuple(map(self._describe, pair)), is_unequal=is_unequal)
+        right_here = [each for each in self.mending if all(number for number, _ in each.wrong)]
+        telling = right_here or [each for each in self.mending if self._mends_much(each)]
+        best = sorted(telling, key=get_badness)[: None if right_here else 1]
+        return self._make_answer(best, is_unequal and not right_here)
+
+    def _make_answer(self, edits: Sequence[MendingEdit], is_unequal: bool) -> SourceAnswer | None:
+        """The first edit as an answer, others as alternatives; None without any."""
+        if not edits:
+            return None
+        first, *others = edits
+        return SourceAnswer(
+            (self._describe(first),),
+            tuple(map(self._describe, others[:MOST_ALTERNATIVES])),
+            self.judge.format_entries(frozenset((n, e) for n, e in first.wrong if not n)),
+            "" if first.level == self.judge.level else first.level,
+            is_unequal,
+        )
+
+    def _select_by_statement(self, edits: Sequence[MendingEdit]) -> list[MendingEdit]:
+        """The first edit of each statement."""
+        selected: dict[int, MendingEdit] = {}
+        for each in edits:
+            selected.setdefault(id(self.tree.statement(each.edit.node)), each)
+        return list(selected.values())
+
+    def _mends_much(self, mending: MendingEdit) -> bool:
+        """Whether a whole part is mended, or half of all: single entries may be so by chance."""
+        parts = {part for _, (part, *_) in mending.wrong}
+        most = len(self.judge.wrong[mending.level]) / 2
+        return parts < set(self.judge.states) or len(mending.wrong) <= most
+
+    def _describe(self, mending: MendingEdit) -> SourceEdit:
+        mended = self.judge.wrong[mending.level] - mending.wrong
+        return describe_edit(self.tree, mending.edit, self.judge.format_entries(mended))
+
+
+get_badness = attrgetter("badness")
+
+
+class RankOutcome(NamedTuple):
+    """The answer after a rank, if there is one, and whether the search is over."""
+
+    answer: SourceAnswer | None
+    is_over: bool
+
+
+# Sources and what makes their answer keys, by the number of a search: workers know them that are
+# forked then. And the searches of this process, if it is such a worker.
+_requests: dict[int, tuple[UserCode, MakeAnswerKeys]] = {}
+_searches: dict[int, EditSearch] = {}
+_numbers = count()
+
+
+@dataclass(frozen=True)
+class RankTask(SelfKeyedTask):
+    """The task of trying all edits of a rank, in the worker that tried those before."""
+
+    search: int
+    rank: int
+    cost = BUDGET_S
+
+    def perform(self) -> RankOutcome:
+        """The outcome. Raises what the code raises as it is."""
+        if self.search not in _searches:
+            code, make_answer_keys = _requests[self.search]
+            _searches[self.search] = EditSearch(code, list(make_answer_keys()))
+        search = _searches[self.search]
+        search.try_rank(self.rank)
+        answer = search.find_answer()
+        is_over = (
+            answer is not None and not answer.wrong and answer.is_unequal == search.judge.is_unequal
+        )
+        return RankOutcome(answer, is_over or search.is_spent)
+
+
+def find_source_answer(
+    code: UserCode, make_answer_keys: MakeAnswerKeys, progress: ProgressCallback
+) -> SourceAnswer | None:
+    """What must change in a source, if a small edit makes it right, or some of its entries.
+
+    make_answer_keys: what it must answer, on the user's mechanism first; called in a worker. No
+    file is written, and the code runs in that worker alone.
+    """
+    number, answer = next(_numbers), None
+    _requests[number] = code, make_answer_keys
+    try:
+        with Workers(1) as workers:
+            for rank in RANKS:
+                progress(ProgressUpdate("looking for the line that must change"))
+                task = RankTask(number, rank)
+                outcome = workers.perform([task], lambda key: None)[task]
+                if isinstance(outcome, Failure):  # the code ended the worker, or raises as it is
+                    break
+                answer = outcome.answer
+                if outcome.is_over:
+                    break
+    finally:
+        del _requests[number]
+    return answer

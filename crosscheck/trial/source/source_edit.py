@@ -1,0 +1,140 @@
+"""An edit of a user's source as a record, and the sentence on it."""
+
+from __future__ import annotations
+
+import ast
+from collections.abc import Iterator, Sequence
+from dataclasses import dataclass
+from pathlib import Path
+
+from crosscheck.trial.source.edits import Edit
+from crosscheck.trial.source.syntax import SourceTree
+
+MOST_NAMED = 4  # entries of a sentence
+
+
+@dataclass(frozen=True)
+class SourceEdit:
+    """A change of one expression or statement of a user's source that mends entries.
+
+    Args:
+        file: Name of the file.
+        line: Number of the line at which the expression begins.
+        old: Text of the expression or statement, as it stands there.
+        new: Text that should stand there, '' for none; or what should follow it.
+        start: Text of the lines before the change.
+        removed: Text that the change removes, '' where it adds alone.
+        added: Text in its place.
+        end: Text of the lines behind it.
+        entries: The wrong entries that it mends, in words.
+        rank: Likelihood of edits of this kind: 1 of the likeliest.
+    """
+
+    file: str
+    line: int
+    old: str
+    new: str
+    start: str
+    removed: str
+    added: str
+    end: str
+    entries: tuple[str, ...]
+    rank: int
+
+    @property
+    def place(self) -> str:
+        """File and line, as editors and compilers write them."""
+        return f"{self.file}:{self.line}"
+
+    @property
+    def remedy(self) -> str:
+        """What must be done, in words."""
+        if not self.new:
+            return f"{self.old} should be left out"
+        if not self.removed:
+            return f"{self.new} should follow {self.old}"
+        return f"{self.old} should be {self.new}"
+
+
+@dataclass(frozen=True)
+class SourceAnswer:
+    """What must change in a user's source.
+
+    Args:
+        edits: The changes, of which several are made together, in the order of the file.
+        alternatives: Other single changes that do the same.
+        wrong: Entries that stay wrong, in words; none of a whole answer.
+        level: The rigid level that all agrees with, where it is not the one that the trial names.
+        is_unequal: Whether it was judged on a mechanism of unequal numbers too.
+    """
+
+    edits: tuple[SourceEdit, ...]
+    alternatives: tuple[SourceEdit, ...] = ()
+    wrong: tuple[str, ...] = ()
+    level: str = ""
+    is_unequal: bool = True
+
+    @property
+    def sentences(self) -> Iterator[str]:
+        """What must change, and what agrees then; alternatives, and how far it was judged."""
+        changes = ", and ".join(f"{each.place}: {each.remedy}" for each in self.edits)
+        entries = [name for each in self.edits for name in each.entries]
+        agree = f"then {_list_names(entries)} {'agrees' if len(entries) == 1 else 'agree'}"
+        if self.wrong:
+            stays = "stays" if len(self.wrong) == 1 else "stay"
+            yield f"{changes}; {agree}, while {_list_names(self.wrong)} {stays} wrong"
+        else:
+            yield f"{changes}; then all parts agree{f' with {self.level}' * bool(self.level)}"
+        if self.alternatives:
+            listed = "; or ".join(f"{each.place}, {each.remedy}" for each in self.alternatives)
+            yield f"the same by another edit: {listed}"
+        if not self.is_unequal:
+            yield "judged with these numbers alone: other errors may look the same"
+
+
+def _list_names(names: Sequence[str]) -> str:
+    rest = len(names) - MOST_NAMED
+    return ", ".join(names[:MOST_NAMED]) + (f" and {rest} more" if rest > 0 else "")
+
+
+def describe_edit(tree: SourceTree, edit: Edit, entries: tuple[str, ...]) -> SourceEdit:
+    """The record of an edit that mends these entries."""
+    node, other, lines = edit.node, edit.parse(), tree.code.text.splitlines()
+    file, line, last = Path(tree.code.file).name, node.lineno, node.end_lineno or node.lineno
+    before = "\n".join(lines[line - 1 : last])
+    if isinstance(node, ast.stmt) and not isinstance(other, ast.Assign | ast.AugAssign):
+        old, pieces = before.strip(), ("", before, "", "")
+        new = ast.unparse(other.body[1]) if isinstance(other, ast.If) else ""
+        if new:
+            indent = before[: len(before) - len(before.lstrip())]
+            pieces = f"{before}\n", "", f"{indent}{new}", ""
+        return SourceEdit(file, line, old, new, *pieces, entries, edit.rank)
+    start = lines[line - 1].encode()[: node.col_offset].decode()
+    end = lines[last - 1].encode()[node.end_col_offset :].decode()
+    around = tree.parent(node)
+    new, whole = ast.unparse(other), _write_edited(tree, edit, around)
+    # Python says where parentheses are needed; those that are there already stay.
+    is_bare = not (start.rstrip().endswith("(") and end.lstrip().startswith(")"))
+    is_inner = isinstance(around, ast.expr) and f"({new})" in whole and is_bare
+    removed = ast.get_source_segment(tree.code.text, node) or ""
+    pieces = start, removed, f"({new})" if is_inner else new, end
+    old, outer = _read_text(tree, node), node
+    while before.count(old) > 1 and isinstance(around, ast.expr):  # else nobody knows which
+        old, new, outer = _read_text(tree, around), _write_edited(tree, edit, around), around
+        around = tree.parent(around)
+    return SourceEdit(file, outer.lineno, old, new, *pieces, entries, edit.rank)
+
+
+def _write_edited(tree: SourceTree, edit: Edit, around: ast.AST | None) -> str:
+    """What Python writes for a node with an edit inside."""
+    if around is None:
+        return ""
+    tree.put(edit.node, edit.parse())
+    text = ast.unparse(around)
+    tree.put(edit.node, edit.node)
+    return text
+
+
+def _read_text(tree: SourceTree, node: ast.AST) -> str:
+    """The text of a node as it stands in the source, on one line."""
+    return " ".join((ast.get_source_segment(tree.code.text, node) or "").split())

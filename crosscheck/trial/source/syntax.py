@@ -1,0 +1,285 @@
+"""A user's source as a tree, and what its expressions were while it ran."""
+
+from __future__ import annotations
+
+import ast
+import sys
+from collections.abc import Callable, Iterable, Iterator
+from dataclasses import dataclass, field
+from types import CodeType, FrameType
+from typing import Any, TypeAlias, cast
+
+import numpy as np
+
+from crosscheck.trial.source.code import UserCode
+
+Kind: TypeAlias = tuple[Any, ...]  # ("int",), ("number",), ("array", *shape) or (class,)
+INDEX, NUMBER = ("int",), ("number",)
+MOST_ELEMENTS = 8  # of a list whose elements stand for each other
+MOST_UNWRITTEN = 80  # elements and attributes of a function's objects that its text does not name
+LEAF = ast.Name | ast.Attribute | ast.Subscript
+FUNCTION = ast.FunctionDef | ast.Lambda
+
+
+@dataclass(eq=False)
+class Scope:
+    """A function of the source, or all of it: what its names, attributes and elements are.
+
+    kinds: by text, of what the code names there; unwritten: of more that it could name there;
+    values: of its names, at the end of its first call.
+    """
+
+    node: ast.AST
+    around: Scope | None
+    kinds: dict[str, Kind] = field(default_factory=dict)
+    unwritten: dict[str, Kind] = field(default_factory=dict)
+    nodes: list[ast.AST] = field(default_factory=list)
+    values: dict[str, Any] = field(default_factory=dict)
+
+    def kind(self, text: str) -> Kind | None:
+        """The kind of what a text names here; None where that is unknown."""
+        here = self.kinds.get(text) or self.unwritten.get(text)
+        return here or (self.around.kind(text) if self.around else None)
+
+    def list_values(self) -> dict[str, Any]:
+        """The values of all names that a function has or could take from those around it."""
+        return {**(self.around.list_values() if self.around else {}), **self.values}
+
+    def list_leaves(self, *, written: bool | None = None) -> Iterator[tuple[str, Kind]]:
+        """Text and kind of all that can stand here, once: what the code names there, or not."""
+        listed, scope = dict[str, tuple[Kind, bool]](), cast("Scope | None", self)
+        while scope is not None:
+            for is_written, kinds in ((True, scope.kinds), (False, scope.unwritten)):
+                for text, kind in kinds.items():
+                    listed.setdefault(text, (kind, is_written))
+            scope = scope.around
+        for text, (kind, is_written) in listed.items():
+            if written in (None, is_written):
+                yield text, kind
+
+
+class SourceTree:
+    """The statements of a user's code with the place of each node, and what ran.
+
+    lines: numbers of those that have run.
+    """
+
+    def __init__(self, code: UserCode) -> None:
+        self.code = code
+        self.places: dict[int, tuple[Any, str, int | None]] = {}
+        self.scopes: dict[int, Scope] = {}
+        self.statements: dict[int, int] = {}
+        self.lines = set[int]()
+        top = Scope(ast.Module([], []), None)
+        for number, statement in enumerate(code.statements):
+            self.scopes[id(statement)], self.statements[id(statement)] = top, number
+            self._place(statement, top, number)
+
+    def _place(self, node: ast.AST, scope: Scope, number: int) -> None:
+        scope.nodes.append(node)
+        inner = Scope(node, scope) if isinstance(node, FUNCTION) else scope
+        for name, value in ast.iter_fields(node):
+            for index, child in enumerate(value) if isinstance(value, list) else [(None, value)]:
+                if isinstance(child, ast.AST):
+                    self.places[id(child)] = node, name, index
+                    self.scopes[id(child)], self.statements[id(child)] = inner, number
+                    self._place(child, inner, number)
+
+    def parent(self, node: ast.AST) -> ast.AST | None:
+        """The node around a node; None of a statement at the top."""
+        place = self.places.get(id(node))
+        return place and place[0]
+
+    def put(self, node: ast.AST, other: ast.AST) -> None:
+        """Let another node stand in the place of a node; the same with both undoes it."""
+        parent, name, index = self.places[id(node)]
+        if index is None:
+            setattr(parent, name, other)
+        else:
+            getattr(parent, name)[index] = other
+
+    def list_nodes(self) -> Iterator[ast.AST]:
+        """The expressions and statements that ran, but for statements at the top."""
+        for scope in dict.fromkeys(self.scopes.values()):
+            for node in scope.nodes:
+                if id(node) in self.places and self.has_run(node, self.lines):
+                    yield node
+
+    def list_statements(self) -> Iterator[ast.stmt]:
+        """All statements."""
+        for scope in dict.fromkeys(self.scopes.values()):
+            yield from (node for node in scope.nodes if isinstance(node, ast.stmt))
+
+    def statement(self, node: ast.AST) -> ast.stmt:
+        """The innermost statement that a node is in, or is."""
+        while not isinstance(node, ast.stmt):
+            node = self.places[id(node)][0]
+        return node
+
+    def has_run(self, node: ast.AST, lines: set[int]) -> bool:
+        """Whether the statement of a node is among lines that ran."""
+        around = self.statement(node)
+        last = around.lineno if hasattr(around, "body") else around.end_lineno or around.lineno
+        line = getattr(node, "lineno", around.lineno)
+        return line in lines or not lines.isdisjoint(range(around.lineno, last + 1))
+
+    def is_leaf(self, node: ast.AST) -> bool:
+        """Whether a node is a whole name, attribute or element that is read, and is not called."""
+        if not isinstance(node, LEAF) or not isinstance(node.ctx, ast.Load):
+            return False
+        parent, name, _ = self.places[id(node)]
+        return not (isinstance(parent, LEAF) and name == "value") and name not in (
+            "func",
+            "annotation",
+        )
+
+    def kind(self, node: ast.AST) -> Kind | None:
+        """The kind of an expression, as far as its text or its operands show it."""
+        scope = self.scopes[id(node)]
+        if isinstance(node, LEAF):
+            return scope.kind(ast.unparse(node))
+        if isinstance(node, ast.Constant):
+            return find_kind(node.value)
+        if isinstance(node, ast.UnaryOp):
+            return self.kind(node.operand)
+        if isinstance(node, ast.BinOp):
+            left, right = self.kind(node.left), self.kind(node.right)
+            if isinstance(node.op, ast.MatMult):
+                shape = (*(left or ())[1:-1], *(right or ())[2:])
+                return None if None in (left, right) else ("array", *shape) if shape else NUMBER
+            if left is None or right is None:
+                return None
+            return next((each for each in (left, right) if each[0] == "array"), NUMBER)
+        if isinstance(node, ast.Call) and isinstance(node.func, ast.Attribute | ast.Name):
+            name = node.func.attr if isinstance(node.func, ast.Attribute) else node.func.id
+            if name in ("cos", "sin", "cross", "sqrt") and node.args:
+                return self.kind(node.args[0])
+        return None
+
+    def observe(self, run: Callable[[], object]) -> set[int]:
+        """See what all names are while equations are made and asked: the lines that run."""
+        lines = set[int]()
+        leaves: dict[int, dict[str, CodeType]] = {}
+        indices: dict[int, set[str]] = {}
+        by_name, by_line = dict[tuple[int, str], Scope](), dict[int, Scope]()
+        top = self.scopes[id(self.code.statements[0])]
+        every = dict.fromkeys([top, *self.scopes.values()])
+        for scope in every:
+            written = dict.fromkeys(filter(None, map(_write_leaf, scope.nodes)))
+            leaves[id(scope)] = {text: compile(text, "leaf", "eval") for text in written}
+            subscripts = (node for node in scope.nodes if isinstance(node, ast.Subscript))
+            indices[id(scope)] = {
+                ast.unparse(node.slice)
+                for node in subscripts
+                if isinstance(node.slice, ast.Name | ast.Constant | ast.BinOp)
+                and not _has_call(node.slice)
+            }
+            if isinstance(scope.node, FUNCTION):
+                name = getattr(scope.node, "name", "<lambda>")
+                decorators = getattr(scope.node, "decorator_list", [])
+                first = min([scope.node.lineno, *(each.lineno for each in decorators)])
+                by_name[first, name] = scope
+                for line in range(first, (scope.node.end_lineno or first) + 1):
+                    by_line[line] = scope  # inner functions come later
+
+        texts = (text for each in leaves.values() for text in each if not text.isidentifier())
+        elsewhere = dict.fromkeys(texts)  # names of other functions, if they mean something here
+
+        def look(frame: FrameType, event: str, argument: object) -> Any:
+            if frame.f_code.co_filename != self.code.file:
+                return None
+            lines.add(frame.f_lineno)
+            if event == "return":
+                first, name = frame.f_code.co_firstlineno, frame.f_code.co_name
+                around = top if name == "<module>" else by_line.get(first, top)
+                scope = by_name.get((first, name), around)
+                unwritten = [*elsewhere, *_list_unwritten(frame, indices[id(scope)])]
+                _record_kinds(scope, frame, leaves[id(scope)], unwritten)
+            return look
+
+        sys.settrace(look)
+        try:
+            run()
+        finally:
+            sys.settrace(None)
+        self.lines |= lines
+        return lines
+
+
+def _write_leaf(node: ast.AST) -> str:
+    """The text of a name, attribute or element; '' of what is none, or would call something.
+
+    A name counts also where nothing reads it, since it may be that what was forgotten.
+    """
+    if isinstance(node, ast.arg):
+        return node.arg
+    if not isinstance(node, LEAF) or _has_call(node):
+        return ""
+    is_read = isinstance(node, ast.Name) or isinstance(node.ctx, ast.Load)
+    return ast.unparse(node) if is_read else ""
+
+
+def _has_call(node: ast.AST) -> bool:
+    return any(isinstance(each, ast.Call) for each in ast.walk(node))
+
+
+def _record_kinds(
+    scope: Scope, frame: FrameType, leaves: dict[str, CodeType], unwritten: Iterable[str]
+) -> None:
+    """Record what names are as a function returns."""
+    for text, code in leaves.items():
+        if text not in scope.kinds:
+            kind = _try_kind(code, frame, frame.f_locals)
+            if kind is not None:
+                scope.kinds[text] = kind
+    if scope.values:  # of an earlier call
+        return
+    scope.values = dict(frame.f_locals)
+    for text in unwritten:
+        if len(scope.unwritten) >= MOST_UNWRITTEN:
+            return
+        if text not in scope.kinds and text not in scope.unwritten:
+            kind = _try_kind(compile(text, "leaf", "eval"), frame, scope.list_values())
+            if kind is not None and kind[0] in ("int", "number", "array"):
+                scope.unwritten[text] = kind
+
+
+def _try_kind(code: CodeType, frame: FrameType, values: dict[str, Any]) -> Kind | None:
+    try:
+        return find_kind(eval(code, frame.f_globals, values))
+    except Exception:  # a name that has no value there
+        return None
+
+
+def _list_unwritten(frame: FrameType, indices: set[str]) -> Iterator[str]:
+    """Elements and attributes of a function's objects, in its own notation of indices."""
+    if frame.f_code.co_name == "<module>":
+        return
+    for name, value in list(frame.f_locals.items()):
+        if isinstance(value, list | tuple | np.ndarray) and 0 < len(value) <= MOST_ELEMENTS:
+            yield from (f"{name}[{index}]" for index in sorted(indices))
+        elif hasattr(value, "__dict__") and not callable(value):
+            names = {*vars(value), *(n for n, v in vars(type(value)).items() if hasattr(v, "fget"))}
+            yield from (
+                f"{name}.{each}" for each in sorted(names) if not each.startswith(("_", "model_"))
+            )
+
+
+def find_kind(value: Any) -> Kind | None:
+    """The kind of a value; None of one that no other stands for."""
+    if hasattr(value, "free_symbols") and not hasattr(value, "shape"):
+        return NUMBER  # sympy's symbols can be called
+    if isinstance(value, bool | str | bytes) or value is None or callable(value):
+        return None
+    shape = getattr(value, "shape", None)
+    if isinstance(shape, tuple) and shape:
+        return ("array", *shape)
+    if isinstance(shape, tuple) and isinstance(value, np.ndarray):
+        return NUMBER
+    if isinstance(value, int | np.integer):
+        return INDEX
+    if isinstance(value, float | np.floating):
+        return NUMBER
+    if isinstance(value, type(sys)):
+        return None
+    return (type(value),)

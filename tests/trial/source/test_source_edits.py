@@ -1,0 +1,206 @@
+"""Which edit of a source a search finds: one of every kind, two together, or none."""
+
+import sys
+from pathlib import Path
+from types import SimpleNamespace
+
+import numpy as np
+import pytest
+
+from crosscheck.runner.progress_update import ignore_progress
+from crosscheck.trial.input.loading import find_named_code, import_object
+from crosscheck.trial.source.answer_key import AnswerKey, LevelAnswers
+from crosscheck.trial.source.code import MODULE, UserCode
+from crosscheck.trial.source.search import find_source_answer
+from crosscheck.trial.source.source_edit import SourceAnswer
+from crosscheck.trial.source.syntax import SourceTree
+
+CODE = """
+import numpy as np
+
+class Body:
+    def __init__(self, mass, lever):
+        self.mass, self.lever = mass, lever
+
+R = np.array([[0.6, -0.8, 0.0], [0.64, 0.48, -0.6], [0.48, 0.36, 0.8]])
+
+def make():
+    a, b = Body(1.3, 0.7), Body(2.9, 0.45)
+    c1, c2, s = 0.31, 0.83, 1.7
+
+    def weights(q):
+        first = a.mass * (c1 + b.lever) * np.cos(q[0]) + s * q[1] + c2
+        second = b.mass * c2**2 - 2 * c1 * np.sin(q[0] + q[1])
+        return np.array([first + 0.25 * second, second])
+
+    def moment(q):
+        w, p, total = np.array([q[0], q[1], 0.4]), np.array([c1, c2, s]), np.zeros(3)
+        for i in range(3):
+            total = total + w * p[i] + np.cross(p, w)
+            p = np.cross(w, p) + R.T @ w
+        return total
+
+    return {"weights": weights, "moment": moment}
+"""
+STATES = ([0.4, -1.1], [-0.7, 0.9], [1.9, 0.3])
+
+
+def make_code(folder: Path, *replaced: tuple[str, str]) -> UserCode:
+    """The code of a file with pieces of its text replaced."""
+    text = CODE
+    for right, wrong in replaced:
+        assert right in text
+        text = text.replace(right, wrong, 1)
+    file = folder / "mine.py"
+    file.write_text(text, encoding="utf-8")
+    import_object(f"{file}:make")
+    code = find_named_code(f"{file}:make")
+    assert code is not None
+    return code
+
+
+def make_answer_key() -> AnswerKey:
+    """What the code as it is answers."""
+    names: dict = {}
+    exec(CODE, names)
+
+    def bind(source):
+        functions = source()
+        return lambda part, state: np.asarray(functions[part](list(STATES[state])))
+
+    answer = bind(names["make"])
+    right = {part: np.array([answer(part, k) for k in range(3)]) for part in ("weights", "moment")}
+    allowed = dict.fromkeys(right, np.array(1e-9))
+    return AnswerKey(bind, {"": LevelAnswers(right, allowed)}, ("x", "y", "z"))
+
+
+def find_answer(folder: Path, *replaced: tuple[str, str]) -> SourceAnswer | None:
+    code = make_code(folder, *replaced)
+    return find_source_answer(code, lambda: [make_answer_key()], ignore_progress)
+
+
+@pytest.mark.parametrize(
+    ("right", "wrong", "rank"),
+    [
+        ("- 2 * c1", "+ 2 * c1", 1),
+        ("a.mass * (c1", "a.mass * (-c1", 1),
+        ("s * q[1]", "s * q[0]", 2),
+        ("a.mass * (c1", "b.mass * (c1", 3),
+        ("np.cos(q[0])", "np.sin(q[0])", 2),
+        ("0.25 *", "250.0 *", 2),
+        ("R.T @ w", "R @ w", 2),
+        ("np.cross(w, p)", "np.cross(p, w)", 1),
+        ("(c1 + b.lever) * np.cos(q[0])", "c1 + b.lever * np.cos(q[0])", 2),
+        ("- 2 * c1", "- c1", 2),
+        ("c2**2", "c2", 2),
+        ("c2**2", "c2**3", 2),
+        ("s * q[1] + c2\n", "s * q[1] + c2 + c1\n", 2),
+        ("range(3)", "range(2)", 2),
+        ("total = total + w", "total = w", 2),
+        ("b.mass * c2", "s * c2", 4),
+        ("c2**2 -", "c2**2 / s -", 2),
+        ("            p = np", "            p = p\n            p = np", 0),
+        ("0.25 * second", "0.25 * np.sin(second)", 4),
+        ("- 2 * c1 *", "- 2 *", 4),
+        ("np.cross(w, p) + R", "np.cross(w, np.cross(w, p)) + R", 4),
+        ("R.T @ w\n", "w\n", 4),
+        ("first = a.mass", "first = 0 * s + a.mass", 0),
+        (" + c2\n", "\n", 5),
+        ("+ np.cross(p, w)", "", 6),
+        ("sin(q[0] + q[1])", "sin(q[0])", 6),
+    ],
+)
+def test_an_edit_of_every_kind_is_found(tmp_path, right, wrong, rank):
+    answer = find_answer(tmp_path, (right, wrong))
+    if not rank:  # the text differs, the values do not
+        assert answer is None
+        return
+    assert answer is not None
+    assert answer.wrong == ()
+    line = CODE[: CODE.index(right) + len(right)].rstrip().count("\n") + 1
+    assert line in [each.line for each in (*answer.edits, *answer.alternatives)]
+    assert answer.edits[0].rank <= rank
+    assert not answer.is_unequal  # judged on one mechanism
+
+
+def test_a_statement_that_was_forgotten_is_added(tmp_path):
+    answer = find_answer(tmp_path, ("total = total + w * p[i]", "u = w * p[i]"))
+    assert answer is not None
+    assert answer.edits[0].new == "total += u"
+    assert answer.edits[0].remedy == "total += u should follow u = w * p[i] + np.cross(p, w)"
+
+
+def test_two_errors_are_one_answer(tmp_path):
+    answer = find_answer(tmp_path, ("- 2 * c1", "+ 2 * c1"), ("R.T @ w", "R @ w"))
+    assert answer is not None
+    assert [each.line for each in answer.edits] == [16, 23]
+    assert answer.wrong == ()
+    (sentence, *_) = answer.sentences
+    assert sentence.count("should be") == 2
+    assert sentence.endswith("then all parts agree")
+
+
+def test_an_error_beside_one_that_no_edit_mends_is_named(tmp_path):
+    answer = find_answer(
+        tmp_path, ("- 2 * c1", "+ 2 * c1"), ("w * p[i]", "w**3 * np.exp(p[i] + s)")
+    )
+    assert answer is not None
+    assert [each.line for each in answer.edits] == [16]
+    assert {entry.partition("[")[0] for entry in answer.wrong} == {"moment"}
+    assert "wrong" in next(iter(answer.sentences))
+
+
+def test_what_no_edit_mends_has_no_answer(tmp_path):
+    assert find_answer(tmp_path, ("w * p[i]", "w**3 * np.exp(p[i] + s)")) is None
+
+
+def test_what_is_right_has_no_answer(tmp_path):
+    assert find_answer(tmp_path) is None
+
+
+def test_the_sentence_quotes_the_line(tmp_path):
+    answer = find_answer(tmp_path, ("(c1 + b.lever) * np.cos(q[0])", "c1 + b.lever * np.cos(q[0])"))
+    assert answer is not None
+    (edit,) = answer.edits
+    line = edit.start + edit.removed + edit.end
+    assert line == (tmp_path / "mine.py").read_text(encoding="utf-8").splitlines()[edit.line - 1]
+    mended = SimpleNamespace(text=edit.start + edit.added + edit.end)
+    assert eval_line(mended.text) == pytest.approx(eval_line(CODE.splitlines()[edit.line - 1]))
+
+
+def eval_line(line: str) -> float:
+    """The value that a line of weights assigns."""
+    body = SimpleNamespace(mass=1.3, lever=0.6)
+    names = {"a": body, "b": body, "c1": 0.3, "c2": 0.9, "s": 1.7, "q": [0.2, 0.4], "np": np}
+    return eval(line.partition("=")[2], names)
+
+
+def test_what_names_are_is_seen_without_calling_anything(tmp_path):
+    text = """
+counts = []
+
+def count():
+    counts.append(1)
+    return [1j, 2.0]
+
+def make():
+    return count()[0].real + count()[-1]
+"""
+    (tmp_path / "mine.py").write_text(text, encoding="utf-8")
+    import_object(f"{tmp_path / 'mine.py'}:make")
+    code = find_named_code(f"{tmp_path / 'mine.py'}:make")
+    assert code is not None
+    compiled = [code.compile(statement) for statement in code.statements]
+    made = []
+    SourceTree(code).observe(lambda: made.append(code.run(compiled)))
+    before = made[0].__globals__["counts"]
+    assert before == []
+    SourceTree(code).observe(lambda: made.append(code.run(compiled)()))
+    assert len(sys.modules[MODULE].counts) == 2
+
+
+def test_progress_is_reported(tmp_path):
+    updates = []
+    code = make_code(tmp_path, ("- 2 * c1", "+ 2 * c1"))
+    find_source_answer(code, lambda: [make_answer_key()], updates.append)
+    assert [each.what for each in updates] == ["looking for the line that must change"]

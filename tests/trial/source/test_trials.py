@@ -1,0 +1,253 @@
+"""Trials of arms and of robots name the line, at no cost where all is right, and change nothing."""
+
+import json
+import linecache
+import textwrap
+from pathlib import Path
+
+import jsonschema
+import numpy as np
+import pytest
+
+from crosscheck.cli.files.robot_files import export_arm_as_robot
+from crosscheck.models.loading import load_arm
+from crosscheck.models.robot.file import load_robot
+from crosscheck.provenance import ROOT
+from crosscheck.report.trials.trial_result import TrialResult
+from crosscheck.testing import Equations, assert_agrees, try_equations
+from crosscheck.trial.robots.output import format_robot_trial, robot_trial_page
+from crosscheck.trial.source import search
+from tests.robots import chains, two_link
+
+ARM = """
+schema_version = 2
+name = "tested"
+payload_mass_kg = 0
+[[joints]]
+kind = "direct"
+motor_mass_kg = 0
+rotor_inertia_kg_m2 = 0
+[[joints]]
+kind = "direct"
+motor_mass_kg = 0
+rotor_inertia_kg_m2 = 0
+[[links]]
+length_m = 0.6
+com_m = 0.25
+mass_kg = 4.0
+inertia_kg_m2 = 0.1
+[[links]]
+length_m = 0.45
+com_m = 0.2
+mass_kg = 2.5
+inertia_kg_m2 = 0.06
+"""
+LITERAL = """
+import numpy as np
+from crosscheck import Equations
+
+l1, c1, c2 = 0.6, 0.25, 0.2
+m1, m2, J1, J2 = 4.0, 2.5, 0.1, 0.06
+
+def mass_matrix(q):
+    m22 = J2 + m2 * c2**2
+    m12 = m22 + m2 * c2 * l1 * np.cos(q[1])
+    m11 = J1 + m1 * c1**2 + m2 * l1**2 + 2 * m12 - m22
+    return np.array([[m11, m12], [m12, m22]])
+
+def bias(q, v):
+    h = m2 * c2 * l1 * np.sin(q[1])
+    return np.array([-h * (2 * v[0] * v[1] + v[1] ** 2), h * v[0] ** 2])
+
+model = Equations(mass_matrix=mass_matrix, bias=bias)
+"""
+BY_FILE = (
+    LITERAL[: LITERAL.index("l1,")]
+    + """
+def model(arm):
+    a, b = arm.links
+    l1, c1, c2 = a.length_m, a.com_m, b.com_m
+    m1, m2, J1, J2 = a.mass, b.mass, a.inertia, b.inertia
+"""
+    + textwrap.indent(LITERAL[LITERAL.index("def mass") :].replace("model = ", "return "), "    ")
+)
+SQUARE = "v[1] ** 2)", "v[1])"
+
+
+@pytest.fixture
+def arm(tmp_path):
+    path = tmp_path / "arm.toml"
+    path.write_text(ARM, encoding="utf-8")
+    return load_arm(str(path))
+
+
+def write_model(folder: Path, text: str, *replaced: tuple[str, str]) -> str:
+    for right, wrong in replaced:
+        assert right in text
+        text = text.replace(right, wrong, 1)
+    (folder / "mine.py").write_text(text, encoding="utf-8")
+    return f"{folder / 'mine.py'}:model"
+
+
+def find_line(text: str, piece: str) -> int:
+    return text[: text.index(piece)].count("\n") + 1
+
+
+def test_the_line_is_named_and_nothing_is_written(tmp_path, arm):
+    model = write_model(tmp_path, BY_FILE, SQUARE)
+    before = {each: each.read_bytes() for each in tmp_path.iterdir()}
+    trial = try_equations(model, arm)
+    answer = trial.source_answer
+    assert answer is not None
+    assert [each.place for each in answer.edits] == [f"mine.py:{find_line(BY_FILE, 'v[1] ** 2)')}"]
+    assert "v[1] ** 2" in answer.edits[0].new
+    assert answer.is_unequal
+    assert {each: each.read_bytes() for each in tmp_path.iterdir()} == before
+
+
+def test_right_equations_are_not_searched(tmp_path, arm, monkeypatch):
+    monkeypatch.setattr(search, "RankTask", None)
+    trial = try_equations(write_model(tmp_path, BY_FILE), arm)
+    assert trial.exit_code == 0
+    assert trial.source_answer is None
+
+
+def test_an_arm_and_a_robot_have_the_same_answer(tmp_path, arm):
+    model = write_model(tmp_path, LITERAL, ("2 * m12", "m12"))
+    urdf = tmp_path / "robot.urdf"
+    export_arm_as_robot(str(tmp_path / "arm.toml"), [], urdf)
+    robot = load_robot(str(urdf.with_suffix(".toml")))
+    answers = [try_equations(model, machine).source_answer for machine in (arm, robot)]
+    of_arm, of_robot = (
+        [(each.line, each.old, each.new) for each in answer.edits] for answer in answers
+    )
+    assert of_arm == of_robot
+    assert [line for line, *_ in of_arm] == [find_line(LITERAL, "2 * m12")]
+
+
+def test_numbers_that_are_in_the_code_are_said_to_be(tmp_path, arm):
+    answer = try_equations(write_model(tmp_path, LITERAL, SQUARE), arm).source_answer
+    assert answer is not None
+    assert not answer.is_unequal
+    assert any("these numbers alone" in each for each in answer.sentences)
+
+
+def forgetful(robot):
+    """M of the pendulum, its rotors forgotten once."""
+
+    def mass_matrix(q):
+        wave = two_link.COUPLED * np.cos(q[1])
+        first = two_link.SHOULDER + two_link.ELBOW + 2 * wave + two_link.REFLECTED
+        other = two_link.ELBOW - wave
+        return np.array([[first, other], [other, two_link.ELBOW + two_link.REFLECTED]])
+
+    return Equations(mass_matrix=mass_matrix, bias=two_link.bias)
+
+
+def test_the_message_of_a_test_names_the_line():
+    line = forgetful.__code__.co_firstlineno + 6
+    with pytest.raises(AssertionError, match=rf"test_trials.py:{line}: .*; then all parts agree"):
+        assert_agrees(forgetful, two_link.robot())
+
+
+def test_functions_inside_a_function_are_edited():
+    sign = 1.0
+
+    def bias(q, v):
+        squares = np.array([-2 * v[0] * v[1] - v[1] ** 2, v[0]])
+        return sign * two_link.COUPLED * np.sin(q[1]) * squares
+
+    given = Equations(mass_matrix=two_link.mass_matrix, bias=bias)
+    assert try_equations(given, two_link.robot()).source_answer is None  # of two files
+    answer = try_equations(Equations(bias=bias), two_link.robot()).source_answer
+    assert answer is not None
+    assert answer.edits[0].line == bias.__code__.co_firstlineno + 1
+
+
+def test_a_cell_of_a_notebook_is_edited(arm):
+    text = textwrap.dedent("""
+        def model(arm):
+            a, b = arm.links
+            def mass_matrix(q):
+                m22 = b.inertia + b.mass * b.com_m**2
+                m12 = m22 + b.mass * b.com_m * a.length_m * cos(q[0])
+                m11 = a.inertia + a.mass * a.com_m**2 + b.mass * a.length_m**2
+                return [[m11 + 2 * m12 - m22, m12], [m12, m22]]
+            return Equations(mass_matrix=mass_matrix)
+        """)
+    linecache.cache["<cell 3>"] = len(text), None, text.splitlines(keepends=True), "<cell 3>"
+    names = {"Equations": Equations, "cos": np.cos}
+    exec(compile(text, "<cell 3>", "exec"), names)
+    answer = try_equations(names["model"], arm).source_answer
+    assert answer is not None
+    assert answer.edits[0].place == "<cell 3>:6"
+
+
+def test_what_has_no_source_is_left_out():
+    names = {"np": np}
+    exec("def bias(q, v):\n    return np.array([q[0], q[1]])", names)
+    assert try_equations(Equations(bias=names["bias"]), two_link.robot()).source_answer is None
+    assert try_equations(Equations(bias=lambda q, v: q), two_link.robot()).source_answer is None
+
+
+def test_a_robot_that_edits_would_change_stays_as_it_is():
+    robot = chains.robot(two_link.URDF)
+    places = [joint.placement.position.copy() for joint in robot.joints]
+
+    def model(robot):
+        def gravity(q):
+            p = robot.joints[1].placement.position
+            lever = p + robot.bodies[1].com
+            return np.array([lever[0] * q[0], q[1]])
+
+        return Equations(gravity=gravity)
+
+    try_equations(model, robot)
+    for joint, place in zip(robot.joints, places, strict=True):
+        assert (joint.placement.position == place).all()
+        assert joint.placement.position.flags.writeable
+
+
+def test_an_edit_that_does_not_end_costs_little(tmp_path, arm, monkeypatch):
+    loop = "    h = 0.0\n        k = 0\n        while k < 4:\n            k += 1\n            h = "
+    text = BY_FILE.replace("    h = ", loop).replace("2 * v[0]", "v[0]")
+    answer = try_equations(write_model(tmp_path, text), arm).source_answer
+    assert answer is not None
+    assert [each.line for each in answer.edits] == [find_line(text, "v[0] * v[1]")]
+
+
+def test_an_edit_that_would_write_a_file_writes_none(tmp_path, arm):
+    (tmp_path / "kept.txt").write_text("kept", encoding="utf-8")
+    careful = f"""
+    names = ["{tmp_path}/kept.txt", "/dev/null"]
+    modes = ["w", "r"]
+    def bias(q, v):
+        i = 1
+        with open(names[i - 1], modes[i]):
+            pass
+"""
+    text = BY_FILE.replace("\n    def bias(q, v):\n", careful)
+    answer = try_equations(write_model(tmp_path, text, SQUARE), arm).source_answer
+    assert answer is not None
+    assert (tmp_path / "kept.txt").read_text(encoding="utf-8") == "kept"
+
+
+def test_the_views_show_the_line(tmp_path, arm):
+    trial = try_equations(write_model(tmp_path, BY_FILE, SQUARE), arm)
+    assert isinstance(trial, TrialResult)
+    assert "mine.py:" in repr(trial)
+    trial.write_report(tmp_path / "report")
+    page = (tmp_path / "report" / "trial.html").read_text(encoding="utf-8")
+    assert "<del>v[1]</del> <ins>v[1] ** 2</ins>" in page
+    content = json.loads((tmp_path / "report" / "trial.json").read_text(encoding="utf-8"))
+    schema = ROOT / "crosscheck" / "schema" / "trial.schema.json"
+    jsonschema.validate(content, json.loads(schema.read_text(encoding="utf-8")))
+    (edit,) = content["source_answer"]["edits"]
+    assert edit["file"] == "mine.py"
+
+
+def test_a_robots_views_show_the_line():
+    trial = try_equations(forgetful, two_link.robot())
+    edit = json.loads(format_robot_trial(trial))["source_answer"]["edits"][0]
+    assert edit["file"] == "test_trials.py"
+    assert f"{edit['file']}:{edit['line']}" in robot_trial_page(trial)
