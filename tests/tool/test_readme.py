@@ -11,9 +11,7 @@ from crosscheck.trial.fmu import archive
 README = Path(__file__).parents[2] / "README.md"
 
 
-def test_the_example_is_tried_and_its_error_named(
-    tmp_path, monkeypatch, crosscheck, source_search
-):
+def test_the_example_is_tried_and_its_error_named(tmp_path, monkeypatch, crosscheck, source_search):
     text = README.read_text(encoding="utf-8")
     (block,) = re.findall(r"```python\n(.*?)```", text, flags=re.S)
     (tmp_path / "my_model.py").write_text(block, encoding="utf-8")
