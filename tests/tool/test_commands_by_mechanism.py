@@ -227,6 +227,7 @@ def test_cost(perform):
 
 def test_export(perform, mechanism):
     perform("export mine.toml --model analytic:links --out model.c", "model.c")
+    assert "double" in Path("model.c").read_text()
     if mechanism.kind == "arm":
         perform("export mine.toml --out arm.urdf", "arm.urdf", "arm.toml")
 
@@ -255,3 +256,5 @@ def test_sweep_and_plot(perform, mechanism):
 def test_init(perform, mechanism):
     if mechanism.kind == "robot":
         perform("init begun.toml --urdf mine.urdf", "begun.toml")
+    begun = Path("begun.toml").exists()
+    assert begun == (mechanism.kind == "robot")

@@ -203,9 +203,9 @@ def test_a_robot_that_edits_would_change_stays_as_it_is():
         return Equations(gravity=gravity)
 
     try_equations(model, robot)
-    for joint, place in zip(robot.joints, places, strict=True):
-        assert (joint.placement.position == place).all()
-        assert joint.placement.position.flags.writeable
+    positions = [joint.placement.position for joint in robot.joints]
+    assert np.array_equal(positions, places)
+    assert all(position.flags.writeable for position in positions)
 
 
 def test_an_edit_that_does_not_end_costs_little(tmp_path, arm, monkeypatch):
