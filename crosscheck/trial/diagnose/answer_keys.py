@@ -8,13 +8,12 @@ from typing import Any
 
 import numpy as np
 
-from crosscheck.runner.tasks import build_model
 from crosscheck.trial.diagnose.dependence import IgnoredNumber
 from crosscheck.trial.diagnose.diagnosis import build_probe_problems
 from crosscheck.trial.input.loading import build_equations
 from crosscheck.trial.input.supplied import bind_equations
 from crosscheck.trial.judge.entries import compute_sizes
-from crosscheck.trial.judge.questions import QUESTIONS, TransformedModel, VerificationProblem
+from crosscheck.trial.judge.questions import QUESTIONS, VerificationProblem, transform_model
 from crosscheck.trial.judge.suite import COMPARED
 from crosscheck.trial.source.answer_key import Answer, AnswerKey, LevelAnswers
 
@@ -47,15 +46,16 @@ def _make_answer_key(problem: VerificationProblem, level: str) -> AnswerKey:
 def _ask_reference(problem: VerificationProblem, level: str) -> LevelAnswers:
     """What the reference of a level says of the parts that are functions of the user's."""
     states, frame = problem.states, problem.frame
-    model = TransformedModel(build_model(problem.reference(level), problem.case), frame)
+    name = problem.reference(level)
+    model = transform_model(name, problem.case, frame, problem.has_gravity)
+    asked = [part for part in COMPARED if part != "gravity" or problem.has_gravity]
     right = {
         part: np.array([QUESTIONS[part](model, state, state.u) for state in states])
-        for part in COMPARED
+        for part in asked
     }
-    sizes = compute_sizes(
-        frame, states, right["mass_matrix"], right["force"], right["acceleration"]
-    )
+    trusted = [right[part] for part in ("mass_matrix", "force", "acceleration")]
+    sizes = compute_sizes(frame, states, *trusted, right.get("gravity"))
     has = problem.has if problem.equations.acceleration else problem.has - {"acceleration"}
-    parts = [part for part in COMPARED if part in has]
+    parts = [part for part in asked if part in has]
     allowed = {part: sizes.tolerance(part) * sizes.entry_sizes(part) for part in parts}
     return LevelAnswers({part: right[part] for part in parts}, allowed)

@@ -106,6 +106,15 @@ class TransformedModel:
         return np.linalg.solve(self.frame.jacobian(state.x), moving - drift)
 
 
+def transform_model(name: str, case: Case, frame: Frame, has_gravity: bool) -> TransformedModel:
+    """A named model in a user's coordinates; has_gravity: the weights are a part by themselves."""
+    weightless = None
+    if has_gravity:
+        arm = case.arm.model_copy(update={"gravity_m_per_s2": (0.0, 0.0)})
+        weightless = build_model(name, case._replace(arm=arm))
+    return TransformedModel(build_model(name, case), frame, weightless)
+
+
 @dataclass(frozen=True)
 class StateQuestion(SelfKeyedTask):
     """A part of a model, asked at random states in the coordinates of a supplied model.
@@ -144,13 +153,11 @@ class StateQuestion(SelfKeyedTask):
         states = draw_states(frame, case, self.count, self.seed)
         model = build_model(self.model, self.case)
         again = self.quantity.endswith(AGAIN)
-        source: Source = TransformedModel(model, frame)
+        source: Source
         if isinstance(model, SuppliedModel):
             source = model.repeated_equations if again else model.supplied
-        elif "gravity" in asker.supplied.has:
-            arm = case.arm.model_copy(update={"gravity_m_per_s2": (0.0, 0.0)})
-            weightless = build_model(self.model, case._replace(arm=arm))
-            source = TransformedModel(model, frame, weightless)
+        else:
+            source = transform_model(self.model, case, frame, "gravity" in asker.supplied.has)
         order, ask = -1 if again else 1, QUESTIONS[self.quantity]
         pairs = list(zip(states, [*states[1:], states[0]], strict=True))[::order]
         return np.array([ask(source, state, other.u) for state, other in pairs][::order])

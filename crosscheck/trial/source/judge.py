@@ -64,6 +64,16 @@ class SourceJudge:
         """Whether it judges on a mechanism of unequal numbers too."""
         return len(self.answer_keys) > 1
 
+    @property
+    def is_certain(self) -> bool:
+        """Whether the code takes its numbers from the mechanism: another one is as good a judge.
+
+        So it is if nothing that is right on the user's mechanism is wrong on the other.
+        """
+        here = {entry for number, entry in self.wrong[self.level] if not number}
+        there = {entry for number, entry in self.wrong[self.level] if number}
+        return self.is_unequal and there <= here
+
     def ask(self, parts: Iterable[str]) -> None:
         """Make the equations as they are, and ask wrong parts at one state."""
         answer = self._bind(self.answer_keys[0])

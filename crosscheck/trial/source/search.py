@@ -145,6 +145,9 @@ class EditSearch:
         if pair := self._find_pair():
             return SourceAnswer(tuple(map(self._describe, pair)), is_unequal=is_unequal)
         right_here = [each for each in self.mending if all(number for number, _ in each.wrong)]
+        if self.judge.is_certain:  # what fits this mechanism's numbers alone fits by chance
+            self.mending = [each for each in self.mending if each not in right_here]
+            right_here = []
         telling = right_here or [each for each in self.mending if self._mends_much(each)]
         best = sorted(telling, key=get_badness)[: None if right_here else 1]
         return self._make_answer(best, is_unequal and not right_here)

@@ -100,15 +100,18 @@ class SourceTree:
 
     def list_nodes(self) -> Iterator[ast.AST]:
         """The expressions and statements that ran, but for statements at the top."""
+        for node in self.list_all_nodes():
+            if id(node) in self.places and self.has_run(node, self.lines):
+                yield node
+
+    def list_all_nodes(self) -> Iterator[ast.AST]:
+        """Everything in the source, function by function."""
         for scope in dict.fromkeys(self.scopes.values()):
-            for node in scope.nodes:
-                if id(node) in self.places and self.has_run(node, self.lines):
-                    yield node
+            yield from scope.nodes
 
     def list_statements(self) -> Iterator[ast.stmt]:
         """All statements."""
-        for scope in dict.fromkeys(self.scopes.values()):
-            yield from (node for node in scope.nodes if isinstance(node, ast.stmt))
+        return (node for node in self.list_all_nodes() if isinstance(node, ast.stmt))
 
     def statement(self, node: ast.AST) -> ast.stmt:
         """The innermost statement that a node is in, or is."""

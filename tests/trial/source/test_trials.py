@@ -10,6 +10,7 @@ import numpy as np
 import pytest
 
 from crosscheck.cli.files.robot_files import export_arm_as_robot
+from crosscheck.cli.files.template import make_plain_arm
 from crosscheck.models.loading import load_arm
 from crosscheck.models.robot.file import load_robot
 from crosscheck.provenance import ROOT
@@ -162,6 +163,37 @@ def test_functions_inside_a_function_are_edited():
     answer = try_equations(Equations(bias=bias), two_link.robot()).source_answer
     assert answer is not None
     assert answer.edits[0].line == bias.__code__.co_firstlineno + 1
+
+
+WEIGHTS = """
+import numpy as np
+from crosscheck import Equations
+
+def model(arm):
+    one, two = arm.links
+    m1, m2, mp, g = one.mass, two.mass, arm.payload_mass_kg, 9.81
+    d1, d2, L1, L2 = one.com_m, two.com_m, one.length_m, two.length_m
+    def bias(q, v):
+        h = (m2 * d2 + mp * L2) * L1 * np.sin(q[1])
+        return [-h * (2 * v[0] * v[1] + v[1] ** 2), h * v[0] ** 2]
+    def gravity(q):
+        g2 = m2 * d2 * g * np.cos(q[0] + q[1])
+        return [(m1 * d1 + (m2 + mp) * L1) * g * np.cos(q[0]) + g2, g2]
+    return Equations(bias=bias, gravity=gravity)
+"""
+
+
+def test_a_forgotten_product_of_another_function_is_offered_and_nothing_that_fits_by_chance(
+    tmp_path,
+):
+    """With a payload of 1 kg ``+ L2`` mends all here, but not on an arm of unequal numbers."""
+    model = write_model(tmp_path, WEIGHTS)
+    arm = make_plain_arm("mine", 2)
+    assert arm.payload_mass_kg == 1.0
+    answer = try_equations(model, arm).source_answer
+    assert [(each.line, each.new) for each in answer.edits] == [(13, "m2 * d2 + mp * L2")]
+    assert answer.is_unequal
+    assert not answer.alternatives
 
 
 def test_a_cell_of_a_notebook_is_edited(arm):
