@@ -39,7 +39,7 @@ NOT_RUN = {
     r".*\bbag/|.*record\.toml": "the reader's own recording; tests/measured makes one",
     r".*answers\.mat": "answered by Octave: make octave",
     r".*six-joint": "a model of the page's reader; tests/trial has it",
-    r"crosscheck trial my_model.py:two_link my-arm.toml --quick$": "tests/tool/test_readme.py",
+    r"crosscheck trial my_model.py:pendulum my-arm.toml --quick$": "tests/tool/test_readme.py",
     r"crosscheck baseline (accept|check) paper-labelled": "writes the project's own",
     r"crosscheck simulate .* --t-end 0.5": "15 s; .ci/run has it shorter",
     r"crosscheck view run.nc": "needs the line before",
