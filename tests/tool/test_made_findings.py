@@ -480,9 +480,10 @@ def test_the_first_and_the_last_level_are_told_of_every_experiment():
     lost = make_failed_check(about("deviation", "pd", "tip", "pinocchio:armature", LEAD), "none")
     found = Agreement([*first, *last, lost, *FINDINGS[:2]])
     assert answer_on_rigid_arm(found) == (
-        "In experiment constant the rigid arm's tip is off by up to 500 mm without the joints' masses"
-        " and the gears' inertia (links), by 250 mm without the gears' spin (carriers). In experiment pd the rigid arm's tip is off"
-        " by up to 12.3 mm without the joints' masses and the gears' inertia (links), by 0.2 µm"
+        "In experiment constant the rigid arm's tip is off by up to 500 mm without the joints'"
+        " masses and the gears' inertia (links), by 250 mm without the gears' spin (carriers)."
+        " In experiment pd the rigid arm's tip is off by up to 12.3 mm without the joints' masses"
+        " and the gears' inertia (links), by 0.2 µm"
         " without the give, play and errors of the teeth (coupled)."
     )
     assert find_tip_ends(found) == [last[0], last[2]]
