@@ -50,13 +50,15 @@ from crosscheck.models.errors import InputError
 from crosscheck.models.pinocchio.regressor import LinkRegressor
 from crosscheck.models.robot.robot import Robot, remove_friction
 from crosscheck.recordings.engines import compare_robot_engines
+from crosscheck.recordings.gravity import GravityEstimate
 from crosscheck.runner.progress_update import CountCallback
 
 Side = Literal["motor", "joint", "between"]
-LinkTreatment = Literal["identified", "scaled", "none"]
+LinkTreatment = Literal["identified", "scaled", "known", "none"]
 LINK_KINDS: dict[LinkTreatment, tuple[TermKind, ...]] = {
     "identified": ("links",),
     "scaled": ("scale",),
+    "known": ("gravity",),
     "none": (),
 }
 # What is added step by step, friction before rotors: a rotor is named by what friction leaves.
@@ -74,7 +76,7 @@ NOTHING_ELSE = Knowledge()
 # Chance that anything is named on a side which is not there: of all its rotors, factors and delay
 # together; and that identified links leave less at any joint while the file's are right.
 SIGNIFICANT = 1e-4
-NAMED_KINDS: tuple[TermKind, ...] = (*ROTOR_KINDS, "scale", "delay")
+NAMED_KINDS: tuple[TermKind, ...] = (*ROTOR_KINDS, "scale", "gravity", "delay")
 NO_LESS = 1.1  # times the errors of a band: a wider one that makes them more lacks something
 LEFT_MORE = 1.1  # times what identified links leave at a joint: the file's are wrong there
 # Of scaled columns: beyond it estimates hang on what motion hardly shows (Gautier and Khalil, 1992,
@@ -215,7 +217,9 @@ class RobotComparison:
     """What recordings say of a robot.
 
     ranks: of its levels over all motions; sides: nothing where the engines disagree; knowledge:
-    what was known of links, and what was asked beside them.
+    what was known of links, and what was asked beside them; gravities: of each side, with the
+    file's links, another gravity; tilt: that one if it alone explains the torques, and all sides
+    are judged with it.
     """
 
     robot: Robot
@@ -224,6 +228,8 @@ class RobotComparison:
     ranks: LevelRanks
     sides: tuple[SideResult, ...]
     knowledge: Knowledge = NOTHING_ELSE
+    gravities: tuple[SideResult, ...] = ()
+    tilt: GravityEstimate | None = None
 
     @property
     def excitation(self) -> Excitation | None:
@@ -274,7 +280,9 @@ def compare_robot(
     progress("asking what can be distinguished", 0, len(asked) + 1)
     ranks = compare_levels(robot, shared)
     sides: list[SideResult] = []
+    gravities: list[SideResult] = []
     engines: list[Finding] = []
+    tilt: GravityEstimate | None = None
     widest = np.inf
     for number, (side, treatment, torques) in enumerate(asked, 1):
         progress(f"estimating by torques of side {side}", number, len(asked) + 1)
@@ -291,11 +299,61 @@ def compare_robot(
             engines = compare_robot_engines(robot, (moved.q, moved.v, moved.a))
             if any(engine.verdict != "agree" for engine in engines):
                 break
-        sides.append(_judge_side(problem, side, treatment, bandwidth, knowledge))
+        judged = _judge_side(problem, side, treatment, bandwidth, knowledge)
+        if treatment == "identified" and not any(each.any() for each in payloads):
+            gravities.append(_judge_gravity(robot, samples, torques, side, bandwidth))
+            if tilt is None and (tilt := _find_tilt(robot, gravities[-1], judged)) is not None:
+                robot = replace(robot, gravity=tilt.value)
+                samples = _BandSamples(robot, recordings, torques, shared, payloads)
+                problem = _Problem(robot, samples, LINK_KINDS[treatment])
+                judged = _judge_side(problem, side, treatment, bandwidth, knowledge)
+        sides.append(judged)
         if treatment == "identified":
             scaled = _Problem(robot, samples, LINK_KINDS["scaled"])
             sides.append(_judge_side(scaled, side, "scaled", bandwidth, NOTHING_ELSE))
-    return RobotComparison(given, tuple(recordings), tuple(engines), ranks, tuple(sides), knowledge)
+    return RobotComparison(
+        given,
+        tuple(recordings),
+        tuple(engines),
+        ranks,
+        tuple(sides),
+        knowledge,
+        tuple(gravities),
+        tilt,
+    )
+
+
+def _judge_gravity(
+    robot: Robot,
+    samples: _BandSamples,
+    torques: Sequence[np.ndarray],
+    side: Side,
+    bandwidth: float,
+) -> SideResult:
+    """What torques say with the file's links and another gravity."""
+    links = [LinkRegressor(robot).values] * len(samples.recordings)
+    left = _BandSamples(robot, samples.recordings, torques, samples.shared, links)
+    problem = _Problem(robot, left, LINK_KINDS["known"])
+    return _judge_side(problem, side, "known", bandwidth, NOTHING_ELSE)
+
+
+def _find_tilt(robot: Robot, weighed: SideResult, free: SideResult) -> GravityEstimate | None:
+    """The gravity that alone explains torques, if it is one of a tilted base.
+
+    Args:
+        weighed: Of the file's links with another gravity.
+        free: Of any links with the file's gravity.
+    """
+    value, half_width = robot.gravity.astype(float), np.zeros(3)
+    asked = [each for each in weighed.estimates if each.term.kind == "gravity"]
+    for each in asked:
+        axis = "xyz".index(each.term.name.split()[2])
+        value[axis] += each.value
+        half_width[axis] = each.half_width
+    found = GravityEstimate(value, half_width, robot.gravity)
+    is_there = any(abs(each.t) > weighed.threshold for each in asked)
+    alone = weighed.is_excited and not weighed.find_worse_joints(free)
+    return found if is_there and alone and found.is_tilted else None
 
 
 def _select_torques(
@@ -495,7 +553,7 @@ def _judge_side(
                 problem.measured,
                 full.sigma,
             )
-            if concerned and treatment != "scaled"
+            if concerned and treatment in ("identified", "none")
             else None
         ),
         refinement=(

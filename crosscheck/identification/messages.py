@@ -33,6 +33,12 @@ def describe_answers(comparison: RobotComparison) -> list[str]:
     if not comparison.engines_agree:
         return list(describe_disagreement(comparison.engines, "robot"))
     sentences: list[str] = []
+    if comparison.tilt is not None:
+        sentences.append(
+            "Another gravity alone explains the torques with the file's links:"
+            f" {comparison.tilt.describe()}"
+        )
+        sentences.append("What follows holds with that gravity.")
     for side in comparison.sides:
         if side.links == "scaled":
             identified = next(

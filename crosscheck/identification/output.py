@@ -33,13 +33,18 @@ def describe_comparison(comparison: RobotComparison) -> Iterator[str]:
     if comparison.robot.friction.any():
         yield FILE_FRICTION
     yield from map(describe_engine, comparison.engines)
-    for side in comparison.sides:
+    for side in (*comparison.sides, *comparison.gravities):
         yield ""
         yield from _describe_side(side)
 
 
 def _describe_side(side: SideResult) -> Iterator[str]:
-    links = {"identified": ", links identified", "scaled": ", links of the file scaled", "none": ""}
+    links = {
+        "identified": ", links identified",
+        "scaled": ", links of the file scaled",
+        "known": ", links of the file, another gravity",
+        "none": "",
+    }
     yield (
         f"{messages.SIDE_WORDS[side.side]}{links[side.links]}: up to {side.bandwidth:.3g} Hz"
         f" by rows {1e3 * side.samples.step:.3g} ms apart,"
@@ -77,6 +82,8 @@ def comparison_json(comparison: RobotComparison) -> str:
                 "armature_and_coupled": ranks.both,
             },
             "decided": comparison.is_decided,
+            "other_gravity_m_per_s2": None if comparison.tilt is None else comparison.tilt.value,
+            "sides_with_other_gravity": [_side_content(each) for each in comparison.gravities],
             "sides": [_side_content(side) for side in comparison.sides],
         }
     )

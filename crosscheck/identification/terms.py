@@ -1,4 +1,4 @@
-"""Terms of a robot's torques that are linear in something unknown: links, friction, rotors."""
+"""Terms of a robot's torques that are linear in something unknown: links, gravity, friction."""
 
 from __future__ import annotations
 
@@ -17,6 +17,7 @@ from crosscheck.registry import build_robot_model, reference_engine
 TermKind = Literal[
     "links",
     "scale",
+    "gravity",
     "offset",
     "viscous",
     "coulomb",
@@ -110,6 +111,12 @@ def build_columns(robot: Robot, shared: np.ndarray, samples: BandSample) -> Regr
         alone[:, joint] = given[:, joint]
         terms.append(TorqueTerm("scale", f"the file's links at {name}", "", 1.0))
         parts.append(alone[:, :, None])
+    # Linear beside the file's links alone: of other links it would be multiplied by these.
+    terms += [
+        TorqueTerm("gravity", f"gravity along {axis} beyond the file's", "m/s^2", 0.0)
+        for axis in "xyz"
+    ]
+    parts.append(regressor.gravity_torques(samples.q))
     for term, column in _joint_columns(robot, shared, samples):
         terms.append(term)
         parts.append(column[:, :, None])

@@ -3,13 +3,16 @@
 from __future__ import annotations
 
 from collections.abc import Iterator, Sequence
+from math import floor, log10
 
 import numpy as np
 
 from crosscheck.recordings.compare import EngineDisagreement, Explanation, RecordComparison, Repair
 from crosscheck.recordings.engines import describe_disagreement
 from crosscheck.recordings.friction import FrictionFit, JointFriction
+from crosscheck.recordings.gravity import GravityFit
 from crosscheck.recordings.parameters import Estimate
+from crosscheck.report.formatting import format_count
 
 LEVEL_WORDS = {
     "links": "links alone (links)",
@@ -49,12 +52,15 @@ def _describe_verdict(comparison: RecordComparison) -> Iterator[str]:
     elif explanations:
         yield _describe_explanation(explanations[0], "The recording fits")
         if explanations[1:]:
-            yield "Other changes explain it too, and the recording does not distinguish them:"
+            yield "The recording cannot tell these apart from it:"
             yield from (_describe_explanation(each, "it fits") for each in explanations[1:])
         yield f"{NONE_FITS}; nearest is {best.name} ({left})."
     else:
         yield f"{NONE_FITS}."
-        yield f"Nearest is {best.name} ({left}); no one number and no friction explains the rest."
+        yield (
+            f"Nearest is {best.name} ({left}); no one number, no friction and no gravity explains"
+            " the rest."
+        )
         nearest = next((each for each in comparison.single if each.is_possible), None)
         if nearest is not None:
             yield f"The change that explains most: {format_estimate(nearest)}."
@@ -76,8 +82,10 @@ def _describe_explanation(change: Explanation, begin: str) -> str:
         return (
             f"{fits} if {parameter.phrase} is {_format_estimate_value(change.estimate)}"
             f" {parameter.unit};"
-            f" the file says {parameter.value:.6g}."
+            f" the file says {format_exact(parameter.value)}."
         )
+    if isinstance(change, GravityFit):
+        return f"{fits} if {change.gravity.describe()}"
     return f"{fits} with friction: {'; '.join(map(_describe_friction, change.joints))}."
 
 
@@ -86,7 +94,7 @@ def _describe_friction(each: JointFriction) -> str:
     viscous = format_value(each.viscous, each.viscous_half_width, each.in_file)
     return (
         f"joint {each.joint}: Coulomb {coulomb} N m (the file has none) and viscous {viscous}"
-        f" N m s/rad (the file says {each.in_file:.6g})"
+        f" N m s/rad (the file says {format_exact(each.in_file)})"
     )
 
 
@@ -97,10 +105,16 @@ def _describe_runs(comparison: RecordComparison) -> Iterator[str]:
     stays = np.median([window.stays_s for window in comparison.windows])
     long = np.median([window.time[-1] - window.time[0] for window in comparison.windows])
     inside = np.mean([window.within for window in comparison.windows])
+    start = f"Simulated from {format_count(len(comparison.windows), 'recorded state')}"
+    leaves = (
+        f"leaves its uncertainty band (3 sigma) after {stays:.3g} s of"
+        if stays < long
+        else "stays in its uncertainty band (3 sigma) for all of"
+    )
+    median = " (median)" if len(comparison.windows) > 1 else ""
     yield (
-        f"{len(comparison.windows)} runs of {comparison.best.name} from the record's states stay"
-        f" within three times their uncertainty for {stays:.3g} s of {long:.3g} s (median), and"
-        f" within twice it at {100 * inside:.0f} % of the rows."
+        f"{start}, {comparison.best.name} {leaves} {long:.3g} s{median};"
+        f" {100 * inside:.0f} % of the rows are within 2 sigma."
     )
 
 
@@ -110,6 +124,8 @@ def change_words(change: Explanation | None) -> str:
         return "with the file's numbers"
     if isinstance(change, FrictionFit):
         return "with Coulomb and viscous friction as estimated"
+    if isinstance(change, GravityFit):
+        return "with gravity as estimated"
     parameter = change.estimate.parameter
     return f"with {parameter.name} {_format_estimate_value(change.estimate)} {parameter.unit}"
 
@@ -123,9 +139,9 @@ def format_estimate(each: Estimate) -> str:
     parameter = each.parameter
     impossible = "" if each.is_possible else ", which is impossible"
     return (
-        f"{parameter.name} {each.value:.6g} +- {each.half_width:.2g} {parameter.unit} (95 %)"
-        f"{impossible}; the file says {parameter.value:.6g}; leaves a chi squared of"
-        f" {format_number(each.left)} per degree of freedom"
+        f"{parameter.name} {_format_to_interval(each)} +- {each.half_width:.2g} {parameter.unit}"
+        f" (95 %){impossible}; the file says {format_exact(parameter.value)}; leaves a chi squared"
+        f" of {format_number(each.left)} per degree of freedom"
     )
 
 
@@ -137,6 +153,29 @@ def format_value(value: float, half_width: float, in_file: float) -> str:
         if abs(float(text) - value) <= enough:
             return text
     return repr(value)
+
+
+def _format_to_interval(each: Estimate) -> str:
+    """An estimate in six digits, or as many as show the second one of its interval."""
+    digits = 6
+    if each.value and each.half_width:
+        digits = max(digits, 2 + floor(log10(abs(each.value))) - floor(log10(each.half_width)))
+    return f"{each.value:.{min(digits, MOST_DIGITS)}g}"
+
+
+def format_exact(value: float) -> str:
+    """A number of a file in six digits, or as many as give it back."""
+    texts = (f"{value:.{digits}g}" for digits in range(6, 18))
+    return next(text for text in texts if float(text) == value)
+
+
+def format_apart(values: Sequence[float], digits: int = 3) -> list[str]:
+    """Numbers in so many digits, or as many as tell those apart that are not equal."""
+    for more in range(digits, 18):
+        texts = [f"{value:.{more}g}" for value in values]
+        if len(set(texts)) == len(set(values)):
+            break
+    return texts
 
 
 def likelihood(ratio: float) -> str:

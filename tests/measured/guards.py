@@ -230,8 +230,8 @@ def wrong_lines(found: RecordComparison) -> Iterator[str]:
     for joint, noise in enumerate(noises, 1):
         yield from misread("terminal noise", next(rest), [joint, *noise])
     for each in data["levels"]:
-        right = [each["chi2"] / each["degrees_of_freedom"]]
-        right += [*each["residual_rms_N_m"], *each["of_noise_rms_N_m"]]
+        right = [*each["residual_rms_N_m"], *each["of_noise_rms_N_m"]]
+        right += [each["chi2"] / each["degrees_of_freedom"]]
         line = next(rest)
         if not line.startswith(f"{each['level']}: "):
             yield f"terminal level: {line}"

@@ -7,6 +7,7 @@ from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
+import pinocchio as pin
 import pytest
 
 from crosscheck.identification import compare, decimation
@@ -416,3 +417,45 @@ def test_recordings_that_are_wrong_in_a_way_are_told_so(name):
     """One of the hundred of each kind that benchmarks/bench_measured.py asks."""
     told, false, _ = judge(KINDS[name], 0)
     assert (told, false) == (True, False)
+
+
+def tilt_base(robot: Robot, degrees: float) -> tuple[Robot, np.ndarray]:
+    """The robot on a base that is turned about an axis, and the axis."""
+    axis = np.array([0.6, -0.8, 0.0])
+    rotation = pin.exp3(np.radians(degrees) * axis)
+    return replace(robot, gravity=rotation.T @ robot.gravity), axis
+
+
+@pytest.mark.parametrize("degrees", [12.0, 1.0])
+def test_gravity_is_asked_before_links_where_the_base_is_tilted(robot, degrees):
+    tilted, axis = tilt_base(robot, degrees)
+    found = compared(robot, recording(tilted, "armature"))
+    assert found.tilt is not None
+    np.testing.assert_allclose(
+        found.tilt.value, tilted.gravity, atol=1.5 * found.tilt.half_width.max()
+    )
+    angle, half_width = found.tilt.angle_deg
+    assert abs(angle - degrees) < 1.5 * half_width < 0.3
+    first, *others = describe_answers(found)
+    assert f"the file says (0, 0, -9.81). It is tilted by {angle:.2f}"[:-1] in first
+    turned = np.cross(found.tilt.value, robot.gravity)
+    assert axis @ turned > 0.99 * np.linalg.norm(turned)
+    assert not any("wrong" in each for each in others)
+    assert all(side.seen for side in found.sides if side.links == "identified")
+    assert len(found.gravities) == 1
+
+
+@pytest.mark.parametrize("level", ["links", "armature"])
+def test_no_other_gravity_is_named_where_it_is_right(robot, level):
+    found = compared(robot, recording(robot, level, seed=3))
+    assert found.tilt is None
+    gravity = [each for each in found.gravities[0].estimates if each.term.kind == "gravity"]
+    assert len(gravity) == 3
+    assert all(abs(each.value) < 2 * each.half_width for each in gravity)
+
+
+def test_heavier_links_are_no_tilt(robot):
+    heavier = [SOLIDS[0], SOLIDS[1]._replace(mass=1.1 * SOLIDS[1].mass), SOLIDS[2]]
+    found = compared(robot, recording(arm(solids=heavier), "armature"))
+    assert found.tilt is None
+    assert any("wrong" in each for each in describe_answers(found))

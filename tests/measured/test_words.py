@@ -336,7 +336,7 @@ VERDICTS: dict[str, tuple[Any, list[str]]] = {
         record(explanations=(FRICTION, REPAIR)),
         [
             f"The recording fits {RUBBED}",
-            "Other changes explain it too, and the recording does not distinguish them:",
+            "The recording cannot tell these apart from it:",
             f"it fits {REPAIRED}",
             f"{NONE}; nearest is coupled ({LEFT}).",
         ],
@@ -345,7 +345,8 @@ VERDICTS: dict[str, tuple[Any, list[str]]] = {
         record(single=(change(is_possible=False), change())),
         [
             f"{NONE}.",
-            f"Nearest is coupled ({LEFT}); no one number and no friction explains the rest.",
+            f"Nearest is coupled ({LEFT}); no one number, no friction and no gravity"
+            " explains the rest.",
             f"The change that explains most: {arm_messages.format_estimate(change())}.",
         ],
     ),
@@ -353,7 +354,8 @@ VERDICTS: dict[str, tuple[Any, list[str]]] = {
         record(repairs=(made(arm=None, level="links", estimate=change()), made(arm=1))),
         [
             f"{NONE}.",
-            f"Nearest is coupled ({LEFT}); no one number and no friction explains the rest.",
+            f"Nearest is coupled ({LEFT}); no one number, no friction and no gravity"
+            " explains the rest.",
             "links alone (links) would need the payload's mass to be 23.46 kg, which is"
             " impossible.",
         ],
@@ -380,7 +382,12 @@ def test_changes_and_runs_are_told_in_their_units():
         for stays, long, within in ((0.1, 2.0, 0.5), (0.4, 3.0, 1.0), (0.3, 2.5, 0.84))
     ]
     assert list(arm_messages._describe_runs(made(windows=windows, best=made(name="links")))) == [
-        "3 runs of links from the record's states stay within three times their uncertainty for"
-        " 0.3 s of 2.5 s (median), and within twice it at 78 % of the rows."
+        "Simulated from 3 recorded states, links leaves its uncertainty band (3 sigma) after 0.3 s"
+        " of 2.5 s (median); 78 % of the rows are within 2 sigma."
+    ]
+    window = made(stays_s=2.0, time=[1.0, 3.0], within=1.0)
+    assert list(arm_messages._describe_runs(made(windows=[window], best=made(name="links")))) == [
+        "Simulated from 1 recorded state, links stays in its uncertainty band (3 sigma) for all of"
+        " 2 s; 100 % of the rows are within 2 sigma."
     ]
     assert list(arm_messages._describe_runs(made(windows=[]))) == []
