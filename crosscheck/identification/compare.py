@@ -352,7 +352,8 @@ def _find_tilt(robot: Robot, weighed: SideResult, free: SideResult) -> GravityEs
         half_width[axis] = each.half_width
     found = GravityEstimate(value, half_width, robot.gravity)
     is_there = any(abs(each.t) > weighed.threshold for each in asked)
-    alone = weighed.is_excited and not weighed.find_worse_joints(free)
+    is_sure = weighed.is_excited and all(each.doubled is None for each in asked)
+    alone = is_sure and not weighed.find_worse_joints(free)
     return found if is_there and alone and found.is_tilted else None
 
 
@@ -523,6 +524,9 @@ def _judge_side(
         fit = fit_part(part, torque, full)
         steps.append(StepResult(name, part.shape[2], *fit))
     estimates = add_systematic_errors(_select_estimates(problem, columns, full), sound)
+    for factor, _, among in others:
+        if factor > 1:
+            estimates = flag_band_dependence(estimates, among)
     concerned = _find_concerned(problem.terms, columns, full)
     return SideResult(
         side=side,
@@ -619,6 +623,20 @@ def add_systematic_errors(
             )
         )
     return tuple(widened)
+
+
+def flag_band_dependence(
+    estimates: tuple[TermEstimate, ...], doubled: tuple[TermEstimate, ...]
+) -> tuple[TermEstimate, ...]:
+    """Estimates, with the value in a band twice as wide where that is beyond both intervals."""
+    there = {each.term: each for each in doubled}
+    return tuple(
+        replace(each, doubled=other.value)
+        if (other := there.get(each.term)) is not None
+        and abs(other.value - each.value) > max(each.half_width, other.half_width)
+        else each
+        for each in estimates
+    )
 
 
 def find_threshold(estimates: tuple[TermEstimate, ...], fit: LinearFit) -> float:

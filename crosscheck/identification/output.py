@@ -178,7 +178,8 @@ def _estimate_content(each: TermEstimate) -> dict[str, object]:
         "in_the_file": each.term.value,
         "estimate": each.value,
         "standard_error": each.error,
-        "half_of_95_percent_interval": each.half_width,
+        "half_of_95_percent_interval": each.half_width if each.doubled is None else None,
+        "estimate_in_twice_the_band": each.doubled,
         "systematic_part_of_standard_error": each.systematic,
     }
 

@@ -51,7 +51,9 @@ class TorqueTerm:
 class TermEstimate:
     """An estimated term: value with its standard error and half of its 95 % interval.
 
-    systematic: the part of the standard error that blocks do not show, by other bands.
+    systematic: the part of the standard error that blocks do not show, by other bands; doubled: the
+    value in a band twice as wide where that is further off than either interval: this one is then
+    of the band and not of the robot.
     """
 
     term: TorqueTerm
@@ -59,6 +61,7 @@ class TermEstimate:
     error: float
     half_width: float
     systematic: float = 0.0
+    doubled: float | None = None
 
     @property
     def t(self) -> float:

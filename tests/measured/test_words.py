@@ -1,12 +1,13 @@
 """What a comparison with recordings says: every sentence, its numbers from made answers."""
 
+from dataclasses import replace
 from types import SimpleNamespace
 from typing import Any
 
 import numpy as np
 import pytest
 
-from crosscheck.identification import messages, output
+from crosscheck.identification import compare, messages, output
 from crosscheck.identification.terms import TermEstimate, TorqueTerm
 from crosscheck.recordings import messages as arm_messages
 from crosscheck.recordings.compare import Repair
@@ -89,7 +90,7 @@ SIDES: dict[str, tuple[Any, list[str]]] = {
         ),
         [
             f"{WHERE} rotors and links cannot be distinguished: the motion hardly shows"
-            " a, b, c, d, e, f (condition number 1.2e+03, at most 1e+03).",
+            " a, b, c, d, e, f (condition number 1234, at most 1000).",
             "Of 100 sums of sines within the joints' limits the best (seed 17, period 6.28 s) has"
             " a condition number of 46: record that one (--out FOLDER writes it as"
             " excitation.csv).",
@@ -104,7 +105,7 @@ SIDES: dict[str, tuple[Any, list[str]]] = {
         ),
         [
             f"{WHERE} rotors and links cannot be distinguished: the motion hardly shows"
-            " a (condition number 1e+03, at most 1e+03).",
+            " a (condition number 1001, at most 1000).",
             "Of 100 sums of sines within the joints' limits the best (seed 3, period 2 s) has a"
             " condition number of 2.3e+03: none shows them within these limits.",
         ],
@@ -137,6 +138,27 @@ def test_links_of_the_file_say_how_far_off_they_are():
     free.is_excited, scaled.wrong_factors = False, ()
     would = f"With such factors it would be: {TOLD}."
     assert list(messages._describe_scaled(scaled, free)) == [would]
+
+
+def test_numbers_that_differ_never_read_the_same():
+    given = side(is_excited=False, concerned=("m",), condition=1000.4, excitation=None)
+    assert "(condition number 1000.4, at most 1000)" in next(messages._describe_side(given))
+    assert arm_messages.format_apart([1234567.1, 1234567.2], 5) == ["1234567.1", "1234567.2"]
+    assert arm_messages.format_apart([2.0, 2.0]) == ["2", "2"]
+    for value in (10.0, 1234567.8, 0.1 + 0.2):
+        assert float(arm_messages.format_exact(value)) == value
+
+
+def test_an_estimate_that_another_band_moves_has_no_interval():
+    apart = replace(FACTOR, doubled=1.5)
+    said = "link b 1.250 1 (depends on the band: 1.500 1 in twice the band)"
+    assert messages.format_estimate(apart) == said
+    for there, is_flagged in ((1.275, True), (1.265, False)):
+        wide = replace(FACTOR, value=there)
+        (found,) = compare.flag_band_dependence((FACTOR,), (wide,))
+        assert (found.doubled == there) is is_flagged
+    noisy = replace(FACTOR, value=1.275, half_width=0.03)
+    assert compare.flag_band_dependence((FACTOR,), (noisy,)) == (FACTOR,)
 
 
 def test_the_part_of_an_error_that_other_bands_make_is_told_beside_its_estimate():
@@ -230,7 +252,8 @@ INTERVALS = {
 
 @pytest.mark.parametrize("text", INTERVALS)
 def test_a_value_has_the_digits_of_its_interval(text):
-    assert messages._format_interval(*INTERVALS[text]) == text
+    value, half_width = INTERVALS[text]
+    assert messages._format_interval(TermEstimate(FACTOR.term, value, 1.0, half_width)) == text
     assert messages.format_row([1.23456, -2000.0]) == "1.23, -2e+03"
 
 
