@@ -23,6 +23,7 @@ from crosscheck.recordings import engines, friction, output, smoothing
 from crosscheck.recordings.compare import EngineDisagreement, RecordComparison, Repair, compare
 from crosscheck.recordings.forward import Window
 from crosscheck.recordings.friction import FrictionFit
+from crosscheck.recordings.gravity import GravityEstimate, GravityFit
 from crosscheck.recordings.parameters import Estimate, find_parameters
 from crosscheck.recordings.record import Record, read_record
 from crosscheck.recordings.residual import NormalEquations
@@ -293,7 +294,8 @@ def _wrong_answer(data: Mapping[str, Any]) -> Iterator[str]:
     stays = np.median([each["stays_s"] for each in windows])
     long = np.median([each["to_s"] - each["from_s"] for each in windows])
     inside = 100 * np.mean([each["within_2_u_val"] for each in windows])
-    yield from misread("runs", answer[-1], [len(windows), stays, long, inside])
+    left = [3, stays] if stays < long else [3]
+    yield from misread("runs", answer[-1], [len(windows), *left, long, inside, 2])
 
 
 def wrong_page(found: RecordComparison) -> Iterator[str]:
@@ -470,9 +472,11 @@ def wrong_order() -> Iterator[str]:
         Repair("coupled", Estimate(parameter, 1.0, 0.1, 9.0, left), own) for left, own in lefts
     ]
     frictions = [FrictionFit("coupled", (), 9.0, left + 4, own) for left, own in lefts]
-    found = comparison._select_possible(repairs, frictions)
-    said = [each.left if isinstance(each, FrictionFit) else each.estimate.left for each in found]
-    if said != [5.5, 6.0, 7.0, 1.5, 2.0, 3.0]:
+    none = GravityEstimate(np.zeros(2), np.zeros(2), np.zeros(2))
+    gravities = [GravityFit("coupled", none, 9.0, left + 2, own) for left, own in lefts]
+    found = comparison._select_possible(repairs, frictions, gravities)
+    said = [each.estimate.left if isinstance(each, Repair) else each.left for each in found]
+    if said != [5.5, 6.0, 7.0, 3.5, 4.0, 5.0, 1.5, 2.0, 3.0]:
         yield f"explanations that leave {said}"
 
 
