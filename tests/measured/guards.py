@@ -36,7 +36,8 @@ from tests.measured import second
 # are differences of runs, 1e-8 of themselves.
 RELATIVE = 1e-6
 TOLERANCES = {"arm.payload_mass_kg": 0.01}
-RIGHT, HEAVY, RUBBING = "right", "heavy", "rubbing"
+RIGHT, HEAVY, RUBBING, TILTED = "right", "heavy", "rubbing", "tilted"
+TILT_RAD = 0.05
 
 
 @lru_cache
@@ -55,8 +56,11 @@ def arm() -> Arm:
 
 @lru_cache
 def measured(kind: str) -> tuple[RecordComparison, second.Numbers]:
-    """A record as the file has it, with more payload or with Coulomb friction; both programs."""
+    """A record as the file has it, with more payload, Coulomb friction or a tilt; both programs."""
     given = second.with_value(content(), "arm.payload_mass_kg", 5.1 if kind == HEAVY else 5.0)
+    if kind == TILTED:
+        turned = complex(*content()["gravity_m_per_s2"]) * np.exp(1j * TILT_RAD)
+        given = {**given, "gravity_m_per_s2": [turned.real, turned.imag]}
     with TemporaryDirectory() as folder:
         path = Path(folder) / "record.csv"
         second.write_record(path, given, "coupled", 4.0 if kind == RUBBING else 0.0)
@@ -184,6 +188,20 @@ def wrong_frictions(data: Mapping[str, Any], right: second.Numbers) -> Iterator[
                 (f"coulomb_{half}", own[1][half]),
             ):
                 yield from apart(name, joint[name], value)
+
+
+def wrong_gravities(data: Mapping[str, Any], right: second.Numbers) -> Iterator[str]:
+    """Of the gravity that explains the record."""
+    for said in data["explained_by_gravity"]:
+        own = list(right.gravity(said["level"]).values())
+        in_file = right.content["gravity_m_per_s2"]
+        half = "half_of_95_percent_interval"
+        values = [there + each["estimate"] for there, each in zip(in_file, own, strict=True)]
+        yield from apart("gravity", said["gravity_m_per_s2"], values)
+        yield from apart("gravity's interval", said[half], [each[half] for each in own])
+        yield from apart("gravity in the file", said["in_the_file"], in_file)
+        left = "chi2_per_degree_of_freedom_left"
+        yield from apart("gravity leaves", said[left], own[0][left])
 
 
 def wrong_windows(data: Mapping[str, Any], right: Sequence[Mapping[str, Any]]) -> Iterator[str]:
