@@ -107,13 +107,13 @@ def _describe_runs(comparison: RecordComparison) -> Iterator[str]:
     inside = np.mean([window.within for window in comparison.windows])
     start = f"Simulated from {format_count(len(comparison.windows), 'recorded state')}"
     leaves = (
-        f"leaves its uncertainty band (3 sigma) after {stays:.3g} s of"
+        "leaves its uncertainty band (3 sigma) after"
         if stays < long
-        else "stays in its uncertainty band (3 sigma) for all of"
+        else "stays in its uncertainty band (3 sigma) for"
     )
     median = " (median)" if len(comparison.windows) > 1 else ""
     yield (
-        f"{start}, {comparison.best.name} {leaves} {long:.3g} s{median};"
+        f"{start}, {comparison.best.name} {leaves} {stays:.3g} s of {long:.3g} s{median};"
         f" {100 * inside:.0f} % of the rows are within 2 sigma."
     )
 

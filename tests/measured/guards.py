@@ -312,8 +312,7 @@ def _wrong_answer(data: Mapping[str, Any]) -> Iterator[str]:
     stays = np.median([each["stays_s"] for each in windows])
     long = np.median([each["to_s"] - each["from_s"] for each in windows])
     inside = 100 * np.mean([each["within_2_u_val"] for each in windows])
-    left = [3, stays] if stays < long else [3]
-    yield from misread("runs", answer[-1], [len(windows), *left, long, inside, 2])
+    yield from misread("runs", answer[-1], [len(windows), 3, stays, long, inside, 2])
 
 
 def wrong_page(found: RecordComparison) -> Iterator[str]:

@@ -410,7 +410,7 @@ def test_changes_and_runs_are_told_in_their_units():
     ]
     window = made(stays_s=2.0, time=[1.0, 3.0], within=1.0)
     assert list(arm_messages._describe_runs(made(windows=[window], best=made(name="links")))) == [
-        "Simulated from 1 recorded state, links stays in its uncertainty band (3 sigma) for all of"
-        " 2 s; 100 % of the rows are within 2 sigma."
+        "Simulated from 1 recorded state, links stays in its uncertainty band (3 sigma) for 2 s"
+        " of 2 s; 100 % of the rows are within 2 sigma."
     ]
     assert list(arm_messages._describe_runs(made(windows=[]))) == []
