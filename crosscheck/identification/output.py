@@ -13,6 +13,7 @@ from crosscheck.identification import messages
 from crosscheck.identification.compare import RobotComparison, SideResult
 from crosscheck.identification.terms import TermEstimate
 from crosscheck.recordings.engines import describe_engine
+from crosscheck.report.formatting import format_count
 from crosscheck.report.plots.joints import JointColumn, draw_joints
 from crosscheck.report.records import format_json
 
@@ -29,7 +30,7 @@ def describe_comparison(comparison: RobotComparison) -> Iterator[str]:
     yield ""
     seconds = sum(float(each.time[-1] - each.time[0]) for each in comparison.recordings)
     rows = sum(each.rows for each in comparison.recordings)
-    yield f"{len(comparison.recordings)} recordings, {rows:,} rows, {seconds:.4g} s"
+    yield f"{format_count(len(comparison.recordings), 'recording')}, {rows:,} rows, {seconds:.4g} s"
     if comparison.robot.friction.any():
         yield FILE_FRICTION
     yield from map(describe_engine, comparison.engines)

@@ -60,12 +60,12 @@ class GravityEstimate:
     def describe(self) -> str:
         """The estimate and its angle, as the end of a sentence with a question."""
         angle = self.angle_deg
-        said = (
+        head = (
             f"gravity is {_format_vector(self.value, self.half_width)} m/s^2 in the base's frame;"
             f" the file says {_format_vector(self.in_file)}"
         )
         if angle is None:
-            return f"{said}. Is the base tilted?"
+            return f"{head}. Is the base tilted?"
         digits = max(0, min(6, int(1 - np.floor(np.log10(max(angle[1], 1e-6))))))
         turn = f"{angle[0]:.{digits}f} +- {angle[1]:.{digits}f} degrees"
         if len(self.value) == 3:
@@ -75,7 +75,7 @@ class GravityEstimate:
         else:
             way = self.value[0] * self.in_file[1] - self.value[1] * self.in_file[0]
             about = "z" if way > 0 else "-z"
-        return f"{said}. It is tilted by {turn}: is the base tilted about {about}?"
+        return f"{head}. It is tilted by {turn}: is the base tilted about {about}?"
 
 
 @dataclass(frozen=True)

@@ -170,7 +170,7 @@ def format_exact(value: float) -> str:
 
 
 def format_apart(values: Sequence[float], digits: int = 3) -> list[str]:
-    """Numbers in so many digits, or as many as tell those apart that are not equal."""
+    """Numbers in so many digits, or as many as make different ones read differently."""
     for more in range(digits, 18):
         texts = [f"{value:.{more}g}" for value in values]
         if len(set(texts)) == len(set(values)):

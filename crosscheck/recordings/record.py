@@ -143,7 +143,7 @@ def _read_csv(path: Path) -> dict[str, np.ndarray]:
 def _has_known_unit(name: str) -> bool:
     """Whether a column's name is that of a quantity of a record with a unit of it."""
     match = NUMBERED.fullmatch(name) or TOGETHER.fullmatch(name) or re.fullmatch("(t)_(.+)", name)
-    return bool(match) and match[match.lastindex or 0] in UNITS[match[1]]
+    return match is not None and match[match.lastindex or 0] in UNITS[match[1]]
 
 
 def _suggest_names(columns: Iterable[str]) -> str:

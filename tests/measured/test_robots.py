@@ -10,9 +10,9 @@ import numpy as np
 import pinocchio as pin
 import pytest
 
-from crosscheck.identification import compare, decimation
+from crosscheck.identification import compare, decimation, output
 from crosscheck.identification.decimation import halve_rows
-from crosscheck.identification.messages import describe_answers
+from crosscheck.identification.messages import describe_answers, format_estimate
 from crosscheck.identification.recording import Recording
 from crosscheck.identification.sampling import lowest_bandwidth
 from crosscheck.identification.structure import compare_levels, draw_samples
@@ -28,6 +28,7 @@ from tests.measured.robots import (
     RATIO,
     ROTOR,
     SOLIDS,
+    STEP,
     VISCOUS,
     arm,
     behind,
@@ -459,3 +460,25 @@ def test_heavier_links_are_no_tilt(robot):
     found = compared(robot, recording(arm(solids=heavier), "armature"))
     assert found.tilt is None
     assert any("wrong" in each for each in describe_answers(found))
+
+
+@pytest.mark.parametrize("lag_hz", [None, 6.0])
+def test_what_a_lag_of_one_drive_makes_of_a_delay_depends_on_the_band(robot, lag_hz):
+    """The last motor's torque follows through a low-pass of first order, which no term is."""
+    given = recording(robot, "armature")
+    torque = given.motor_torque.copy()
+    if lag_hz:
+        kept = np.exp(-2 * np.pi * lag_hz * STEP)
+        for row in range(1, len(torque)):
+            torque[row, 2] = kept * torque[row - 1, 2] + (1 - kept) * torque[row, 2]
+    side = first_side(robot, replace(given, motor_torque=torque))
+    flagged = [each for each in side.estimates if each.doubled is not None]
+    assert [each.term.kind for each in flagged] == (["delay"] if lag_hz else [])
+    for each in flagged:
+        (wide,) = (band for band in side.bands if band.bandwidth > side.bandwidth)
+        (there,) = (other for other in wide.estimates if other.term == each.term)
+        assert each.doubled == there.value
+        text = format_estimate(each)
+        assert "depends on the band" in text
+        assert "+-" not in text
+        assert output._estimate_content(each)["half_of_95_percent_interval"] is None
