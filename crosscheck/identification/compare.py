@@ -301,11 +301,13 @@ def compare_robot(
                 break
         judged = _judge_side(problem, side, treatment, bandwidth, knowledge)
         if treatment == "identified" and not any(each.any() for each in payloads):
-            gravities.append(_judge_gravity(robot, samples, torques, side, bandwidth))
-            if tilt is None and (tilt := _find_tilt(robot, gravities[-1], judged)) is not None:
-                robot = replace(robot, gravity=tilt.value)
+            weighed, found = _judge_gravity(problem, torques, side, bandwidth)
+            gravities.append(weighed)
+            if found is not None and tilt is None:
+                tilt, robot = found, replace(robot, gravity=found.value)
                 samples = _BandSamples(robot, recordings, torques, shared, payloads)
                 problem = _Problem(robot, samples, LINK_KINDS[treatment])
+                bandwidth = problem.choose_bandwidth(widest)
                 judged = _judge_side(problem, side, treatment, bandwidth, knowledge)
         sides.append(judged)
         if treatment == "identified":
@@ -324,17 +326,33 @@ def compare_robot(
 
 
 def _judge_gravity(
-    robot: Robot,
-    samples: _BandSamples,
-    torques: Sequence[np.ndarray],
-    side: Side,
-    bandwidth: float,
-) -> SideResult:
-    """What torques say with the file's links and another gravity."""
-    links = [LinkRegressor(robot).values] * len(samples.recordings)
-    left = _BandSamples(robot, samples.recordings, torques, samples.shared, links)
-    problem = _Problem(robot, left, LINK_KINDS["known"])
-    return _judge_side(problem, side, "known", bandwidth, NOTHING_ELSE)
+    problem: _Problem, torques: Sequence[np.ndarray], side: Side, bandwidth: float
+) -> tuple[SideResult, GravityEstimate | None]:
+    """What torques say with the file's links and another gravity, and whether it is a tilt.
+
+    Args:
+        problem: With any links and the file's gravity.
+        bandwidth: Of that problem; with another gravity it is chosen anew.
+    """
+    robot, recordings = problem.robot, problem.recordings
+    links = [LinkRegressor(robot).values] * len(recordings)
+    left = _BandSamples(robot, recordings, torques, problem.shared, links)
+    known = _Problem(robot, left, LINK_KINDS["known"])
+    weighed = _judge_side(known, side, "known", bandwidth, NOTHING_ELSE)
+    if not _is_gravity_asked(weighed):
+        return weighed, None
+    bandwidth = known.choose_bandwidth()
+    weighed = _judge_side(known, side, "known", bandwidth, NOTHING_ELSE)
+    if not _is_gravity_asked(weighed):
+        return weighed, None
+    free = _judge_side(problem, side, "identified", bandwidth, NOTHING_ELSE)
+    return weighed, _find_tilt(robot, weighed, free)
+
+
+def _is_gravity_asked(side: SideResult) -> bool:
+    """Whether a component of gravity is not the file's."""
+    asked = (each for each in side.estimates if each.term.kind == "gravity")
+    return side.is_excited and any(abs(each.t) > side.threshold for each in asked)
 
 
 def _find_tilt(robot: Robot, weighed: SideResult, free: SideResult) -> GravityEstimate | None:
@@ -351,10 +369,9 @@ def _find_tilt(robot: Robot, weighed: SideResult, free: SideResult) -> GravityEs
         value[axis] += each.value
         half_width[axis] = each.half_width
     found = GravityEstimate(value, half_width, robot.gravity)
-    is_there = any(abs(each.t) > weighed.threshold for each in asked)
-    is_sure = weighed.is_excited and all(each.doubled is None for each in asked)
+    is_sure = all(each.doubled is None for each in asked)
     alone = is_sure and not weighed.find_worse_joints(free)
-    return found if is_there and alone and found.is_tilted else None
+    return found if alone and found.is_tilted else None
 
 
 def _select_torques(
