@@ -53,7 +53,7 @@ SIDES: dict[str, tuple[Any, list[str]]] = {
         side(seen=(J3,), rotors=(J1, J2, J3), impossible=()),
         [
             f"{WHERE} links and friction alone are rejected: {TOLD}.",
-            "Not told from zero: armature of j1 0.3540 +- 0.0042 kg m^2; "
+            "Not distinguishable from zero: armature of j1 0.3540 +- 0.0042 kg m^2; "
             "armature of j2 0.3540 +- 0.0042 kg m^2.",
         ],
     ),
