@@ -57,8 +57,8 @@ def describe_answers(comparison: RobotComparison) -> list[str]:
                 sentences += _describe_refinement(side.refinement, SIDE_WORDS[side.side])
     if comparison.knowledge.lacks_size:
         sentences.append(
-            "Gains of drives cannot be determined: any of them has links that explain the torques. State"
-            " how well the file's links are known ([prior] links), or record once more with a known"
+            "Gains of drives cannot be determined: any of them has links that explain the torques."
+            " State how well the file's links are known ([prior] links), or record once more with a known"
             " payload (payload of recordings)."
         )
     return [*sentences, *_describe_levels(comparison)]
@@ -94,7 +94,8 @@ def _describe_side(side: SideResult) -> Iterator[str]:
         yield f"By the {where} links and friction alone are not rejected."
     unseen = [each for each in side.rotors if each not in (*side.seen, *side.impossible)]
     if unseen:
-        yield f"Not distinguishable from zero: {'; '.join(format_estimate(each) for each in unseen)}."
+        listed = "; ".join(format_estimate(each) for each in unseen)
+        yield f"Not distinguishable from zero: {listed}."
     if side.delay is not None:
         order = "lag behind" if side.delay.value > 0 else "come before"
         yield f"All of these torques {order} the motion: {format_estimate(side.delay)}."
@@ -119,7 +120,8 @@ def _describe_refinement(refinement: Refinement, where: str) -> Iterator[str]:
         yield f"By the {where}: {'; '.join(format_estimate(each) for each in beside)}."
     if best.contained:
         reason = "what else is unknown" if links is None else "anything"
-        yield f"No zero of the encoder of {', '.join(best.contained)} can be distinguished from {reason}."
+        names = ", ".join(best.contained)
+        yield f"No zero of the encoder of {names} can be distinguished from {reason}."
 
 
 def _describe_bodies(level: Level, bodies: PossibleBodies) -> str:
