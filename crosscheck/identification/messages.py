@@ -58,8 +58,8 @@ def describe_answers(comparison: RobotComparison) -> list[str]:
     if comparison.knowledge.lacks_size:
         sentences.append(
             "Gains of drives cannot be determined: any of them has links that explain the torques."
-            " State how well the file's links are known ([prior] links), or record once more with a known"
-            " payload (payload of recordings)."
+            " State how well the file's links are known ([prior] links), or record once more with a"
+            " known payload (payload of recordings)."
         )
     return [*sentences, *_describe_levels(comparison)]
 
