@@ -54,11 +54,11 @@ from crosscheck.recordings.gravity import GravityEstimate
 from crosscheck.runner.progress_update import CountCallback
 
 Side = Literal["motor", "joint", "between"]
-LinkTreatment = Literal["identified", "scaled", "known", "none"]
+LinkTreatment = Literal["identified", "scaled", "fixed", "none"]
 LINK_KINDS: dict[LinkTreatment, tuple[TermKind, ...]] = {
     "identified": ("links",),
     "scaled": ("scale",),
-    "known": ("gravity",),
+    "fixed": ("gravity",),
     "none": (),
 }
 # What is added step by step, friction before rotors: a rotor is named by what friction leaves.
@@ -301,10 +301,10 @@ def compare_robot(
                 break
         judged = _judge_side(problem, side, treatment, bandwidth, knowledge)
         if treatment == "identified" and not any(each.any() for each in payloads):
-            weighed, found = _judge_gravity(problem, torques, side, bandwidth)
+            weighed, gravity = _judge_gravity(problem, torques, side, bandwidth)
             gravities.append(weighed)
-            if found is not None and tilt is None:
-                tilt, robot = found, replace(robot, gravity=found.value)
+            if gravity is not None and tilt is None:
+                tilt, robot = gravity, replace(robot, gravity=gravity.value)
                 samples = _BandSamples(robot, recordings, torques, shared, payloads)
                 problem = _Problem(robot, samples, LINK_KINDS[treatment])
                 bandwidth = problem.choose_bandwidth(widest)
@@ -337,12 +337,12 @@ def _judge_gravity(
     robot, recordings = problem.robot, problem.recordings
     links = [LinkRegressor(robot).values] * len(recordings)
     left = _BandSamples(robot, recordings, torques, problem.shared, links)
-    known = _Problem(robot, left, LINK_KINDS["known"])
-    weighed = _judge_side(known, side, "known", bandwidth, NOTHING_ELSE)
+    fixed = _Problem(robot, left, LINK_KINDS["fixed"])
+    weighed = _judge_side(fixed, side, "fixed", bandwidth, NOTHING_ELSE)
     if not _is_gravity_asked(weighed):
         return weighed, None
-    bandwidth = known.choose_bandwidth()
-    weighed = _judge_side(known, side, "known", bandwidth, NOTHING_ELSE)
+    bandwidth = fixed.choose_bandwidth()
+    weighed = _judge_side(fixed, side, "fixed", bandwidth, NOTHING_ELSE)
     if not _is_gravity_asked(weighed):
         return weighed, None
     free = _judge_side(problem, side, "identified", bandwidth, NOTHING_ELSE)
@@ -368,10 +368,10 @@ def _find_tilt(robot: Robot, weighed: SideResult, free: SideResult) -> GravityEs
         axis = "xyz".index(each.term.name.split()[2])
         value[axis] += each.value
         half_width[axis] = each.half_width
-    found = GravityEstimate(value, half_width, robot.gravity)
+    gravity = GravityEstimate(value, half_width, robot.gravity)
     is_sure = all(each.doubled is None for each in asked)
     alone = is_sure and not weighed.find_worse_joints(free)
-    return found if alone and found.is_tilted else None
+    return gravity if alone and gravity.is_tilted else None
 
 
 def _select_torques(

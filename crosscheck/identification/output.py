@@ -43,7 +43,7 @@ def _describe_side(side: SideResult) -> Iterator[str]:
     links = {
         "identified": ", links identified",
         "scaled": ", links of the file scaled",
-        "known": ", links of the file, another gravity",
+        "fixed": ", links of the file, another gravity",
         "none": "",
     }
     yield (
