@@ -339,20 +339,20 @@ def _judge_gravity(
     left = _BandSamples(robot, recordings, torques, problem.shared, links)
     fixed = _Problem(robot, left, LINK_KINDS["fixed"])
     weighed = _judge_side(fixed, side, "fixed", bandwidth, NOTHING_ELSE)
-    if not _is_gravity_asked(weighed):
+    if not _is_gravity_significant(weighed):
         return weighed, None
     bandwidth = fixed.choose_bandwidth()
     weighed = _judge_side(fixed, side, "fixed", bandwidth, NOTHING_ELSE)
-    if not _is_gravity_asked(weighed):
+    if not _is_gravity_significant(weighed):
         return weighed, None
     free = _judge_side(problem, side, "identified", bandwidth, NOTHING_ELSE)
     return weighed, _find_tilt(robot, weighed, free)
 
 
-def _is_gravity_asked(side: SideResult) -> bool:
+def _is_gravity_significant(side: SideResult) -> bool:
     """Whether a component of gravity is not the file's."""
-    asked = (each for each in side.estimates if each.term.kind == "gravity")
-    return side.is_excited and any(abs(each.t) > side.threshold for each in asked)
+    components = (each for each in side.estimates if each.term.kind == "gravity")
+    return side.is_excited and any(abs(each.t) > side.threshold for each in components)
 
 
 def _find_tilt(robot: Robot, weighed: SideResult, free: SideResult) -> GravityEstimate | None:
@@ -363,13 +363,13 @@ def _find_tilt(robot: Robot, weighed: SideResult, free: SideResult) -> GravityEs
         free: Of any links with the file's gravity.
     """
     value, half_width = robot.gravity.astype(float), np.zeros(3)
-    asked = [each for each in weighed.estimates if each.term.kind == "gravity"]
-    for each in asked:
+    components = [each for each in weighed.estimates if each.term.kind == "gravity"]
+    for each in components:
         axis = "xyz".index(each.term.name.split()[2])
         value[axis] += each.value
         half_width[axis] = each.half_width
     gravity = GravityEstimate(value, half_width, robot.gravity)
-    is_sure = all(each.doubled is None for each in asked)
+    is_sure = all(each.doubled is None for each in components)
     alone = is_sure and not weighed.find_worse_joints(free)
     return gravity if alone and gravity.is_tilted else None
 
