@@ -245,6 +245,8 @@ def _describe_side(side: SideResult, published: Mapping[str, float]) -> Iterator
 
 def _format_interval(each: TermEstimate) -> str:
     text = format_estimate(each).removeprefix(f"{each.term.name} ")
+    if each.doubled is not None:
+        return f"{text.split()[0]} (depends on the band)"
     return text.removesuffix(each.term.unit).replace("+-", "±").strip()
 
 
@@ -264,7 +266,7 @@ def draw_picture(studies: Sequence[Study]) -> str:
         axes.errorbar(
             places,
             values,
-            yerr=[each.half_width for each in side.rotors],
+            yerr=[np.nan if each.doubled else each.half_width for each in side.rotors],
             fmt="o",
             ms=4,
             capsize=3,

@@ -43,6 +43,11 @@ def largest_difference(run: xr.Dataset, other_run: xr.Dataset, quantity: str) ->
     Raises RunMismatch unless both runs have the quantity at the very same times, joints and
     planets.
     """
+    return float(np.fmax.reduce(np.abs(_difference(run, other_run, quantity)), axis=None))
+
+
+def _difference(run: xr.Dataset, other_run: xr.Dataset, quantity: str) -> np.ndarray:
+    """A run's values of a quantity less another's. Raises RunMismatch."""
     for side in (run, other_run):
         if quantity not in side:
             raise RunMismatch(f"the run of {side.attrs.get('model')} has no {quantity}")
@@ -54,7 +59,8 @@ def largest_difference(run: xr.Dataset, other_run: xr.Dataset, quantity: str) ->
             raise RunMismatch(f"the runs have {quantity} at other values of {name}")
     if (np.isnan(left.values) != np.isnan(right.values)).any():
         raise RunMismatch(f"{quantity} has values in one run where the other has none")
-    return float(np.fmax.reduce(np.abs(left.values - right.values), axis=None))
+    values: np.ndarray = left.values - right.values
+    return values
 
 
 def size(run: xr.Dataset, quantity: str) -> float:
@@ -201,9 +207,12 @@ def measure_deviation(
 
 
 def measure_tip_deviation(about: Subject, left: xr.Dataset, right: xr.Dataset, arm: Arm) -> Finding:
-    """Measure how far the tips of two runs are apart."""
+    """Measure the largest distance between the tips of two runs, and its share of the reach."""
     left_run, right_run = (run.assign(tip=tip_position(run, arm)) for run in (left, right))
-    return measure_deviation(about, left_run, right_run)
+    distances = np.linalg.norm(_difference(left_run, right_run, "tip"), axis=1)
+    measured = float(np.fmax.reduce(distances))
+    relative = measured / sum(link.length_m for link in arm.links)
+    return make_measurement(about, measured=measured, relative=relative)
 
 
 def tip_position(run: xr.Dataset, arm: Arm) -> xr.DataArray:

@@ -50,13 +50,15 @@ from crosscheck.models.errors import InputError
 from crosscheck.models.pinocchio.regressor import LinkRegressor
 from crosscheck.models.robot.robot import Robot, remove_friction
 from crosscheck.recordings.engines import compare_robot_engines
+from crosscheck.recordings.gravity import GravityEstimate
 from crosscheck.runner.progress_update import CountCallback
 
 Side = Literal["motor", "joint", "between"]
-LinkTreatment = Literal["identified", "scaled", "none"]
+LinkTreatment = Literal["identified", "scaled", "fixed", "none"]
 LINK_KINDS: dict[LinkTreatment, tuple[TermKind, ...]] = {
     "identified": ("links",),
     "scaled": ("scale",),
+    "fixed": ("gravity",),
     "none": (),
 }
 # What is added step by step, friction before rotors: a rotor is named by what friction leaves.
@@ -74,7 +76,7 @@ NOTHING_ELSE = Knowledge()
 # Chance that anything is named on a side which is not there: of all its rotors, factors and delay
 # together; and that identified links leave less at any joint while the file's are right.
 SIGNIFICANT = 1e-4
-NAMED_KINDS: tuple[TermKind, ...] = (*ROTOR_KINDS, "scale", "delay")
+NAMED_KINDS: tuple[TermKind, ...] = (*ROTOR_KINDS, "scale", "gravity", "delay")
 NO_LESS = 1.1  # times the errors of a band: a wider one that makes them more lacks something
 LEFT_MORE = 1.1  # times what identified links leave at a joint: the file's are wrong there
 # Of scaled columns: beyond it estimates hang on what motion hardly shows (Gautier and Khalil, 1992,
@@ -215,7 +217,9 @@ class RobotComparison:
     """What recordings say of a robot.
 
     ranks: of its levels over all motions; sides: nothing where the engines disagree; knowledge:
-    what was known of links, and what was asked beside them.
+    what was known of links, and what was asked beside them; gravities: of each side, with the
+    file's links, another gravity; tilt: that one if it alone explains the torques, and all sides
+    are judged with it.
     """
 
     robot: Robot
@@ -224,6 +228,8 @@ class RobotComparison:
     ranks: LevelRanks
     sides: tuple[SideResult, ...]
     knowledge: Knowledge = NOTHING_ELSE
+    gravities: tuple[SideResult, ...] = ()
+    tilt: GravityEstimate | None = None
 
     @property
     def excitation(self) -> Excitation | None:
@@ -274,7 +280,9 @@ def compare_robot(
     progress("asking what can be distinguished", 0, len(asked) + 1)
     ranks = compare_levels(robot, shared)
     sides: list[SideResult] = []
+    gravities: list[SideResult] = []
     engines: list[Finding] = []
+    tilt: GravityEstimate | None = None
     widest = np.inf
     for number, (side, treatment, torques) in enumerate(asked, 1):
         progress(f"estimating by torques of side {side}", number, len(asked) + 1)
@@ -291,11 +299,79 @@ def compare_robot(
             engines = compare_robot_engines(robot, (moved.q, moved.v, moved.a))
             if any(engine.verdict != "agree" for engine in engines):
                 break
-        sides.append(_judge_side(problem, side, treatment, bandwidth, knowledge))
+        judged = _judge_side(problem, side, treatment, bandwidth, knowledge)
+        if treatment == "identified" and not any(each.any() for each in payloads):
+            weighed, gravity = _judge_gravity(problem, torques, side, bandwidth)
+            gravities.append(weighed)
+            if gravity is not None and tilt is None:
+                tilt, robot = gravity, replace(robot, gravity=gravity.value)
+                samples = _BandSamples(robot, recordings, torques, shared, payloads)
+                problem = _Problem(robot, samples, LINK_KINDS[treatment])
+                bandwidth = problem.choose_bandwidth(widest)
+                judged = _judge_side(problem, side, treatment, bandwidth, knowledge)
+        sides.append(judged)
         if treatment == "identified":
             scaled = _Problem(robot, samples, LINK_KINDS["scaled"])
             sides.append(_judge_side(scaled, side, "scaled", bandwidth, NOTHING_ELSE))
-    return RobotComparison(given, tuple(recordings), tuple(engines), ranks, tuple(sides), knowledge)
+    return RobotComparison(
+        given,
+        tuple(recordings),
+        tuple(engines),
+        ranks,
+        tuple(sides),
+        knowledge,
+        tuple(gravities),
+        tilt,
+    )
+
+
+def _judge_gravity(
+    problem: _Problem, torques: Sequence[np.ndarray], side: Side, bandwidth: float
+) -> tuple[SideResult, GravityEstimate | None]:
+    """What torques say with the file's links and another gravity, and whether it is a tilt.
+
+    Args:
+        problem: With any links and the file's gravity.
+        bandwidth: Of that problem; with another gravity it is chosen anew.
+    """
+    robot, recordings = problem.robot, problem.recordings
+    links = [LinkRegressor(robot).values] * len(recordings)
+    left = _BandSamples(robot, recordings, torques, problem.shared, links)
+    fixed = _Problem(robot, left, LINK_KINDS["fixed"])
+    weighed = _judge_side(fixed, side, "fixed", bandwidth, NOTHING_ELSE)
+    if not _is_gravity_significant(weighed):
+        return weighed, None
+    bandwidth = fixed.choose_bandwidth()
+    weighed = _judge_side(fixed, side, "fixed", bandwidth, NOTHING_ELSE)
+    if not _is_gravity_significant(weighed):
+        return weighed, None
+    free = _judge_side(problem, side, "identified", bandwidth, NOTHING_ELSE)
+    return weighed, _find_tilt(robot, weighed, free)
+
+
+def _is_gravity_significant(side: SideResult) -> bool:
+    """Whether a component of gravity is not the file's."""
+    components = (each for each in side.estimates if each.term.kind == "gravity")
+    return side.is_excited and any(abs(each.t) > side.threshold for each in components)
+
+
+def _find_tilt(robot: Robot, weighed: SideResult, free: SideResult) -> GravityEstimate | None:
+    """The gravity that alone explains torques, if it is one of a tilted base.
+
+    Args:
+        weighed: Of the file's links with another gravity.
+        free: Of any links with the file's gravity.
+    """
+    value, half_width = robot.gravity.astype(float), np.zeros(3)
+    components = [each for each in weighed.estimates if each.term.kind == "gravity"]
+    for each in components:
+        axis = "xyz".index(each.term.name.split()[2])
+        value[axis] += each.value
+        half_width[axis] = each.half_width
+    gravity = GravityEstimate(value, half_width, robot.gravity)
+    is_sure = all(each.doubled is None for each in components)
+    alone = is_sure and not weighed.find_worse_joints(free)
+    return gravity if alone and gravity.is_tilted else None
 
 
 def _select_torques(
@@ -465,6 +541,9 @@ def _judge_side(
         fit = fit_part(part, torque, full)
         steps.append(StepResult(name, part.shape[2], *fit))
     estimates = add_systematic_errors(_select_estimates(problem, columns, full), sound)
+    for factor, _, among in others:
+        if factor > 1:
+            estimates = flag_band_dependence(estimates, among)
     concerned = _find_concerned(problem.terms, columns, full)
     return SideResult(
         side=side,
@@ -495,7 +574,7 @@ def _judge_side(
                 problem.measured,
                 full.sigma,
             )
-            if concerned and treatment != "scaled"
+            if concerned and treatment in ("identified", "none")
             else None
         ),
         refinement=(
@@ -561,6 +640,20 @@ def add_systematic_errors(
             )
         )
     return tuple(widened)
+
+
+def flag_band_dependence(
+    estimates: tuple[TermEstimate, ...], doubled: tuple[TermEstimate, ...]
+) -> tuple[TermEstimate, ...]:
+    """Estimates, with the value in a band twice as wide where that is beyond both intervals."""
+    there = {each.term: each for each in doubled}
+    return tuple(
+        replace(each, doubled=other.value)
+        if (other := there.get(each.term)) is not None
+        and abs(other.value - each.value) > max(each.half_width, other.half_width)
+        else each
+        for each in estimates
+    )
 
 
 def find_threshold(estimates: tuple[TermEstimate, ...], fit: LinearFit) -> float:

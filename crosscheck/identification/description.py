@@ -210,7 +210,7 @@ def _read_recording(
         pieces = moving.select_pieces((*given.columns, *pulled))
     else:
         pulling = open_table(where.parent / files.torque)
-        time, rows = _read_times(description, moving), _count_rows(pulling)
+        time, rows = _read_times(description, moving), pulling.count_rows()
         if rows != len(time):
             reason = f"has {rows} rows, {moving.where} has {len(time)}"
             raise InputError(pulling.where, "", None, reason)
@@ -237,12 +237,8 @@ def _read_recording(
 def _read_times(description: RecordDescription, table: CsvTable) -> np.ndarray:
     """Times [s] of all rows. Raises InputError."""
     if description.time is None:
-        return (description.step_s or 1.0) * np.arange(_count_rows(table))
+        return (description.step_s or 1.0) * np.arange(table.count_rows())
     return np.concatenate(list(table.select_pieces((description.time,))))[:, 0]
-
-
-def _count_rows(table: CsvTable) -> int:
-    return sum(map(len, table.read_pieces()))
 
 
 def _convert(values: np.ndarray, given: TorqueColumns, turns: np.ndarray) -> np.ndarray:

@@ -18,6 +18,7 @@ from crosscheck.identification.refinement import PossibleBodies, Refinement
 from crosscheck.identification.terms import ROTOR_KINDS, TermEstimate
 from crosscheck.models.robot.robot import Level
 from crosscheck.recordings.engines import describe_disagreement
+from crosscheck.recordings.messages import format_apart
 
 SIDE_WORDS: dict[Side, str] = {
     "motor": "torques of the motors",
@@ -33,6 +34,12 @@ def describe_answers(comparison: RobotComparison) -> list[str]:
     if not comparison.engines_agree:
         return list(describe_disagreement(comparison.engines, "robot"))
     sentences: list[str] = []
+    if comparison.tilt is not None:
+        sentences.append(
+            "Another gravity alone explains the torques with the file's links:"
+            f" {comparison.tilt.describe()}"
+        )
+        sentences.append("What follows holds with that gravity.")
     for side in comparison.sides:
         if side.links == "scaled":
             identified = next(
@@ -50,9 +57,9 @@ def describe_answers(comparison: RobotComparison) -> list[str]:
                 sentences += _describe_refinement(side.refinement, SIDE_WORDS[side.side])
     if comparison.knowledge.lacks_size:
         sentences.append(
-            "Gains of drives cannot be told: any of them has links that explain the torques. State"
-            " how well the file's links are known ([prior] links), or record once more with a known"
-            " payload (payload of recordings)."
+            "Gains of drives cannot be determined: any of them has links that explain the torques."
+            " State how well the file's links are known ([prior] links), or record once more with a"
+            " known payload (payload of recordings)."
         )
     return [*sentences, *_describe_levels(comparison)]
 
@@ -62,9 +69,10 @@ def _describe_side(side: SideResult) -> Iterator[str]:
     where = SIDE_WORDS[side.side]
     if not side.is_excited:
         names = ", ".join(side.concerned[:MOST_NAMES])
+        condition, allowed = format_apart([side.condition, EXCITED], digits=4)
         yield (
             f"By the {where} rotors and links cannot be distinguished: the motion hardly shows"
-            f" {names} (condition number {side.condition:.2g}, at most {EXCITED:.3g})."
+            f" {names} (condition number {condition}, at most {allowed})."
         )
         if side.excitation is not None:
             yield _describe_excitation(side.excitation)
@@ -86,7 +94,8 @@ def _describe_side(side: SideResult) -> Iterator[str]:
         yield f"By the {where} links and friction alone are not rejected."
     unseen = [each for each in side.rotors if each not in (*side.seen, *side.impossible)]
     if unseen:
-        yield f"Not told from zero: {'; '.join(format_estimate(each) for each in unseen)}."
+        listed = "; ".join(format_estimate(each) for each in unseen)
+        yield f"Not distinguishable from zero: {listed}."
     if side.delay is not None:
         order = "lag behind" if side.delay.value > 0 else "come before"
         yield f"All of these torques {order} the motion: {format_estimate(side.delay)}."
@@ -111,7 +120,8 @@ def _describe_refinement(refinement: Refinement, where: str) -> Iterator[str]:
         yield f"By the {where}: {'; '.join(format_estimate(each) for each in beside)}."
     if best.contained:
         reason = "what else is unknown" if links is None else "anything"
-        yield f"No zero of the encoder of {', '.join(best.contained)} is told from {reason}."
+        names = ", ".join(best.contained)
+        yield f"No zero of the encoder of {names} can be distinguished from {reason}."
 
 
 def _describe_bodies(level: Level, bodies: PossibleBodies) -> str:
@@ -141,7 +151,9 @@ def _describe_prior(refinement: Refinement, links: float) -> str:
     listed = "; ".join(format_estimate(each) for each in rotors)
     if len(refinement.fits) == 1:
         return f"{head}: {listed}. The file has no rotors, so coupled is not asked."
-    sizes = " and ".join(f"{fit.chi_squared:.5g} for {fit.level}" for fit in refinement.fits)
+    fits = refinement.fits
+    values = format_apart([fit.chi_squared for fit in fits], digits=5)
+    sizes = " and ".join(f"{each} for {fit.level}" for each, fit in zip(values, fits, strict=True))
     if refinement.level is None:
         return (
             f"{head} armature and coupled cannot be distinguished (chi squared {sizes}): links"
@@ -167,10 +179,7 @@ def _describe_scaled(side: SideResult, identified: SideResult) -> Iterator[str]:
     """How far off the file's links are; rotors beside them where links cannot be identified."""
     wrong = side.wrong_factors
     if wrong:
-        listed = ", ".join(
-            f"{_format_interval(each.value, each.half_width)} for {each.term.name}"
-            for each in wrong
-        )
+        listed = ", ".join(f"{_format_interval(each)} for {each.term.name}" for each in wrong)
         yield (
             f"The {SIDE_WORDS[side.side]} ask for factors on the torques of {listed}: the file's"
             " links or the gains are wrong, and rotors are not judged by these."
@@ -205,15 +214,18 @@ def _describe_levels(comparison: RobotComparison) -> Iterator[str]:
 
 def format_estimate(each: TermEstimate) -> str:
     """An estimate with its 95 % interval."""
-    return f"{each.term.name} {_format_interval(each.value, each.half_width)} {each.term.unit}"
+    return f"{each.term.name} {_format_interval(each, each.term.unit)}"
 
 
-def _format_interval(value: float, half_width: float) -> str:
-    """A value to the second digit of its interval."""
-    if not 1e-9 < half_width < 1e6:
-        return f"{value:.3g} +- {half_width:.2g}"
-    decimals = max(1 - floor(log10(half_width)), 0)
-    return f"{value:.{decimals}f} +- {half_width:.{decimals}f}"
+def _format_interval(each: TermEstimate, unit: str = "") -> str:
+    """A value to the second digit of its interval; without one where it depends on the band."""
+    value, half_width, after = each.value, each.half_width, f" {unit}" if unit else ""
+    is_usual = 1e-9 < half_width < 1e6
+    digits = f".{max(1 - floor(log10(half_width)), 0)}f" if is_usual else ".3g"
+    if each.doubled is not None:
+        beside = f"{each.doubled:{digits}}{after} in twice the band"
+        return f"{value:{digits}}{after} (depends on the band: {beside})"
+    return f"{value:{digits}} +- {half_width:{digits if is_usual else '.2g'}}{after}"
 
 
 def format_row(values: Sequence[float] | np.ndarray) -> str:

@@ -13,6 +13,7 @@ from crosscheck.identification import messages
 from crosscheck.identification.compare import RobotComparison, SideResult
 from crosscheck.identification.terms import TermEstimate
 from crosscheck.recordings.engines import describe_engine
+from crosscheck.report.formatting import format_count
 from crosscheck.report.plots.joints import JointColumn, draw_joints
 from crosscheck.report.records import format_json
 
@@ -29,17 +30,22 @@ def describe_comparison(comparison: RobotComparison) -> Iterator[str]:
     yield ""
     seconds = sum(float(each.time[-1] - each.time[0]) for each in comparison.recordings)
     rows = sum(each.rows for each in comparison.recordings)
-    yield f"{len(comparison.recordings)} recordings, {rows:,} rows, {seconds:.4g} s"
+    yield f"{format_count(len(comparison.recordings), 'recording')}, {rows:,} rows, {seconds:.4g} s"
     if comparison.robot.friction.any():
         yield FILE_FRICTION
     yield from map(describe_engine, comparison.engines)
-    for side in comparison.sides:
+    for side in (*comparison.sides, *comparison.gravities):
         yield ""
         yield from _describe_side(side)
 
 
 def _describe_side(side: SideResult) -> Iterator[str]:
-    links = {"identified": ", links identified", "scaled": ", links of the file scaled", "none": ""}
+    links = {
+        "identified": ", links identified",
+        "scaled": ", links of the file scaled",
+        "fixed": ", links of the file, another gravity",
+        "none": "",
+    }
     yield (
         f"{messages.SIDE_WORDS[side.side]}{links[side.links]}: up to {side.bandwidth:.3g} Hz"
         f" by rows {1e3 * side.samples.step:.3g} ms apart,"
@@ -77,6 +83,8 @@ def comparison_json(comparison: RobotComparison) -> str:
                 "armature_and_coupled": ranks.both,
             },
             "decided": comparison.is_decided,
+            "other_gravity_m_per_s2": None if comparison.tilt is None else comparison.tilt.value,
+            "sides_with_other_gravity": [_side_content(each) for each in comparison.gravities],
             "sides": [_side_content(side) for side in comparison.sides],
         }
     )
@@ -171,7 +179,8 @@ def _estimate_content(each: TermEstimate) -> dict[str, object]:
         "in_the_file": each.term.value,
         "estimate": each.value,
         "standard_error": each.error,
-        "half_of_95_percent_interval": each.half_width,
+        "half_of_95_percent_interval": each.half_width if each.doubled is None else None,
+        "estimate_in_twice_the_band": each.doubled,
         "systematic_part_of_standard_error": each.systematic,
     }
 

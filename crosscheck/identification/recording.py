@@ -7,7 +7,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from crosscheck.models.errors import InputError
-from crosscheck.recordings.record import LEAST_MOTION, Record
+from crosscheck.recordings.record import LEAST_MOTION, Record, require_rising
 
 LEAST_ROWS = 64
 LONGEST_GAP = 20.0  # times the mean step
@@ -58,11 +58,8 @@ class Recording:
 
 def require_even_enough(where: str, time: np.ndarray) -> None:
     """Raise InputError for times that fall or have gaps, which no filter can follow."""
+    require_rising(where, "time", time)
     steps = np.diff(time)
-    if not (steps > 0).all():
-        row = int(np.flatnonzero(~(steps > 0))[0]) + 2
-        field, value = f"time, row {row}", float(time[row - 1])
-        raise InputError(where, field, value, f"must be after {time[row - 2]:g}")
     if steps.size and steps.max() > LONGEST_GAP * steps.mean():
         row = int(steps.argmax()) + 2
         reason = f"is {steps.max():.3g} s after the row before; cut the record where it has gaps"

@@ -1,4 +1,4 @@
-"""Terms of a robot's torques that are linear in something unknown: links, friction, rotors."""
+"""Terms of a robot's torques that are linear in something unknown: links, gravity, friction."""
 
 from __future__ import annotations
 
@@ -17,6 +17,7 @@ from crosscheck.registry import build_robot_model, reference_engine
 TermKind = Literal[
     "links",
     "scale",
+    "gravity",
     "offset",
     "viscous",
     "coulomb",
@@ -50,7 +51,9 @@ class TorqueTerm:
 class TermEstimate:
     """An estimated term: value with its standard error and half of its 95 % interval.
 
-    systematic: the part of the standard error that blocks do not show, by other bands.
+    systematic: the part of the standard error that blocks do not show, by other bands; doubled: the
+    value in a band twice as wide where that is further off than either interval: this one is then
+    of the band and not of the robot.
     """
 
     term: TorqueTerm
@@ -58,6 +61,7 @@ class TermEstimate:
     error: float
     half_width: float
     systematic: float = 0.0
+    doubled: float | None = None
 
     @property
     def t(self) -> float:
@@ -110,6 +114,12 @@ def build_columns(robot: Robot, shared: np.ndarray, samples: BandSample) -> Regr
         alone[:, joint] = given[:, joint]
         terms.append(TorqueTerm("scale", f"the file's links at {name}", "", 1.0))
         parts.append(alone[:, :, None])
+    # Linear beside the file's links alone: of other links it would be multiplied by these.
+    terms += [
+        TorqueTerm("gravity", f"gravity along {axis} beyond the file's", "m/s^2", 0.0)
+        for axis in "xyz"
+    ]
+    parts.append(regressor.gravity_torques(samples.q))
     for term, column in _joint_columns(robot, shared, samples):
         terms.append(term)
         parts.append(column[:, :, None])

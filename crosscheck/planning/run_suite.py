@@ -20,7 +20,7 @@ from crosscheck.planning.comparison import Comparison, Results, make_comparison
 from crosscheck.planning.plan import COARSE_STEP_RATIOS, Experiment, OrderCase
 from crosscheck.runner.tasks import Evaluation, Simulation
 
-LARGEST = "largest absolute difference"
+LARGEST, APART = "largest absolute difference", "largest distance"
 MESH = ("theta", "x_sp", "x_pr")
 SENSITIVE = ("theta", "x_sp")
 FORM_QUANTITIES = ("theta", "x_sp", "F_sp", "F_pr")
@@ -282,9 +282,8 @@ def _subject(
     models: tuple[str, str],
     joint: int | None = None,
 ) -> Subject:
-    return Subject(
-        ComparisonKey(family, experiment.name, quantity, *models, joint), UNITS[quantity], LARGEST
-    )
+    key = ComparisonKey(family, experiment.name, quantity, *models, joint)
+    return Subject(key, UNITS[quantity], APART if quantity == "tip" else LARGEST)
 
 
 def relax_comparison(experiment: Experiment, comparison: Comparison) -> Comparison:

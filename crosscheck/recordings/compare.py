@@ -16,6 +16,7 @@ from crosscheck.models.experiment.scenario import Scenario
 from crosscheck.recordings.engines import build_rigid_model, compare_arm_engines
 from crosscheck.recordings.forward import Window, run_windows
 from crosscheck.recordings.friction import FrictionFit, fit_friction
+from crosscheck.recordings.gravity import GravityFit, find_gravity, fit_gravity
 from crosscheck.recordings.parameters import (
     Estimate,
     Parameter,
@@ -66,7 +67,7 @@ class Repair:
     arm: Arm | None
 
 
-Explanation = Repair | FrictionFit
+Explanation = Repair | FrictionFit | GravityFit
 
 
 @dataclass(frozen=True)
@@ -111,8 +112,8 @@ class RecordComparison(ComparisonBasis):
     angle_noise [rad] and torque_noise [N m] (joints,): of one sample; levels: the likeliest first;
     own_chi2 over own_freedom: of the best level under its own noise; single: its parameters as if
     each alone were wrong; base: those that the record distinguishes, at once, with their condition
-    number; repairs and frictions: where it leaves more than noise, what would not; curves: of the
-    best explanation, without its change and with it.
+    number; repairs, frictions and gravities: where it leaves more than noise, what would not;
+    curves: of the best explanation, without its change and with it.
     """
 
     angle_noise: np.ndarray
@@ -125,6 +126,7 @@ class RecordComparison(ComparisonBasis):
     condition: float
     repairs: tuple[Repair, ...]
     frictions: tuple[FrictionFit, ...]
+    gravities: tuple[GravityFit, ...]
     tolerances: Mapping[str, float]
     windows: tuple[Window, ...]
     curves: tuple[ResidualCurve, ...]
@@ -151,8 +153,8 @@ class RecordComparison(ComparisonBasis):
 
     @property
     def explanations(self) -> list[Explanation]:
-        """The changes that an arm can have, friction first, then those that leave least."""
-        return _select_possible(self.repairs, self.frictions)
+        """The changes that an arm can have: friction, gravity, then numbers that leave least."""
+        return _select_possible(self.repairs, self.frictions, self.gravities)
 
 
 def compare(
@@ -231,6 +233,7 @@ def _judge_levels(
     base, condition = base_of(equations, among)
     repairs: list[Repair] = []
     frictions: list[FrictionFit] = []
+    gravities: list[GravityFit] = []
     if not _is_noise(equations.chi2, equations.freedom):
         for level in names:
             each = (
@@ -238,6 +241,8 @@ def _judge_levels(
             )
             repairs += _find_repairs(each, level, arm, among)
             frictions += _find_frictions(each, level, arm, among)
+            gravities += _find_gravities(each, level, arm, len(among))
+    explanations = _select_possible(repairs, frictions, gravities)
     progress("running the model forward", rows, rows)
     return RecordComparison(
         **vars(basis),
@@ -251,9 +256,10 @@ def _judge_levels(
         condition=condition,
         repairs=tuple(repairs),
         frictions=tuple(frictions),
+        gravities=tuple(gravities),
         tolerances=tolerances,
         windows=tuple(run_windows(pieces, arm, best, tolerances)),
-        curves=tuple(_compute_curves(pieces, arm, best, _select_possible(repairs, frictions))),
+        curves=tuple(_compute_curves(pieces, arm, best, explanations)),
     )
 
 
@@ -273,8 +279,8 @@ def _build_equations(
     among: Sequence[Parameter],
     progress: CountCallback,
 ) -> NormalEquations:
-    """Normal equations of a level for the parameters, then for the Coulomb friction of joints."""
-    more = [increase_parameter(arm, parameter) for parameter in among]
+    """Normal equations of a level: the parameters, gravity, then Coulomb friction of joints."""
+    more = [increase_parameter(arm, parameter) for parameter in (*among, *find_gravity(arm))]
     changes = [(build_rigid_model(level, other), by) for other, by in more]
     total = sum(len(block.time) for block in pieces)
     doing = f"estimating parameters of {level}"
@@ -305,13 +311,21 @@ def _find_frictions(
     return [fit] if _is_noise(normal.chi2 - fit.better, normal.freedom) else []
 
 
+def _find_gravities(normal: NormalEquations, level: str, arm: Arm, before: int) -> list[GravityFit]:
+    fit = fit_gravity(normal, level, arm, range(before, before + len(arm.gravity_m_per_s2)))
+    return [fit] if _is_noise(normal.chi2 - fit.better, normal.freedom) else []
+
+
 def _select_possible(
-    repairs: Sequence[Repair], frictions: Sequence[FrictionFit]
+    repairs: Sequence[Repair],
+    frictions: Sequence[FrictionFit],
+    gravities: Sequence[GravityFit],
 ) -> list[Explanation]:
-    """Those that an arm can have: frictions first, each kind by what it leaves."""
+    """Those that an arm can have: friction, gravity, numbers; each kind by what it leaves."""
     able = [each for each in repairs if each.arm is not None]
     return [
         *sorted((each for each in frictions if each.arm is not None), key=lambda each: each.left),
+        *sorted((each for each in gravities if each.arm is not None), key=lambda each: each.left),
         *sorted(able, key=lambda each: each.estimate.left),
     ]
 

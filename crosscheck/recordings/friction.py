@@ -54,11 +54,12 @@ class FrictionFit:
 def fit_friction(
     normal: NormalEquations, level: str, arm: Arm, among: Sequence[Parameter]
 ) -> FrictionFit:
-    """The friction of all joints that explains most; normal: with columns of Coulomb friction."""
+    """The friction of all joints that explains most; normal: Coulomb friction's columns last."""
     joints = len(arm.joints)
     paths = [f"arm.joints.{joint}.friction_N_m_s_per_rad" for joint in range(joints)]
     places = [parameter.path for parameter in among]
-    chosen = [*(places.index(path) for path in paths), *range(len(among), len(among) + joints)]
+    count = len(normal.right)
+    chosen = [*(places.index(path) for path in paths), *range(count - joints, count)]
     matrix, right = normal.matrix[np.ix_(chosen, chosen)], normal.right[chosen]
     size = np.sqrt(np.where(np.diag(matrix) > 0, np.diag(matrix), 1.0))  # of a joint that stands
     inverse = np.linalg.pinv(matrix / np.outer(size, size), rcond=LEAST_EIGENVALUE, hermitian=True)

@@ -3,14 +3,17 @@
 from __future__ import annotations
 
 from collections.abc import Iterator, Sequence
+from math import floor, log10
 
 import numpy as np
 
 from crosscheck.recordings.compare import EngineDisagreement, Explanation, RecordComparison, Repair
 from crosscheck.recordings.engines import describe_disagreement
 from crosscheck.recordings.friction import FrictionFit, JointFriction
+from crosscheck.recordings.gravity import GravityFit
 from crosscheck.recordings.parameters import Estimate
 from crosscheck.registry import RIGID_ARM
+from crosscheck.report.formatting import format_count
 
 LEVEL_PHRASES = {
     "links": "links alone (links)",
@@ -50,7 +53,7 @@ def _describe_verdict(comparison: RecordComparison) -> Iterator[str]:
     elif explanations:
         yield _describe_explanation(comparison, explanations[0], "The recording fits")
         if explanations[1:]:
-            yield "Other changes explain it too, and the recording does not distinguish them:"
+            yield "The recording cannot tell these apart from it:"
             yield from (
                 _describe_explanation(comparison, each, "it fits") for each in explanations[1:]
             )
@@ -58,7 +61,10 @@ def _describe_verdict(comparison: RecordComparison) -> Iterator[str]:
     else:
         yield f"{NONE_FITS}."
         name = name_level(comparison, best.name)
-        yield f"Nearest is {name} ({left}); no one number and no friction explains the rest."
+        yield (
+            f"Nearest is {name} ({left}); no one number, no friction and no gravity explains"
+            " the rest."
+        )
         nearest = next((each for each in comparison.single if each.is_possible), None)
         if nearest is not None:
             yield f"The change that explains most: {format_estimate(nearest)}."
@@ -91,8 +97,10 @@ def _describe_explanation(comparison: RecordComparison, change: Explanation, beg
         return (
             f"{fits} if {parameter.phrase} is {_format_estimate_value(change.estimate)}"
             f" {parameter.unit};"
-            f" the file says {parameter.value:.6g}."
+            f" the file says {format_exact(parameter.value)}."
         )
+    if isinstance(change, GravityFit):
+        return f"{fits} if {change.gravity.describe()}"
     return f"{fits} with friction: {'; '.join(map(_describe_friction, change.joints))}."
 
 
@@ -101,7 +109,7 @@ def _describe_friction(each: JointFriction) -> str:
     viscous = format_value(each.viscous, each.viscous_half_width, each.in_file)
     return (
         f"joint {each.joint}: Coulomb {coulomb} N m (the file has none) and viscous {viscous}"
-        f" N m s/rad (the file says {each.in_file:.6g})"
+        f" N m s/rad (the file says {format_exact(each.in_file)})"
     )
 
 
@@ -113,10 +121,16 @@ def _describe_runs(comparison: RecordComparison) -> Iterator[str]:
     long = np.median([window.time[-1] - window.time[0] for window in comparison.windows])
     inside = np.mean([window.within for window in comparison.windows])
     name = name_level(comparison, comparison.best.name)
+    start = f"Simulated from {format_count(len(comparison.windows), 'recorded state')}"
+    leaves = (
+        "leaves its uncertainty band (3 sigma) after"
+        if stays < long
+        else "stays in its uncertainty band (3 sigma) for"
+    )
+    median = " (median)" if len(comparison.windows) > 1 else ""
     yield (
-        f"{len(comparison.windows)} runs of {name} from the record's states stay"
-        f" within three times their uncertainty for {stays:.3g} s of {long:.3g} s (median), and"
-        f" within twice it at {100 * inside:.0f} % of the rows."
+        f"{start}, {name} {leaves} {stays:.3g} s of {long:.3g} s{median};"
+        f" {100 * inside:.0f} % of the rows are within 2 sigma."
     )
 
 
@@ -126,6 +140,8 @@ def change_words(change: Explanation | None) -> str:
         return "with the file's numbers"
     if isinstance(change, FrictionFit):
         return "with Coulomb and viscous friction as estimated"
+    if isinstance(change, GravityFit):
+        return "with gravity as estimated"
     parameter = change.estimate.parameter
     return f"with {parameter.name} {_format_estimate_value(change.estimate)} {parameter.unit}"
 
@@ -139,9 +155,9 @@ def format_estimate(each: Estimate) -> str:
     parameter = each.parameter
     impossible = "" if each.is_possible else ", which is impossible"
     return (
-        f"{parameter.name} {each.value:.6g} +- {each.half_width:.2g} {parameter.unit} (95 %)"
-        f"{impossible}; the file says {parameter.value:.6g}; leaves a chi squared of"
-        f" {format_number(each.left)} per degree of freedom"
+        f"{parameter.name} {_format_to_interval(each)} +- {each.half_width:.2g} {parameter.unit}"
+        f" (95 %){impossible}; the file says {format_exact(parameter.value)}; leaves a chi squared"
+        f" of {format_number(each.left)} per degree of freedom"
     )
 
 
@@ -153,6 +169,29 @@ def format_value(value: float, half_width: float, in_file: float) -> str:
         if abs(float(text) - value) <= enough:
             return text
     return repr(value)
+
+
+def _format_to_interval(each: Estimate) -> str:
+    """An estimate in six digits, or as many as show the second one of its interval."""
+    digits = 6
+    if each.value and each.half_width:
+        digits = max(digits, 2 + floor(log10(abs(each.value))) - floor(log10(each.half_width)))
+    return f"{each.value:.{min(digits, MOST_DIGITS)}g}"
+
+
+def format_exact(value: float) -> str:
+    """A number of a file in six digits, or as many as give it back."""
+    texts = (f"{value:.{digits}g}" for digits in range(6, 18))
+    return next(text for text in texts if float(text) == value)
+
+
+def format_apart(values: Sequence[float], digits: int = 3) -> list[str]:
+    """Numbers in so many digits, or as many as make different ones read differently."""
+    for more in range(digits, 18):
+        texts = [f"{value:.{more}g}" for value in values]
+        if len(set(texts)) == len(set(values)):
+            break
+    return texts
 
 
 def likelihood(ratio: float) -> str:

@@ -49,9 +49,9 @@ def _describe_details(comparison: RecordComparison) -> Iterator[str]:
         share = level.fit.chi2 / level.fit.freedom
         name = messages.name_level(comparison, level.name)
         yield (
-            f"{name}: chi squared {messages.format_number(share)} per degree of freedom; residual"
-            f" {messages.format_values(level.fit.left)} N m rms,"
-            f" {messages.format_values(level.fit.noise)} by noise"
+            f"{name}: residual {messages.format_values(level.fit.left)} N m rms (noise alone:"
+            f" {messages.format_values(level.fit.noise)}), reduced chi-squared"
+            f" {messages.format_number(share)}"
         )
     for each in comparison.single[:MOST_PARAMETERS]:
         yield f"alone: {messages.format_estimate(each)}"
@@ -109,6 +109,18 @@ def _findings(comparison: RecordComparison) -> dict[str, object]:
             for each in comparison.repairs
         ],
         "explained_by_friction": [_friction(each) for each in comparison.frictions],
+        "explained_by_gravity": [
+            {
+                "level": each.level,
+                "gravity_m_per_s2": each.gravity.value,
+                "half_of_95_percent_interval": each.gravity.half_width,
+                "in_the_file": each.gravity.in_file,
+                "chi2_falls_by": each.better,
+                "chi2_per_degree_of_freedom_left": each.left,
+                "possible": each.arm is not None,
+            }
+            for each in comparison.gravities
+        ],
         "tolerances": comparison.tolerances,
         "windows": [
             {

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import re
 from collections import Counter
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass
 from math import pi
 from pathlib import Path
@@ -30,6 +30,13 @@ UNITS: dict[str, dict[str, float]] = {
 }
 NUMBERED = re.compile(r"(theta_dot|theta|torque)_(\d+)_(.+)")
 TOGETHER = re.compile(r"(theta_dot|theta|torque)_(.+)")
+# What people call a record's quantities, without units; `rename` in a message is by these.
+LIKELY = {
+    "t": re.compile(r"%?(t|time|timestamp|stamp|secs?|seconds)(_\w+)?"),
+    "theta_dot": re.compile(r"(dq|qd|q_?dot|v|vel|velocity|rate|omega|dtheta|theta_?dot)_?\d+"),
+    "torque": re.compile(r"(tau|torque|effort)_?\d+"),
+    "theta": re.compile(r"(q|theta|phi|angle|pos|position|joint)_?\d+"),
+}
 TRAJECTORY_NAMES = {"time": "t_s", "theta": "theta_rad", "theta_dot": "theta_dot_rad_per_s"}
 TRAJECTORY_NAMES |= {"torque": "torque_N_m"}  # as this program's own trajectories call them
 # What rates are times the slope of the angles, within this share, if one has another unit.
@@ -92,12 +99,14 @@ def read_record(path: Path, joints: int, topic: str = "", named: Sequence[str] =
     time = _select_column(where, columns, "t", None)
     if time is None:
         allowed = ", ".join(f"t_{unit}" for unit in UNITS["t"])
-        raise InputError(where, "", None, f"has no times; a column must be one of {allowed}")
+        reason = f"has no times; a column must be one of {allowed}{_suggest_names(columns)}"
+        raise InputError(where, "", None, reason)
     tables = {kind: _build_table(where, columns, kind, joints) for kind in list(UNITS)[1:]}
     angles = tables["theta"]
     if angles is None:
-        raise InputError(where, "", None, "has no angles; columns must be theta_1_rad, ...")
-    _require_rising(where, time)
+        reason = f"has no angles; columns must be theta_1_rad, ...{_suggest_names(columns)}"
+        raise InputError(where, "", None, reason)
+    _require_usable_times(where, time)
     for kind, nothing in (("theta_dot", "0 or no number"), ("torque", "no number")):
         table = tables[kind]
         # Publishers that measure no rates or efforts fill them with zeros or with no numbers.
@@ -120,12 +129,36 @@ def _is_stated(kind: str, table: np.ndarray) -> bool:
 
 
 def _read_csv(path: Path) -> dict[str, np.ndarray]:
+    """Columns by name; of those that no record has the names alone, whatever they hold."""
     table = open_table(path)
-    values = np.concatenate(list(table.read_pieces()))
-    twice = [name for name, count in Counter(table.names).items() if count > 1]
+    used = [place for place, name in enumerate(table.names) if _has_known_unit(name)]
+    names = [table.names[place] for place in used]
+    twice = [name for name, count in Counter(names).items() if count > 1]
     if twice:
         raise InputError(table.where, "line 1", twice[0], "is there twice")
-    return dict(zip(table.names, values.T, strict=True))
+    values = np.concatenate(list(table.read_pieces(used)))
+    return dict.fromkeys(table.names, np.empty(0)) | dict(zip(names, values.T, strict=True))
+
+
+def _has_known_unit(name: str) -> bool:
+    """Whether a column's name is that of a quantity of a record with a unit of it."""
+    match = NUMBERED.fullmatch(name) or TOGETHER.fullmatch(name) or re.fullmatch("(t)_(.+)", name)
+    return match is not None and match[match.lastindex or 0] in UNITS[match[1]]
+
+
+def _suggest_names(columns: Iterable[str]) -> str:
+    """What a file's columns may have to be called, as the end of a sentence."""
+    names, renamed = [name for name in columns if name], []
+    counts: Counter[str] = Counter()
+    for name in names:
+        word = re.split(r"[\s\[(]", name.lower())[0]
+        kind = next((kind for kind, likely in LIKELY.items() if likely.fullmatch(word)), None)
+        if kind is not None and not _has_known_unit(name):
+            counts[kind] += 1
+            number = "" if kind == "t" else f"_{counts[kind]}"
+            renamed.append(f"{name} to {kind}{number}_{next(iter(UNITS[kind]))}")
+    seen = f"; its columns are {', '.join(names)[:120]}" if names else ""
+    return f"{seen}: rename {', '.join(renamed)} or as their units are" if renamed else seen
 
 
 BagContent = tuple[dict[str, np.ndarray], int]  # columns by name; how many messages were skipped
@@ -246,7 +279,8 @@ def _select_column(
         raise InputError(where, begin, None, f"is there in {' and in '.join(there)}")
     if begin in columns and not there:
         allowed = " or ".join(f"{begin}_{unit}" for unit in UNITS[kind])
-        raise InputError(where, begin, None, f"has no unit in its name; must be {allowed}")
+        reason = f"has no unit in its name; must be {allowed}{_suggest_names(columns)}"
+        raise InputError(where, begin, None, reason)
     for unit, values in there.items():
         if values.size != max(values.shape, default=1):
             reason = f"has shape {values.shape}; must be a column"
@@ -294,18 +328,24 @@ def _build_table(
     return np.stack(given, axis=1)
 
 
-def _require_rising(where: str, time: np.ndarray) -> None:
+def require_rising(where: str, noun: str, time: np.ndarray) -> None:
+    """Raise InputError for the first time [s] that is not after the one before."""
+    wrong = np.flatnonzero(~(np.diff(time) > 0))
+    if wrong.size:
+        row = int(wrong[0]) + 1
+        now, before = float(time[row]), float(time[row - 1])
+        reason = f"is that of row {row}" if now == before else f"is before row {row} ({before!r})"
+        raise InputError(where, f"{noun}, row {row + 1}", now, f"{reason}; must rise")
+
+
+def _require_usable_times(where: str, time: np.ndarray) -> None:
     wrong = np.flatnonzero(~(np.abs(time) <= LATEST))
     if wrong.size:
         row = int(wrong[0])
         value = float(time[row])
         shown = value if np.isfinite(value) else None
         raise InputError(where, f"t, row {row + 1}", shown, f"must be a number up to {LATEST:g} s")
-    wrong = np.flatnonzero(np.diff(time) <= 0)
-    if wrong.size:
-        row = int(wrong[0]) + 1
-        value = float(time[row])
-        raise InputError(where, f"t, row {row + 1}", value, f"must be after {float(time[row - 1])}")
+    require_rising(where, "t", time)
     steps = np.diff(time)
     near = np.zeros_like(steps)  # the longest of the steps around each
     for away in range(1, NEIGHBOURS + 1):

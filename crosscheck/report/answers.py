@@ -23,7 +23,12 @@ from crosscheck.report.outline import ReportOutline, outline_report
 from crosscheck.report.records import format_json
 
 STATES, RUNS = ("states", "form-states"), ("same-step", "refined", "form")
-LEVEL_CONTENTS = {"links": "links and payload alone", "coupled": "all of the gears' inertia"}
+LEVEL_OMISSIONS = {
+    "links": "the joints' masses and the gears' inertia",
+    "carriers": "the gears' spin",
+    "armature": "the coupling of the gears' spin to the links",
+    "coupled": "the give, play and errors of the teeth",
+}
 SMALL = 1e-4  # relative differences from here on are told in per cent
 
 
@@ -208,11 +213,11 @@ def is_without_contact(finding: Finding) -> bool:
 
 
 def _describe_tip(finding: Finding) -> str:
-    """How far a rigid level's tip is off, and what of the arm that level has, in words."""
+    """How far a rigid level's tip is off, and what of the arm that level leaves out."""
     off, level = format_length(finding.measured or 0.0), finding.left.partition(":")[2]
-    if level not in LEVEL_CONTENTS:
+    if level not in LEVEL_OMISSIONS:
         return f"{off} at level {level}"
-    return f"{off} with {LEVEL_CONTENTS[level]} ({level})"
+    return f"{off} without {LEVEL_OMISSIONS[level]} ({level})"
 
 
 def answer_on_trust(agreement: Agreement, outline: ReportOutline) -> str:

@@ -11,6 +11,7 @@ import numpy as np
 import pytest
 import xarray as xr
 
+import crosscheck
 from crosscheck.checks import invariants, modes, trajectories
 from crosscheck.checks.answers import BadAnswer, require_numbers
 from crosscheck.checks.records import _find_faults
@@ -33,11 +34,17 @@ from crosscheck.models.experiment.scenario import switches
 from crosscheck.models.loading import Case, load_arm, load_scenario
 from crosscheck.models.trajectory import recorded_times
 from crosscheck.planning import run_suite
-from crosscheck.planning.comparison import Comparison, Results
+from crosscheck.planning.comparison import (
+    Comparison,
+    Results,
+    collect_tasks,
+    judge_comparisons,
+)
 from crosscheck.planning.plan import Experiment
 from crosscheck.planning.preparation import _describe_sizes
 from crosscheck.planning.sizing import GrowingMode, Sizes
 from crosscheck.recordings.engines import describe_disagreement, describe_engine
+from crosscheck.runner.workers import perform_all
 
 SUBJECT = Subject(ComparisonKey("family", "case", "theta", "one", "other"), "rad", "largest")
 WIDE = ReasonedLimit(0.0333333, "by the play")
@@ -301,14 +308,38 @@ def test_tips_are_apart_by_what_the_joints_have_turned():
     first, second = (link.length_m for link in arm.links)
     straight, folded = run(0.0, 0.0), run(0.0, np.pi)
     turned = trajectories.measure_tip_deviation(SUBJECT_OF_TIP, straight, run(np.pi / 2, 0.0), arm)
-    assert turned.measured == pytest.approx(first + second)
-    assert turned.relative == pytest.approx(1.0)
+    assert turned.measured == pytest.approx(np.sqrt(2) * (first + second))
+    assert turned.relative == pytest.approx(np.sqrt(2))
     found = trajectories.measure_tip_deviation(SUBJECT_OF_TIP, folded, straight, arm)
     assert found.measured == pytest.approx(2 * second)
     assert found.relative == pytest.approx(2 * second / (first + second))
     place = trajectories.tip_position(run(0.3, -0.5), arm).values[-1]
     expected = first * np.exp(0.3j) + second * np.exp(-0.2j)
     assert complex(*place) == pytest.approx(expected)
+
+
+def test_a_tip_is_off_by_a_distance_and_not_by_a_component(labelled):
+    """As NumPy computes it of two runs, both as a user simulates them."""
+    pd = load_scenario("pd")
+    start = pd.start.model_copy(update={"theta_rad": (0.6, -0.2)})
+    scenario = pd.model_copy(update={"duration_s": 0.1, "start": start})
+    planned = [
+        comparison
+        for comparison in run_suite.plan_experiment_comparisons(
+            Experiment("pd", Case(labelled, scenario, usual_switches(labelled)))
+        )
+        if (comparison.about.key.quantity, comparison.about.key.left) == ("tip", "pinocchio:links")
+    ]
+    results = Results(perform_all(collect_tasks(planned), 1, lambda key: None))
+    (found,) = judge_comparisons(planned, results)
+    tips = []
+    for name in ("pinocchio:links", "analytic:physical"):
+        turned = crosscheck.simulate(crosscheck.build(name, labelled, scenario))["theta"].values
+        inner, outer = (link.length_m for link in labelled.links)
+        tips.append(inner * np.exp(1j * turned[:, 0]) + outer * np.exp(1j * turned.sum(axis=1)))
+    apart = tips[0] - tips[1]
+    assert found.measured == pytest.approx(np.abs(apart).max(), rel=1e-6)
+    assert found.measured > 1.01 * max(np.abs(apart.real).max(), np.abs(apart.imag).max())
 
 
 SUBJECT_OF_TIP = replace(SUBJECT, key=replace(SUBJECT.key, quantity="tip"), unit="m")

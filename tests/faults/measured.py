@@ -15,6 +15,7 @@ from crosscheck.recordings import (
     engines,
     forward,
     friction,
+    gravity,
     parameters,
     record,
     residual,
@@ -106,6 +107,11 @@ def _estimated(kind: str, normals: dict[str, residual.NormalEquations]) -> Itera
         condition=condition,
         repairs=tuple(compare._find_repairs(normals["coupled"], "coupled", guards.arm(), among)),
         frictions=(friction.fit_friction(normals["coupled"], "coupled", guards.arm(), among),),
+        gravities=(
+            gravity.fit_gravity(
+                normals["coupled"], "coupled", guards.arm(), range(count, count + 2)
+            ),
+        ),
     )
     data = guards.data_of(changed)
     if kind == RIGHT:  # there is nothing to explain
@@ -118,6 +124,7 @@ def _estimated(kind: str, normals: dict[str, residual.NormalEquations]) -> Itera
     yield from guards.apart("own chi2", data["own_chi2"], right.levels[right.best].chi2)
     yield from guards.wrong_estimates(data, right)
     yield from guards.wrong_frictions(data, right)
+    yield from guards.wrong_gravities(data, right)
 
 
 def _runs(kind: str) -> Iterator[str]:

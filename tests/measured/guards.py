@@ -23,6 +23,7 @@ from crosscheck.recordings import engines, friction, output, smoothing
 from crosscheck.recordings.compare import EngineDisagreement, RecordComparison, Repair, compare
 from crosscheck.recordings.forward import Window
 from crosscheck.recordings.friction import FrictionFit
+from crosscheck.recordings.gravity import GravityEstimate, GravityFit
 from crosscheck.recordings.parameters import Estimate, find_parameters
 from crosscheck.recordings.record import Record, read_record
 from crosscheck.recordings.residual import NormalEquations
@@ -35,7 +36,8 @@ from tests.measured import second
 # are differences of runs, 1e-8 of themselves.
 RELATIVE = 1e-6
 TOLERANCES = {"arm.payload_mass_kg": 0.01}
-RIGHT, HEAVY, RUBBING = "right", "heavy", "rubbing"
+RIGHT, HEAVY, RUBBING, TILTED = "right", "heavy", "rubbing", "tilted"
+TILT_RAD = 0.05
 
 
 @lru_cache
@@ -54,8 +56,11 @@ def arm() -> Arm:
 
 @lru_cache
 def measured(kind: str) -> tuple[RecordComparison, second.Numbers]:
-    """A record as the file has it, with more payload or with Coulomb friction; both programs."""
+    """A record as the file has it, with more payload, Coulomb friction or a tilt; both programs."""
     given = second.with_value(content(), "arm.payload_mass_kg", 5.1 if kind == HEAVY else 5.0)
+    if kind == TILTED:
+        turned = complex(*content()["gravity_m_per_s2"]) * np.exp(1j * TILT_RAD)
+        given = {**given, "gravity_m_per_s2": [turned.real, turned.imag]}
     with TemporaryDirectory() as folder:
         path = Path(folder) / "record.csv"
         second.write_record(path, given, "coupled", 4.0 if kind == RUBBING else 0.0)
@@ -185,6 +190,20 @@ def wrong_frictions(data: Mapping[str, Any], right: second.Numbers) -> Iterator[
                 yield from apart(name, joint[name], value)
 
 
+def wrong_gravities(data: Mapping[str, Any], right: second.Numbers) -> Iterator[str]:
+    """Of the gravity that explains the record."""
+    for said in data["explained_by_gravity"]:
+        own = list(right.gravity(said["level"]).values())
+        in_file = right.content["gravity_m_per_s2"]
+        half = "half_of_95_percent_interval"
+        values = [there + each["estimate"] for there, each in zip(in_file, own, strict=True)]
+        yield from apart("gravity", said["gravity_m_per_s2"], values)
+        yield from apart("gravity's interval", said[half], [each[half] for each in own])
+        yield from apart("gravity in the file", said["in_the_file"], in_file)
+        left = "chi2_per_degree_of_freedom_left"
+        yield from apart("gravity leaves", said[left], own[0][left])
+
+
 def wrong_windows(data: Mapping[str, Any], right: Sequence[Mapping[str, Any]]) -> Iterator[str]:
     """Of the runs: E and the uncertainties of ASME V&V 20."""
     if len(data["windows"]) != len(right):
@@ -230,8 +249,8 @@ def wrong_lines(found: RecordComparison) -> Iterator[str]:
     for joint, noise in enumerate(noises, 1):
         yield from misread("terminal noise", next(rest), [joint, *noise])
     for each in data["levels"]:
-        right = [each["chi2"] / each["degrees_of_freedom"]]
-        right += [*each["residual_rms_N_m"], *each["of_noise_rms_N_m"]]
+        right = [*each["residual_rms_N_m"], *each["of_noise_rms_N_m"]]
+        right += [each["chi2"] / each["degrees_of_freedom"]]
         line = next(rest)
         if not line.startswith(f"{each['level']}: "):
             yield f"terminal level: {line}"
@@ -293,7 +312,7 @@ def _wrong_answer(data: Mapping[str, Any]) -> Iterator[str]:
     stays = np.median([each["stays_s"] for each in windows])
     long = np.median([each["to_s"] - each["from_s"] for each in windows])
     inside = 100 * np.mean([each["within_2_u_val"] for each in windows])
-    yield from misread("runs", answer[-1], [len(windows), stays, long, inside])
+    yield from misread("runs", answer[-1], [len(windows), 3, stays, long, inside, 2])
 
 
 def wrong_page(found: RecordComparison) -> Iterator[str]:
@@ -469,9 +488,11 @@ def wrong_order() -> Iterator[str]:
         Repair("coupled", Estimate(parameter, 1.0, 0.1, 9.0, left), own) for left, own in lefts
     ]
     frictions = [FrictionFit("coupled", (), 9.0, left + 4, own) for left, own in lefts]
-    found = comparison._select_possible(repairs, frictions)
-    said = [each.left if isinstance(each, FrictionFit) else each.estimate.left for each in found]
-    if said != [5.5, 6.0, 7.0, 1.5, 2.0, 3.0]:
+    none = GravityEstimate(np.zeros(2), np.zeros(2), np.zeros(2))
+    gravities = [GravityFit("coupled", none, 9.0, left + 2, own) for left, own in lefts]
+    found = comparison._select_possible(repairs, frictions, gravities)
+    said = [each.estimate.left if isinstance(each, Repair) else each.left for each in found]
+    if said != [5.5, 6.0, 7.0, 3.5, 4.0, 5.0, 1.5, 2.0, 3.0]:
         yield f"explanations that leave {said}"
 
 

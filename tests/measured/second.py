@@ -416,6 +416,21 @@ class Numbers:
         left = found["coulomb 0"]["chi2_per_degree_of_freedom_left"] * own.freedom
         return found, own.chi2 - left
 
+    def gravity(self, level: str) -> dict[str, dict[str, float]]:
+        """Both components of gravity at once, as numbers beyond the file's."""
+        base = [Bodies(self.content, level).torques(*piece.motion) for piece in self.pieces]
+        columns = {}
+        for place, name in enumerate("xy"):
+            pulled = list(self.content["gravity_m_per_s2"])
+            pulled[place] += 1.0
+            more = Bodies({**self.content, "gravity_m_per_s2": pulled}, level)
+            slopes = [
+                more.torques(*piece.motion) - before
+                for piece, before in zip(self.pieces, base, strict=True)
+            ]
+            columns[name] = column(self.pieces, self.levels[level].factors, slopes)
+        return self._estimates(level, columns)
+
     def curve(
         self, content: Mapping[str, Any], level: str, coulomb: np.ndarray
     ) -> tuple[np.ndarray, np.ndarray]:

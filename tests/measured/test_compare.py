@@ -3,6 +3,7 @@
 import re
 import runpy
 import sys
+from collections.abc import Sequence
 from dataclasses import replace
 from unittest.mock import patch
 
@@ -12,7 +13,9 @@ import pytest
 from crosscheck.models.errors import InputError
 from crosscheck.models.loading import load_arm
 from crosscheck.provenance import ROOT
+from crosscheck.recordings.compare import Repair
 from crosscheck.recordings.forward import run_windows
+from crosscheck.recordings.gravity import GravityFit
 from crosscheck.recordings.messages import describe_answers, format_estimate
 from crosscheck.recordings.output import comparison_page, describe_comparison
 from crosscheck.recordings.parameters import (
@@ -220,3 +223,35 @@ def test_the_command_of_the_readme_answers_as_the_docs_say(crosscheck, monkeypat
     assert told.splitlines()[0] == fits
     page = (ROOT / "docs" / "how-to" / "compare-a-recording.md").read_text()
     assert " ".join(told.split()) in " ".join(page.split())
+
+
+def turn(vector: Sequence[float], degrees: float) -> tuple[float, float]:
+    """A vector in the plane, turned."""
+    turned = complex(*vector) * np.exp(1j * np.radians(degrees))
+    return turned.real, turned.imag
+
+
+@pytest.mark.parametrize("degrees", [5.0, -0.5])
+def test_gravity_is_asked_before_numbers_where_the_base_is_tilted(degrees):
+    arm = load_arm("three-unlike")
+    tilted = arm.model_copy(update={"gravity_m_per_s2": turn(arm.gravity_m_per_s2, degrees)})
+    found = compared(record_of(level(tilted, "coupled"), rows=3000), arm)
+    assert not found.explained
+    first = found.explanations[0]
+    assert isinstance(first, GravityFit)
+    assert first.level == "coupled"
+    np.testing.assert_allclose(
+        first.gravity.value, tilted.gravity_m_per_s2, atol=2 * first.gravity.half_width.max()
+    )
+    angle, half_width = first.gravity.angle_deg
+    assert abs(angle - abs(degrees)) < 2 * half_width
+    assert f"is the base tilted about {'-z' if degrees > 0 else 'z'}?" in first.gravity.describe()
+
+
+def test_masses_and_a_right_gravity_are_no_tilt():
+    arm = load_arm("three-unlike")
+    heavier = change_parameters(arm, {PAYLOAD: 1.1 * arm.payload_mass_kg})
+    found = compared(record_of(level(heavier, "coupled"), rows=3000), arm)
+    assert not any(isinstance(each, GravityFit) for each in found.explanations)
+    assert isinstance(found.explanations[0], Repair)
+    assert not compared(record_of(level(arm, "coupled"), rows=3000), arm).gravities

@@ -7,13 +7,13 @@ import pytest
 
 from crosscheck.provenance import ROOT
 from tests.measured import guards
-from tests.measured.guards import HEAVY, RIGHT, RUBBING, measured
+from tests.measured.guards import HEAVY, RIGHT, RUBBING, TILTED, measured
 
 SCHEMA = json.loads((ROOT / "crosscheck/schema/measured.schema.json").read_text())
 
 
 @pytest.mark.slow
-@pytest.mark.parametrize("kind", [RIGHT, HEAVY, RUBBING])
+@pytest.mark.parametrize("kind", [RIGHT, HEAVY, RUBBING, TILTED])
 def test_every_number_is_that_of_the_second_program(kind):
     found, right = measured(kind)
     data = guards.data_of(found)
@@ -24,10 +24,12 @@ def test_every_number_is_that_of_the_second_program(kind):
         guards.wrong_limits(found),
         guards.wrong_estimates(data, right),
         guards.wrong_frictions(data, right),
+        guards.wrong_gravities(data, right),
     ):
         assert list(wrong) == []
     assert bool(data["explained_by"]) == (kind == HEAVY)
     assert bool(data["explained_by_friction"]) == (kind == RUBBING)
+    assert bool(data["explained_by_gravity"]) == (kind == TILTED)
 
 
 @pytest.mark.slow

@@ -133,11 +133,17 @@ BAD = {
         lambda text: text.replace("torque_2_N_m", "current_2_A"),
         "torque_2: is missing; other joints have it",
     ),
-    "a time that repeats": (lambda text: cell(text, 9, 0, "0.007"), "t, row 9 = 0.007: must be"),
-    "a time that goes back": (lambda text: cell(text, 9, 0, "-1"), "t, row 9 = -1.0: must be"),
+    "a time that repeats": (
+        lambda text: cell(text, 9, 0, "0.007"),
+        "= 0.007: is that of row 8; must",
+    ),
+    "a time that goes back": (
+        lambda text: cell(text, 9, 0, "-1"),
+        "= -1.0: is before row 8 (0.007)",
+    ),
     "a gap": (lambda text: cell(text, 5, 2, "nan"), "theta_2, row 5: must be a number: cut"),
     "a word": (lambda text: cell(text, 5, 1, "n/a"), "line 6, theta_1_rad = 'n/a': must be a"),
-    "an empty cell": (lambda text: cell(text, 5, 1, ""), "line 6, theta_1_rad = '': must be a"),
+    "an empty cell": (lambda text: cell(text, 5, 1, ""), "theta_1, row 5: must be a number: cut"),
     "a short line": (lambda text: text + "0.7,1\n", "has 2 columns, must have 5, as line 1"),
     "a column twice": (
         lambda text: text.replace("theta_2_rad", "theta_1_rad"),
@@ -177,6 +183,52 @@ BAD = {
 }
 
 
+WRITTEN = {  # another way to write the same table
+    "a column of words": lambda rows: [",".join([*row[:2], "base_link", *row[2:]]) for row in rows],
+    "an empty column": lambda rows: [",".join([*row[:2], "", *row[2:]]) for row in rows],
+    "gaps in an unused column": lambda rows: [
+        ",".join([*row, "3" if n % 2 else ""]) for n, row in enumerate(rows)
+    ],
+    "quoted words": lambda rows: [",".join([*row, '"a, b"']) for row in rows],
+    "an unused column twice": lambda rows: [",".join([*row, "note", "note"]) for row in rows],
+    "a hash before the names": lambda rows: ["# " + ",".join(rows[0]), *map(",".join, rows[1:])],
+    "a byte order mark": lambda rows: ["\ufeff" + ",".join(rows[0]), *map(",".join, rows[1:])],
+    "blanks": lambda rows: map(" ".join, rows),
+    "several blanks": lambda rows: ["  " + "   ".join(row) + " " for row in rows],
+    "blanks and a hash": lambda rows: ["# " + " ".join(rows[0]), *map(" ".join, rows[1:])],
+    "blank lines": lambda rows: [line for row in rows for line in (",".join(row), "  ")],
+    "decimal commas": lambda rows: [" ".join(row).replace(".", ",") for row in rows],
+}
+
+
+@pytest.mark.parametrize("case", WRITTEN)
+def test_what_is_not_used_may_be_anything(record, tmp_path, case):
+    path = written(record, tmp_path / "r.csv")
+    right = read_record(path, 2)
+    rows = [line.split(",") for line in path.read_text().splitlines()]
+    path.write_text("\n".join(WRITTEN[case](rows)) + "\n", encoding="utf-8")
+    found = read_record(path, 2)
+    for name in ("time", "angles", "torques"):
+        np.testing.assert_array_equal(getattr(found, name), getattr(right, name))
+
+
+NAMES = {
+    "time,q1,q2,tau1,tau2": "columns are time, q1, q2, tau1, tau2: rename time to t_s, q1 to"
+    " theta_1_rad, q2 to theta_2_rad, tau1 to torque_1_N_m, tau2 to torque_2_N_m or as their units",
+    "t,joint_0,joint_1,effort_0,effort_1": "rename t to t_s, joint_0 to theta_1_rad, joint_1 to",
+    "clock,a,b,c,d": "columns are clock, a, b, c, d",
+}
+
+
+@pytest.mark.parametrize("names", NAMES)
+def test_columns_without_units_are_told_what_to_be_called(record, tmp_path, names):
+    path = written(record, tmp_path / "r.csv")
+    path.write_text(path.read_text().replace(HEADER, names))
+    with pytest.raises(InputError) as error:
+        read_record(path, 2)
+    assert NAMES[names] in str(error.value)
+
+
 @pytest.mark.parametrize("case", BAD)
 def test_bad_table_is_one_line(crosscheck, record, tmp_path, case):
     change, said = BAD[case]
@@ -189,8 +241,14 @@ def test_bad_table_is_one_line(crosscheck, record, tmp_path, case):
 
 
 UNEVEN = {
-    "r.csv: time, row 4 = 0.01: must be after 0.02": [0.0, 0.01, 0.02, 0.01, 0.03],
-    "r.csv: time, row 3 = 0.01: must be after 0.01": [0.0, 0.01, 0.01, 0.02],
+    "r.csv: time, row 4 = 0.01: is before row 3 (0.02); must rise": [0.0, 0.01, 0.02, 0.01, 0.03],
+    "r.csv: time, row 3 = 0.01: is that of row 2; must rise": [0.0, 0.01, 0.01, 0.02],
+    "r.csv: time, row 3 = 1732000000.623: is that of row 2; must rise": [
+        *(1732000000.613, 1732000000.623, 1732000000.623),
+    ],
+    "r.csv: time, row 3 = 1732000000.622: is before row 2 (1732000000.623); must rise": [
+        *(1732000000.613, 1732000000.623, 1732000000.622),
+    ],
     "r.csv: time, row 5 = 3.03: is 3 s after the row before; cut the record where it has gaps": [
         *(0.0, 0.01, 0.02, 0.03, 3.03),
         *(3.03 + 0.01 * np.arange(1, 40)),

@@ -7,11 +7,12 @@ from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
+import pinocchio as pin
 import pytest
 
-from crosscheck.identification import compare, decimation
+from crosscheck.identification import compare, decimation, output
 from crosscheck.identification.decimation import halve_rows
-from crosscheck.identification.messages import describe_answers
+from crosscheck.identification.messages import describe_answers, format_estimate
 from crosscheck.identification.recording import Recording
 from crosscheck.identification.sampling import lowest_bandwidth
 from crosscheck.identification.structure import compare_levels, draw_samples
@@ -27,6 +28,7 @@ from tests.measured.robots import (
     RATIO,
     ROTOR,
     SOLIDS,
+    STEP,
     VISCOUS,
     arm,
     behind,
@@ -280,7 +282,7 @@ def test_a_wrong_description_is_one_line(crosscheck, record_folder, tmp_path, ca
 
 def test_rows_are_counted_over_all_pieces_of_a_file(tmp_path, monkeypatch):
     monkeypatch.setattr(csv_table, "PIECE", 3)
-    (tmp_path / "long.csv").write_text("a,b\n" + 7 * "1,2\n" + "3,nan\n" + 4 * "1,2\n" + "3,nan\n")
+    (tmp_path / "long.csv").write_text("a,b,frame\n" + 7 * "1,2,x\n" + "3,,\n" + 4 * "1,2,x\n")
     with pytest.raises(InputError, match="b, row 8: must be a number"):
         list(csv_table.open_table(tmp_path / "long.csv").select_pieces(("b",)))
 
@@ -416,3 +418,67 @@ def test_recordings_that_are_wrong_in_a_way_are_told_so(name):
     """One of the hundred of each kind that benchmarks/bench_measured.py asks."""
     told, false, _ = judge(KINDS[name], 0)
     assert (told, false) == (True, False)
+
+
+def tilt_base(robot: Robot, degrees: float) -> tuple[Robot, np.ndarray]:
+    """The robot on a base that is turned about an axis, and the axis."""
+    axis = np.array([0.6, -0.8, 0.0])
+    rotation = pin.exp3(np.radians(degrees) * axis)
+    return replace(robot, gravity=rotation.T @ robot.gravity), axis
+
+
+@pytest.mark.parametrize("degrees", [12.0, 1.0])
+def test_gravity_is_asked_before_links_where_the_base_is_tilted(robot, degrees):
+    tilted, axis = tilt_base(robot, degrees)
+    found = compared(robot, recording(tilted, "armature"))
+    assert found.tilt is not None
+    np.testing.assert_allclose(
+        found.tilt.value, tilted.gravity, atol=1.5 * found.tilt.half_width.max()
+    )
+    angle, half_width = found.tilt.angle_deg
+    assert abs(angle - degrees) < 1.5 * half_width < 0.15
+    first, *others = describe_answers(found)
+    assert f"the file says (0, 0, -9.81). It is tilted by {angle:.2f}"[:-1] in first
+    turned = np.cross(found.tilt.value, robot.gravity)
+    assert axis @ turned > 0.99 * np.linalg.norm(turned)
+    assert not any("wrong" in each for each in others)
+    assert all(side.seen for side in found.sides if side.links == "identified")
+    assert len(found.gravities) == 1
+
+
+@pytest.mark.parametrize("level", ["links", "armature"])
+def test_no_other_gravity_is_named_where_it_is_right(robot, level):
+    found = compared(robot, recording(robot, level, seed=3))
+    assert found.tilt is None
+    gravity = [each for each in found.gravities[0].estimates if each.term.kind == "gravity"]
+    assert len(gravity) == 3
+    assert all(abs(each.value) < 2 * each.half_width for each in gravity)
+
+
+def test_heavier_links_are_no_tilt(robot):
+    heavier = [SOLIDS[0], SOLIDS[1]._replace(mass=1.1 * SOLIDS[1].mass), SOLIDS[2]]
+    found = compared(robot, recording(arm(solids=heavier), "armature"))
+    assert found.tilt is None
+    assert any("wrong" in each for each in describe_answers(found))
+
+
+@pytest.mark.parametrize("lag_hz", [None, 6.0])
+def test_what_a_lag_of_one_drive_makes_of_a_delay_depends_on_the_band(robot, lag_hz):
+    """The last motor's torque follows through a low-pass of first order, which no term is."""
+    given = recording(robot, "armature")
+    torque = given.motor_torque.copy()
+    if lag_hz:
+        kept = np.exp(-2 * np.pi * lag_hz * STEP)
+        for row in range(1, len(torque)):
+            torque[row, 2] = kept * torque[row - 1, 2] + (1 - kept) * torque[row, 2]
+    side = first_side(robot, replace(given, motor_torque=torque))
+    flagged = [each for each in side.estimates if each.doubled is not None]
+    assert [each.term.kind for each in flagged] == (["delay"] if lag_hz else [])
+    for each in flagged:
+        (wide,) = (band for band in side.bands if band.bandwidth > side.bandwidth)
+        (there,) = (other for other in wide.estimates if other.term == each.term)
+        assert each.doubled == there.value
+        text = format_estimate(each)
+        assert "depends on the band" in text
+        assert "+-" not in text
+        assert output._estimate_content(each)["half_of_95_percent_interval"] is None

@@ -1,12 +1,13 @@
 """What a comparison with recordings says: every sentence, its numbers from made answers."""
 
+from dataclasses import replace
 from types import SimpleNamespace
 from typing import Any
 
 import numpy as np
 import pytest
 
-from crosscheck.identification import messages, output
+from crosscheck.identification import compare, messages, output
 from crosscheck.identification.terms import TermEstimate, TorqueTerm
 from crosscheck.recordings import messages as arm_messages
 from crosscheck.recordings.compare import Repair
@@ -52,7 +53,7 @@ SIDES: dict[str, tuple[Any, list[str]]] = {
         side(seen=(J3,), rotors=(J1, J2, J3), impossible=()),
         [
             f"{WHERE} links and friction alone are rejected: {TOLD}.",
-            "Not told from zero: armature of j1 0.3540 +- 0.0042 kg m^2; "
+            "Not distinguishable from zero: armature of j1 0.3540 +- 0.0042 kg m^2; "
             "armature of j2 0.3540 +- 0.0042 kg m^2.",
         ],
     ),
@@ -89,7 +90,7 @@ SIDES: dict[str, tuple[Any, list[str]]] = {
         ),
         [
             f"{WHERE} rotors and links cannot be distinguished: the motion hardly shows"
-            " a, b, c, d, e, f (condition number 1.2e+03, at most 1e+03).",
+            " a, b, c, d, e, f (condition number 1234, at most 1000).",
             "Of 100 sums of sines within the joints' limits the best (seed 17, period 6.28 s) has"
             " a condition number of 46: record that one (--out FOLDER writes it as"
             " excitation.csv).",
@@ -104,7 +105,7 @@ SIDES: dict[str, tuple[Any, list[str]]] = {
         ),
         [
             f"{WHERE} rotors and links cannot be distinguished: the motion hardly shows"
-            " a (condition number 1e+03, at most 1e+03).",
+            " a (condition number 1001, at most 1000).",
             "Of 100 sums of sines within the joints' limits the best (seed 3, period 2 s) has a"
             " condition number of 2.3e+03: none shows them within these limits.",
         ],
@@ -137,6 +138,27 @@ def test_links_of_the_file_say_how_far_off_they_are():
     free.is_excited, scaled.wrong_factors = False, ()
     would = f"With such factors it would be: {TOLD}."
     assert list(messages._describe_scaled(scaled, free)) == [would]
+
+
+def test_numbers_that_differ_never_read_the_same():
+    given = side(is_excited=False, concerned=("m",), condition=1000.4, excitation=None)
+    assert "(condition number 1000.4, at most 1000)" in next(messages._describe_side(given))
+    assert arm_messages.format_apart([1234567.1, 1234567.2], 5) == ["1234567.1", "1234567.2"]
+    assert arm_messages.format_apart([2.0, 2.0]) == ["2", "2"]
+    for value in (10.0, 1234567.8, 0.1 + 0.2):
+        assert float(arm_messages.format_exact(value)) == value
+
+
+def test_an_estimate_that_another_band_moves_has_no_interval():
+    apart = replace(FACTOR, doubled=1.5)
+    said = "link b 1.250 1 (depends on the band: 1.500 1 in twice the band)"
+    assert messages.format_estimate(apart) == said
+    for there, is_flagged in ((1.275, True), (1.265, False)):
+        wide = replace(FACTOR, value=there)
+        (found,) = compare.flag_band_dependence((FACTOR,), (wide,))
+        assert (found.doubled == there) is is_flagged
+    noisy = replace(FACTOR, value=1.275, half_width=0.03)
+    assert compare.flag_band_dependence((FACTOR,), (noisy,)) == (FACTOR,)
 
 
 def test_the_part_of_an_error_that_other_bands_make_is_told_beside_its_estimate():
@@ -230,7 +252,8 @@ INTERVALS = {
 
 @pytest.mark.parametrize("text", INTERVALS)
 def test_a_value_has_the_digits_of_its_interval(text):
-    assert messages._format_interval(*INTERVALS[text]) == text
+    value, half_width = INTERVALS[text]
+    assert messages._format_interval(TermEstimate(FACTOR.term, value, 1.0, half_width)) == text
     assert messages.format_row([1.23456, -2000.0]) == "1.23, -2e+03"
 
 
@@ -336,7 +359,7 @@ VERDICTS: dict[str, tuple[Any, list[str]]] = {
         record(explanations=(FRICTION, REPAIR)),
         [
             f"The recording fits {RUBBED}",
-            "Other changes explain it too, and the recording does not distinguish them:",
+            "The recording cannot tell these apart from it:",
             f"it fits {REPAIRED}",
             f"{NONE}; nearest is coupled ({LEFT}).",
         ],
@@ -345,7 +368,8 @@ VERDICTS: dict[str, tuple[Any, list[str]]] = {
         record(single=(change(is_possible=False), change())),
         [
             f"{NONE}.",
-            f"Nearest is coupled ({LEFT}); no one number and no friction explains the rest.",
+            f"Nearest is coupled ({LEFT}); no one number, no friction and no gravity"
+            " explains the rest.",
             f"The change that explains most: {arm_messages.format_estimate(change())}.",
         ],
     ),
@@ -353,7 +377,8 @@ VERDICTS: dict[str, tuple[Any, list[str]]] = {
         record(repairs=(made(arm=None, level="links", estimate=change()), made(arm=1))),
         [
             f"{NONE}.",
-            f"Nearest is coupled ({LEFT}); no one number and no friction explains the rest.",
+            f"Nearest is coupled ({LEFT}); no one number, no friction and no gravity"
+            " explains the rest.",
             "links alone (links) would need the payload's mass to be 23.46 kg, which is"
             " impossible.",
         ],
@@ -379,12 +404,17 @@ def test_changes_and_runs_are_told_in_their_units():
         made(stays_s=stays, time=[1.0, 1.0 + long], within=within)
         for stays, long, within in ((0.1, 2.0, 0.5), (0.4, 3.0, 1.0), (0.3, 2.5, 0.84))
     ]
-    assert list(
-        arm_messages._describe_runs(
-            made(windows=windows, best=made(name="links"), levels=["links", "coupled"])
-        )
-    ) == [
-        "3 runs of links from the record's states stay within three times their uncertainty for"
-        " 0.3 s of 2.5 s (median), and within twice it at 78 % of the rows."
+    both = ["links", "coupled"]
+    best = made(name="links")
+    runs = made(windows=windows, best=best, levels=both)
+    assert list(arm_messages._describe_runs(runs)) == [
+        "Simulated from 3 recorded states, links leaves its uncertainty band (3 sigma) after 0.3 s"
+        " of 2.5 s (median); 78 % of the rows are within 2 sigma."
+    ]
+    window = made(stays_s=2.0, time=[1.0, 3.0], within=1.0)
+    runs = made(windows=[window], best=best, levels=both)
+    assert list(arm_messages._describe_runs(runs)) == [
+        "Simulated from 1 recorded state, links stays in its uncertainty band (3 sigma) for 2 s"
+        " of 2 s; 100 % of the rows are within 2 sigma."
     ]
     assert list(arm_messages._describe_runs(made(windows=[]))) == []

@@ -127,8 +127,9 @@ def test_a_check_of_any_kind_between_the_two_turns_the_answer(size, agrees, labe
 def test_rigid_levels_are_told_from_the_first_to_the_last():
     levels = [tip("links", 0.039), tip("carriers", 7e-5), tip("coupled", 1.7e-6)]
     expected = (
-        "In experiment pd the rigid arm's tip is off by up to 39 mm with links and payload alone"
-        " (links), by 1.7 µm with all of the gears' inertia (coupled)."
+        "In experiment pd the rigid arm's tip is off by up to 39 mm without the joints' masses and"
+        " the gears' inertia (links), by 1.7 µm without the give, play and errors of the teeth"
+        " (coupled)."
     )
     assert answer_on_rigid_arm(Agreement(levels)) == expected
     assert "No rigid model" in answer_on_rigid_arm(Agreement([]))

@@ -249,8 +249,8 @@ def test_the_terminal_prints_each_model_and_the_first_of_what_does_not_agree(
     assert [" ".join(line.split()) for line in lines] == [
         f"{PRINTED} differ 1.3 %",
         f"{LEAD} failed 3e-14 no number",
-        "In experiment pd the rigid arm's tip is off by up to 40 mm with links and payload alone"
-        " (links).",
+        "In experiment pd the rigid arm's tip is off by up to 40 mm without the joints' masses"
+        " and the gears' inertia (links).",
         *RED_LINES,
         TALLY,
     ]
@@ -480,10 +480,11 @@ def test_the_first_and_the_last_level_are_told_of_every_experiment():
     lost = make_failed_check(about("deviation", "pd", "tip", "pinocchio:armature", LEAD), "none")
     found = Agreement([*first, *last, lost, *FINDINGS[:2]])
     assert answer_on_rigid_arm(found) == (
-        "In experiment constant the rigid arm's tip is off by up to 500 mm with links and payload"
-        " alone (links), by 250 mm at level carriers. In experiment pd the rigid arm's tip is off"
-        " by up to 12.3 mm with links and payload alone (links), by 0.2 µm with all of the gears'"
-        " inertia (coupled)."
+        "In experiment constant the rigid arm's tip is off by up to 500 mm without the joints'"
+        " masses and the gears' inertia (links), by 250 mm without the gears' spin (carriers)."
+        " In experiment pd the rigid arm's tip is off by up to 12.3 mm without the joints' masses"
+        " and the gears' inertia (links), by 0.2 µm"
+        " without the give, play and errors of the teeth (coupled)."
     )
     assert find_tip_ends(found) == [last[0], last[2]]
 
