@@ -67,7 +67,7 @@ def test_every_planets_teeth_push_by_their_own_numbers(name, laws):
 
 @pytest.mark.parametrize("rate", ["corrected", "eq13"])
 def test_springs_of_the_energy_balance_follow_every_law_of_stiffness(rate):
-    """Stiffness, x - e and energy of each mesh, sun before ring; the ring's rate is the switch's."""
+    """Stiffness, x - e and energy of each mesh, sun before ring, at both rates of the ring."""
     model = free("analytic:physical", planet_laws.unlike_arm(), ring_rate=rate)
     [(q, _)] = random_states(model.layout, 1)
     springs = springs_at(model.arm, model.switches, model.layout, q[None])
