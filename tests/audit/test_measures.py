@@ -70,11 +70,12 @@ def burst(begin_s: float, end_s: float, size: float, frequency_Hz: float = 1500.
 
 
 def test_the_three_fluctuations_and_the_fourth():
-    excess = burst(0, 0.02, 40) + burst(0.36, 0.38, 20) + burst(0.9, 1.1, 300) + burst(1.5, 1.6, 2)
-    numbers = measure_whole_pd(*made(excess))
+    bursts = (0, 0.02, 40), (0.36, 0.38, 20), (0.5, 0.55, 100), (0.9, 1.1, 300), (1.5, 1.6, 2)
+    numbers = measure_whole_pd(*made(sum(burst(*each) for each in bursts)))
     sizes = [numbers[name] for name in ("first", "second", "third", "fourth")]
     # Thirteen samples a period miss a sine's peak by at most 3 %.
     assert sizes == pytest.approx([40, 20, 300, 2], rel=0.03)
+    assert numbers["third_growth"] == pytest.approx(3, rel=0.03)
     assert numbers["side_change_s"] == pytest.approx(MET_S, abs=STEP_S)
     assert numbers["flight_s"] == pytest.approx(MET_S - LEFT_S, abs=2 * STEP_S)
     assert numbers["jump_um"] == pytest.approx(100)
@@ -130,10 +131,11 @@ def test_an_uncontrollable_speed_is_one_that_swings_as_far_as_it_goes():
         assert (measure_transient_pd(shaken, rigid)["speed_fast"] > 1) == (share > 1)
 
 
-def test_a_late_impact_of_the_elbow_is_no_third_fluctuation():
+def test_a_late_impact_of_either_joint_is_no_third_fluctuation():
     late = np.where(TIME < 0.6, 100.0, -100.0)
     impact = burst(0.6, 0.65, 50)
     assert measure_transient_pd(*made(impact, elbow=late))["third"] == 0
+    assert measure_transient_pd(*made(impact, force=late))["third"] == 0
     assert measure_transient_pd(*made(impact))["third"] == pytest.approx(50, rel=0.03)
 
 
@@ -148,12 +150,13 @@ def test_multiples_that_stand_out_are_counted():
 
 def test_the_first_sun_mesh_and_each_joints_own_torque_are_measured():
     """A torque's vibration over its largest value, of either joint; the shoulder's frequency."""
-    run, rigid = made(burst(0.5, 1.2, 50))
-    shaken = np.column_stack([burst(0.5, 1.2, 0.5, 1500.0), burst(0.5, 1.2, 0.25, 900.0)])
+    run, rigid = made(burst(0.6, 0.7, 10) + burst(0.9, 1.1, 50))
+    shaken = np.column_stack([burst(0.9, 1.1, 0.5, 1500.0), burst(0.5, 1.2, 0.25, 900.0)])
     numbers = measure_whole_pd(replace(run, torque=run.torque + shaken), rigid)
     shares = [numbers[f"torque_fast_{joint}"] for joint in (1, 2)]
     assert shares == pytest.approx([0.5 / 1.5, 0.25 / 1.25], rel=0.03)
     assert numbers["torque_frequency_Hz"] == pytest.approx(1500, abs=10)
+    assert numbers["torque_follows"] > 0.95
     assert numbers["second_force_N"] == numbers["third_force_N"] == 100
     assert numbers["return_s"] == pytest.approx(RETURN_S, abs=2 * STEP_S)
 
