@@ -45,6 +45,7 @@ def test_printed_equations_have_a_rigid_arm_of_their_own():
     printed = Variant(model=GEARED_MODELS["printed"])
     assert rigid_arm(printed).model == "analytic:printed-rigid"
     assert rigid_arm(printed, "links") == rigid_arm(Variant(), "links")
+    assert rigid_arm(Variant(), "links").model == "analytic:links"
 
 
 def test_what_is_no_mesh_stays_in_the_rigid_arm():

@@ -1,5 +1,6 @@
 """The figures' chapter: what is drawn is what the claims were asked, and measures of known runs."""
 
+from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
@@ -31,7 +32,7 @@ from crosscheck.audit.figures.figure_data import (
     FigureData,
     make_start_variant,
 )
-from crosscheck.audit.figures.law_figures import draw_figure_14, static_numbers
+from crosscheck.audit.figures.law_figures import braking_numbers, draw_figure_14, static_numbers
 from crosscheck.audit.figures.laws import (
     draw_figure_4,
     draw_figure_5,
@@ -65,10 +66,14 @@ def test_what_is_drawn_is_a_start_of_what_the_claims_were_asked(source):
     assert shown._replace(scenario=scenario) == asked
 
 
-def test_statics_of_a_pressed_mesh():
-    """physics.md: under 100 N m x_sp lies near 52 um."""
-    run = extract_signals(simulate(Variant("constant-torque", duration_s=1e-3)))
+def test_numbers_beside_figures_are_the_shoulders():
+    """physics.md: under 100 N m x_sp lies near 52 um, whatever the elbow bears."""
+    apart = ("scenario.drive.torque_N_m=[100.0, -10.0]",)
+    run = extract_signals(simulate(Variant("constant-torque", settings=apart, duration_s=1e-3)))
     assert static_numbers(run)["static_um"] == pytest.approx(52, abs=0.1)
+    later = run.time > 5e-4
+    turning = replace(run, torque=np.column_stack([1 - 2 * later, 2 * later - 1]))
+    assert braking_numbers(turning)["brakes_s"] == run.time[later][0]
 
 
 @pytest.mark.parametrize("contact_ratio", [1.2, 1.5, 1.7])

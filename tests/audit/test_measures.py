@@ -22,6 +22,11 @@ from crosscheck.audit.experiments.pd import (
     measure_transient_pd,
     measure_whole_pd,
 )
+from crosscheck.audit.experiments.torque import (
+    RING_CYCLES,
+    SETTLED_S,
+    measure_constant_torque,
+)
 from crosscheck.audit.experiments.variant import Variant, simulate
 from crosscheck.audit.judging.quantities import ConditionResults
 from crosscheck.audit.judging.sample import Sample
@@ -29,7 +34,7 @@ from crosscheck.audit.measures.rigid import rigid_arm
 from crosscheck.audit.measures.run_signals import RunSignals
 from crosscheck.audit.measures.stage import geared_joint
 from crosscheck.models.loading import load_case
-from crosscheck.registry import build
+from crosscheck.registry import RIGID_LEVELS, build
 
 STEP_S = 5e-5
 TIME = np.arange(0, 3, STEP_S)
@@ -43,14 +48,18 @@ FORCE = ON_DRIVING - 100.0 * ((TIME >= MET_S) & (TIME < RETURN_S - 0.005))
 def made(
     excess: np.ndarray, force: np.ndarray = FORCE, elbow: np.ndarray = FORCE, angle: float = 1.0
 ) -> tuple[RunSignals, RunSignals]:
-    """A run and the rigid arm beside it, which has no acceleration but the constant 0.5."""
+    """A run and the rigid arm beside it, which has no acceleration but the constant 0.5.
+
+    No ring mesh ever parts, and the elbow's torque is another one: neither is what is measured.
+    """
     way = angle * TARGET * (1 - np.exp(-3 * TIME))
     theta = np.column_stack([way, way])
     rate = np.gradient(theta, TIME, axis=0)
     joints = (theta, rate, np.full(theta.shape, 0.5), np.ones_like(theta))
-    x = np.where(force > 0, 50e-6, np.where(force < 0, -50e-6, 0.0))
-    outer = np.column_stack([elbow, elbow])
-    rigid = RunSignals(CASE, TIME, *joints, x, x, force, force, outer)
+    x, pressed = 50e-6 * np.sign(force), np.full(TIME.size, 300.0)
+    rigid = RunSignals(
+        *(CASE, TIME, *joints, x, 0 * x, force, pressed, np.column_stack([elbow, pressed]))
+    )
     return replace(rigid, theta_ddot=rigid.theta_ddot + excess[:, None] * (1, 4)), rigid
 
 
@@ -61,11 +70,12 @@ def burst(begin_s: float, end_s: float, size: float, frequency_Hz: float = 1500.
 
 
 def test_the_three_fluctuations_and_the_fourth():
-    excess = burst(0, 0.02, 40) + burst(0.36, 0.38, 20) + burst(0.9, 1.1, 300) + burst(1.5, 1.6, 2)
-    numbers = measure_whole_pd(*made(excess))
+    bursts = (0, 0.02, 40), (0.36, 0.38, 20), (0.5, 0.55, 100), (0.9, 1.1, 300), (1.5, 1.6, 2)
+    numbers = measure_whole_pd(*made(sum(burst(*each) for each in bursts)))
     sizes = [numbers[name] for name in ("first", "second", "third", "fourth")]
     # Thirteen samples a period miss a sine's peak by at most 3 %.
     assert sizes == pytest.approx([40, 20, 300, 2], rel=0.03)
+    assert numbers["third_growth"] == pytest.approx(3, rel=0.03)
     assert numbers["side_change_s"] == pytest.approx(MET_S, abs=STEP_S)
     assert numbers["flight_s"] == pytest.approx(MET_S - LEFT_S, abs=2 * STEP_S)
     assert numbers["jump_um"] == pytest.approx(100)
@@ -121,10 +131,11 @@ def test_an_uncontrollable_speed_is_one_that_swings_as_far_as_it_goes():
         assert (measure_transient_pd(shaken, rigid)["speed_fast"] > 1) == (share > 1)
 
 
-def test_a_late_impact_of_the_elbow_is_no_third_fluctuation():
+def test_a_late_impact_of_either_joint_is_no_third_fluctuation():
     late = np.where(TIME < 0.6, 100.0, -100.0)
     impact = burst(0.6, 0.65, 50)
     assert measure_transient_pd(*made(impact, elbow=late))["third"] == 0
+    assert measure_transient_pd(*made(impact, force=late))["third"] == 0
     assert measure_transient_pd(*made(impact))["third"] == pytest.approx(50, rel=0.03)
 
 
@@ -135,6 +146,61 @@ def test_multiples_that_stand_out_are_counted():
     for count, multiple in enumerate(MULTIPLES, start=1):
         pure = pure + burst(0.5, 1.2, 2, multiple * 1500.0)
         assert measure_transient_pd(*made(pure))["overtones"] == count
+
+
+def test_the_first_sun_mesh_and_each_joints_own_torque_are_measured():
+    """A torque's vibration over its largest value, of either joint; the shoulder's frequency."""
+    run, rigid = made(burst(0.6, 0.7, 10) + burst(0.9, 1.1, 50))
+    shaken = np.column_stack([burst(0.9, 1.1, 0.5, 1500.0), burst(0.5, 1.2, 0.25, 900.0)])
+    numbers = measure_whole_pd(replace(run, torque=run.torque + shaken), rigid)
+    shares = [numbers[f"torque_fast_{joint}"] for joint in (1, 2)]
+    assert shares == pytest.approx([0.5 / 1.5, 0.25 / 1.25], rel=0.03)
+    assert numbers["torque_frequency_Hz"] == pytest.approx(1500, abs=10)
+    assert numbers["torque_follows"] > 0.95
+    assert numbers["second_force_N"] == numbers["third_force_N"] == 100
+    assert numbers["return_s"] == pytest.approx(RETURN_S, abs=2 * STEP_S)
+
+
+def test_numbers_of_constant_torque_in_closed_form():
+    """Of the first sun mesh; of the other pairs the one that calms least, or ripples most."""
+    case = load_case("paper-labelled", "constant-torque", {}, [])
+    joint, time = geared_joint(case.arm), np.arange(0, 0.5, 1e-4)
+    early, theta = time < SETTLED_S, np.column_stack([8 * time, 3 * time])
+
+    def vibrating(mean: float, first: float, then: float) -> np.ndarray:
+        return mean * (1 + np.where(early, first, then) * np.sin(RING_CYCLES * theta[:, 0]))
+
+    law = joint.sun_mesh.planet_mesh(0).stiffness
+    depth = law.amplitude_N_per_m / law.mean_N_per_m
+    sun, ring = vibrating(200.0, 1.5 * depth, 0.5 * depth), vibrating(100.0, 0.2, 0.1)
+    outer = np.column_stack([vibrating(100.0, 0.6, 0.01), vibrating(100.0, 1.0, 0.25)])
+    torque = np.full(theta.shape, 100.0) * (1.0, 0.4)
+    x = np.full(time.size, 50e-6)
+    run = RunSignals(case, time, theta, *[0 * theta + 1] * 2, torque, x, x, sun, ring, outer)
+    shares = dict(zip(RIGID_LEVELS, (0.5, 1.0, 2.0, 4.0), strict=True))
+    apart = [np.where(time < time[time.size // 2], 1e-6, 1e-6 * by) for by in shares.values()]
+    rigid = [replace(run, theta=theta + np.column_stack([0 * each, each])) for each in apart]
+    numbers = measure_constant_torque(run, *rigid)
+    geometry, link = stage_geometry(joint), case.arm.links[1].length_m
+    right = {
+        "force_decay": 3.0,
+        "stiffness_follows": 0.5,
+        "others_decay": 2.0,
+        "others_ripple_N": 50.0,
+        "stroke_1": 8 * 0.5 / np.pi,
+        "stroke_2": 3 * 0.5 / np.pi,
+        "torque_gain": 3 * geometry.r_cp * 300.0 * geometry.n / 100.0,
+    }
+    for level, by in shares.items():
+        right |= {
+            f"growth_{level}": by,
+            f"deviation_2_{level}_rad": 1e-6 * max(by, 1.0),
+            f"tip_{level}_mm": 1e-3 * link * max(by, 1.0),
+        }
+        assert numbers[f"deviation_1_{level}_rad"] == 0
+    assert {name: numbers[name] for name in right} == pytest.approx(right, rel=0.01)
+    # One of the others never falls to a tenth.
+    assert numbers["others_decay_s"] == pytest.approx(0.5, abs=0.01)
 
 
 def test_lines_shares_and_frequencies_of_both_joints():

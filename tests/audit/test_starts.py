@@ -14,7 +14,12 @@ from crosscheck.audit.experiments.scale import Scale
 from crosscheck.audit.experiments.study import Study
 from crosscheck.audit.experiments.variant import simulate
 from crosscheck.audit.measures.rigid import COUPLED, rigid_arm
-from crosscheck.audit.measures.run_signals import extract_signals, simulate_signals
+from crosscheck.audit.measures.run_signals import (
+    JOINT_SIGNALS,
+    MESH_SIGNALS,
+    extract_signals,
+    simulate_signals,
+)
 from crosscheck.registry import build
 
 CELL = Condition(PRINTED, 0.005)
@@ -48,7 +53,7 @@ def test_a_course_holds_what_the_trajectory_does():
     variant = replace(_brief(experiments.PD).variant, seed=3)
     (course,) = simulate_signals([build(variant.model, *variant.case())])
     run = extract_signals(simulate(variant))
-    for name in ("time", "theta", "theta_dot", "theta_ddot", "torque", "x_sp", "x_pr"):
+    for name in ("time", *JOINT_SIGNALS, *MESH_SIGNALS, "F_outer"):
         one, other = getattr(course, name), getattr(run, name)
         assert one == pytest.approx(other, rel=1e-9, abs=1e-9 * np.abs(other).max())
     assert course.planet_spread_m == pytest.approx(run.planet_spread_m, rel=1e-6)

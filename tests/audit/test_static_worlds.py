@@ -74,10 +74,10 @@ class SkewMass(PrintedModel):
 
 
 class NegativeMass(PrintedModel):
-    """M is not positive definite."""
+    """M is not positive definite at some poses."""
 
     def mass_matrix(self, q: np.ndarray) -> np.ndarray:
-        return super().mass_matrix(q) - np.eye(q.size)
+        return super().mass_matrix(q) - np.eye(q.size) * (q[-1] > 0)
 
 
 class OtherForces(PrintedModel):

@@ -12,7 +12,17 @@ import numpy as np
 import pytest
 
 from crosscheck.audit.claims.catalogue import CLAIMS
-from crosscheck.audit.claims.claim_quantities import relative_change
+from crosscheck.audit.claims.claim_quantities import (
+    DEFAULT,
+    EDGES,
+    ENDS,
+    QUANTITIES,
+    WIDER,
+    accumulation,
+    find_factor,
+    relative_change,
+)
+from crosscheck.audit.claims.measured import MEASURES
 from crosscheck.audit.claims.study_plan import FULL
 from crosscheck.audit.experiments.ensembles import (
     ConstantTorqueQuestion,
@@ -26,6 +36,7 @@ from crosscheck.audit.experiments.experiments import (
     DEFAULT_B_UM,
     DEFAULT_E_UM,
     ERROR,
+    PD,
     WIDE_BEGINNING,
     PaperExperiment,
     build_question,
@@ -150,12 +161,55 @@ def test_a_claim_that_runs_decide_holds_in_one_world_and_not_in_another(claim):
 
 def test_the_size_of_a_change_does_not_hang_on_the_sign_of_what_changes():
     """theta_1 is negative: a change of a half is one of a half all the same."""
-    sine, waves = (Sample({"made": np.array([v])}, np.zeros(1, bool)) for v in (-2.0, -3.0))
-    one, other = (PaperExperiment(name) for name in ("sine", "waves"))
-    quantities = [_made(source) for source in (other, one)]
-    assert relative_change(*quantities)(
-        ConditionResults({one: sine, other: waves})
-    ) == pytest.approx([0.5])
+    known = ConditionResults({ONE: _one_start(made=-2.0), OTHER: _one_start(made=-3.0)})
+    assert relative_change(_made(OTHER), _made(ONE))(known) == pytest.approx([0.5])
+
+
+def test_a_factor_is_above_1_whichever_is_the_larger():
+    known = ConditionResults({ONE: _one_start(made=2.0), OTHER: _one_start(made=8.0)})
+    for pair in ((ONE, OTHER), (OTHER, ONE)):
+        assert find_factor(*map(_made, pair))(known) == pytest.approx([4.0])
+
+
+def test_of_a_family_the_least_or_the_greatest_member_counts():
+    """Clearances of 5, 10, 50 and 100 um, of which neither the first nor the last is the least."""
+    forces, decays = (30.0, 20.0, 40.0, 60.0), (0.01, 0.02, 0.07, 0.05)
+    members = {
+        BACKLASH(size): _one_start(
+            second_force_N=force,
+            third_force_N=force / 2,
+            first_decay_s=decay,
+            second_decay_s=np.nan,
+        )
+        for size, force, decay in zip((5.0, 10.0, 50.0, 100.0), forces, decays, strict=True)
+    }
+    errors = {
+        ERROR(size): _one_start(first_decay_s=0.01, second_decay_s=0.02) for size in (0.8, 1.6, 3.2)
+    }
+    pd_run = {PD: _one_start(second_force_N=50.0, third_force_N=10.0)}
+    known = ConditionResults(members | errors | pd_run)
+    right = {EDGES: 30 / 20, DEFAULT: 50 / 20, WIDER: 0.07}
+    right[MEASURES.series_minimum(BACKLASH, "second_force_N")] = 20.0
+    right[MEASURES.series_maximum(BACKLASH, "second_force_N")] = 60.0
+    for quantity, value in right.items():
+        assert quantity(known) == pytest.approx([value]), quantity.id
+    sizes = (8.0, np.nan, 2.0)  # not every run has an impact
+    known = ConditionResults(
+        {BACKLASH(b): _one_start(second=size) for b, size in zip((5, 10, 50), sizes, strict=True)}
+    )
+    assert QUANTITIES["4-03"](known) == pytest.approx([2.0])
+    grown = dict(zip(ENDS["1"], (1.0, 3.0, 6.0, 30.0), strict=True))
+    known = ConditionResults(
+        {BACK(DEFAULT_B_UM): _one_start(**{f"error_{end}_s": e for end, e in grown.items()})}
+    )
+    assert accumulation(BACK, "1")(known) == pytest.approx([2.0])
+
+
+ONE, OTHER = (PaperExperiment(name) for name in ("one", "other"))
+
+
+def _one_start(**numbers: float) -> Sample:
+    return Sample({name: np.array([v]) for name, v in numbers.items()}, np.zeros(1, bool))
 
 
 def _made(source: PaperExperiment) -> Quantity:

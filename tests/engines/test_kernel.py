@@ -427,6 +427,19 @@ def test_precise_runs_are_their_texts_bit_for_bit(name):
     assert_same_bits(ours, theirs)
 
 
+def test_a_contact_is_looked_for_first_where_a_straight_line_changes_sign():
+    equations = model_of("play").equations
+    program = build_event_program(equations.structure, equations.record_map())
+    crossing = interpreted(program)["crossing"]
+    low = np.ones(2 * len(equations.structure.meshes))
+    high = low.copy()
+    assert crossing(low, high) == 1.0
+    high[1] = -1 / 3  # after three quarters
+    assert crossing(low, high) == pytest.approx(0.75)
+    low[0], high[0] = -1.0, 4.0  # after a fifth
+    assert crossing(low, high) == pytest.approx(0.2)
+
+
 @lru_cache(maxsize=1)  # one for all lanes
 def run_of_terms(model: AnalyticModel) -> tuple[Sequence[np.ndarray], Sequence[np.ndarray]]:
     """States q, v (records, n) of a model's run by its terms, and how far rounding moves them."""

@@ -158,6 +158,7 @@ SCALAR: dict[str, Mutate] = {
 MODES: dict[str, Mutate] = {
     "empty": lambda modes: modes[:0],
     "one missing": lambda modes: modes[1:],
+    "one twice": lambda modes: np.append(modes, modes[-1]),
     "descending": lambda modes: modes[::-1],
     "one NaN": lambda modes: _entry((0,), np.nan)(modes),
     "sign": lambda modes: -modes,

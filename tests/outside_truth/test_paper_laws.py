@@ -14,7 +14,7 @@ from crosscheck.analytic.paper.stiffness import (
     square_wave,
     square_wave_series,
 )
-from crosscheck.analytic.paper.tooth_error import tooth_error
+from crosscheck.analytic.paper.tooth_error import tooth_error, total_error
 from crosscheck.models.loading import load_arm
 
 JOINT = load_arm("paper-labelled").joints[0]
@@ -105,6 +105,13 @@ def test_both_meshes_of_a_stage_have_one_frequency(theta_c_dot):
     corrected = mesh_frequency.ring_mesh_rate(JOINT, GEOMETRY, "corrected") * theta_c_dot
     assert abs(ring) == pytest.approx(abs(sun), abs=1e-12)
     assert abs(ring) == pytest.approx(abs(corrected), abs=1e-12)
+
+
+@given(angles, angles)
+def test_the_tooth_errors_own_phase_is_a_lead(lead, phase):
+    """At minus the lead it is where an error without one begins, and from there on the same."""
+    moved = total_error(phase - lead, 5e-6, lead, -2e-6)
+    assert moved == pytest.approx(-2e-6 + 5e-6 * np.sin(phase), abs=1e-19)
 
 
 @given(st.floats(-1, 1), st.floats(-2e-4, 2e-4))

@@ -8,6 +8,8 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 from scipy.integrate import solve_ivp
 
+from crosscheck.checks.energy import springs_at
+from crosscheck.checks.first_principles.mesh_energy import spring_energy as energy_in_spring
 from crosscheck.models.arm.arm import Arm, Planetary
 from crosscheck.models.experiment.scenario import Switches, switches
 from crosscheck.models.exudyn.bodies.bodies import ExudynBodies, GearPair
@@ -61,6 +63,21 @@ def test_every_planets_teeth_push_by_their_own_numbers(name, laws):
     # Deflections of 1e-5 m out of places near 1 m; phases of 300 rad.
     assert planet_laws.force_off(model, 8) < 1e-11
     assert planet_laws.motion_off(model, 5) < 1e-11
+
+
+@pytest.mark.parametrize("rate", ["corrected", "eq13"])
+def test_springs_of_the_energy_balance_follow_every_law_of_stiffness(rate):
+    """Stiffness, x - e and energy of each mesh, sun before ring, at both rates of the ring."""
+    model = free("analytic:physical", planet_laws.unlike_arm(), ring_rate=rate)
+    [(q, _)] = random_states(model.layout, 1)
+    springs = springs_at(model.arm, model.switches, model.layout, q[None])
+    meshes = contacts(model.arm, model.switches, model.layout)
+    for spring, contact in zip(springs, meshes, strict=True):
+        phase = contact.phase_at(q[contact.angle])
+        gap = contact.row @ q - contact.error(phase)
+        right = stiffness_at(contact.mesh.stiffness, phase), gap, contact.energy(q).real
+        values = *spring.stiffness, *spring.gap, *energy_in_spring(spring)
+        assert values == pytest.approx(right, rel=1e-10)
 
 
 @every_model

@@ -103,14 +103,19 @@ def test_a_torque_that_is_nowhere_is_told(crosscheck, tmp_path):
     assert "where there is no motor, answer gravity for force" in done.out
 
 
+def shorten(text: str, by: int) -> str:
+    return "".join(text.splitlines(keepends=True)[:-by])
+
+
 def test_a_table_that_cannot_be_judged_is_refused(crosscheck, tmp_path, puma):
     states, values = puma
-    file = tmp_path / "answers.csv"
+    file, last = tmp_path / "answers.csv", states.count
     for change, words in {
         lambda text: text.replace("M_2_3", "M_2_9"): "'M_2_9': unknown column",
         lambda text: text.replace("gravity_6", "row_6"): "'row_6': unknown column",
         lambda text: text + "99999" + text.splitlines()[-1][3:] + "\n": "row = 99999: must be at",
-        lambda text: "".join(text.splitlines(keepends=True)[:-1]): "is missing; must be finite",
+        lambda text: shorten(text, 1): f"row {last}, M: is missing; must be finite",
+        lambda text: shorten(text, 3): f"row {last - 2}, and 2 more, M: is missing",
     }.items():
         write_csv(file, [(states, values)])
         file.write_text(change(file.read_text()))

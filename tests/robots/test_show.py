@@ -8,8 +8,9 @@ from crosscheck.provenance import ROOT
 from tests.robots.chains import Solid, joint, link, urdf
 
 BODY = (0.01, 0.001, 0.0, 0.02, 0.002, 0.015)
+REST = "iyy 0.02, iyz 0.002, izz 0.015,"
 SLIPS = {
-    "right_arm": (1.0, (*BODY[:5], 0.15), "its twin left_arm has ixx 0.01,"),
+    "right_arm": (1.0, (*BODY[:5], 0.15), "twin left_arm has ixx 0.01, ixy 0.001, ixz 0, " + REST),
     "order": (1.0, (0.01, 0.02, 0.015, 0.001, 0.0, 0.002), "ixx, iyy, izz, ixy, ixz, iyz"),
     "decade": (1.0, (0.01, 0.0, 0.0, 0.2, 0.0, 0.015), "a body has them if iyy is 0.02"),
     "sign": (1.0, (0.01, 0.0, 0.0, -0.02, 0.0, 0.015), "without the signs of ixx, iyy and izz"),

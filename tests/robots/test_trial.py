@@ -30,6 +30,7 @@ from crosscheck.trial.robots.causes.candidates import (
 from crosscheck.trial.robots.explain import RobotDiagnosis
 from crosscheck.trial.robots.trial import RobotTrial, run_robot_trial
 from tests.draws import DRAWS, SAMPLE, fresh_seed
+from tests.loops import require_items
 from tests.robots import chains
 from tests.tool.test_bad_input import assert_one_line
 
@@ -127,9 +128,12 @@ def steiner(own: Robot, number: int) -> np.ndarray:
 @pytest.mark.parametrize("case", WRONG)
 def test_what_is_wrong_is_named(sliding, case):
     change, words = WRONG[case]
-    found = run_robot_trial(equations(change(sliding)), sliding).diagnosis
+    trial = run_robot_trial(equations(change(sliding)), sliding)
+    found = trial.diagnosis
     assert words in found.explanations
     assert found.level == "coupled"
+    for entry in require_items(found.entries):  # drawn as they are named
+        assert trial.relative_errors[entry.part][entry.place] == entry.share
 
 
 def planted(own: Robot, seed: int) -> FrameMistake:

@@ -132,6 +132,33 @@ def test_what_is_not_kept_is_said_in_words(case):
     assert trial.diagnosis.notes[0] == words or words in trial.diagnosis.notes[1:3]
 
 
+@pytest.mark.parametrize(("half", "empty"), [(np.triu, "below"), (np.tril, "above")])
+def test_a_mass_matrix_of_one_triangle_is_told_by_the_empty_one(half, empty):
+    notes = trial_of(two_link.right(mass_matrix=lambda q: half(two_link.mass_matrix(q))))
+    assert notes.diagnosis.notes[0].startswith(f"mass_matrix is 0 {empty} the diagonal, and right")
+
+
+def test_weights_in_the_force_of_one_joint_are_missing_in_the_others():
+    """Only a force that is the torques in every joint has its weights on the left."""
+    own = two_link.right(force=lambda q, torque: torque - two_link.gravity(q) * [1, 0])
+    assert [entry.name for entry in trial_of(own).diagnosis.entries] == ["force[j2]"]
+
+
+def test_a_ratio_in_one_acceleration_alone_counts_by_its_square():
+    ratio = 12.0
+    more = np.diag([0.0, (ratio**2 - two_link.N**2) * two_link.ROTOR])
+
+    def own(q: np.ndarray, v: np.ndarray, torque: np.ndarray) -> np.ndarray:
+        load = torque - two_link.bias(q, v) - two_link.gravity(q)
+        first = np.linalg.solve(two_link.mass_matrix(q), load)[0]
+        return np.array([first, np.linalg.solve(two_link.mass_matrix(q) + more, load)[1]])
+
+    diagnosis = trial_of(Equations(acceleration=own)).diagnosis
+    assert any(
+        "ratio = 12 (file: 10)" in each for each in (*diagnosis.notes, *diagnosis.explanations)
+    ), diagnosis
+
+
 def test_no_cause_that_no_body_can_have():
     assert trial_of(two_link.right(mass_matrix=indefinite)).diagnosis.explanations == ()
 

@@ -217,6 +217,17 @@ def test_springs_that_lose_energy_or_have_play_are_not_elastic(more):
         run_robot_trial(Equations(level="elastic", **PARTS), chains.robot(two_link.URDF, joints))
 
 
-def test_a_robot_without_springs_is_not_elastic():
+FOLLOWING = '<mimic joint="j1"/></joint>'
+NOT_ELASTIC = {
+    "no springs": two_link.robot(),
+    "a stage": chains.robot(two_link.URDF, MESHED | {"j1": chains.planetary()}),
+    "a mimic": chains.robot(
+        FOLLOWING.join(two_link.URDF.rsplit("</joint>", 1)), {"j1": MESHED["j1"]}
+    ),
+}
+
+
+@pytest.mark.parametrize("kind", NOT_ELASTIC)
+def test_a_robot_without_springs_or_with_more_than_springs_is_not_elastic(kind):
     with pytest.raises(InputError, match=r"level.*is of robots with a mesh at a rotor"):
-        run_robot_trial(Equations(level="elastic", **PARTS), two_link.robot())
+        run_robot_trial(Equations(level="elastic", **PARTS), NOT_ELASTIC[kind])

@@ -41,6 +41,9 @@ def test_a_root_is_where_least_is_left():
         return np.array([value - 2.0, 0.1 * (value - 2.0) ** 2])
 
     assert _find_root(left, 1.5, 1.0) == pytest.approx(2.0, rel=1e-9)
+    # to all digits, from however near
+    cube = _find_root(lambda value: np.array([value**3 - 8.0]), 2.0009, 1.0)
+    assert cube == pytest.approx(2.0, rel=1e-12)
     # no step is longer than the number's own size, and there are few
     assert _find_root(lambda value: np.array([value - 2.0]), -1e3, 1.0) < -900
     assert _find_root(lambda value: np.ones(2), 1.0, 1.0) is None

@@ -116,195 +116,6 @@ def test_the_list_has_each_name_under_its_kind_with_its_title(crosscheck, monkey
     assert rows["models of a robot"] == engines
 
 
-CORES, CODE = 6, 5
-MANY = "--scenario pd --scenario x --set a=1 --quick --jobs 3"
-# What is typed, the module that is asked, and what each of its functions is handed.
-TYPED = [
-    (
-        f"run probe --out o {MANY} --seed 4",
-        "commands",
-        {
-            "make_request": ("probe", ["pd", "x"], ["a=1"], True, 4),
-            "run_command": ("made", Path("o"), 3),
-        },
-    ),
-    (
-        "run",
-        "commands",
-        {
-            "make_request": ("paper-labelled", None, None, False, 0),
-            "run_command": ("made", Path("report"), CORES),
-        },
-    ),
-    (
-        f"validate probe {MANY} --seed 4 --json j --junit k",
-        "commands",
-        {
-            "make_request": ("probe", ["pd", "x"], ["a=1"], True, 4),
-            "validate_command": ("made", 3, Path("j"), Path("k")),
-        },
-    ),
-    ("validate", "commands", {"validate_command": ("made", CORES, None, None)}),
-    (
-        f"baseline accept probe --dir b {MANY} --junit k --model m:f --with-differences",
-        "commands",
-        {
-            "prepare_recording": ("probe", ["pd", "x"], ["a=1"], True, "m:f"),
-            "accept_command": ("made", Path("b"), 3, Path("k"), True, "runner"),
-        },
-    ),
-    (
-        "baseline accept",
-        "commands",
-        {
-            "prepare_recording": ("paper-labelled", [], [], False, ""),
-            "accept_command": ("made", Path("baselines"), CORES, None, False, "runner"),
-        },
-    ),
-    (
-        f"baseline check probe --dir b {MANY} --junit k --model m:f",
-        "commands",
-        {
-            "prepare_recording": ("probe", ["pd", "x"], ["a=1"], True, "m:f"),
-            "renewal": ("probe", Path("b"), ["pd", "x"], ["a=1"], True, "m:f"),
-            "check_command": ("made", Path("b"), 3, Path("k"), "renewal", "runner"),
-        },
-    ),
-    (
-        "baseline check",
-        "commands",
-        {
-            "prepare_recording": ("paper-labelled", [], [], False, ""),
-            "renewal": ("paper-labelled", Path("baselines"), [], [], False, ""),
-            "check_command": ("made", Path("baselines"), CORES, None, "renewal", "runner"),
-        },
-    ),
-    (
-        "simulate a --model m --scenario s --out o --t-end 2 --step 3 --phase omega_t"
-        " --ring-rate eq13 --set b=1 --force --rtol 1e-9",
-        "simulation",
-        {
-            "simulate_command": (
-                *("a", "m", "s", {"phase": "omega_t", "ring_rate": "eq13"}),
-                *(["b=1", "scenario.duration_s=2", "scenario.step_s=3"], Path("o"), True, 1e-9),
-            )
-        },
-    ),
-    (
-        "simulate a --model m --scenario s --out o",
-        "simulation",
-        {"simulate_command": ("a", "m", "s", {}, [], Path("o"), False, None)},
-    ),
-    (
-        "compare r.csv a --scenario s --set b=1 --tolerance c=2 --topic t --joint x --joint y"
-        " --json j --out o",
-        "compare",
-        {
-            "compare_command": (
-                *(Path("r.csv"), "a", ["s"], ["b=1"], ["c=2"], "t", ["x", "y"]),
-                *(Path("j"), Path("o")),
-            )
-        },
-    ),
-    (
-        "compare r.csv",
-        "compare",
-        {"compare_command": (Path("r.csv"), "paper-labelled", [], [], [], "", [], None, None)},
-    ),
-    (
-        "cost r --motion m --seed 4 --quick --json j --out o",
-        "cost",
-        {"cost_command": ("r", Path("m"), 4, True, Path("j"), Path("o"))},
-    ),
-    ("cost r", "cost", {"cost_command": ("r", None, 0, False, None, None)}),
-    (
-        "export a --out o --model m --set b=1",
-        "files.export",
-        {"export_command": ("a", "m", ["b=1"], Path("o"))},
-    ),
-    ("export a --out o", "files.export", {"export_command": ("a", None, [], Path("o"))}),
-    (
-        "sweep s --out o --jobs 3 --scheduler tcp://x --resume --run-code",
-        "studies",
-        {"sweep_command": (Path("s"), Path("o"), 3, "tcp://x", True, True)},
-    ),
-    (
-        "sweep s --out o",
-        "studies",
-        {"sweep_command": (Path("s"), Path("o"), CORES, None, False, False)},
-    ),
-    (
-        "plot f --quantity a --quantity b --out o",
-        "studies",
-        {"plot_command": (Path("f"), ["a", "b"], Path("o"))},
-    ),
-    ("plot f", "studies", {"plot_command": (Path("f"), [], None)}),
-    ("view f --out o", "view", {"view_command": (Path("f"), Path("o"))}),
-    ("view f", "view", {"view_command": (Path("f"), None)}),
-    ("init f", "files.template", {"init_command": (Path("f"), 2, False)}),
-    ("init f --joints 3 --direct", "files.template", {"init_command": (Path("f"), 3, True)}),
-    ("init f --urdf u", "files.template", {"init_robot_command": (Path("f"), Path("u"))}),
-    ("show a", "show", {"show_command": ("a",)}),
-    ("list", "listing", {"list_command": ()}),
-]
-OF_A_VERDICT = ("run", "validate", "baseline", "compare", "cost")  # whose exit code that is
-ANSWERS = {"make_request": "made", "prepare_recording": ("made", "runner"), "renewal": "renewal"}
-
-
-@pytest.mark.parametrize(("typed", "module", "expected"), TYPED, ids=lambda each: str(each)[:40])
-def test_a_command_hands_over_what_is_typed(crosscheck, monkeypatch, typed, module, expected):
-    handed = {}
-
-    def recorder(name):
-        def record(*arguments):
-            handed[name] = arguments
-            return ANSWERS.get(name, CODE)
-
-        return record
-
-    monkeypatch.setattr(os, "cpu_count", lambda: CORES)
-    for name in {*expected, *(ANSWERS if module == "commands" else ())}:
-        monkeypatch.setattr(f"crosscheck.cli.{module}.{name}", recorder(name))
-    answer = crosscheck(*typed.split())
-    assert answer.code == (CODE if typed.split()[0] in OF_A_VERDICT else 0), answer.err
-    assert {name: handed[name] for name in expected} == expected
-
-
-def test_options_of_a_trial_are_what_is_typed(crosscheck, monkeypatch):
-    handed = []
-    monkeypatch.setattr(
-        "crosscheck.cli.trial.trial_command", lambda given: handed.append(given) or 5
-    )
-    typed = (
-        "trial m:f a --scenario s --set b=1 --quick --jobs 3 --seed 4 --json j --junit k --out o"
-        " --ask --answers p --answers q --after r --coordinates c --run-code"
-    )
-    assert crosscheck(*typed.split()).code == 5
-    assert crosscheck("trial").code == 5
-    given = {"names": ("m:f", "a"), "scenarios": ["s"], "settings": ["b=1"], "quick": True}
-    given |= {"seed": 4, "jobs": 3, "json_file": Path("j"), "junit": Path("k"), "out": Path("o")}
-    given |= {"ask": True, "answers": (Path("p"), Path("q")), "after": (Path("r"),)}
-    given |= {"coordinates": Path("c"), "run_code": True}
-    assert handed == [trial_options(**given), trial_options(names=())]
-
-
-@pytest.mark.parametrize(
-    ("typed", "target", "answer", "page"),
-    [
-        ("run --out o --open", "commands.run_command", 0, "o/index.html"),
-        ("view f --open", "view.view_command", Path("v.html"), "v.html"),
-    ],
-)
-def test_a_page_is_opened_where_that_is_asked(crosscheck, monkeypatch, typed, target, answer, page):
-    opened = []
-    monkeypatch.setattr("webbrowser.open", opened.append)
-    monkeypatch.setattr(f"crosscheck.cli.{target}", lambda *given: answer)
-    for words, expected in ((typed, [Path(page).resolve().as_uri()]), (typed[:-7], [])):
-        opened.clear()
-        assert crosscheck(*words.split()).code == 0
-        assert opened == expected
-
-
 @pytest.mark.parametrize(
     ("error", "code", "told"),
     [
@@ -352,6 +163,21 @@ def test_the_cache_is_cleared_where_that_is_asked(crosscheck, monkeypatch):
 )
 def test_the_command_that_records_anew_is_the_one_that_was_given(given, told):
     assert renewal(*given) == f"crosscheck baseline accept {told}"
+
+
+def test_a_check_without_a_record_names_the_command_that_makes_it(
+    crosscheck, tmp_path, monkeypatch
+):
+    model_file(tmp_path)
+    monkeypatch.chdir(tmp_path)
+    given = "paper-swapped --model mine.py:two_link --dir b --scenario pd --quick"
+    setting = "arm.gravity_m_per_s2=[1,2]"
+    answer = crosscheck("baseline", "check", *given.split(), "--set", setting)
+    assert answer.code == 2
+    assert "make it: crosscheck baseline accept paper-swapped --model mine.py:two_link --dir b" in (
+        answer.err
+    )
+    assert answer.err.endswith(" --scenario pd --set 'arm.gravity_m_per_s2=[1,2]' --quick\n")
 
 
 def trial_options(**given: object) -> TrialOptions:

@@ -16,6 +16,14 @@ from crosscheck.cli import commands, simulation, trial
 from crosscheck.file_types import FILE_TYPES, identify_file_type, is_file_of_type
 from crosscheck.findings import Agreement
 from crosscheck.models.files import HERE
+from crosscheck.models.inputs import (
+    forget,
+    input_size,
+    is_input,
+    open_input,
+    read_content,
+    read_input,
+)
 from crosscheck.output import write_files
 from crosscheck.provenance import ROOT, record_provenance
 from crosscheck.report.junit import format_junit
@@ -81,6 +89,32 @@ def test_no_input_is_written_onto(crosscheck, inputs, writer, name):
     for file in (name, "linked", "hard"):
         assert_one_line(crosscheck(*WRITERS[writer], file))
     assert contents(inputs) == before
+
+
+def read_pieces(path: Path) -> None:
+    with open_input(path, 10):
+        pass
+
+
+@pytest.mark.parametrize(
+    ("read", "remembered"),
+    [
+        (lambda path: read_content(path, 10), True),
+        (lambda path: read_content(path, 10, remembered=False), False),
+        (lambda path: read_input(path, 10), True),
+        (read_pieces, True),
+        (input_size, True),
+    ],
+)
+def test_a_file_is_an_input_however_it_is_read(tmp_path, read, remembered):
+    file, linked = tmp_path / "file", tmp_path / "linked"
+    file.write_text("content")
+    linked.symlink_to(file)
+    forget()
+    read(linked)
+    assert is_input(file) is remembered
+    forget()
+    assert not is_input(file)
 
 
 @pytest.mark.parametrize("writer", WRITERS)

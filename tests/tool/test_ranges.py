@@ -17,6 +17,8 @@ from crosscheck.models.pinocchio import rigid as pinocchio_rigid
 from crosscheck.registry import build
 from tests.draws import range_of, ranges_of
 from tests.loops import require_items
+from tests.mixed_arms import arm_of
+from tests.planet_meshes import stage
 from tests.tool.test_bad_input import assert_one_line
 
 ARM, SCENARIO = "paper-labelled", "constant-torque"
@@ -149,6 +151,26 @@ def test_numbers_that_cannot_stand_beside_each_other_are_refused(case):
         load_case(ARM, SCENARIO, {}, [f"arm.{setting}" for setting in settings])
     assert refused.value.field == field
     assert refused.value.allowed.startswith("must ")
+
+
+@pytest.mark.parametrize("place", [0, 1])
+def test_a_link_is_weighed_against_all_that_its_joint_turns(place):
+    """Its own gears reflected, the next joint's as they turn, and every mass at its reach."""
+    heavy, light, reach = 2e-2, 1e-15, 0.01
+    links = [
+        {"length_m": reach, "com_m": 0.0, "mass_kg": 1e-3, "inertia_kg_m2": inertia}
+        for inertia in ((heavy, light) if place else (light, heavy))
+    ]
+    joints = [stage(ring_inertia_kg_m2=0.01)] * 2
+    with pytest.raises(ValueError, match="must have at least") as refused:
+        arm_of(*joints, links=links, payload_kg=0.0)
+    radius = 0.003 * (28 + 20) / 2
+    load = (4 * 0.5 + 3 * 0.6) * radius**2 + 1e-3 * reach**2
+    if place == 0:
+        load += (0.5 + 6.0 + 3 * 0.6) * radius**2 + 0.01 + 1e-3 * (2 * reach) ** 2
+        load += (0.4 + 3 * 0.5 + 6.0 + 8.0) * reach**2
+    assert f"links[{place}]|" in str(refused.value)
+    assert f"it has {light:.3g} of {load:.3g} kg m^2 about that joint" in str(refused.value)
 
 
 def sinusoid(rate: float, argument: str) -> str:

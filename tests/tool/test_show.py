@@ -7,6 +7,7 @@ from typing import Any
 
 import pytest
 
+from crosscheck.cli.show import derived_arm
 from crosscheck.models.loading import load_arm
 from crosscheck.provenance import ROOT
 from crosscheck.trial.diagnose.terms.values import collect_arm_values
@@ -182,6 +183,13 @@ def test_every_derived_number_is_that_of_the_file(crosscheck, monkeypatch):
     ]
     assert len(modes) == 2 * 4  # sun and planets of both joints
     assert not list(wrong_modes(modes, float(tables["arm"]["largest stable step of RK4"][0])))
+
+
+def test_a_poles_frequency_and_ratio_are_its_size_and_its_angle(monkeypatch):
+    monkeypatch.setattr("crosscheck.cli.show._mesh_poles", lambda model: [-30 + 40j])
+    shown = {row.name: row.value for row in derived_arm(load_arm("probe"))}
+    assert shown["mesh mode"] == pytest.approx(50 / (2 * math.pi))
+    assert shown["its damping ratio"] == pytest.approx(0.6)
 
 
 def test_experiments_of_an_arms_size_move_it_as_its_controller_does(crosscheck):

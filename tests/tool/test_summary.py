@@ -12,7 +12,7 @@ import crosscheck
 from crosscheck.findings import Agreement, EntryDifferences
 from crosscheck.models.arm.arm import Link
 from crosscheck.planning.plan import CrossCheckRequest
-from crosscheck.report.heat_map import make_heat_map, make_trial_maps
+from crosscheck.report.heat_map import make_entry_maps, make_heat_map, make_trial_maps
 from crosscheck.report.trials.trial import (
     describe_notes,
     describe_trial,
@@ -65,6 +65,14 @@ def test_a_cell_is_shaded_by_the_decades_of_its_difference_once_it_differs():
     found = make_heat_map("M", ("a",), [str(value) for value in row], (row,), 1e-10)
     assert [cell.shade for cell in found.cells[0]] == [0, 0, 1, 1, 2, 3, 3, 4, 4, 4]
     assert found.described == "M: 8 of 10 entries differ"
+
+
+def test_of_two_forms_as_printed_the_last_is_drawn_beside_the_corrected_one():
+    """The other form is the printed energies', which has their errors alone."""
+    other = replace(ENTRIES[0], model="analytic:energies", relative=((0.5, 0.5), (0.5, 0.5)))
+    maps = make_entry_maps([other, *ENTRIES])
+    assert [each.title for each in maps] == ["mass matrix, as printed", "mass matrix, corrected"]
+    assert [[cell.text for cell in each.cells[0]] for each in maps] == [["✓", "1.3 %"], ["✓", "✓"]]
 
 
 @pytest.mark.parametrize(("count", "is_wide"), [(8, False), (9, True)])

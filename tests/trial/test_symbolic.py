@@ -62,6 +62,11 @@ def test_matrices(way):
     assert on(on(equations).equations, PROBE).mass_matrix(X)[0, 0] == 7.0
 
 
+def test_a_force_without_torques_is_of_its_time():
+    own = on(from_sympy(x, v, force=[sp.cos(t), t * v[1]], t=t))
+    assert own.force(0.5, X, V, TORQUE).tolist() == [np.cos(0.5), 0.5 * V[1]]
+
+
 def test_dynamicsymbols():
     q, T = me.dynamicsymbols("q1 q2"), me.dynamicsymbols("T1 T2")
     moving = {**dict(zip(x, q, strict=True)), **dict(zip(torque, T, strict=True))}

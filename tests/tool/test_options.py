@@ -1,0 +1,669 @@
+"""What every option of every command changes: two command lines, and what of them differs.
+
+Work that takes long is replaced by a recorder of what it is asked, as deep below the command line
+as possible; files and short runs are real.
+"""
+
+import json
+import os
+from collections.abc import Callable, Iterator
+from dataclasses import replace
+from importlib import import_module
+from inspect import signature
+from pathlib import Path
+from types import SimpleNamespace
+from typing import Any, NamedTuple
+
+import click
+import pytest
+import xarray as xr
+
+from crosscheck.cli.app import build_commands
+from crosscheck.cost.shortcuts import FULL, QUICK
+from crosscheck.findings import Agreement
+from crosscheck.models.errors import Unfinished
+from crosscheck.models.loading import load_arm, load_case
+from crosscheck.provenance import record_provenance
+from crosscheck.registry import build
+from crosscheck.run import CrossCheck
+from crosscheck.trial.trial import make_cross_check_request
+from tests.baselines.short import green, invented_check, red
+from tests.processes import Answer, Command
+from tests.robots.chains import BOB
+from tests.tool.supplied import model_file
+
+CORES = 6
+PAPER_KG = 10.0
+ODD_KG = 99.0  # of a payload with which a check differs
+RTOL = 1e-6
+UNLIKE = object()  # a value of which is said only that it is another one
+STUDY = """\
+schema_version = 1
+name = "{name}"
+arm = "paper-labelled"
+scenario = "pd"
+settings = {{ "scenario.duration_s" = 0.001 }}
+quantities = [{{ {quantity} }}]
+"""
+FILES = {
+    "map.toml": "matrix = [[1, 0], [1, 1]]\n",
+    "one.toml": STUDY.format(name="one", quantity='kind = "peak", signal = "theta"'),
+    "two.toml": STUDY.format(name="two", quantity='kind = "peak", signal = "theta"'),
+    "code.toml": STUDY.format(
+        name="code",
+        quantity='kind = "user_function", function = "mine.py:f", returns = { a = "m" }',
+    ),
+    "bob.urdf": BOB,
+    "u.fmu": "no unit",
+}
+
+
+class Observed(NamedTuple):
+    """What a command did: its answer, what work was asked, new files, pages that it opened."""
+
+    answer: Answer
+    asked: dict[str, SimpleNamespace]
+    files: dict[str, Path]
+    opened: list[str]
+
+
+See = Callable[[Observed], object]
+
+
+class Effect(NamedTuple):
+    """Two command lines, what of them is looked at, and its values.
+
+    before: a command that runs first, of a check of records the one that records; real: the work
+    is done.
+    """
+
+    usual: str
+    other: str
+    see: See
+    values: tuple[object, object]
+    before: str = ""
+    real: bool = False
+
+
+def stop(**given: object) -> None:
+    """Work that is asked for and not done."""
+    raise Unfinished("recorded")
+
+
+def make_check(request: Any, **given: object) -> CrossCheck:
+    """A cross-check by no engine; for an arm of ODD_KG a check differs."""
+    finding = red() if request.mechanism.payload_mass_kg == ODD_KG else green()
+    asked = request.mechanism, request.seed, request.quick, request.scenarios, request.chosen
+    agreement = Agreement([finding], record_provenance(*asked, model=request.model))
+    return replace(invented_check(request.mechanism), request=request, agreement=agreement)
+
+
+def make_trial(request: Any, **given: object) -> SimpleNamespace:
+    """A trial by no engine."""
+    return SimpleNamespace(cross_check=make_check(make_cross_check_request(request)))
+
+
+def make(value: object) -> Callable[..., object]:
+    return lambda **given: value
+
+
+CHECK = {"cli.commands.run_cross_check": make_check}
+WORK: dict[str, dict[str, Callable[..., object]]] = {
+    "run": CHECK,
+    "validate": CHECK,
+    "baseline": {**CHECK, "cli.trial.run_trial": make_trial},
+    "trial": {
+        "cli.trial.run_trial": stop,
+        "cli.trial.read_trial_answers": stop,
+        "cli.trial.collect_state_request": stop,
+    },
+    "compare": {
+        "cli.compare.read_record": make("record"),
+        "cli.compare.compare": make("comparison"),
+        "cli.compare.describe_comparison": make([]),
+        "cli.compare.comparison_json": make("JSON"),
+        "cli.compare.comparison_page": make("page"),
+    },
+    "cost": {
+        "cli.cost.read_record": make("record"),
+        "cli.cost.fit_motion": make("motion"),
+        "cli.cost.compute_costs": make(SimpleNamespace(agrees=True)),
+        "cli.cost.describe_result": make([]),
+        "cli.cost.cost_json": make("JSON"),
+        "cli.cost.cost_page": make("page"),
+    },
+    "sweep": {"cli.studies.run_study": stop},
+    "plot": {"cli.studies.use_file": make(b"picture")},
+    "view": {"cli.view.read_run": make("run"), "cli.view.view_page": make("page")},
+    "errata": {"audit.errata.command.simulate_errata": make([])},
+    "paper": {
+        "audit.page.command.write_paper": stop,
+        "audit.page.command.write_figures": stop,
+        "audit.judging.paper_folder.run_folder_command": stop,
+    },
+}
+
+
+def asks(name: str, pick: Callable[[Any], object]) -> See:
+    """Something of what a function of WORK is asked."""
+    return lambda seen: pick(seen.asked[name])
+
+
+def called(seen: Observed) -> list[str]:
+    return sorted(seen.asked)
+
+
+def new_files(seen: Observed) -> set[str]:
+    return set(seen.files)
+
+
+def contents(seen: Observed) -> dict[str, str]:
+    return {name: path.read_text() for name, path in seen.files.items()}
+
+
+def opened(seen: Observed) -> list[str]:
+    return [page.removeprefix(f"{Path.cwd().as_uri()}/") for page in seen.opened]
+
+
+def says(words: str) -> See:
+    return lambda seen: words in seen.answer.out + seen.answer.err
+
+
+def code(seen: Observed) -> int:
+    return seen.answer.code
+
+
+def of_requests(command: str, work: str, end: str = "") -> dict[str, Effect]:
+    """Options of all that is asked by a request to cross-check; end: the command's last word."""
+
+    def row(more: str, pick: Callable[[Any], object], *values: object) -> Effect:
+        return option(f"{command}{end}", more, asks(work, pick), *values)
+
+    names = ["pd", "back-and-forth"]
+    return {
+        "scenario": row(
+            "--scenario pd --scenario back-and-forth",
+            lambda given: [each.name for each in given.request.scenarios],
+            *([], names),
+        ),
+        "settings": row(
+            "--set arm.payload_mass_kg=3",
+            lambda given: mechanism(given).payload_mass_kg,
+            *(PAPER_KG, 3.0),
+        ),
+        "quick": row("--quick", lambda given: given.request.quick, False, True),
+        "jobs": row("--jobs 3", lambda given: given.jobs, CORES, 3),
+    }
+
+
+def mechanism(given: Any) -> Any:
+    return given.request.arm if hasattr(given.request, "arm") else given.request.mechanism
+
+
+def of_checks(command: str) -> dict[str, Effect]:
+    arm = asks("run_cross_check", lambda given: mechanism(given).name)
+    return {
+        **of_requests(command, "run_cross_check"),
+        "arm": option(command, "probe", arm, "paper-labelled", "probe"),
+    }
+
+
+def seed(command: str, work: str) -> Effect:
+    return option(command, "--seed 4", asks(work, lambda given: given.request.seed), 0, 4)
+
+
+def run_of(seen: Observed) -> Any:
+    (file,) = seen.files.values()
+    with xr.open_dataset(file, engine="h5netcdf", decode_times=False) as run:
+        return run.load()
+
+
+def stated(record: str, *path: str) -> See:
+    """A value of the records in a run's attributes."""
+
+    def pick(seen: Observed) -> object:
+        value: Any = json.loads(run_of(seen).attrs[record])
+        for key in path:
+            value = value[key]
+        return value
+
+    return pick
+
+
+def is_precise(seen: Observed) -> bool:
+    """Whether a run is bit for bit the model's own at RTOL."""
+    case = load_case("paper-labelled", "constant-torque", {}, ["scenario.duration_s=0.002"])
+    return bool((build("analytic:physical", *case).precise(RTOL).theta == run_of(seen).theta).all())
+
+
+def largest_torques(seen: Observed) -> list[float]:
+    data = json.loads(seen.files["j"].read_text())
+    return [joint["largest_torque"] for joint in data["joints"]]
+
+
+SIMULATE = "simulate {arm} --model {model} --scenario {scenario} --out {out} --t-end 0.002"
+USUAL = {"arm": "paper-labelled", "model": "analytic:physical", "scenario": "constant-torque"}
+
+
+def simulate(more: str = "", **other: str) -> str:
+    return f"{SIMULATE.format_map({**USUAL, 'out': 'o.nc', **other})} {more}"
+
+
+def simulation(see: See, *values: object, more: str = "", **other: str) -> Effect:
+    return Effect(simulate(), simulate(more, **other), see, values)
+
+
+def option(command: str, more: str, see: See, *values: object, real: bool = False) -> Effect:
+    """An option that is left out and given."""
+    return Effect(command, f"{command} {more}", see, values, real=real)
+
+
+TRIAL, ASK = "trial mine.py:two_link", "trial --ask --out o"
+
+
+def of_records(command: str) -> dict[str, Effect]:
+    model, equations = "run_cross_check", "--model mine.py:two_link"
+    return {
+        **of_checks(command),
+        "model": option(command, equations, called, [model], ["run_trial"]),
+        "junit": option(command, "--junit k", lambda seen: "k" in seen.files, False, True)._replace(
+            before="baseline accept"
+        ),
+    }
+
+
+EFFECTS: dict[str, dict[str, Effect]] = {
+    "": {"version": Effect("list", "--version", says("paper-labelled"), (True, False))},
+    "run": {
+        **of_checks("run"),
+        "seed": seed("run", "run_cross_check"),
+        "out": option(
+            "run",
+            "--out o",
+            new_files,
+            {f"report/{name}" for name in ("index.html", "agreement.json")},
+            {f"o/{name}" for name in ("index.html", "agreement.json")},
+        ),
+        "open_page": option("run", "--open", opened, [], ["report/index.html"]),
+    },
+    "validate": {
+        **of_checks("validate"),
+        "seed": seed("validate", "run_cross_check"),
+        "json_file": option("validate", "--json j", new_files, set(), {"j"}),
+        "junit": option("validate", "--junit k", new_files, set(), {"k"}),
+    },
+    "baseline accept": {
+        **of_records("baseline accept"),
+        "folder": option(
+            "baseline accept",
+            "--dir b",
+            new_files,
+            {"baselines/paper-labelled-full.json"},
+            {"b/paper-labelled-full.json"},
+        ),
+        "with_differences": option(
+            f"baseline accept --set arm.payload_mass_kg={ODD_KG}", "--with-differences", code, 1, 0
+        ),
+    },
+    "baseline check": {
+        **of_records("baseline check"),
+        "folder": option("baseline check", "--dir b", code, 2, 0)._replace(
+            before="baseline accept --dir b"
+        ),
+    },
+    "simulate": {
+        "arm": simulation(stated("arm", "name"), "paper-labelled", "probe", arm="probe"),
+        "model": simulation(
+            lambda seen: run_of(seen).attrs["model"],
+            *("analytic:physical", "analytic:coupled"),
+            model="analytic:coupled",
+        ),
+        "scenario": simulation(stated("scenario", "name"), "constant-torque", "pd", scenario="pd"),
+        "out": simulation(new_files, {"o.nc"}, {"other.nc"}, out="other.nc"),
+        "t_end": simulation(
+            lambda seen: float(run_of(seen).time[-1]),
+            *(pytest.approx(0.002), pytest.approx(0.001)),
+            more="--t-end 0.001",
+        ),
+        "step": simulation(
+            lambda seen: float(run_of(seen).attrs["step_s"]), 1e-5, 2e-5, more="--step 2e-5"
+        ),
+        "phase": simulation(
+            stated("switches", "phase"), "angle", "omega_t", more="--phase omega_t"
+        ),
+        "ring_rate": simulation(
+            stated("switches", "ring_rate"), "corrected", "eq13", more="--ring-rate eq13"
+        ),
+        "settings": simulation(
+            stated("arm", "payload_mass_kg"), PAPER_KG, 3.0, more="--set arm.payload_mass_kg=3"
+        ),
+        "force": Effect(simulate("--step 2e-4"), simulate("--step 2e-4 --force"), code, (2, 0)),
+        "rtol": simulation(is_precise, False, True, more=f"--rtol {RTOL}"),
+    },
+    "trial": {
+        **of_requests("trial", "run_trial", " mine.py:two_link"),
+        "model": Effect(
+            TRIAL,
+            "trial mine.py:other",
+            asks("run_trial", lambda given: given.request.name),
+            ("mine.py:two_link", "mine.py:other"),
+        ),
+        "arm": option(
+            TRIAL,
+            "probe",
+            asks("run_trial", lambda given: given.request.arm.name),
+            *("paper-labelled", "probe"),
+        ),
+        "seed": seed(TRIAL, "run_trial"),
+        "json_file": option(f"{TRIAL} --quick", "--json j", new_files, set(), {"j"}, real=True),
+        "junit": option(f"{TRIAL} --quick", "--junit k", new_files, set(), {"k"}, real=True),
+        "out": option(f"{TRIAL} --quick", "--out o", new_files, set(), {"o/trial.html"}, real=True),
+        "ask": Effect(TRIAL, ASK, called, (["run_trial"], ["collect_state_request"])),
+        "answers": Effect(
+            "trial --answers p",
+            "trial --answers p --answers q",
+            asks("read_trial_answers", lambda given: [str(each) for each in given.paths]),
+            (["p"], ["p", "q"]),
+        ),
+        "after": option(
+            ASK, "--after r", called, ["collect_state_request"], ["read_trial_answers"]
+        ),
+        "coordinates": option(
+            ASK,
+            "--coordinates map.toml",
+            asks("collect_state_request", lambda given: given.trial.coordinates.matrix is None),
+            True,
+            False,
+        ),
+        "run_code": option(
+            "trial u.fmu --coordinates map.toml", "--run-code", says("--run-code"), True, False
+        ),
+    },
+    "compare": {
+        "record": Effect(
+            "compare r.csv",
+            "compare s.mat",
+            asks("read_record", lambda given: str(given.path)),
+            ("r.csv", "s.mat"),
+        ),
+        "arm": option(
+            "compare r.csv",
+            "probe",
+            asks("compare", lambda given: given.arm.name),
+            *("paper-labelled", "probe"),
+        ),
+        "scenario": option(
+            "compare r.csv",
+            "--scenario pd",
+            asks("compare", lambda given: given.scenario and given.scenario.name),
+            None,
+            "pd",
+        ),
+        "settings": option(
+            "compare r.csv",
+            "--set arm.payload_mass_kg=3",
+            asks("compare", lambda given: given.arm.payload_mass_kg),
+            PAPER_KG,
+            3.0,
+        ),
+        "tolerance": option(
+            "compare r.csv",
+            "--tolerance arm.payload_mass_kg=0.02",
+            asks("compare", lambda given: given.tolerances),
+            {},
+            {"arm.payload_mass_kg": 0.02},
+        ),
+        "topic": option(
+            "compare r.csv", "--topic t", asks("read_record", lambda given: given.topic), "", "t"
+        ),
+        "joint": option(
+            "compare r.csv",
+            "--joint x --joint y",
+            asks("read_record", lambda given: given.named),
+            [],
+            ["x", "y"],
+        ),
+        "json_file": option("compare r.csv", "--json j", contents, {}, {"j": "JSON"}),
+        "out": option("compare r.csv", "--out o", contents, {}, {"o/compare.html": "page"}),
+    },
+    "cost": {
+        "robot": Effect(
+            "cost sliding",
+            "cost puma560",
+            asks("compute_costs", lambda given: given.robot.name),
+            ("sliding", "puma560"),
+        ),
+        "motion": option(
+            "cost sliding",
+            "--motion m.csv",
+            asks("compute_costs", lambda given: given.given),
+            None,
+            "motion",
+        ),
+        "seed": option(
+            "cost sliding --quick --json j", "--seed 4", largest_torques, UNLIKE, UNLIKE, real=True
+        ),
+        "quick": option(
+            "cost sliding",
+            "--quick",
+            asks("compute_costs", lambda given: given.extent),
+            FULL,
+            QUICK,
+        ),
+        "json_file": option("cost sliding", "--json j", contents, {}, {"j": "JSON"}),
+        "out": option("cost sliding", "--out o", contents, {}, {"o/cost.html": "page"}),
+    },
+    "export": {
+        "arm": Effect(
+            "export paper-labelled --model analytic:links --out a.c",
+            "export probe --model analytic:links --out a.c",
+            lambda seen: "probe" in contents(seen)["a.c"],
+            (False, True),
+        ),
+        "out": Effect(
+            "export probe --model analytic:links --out a.c",
+            "export probe --model analytic:links --out b.c",
+            new_files,
+            ({"a.c"}, {"b.c"}),
+        ),
+        "model": Effect(
+            "export probe --model analytic:links --out a.c",
+            "export probe --model analytic:physical --out a.c",
+            lambda seen: "x_sp" in contents(seen)["a.c"],
+            (False, True),
+        ),
+        "settings": option(
+            "export probe --model analytic:links --out a.c",
+            "--set arm.payload_mass_kg=3",
+            contents,
+            UNLIKE,
+            UNLIKE,
+        ),
+    },
+    "sweep": {
+        "study": Effect(
+            "sweep one.toml --out o.nc",
+            "sweep two.toml --out o.nc",
+            asks("run_study", lambda given: given.study.definition.name),
+            ("one", "two"),
+        ),
+        "out": Effect(
+            "sweep one.toml --out o.nc",
+            "sweep one.toml --out p.nc",
+            asks("run_study", lambda given: str(given.out)),
+            ("o.nc", "p.nc"),
+        ),
+        **{
+            name: option(
+                "sweep one.toml --out o.nc",
+                more,
+                asks("run_study", lambda given, name=name: getattr(given.settings, name)),
+                *values,
+            )
+            for name, more, *values in (
+                ("jobs", "--jobs 3", CORES, 3),
+                ("scheduler", "--scheduler tcp://x:1", None, "tcp://x:1"),
+                ("resume", "--resume", False, True),
+            )
+        },
+        "run_code": option("sweep code.toml --out o.nc", "--run-code", called, [], ["run_study"]),
+    },
+    "plot": {
+        "file": Effect("plot f.nc", "plot g.nc", new_files, ({"f.png"}, {"g.png"})),
+        "quantity": option(
+            "plot f.nc",
+            "--quantity a --quantity b",
+            asks("use_file", lambda given: given.use.args),
+            ([],),
+            (["a", "b"],),
+        ),
+        "out": option("plot f.nc", "--out o.png", new_files, {"f.png"}, {"o.png"}),
+    },
+    "view": {
+        "file": Effect("view f.nc", "view g.nc", new_files, ({"f.html"}, {"g.html"})),
+        "out": option("view f.nc", "--out o.html", new_files, {"f.html"}, {"o.html"}),
+        "open_page": option("view f.nc", "--open", opened, [], ["f.html"]),
+    },
+    "list": {},
+    "init": {
+        "file": Effect("init a.toml", "init b.toml", new_files, ({"a.toml"}, {"b.toml"})),
+        **{
+            name: option(
+                "init a.toml",
+                more,
+                lambda seen: [j.kind for j in load_arm(str(seen.files["a.toml"])).joints],
+                *values,
+            )
+            for name, more, *values in (
+                ("joints", "--joints 3", ["planetary"] * 2, ["planetary"] * 3),
+                ("direct", "--direct", ["planetary"] * 2, ["direct"] * 2),
+            )
+        },
+        "urdf": option(
+            "init a.toml",
+            "--urdf bob.urdf",
+            lambda seen: 'urdf = "bob.urdf"' in contents(seen)["a.toml"],
+            False,
+            True,
+        ),
+    },
+    "show": {"arm": Effect("show probe", "show sliding", says("Robot sliding"), (False, True))},
+    "cache clear": {},
+    "errata": {
+        "arm": option(
+            "errata",
+            "paper-swapped",
+            asks("simulate_errata", lambda given: given.arm.name),
+            *("paper-labelled", "paper-swapped"),
+        ),
+        "json_file": option("errata", "--json j", new_files, set(), {"j"}),
+        "out": option("errata", "--out o", new_files, set(), {"o/errata.html"}),
+        "whole": option("errata", "--all", lambda seen: len(seen.answer.out) > 2000, False, True),
+    },
+    "paper": {
+        "folder": option("paper", "f", called, ["write_paper"], ["run_folder_command"]),
+        "figure": option(
+            "paper", "--figure 8 --figure 9", called, ["write_paper"], ["write_figures"]
+        ),
+        "out": option(
+            "paper",
+            "--out o",
+            asks("write_paper", lambda given: str(given.out)),
+            *("paper-report", "o"),
+        ),
+        "first_seed": option(
+            "paper",
+            "--first-seed 4",
+            asks("write_paper", lambda given: given.scale.first_seed),
+            1,
+            4,
+        ),
+        "jobs": option(
+            "paper", "--jobs 3", asks("write_paper", lambda given: given.study.jobs), CORES, 3
+        ),
+        "run_code": option(
+            "paper f",
+            "--run-code",
+            asks("run_folder_command", lambda given: given.run_code),
+            False,
+            True,
+        ),
+    },
+}
+TYPERS_OWN = {"install_completion", "show_completion"}
+
+
+def list_parameters(command: Any, words: tuple[str, ...] = ()) -> Iterator[tuple[str, str]]:
+    """Every parameter of a command and of those in it, as the parser itself has them."""
+    for parameter in command.params:
+        if parameter.name not in TYPERS_OWN:
+            yield " ".join(words), parameter.name
+    if isinstance(command, click.Group) or hasattr(command, "commands"):
+        for name, each in command.commands.items():
+            yield from list_parameters(each, (*words, name))
+
+
+def test_every_option_of_every_command_stands_here():
+    stated_here = {(command, name) for command, rows in EFFECTS.items() for name in rows}
+    assert stated_here == set(list_parameters(build_commands()))
+
+
+@pytest.fixture
+def observe(
+    crosscheck: Command, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> Callable[..., list[object]]:
+    """``observe(effect, command)``: what is seen of both command lines, each in its own folder."""
+    pages, work = list[str](), dict[str, SimpleNamespace]()
+    monkeypatch.setattr(os, "cpu_count", lambda: CORES)
+    monkeypatch.setattr("webbrowser.open", pages.append)
+
+    def record(target: str, answer: Callable[..., object]) -> None:
+        module, _, name = f"crosscheck.{target}".rpartition(".")
+        parameters = signature(getattr(import_module(module), name))
+
+        def recorder(*given: object, **named: object) -> object:
+            bound = parameters.bind(*given, **named)
+            bound.apply_defaults()
+            work[name] = SimpleNamespace(**bound.arguments)
+            return answer(**bound.arguments)
+
+        monkeypatch.setattr(f"{module}.{name}", recorder)
+
+    def run(words: str, before: str) -> Observed:
+        if words.startswith("baseline check"):
+            before = before or words.replace("check", "accept", 1)
+        folder = tmp_path / str(len(list(tmp_path.iterdir())))
+        folder.mkdir()
+        for name, text in FILES.items():
+            (folder / name).write_text(text)
+        other = "def other(arm):\n    return two_link(arm)\n\ndef f(run):\n    return {'a': 0.0}\n"
+        model_file(folder, other)
+        monkeypatch.chdir(folder)
+        if before:
+            assert crosscheck(*before.split()).code == 0
+        there = set(folder.rglob("*"))
+        pages.clear()
+        work.clear()
+        answer = crosscheck(*words.split())
+        made = {str(each.relative_to(folder)): each for each in set(folder.rglob("*")) - there}
+        files = {name: path for name, path in made.items() if path.is_file()}
+        return Observed(answer, dict(work), files, list(pages))
+
+    def observe(effect: Effect, command: str) -> list[object]:
+        if not effect.real:
+            for target, answer in WORK.get(command.partition(" ")[0], {}).items():
+                record(target, answer)
+        return [effect.see(run(words, effect.before)) for words in (effect.usual, effect.other)]
+
+    return observe
+
+
+@pytest.mark.parametrize(
+    ("command", "parameter"), [(each, name) for each, rows in EFFECTS.items() for name in rows]
+)
+def test_an_option_changes_what_it_says(observe, command, parameter):
+    effect = EFFECTS[command][parameter]
+    values = observe(effect, command)
+    assert values[0] != values[1]
+    for value, right in zip(values, effect.values, strict=True):
+        assert right is UNLIKE or value == right
