@@ -174,8 +174,8 @@ def _note_undefined(axes: Axes, values: xr.DataArray) -> None:
     missing = int(values.size - np.isfinite(values.values).sum())
     if missing:
         note = f"undefined: {missing:,} of {values.size:,}"
-        corner = {"ha": "right", "va": "top", "transform": axes.transAxes}
-        axes.text(0.99, 0.98, note, fontsize=8, color="C3", **corner)
+        text = axes.text(0.99, 0.98, note, fontsize=8, color="C3", transform=axes.transAxes)
+        text.set(ha="right", va="top")
 
 
 def _quantiles(repeats: np.ndarray) -> np.ndarray:

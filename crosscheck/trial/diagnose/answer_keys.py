@@ -53,8 +53,8 @@ def _ask_reference(problem: VerificationProblem, level: str) -> LevelAnswers:
         part: np.array([QUESTIONS[part](model, state, state.u) for state in states])
         for part in asked
     }
-    trusted = [right[part] for part in ("mass_matrix", "force", "acceleration")]
-    sizes = compute_sizes(frame, states, *trusted, right.get("gravity"))
+    mass, force, acceleration = (right[part] for part in ("mass_matrix", "force", "acceleration"))
+    sizes = compute_sizes(frame, states, mass, force, acceleration, right.get("gravity"))
     has = problem.has if problem.equations.acceleration else problem.has - {"acceleration"}
     parts = [part for part in asked if part in has]
     allowed = {part: sizes.tolerance(part) * sizes.entry_sizes(part) for part in parts}
