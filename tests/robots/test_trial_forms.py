@@ -8,6 +8,7 @@ import pytest
 import sympy as sp
 
 from crosscheck.models.errors import InputError
+from crosscheck.models.experiment.scenario import switches
 from crosscheck.testing import assert_agrees, from_sympy
 from crosscheck.trial.input.equations import Coordinates, Equations
 from crosscheck.trial.robots.answers import Friction
@@ -57,8 +58,9 @@ def test_an_assertion_tells_what_is_wrong():
     wrong = two_link.right(gravity=lambda q: -two_link.gravity(q))
     with pytest.raises(AssertionError, match="gravity alone is wrong"):
         assert_agrees(lambda robot: wrong, TWO)
-    with pytest.raises(InputError, match="scenarios: is of arms alone"):
-        assert_agrees(wrong, TWO, scenarios=["pd"])
+    for name, given in (("scenarios", ["pd"]), ("switches", switches())):
+        with pytest.raises(InputError, match=f"{name}: is of arms alone"):
+            assert_agrees(wrong, TWO, **{name: given})
     with pytest.raises(AssertionError, match="not with links"):
         assert_agrees(two_link.right(), TWO, level="links")
 
