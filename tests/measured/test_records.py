@@ -265,8 +265,12 @@ def test_times_that_no_filter_follows_are_refused(said):
 
 BAD_ARRAYS = {
     "a table of three dimensions": (
-        {"theta_rad": np.zeros((3, 4, 2))},
-        "theta_rad: has shape (3, 4, 2)",
+        {"theta_rad": np.zeros((3, 2, 4))},
+        "theta_rad: has shape (3, 2, 4)",
+    ),
+    "a table of three joints": (
+        {"theta_rad": np.zeros((10, 3))},
+        "theta_rad: has shape (10, 3); must be (times, 2)",
     ),
     "a column of three dimensions": (
         {"theta_1_rad": np.zeros((2, 3, 2))},
@@ -291,6 +295,13 @@ def test_bad_arrays_are_one_line(crosscheck, tmp_path, case):
     usual = {"t_s": column, "theta_1_rad": column, "theta_2_rad": column}
     scipy.io.savemat(tmp_path / "r.mat", usual | given)
     assert_one_line(crosscheck("compare", tmp_path / "r.mat"), said)
+
+
+@pytest.mark.parametrize("option", ["--topic", "--joint"])
+def test_names_of_a_bag_are_refused_of_another_file(crosscheck, tmp_path, option):
+    (tmp_path / "r.csv").write_text("t_s\n")
+    answer = crosscheck("compare", tmp_path / "r.csv", option, "x")
+    assert_one_line(answer, f"{option}: x: is for ROS bags")
 
 
 @pytest.mark.parametrize("content", [b"", b"\x89HDF\r\n\x1a\nand then nothing", b"MATLAB 5.0 MAT"])

@@ -43,6 +43,10 @@ ARM = """
 </mujoco>
 """
 BODY = '<mujoco><worldbody><body name="a">{}<geom size="1"/></body></worldbody>{}</mujoco>'
+THREE = (
+    "<mujoco><worldbody><body><joint name='a'/><joint name='b' axis='1 0 0'/><joint name='c'"
+    " axis='0 1 0'/><geom size='1'/></body></worldbody><equality>{}</equality></mujoco>"
+)
 REFUSED = {
     "none moves": ("<mujoco/>", "must be 1 to 64 that move; 0 do"),
     "no XML": ("<mujoco", "MuJoCo cannot read it: XML parse error"),
@@ -57,10 +61,13 @@ REFUSED = {
         "flex f: is deformable",
     ),
     "two leaders": (
-        "<mujoco><worldbody><body><joint name='a'/><joint name='b' axis='1 0 0'/><joint name='c'"
-        " axis='0 1 0'/><geom size='1'/></body></worldbody><equality><joint name='e' joint1='a'"
-        " joint2='b'/><joint name='f' joint1='a' joint2='c'/></equality></mujoco>",
+        THREE.format("<joint joint1='a' joint2='b'/><joint name='f' joint1='a' joint2='c'/>"),
         "equality f: must be of a joint that no other equality has made follow one",
+    ),
+    "no leader": (THREE.format("<joint name='e' joint1='a'/>"), "equality e: must make one joint"),
+    "a leader's square": (
+        THREE.format("<joint name='e' joint1='a' joint2='b' polycoef='0 1 1 0 0'/>"),
+        "equality e: must make one joint follow another in proportion",
     ),
     "loop": (
         BODY.format("<joint/>", "<equality><connect body1='a' anchor='0 0 0'/></equality>"),

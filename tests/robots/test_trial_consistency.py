@@ -133,7 +133,7 @@ def test_what_is_not_kept_is_said_in_words(case):
 
 
 @pytest.mark.parametrize(("half", "empty"), [(np.triu, "below"), (np.tril, "above")])
-def test_a_mass_matrix_of_one_triangle_is_told_by_the_empty_one(half, empty):
+def test_a_mass_matrix_of_one_triangle_is_named_by_the_empty_one(half, empty):
     notes = trial_of(two_link.right(mass_matrix=lambda q: half(two_link.mass_matrix(q))))
     assert notes.diagnosis.notes[0].startswith(f"mass_matrix is 0 {empty} the diagonal, and right")
 

@@ -8,6 +8,7 @@ import pytest
 import sympy as sp
 
 from crosscheck.models.errors import InputError
+from crosscheck.models.experiment.scenario import switches
 from crosscheck.testing import assert_agrees, from_sympy
 from crosscheck.trial.input.equations import Coordinates, Equations
 from crosscheck.trial.robots.answers import Friction
@@ -215,3 +216,8 @@ def test_a_wrong_bias_of_curved_coordinates_is_told():
     alone = Equations(bias=bent_bias, coordinates=Coordinates(function=bent))
     with pytest.raises(InputError, match="bias: needs mass_matrix beside it"):
         assert_agrees(alone, TWO)
+
+
+def test_switches_of_meshes_are_refused_of_a_robot():
+    with pytest.raises(InputError, match="switches: is of arms alone"):
+        assert_agrees(two_link.right(), TWO, switches=switches())

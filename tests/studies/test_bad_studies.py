@@ -11,6 +11,7 @@ from crosscheck.models.errors import InputError
 from crosscheck.runner import cpu_limit
 from crosscheck.studies.batches import batch_store
 from crosscheck.studies.definition.files import read_study
+from crosscheck.studies.definition.functions import read_source
 from tests.obstacles import OBSTACLES
 
 STUDY = Path(__file__).with_name("right.toml").read_text(encoding="utf-8")
@@ -95,6 +96,26 @@ def test_a_function_that_cannot_be_used_is_named(case, crosscheck, tmp_path):
     assert "mine.py:f" in err
     assert fragment in err
     assert sorted(path.name for path in tmp_path.iterdir()) == ["mine.py", "study.toml"]
+
+
+@pytest.mark.parametrize(
+    ("function", "said"),
+    [
+        ("mine.py", "must be module:function or file.py:function"),
+        ("mine.py:1f", "must be module:function or file.py:function"),
+        (":f", "must be module:function or file.py:function"),
+        ("crosscheck.no_module:f", "no module crosscheck.no_module with a source file"),
+        ("_json:f", "no module _json with a source file"),
+        ("folder:f", "no module folder with a source file"),
+    ],
+)
+def test_a_function_without_a_source_is_named(function, said, tmp_path, monkeypatch):
+    """A module of machine code has none, and neither has a folder without a module."""
+    (tmp_path / "folder").mkdir()
+    monkeypatch.syspath_prepend(tmp_path)
+    with pytest.raises(InputError, match=re.escape(said)) as refused:
+        read_source(function, tmp_path)
+    assert refused.value.value == function
 
 
 @pytest.mark.parametrize("jobs", [1, 2])

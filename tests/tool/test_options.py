@@ -1,4 +1,4 @@
-"""What every option of every command changes: two command lines, and what of them differs.
+"""Every option of every command and its effect: two command lines whose results differ.
 
 Work that takes long is replaced by a recorder of what it is asked, as deep below the command line
 as possible; files and short runs are real.
@@ -36,7 +36,7 @@ CORES = 6
 PAPER_KG = 10.0
 ODD_KG = 99.0  # of a payload with which a check differs
 RTOL = 1e-6
-UNLIKE = object()  # a value of which is said only that it is another one
+ANOTHER = object()  # a value that must differ, and may be any
 STUDY = """\
 schema_version = 1
 name = "{name}"
@@ -441,7 +441,12 @@ EFFECTS: dict[str, dict[str, Effect]] = {
             "motion",
         ),
         "seed": option(
-            "cost sliding --quick --json j", "--seed 4", largest_torques, UNLIKE, UNLIKE, real=True
+            "cost sliding --quick --json j",
+            "--seed 4",
+            largest_torques,
+            ANOTHER,
+            ANOTHER,
+            real=True,
         ),
         "quick": option(
             "cost sliding",
@@ -476,8 +481,8 @@ EFFECTS: dict[str, dict[str, Effect]] = {
             "export probe --model analytic:links --out a.c",
             "--set arm.payload_mass_kg=3",
             contents,
-            UNLIKE,
-            UNLIKE,
+            ANOTHER,
+            ANOTHER,
         ),
     },
     "sweep": {
@@ -603,7 +608,7 @@ def list_parameters(command: Any, words: tuple[str, ...] = ()) -> Iterator[tuple
             yield from list_parameters(each, (*words, name))
 
 
-def test_every_option_of_every_command_stands_here():
+def test_the_table_has_every_option_of_every_command():
     stated_here = {(command, name) for command, rows in EFFECTS.items() for name in rows}
     assert stated_here == set(list_parameters(build_commands()))
 
@@ -661,9 +666,9 @@ def observe(
 @pytest.mark.parametrize(
     ("command", "parameter"), [(each, name) for each, rows in EFFECTS.items() for name in rows]
 )
-def test_an_option_changes_what_it_says(observe, command, parameter):
+def test_every_option_has_its_effect(observe, command, parameter):
     effect = EFFECTS[command][parameter]
     values = observe(effect, command)
     assert values[0] != values[1]
     for value, right in zip(values, effect.values, strict=True):
-        assert right is UNLIKE or value == right
+        assert right is ANOTHER or value == right

@@ -199,6 +199,7 @@ BAD = {
     "of unequal length": Coordinates(matrix=[[1, 2], [2]]),
     "must be 2, one for each coordinate; are 3": Coordinates(names=("a", "b", "c")),
     "unlike each other": Coordinates(names=("a", "a")),
+    r"\('a', ''\): must be words": Coordinates(names=("a", "")),
     "must be a function of x or a sympy Matrix": Coordinates(function=np.eye(2)),
     r"function, for the 2 rigid .* has shape \(1,\), must be \(2,\), at x = ": Coordinates(
         function=lambda x: x[:1]
@@ -210,6 +211,7 @@ BAD = {
     ),
     "jacobian: is singular": Coordinates(function=lambda x: np.array([x[0], x[0]])),
     "has 2 entries over 1 symbols; must be 2 over 2": Coordinates(function=SYMBOLIC, symbols=(A,)),
+    "has 3 entries over 2 symbols": Coordinates(function=sp.Matrix([A, B, A]), symbols=(A, B)),
     "c: is no quantity of the arm": Coordinates(function=SYMBOLIC * sp.Symbol("c"), symbols=(A, B)),
 }
 

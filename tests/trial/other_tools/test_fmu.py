@@ -370,6 +370,8 @@ def test_co_simulation_asks_for_a_run_and_a_level(crosscheck, tmp_path):
     assert_one_line(crosscheck(*given), "map.toml: level: must say which rigid level")
     names.write_text(RIGID + 'level = "links"\n', encoding="utf-8")
     assert_one_line(crosscheck(*given), "is run beside the engines: needs --scenario")
+    page = crosscheck(*given, "--scenario", "constant-torque", "--out", tmp_path / "o")
+    assert_one_line(page, "is run beside the engines: needs --scenario, and has no page")
     given = *given, "--scenario", "constant-torque", "--set", "scenario.duration_s=0.01"
     answer = crosscheck(*given, "--json", tmp_path / "t.json")
     assert (answer.code, "4 of 4 checks agree" in answer.out) == (0, True)
@@ -417,6 +419,12 @@ HOSTILE = {
         zipped({DESCRIPTION: b'<!DOCTYPE x [<!ENTITY a "aaaa">]><x>&a;</x>'}),
         "must be XML in UTF-8 without definitions of its own",
     ),
+    "an entity alone": (
+        zipped({DESCRIPTION: b'<!ENTITY a "a"><x/>'}),
+        "without definitions of its",
+    ),
+    "a type alone": (zipped({DESCRIPTION: b"<!DOCTYPE x><x/>"}), "without definitions of its own"),
+    "another encoding": (zipped({DESCRIPTION: b"<\0x\0/\0>\0"}), "must be XML in UTF-8 without"),
 }
 
 
