@@ -18,7 +18,7 @@ from crosscheck.identification.refinement import PossibleBodies, Refinement
 from crosscheck.identification.terms import ROTOR_KINDS, TermEstimate
 from crosscheck.models.robot.robot import Level
 from crosscheck.recordings.engines import describe_disagreement
-from crosscheck.recordings.messages import format_apart
+from crosscheck.recordings.messages import format_distinct
 
 SIDE_WORDS: dict[Side, str] = {
     "motor": "torques of the motors",
@@ -69,7 +69,7 @@ def _describe_side(side: SideResult) -> Iterator[str]:
     where = SIDE_WORDS[side.side]
     if not side.is_excited:
         names = ", ".join(side.concerned[:MOST_NAMES])
-        condition, allowed = format_apart([side.condition, EXCITED], digits=4)
+        condition, allowed = format_distinct([side.condition, EXCITED], digits=4)
         yield (
             f"By the {where} rotors and links cannot be distinguished: the motion hardly shows"
             f" {names} (condition number {condition}, at most {allowed})."
@@ -152,7 +152,7 @@ def _describe_prior(refinement: Refinement, links: float) -> str:
     if len(refinement.fits) == 1:
         return f"{head}: {listed}. The file has no rotors, so coupled is not asked."
     fits = refinement.fits
-    values = format_apart([fit.chi_squared for fit in fits], digits=5)
+    values = format_distinct([fit.chi_squared for fit in fits], digits=5)
     sizes = " and ".join(f"{each} for {fit.level}" for each, fit in zip(values, fits, strict=True))
     if refinement.level is None:
         return (

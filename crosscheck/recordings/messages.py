@@ -185,7 +185,7 @@ def format_exact(value: float) -> str:
     return next(text for text in texts if float(text) == value)
 
 
-def format_apart(values: Sequence[float], digits: int = 3) -> list[str]:
+def format_distinct(values: Sequence[float], digits: int = 3) -> list[str]:
     """Numbers in so many digits, or as many as make different ones read differently."""
     for more in range(digits, 18):
         texts = [f"{value:.{more}g}" for value in values]

@@ -518,7 +518,7 @@ def level_problems(views: Views, made: Records) -> Iterator[str]:
     for level in RIGID_LEVELS:
         run = made.runs[f"pinocchio:{level}"]
         apart = tip_of(run, made.arm) - tip_of(geared, made.arm)
-        sizes = [float(max(np.abs(apart.real).max(), np.abs(apart.imag).max()))]
+        sizes = [float(np.abs(apart).max())]
         for joint in range(2):
             for quantity in ("theta", "theta_dot"):
                 gap = run[quantity].values[:, joint] - geared[quantity].values[:, joint]

@@ -143,8 +143,8 @@ def test_links_of_the_file_say_how_far_off_they_are():
 def test_numbers_that_differ_never_read_the_same():
     given = side(is_excited=False, concerned=("m",), condition=1000.4, excitation=None)
     assert "(condition number 1000.4, at most 1000)" in next(messages._describe_side(given))
-    assert arm_messages.format_apart([1234567.1, 1234567.2], 5) == ["1234567.1", "1234567.2"]
-    assert arm_messages.format_apart([2.0, 2.0]) == ["2", "2"]
+    assert arm_messages.format_distinct([1234567.1, 1234567.2], 5) == ["1234567.1", "1234567.2"]
+    assert arm_messages.format_distinct([2.0, 2.0]) == ["2", "2"]
     for value in (10.0, 1234567.8, 0.1 + 0.2):
         assert float(arm_messages.format_exact(value)) == value
 

@@ -72,7 +72,7 @@ def test_springs_of_the_energy_balance_follow_every_law_of_stiffness(rate):
     [(q, _)] = random_states(model.layout, 1)
     springs = springs_at(model.arm, model.switches, model.layout, q[None])
     meshes = contacts(model.arm, model.switches, model.layout)
-    for spring, contact in zip(springs, meshes, strict=True):
+    for spring, contact in require_items([*zip(springs, meshes, strict=True)]):
         phase = contact.phase_at(q[contact.angle])
         gap = contact.row @ q - contact.error(phase)
         right = stiffness_at(contact.mesh.stiffness, phase), gap, contact.energy(q).real
