@@ -20,8 +20,8 @@ class MeshCost:
 
     name: as `sun mesh of elbow`; backlash: what they add to that of the joint while the motor is
     held; windup: their largest deflection under the torques of coupled; slowest, fastest [Hz]: of
-    swings on them, as if other joints' meshes were apart; a stage has two, the faster one told of
-    its sun mesh.
+    swings on them, as if other joints' meshes were apart; a stage has two, the faster one listed
+    with its sun mesh.
     """
 
     name: str

@@ -181,7 +181,7 @@ def _run_queries(
     workers: Workers,
     lost: list[FailedPreparation],
 ) -> list[Any]:
-    """The answers in their order, None for one that is lost, which ``lost`` is told.
+    """Answers in the order of the queries: None for each that failed, which ``lost`` collects.
 
     Raises Unfinished where a model did not come back.
     """

@@ -24,7 +24,7 @@ from crosscheck.report.records import format_json
 
 STATES, RUNS = ("states", "form-states"), ("same-step", "refined", "form")
 LEVEL_CONTENTS = {"links": "links and payload alone", "coupled": "all of the gears' inertia"}
-SMALL = 1e-4  # relative differences from here on are told in per cent
+SMALL = 1e-4  # relative differences from here on are shown in per cent
 
 
 @dataclass(frozen=True)

@@ -47,7 +47,7 @@ SIGNALS = {signal.SIGINT, signal.SIGTERM}
 
 
 def perform_all(tasks: Sequence[Task], jobs: int, done: Callable[[Any], None]) -> dict[Any, Any]:
-    """All results by key, in the tasks' order; ``done`` is told each key as it finishes."""
+    """All results by key, in the tasks' order; ``done`` is called with each key as it finishes."""
     unlike = list({task.key: task for task in tasks}.values())
     with Workers(min(jobs, len(unlike))) as workers:
         results = workers.perform(unlike, done)
@@ -123,7 +123,7 @@ class Workers:
             self.crew.pop().dismiss()
 
     def perform(self, tasks: Sequence[Task], done: Callable[[Any], None]) -> dict[Any, Any]:
-        """Results by key; ``done`` is told each key as its task ends."""
+        """Results by key; ``done`` is called with each key as its task ends."""
         results: dict[Any, Any] = {}
         for key, result in self.stream_longest_first(tasks, lambda key: None):
             results[key] = result
@@ -140,7 +140,7 @@ class Workers:
     def stream(
         self, waiting: Iterator[Task], on_begin: Callable[[Any], None] = lambda key: None
     ) -> Iterator[tuple[Any, Any]]:
-        """Each task's key and result as it ends; ``on_begin`` is told the key as it begins.
+        """Each task's key and result as it ends; ``on_begin`` receives the key as it begins.
 
         A task whose worker died or was too slow has a Failure. Whoever takes a result may take
         some time over it: the workers go on meanwhile. A KeyboardInterrupt is raised once what has

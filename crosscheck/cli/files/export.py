@@ -91,7 +91,7 @@ def robot_variables(robot: Robot, level: Level) -> tuple[list[tuple[str, str]], 
 
 
 def describe_robot_model(robot: Robot, model: str, states: list[tuple[str, str]]) -> str:
-    """The text that a reader of a robot's file is told first."""
+    """The text at the head of a robot's exported file."""
     text = (
         f"Equations of motion of {robot.name}, {model}: accelerations under torques [N m, N] of the"
         f" motors at the free joints. Coordinates q: {', '.join(f'{n} [{u}]' for n, u in states)}."
@@ -179,7 +179,7 @@ def make_c_name(name: str) -> str:
 
 
 def describe_model(model: AnalyticModel) -> str:
-    """The text that a reader of the file is told first."""
+    """The text at the head of an exported file."""
     units = (f"{c.name} [{'rad' if c.is_angle else 'm'}]" for c in model.layout.coordinates)
     laws = ", ".join(f"{key} {value}" for key, value in model.switches.model_dump().items())
     name = re.sub(r"\*/", "* /", model.arm.name)

@@ -139,8 +139,8 @@ def _describe_motors(trial: Trial) -> str:
         idle = ", ".join(str(joint + 1) for joint in trial.idle_joints)
         which = "Joint" if len(trial.idle_joints) == 1 else "Joints"
         driven = [joint + 1 for joint in motors if joint not in trial.idle_joints]
-        told = f"{which} {idle}: no torque in your equations."
-        return f"{told} Has it no motor, state drive = {driven}."
+        missing = f"{which} {idle}: no torque in your equations."
+        return f"{missing} Has it no motor, state drive = {driven}."
     return ""
 
 

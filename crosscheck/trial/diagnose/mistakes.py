@@ -74,7 +74,7 @@ class Mistake:
         gravity: In the place of gravity's vector, (2,).
         rule: What it adds to a bias, of a mistake of that alone.
         by: How often the term is there; None of one of which any factor may be.
-        kind: How it is told.
+        kind: Kind of error under which it is reported.
     """
 
     term: Term
@@ -94,11 +94,11 @@ class Mistake:
 
     @property
     def words(self) -> Words:
-        """What tells this mistake from others."""
+        """Coefficient, texts and factor that distinguish this mistake from others."""
         return self.term.coefficient, self.yours, self.right, self.by
 
     def make_error(self, by: float) -> TermError:
-        """The mistake as it is told; by: how often a term is there, 1 of what is right."""
+        """The mistake as it is reported; by: how often a term is there, 1 if it is right."""
         if self.right:
             return TermError(self.kind, self.term, self.yours, self.right)
         times = by if self.by is None else self.by

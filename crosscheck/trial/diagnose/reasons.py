@@ -172,9 +172,9 @@ class EntryComparison:
 
     @cached_property
     def terms(self) -> ReferenceTerms | None:
-        """Terms that belong in every entry; None where these cannot be told.
+        """Terms that belong in every entry; None where these cannot be determined.
 
-        They cannot if the map is not linear, nor at fewer states than an entry may have terms.
+        They cannot be if the map is not linear, nor at fewer states than an entry may have terms.
         """
         if self.frame.matrix is None:
             return None
@@ -323,7 +323,7 @@ def explain_entries(arm: EntryComparison, probes: Sequence[EntryComparison]) -> 
 
     probes: the same on arms of the same structure and other numbers. Coordinates of a matrix are
     looked at in the built-in ones too: where fewer errors explain a part of the equations there,
-    these are told.
+    these are reported.
     """
     if probes and probes[0].symbolic is not None and _is_same_map(probes[0].symbolic, arm):
         arm = replace(arm, symbolic=probes[0].symbolic)  # equal numbers are no symbol's own
@@ -364,7 +364,7 @@ def _explain_accelerations(
 ) -> Iterator[EntryMismatch]:
     """The wrong entries of accelerations alone: by what M times their difference is of the force.
 
-    That is told if every row of it is explained; else what is wrong in M and bias too.
+    That is reported if it explains every row; otherwise, what is wrong in M and bias too.
     """
     comparisons = arm, *probes
     pushed = [_balance_accelerations(each) for each in comparisons]
@@ -373,9 +373,9 @@ def _explain_accelerations(
     if not rows or len(explanations) < len(rows):
         explanations = _explain_balances(comparisons, pushed, [each.place.row for each in rows])
     errors = {error_signature(e): e for each in explanations.values() for e in each.errors}
-    if len(errors) != 1 and (told := _explain_by_mistakes_behind(comparisons)):
+    if len(errors) != 1 and (explanation := _explain_by_mistakes_behind(comparisons)):
         for wrong in _explain_arms(arm, probes):
-            yield wrong if wrong.shown_on else replace(wrong, explanation=told)
+            yield wrong if wrong.shown_on else replace(wrong, explanation=explanation)
         return
     if not explanations:
         yield from _explain_arms(arm, probes)
@@ -383,9 +383,9 @@ def _explain_accelerations(
     names = arm.frame.names
     where = ", ".join(entries.format_entry(place, names) for place in explanations)
     left = max(each.left_over for each in explanations.values())
-    told = Explanation(tuple(errors.values()), left, (), f"{where}, which M x'' shows")
+    explanation = Explanation(tuple(errors.values()), left, (), f"{where}, which M x'' shows")
     for wrong in _explain_arms(arm, probes):
-        yield wrong if wrong.shown_on else replace(wrong, explanation=told)
+        yield wrong if wrong.shown_on else replace(wrong, explanation=explanation)
 
 
 def _explain_balances(

@@ -278,7 +278,7 @@ def describe_failure(error: BaseException) -> Failure:
     """An exception with the state at which it was raised and, if it is the user's, its traceback.
 
     The message is one line of at most 400 characters. The traceback is without the frames by which
-    the user's code was reached; of exceptions that led to each other all are told, without notes.
+    the user's code was reached; of chained exceptions all are shown, without notes.
     """
     package_folders = {
         Path(str(sys.modules[package].__file__)).parent

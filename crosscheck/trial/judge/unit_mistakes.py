@@ -1,4 +1,4 @@
-"""Answers that are right but for their units or their order: told before entry after entry is."""
+"""Answers that are right but for their units or their order: reported before single entries."""
 
 from __future__ import annotations
 

@@ -233,7 +233,7 @@ def _find_rarer_explanations(
     """The nearest level at which an angle, a term of Kane's sum, two changes or six inertias do.
 
     Of levels of as many wrong entries the first. several: whether more than gravity alone is wrong,
-    whose terms are told as its own.
+    whose terms are reported separately.
     """
 
     def find_single(search: CauseSearch) -> list[Cause]:

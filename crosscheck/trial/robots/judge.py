@@ -306,7 +306,7 @@ def _engine_findings(problem: RobotProblem, level: Level) -> Iterator[Finding]:
             relative_errors = problem.relative_errors(
                 level, problem.evaluate_model(build_robot_model(engine, problem.robot, level))
             )
-        except Exception as error:  # whatever an engine raises is told, and fails
+        except Exception as error:  # whatever an engine raises is reported as a failure
             message = format_line(f"{engine} raised {type(error).__name__}: {error}")
             yield from (
                 make_failed_check(_make_subject(problem, AGAINST, part, "", engine), message)

@@ -316,7 +316,8 @@ def _ask_about_itself(
     slopes = call_functions(dict.fromkeys(parts, moved), name, workers, progress)
     values = dict(answers.values)
     if answers.speeds is not None and answers.sources["bias"] == "bias":
-        values["bias"] = values["bias"] - answers.speeds[:, -1]  # what is at rest is told apart
+        # The bias at rest is reported separately.
+        values["bias"] = values["bias"] - answers.speeds[:, -1]
     return compare_with_itself(robot, states, values, slopes)
 
 
@@ -359,7 +360,7 @@ def _list_remarks(
 ) -> Iterator[str]:
     """Sentences on how the equations were read, where they may be read in several ways."""
     if is_mapped:
-        yield "carried from your coordinates to the joints' own, in which entries are told"
+        yield "carried from your coordinates to the joints' own, in which entries are named"
     if len(motors) < len(problem.names):
         joints = ", ".join(problem.names[number] for number in motors)
         yield f"motors: at {joints} alone" if motors else "motors: nowhere"

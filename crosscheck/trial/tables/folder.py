@@ -109,7 +109,7 @@ def _render_texts(
         "answers": {SHORT[part]: answer_columns(part, n) for part in trial.parts},
         "parts": [SHORT[part] for part in parts],
         "least_digits": trial.least_digits,
-        "told": shared_options,
+        "options": shared_options,
         "probes": probes,
         "stem": f"{probes[0]}-states" if probes else "states",
     }

@@ -231,7 +231,7 @@ def point_motion(body: PointMotion, lever: complex) -> PointMotion:
 
 @njit(cache=True)
 def line_rotation(line: complex, direction: float, carrier: float) -> float:
-    """How far the line of centres has turned since zero [rad], full turns told by the carrier."""
+    """Rotation of the line of centres since zero [rad]; the carrier's angle counts full turns."""
     angle = np.arctan2(line.imag, line.real) - direction
     return angle + 2 * np.pi * np.round((carrier - angle) / (2 * np.pi))
 

@@ -27,7 +27,7 @@ from crosscheck.models.robot.urdf import roll_pitch_yaw
 
 UNLIMITED = 1e18  # of a sliding joint, as URDFs have it
 ITERATED = 1e-5  # of an inertia: MuJoCo finds principal axes by iteration, to some 1e-6
-# What Python is told of memory that MuJoCo lacks, and of other failures.
+# Python's message where MuJoCo runs out of memory, and for other failures.
 NO_REASON = "Caught an unknown exception!"
 FAILURE = "it fails without a reason, as of a shape that is too large for the memory"
 MOST_BODIES = 10_000  # of a model that is written as a URDF

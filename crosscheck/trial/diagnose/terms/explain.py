@@ -2,7 +2,7 @@
 
 An error is believed if it makes every coefficient of the difference, on every arm that was tried,
 to the rounding of the data. Of several the likeliest comes first; the others that the arms cannot
-tell from it are told too.
+distinguish from it are reported too.
 """
 
 from __future__ import annotations

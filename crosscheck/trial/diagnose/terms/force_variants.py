@@ -68,7 +68,7 @@ def _reverse_waves(law: Any) -> Any:
     return law.model_copy(update={"amplitude_N_per_m": -law.amplitude_N_per_m})
 
 
-# What is changed, into what; as it is told: yours, and what belongs there.
+# Field, its change, and the words for the user's value and for the right one.
 CHANGES: tuple[tuple[str, Callable[[Any], Any], str, str], ...] = (
     ("backlash_m", lambda b: 0.0, "backlash 0", "b"),
     ("backlash_m", lambda b: 2 * b, "2 b", "b"),

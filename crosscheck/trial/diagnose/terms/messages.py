@@ -40,7 +40,7 @@ ROUNDING = 1e-12  # of a coefficient's parts, beside which their sum is nothing
 
 
 def make_term_error(candidate: Candidate, terms: ReferenceTerms) -> TermError:
-    """The error that a candidate is, as it is told to the user."""
+    """The error that a candidate stands for, as it is reported to the user."""
     term, user_text, reference_text = (
         make_term(candidate.products, terms),
         candidate.user_text,
@@ -278,10 +278,10 @@ def guess(wrong: EntryMismatch) -> str:
         difference_text = f"yours minus right is {shown}; " if shown else ""
         return f"{difference_text}no error in few of its terms makes this difference"
     others = ["; and ".join(map(describe_term_error, errors)) for errors in explanation.others]
-    told = ["; and ".join(map(describe_term_error, explanation.errors)), *others[:MOST_EQUAL]]
+    guesses = ["; and ".join(map(describe_term_error, explanation.errors)), *others[:MOST_EQUAL]]
     more = f", and {len(others) - MOST_EQUAL} more" * (len(others) > MOST_EQUAL)
     where = f", in {explanation.seen_in}" * bool(explanation.seen_in)
-    return "; or ".join(told) + more + where + "?"
+    return "; or ".join(guesses) + more + where + "?"
 
 
 def compute_symbolic_difference(

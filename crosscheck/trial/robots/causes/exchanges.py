@@ -1,7 +1,7 @@
 """Numbers of a robot that are exchanged, shifted, copied or in another order, in any field alike.
 
 Terms are a linear sum over ten parameters of each body (mass, first moments, inertia about the
-joint) and three of each rotor (J n^2, J n, J). So whatever is done to bodies and rotors is told by
+joint) and three of each rotor (J n^2, J n, J). So any mistake in bodies and rotors is
 a change of these, and all changes are tried at once. Places and axes of joints are tried one by
 one.
 """

@@ -1,7 +1,7 @@
 """Kane's sum with one thing taken for another in one place: for each body, joint, rotor, or some.
 
-A part of the equations is a sum over bodies of what each one's motion makes of it. So a mistake is
-told by the bodies at which it is made: what these make of the difference adds up to it.
+A part of the equations is a sum over bodies, each contributing by its motion. So a mistake is
+identified by the bodies at which it is made: their contributions add up to the difference.
 """
 
 from __future__ import annotations

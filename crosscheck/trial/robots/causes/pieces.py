@@ -25,7 +25,7 @@ SLOPE_STEP = 1e-5  # [rad, m], over which slopes of M are taken
 LEAST_SHARE = 1e-5  # of a difference, which these slopes may leave
 RATIO_POWERS = ("multiplied ", "'s square", 2), ("multiplied ", "", 1), ("divided ", "", -1)
 MOST_TOGETHER = 200  # changes of the states that are tried at once
-SIZABLE = 1e-9  # of an entry's size: a piece that is less cannot be told
+SIZABLE = 1e-9  # smallest piece that can be recognized, relative to an entry's size
 USUAL = {0.0: "missing", -1.0: "with the opposite sign", 0.5: "half as large", 2.0: "twice"}
 CHRISTOFFEL = {  # factors of M' v and of d(v' M v)/dq
     (1.0, 0.0): "without -1/2 d(v' M v)/dq: M' v alone",

@@ -770,7 +770,7 @@ class CauseSearch:
     def find_motion_causes(self, several: Sequence[Places]) -> Iterator[tuple[int, Cause]]:
         """Mistakes in Kane's sum at some bodies or joints, and the places that each explains.
 
-        several: of the row, by number; of each mistake the first ones are told that it explains.
+        several: of the row, by number; each mistake is reported with the first ones it explains.
         """
         inside = [np.arange(self.difference.size)[places] for places in several]
         wholes = list[str]()
