@@ -157,8 +157,8 @@ def check_step_limit(
     grows = (np.abs(np.polyval(STABILITY, np.outer(steps, bounded_poles))) > 1 + 1e-6).any(axis=1)
     limit_s, expected = float(limit), float(steps[np.argmax(grows)] if grows.any() else steps[-1])
     measured = max(limit_s / expected, expected / limit_s)
-    basis = f"{OTHER_POSES:g}: other poses, and bounds of a stiffness that overshoots"
-    note = f"{limit_s:.4g} s, by the poles {expected:.4g} s"
+    basis = f"factor of {OTHER_POSES:g}: other poses, and a stiffness that overshoots its bounds"
+    note = f"largest stable step: {limit_s:.4g} s, from the poles {expected:.4g} s"
     return make_check(about, measured=measured, tolerance=OTHER_POSES, basis=basis, note=note)
 
 

@@ -200,7 +200,7 @@ def _largest_magnitude(values: xr.DataArray) -> float:
 def _planets_move_alike(
     run: xr.Dataset, at: np.ndarray, model: Model, placed_m: float
 ) -> np.ndarray:
-    """Whether the planets of each stage move alike at each of these records, shape (records,).
+    """Whether all planets of each stage move equally at each sample, shape (samples,).
 
     placed_m: rounding of the places [m] from which displacements are read, 0 where none are.
     """

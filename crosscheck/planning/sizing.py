@@ -44,7 +44,7 @@ DAMPING_RATIO = 0.7  # of the controlled rigid arm: brisk, with no overshoot to 
 # How far the motion goes [rad], every joint in turn the other way; what a step of torque reaches.
 SWING, STEP_SWING = 0.5, 0.5
 STEP_S, PD_S = 2.0, 8.0  # durations in units of the controller's 1 / rate
-GENTLER = 40  # times that the controller may give way by half
+MOST_GAIN_HALVINGS = 40
 COARSEST_STEPS, RECORDS = 4000, 1000
 # Teeth bend by a tenth of their module at most, where they would shear; a machine's by a hundredth
 # of that. Torques of a metre's bending would hide what forces of teeth are off by.
@@ -96,7 +96,7 @@ def compute_sizes(arm: Arm) -> Sizes:
     held = -weight_moments(arm, np.zeros(inertia.size))
     bearable = bearable_torques(arm)
     step = _limit_values(Torque, np.minimum(inertia * rate**2 * STEP_SWING, bearable) + held)
-    for halvings in range(GENTLER):
+    for halvings in range(MOST_GAIN_HALVINGS):
         stiff, damped = _gains(inertia, rate / 2**halvings, bearable)
         P = _limit_values(Gain, stiff + 2 * largest_weights(arm))
         D = _limit_values(RateGain, damped)

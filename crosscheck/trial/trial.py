@@ -131,7 +131,7 @@ class Trial:
             of ``probes`` keep.
         probes: Names of other arms that were asked too.
         missing: Parts that were not supplied.
-        unit_mistakes: Parts that units or the order of numbers explain.
+        unit_mistakes: Parts that become right after a change of unit or of element order.
         traces: Tracebacks, by part, of parts that raised.
         left_out: Names of all numbers that the equations do not follow, errors or not.
         idle_joints: Joints, from 0, whose motor's torque changes no force of the equations.

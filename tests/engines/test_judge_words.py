@@ -182,9 +182,9 @@ SAID: dict[str, tuple[Callable[[], Finding], str, float | None, str]] = {
     ),
     "a step by poles": (  # Runge and Kutta's method bears h w up to the root of 8
         lambda: modes.check_step_limit(SUBJECT, np.array(1.23456), np.eye(1), SLOPES),
-        "1.5: other poses, and bounds of a stiffness that overshoots",
+        "factor of 1.5: other poses, and a stiffness that overshoots its bounds",
         None,
-        "1.235 s, by the poles 1.414 s",
+        "largest stable step: 1.235 s, from the poles 1.414 s",
     ),
     "a share": (
         lambda: make_share_check(SUBJECT, 0.5, 0.25, 4.0, "the way", ", as measured"),

@@ -70,7 +70,7 @@ def describe_trial(trial: Trial) -> Iterator[str]:
         yield f"  against {f'the {RIGID_ARM}' if is_only else level}: {differ}{largest}"
     if trial.probes:
         other = format_count(len(trial.probes), "other arm")
-        yield f"also checked on {other}, for errors that this one's equal numbers hide"
+        yield f"also checked on {other}, to catch errors that equal values here would hide"
     else:
         yield "checked on this arm alone: errors that its equal numbers and zeros hide are not seen"
     table = problem.equations.table

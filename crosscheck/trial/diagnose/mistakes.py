@@ -63,17 +63,16 @@ ROWS = {
 
 @dataclass(frozen=True, eq=False)
 class Mistake:
-    """One step of a derivation, done otherwise, or a term that is there another number of times.
+    """One mistake: a step of the derivation replaced by a wrong one, or a term counted wrongly.
 
     Args:
         term: What the step makes.
         yours, right: What stands there, and what belongs; empty of a term.
-        bodies: What it adds by factors: wrong bodies, and right ones by -1; of a term those whose
-            effect it is.
-        parts: In which of the equations it is seen.
-        gravity: In the place of gravity's vector, (2,).
-        rule: What it adds to a bias, of a mistake of that alone.
-        by: How often the term is there; None of one of which any factor may be.
+        bodies: Pairs (factor, body) whose contributions, summed, are the error.
+        parts: Parts of the equations in which the error shows.
+        gravity: Vector used in place of gravity, (2,); None if gravity is right.
+        rule: Contribution to the bias, for a mistake in the bias alone.
+        by: Factor of the term (0 left out, -1 opposite sign, 2 twice); None if it may be any.
         kind: Kind of error under which it is reported.
     """
 

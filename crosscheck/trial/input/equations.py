@@ -105,7 +105,7 @@ class AnswerTable:
 class Equations:
     """M(x) x'' + bias(x, v) + gravity(x) = force(t, x, v, torque): any of these alone is judged.
 
-    Functions take arrays (n,) by these names, in any order, of which each takes those it needs:
+    Each function names the arguments it needs, arrays (n,), in any order:
     ``t`` [s], ``q`` or ``x`` (the coordinates), ``v``, ``a``, ``torque`` (joints,), the drive's
     torques [N m] on the output side. They return arrays of floats, or what numpy makes arrays of.
     All are in the coordinates x and in SI units.

@@ -226,7 +226,7 @@ def _make_importable(folder: Path) -> Iterator[None]:
 
 @contextmanager
 def _translate_errors(where: str, folder: Path) -> Iterator[None]:
-    """Turn whatever the user's code raises into an InputError that tells the line of the code."""
+    """Turn whatever the user's code raises into an InputError that names the line of the code."""
     try:
         yield
     except InputError:

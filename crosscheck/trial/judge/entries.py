@@ -15,10 +15,10 @@ from crosscheck.trial.coordinates.differences import TURN_RAD, turns
 from crosscheck.trial.coordinates.frame import Frame
 from crosscheck.trial.coordinates.states import UserState
 
-NUDGE = 1e-7  # of coordinates, to see how a map bends
+NUDGE = 1e-7  # step of coordinates by which a map is differentiated
 WRITTEN = 10  # roundings of states and answers that were written with fewer digits
 LARGEST_POWER = 200  # of ten, between the numbers of two units
-SLOPES = 2 / TURN_RAD  # of those in M, in differences of M
+SLOPES = 2 / TURN_RAD  # largest error of slopes of M, over the error of M itself
 SOLVED = 10  # roundings of a solution by elimination, times the conditioning of the matrix
 Part = Literal["mass_matrix", "bias", "gravity", "force", "acceleration"]
 ErrorKind = Literal["sign", "factor", "dropped", "swapped", "angle", "extra", "exchanged"]

@@ -46,7 +46,7 @@ MOST_STATED = 3  # coordinates whose matrix is short enough to be shown
 MOST_SHOWN = 5  # terms of a sentence
 MISSING, EXTRA = "missing", "right is 0"
 MOST_OTHERS = 3  # causes of one part, beyond which they are no more than a coincidence
-MOST_EQUALS = 2  # causes that no state tells from the first one, which are named beside it
+MOST_EQUALS = 2  # causes named beside the first that no state distinguishes from it
 ROUNDED = 1e-5  # of an entry's size: a difference that rounded numbers may make
 MOST_SEARCHED = 12  # entries of a part, of which each may be wrong by a cause of its own
 LEAST_ENTRIES = 3  # that are wrong, before six numbers together explain more than chance
@@ -154,10 +154,10 @@ def diagnose(
 def _describe_lone_product(
     search: CauseSearch, entries: Sequence[RobotEntry], rates: Rates
 ) -> dict[str, list[str]]:
-    """The sentence on one product of rates, or all of one row, where nothing else is wrong.
+    """The sentence on the one product of rates that is wrong, or on all of one row.
 
-    It stands before terms of Kane's sum, of which several would often explain so little; where the
-    product should not be there, a few that explain it are told.
+    A search over terms of Kane's sum would find several equal explanations of so small an error.
+    Only for a product that should not be there are a few of these added.
     """
     problem, level = search.problem, search.level
     lone = len({entry.name for entry in entries if entry.part in SINGLE}) == 1
@@ -468,8 +468,8 @@ def _self_notes(
         pairs = ", ".join(f"{names[i]} and {names[j]}" for i, j in unlike[1:MOST_SHOWN])
         also = f"; so with {pairs}{', ...' if unlike[MOST_SHOWN:] else ''}" if pairs else ""
         yield (
-            f"gravity is no gradient of a potential: the slope of gravity[{a}] along {b} is not"
-            f" that of gravity[{b}] along {a}{also}"
+            f"no potential energy gives this gravity vector: d gravity[{a}]/d {b} differs from"
+            f" d gravity[{b}]/d {a}{also}"
         )
 
 
@@ -611,5 +611,5 @@ def _describe_causes(causes: Sequence[Cause], where: str) -> Iterator[str]:
 
 
 def list_equals(causes: Sequence[str]) -> str:
-    """The first two of causes that no state tells from one that is named."""
+    """The first two causes that no state distinguishes from the one that is named."""
     return " or ".join(causes[:MOST_EQUALS])

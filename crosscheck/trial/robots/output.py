@@ -83,9 +83,9 @@ def describe_first_error(trial: RobotTrial) -> str:
 
 
 def _disagreements(trial: RobotTrial) -> Iterator[str]:
-    """Sentences on checks that do not agree and that no entry tells."""
+    """Sentences on failed checks that no wrong entry accounts for."""
     if has_engine_conflict(trial.agreement.findings):
-        yield "the engines differ on this robot: `crosscheck cost` tells where"
+        yield "the engines differ on this robot: `crosscheck cost` shows where"
     elif not trial.diagnosis.entries:
         for finding in trial.agreement.disagreeing:
             yield f"{finding.verdict} {finding.quantity}: {describe_outcome(finding)}"

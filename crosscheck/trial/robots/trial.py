@@ -277,8 +277,9 @@ def _run_trial(
     )
     make_answer_keys = None
     if diagnosis.entries and not diagnosis.readings:
-        asked = problem, diagnosis.level, given, equations
-        make_answer_keys = partial(make_robot_answer_keys, *asked)
+        make_answer_keys = partial(
+            make_robot_answer_keys, problem, diagnosis.level, given, equations
+        )
     trial = RobotTrial(
         name=name,
         robot=robot,

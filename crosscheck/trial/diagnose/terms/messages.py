@@ -289,8 +289,8 @@ def compute_symbolic_difference(
 ) -> sp.Expr | None:
     """Yours minus right in sympy: sines and cosines of sums, rates and torques by trial's names.
 
-    None where there is no such part, or it has other functions of coordinates, as mesh forces that
-    are not symbols are. values: of the arm's quantities; what vanishes with them is left out.
+    Returns None if the entry is not a trigonometric polynomial (mesh forces are not) or if there is
+    no such part. values: of the arm's quantities; terms that vanish with them are left out.
     """
     user_entry = _user_entry(place, symbolic)
     if user_entry is None:

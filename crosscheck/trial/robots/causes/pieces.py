@@ -375,10 +375,11 @@ def find_factors(difference: np.ndarray, pieces: Pieces, size: float) -> dict[st
 def describe_wrong_kinds(
     difference: np.ndarray, kinds: Mapping[str, Pieces], size: float, *, are_usual: bool
 ) -> Iterator[str]:
-    """Kinds of pieces of which one, some or all are wrong by one factor, and nothing else.
+    """Kinds of pieces that, scaled by one common factor, explain the difference.
 
-    Those of which the fewest are wrong, but all of a kind before these. are_usual: whether only
-    usual factors count, since what does not depend on the rates is often alike by chance.
+    All pieces of a kind come first, then the kinds with the fewest wrong pieces.
+    are_usual: whether only usual factors count, since pieces that do not depend on the rates are
+    often equal by chance.
     """
     described: list[tuple[int, str]] = []
     for kind, pieces in kinds.items():

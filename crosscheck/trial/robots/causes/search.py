@@ -229,7 +229,7 @@ class ChangeTable:
         return mistakes
 
     def _list_part_mistakes(self, parts: Sequence[BodyPart], merged: str) -> list[MistakeEffect]:
-        """Of each part, and the same of every one; merged: words on what the parts are."""
+        """Mistakes in one link, then the same in all; merged: suffix for links welded together."""
         rows = [self._list_mistakes_of(part) for part in parts]
         mistakes = [
             MistakeEffect(f"{part.name}{merged}: {words}", False, change)
@@ -358,7 +358,7 @@ class ChangeTable:
 
     @cached_property
     def _spinners(self) -> dict[int, Rotor]:
-        """Rotors of the robot and of its stages, by what tells one from another."""
+        """Rotors of the robot and of its stages, by identity."""
         return {id(each.rotor): each.rotor for each in list_spinners(self.robot)}
 
     def _base(self, level: Level) -> DynamicsTerms:
@@ -492,9 +492,9 @@ class CauseSearch:
 
     @cached_property
     def number_rows(self) -> list[tuple[np.ndarray, np.ndarray]]:
-        """What numbers make of the places at several states: linear, by their square.
+        """First- and second-order effect of each number on the row at several states.
 
-        Of all terms, and of each alone where a balance alone tells that it is wrong.
+        With effects on single terms too where only a balance shows that something is wrong.
         """
         several, effects = self.table.several, self.table.screen_numbers(self.level)
         pairs = [changes for _, changes in self._list_places(*effects)]
@@ -517,7 +517,7 @@ class CauseSearch:
     def _list_places(
         self, *changes: DynamicsTerms
     ) -> Iterator[tuple[str, tuple[DynamicsTerms, ...]]]:
-        """Changes of all terms, and of each alone where a balance alone tells that it is wrong."""
+        """Changes of all terms, then of each alone if only a balance shows the error."""
         yield "", changes
         if set(self.problem.parts) != {"acceleration"}:
             return
