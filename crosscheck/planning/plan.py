@@ -1,4 +1,4 @@
-"""What a cross-check runs, for any arm: experiments, and the runs of each."""
+"""Plan of a cross-check for any arm: experiments, and the runs of each."""
 
 from __future__ import annotations
 
@@ -121,7 +121,7 @@ class Experiment:
 
 @dataclass(frozen=True)
 class CrossCheckRequest:
-    """What a user asks to be cross-checked.
+    """A user's request for a cross-check.
 
     scenarios: their own experiments, in place of the plan's; chosen: laws of all of them, None for
     the plan's; model: name of equations that are tried in place of the cross-check of all models;

@@ -1,4 +1,4 @@
-"""What must be found out about an arm before its runs can be planned: sizes, stability, steps."""
+"""Finds the sizes, stability and steps of an arm that its runs are planned with."""
 
 from __future__ import annotations
 
@@ -125,7 +125,7 @@ def _run(task: Simulation) -> xr.Dataset:
 
 
 def prepare_experiments(request: CrossCheckRequest, workers: Workers) -> Preparation:
-    """What the plan needs to know: experiments, their largest stable step, remarks, what is lost.
+    """Facts for the plan: experiments, their largest stable step, remarks and failures.
 
     Raises InputError, and Unfinished where a model was stopped or its process died: what is then
     unknown depends on the machine, and so would the plan.

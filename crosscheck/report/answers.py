@@ -154,7 +154,7 @@ def answer_on_rigid_arm(agreement: Agreement) -> str:
 
 
 def answer_on_levels(agreement: Agreement) -> str:
-    """How far the tip and the torques of each level of a robot are from its most detailed one."""
+    """Deviation of tip and torques at each level of a robot from its most detailed level."""
     deviations = [f for f in agreement.findings if f.about.key.family == "deviation"]
     if deviations and all(finding.measured == 0 for finding in deviations):
         return "All levels are the same: no joint is geared."
@@ -193,7 +193,7 @@ def _group_tips(agreement: Agreement) -> dict[str, list[Finding]]:
 
 
 def find_tip_ends(agreement: Agreement) -> list[Finding]:
-    """How far the tip of the first and the last rigid level is off, in the last experiment."""
+    """Tip deviations of the first and the last rigid level, in the last experiment."""
     groups = list(_group_tips(agreement).values())
     return [groups[-1][0], *groups[-1][1:][-1:]] if groups else []
 
@@ -208,7 +208,7 @@ def is_without_contact(finding: Finding) -> bool:
 
 
 def _describe_tip(finding: Finding) -> str:
-    """How far a rigid level's tip is off, and what of the arm that level has, in words."""
+    """Tip deviation of a rigid level, and the parts of the arm that it includes, in words."""
     off, level = format_length(finding.measured or 0.0), finding.left.partition(":")[2]
     if level not in LEVEL_CONTENTS:
         return f"{off} at level {level}"
@@ -260,7 +260,7 @@ def describe_verdict(agreement: Agreement) -> str:
 
 
 def _describe_printed_equations(agreement: Agreement) -> str | None:
-    """What is wrong in the printed equations of motion, in words; None where none were compared."""
+    """Errors in the printed equations of motion, in words; None if none were compared."""
     form = model_names("form")[-1]
     wrong = find_wrong_entries(agreement.entries)
     if wrong:

@@ -99,7 +99,7 @@ def describe_unit_mistake(mistake: UnitMistake, names: Sequence[str]) -> str:
 
 
 def describe_errors(trial: Trial) -> list[str]:
-    """What is wrong, a line for each error, whatever number of entries it is in."""
+    """Errors, one line each, however many entries they appear in."""
     names = trial.problem.frame.names
     if trial.readings:
         places = [each.place for each in trial.wrong_entries]
@@ -110,7 +110,7 @@ def describe_errors(trial: Trial) -> list[str]:
 
 
 def describe_notes(trial: Trial) -> Iterator[str]:
-    """What is no error on this arm: numbers that equations do not follow, errors on other arms."""
+    """Remarks that are no errors on this arm: ignored numbers, and errors on other arms only."""
     if note := _describe_motors(trial):
         yield note
     if trial.point_masses:

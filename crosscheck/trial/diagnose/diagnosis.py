@@ -1,4 +1,4 @@
-"""What is wrong with equations and why, on their arm and on other arms of its structure."""
+"""Errors of equations and their reasons, on their arm and on other arms of its structure."""
 
 from __future__ import annotations
 

@@ -88,7 +88,7 @@ class Mistake:
 
     @property
     def is_term(self) -> bool:
-        """Whether it is a term, of which any factor may be."""
+        """Whether this is a term with any factor, in place of a wrong step."""
         return self.by is None and not self.right
 
     @property
@@ -240,7 +240,7 @@ class Derivation:
         )
 
     def _generate_numbers(self, symbol: str) -> Iterator[Number]:
-        """What may stand where a symbol belongs: others of its kind, an inertia about its end."""
+        """Possible replacements of a symbol: others of its kind, an inertia about its end."""
         for other in generate_alternatives(symbol, self.values):
             yield other.text, float(other.value), None
         stem, joint, _ = parse_symbol(symbol)
@@ -409,7 +409,7 @@ class Derivation:
             yield Mistake(Term("every weight"), *words, bodies, ("force",), added)
 
     def _list_rules(self) -> Iterator[Mistake]:
-        """How a bias is made of M: its two terms, by row and rate; other products of rates."""
+        """Mistakes in deriving a bias from M: its two terms, by row and rate; products of rates."""
         n, names = len(self.columns), self.frame.names
 
         first = self._compute_slopes
@@ -452,7 +452,7 @@ class Derivation:
                 yield Mistake(term, yours, right, parts=("bias",), rule=replace_rates)
 
     def _derive_along(self, row: np.ndarray, x: np.ndarray) -> np.ndarray:
-        """What a bias has of the slopes of M along one coordinate."""
+        """Contribution of the slopes of M along one coordinate to a bias."""
         slopes = self._compute_slopes(x) * row
         return slopes - np.moveaxis(slopes, -1, -3) / 2
 
@@ -499,7 +499,7 @@ class Derivation:
         less: float,
         x: np.ndarray,
     ) -> np.ndarray:
-        """What levers' turning with these rates adds to a bias, less that of the right rates."""
+        """Bias of levers that turn with these rates, minus their bias with the right rates."""
         total = np.zeros((len(x), *(x.shape[1],) * 3))
         for motion, place in swings:
             right = self.links[place]
@@ -531,7 +531,7 @@ class Derivation:
     def predict(
         self, chosen: Sequence[Words], states: slice, parts: Sequence[Part]
     ) -> dict[Part, np.ndarray]:
-        """What mistakes of these words change: M (mistakes, K, n, n), bias (.., n, n, n), force."""
+        """Changes by chosen mistakes of M (mistakes, K, n, n), bias (.., n, n, n) and force."""
         mistakes, x = [self.mistakes[words] for words in chosen], self.x[states]
         count, n = x.shape
         shapes: dict[Part, tuple[int, ...]] = {
@@ -604,7 +604,7 @@ def _add(bodies: Iterable[MovingBody]) -> Signed:
 
 
 def _multiply_levers(motion: MovingBody, places: Iterable[int]) -> Signed:
-    """What products of two of these levers make: all of them without each alone."""
+    """Contribution of the products of two different levers: that of all less that of each alone."""
     chosen = np.zeros_like(motion.levers)
     chosen[list(places)] = 1.0
     there = np.diag(chosen)

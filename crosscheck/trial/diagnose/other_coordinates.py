@@ -124,7 +124,7 @@ def _evaluate(
     *,
     by_rows: bool,
 ) -> dict[str, np.ndarray]:
-    """What the equations would say of some parts at the first states if x were other coordinates.
+    """Values of some parts at the first states if x were read as other coordinates.
 
     count: of states. by_rows: whether torques are those of the joints, not of x.
     """

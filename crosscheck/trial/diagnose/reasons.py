@@ -162,7 +162,7 @@ class EntryComparison:
 
     @property
     def relative_errors(self) -> dict[str, np.ndarray]:
-        """How far each entry is from the reference's, relative to its size, part by part."""
+        """Difference of each entry from the reference's, relative to its size, part by part."""
         return {
             quantity: entries.deviations(
                 values, self.reference_values[quantity], self.sizes.entry_sizes(quantity)
@@ -215,7 +215,7 @@ class EntryComparison:
         return Derivation(self.frame, arm, self.level, self.numbers, x)
 
     def sample_part(self, quantity: str) -> PartDifference:
-        """What differs in a part, at every state; of accelerations the force that makes it."""
+        """Difference of a part at every state; for accelerations, the force that causes it."""
         difference = self.user_values[quantity] - self.reference_values[quantity]
         sizes, tolerance = self.sizes.entry_sizes(quantity), self.sizes.tolerance(quantity)
         if quantity != "acceleration":
@@ -586,7 +586,7 @@ def _select_group(
 def _explanation_length(
     wrong_entries: Sequence[EntryMismatch], rank: int
 ) -> tuple[int, int, int, int]:
-    """How long an explanation is: unexplained entries, errors of the others, rank, all entries."""
+    """Length of an explanation: unexplained entries, errors in the others, rank, all entries."""
     open_ones = sum(wrong.explanation is None for wrong in wrong_entries)
     errors = {
         error_signature(e) for w in wrong_entries if w.explanation for e in w.explanation.errors

@@ -1,4 +1,4 @@
-"""What differs in the equations behind accelerations alone, entry by entry.
+"""Differences in the equations behind accelerations alone, entry by entry.
 
 With the right M, h and f, M a + h - f of a user's acceleration a is f' - f - (h' - h) - (M' - M) a
 of his own M', h' and f'. So its coefficients before waves times accelerations, products of rates

@@ -237,7 +237,7 @@ class CandidateSet:
             yield Candidate("swapped", inside, change, 1.0 + other.cost + extra, other.text, right)
 
     def _change_power(self, symbol: str, place: int, value: Any, power: int) -> np.ndarray:
-        """What the alternative at a place of a symbol's, with this value, changes of its power."""
+        """Change of a symbol's power if the alternative with this value takes its place."""
         key = symbol, place, power
         if key not in self._power_changes:
             right = _power(self.values[symbol], power)

@@ -1,4 +1,4 @@
-"""What is wrong in an entry that is known to be wrong: errors that make the difference, no other.
+"""Finds errors of terms that explain the difference of a wrong entry, and nothing else.
 
 An error is believed if it makes every coefficient of the difference, on every arm that was tried,
 to the rounding of the data. Of several the likeliest comes first; the others that the arms cannot
@@ -54,7 +54,7 @@ Entries = Mapping[tuple[int, int], Mapping[TermKey, float]]
 
 
 class Target(NamedTuple):
-    """What errors have to make: the difference of an entry, over keys and arms.
+    """The difference of an entry that errors must explain, over keys and arms.
 
     difference, tolerance (keys, arms): the difference and what it may be off; wrong (keys,): where
     it is not 0.
@@ -124,7 +124,7 @@ def _merge_equal_factors(explanations: Sequence[ErrorSet]) -> list[ErrorSet]:
 
 
 def _factor_rank(error: Candidate) -> int:
-    """How usual a factor is in its terms, 0 the most."""
+    """Rank of a factor by how usual it is in its terms, 0 the most usual."""
     if not error.user_text:
         return 1
     match = USUAL_FACTOR.fullmatch(error.user_text)
@@ -140,7 +140,7 @@ def _factor_rank(error: Candidate) -> int:
 
 
 def _fingerprint(errors: ErrorSet) -> frozenset[tuple[TermKey, str]]:
-    """What errors change together on the last arm, whose numbers are unrelated."""
+    """Total change by several errors on the last arm, whose numbers are unrelated."""
     total = defaultdict[TermKey, float](float)
     for error in errors:
         for key, change in error.change.items():
@@ -201,7 +201,7 @@ def _find_singles(
 
 
 def _fitting_changes(target: Target, row: int, changes: np.ndarray) -> np.ndarray:
-    """Which changes (terms, arms) make the difference before one key."""
+    """Mask of the changes (terms, arms) that explain the difference at one key."""
     arms = target.difference.shape[1]
     off = np.abs(changes[:, :arms] - target.difference[row])
     return (off <= target.tolerance[row]).all(axis=1)
@@ -288,7 +288,7 @@ def group_by_errors(wrong: Sequence[EntryMismatch]) -> list[list[EntryMismatch]]
 
 
 def error_signature(error: TermError) -> object:
-    """What errors in other entries must share: of a swap, what is swapped; else the term too."""
+    """Key that equal errors in different entries share: the swap, or else the term as well."""
     if error.kind == "swapped":
         return error.kind, error.yours, error.right
     term = error.term.coefficient.removeprefix("-")
@@ -299,7 +299,7 @@ def error_signature(error: TermError) -> object:
 def compute_bias_differences(
     mass: Entries, turns: np.ndarray
 ) -> dict[EntryPlace, dict[TermKey, float]]:
-    """What differences of M change in a bias that follows from M: cosines and sines alone.
+    """Change of a bias that follows from M, by differences of M: cosines and sines alone.
 
     turns (joints, n): d theta / d x. In row i dM_ij/dx_k counts once, and half of dM_jk/dx_i with
     the opposite sign.

@@ -80,7 +80,7 @@ def _normalize_sign(wave: Iterable[int]) -> AngleSum:
 
 
 def minimum_state_count(terms: ReferenceTerms) -> int:
-    """How many states it takes to see, beside all waves and signals, what none explains."""
+    """Number of states needed to see a residual that no wave or signal explains."""
     still = 2 * len(list_weight_angle_sums(terms)) + len(terms.signals) + len(terms.names)
     return SPARE_STATES + STATES_PER_NUMBER * max(2 * len(list_angle_sums(terms)), still)
 

@@ -271,7 +271,7 @@ def make_difference_terms(
 
 
 def guess(wrong: EntryMismatch) -> str:
-    """What is wrong in an entry, as a question, for it is a guess; or its difference."""
+    """The likely error in an entry, as a question since it is a guess; or its difference."""
     explanation = wrong.explanation
     if explanation is None:
         shown = _cut(_join(map(format_term, wrong.difference[:MOST_TERMS])), wrong.difference)

@@ -60,7 +60,7 @@ class ReferenceTerms:
 
     @property
     def joints(self) -> int:
-        """How many joints the arm has."""
+        """Number of joints of the arm."""
         return len(self.angles)
 
     def entry(self, place: EntryPlace) -> EntryTerms:

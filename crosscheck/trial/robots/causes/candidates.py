@@ -1,4 +1,4 @@
-"""What may be wrong in equations of a robot: one number, or one thing taken for another."""
+"""Possible errors in equations of a robot: a wrong number, or one thing mistaken for another."""
 
 from __future__ import annotations
 
@@ -552,7 +552,7 @@ def generate_body_mistakes(
 
 
 def is_physical(robot: Robot, file_robot: Robot) -> bool:
-    """Whether there can be such a robot: no mass or inertia below that of points, nothing far away.
+    """Whether a robot is possible: no mass or inertia below that of points, nothing far away.
 
     A body that is none in the file already may be as little. Of a point or a thin rod in the file
     one moment may be given alone, for the others may turn nothing.

@@ -80,7 +80,7 @@ def list_unit_bodies() -> Iterator[RobotBody]:
 
 
 def list_rotor_effects(kane: KaneSum, level: Level) -> Iterator[list[DynamicsTerms]]:
-    """Of each spinner what J n^2, J n and J make of the terms."""
+    """Effects of J n^2, J n and J on the terms, for each spinner."""
     for _, rotor in list_spinners(kane.robot):
         forward, backward, still = (
             kane.move_rotor(replace(rotor, ratio=ratio, inertia=1.0), level).compute_terms()

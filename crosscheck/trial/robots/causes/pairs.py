@@ -111,7 +111,7 @@ class PairSearch:
 
     @cached_property
     def _touched(self) -> np.ndarray:
-        """What each change touches of a robot that has it (changes, 1 + parts), as 0 or 1.
+        """Parts of the robot that each change touches (changes, 1 + parts), as 0 or 1.
 
         The first part is the motion of all bodies.
         """
@@ -211,7 +211,7 @@ class PairSearch:
         return robot
 
     def _explains(self, pair: ChangePair, places: np.ndarray | slice) -> bool:
-        """Whether a pair leaves nothing of the difference at all states."""
+        """Whether a pair explains the difference at all states."""
         two, level = [self.changes[n] for n in pair[:2]], self.search.level
         robots = [change.build_robot(pair.times) for change in two]
         changed = [self._merge(pair)] if all(robots) else robots
@@ -260,7 +260,7 @@ def rank_pairs(
 
 
 def merge_robots(base: Any, first: Any, second: Any) -> Any:
-    """What has the changes of two things that are made of one; numbers of both are added up."""
+    """Merge two changed copies of one object; changes of the same number add up."""
     if first is base or second is base:
         return second if first is base else first
     if isinstance(base, np.ndarray | float):
@@ -281,7 +281,7 @@ def merge_robots(base: Any, first: Any, second: Any) -> Any:
 
 
 def find_changed_parts(base: Robot, robot: Robot) -> set[str]:
-    """Which parts another robot has changed, such as `bodies 2`; or the motion of all bodies."""
+    """Names of parts that differ in another robot, as `bodies 2`, or the motion of all bodies."""
     if robot.joints is not base.joints or robot.gravity is not base.gravity:
         return {MOTION}
     changed = set()
