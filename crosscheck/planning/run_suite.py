@@ -25,7 +25,7 @@ MESH = ("theta", "x_sp", "x_pr")
 SENSITIVE = ("theta", "x_sp")
 FORM_QUANTITIES = ("theta", "x_sp", "F_sp", "F_pr")
 ONE_ROUNDING = "one-rounding"  # the family of comparisons that measure sensitivity
-MIDWAY_S = 2.0  # of longer experiments one instant stands on the page for itself
+MIDWAY_S = 2.0  # instant of longer experiments [s] that the page shows by itself
 
 
 def plan_experiment_comparisons(experiment: Experiment) -> list[Comparison]:

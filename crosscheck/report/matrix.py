@@ -18,7 +18,8 @@ FAMILIES = {
     "form-states": "at states",
     "form": "over runs",
 }
-FORMS = ("form-states", "form")  # of the paper's equations, which are measured beside the engines
+# Families of the paper's equations, which are measured beside the engines.
+FORMS = ("form-states", "form")
 
 
 @dataclass(frozen=True)

@@ -23,7 +23,7 @@ from crosscheck.report.formatting import format_unit
 QUANTITIES = ("theta", "theta_ddot", "x_sp", "F_sp", "F_pr")
 MOST_NUMBERS = 450_000  # on a page: 2.4 MB as base64 of float32, of 4 MB for all
 HALF_WINDOW_S = 2e-3
-CONTACT = "F_sp"  # by which contact is judged
+CONTACT = "F_sp"  # signal that decides whether teeth are in contact
 
 
 @dataclass(frozen=True)

@@ -17,8 +17,8 @@ NONZERO_SUBSTITUTES = {
     "ring_inertia_kg_m2": 0.1,
     **{f"{gear}_mass_kg": 1.0 for gear in ("sun", "planet", "carrier", "ring")},
 }
-COM, INERTIA = 0.3, 0.1  # of a link's length, and of its mass times that squared: instead of 0
-NEXT_TO_NOTHING = 1e-6  # of mass x com^2
+COM, INERTIA = 0.3, 0.1  # substitutes for 0: com over length, and inertia over mass x length^2
+NEXT_TO_NOTHING = 1e-6  # largest negligible inertia, over mass x com^2
 # Numbers of one kind, of which one may stand for another that is equal to it.
 INTERCHANGEABLE_FIELDS = (
     ("length_m", "com_m"),

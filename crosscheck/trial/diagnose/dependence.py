@@ -31,8 +31,8 @@ from crosscheck.trial.judge.entries import PARTS, EntryPlace, Part, entry_place
 from crosscheck.trial.judge.questions import VerificationProblem
 
 FEW_STATES = 3
-FACTORS = (1.23, 0.77)  # of a number; the second where the first is out of its range
-MOST_CHOICES = 64  # of numbers that may go with another
+FACTORS = (1.23, 0.77)  # factors on a number; the second is used if the first is out of its range
+MOST_CHOICES = 64  # sets tried of numbers that may scale with another
 Perform = Callable[[Sequence[ModelTask]], Results]
 
 

@@ -11,12 +11,12 @@ from crosscheck.trial.diagnose.mistakes import ALL, ENERGY, Derivation, Words
 from crosscheck.trial.diagnose.terms.candidates import FACTORS
 from crosscheck.trial.judge.entries import Part, TermError
 
-ALIKE = 1e-9  # of an entry's size or difference, what a mistake may leave of it
+ALIKE = 1e-9  # largest residual of a mistake, relative to an entry's size or difference
 FEW = slice(0, 4)  # states at which every mistake is tried
 MOST_MATCHES = 40
 TIMES = np.array([0.0, -1.0, *FACTORS])  # a term may be there
 NEARLY = 1e-6  # between a factor and one of these
-NOTHING = 1e-12  # of an entry's size, squared
+NOTHING = 1e-12  # largest effect that counts as none, relative to an entry's size
 # The parts in which a mistake behind accelerations may be.
 BEHIND: tuple[tuple[Part, ...], ...] = (ALL, ENERGY, ("force",), ("bias",), ("mass_matrix",))
 

@@ -22,7 +22,7 @@ from crosscheck.trial.coordinates.readings import (
 )
 from crosscheck.trial.judge.questions import VerificationProblem
 
-STATES = 8  # of all, at which models are asked in other coordinates
+STATES = 8  # number of states at which models are evaluated in other coordinates
 
 
 def find_readings(

@@ -67,8 +67,8 @@ from crosscheck.trial.judge.suite import (
     make_size_questions,
 )
 
-SAME = 1e-12  # of a row of a map: what two readings of it may differ by
-ROUNDING = 1e-10  # of a row of dy/dx: what is below it is 0
+SAME = 1e-12  # tolerance between two readings of a map, relative to its row
+ROUNDING = 1e-10  # largest entry of dy/dx that counts as 0, relative to its row
 # Where each part is looked at entry by entry.
 BY_ENTRY = {
     "mass_matrix": "mass_matrix",
@@ -76,9 +76,9 @@ BY_ENTRY = {
     "gravity": "gravity",
     "force": "force",
 }
-OPPOSITE = 1e-9  # of two entries of which one has the other's term, what their sum may be
+OPPOSITE = 1e-9  # tolerance of the sum of two opposite entries, relative to them
 MOST_EQUAL = 6  # mistakes that make the same, beside the first
-MOST_ERRORS = 2  # of a part, before a mistake in some of its entries alone is likelier
+MOST_ERRORS = 2  # errors of a part, above which one mistake in some of its entries is likelier
 FOLLOWS = "follows from the wrong M"
 QUANTITIES = {part: quantity for quantity, part in entries.PARTS.items() if quantity != "bias"}
 

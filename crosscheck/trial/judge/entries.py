@@ -16,13 +16,13 @@ from crosscheck.trial.coordinates.frame import Frame
 from crosscheck.trial.coordinates.states import UserState
 
 NUDGE = 1e-7  # step of coordinates by which a map is differentiated
-WRITTEN = 10  # roundings of states and answers that were written with fewer digits
-LARGEST_POWER = 200  # of ten, between the numbers of two units
+WRITTEN = 10  # tolerance in roundings, for states and answers written with fewer digits
+LARGEST_POWER = 200  # largest power of ten between the numbers of two units
 SLOPES = 2 / TURN_RAD  # largest error of slopes of M, over the error of M itself
-SOLVED = 10  # roundings of a solution by elimination, times the conditioning of the matrix
+SOLVED = 10  # roundings of a solution by elimination, times the condition number of the matrix
 Part = Literal["mass_matrix", "bias", "gravity", "force", "acceleration"]
 ErrorKind = Literal["sign", "factor", "dropped", "swapped", "angle", "extra", "exchanged"]
-SHOWN = 8  # of a list of places; the report has them all
+SHOWN = 8  # places of a list that are shown; the report has them all
 PARTS: dict[str, Part] = {
     "mass_matrix": "mass_matrix",
     "rate_terms": "bias",

@@ -23,7 +23,7 @@ from crosscheck.trial.source.sandbox import freeze
 
 FEW_STATES = 3
 SEED = 7
-FACTORS = 0.7, 1.4  # of a number on the other robot
+FACTORS = 0.7, 1.4  # factors by which numbers of the other robot differ
 
 
 def make_robot_answer_keys(

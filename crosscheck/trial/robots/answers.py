@@ -36,11 +36,11 @@ from crosscheck.trial.input.loading import FRICTION
 STATES = 12
 FASTEST = 2.0  # rad/s or m/s of a state, whatever the joint's limit: equations hold beyond it
 CALL_S = 2e-3  # [s] that a user's Python takes over one answer, at most
-LARGEST = 1e50  # of a number that can be compared
-RESTATED = 1e-9  # by which friction may differ that the robot's file has as well
+LARGEST = 1e50  # largest number that can be compared
+RESTATED = 1e-9  # relative tolerance between friction of the equations and of the robot's file
 HERE, AGAIN = "here", "again"  # the states, and the same a second time in the other order
 NONLINEAR = "nonlinear effects"  # C v + gravity: what a bias is that counts the weights
-SPEEDS = (1.0, -1.0, 2.0, 0.0)  # at which the bias is asked, times each state's rates
+SPEEDS = (1.0, -1.0, 2.0, 0.0)  # factors on each state's rates at which the bias is evaluated
 BY_RATES = ("bias", "coriolis", "inverse_dynamics")  # parts that give the bias
 Block = str | float | tuple[int]  # HERE, AGAIN, one of SPEEDS, or (joint,) that accelerates alone
 Blocks = dict[Block, np.ndarray]  # answers of a function to each block of states

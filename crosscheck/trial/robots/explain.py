@@ -41,15 +41,15 @@ from crosscheck.trial.robots.readings import find_readings
 from crosscheck.trial.robots.rows import describe_asymmetry, describe_right_rows
 
 RATIOS = {-1.0: "with the opposite sign", 0.5: "half as large", 2.0: "twice as large"}
-SHOWN = 1e-5  # of a ratio, of which six digits are shown
+SHOWN = 1e-5  # least deviation of a ratio from 1 that is shown: ratios have six digits
 MOST_STATED = 3  # coordinates whose matrix is short enough to be shown
 MOST_SHOWN = 5  # terms of a sentence
 MISSING, EXTRA = "missing", "right is 0"
 MOST_OTHERS = 3  # causes of one part, beyond which they are no more than a coincidence
 MOST_EQUALS = 2  # causes named beside the first that no state distinguishes from it
-ROUNDED = 1e-5  # of an entry's size: a difference that rounded numbers may make
+ROUNDED = 1e-5  # largest difference, relative to an entry's size, that rounded numbers may cause
 MOST_SEARCHED = 12  # entries of a part, of which each may be wrong by a cause of its own
-LEAST_ENTRIES = 3  # that are wrong, before six numbers together explain more than chance
+LEAST_ENTRIES = 3  # wrong entries needed before fitting six inertias means more than chance
 UNFOUNDED = "bias does not follow from mass_matrix, which is right"
 Rates = Callable[[], BiasTerms | None]  # the terms of the user's bias, asked only if it is wrong
 

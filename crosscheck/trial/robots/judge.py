@@ -28,7 +28,7 @@ from crosscheck.runner.outcomes import Failure
 from crosscheck.trial.robots.answers import SPEEDS, RobotAnswers
 from crosscheck.trial.robots.consistency import SLOPES, SelfDifference
 
-SINGLE = ("mass_matrix", "bias", "gravity")  # of which the others are made
+SINGLE = ("mass_matrix", "bias", "gravity")  # elementary parts, from which the others are composed
 JUDGED = (*SINGLE, "inverse_dynamics", "force", "acceleration")
 LETTERS = {"mass_matrix": "M"}
 OWN, AGAINST = "trial-own", "trial-states"

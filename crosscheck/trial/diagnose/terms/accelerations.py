@@ -18,7 +18,7 @@ from crosscheck.trial.diagnose.terms.polynomial import TermKey
 from crosscheck.trial.diagnose.terms.reference_terms import ReferenceTerms
 from crosscheck.trial.judge.entries import EntryPlace
 
-MOST_KEYS = 0.8  # of the states, so that what no key makes is seen
+MOST_KEYS = 0.8  # largest ratio of keys to states at which a residual still shows
 TORQUE = "T_"  # begins the signals that are torques
 
 

@@ -42,7 +42,7 @@ TermGroup = tuple[EntryTerms, float]
 Fits = Callable[[np.ndarray], np.ndarray]  # of changes (terms, arms): which make a difference
 LENGTHS = ("L", "d", "r_s", "r_p", "r_c", "r_cp")
 INERTIAS = ("I_l", "J_r", "J_m")
-MULTIPLES = 3  # of a symbol, the last of its forms
+MULTIPLES = 3  # number of multiples of a symbol, the last of its alternatives
 MOST_SHARED = 12  # symbols of which an error may concern all terms at once
 
 

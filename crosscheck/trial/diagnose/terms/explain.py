@@ -37,19 +37,19 @@ from crosscheck.trial.diagnose.terms.values import (
 )
 from crosscheck.trial.judge.entries import EntryMismatch, EntryPlace, Explanation, TermError
 
-ROUNDING = 1e-11  # of a coefficient's difference, beside the noise that its fit shows
+ROUNDING = 1e-11  # rounding of a coefficient's difference, in addition to the noise of its fit
 NOISES = 8  # standard errors that a coefficient may be off
-UNEXPLAINED = 1e-6  # of a difference: more than that beside all waves, and no term explains it
+UNEXPLAINED = 1e-6  # largest share of a difference outside all waves that terms may explain
 MOST_PAIRED = 1000
 MOST_OTHERS = 6
 UNLIKELY = 1.6  # a cost from which a term too many may be as likely
-FAR_FETCHED = 0.5  # beside the likeliest: not worth telling
+FAR_FETCHED = 0.5  # largest cost above the likeliest explanation's that is reported
 MOST_PER_KEY = 8
 MOST_WRONG = 4  # waves and signals that are off, for terms of other entries to be tried
 TOO_NOISY = 1e-7  # relative: with more, two errors at once fit almost anything
 USUAL_FACTOR = re.compile(r"(?:1/)?[Nn](\d+)(?:\^2)?")  # a number of planets, a ratio
 GEARS = GEAR_PARTS | RADII  # stems of symbols
-FOLLOWS = 1e-9  # of a bias entry's difference, beside its noise
+FOLLOWS = 1e-9  # tolerance of a bias entry's difference, in addition to its noise
 Entries = Mapping[tuple[int, int], Mapping[TermKey, float]]
 
 

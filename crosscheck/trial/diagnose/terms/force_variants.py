@@ -31,7 +31,7 @@ from crosscheck.trial.judge.entries import EntryPlace, Explanation, Term, TermEr
 
 SIDES = {"sp": "sun_mesh", "pr": "ring_mesh"}
 SWITCHED = ("phase", "ring_rate", "dead_zone", "damping", "mesh_work")
-NEARLY = 1e-6  # of a difference squared: what two laws may leave of it, before it is looked at
+NEARLY = 1e-6  # largest residual of two laws worth a closer look, over the difference squared
 MOST_EXPLANATIONS = 6
 
 

@@ -13,7 +13,7 @@ from crosscheck.trial.diagnose.terms.polynomial import AngleSum, EntryTerms, Ter
 from crosscheck.trial.diagnose.terms.reference_terms import ReferenceTerms
 
 EPS = float(np.finfo(float).eps)
-ROUNDINGS = 16  # in a value of the natural size, at the least
+ROUNDINGS = 16  # least error of a value, in roundings of its natural size
 SIGNIFICANT = 16  # standard errors: a coefficient below is none
 FULL = 3  # joints up to which every sum of few angles is tried
 SPARE_STATES, STATES_PER_NUMBER = 50, 2  # a fit with noise wants more states than numbers

@@ -34,9 +34,9 @@ from crosscheck.trial.judge.entries import (
 )
 
 MOST_EQUAL = 2  # explanations that fit as well as the first
-MOST_TERMS = 4  # of a sum that is written out
+MOST_TERMS = 4  # terms of a sum that are written out
 GREEK = ("theta", "phi", "alpha", "beta", "gamma", "psi", "omega")
-ROUNDING = 1e-12  # of a coefficient's parts, beside which their sum is nothing
+ROUNDING = 1e-12  # largest sum that counts as 0, relative to the parts of the coefficient
 
 
 def make_term_error(candidate: Candidate, terms: ReferenceTerms) -> TermError:

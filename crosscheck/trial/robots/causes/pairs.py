@@ -23,15 +23,16 @@ from crosscheck.trial.robots.causes.pieces import DynamicsTerms
 if TYPE_CHECKING:
     from crosscheck.trial.robots.causes.search import CauseSearch
 
-FITS = 1e-6  # of a difference's norm, what a pair may leave at the states of a screen
-LARGEST = 10.0  # times a difference: a row that is larger is no part of it
+FITS = 1e-6  # largest residual of a pair at the screened states, over the difference's norm
+LARGEST = 10.0  # largest norm of a row in a pair, over the difference's norm
 BLOCK = 512  # rows that are paired with all others at once
-NEAR = 1e-9  # of a difference's square, what products of large rows may leave by rounding
-FAR = 0.5  # of the same, from which no search begins
+NEAR = 1e-9  # rounding error of products of large rows, over the difference's square
+FAR = 0.5  # largest residual at which a search begins, over the difference's square
 MOST_MEETING = 300  # pairs that act on one product, those that leave least alone
 NEVER, APART, MEETING = 0, 1, 2  # whether two changes are no pair, or act on one product
 MOTION = "motion"
-LINEAR = 1e-9  # of what a number makes, that its square may make of it
+# Largest second-order effect of a number that counts as linear, over the first-order one.
+LINEAR = 1e-9
 
 
 @dataclass(frozen=True)

@@ -22,7 +22,7 @@ from crosscheck.trial.robots.judge import RobotProblem
 from crosscheck.trial.robots.rates import sample_bias_terms
 
 SLOPE_STEP = 1e-5  # [rad, m], over which slopes of M are taken
-LEAST_SHARE = 1e-5  # of a difference, which these slopes may leave
+LEAST_SHARE = 1e-5  # largest residual of the fitted slopes, over the largest difference
 RATIO_POWERS = ("multiplied ", "'s square", 2), ("multiplied ", "", 1), ("divided ", "", -1)
 MOST_TOGETHER = 200  # changes of the states that are tried at once
 SIZABLE = 1e-9  # smallest piece that can be recognized, relative to an entry's size

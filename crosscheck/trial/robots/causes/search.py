@@ -58,14 +58,15 @@ from crosscheck.trial.robots.judge import RobotEntry, RobotProblem, select_entry
 
 # What an explanation may leave of each entry's largest difference; and of its size, by rounding.
 LEFT, ROUNDING = 1e-5, 1e-12
-CLOSE = 1e-4  # of a difference's norm that a number's effect may leave before it is tried
-PROMISING = 0.9  # of a difference's norm that a curved number's first step may leave
-STEPS = 12  # of Newton's method
-NEAR = 1e-4  # of a curved number's step: over which its slope is taken
-SLENDER = 1e-9  # of the largest moment of inertia: what a rod without thickness has about itself
-MOST_EQUAL_PAIRS = 12  # that explain a difference, after which no more are looked for
-LEAST_STATES = 3  # where two factors are free
-LEAST_ROWS = 12  # of one part, at so many states changes are screened
+# Largest residual of a number's effect that is worth a try, over the difference's norm.
+CLOSE = 1e-4
+PROMISING = 0.9  # largest residual after a first Newton step, relative to the one before
+STEPS = 12  # steps of Newton's method
+NEAR = 1e-4  # step of differentiation, relative to that of the number
+SLENDER = 1e-9  # inertia of a thin rod about its own axis, over its largest moment of inertia
+MOST_EQUAL_PAIRS = 12  # pairs that explain a difference, at which the search stops
+LEAST_STATES = 3  # states for screening where two factors are free
+LEAST_ROWS = 12  # rows of one part at which changes are screened
 MOST_SCREENED = 64  # places of a row, those of the largest differences, at which all are screened
 Places = np.ndarray | slice  # of a row
 
