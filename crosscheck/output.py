@@ -181,7 +181,7 @@ def draft(folder: Path, mode: int = 0o666) -> Iterator[Draft]:
 
 
 def _create_locked_draft(folder: Path, mode: int) -> Draft:
-    """A new file, locked while its writer lives, so that others can tell what was left behind."""
+    """A new file, locked while its writer lives, so that others can recognize a leftover."""
     flags = os.O_WRONLY | os.O_CREAT | os.O_EXCL | os.O_CLOEXEC
     while True:
         path = folder / f"{DRAFT}{secrets.token_hex(8)}"

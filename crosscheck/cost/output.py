@@ -1,4 +1,4 @@
-"""What a robot's shortcuts cost, as lines for the terminal, as JSON and as a page."""
+"""Costs of a robot's shortcuts, as lines for the terminal, as JSON and as a page."""
 
 from __future__ import annotations
 
@@ -70,7 +70,7 @@ def describe_answers(costs: ShortcutCosts) -> Iterator[str]:
 
 
 def _describe_identity(robot: Robot) -> Iterator[str]:
-    """Which rotors' coupling identified links take up, so that armature costs nothing."""
+    """The note on joints where links identified with armature already absorb the coupling."""
     joints = find_identity_joints(robot)
     if not joints:
         return
@@ -84,7 +84,7 @@ def _describe_identity(robot: Robot) -> Iterator[str]:
 
 
 def _describe_lack(costs: ShortcutCosts) -> Iterator[str]:
-    """What can be said of a robot without ratios, and how to state them."""
+    """Lines for a robot without ratios, and on how to state them."""
     joints = [joint.name for joint in costs.robot.joints if joint.armature]
     if joints:
         yield from _describe_costs(costs, ["links"])

@@ -201,7 +201,7 @@ def _plan_reference(experiment: Experiment) -> Iterator[Comparison]:
 
 
 def _refinement(experiment: Experiment, model: str) -> tuple[Simulation, ...]:
-    """A model's run and a coarser one to tell how good it is; then the reference model's pairs.
+    """A model's run and a coarser one to estimate its error; then the reference model's pairs.
 
     These pairs come with models of the same integrator, whose error depends on where in a step the
     teeth meet: two runs may err alike by chance.

@@ -32,7 +32,7 @@ IN_MINUTES_S = 100.0  # longer times are shown in minutes
 
 
 def progress_bar() -> AbstractContextManager[CountCallback]:
-    """A bar as a context, which gives the function to tell what is done, how much, of how much.
+    """A progress bar as a context that gives a callback for the task, the count and the total.
 
     The bar disappears at the end, and is not drawn where nobody would see it move.
     """

@@ -254,7 +254,7 @@ def test_of_an_unstable_loop_nothing_is_judged_but_what_agrees_or_failed():
     assert stability.about.unit == "1/s"
 
 
-def test_sizes_of_an_arms_experiments_are_told_each_with_its_unit():
+def test_experiment_sizes_have_units():
     sizes = Sizes(5.25, (1.0, 2.0), (31.25, 32.5), (41.5, 42.25), (11.5, -12.75), 321.25)
     assert _describe_sizes(sizes, ()) == [
         "experiments sized to the arm: lowest mesh mode 321.2 Hz, controller at 5.25 rad/s",
@@ -382,7 +382,7 @@ def test_energy_of_a_robots_runs_may_change_by_what_their_last_halving_changes()
     assert found.measured == pytest.approx(4.1e-3 / 4)
 
 
-def test_a_part_of_nothing_is_huge_and_nothing_of_it_none():
+def test_share_of_zero_is_infinite_or_undefined():
     share = share_of
     assert share(np.array([1.0, -6.0]), np.array([2.0, 3.0])) == 2.0
     assert share(np.zeros(2), np.zeros(2)) == 0.0

@@ -175,13 +175,13 @@ def describe_unfollowed(unfollowed: Sequence[IgnoredNumber]) -> str:
         listed_numbers = ", ".join(f"{each.name} = {each.value:.6g}" for each in literal)
         it = "is it" if len(literal) == 1 else "are they"
         sentences.append(
-            f"Your {_format_parts(parts)} {verb} not follow the file's {listed_numbers}:"
-            f" {it} written in your code?"
+            f"Your {_format_parts(parts)} {verb} not change with the file's {listed_numbers}:"
+            f" {it} hard-coded?"
         )
     if tied:
         listed_ties = ", ".join(f"{t.name} from {' and '.join(t.goes_with)}" for t in tied)
         sentences.append(f"Your equations take {listed_ties}, which is right on this arm.")
-    return " ".join((*sentences, "Judged with these numbers as they are.")) if sentences else ""
+    return " ".join((*sentences, "The trial went ahead with your values.")) if sentences else ""
 
 
 def _format_parts(parts: Sequence[str]) -> str:

@@ -21,7 +21,7 @@ MOST_FOR_PAIRS = 3  # coordinates of which two misunderstandings together are tr
 
 @dataclass(frozen=True)
 class Reading:
-    """What coordinates may have meant, in words that complete `right in ...`.
+    """A possible meaning of coordinates, in words that complete `right in ...`.
 
     position, rates, rows (n, n); offset (n,): see the module. kind: of misunderstanding. joints:
     those whose sense alone is another.

@@ -69,8 +69,8 @@ def find_readings(
         for each in stated
         for model in (*models.values(), *lifted)
     ):
-        # What is left is less than a reading may leave, or a sign of gravity: a commoner
-        # error than all senses reversed, which forces and accelerations alone cannot tell from it.
+        # The residual is within tolerance, or gravity's sign is wrong: a commoner error than
+        # all senses reversed, which forces and accelerations alone cannot distinguish from it.
         return "", []
     for group in (simple, list_pairs(joints)):
         for level, model in models.items():

@@ -220,7 +220,7 @@ def make_named_call(function: Any, part: str, *, in_order: bool = False) -> Name
 
 
 def _list_meanings(names: Iterable[str]) -> dict[str, str]:
-    """What parameters mean; u beside a rate is the motors' torque, as control engineers write."""
+    """Meaning of parameters; u beside a rate is the motors' torque, as in control engineering."""
     has_rate = any(MEANT.get(name) == "v" for name in names)
     return {**MEANT, "u": "torque"} if has_rate else MEANT
 

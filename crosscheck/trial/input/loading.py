@@ -328,7 +328,7 @@ def _public_names(source: Any) -> set[str]:
 
 
 def _match_arguments(factory: Maker, where: str, names: tuple[str, ...]) -> dict[str, str]:
-    """What each parameter of a factory gets: what has its name, or else the first that is left.
+    """Argument for each parameter of a factory: the one of its name, else the first left over.
 
     names: of what there is, such as arm and scenario.
     """

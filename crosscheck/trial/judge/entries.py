@@ -52,12 +52,12 @@ class NaturalSizes:
     precision: float = 0.0
 
     def tolerance(self, quantity: str) -> float:
-        """What entries of a part may differ by, relative to their sizes."""
+        """Tolerance of the entries of a part, relative to their sizes."""
         solved = SOLVED * EPS * self.solving if quantity == "acceleration" else 0.0
         return LOOSEST + ROUNDINGS * EPS * self.roundings + solved + self.file_rounding(quantity)
 
     def file_rounding(self, quantity: str) -> float:
-        """What the rounding of written answers, and of their states, may change an entry by."""
+        """Error of an entry that is due to rounding of written answers and states."""
         larger = {"rate_terms": SLOPES, "acceleration": self.solving}.get(quantity, 1.0)
         return WRITTEN * self.precision * self.roundings * larger
 

@@ -1,4 +1,4 @@
-"""What a robot's equations must answer at a few states, on it and on one of its structure."""
+"""Right answers of a robot's equations at a few states, on it and on one of its structure."""
 
 from __future__ import annotations
 
@@ -108,7 +108,7 @@ def _make_answer_key(
 
 
 def _select_answers(problem: RobotProblem, level: Level, equations: Equations) -> LevelAnswers:
-    """What a level says of the functions' answers, before the trial takes these apart."""
+    """Answers that a level expects of the functions, before the trial splits them into parts."""
     answers, sizes = problem.answers, problem.sizes[level]
     friction = problem.friction[:FEW_STATES]
     right = {part: values[:FEW_STATES] for part, values in problem.reference_values[level].items()}

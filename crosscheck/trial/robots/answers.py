@@ -1,4 +1,4 @@
-"""What a user's equations of a robot answer at random states; their code runs in workers."""
+"""Answers of a user's robot equations at random states; their code runs in workers."""
 
 from __future__ import annotations
 
@@ -106,7 +106,7 @@ class Friction:
         return bool(self.viscous.any() or self.coulomb.any())
 
     def torques(self, v: np.ndarray) -> np.ndarray:
-        """What friction takes from the motors at rates v (states, n)."""
+        """Friction torque at rates v (states, n), which the motors overcome."""
         taken: np.ndarray = self.viscous * v + self.coulomb * np.sign(v)
         return taken
 
@@ -137,7 +137,7 @@ def read_friction(equations: Equations, robot: Robot, where: str) -> Friction:
 
 @dataclass(frozen=True)
 class RobotAnswers:
-    """What a user's equations say at the states, by quantity: M (states, n, n), others (states, n).
+    """Answers of a user's equations by quantity: M (states, n, n), others (states, n).
 
     again: the same, asked a second time in the other order. sources: the part that each comes from.
     speeds (states, 4, n): the bias at SPEEDS times the rates, None without a bias. failures: by

@@ -1,4 +1,4 @@
-"""What equations of a robot owe to themselves: the bias to M, and gravity to a potential."""
+"""Self-consistency of a robot's equations: the bias follows from M, gravity from a potential."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""What is wrong in a user's equations of a robot, in words: only what holds at every state."""
+"""Errors of a user's equations of a robot, in words; each explanation holds at every state."""
 
 from __future__ import annotations
 
@@ -56,7 +56,7 @@ Rates = Callable[[], BiasTerms | None]  # the terms of the user's bias, asked on
 
 @dataclass(frozen=True)
 class RobotDiagnosis:
-    """What is wrong.
+    """Errors of the equations and their explanations.
 
     level: that of the fewest entries that differ, or the next at which one change explains all;
     entries: those that differ from it, most first; notes: sentences on single parts and entries,
@@ -189,7 +189,7 @@ def _describe_wrong_pieces(
 
 
 def _diagnose_reading(problem: RobotProblem) -> RobotDiagnosis | None:
-    """What is wrong, if that is the coordinates alone."""
+    """Diagnosis if the coordinates alone are wrong."""
     level, readings = find_readings(problem)
     if level is None:
         return None
@@ -347,7 +347,7 @@ def _name_constant(
 def describe_ratio(
     user_values: np.ndarray, reference_values: np.ndarray, rounding: np.ndarray
 ) -> str:
-    """What yours (states,) are beside right, if it is the same at every state; else ''."""
+    """Constant ratio of yours to right (states,), in words; '' if it varies with the state."""
     if (np.abs(reference_values) <= rounding).all():
         return EXTRA
     if (np.abs(user_values) <= rounding).all():

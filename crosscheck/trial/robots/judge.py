@@ -92,7 +92,7 @@ class RobotProblem:
 
     @cached_property
     def reference_values(self) -> dict[Level, Mapping[str, np.ndarray]]:
-        """What the project's own derivation says of each part, by level."""
+        """Values of each part by the project's own derivation, by level."""
         return {
             level: self.evaluate_model(AnalyticRobot(self.robot, level)) for level in self.sizes
         }
@@ -103,7 +103,7 @@ class RobotProblem:
         return all(np.array_equal(here[part], there[part]) for part in self.parts)
 
     def evaluate_model(self, model: RobotModel) -> dict[str, np.ndarray]:
-        """What a model says of each part of the equations, in their meaning."""
+        """Values of each part of the equations by a model, as the equations define them."""
         q, v, a, torques = self.states
         held, weights = self.spring_torques, self.spring_torques + model.gravity(q)
         meant = {
@@ -120,7 +120,7 @@ class RobotProblem:
 
     @cached_property
     def spring_torques(self) -> np.ndarray:
-        """What holds the springs (states, n); 0 without any."""
+        """Torques that hold the springs (states, n); 0 without springs."""
         q = self.states.q
         return q @ self.stiffness if self.stiffness.any() else 0 * q
 

@@ -92,7 +92,7 @@ class RobotTrial:
     source_answer: SourceAnswer | None = None
 
     def __repr__(self) -> str:
-        """What the command prints."""
+        """Lines that the command prints."""
         from crosscheck.trial.robots.output import format_lines
 
         return "\n".join(format_lines(self))
@@ -173,7 +173,7 @@ RunTrial = tuple[RobotTrial, MakeAnswerKeys | None]
 
 @dataclass(frozen=True)
 class RobotQuestions:
-    """What a trial asks equations of a robot, none of which depends on an answer.
+    """All calls of a robot's equations in a trial; none depends on an answer.
 
     entry: the equations' functions in the registry; motors: coordinates, from 0, that have one;
     sizes: by level, of which ``level`` sets the accelerations at which inverse dynamics is asked.
@@ -201,7 +201,7 @@ class RobotQuestions:
 
 
 def prepare_questions(equations: Equations, robot: Robot, name: str, seed: int) -> RobotQuestions:
-    """What equations of a robot are asked. Raises InputError."""
+    """Prepare the calls of a robot's equations. Raises InputError."""
     motors, calls = bind_functions(equations, robot)
     table = equations.table
     again = calls if table is None else bind_functions(table.again, robot)[1]
@@ -385,7 +385,7 @@ def _describe_idle_joints(
 
 
 def _list_unjudged(problem: RobotProblem, equations: Equations) -> Iterator[str]:
-    """What of equations is not judged, each with the reason."""
+    """Parts of the equations that are not judged, each with the reason."""
     failures = problem.answers.failures
     yield from (f"{part} ({why.kind})" for part, why in failures.items())
     for part in SINGLE:

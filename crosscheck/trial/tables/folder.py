@@ -1,4 +1,4 @@
-"""What `crosscheck trial --ask` writes: states as CSV and MAT files, a README, templates."""
+"""Output of `crosscheck trial --ask`: states as CSV and MAT files, a README, templates."""
 
 from __future__ import annotations
 

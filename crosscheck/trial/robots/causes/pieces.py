@@ -605,7 +605,7 @@ def _describe_small_angles(problem: RobotProblem, level: Level) -> Iterator[str]
     gravity = AnalyticRobot(robot, level).gravity
     user_values = problem.answers.values["gravity"] - problem.spring_torques
     least = ALIKE * np.abs(user_values - gravity(q)).max()
-    # Gravity is a sum of waves of each angle, so that four angles tell its slope at 0.
+    # Gravity is a sum of waves of each angle, so that four angles determine its slope at 0.
     turning = [n for n, c in enumerate(robot.coordinates) if robot.joints[c].kind == "revolute"]
 
     def put(values: np.ndarray, angles: Sequence[int], by: float) -> np.ndarray:
