@@ -147,7 +147,7 @@ def run_tasks(
 
 
 def describe_task(key: Any) -> str:
-    """What the task of a key does, in words."""
+    """Description of the task of a key."""
     if isinstance(key, RunKey):
         return f"simulating {key.experiment}, {key.model}"
     return f"evaluating {key.quantity}, {key.model}"

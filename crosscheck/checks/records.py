@@ -64,7 +64,7 @@ def require_complete(run: object, model: str, case: Case, *, meshing: bool) -> N
 
 
 def _find_faults(run: xr.Dataset, case: Case, variables: tuple[str, ...]) -> Iterator[str]:
-    """What of a run is not as it must be, in words, the gravest first."""
+    """Defects of a run, in words, the gravest first."""
     yield from (f"the run has no {name}" for name in ("time", "joint") if name not in run.coords)
     yield from (f"the run has no {name}" for name in variables if name not in run)
     expected, time = recorded_times(case.scenario), run["time"].values

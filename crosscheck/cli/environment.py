@@ -1,4 +1,4 @@
-"""What the command line needs around it: streams that take every print, folders, memory."""
+"""Environment of the command line: streams that accept every print, folders, memory."""
 
 from __future__ import annotations
 

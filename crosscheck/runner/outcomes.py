@@ -1,4 +1,4 @@
-"""What a piece of work in another process is, and why one may have no result."""
+"""Tasks that run in other processes, and the failures by which one has no result."""
 
 from __future__ import annotations
 

@@ -209,7 +209,7 @@ class Workers:
                 return [w for w in busy if w.pipe in ready or w.process.sentinel in ready]
 
     def _result(self, worker: _Worker) -> Any:
-        """What a worker sent; or a Failure where it sent nothing, in which case it is dismissed."""
+        """Result from a worker, or a Failure if it sent none; it is then dismissed."""
         worker.task = None
         try:
             if worker.pipe.poll():

@@ -1,4 +1,4 @@
-"""What the page of a run draws: bodies of the arm as outlines, and their angles over time."""
+"""Scene of the page of a run: bodies of the arm as outlines, and their angles over time."""
 
 from __future__ import annotations
 
@@ -28,7 +28,7 @@ MESHES = {"sun": ("x_sp", "F_sp"), "ring": ("x_pr", "F_pr")}
 
 
 def build_scene(run: Run) -> dict[str, Any]:
-    """What the page's script draws: lengths in m, angles in rad, numbers as base64 of float32."""
+    """Data for the page's script: lengths in m, angles in rad, numbers as base64 of float32."""
     every = -(-run.time.size // MOST_FRAMES)
     signals = {name: values[::every] for name, values in run.signals.items()}
     shown = run._replace(time=run.time[::every], signals=signals)

@@ -75,7 +75,7 @@ class RobotLevel:
         return turns
 
     def leader(self, number: int) -> int:
-        """Which coordinate moves a joint: its own, or that of the joint that it mimics."""
+        """Number of the coordinate that moves a joint: its own, or that of the joint it mimics."""
         mimic = self.robot.joints[number].mimic
         return self.robot.coordinates.index(number if mimic is None else mimic.joint)
 
@@ -129,7 +129,7 @@ def plan_law(
 
 
 def ask(model: RobotModel, method: str, shape: tuple[int, ...], *given: np.ndarray) -> np.ndarray:
-    """What a method says, if it is numbers of this shape. Raises BadAnswer."""
+    """Answer of a method, if it is an array of numbers of this shape. Raises BadAnswer."""
     return require_numbers(getattr(model, method)(*given), method, shape)
 
 

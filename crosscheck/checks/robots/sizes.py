@@ -74,7 +74,7 @@ class RobotSizes:
         return sizes
 
     def tolerance(self, quantity: str) -> float:
-        """What an entry may differ, as a part of its size."""
+        """Tolerance of an entry, relative to its size."""
         return max(TOLERANCE, ROUNDINGS * self.condition if quantity in SOLVED else 0.0)
 
     def basis(self, quantity: str) -> str:

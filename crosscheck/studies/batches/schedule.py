@@ -113,7 +113,7 @@ def _run_by_workers(
 
 
 class Future(Protocol):
-    """What a scheduler hands back for a task: its result to come."""
+    """Future result of a task, as a scheduler returns it."""
 
     def result(self) -> Any: ...
 
@@ -275,6 +275,6 @@ def require_same_version(local_fingerprint: str, worker_fingerprint: str, worker
 
 
 def run_with_version(expected: str, function: Callable[..., Any], *arguments: Any) -> Any:
-    """What a function returns, where the versions are the expected ones. Raises InputError."""
+    """Call a function if the versions are the expected ones. Raises InputError."""
     require_same_version(expected, compute_fingerprint(), f"a worker on {platform.node()}")
     return function(*arguments)
