@@ -24,7 +24,7 @@ if TYPE_CHECKING:  # drawing libraries are slow to import, and most commands dra
 SCHEMA_VERSION = 1
 MOST_PAIRS = 6
 MOST_DRAWN = 8  # joints of the picture, those that armature costs most
-ALIKE = 0.9  # of the largest share, from which on a joint is named beside the worst one
+ALIKE = 0.9  # share of the largest cost from which a joint is named beside the worst one
 SENTENCES: dict[Level, str] = {
     "links": "Leaving the rotors out of {}",
     "armature": "Counting them as armature only",

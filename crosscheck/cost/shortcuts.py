@@ -20,7 +20,7 @@ from crosscheck.registry import build_robot_model, reference_engine
 from crosscheck.runner.progress_update import CountCallback
 
 SHORTCUTS: tuple[Level, ...] = ("links", "armature")
-NEGLIGIBLE = 0.01  # of a joint's largest torque
+NEGLIGIBLE = 0.01  # largest negligible cost, over a joint's largest torque
 
 
 @dataclass(frozen=True)

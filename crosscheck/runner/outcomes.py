@@ -17,7 +17,7 @@ Outcome: TypeAlias = "xr.Dataset | np.ndarray | Failure"  # of work on a model
 
 Worker = TypeVar("Worker")
 Result = TypeVar("Result")
-DIED = "Died"  # of whatever has no result because its process ended
+DIED = "Died"  # kind of failure if a task's process ended without a result
 
 
 @dataclass(frozen=True)

@@ -41,8 +41,8 @@ from crosscheck.runner.process_tree import (
 )
 
 FORK = multiprocessing.get_context("fork")
-CLOSING_S = 5.0  # from the end of a process's pipes to the end of the process
-LEAVING_S = 1.0  # for an idle worker to exit by itself
+CLOSING_S = 5.0  # time between the end of a process's pipes and its own end [s]
+LEAVING_S = 1.0  # time for an idle worker to exit by itself [s]
 SIGNALS = {signal.SIGINT, signal.SIGTERM}
 
 

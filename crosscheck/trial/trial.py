@@ -76,7 +76,7 @@ RUNNABLE = {"mass_matrix", "bias", "force"}
 STATES, QUICK_STATES = 300, 150
 LEAST_STATES = 20
 _trial_lock = threading.Lock()
-MOST_BYTES = 300_000_000  # of the terms of a bias at all states, of which a trial holds several
+MOST_BYTES = 300_000_000  # memory for a bias's terms at all states, of which a trial holds several
 
 
 @dataclass(frozen=True)

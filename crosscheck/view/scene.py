@@ -23,7 +23,7 @@ from crosscheck.view.gears import gear_angles, gear_assembly, make_close_up, out
 from crosscheck.view.mesh_geometry import SIDES, Side, mesh_geometry
 from crosscheck.view.trajectory_file import Run
 
-MOST_FRAMES = 20_000  # of the longest run; of more records every second, third, ... is shown
+MOST_FRAMES = 20_000  # frames of the longest run; of more records every second, third, ... is shown
 MESHES = {"sun": ("x_sp", "F_sp"), "ring": ("x_pr", "F_pr")}
 
 

@@ -23,8 +23,8 @@ FIRST_PRINCIPLES = "first principles"
 # the highest of M in a rotation, they leave 3e-12; M and energy are of a slide's square at most.
 WEIGHTS = 4 / 5, -1 / 5, 4 / 105, -1 / 280
 TURN_RAD, SLIDE_M = 0.04, 0.1
-SLOPE_STATES = 4  # of all states, the first
-LEAST_RUN_S = 1e-8  # of a run: in less a joint moves by little more than its angle's rounding
+SLOPE_STATES = 4  # number of states at which slopes are taken, the first ones
+LEAST_RUN_S = 1e-8  # shortest run [s]: in less, joints move by little more than rounding
 
 
 @dataclass(frozen=True)

@@ -39,7 +39,7 @@ from crosscheck.models.robot.interface import RobotModel
 from crosscheck.models.robot.robot import JointStage
 from crosscheck.planning.comparison import Comparison
 
-LONGEST_S = 0.01  # of half a step along a motion
+LONGEST_S = 0.01  # longest half step along a motion [s]
 
 
 def rest_energy(model: RobotModel, case: RobotLevel) -> np.ndarray:

@@ -25,7 +25,7 @@ from crosscheck.models.robot.robot import remove_friction
 from crosscheck.planning.comparison import Comparison, make_comparison
 
 FORMAL, HALVINGS, MOST_HALVINGS = 4, 3, 6
-ROUNDED = 1e-11  # of how far a run moves: differences below it are rounding that M's inverse grows
+ROUNDED = 1e-11  # largest difference that is rounding grown by M's inverse, over a run's motion
 
 
 def refined_ends(model: RobotModel, case: RobotLevel) -> np.ndarray:

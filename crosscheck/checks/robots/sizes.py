@@ -16,9 +16,10 @@ from crosscheck.models.robot.robot import Robot
 
 # Of each quantity's size. Rounding explains 1e-15 times the reach over the smallest lever arm.
 TOLERANCE = 1e-10
-ROUNDINGS = 1000 * np.finfo(float).eps  # times M's condition number: what solving with M may lose
+ROUNDINGS = 1000 * np.finfo(float).eps  # error of solving with M, over M's condition number
 LARGEST_TOLERANCE = 1e-3  # beyond it agreement would say nothing
-SOLVED = ("forward_dynamics", "run", "acceleration")  # which M's condition number may harm
+# Quantities that suffer from M's condition number.
+SOLVED = ("forward_dynamics", "run", "acceleration")
 # Parts that hold the weights beside the bias, of which it is what remains.
 WITH_WEIGHTS = ("inverse_dynamics", "nonlinear effects")
 SIZE_WORDS = {

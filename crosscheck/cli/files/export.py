@@ -36,7 +36,7 @@ from crosscheck.runner.process_tree import limit_resources
 COMPILERS = ("cc", "gcc", "clang")
 FOLDERS = {"Linux": ("linux64", ".so"), "Darwin": ("darwin64", ".dylib")}
 COMPILER_S, COMPILER_BYTES = 120, 4_000_000_000  # a unit of seven joints takes 5 s
-FIRST_DAY = (1980, 1, 1, 0, 0, 0)  # of all files in a unit, so that it is the same every time
+FIRST_DAY = (1980, 1, 1, 0, 0, 0)  # date of all files in a unit, so that it is the same every time
 
 
 def export_command(arm: str, model: str | None, settings: list[str], out: Path) -> None:

@@ -12,7 +12,7 @@ from itertools import combinations, permutations, product
 
 import numpy as np
 
-FITS = 1e-8  # of a part's largest number, what a reading may leave of it
+FITS = 1e-8  # largest residual of a reading, relative to a part's largest number
 DEGREE = np.pi / 180
 QUARTERS = (np.pi / 2, np.pi, -np.pi / 2)
 MOST_FOR_ALL = 4  # coordinates of which all orders and senses are tried

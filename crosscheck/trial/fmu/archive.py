@@ -29,7 +29,7 @@ from crosscheck.trial.input.equations import MOST, Coordinates, CoordinatesFile,
 
 LARGEST_FILE = 200_000_000  # bytes
 MOST_BYTES, MOST_FILES = 500_000_000, 10_000  # unpacked
-LARGEST_RATIO = 200  # of what is packed well; a bomb has a thousand and more
+LARGEST_RATIO = 200  # largest ratio of a good compression; a bomb has a thousand and more
 DESCRIPTION = "modelDescription.xml"
 LARGEST_DESCRIPTION = 50_000_000
 BINARIES = {

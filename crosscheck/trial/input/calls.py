@@ -41,7 +41,7 @@ TAKES: dict[str, tuple[str, ...]] = {
 }
 LOADS = ("force", "acceleration")  # parts that a torque belongs to
 MATRICES = ("mass_matrix", "coriolis")
-LAMBDIFIED = "<lambdifygenerated"  # what sympy calls the file of a function that it writes
+LAMBDIFIED = "<lambdifygenerated"  # file name that SymPy gives to a function that it writes
 # These packages' frames count where we call them; a user's own frame comes before those of a
 # user's call. FMPy calls a unit, of which Python has no frame.
 CALLING_PACKAGES = ("crosscheck", "numpy", "fmpy")

@@ -33,7 +33,8 @@ from crosscheck.trial.source.code import UserCode, find_module_code, find_object
 EXPECTED = "file.py:name or package.module:name"
 ACCEPTED = "Equations, a function that returns them, or an object with mass_matrix, bias, ..."
 MOST_NAMED = 5
-FRICTION = ("viscous_friction", "coulomb_friction")  # of robots, whose files have none
+# Friction arguments of robots, whose files have none.
+FRICTION = ("viscous_friction", "coulomb_friction")
 # Attributes that are asked of no object.
 SET_HERE = {"rebuild", "rebuilt_as", "any_arm", "any_scenario", "unused", "find_code"}
 Maker = Callable[..., Any]

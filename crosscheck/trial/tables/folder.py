@@ -24,7 +24,7 @@ from crosscheck.trial.tables.state_requests import (
 )
 
 MAT_TEXT = b"MATLAB 5.0 MAT-file, states of a trial, geararm-crosscheck"
-TEXT_LENGTH = 116  # of what begins a MAT file
+TEXT_LENGTH = 116  # length of the text at the head of a MAT file
 TEMPLATES = ("README.md", "answers.m", "answers.c", "answers.jl", "answers.mos")
 
 

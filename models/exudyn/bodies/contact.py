@@ -29,7 +29,7 @@ from crosscheck.models.numba_cache import njit
 
 Side = Literal["sun", "ring"]
 EPSILON = float(np.finfo(float).eps)
-ROUNDINGS = 10  # in a deflection: poses, line of centres and the turns against it
+ROUNDINGS = 10  # roundings in a deflection: poses, line of centres and the turns against it
 PLANET, CARRIER, WHEEL, PREVIOUS = 0, 1, 2, -1  # bodies of a mesh; a ring's wheel is the previous
 
 
