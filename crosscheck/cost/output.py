@@ -77,9 +77,9 @@ def _describe_identity(robot: Robot) -> Iterator[str]:
     rotors = {robot.joints[rotor.joint].name for rotor in robot.rotors}
     named = "every joint" if len(joints) == len(rotors) else join_names(joints)
     yield (
-        f"These costs hold for links known from CAD: at {named} the stator is on the link before"
-        " the joint, its axis along the joint's, so links identified with armature take up what it"
-        " leaves out, though they may then be no possible bodies."
+        f"These costs assume link parameters from CAD. At {named} the stator is on the link before"
+        " the joint, with its axis along the joint's, so links identified with an armature model"
+        " already absorb this coupling. Such links may be physically impossible."
     )
 
 
@@ -89,8 +89,8 @@ def _describe_lack(costs: ShortcutCosts) -> Iterator[str]:
     if joints:
         yield from _describe_costs(costs, ["links"])
         yield (
-            f"What armature leaves out depends on the ratio of {join_names(joints)}, which alone"
-            " is lacking."
+            f"The cost of armature depends on the ratio of {join_names(joints)}, the only number"
+            " that is missing."
         )
     else:
         yield f"No joint of {costs.robot.name} has a gear ratio: there is nothing to compare."
