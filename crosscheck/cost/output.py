@@ -93,7 +93,10 @@ def _describe_lack(costs: ShortcutCosts) -> Iterator[str]:
             " that is missing."
         )
     else:
-        yield f"No joint of {costs.robot.name} has a gear ratio and a rotor inertia: nothing to compare."
+        yield (
+            f"No joint of {costs.robot.name} has a gear ratio and a rotor inertia:"
+            " nothing to compare."
+        )
     yield (
         "`crosscheck init robot.toml --urdf FILE` writes a file in which each joint's ratio and"
         " rotor inertia can be stated, with what FILE states of them."
