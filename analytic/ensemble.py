@@ -207,7 +207,7 @@ class ModelGroup(Generic[ModelT, ChunkT]):
     def _mark(self, time: np.ndarray, records: Records) -> None:
         """Note which members have diverged, and make their records NaN from there on."""
         q, v, a, forces = records
-        # What is added to a coordinate that is not finite leaves it so: the last record tells.
+        # A coordinate that is not finite stays so: checking the last record is enough.
         if np.isfinite(q[-1]).all() and np.isfinite(v[-1]).all():
             return
         finite = np.isfinite(q).all(axis=1) & np.isfinite(v).all(axis=1)

@@ -23,7 +23,7 @@ def contact_eigenvalues(
     """Eigenvalues [1/s] at pose q with every mesh in contact, shape (2 n,).
 
     stiffness [N/m], per mesh and planet; the controller's gains, friction and weight are included.
-    sensor (n, joints): the controller is told sensor^T q, in place of the joints' angles.
+    sensor (n, joints): the controller receives sensor^T q in place of the joints' angles.
     """
     n = q.size
     mass = mass_matrices(terms, q)

@@ -12,7 +12,7 @@ from crosscheck.models.errors import InputError, describe_error
 from crosscheck.runner.interruption import was_stopped
 from crosscheck.runner.supervision import track_foreign_code
 
-PROGRAM = "geararm-crosscheck"  # whose own entry points are no foreign code
+PROGRAM = "geararm-crosscheck"  # distribution whose own entry points are not foreign code
 COMMAND_S = 3600.0  # rough cost [s] of a package's command, see Patience
 
 

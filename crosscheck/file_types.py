@@ -1,4 +1,4 @@
-"""Kinds of files that the program writes, told by their content: nothing else is replaced."""
+"""Recognizes files that the program wrote by their content, so that it replaces no others."""
 
 from __future__ import annotations
 

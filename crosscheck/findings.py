@@ -46,7 +46,7 @@ class ComparisonKey:
 
 @dataclass(frozen=True)
 class Subject:
-    """What a comparison is about: key, unit, metric; ``against``: the other side."""
+    """Subject of a comparison: key, unit, metric; ``against``: the other side."""
 
     key: ComparisonKey
     unit: str

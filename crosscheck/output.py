@@ -181,7 +181,7 @@ def draft(folder: Path, mode: int = 0o666) -> Iterator[Draft]:
 
 
 def _create_locked_draft(folder: Path, mode: int) -> Draft:
-    """A new file, locked while its writer lives, so that others can tell what was left behind."""
+    """A new file, locked while its writer lives, so that others can recognize a leftover."""
     flags = os.O_WRONLY | os.O_CREAT | os.O_EXCL | os.O_CLOEXEC
     while True:
         path = folder / f"{DRAFT}{secrets.token_hex(8)}"
@@ -224,10 +224,10 @@ def convert_os_errors(path: Path) -> Iterator[None]:
 
 
 def _obstacle(target: Path) -> str:
-    """Why no file can be written at the target, as far as what is there tells; empty if not."""
+    """Reason why the target cannot be a file, judged by what is there; empty if there is none."""
     try:
         kind = target.lstat().st_mode
-    except (FileNotFoundError, NotADirectoryError):  # which the folder's own check tells better
+    except (FileNotFoundError, NotADirectoryError):  # the check of the folder reports this better
         return ""
     if stat.S_ISDIR(kind):
         return "is a folder; a file name is expected"
@@ -251,7 +251,7 @@ def _is_stream(path: Path) -> bool:
     """Whether a path is a pipe, or standard output by any name. Raises OSError."""
     try:
         state = path.stat()
-    except OSError:  # which the folder's own check tells better
+    except OSError:  # the check of the folder reports this better
         return False
     return stat.S_ISFIFO(state.st_mode) or _is_output(state)
 

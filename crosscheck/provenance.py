@@ -148,7 +148,7 @@ def is_versioned(path: Path) -> bool:
 
 
 def _git(*words: str) -> str | None:
-    """What git says of this checkout; None outside one, and where git finds nothing."""
+    """Answer of git about this checkout; None outside one or if git finds nothing."""
     if not (ROOT / ".git").exists():  # another project's checkout may hold an installed package
         return None
     # GIT_DIR and its like, set in a hook of another repository, would name that one instead.

@@ -103,7 +103,7 @@ LEVELS = {
     "coupled": "the same with the gears' spin coupled to the links: rigid gears, exactly",
 }
 RIGID_LEVELS = tuple(LEVELS)
-RIGID_ARM = "rigid arm"  # what the only level of an arm is called, whose joints have nothing
+RIGID_ARM = "rigid arm"  # name of the only level of an arm without gears
 
 
 def group_equal_levels(arm: Arm) -> list[tuple[str, ...]]:

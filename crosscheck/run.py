@@ -72,7 +72,7 @@ def run_cross_check(
     on_warning: Callable[[str], None] = lambda line: None,
     on_outcome: OutcomeCallback = lambda key, outcome: None,
 ) -> CrossCheck:
-    """Run every check on an arm or robot; ``on_warning`` is told what to know before they run.
+    """Run every check on an arm or robot; ``on_warning`` receives warnings before they run.
 
     on_outcome: is called with each task's outcome while others still run. Raises InputError for an
     arm, robot or scenarios that cannot be run, and Unfinished where they could not be prepared.
@@ -147,7 +147,7 @@ def run_tasks(
 
 
 def describe_task(key: Any) -> str:
-    """What the task of a key does, in words."""
+    """Description of the task of a key."""
     if isinstance(key, RunKey):
         return f"simulating {key.experiment}, {key.model}"
     return f"evaluating {key.quantity}, {key.model}"

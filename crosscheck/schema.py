@@ -1,4 +1,4 @@
-"""What the fields of an arm or an experiment are, read from the schema: for docs and templates."""
+"""Fields of an arm or an experiment, read from the schema, for docs and templates."""
 
 from __future__ import annotations
 
@@ -72,7 +72,7 @@ def _parts(hint: Any) -> Iterator[Any]:
 
 
 def _describe_allowed(hint: Any) -> str:
-    """What a type allows, in words, without its unit."""
+    """Values that a type allows, in words, without its unit."""
     origin, inner = get_origin(hint), get_args(hint)
     if hint is bool:
         return "true or false"

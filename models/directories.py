@@ -85,7 +85,7 @@ def prepare_code_folder(kind: str) -> Path:
 
 
 def _is_private(folder: Path, clear: bool = False) -> bool:
-    """Whether a folder is private now, made if need be; one that is refused is told on stderr.
+    """Whether a folder is private, made if need be; a refused one is reported on stderr.
 
     clear: whether what is in a folder is removed where others could write it.
     """
@@ -120,7 +120,7 @@ def seal(path: Path, data: bytes) -> bytes:
 
 
 def read_sealed(path: Path, largest: int) -> bytes | None:
-    """The code in a kept file; None if there is none or, told on stderr, none that is sound.
+    """The code in a kept file; None if it is missing or, with a line on stderr, damaged.
 
     Half a file, a changed one and one of another name are not.
     """

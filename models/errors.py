@@ -6,7 +6,7 @@ import re
 from collections.abc import Sequence
 
 LONGEST_LINE = 400
-PROGRAM = "crosscheck: "  # what every error line begins with
+PROGRAM = "crosscheck: "  # beginning of every error line
 GAP = "..."
 
 

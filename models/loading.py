@@ -200,7 +200,7 @@ def validate_record(record: type[Record], data: object, where: str) -> Record:
 
 
 def _input_error(record: type[BaseModel], details: ErrorDetails, where: str) -> InputError:
-    """InputError that tells in one line what one of pydantic's errors is about."""
+    """InputError that states one of pydantic's errors in one line."""
     tags = UNION_TAGS | getattr(record, "union_tags", set())
     location = [part for part in details["loc"] if part not in tags]
     value: object = details["input"]

@@ -115,7 +115,7 @@ class _CacheFile(IndexDataCacheFile):
         self._write(self._data_path(name), data)
 
     def _read(self, path: str) -> Any:
-        """Content of a kept file; None if missing or, told in one line on stderr, not sound."""
+        """Content of a kept file; None if it is missing or, with a line on stderr, damaged."""
         data = read_sealed(Path(path), LARGEST)
         return None if data is None else pickle.loads(data)
 

@@ -20,7 +20,7 @@ from crosscheck.models.arm.layout import Layout
 from crosscheck.models.arm.mesh import PlanetMesh
 from crosscheck.models.experiment.scenario import Switches
 
-NO_COORDINATE = -1  # in place of a coordinate
+NO_COORDINATE = -1  # number in place of a coordinate
 
 
 class Gears(NamedTuple):

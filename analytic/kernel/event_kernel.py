@@ -244,7 +244,8 @@ def follow(
         record(w, at(out, place * RECORD), 1)
 '''
 
-SHORTEST = 1000.0  # of a located change: a step that is not halved again
+# Halving stops at steps of this many times the error in locating an event.
+SHORTEST = 1000.0
 STAGES = 12
 
 

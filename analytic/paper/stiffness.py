@@ -12,7 +12,7 @@ from crosscheck.models.arm import stiffness as stiffness_laws
 
 SINE, WAVES, TABLE = range(3)
 TURN = 2 * np.pi
-SAMPLES = 4096  # of a period, for the peak of a law
+SAMPLES = 4096  # samples of a period, for the peak of a law
 
 
 class StiffnessData(NamedTuple):

@@ -20,7 +20,7 @@ Number = Any
 Vector = tuple[Number, Number, Number]
 Matrix = tuple[Vector, Vector, Vector]
 NONE: Vector = (0, 0, 0)
-BASE = -1  # in place of a body: the ground
+BASE = -1  # number of the ground, in place of a body's
 
 
 class TreeJoint(NamedTuple):

@@ -24,7 +24,7 @@ from crosscheck.analytic.robot.algorithms import (
 )
 from crosscheck.models.robot.robot import WITH_ROTORS, JointStage, Level, Robot, Rotor
 
-ROUNDING = 4 * np.finfo(float).eps  # of cosines and sines of right angles, and their products
+ROUNDING = 4 * np.finfo(float).eps  # error of cosines and sines of right angles, and their products
 
 
 def build_mechanism(robot: Robot, level: Level) -> Mechanism:

@@ -47,7 +47,7 @@ COLOURS = {
     VerdictKind.DEPENDS: "unresolved",
     VerdictKind.BISTABLE: "bistable",
 }
-# The two that a verdict is told of side by side; what lies between them follows.
+# The two models whose verdicts stand side by side; those between them follow.
 COLUMNS = {AS_MODELLED: "as modelled in the paper", AS_GEARS: "as the gears are"}
 MODELS_BY_KEY = {
     "as_modelled": AS_MODELLED,

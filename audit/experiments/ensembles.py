@@ -1,7 +1,7 @@
 """One experiment in one setting from many starts: what each of its runs measures.
 
-The starts differ by next to nothing. What a run does that depends on that is told by none of them
-alone.
+The starts differ by next to nothing. No single run shows whether its behaviour depends
+on that difference.
 """
 
 from __future__ import annotations

@@ -27,11 +27,11 @@ Value = TypeVar("Value")
 
 @dataclass
 class Study:
-    """The answers to questions, remembered in a folder; tells how far it is.
+    """The answers to questions, kept in a folder; reports its progress.
 
-    told(what, done, total) counts results, before and after every task of a request. What cannot
-    be kept, or does not fit any more, is made again. Work that comes to no end raises Unfinished,
-    after all other of the request.
+    progress(what, done, total) counts results, before and after every task of a request. What
+    cannot be kept, or does not fit any more, is made again. Work that does not end raises
+    Unfinished, after all other work of the request.
     """
 
     folder: Path

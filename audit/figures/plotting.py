@@ -45,7 +45,7 @@ class Curve(NamedTuple):
 
 
 class Panel(NamedTuple):
-    """One pair of axes: curves, with what Matplotlib's ``Axes.set`` is to be told.
+    """One pair of axes: curves, and the arguments for Matplotlib's ``Axes.set``.
 
     shaded: parts of the x axis; log: with a logarithmic y axis, if anything is above zero.
     """

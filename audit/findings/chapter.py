@@ -52,7 +52,7 @@ from crosscheck.report.fragments import COLOURS
 from crosscheck.report.plots.figures import draw_legend, make_figure, set_log_scale, to_svg
 
 MODELS: dict[Planets, Equations] = {"lumped": "printed", "free": "corrected"}  # the paper's first
-SPIN = "eq18-planets-2"  # the erratum that alone makes most of what finding 1 tells
+SPIN = "eq18-planets-2"  # the erratum that alone causes most of finding 1
 PAPER_THIRD = 300.0  # rad/s^2, Section 3.2
 # What no start has without the tooth error: the claims that it is there, and that it is severe.
 PRESENCE = {"visible": "5-04", "severe": "Abstract-02"}

@@ -46,7 +46,7 @@ INTERVALS = 20
 COARSER = {"": "coarse", "reference": "reference-coarse"}
 # For a measurement whose uncertainty nobody measured: of its own value, and of its quantity's size.
 UNKNOWN, UNKNOWN_OF_SIZE = 1e-6, 1e-10
-# Where no second run tells what one rounding grows to.
+# Growth of one rounding that is assumed where no second run measures it.
 UNMEASURED_ROUNDINGS = 1000
 BY_ROUNDING = "the same steps again: rounding as it was measured to grow over the run"
 

@@ -1,4 +1,4 @@
-"""What a model answers, state by state; an answer that is no array of numbers is refused."""
+"""A model's answers, state by state; an answer that is not an array of numbers is refused."""
 
 from __future__ import annotations
 

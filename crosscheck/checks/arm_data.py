@@ -1,4 +1,4 @@
-"""Checks of one model's inertia and force against what the data of arm and experiment tell."""
+"""Checks of one model's inertia and force against the data of arm and experiment."""
 
 from __future__ import annotations
 

@@ -21,8 +21,9 @@ from crosscheck.models.arm.layout import MESHES, Layout
 from crosscheck.models.experiment.scenario import Switches
 
 POSES = 32  # random turns of a joint, of which that is taken at which a tooth error is largest
-HALF = 0.5  # of the way to the next branch, and of the usual rate of a mesh
-FARTHEST_M = 1e-6  # from a corner, where neither damper, tooth error nor clearance sets it
+HALF = 0.5  # share of the way to the next branch, and of the usual sliding rate
+# Largest distance from a corner [m] if no damper, tooth error or clearance sets it.
+FARTHEST_M = 1e-6
 
 
 class Corner(NamedTuple):

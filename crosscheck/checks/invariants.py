@@ -1,4 +1,4 @@
-"""What must hold for any model of the arm: balances, and that its bias follows from its inertia.
+"""Invariants of any model of the arm: balances, and a bias that follows from its inertia.
 
 All use a model's own M, bias, force and acceleration on one side and first principles on the other.
 """
@@ -60,7 +60,7 @@ class ForcedState(NamedTuple):
     passive: np.ndarray
 
     def power_residual(self, powers: list[float]) -> tuple[float, float]:
-        """What kinetic energy gains beyond these powers [W], and the size of what is summed [W].
+        """Gain of kinetic energy beyond these powers [W], and the size of the summed terms [W].
 
         v . (M a + bias) is the rate of v . M v / 2.
         """

@@ -25,12 +25,12 @@ BASIS = "1e-6: engines linearise by finite differences of forces of 1e4 N at 1e-
 # A carrier is locked by a link this many times heavier: the modes move by about its inverse.
 LOCK = 1e9
 POLE_TOLERANCE, SAFETY = 1e-7, 3.0
-MEANINGFUL = 1e-5  # what no slip of a formula is below
+MEANINGFUL = 1e-5  # least difference that an error in a formula makes
 # Of a step by poles: the method's polynomial, how far it may be from zero in units of the fastest
 # pole, and how closely it is looked for.
 STABILITY = np.array([1 / 24, 1 / 6, 1 / 2, 1.0, 1.0])
 REACH, STEPS, OTHER_POSES = 3.0, 2000, 1.5
-SLOW = 1e-3  # of the fastest pole: slower ones are known to that share of its rounding
+SLOW = 1e-3  # least size of a pole for relative errors, over the fastest pole
 POLE_BASIS = (
     "1e-7: differences over 1e-4 rad leave 2e-9 of a weight's slope, roundings 1e-9 of a mesh's"
 )
@@ -157,8 +157,8 @@ def check_step_limit(
     grows = (np.abs(np.polyval(STABILITY, np.outer(steps, bounded_poles))) > 1 + 1e-6).any(axis=1)
     limit_s, expected = float(limit), float(steps[np.argmax(grows)] if grows.any() else steps[-1])
     measured = max(limit_s / expected, expected / limit_s)
-    basis = f"{OTHER_POSES:g}: other poses, and bounds of a stiffness that overshoots"
-    note = f"{limit_s:.4g} s, by the poles {expected:.4g} s"
+    basis = f"factor of {OTHER_POSES:g}: other poses, and a stiffness that overshoots its bounds"
+    note = f"largest stable step: {limit_s:.4g} s, from the poles {expected:.4g} s"
     return make_check(about, measured=measured, tolerance=OTHER_POSES, basis=basis, note=note)
 
 

@@ -64,7 +64,7 @@ def require_complete(run: object, model: str, case: Case, *, meshing: bool) -> N
 
 
 def _find_faults(run: xr.Dataset, case: Case, variables: tuple[str, ...]) -> Iterator[str]:
-    """What of a run is not as it must be, in words, the gravest first."""
+    """Defects of a run, in words, the gravest first."""
     yield from (f"the run has no {name}" for name in ("time", "joint") if name not in run.coords)
     yield from (f"the run has no {name}" for name in variables if name not in run)
     expected, time = recorded_times(case.scenario), run["time"].values
@@ -200,7 +200,7 @@ def _largest_magnitude(values: xr.DataArray) -> float:
 def _planets_move_alike(
     run: xr.Dataset, at: np.ndarray, model: Model, placed_m: float
 ) -> np.ndarray:
-    """Whether the planets of each stage move alike at each of these records, shape (records,).
+    """Whether all planets of each stage move equally at each sample, shape (samples,).
 
     placed_m: rounding of the places [m] from which displacements are read, 0 where none are.
     """

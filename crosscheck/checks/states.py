@@ -179,7 +179,7 @@ def _sizes(quantity: str, values: np.ndarray, inertia: np.ndarray, setting: Sett
 def _rounding(
     quantity: str, values: np.ndarray, masses: np.ndarray, setting: Setting
 ) -> np.ndarray:
-    """What rounding of terms that cancel leaves of each component, (n,), however small their sum.
+    """Rounding error of each component, (n,), whose terms cancel, however small their sum.
 
     Where links are alike in length that is less than the tolerance of the sum, and is not counted.
 
@@ -201,7 +201,7 @@ def _rounding(
 
 
 def bias_rounding(inertia: np.ndarray, setting: Setting) -> np.ndarray:
-    """What rounding leaves of each component of a bias, (n,).
+    """Rounding error of each component of a bias, (n,).
 
     Centrifugal forces point at a joint for the most part, and a body's momentum along its velocity:
     moments of the size of the whole arm's kinetic energy cancel about every joint, however little
@@ -216,7 +216,7 @@ def bias_rounding(inertia: np.ndarray, setting: Setting) -> np.ndarray:
 
 
 def _force_rounding(values: np.ndarray, setting: Setting) -> np.ndarray:
-    """What rounding leaves of each component of a force, (n,).
+    """Rounding error of each component of a force, (n,).
 
     Mesh forces do no work on the joint angles. In a model that lets them act on bodies their
     moments cancel there, and leave roundings of their size, however small the motors' torques.
@@ -228,7 +228,7 @@ def _force_rounding(values: np.ndarray, setting: Setting) -> np.ndarray:
 
 
 def _position_rounding(setting: Setting) -> np.ndarray:
-    """What rounding of bodies' places leaves of the forces of teeth [N], (n,), 0 on the angles.
+    """Error of tooth forces [N] by rounding of bodies' positions, (n,), 0 on the angles.
 
     A mesh that is found from places on the ground is known to a rounding of the arm's reach.
     """

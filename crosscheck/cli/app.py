@@ -38,7 +38,7 @@ baseline = typer.Typer(
     no_args_is_help=True, help="Record a cross-check, and find out later what changed."
 )
 app.add_typer(baseline, name="baseline")
-cache = typer.Typer(no_args_is_help=True, help="What is kept between runs.")
+cache = typer.Typer(no_args_is_help=True, help="Show or clear the files kept between runs.")
 app.add_typer(cache, name="cache")
 
 ArmName = Annotated[str, typer.Argument(metavar="ARM", help="Built-in name or TOML file.")]
@@ -96,7 +96,10 @@ def _print_version(show_version: bool) -> None:
 @app.callback()
 def _options(
     version: Annotated[
-        bool, typer.Option("--version", callback=_print_version, is_eager=True, help="Show it.")
+        bool,
+        typer.Option(
+            "--version", callback=_print_version, is_eager=True, help="Print the version."
+        ),
     ] = False,
 ) -> None:
     pass

@@ -46,7 +46,7 @@ CrossCheckRunner = Callable[[CrossCheckRequest, int], CrossCheck]  # (what is wa
 def make_request(
     arm: str, scenarios: list[str] | None, settings: list[str] | None, quick: bool, seed: int
 ) -> CrossCheckRequest:
-    """What a command line asks to be cross-checked, an arm or a robot. Raises InputError."""
+    """Request of a command line for a cross-check of an arm or robot. Raises InputError."""
     if is_robot(arm):
         if scenarios:
             raise InputError("--scenario", "", scenarios[0], f"is for arms; {arm} is a robot")
@@ -110,7 +110,7 @@ def validate_command(
 def prepare_recording(
     arm: str, scenarios: list[str], settings: list[str], quick: bool, model: str
 ) -> tuple[CrossCheckRequest, CrossCheckRunner]:
-    """What a baseline is to be of, and the function that makes it; runs code. Raises InputError."""
+    """Subject of a baseline, and the function that makes it; runs code. Raises InputError."""
     if not model:
         return make_request(arm, scenarios, settings, quick, 0), run_with_progress
     from crosscheck.cli.trial import (  # sympy, which nothing else needs

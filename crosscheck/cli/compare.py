@@ -48,8 +48,8 @@ def compare_command(
     """Compare a recorded motion with an arm's or a robot's levels; returns the exit code.
 
     Of an arm it is 0 if the engines agree and the likeliest level leaves noise alone, else 1; of a
-    robot it is 0 if they agree, the torques tell links alone from rotors, and all else that the
-    record's description asks for can be told. Raises InputError.
+    robot it is 0 if they agree, the torques distinguish links alone from rotors, and everything
+    else that the record's description asks for can be determined. Raises InputError.
     """
     if is_robot(arm):
         for option, given in (

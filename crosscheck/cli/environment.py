@@ -1,4 +1,4 @@
-"""What the command line needs around it: streams that take every print, folders, memory."""
+"""Environment of the command line: streams that accept every print, folders, memory."""
 
 from __future__ import annotations
 
@@ -18,7 +18,7 @@ from crosscheck.models.directories import is_usable, prepare_cache_folder
 from crosscheck.models.errors import InputError
 from crosscheck.models.inputs import forget
 
-LEAST_BYTES = 600_000_000  # of address space, where a study's libraries take 450 MB
+LEAST_BYTES = 600_000_000  # least address space; a study's libraries take 450 MB
 
 
 def prepare() -> None:

@@ -1,4 +1,4 @@
-"""What a command leaves: the files that were asked for, and its lines in the terminal."""
+"""Output of a command: the requested files, and its lines in the terminal."""
 
 from __future__ import annotations
 

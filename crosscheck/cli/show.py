@@ -38,7 +38,7 @@ from crosscheck.report.formatting import make_printable
 from crosscheck.schema import describe_fields
 from crosscheck.trial.input.arm_symbols import SYMBOL_OF_FIELD
 
-MOST_LISTED = 6  # of a list of numbers
+MOST_LISTED = 6  # numbers of a list that are shown
 OF_THE_FILE = ("schema_version", "name", "title")
 RIGID = 1e-3  # of the fastest eigenvalue: slower ones are the arm's own, or their rounding
 

@@ -63,7 +63,7 @@ from crosscheck.trial.trial import Trial, TrialRequest, run_trial
 def make_trial_request(
     model: str, arm: str, scenarios: list[str], settings: list[str], *, quick: bool, seed: int
 ) -> TrialRequest:
-    """What a command line asks to be tried; this runs the model's code. Raises InputError."""
+    """Request of a command line for a trial; runs the model's code. Raises InputError."""
     chosen = load_selection(arm, scenarios, settings)
     remember(Path(model.rpartition(":")[0]))
     equations = load_equations(model, chosen.arm, chosen.scenarios[0] if chosen.scenarios else None)

@@ -1,1 +1,1 @@
-"""What the usual shortcuts in the model of a robot's gears cost: torques and end effector."""
+"""Costs of the usual shortcuts in modelling a robot's gears: torques and end effector."""

@@ -1,4 +1,4 @@
-"""What a rigid gear leaves out where teeth give way: backlash, wind-up, swings, the tip."""
+"""Effects that rigid gears omit: backlash, wind-up, vibration and the tip's deviation."""
 
 from __future__ import annotations
 
@@ -20,8 +20,8 @@ class MeshCost:
 
     name: as `sun mesh of elbow`; backlash: what they add to that of the joint while the motor is
     held; windup: their largest deflection under the torques of coupled; slowest, fastest [Hz]: of
-    swings on them, as if other joints' meshes were apart; a stage has two, the faster one told of
-    its sun mesh.
+    swings on them, as if other joints' meshes were apart; a stage has two, the faster one listed
+    with its sun mesh.
     """
 
     name: str
@@ -35,7 +35,7 @@ class MeshCost:
 
 @dataclass(frozen=True)
 class GearedCost:
-    """What the level coupled leaves out of the level geared.
+    """Effects of the level geared that the level coupled omits.
 
     distances (runs,) [m]: of the end effector from the plan after a second under coupled's torques,
     infinite where a run diverged; None if the steps that it asks for are more than allowed.
@@ -54,7 +54,7 @@ def compute_geared_cost(
     runs: int,
     most_steps: int,
 ) -> GearedCost:
-    """What coupled leaves out of geared along a motion; no runs if they ask for too many steps."""
+    """Effects that coupled omits along a motion; without runs if these take too many steps."""
     state = motion.at(motion.instants(instants))
     force = _forces(coupled, geared, state)
     masses = geared.mass_matrix(np.hstack([state[0], 0 * force]))

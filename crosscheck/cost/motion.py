@@ -16,10 +16,10 @@ from crosscheck.recordings.smoothing import DEGREE, place_knots, select_spacing
 
 HARMONICS = 5
 PERIOD = 4.0  # [s], unless efforts ask for a longer one
-SWEPT = 0.8  # of each joint's range at most
+SWEPT = 0.8  # largest share of a joint's range that the motion covers
 RATE = 1.0  # [rad/s] or [m/s] of a joint without a velocity limit
 GRID = 2000  # instants in a period at which limits are kept
-LEEWAY = 1.01  # of a limit, for instants between these
+LEEWAY = 1.01  # factor on a limit, for instants between these
 LEAST_S = 1.1  # of a given motion, of which each second is run
 State = tuple[np.ndarray, np.ndarray, np.ndarray]  # coordinates, rates, accelerations
 

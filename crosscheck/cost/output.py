@@ -1,4 +1,4 @@
-"""What a robot's shortcuts cost, as lines for the terminal, as JSON and as a page."""
+"""Costs of a robot's shortcuts, as lines for the terminal, as JSON and as a page."""
 
 from __future__ import annotations
 
@@ -24,7 +24,7 @@ if TYPE_CHECKING:  # drawing libraries are slow to import, and most commands dra
 SCHEMA_VERSION = 1
 MOST_PAIRS = 6
 MOST_DRAWN = 8  # joints of the picture, those that armature costs most
-ALIKE = 0.9  # of the largest share, from which on a joint is named beside the worst one
+ALIKE = 0.9  # share of the largest cost from which a joint is named beside the worst one
 SENTENCES: dict[Level, str] = {
     "links": "Leaving the rotors out of {}",
     "armature": "Counting them as armature only",
@@ -70,30 +70,33 @@ def describe_answers(costs: ShortcutCosts) -> Iterator[str]:
 
 
 def _describe_identity(robot: Robot) -> Iterator[str]:
-    """Which rotors' coupling identified links take up, so that armature costs nothing."""
+    """The note on joints where links identified with armature already absorb the coupling."""
     joints = find_identity_joints(robot)
     if not joints:
         return
     rotors = {robot.joints[rotor.joint].name for rotor in robot.rotors}
     named = "every joint" if len(joints) == len(rotors) else join_names(joints)
     yield (
-        f"These costs hold for links known from CAD: at {named} the stator is on the link before"
-        " the joint, its axis along the joint's, so links identified with armature take up what it"
-        " leaves out, though they may then be no possible bodies."
+        f"These costs assume link parameters from CAD. At {named} the stator is on the link before"
+        " the joint, with its axis along the joint's, so links identified with an armature model"
+        " already absorb this coupling. Such links may be physically impossible."
     )
 
 
 def _describe_lack(costs: ShortcutCosts) -> Iterator[str]:
-    """What can be said of a robot without ratios, and how to state them."""
+    """Lines for a robot without ratios, and on how to state them."""
     joints = [joint.name for joint in costs.robot.joints if joint.armature]
     if joints:
         yield from _describe_costs(costs, ["links"])
         yield (
-            f"What armature leaves out depends on the ratio of {join_names(joints)}, which alone"
-            " is lacking."
+            f"The cost of armature depends on the ratio of {join_names(joints)}, the only number"
+            " that is missing."
         )
     else:
-        yield f"No joint of {costs.robot.name} is geared: there is no shortcut to take."
+        yield (
+            f"No joint of {costs.robot.name} has a gear ratio and a rotor inertia:"
+            " nothing to compare."
+        )
     yield (
         "`crosscheck init robot.toml --urdf FILE` writes a file in which each joint's ratio and"
         " rotor inertia can be stated, with what FILE states of them."

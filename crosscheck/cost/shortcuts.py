@@ -1,4 +1,4 @@
-"""What a robot's shortcuts cost: torques along a motion, the end effector, and why."""
+"""Costs of a robot's shortcuts: torques along a motion, the end effector, and the reasons."""
 
 from __future__ import annotations
 
@@ -20,7 +20,7 @@ from crosscheck.registry import build_robot_model, reference_engine
 from crosscheck.runner.progress_update import CountCallback
 
 SHORTCUTS: tuple[Level, ...] = ("links", "armature")
-NEGLIGIBLE = 0.01  # of a joint's largest torque
+NEGLIGIBLE = 0.01  # largest negligible cost, over a joint's largest torque
 
 
 @dataclass(frozen=True)
@@ -92,7 +92,7 @@ class RotorShare:
 
 @dataclass(frozen=True)
 class ShortcutCosts:
-    """What the shortcuts of a robot cost along a motion.
+    """Costs of the shortcuts of a robot along a motion.
 
     beyond: a line for each limit of the robot that the motion exceeds;
     time (instants,) [s]; torques (instants, n) of the coupled level, N m or N; errors: by shortcut,
@@ -147,7 +147,7 @@ def compute_costs(
     progress: CountCallback,
     given: RobotMotion | None = None,
 ) -> ShortcutCosts:
-    """What a robot's shortcuts cost, by the project's own derivation; engines are compared first.
+    """Compute a robot's shortcut costs by the project's derivation, compared with engines first.
 
     seed: of the random states, and of the motion where none is given.
     """
@@ -229,7 +229,7 @@ def _find_coupled_pairs(
 def _compute_rotor_shares(
     robot: Robot, state: State, largest: np.ndarray, names: list[str]
 ) -> tuple[list[RotorShare], float]:
-    """What each gear's coupling costs by itself; the factor on all ratios that makes it negligible.
+    """Cost of each gear's coupling alone; the factor on all ratios that makes it negligible.
 
     With ratio k N and inertia J / k^2 the diagonal term stays, and what is linear in the rotor's
     own spin goes with 1 / k, the rest with 1 / k^2: k = 1 and k = -1 give both.

@@ -1,1 +1,1 @@
-"""What a cross-check runs and compares, planned before anything runs."""
+"""Plan of all runs and comparisons of a cross-check, made before anything runs."""

@@ -46,7 +46,7 @@ class Results:
         self._derived = dict[Any, tuple[object, Any]]()
 
     def derive(self, owner: object, what: Hashable, make: Callable[[], Made]) -> Made:
-        """What an owner makes of the outcomes, which do not change: made once."""
+        """A value that an owner derives from the outcomes, computed once since these are final."""
         key = id(owner), what
         if key not in self._derived:
             self._derived[key] = owner, make()  # the owner is kept, so that no other has its id

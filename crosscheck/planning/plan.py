@@ -1,4 +1,4 @@
-"""What a cross-check runs, for any arm: experiments, and the runs of each."""
+"""Plan of a cross-check for any arm: experiments, and the runs of each."""
 
 from __future__ import annotations
 
@@ -47,7 +47,7 @@ FULL_STEPS, QUICK_STEPS = 300_000, 10_000
 # other arms are resolved as finely at least. The tier with constraints is of second order and needs
 # a tenth of that step.
 RESOLVED, SHORT_RESOLVED = 8, 80
-RIGID_STEP_S, RIGID_STEPS = 1e-4, 2000  # at most so long and at least so many on a rigid arm
+RIGID_STEP_S, RIGID_STEPS = 1e-4, 2000  # largest step [s] and least number of steps of a rigid arm
 REFERENCE_RTOL, COARSE_RTOL = 1e-10, 1e-8
 RIGID_COARSE_RTOL = 1e-11
 # Three steps of which the largest turns the fastest mesh mode by a sixth of a radian: there the
@@ -121,7 +121,7 @@ class Experiment:
 
 @dataclass(frozen=True)
 class CrossCheckRequest:
-    """What a user asks to be cross-checked.
+    """A user's request for a cross-check.
 
     scenarios: their own experiments, in place of the plan's; chosen: laws of all of them, None for
     the plan's; model: name of equations that are tried in place of the cross-check of all models;

@@ -1,4 +1,4 @@
-"""What must be found out about an arm before its runs can be planned: sizes, stability, steps."""
+"""Finds the sizes, stability and steps of an arm that its runs are planned with."""
 
 from __future__ import annotations
 
@@ -125,7 +125,7 @@ def _run(task: Simulation) -> xr.Dataset:
 
 
 def prepare_experiments(request: CrossCheckRequest, workers: Workers) -> Preparation:
-    """What the plan needs to know: experiments, their largest stable step, remarks, what is lost.
+    """Facts for the plan: experiments, their largest stable step, remarks and failures.
 
     Raises InputError, and Unfinished where a model was stopped or its process died: what is then
     unknown depends on the machine, and so would the plan.
@@ -181,7 +181,7 @@ def _run_queries(
     workers: Workers,
     lost: list[FailedPreparation],
 ) -> list[Any]:
-    """The answers in their order, None for one that is lost, which ``lost`` is told.
+    """Answers in the order of the queries: None for each that failed, which ``lost`` collects.
 
     Raises Unfinished where a model did not come back.
     """

@@ -43,8 +43,9 @@ from crosscheck.runner.tasks import RobotEvaluation
 from crosscheck.runner.workers import perform_all
 
 COUNT, QUICK_COUNT = 100, 20
-RUN_S = 0.1  # of a run, if few steps of it resolve swings of meshes, their dying out and friction
-FORCE, DEEPEST = 10.0, 0.01  # of a drawn mesh: N m or N at its joint, parts of its pinion's radius
+RUN_S = 0.1  # longest run [s], if few steps of it resolve mesh swings, their decay and friction
+# Load of a drawn mesh [N m or N]; its deflection at most, over its pinion's radius.
+FORCE, DEEPEST = 10.0, 0.01
 # Of free motions on all levels: a step of the fastest mesh [rad], and steps at most.
 RESOLVED, MOST_STEPS, QUICK_STEPS, LEAST_STEPS = 0.4, 1000, 100, 50
 UNRESOLVED = 0.01  # part of a motion by which halving its steps may change it

@@ -25,7 +25,7 @@ MESH = ("theta", "x_sp", "x_pr")
 SENSITIVE = ("theta", "x_sp")
 FORM_QUANTITIES = ("theta", "x_sp", "F_sp", "F_pr")
 ONE_ROUNDING = "one-rounding"  # the family of comparisons that measure sensitivity
-MIDWAY_S = 2.0  # of longer experiments one instant stands on the page for itself
+MIDWAY_S = 2.0  # instant of longer experiments [s] that the page shows by itself
 
 
 def plan_experiment_comparisons(experiment: Experiment) -> list[Comparison]:
@@ -201,7 +201,7 @@ def _plan_reference(experiment: Experiment) -> Iterator[Comparison]:
 
 
 def _refinement(experiment: Experiment, model: str) -> tuple[Simulation, ...]:
-    """A model's run and a coarser one to tell how good it is; then the reference model's pairs.
+    """A model's run and a coarser one to estimate its error; then the reference model's pairs.
 
     These pairs come with models of the same integrator, whose error depends on where in a step the
     teeth meet: two runs may err alike by chance.

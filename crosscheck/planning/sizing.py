@@ -40,21 +40,21 @@ from crosscheck.registry import build, find_level_models, reference_model
 
 # The controller's rate over that of the lowest mesh mode, and its rate [rad/s] without gears.
 SLOWER, WITHOUT_GEARS = 2000.0, 4.0
-DAMPING_RATIO = 0.7  # of the controlled rigid arm: brisk, with no overshoot to speak of
+DAMPING_RATIO = 0.7  # damping ratio of the controlled rigid arm: brisk, with hardly any overshoot
 # How far the motion goes [rad], every joint in turn the other way; what a step of torque reaches.
 SWING, STEP_SWING = 0.5, 0.5
 STEP_S, PD_S = 2.0, 8.0  # durations in units of the controller's 1 / rate
-GENTLER = 40  # times that the controller may give way by half
+MOST_GAIN_HALVINGS = 40
 COARSEST_STEPS, RECORDS = 4000, 1000
 # Teeth bend by a tenth of their module at most, where they would shear; a machine's by a hundredth
 # of that. Torques of a metre's bending would hide what forces of teeth are off by.
 MOST_BENT = 0.1
-FASTEST = 3.0  # of a joint in a check [rad/s]: a damping torque bends teeth no further
-DIGITS = 6  # of gains and torques
+FASTEST = 3.0  # joint rate of a check [rad/s]: a damping torque bends teeth no further
+DIGITS = 6  # digits of gains and torques
 # By which gains and targets of a check differ from joint to joint, so that none stands for another.
 LESS_STIFF, LESS_DAMPED, FURTHER = 0.11, 0.075, 0.1
 
-ROUNDING = 1e-9  # of the fastest pole: what is left of zero
+ROUNDING = 1e-9  # largest pole that counts as 0, relative to the fastest one
 TOLERATED = 0.1  # growth over a whole run, as the exponent of e: it changes no verdict
 
 
@@ -96,7 +96,7 @@ def compute_sizes(arm: Arm) -> Sizes:
     held = -weight_moments(arm, np.zeros(inertia.size))
     bearable = bearable_torques(arm)
     step = _limit_values(Torque, np.minimum(inertia * rate**2 * STEP_SWING, bearable) + held)
-    for halvings in range(GENTLER):
+    for halvings in range(MOST_GAIN_HALVINGS):
         stiff, damped = _gains(inertia, rate / 2**halvings, bearable)
         P = _limit_values(Gain, stiff + 2 * largest_weights(arm))
         D = _limit_values(RateGain, damped)

@@ -53,7 +53,7 @@ from crosscheck.runner.tasks import Evaluation
 COUNT, QUICK_COUNT = 200, 20
 # Per switch setting; M and bias know no switch, so they are compared under one setting alone.
 SWITCH_COUNT, SWITCHED = 20, ("generalized_force", "acceleration")
-FORMS = "analytic:energies", "analytic:printed"  # whose symbols are at hand
+FORMS = "analytic:energies", "analytic:printed"  # forms whose symbols are available
 DIFFERENCE, FIRST_PRINCIPLES = "largest relative difference", "first principles"
 
 

@@ -29,7 +29,7 @@ LEVEL_OMISSIONS = {
     "armature": "the coupling of the gears' spin to the links",
     "coupled": "the give, play and errors of the teeth",
 }
-SMALL = 1e-4  # relative differences from here on are told in per cent
+SMALL = 1e-4  # relative differences from here on are shown in per cent
 
 
 @dataclass(frozen=True)
@@ -159,7 +159,7 @@ def answer_on_rigid_arm(agreement: Agreement) -> str:
 
 
 def answer_on_levels(agreement: Agreement) -> str:
-    """How far the tip and the torques of each level of a robot are from its most detailed one."""
+    """Deviation of tip and torques at each level of a robot from its most detailed level."""
     deviations = [f for f in agreement.findings if f.about.key.family == "deviation"]
     if deviations and all(finding.measured == 0 for finding in deviations):
         return "All levels are the same: no joint is geared."
@@ -198,7 +198,7 @@ def _group_tips(agreement: Agreement) -> dict[str, list[Finding]]:
 
 
 def find_tip_ends(agreement: Agreement) -> list[Finding]:
-    """How far the tip of the first and the last rigid level is off, in the last experiment."""
+    """Tip deviations of the first and the last rigid level, in the last experiment."""
     groups = list(_group_tips(agreement).values())
     return [groups[-1][0], *groups[-1][1:][-1:]] if groups else []
 
@@ -265,7 +265,7 @@ def describe_verdict(agreement: Agreement) -> str:
 
 
 def _describe_printed_equations(agreement: Agreement) -> str | None:
-    """What is wrong in the printed equations of motion, in words; None where none were compared."""
+    """Errors in the printed equations of motion, in words; None if none were compared."""
     form = model_names("form")[-1]
     wrong = find_wrong_entries(agreement.entries)
     if wrong:

@@ -80,7 +80,7 @@ def format_share(share: float) -> str:
 
 
 def sort_findings(findings: Iterable[Finding]) -> list[Finding]:
-    """What does not agree first, then the tightest; measurements last."""
+    """Sort findings: failures first, then the tightest checks, measurements last."""
     return sorted(findings, key=lambda each: (VERDICTS.index(each.verdict), -tolerance_share(each)))
 
 
@@ -95,7 +95,7 @@ def group_findings(findings: Sequence[Finding]) -> list[FindingGroup]:
 
 
 def list_tightest(findings: Sequence[Finding]) -> list[FindingRow]:
-    """Of each kind of check the one that uses most of its tolerance, the tightest kinds."""
+    """The tightest check of each kind, for the kinds that use most of their tolerance."""
     tightest: dict[str, Finding] = {}
     for finding in sort_findings(finding for finding in findings if finding.tolerance is not None):
         tightest.setdefault(finding.about.key.family, finding)
@@ -103,7 +103,7 @@ def list_tightest(findings: Sequence[Finding]) -> list[FindingRow]:
 
 
 def count_verdicts(findings: Sequence[Finding]) -> dict[Verdict, int]:
-    """How many findings have each verdict, the worst first, those that occur alone."""
+    """Number of findings by verdict, the worst first; verdicts without findings are left out."""
     counts = Counter(finding.verdict for finding in findings)
     return {verdict: counts[verdict] for verdict in VERDICTS if counts[verdict]}
 

@@ -15,7 +15,7 @@ def format_count(number: int, noun: str) -> str:
 
 
 def describe_tally(agreement: Agreement) -> str:
-    """How many of the checks agree, and how many were not judged, in words."""
+    """Number of checks that agree, and of those that were not judged, in words."""
     total = len(agreement.checks)
     agreeing = total - len(agreement.disagreeing)
     unfinished = sum(finding.verdict == "unfinished" for finding in agreement.checks)
@@ -31,7 +31,7 @@ def format_unit(unit: str) -> str:
 
 
 def describe_outcome(finding: Finding) -> str:
-    """What a check says behind its verdict: the numbers as that verdict means them, and the note.
+    """The numbers behind a verdict, in the form that the verdict needs, and the note.
 
     An unresolved one lies within its tolerance, but that tolerance means nothing: read as
     "measured, allowed" it would look like a pass.

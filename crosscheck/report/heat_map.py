@@ -17,7 +17,7 @@ if TYPE_CHECKING:
     from crosscheck.trial.trial import Trial
 
 TICK = "\N{CHECK MARK}"
-DECADES = (1e-6, 1e-4, 1e-2)  # of relative differences, between the shades of a cell
+DECADES = (1e-6, 1e-4, 1e-2)  # relative differences between the shades of a cell
 PART_NAMES = {"mass_matrix": "M", "rate_terms": "bias", "force": "force"}
 MANY = 8  # columns whose names are written upwards
 

@@ -18,12 +18,13 @@ FAMILIES = {
     "form-states": "at states",
     "form": "over runs",
 }
-FORMS = ("form-states", "form")  # of the paper's equations, which are measured beside the engines
+# Families of the paper's equations, which are measured beside the engines.
+FORMS = ("form-states", "form")
 
 
 @dataclass(frozen=True)
 class MatrixCell:
-    """What all checks between two models, or of a model against something else, come to.
+    """Summary of all checks between two models, or of a model against something else.
 
     verdict: of a form of the paper, which is only measured, whether it is within what the reference
     model is allowed at the same states; ``measured`` where that is not known; digits: per family,

@@ -1,4 +1,4 @@
-"""What a report of an arm, or of a robot, is about: its models, quantities and questions."""
+"""Subject of a report on an arm or a robot: its models, quantities and questions."""
 
 from __future__ import annotations
 
@@ -23,7 +23,7 @@ TRUST = "Can I trust this?"
 
 @dataclass(frozen=True)
 class ReportOutline:
-    """What a report is about.
+    """Models, quantities and questions of a report.
 
     models: titles by name of the models that are compared with other engines', one a row; forms:
     those of them that are only measured; quantities: their names by that of a Finding, a column

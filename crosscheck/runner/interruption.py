@@ -15,7 +15,7 @@ from types import FrameType
 
 # If the program has not come to its end by then [s], it is ended: engines swallow exceptions.
 GRACE_S = 1.2
-SHOW_CURSOR = "\x1b[?25h"  # which a progress bar hides
+SHOW_CURSOR = "\x1b[?25h"  # terminal sequence that shows the cursor, which a progress bar hides
 # What must not be left behind when the program is ended: worker processes, half-written files.
 cleanup_callbacks: list[Callable[[], None]] = []
 # How to go on later, where work is kept: what the one line says besides.

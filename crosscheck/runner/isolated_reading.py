@@ -17,7 +17,8 @@ from crosscheck.runner.outcomes import DIED, Failure
 from crosscheck.runner.workers import perform_all
 
 SIGNATURE, USER_BLOCK = b"\x89HDF\r\n\x1a\n", 512  # of HDF5, at the beginning or behind this
-MOST_NUMBERS = 100_000_000  # of a compressed file, which may be small itself
+# Largest count of numbers in a compressed file, which may be small itself.
+MOST_NUMBERS = 100_000_000
 
 
 @dataclass(frozen=True)

@@ -1,4 +1,4 @@
-"""What a piece of work in another process is, and why one may have no result."""
+"""Tasks that run in other processes, and the failures by which one has no result."""
 
 from __future__ import annotations
 
@@ -17,7 +17,7 @@ Outcome: TypeAlias = "xr.Dataset | np.ndarray | Failure"  # of work on a model
 
 Worker = TypeVar("Worker")
 Result = TypeVar("Result")
-DIED = "Died"  # of whatever has no result because its process ended
+DIED = "Died"  # kind of failure if a task's process ended without a result
 
 
 @dataclass(frozen=True)

@@ -14,8 +14,8 @@ from contextlib import suppress
 
 import psutil
 
-PARENT_DEATH_SIGNAL, CHILD_SUBREAPER = 1, 36  # of Linux's prctl
-ROUNDS = 50  # at processes that start others while they are being ended
+PARENT_DEATH_SIGNAL, CHILD_SUBREAPER = 1, 36  # options of Linux's prctl
+ROUNDS = 50  # rounds of ending processes that keep starting others
 MOST_DESCENDANTS = 64  # processes that work may have at once: far more than cores of a workstation
 SLOW_FORK_S = 0.05  # wait before each fork beyond so many
 ProcessorTimes = Mapping[int, float]  # [s], by number of the process

@@ -28,11 +28,11 @@ if TYPE_CHECKING:
 # Where there is no terminal: the first line, unless work asks for an earlier one; how often others
 # follow at most [s].
 QUIET_S, EVERY_S = 20.0, 20.0
-IN_MINUTES_S = 100.0  # longer times are told in minutes
+IN_MINUTES_S = 100.0  # longer times are shown in minutes
 
 
 def progress_bar() -> AbstractContextManager[CountCallback]:
-    """A bar as a context, which gives the function to tell what is done, how much, of how much.
+    """A progress bar as a context that gives a callback for the task, the count and the total.
 
     The bar disappears at the end, and is not drawn where nobody would see it move.
     """
@@ -77,7 +77,7 @@ def show_starting_status() -> Status:
 
 
 def show_progress(about: str, quiet_s: float = QUIET_S) -> AbstractContextManager[ProgressCallback]:
-    """A function for cross_check's ``told``: a bar on a terminal, elsewhere a line now and then.
+    """A progress callback that shows a bar on a terminal and otherwise prints occasional lines.
 
     about: what is under way. The first line comes after ``quiet_s`` seconds: whoever keeps the
     standard error of short work finds nothing in it but what is wrong.

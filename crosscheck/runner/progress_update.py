@@ -1,4 +1,4 @@
-"""What is being done, and how long it still takes: what work tells whoever shows its progress."""
+"""Progress reports: the task under way, and the time that it still takes."""
 
 from __future__ import annotations
 

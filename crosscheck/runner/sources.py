@@ -18,7 +18,7 @@ ROOT = Path(__file__).parent.parent.parent
 PACKAGE = "crosscheck"
 # They watch over processes in which code runs, and change no number.
 NOT_FOLLOWED = ("crosscheck.cli", "crosscheck.entry", "crosscheck.runner")
-STATEMENTS = ast.stmt, ast.ExceptHandler, ast.match_case  # what an import can stand in
+STATEMENTS = ast.stmt, ast.ExceptHandler, ast.match_case  # syntax nodes that may contain an import
 
 
 @cache

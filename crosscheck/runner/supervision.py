@@ -37,7 +37,7 @@ from crosscheck.runner.process_tree import (
 BAD_INPUT, NO_VERDICT = 2, 3
 LEAST_FILES = 64  # open at once: a cross-check on two processes has 30
 CHUNK = 65536
-CLOSING_S = 5.0  # from the verdict to the end of the process
+CLOSING_S = 5.0  # time between the verdict and the end of the process [s]
 SIGNALS = {signal.SIGINT, signal.SIGTERM}
 
 

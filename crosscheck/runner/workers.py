@@ -41,13 +41,13 @@ from crosscheck.runner.process_tree import (
 )
 
 FORK = multiprocessing.get_context("fork")
-CLOSING_S = 5.0  # from the end of a process's pipes to the end of the process
-LEAVING_S = 1.0  # for an idle worker to exit by itself
+CLOSING_S = 5.0  # time between the end of a process's pipes and its own end [s]
+LEAVING_S = 1.0  # time for an idle worker to exit by itself [s]
 SIGNALS = {signal.SIGINT, signal.SIGTERM}
 
 
 def perform_all(tasks: Sequence[Task], jobs: int, done: Callable[[Any], None]) -> dict[Any, Any]:
-    """All results by key, in the tasks' order; ``done`` is told each key as it finishes."""
+    """All results by key, in the tasks' order; ``done`` is called with each key as it finishes."""
     unlike = list({task.key: task for task in tasks}.values())
     with Workers(min(jobs, len(unlike))) as workers:
         results = workers.perform(unlike, done)
@@ -123,7 +123,7 @@ class Workers:
             self.crew.pop().dismiss()
 
     def perform(self, tasks: Sequence[Task], done: Callable[[Any], None]) -> dict[Any, Any]:
-        """Results by key; ``done`` is told each key as its task ends."""
+        """Results by key; ``done`` is called with each key as its task ends."""
         results: dict[Any, Any] = {}
         for key, result in self.stream_longest_first(tasks, lambda key: None):
             results[key] = result
@@ -140,7 +140,7 @@ class Workers:
     def stream(
         self, waiting: Iterator[Task], on_begin: Callable[[Any], None] = lambda key: None
     ) -> Iterator[tuple[Any, Any]]:
-        """Each task's key and result as it ends; ``on_begin`` is told the key as it begins.
+        """Each task's key and result as it ends; ``on_begin`` receives the key as it begins.
 
         A task whose worker died or was too slow has a Failure. Whoever takes a result may take
         some time over it: the workers go on meanwhile. A KeyboardInterrupt is raised once what has
@@ -209,7 +209,7 @@ class Workers:
                 return [w for w in busy if w.pipe in ready or w.process.sentinel in ready]
 
     def _result(self, worker: _Worker) -> Any:
-        """What a worker sent; or a Failure where it sent nothing, in which case it is dismissed."""
+        """Result from a worker, or a Failure if it sent none; it is then dismissed."""
         worker.task = None
         try:
             if worker.pipe.poll():

@@ -22,7 +22,7 @@ from crosscheck.studies.measures.columns import DIVERGED
 REPEAT_DIMENSIONS = (SAMPLE, START)  # dimensions along which a member is made again by chance
 QUANTILES = (0.05, 0.25, 0.5, 0.75, 0.95)
 FEW = 0.02
-TWO_STATES = 0.5  # of the range: a gap so wide, empty, parts members into two states
+TWO_STATES = 0.5  # width of an empty gap, over the range, that splits members into two states
 MOST_DRAWN = 40  # drawings, one above the other
 MOST_WORDS = 40  # along an axis
 LONGEST = 90  # characters of a title or label

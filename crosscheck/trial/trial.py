@@ -72,16 +72,16 @@ LEVEL_DESCRIPTIONS = {
 JUDGING_S = 60.0  # rough cost
 PARTS = {*suite.COMPARED}
 RUNNABLE = {"mass_matrix", "bias", "force"}
-# Enough to tell all the waves and signals apart that an entry may hold.
+# Enough states to distinguish all the waves and signals that an entry may contain.
 STATES, QUICK_STATES = 300, 150
 LEAST_STATES = 20
 _trial_lock = threading.Lock()
-MOST_BYTES = 300_000_000  # of the terms of a bias at all states, of which a trial holds several
+MOST_BYTES = 300_000_000  # memory for a bias's terms at all states, of which a trial holds several
 
 
 @dataclass(frozen=True)
 class TrialRequest:
-    """What a user asks a trial of equations on an arm to do.
+    """A user's request for a trial of equations on an arm.
 
     scenarios: to be run, none for a trial by states alone; chosen: laws, None for the usual.
     """
@@ -109,7 +109,7 @@ class LevelMismatch:
 
     @property
     def description(self) -> str:
-        """What of the arm the level has beyond the level below, in words."""
+        """Parts of the arm that the level adds to the level below, in words."""
         return LEVEL_DESCRIPTIONS[self.level]
 
 
@@ -131,7 +131,7 @@ class Trial:
             of ``probes`` keep.
         probes: Names of other arms that were asked too.
         missing: Parts that were not supplied.
-        unit_mistakes: Parts that units or the order of numbers explain.
+        unit_mistakes: Parts that become right after a change of unit or of element order.
         traces: Tracebacks, by part, of parts that raised.
         left_out: Names of all numbers that the equations do not follow, errors or not.
         idle_joints: Joints, from 0, whose motor's torque changes no force of the equations.
@@ -190,7 +190,7 @@ def run_trial(
 
 
 def _find_source_answer(trial: Trial, progress: ProgressCallback) -> SourceAnswer | None:
-    """What must change in the source of equations that do not agree, in any coordinates."""
+    """Change of the source that makes wrong equations right, in any coordinates."""
     is_wrong = trial.exit_code and not trial.readings
     code = find_code(trial.problem.equations) if is_wrong else None
     if code is None:
@@ -375,7 +375,7 @@ def _judge_trial(
 
 
 def make_cross_check_request(request: TrialRequest) -> CrossCheckRequest:
-    """What a cross-check would be asked for; its laws are those that the equations follow."""
+    """Request for the cross-check behind a trial, with the laws that the equations follow."""
     laws = select_switches(request.equations, request.arm, request.chosen)
     return CrossCheckRequest(
         request.arm, request.quick, request.seed, request.scenarios, laws, request.name
@@ -432,7 +432,7 @@ def _select_equal_level(
     level: str,
     results: Results,
 ) -> str:
-    """Of the levels that are equal on the arm, as without motors, that of the other arms.
+    """Pick, among levels that are equal on the arm, as without motors, that of the other arms.
 
     There it is the one from which the fewest entries differ; of as many the given one.
     """

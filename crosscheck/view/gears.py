@@ -16,7 +16,7 @@ from crosscheck.analytic.paper.kinematics import stage_geometry
 from crosscheck.models.arm.arm import Planetary
 from crosscheck.view.mesh_geometry import THICKNESS, Side, Wheel, mesh_geometry, tooth
 
-GAP = 0.07  # of a pitch, that half the clearance of a mesh is drawn as
+GAP = 0.07  # drawn half clearance of a mesh, over a pitch
 TEETH_BESIDE = 2  # teeth on either side of the one in contact
 
 

@@ -1,4 +1,4 @@
-"""What the page of a robot's run draws: links as rods between joints, and joints over time."""
+"""Scene of a robot's run: links as rods between joints, and joint angles over time."""
 
 from __future__ import annotations
 
@@ -13,7 +13,7 @@ from crosscheck.view.trajectory_file import RobotRun
 
 
 def build_robot_scene(run: RobotRun) -> dict[str, Any]:
-    """What the page's script draws: lengths in m, angles in rad, numbers as base64 of float32."""
+    """Data for the page's script: lengths in m, angles in rad, numbers as base64 of float32."""
     every = -(-run.time.size // MOST_FRAMES)
     time, theta, robot = run.time[::every], run.theta[::every], run.robot
     ends = find_rod_ends(robot)

@@ -8,7 +8,7 @@ from crosscheck.models.robot.robot import BASE, Robot
 
 
 def find_rod_ends(robot: Robot) -> dict[int, list[np.ndarray]]:
-    """Of every body and the ground, where joints stand on it and where the tip is, in its frame."""
+    """Positions of joints and of the tip on every body and the ground, in its frame."""
     ends: dict[int, list[np.ndarray]] = {number: [] for number in range(BASE, len(robot.joints))}
     for joint in robot.joints:
         ends[joint.parent].append(joint.placement.position)

@@ -1,4 +1,4 @@
-"""What the page of a run draws: bodies of the arm as outlines, and their angles over time."""
+"""Scene of the page of a run: bodies of the arm as outlines, and their angles over time."""
 
 from __future__ import annotations
 
@@ -23,12 +23,12 @@ from crosscheck.view.gears import gear_angles, gear_assembly, make_close_up, out
 from crosscheck.view.mesh_geometry import SIDES, Side, mesh_geometry
 from crosscheck.view.trajectory_file import Run
 
-MOST_FRAMES = 20_000  # of the longest run; of more records every second, third, ... is shown
+MOST_FRAMES = 20_000  # frames of the longest run; of more records every second, third, ... is shown
 MESHES = {"sun": ("x_sp", "F_sp"), "ring": ("x_pr", "F_pr")}
 
 
 def build_scene(run: Run) -> dict[str, Any]:
-    """What the page's script draws: lengths in m, angles in rad, numbers as base64 of float32."""
+    """Data for the page's script: lengths in m, angles in rad, numbers as base64 of float32."""
     every = -(-run.time.size // MOST_FRAMES)
     signals = {name: values[::every] for name, values in run.signals.items()}
     shown = run._replace(time=run.time[::every], signals=signals)

@@ -25,7 +25,7 @@ LEAST_PLANET = 1e-6  # equivalent mass of a planet over the sun's
 LEAST_GYRATION = (
     1e-4  # equivalent mass over mass: a radius of gyration of a hundredth of the radius
 )
-LONGEST_REACH = 3e4  # of the arm over its smallest gear
+LONGEST_REACH = 3e4  # largest reach of the arm, over its smallest gear
 ROD, BODY = ("cross_section_m2", "density_kg_per_m3"), ("mass_kg", "inertia_kg_m2")
 
 

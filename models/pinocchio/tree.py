@@ -188,7 +188,7 @@ def equivalent_masses(joint: PlanetaryGears) -> tuple[float, float]:
 
 
 def resolve_inertia_form(given: float | None, other: float | None, factor: float) -> float:
-    """What is given, else the other of an inertia's two forms times the factor between them."""
+    """Moment of inertia or equivalent mass, converted from the other if the file states that."""
     if given is not None:
         return given
     assert other is not None  # the arm has one of them

@@ -85,7 +85,7 @@ class LinkChange(Data):
 
 
 class RobotFile(Data):
-    """A robot: a URDF on a fixed base, with the rotors that it does not tell of."""
+    """A robot: a URDF on a fixed base, with the rotors that it does not describe."""
 
     union_tags: ClassVar[frozenset[str]] = frozenset({"direct", "geared"})
 

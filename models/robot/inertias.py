@@ -26,7 +26,7 @@ ORDERS = {
     "ixx, iyy, izz, ixy, iyz, ixz": (0, 3, 5, 1, 4, 2),
     "ixx, ixy, iyy, ixz, iyz, izz": (0, 1, 3, 2, 4, 5),
 }
-DECADES = (-1, 1, -2, 2, -3, 3)  # of one number that is off by a power of ten
+DECADES = (-1, 1, -2, 2, -3, 3)  # powers of ten by which one number may be off
 UNITS = {1e-3: "g m^2", 1e-4: "kg cm^2", 1e-6: "kg mm^2", 1e-7: "g cm^2", 1e-9: "g mm^2"}
 # Volume of a solid cube over its radius of gyration cubed, and density of machines [kg/m^3].
 SOLID, MACHINE = 14.7, 2000.0

@@ -13,7 +13,7 @@ from crosscheck.models.arm.layout import Meaning
 from crosscheck.models.arm.quantities import Damping, Data, Length, Play, Stiffness
 from crosscheck.models.experiment.scenario import switches
 
-BASE = -1  # in place of the number of a body: what stands on the ground
+BASE = -1  # number of the ground, in place of a body's
 Level = Literal["links", "armature", "coupled", "geared"]
 LEVELS: dict[Level, str] = {
     "links": "links alone",
@@ -21,7 +21,7 @@ LEVELS: dict[Level, str] = {
     "coupled": "links, and rotors, suns and planets as bodies that turn by rigid gears",
     "geared": "the same, but where a gear has meshes, their springs alone move the joint",
 }
-WITH_ROTORS: tuple[Level, ...] = ("coupled", "geared")  # as bodies
+WITH_ROTORS: tuple[Level, ...] = ("coupled", "geared")  # levels that have rotors as bodies
 # Of planetary meshes: dampers act in contact, and springs whose stiffness varies do all their work.
 MESH_LAWS = switches(damping="contact", mesh_work="conservative")
 RIGID: tuple[Level, ...] = ("links", "armature", "coupled")  # those of every robot

@@ -20,11 +20,11 @@ from crosscheck.models.robot.robot import JointLimits, Placement, RobotBody
 DEEPEST = 50  # elements in each other; those of a URDF are four deep
 JOINT_TYPES = ("revolute", "continuous", "prismatic", "fixed")
 XACRO = f"xacro is left in it; {EXPAND}"
-LARGEST = 1e18  # of a limit, which some files have where there is none
-HEAVIEST = 1e9  # of a mass [kg], as of an arm's
+LARGEST = 1e18  # largest limit, which some files state where there is none
+HEAVIEST = 1e9  # largest mass [kg], as for an arm
 LARGEST_INERTIA, FARTHEST = 1e15, 1e3  # [kg m^2], and of a component of a place, an angle, an axis
 MOST_DAMPING = 1e12  # [N m s/rad], [N s/m], as of an arm's friction
-LARGEST_MULTIPLIER = 1e6  # of a joint that follows another, as of a ratio
+LARGEST_MULTIPLIER = 1e6  # largest multiplier of a joint that follows another, as for a ratio
 # What urdfdom, which many programs read URDFs with, takes for a number: blanks before it alone.
 NUMBER = re.compile(r"[ \t\n\v\f\r]*[+-]?(?:[0-9]+\.?[0-9]*|\.[0-9]+)(?:[eE][+-]?[0-9]+)?")
 

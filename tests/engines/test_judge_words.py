@@ -189,9 +189,9 @@ SAID: dict[str, tuple[Callable[[], Finding], str, float | None, str]] = {
     ),
     "a step by poles": (  # Runge and Kutta's method bears h w up to the root of 8
         lambda: modes.check_step_limit(SUBJECT, np.array(1.23456), np.eye(1), SLOPES),
-        "1.5: other poses, and bounds of a stiffness that overshoots",
+        "factor of 1.5: other poses, and a stiffness that overshoots its bounds",
         None,
-        "1.235 s, by the poles 1.414 s",
+        "largest stable step: 1.235 s, from the poles 1.414 s",
     ),
     "a share": (
         lambda: make_share_check(SUBJECT, 0.5, 0.25, 4.0, "the way", ", as measured"),
@@ -261,7 +261,7 @@ def test_of_an_unstable_loop_nothing_is_judged_but_what_agrees_or_failed():
     assert stability.about.unit == "1/s"
 
 
-def test_sizes_of_an_arms_experiments_are_told_each_with_its_unit():
+def test_experiment_sizes_have_units():
     sizes = Sizes(5.25, (1.0, 2.0), (31.25, 32.5), (41.5, 42.25), (11.5, -12.75), 321.25)
     assert _describe_sizes(sizes, ()) == [
         "experiments sized to the arm: lowest mesh mode 321.2 Hz, controller at 5.25 rad/s",
@@ -413,7 +413,7 @@ def test_energy_of_a_robots_runs_may_change_by_what_their_last_halving_changes()
     assert found.measured == pytest.approx(4.1e-3 / 4)
 
 
-def test_a_part_of_nothing_is_huge_and_nothing_of_it_none():
+def test_share_of_zero_is_infinite_or_undefined():
     share = share_of
     assert share(np.array([1.0, -6.0]), np.array([2.0, 3.0])) == 2.0
     assert share(np.zeros(2), np.zeros(2)) == 0.0

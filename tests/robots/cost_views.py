@@ -117,9 +117,9 @@ def _identity(found: ShortcutCosts) -> set[str]:
     several = " and ".join(filter(None, (", ".join(names[:-1]), names[-1])))
     where = "every joint" if len(names) == len(rotors) else several
     return {
-        f"These costs hold for links known from CAD: at {where} the stator is on the link before"
-        " the joint, its axis along the joint's, so links identified with armature take up what it"
-        " leaves out, though they may then be no possible bodies."
+        f"These costs assume link parameters from CAD. At {where} the stator is on the link before"
+        " the joint, with its axis along the joint's, so links identified with an armature model"
+        " already absorb this coupling. Such links may be physically impossible."
     }
 
 

@@ -158,7 +158,7 @@ def test_a_robot_without_gears_loses_nothing():
     found = cost(robot(parallel().urdf))
     assert (
         next(describe_answers(found))
-        == "No joint of tested is geared: there is no shortcut to take."
+        == "No joint of tested has a gear ratio and a rotor inertia: nothing to compare."
     )
     assert all(each.largest == 0 for each in found.by_joint)
     assert cost_page(found).count("<h2>") == 4

@@ -112,8 +112,8 @@ WRONG: dict[str, tuple[Equations, set[str], str]] = {
     "no gradient": (
         two_link.right(gravity=lambda q: two_link.gravity(q) * np.array([1, 0.8])),
         {"gravity-is-a-gradient"},
-        "gravity is no gradient of a potential: the slope of gravity[j1] along j2 is not that of"
-        " gravity[j2] along j1",
+        "no potential energy gives this gravity vector: d gravity[j1]/d j2 differs from"
+        " d gravity[j2]/d j1",
     ),
     "weights twice": (
         two_link.right(bias=nonlinear_effects),

@@ -156,7 +156,7 @@ SAID: dict[str, tuple[RobotTrial, list[str]]] = {
         [
             "agrees with links (links alone): mass_matrix, bias, gravity, to 1.2e-15",
             "a remark",
-            "the engines differ on this robot: `crosscheck cost` tells where",
+            "the engines differ on this robot: `crosscheck cost` shows where",
         ],
     ),
     "without an answer": (

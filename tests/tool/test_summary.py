@@ -131,7 +131,7 @@ def ignored(name, value, *parts, **goes_with):
     return IgnoredNumber(name, value, parts, goes_with)
 
 
-END = "Judged with these numbers as they are."
+END = "The trial went ahead with your values."
 
 
 @pytest.mark.parametrize(
@@ -139,12 +139,12 @@ END = "Judged with these numbers as they are."
     [
         (
             [ignored("g", 9.81, "force")],
-            f"Your force does not follow the file's g = 9.81: is it written in your code? {END}",
+            f"Your force does not change with the file's g = 9.81: is it hard-coded? {END}",
         ),
         (
             [ignored("g", 9.81, "force"), ignored("m_2", 0.123456789, "mass_matrix", "bias")],
-            "Your force, M and bias do not follow the file's g = 9.81, m_2 = 0.123457: are they"
-            f" written in your code? {END}",
+            "Your force, M and bias do not change with the file's g = 9.81, m_2 = 0.123457:"
+            f" are they hard-coded? {END}",
         ),
         ([ignored("m_p", 0.0)], ""),  # neither has any
         (

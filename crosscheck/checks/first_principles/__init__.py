@@ -1,1 +1,1 @@
-"""What first principles say of an arm, from its data alone: no model is asked, none is judged."""
+"""Mechanics of an arm from first principles and its data alone, without any model."""

@@ -1,4 +1,4 @@
-"""What the springs of an arm's teeth hold, from its data alone: 1/2 k f^2 of every mesh."""
+"""Energy stored in an arm's teeth, from its data alone: 1/2 k f^2 of every mesh."""
 
 from __future__ import annotations
 

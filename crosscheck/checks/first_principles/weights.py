@@ -1,4 +1,4 @@
-"""What gravity does to an arm, from the places of its masses alone."""
+"""Gravity torques of an arm, from the places of its masses alone."""
 
 from __future__ import annotations
 

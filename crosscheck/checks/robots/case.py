@@ -23,8 +23,8 @@ FIRST_PRINCIPLES = "first principles"
 # the highest of M in a rotation, they leave 3e-12; M and energy are of a slide's square at most.
 WEIGHTS = 4 / 5, -1 / 5, 4 / 105, -1 / 280
 TURN_RAD, SLIDE_M = 0.04, 0.1
-SLOPE_STATES = 4  # of all states, the first
-LEAST_RUN_S = 1e-8  # of a run: in less a joint moves by little more than its angle's rounding
+SLOPE_STATES = 4  # number of states at which slopes are taken, the first ones
+LEAST_RUN_S = 1e-8  # shortest run [s]: in less, joints move by little more than rounding
 
 
 @dataclass(frozen=True)
@@ -75,7 +75,7 @@ class RobotLevel:
         return turns
 
     def leader(self, number: int) -> int:
-        """Which coordinate moves a joint: its own, or that of the joint that it mimics."""
+        """Number of the coordinate that moves a joint: its own, or that of the joint it mimics."""
         mimic = self.robot.joints[number].mimic
         return self.robot.coordinates.index(number if mimic is None else mimic.joint)
 
@@ -129,7 +129,7 @@ def plan_law(
 
 
 def ask(model: RobotModel, method: str, shape: tuple[int, ...], *given: np.ndarray) -> np.ndarray:
-    """What a method says, if it is numbers of this shape. Raises BadAnswer."""
+    """Answer of a method, if it is an array of numbers of this shape. Raises BadAnswer."""
     return require_numbers(getattr(model, method)(*given), method, shape)
 
 

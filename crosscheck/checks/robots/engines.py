@@ -21,7 +21,7 @@ from crosscheck.models.robot.integration import integrate
 from crosscheck.models.robot.interface import RobotModel
 from crosscheck.planning.comparison import Comparison, make_comparison
 
-RUNS, STEPS = 3, 5  # of the states the first, and a run's steps
+RUNS, STEPS = 3, 5  # number of runs, from the first states; steps of a run
 
 
 def mass_matrix(model: RobotModel, case: RobotLevel) -> np.ndarray:

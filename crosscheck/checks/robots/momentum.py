@@ -64,7 +64,7 @@ def _root(robot: Robot, number: int) -> int:
 
 
 def _carried(robot: Robot, base: int) -> np.ndarray:
-    """Which coordinates (n,) are of joints on a joint of the base, itself among them."""
+    """Mask (n,) of the coordinates of a joint on the base and of all joints it carries."""
     return np.array([_root(robot, number) == base for number in robot.coordinates], dtype=float)
 
 

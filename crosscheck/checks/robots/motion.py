@@ -39,7 +39,7 @@ from crosscheck.models.robot.interface import RobotModel
 from crosscheck.models.robot.robot import JointStage
 from crosscheck.planning.comparison import Comparison
 
-LONGEST_S = 0.01  # of half a step along a motion
+LONGEST_S = 0.01  # longest half step along a motion [s]
 
 
 def rest_energy(model: RobotModel, case: RobotLevel) -> np.ndarray:
@@ -61,7 +61,7 @@ def energy_rate(model: RobotModel, case: RobotLevel) -> np.ndarray:
 
 
 def driven_forces(model: RobotModel, case: RobotLevel) -> np.ndarray:
-    """What inverse dynamics says of the accelerations that forward dynamics gives (states, n)."""
+    """Torques by inverse dynamics for the accelerations of forward dynamics (states, n)."""
     q, v, _, torques = case.states
     a = ask(model, "forward_dynamics", q.shape, q, v, torques)
     return ask(model, "inverse_dynamics", q.shape, q, v, a)
@@ -132,7 +132,7 @@ def _check_inverse(
 
 
 def held_friction(case: RobotLevel) -> np.ndarray:
-    """What friction takes of the motors at the states (states, n), joint by joint."""
+    """Friction torque that the motors overcome at the states (states, n), joint by joint."""
     robot, held = case.robot, np.zeros_like(case.states.v)
     for number, joint in enumerate(robot.joints):
         per_rate = 1.0 if joint.mimic is None else joint.mimic.multiplier
@@ -142,7 +142,7 @@ def held_friction(case: RobotLevel) -> np.ndarray:
 
 
 def held_teeth(case: RobotLevel) -> np.ndarray:
-    """What holds springs and dampers of all meshes at the states (states, n), by the file's data.
+    """Torques that hold springs and dampers of all meshes (states, n), by the file's data.
 
     A spring that stiffens with its joint's angle, or whose teeth's error grows, turns that joint.
     """

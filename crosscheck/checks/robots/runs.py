@@ -25,7 +25,7 @@ from crosscheck.models.robot.robot import remove_friction
 from crosscheck.planning.comparison import Comparison, make_comparison
 
 FORMAL, HALVINGS, MOST_HALVINGS = 4, 3, 6
-ROUNDED = 1e-11  # of how far a run moves: differences below it are rounding that M's inverse grows
+ROUNDED = 1e-11  # largest difference that is rounding grown by M's inverse, over a run's motion
 
 
 def refined_ends(model: RobotModel, case: RobotLevel) -> np.ndarray:
@@ -98,7 +98,7 @@ class ObservedOrder(NamedTuple):
 
     @property
     def is_settled(self) -> bool:
-        """Whether the steps are fine enough to tell the limit."""
+        """Whether the steps are fine enough to determine the limit."""
         is_near = abs(self.limit - self.orders[-1]) <= ORDER_TOLERANCE if self.orders else False
         return is_near and self.limit <= FORMAL + ORDER_TOLERANCE
 
@@ -113,7 +113,7 @@ def observe_order(rows: np.ndarray) -> ObservedOrder:
 
 
 def _check_order(about: Subject, rows: np.ndarray, case: RobotLevel) -> Finding:
-    """The order of vanishing steps is the method's, if the steps are fine enough to tell it."""
+    """Check the observed order against the method's, if the steps are fine enough to show it."""
     observed = observe_order(rows)
     if not observed.is_settled:
         shown = ", ".join(f"{order:.2f}" for order in observed.orders) or "none"

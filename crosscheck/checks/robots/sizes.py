@@ -16,9 +16,10 @@ from crosscheck.models.robot.robot import Robot
 
 # Of each quantity's size. Rounding explains 1e-15 times the reach over the smallest lever arm.
 TOLERANCE = 1e-10
-ROUNDINGS = 1000 * np.finfo(float).eps  # times M's condition number: what solving with M may lose
+ROUNDINGS = 1000 * np.finfo(float).eps  # error of solving with M, over M's condition number
 LARGEST_TOLERANCE = 1e-3  # beyond it agreement would say nothing
-SOLVED = ("forward_dynamics", "run", "acceleration")  # which M's condition number may harm
+# Quantities that suffer from M's condition number.
+SOLVED = ("forward_dynamics", "run", "acceleration")
 # Parts that hold the weights beside the bias, of which it is what remains.
 WITH_WEIGHTS = ("inverse_dynamics", "nonlinear effects")
 SIZE_WORDS = {
@@ -74,7 +75,7 @@ class RobotSizes:
         return sizes
 
     def tolerance(self, quantity: str) -> float:
-        """What an entry may differ, as a part of its size."""
+        """Tolerance of an entry, relative to its size."""
         return max(TOLERANCE, ROUNDINGS * self.condition if quantity in SOLVED else 0.0)
 
     def basis(self, quantity: str) -> str:

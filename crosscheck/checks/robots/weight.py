@@ -22,7 +22,7 @@ from crosscheck.findings import Finding, Subject
 from crosscheck.models.robot.interface import RobotModel
 from crosscheck.planning.comparison import Comparison
 
-ROUNDED = 100 * EPS  # of an energy, which sums masses at their heights
+ROUNDED = 100 * EPS  # rounding error of an energy, which sums masses at their heights
 
 
 def energy_slopes(model: RobotModel, case: RobotLevel) -> np.ndarray:

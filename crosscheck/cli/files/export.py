@@ -36,7 +36,7 @@ from crosscheck.runner.process_tree import limit_resources
 COMPILERS = ("cc", "gcc", "clang")
 FOLDERS = {"Linux": ("linux64", ".so"), "Darwin": ("darwin64", ".dylib")}
 COMPILER_S, COMPILER_BYTES = 120, 4_000_000_000  # a unit of seven joints takes 5 s
-FIRST_DAY = (1980, 1, 1, 0, 0, 0)  # of all files in a unit, so that it is the same every time
+FIRST_DAY = (1980, 1, 1, 0, 0, 0)  # date of all files in a unit, so that it is the same every time
 
 
 def export_command(arm: str, model: str | None, settings: list[str], out: Path) -> None:
@@ -91,7 +91,7 @@ def robot_variables(robot: Robot, level: Level) -> tuple[list[tuple[str, str]], 
 
 
 def describe_robot_model(robot: Robot, model: str, states: list[tuple[str, str]]) -> str:
-    """The text that a reader of a robot's file is told first."""
+    """The text at the head of a robot's exported file."""
     text = (
         f"Equations of motion of {robot.name}, {model}: accelerations under torques [N m, N] of the"
         f" motors at the free joints. Coordinates q: {', '.join(f'{n} [{u}]' for n, u in states)}."
@@ -179,7 +179,7 @@ def make_c_name(name: str) -> str:
 
 
 def describe_model(model: AnalyticModel) -> str:
-    """The text that a reader of the file is told first."""
+    """The text at the head of an exported file."""
     units = (f"{c.name} [{'rad' if c.is_angle else 'm'}]" for c in model.layout.coordinates)
     laws = ", ".join(f"{key} {value}" for key, value in model.switches.model_dump().items())
     name = re.sub(r"\*/", "* /", model.arm.name)

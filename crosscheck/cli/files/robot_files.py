@@ -113,7 +113,7 @@ def _urdf_lines(arm: Arm) -> Iterator[str]:
 
 
 def _find_standing_part(joint: Planetary | Direct, number: int) -> UrdfPart:
-    """What stands on the body before a joint: ring and the sun's mass, or the motor's mass."""
+    """Masses fixed to the body before a joint: ring and the sun's mass, or the motor's mass."""
     if isinstance(joint, Direct):
         return UrdfPart(f"motor_{number}", joint.motor_mass_kg, 0.0)
     mass = joint.ring_mass_kg + joint.sun_mass_kg
@@ -121,7 +121,7 @@ def _find_standing_part(joint: Planetary | Direct, number: int) -> UrdfPart:
 
 
 def _find_turning_part(joint: Planetary | Direct, number: int) -> UrdfPart | None:
-    """What turns with the link after a joint: the carrier and the planets' masses at their places.
+    """Masses that turn with the link after a joint: the carrier, and the planets in place.
 
     A stage's equivalent mass M is J / (r cos(pressure angle))^2, r the carrier's radius.
     """

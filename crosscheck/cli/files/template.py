@@ -25,7 +25,7 @@ if TYPE_CHECKING:
     from crosscheck.models.robot.robot import Robot
     from crosscheck.models.robot.urdf_gears import StatedGear
 
-COLUMN = 44  # where explanations begin
+COLUMN = 44  # column where explanations begin
 PLACES = ("shoulder", "elbow", "wrist")
 HEAD = """\
 # An arm to begin with: every number is an example. {joints}, from the base to the tip.

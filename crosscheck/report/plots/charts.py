@@ -1,4 +1,4 @@
-"""What the report draws of each experiment: as soon as its runs are there.
+"""The report's charts of each experiment, drawn as soon as its runs are finished.
 
 Matplotlib, which takes half a second, is imported for the first drawing: no run waits for it.
 """

@@ -21,8 +21,9 @@ from crosscheck.report.fragments import COLOURS
 from crosscheck.report.plots.signals import first_planet
 from crosscheck.signals import envelope
 
-BINS = 600  # of half the page's width: more than two for every point of it
-LEGEND_LETTERS, KEY_LETTERS = 120, 9  # that fit beside each other; as wide as an entry's line
+BINS = 600  # bins over half the page's width: more than two for every point of it
+# Letters that fit in a row; width of an entry's line, in letters.
+LEGEND_LETTERS, KEY_LETTERS = 120, 9
 MICRO, KILO = 1e6, 1e-3
 SVG_DPI = 72  # a unit of SVG is a point
 NOT_REACHED = "the run ends before"

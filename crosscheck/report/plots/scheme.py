@@ -17,9 +17,9 @@ from crosscheck.models.robot.robot import BASE, Robot
 from crosscheck.view.rods import find_rod_ends, find_upward
 
 WIDTH, HEIGHT, MARGIN = 460.0, 260.0, 44.0
-FIRST_RAD, BEND_RAD = 0.62, 0.95  # of the first link, and of each joint, to and fro
-AZIMUTH_RAD, RISE_RAD = 0.6, 0.35  # from where a robot is seen
-LARGEST_LEAN = 0.9  # of upward along x, from which on y is the direction across
+FIRST_RAD, BEND_RAD = 0.62, 0.95  # angle of the first link, and of each joint, to and fro
+AZIMUTH_RAD, RISE_RAD = 0.6, 0.35  # direction from which a robot is seen
+LARGEST_LEAN = 0.9  # x component of the upward direction above which y defines the direction across
 LEAST_RING, MOST_RING, LEAST_MOTOR = 15.0, 40.0, 6.0  # radii, to be seen whole
 
 

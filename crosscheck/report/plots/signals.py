@@ -23,7 +23,7 @@ from crosscheck.report.formatting import format_unit
 QUANTITIES = ("theta", "theta_ddot", "x_sp", "F_sp", "F_pr")
 MOST_NUMBERS = 450_000  # on a page: 2.4 MB as base64 of float32, of 4 MB for all
 HALF_WINDOW_S = 2e-3
-CONTACT = "F_sp"  # by which contact is judged
+CONTACT = "F_sp"  # signal that decides whether teeth are in contact
 
 
 @dataclass(frozen=True)
@@ -86,7 +86,7 @@ class Signals:
 
 
 def format_signals(signal_sets: Sequence[Signals]) -> dict[str, object]:
-    """What the page's script is given: experiments, and each quantity's unit and meaning."""
+    """Data for the page's script: experiments, and each quantity's unit and meaning."""
     used = dict.fromkeys(line.quantity for each in signal_sets for line in each.lines)
     quantities = {
         name: {"unit": format_unit(unit_of(name)), "meaning": meaning_of(name)} for name in used
@@ -189,7 +189,7 @@ def make_stretch(time: np.ndarray, table: Mapping[str, np.ndarray], width: int) 
 def _events(
     time: np.ndarray, run: xr.Dataset, values: Mapping[Line, np.ndarray]
 ) -> Iterator[tuple[str, float, float]]:
-    """What is worth a look, with begin and end [s]; nothing for an arm without teeth."""
+    """Moments worth a look, with begin and end [s]; none for an arm without teeth."""
     if CONTACT not in run:
         return
     force = {

@@ -70,7 +70,7 @@ def describe_trial(trial: Trial) -> Iterator[str]:
         yield f"  against {f'the {RIGID_ARM}' if is_only else level}: {differ}{largest}"
     if trial.probes:
         other = format_count(len(trial.probes), "other arm")
-        yield f"also checked on {other}, for errors that this one's equal numbers hide"
+        yield f"also checked on {other}, to catch errors that equal values here would hide"
     else:
         yield "checked on this arm alone: errors that its equal numbers and zeros hide are not seen"
     table = problem.equations.table
@@ -99,7 +99,7 @@ def describe_unit_mistake(mistake: UnitMistake, names: Sequence[str]) -> str:
 
 
 def describe_errors(trial: Trial) -> list[str]:
-    """What is wrong, a line for each error, whatever number of entries it is in."""
+    """Errors, one line each, however many entries they appear in."""
     names = trial.problem.frame.names
     if trial.readings:
         places = [each.place for each in trial.wrong_entries]
@@ -110,7 +110,7 @@ def describe_errors(trial: Trial) -> list[str]:
 
 
 def describe_notes(trial: Trial) -> Iterator[str]:
-    """What is no error on this arm: numbers that equations do not follow, errors on other arms."""
+    """Remarks that are no errors on this arm: ignored numbers, and errors on other arms only."""
     if note := _describe_motors(trial):
         yield note
     if trial.point_masses:
@@ -139,8 +139,8 @@ def _describe_motors(trial: Trial) -> str:
         idle = ", ".join(str(joint + 1) for joint in trial.idle_joints)
         which = "Joint" if len(trial.idle_joints) == 1 else "Joints"
         driven = [joint + 1 for joint in motors if joint not in trial.idle_joints]
-        told = f"{which} {idle}: no torque in your equations."
-        return f"{told} Has it no motor, state drive = {driven}."
+        missing = f"{which} {idle}: no torque in your equations."
+        return f"{missing} Has it no motor, state drive = {driven}."
     return ""
 
 
@@ -175,13 +175,13 @@ def describe_unfollowed(unfollowed: Sequence[IgnoredNumber]) -> str:
         listed_numbers = ", ".join(f"{each.name} = {each.value:.6g}" for each in literal)
         it = "is it" if len(literal) == 1 else "are they"
         sentences.append(
-            f"Your {_format_parts(parts)} {verb} not follow the file's {listed_numbers}:"
-            f" {it} written in your code?"
+            f"Your {_format_parts(parts)} {verb} not change with the file's {listed_numbers}:"
+            f" {it} hard-coded?"
         )
     if tied:
         listed_ties = ", ".join(f"{t.name} from {' and '.join(t.goes_with)}" for t in tied)
         sentences.append(f"Your equations take {listed_ties}, which is right on this arm.")
-    return " ".join((*sentences, "Judged with these numbers as they are.")) if sentences else ""
+    return " ".join((*sentences, "The trial went ahead with your values.")) if sentences else ""
 
 
 def _format_parts(parts: Sequence[str]) -> str:

@@ -23,10 +23,10 @@ from crosscheck.studies.batches.result_file import STUDY, VERSION
 from crosscheck.studies.measures.columns import Column
 from crosscheck.studies.members.members import PreparedStudy
 
-MARK = "study"  # in a folder of batches, says whose they are, and which
+MARK = "study"  # file name that records which study a batch folder belongs to
 MARK_BYTES = 100_000_000
 FLAGS = os.O_RDWR | os.O_CREAT | os.O_APPEND | os.O_NOFOLLOW | os.O_NONBLOCK | os.O_CLOEXEC
-SPARE = 1.1  # of the disk space that is counted on
+SPARE = 1.1  # factor on the estimated disk space
 
 
 class BatchStore:

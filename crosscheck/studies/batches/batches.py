@@ -15,10 +15,10 @@ from crosscheck.studies.measures.columns import Column
 from crosscheck.studies.members.members import PreparedStudy
 
 STEP_S = 1e-8  # roughly, of a step for each mesh of a member among others
-BATCH_S = 3.0  # of work
+BATCH_S = 3.0  # work in one batch [s]
 FEWEST = 16  # batches, where each still fills the lanes: what several workers share
 LANES = 32
-MOST_BYTES = 200e6  # of signals that are kept whole meanwhile
+MOST_BYTES = 200e6  # memory for signals that are kept whole meanwhile
 
 
 class MemberBatch(NamedTuple):

@@ -32,7 +32,7 @@ Use = Callable[[Any], Any]
 
 
 def use_file(path: Path, use: Use, form: type[NetcdfFile] | None = None) -> Any:
-    """What a function returns for an opened file of a form; it is called in another process.
+    """Call a function on an opened file of a form, in another process.
 
     form: a study's result unless another is given. Raises InputError.
     """

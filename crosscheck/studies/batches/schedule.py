@@ -31,12 +31,12 @@ from crosscheck.runner.sources import compute_code_hash
 from crosscheck.runner.workers import Workers
 from crosscheck.studies.batches.batch import prepare_worker
 
-BATCH = "crosscheck.studies.batches.batch"  # whose code, and all that it imports, makes a batch
+BATCH = "crosscheck.studies.batches.batch"  # module whose code, with all its imports, makes a batch
 CONNECT_TIMEOUT_S = 6.0  # until an unreachable scheduler is given up
 LOOK_S = 5.0  # without a result, until the scheduler is asked for its workers
-REJOIN_S = 30.0  # for a worker that was started again to be back
+REJOIN_S = 30.0  # time for a restarted worker to return [s]
 AHEAD = 2  # tasks that wait beyond those that run
-ATTEMPTS = 3  # at a batch whose worker dies
+ATTEMPTS = 3  # attempts at a batch whose worker dies
 BATCH_S = 60.0  # rough cost of a batch: a user's function may be slow
 START = "dask scheduler --port 8786"
 JOIN = "dask worker {address} --nthreads 1"
@@ -113,7 +113,7 @@ def _run_by_workers(
 
 
 class Future(Protocol):
-    """What a scheduler hands back for a task: its result to come."""
+    """Future result of a task, as a scheduler returns it."""
 
     def result(self) -> Any: ...
 
@@ -275,6 +275,6 @@ def require_same_version(local_fingerprint: str, worker_fingerprint: str, worker
 
 
 def run_with_version(expected: str, function: Callable[..., Any], *arguments: Any) -> Any:
-    """What a function returns, where the versions are the expected ones. Raises InputError."""
+    """Call a function if the versions are the expected ones. Raises InputError."""
     require_same_version(expected, compute_fingerprint(), f"a worker on {platform.node()}")
     return function(*arguments)

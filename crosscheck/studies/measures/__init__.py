@@ -1,1 +1,1 @@
-"""What is measured of members while they run."""
+"""Measurements on members while they run."""

@@ -19,7 +19,7 @@ from crosscheck.studies.members.rigid import simulate_rigid_angles
 
 
 class ChunkRecords(Protocol):
-    """What an observer needs of a chunk; see crosscheck.analytic.ensemble.Chunk."""
+    """Part of a chunk that an observer needs; see crosscheck.analytic.ensemble.Chunk."""
 
     @property
     def time(self) -> np.ndarray: ...

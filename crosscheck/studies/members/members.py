@@ -151,7 +151,7 @@ class _CaseBuilder:
 
 
 def require_members(study: PreparedStudy) -> None:
-    """Raise InputError for a member that is refused, as far as few of them can tell.
+    """Raise InputError for a member that is refused, as far as a sample of them shows.
 
     Looked at are those where an axis has its least and largest values, and some spread over all;
     what else is wrong with two values only together shows when their batch is made.

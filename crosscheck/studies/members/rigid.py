@@ -58,7 +58,7 @@ def simulate_rigid_angles(level: str, cases: Sequence[MemberCase]) -> tuple[np.n
 
 
 def _find_rigid_model(level: str, case: MemberCase) -> tuple[object, Callable[[], Any]]:
-    """What the rigid model of a member depends on, and what builds it."""
+    """Key of the rigid model of a member, and the function that builds it."""
     from crosscheck.analytic.robot.runs import RobotMember
 
     if isinstance(case, RobotMemberCase):  # alike where no number of their equations differs

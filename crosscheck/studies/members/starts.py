@@ -9,7 +9,7 @@ import numpy as np
 from crosscheck.models.experiment.scenario import Start, expand_to_joints, planet_offsets
 from crosscheck.models.loading import Case
 
-PERTURBATION_M = 1e-12  # of every mesh displacement in a seeded start
+PERTURBATION_M = 1e-12  # perturbation of every mesh displacement in a seeded start [m]
 
 
 def perturb_start(case: Case, seed: int, size_m: float = PERTURBATION_M) -> Case:

@@ -28,7 +28,7 @@ from crosscheck.trial.input.symbolic import (
 
 COMPLEX_STEP = 1e-30
 SAMPLES = 3
-AGREED = 1e-6  # of a Jacobian held against differences, relative to its row
+AGREED = 1e-6  # tolerance between a Jacobian and differences, relative to its row
 CERTAIN = 1e-9  # of what differences give where nothing better is to be had
 
 

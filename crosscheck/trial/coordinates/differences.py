@@ -22,7 +22,7 @@ CENTRAL = {
         np.array([0, 1 / 90, -3 / 20, 3 / 2, -49 / 18, 3 / 2, -3 / 20, 1 / 90, 0]),
     ),
 }
-ENOUGH = 1e-13  # of the size of what is differenced
+ENOUGH = 1e-13  # accuracy of differences at which refinement stops, relative to the values
 Mass = Callable[[np.ndarray], np.ndarray]
 # Central differences of eighth order; at steps that turn joints by this angle [rad] a mass matrix
 # whose angles come at most twofold is differentiated to 1e-12 of its size.

@@ -20,12 +20,12 @@ from crosscheck.trial.input.arrays import format_vector
 from crosscheck.trial.input.equations import Coordinates
 
 WHERE = "coordinates"
-WORST_CONDITION = 1e12  # of J, rows and columns scaled: beyond it x says too little of q
-ROUNDING = 1e-13  # of a matrix's row: what is below it was meant to be 0
-LARGEST_DENOMINATOR = 1000  # of what is taken for a ratio of whole numbers
+WORST_CONDITION = 1e12  # largest condition number of J with scaled rows and columns
+ROUNDING = 1e-13  # largest entry that was meant to be 0, relative to its matrix row
+LARGEST_DENOMINATOR = 1000  # largest denominator of a ratio of whole numbers
 TRIES = 40
 MOST_HALVED = 20
-PLACED = 1e-9  # of a state found for given q, before it is polished
+PLACED = 1e-9  # accuracy of a state found for given q, before it is polished
 JacobianSource = Literal["linear", "sympy", "given", "complex step", "differences"]
 Vector = Callable[[np.ndarray], np.ndarray]
 Along = Callable[[np.ndarray, np.ndarray], np.ndarray]

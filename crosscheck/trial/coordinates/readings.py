@@ -12,7 +12,7 @@ from itertools import combinations, permutations, product
 
 import numpy as np
 
-FITS = 1e-8  # of a part's largest number, what a reading may leave of it
+FITS = 1e-8  # largest residual of a reading, relative to a part's largest number
 DEGREE = np.pi / 180
 QUARTERS = (np.pi / 2, np.pi, -np.pi / 2)
 MOST_FOR_ALL = 4  # coordinates of which all orders and senses are tried
@@ -21,7 +21,7 @@ MOST_FOR_PAIRS = 3  # coordinates of which two misunderstandings together are tr
 
 @dataclass(frozen=True)
 class Reading:
-    """What coordinates may have meant, in words that complete `right in ...`.
+    """A possible meaning of coordinates, in words that complete `right in ...`.
 
     position, rates, rows (n, n); offset (n,): see the module. kind: of misunderstanding. joints:
     those whose sense alone is another.

@@ -1,1 +1,1 @@
-"""Which term of a wrong entry is wrong."""
+"""Diagnosis of the wrong term in a wrong entry."""

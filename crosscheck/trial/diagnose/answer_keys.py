@@ -1,4 +1,4 @@
-"""What an arm's equations must answer at a few states, on their arm and on one of its structure."""
+"""Right answers of an arm's equations at a few states, on it and on an arm of its structure."""
 
 from __future__ import annotations
 
@@ -44,7 +44,7 @@ def _make_answer_key(problem: VerificationProblem, level: str) -> AnswerKey:
 
 
 def _ask_reference(problem: VerificationProblem, level: str) -> LevelAnswers:
-    """What the reference of a level says of the parts that are functions of the user's."""
+    """Answers of the reference of a level for the parts that the user supplies."""
     states, frame = problem.states, problem.frame
     name = problem.reference(level)
     model = transform_model(name, problem.case, frame, problem.has_gravity)

@@ -17,8 +17,8 @@ NONZERO_SUBSTITUTES = {
     "ring_inertia_kg_m2": 0.1,
     **{f"{gear}_mass_kg": 1.0 for gear in ("sun", "planet", "carrier", "ring")},
 }
-COM, INERTIA = 0.3, 0.1  # of a link's length, and of its mass times that squared: instead of 0
-NEXT_TO_NOTHING = 1e-6  # of mass x com^2
+COM, INERTIA = 0.3, 0.1  # substitutes for 0: com over length, and inertia over mass x length^2
+NEXT_TO_NOTHING = 1e-6  # largest negligible inertia, over mass x com^2
 # Numbers of one kind, of which one may stand for another that is equal to it.
 INTERCHANGEABLE_FIELDS = (
     ("length_m", "com_m"),
@@ -76,7 +76,7 @@ def scale_by_powers(value: float, powers: Powers, factor: Callable[[str], float]
 
 
 def nonzero_substitute(arm: Arm, name: str) -> float:
-    """What a number that is 0 may be: of a link in proportion to its length and mass."""
+    """Nonzero value to try for a number that is 0, scaled by the link's length and mass."""
     record_name, _, field = name.rpartition(".")
     if record_name.startswith("links"):
         length = get_number(arm, f"{record_name}.length_m")
@@ -131,7 +131,7 @@ def find_natural_powers(arm: Arm, driver: str) -> dict[str, int]:
 
 
 def _link_powers(field: str) -> dict[str, int]:
-    """What of a link goes with a number of it, and its power; a rod's density keeps its mass."""
+    """Fields of a link that scale with one of its numbers, and the powers; rods keep their mass."""
     if field == "length_m":
         return {"com_m": 1, "inertia_kg_m2": 2, "density_kg_per_m3": -1}
     return {"inertia_kg_m2": 1} if field == "mass_kg" else {}

@@ -1,4 +1,4 @@
-"""Which numbers of the arm's file equations follow: each is changed by itself, at a few states.
+"""Finds the arm file's numbers on which equations depend, by changing one at a time.
 
 What the answers do not follow is a number in the user's code, or one that the equations leave out
 because the arm has none of it. That is no error on this arm, and other arms must not change it.
@@ -31,8 +31,8 @@ from crosscheck.trial.judge.entries import PARTS, EntryPlace, Part, entry_place
 from crosscheck.trial.judge.questions import VerificationProblem
 
 FEW_STATES = 3
-FACTORS = (1.23, 0.77)  # of a number; the second where the first is out of its range
-MOST_CHOICES = 64  # of numbers that may go with another
+FACTORS = (1.23, 0.77)  # factors on a number; the second is used if the first is out of its range
+MOST_CHOICES = 64  # sets tried of numbers that may scale with another
 Perform = Callable[[Sequence[ModelTask]], Results]
 
 
@@ -57,7 +57,7 @@ class IgnoredNumber:
 
 @dataclass(frozen=True)
 class Dependence:
-    """How equations depend on the numbers of their arm's file.
+    """Dependence of equations on the numbers of their arm's file.
 
     comparison: the comparison on that arm; perform: asks questions of models.
     """
@@ -96,7 +96,7 @@ class Dependence:
         return self._mark_tied_numbers(numbers, drivers)
 
     def _judge_number(self, name: str, there: EntryComparison) -> IgnoredNumber | None:
-        """What is said of a number, by the comparison on the arm where it is another one."""
+        """Judgment on a number, by the comparison on an arm with another value of it."""
         assert self._unchanged_comparison is not None  # else nobody asks
         parts, right_entry, partly, matters = list[Part](), False, False, False
         for quantity, before in self._unchanged_comparison.reference_values.items():

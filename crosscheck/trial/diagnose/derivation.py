@@ -1,4 +1,4 @@
-"""What M, bias and weight are of bodies that move as a derivation says, right or mistaken.
+"""M, bias and weight of bodies whose motion is derived, rightly or with a mistake.
 
 Numbers at many states, and no sums of waves: a mistake of one step, such as a relative rate in a
 body's velocity, changes every entry at once, and by waves that belong to none.
@@ -70,7 +70,7 @@ def evaluate_quantity(quantity: Any, values: Values) -> float:
 
 
 class Effects(NamedTuple):
-    """What bodies have in M (.., K, n, n), dM/dx (.., K, n, n, n) and the weight (.., K, n)."""
+    """Contributions of bodies to M (.., K, n, n), dM/dx (.., K, n, n, n), weight (.., K, n)."""
 
     mass: np.ndarray
     slopes: np.ndarray

@@ -1,4 +1,4 @@
-"""What is wrong with equations and why, on their arm and on other arms of its structure."""
+"""Errors of equations and their reasons, on their arm and on other arms of its structure."""
 
 from __future__ import annotations
 
@@ -93,7 +93,7 @@ def _explain_with_probes(
 
 
 def _count_unexplained(wrong_entries: Sequence[EntryMismatch]) -> int:
-    """How many entries are wrong on the user's arm for a reason that is not told."""
+    """Number of entries that are wrong on the user's arm without a reported reason."""
     return sum(
         each.explanation is None and not each.notes for each in wrong_entries if not each.shown_on
     )

@@ -1,4 +1,4 @@
-"""Which mistakes of a derivation make what is wrong in a part of the equations, on every arm."""
+"""Search for mistakes of a derivation that explain what is wrong in a part, on every arm."""
 
 from __future__ import annotations
 
@@ -11,12 +11,12 @@ from crosscheck.trial.diagnose.mistakes import ALL, ENERGY, Derivation, Words
 from crosscheck.trial.diagnose.terms.candidates import FACTORS
 from crosscheck.trial.judge.entries import Part, TermError
 
-ALIKE = 1e-9  # of an entry's size or difference, what a mistake may leave of it
+ALIKE = 1e-9  # largest residual of a mistake, relative to an entry's size or difference
 FEW = slice(0, 4)  # states at which every mistake is tried
 MOST_MATCHES = 40
 TIMES = np.array([0.0, -1.0, *FACTORS])  # a term may be there
 NEARLY = 1e-6  # between a factor and one of these
-NOTHING = 1e-12  # of an entry's size, squared
+NOTHING = 1e-12  # largest effect that counts as none, relative to an entry's size
 # The parts in which a mistake behind accelerations may be.
 BEHIND: tuple[tuple[Part, ...], ...] = (ALL, ENERGY, ("force",), ("bias",), ("mass_matrix",))
 
@@ -36,7 +36,7 @@ class PartDifference(NamedTuple):
     rates: np.ndarray | None = None
 
     def predict(self, chosen: Sequence[Words], states: slice, parts: Sequence[Part]) -> np.ndarray:
-        """What mistakes change of a part, or of these behind accelerations, (mistakes, K, ...)."""
+        """Change of a part, or of the parts behind accelerations, by mistakes (mistakes, K, ..)."""
         changes = self.derivation.predict(chosen, states, parts)
         if self.accelerations is None or self.rates is None:
             (change,) = changes.values()
@@ -119,7 +119,7 @@ def _match(
     wrong: np.ndarray,
     by: np.ndarray | None = None,
 ) -> _Match:
-    """Which wrong entries mistakes make; of terms by the factors that do, unless they are given."""
+    """Wrong entries that mistakes explain; factors of terms are fitted unless they are given."""
     change = arm.predict(chosen, states, parts) / arm.sizes
     difference = arm.difference[states] / arm.sizes
     squares = (change**2).sum(axis=1)
@@ -139,7 +139,7 @@ def _match(
 
 
 def _choose_factors(each: np.ndarray) -> np.ndarray:
-    """Of factors (mistakes, entries) the one that most entries ask for, as people write it."""
+    """The usual factor that fits most entries, by mistake; each (mistakes, entries) are fits."""
     near = np.abs(each[..., None] - TIMES) <= NEARLY
     votes = near.sum(axis=1)
     return np.where(votes.any(axis=1), TIMES[votes.argmax(axis=1)], np.nan)

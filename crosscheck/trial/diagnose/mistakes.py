@@ -63,18 +63,17 @@ ROWS = {
 
 @dataclass(frozen=True, eq=False)
 class Mistake:
-    """One step of a derivation, done otherwise, or a term that is there another number of times.
+    """One mistake: a step of the derivation replaced by a wrong one, or a term counted wrongly.
 
     Args:
         term: What the step makes.
         yours, right: What stands there, and what belongs; empty of a term.
-        bodies: What it adds by factors: wrong bodies, and right ones by -1; of a term those whose
-            effect it is.
-        parts: In which of the equations it is seen.
-        gravity: In the place of gravity's vector, (2,).
-        rule: What it adds to a bias, of a mistake of that alone.
-        by: How often the term is there; None of one of which any factor may be.
-        kind: How it is told.
+        bodies: Pairs (factor, body) whose contributions, summed, are the error.
+        parts: Parts of the equations in which the error shows.
+        gravity: Vector used in place of gravity, (2,); None if gravity is right.
+        rule: Contribution to the bias, for a mistake in the bias alone.
+        by: Factor of the term (0 left out, -1 opposite sign, 2 twice); None if it may be any.
+        kind: Kind of error under which it is reported.
     """
 
     term: Term
@@ -89,16 +88,16 @@ class Mistake:
 
     @property
     def is_term(self) -> bool:
-        """Whether it is a term, of which any factor may be."""
+        """Whether this is a term with any factor, in place of a wrong step."""
         return self.by is None and not self.right
 
     @property
     def words(self) -> Words:
-        """What tells this mistake from others."""
+        """Coefficient, texts and factor that distinguish this mistake from others."""
         return self.term.coefficient, self.yours, self.right, self.by
 
     def make_error(self, by: float) -> TermError:
-        """The mistake as it is told; by: how often a term is there, 1 of what is right."""
+        """The mistake as it is reported; by: how often a term is there, 1 if it is right."""
         if self.right:
             return TermError(self.kind, self.term, self.yours, self.right)
         times = by if self.by is None else self.by
@@ -241,7 +240,7 @@ class Derivation:
         )
 
     def _generate_numbers(self, symbol: str) -> Iterator[Number]:
-        """What may stand where a symbol belongs: others of its kind, an inertia about its end."""
+        """Possible replacements of a symbol: others of its kind, an inertia about its end."""
         for other in generate_alternatives(symbol, self.values):
             yield other.text, float(other.value), None
         stem, joint, _ = parse_symbol(symbol)
@@ -410,7 +409,7 @@ class Derivation:
             yield Mistake(Term("every weight"), *words, bodies, ("force",), added)
 
     def _list_rules(self) -> Iterator[Mistake]:
-        """How a bias is made of M: its two terms, by row and rate; other products of rates."""
+        """Mistakes in deriving a bias from M: its two terms, by row and rate; products of rates."""
         n, names = len(self.columns), self.frame.names
 
         first = self._compute_slopes
@@ -453,7 +452,7 @@ class Derivation:
                 yield Mistake(term, yours, right, parts=("bias",), rule=replace_rates)
 
     def _derive_along(self, row: np.ndarray, x: np.ndarray) -> np.ndarray:
-        """What a bias has of the slopes of M along one coordinate."""
+        """Contribution of the slopes of M along one coordinate to a bias."""
         slopes = self._compute_slopes(x) * row
         return slopes - np.moveaxis(slopes, -1, -3) / 2
 
@@ -500,7 +499,7 @@ class Derivation:
         less: float,
         x: np.ndarray,
     ) -> np.ndarray:
-        """What levers' turning with these rates adds to a bias, less that of the right rates."""
+        """Bias of levers that turn with these rates, minus their bias with the right rates."""
         total = np.zeros((len(x), *(x.shape[1],) * 3))
         for motion, place in swings:
             right = self.links[place]
@@ -532,7 +531,7 @@ class Derivation:
     def predict(
         self, chosen: Sequence[Words], states: slice, parts: Sequence[Part]
     ) -> dict[Part, np.ndarray]:
-        """What mistakes of these words change: M (mistakes, K, n, n), bias (.., n, n, n), force."""
+        """Changes by chosen mistakes of M (mistakes, K, n, n), bias (.., n, n, n) and force."""
         mistakes, x = [self.mistakes[words] for words in chosen], self.x[states]
         count, n = x.shape
         shapes: dict[Part, tuple[int, ...]] = {
@@ -605,7 +604,7 @@ def _add(bodies: Iterable[MovingBody]) -> Signed:
 
 
 def _multiply_levers(motion: MovingBody, places: Iterable[int]) -> Signed:
-    """What products of two of these levers make: all of them without each alone."""
+    """Contribution of the products of two different levers: that of all less that of each alone."""
     chosen = np.zeros_like(motion.levers)
     chosen[list(places)] = 1.0
     there = np.diag(chosen)

@@ -22,7 +22,7 @@ from crosscheck.trial.coordinates.readings import (
 )
 from crosscheck.trial.judge.questions import VerificationProblem
 
-STATES = 8  # of all, at which models are asked in other coordinates
+STATES = 8  # number of states at which models are evaluated in other coordinates
 
 
 def find_readings(
@@ -69,8 +69,8 @@ def find_readings(
         for each in stated
         for model in (*models.values(), *lifted)
     ):
-        # What is left is less than a reading may leave, or a sign of gravity: a commoner
-        # error than all senses reversed, which forces and accelerations alone cannot tell from it.
+        # The residual is within tolerance, or gravity's sign is wrong: a commoner error than
+        # all senses reversed, which forces and accelerations alone cannot distinguish from it.
         return "", []
     for group in (simple, list_pairs(joints)):
         for level, model in models.items():
@@ -124,7 +124,7 @@ def _evaluate(
     *,
     by_rows: bool,
 ) -> dict[str, np.ndarray]:
-    """What the equations would say of some parts at the first states if x were other coordinates.
+    """Values of some parts at the first states if x were read as other coordinates.
 
     count: of states. by_rows: whether torques are those of the joints, not of x.
     """

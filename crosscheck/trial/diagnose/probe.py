@@ -24,7 +24,7 @@ from crosscheck.trial.diagnose.arm_numbers import (
     scale_by_powers,
 )
 
-TEETH_PER_PLANET = 20  # of sun and planet together
+TEETH_PER_PLANET = 20  # teeth of sun and planet together, per planet
 WIDEST = 0.65  # share of the planet in these
 OF_WIDEST = (0.75, 0.9, 0.55, 0.82, 0.65)  # planets of unlike joints
 DRAWS = 100

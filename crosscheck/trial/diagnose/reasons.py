@@ -67,8 +67,8 @@ from crosscheck.trial.judge.suite import (
     make_size_questions,
 )
 
-SAME = 1e-12  # of a row of a map: what two readings of it may differ by
-ROUNDING = 1e-10  # of a row of dy/dx: what is below it is 0
+SAME = 1e-12  # tolerance between two readings of a map, relative to its row
+ROUNDING = 1e-10  # largest entry of dy/dx that counts as 0, relative to its row
 # Where each part is looked at entry by entry.
 BY_ENTRY = {
     "mass_matrix": "mass_matrix",
@@ -76,9 +76,9 @@ BY_ENTRY = {
     "gravity": "gravity",
     "force": "force",
 }
-OPPOSITE = 1e-9  # of two entries of which one has the other's term, what their sum may be
+OPPOSITE = 1e-9  # tolerance of the sum of two opposite entries, relative to them
 MOST_EQUAL = 6  # mistakes that make the same, beside the first
-MOST_ERRORS = 2  # of a part, before a mistake in some of its entries alone is likelier
+MOST_ERRORS = 2  # errors of a part, above which one mistake in some of its entries is likelier
 FOLLOWS = "follows from the wrong M"
 QUANTITIES = {part: quantity for quantity, part in entries.PARTS.items() if quantity != "bias"}
 
@@ -162,7 +162,7 @@ class EntryComparison:
 
     @property
     def relative_errors(self) -> dict[str, np.ndarray]:
-        """How far each entry is from the reference's, relative to its size, part by part."""
+        """Difference of each entry from the reference's, relative to its size, part by part."""
         return {
             quantity: entries.deviations(
                 values, self.reference_values[quantity], self.sizes.entry_sizes(quantity)
@@ -172,9 +172,9 @@ class EntryComparison:
 
     @cached_property
     def terms(self) -> ReferenceTerms | None:
-        """Terms that belong in every entry; None where these cannot be told.
+        """Terms that belong in every entry; None where these cannot be determined.
 
-        They cannot if the map is not linear, nor at fewer states than an entry may have terms.
+        They cannot be if the map is not linear, nor at fewer states than an entry may have terms.
         """
         if self.frame.matrix is None:
             return None
@@ -215,7 +215,7 @@ class EntryComparison:
         return Derivation(self.frame, arm, self.level, self.numbers, x)
 
     def sample_part(self, quantity: str) -> PartDifference:
-        """What differs in a part, at every state; of accelerations the force that makes it."""
+        """Difference of a part at every state; for accelerations, the force that causes it."""
         difference = self.user_values[quantity] - self.reference_values[quantity]
         sizes, tolerance = self.sizes.entry_sizes(quantity), self.sizes.tolerance(quantity)
         if quantity != "acceleration":
@@ -323,7 +323,7 @@ def explain_entries(arm: EntryComparison, probes: Sequence[EntryComparison]) -> 
 
     probes: the same on arms of the same structure and other numbers. Coordinates of a matrix are
     looked at in the built-in ones too: where fewer errors explain a part of the equations there,
-    these are told.
+    these are reported.
     """
     if probes and probes[0].symbolic is not None and _is_same_map(probes[0].symbolic, arm):
         arm = replace(arm, symbolic=probes[0].symbolic)  # equal numbers are no symbol's own
@@ -364,7 +364,7 @@ def _explain_accelerations(
 ) -> Iterator[EntryMismatch]:
     """The wrong entries of accelerations alone: by what M times their difference is of the force.
 
-    That is told if every row of it is explained; else what is wrong in M and bias too.
+    That is reported if it explains every row; otherwise, what is wrong in M and bias too.
     """
     comparisons = arm, *probes
     pushed = [_balance_accelerations(each) for each in comparisons]
@@ -373,9 +373,9 @@ def _explain_accelerations(
     if not rows or len(explanations) < len(rows):
         explanations = _explain_balances(comparisons, pushed, [each.place.row for each in rows])
     errors = {error_signature(e): e for each in explanations.values() for e in each.errors}
-    if len(errors) != 1 and (told := _explain_by_mistakes_behind(comparisons)):
+    if len(errors) != 1 and (explanation := _explain_by_mistakes_behind(comparisons)):
         for wrong in _explain_arms(arm, probes):
-            yield wrong if wrong.shown_on else replace(wrong, explanation=told)
+            yield wrong if wrong.shown_on else replace(wrong, explanation=explanation)
         return
     if not explanations:
         yield from _explain_arms(arm, probes)
@@ -383,9 +383,9 @@ def _explain_accelerations(
     names = arm.frame.names
     where = ", ".join(entries.format_entry(place, names) for place in explanations)
     left = max(each.left_over for each in explanations.values())
-    told = Explanation(tuple(errors.values()), left, (), f"{where}, which M x'' shows")
+    explanation = Explanation(tuple(errors.values()), left, (), f"{where}, which M x'' shows")
     for wrong in _explain_arms(arm, probes):
-        yield wrong if wrong.shown_on else replace(wrong, explanation=told)
+        yield wrong if wrong.shown_on else replace(wrong, explanation=explanation)
 
 
 def _explain_balances(
@@ -586,7 +586,7 @@ def _select_group(
 def _explanation_length(
     wrong_entries: Sequence[EntryMismatch], rank: int
 ) -> tuple[int, int, int, int]:
-    """How long an explanation is: unexplained entries, errors of the others, rank, all entries."""
+    """Length of an explanation: unexplained entries, errors in the others, rank, all entries."""
     open_ones = sum(wrong.explanation is None for wrong in wrong_entries)
     errors = {
         error_signature(e) for w in wrong_entries if w.explanation for e in w.explanation.errors

@@ -29,7 +29,7 @@ from crosscheck.trial.input.equations import MOST, Coordinates, CoordinatesFile,
 
 LARGEST_FILE = 200_000_000  # bytes
 MOST_BYTES, MOST_FILES = 500_000_000, 10_000  # unpacked
-LARGEST_RATIO = 200  # of what is packed well; a bomb has a thousand and more
+LARGEST_RATIO = 200  # largest ratio of a good compression; a bomb has a thousand and more
 DESCRIPTION = "modelDescription.xml"
 LARGEST_DESCRIPTION = 50_000_000
 BINARIES = {
@@ -112,7 +112,7 @@ def _require_harmless(where: str, entries: list[zipfile.ZipInfo]) -> None:
 
 @dataclass(frozen=True)
 class FmuDescription:
-    """What an FMU says of itself.
+    """An FMU's description of itself.
 
     version: 2 or 3; kind: Model Exchange, where it has that, or Co-Simulation; references: by which
     FMI calls its real variables, by their names; inputs: names of those that are inputs; states:
@@ -131,7 +131,7 @@ class FmuDescription:
 
 
 def read_description(where: str, folder: Path) -> FmuDescription:
-    """What an unpacked FMU says of itself; a foreign file is parsed apart. Raises InputError."""
+    """Read the description of an unpacked FMU, in a separate process. Raises InputError."""
     description: FmuDescription = read_in_subprocess(where, _parse_description, where, folder)
     if not re.fullmatch(r"[A-Za-z_]\w{,199}", description.identifier, re.ASCII):
         allowed = "must be a name of C with at most 200 characters"

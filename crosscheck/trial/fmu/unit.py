@@ -54,7 +54,7 @@ if TYPE_CHECKING:
     import xarray as xr
 
 MOST_EVENTS = 100
-PUSH_N_M = 1e3  # by which torques are told from weight
+PUSH_N_M = 1e3  # torque that distinguishes the drive's effect from the weight's
 FAMILY = "trial-run"
 UNIT_BYTES, START_S = 2_000_000_000, 20  # memory of a unit; processor time of its start [s]
 STEP_S = 1e-4  # rough cost of a communication

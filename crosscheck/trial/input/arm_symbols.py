@@ -1,4 +1,4 @@
-"""What the symbols of an arm's quantities mean: by fields of its file, and as others call them."""
+"""Meaning of the symbols of an arm's quantities: fields of its file, and other names."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""What a user's function gave, as numbers: any array, matrix or column, and nothing else."""
+"""Conversion of a user's answer to numbers: arrays, matrices and columns, nothing else."""
 
 from __future__ import annotations
 
@@ -8,7 +8,7 @@ import numpy as np
 
 
 class NotNumbers(ValueError):
-    """What is wrong with an answer: what came, and what must come."""
+    """An unfit answer, with words on its form and on the form that is expected."""
 
 
 def convert_to_numbers(answer: Any, shape: tuple[int, ...]) -> np.ndarray:

@@ -41,7 +41,7 @@ TAKES: dict[str, tuple[str, ...]] = {
 }
 LOADS = ("force", "acceleration")  # parts that a torque belongs to
 MATRICES = ("mass_matrix", "coriolis")
-LAMBDIFIED = "<lambdifygenerated"  # what sympy calls the file of a function that it writes
+LAMBDIFIED = "<lambdifygenerated"  # file name that SymPy gives to a function that it writes
 # These packages' frames count where we call them; a user's own frame comes before those of a
 # user's call. FMPy calls a unit, of which Python has no frame.
 CALLING_PACKAGES = ("crosscheck", "numpy", "fmpy")
@@ -220,7 +220,7 @@ def make_named_call(function: Any, part: str, *, in_order: bool = False) -> Name
 
 
 def _list_meanings(names: Iterable[str]) -> dict[str, str]:
-    """What parameters mean; u beside a rate is the motors' torque, as control engineers write."""
+    """Meaning of parameters; u beside a rate is the motors' torque, as in control engineering."""
     has_rate = any(MEANT.get(name) == "v" for name in names)
     return {**MEANT, "u": "torque"} if has_rate else MEANT
 
@@ -278,7 +278,7 @@ def describe_failure(error: BaseException) -> Failure:
     """An exception with the state at which it was raised and, if it is the user's, its traceback.
 
     The message is one line of at most 400 characters. The traceback is without the frames by which
-    the user's code was reached; of exceptions that led to each other all are told, without notes.
+    the user's code was reached; of chained exceptions all are shown, without notes.
     """
     package_folders = {
         Path(str(sys.modules[package].__file__)).parent

@@ -1,4 +1,4 @@
-"""What a user supplies: functions that are equations of motion, and the coordinates they use."""
+"""The user's input: functions that are equations of motion, and their coordinates."""
 
 from __future__ import annotations
 
@@ -31,7 +31,7 @@ MOST = 100  # coordinates of an arm, and more
 
 @dataclass(frozen=True)
 class Coordinates:
-    """What the user's coordinates x (n,) are, of an arm.
+    """Definition of the user's coordinates x (n,) of an arm.
 
     The project's own coordinates q (n,) are joint angles [rad] relative to the previous link, and
     mesh displacements [m]. Without arguments, x are the joint angles.
@@ -88,7 +88,7 @@ class Symbolic:
 
 @dataclass(frozen=True, eq=False)
 class AnswerTable:
-    """What is known of equations whose answers stand in a table.
+    """Facts about equations whose answers stand in a table.
 
     again: those answers that were given when the same states were asked a second time. precision:
     relative rounding of the numbers. values (rows, ...) by part, NaN where none was needed; at: the
@@ -105,7 +105,7 @@ class AnswerTable:
 class Equations:
     """M(x) x'' + bias(x, v) + gravity(x) = force(t, x, v, torque): any of these alone is judged.
 
-    Functions take arrays (n,) by these names, in any order, of which each takes those it needs:
+    Each function names the arguments it needs, arrays (n,), in any order:
     ``t`` [s], ``q`` or ``x`` (the coordinates), ``v``, ``a``, ``torque`` (joints,), the drive's
     torques [N m] on the output side. They return arrays of floats, or what numpy makes arrays of.
     All are in the coordinates x and in SI units.

@@ -33,7 +33,8 @@ from crosscheck.trial.source.code import UserCode, find_module_code, find_object
 EXPECTED = "file.py:name or package.module:name"
 ACCEPTED = "Equations, a function that returns them, or an object with mass_matrix, bias, ..."
 MOST_NAMED = 5
-FRICTION = ("viscous_friction", "coulomb_friction")  # of robots, whose files have none
+# Friction arguments of robots, whose files have none.
+FRICTION = ("viscous_friction", "coulomb_friction")
 # Attributes that are asked of no object.
 SET_HERE = {"rebuild", "rebuilt_as", "any_arm", "any_scenario", "unused", "find_code"}
 Maker = Callable[..., Any]
@@ -226,7 +227,7 @@ def _make_importable(folder: Path) -> Iterator[None]:
 
 @contextmanager
 def _translate_errors(where: str, folder: Path) -> Iterator[None]:
-    """Turn whatever the user's code raises into an InputError that tells the line of the code."""
+    """Turn whatever the user's code raises into an InputError that names the line of the code."""
     try:
         yield
     except InputError:
@@ -328,7 +329,7 @@ def _public_names(source: Any) -> set[str]:
 
 
 def _match_arguments(factory: Maker, where: str, names: tuple[str, ...]) -> dict[str, str]:
-    """What each parameter of a factory gets: what has its name, or else the first that is left.
+    """Argument for each parameter of a factory: the one of its name, else the first left over.
 
     names: of what there is, such as arm and scenario.
     """

@@ -15,14 +15,14 @@ from crosscheck.trial.coordinates.differences import TURN_RAD, turns
 from crosscheck.trial.coordinates.frame import Frame
 from crosscheck.trial.coordinates.states import UserState
 
-NUDGE = 1e-7  # of coordinates, to see how a map bends
-WRITTEN = 10  # roundings of states and answers that were written with fewer digits
-LARGEST_POWER = 200  # of ten, between the numbers of two units
-SLOPES = 2 / TURN_RAD  # of those in M, in differences of M
-SOLVED = 10  # roundings of a solution by elimination, times the conditioning of the matrix
+NUDGE = 1e-7  # step of coordinates by which a map is differentiated
+WRITTEN = 10  # tolerance in roundings, for states and answers written with fewer digits
+LARGEST_POWER = 200  # largest power of ten between the numbers of two units
+SLOPES = 2 / TURN_RAD  # largest error of slopes of M, over the error of M itself
+SOLVED = 10  # roundings of a solution by elimination, times the condition number of the matrix
 Part = Literal["mass_matrix", "bias", "gravity", "force", "acceleration"]
 ErrorKind = Literal["sign", "factor", "dropped", "swapped", "angle", "extra", "exchanged"]
-SHOWN = 8  # of a list of places; the report has them all
+SHOWN = 8  # places of a list that are shown; the report has them all
 PARTS: dict[str, Part] = {
     "mass_matrix": "mass_matrix",
     "rate_terms": "bias",
@@ -52,12 +52,12 @@ class NaturalSizes:
     precision: float = 0.0
 
     def tolerance(self, quantity: str) -> float:
-        """What entries of a part may differ by, relative to their sizes."""
+        """Tolerance of the entries of a part, relative to their sizes."""
         solved = SOLVED * EPS * self.solving if quantity == "acceleration" else 0.0
         return LOOSEST + ROUNDINGS * EPS * self.roundings + solved + self.file_rounding(quantity)
 
     def file_rounding(self, quantity: str) -> float:
-        """What the rounding of written answers, and of their states, may change an entry by."""
+        """Error of an entry that is due to rounding of written answers and states."""
         larger = {"rate_terms": SLOPES, "acceleration": self.solving}.get(quantity, 1.0)
         return WRITTEN * self.precision * self.roundings * larger
 

@@ -1,4 +1,4 @@
-"""What is asked of the supplied equations: a part at random states, in the user's coordinates.
+"""Questions to the supplied equations: a part at random states, in the user's coordinates.
 
 Each question is a task of its own, so that a part that raises, hangs or takes its process down
 costs that part alone. The first call of every function comes before all else. What can be no
@@ -320,7 +320,7 @@ class VerificationProblem:
 
 
 class ErrorReport(NamedTuple):
-    """What a user's function raised: class and words, and in brackets the file and line of it."""
+    """Exception of a user's function: class, words, and its file and line in brackets."""
 
     error: str
     line: str

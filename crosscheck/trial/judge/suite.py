@@ -160,8 +160,8 @@ def _sizes_in_user_unit(
 ) -> NaturalSizes:
     """Natural sizes by the level that is nearest, in the unit of the equations' own numbers.
 
-    What equations owe to themselves they owe in any unit; no number of theirs but that power of ten
-    is in a size. Raises MissingResult.
+    They size the self-consistency checks: only the power of ten of the user's unit enters them.
+    Raises MissingResult.
     """
     user_values, ratios = results.need(problem.ask_equations(unit_part)), dict[str, float]()
     for level in problem.levels:

@@ -1,4 +1,4 @@
-"""Answers that are right but for their units or their order: told before entry after entry is."""
+"""Answers that are right but for their units or their order: reported before single entries."""
 
 from __future__ import annotations
 
@@ -16,10 +16,10 @@ from crosscheck.trial.judge.entries import PARTS, EntryPlace, Part, entry_place
 
 DEGREES = 180 / math.pi
 FACTORS = tuple(f**power for f in (1000.0, DEGREES) for power in (1, -1, 2, -2))
-NEAR = 0.02  # of a factor: an error beside it is looked at by itself
-MOST = 0.8  # of the states, at which an entry shows it
-SIZABLE = 1e-3  # of an entry's own root mean square: what is smaller shows nothing
-FITS, DIFFERS = 1e-6, 1e-2  # of the sizes, in half of the numbers
+NEAR = 0.02  # relative tolerance of a factor: other errors are reported beside it
+MOST = 0.8  # least share of the states at which an entry shows the factor
+SIZABLE = 1e-3  # least value that is compared, relative to its entry's root mean square
+FITS, DIFFERS = 1e-6, 1e-2  # median difference of right and of wrong values, relative to their rms
 
 
 @dataclass(frozen=True)

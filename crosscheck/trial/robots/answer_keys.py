@@ -1,4 +1,4 @@
-"""What a robot's equations must answer at a few states, on it and on one of its structure."""
+"""Right answers of a robot's equations at a few states, on it and on one of its structure."""
 
 from __future__ import annotations
 
@@ -23,7 +23,7 @@ from crosscheck.trial.source.sandbox import freeze
 
 FEW_STATES = 3
 SEED = 7
-FACTORS = 0.7, 1.4  # of a number on the other robot
+FACTORS = 0.7, 1.4  # factors by which numbers of the other robot differ
 
 
 def make_robot_answer_keys(
@@ -108,7 +108,7 @@ def _make_answer_key(
 
 
 def _select_answers(problem: RobotProblem, level: Level, equations: Equations) -> LevelAnswers:
-    """What a level says of the functions' answers, before the trial takes these apart."""
+    """Answers that a level expects of the functions, before the trial splits them into parts."""
     answers, sizes = problem.answers, problem.sizes[level]
     friction = problem.friction[:FEW_STATES]
     right = {part: values[:FEW_STATES] for part, values in problem.reference_values[level].items()}

@@ -1,4 +1,4 @@
-"""What a user's equations of a robot answer at random states; their code runs in workers."""
+"""Answers of a user's robot equations at random states; their code runs in workers."""
 
 from __future__ import annotations
 
@@ -36,11 +36,11 @@ from crosscheck.trial.input.loading import FRICTION
 STATES = 12
 FASTEST = 2.0  # rad/s or m/s of a state, whatever the joint's limit: equations hold beyond it
 CALL_S = 2e-3  # [s] that a user's Python takes over one answer, at most
-LARGEST = 1e50  # of a number that can be compared
-RESTATED = 1e-9  # by which friction may differ that the robot's file has as well
+LARGEST = 1e50  # largest number that can be compared
+RESTATED = 1e-9  # relative tolerance between friction of the equations and of the robot's file
 HERE, AGAIN = "here", "again"  # the states, and the same a second time in the other order
 NONLINEAR = "nonlinear effects"  # C v + gravity: what a bias is that counts the weights
-SPEEDS = (1.0, -1.0, 2.0, 0.0)  # at which the bias is asked, times each state's rates
+SPEEDS = (1.0, -1.0, 2.0, 0.0)  # factors on each state's rates at which the bias is evaluated
 BY_RATES = ("bias", "coriolis", "inverse_dynamics")  # parts that give the bias
 Block = str | float | tuple[int]  # HERE, AGAIN, one of SPEEDS, or (joint,) that accelerates alone
 Blocks = dict[Block, np.ndarray]  # answers of a function to each block of states
@@ -106,7 +106,7 @@ class Friction:
         return bool(self.viscous.any() or self.coulomb.any())
 
     def torques(self, v: np.ndarray) -> np.ndarray:
-        """What friction takes from the motors at rates v (states, n)."""
+        """Friction torque at rates v (states, n), which the motors overcome."""
         taken: np.ndarray = self.viscous * v + self.coulomb * np.sign(v)
         return taken
 
@@ -137,7 +137,7 @@ def read_friction(equations: Equations, robot: Robot, where: str) -> Friction:
 
 @dataclass(frozen=True)
 class RobotAnswers:
-    """What a user's equations say at the states, by quantity: M (states, n, n), others (states, n).
+    """Answers of a user's equations by quantity: M (states, n, n), others (states, n).
 
     again: the same, asked a second time in the other order. sources: the part that each comes from.
     speeds (states, 4, n): the bias at SPEEDS times the rates, None without a bias. failures: by

@@ -1,4 +1,4 @@
-"""What equations of a robot owe to themselves: the bias to M, and gravity to a potential."""
+"""Self-consistency of a robot's equations: the bias follows from M, gravity from a potential."""
 
 from __future__ import annotations
 
@@ -12,18 +12,19 @@ from crosscheck.models.robot.robot import Robot
 from crosscheck.runner.outcomes import Failure
 from crosscheck.trial.coordinates.differences import CENTRAL, TURN_RAD
 
-STATES = 4  # of all states, the first
-SHIFT_M = 0.01  # of a sliding joint: M and gravity are of its coordinate's square at most
+STATES = 4  # number of states, the first ones
+# Step of a sliding joint [m]; M and gravity are quadratic in it, so differences are exact.
+SHIFT_M = 0.01
 REACH = 4  # steps to either side of a state, of differences of order 8
-# Of how far differences of order 6 are from those of order 8, which err much less than that.
+# Truncation error of order 8, as a share of its distance from the differences of order 6.
 TRUNCATED = 0.1
-SLOPES = 2 / TURN_RAD  # of what an answer may differ by, in a slope by differences of answers
+SLOPES = 2 / TURN_RAD  # tolerance of a slope, over that of the answers it is taken from
 SOURCES = ("mass_matrix", "gravity")  # parts whose slopes are taken
 
 
 @dataclass(frozen=True)
 class SelfDifference:
-    """How far a part is from what it owes to itself or to another, and what may be, by entries.
+    """Violation of an identity within or between parts, and its tolerance, by entries.
 
     values, allowed: (states, n), or (states, n, n) of gravity's slopes.
     """

@@ -51,7 +51,7 @@ class MappedCall:
         raw, shape = self.call(moved), (len(x), len(x))
         try:
             answer = convert_to_numbers(raw, shape if self.part in MATRICES else shape[:1])
-        except NotNumbers:  # which whoever called tells with the state
+        except NotNumbers:  # the caller reports it with the state
             return raw
         if self.part == "mass_matrix":
             return np.linalg.solve(jacobian.T, answer) @ np.linalg.inv(jacobian)

@@ -2,7 +2,7 @@
 
 M. W. Spong, Modeling and control of elastic joint robots, J. Dyn. Sys. Meas. Control 109, 1987: a
 rotor's energy is that of its own spin, so that M is that of the links beside N^2 J of each motor.
-A motor's angle is told on the output side, as its joint's.
+A motor's angle is stated on the output side, as its joint's.
 """
 
 from __future__ import annotations

@@ -1,4 +1,4 @@
-"""What is wrong in a user's equations of a robot, in words: only what holds at every state."""
+"""Errors of a user's equations of a robot, in words; each explanation holds at every state."""
 
 from __future__ import annotations
 
@@ -41,22 +41,22 @@ from crosscheck.trial.robots.readings import find_readings
 from crosscheck.trial.robots.rows import describe_asymmetry, describe_right_rows
 
 RATIOS = {-1.0: "with the opposite sign", 0.5: "half as large", 2.0: "twice as large"}
-SHOWN = 1e-5  # of a ratio, of which six digits are shown
+SHOWN = 1e-5  # least deviation of a ratio from 1 that is shown: ratios have six digits
 MOST_STATED = 3  # coordinates whose matrix is short enough to be shown
 MOST_SHOWN = 5  # terms of a sentence
 MISSING, EXTRA = "missing", "right is 0"
 MOST_OTHERS = 3  # causes of one part, beyond which they are no more than a coincidence
-MOST_EQUALS = 2  # causes that no state tells from the first one, which are named beside it
-ROUNDED = 1e-5  # of an entry's size: a difference that rounded numbers may make
+MOST_EQUALS = 2  # causes named beside the first that no state distinguishes from it
+ROUNDED = 1e-5  # largest difference, relative to an entry's size, that rounded numbers may cause
 MOST_SEARCHED = 12  # entries of a part, of which each may be wrong by a cause of its own
-LEAST_ENTRIES = 3  # that are wrong, before six numbers together explain more than chance
+LEAST_ENTRIES = 3  # wrong entries needed before fitting six inertias means more than chance
 UNFOUNDED = "bias does not follow from mass_matrix, which is right"
 Rates = Callable[[], BiasTerms | None]  # the terms of the user's bias, asked only if it is wrong
 
 
 @dataclass(frozen=True)
 class RobotDiagnosis:
-    """What is wrong.
+    """Errors of the equations and their explanations.
 
     level: that of the fewest entries that differ, or the next at which one change explains all;
     entries: those that differ from it, most first; notes: sentences on single parts and entries,
@@ -154,10 +154,10 @@ def diagnose(
 def _describe_lone_product(
     search: CauseSearch, entries: Sequence[RobotEntry], rates: Rates
 ) -> dict[str, list[str]]:
-    """The sentence on one product of rates, or all of one row, where nothing else is wrong.
+    """The sentence on the one product of rates that is wrong, or on all of one row.
 
-    It stands before terms of Kane's sum, of which several would often explain so little; where the
-    product should not be there, a few that explain it are told.
+    A search over terms of Kane's sum would find several equal explanations of so small an error.
+    Only for a product that should not be there are a few of these added.
     """
     problem, level = search.problem, search.level
     lone = len({entry.name for entry in entries if entry.part in SINGLE}) == 1
@@ -189,7 +189,7 @@ def _describe_wrong_pieces(
 
 
 def _diagnose_reading(problem: RobotProblem) -> RobotDiagnosis | None:
-    """What is wrong, if that is the coordinates alone."""
+    """Diagnosis if the coordinates alone are wrong."""
     level, readings = find_readings(problem)
     if level is None:
         return None
@@ -233,7 +233,7 @@ def _find_rarer_explanations(
     """The nearest level at which an angle, a term of Kane's sum, two changes or six inertias do.
 
     Of levels of as many wrong entries the first. several: whether more than gravity alone is wrong,
-    whose terms are told as its own.
+    whose terms are reported separately.
     """
 
     def find_single(search: CauseSearch) -> list[Cause]:
@@ -347,7 +347,7 @@ def _name_constant(
 def describe_ratio(
     user_values: np.ndarray, reference_values: np.ndarray, rounding: np.ndarray
 ) -> str:
-    """What yours (states,) are beside right, if it is the same at every state; else ''."""
+    """Constant ratio of yours to right (states,), in words; '' if it varies with the state."""
     if (np.abs(reference_values) <= rounding).all():
         return EXTRA
     if (np.abs(user_values) <= rounding).all():
@@ -468,8 +468,8 @@ def _self_notes(
         pairs = ", ".join(f"{names[i]} and {names[j]}" for i, j in unlike[1:MOST_SHOWN])
         also = f"; so with {pairs}{', ...' if unlike[MOST_SHOWN:] else ''}" if pairs else ""
         yield (
-            f"gravity is no gradient of a potential: the slope of gravity[{a}] along {b} is not"
-            f" that of gravity[{b}] along {a}{also}"
+            f"no potential energy gives this gravity vector: d gravity[{a}]/d {b} differs from"
+            f" d gravity[{b}]/d {a}{also}"
         )
 
 
@@ -611,5 +611,5 @@ def _describe_causes(causes: Sequence[Cause], where: str) -> Iterator[str]:
 
 
 def list_equals(causes: Sequence[str]) -> str:
-    """The first two of causes that no state tells from one that is named."""
+    """The first two causes that no state distinguishes from the one that is named."""
     return " or ".join(causes[:MOST_EQUALS])

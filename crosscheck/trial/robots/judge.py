@@ -28,7 +28,7 @@ from crosscheck.runner.outcomes import Failure
 from crosscheck.trial.robots.answers import SPEEDS, RobotAnswers
 from crosscheck.trial.robots.consistency import SLOPES, SelfDifference
 
-SINGLE = ("mass_matrix", "bias", "gravity")  # of which the others are made
+SINGLE = ("mass_matrix", "bias", "gravity")  # elementary parts, from which the others are composed
 JUDGED = (*SINGLE, "inverse_dynamics", "force", "acceleration")
 LETTERS = {"mass_matrix": "M"}
 OWN, AGAINST = "trial-own", "trial-states"
@@ -92,7 +92,7 @@ class RobotProblem:
 
     @cached_property
     def reference_values(self) -> dict[Level, Mapping[str, np.ndarray]]:
-        """What the project's own derivation says of each part, by level."""
+        """Values of each part by the project's own derivation, by level."""
         return {
             level: self.evaluate_model(AnalyticRobot(self.robot, level)) for level in self.sizes
         }
@@ -103,7 +103,7 @@ class RobotProblem:
         return all(np.array_equal(here[part], there[part]) for part in self.parts)
 
     def evaluate_model(self, model: RobotModel) -> dict[str, np.ndarray]:
-        """What a model says of each part of the equations, in their meaning."""
+        """Values of each part of the equations by a model, as the equations define them."""
         q, v, a, torques = self.states
         held, weights = self.spring_torques, self.spring_torques + model.gravity(q)
         meant = {
@@ -120,7 +120,7 @@ class RobotProblem:
 
     @cached_property
     def spring_torques(self) -> np.ndarray:
-        """What holds the springs (states, n); 0 without any."""
+        """Torques that hold the springs (states, n); 0 without springs."""
         q = self.states.q
         return q @ self.stiffness if self.stiffness.any() else 0 * q
 
@@ -306,7 +306,7 @@ def _engine_findings(problem: RobotProblem, level: Level) -> Iterator[Finding]:
             relative_errors = problem.relative_errors(
                 level, problem.evaluate_model(build_robot_model(engine, problem.robot, level))
             )
-        except Exception as error:  # whatever an engine raises is told, and fails
+        except Exception as error:  # whatever an engine raises is reported as a failure
             message = format_line(f"{engine} raised {type(error).__name__}: {error}")
             yield from (
                 make_failed_check(_make_subject(problem, AGAINST, part, "", engine), message)

@@ -48,7 +48,7 @@ def format_lines(trial: RobotTrial) -> Iterator[str]:
 
 
 def first_lines(trial: RobotTrial) -> Iterator[str]:
-    """What the equations are, by how much, and what was not judged."""
+    """Lines on the level that the equations agree with or miss, and on parts not judged."""
     diagnosis, level = trial.diagnosis, trial.level
     left_out = f"; not judged: {', '.join(trial.not_judged)}" if trial.not_judged else ""
     if not trial.parts:
@@ -83,9 +83,9 @@ def describe_first_error(trial: RobotTrial) -> str:
 
 
 def _disagreements(trial: RobotTrial) -> Iterator[str]:
-    """Sentences on checks that do not agree and that no entry tells."""
+    """Sentences on failed checks that no wrong entry accounts for."""
     if has_engine_conflict(trial.agreement.findings):
-        yield "the engines differ on this robot: `crosscheck cost` tells where"
+        yield "the engines differ on this robot: `crosscheck cost` shows where"
     elif not trial.diagnosis.entries:
         for finding in trial.agreement.disagreeing:
             yield f"{finding.verdict} {finding.quantity}: {describe_outcome(finding)}"
@@ -151,7 +151,7 @@ def format_robot_trial(trial: RobotTrial) -> str:
 
 
 def _name_sources(trial: RobotTrial) -> dict[str, object]:
-    """What was tried, by name, and what tried it."""
+    """Names of the equations and of the program that tried them."""
     program = f"geararm-crosscheck {__version__}"
     names = {"robot": trial.robot.name, "program": program, "equations": trial.name}
     return {**names, "seed": trial.seed}
@@ -164,7 +164,7 @@ def robot_trial_junit(trial: RobotTrial) -> str:
 
 
 def robot_trial_summary(trial: RobotTrial) -> str:
-    """What a notebook shows: the lines of the terminal, and a heat map of each part."""
+    """HTML for notebooks: the lines of the terminal, and a heat map of each part."""
     from crosscheck.report.rendering import render_page
 
     lines = [make_printable(line) for line in format_lines(trial)]

@@ -100,7 +100,7 @@ def _screen(
 def _generate_values(
     readings: Sequence[Reading], model: AnalyticRobot, states: RandomStates, problem: RobotProblem
 ) -> Iterator[dict[str, np.ndarray]]:
-    """What the equations would say of each part (readings, states, ...) if x were as read, and M.
+    """Values of each part (readings, states, ...) if x had these meanings, and M.
 
     Where a part takes torques, then as if these were those of the robot's joints, not of x.
     """

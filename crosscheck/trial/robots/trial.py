@@ -92,7 +92,7 @@ class RobotTrial:
     source_answer: SourceAnswer | None = None
 
     def __repr__(self) -> str:
-        """What the command prints."""
+        """Lines that the command prints."""
         from crosscheck.trial.robots.output import format_lines
 
         return "\n".join(format_lines(self))
@@ -173,7 +173,7 @@ RunTrial = tuple[RobotTrial, MakeAnswerKeys | None]
 
 @dataclass(frozen=True)
 class RobotQuestions:
-    """What a trial asks equations of a robot, none of which depends on an answer.
+    """All calls of a robot's equations in a trial; none depends on an answer.
 
     entry: the equations' functions in the registry; motors: coordinates, from 0, that have one;
     sizes: by level, of which ``level`` sets the accelerations at which inverse dynamics is asked.
@@ -201,7 +201,7 @@ class RobotQuestions:
 
 
 def prepare_questions(equations: Equations, robot: Robot, name: str, seed: int) -> RobotQuestions:
-    """What equations of a robot are asked. Raises InputError."""
+    """Prepare the calls of a robot's equations. Raises InputError."""
     motors, calls = bind_functions(equations, robot)
     table = equations.table
     again = calls if table is None else bind_functions(table.again, robot)[1]
@@ -277,8 +277,9 @@ def _run_trial(
     )
     make_answer_keys = None
     if diagnosis.entries and not diagnosis.readings:
-        asked = problem, diagnosis.level, given, equations
-        make_answer_keys = partial(make_robot_answer_keys, *asked)
+        make_answer_keys = partial(
+            make_robot_answer_keys, problem, diagnosis.level, given, equations
+        )
     trial = RobotTrial(
         name=name,
         robot=robot,
@@ -316,7 +317,8 @@ def _ask_about_itself(
     slopes = call_functions(dict.fromkeys(parts, moved), name, workers, progress)
     values = dict(answers.values)
     if answers.speeds is not None and answers.sources["bias"] == "bias":
-        values["bias"] = values["bias"] - answers.speeds[:, -1]  # what is at rest is told apart
+        # The bias at rest is reported separately.
+        values["bias"] = values["bias"] - answers.speeds[:, -1]
     return compare_with_itself(robot, states, values, slopes)
 
 
@@ -359,7 +361,7 @@ def _list_remarks(
 ) -> Iterator[str]:
     """Sentences on how the equations were read, where they may be read in several ways."""
     if is_mapped:
-        yield "carried from your coordinates to the joints' own, in which entries are told"
+        yield "carried from your coordinates to the joints' own, in which entries are named"
     if len(motors) < len(problem.names):
         joints = ", ".join(problem.names[number] for number in motors)
         yield f"motors: at {joints} alone" if motors else "motors: nowhere"
@@ -383,7 +385,7 @@ def _describe_idle_joints(
 
 
 def _list_unjudged(problem: RobotProblem, equations: Equations) -> Iterator[str]:
-    """What of equations is not judged, each with the reason."""
+    """Parts of the equations that are not judged, each with the reason."""
     failures = problem.answers.failures
     yield from (f"{part} ({why.kind})" for part, why in failures.items())
     for part in SINGLE:

@@ -1,1 +1,1 @@
-"""Which line of a user's source must change so that wrong equations become right."""
+"""Search for the line of a user's source that must change to make wrong equations right."""

@@ -1,4 +1,4 @@
-"""What equations must answer on a mechanism: the one table that trials of arms and robots fill."""
+"""Right answers of equations on a mechanism: the table that trials of arms and robots fill."""
 
 from __future__ import annotations
 
@@ -45,7 +45,7 @@ class LevelAnswers:
 
 @dataclass(frozen=True)
 class AnswerKey:
-    """What equations must answer on a mechanism: what a level says, or what another one does.
+    """Right answers of equations on a mechanism: those of a level, or of another level.
 
     Args:
         bind: Makes equations for the mechanism, of the object that a user's code defines, and

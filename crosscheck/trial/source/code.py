@@ -120,7 +120,7 @@ def find_object_code(source: Any) -> UserCode | None:
 
 
 def _read_closure(function: FunctionType) -> dict[str, Any]:
-    """What a local function finds defined in the functions around it."""
+    """Variables that a local function takes from the functions around it."""
     values = {}
     for name, cell in zip(function.__code__.co_freevars, function.__closure__ or (), strict=True):
         with suppress(ValueError):  # not assigned yet

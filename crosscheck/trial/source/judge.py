@@ -81,7 +81,7 @@ class SourceJudge:
             answer(part, self.states[part])
 
     def find_mended(self, compiled: Sequence[Any]) -> Mapping[str, Wrong]:
-        """What stays wrong, by level beside which edited code mends some and makes none wrong.
+        """Remaining errors, by level for which the edit corrects some and breaks none.
 
         Raises whatever the code raises, and TooSlow.
         """

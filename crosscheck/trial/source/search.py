@@ -99,7 +99,7 @@ class EditSearch:
             self.mending.append(mending)
 
     def _judge(self, edits: Sequence[Edit]) -> MendingEdit | None:
-        """What edits mend together; None where that is nothing, and where they do not work."""
+        """Judge edits made together; None if they correct nothing or the code fails with them."""
         try:
             for edit in edits:
                 self.tree.put(edit.node, edit.parse())
@@ -225,7 +225,7 @@ class RankTask(SelfKeyedTask):
 def find_source_answer(
     code: UserCode, make_answer_keys: MakeAnswerKeys, progress: ProgressCallback
 ) -> SourceAnswer | None:
-    """What must change in a source, if a small edit makes it right, or some of its entries.
+    """Find the small edit of a source that makes it right, or some of its entries.
 
     make_answer_keys: what it must answer, on the user's mechanism first; called in a worker. No
     file is written, and the code runs in that worker alone.

@@ -48,7 +48,7 @@ class SourceEdit:
 
     @property
     def remedy(self) -> str:
-        """What must be done, in words."""
+        """The edit, in words."""
         if not self.new:
             return f"{self.old} should be left out"
         if not self.removed:
@@ -58,7 +58,7 @@ class SourceEdit:
 
 @dataclass(frozen=True)
 class SourceAnswer:
-    """What must change in a user's source.
+    """A change of a user's source that corrects it.
 
     Args:
         edits: The changes, of which several are made together, in the order of the file.
@@ -76,7 +76,7 @@ class SourceAnswer:
 
     @property
     def sentences(self) -> Iterator[str]:
-        """What must change, and what agrees then; alternatives, and how far it was judged."""
+        """The change, the parts that then agree, alternatives, and the extent of the check."""
         changes = ", and ".join(f"{each.place}: {each.remedy}" for each in self.edits)
         entries = [name for each in self.edits for name in each.entries]
         agree = f"then {_list_names(entries)} {'agrees' if len(entries) == 1 else 'agree'}"
@@ -126,7 +126,7 @@ def describe_edit(tree: SourceTree, edit: Edit, entries: tuple[str, ...]) -> Sou
 
 
 def _write_edited(tree: SourceTree, edit: Edit, around: ast.AST | None) -> str:
-    """What Python writes for a node with an edit inside."""
+    """Source text of a node with an edit inside, as Python writes it."""
     if around is None:
         return ""
     tree.put(edit.node, edit.parse())

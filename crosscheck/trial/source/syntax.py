@@ -15,7 +15,7 @@ from crosscheck.trial.source.code import UserCode
 
 Kind: TypeAlias = tuple[Any, ...]  # ("int",), ("number",), ("array", *shape) or (class,)
 INDEX, NUMBER = ("int",), ("number",)
-MOST_ELEMENTS = 8  # of a list whose elements stand for each other
+MOST_ELEMENTS = 8  # elements of the longest list whose elements may replace each other
 MOST_UNWRITTEN = 80  # elements and attributes of a function's objects that its text does not name
 LEAF = ast.Name | ast.Attribute | ast.Subscript
 FUNCTION = ast.FunctionDef | ast.Lambda

@@ -39,7 +39,7 @@ MOST_DIGITS, SINGLE_DIGITS = 15, 7
 
 @dataclass(frozen=True)
 class TableColumns:
-    """What may stand in a file of answers for n coordinates.
+    """Allowed contents of a file of answers for n coordinates.
 
     parts: that may be answered; arguments: columns that may stand beside, by argument;
     least_digits: significant ones that answers must have.

@@ -24,7 +24,8 @@ from crosscheck.trial.tables.state_requests import (
     collect_state_request,
 )
 
-SAME_STATE = 1e-4  # of a column's largest number: what single precision leaves of it
+# Tolerance between equal states, over a column's largest number (single precision).
+SAME_STATE = 1e-4
 
 
 @dataclass(frozen=True)

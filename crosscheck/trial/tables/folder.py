@@ -1,4 +1,4 @@
-"""What `crosscheck trial --ask` writes: states as CSV and MAT files, a README, templates."""
+"""Output of `crosscheck trial --ask`: states as CSV and MAT files, a README, templates."""
 
 from __future__ import annotations
 
@@ -24,7 +24,7 @@ from crosscheck.trial.tables.state_requests import (
 )
 
 MAT_TEXT = b"MATLAB 5.0 MAT-file, states of a trial, geararm-crosscheck"
-TEXT_LENGTH = 116  # of what begins a MAT file
+TEXT_LENGTH = 116  # length of the text at the head of a MAT file
 TEMPLATES = ("README.md", "answers.m", "answers.c", "answers.jl", "answers.mos")
 
 
@@ -109,7 +109,7 @@ def _render_texts(
         "answers": {SHORT[part]: answer_columns(part, n) for part in trial.parts},
         "parts": [SHORT[part] for part in parts],
         "least_digits": trial.least_digits,
-        "told": shared_options,
+        "options": shared_options,
         "probes": probes,
         "stem": f"{probes[0]}-states" if probes else "states",
     }

@@ -117,7 +117,7 @@ class TableTrial(AnsweredTrial):
     least_digits = 7
 
     def make_request(self, name: str, equations: Equations) -> TrialRequest:
-        """What a trial of these equations is asked for."""
+        """Request for a trial of these equations."""
         return TrialRequest(
             name, equations, self.arm, chosen=self.chosen, quick=self.quick, seed=self.seed
         )
@@ -154,7 +154,7 @@ class TableTrial(AnsweredTrial):
     def _build_request(
         self, problem: VerificationProblem, notes: Iterable[Call], first: int
     ) -> StateRequest:
-        """What was noted, beside the rows of the trial's own states, -1 where none is asked."""
+        """Request for the recorded calls, with the rows of the trial's own states or -1."""
         arm = problem.case.arm
         columns = argument_columns(problem.frame, self.coordinates, arm)
         request = build_request(arm, problem.frame.names, columns, self.parts, notes, first)

@@ -29,7 +29,7 @@ from crosscheck.models.numba_cache import njit
 
 Side = Literal["sun", "ring"]
 EPSILON = float(np.finfo(float).eps)
-ROUNDINGS = 10  # in a deflection: poses, line of centres and the turns against it
+ROUNDINGS = 10  # roundings in a deflection: poses, line of centres and the turns against it
 PLANET, CARRIER, WHEEL, PREVIOUS = 0, 1, 2, -1  # bodies of a mesh; a ring's wheel is the previous
 
 
@@ -231,7 +231,7 @@ def point_motion(body: PointMotion, lever: complex) -> PointMotion:
 
 @njit(cache=True)
 def line_rotation(line: complex, direction: float, carrier: float) -> float:
-    """How far the line of centres has turned since zero [rad], full turns told by the carrier."""
+    """Rotation of the line of centres since zero [rad]; the carrier's angle counts full turns."""
     angle = np.arctan2(line.imag, line.real) - direction
     return angle + 2 * np.pi * np.round((carrier - angle) / (2 * np.pi))
 

@@ -22,8 +22,8 @@ from crosscheck.models.exudyn.tree.stiffness import Number, StiffnessCurve, stif
 from crosscheck.models.numba_cache import njit
 
 EPSILON = float(np.finfo(float).eps)
-ROUNDINGS = 10  # in a deflection: sums of three products, and maps of coordinates before
-NO_SUN = -1  # in place of a sun's coordinate
+ROUNDINGS = 10  # roundings in a deflection: sums of three products, and maps of coordinates before
+NO_SUN = -1  # number in place of a sun's coordinate
 STEP = 1e-50  # of an angle's imaginary part: nothing beside 1, and so is its square beside it
 
 

@@ -171,7 +171,7 @@ class ExudynTree(Model):
         q, v = self.start()
         states = np.empty((len(time), 3, len(q)))
         energy = np.empty(len(time))
-        with np.errstate(over="ignore", invalid="ignore"):  # told by require_finite
+        with np.errstate(over="ignore", invalid="ignore"):  # reported by require_finite
             for row, t in enumerate(time):
                 if row:
                     try:

@@ -26,7 +26,7 @@ import psutil
 from crosscheck.models.errors import InputError, format_install_command
 from crosscheck.models.robot.mjcf.writer import MjcfRobot, convert_file
 
-MEMORY_BYTES = 2 * 1024**3  # of memory, beyond what the program has already
+MEMORY_BYTES = 2 * 1024**3  # memory of the reader, beyond the program's own
 PROCESSOR_S = 10  # [s] of processor time, of which shapes of files take most
 IDLE_S, LOOK_S = 4.0, 0.1  # [s] without processor time; from one look to the next
 LONGEST_S = 600  # [s], after which the process ends though its parent has died

@@ -25,12 +25,12 @@ from crosscheck.models.robot.mjcf.notes import (
 from crosscheck.models.robot.robot import Placement
 from crosscheck.models.robot.urdf import roll_pitch_yaw
 
-UNLIMITED = 1e18  # of a sliding joint, as URDFs have it
-ITERATED = 1e-5  # of an inertia: MuJoCo finds principal axes by iteration, to some 1e-6
-# What Python is told of memory that MuJoCo lacks, and of other failures.
+UNLIMITED = 1e18  # limit of a sliding joint without limits, as in URDFs
+ITERATED = 1e-5  # accuracy of an inertia: MuJoCo finds principal axes by iteration, to some 1e-6
+# Python's message where MuJoCo runs out of memory, and for other failures.
 NO_REASON = "Caught an unknown exception!"
 FAILURE = "it fails without a reason, as of a shape that is too large for the memory"
-MOST_BODIES = 10_000  # of a model that is written as a URDF
+MOST_BODIES = 10_000  # largest number of bodies of a model that is written as a URDF
 
 
 class MjcfRobot(NamedTuple):

@@ -1,4 +1,4 @@
-"""What differs in the equations behind accelerations alone, entry by entry.
+"""Differences in the equations behind accelerations alone, entry by entry.
 
 With the right M, h and f, M a + h - f of a user's acceleration a is f' - f - (h' - h) - (M' - M) a
 of his own M', h' and f'. So its coefficients before waves times accelerations, products of rates
@@ -18,7 +18,7 @@ from crosscheck.trial.diagnose.terms.polynomial import TermKey
 from crosscheck.trial.diagnose.terms.reference_terms import ReferenceTerms
 from crosscheck.trial.judge.entries import EntryPlace
 
-MOST_KEYS = 0.8  # of the states, so that what no key makes is seen
+MOST_KEYS = 0.8  # largest ratio of keys to states at which a residual still shows
 TORQUE = "T_"  # begins the signals that are torques
 
 

@@ -15,7 +15,7 @@ from crosscheck.trial.diagnose.terms.reference_terms import ReferenceTerms
 from crosscheck.trial.judge.entries import EntryPlace, Explanation, TermError
 from crosscheck.trial.judge.unit_mistakes import DEGREES
 
-ALIKE = 1e-9  # of a difference's largest value, what a unit may leave of it
+ALIKE = 1e-9  # largest residual of a unit, relative to the difference's largest value
 # By what angles are multiplied, and the waves then, in words.
 UNITS = {DEGREES: "{}, its angle in degrees,", 1 / DEGREES: "{}, its angle times pi/180,"}
 

@@ -42,7 +42,7 @@ TermGroup = tuple[EntryTerms, float]
 Fits = Callable[[np.ndarray], np.ndarray]  # of changes (terms, arms): which make a difference
 LENGTHS = ("L", "d", "r_s", "r_p", "r_c", "r_cp")
 INERTIAS = ("I_l", "J_r", "J_m")
-MULTIPLES = 3  # of a symbol, the last of its forms
+MULTIPLES = 3  # number of multiples of a symbol, the last of its alternatives
 MOST_SHARED = 12  # symbols of which an error may concern all terms at once
 
 
@@ -237,7 +237,7 @@ class CandidateSet:
             yield Candidate("swapped", inside, change, 1.0 + other.cost + extra, other.text, right)
 
     def _change_power(self, symbol: str, place: int, value: Any, power: int) -> np.ndarray:
-        """What the alternative at a place of a symbol's, with this value, changes of its power."""
+        """Change of a symbol's power if the alternative with this value takes its place."""
         key = symbol, place, power
         if key not in self._power_changes:
             right = _power(self.values[symbol], power)

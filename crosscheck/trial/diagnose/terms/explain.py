@@ -1,8 +1,8 @@
-"""What is wrong in an entry that is known to be wrong: errors that make the difference, no other.
+"""Finds errors of terms that explain the difference of a wrong entry, and nothing else.
 
 An error is believed if it makes every coefficient of the difference, on every arm that was tried,
 to the rounding of the data. Of several the likeliest comes first; the others that the arms cannot
-tell from it are told too.
+distinguish from it are reported too.
 """
 
 from __future__ import annotations
@@ -37,24 +37,24 @@ from crosscheck.trial.diagnose.terms.values import (
 )
 from crosscheck.trial.judge.entries import EntryMismatch, EntryPlace, Explanation, TermError
 
-ROUNDING = 1e-11  # of a coefficient's difference, beside the noise that its fit shows
+ROUNDING = 1e-11  # rounding of a coefficient's difference, in addition to the noise of its fit
 NOISES = 8  # standard errors that a coefficient may be off
-UNEXPLAINED = 1e-6  # of a difference: more than that beside all waves, and no term explains it
+UNEXPLAINED = 1e-6  # largest share of a difference outside all waves that terms may explain
 MOST_PAIRED = 1000
 MOST_OTHERS = 6
 UNLIKELY = 1.6  # a cost from which a term too many may be as likely
-FAR_FETCHED = 0.5  # beside the likeliest: not worth telling
+FAR_FETCHED = 0.5  # largest cost above the likeliest explanation's that is reported
 MOST_PER_KEY = 8
 MOST_WRONG = 4  # waves and signals that are off, for terms of other entries to be tried
 TOO_NOISY = 1e-7  # relative: with more, two errors at once fit almost anything
 USUAL_FACTOR = re.compile(r"(?:1/)?[Nn](\d+)(?:\^2)?")  # a number of planets, a ratio
 GEARS = GEAR_PARTS | RADII  # stems of symbols
-FOLLOWS = 1e-9  # of a bias entry's difference, beside its noise
+FOLLOWS = 1e-9  # tolerance of a bias entry's difference, in addition to its noise
 Entries = Mapping[tuple[int, int], Mapping[TermKey, float]]
 
 
 class Target(NamedTuple):
-    """What errors have to make: the difference of an entry, over keys and arms.
+    """The difference of an entry that errors must explain, over keys and arms.
 
     difference, tolerance (keys, arms): the difference and what it may be off; wrong (keys,): where
     it is not 0.
@@ -124,7 +124,7 @@ def _merge_equal_factors(explanations: Sequence[ErrorSet]) -> list[ErrorSet]:
 
 
 def _factor_rank(error: Candidate) -> int:
-    """How usual a factor is in its terms, 0 the most."""
+    """Rank of a factor by how usual it is in its terms, 0 the most usual."""
     if not error.user_text:
         return 1
     match = USUAL_FACTOR.fullmatch(error.user_text)
@@ -140,7 +140,7 @@ def _factor_rank(error: Candidate) -> int:
 
 
 def _fingerprint(errors: ErrorSet) -> frozenset[tuple[TermKey, str]]:
-    """What errors change together on the last arm, whose numbers are unrelated."""
+    """Total change by several errors on the last arm, whose numbers are unrelated."""
     total = defaultdict[TermKey, float](float)
     for error in errors:
         for key, change in error.change.items():
@@ -201,7 +201,7 @@ def _find_singles(
 
 
 def _fitting_changes(target: Target, row: int, changes: np.ndarray) -> np.ndarray:
-    """Which changes (terms, arms) make the difference before one key."""
+    """Mask of the changes (terms, arms) that explain the difference at one key."""
     arms = target.difference.shape[1]
     off = np.abs(changes[:, :arms] - target.difference[row])
     return (off <= target.tolerance[row]).all(axis=1)
@@ -288,7 +288,7 @@ def group_by_errors(wrong: Sequence[EntryMismatch]) -> list[list[EntryMismatch]]
 
 
 def error_signature(error: TermError) -> object:
-    """What errors in other entries must share: of a swap, what is swapped; else the term too."""
+    """Key that equal errors in different entries share: the swap, or else the term as well."""
     if error.kind == "swapped":
         return error.kind, error.yours, error.right
     term = error.term.coefficient.removeprefix("-")
@@ -299,7 +299,7 @@ def error_signature(error: TermError) -> object:
 def compute_bias_differences(
     mass: Entries, turns: np.ndarray
 ) -> dict[EntryPlace, dict[TermKey, float]]:
-    """What differences of M change in a bias that follows from M: cosines and sines alone.
+    """Change of a bias that follows from M, by differences of M: cosines and sines alone.
 
     turns (joints, n): d theta / d x. In row i dM_ij/dx_k counts once, and half of dM_jk/dx_i with
     the opposite sign.

@@ -31,7 +31,7 @@ from crosscheck.trial.judge.entries import EntryPlace, Explanation, Term, TermEr
 
 SIDES = {"sp": "sun_mesh", "pr": "ring_mesh"}
 SWITCHED = ("phase", "ring_rate", "dead_zone", "damping", "mesh_work")
-NEARLY = 1e-6  # of a difference squared: what two laws may leave of it, before it is looked at
+NEARLY = 1e-6  # largest residual of two laws worth a closer look, over the difference squared
 MOST_EXPLANATIONS = 6
 
 
@@ -68,7 +68,7 @@ def _reverse_waves(law: Any) -> Any:
     return law.model_copy(update={"amplitude_N_per_m": -law.amplitude_N_per_m})
 
 
-# What is changed, into what; as it is told: yours, and what belongs there.
+# Field, its change, and the words for the user's value and for the right one.
 CHANGES: tuple[tuple[str, Callable[[Any], Any], str, str], ...] = (
     ("backlash_m", lambda b: 0.0, "backlash 0", "b"),
     ("backlash_m", lambda b: 2 * b, "2 b", "b"),

@@ -13,7 +13,7 @@ from crosscheck.trial.diagnose.terms.polynomial import AngleSum, EntryTerms, Ter
 from crosscheck.trial.diagnose.terms.reference_terms import ReferenceTerms
 
 EPS = float(np.finfo(float).eps)
-ROUNDINGS = 16  # in a value of the natural size, at the least
+ROUNDINGS = 16  # least error of a value, in roundings of its natural size
 SIGNIFICANT = 16  # standard errors: a coefficient below is none
 FULL = 3  # joints up to which every sum of few angles is tried
 SPARE_STATES, STATES_PER_NUMBER = 50, 2  # a fit with noise wants more states than numbers
@@ -80,7 +80,7 @@ def _normalize_sign(wave: Iterable[int]) -> AngleSum:
 
 
 def minimum_state_count(terms: ReferenceTerms) -> int:
-    """How many states it takes to see, beside all waves and signals, what none explains."""
+    """Number of states needed to see a residual that no wave or signal explains."""
     still = 2 * len(list_weight_angle_sums(terms)) + len(terms.signals) + len(terms.names)
     return SPARE_STATES + STATES_PER_NUMBER * max(2 * len(list_angle_sums(terms)), still)
 

@@ -34,13 +34,13 @@ from crosscheck.trial.judge.entries import (
 )
 
 MOST_EQUAL = 2  # explanations that fit as well as the first
-MOST_TERMS = 4  # of a sum that is written out
+MOST_TERMS = 4  # terms of a sum that are written out
 GREEK = ("theta", "phi", "alpha", "beta", "gamma", "psi", "omega")
-ROUNDING = 1e-12  # of a coefficient's parts, beside which their sum is nothing
+ROUNDING = 1e-12  # largest sum that counts as 0, relative to the parts of the coefficient
 
 
 def make_term_error(candidate: Candidate, terms: ReferenceTerms) -> TermError:
-    """The error that a candidate is, as it is told to the user."""
+    """The error that a candidate stands for, as it is reported to the user."""
     term, user_text, reference_text = (
         make_term(candidate.products, terms),
         candidate.user_text,
@@ -271,17 +271,17 @@ def make_difference_terms(
 
 
 def guess(wrong: EntryMismatch) -> str:
-    """What is wrong in an entry, as a question, for it is a guess; or its difference."""
+    """The likely error in an entry, as a question since it is a guess; or its difference."""
     explanation = wrong.explanation
     if explanation is None:
         shown = _cut(_join(map(format_term, wrong.difference[:MOST_TERMS])), wrong.difference)
         difference_text = f"yours minus right is {shown}; " if shown else ""
         return f"{difference_text}no error in few of its terms makes this difference"
     others = ["; and ".join(map(describe_term_error, errors)) for errors in explanation.others]
-    told = ["; and ".join(map(describe_term_error, explanation.errors)), *others[:MOST_EQUAL]]
+    guesses = ["; and ".join(map(describe_term_error, explanation.errors)), *others[:MOST_EQUAL]]
     more = f", and {len(others) - MOST_EQUAL} more" * (len(others) > MOST_EQUAL)
     where = f", in {explanation.seen_in}" * bool(explanation.seen_in)
-    return "; or ".join(told) + more + where + "?"
+    return "; or ".join(guesses) + more + where + "?"
 
 
 def compute_symbolic_difference(
@@ -289,8 +289,8 @@ def compute_symbolic_difference(
 ) -> sp.Expr | None:
     """Yours minus right in sympy: sines and cosines of sums, rates and torques by trial's names.
 
-    None where there is no such part, or it has other functions of coordinates, as mesh forces that
-    are not symbols are. values: of the arm's quantities; what vanishes with them is left out.
+    Returns None if the entry is not a trigonometric polynomial (mesh forces are not) or if there is
+    no such part. values: of the arm's quantities; terms that vanish with them are left out.
     """
     user_entry = _user_entry(place, symbolic)
     if user_entry is None:

@@ -166,7 +166,7 @@ AngleSum = tuple[int, ...]  # whole multiples of the joint angles of q, the firs
 
 
 class TermKey(NamedTuple):
-    """What a coefficient stands before: a signal times the cosine or sine of a joint angle sum.
+    """The factor after a coefficient: a signal times the cosine or sine of a joint angle sum.
 
     function ``cos`` of wave 0 is 1. signal: '' (none), an output torque ``T_1``, a mesh force of a
     planet ``F_sp1`` (``F_sp1_2``: planet 2), a rate of the user's ``phi_1'``, a damper's rate in

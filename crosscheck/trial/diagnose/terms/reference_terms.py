@@ -41,7 +41,7 @@ from crosscheck.trial.diagnose.terms.polynomial import (
 from crosscheck.trial.diagnose.terms.values import collect_arm_values, damper_name
 from crosscheck.trial.judge.entries import EntryPlace, Part
 
-SHORTEST = 1e-13  # of the largest: a number below it is what rounding left of a sum
+SHORTEST = 1e-13  # largest number that is rounding of a sum, relative to the largest number
 
 
 @dataclass(frozen=True, eq=False)
@@ -60,7 +60,7 @@ class ReferenceTerms:
 
     @property
     def joints(self) -> int:
-        """How many joints the arm has."""
+        """Number of joints of the arm."""
         return len(self.angles)
 
     def entry(self, place: EntryPlace) -> EntryTerms:

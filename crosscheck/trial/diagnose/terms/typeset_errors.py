@@ -54,7 +54,7 @@ def _typeset_sign(latex: str) -> TypesetError:
 
 
 def _typeset_exchange(latex: str, user_text: str, reference_text: str) -> TypesetError | None:
-    """What stands in the place of something else in a term."""
+    """One factor of a term that stands in the place of another."""
     if reference_text in ("", "1"):
         return TypesetError(
             (Piece(latex), Piece(rf"\,{format_text_latex(user_text)}", True)), (Piece(latex),)

@@ -77,7 +77,7 @@ class SymbolName(NamedTuple):
 
 
 class Alternative(NamedTuple):
-    """What may stand where a symbol belongs: as text, its value, and how far-fetched it is."""
+    """A possible replacement of a symbol: its text, its value, and how far-fetched it is."""
 
     text: str
     value: Any
@@ -190,7 +190,7 @@ def _list_joints(values: Values) -> list[int]:
 
 
 def _distance(symbol_name: SymbolName, other: SymbolName) -> float:
-    """How unlikely two symbols are confused: least of one joint and kind, then of other ones."""
+    """Cost of confusing two symbols: lowest within one joint and kind."""
     cost = 0.1 if symbol_name.joint == other.joint else 0.3
     if {symbol_name.stem, other.stem} == {"L", "d"} and symbol_name.joint == other.joint:
         return 0.05 - 1e-3 * symbol_name.joint  # a body's own lever is that of its last link

@@ -9,8 +9,8 @@ import numpy as np
 
 from crosscheck.models.robot.robot import Robot
 
-MOST_ANGLES = 7  # of which sums are tried: 3^n of them
-FITS = 1e-8  # what a wave may leave of the difference
+MOST_ANGLES = 7  # largest number of angles whose sums are tried: 3^n of them
+FITS = 1e-8  # largest residual of a fitted wave, relative to the difference
 
 
 def describe_angle_sum(difference: np.ndarray, q: np.ndarray, robot: Robot) -> str:

@@ -1,4 +1,4 @@
-"""What may be wrong in equations of a robot: one number, or one thing taken for another."""
+"""Possible errors in equations of a robot: a wrong number, or one thing mistaken for another."""
 
 from __future__ import annotations
 
@@ -60,10 +60,10 @@ STAGE_FIELDS = {
     for part in ("sun", "planet")
     for what, unit in (("inertia", "kg m^2"), ("equivalent mass", "kg"))
 }
-FAR = 10  # times the longest distance of the file: no joint or centre is as far away
+FAR = 10  # largest distance of a joint or centre, over the longest distance in the file
 AS_IT_STANDS = "its inertia as it stands, not turned by the rpy of its inertial frame"
-TYPED = 2e-5  # of a factor between units, which is often typed with five digits
-ALIKE = 1e-6  # of numbers that are the same one
+TYPED = 2e-5  # relative tolerance of unit factors, which are often typed with five digits
+ALIKE = 1e-6  # relative tolerance between equal numbers
 
 
 @dataclass(frozen=True)
@@ -552,7 +552,7 @@ def generate_body_mistakes(
 
 
 def is_physical(robot: Robot, file_robot: Robot) -> bool:
-    """Whether there can be such a robot: no mass or inertia below that of points, nothing far away.
+    """Whether a robot is possible: no mass or inertia below that of points, nothing far away.
 
     A body that is none in the file already may be as little. Of a point or a thin rod in the file
     one moment may be given alone, for the others may turn nothing.

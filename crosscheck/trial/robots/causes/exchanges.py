@@ -1,7 +1,7 @@
 """Numbers of a robot that are exchanged, shifted, copied or in another order, in any field alike.
 
 Terms are a linear sum over ten parameters of each body (mass, first moments, inertia about the
-joint) and three of each rotor (J n^2, J n, J). So whatever is done to bodies and rotors is told by
+joint) and three of each rotor (J n^2, J n, J). So any mistake in bodies and rotors is
 a change of these, and all changes are tried at once. Places and axes of joints are tried one by
 one.
 """
@@ -80,7 +80,7 @@ def list_unit_bodies() -> Iterator[RobotBody]:
 
 
 def list_rotor_effects(kane: KaneSum, level: Level) -> Iterator[list[DynamicsTerms]]:
-    """Of each spinner what J n^2, J n and J make of the terms."""
+    """Effects of J n^2, J n and J on the terms, for each spinner."""
     for _, rotor in list_spinners(kane.robot):
         forward, backward, still = (
             kane.move_rotor(replace(rotor, ratio=ratio, inertia=1.0), level).compute_terms()

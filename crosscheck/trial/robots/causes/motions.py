@@ -1,7 +1,7 @@
 """Kane's sum with one thing taken for another in one place: for each body, joint, rotor, or some.
 
-A part of the equations is a sum over bodies of what each one's motion makes of it. So a mistake is
-told by the bodies at which it is made: what these make of the difference adds up to it.
+A part of the equations is a sum over bodies, each contributing by its motion. So a mistake is
+identified by the bodies at which it is made: their contributions add up to the difference.
 """
 
 from __future__ import annotations
@@ -40,7 +40,7 @@ ByPlace = Mapping[str, DynamicsTerms]  # changes of the terms by the body or joi
 
 
 class MotionTable:
-    """What every mistake in Kane's sum of a robot changes, by where it is made.
+    """Effect of every mistake in Kane's sum of a robot, by the body or joint where it is made.
 
     changed_bodies: by name a link and what its numbers may be taken for; only: the mistakes in
     words that are asked for, None for all.
@@ -186,7 +186,7 @@ class MotionTable:
             yield words + place, changed
 
     def _before(self, number: int) -> tuple[np.ndarray, np.ndarray, np.ndarray, np.ndarray]:
-        """Of the link before a body its place, w, w' and acceleration (states, 3)."""
+        """Place, w, w' and acceleration (states, 3) of the link before a body."""
         parent = self.robot.joints[number].parent if number != BASE else BASE
         if parent == BASE:
             return (self._still,) * 4
@@ -286,7 +286,7 @@ class MotionTable:
         yield from kinds.items()
 
     def _turn_slide(self, slide: int, by_rate: bool, by_growth: bool) -> np.ndarray:
-        """What a joint that slides adds to the bias if its z q' turns all that it carries.
+        """Extra bias if a sliding joint's z q' is taken for a rotation of all that it carries.
 
         by_rate: whether w has it; by_growth: whether w' has w x z q'.
         """

@@ -23,15 +23,16 @@ from crosscheck.trial.robots.causes.pieces import DynamicsTerms
 if TYPE_CHECKING:
     from crosscheck.trial.robots.causes.search import CauseSearch
 
-FITS = 1e-6  # of a difference's norm, what a pair may leave at the states of a screen
-LARGEST = 10.0  # times a difference: a row that is larger is no part of it
+FITS = 1e-6  # largest residual of a pair at the screened states, over the difference's norm
+LARGEST = 10.0  # largest norm of a row in a pair, over the difference's norm
 BLOCK = 512  # rows that are paired with all others at once
-NEAR = 1e-9  # of a difference's square, what products of large rows may leave by rounding
-FAR = 0.5  # of the same, from which no search begins
+NEAR = 1e-9  # rounding error of products of large rows, over the difference's square
+FAR = 0.5  # largest residual at which a search begins, over the difference's square
 MOST_MEETING = 300  # pairs that act on one product, those that leave least alone
 NEVER, APART, MEETING = 0, 1, 2  # whether two changes are no pair, or act on one product
 MOTION = "motion"
-LINEAR = 1e-9  # of what a number makes, that its square may make of it
+# Largest second-order effect of a number that counts as linear, over the first-order one.
+LINEAR = 1e-9
 
 
 @dataclass(frozen=True)
@@ -111,7 +112,7 @@ class PairSearch:
 
     @cached_property
     def _touched(self) -> np.ndarray:
-        """What each change touches of a robot that has it (changes, 1 + parts), as 0 or 1.
+        """Parts of the robot that each change touches (changes, 1 + parts), as 0 or 1.
 
         The first part is the motion of all bodies.
         """
@@ -211,7 +212,7 @@ class PairSearch:
         return robot
 
     def _explains(self, pair: ChangePair, places: np.ndarray | slice) -> bool:
-        """Whether a pair leaves nothing of the difference at all states."""
+        """Whether a pair explains the difference at all states."""
         two, level = [self.changes[n] for n in pair[:2]], self.search.level
         robots = [change.build_robot(pair.times) for change in two]
         changed = [self._merge(pair)] if all(robots) else robots
@@ -260,7 +261,7 @@ def rank_pairs(
 
 
 def merge_robots(base: Any, first: Any, second: Any) -> Any:
-    """What has the changes of two things that are made of one; numbers of both are added up."""
+    """Merge two changed copies of one object; changes of the same number add up."""
     if first is base or second is base:
         return second if first is base else first
     if isinstance(base, np.ndarray | float):
@@ -281,7 +282,7 @@ def merge_robots(base: Any, first: Any, second: Any) -> Any:
 
 
 def find_changed_parts(base: Robot, robot: Robot) -> set[str]:
-    """Which parts another robot has changed, such as `bodies 2`; or the motion of all bodies."""
+    """Names of parts that differ in another robot, as `bodies 2`, or the motion of all bodies."""
     if robot.joints is not base.joints or robot.gravity is not base.gravity:
         return {MOTION}
     changed = set()

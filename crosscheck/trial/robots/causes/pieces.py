@@ -22,10 +22,10 @@ from crosscheck.trial.robots.judge import RobotProblem
 from crosscheck.trial.robots.rates import sample_bias_terms
 
 SLOPE_STEP = 1e-5  # [rad, m], over which slopes of M are taken
-LEAST_SHARE = 1e-5  # of a difference, which these slopes may leave
+LEAST_SHARE = 1e-5  # largest residual of the fitted slopes, over the largest difference
 RATIO_POWERS = ("multiplied ", "'s square", 2), ("multiplied ", "", 1), ("divided ", "", -1)
 MOST_TOGETHER = 200  # changes of the states that are tried at once
-SIZABLE = 1e-9  # of an entry's size: a piece that is less cannot be told
+SIZABLE = 1e-9  # smallest piece that can be recognized, relative to an entry's size
 USUAL = {0.0: "missing", -1.0: "with the opposite sign", 0.5: "half as large", 2.0: "twice"}
 CHRISTOFFEL = {  # factors of M' v and of d(v' M v)/dq
     (1.0, 0.0): "without -1/2 d(v' M v)/dq: M' v alone",
@@ -128,7 +128,7 @@ class BodyMotion:
     pull: np.ndarray
 
     def compute_terms(self) -> DynamicsTerms:
-        """What the body makes of M, bias and gravity."""
+        """Contribution of the body to M, bias and gravity."""
         moving, turning = self.moving.swapaxes(1, 2), self.turning.swapaxes(1, 2)
         moment = multiply(self.growing_inertia, self.growth)
         moment = moment + cross(self.left_rate, multiply(self.spinning_inertia, self.rate))
@@ -210,7 +210,7 @@ class KaneSum:
         return pose.origin_partials + cross(pose.angular_partials, lever)
 
     def list_mass_pieces(self) -> dict[str, dict[str, np.ndarray]]:
-        """What of M (states, n, n) is each body's, by kind and link."""
+        """Contribution of each body to M (states, n, n), by kind and link."""
         moves, turns = dict[str, np.ndarray](), dict[str, np.ndarray]()
         for link, number, body in ((each.name, each.number, each.body) for each in self.parts):
             mass, lever, inertia = self.place_body(number, body)
@@ -220,7 +220,7 @@ class KaneSum:
         return {"the translation m Jv' Jv": moves, "the rotation Jw' I Jw": turns}
 
     def list_gravity_pieces(self) -> dict[str, dict[str, np.ndarray]]:
-        """What of gravity (states, n) is each body's weight."""
+        """Contribution of each body's weight to gravity (states, n)."""
         weights = {
             link: self.compute_terms(number, self.place_body(number, body)).gravity
             for link, number, body in ((each.name, each.number, each.body) for each in self.parts)
@@ -228,7 +228,7 @@ class KaneSum:
         return {"the weight": weights}
 
     def list_bias_pieces(self) -> dict[str, dict[str, np.ndarray]]:
-        """What of the bias (states, n) is each acceleration's and each torque's, by kind."""
+        """Contribution of each acceleration and torque to the bias (states, n), by kind."""
         kinds: dict[str, dict[str, np.ndarray]] = {}
         for part in self.parts:
             link, number, body, place = part.name, part.number, part.body, part.placement.position
@@ -264,7 +264,7 @@ class KaneSum:
         return kinds
 
     def _list_joint_pieces(self, number: int) -> Iterator[tuple[str, np.ndarray]]:
-        """What a joint adds to the accelerations of all bodies after it makes of the bias."""
+        """Bias caused by the accelerations that a joint adds to all bodies after it."""
         joint, pose = self.robot.joints[number], self.poses[number]
         on_base = joint.parent == BASE
         if on_base:
@@ -375,10 +375,11 @@ def find_factors(difference: np.ndarray, pieces: Pieces, size: float) -> dict[st
 def describe_wrong_kinds(
     difference: np.ndarray, kinds: Mapping[str, Pieces], size: float, *, are_usual: bool
 ) -> Iterator[str]:
-    """Kinds of pieces of which one, some or all are wrong by one factor, and nothing else.
+    """Kinds of pieces that, scaled by one common factor, explain the difference.
 
-    Those of which the fewest are wrong, but all of a kind before these. are_usual: whether only
-    usual factors count, since what does not depend on the rates is often alike by chance.
+    All pieces of a kind come first, then the kinds with the fewest wrong pieces.
+    are_usual: whether only usual factors count, since pieces that do not depend on the rates are
+    often equal by chance.
     """
     described: list[tuple[int, str]] = []
     for kind, pieces in kinds.items():
@@ -397,7 +398,7 @@ def describe_wrong_kinds(
 
 
 def list_acceleration_pieces(problem: RobotProblem, level: Level) -> dict[str, np.ndarray]:
-    """What each motor, the weights and each product of rates make of the accelerations."""
+    """Contribution of each motor, the weights and each product of rates to the accelerations."""
     states, names = problem.states, problem.names
     model = AnalyticRobot(problem.robot, level)
     inverse = np.linalg.inv(model.mass_matrix(states.q))
@@ -545,7 +546,7 @@ def describe_coordinates(problem: RobotProblem, level: Level, part: str) -> Iter
 def _find_equals(
     problem: RobotProblem, level: Level, part: str, q: np.ndarray, v: np.ndarray
 ) -> list[int]:
-    """Which coordinates and rates (changes, states, n) make a part what it is: first of a state."""
+    """Numbers of the changed states (changes, states, n) that give the user's values of a part."""
     user_values = problem.answers.values[part]
     least = ALIKE * np.abs(user_values - problem.reference_values[level][part]).max()
     model, places = AnalyticRobot(problem.robot, level), list(range(len(q)))
@@ -604,7 +605,7 @@ def _describe_small_angles(problem: RobotProblem, level: Level) -> Iterator[str]
     gravity = AnalyticRobot(robot, level).gravity
     user_values = problem.answers.values["gravity"] - problem.spring_torques
     least = ALIKE * np.abs(user_values - gravity(q)).max()
-    # Gravity is a sum of waves of each angle, so that four angles tell its slope at 0.
+    # Gravity is a sum of waves of each angle, so that four angles determine its slope at 0.
     turning = [n for n, c in enumerate(robot.coordinates) if robot.joints[c].kind == "revolute"]
 
     def put(values: np.ndarray, angles: Sequence[int], by: float) -> np.ndarray:

@@ -1,4 +1,4 @@
-"""Which number, or which thing taken for another, makes a difference: of all parts, or of one."""
+"""Search for the wrong number or the mix-up that explains a difference, in all parts or one."""
 
 from __future__ import annotations
 
@@ -58,21 +58,22 @@ from crosscheck.trial.robots.judge import RobotEntry, RobotProblem, select_entry
 
 # What an explanation may leave of each entry's largest difference; and of its size, by rounding.
 LEFT, ROUNDING = 1e-5, 1e-12
-CLOSE = 1e-4  # of a difference's norm that a number's effect may leave before it is tried
-PROMISING = 0.9  # of a difference's norm that a curved number's first step may leave
-STEPS = 12  # of Newton's method
-NEAR = 1e-4  # of a curved number's step: over which its slope is taken
-SLENDER = 1e-9  # of the largest moment of inertia: what a rod without thickness has about itself
-MOST_EQUAL_PAIRS = 12  # that explain a difference, after which no more are looked for
-LEAST_STATES = 3  # where two factors are free
-LEAST_ROWS = 12  # of one part, at so many states changes are screened
+# Largest residual of a number's effect that is worth a try, over the difference's norm.
+CLOSE = 1e-4
+PROMISING = 0.9  # largest residual after a first Newton step, relative to the one before
+STEPS = 12  # steps of Newton's method
+NEAR = 1e-4  # step of differentiation, relative to that of the number
+SLENDER = 1e-9  # inertia of a thin rod about its own axis, over its largest moment of inertia
+MOST_EQUAL_PAIRS = 12  # pairs that explain a difference, at which the search stops
+LEAST_STATES = 3  # states for screening where two factors are free
+LEAST_ROWS = 12  # rows of one part at which changes are screened
 MOST_SCREENED = 64  # places of a row, those of the largest differences, at which all are screened
 Places = np.ndarray | slice  # of a row
 
 
 @dataclass(frozen=True)
 class Cause:
-    """What makes a difference, in words that complete `with ...`.
+    """The cause of a difference, in words that complete `with ...`.
 
     usual: whether the number is 0, has the other sign, is twice or half as large or is another of
     the file, so that somebody may well have written it. missing: name of a number that is 0.
@@ -84,7 +85,7 @@ class Cause:
 
 
 class NumberEffect(NamedTuple):
-    """What a change of a number by its step does to all terms: linear in it, and by its square."""
+    """First- and second-order effect of one step of a number on all terms."""
 
     linear: DynamicsTerms
     square: DynamicsTerms
@@ -102,7 +103,7 @@ class MistakeEffect(NamedTuple):
 
 
 class ChangeTable:
-    """What each change of a robot does to its terms at the states, for all levels."""
+    """Effect of each change of a robot on its terms at the states, for all levels."""
 
     def __init__(self, problem: RobotProblem) -> None:
         self.robot, self.states = problem.robot, problem.states
@@ -138,12 +139,12 @@ class ChangeTable:
         return list(generate_joint_moves(self.robot))
 
     def change_body(self, number: int, body: RobotBody) -> DynamicsTerms:
-        """What another body in the place of one does."""
+        """Change of the terms if another body takes the place of one."""
         placed = self.kane.place_body(number, body)
         return self.kane.compute_terms(number, placed).minus(self._placed[number])
 
     def change_robot(self, robot: Robot, level: Level) -> DynamicsTerms:
-        """What another robot does at a level: other bodies or rotors by themselves, if no more."""
+        """Change of the terms for another robot at a level, body by body where that is enough."""
         if not self._has_same_motion(robot):
             return DynamicsTerms(*AnalyticRobot(robot, level).terms(*self.states[:2])).minus(
                 self._base(level)
@@ -170,7 +171,7 @@ class ChangeTable:
         return robot.joints is here.joints and robot.gravity is here.gravity
 
     def screen_robots(self, robots: Sequence[Robot], level: Level, states: slice) -> DynamicsTerms:
-        """What other robots do (robots, states, ...), by another derivation: for screens."""
+        """Changes for other robots (robots, states, ...), by another derivation, for screening."""
         q, v = (each[states] for each in self.states[:2])
         changes, base = compute_variants(robots, level, q, v), self._base(level)
         return DynamicsTerms(*(a - b[states] for a, b in zip(changes, base, strict=True)))
@@ -182,7 +183,7 @@ class ChangeTable:
         return [number for number in numbers if not number.name.startswith(rotors)]
 
     def find_number_effect(self, number: RobotNumber, level: Level) -> NumberEffect:
-        """What a number does at a level."""
+        """Effect of a number at a level."""
         key = number.name, level
         if key not in self._effects:
             changes = [
@@ -210,7 +211,7 @@ class ChangeTable:
         return mistakes
 
     def screen_mistakes(self, mistakes: Sequence[MistakeEffect], level: Level) -> DynamicsTerms:
-        """What mistakes do (mistakes, few states, ...)."""
+        """Effects of mistakes (mistakes, few states, ...)."""
         robots = [each.change for each in mistakes if isinstance(each.change, Robot)]
         moved = zip(*self.screen_robots(robots, level, self.few), strict=True)
         changes = [
@@ -221,7 +222,7 @@ class ChangeTable:
 
     @cached_property
     def _body_mistakes(self) -> list[MistakeEffect]:
-        """Of each link as the URDF has it, then of bodies of which several links are fixed."""
+        """Mistakes in each link of the URDF, then in bodies of several links fixed together."""
         parts, bodies = list_body_parts(self.robot), list_whole_bodies(self.robot)
         mistakes = self._list_part_mistakes(parts, "")
         if len(parts) > len(bodies):
@@ -229,7 +230,7 @@ class ChangeTable:
         return mistakes
 
     def _list_part_mistakes(self, parts: Sequence[BodyPart], merged: str) -> list[MistakeEffect]:
-        """Of each part, and the same of every one; merged: words on what the parts are."""
+        """Mistakes in one link, then the same in all; merged: suffix for links welded together."""
         rows = [self._list_mistakes_of(part) for part in parts]
         mistakes = [
             MistakeEffect(f"{part.name}{merged}: {words}", False, change)
@@ -344,7 +345,7 @@ class ChangeTable:
     def _list_motion_tables(
         self, states: slice, only: Collection[str] | None
     ) -> Iterator[MotionTable]:
-        """Of the links as the URDF has them, then of the bodies if several links make one."""
+        """Changes for the links of the URDF, then for bodies of several links fixed together."""
         kane = KaneSum(self.robot, self.states.q[states], self.states.v[states])
         parts, bodies = list_body_parts(self.robot), list_whole_bodies(self.robot)
         named = [{each.name: each for each in parts}]
@@ -358,7 +359,7 @@ class ChangeTable:
 
     @cached_property
     def _spinners(self) -> dict[int, Rotor]:
-        """Rotors of the robot and of its stages, by what tells one from another."""
+        """Rotors of the robot and of its stages, by identity."""
         return {id(each.rotor): each.rotor for each in list_spinners(self.robot)}
 
     def _base(self, level: Level) -> DynamicsTerms:
@@ -375,7 +376,7 @@ def _stack_terms(changes: ByPlace) -> DynamicsTerms:
 
 
 def _halve(up: DynamicsTerms, down: DynamicsTerms) -> NumberEffect:
-    """What a step up and one down make of the terms, linear in the step and by its square."""
+    """First- and second-order effect on the terms, from a step up and a step down."""
     pairs = list(zip(up, down, strict=True))
     linear, square = ([(a + sign * b) / 2 for a, b in pairs] for sign in (-1, 1))
     return NumberEffect(DynamicsTerms(*linear), DynamicsTerms(*square))
@@ -400,7 +401,7 @@ class CauseSearch:
         self.allowed = self._compute_allowances()
 
     def row(self, change: DynamicsTerms, states: slice = slice(None)) -> np.ndarray:
-        """What changes of the terms (..., states, n, n) make of all parts, a row (..., places)."""
+        """Changes of all parts, in one row (..., places), that follow from those of the terms."""
         mass, bias, gravity = change
         values, held = self.problem.answers.values, change.bias + change.gravity
         parts = {
@@ -435,7 +436,7 @@ class CauseSearch:
         return np.concatenate(rows, axis=-1)
 
     def _compute_allowances(self) -> np.ndarray:
-        """What an explanation may leave at each place of a row.
+        """Largest residual that an explanation may have at each place of a row.
 
         An entry's own difference decides, so that a large one elsewhere hides nothing here.
         """
@@ -450,12 +451,12 @@ class CauseSearch:
         return np.concatenate(allowances)
 
     def can_explain(self, change: np.ndarray, places: Places = slice(None)) -> bool:
-        """Whether a change of the row leaves nothing of the difference at some places of it."""
+        """Whether a change of the row explains the difference at some places of it."""
         left = np.abs(self.difference[places] - change[places])
         return bool((left <= self.allowed[places]).all())
 
     def select_places(self, part: str = "", entry: RobotEntry | None = None) -> np.ndarray:
-        """Which places of a row belong to a part, or to an entry and its mirror image."""
+        """Mask of the places of a row in a part, or in an entry and its mirror image."""
         places = []
         for each in self.problem.parts:
             shape = self.problem.answers.values[each].shape
@@ -467,7 +468,7 @@ class CauseSearch:
         return np.concatenate(places)
 
     def select_wrong_places(self, entries: Sequence[RobotEntry]) -> np.ndarray:
-        """Which places of a row belong to some entries."""
+        """Mask of the places of a row that belong to some entries."""
         return np.any([self.select_places(entry=entry) for entry in entries], axis=0)
 
     def _list_places_at(self, states: slice) -> np.ndarray:
@@ -485,16 +486,16 @@ class CauseSearch:
         return at[chosen], chosen
 
     def _find_survivors(self, rows: np.ndarray, places: Places) -> list[int]:
-        """The rows (changes, places at few states) that leave nothing of the difference there."""
+        """Numbers of the rows (changes, places at few states) that explain the difference there."""
         at, chosen = self.select_screened(places, self.table.few)
         left = np.abs(rows[:, chosen] - self.difference[at]) - 2 * self.allowed[at]
         return np.flatnonzero((left <= TOLERANCE).all(axis=1)).tolist()
 
     @cached_property
     def number_rows(self) -> list[tuple[np.ndarray, np.ndarray]]:
-        """What numbers make of the places at several states: linear, by their square.
+        """First- and second-order effect of each number on the row at several states.
 
-        Of all terms, and of each alone where a balance alone tells that it is wrong.
+        With effects on single terms too where only a balance shows that something is wrong.
         """
         several, effects = self.table.several, self.table.screen_numbers(self.level)
         pairs = [changes for _, changes in self._list_places(*effects)]
@@ -502,14 +503,14 @@ class CauseSearch:
 
     @cached_property
     def mistakes(self) -> tuple[list[MistakeEffect], list[np.ndarray]]:
-        """Mistakes, and what they make of the places at few states, of all and of each term."""
+        """Mistakes, and their effect on the row at few states, in all terms and in each."""
         mistakes, few = self.table.list_mistakes(self.level), self.table.few
         changes = self._list_places(self.table.screen_mistakes(mistakes, self.level))
         return mistakes, [self.row(change, few) for _, (change,) in changes]
 
     @cached_property
     def _move_rows(self) -> list[np.ndarray]:
-        """What each move of a joint makes of the places at few states, of all and of each term."""
+        """Effect of each move of a joint on the row at few states, in all terms and in each."""
         robots, few = [each.robot for each in self.table.joint_moves], self.table.few
         changes = self._list_places(self.table.screen_robots(robots, self.level, few))
         return [self.row(change, few) for _, (change,) in changes]
@@ -517,7 +518,7 @@ class CauseSearch:
     def _list_places(
         self, *changes: DynamicsTerms
     ) -> Iterator[tuple[str, tuple[DynamicsTerms, ...]]]:
-        """Changes of all terms, and of each alone where a balance alone tells that it is wrong."""
+        """Changes of all terms, then of each alone if only a balance shows the error."""
         yield "", changes
         if set(self.problem.parts) != {"acceleration"}:
             return
@@ -577,12 +578,12 @@ class CauseSearch:
                 yield number, Cause(words, usual, number.name if is_left_out else "")
 
     def _holds(self, number: RobotNumber, value: float, places: Places) -> bool:
-        """Whether the difference is nothing with a value, by the terms with that itself."""
+        """Whether a value explains the difference, by terms computed with the value itself."""
         change = self.table.change_robot(number.put(value), self.level)
         return self.can_explain(self.row(change), places)
 
     def is_possible(self, number: RobotNumber, value: float) -> bool:
-        """Whether there can be such a robot, or somebody leaves the number out or doubles it."""
+        """Whether such a robot is possible, or the value is what omitting or doubling it gives."""
         robot = number.put(value)
         usual = any(abs(value - by * number.value) < ALIKE * number.step for by in USUAL if by >= 0)
         usual |= value * number.value > 0 and bool(number.describe_unit(value))
@@ -679,7 +680,7 @@ class CauseSearch:
         return number.words(value) + (f", {same}" if same else "")
 
     def is_usual(self, number: RobotNumber, value: float) -> bool:
-        """Whether somebody may well have written a value of a number."""
+        """Whether a value is one that a person may well have written by mistake."""
         usual = any(abs(value - by * number.value) < ALIKE * number.step for by in USUAL)
         of_unit = bool(number.describe_unit(value))
         return usual or of_unit or bool(self._equal_number_name(number, value))
@@ -714,9 +715,9 @@ class CauseSearch:
 
     @cached_property
     def _piece_rows(self) -> list[tuple[str, np.ndarray]]:
-        """What each parameter of a body and of a rotor makes of the row (parameters, places).
+        """Effect of each parameter of a body or rotor on the row (parameters, places).
 
-        Of all terms, and of each alone as of mistakes, in words.
+        In all terms, then in each alone, named in words.
         """
         kane, effects = self.table.kane, list[DynamicsTerms]()
         for number in range(len(self.problem.robot.bodies)):
@@ -770,7 +771,7 @@ class CauseSearch:
     def find_motion_causes(self, several: Sequence[Places]) -> Iterator[tuple[int, Cause]]:
         """Mistakes in Kane's sum at some bodies or joints, and the places that each explains.
 
-        several: of the row, by number; of each mistake the first ones are told that it explains.
+        several: of the row, by number; each mistake is reported with the first ones it explains.
         """
         inside = [np.arange(self.difference.size)[places] for places in several]
         wholes = list[str]()
@@ -804,7 +805,7 @@ class CauseSearch:
         return survivors
 
     def _choose_rows(self, rows: np.ndarray, places: np.ndarray) -> list[int]:
-        """Which of some changes (changes, places), each made once, leave nothing at the places."""
+        """Numbers of the changes (changes, places) that together explain the places, each once."""
         there = np.flatnonzero(np.abs(rows).max(axis=1, initial=0.0) > TOLERANCE)
         if not there.size:
             return []
