@@ -35,7 +35,10 @@ SAMPLES = (
     Sample(
         "trial",
         "A trial: which entry of my equations is wrong?",
-        ("trial my_model.py:two_link paper-labelled --quick --out trial",),
+        (
+            "init my-arm.toml --direct",
+            "trial my_model.py:pendulum my-arm.toml --quick --out trial",
+        ),
         "trial/trial.html",
         1,
     ),
