@@ -46,6 +46,11 @@ class MendingEdit(NamedTuple):
     wrong: Wrong
 
     @property
+    def is_right_here(self) -> bool:
+        """Whether all is right on the user's own mechanism, whose answer key is the first."""
+        return all(number for number, _ in self.wrong)
+
+    @property
     def badness(self) -> tuple[int, tuple[int, int]]:
         """By which the best comes first: how much stays wrong, how unlikely the edit is."""
         return len(self.wrong), self.edit.likelihood
@@ -95,7 +100,10 @@ class EditSearch:
 
     def _try_edit(self, edit: Edit) -> None:
         mending = None if self.is_spent else self._judge([edit])
-        if mending is not None:
+        if mending is None:
+            return
+        # Where the code takes its numbers from the mechanism, what fits this one alone is chance.
+        if not (self.judge.is_certain and mending.wrong and mending.is_right_here):
             self.mending.append(mending)
 
     def _judge(self, edits: Sequence[Edit]) -> MendingEdit | None:
@@ -144,10 +152,7 @@ class EditSearch:
             return self._make_answer(edits, is_unequal)
         if pair := self._find_pair():
             return SourceAnswer(tuple(map(self._describe, pair)), is_unequal=is_unequal)
-        right_here = [each for each in self.mending if all(number for number, _ in each.wrong)]
-        if self.judge.is_certain:  # what fits this mechanism's numbers alone fits by chance
-            self.mending = [each for each in self.mending if each not in right_here]
-            right_here = []
+        right_here = [each for each in self.mending if each.is_right_here]
         telling = right_here or [each for each in self.mending if self._mends_much(each)]
         best = sorted(telling, key=get_badness)[: None if right_here else 1]
         return self._make_answer(best, is_unequal and not right_here)
