@@ -215,9 +215,11 @@ class _Supervision:
             self.foreign_calls.pop()
 
     def _overdue_message(self) -> str:
-        times = measure_processor_times() if self.foreign_calls else {}
+        if not self.foreign_calls:
+            return ""
+        times, excess = measure_processor_times(), excess_reason(self.child)
         for whose, waiting in self.foreign_calls:
-            if why := waiting.stop_reason(times) or excess_reason(self.child):
+            if why := waiting.stop_reason(times) or excess:
                 return f"{whose}: {why}"
         return ""
 
