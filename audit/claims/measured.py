@@ -9,12 +9,11 @@ measures in ``experiments.pd`` (``transient`` and ``whole``), ``experiments.torq
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
-from functools import partial
 from pathlib import Path
 
 from pydantic import TypeAdapter
 
-from crosscheck.audit.experiments.experiments import CONSTANT, PD, STATIC
+from crosscheck.audit.experiments.experiments import BACK, BACK_EVEN, TWO_PLANETS, TWO_SOFTER
 from crosscheck.audit.experiments.torque import ERROR_WINDOWS_S
 from crosscheck.audit.judging.quantities import Measures, Number
 from crosscheck.audit.measures.events import AT_ONCE_S
@@ -53,6 +52,22 @@ CASES: dict[str, Sequence[Mapping[str, object]]] = {
     "levels": [{"level": level} for level in RIGID_LEVELS],
     "series": [{"ratio": ratio} for ratio in CONTACT_RATIOS],
 }
+# By what statements.toml calls them, the same of claims; the first value of each names the choice.
+CLAIM_CASES: dict[str, Sequence[Mapping[str, object]]] = CASES | {
+    "drives": [
+        {"choice": f"{words}, {seconds} s", "drive": series.kind, "seconds": seconds}
+        for words, series in {"sin(20π√t)": BACK, "sin(20πt)": BACK_EVEN}.items()
+        for seconds in ("1", "2")
+    ],
+    "two planets": [
+        {"choice": f"equal stiffness of {which}", "two_planets": experiment}
+        for which, experiment in {
+            "all meshes together": TWO_PLANETS,
+            "each mesh": TWO_SOFTER,
+        }.items()
+    ],
+    "joints": [{"choice": "the shoulder", "joint": 1}, {"choice": "the elbow", "joint": 2}],
+}
 _TABLES = TypeAdapter(dict[str, dict[str, Number]]).validate_python(
     read_toml(Path(__file__).with_suffix(".toml"))
 )
@@ -63,5 +78,3 @@ MEASURED: dict[str, Number] = {
     for name, number in _TABLES[table].items()
 }
 MEASURES = Measures(MEASURED)
-# Of the experiments that most statements are about, a number by its name.
-pd, torque, static = (partial(MEASURES.quantity_of, source) for source in (PD, CONSTANT, STATIC))

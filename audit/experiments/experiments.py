@@ -133,6 +133,25 @@ BACK = ExperimentSeries("back and forth, backlash", "b", _BACKLASH, _BACK)
 BACK_EVEN = ExperimentSeries("back and forth evenly, backlash", "b", _BACKLASH, _EVENLY)
 
 
+SERIES = {s.kind: s for s in (BACKLASH, ERROR, BACKLASH_NO_ERROR, BACK, BACK_EVEN)}
+EXPERIMENTS = {
+    str(experiment): experiment
+    for experiment in (
+        *(PD, CONSTANT, NO_BACKLASH, NO_ERROR, CONSTANT_STIFFNESS, EXACT_ELBOW, TWO_SOFTER),
+        *(TWO_PLANETS, SQUARE, PRELOADED, CONSTANT_NO_ERROR, CONSTANT_SQUARE, CONSTANT_PRELOADED),
+        *(WIDE, TURNING, STATIC, PLANTED),
+    )
+}
+
+
+def find_experiment(name: str) -> PaperExperiment:
+    """The experiment whose text this is. Raises KeyError if there is none."""
+    if name in EXPERIMENTS:
+        return EXPERIMENTS[name]
+    kind, size, _ = name.rsplit(" ", 2)
+    return SERIES[kind](float(size))
+
+
 def build_question(
     experiment: PaperExperiment, condition: Condition, seeds: tuple[int, ...]
 ) -> EnsembleQuestion[EnsembleNumbers]:

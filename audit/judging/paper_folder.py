@@ -20,7 +20,13 @@ from pydantic import Field, JsonValue, model_validator
 
 from crosscheck import testing
 from crosscheck.audit.judging.judgement import ClaimJudgement
-from crosscheck.audit.judging.quantities import ConditionResults, Measures, Number, Quantity, ratio
+from crosscheck.audit.judging.quantities import (
+    ConditionResults,
+    Measures,
+    Number,
+    Quantity,
+    combine_quantities,
+)
 from crosscheck.audit.judging.rule import Claim, Limits, evaluate_claim
 from crosscheck.audit.judging.sample import Sample
 from crosscheck.audit.judging.sentences import Sentence
@@ -303,7 +309,8 @@ def build_quantity(text: ClaimText, measures: Measures, file: Path) -> Quantity:
     quantity = measures.quantity_of(StudyExperiment(text.experiment), text.measure)
     if text.over is None:
         return quantity
-    return ratio(quantity, measures.quantity_of(StudyExperiment(text.over), text.measure))
+    divisor = measures.quantity_of(StudyExperiment(text.over), text.measure)
+    return combine_quantities("over", quantity, divisor)
 
 
 def try_transcript(given: PaperFolder, jobs: int) -> Trial | None:

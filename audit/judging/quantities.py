@@ -103,87 +103,63 @@ class Quantity:
             return np.asarray(self.formula(results), dtype=float)
 
 
-def _combine_quantities(
-    symbol: str, unit: str, parts: Sequence[Quantity], formula: Formula
-) -> Quantity:
-    """A quantity that is made of others."""
-    name = f"{symbol}({', '.join(part.id for part in parts)})"
-    return Quantity(name, unit, formula, all(part.static for part in parts))
+# What quantities are made of others by: of values (starts,), undefined where one of them is.
+OPERATIONS: dict[str, Callable[..., np.ndarray]] = {
+    "less": np.subtract,
+    "over": np.divide,
+    "size": np.abs,
+    "min": lambda *values: np.min(values, axis=0),
+    "max": lambda *values: np.max(values, axis=0),
+    # The largest in any start, given for every start; nan where nothing is defined.
+    "any start's": lambda values: np.full(values.shape, np.fmax.reduce(values)),
+}
+RESTRICTIONS = {"where above": np.greater, "where below": np.less}
+# What a family's numbers (members, starts) become, (starts,).
+FOLDS: dict[str, Callable[[np.ndarray], np.ndarray]] = {
+    "least": lambda values: values.min(axis=0),
+    "greatest": lambda values: values.max(axis=0),
+    "least of those with": np.fmin.reduce,
+}
 
 
-def difference(first: Quantity, second: Quantity) -> Quantity:
-    """One quantity less another."""
-    return _combine_quantities("less", first.unit, (first, second), lambda n: first(n) - second(n))
+def combine_quantities(operation: str, *parts: Quantity) -> Quantity:
+    """The quantity that one of OPERATIONS makes of others."""
+    unit = parts[0].unit
+    if operation == "over":
+        unit = "1" if unit == parts[1].unit else f"{unit}/({parts[1].unit})"
+    return _make_quantity(operation, unit, parts, OPERATIONS[operation])
 
 
-def magnitude(quantity: Quantity) -> Quantity:
-    """The magnitude of a quantity."""
-    return _combine_quantities("size", quantity.unit, (quantity,), lambda n: np.abs(quantity(n)))
-
-
-def scaled_quantity(quantity: Quantity, factor: float, unit: str) -> Quantity:
+def scale_quantity(factor: float, unit: str, quantity: Quantity) -> Quantity:
     """A quantity times a constant factor, in another unit."""
-    return _combine_quantities(
-        f"{factor:g} times", unit, (quantity,), lambda n: factor * quantity(n)
+    return _make_quantity(f"{factor:g} times", unit, (quantity,), lambda values: factor * values)
+
+
+def restrict_quantity(side: str, limit: float, condition: Quantity, quantity: Quantity) -> Quantity:
+    """The quantity where a condition is on the side of a limit that one of RESTRICTIONS names."""
+    return _make_quantity(
+        f"{side} {limit:g}",
+        quantity.unit,
+        (condition, quantity),
+        lambda decisive, values: np.where(RESTRICTIONS[side](decisive, limit), values, np.nan),
     )
 
 
-def ratio(numerator: Quantity, denominator: Quantity) -> Quantity:
-    """One quantity over another."""
-    unit = "1" if numerator.unit == denominator.unit else f"{numerator.unit}/({denominator.unit})"
-    return _combine_quantities(
-        "over", unit, (numerator, denominator), lambda n: numerator(n) / denominator(n)
+def _make_quantity(
+    symbol: str, unit: str, parts: Sequence[Quantity], formula: Callable[..., np.ndarray]
+) -> Quantity:
+    """A quantity made of others, whose id says so."""
+    return Quantity(
+        f"{symbol}({', '.join(part.id for part in parts)})",
+        unit,
+        lambda results: formula(*(part(results) for part in parts)),
+        all(part.static for part in parts),
     )
-
-
-def minimum(*parts: Quantity) -> Quantity:
-    """The smallest of several quantities; undefined if one of them is."""
-    return _combine_quantities(
-        "min", parts[0].unit, parts, lambda n: np.min([p(n) for p in parts], 0)
-    )
-
-
-def maximum(*parts: Quantity) -> Quantity:
-    """The largest of several quantities; undefined if one of them is."""
-    return _combine_quantities(
-        "max", parts[0].unit, parts, lambda n: np.max([p(n) for p in parts], 0)
-    )
-
-
-def maximum_over_starts(quantity: Quantity) -> Quantity:
-    """The largest value of a quantity in any start, given for every start."""
-
-    def formula(results: ConditionResults) -> np.ndarray:
-        values = quantity(results)
-        return np.full(values.shape, np.fmax.reduce(values))  # nan where nothing is defined
-
-    return _combine_quantities("any start's", quantity.unit, (quantity,), formula)
 
 
 def divergence(experiment: MeasuredExperiment) -> Quantity:
     """A quantity that is 1 where the experiment's run diverged, else 0."""
     return Quantity(f"{experiment}: diverged", "1", lambda n: n[experiment].diverged.astype(float))
-
-
-def restrict_above(condition: Quantity, above: float, quantity: Quantity) -> Quantity:
-    """The quantity where the condition is above a limit; undefined elsewhere."""
-    return _restrict(quantity, condition, "above", above, np.greater)
-
-
-def restrict_below(condition: Quantity, below: float, quantity: Quantity) -> Quantity:
-    """The quantity where the condition is below a limit; undefined elsewhere."""
-    return _restrict(quantity, condition, "below", below, np.less)
-
-
-def _restrict(
-    quantity: Quantity, condition: Quantity, side: str, limit: float, holds: np.ufunc
-) -> Quantity:
-    return _combine_quantities(
-        f"where {side} {limit:g}",
-        quantity.unit,
-        (condition, quantity),
-        lambda n: np.where(holds(condition(n), limit), quantity(n), np.nan),
-    )
 
 
 def series_values(
@@ -225,23 +201,13 @@ class Measures:
             experiment.static,
         )
 
-    def fold_series(
-        self, symbol: str, series: Series, name: str, fold: Callable[[np.ndarray], np.ndarray]
-    ) -> Quantity:
-        """A number folded over a family's experiments: fold is (members, starts) -> (starts,)."""
+    def fold_series(self, fold: str, series: Series, name: str) -> Quantity:
+        """A number folded over a family's experiments by one of FOLDS."""
         return Quantity(
-            f"{symbol}({series.kind}: {name})",
+            f"{fold}({series.kind}: {name})",
             self.numbers[name].unit,
-            lambda results: fold(series_values(series, name, results)[1]),
+            lambda results: FOLDS[fold](series_values(series, name, results)[1]),
         )
-
-    def series_minimum(self, series: Series, name: str) -> Quantity:
-        """The smallest value of a number in a family of experiments; undefined if one is."""
-        return self.fold_series("least", series, name, lambda values: values.min(axis=0))
-
-    def series_maximum(self, series: Series, name: str) -> Quantity:
-        """The largest value of a number in a family of experiments; undefined if one is."""
-        return self.fold_series("greatest", series, name, lambda values: values.max(axis=0))
 
     def rank(self, series: Series, name: str) -> Quantity:
         """Spearman's rank correlation of a number with size, over a family's experiments.

@@ -7,7 +7,6 @@ import pytest
 
 from crosscheck.analytic.derivation.stage import equivalent_masses
 from crosscheck.analytic.paper.kinematics import stage_geometry
-from crosscheck.audit.claims.measured import MEASURES
 from crosscheck.audit.experiments import experiments
 from crosscheck.audit.experiments.ensembles import (
     ALIKE,
@@ -28,8 +27,6 @@ from crosscheck.audit.experiments.torque import (
     measure_constant_torque,
 )
 from crosscheck.audit.experiments.variant import Variant, simulate
-from crosscheck.audit.judging.quantities import ConditionResults
-from crosscheck.audit.judging.sample import Sample
 from crosscheck.audit.measures.rigid import rigid_arm
 from crosscheck.audit.measures.run_signals import RunSignals
 from crosscheck.audit.measures.stage import geared_joint
@@ -330,23 +327,3 @@ def test_starts_that_agree_are_those_that_more_starts_agree_with():
     for name, values in later.numbers.items():
         if name not in PERTURBATION_ITSELF and values[0] is not None:
             assert answer.numbers[name][8:] == pytest.approx(values, rel=2 * ALIKE)
-
-
-def test_a_rank_is_taken_among_members_that_have_the_event():
-    frequency = {5: 1600.0, 10: 1500.0, 25: 1400.0, 50: 9000.0, 500: np.nan}
-    third = {5: 300.0, 10: 200.0, 25: 100.0, 50: 0.1, 500: 100.0}
-    known = ConditionResults(
-        {
-            experiments.BACKLASH(b): Sample(
-                {"frequency_Hz": np.array([frequency[b]]), "third": np.array([third[b]])},
-                np.zeros(1, dtype=bool),
-            )
-            for b in third
-        }
-    )
-    assert MEASURES.rank_among(experiments.BACKLASH, "frequency_Hz", "third", 10.0)(
-        known
-    ) == pytest.approx([-1])
-    assert np.isnan(
-        MEASURES.rank_among(experiments.BACKLASH, "frequency_Hz", "third", 150.0)(known)
-    ).all()

@@ -27,7 +27,7 @@ from crosscheck.audit.experiments.paper_conditions import (
     Condition,
 )
 from crosscheck.audit.judging import rule
-from crosscheck.audit.judging.quantities import ConditionResults, Quantity, ratio
+from crosscheck.audit.judging.quantities import ConditionResults, Quantity, combine_quantities
 from crosscheck.audit.judging.sample import Sample
 from crosscheck.audit.judging.shares import Share
 
@@ -195,7 +195,7 @@ def test_an_answer_says_how_many_of_its_starts_were_run():
         Quantity(str(source), "1", lambda known, source=source: known[source]["made"])
         for source in (PD, NO_ERROR)
     )
-    for quantity, ran in ((one, 8), (other, 32), (ratio(one, other), 32)):
+    for quantity, ran in ((one, 8), (other, 32), (combine_quantities("over", one, other), 32)):
         claim = rule.Claim("3.2-29", 14, "made up", quantity, rule.Limits(low=0.0))
         setting = EVERY[1], known
         (answer,) = rule.evaluate_claim(claim, [setting])
