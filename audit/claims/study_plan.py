@@ -17,8 +17,7 @@ from crosscheck.audit.experiments.samples import SampleRequest, collect_samples
 from crosscheck.audit.experiments.scale import Scale
 from crosscheck.audit.experiments.study import Study
 from crosscheck.audit.experiments.variant import Numbers
-from crosscheck.audit.judging.quantities import ConditionResults
-from crosscheck.audit.judging.sample import Sample
+from crosscheck.audit.judging.quantities import ConditionResults, Sample
 from crosscheck.audit.statics.statics import Statics
 
 VARIED = (run.PD, run.NO_ERROR)  # the experiments that are made of VARIANTS

@@ -12,7 +12,9 @@ from crosscheck.audit.experiments.experiments import PaperExperiment, build_ques
 from crosscheck.audit.experiments.paper_conditions import Condition
 from crosscheck.audit.experiments.scale import Scale
 from crosscheck.audit.experiments.study import Study
-from crosscheck.audit.judging.sample import Sample
+from crosscheck.audit.judging.quantities import Sample
+from crosscheck.audit.judging.rule import Answer, Limits, Place, collect_answer
+from crosscheck.audit.measures.thresholds import SEVERE
 
 SampleRequest = tuple[Condition, PaperExperiment]
 
@@ -36,3 +38,12 @@ def collect_samples(
     cut = [replace(entry, variant=scale.cut(entry.variant)) for entry in questions]
     answers = study.answer_questions(cut, label)
     return {pair: build_sample(entry) for pair, entry in zip(unlike, answers, strict=True)}
+
+
+def judge_third_fluctuation(*samples: Sample) -> Answer:
+    """Whether the third fluctuation is severe: the answer of all starts of samples that were run.
+
+    It is the number and the limit of claim 3.2-11.
+    """
+    sizes = np.concatenate([sample["third"][: sample.run] for sample in samples])
+    return collect_answer(Place(), sizes, Limits(low=SEVERE))

@@ -27,7 +27,7 @@ from crosscheck.audit.experiments.paper_conditions import (
     Law,
 )
 from crosscheck.audit.experiments.variant import Variant
-from crosscheck.audit.judging.sample import Sample
+from crosscheck.audit.judging.quantities import Sample
 from crosscheck.audit.measures.rigid import rigid_model
 from crosscheck.audit.measures.run_signals import RunSignals
 from crosscheck.audit.page.context import AuditContext

@@ -12,6 +12,7 @@ from pydantic import JsonValue
 from crosscheck import signals
 from crosscheck.audit.experiments.experiments import CONSTANT, PD, SHORT_S, PaperExperiment
 from crosscheck.audit.experiments.paper_conditions import INTEGRAL, Condition
+from crosscheck.audit.experiments.samples import judge_third_fluctuation
 from crosscheck.audit.experiments.torque import RING_CYCLES
 from crosscheck.audit.figures.figure_data import (
     LOW_ZETA,
@@ -29,7 +30,6 @@ from crosscheck.audit.figures.plotting import (
 from crosscheck.audit.measures.rigid import COUPLED, rigid_arm
 from crosscheck.audit.measures.run_signals import RunSignals
 from crosscheck.audit.measures.stage import paper_stage
-from crosscheck.audit.measures.third_fluctuation import ThirdFluctuation
 from crosscheck.audit.measures.thresholds import SEVERE
 from crosscheck.audit.page.labels import DRAWN_NAMES
 from crosscheck.models.experiment.scenario import ConstantDrive, expand_to_joints
@@ -139,12 +139,9 @@ def draw_figure_14(data: FigureData) -> PaperFigure:
     """The plate of Fig. 14: shoulder acceleration in 1.2 s, rigid arms, how many are severe."""
     variant = make_start_variant(PD, Condition(INTEGRAL, LOW_ZETA), data.seed)
     rigid = data.load_courses({level: rigid_arm(variant, level) for level in RIGID_STYLES}, 14)
-    thirds = {
-        law: ThirdFluctuation.from_samples(sample)
-        for law, sample in data.samples_by_law(PD).items()
-    }
-    severe: dict[str, JsonValue] = {  # of the starts that have a third fluctuation
-        DRAWN_NAMES[law]: [third.severe_count, third.sizes.size] for law, third in thirds.items()
-    }
+    severe: dict[str, JsonValue] = {}  # of the starts that have a third fluctuation
+    for law, sample in data.samples_by_law(PD).items():
+        answer = judge_third_fluctuation(sample)
+        severe[DRAWN_NAMES[law]] = [answer.yes, len(answer.values)]
     figure = draw_law_figure(data, 14, rigid)
     return replace(figure, numbers={"limit": SEVERE, "severe": severe})

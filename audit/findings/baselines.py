@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
+from itertools import product
 
 import numpy as np
 
@@ -46,8 +47,8 @@ class RigidResidual:
 
     def size(self, claim: str) -> float:
         """The median of a deviation, in the claim's unit; nan if undefined."""
-        quantiles = self.answers[claim].quantiles
-        return quantiles[1] if quantiles else np.nan
+        median = self.answers[claim].median
+        return np.nan if median is None else median
 
     def is_papers(self, claim: str) -> bool:
         """Whether a deviation is what the paper says."""
@@ -87,8 +88,7 @@ class BaselineFinding:
         return extreme_value(
             (
                 quotient(last[each.arm].size(claim), each.size(claim))
-                for each in self.fitting
-                for claim in LABELS
+                for each, claim in product(self.fitting, LABELS)
             ),
             max,
         )

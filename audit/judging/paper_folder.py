@@ -25,10 +25,10 @@ from crosscheck.audit.judging.quantities import (
     Measures,
     Number,
     Quantity,
+    Sample,
     combine_quantities,
 )
 from crosscheck.audit.judging.rule import Claim, Limits, evaluate_claim
-from crosscheck.audit.judging.sample import Sample
 from crosscheck.audit.judging.sentences import Sentence
 from crosscheck.file_types import VERDICTS
 from crosscheck.models.arm.quantities import Data, Name, Title

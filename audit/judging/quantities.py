@@ -5,14 +5,13 @@ Each has an id that says how it is made, so two claims about one quantity have t
 
 from __future__ import annotations
 
+import math
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
 from typing import NamedTuple, Protocol
 
 import numpy as np
 from scipy.stats import rankdata
-
-from crosscheck.audit.judging.sample import Sample
 
 FEWEST_MEMBERS = 3  # of a family of experiments that a trend is seen along
 
@@ -45,6 +44,31 @@ class Number(NamedTuple):
     words: str
     unit: str
     window: str = ""
+
+
+@dataclass(frozen=True)
+class Sample:
+    """What the starts of an experiment measured.
+
+    numbers: name -> (starts,), nan where undefined; diverged (starts,): whether the run did;
+    not_run: of the last starts, those that others stand for, so that start i of one experiment has
+    a start i of another beside it; they are no evidence, and never counted.
+    """
+
+    numbers: Mapping[str, np.ndarray]
+    diverged: np.ndarray
+    not_run: int = 0
+
+    @property
+    def run(self) -> int:
+        """How many starts were run."""
+        return self.diverged.size - self.not_run
+
+    def __getitem__(self, name: str) -> np.ndarray:
+        """A number of every start, (starts,). Raises KeyError for one that is not measured."""
+        if self.diverged.all():
+            return np.full(self.diverged.shape, math.nan)
+        return self.numbers[name]
 
 
 class NotSimulatedError(LookupError):

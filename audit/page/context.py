@@ -24,8 +24,8 @@ from crosscheck.audit.experiments.paper_conditions import (
 from crosscheck.audit.experiments.samples import SampleRequest, collect_samples
 from crosscheck.audit.experiments.scale import Scale
 from crosscheck.audit.experiments.study import Study
+from crosscheck.audit.judging.quantities import Sample
 from crosscheck.audit.judging.rule import evaluate_claim
-from crosscheck.audit.judging.sample import Sample
 
 
 @dataclass(frozen=True)

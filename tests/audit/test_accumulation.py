@@ -6,9 +6,8 @@ import pytest
 from crosscheck.audit.experiments.experiments import BACK
 from crosscheck.audit.experiments.paper_conditions import INTEGRAL, PRINTED, Condition
 from crosscheck.audit.findings import accumulation
-from crosscheck.audit.judging.quantities import ConditionResults
+from crosscheck.audit.judging.quantities import ConditionResults, Sample
 from crosscheck.audit.judging.rule import State
-from crosscheck.audit.judging.sample import Sample
 
 PLACE = Condition(INTEGRAL, 0.02)
 

@@ -26,9 +26,8 @@ from crosscheck.audit.experiments.paper_conditions import PRINTED, Condition
 from crosscheck.audit.experiments.samples import collect_samples
 from crosscheck.audit.experiments.scale import Scale
 from crosscheck.audit.experiments.study import Study
-from crosscheck.audit.judging.quantities import ConditionResults, NotSimulatedError
+from crosscheck.audit.judging.quantities import ConditionResults, NotSimulatedError, Sample
 from crosscheck.audit.judging.rule import evaluate_claim
-from crosscheck.audit.judging.sample import Sample
 from crosscheck.audit.statics.statics import Statics
 from tests.loops import require_items
 

@@ -10,8 +10,8 @@ from crosscheck.analytic.model import PhysicalModel
 from crosscheck.audit.experiments.paper_conditions import (
     DECISIVE,
     INTEGRAL,
+    LAWS,
     PRINTED,
-    REPAIRED_RATE,
     Condition,
 )
 from crosscheck.audit.experiments.variant import Variant, simulate
@@ -19,11 +19,11 @@ from crosscheck.audit.findings import clock
 from crosscheck.audit.findings.clock import simulate_motion
 from crosscheck.audit.findings.engines import (
     APART_M,
-    EngineEvidence,
     ModelComparison,
     PartedStartsQuestion,
+    is_third_fluctuation_in_engine,
 )
-from crosscheck.audit.measures.third_fluctuation import ThirdFluctuation
+from crosscheck.audit.judging.rule import Answer
 from crosscheck.audit.measures.thresholds import SEVERE
 from tests.audit.planted_runs import ContinuedModel, third
 from tests.loops import require_items
@@ -35,16 +35,11 @@ ABOVE, BELOW = 1.01, 0.99
 
 @pytest.mark.parametrize("knows", [(True, True), (True, False), (False, True), (False, False)])
 def test_both_printed_laws_must_know_the_time_and_the_integral_must_not(knows):
-    nothing = clock.SignalEnvelope((), (), ())
-
-    def tested(law, same):
-        return clock.LawClockTest(law, [clock.DelayResult(1.0, (), same, nothing)])
-
-    laws = [
-        tested(law, not knew) for law, knew in zip((PRINTED, REPAIRED_RATE), knows, strict=True)
-    ]
     for blind in (True, False):
-        found = clock.ClockTestResult([*laws, tested(INTEGRAL, blind)])
+        same = dict(zip(LAWS, (*(not knew for knew in knows), blind), strict=True))
+        found = clock.ClockTestResult(
+            {law: [clock.DelayResult(1.0, (), each, ([], [], []))] for law, each in same.items()}
+        )
         assert found.supports is (all(knows) and blind)
 
 
@@ -70,26 +65,25 @@ def test_a_run_goes_on_where_another_stopped():
         simulate_motion([PhysicalModel(*SHORT.case())]),
     )
     last = before.q[-1, :, 0].copy(), before.v[-1, :, 0].copy()
-    assert before.elapsed[-1] == pytest.approx(0.01)
     resumed = simulate_motion([ContinuedModel(half, *last)], 0.01)
     assert np.abs(resumed.q[-1] - whole.q[-1]).max() < 1e-12
 
 
-def _engines(same: ThirdFluctuation, angle: float) -> EngineEvidence:
+def _is_in_engine(with_clock: Answer, angle: float) -> bool | None:
     rising = third(*np.linspace(150.0, 200.0, 16))
-    quiet = ModelComparison(CELL, third(0.1), third(angle))
-    return EngineEvidence([ModelComparison(CELL, rising, same)], [quiet])
+    quiet = ModelComparison(Condition(INTEGRAL, 0.005), third(0.1), third(angle))
+    return is_third_fluctuation_in_engine([ModelComparison(CELL, rising, with_clock), quiet])
 
 
 def test_second_engine_supports_if_it_has_the_vibration_and_is_quiet_under_angle():
     """By itself: how alike both models are is told beside it."""
     alike = third(*np.linspace(151.0, 201.0, 16))
-    assert _engines(alike, BELOW * SEVERE).supports is True
-    assert _engines(third(*np.linspace(300.0, 400.0, 16)), 1.0).supports is True
-    assert _engines(alike, ABOVE * SEVERE).supports is False
-    assert _engines(third(*[20.0] * 16), 1.0).supports is False
-    assert _engines(third(math.nan), 1.0).supports is None
-    assert _engines(alike, math.nan).supports is None
+    assert _is_in_engine(alike, BELOW * SEVERE) is True
+    assert _is_in_engine(third(*np.linspace(300.0, 400.0, 16)), 1.0) is True
+    assert _is_in_engine(alike, ABOVE * SEVERE) is False
+    assert _is_in_engine(third(*[20.0] * 16), 1.0) is False
+    assert _is_in_engine(third(math.nan), 1.0) is None
+    assert _is_in_engine(alike, math.nan) is None
 
 
 def test_both_models_start_with_planets_apart():

@@ -16,39 +16,28 @@ from crosscheck.audit.errata.engine_comparison import PrintedEquationsQuestion
 from crosscheck.audit.experiments import paper_conditions
 from crosscheck.audit.findings.chapter import (
     MODELS,
-    StartsStrip,
     ThirdFluctuationFinding,
     draw_third_fluctuations,
     find_laws,
 )
 from crosscheck.audit.judging.judgement import ClaimJudgement
 from crosscheck.audit.judging.rule import Answer, Place, State
-from crosscheck.audit.measures.third_fluctuation import ThirdFluctuation
 from crosscheck.audit.measures.thresholds import SEVERE
 from crosscheck.audit.measures.undefined import UNDEFINED
 from crosscheck.audit.page.labels import LAW_MEANINGS, LAW_NAMES
 from crosscheck.audit.page.text import render_template
 from crosscheck.models.loading import load_case
+from tests.audit.planted_runs import third
 
 
 def thirds(severe: dict[paper_conditions.Law, int]) -> ThirdFluctuationFinding:
     """Ten starts of every law; so many are severe with free planets, none with planets alike."""
-    return ThirdFluctuationFinding(0.005, tuple(_strip(cell, severe) for cell in _cells()))
-
-
-def _cells() -> list[paper_conditions.Condition]:
-    return [
-        paper_conditions.Condition(law, 0.005, planets=planets)
-        for law, planets in product(paper_conditions.LAWS, MODELS)
-    ]
-
-
-def _strip(
-    cell: paper_conditions.Condition, severe: dict[paper_conditions.Law, int]
-) -> StartsStrip:
-    count = severe.get(cell.law, 0) if cell.planets == "free" else 0
-    sizes = np.where(np.arange(10) < count, 2 * SEVERE, 1.0)
-    return StartsStrip(cell, ThirdFluctuation(sizes))
+    answers = {}
+    for law, planets in product(paper_conditions.LAWS, MODELS):
+        count = severe.get(law, 0) if planets == "free" else 0
+        cell = paper_conditions.Condition(law, 0.005, planets=planets)
+        answers[cell] = third(*[2 * SEVERE] * count, *[1.0] * (10 - count))
+    return ThirdFluctuationFinding(0.005, answers)
 
 
 @pytest.mark.parametrize(
@@ -144,14 +133,15 @@ GIVEN: dict[str, Any] = {
         ),
     ),
     "spin_rad": 1e-3,
-    "clocks": Of(supports=True, laws=[]),
+    "clocks": Of(supports=True, blind={}),
     "force_change_N": 1000.0,
     "third": Of(
         needs_clock=True, zeta=0.005, as_modelled="32 of 32", as_gears="0 of 32",
         share=lambda law, planets: None,
     ),
     "presence": {"visible": "only with omega_t", "severe": "only with omega_t"},
-    "engine": Of(supports=True, compared=[]),
+    "in_engine": True,
+    "compared": [],
     "baselines": Of(is_inertia=None, gives_all=False),
     "own": {"sqrt_time": "yes", "time": "no"},
     "added_rad": {"sqrt_time": 0.15, "time": 2e-5},
@@ -172,7 +162,7 @@ GIVEN: dict[str, Any] = {
 TURNED = [
     ({"printed": Of(**vars(GIVEN["printed"]) | {"agrees": True})}, 0, "No", "Yes"),
     ({"printed": Of(**vars(GIVEN["printed"]) | {"agrees": None})}, 0, "No", "Undefined"),
-    ({"clocks": Of(supports=False, laws=[])}, 1, "Yes", "Undecided"),
+    ({"clocks": Of(supports=False, blind={})}, 1, "Yes", "Undecided"),
     ({"third": Of(**vars(GIVEN["third"]) | {"needs_clock": False})}, 2, "No", "Undecided"),
     (
         {"baselines": Of(is_inertia=None, gives_all=True)},

@@ -6,7 +6,7 @@ import pytest
 from crosscheck.analytic.model import PhysicalModel
 from crosscheck.audit.experiments.variant import Variant, simulate
 from crosscheck.audit.findings import linear_limits
-from crosscheck.audit.findings.linear_limits import SUN, Point, Threshold
+from crosscheck.audit.findings.linear_limits import SUN, Point
 
 
 def test_growth_changes_sign_at_the_threshold():
@@ -48,5 +48,5 @@ def test_a_vibration_grows_as_the_eigenvalues_say():
 
 @pytest.mark.parametrize(("sun", "cured"), [(0.0, True), (0.001, False)])
 def test_cured_at_the_sun(sun, cured):
-    survey = [Threshold(Point(), 0.005), Threshold(Point(sensed=SUN), sun)]
+    survey = {Point(): 0.005, Point(sensed=SUN): sun}
     assert linear_limits.is_cured_at_sun(survey) is cured

@@ -18,9 +18,8 @@ from crosscheck.audit.experiments.experiments import (
 )
 from crosscheck.audit.experiments.paper_conditions import LAWS, Condition
 from crosscheck.audit.experiments.scale import Scale
-from crosscheck.audit.judging.quantities import ConditionResults
+from crosscheck.audit.judging.quantities import ConditionResults, Sample
 from crosscheck.audit.judging.rule import State, VerdictKind, evaluate_claim, verdict
-from crosscheck.audit.judging.sample import Sample
 from tests.audit.test_claims import sources
 from tests.loops import require_items
 

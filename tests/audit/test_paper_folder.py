@@ -20,9 +20,8 @@ from crosscheck.audit.judging.paper_folder import (
     read_folder,
     run_folder_command,
 )
-from crosscheck.audit.judging.quantities import ConditionResults, Measures
+from crosscheck.audit.judging.quantities import ConditionResults, Measures, Sample
 from crosscheck.audit.judging.rule import VerdictKind, evaluate_claim, verdict
-from crosscheck.audit.judging.sample import Sample
 from crosscheck.models.errors import InputError
 from crosscheck.models.files import read_toml
 from crosscheck.models.loading import validate_record

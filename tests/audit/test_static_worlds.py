@@ -22,9 +22,8 @@ from crosscheck.audit.errata.planted_faults import detectable_share
 from crosscheck.audit.experiments.experiments import PLANTED, STATIC
 from crosscheck.audit.experiments.paper_conditions import PRINTED, Condition
 from crosscheck.audit.experiments.variant import Numbers
-from crosscheck.audit.judging.quantities import ConditionResults
+from crosscheck.audit.judging.quantities import ConditionResults, Sample
 from crosscheck.audit.judging.rule import VerdictKind, evaluate_claim, verdict
-from crosscheck.audit.judging.sample import Sample
 from crosscheck.audit.measures.stage import PaperStage, paper_stage
 from crosscheck.audit.statics import base_and_gravity, teeth
 from crosscheck.audit.statics import statics as statements

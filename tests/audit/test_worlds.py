@@ -32,9 +32,8 @@ from crosscheck.audit.experiments.experiments import (
     find_experiment,
 )
 from crosscheck.audit.experiments.paper_conditions import PRINTED, Condition
-from crosscheck.audit.judging.quantities import ConditionResults
+from crosscheck.audit.judging.quantities import ConditionResults, Sample
 from crosscheck.audit.judging.rule import VerdictKind, evaluate_claim, verdict
-from crosscheck.audit.judging.sample import Sample
 from tests.audit.planted_runs import pools
 
 WORLDS = 3000
