@@ -14,7 +14,7 @@ from collections.abc import Mapping, Sequence
 from dataclasses import replace
 
 from crosscheck.audit.claims.chapter import COLUMNS
-from crosscheck.audit.experiments.scale import FULL, QUICK
+from crosscheck.audit.experiments.samples import FULL, QUICK
 from crosscheck.audit.experiments.study import Study
 from crosscheck.audit.judging.rule import VerdictKind
 from crosscheck.audit.page.context import AuditContext

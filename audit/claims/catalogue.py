@@ -4,18 +4,23 @@ from __future__ import annotations
 
 import math
 from collections.abc import Mapping
+from dataclasses import dataclass, field
+from functools import cached_property
 from pathlib import Path
 from typing import Any, NamedTuple
 
 from pydantic import ConfigDict, JsonValue, TypeAdapter
-from pydantic.dataclasses import dataclass
+from pydantic.dataclasses import dataclass as validated_dataclass
 
 from crosscheck.audit.claims.claim_quantities import FUNCTIONS, NAMED
 from crosscheck.audit.claims.measured import CLAIM_CASES, MEASURES
 from crosscheck.audit.experiments.experiments import SERIES, ExperimentSeries, find_experiment
+from crosscheck.audit.experiments.paper_conditions import LAW, MODELS, PLANETS, GearModel
 from crosscheck.audit.judging import quantities as q
+from crosscheck.audit.judging import rule
+from crosscheck.audit.judging.judgement import ClaimJudgement
 from crosscheck.audit.judging.quantities import Choices, Quantity
-from crosscheck.audit.judging.rule import PLOT, READ_OFF, Claim, Limits
+from crosscheck.audit.judging.rule import PLOT, READ_OFF, Claim, Limits, Place, Verdict, VerdictKind
 from crosscheck.audit.measures import thresholds
 from crosscheck.models.files import read_toml
 
@@ -25,7 +30,7 @@ SENTENCES, STATEMENTS = (
 Threshold = float | str  # a number, or the name of one of thresholds.py
 
 
-@dataclass(frozen=True, config=ConfigDict(extra="forbid"))
+@validated_dataclass(frozen=True, config=ConfigDict(extra="forbid"))
 class LimitsText:
     """Limits as statements.toml has them."""
 
@@ -43,7 +48,7 @@ class LimitsText:
         return Limits(find_threshold(self.above), find_threshold(self.below), self.because)
 
 
-@dataclass(frozen=True, config=ConfigDict(extra="forbid"))
+@validated_dataclass(frozen=True, config=ConfigDict(extra="forbid"))
 class Statement(LimitsText):
     """What the paper says in one claim, which figure shows it, and what decides it."""
 
@@ -143,3 +148,32 @@ CLAIMS = tuple(
 )
 RETIRED = tuple(TEXTS.retired)
 BY_ID = {claim.id: claim for claim in CLAIMS}
+
+
+def model_of(place: Place) -> GearModel | None:
+    """The model of the gears of the setting where an answer was found; None of a static claim."""
+    values: dict[str, Any] = dict(place.conditions)
+    return GearModel(values[LAW], *values[PLANETS]) if LAW in values else None
+
+
+@dataclass(frozen=True)
+class ModelJudgement(ClaimJudgement):
+    """A claim and its answers in all settings of all models of the gears.
+
+    variants: what those of VARIANTS say of it that were asked.
+    """
+
+    variants: Mapping[GearModel, VerdictKind] = field(default_factory=dict)
+
+    @cached_property
+    def by_model(self) -> dict[GearModel, Verdict]:
+        """The verdict over the settings of each model of the gears; empty for a static claim."""
+        if self.claim.static:
+            return {}
+        answers_by_model = {
+            model: [a for a in self.answers if model_of(a.place) == model] for model in MODELS
+        }
+        return {
+            model: rule.verdict(answers, self.claim.free)
+            for model, answers in answers_by_model.items()
+        }

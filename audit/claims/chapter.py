@@ -7,7 +7,7 @@ from collections.abc import Sequence
 from dataclasses import replace
 
 from crosscheck.audit.claims import study_plan
-from crosscheck.audit.claims.model_judgement import ModelJudgement, model_of
+from crosscheck.audit.claims.catalogue import ModelJudgement, model_of
 from crosscheck.audit.claims.study_plan import StudyPlan
 from crosscheck.audit.experiments.ensembles import ALIKE, FIRST
 from crosscheck.audit.experiments.paper_conditions import (
@@ -19,15 +19,13 @@ from crosscheck.audit.experiments.paper_conditions import (
     VARIANTS,
     GearModel,
 )
-from crosscheck.audit.experiments.scale import Scale
+from crosscheck.audit.experiments.samples import Scale
 from crosscheck.audit.judging import rule
 from crosscheck.audit.judging.judgement import CLOSE
 from crosscheck.audit.judging.rule import Answer, Verdict, VerdictKind
 from crosscheck.audit.measures.undefined import JsonObject, float_or_none, to_json
-from crosscheck.audit.page.chapter import AuditChapter
+from crosscheck.audit.page.chapter import LAW_NAMES, AuditChapter, render_template
 from crosscheck.audit.page.context import AuditContext
-from crosscheck.audit.page.labels import LAW_NAMES
-from crosscheck.audit.page.text import render_template
 
 ID, TITLE = "claims", "The paper's statements, one by one"
 # What a reader looks for first: what is wrong, what hangs on chance, what on an unknown.

@@ -17,8 +17,7 @@ from crosscheck.audit.experiments.experiments import BACK, BACK_EVEN, TWO_PLANET
 from crosscheck.audit.experiments.torque import ERROR_WINDOWS_S
 from crosscheck.audit.judging.quantities import Measures, Number
 from crosscheck.audit.measures.events import AT_ONCE_S
-from crosscheck.audit.statics.base_and_gravity import BASE_MASSES
-from crosscheck.audit.statics.statics import BENDS
+from crosscheck.audit.statics.statics import BASE_MASSES, BENDS
 from crosscheck.audit.statics.teeth import CONTACT_RATIOS, COUNTED, SIGMAS
 from crosscheck.models.files import read_toml
 from crosscheck.registry import RIGID_LEVELS

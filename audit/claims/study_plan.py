@@ -13,8 +13,7 @@ from crosscheck.audit.errata.planted_faults import PlantedFaultQuestion, detecta
 from crosscheck.audit.experiments import experiments as run
 from crosscheck.audit.experiments import paper_conditions
 from crosscheck.audit.experiments.paper_conditions import Condition, GearModel
-from crosscheck.audit.experiments.samples import SampleRequest, collect_samples
-from crosscheck.audit.experiments.scale import Scale
+from crosscheck.audit.experiments.samples import SampleRequest, Scale, collect_samples
 from crosscheck.audit.experiments.study import Study
 from crosscheck.audit.experiments.variant import Numbers
 from crosscheck.audit.judging.quantities import ConditionResults, Sample

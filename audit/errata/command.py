@@ -7,9 +7,8 @@ from pathlib import Path
 
 from rich.console import Console
 
-from crosscheck.audit.errata.errata_texts import list_sections
+from crosscheck.audit.errata.errata_texts import format_sections, list_sections
 from crosscheck.audit.errata.finder import EFFECT_S, SCHEMA_VERSION, simulate_errata
-from crosscheck.audit.errata.lines import format_sections
 from crosscheck.file_types import ERRATA, PAPER_PAGE
 from crosscheck.models.loading import load_arm
 from crosscheck.output import require_files, write_files

@@ -6,7 +6,7 @@ from dataclasses import asdict, dataclass
 
 from crosscheck.analytic.paper.printed import build_printed_form
 from crosscheck.audit.errata.erratum import FormModelFactory, PhysicalModelFactory, run_model
-from crosscheck.audit.experiments.question import Question, Records
+from crosscheck.audit.experiments.study import Question, Records
 from crosscheck.audit.measures.undefined import JsonObject
 from crosscheck.checks.states import LOOSEST
 from crosscheck.checks.trajectories import largest_difference

@@ -10,9 +10,9 @@ import sympy as sp
 
 from crosscheck.analytic.derivation.forms import Form
 from crosscheck.analytic.paper.energies import build_energies_form
-from crosscheck.audit.errata.entry_differences import Matrix
+from crosscheck.audit.errata.differences import Matrix
 from crosscheck.audit.errata.erratum import FormModelFactory, run_model
-from crosscheck.audit.experiments.question import Question, Records
+from crosscheck.audit.experiments.study import Question, Records
 from crosscheck.checks.trajectories import largest_difference
 from crosscheck.models.errors import Diverged
 from crosscheck.models.loading import load_arm, load_scenario

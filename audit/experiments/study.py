@@ -1,17 +1,20 @@
-"""Work of the paper's study: done in parallel, kept on disk by all its inputs."""
+"""Work of the paper's study: questions, answered in parallel, kept on disk by all their inputs."""
 
 from __future__ import annotations
 
 import hashlib
+import json
 import platform
-from collections.abc import Mapping, Sequence
+from abc import ABC, abstractmethod
+from collections.abc import Iterable, Mapping, Sequence
 from contextlib import suppress
 from dataclasses import dataclass, field
 from functools import lru_cache
 from pathlib import Path
-from typing import Any, NamedTuple, TypeVar
+from typing import Any, Generic, NamedTuple, TypeVar, get_type_hints
 
-from crosscheck.audit.experiments.question import Question
+from pydantic import BaseModel, TypeAdapter
+
 from crosscheck.models.errors import Diverged, InputError, Unfinished
 from crosscheck.provenance import find_version
 from crosscheck.registry import MODELS
@@ -20,6 +23,53 @@ from crosscheck.runner.progress_update import CountCallback
 from crosscheck.runner.sources import compute_code_hash
 from crosscheck.runner.store import Store
 from crosscheck.runner.workers import perform_all
+
+Answer = TypeVar("Answer", covariant=True)
+Records = Iterable[BaseModel]
+
+
+class Question(ABC, Generic[Answer]):
+    """A question, answered once and kept; a subclass is a frozen dataclass of a module.
+
+    The answer, of the type that ``answer`` is annotated with (records, numbers, lists of them), is
+    kept as JSON unless ``encode`` says otherwise. Besides code it depends on the fields and on
+    ``records``. cost: estimated [s].
+    """
+
+    @property
+    @abstractmethod
+    def cost(self) -> float: ...
+
+    @property
+    def model_names(self) -> tuple[str, ...]:
+        """Names of the models that the question runs and its module does not import."""
+        return ()
+
+    @property
+    def inputs(self) -> str:
+        """All that the answer depends on besides code, as text."""
+        return "\n".join([repr(self), *(record.model_dump_json() for record in self.records())])
+
+    @abstractmethod
+    def records(self) -> Records:
+        """The arms, scenarios and switches that the answer depends on."""
+
+    @abstractmethod
+    def answer(self) -> Answer: ...
+
+    def encode(self, answer: Any) -> bytes:
+        """The answer as it is kept."""
+        return json.dumps(self._adapter.dump_python(answer), allow_nan=False).encode()
+
+    def decode(self, content: bytes) -> Answer:
+        """The answer from what was kept. Raises ValueError or KeyError if that is none."""
+        answer: Answer = self._adapter.validate_python(json.loads(content))
+        return answer
+
+    @property
+    def _adapter(self) -> TypeAdapter[Any]:
+        return TypeAdapter(get_type_hints(type(self).answer)["return"])
+
 
 Key = TypeVar("Key")
 Value = TypeVar("Value")

@@ -9,16 +9,17 @@ import numpy as np
 
 from crosscheck.audit.experiments.experiments import BACK, CONSTANT, DEFAULT_B_UM, PD
 from crosscheck.audit.experiments.paper_conditions import INTEGRAL, Condition
+from crosscheck.audit.experiments.variant import COUPLED
 from crosscheck.audit.figures.figure_data import (
     SMOOTH_RECORD,
     ZETA,
+    Drawing,
     FigureData,
+    PaperFigure,
     make_rigid_variant,
     make_start_variant,
 )
-from crosscheck.audit.figures.paper_figure import Drawing, PaperFigure
 from crosscheck.audit.figures.plotting import Curve, Panel, describe_run, draw_panels
-from crosscheck.audit.measures.rigid import COUPLED
 from crosscheck.audit.measures.run_signals import RunSignals
 from crosscheck.registry import RIGID_LEVELS
 from crosscheck.report.fragments import COLOURS

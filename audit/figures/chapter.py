@@ -6,11 +6,9 @@ from collections.abc import Callable, Iterable
 from functools import partial
 
 from crosscheck.audit.figures import angles, law_figures, laws, sweeps
-from crosscheck.audit.figures.figure_data import LOW_ZETA, ZETA, FigureData
-from crosscheck.audit.figures.paper_figure import PaperFigure
-from crosscheck.audit.page.chapter import AuditChapter
+from crosscheck.audit.figures.figure_data import LOW_ZETA, ZETA, FigureData, PaperFigure
+from crosscheck.audit.page.chapter import AuditChapter, render_template
 from crosscheck.audit.page.context import AuditContext
-from crosscheck.audit.page.text import render_template
 from crosscheck.models.errors import Diverged
 
 FIGURE_FUNCTIONS: dict[int, Callable[[FigureData], PaperFigure]] = {

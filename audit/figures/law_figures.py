@@ -14,12 +14,14 @@ from crosscheck.audit.experiments.experiments import CONSTANT, PD, SHORT_S, Pape
 from crosscheck.audit.experiments.paper_conditions import INTEGRAL, Condition
 from crosscheck.audit.experiments.samples import judge_third_fluctuation
 from crosscheck.audit.experiments.torque import RING_CYCLES
+from crosscheck.audit.experiments.variant import COUPLED, rigid_arm
 from crosscheck.audit.figures.figure_data import (
     LOW_ZETA,
+    Drawing,
     FigureData,
+    PaperFigure,
     make_start_variant,
 )
-from crosscheck.audit.figures.paper_figure import Drawing, PaperFigure
 from crosscheck.audit.figures.plotting import (
     MICRO,
     Curve,
@@ -27,11 +29,10 @@ from crosscheck.audit.figures.plotting import (
     describe_run,
     draw_panels,
 )
-from crosscheck.audit.measures.rigid import COUPLED, rigid_arm
 from crosscheck.audit.measures.run_signals import RunSignals
 from crosscheck.audit.measures.stage import paper_stage
 from crosscheck.audit.measures.thresholds import SEVERE
-from crosscheck.audit.page.labels import DRAWN_NAMES
+from crosscheck.audit.page.chapter import DRAWN_NAMES
 from crosscheck.models.experiment.scenario import ConstantDrive, expand_to_joints
 from crosscheck.report.fragments import COLOURS
 

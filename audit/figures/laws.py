@@ -12,8 +12,7 @@ from crosscheck.analytic.paper.stiffness import (
     square_wave,
     square_wave_series,
 )
-from crosscheck.audit.figures.figure_data import FigureData
-from crosscheck.audit.figures.paper_figure import Drawing, PaperFigure
+from crosscheck.audit.figures.figure_data import Drawing, FigureData, PaperFigure
 from crosscheck.audit.figures.plotting import MICRO, Curve, Panel, draw_panels
 from crosscheck.audit.measures.stage import paper_stage
 from crosscheck.models.loading import load_arm

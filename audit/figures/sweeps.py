@@ -17,13 +17,15 @@ from crosscheck.audit.experiments.experiments import (
     ExperimentSeries,
 )
 from crosscheck.audit.experiments.paper_conditions import INTEGRAL, LAWS
+from crosscheck.audit.experiments.variant import rigid_arm
 from crosscheck.audit.figures.figure_data import (
     LOW_ZETA,
+    Drawing,
     FigureData,
+    PaperFigure,
     make_condition,
     make_start_variant,
 )
-from crosscheck.audit.figures.paper_figure import Drawing, PaperFigure
 from crosscheck.audit.figures.plotting import (
     KILO,
     LAW_COLOURS,
@@ -34,9 +36,8 @@ from crosscheck.audit.figures.plotting import (
 )
 from crosscheck.audit.measures import events
 from crosscheck.audit.measures.events import THIRD_S
-from crosscheck.audit.measures.rigid import rigid_arm
 from crosscheck.audit.measures.run_signals import RunSignals
-from crosscheck.audit.page.labels import DRAWN_NAMES
+from crosscheck.audit.page.chapter import DRAWN_NAMES
 from crosscheck.report.fragments import COLOURS
 from crosscheck.signals import envelope
 

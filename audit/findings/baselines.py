@@ -8,8 +8,7 @@ from itertools import product
 
 import numpy as np
 
-from crosscheck.audit.claims.catalogue import BY_ID
-from crosscheck.audit.claims.model_judgement import model_of
+from crosscheck.audit.claims.catalogue import BY_ID, model_of
 from crosscheck.audit.experiments.paper_conditions import (
     AS_MODELLED,
     DAMPING,
@@ -17,10 +16,10 @@ from crosscheck.audit.experiments.paper_conditions import (
     READING,
     READINGS,
 )
+from crosscheck.audit.experiments.variant import COUPLED
 from crosscheck.audit.figures.figure_data import ZETA
 from crosscheck.audit.judging.judgement import ClaimJudgement
 from crosscheck.audit.judging.rule import Answer, State
-from crosscheck.audit.measures.rigid import COUPLED
 from crosscheck.audit.measures.undefined import extreme_value, quotient
 from crosscheck.registry import RIGID_LEVELS
 from crosscheck.report.fragments import COLOURS

@@ -30,10 +30,14 @@ from crosscheck.audit.judging.judgement import ClaimJudgement
 from crosscheck.audit.judging.rule import Answer, Share, State
 from crosscheck.audit.measures.thresholds import SEVERE
 from crosscheck.audit.measures.undefined import UNDEFINED, JsonObject, format_answer
-from crosscheck.audit.page.chapter import AuditChapter
+from crosscheck.audit.page.chapter import (
+    LAW_MEANINGS,
+    LAW_NAMES,
+    AuditChapter,
+    render_template,
+    to_markup,
+)
 from crosscheck.audit.page.context import AuditContext
-from crosscheck.audit.page.labels import LAW_MEANINGS, LAW_NAMES
-from crosscheck.audit.page.text import render_template, to_markup
 from crosscheck.report.fragments import COLOURS
 from crosscheck.report.plots.figures import draw_legend, make_figure, set_log_scale, to_svg
 

@@ -12,9 +12,9 @@ from crosscheck.analytic.kernel.batch import Batch, Records
 from crosscheck.analytic.model import AnalyticModel, PhysicalModel
 from crosscheck.audit.experiments.ensembles import EnsembleQuestion, rigid_course
 from crosscheck.audit.experiments.paper_conditions import LABELLED, LAWS, Condition, Law
-from crosscheck.audit.experiments.scale import Scale
+from crosscheck.audit.experiments.samples import Scale
 from crosscheck.audit.experiments.study import Study
-from crosscheck.audit.measures.rigid import rigid_arm
+from crosscheck.audit.experiments.variant import rigid_arm
 from crosscheck.audit.measures.stage import paper_stage
 from crosscheck.audit.measures.undefined import JsonObject, float_or_none, to_json
 from crosscheck.models.loading import load_arm

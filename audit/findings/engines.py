@@ -8,8 +8,7 @@ from dataclasses import dataclass, replace
 from crosscheck.audit.experiments.ensembles import TransientPdQuestion
 from crosscheck.audit.experiments.experiments import PD, SHORT_S, build_question
 from crosscheck.audit.experiments.paper_conditions import DECISIVE, Condition
-from crosscheck.audit.experiments.samples import build_sample, judge_third_fluctuation
-from crosscheck.audit.experiments.scale import Scale
+from crosscheck.audit.experiments.samples import Scale, build_sample, judge_third_fluctuation
 from crosscheck.audit.experiments.study import Study
 from crosscheck.audit.judging.rule import Answer, State
 from crosscheck.audit.measures.undefined import JsonObject, combine_answers

@@ -7,8 +7,7 @@ from dataclasses import dataclass
 from functools import cached_property
 
 from crosscheck.audit.claims import study_plan
-from crosscheck.audit.claims.catalogue import CLAIMS
-from crosscheck.audit.claims.model_judgement import ModelJudgement
+from crosscheck.audit.claims.catalogue import CLAIMS, ModelJudgement
 from crosscheck.audit.claims.study_plan import (
     ResultsByCondition,
     run_experiments,
@@ -21,8 +20,7 @@ from crosscheck.audit.experiments.paper_conditions import (
     LABELLED,
     GearModel,
 )
-from crosscheck.audit.experiments.samples import SampleRequest, collect_samples
-from crosscheck.audit.experiments.scale import Scale
+from crosscheck.audit.experiments.samples import SampleRequest, Scale, collect_samples
 from crosscheck.audit.experiments.study import Study
 from crosscheck.audit.judging.quantities import Sample
 from crosscheck.audit.judging.rule import evaluate_claim

@@ -6,7 +6,7 @@ import importlib
 import json
 import re
 from collections.abc import Mapping, Sequence
-from dataclasses import asdict
+from dataclasses import asdict, replace
 from pathlib import Path
 
 import numpy as np
@@ -17,17 +17,20 @@ from crosscheck.audit.claims.measured import MEASURED
 from crosscheck.audit.errata.errata_texts import list_sections
 from crosscheck.audit.errata.sheet import build_sheet
 from crosscheck.audit.experiments.paper_conditions import LABELLED
-from crosscheck.audit.experiments.scale import FULL, Scale
+from crosscheck.audit.experiments.samples import FULL, Scale
 from crosscheck.audit.experiments.study import Study
 from crosscheck.audit.judging.sentences import load_sentences
-from crosscheck.audit.page.chapter import AuditChapter
+from crosscheck.audit.page.chapter import CITATION, EXTENT_READ, AuditChapter
 from crosscheck.audit.page.context import AuditContext
-from crosscheck.audit.page.published_paper import CITATION, EXTENT_READ
+from crosscheck.file_types import PAPER_PAGE
+from crosscheck.models.directories import cache_folder
+from crosscheck.models.errors import InputError
 from crosscheck.models.loading import load_arm
-from crosscheck.output import write_files, write_text
+from crosscheck.output import require_files, write_files, write_text
 from crosscheck.provenance import record_provenance
 from crosscheck.report import rendering
 from crosscheck.report.plots.figures import fix_links
+from crosscheck.runner.progress import progress_bar
 
 SCHEMA_VERSION = 5
 PAGE, CLAIMS, ERRATA = "paper.html", "claims.json", "errata.html"
@@ -106,3 +109,30 @@ def _provenance(study: Study) -> dict[str, object]:
     cache = {"simulations_made": study.computed_count, "simulations_from_cache": study.cached_count}
     record = record_provenance(load_arm("paper-labelled"), 0, False)
     return record.model_dump(mode="json") | cache
+
+
+FIGURES = tuple(range(4, 21))
+
+
+def run_paper_command(figures: list[int], out: Path, jobs: int, first_seed: int = 1) -> None:
+    """Write the paper's page, or some of its figures alone. Raises InputError."""
+    if first_seed < 0:
+        raise InputError("--first-seed", "", first_seed, "must be 0 or more")
+    unknown = [number for number in figures if number not in FIGURES]
+    if unknown:
+        raise InputError("--figure", "", unknown[0], f"must be {FIGURES[0]} to {FIGURES[-1]}")
+    scale = replace(FULL, first_seed=first_seed)
+    files = {PAGE: PAPER_PAGE} if figures else FILES
+    require_files(*((out / name, kind) for name, kind in files.items()))
+    with progress_bar() as progress:
+        study = Study(cache_folder(), jobs, progress)
+        if figures:
+            made = write_figures(study, figures, out, scale)
+        else:
+            made = write_paper(study, out, scale)
+    for chapter in made:
+        print(f"{chapter.title}: {len(chapter.records)} records")
+    print(
+        f"wrote {out / PAGE}; {study.computed_count} simulations made, {study.cached_count} from"
+        " the cache"
+    )

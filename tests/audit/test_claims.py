@@ -23,8 +23,7 @@ from crosscheck.audit.experiments.experiments import (
     PaperExperiment,
 )
 from crosscheck.audit.experiments.paper_conditions import PRINTED, Condition
-from crosscheck.audit.experiments.samples import collect_samples
-from crosscheck.audit.experiments.scale import Scale
+from crosscheck.audit.experiments.samples import Scale, collect_samples
 from crosscheck.audit.experiments.study import Study
 from crosscheck.audit.judging.quantities import ConditionResults, NotSimulatedError, Sample
 from crosscheck.audit.judging.rule import evaluate_claim

@@ -3,9 +3,14 @@
 import numpy as np
 import pytest
 
-from crosscheck.audit.experiments.variant import GEARED_MODELS, Variant
+from crosscheck.audit.experiments.variant import (
+    COUPLED,
+    GEARED_MODELS,
+    Variant,
+    remove_gears,
+    rigid_arm,
+)
 from crosscheck.audit.measures import events
-from crosscheck.audit.measures.rigid import COUPLED, remove_gears, rigid_arm
 
 TIME = np.arange(0, 1.5, 1e-3)
 

@@ -23,7 +23,7 @@ from crosscheck.audit.experiments.paper_conditions import (
     PRINTED,
     Condition,
 )
-from crosscheck.audit.experiments.scale import Scale
+from crosscheck.audit.experiments.samples import Scale
 from crosscheck.audit.experiments.study import Study
 from crosscheck.audit.experiments.variant import Variant, simulate
 from crosscheck.audit.figures import chapter as figures

@@ -24,8 +24,7 @@ from crosscheck.audit.judging.judgement import ClaimJudgement
 from crosscheck.audit.judging.rule import Answer, Place, State
 from crosscheck.audit.measures.thresholds import SEVERE
 from crosscheck.audit.measures.undefined import UNDEFINED
-from crosscheck.audit.page.labels import LAW_MEANINGS, LAW_NAMES
-from crosscheck.audit.page.text import render_template
+from crosscheck.audit.page.chapter import LAW_MEANINGS, LAW_NAMES, render_template
 from crosscheck.models.loading import load_case
 from tests.audit.planted_runs import third
 

@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from crosscheck.audit.statics import base_and_gravity as flights
+from crosscheck.audit.statics import statics as flights
 from crosscheck.models.loading import Case, load_case
 from crosscheck.models.pinocchio.floating import FloatingBase, PinocchioFloating
 from crosscheck.registry import build

@@ -26,8 +26,7 @@ from crosscheck.audit.experiments.torque import (
     SETTLED_S,
     measure_constant_torque,
 )
-from crosscheck.audit.experiments.variant import Variant, simulate
-from crosscheck.audit.measures.rigid import rigid_arm
+from crosscheck.audit.experiments.variant import Variant, rigid_arm, simulate
 from crosscheck.audit.measures.run_signals import RunSignals
 from crosscheck.audit.measures.stage import geared_joint
 from crosscheck.models.loading import load_case

@@ -8,16 +8,15 @@ import pytest
 from hypothesis import Phase, given, settings
 from hypothesis import strategies as st
 
-from crosscheck.audit.claims.catalogue import CLAIMS, read_quantity
+from crosscheck.audit.claims.catalogue import CLAIMS, ModelJudgement, read_quantity
 from crosscheck.audit.claims.chapter import build_claim_record, render_claims
 from crosscheck.audit.claims.measured import MEASURED
-from crosscheck.audit.claims.model_judgement import ModelJudgement
 from crosscheck.audit.claims.study_plan import FULL
 from crosscheck.audit.experiments.experiments import (
     BACKLASH,
 )
 from crosscheck.audit.experiments.paper_conditions import LAWS, Condition
-from crosscheck.audit.experiments.scale import Scale
+from crosscheck.audit.experiments.samples import Scale
 from crosscheck.audit.judging.quantities import ConditionResults, Sample
 from crosscheck.audit.judging.rule import State, VerdictKind, evaluate_claim, verdict
 from tests.audit.test_claims import sources

@@ -9,10 +9,8 @@ import numpy as np
 import pytest
 
 from crosscheck.audit.experiments.study import Study
-from crosscheck.audit.page.chapter import AuditChapter
-from crosscheck.audit.page.command import run_paper_command
-from crosscheck.audit.page.published_paper import AUTHORS, TITLE
-from crosscheck.audit.page.report import format_records, render_page
+from crosscheck.audit.page.chapter import AUTHORS, TITLE, AuditChapter
+from crosscheck.audit.page.report import format_records, render_page, run_paper_command
 from crosscheck.models.errors import InputError
 
 

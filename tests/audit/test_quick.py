@@ -13,8 +13,7 @@ from crosscheck.audit.experiments.paper_conditions import (
     REPAIRED_RATE,
     Condition,
 )
-from crosscheck.audit.experiments.samples import collect_samples
-from crosscheck.audit.experiments.scale import Scale
+from crosscheck.audit.experiments.samples import Scale, collect_samples
 from crosscheck.audit.experiments.study import Study
 from crosscheck.audit.judging.quantities import ConditionResults
 from crosscheck.audit.judging.rule import State, evaluate_claim

@@ -10,8 +10,8 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 from scipy.stats import beta
 
+from crosscheck.audit.claims.catalogue import ModelJudgement
 from crosscheck.audit.claims.chapter import build_answer_record, describe_verdict
-from crosscheck.audit.claims.model_judgement import ModelJudgement
 from crosscheck.audit.experiments.experiments import NO_ERROR, PD
 from crosscheck.audit.experiments.paper_conditions import (
     AS_GEARS,

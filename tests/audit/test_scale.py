@@ -9,7 +9,7 @@ import pytest
 from crosscheck import signals
 from crosscheck.audit.experiments.experiments import BACK, CONSTANT, NO_ERROR, PD, build_question
 from crosscheck.audit.experiments.paper_conditions import INTEGRAL, Condition
-from crosscheck.audit.experiments.scale import FULL, Scale
+from crosscheck.audit.experiments.samples import FULL, Scale
 from crosscheck.audit.experiments.variant import Variant
 
 

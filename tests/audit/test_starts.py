@@ -9,11 +9,9 @@ from crosscheck.audit.experiments import experiments
 from crosscheck.audit.experiments.ensembles import EnsembleNumbers, TransientPdQuestion
 from crosscheck.audit.experiments.paper_conditions import CONSERVATIVE, LAWS, PRINTED, Condition
 from crosscheck.audit.experiments.pd import measure_transient_pd
-from crosscheck.audit.experiments.samples import build_sample, collect_samples
-from crosscheck.audit.experiments.scale import Scale
+from crosscheck.audit.experiments.samples import Scale, build_sample, collect_samples
 from crosscheck.audit.experiments.study import Study
-from crosscheck.audit.experiments.variant import simulate
-from crosscheck.audit.measures.rigid import COUPLED, rigid_arm
+from crosscheck.audit.experiments.variant import COUPLED, rigid_arm, simulate
 from crosscheck.audit.measures.run_signals import (
     JOINT_SIGNALS,
     MESH_SIGNALS,

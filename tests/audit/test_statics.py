@@ -9,8 +9,7 @@ import pytest
 from crosscheck.audit.claims.measured import MEASURED
 from crosscheck.audit.experiments.study import Study
 from crosscheck.audit.measures.stage import paper_stage
-from crosscheck.audit.statics.base_and_gravity import BASE_MASSES, gravity_gradient
-from crosscheck.audit.statics.statics import Statics
+from crosscheck.audit.statics.statics import BASE_MASSES, Statics, gravity_gradient
 from crosscheck.audit.statics.teeth import (
     COUNTED,
     approach_rates,

@@ -9,9 +9,8 @@ import numpy as np
 import pytest
 
 from crosscheck.audit.experiments import study as study_module
-from crosscheck.audit.experiments.courses import SIGNALS, CoursesQuestion, simulate_courses
-from crosscheck.audit.experiments.question import Question, Records
-from crosscheck.audit.experiments.study import Study, question_key
+from crosscheck.audit.experiments.ensembles import SIGNALS, CoursesQuestion, simulate_courses
+from crosscheck.audit.experiments.study import Question, Records, Study, question_key
 from crosscheck.audit.experiments.variant import Variant, simulate
 from crosscheck.audit.measures.run_signals import extract_signals
 from crosscheck.models.errors import Diverged, InputError, Unfinished
