@@ -204,9 +204,7 @@ class SwingQuestion(EnsembleNumbersQuestion):
 def rigid_course(variant: Variant) -> RunSignals:
     """The course of a rigid arm's run. Raises Diverged."""
     (run,) = run_side_by_side([build(variant.model, *variant.case())])
-    if isinstance(run, Diverged):
-        raise run
-    return run
+    return raise_if_diverged(run)
 
 
 def run_side_by_side(models: Sequence[Model]) -> list[RunSignals | Diverged]:

@@ -11,18 +11,18 @@ from contextlib import suppress
 from dataclasses import dataclass, field
 from functools import lru_cache
 from pathlib import Path
-from typing import Any, Generic, NamedTuple, TypeVar, get_type_hints
+from typing import Any, Generic, TypeVar, get_type_hints
 
 from pydantic import BaseModel, TypeAdapter
 
 from crosscheck.models.errors import Diverged, InputError, Unfinished
 from crosscheck.provenance import find_version
 from crosscheck.registry import MODELS
-from crosscheck.runner.outcomes import Failure, failure_from_error
+from crosscheck.runner.outcomes import Failure
 from crosscheck.runner.progress_update import CountCallback
 from crosscheck.runner.sources import compute_code_hash
 from crosscheck.runner.store import Store
-from crosscheck.runner.workers import perform_all
+from crosscheck.runner.workers import Workers
 
 Answer = TypeVar("Answer", covariant=True)
 Records = Iterable[BaseModel]
@@ -80,8 +80,7 @@ class Study:
     """The answers to questions, kept in a folder; reports its progress.
 
     progress(what, done, total) counts results, before and after every task of a request. What
-    cannot be kept, or does not fit any more, is made again. Work that does not end raises
-    Unfinished, after all other work of the request.
+    cannot be kept, or does not fit any more, is made again.
     """
 
     folder: Path
@@ -96,7 +95,7 @@ class Study:
     def answer_questions(self, questions: Sequence[Question[Value]], label: str) -> list[Value]:
         """The answer to each question, worked out once and kept.
 
-        Raises what went wrong; a divergence after all others are kept.
+        Raises what went wrong after all others are kept; a divergence last of all.
         """
         keys = [question_key(question) for question in questions]
         question_by_key = dict(zip(keys, questions, strict=True))
@@ -107,30 +106,31 @@ class Study:
         self.cached_count += len(answers)
         done, total = len(answers), len(question_by_key)
         self.progress(label, done, total)
-
-        def report_task(key: str) -> None:
-            nonlocal done
-            done, self.computed_count = done + 1, self.computed_count + 1
-            self.progress(label, done, total)
-
-        tasks = [
-            AuditTask(key, question, self.store)
-            for key, question in question_by_key.items()
-            if key not in answers
-        ]
-        for key, outcome in perform_all(tasks, self.jobs, report_task).items():
-            question = question_by_key[key]
-            content, store_error = (
-                (outcome, None) if isinstance(outcome, Failure) else outcome  # its process died
-            )
-            if isinstance(content, Failure):
-                raise Unfinished(f"{label}: {type(question).__name__}: {content}")
-            if isinstance(content, InputError):
-                raise content
-            if store_error is not None:
-                self.store.give_up(store_error)
-            answers[key] = content if isinstance(content, Diverged) else question.decode(content)
+        tasks = [QuestionTask(k, q) for k, q in question_by_key.items() if k not in answers]
+        errors = list[Exception]()
+        with Workers(min(self.jobs, len(tasks))) as workers:
+            for key, result in workers.stream_longest_first(tasks, lambda key: None):
+                question = question_by_key[key]
+                if isinstance(result, Failure):
+                    errors.append(Unfinished(f"{label}: {type(question).__name__}: {result}"))
+                elif isinstance(result, InputError):
+                    errors.append(result)
+                elif isinstance(result, Diverged):
+                    answers[key] = result
+                else:
+                    self._keep(key, result)
+                    answers[key] = question.decode(result)
+                done, self.computed_count = done + 1, self.computed_count + 1
+                self.progress(label, done, total)
+        if errors:
+            raise errors[0]
         return [raise_if_diverged(answers[key]) for key in keys]
+
+    def _keep(self, key: str, content: bytes) -> None:
+        try:
+            self.store.put(key, content)
+        except OSError as error:
+            self.store.give_up(error)
 
     def answer_by_key(
         self, questions: Mapping[Key, Question[Value]], label: str
@@ -165,39 +165,21 @@ def raise_if_diverged(result: Value | Diverged) -> Value:
     return result
 
 
-class AnswerOutcome(NamedTuple):
-    """What became of a question: its answer's content, or why there is none or it is not kept.
-
-    Errors that are the caller's come from another process as they are.
-    """
-
-    content: bytes | Failure | InputError | Diverged
-    store_error: OSError | None = None
-
-
 @dataclass(frozen=True)
-class AuditTask:
-    """A question for another process, which keeps the answer."""
+class QuestionTask:
+    """A question for another process; key: its answer's."""
 
     key: str
     question: Question[Any]
-    store: Store
 
     @property
     def cost(self) -> float:
         """Estimated cost [s]."""
         return self.question.cost
 
-    def perform(self) -> AnswerOutcome:
-        """What became of it."""
+    def perform(self) -> bytes | InputError | Diverged:
+        """The answer's content, or the caller's own error as it is."""
         try:
-            content = self.question.encode(self.question.answer())
+            return self.question.encode(self.question.answer())
         except (InputError, Diverged) as error:
-            return AnswerOutcome(error)
-        except Exception as error:
-            return AnswerOutcome(failure_from_error(error))
-        try:
-            self.store.put(self.key, content)
-        except OSError as error:
-            return AnswerOutcome(content, error)
-        return AnswerOutcome(content)
+            return error

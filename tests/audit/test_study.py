@@ -3,7 +3,6 @@
 import pickle
 from dataclasses import dataclass, replace
 from pathlib import Path
-from typing import Any
 
 import numpy as np
 import pytest
@@ -163,10 +162,12 @@ def test_what_has_no_result_is_one_clear_error(study):
 
 
 def test_a_worker_that_died_is_one_clear_error(study, monkeypatch):
-    def died(tasks: list[Any], jobs: int, done: object) -> dict[str, Failure]:
-        return {task.key: Failure("Died", "ended by SIGKILL") for task in tasks}
-
-    monkeypatch.setattr(study_module, "perform_all", died)
+    ended = Failure("Died", "ended by SIGKILL")
+    monkeypatch.setattr(
+        study_module.Workers,
+        "stream_longest_first",
+        lambda workers, tasks, on_begin: [(task.key, ended) for task in tasks],
+    )
     with pytest.raises(Unfinished, match=r"^runs: CoursesQuestion: Died: ended by SIGKILL$"):
         simulate_courses(study, [SHORT], "runs")
 
