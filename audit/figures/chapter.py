@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Callable, Iterable
 from functools import partial
 
-from crosscheck.audit.figures import angles, law_figures, laws, sweeps
+from crosscheck.audit.figures import laws, run_figures, sweeps
 from crosscheck.audit.figures.figure_data import LOW_ZETA, ZETA, FigureData, PaperFigure
 from crosscheck.audit.page.chapter import AuditChapter, render_template
 from crosscheck.audit.page.context import AuditContext
@@ -14,13 +14,13 @@ from crosscheck.models.errors import Diverged
 FIGURE_FUNCTIONS: dict[int, Callable[[FigureData], PaperFigure]] = {
     4: laws.draw_figure_4,
     5: laws.draw_figure_5,
-    6: partial(angles.draw_deviations, number=6, quantity="theta", symbol="Δθ", unit="rad"),
-    7: partial(angles.draw_deviations, number=7, quantity="theta_dot", symbol="Δω", unit="rad/s"),
-    **{number: partial(law_figures.draw_law_figure, number=number) for number in (8, 9)},
-    10: angles.draw_figure_10,
-    **{number: partial(law_figures.draw_law_figure, number=number) for number in (11, 12, 13)},
-    14: law_figures.draw_figure_14,
-    15: angles.draw_figure_15,
+    6: partial(run_figures.draw_deviations, number=6, quantity="theta", label="Δθ [rad]"),
+    7: partial(run_figures.draw_deviations, number=7, quantity="theta_dot", label="Δω [rad/s]"),
+    **{number: partial(run_figures.draw_law_figure, number=number) for number in (8, 9)},
+    10: run_figures.draw_figure_10,
+    **{number: partial(run_figures.draw_law_figure, number=number) for number in (11, 12, 13)},
+    14: run_figures.draw_figure_14,
+    15: run_figures.draw_figure_15,
     **{number: partial(sweeps.draw_sweep_figure, number=number) for number in range(16, 21)},
 }
 NUMBERS = tuple(FIGURE_FUNCTIONS)

@@ -29,7 +29,7 @@ from crosscheck.audit.experiments.paper_conditions import (
     Condition,
     Law,
 )
-from crosscheck.audit.experiments.variant import Variant, rigid_model
+from crosscheck.audit.experiments.variant import Variant
 from crosscheck.audit.judging.quantities import Sample
 from crosscheck.audit.measures.run_signals import RunSignals
 from crosscheck.audit.measures.undefined import JsonObject
@@ -38,7 +38,6 @@ from crosscheck.audit.page.context import AuditContext
 
 # The paper gives no damping. At the smaller value its third fluctuation shows under its own law.
 ZETA, LOW_ZETA = 0.02, 0.005
-SMOOTH_RECORD = 20  # 0.2 ms: for angles and speeds, which have nothing at mesh frequencies
 FULL_RECORD = 2  # 20 µs: eleven records of a period of the fastest mesh mode
 Name = TypeVar("Name", bound=Hashable)
 
@@ -109,11 +108,6 @@ def make_start_variant(
     """The variant of an experiment as the claims' samples have it, from one of their starts."""
     variant = build_question(PD if experiment in DEFAULTS else experiment, condition, ()).variant
     return replace(variant, seed=seed, record_every=record_every)
-
-
-def make_rigid_variant(scenario: str, level: str) -> Variant:
-    """The variant of a rigid arm at a level, recorded on the grid of the smooth runs."""
-    return Variant(scenario, model=rigid_model(level), record_every=SMOOTH_RECORD)
 
 
 class Drawing(NamedTuple):

@@ -32,13 +32,13 @@ from crosscheck.audit.figures.figure_data import (
     FigureData,
     make_start_variant,
 )
-from crosscheck.audit.figures.law_figures import braking_numbers, draw_figure_14, static_numbers
 from crosscheck.audit.figures.laws import (
     draw_figure_4,
     draw_figure_5,
     stiffness_limits,
     tanh_sharpness,
 )
+from crosscheck.audit.figures.run_figures import braking_numbers, draw_figure_14, static_numbers
 from crosscheck.audit.measures.run_signals import extract_signals
 from crosscheck.audit.page.context import AuditContext
 from crosscheck.studies.members.starts import perturb_start
