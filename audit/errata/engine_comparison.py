@@ -5,7 +5,7 @@ from __future__ import annotations
 from dataclasses import asdict, dataclass
 
 from crosscheck.analytic.paper.printed import build_printed_form
-from crosscheck.audit.errata.erratum import FormModelFactory, PhysicalModelFactory, run_model
+from crosscheck.audit.errata.erratum import PaperModelFactory, run_model
 from crosscheck.audit.experiments.study import Question, Records
 from crosscheck.audit.measures.undefined import JsonObject
 from crosscheck.checks.states import LOOSEST
@@ -77,7 +77,7 @@ class PrintedEquationsQuestion(Question[EngineComparison]):
             full_scenario = load_scenario(name)
             duration_s = min(full_scenario.duration_s, self.longest_s)
             scenario = full_scenario.model_copy(update={"duration_s": duration_s})
-            sides = FormModelFactory(arm, build_printed_form()), PhysicalModelFactory(arm)
+            sides = PaperModelFactory(arm, build_printed_form()), PaperModelFactory(arm)
             printed, derived = (run_model(side, scenario) for side in sides)
             sizes = (largest_difference(printed, derived, each) for each in ("theta", "F_sp"))
             runs[name] = RunDifferences(duration_s, *sizes)

@@ -21,16 +21,16 @@ from crosscheck.analytic.paper.printed import build_printed_form
 from crosscheck.audit.errata import differences
 from crosscheck.audit.errata.erratum import (
     Erratum,
-    ErratumPair,
-    FormModelFactory,
-    PhysicalModelFactory,
-    attach_effects,
+    ModelFactory,
+    PaperModelFactory,
     compute_effect,
     run_model,
     tex,
+    write_sides,
 )
 from crosscheck.audit.experiments.study import Question, Records
 from crosscheck.audit.measures.stage import PaperStage, paper_stage
+from crosscheck.audit.measures.undefined import float_or_none
 from crosscheck.audit.statics import teeth
 from crosscheck.models.arm.arm import Arm, Planetary
 from crosscheck.models.arm.layout import make_layout
@@ -68,19 +68,21 @@ def find_ring_rate_errata(arm: Arm, stage: PaperStage) -> Iterator[Erratum]:
         yield Erratum(
             "eq13-rate",
             where="Eq. 13",
-            printed=str(printed),
-            derived=str(derived),
+            **write_sides(printed, derived),
             remark="equal to Eq. 12: both meshes of a stage have one frequency",
-            printed_tex=tex(printed),
-            derived_tex=tex(derived),
             size=corrected_rate - printed_rate,
             unit="cycles per carrier turn",
-            trial=ErratumPair(
-                PhysicalModelFactory(arm, switches(phase="omega_t", ring_rate="eq13")),
-                PhysicalModelFactory(arm, switches(phase="omega_t", ring_rate="corrected")),
-            ),
+            trial=_switch_trial(arm, ("omega_t", "eq13"), ("omega_t", "corrected")),
             denies=("2.2-10",),
         )
+
+
+def _switch_trial(arm: Arm, *laws: tuple[str, str]) -> tuple[ModelFactory, ModelFactory]:
+    """The physical model under two laws: of the mesh phase, and of the ring's rate."""
+    printed, right = (
+        PaperModelFactory(arm, chosen=switches(phase=phase, ring_rate=rate)) for phase, rate in laws
+    )
+    return printed, right
 
 
 def find_phase_errata(arm: Arm, stage: PaperStage) -> Iterator[Erratum]:
@@ -102,10 +104,7 @@ def find_phase_errata(arm: Arm, stage: PaperStage) -> Iterator[Erratum]:
             f" {work:.2g} N m under {TORQUE_N_M:g} N m",
             printed_tex=r"\sin(\omega_e t)",
             derived_tex=r"\sin\left(\int_0^t \omega_e \, dt\right)",
-            trial=ErratumPair(
-                PhysicalModelFactory(arm, switches(phase="omega_t", ring_rate="corrected")),
-                PhysicalModelFactory(arm, switches(phase="angle", ring_rate="corrected")),
-            ),
+            trial=_switch_trial(arm, ("omega_t", "corrected"), ("angle", "corrected")),
             denies=("2.3-02",),
         )
     joint = stage.joint
@@ -131,7 +130,7 @@ def find_phase_errata(arm: Arm, stage: PaperStage) -> Iterator[Erratum]:
             " and ring is not",
             size=behind,
             unit="cycles between sun and ring mesh",
-            trial=ErratumPair(PhysicalModelFactory(arm), PhysicalModelFactory(phased)),
+            trial=(PaperModelFactory(arm), PaperModelFactory(phased)),
         )
 
 
@@ -221,9 +220,7 @@ def find_entry_errata(arm: Arm, printed: Form, derived: Form) -> Iterator[Erratu
             derived_tex=tex(difference.derived),
             size=size,
             unit=unit,
-            trial=ErratumPair(
-                FormModelFactory(arm, printed), FormModelFactory(arm, corrected_form)
-            ),
+            trial=(PaperModelFactory(arm, printed), PaperModelFactory(arm, corrected_form)),
             denies=(CLAIMS_ON_ENTRIES[difference.matrix],),
         )
 
@@ -269,14 +266,11 @@ def find_energy_errata(arm: Arm) -> Iterator[Erratum]:
         yield Erratum(
             id=_slug(where),
             where=where,
-            printed=str(printed),
-            derived=str(derived),
+            **write_sides(printed, derived),
             remark="" if stated == values else RING_REMARK,
-            printed_tex=tex(printed),
-            derived_tex=tex(derived),
             size=size,
             unit="kg m^2 in M_33",
-            trial=ErratumPair(FormModelFactory(arm, form), FormModelFactory(arm, corrected_form)),
+            trial=(PaperModelFactory(arm, form), PaperModelFactory(arm, corrected_form)),
             denies=("2.4-01",),
         )
 
@@ -307,8 +301,13 @@ def simulate_errata(
             for scenario in load_effect_scenarios(duration_s)
             if erratum.trial is not None
         }
-        simulated_errata.append(attach_effects(erratum, effects))
-    return sorted(simulated_errata, key=lambda row: -row.largest_theta_rad)
+        size = float_or_none(erratum.size)
+        simulated_errata.append(replace(erratum, size=size, trial=None, effects=effects))
+
+    def largest_theta_rad(erratum: Erratum) -> float:
+        return max((effect.theta_rad for effect in erratum.effects.values()), default=0.0)
+
+    return sorted(simulated_errata, key=largest_theta_rad, reverse=True)
 
 
 def load_effect_scenarios(duration_s: float = EFFECT_S) -> list[Scenario]:

@@ -11,7 +11,7 @@ import sympy as sp
 from crosscheck.analytic.derivation.forms import Form
 from crosscheck.analytic.paper.energies import build_energies_form
 from crosscheck.audit.errata.differences import Matrix
-from crosscheck.audit.errata.erratum import FormModelFactory, run_model
+from crosscheck.audit.errata.erratum import PaperModelFactory, run_model
 from crosscheck.audit.experiments.study import Question, Records
 from crosscheck.checks.trajectories import largest_difference
 from crosscheck.models.errors import Diverged
@@ -38,10 +38,10 @@ class PlantedFaultQuestion(Question[list[float | None]]):
 
     def answer(self) -> list[float | None]:
         arm, scenario, clean = load_arm(self.arm), load_scenario(SCENARIO), build_energies_form()
-        reference = run_model(FormModelFactory(arm, clean), scenario)
+        reference = run_model(PaperModelFactory(arm, clean), scenario)
         changes = list[float | None]()
         for matrix, entry in nonzero_entries(clean):
-            side = FormModelFactory(arm, remove_entry(clean, matrix, entry))
+            side = PaperModelFactory(arm, remove_entry(clean, matrix, entry))
             try:
                 changes.append(largest_difference(reference, run_model(side, scenario), "theta"))
             except (Diverged, ZeroDivisionError):  # an M that cannot be inverted any more

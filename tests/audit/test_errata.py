@@ -33,8 +33,6 @@ from crosscheck.audit.errata.errata_texts import (
 from crosscheck.audit.errata.erratum import (
     Effect,
     Erratum,
-    ErratumPair,
-    attach_effects,
     compute_effect,
     run_model,
 )
@@ -174,7 +172,7 @@ def test_an_impulse_hardly_sees_a_shifted_impact_and_a_force_sees_all_of_it():
         return xr.Dataset(values, {"time": time})
 
     pulses = {"printed": run(0.05), "right": run(0.0501)}
-    trial = ErratumPair("printed", "right")  # type: ignore[arg-type]  # names of runs
+    trial = ("printed", "right")  # type: ignore[arg-type]  # names of runs
     effect = compute_effect(trial, None, lambda side, scenario: pulses[side])  # type: ignore[arg-type]
     assert effect.mesh_force_N == 1.0
     assert effect.impulse_N_s == pytest.approx(1e-4)
@@ -244,10 +242,12 @@ def test_the_terminal_has_the_count_first_and_formulas_whole_in_80_columns():
                 assert str(record[name]) in all_told
 
 
-def test_an_erratum_is_kept_as_it_was_without_trial_and_infinite_size():
-    trial = ErratumPair(abs, abs)  # type: ignore[arg-type]  # is not run
-    given = Erratum("eq1", where="Eq. 1", printed="a", derived="b", size=np.inf, trial=trial)
-    tried = attach_effects(given, {"pd": Effect(1e-3, 5.0, 0.1)})
+def test_an_erratum_is_kept_as_it_was_without_trial_and_infinite_size(labelled, monkeypatch):
+    given = Erratum("eq1", where="Eq. 1", printed="a", derived="b", size=np.inf, trial=(abs, abs))
+    effect = Effect(1e-3, 5.0, 0.1)
+    monkeypatch.setattr(errata, "find_errata", lambda arm: [given])
+    monkeypatch.setattr(errata, "compute_effect", lambda trial, scenario, run: effect)
+    (tried,) = errata.simulate_errata(labelled, lambda where: None)
     assert (tried.trial, tried.size) == (None, None)
     kept = json.loads(json.dumps(asdict(tried), allow_nan=False))
     assert TypeAdapter(Erratum).validate_python(kept) == tried
