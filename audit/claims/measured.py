@@ -13,7 +13,7 @@ from pathlib import Path
 
 from pydantic import TypeAdapter
 
-from crosscheck.audit.experiments.experiments import BACK, BACK_EVEN, TWO_PLANETS, TWO_SOFTER
+from crosscheck.audit.experiments.experiments import BACK, BACK_EVEN
 from crosscheck.audit.experiments.torque import ERROR_WINDOWS_S
 from crosscheck.audit.judging.quantities import Measures, Number
 from crosscheck.audit.measures.events import AT_ONCE_S
@@ -59,11 +59,8 @@ CLAIM_CASES: dict[str, Sequence[Mapping[str, object]]] = CASES | {
         for seconds in ("1", "2")
     ],
     "two planets": [
-        {"choice": f"equal stiffness of {which}", "two_planets": experiment}
-        for which, experiment in {
-            "all meshes together": TWO_PLANETS,
-            "each mesh": TWO_SOFTER,
-        }.items()
+        {"choice": "equal stiffness of all meshes together", "two_planets": "two planets"},
+        {"choice": "equal stiffness of each mesh", "two_planets": "two planets as they are"},
     ],
     "joints": [{"choice": "the shoulder", "joint": 1}, {"choice": "the elbow", "joint": 2}],
 }

@@ -55,22 +55,19 @@ class StudyPlan:
 
     def experiments(self, condition: Condition) -> Iterator[run.PaperExperiment]:
         """The experiments that are simulated in a setting of the claims."""
-        yield from (run.PD, run.CONSTANT, run.NO_BACKLASH, run.NO_ERROR, run.CONSTANT_STIFFNESS)
-        yield from (run.CONSTANT_NO_ERROR, run.PRELOADED)
+        is_shaken = condition.zeta in self.shaken
+        is_corrected = is_shaken and condition.equations == "corrected"
+        made = {"every": True, "shaken": is_shaken, "corrected": is_corrected}
+        yield from (each for each in run.EXPERIMENTS.values() if made.get(each.where))
         if condition.arm == self.readings[0] or condition.zeta in self.zetas[::2]:
             backlashes = [run.BACKLASH(size_um) for size_um in self.backlashes]
-            whole = condition.zeta in self.shaken  # WIDE is made there, and begins with one of them
-            yield from (item for item in backlashes if not (whole and item == run.WIDE_BEGINNING))
+            # Where WIDE is made, it begins with one of them.
+            yield from (x for x in backlashes if not (is_shaken and x == run.WIDE_BEGINNING))
             yield from (run.ERROR(size_um) for size_um in self.errors)
-        if condition.zeta in self.shaken:
-            if condition.equations == "corrected":  # those printed count three
-                yield from (run.TWO_PLANETS, run.TWO_SOFTER)
+        if is_shaken:
             for size_um in (*self.back, run.CHAOTIC_UM, 1e6 * run.WIDE_M):
                 yield from (run.BACK(size_um), run.BACK_EVEN(size_um))
-            yield from (run.WIDE, run.TURNING, run.CONSTANT_PRELOADED)
-            yield run.EXACT_ELBOW
-            yield run.BACKLASH_NO_ERROR(0.0)
-            yield from (run.SQUARE, run.CONSTANT_SQUARE)
+            yield run.SERIES["backlash, no error"](0.0)
 
 
 FULL = StudyPlan()

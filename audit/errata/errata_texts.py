@@ -12,7 +12,7 @@ from typing import NamedTuple
 from pydantic import TypeAdapter
 
 from crosscheck.audit.errata.erratum import Erratum
-from crosscheck.audit.measures.undefined import JsonObject, to_json
+from crosscheck.audit.measures.undefined import JsonObject
 from crosscheck.models.files import read_toml
 from crosscheck.report.formatting import format_rounded
 
@@ -102,25 +102,23 @@ def list_sections(arm: str, errata: Sequence[Erratum]) -> list[SheetSection]:
 def build_record(arm: str, erratum: Erratum) -> JsonObject:
     """An erratum with its size and effects for an arm, as JSON, in numbers and in words."""
     size = "" if erratum.size is None else f"{format_rounded(erratum.size, 3)} {erratum.unit}"
-    return to_json(
-        {
-            "id": f"erratum/{arm}/{erratum.id}",
-            "class": erratum.kind,
-            "where": erratum.where,
-            "printed": erratum.printed,
-            "derived": erratum.derived,
-            "printed_tex": erratum.printed_tex,
-            "derived_tex": erratum.derived_tex,
-            "remark": erratum.remark,
-            "denies": ", ".join(erratum.denies),
-            "size": erratum.size,
-            "unit": erratum.unit,
-            "size_in_words": size,
-            "effects": {name: asdict(effect) for name, effect in erratum.effects.items()},
-            "constant_torque": _describe_effect(erratum, "constant-torque"),
-            "pd": _describe_effect(erratum, "pd"),
-        }
-    )
+    return {
+        "id": f"erratum/{arm}/{erratum.id}",
+        "class": erratum.kind,
+        "where": erratum.where,
+        "printed": erratum.printed,
+        "derived": erratum.derived,
+        "printed_tex": erratum.printed_tex,
+        "derived_tex": erratum.derived_tex,
+        "remark": erratum.remark,
+        "denies": ", ".join(erratum.denies),
+        "size": erratum.size,
+        "unit": erratum.unit,
+        "size_in_words": size,
+        "effects": {name: asdict(effect) for name, effect in erratum.effects.items()},
+        "constant_torque": _describe_effect(erratum, "constant-torque"),
+        "pd": _describe_effect(erratum, "pd"),
+    }
 
 
 def _describe_effect(erratum: Erratum, scenario: str) -> str | None:

@@ -82,7 +82,7 @@ class FigureData:
         """A family's experiments that the plan has, by size."""
         planned = (*DEFAULTS, *self.plan.experiments(make_condition(LAWS[0])))
         members = {item for item in planned if item.kind == series.kind}
-        return sorted(members, key=lambda item: item.size_um or 0.0)
+        return sorted(members, key=lambda item: item.size or 0.0)
 
     def samples_by_law(self, experiment: PaperExperiment) -> dict[Law, Sample]:
         """The samples of an experiment, by law."""

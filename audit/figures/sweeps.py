@@ -100,7 +100,7 @@ def draw_sweep_figure(data: FigureData, number: int) -> PaperFigure:
     series, default_um, shown, window = FIGURES[number]
     members = data.members(series)
     courses = data.courses_by_law(number, *members)
-    sizes = [f"{series.symbol} {member.size_um:g} µm" for member in members]
+    sizes = [f"{series.symbol} {member.size:g} µm" for member in members]
     if window is None:
         where, svg = "in the legend", _draw_spectra(data, number, courses, sizes)
     else:
@@ -153,7 +153,7 @@ def _draw_start_numbers(
     """A drawing of all starts' numbers, a dot each, laws side by side, sizes by rank."""
     members = data.members(series)
     samples = [data.samples_by_law(member) for member in members]
-    ticks = {"xticks": range(len(members)), "xticklabels": [f"{x.size_um:g}" for x in members]}
+    ticks = {"xticks": range(len(members)), "xticklabels": [f"{x.size:g}" for x in members]}
     row = []
     for axis in shown:
         curves = list[Curve]()

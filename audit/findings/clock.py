@@ -16,7 +16,7 @@ from crosscheck.audit.experiments.samples import Scale
 from crosscheck.audit.experiments.study import Study
 from crosscheck.audit.experiments.variant import rigid_arm
 from crosscheck.audit.measures.stage import paper_stage
-from crosscheck.audit.measures.undefined import JsonObject, float_or_none, to_json
+from crosscheck.audit.measures.undefined import JsonObject, float_or_none
 from crosscheck.models.loading import load_arm
 from crosscheck.models.trajectory import recorded_times
 from crosscheck.signals import envelope
@@ -100,15 +100,13 @@ class ClockTestResult:
     def to_dicts(self) -> list[JsonObject]:
         """The results of each law as a JSON object."""
         return [
-            to_json(
-                {
-                    "id": f"finding/clock/{law.id}",
-                    "blind": self.blind[law],
-                    "vibration_rad_per_s2": {
-                        f"{each.clock_s:g}": each.vibration_rad_per_s2 for each in delays
-                    },
-                }
-            )
+            {
+                "id": f"finding/clock/{law.id}",
+                "blind": self.blind[law],
+                "vibration_rad_per_s2": {
+                    f"{each.clock_s:g}": each.vibration_rad_per_s2 for each in delays
+                },
+            }
             for law, delays in self.delays_by_law.items()
         ]
 

@@ -7,7 +7,6 @@ study's axes; its experiments are the study with other settings.
 
 from __future__ import annotations
 
-import json
 import math
 from collections.abc import Hashable, Mapping
 from dataclasses import dataclass
@@ -36,6 +35,7 @@ from crosscheck.models.errors import InputError
 from crosscheck.models.files import read_toml
 from crosscheck.models.loading import validate_record
 from crosscheck.output import require_files, write_text
+from crosscheck.report.records import format_json
 from crosscheck.report.trials.trial_result import summarize_trial
 from crosscheck.studies.api import sweep
 from crosscheck.studies.definition.definition import Definition
@@ -174,7 +174,7 @@ class PaperAudit:
             record = {"id": claim.id, "statement": claim.statement, "yes_if": yes_if}
             claims.append(record | verdict.to_dict() | {"settings": settings})
         document = {"schema_version": 1, "title": self.paper.title, "claims": claims}
-        return json.dumps(document, indent=1) + "\n"
+        return format_json(document)
 
 
 class PaperFolder(NamedTuple):

@@ -3,13 +3,10 @@
 from __future__ import annotations
 
 import importlib
-import json
 import re
 from collections.abc import Mapping, Sequence
-from dataclasses import asdict, replace
+from dataclasses import replace
 from pathlib import Path
-
-import numpy as np
 
 from crosscheck import file_types
 from crosscheck.audit.claims.catalogue import SENTENCES
@@ -30,6 +27,7 @@ from crosscheck.output import require_files, write_files, write_text
 from crosscheck.provenance import record_provenance
 from crosscheck.report import rendering
 from crosscheck.report.plots.figures import fix_links
+from crosscheck.report.records import format_json
 from crosscheck.runner.progress import progress_bar
 
 SCHEMA_VERSION = 5
@@ -92,17 +90,10 @@ def format_records(made: Sequence[AuditChapter], study: Study) -> str:
         "paper": {"citation": CITATION, "read": EXTENT_READ},
         "chapters": {chapter.id: chapter.records for chapter in made},
         "numbers": {name: number._asdict() for name, number in MEASURED.items()},
-        "sentences": [asdict(sentence) for sentence in load_sentences(SENTENCES)],
+        "sentences": load_sentences(SENTENCES),
         "provenance": _provenance(study),
     }
-    return json.dumps(document, indent=1, allow_nan=False, default=_to_plain) + "\n"
-
-
-def _to_plain(value: object) -> object:
-    """A NumPy scalar as Python's own. Raises TypeError for anything else."""
-    if isinstance(value, np.generic):
-        return value.item()
-    raise TypeError(f"not JSON: {value!r}")
+    return format_json(document)
 
 
 def _provenance(study: Study) -> dict[str, object]:

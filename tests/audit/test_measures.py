@@ -40,6 +40,11 @@ LEFT_S, MET_S, RETURN_S = 0.35, 0.36, 1.5
 ON_DRIVING = np.where((TIME < LEFT_S) | (TIME > RETURN_S), 100.0, 0.0)
 FORCE = ON_DRIVING - 100.0 * ((TIME >= MET_S) & (TIME < RETURN_S - 0.005))
 
+PRELOADED, LOADED, TURNING = (
+    experiments.EXPERIMENTS[name]
+    for name in ("preloaded", "constant torque, preloaded", "turning back, b = 3000 um")
+)
+
 
 def made(
     excess: np.ndarray, force: np.ndarray = FORCE, elbow: np.ndarray = FORCE, angle: float = 1.0
@@ -239,7 +244,7 @@ def test_the_way_to_the_target():
     assert measure_whole_pd(shaken, rigid)["gap_end_rad"] < 1e-4
 
 
-PD = experiments.build_question(experiments.PRELOADED, Condition(INTEGRAL, 0.02), (1,)).variant
+PD = experiments.build_question(PRELOADED, Condition(INTEGRAL, 0.02), (1,)).variant
 
 
 def test_the_preloaded_start_bears_the_drive():
@@ -265,7 +270,7 @@ def test_no_mesh_of_a_preloaded_start_accelerates():
     assert left < 1e-9 * without
 
 
-@pytest.mark.parametrize("source", [experiments.WIDE, experiments.TURNING], ids=str)
+@pytest.mark.parametrize("source", [experiments.WIDE, TURNING], ids=str)
 def test_the_widest_clearance_is_run_to_the_end(source):
     asked = experiments.build_question(source, Condition(PRINTED, 0.02), (1,))
     case = asked.variant.case()
@@ -276,13 +281,16 @@ def test_the_widest_clearance_is_run_to_the_end(source):
 def test_links_turn_back_where_that_is_what_is_asked():
     """Both, on a rigid arm, which the geared one follows."""
     turns = {}
-    for source in (experiments.WIDE, experiments.TURNING):
+    for source in (experiments.WIDE, TURNING):
         rigid = rigid_arm(
             experiments.build_question(source, Condition(PRINTED, 0.02), (1,)).variant
         )
         rate = simulate(rigid)["theta_dot"].values
         turns[source] = ((rate.min(axis=0) < -0.1) & (rate.max(axis=0) > 0.1)).tolist()
-    assert turns == {experiments.WIDE: [True, False], experiments.TURNING: [True, True]}
+    assert turns == {
+        experiments.WIDE: [True, False],
+        TURNING: [True, True],
+    }
 
 
 def test_a_preloaded_start_under_constant_torque_does_not_ring():
@@ -290,7 +298,7 @@ def test_a_preloaded_start_under_constant_torque_does_not_ring():
         experiments.build_question(source, Condition(INTEGRAL, 0.05), (1,))
         .answer()
         .numbers["ringing_N"][0]
-        for source in (experiments.CONSTANT, experiments.CONSTANT_PRELOADED)
+        for source in (experiments.CONSTANT, LOADED)
     )
     assert loaded < 0.1 * at_rest
 

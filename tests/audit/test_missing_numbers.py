@@ -1,6 +1,5 @@
 """Claims about numbers that are missing: no verdict falls over them, and none is made of them."""
 
-import json
 import math
 
 import numpy as np
@@ -19,6 +18,7 @@ from crosscheck.audit.experiments.paper_conditions import LAWS, Condition
 from crosscheck.audit.experiments.samples import Scale
 from crosscheck.audit.judging.quantities import ConditionResults, Sample
 from crosscheck.audit.judging.rule import State, VerdictKind, evaluate_claim, verdict
+from crosscheck.report.records import format_json
 from tests.audit.test_claims import sources
 from tests.loops import require_items
 
@@ -59,7 +59,7 @@ def test_every_claim_gets_a_verdict_whatever_is_missing(seed):
             assert all(map(math.isfinite, answer.values))
             assert answer.undefined + len(answer.values) == answer.starts
             assert (answer.state == State.UNDEFINED) == (answer.share is None)
-    json.dumps([build_claim_record(judged) for judged in found], allow_nan=False)
+    format_json({"claims": [build_claim_record(judged) for judged in found]})
     html = render_claims(found, FULL, Scale())
     assert html.count('<tr id="claim-') == len(CLAIMS)
 

@@ -113,14 +113,14 @@ def test_where_all_diverged_every_number_is_undefined():
 @pytest.mark.parametrize(
     ("left_out", "field"),
     [
-        (experiments.NO_BACKLASH, "backlash_m"),
-        (experiments.NO_ERROR, "tooth_error_m"),
-        (experiments.CONSTANT_NO_ERROR, "tooth_error_m"),
-        (experiments.CONSTANT_STIFFNESS, "mesh_stiffness_amplitude_N_per_m"),
+        ("no backlash", "backlash_m"),
+        ("no error", "tooth_error_m"),
+        ("constant torque, no error", "tooth_error_m"),
+        ("constant stiffness", "mesh_stiffness_amplitude_N_per_m"),
     ],
 )
 def test_an_effect_is_left_out_by_its_own_field_of_every_mesh(left_out, field):
-    variant = experiments.build_question(left_out, CELL, ()).variant
+    variant = experiments.build_question(experiments.EXPERIMENTS[left_out], CELL, ()).variant
     cases = [one.case() for one in (variant, replace(variant, meshes=()))]
     changed, own = (vars(case.arm.joints[0].sun_mesh.planet_mesh(0)) for case in cases)
     names = {name for name in own if changed[name] != own[name]}

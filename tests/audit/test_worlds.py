@@ -78,7 +78,7 @@ def worlds() -> ConditionResults:
     sources = [*FULL.experiments(CELL), WIDE_BEGINNING, BACKLASH(DEFAULT_B_UM), ERROR(DEFAULT_E_UM)]
     made: dict[PaperExperiment, Sample] = {}
     for family in (BACKLASH, ERROR, BACK, BACK_EVEN):
-        own = sorted((s for s in sources if s.kind == family.kind), key=lambda s: s.size_um or 0)
+        own = sorted((s for s in sources if s.kind == family.kind), key=lambda s: s.size or 0)
         sample = pools()[_kind(own[0])]
         for source, runs in zip(own, _members(generator, sample, len(own)), strict=True):
             made[source] = _taken(sample, runs)
@@ -88,7 +88,7 @@ def worlds() -> ConditionResults:
             made[source] = _taken(sample, generator.integers(sample.diverged.size, size=WORLDS))
     # In a third of the worlds an experiment changes nothing.
     for source in made:
-        if source.size_um is None:
+        if source.size is None:
             same = generator.random(WORLDS) < 1 / 3
             plain = _plain(made, source)
             for name, values in made[source].numbers.items():
@@ -98,7 +98,7 @@ def worlds() -> ConditionResults:
 
 def _plain(made: dict[PaperExperiment, Sample], source: PaperExperiment) -> Sample:
     """The experiment of the same kind that changes nothing."""
-    return next(made[one] for one in made if one.size_um is None and _kind(one) == _kind(source))
+    return next(made[one] for one in made if one.size is None and _kind(one) == _kind(source))
 
 
 def _taken(sample: Sample, runs: np.ndarray) -> Sample:
