@@ -17,7 +17,7 @@ from crosscheck.audit.claims.chapter import COLUMNS
 from crosscheck.audit.experiments.samples import FULL, QUICK
 from crosscheck.audit.experiments.study import Study
 from crosscheck.audit.judging.rule import VerdictKind
-from crosscheck.audit.page.context import AuditContext
+from crosscheck.audit.claims.study_plan import AuditContext
 from crosscheck.models.directories import cache_folder
 from crosscheck.runner.progress import progress_bar
 

@@ -12,8 +12,7 @@ from typing import Any, NamedTuple
 from pydantic import ConfigDict, JsonValue, TypeAdapter
 from pydantic.dataclasses import dataclass as validated_dataclass
 
-from crosscheck.audit.claims.claim_quantities import FUNCTIONS, NAMED
-from crosscheck.audit.claims.measured import CLAIM_CASES, MEASURES
+from crosscheck.audit.claims.measured import CLAIM_CASES, FUNCTIONS, MEASURES, NAMED
 from crosscheck.audit.experiments.experiments import SERIES, ExperimentSeries, find_experiment
 from crosscheck.audit.experiments.paper_conditions import LAW, MODELS, PLANETS, GearModel
 from crosscheck.audit.judging import quantities as q

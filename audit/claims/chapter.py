@@ -8,7 +8,7 @@ from dataclasses import asdict, replace
 
 from crosscheck.audit.claims import study_plan
 from crosscheck.audit.claims.catalogue import ModelJudgement, model_of
-from crosscheck.audit.claims.study_plan import StudyPlan
+from crosscheck.audit.claims.study_plan import AuditContext, StudyPlan
 from crosscheck.audit.experiments.ensembles import ALIKE, FIRST
 from crosscheck.audit.experiments.paper_conditions import (
     AS_GEARS,
@@ -25,7 +25,6 @@ from crosscheck.audit.judging.judgement import CLOSE
 from crosscheck.audit.judging.rule import Answer, Verdict, VerdictKind
 from crosscheck.audit.measures.undefined import JsonObject
 from crosscheck.audit.page.chapter import LAW_NAMES, AuditChapter, render_template
-from crosscheck.audit.page.context import AuditContext
 
 ID, TITLE = "claims", "The paper's statements, one by one"
 # What a reader looks for first: what is wrong, what hangs on chance, what on an unknown.

@@ -1,22 +1,32 @@
-"""Which experiments are made in which settings."""
+"""Which experiments are made in which settings, and what all chapters of the page work from."""
 
 from __future__ import annotations
 
 from collections import defaultdict
-from collections.abc import Iterator, Sequence
+from collections.abc import Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass
+from functools import cached_property
 from itertools import chain, product
 
 import numpy as np
 
-from crosscheck.audit.errata.planted_faults import PlantedFaultQuestion, detectable_share
+from crosscheck.audit.claims.catalogue import CLAIMS, ModelJudgement
+from crosscheck.audit.errata.erratum import Erratum
+from crosscheck.audit.errata.finder import EFFECT_S, ErrataQuestion
+from crosscheck.audit.errata.printed_equations import PlantedFaultQuestion, detectable_share
 from crosscheck.audit.experiments import experiments as run
 from crosscheck.audit.experiments import paper_conditions
-from crosscheck.audit.experiments.paper_conditions import Condition, GearModel
+from crosscheck.audit.experiments.paper_conditions import (
+    AS_MODELLED,
+    LABELLED,
+    Condition,
+    GearModel,
+)
 from crosscheck.audit.experiments.samples import SampleRequest, Scale, collect_samples
 from crosscheck.audit.experiments.study import Study
 from crosscheck.audit.experiments.variant import Numbers
 from crosscheck.audit.judging.quantities import ConditionResults, Sample
+from crosscheck.audit.judging.rule import evaluate_claim
 from crosscheck.audit.statics.statics import Statics
 
 VARIED = (run.PD, run.NO_ERROR)  # the experiments that are made of VARIANTS
@@ -98,18 +108,6 @@ def run_experiments(
     return list(results_by_condition.items())
 
 
-def run_model_variants(study: Study, scale: Scale) -> dict[GearModel, ResultsByCondition]:
-    """The settings of each of VARIANTS with what is asked there."""
-    by_model = {model: FULL.model_conditions(model) for model in paper_conditions.VARIANTS}
-    requests = [
-        (condition, experiment)
-        for condition in chain.from_iterable(by_model.values())
-        for experiment in VARIED
-    ]
-    results = _collect_results(study, scale, requests, "claims, variants")
-    return {model: [(each, results[each]) for each in by_model[model]] for model in by_model}
-
-
 def _collect_results(
     study: Study, scale: Scale, requests: Sequence[SampleRequest], label: str
 ) -> dict[Condition, ConditionResults]:
@@ -125,3 +123,52 @@ def _single_start_sample(numbers: Numbers) -> Sample:
     """A sample of one start whose numbers are these."""
     values = {name: np.array([value], float) for name, value in numbers.items()}
     return Sample(values, diverged=np.zeros(1, dtype=bool))
+
+
+@dataclass(frozen=True)
+class AuditContext:
+    """What a page is made from, once; nothing is run before it is asked for."""
+
+    study: Study
+    scale: Scale
+
+    @cached_property
+    def settings(self) -> ResultsByCondition:
+        """The settings of the claims with planets free, each with its experiments."""
+        return run_experiments(self.study, self.scale, FULL.claim_conditions(), "claims")
+
+    @cached_property
+    def as_modelled(self) -> ResultsByCondition:
+        """The settings of the paper's own model, each with its experiments."""
+        chosen = FULL.model_conditions(AS_MODELLED)
+        return run_experiments(self.study, self.scale, chosen, "claims, as modelled")
+
+    @cached_property
+    def variations(self) -> Mapping[GearModel, ResultsByCondition]:
+        """The settings of further models of the gears, with the PD run's experiments alone."""
+        by_model = {model: FULL.model_conditions(model) for model in paper_conditions.VARIANTS}
+        requests = list(product(chain.from_iterable(by_model.values()), VARIED))
+        results = _collect_results(self.study, self.scale, requests, "claims, variants")
+        return {model: [(each, results[each]) for each in by_model[model]] for model in by_model}
+
+    @property
+    def effect_s(self) -> float:
+        """How long [s] the runs behind the effects of errata last."""
+        return self.scale.limit_duration(EFFECT_S)
+
+    @cached_property
+    def errata(self) -> Sequence[Erratum]:
+        """The errors of equations, with Table I as its labels say."""
+        question = ErrataQuestion(LABELLED, self.effect_s)
+        (errata,) = self.study.answer_questions([question], "errata sheet")
+        return errata
+
+    @cached_property
+    def judged_claims(self) -> Mapping[str, ModelJudgement]:
+        """The claims with their answers in all settings, by id."""
+        settings = [*self.as_modelled, *self.settings]
+        return {c.id: ModelJudgement(c, tuple(evaluate_claim(c, settings))) for c in CLAIMS}
+
+    def samples(self, requests: Iterable[SampleRequest], what: str) -> dict[SampleRequest, Sample]:
+        """Samples of experiments in any settings, also the claims', from the scale's starts."""
+        return collect_samples(self.study, self.scale, requests, what)

@@ -17,7 +17,7 @@ from crosscheck.report.fragments import render_table
 from crosscheck.report.plots.figures import to_svg
 
 if TYPE_CHECKING:
-    from crosscheck.audit.page.context import AuditContext
+    from crosscheck.audit.claims.study_plan import AuditContext
 
 ID, TITLE = "errata", "Errata sheet"
 

@@ -13,7 +13,7 @@ from pydantic import JsonValue
 
 from crosscheck.audit.claims import study_plan
 from crosscheck.audit.claims.catalogue import CLAIMS
-from crosscheck.audit.claims.study_plan import StudyPlan
+from crosscheck.audit.claims.study_plan import AuditContext, StudyPlan
 from crosscheck.audit.experiments.ensembles import simulate_courses
 from crosscheck.audit.experiments.experiments import (
     DEFAULTS,
@@ -34,7 +34,6 @@ from crosscheck.audit.judging.quantities import Sample
 from crosscheck.audit.measures.run_signals import RunSignals
 from crosscheck.audit.measures.undefined import JsonObject
 from crosscheck.audit.page.chapter import render_template, to_markup
-from crosscheck.audit.page.context import AuditContext
 
 # The paper gives no damping. At the smaller value its third fluctuation shows under its own law.
 ZETA, LOW_ZETA = 0.02, 0.005

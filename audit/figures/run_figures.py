@@ -77,7 +77,7 @@ def draw_figure_15(data: FigureData) -> PaperFigure:
     variant = make_rigid_variant("back-and-forth", COUPLED)
     rigid = data.load_courses({"rigid": variant}, 15)["rigid"]
     curves = [
-        Curve(rigid.time, each.theta[:, 0] - rigid.theta[:, 0], colour, f"b {b:g} µm", width=0.8)
+        Curve(rigid.time, each.theta[:, 0] - rigid.theta[:, 0], colour, f"b {b:g} µm")
         for (b, each), colour in zip(runs.items(), COLOURS, strict=False)
     ]
     more = "b as in the legend; Δ: detailed less rigid (coupled)."

@@ -10,7 +10,8 @@ from itertools import product
 import numpy as np
 
 from crosscheck.audit.claims.chapter import COLUMNS
-from crosscheck.audit.errata.engine_comparison import PrintedEquationsQuestion
+from crosscheck.audit.claims.study_plan import AuditContext
+from crosscheck.audit.errata.printed_equations import PrintedEquationsQuestion
 from crosscheck.audit.experiments.experiments import PD
 from crosscheck.audit.experiments.paper_conditions import (
     INTEGRAL,
@@ -37,7 +38,6 @@ from crosscheck.audit.page.chapter import (
     render_template,
     to_markup,
 )
-from crosscheck.audit.page.context import AuditContext
 from crosscheck.report.fragments import COLOURS
 from crosscheck.report.plots.figures import draw_legend, make_figure, set_log_scale, to_svg
 

@@ -11,6 +11,7 @@ from pathlib import Path
 from crosscheck import file_types
 from crosscheck.audit.claims.catalogue import SENTENCES
 from crosscheck.audit.claims.measured import MEASURED
+from crosscheck.audit.claims.study_plan import AuditContext
 from crosscheck.audit.errata.errata_texts import list_sections
 from crosscheck.audit.errata.sheet import build_sheet
 from crosscheck.audit.experiments.paper_conditions import LABELLED
@@ -18,7 +19,6 @@ from crosscheck.audit.experiments.samples import FULL, Scale
 from crosscheck.audit.experiments.study import Study
 from crosscheck.audit.judging.sentences import load_sentences
 from crosscheck.audit.page.chapter import CITATION, EXTENT_READ, AuditChapter
-from crosscheck.audit.page.context import AuditContext
 from crosscheck.file_types import PAPER_PAGE
 from crosscheck.models.directories import cache_folder
 from crosscheck.models.errors import InputError

@@ -9,8 +9,7 @@ import numpy as np
 import pytest
 
 from crosscheck.audit.claims.catalogue import BY_ID, CLAIMS, RETIRED, TEXTS
-from crosscheck.audit.claims.claim_quantities import FUNCTIONS, NAMED
-from crosscheck.audit.claims.measured import MEASURED
+from crosscheck.audit.claims.measured import FUNCTIONS, MEASURED, NAMED
 from crosscheck.audit.claims.study_plan import FULL
 from crosscheck.audit.experiments.experiments import (
     BACKLASH,

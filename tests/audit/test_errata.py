@@ -21,7 +21,7 @@ from crosscheck.analytic.paper.energies import build_energies_form, kinetic_ener
 from crosscheck.analytic.paper.kinematics import gear_angles
 from crosscheck.analytic.paper.mesh_frequency import meshing_frequency
 from crosscheck.analytic.paper.printed import build_printed_form
-from crosscheck.audit.errata import differences, planted_faults
+from crosscheck.audit.errata import differences, printed_equations
 from crosscheck.audit.errata import finder as errata
 from crosscheck.audit.errata.differences import find_energy_differences, find_entry_differences
 from crosscheck.audit.errata.errata_texts import (
@@ -181,12 +181,12 @@ def test_an_impulse_hardly_sees_a_shifted_impact_and_a_force_sees_all_of_it():
 def test_a_planted_loss_is_seen_where_it_is_gross_and_not_in_the_meshes():
     """M_33 left out stops the arm's own inertia; M_12 couples two meshes alone."""
     clean = build_energies_form()
-    gone = planted_faults.remove_entry(clean, "mass_matrix", (2, 5)).mass_matrix
+    gone = printed_equations.remove_entry(clean, "mass_matrix", (2, 5)).mass_matrix
     assert gone[2, 5] == gone[5, 2] == 0
-    kept = list(planted_faults.nonzero_entries(clean))
+    kept = list(printed_equations.nonzero_entries(clean))
     assert ("mass_matrix", (0, 1)) in kept
     assert ("mass_matrix", (1, 0)) not in kept
-    assert planted_faults.detectable_share([1e-8, 0.7, None]) == pytest.approx(2 / 3)
+    assert printed_equations.detectable_share([1e-8, 0.7, None]) == pytest.approx(2 / 3)
 
 
 def test_other_arms_than_the_papers_are_refused():

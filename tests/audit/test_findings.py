@@ -12,7 +12,7 @@ import pytest
 from crosscheck.analytic.model import PhysicalModel
 from crosscheck.analytic.paper.model import PrintedModel
 from crosscheck.audit.claims.catalogue import BY_ID
-from crosscheck.audit.errata.engine_comparison import PrintedEquationsQuestion
+from crosscheck.audit.errata.printed_equations import PrintedEquationsQuestion
 from crosscheck.audit.experiments import paper_conditions
 from crosscheck.audit.findings.chapter import (
     MODELS,

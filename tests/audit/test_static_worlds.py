@@ -18,7 +18,7 @@ from crosscheck.analytic.paper.mesh_frequency import ring_mesh_rate, sun_mesh_ra
 from crosscheck.analytic.paper.model import EnergiesModel, PrintedModel
 from crosscheck.analytic.paper.stiffness import square_wave_series
 from crosscheck.audit.claims.catalogue import BY_ID, CLAIMS
-from crosscheck.audit.errata.planted_faults import detectable_share
+from crosscheck.audit.errata.printed_equations import detectable_share
 from crosscheck.audit.experiments.experiments import PLANTED, STATIC
 from crosscheck.audit.experiments.paper_conditions import PRINTED, Condition
 from crosscheck.audit.experiments.variant import Numbers

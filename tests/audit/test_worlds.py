@@ -12,7 +12,7 @@ import numpy as np
 import pytest
 
 from crosscheck.audit.claims.catalogue import CLAIMS, read_quantity
-from crosscheck.audit.claims.claim_quantities import ENDS
+from crosscheck.audit.claims.measured import ENDS
 from crosscheck.audit.claims.study_plan import FULL
 from crosscheck.audit.experiments.ensembles import (
     ConstantTorqueQuestion,
