@@ -13,7 +13,7 @@ from pydantic import ConfigDict, JsonValue, TypeAdapter
 from pydantic.dataclasses import dataclass as validated_dataclass
 
 from crosscheck.audit.claims.measured import CLAIM_CASES, FUNCTIONS, MEASURES, NAMED
-from crosscheck.audit.experiments.experiments import SERIES, ExperimentSeries, find_experiment
+from crosscheck.audit.experiments.experiments import find_experiment
 from crosscheck.audit.experiments.paper_conditions import LAW, MODELS, PLANETS, GearModel
 from crosscheck.audit.judging import quantities as q
 from crosscheck.audit.judging import rule
@@ -96,23 +96,17 @@ def read_quantity(text: Any) -> Quantity:
         case ["where above" | "where below" as side, limit, *parts]:
             return q.restrict_quantity(side, find_threshold(limit), *map(read_quantity, parts))
         case ["rank", numbers]:
-            return MEASURES.rank(*find_series(numbers))
+            return MEASURES.rank(*numbers.split(": "))
         case ["rank where above", limit, numbers, number]:
-            series, condition = find_series(numbers)
-            return MEASURES.rank_among(series, number, condition, find_threshold(limit))
+            kind, condition = numbers.split(": ")
+            return MEASURES.rank_among(kind, number, condition, find_threshold(limit))
         case [fold, numbers] if fold in q.FOLDS:
-            return MEASURES.fold_series(fold, *find_series(numbers))
+            return MEASURES.fold_series(fold, *numbers.split(": "))
         case [function, *operands] if function in FUNCTIONS:
             return FUNCTIONS[function](*operands)
         case [operation, *parts]:
             return q.combine_quantities(operation, *map(read_quantity, parts))
     raise KeyError(text)
-
-
-def find_series(text: str) -> tuple[ExperimentSeries, str]:
-    """The family of experiments and the number in ``kind: number``."""
-    kind, number = text.rsplit(": ", 1)
-    return SERIES[kind], number
 
 
 def find_quantity(said: Statement) -> Quantity | Choices:

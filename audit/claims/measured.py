@@ -105,7 +105,7 @@ def accumulation(kind: str, seconds: str, less: float | None = None) -> Quantity
     return Quantity(f"accumulation({kind}, {seconds} s, {less})", "1", formula)
 
 
-def own_accumulation(kind: str, seconds: str) -> Quantity:
+def excess_accumulation(kind: str, seconds: str) -> Quantity:
     """The smaller of the error's accumulation and half its growth over the rigid arm's own."""
     member = run.SERIES[kind](run.DEFAULT_B_UM)
     error, rigid = (
@@ -121,32 +121,31 @@ def own_accumulation(kind: str, seconds: str) -> Quantity:
 
 def error_ranks(kind: str, seconds: str) -> Quantity:
     """The least of the errors' rank correlations with backlash, in every 0.2 s."""
-    series = run.SERIES[kind]
-    ranks = (MEASURES.rank(series, f"error_{end}_s") for end in ENDS[seconds])
+    ranks = (MEASURES.rank(kind, f"error_{end}_s") for end in ENDS[seconds])
     return q.combine_quantities("min", *ranks)
 
 
 def larger_along(
-    series: run.ExperimentSeries, first: str, second: str, results: ConditionResults
+    kind: str, first: str, second: str, results: ConditionResults
 ) -> tuple[np.ndarray, np.ndarray]:
     """Sizes (members,) [um], and the larger or defined one of two numbers (members, starts)."""
-    sizes, values = q.series_values(series, first, results)
-    return sizes, np.fmax(values, q.series_values(series, second, results)[1])
+    sizes, values = q.series_values(kind, first, results)
+    return sizes, np.fmax(values, q.series_values(kind, second, results)[1])
 
 
 def _find_edge_force(results: ConditionResults) -> np.ndarray:
-    _, forces = larger_along(run.BACKLASH, *_FORCES, results)
+    _, forces = larger_along("backlash", *_FORCES, results)
     return np.minimum(forces[0], forces[-1]) / forces.min(axis=0)
 
 
 def _find_default_force(results: ConditionResults) -> np.ndarray:
-    _, forces = larger_along(run.BACKLASH, *_FORCES, results)
+    _, forces = larger_along("backlash", *_FORCES, results)
     return np.fmax(*(results[run.PD][name] for name in _FORCES)) / forces.min(axis=0)
 
 
 def _find_decay_where_wider(results: ConditionResults) -> np.ndarray:
-    sizes, decays = larger_along(run.BACKLASH, *_DECAYS, results)
-    _, by_error = larger_along(run.ERROR, *_DECAYS, results)
+    sizes, decays = larger_along("backlash", *_DECAYS, results)
+    _, by_error = larger_along("tooth error", *_DECAYS, results)
     return np.fmax(decays[sizes > run.DEFAULT_E_UM].max(axis=0), by_error.max(axis=0))
 
 
@@ -168,16 +167,16 @@ NAMED = {
     "as_wide": Quantity(
         f"longer(backlash {SMALL_UM:g} um: first_decay_s, second_decay_s)",
         "s",
-        lambda results: larger_along(run.BACKLASH, *_DECAYS, results)[1][0],
+        lambda results: larger_along("backlash", *_DECAYS, results)[1][0],
     ),
     "with_backlash": Quantity(
         "rank(backlash: second, third)",
         "1",
-        lambda results: q.rank_correlation(*larger_along(run.BACKLASH, "third", "second", results)),
+        lambda results: q.rank_correlation(*larger_along("backlash", "third", "second", results)),
     ),
 }
 FUNCTIONS: Mapping[str, Callable[..., Quantity]] = {
     "accumulation": accumulation,
-    "own accumulation": own_accumulation,
+    "excess accumulation": excess_accumulation,
     "error ranks": error_ranks,
 }

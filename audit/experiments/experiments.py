@@ -14,6 +14,7 @@ from crosscheck.audit.experiments import ensembles
 from crosscheck.audit.experiments.ensembles import EnsembleNumbers, EnsembleQuestion
 from crosscheck.audit.experiments.paper_conditions import Condition
 from crosscheck.audit.experiments.variant import Variant
+from crosscheck.audit.judging.quantities import MeasuredExperiment
 from crosscheck.models.files import read_toml
 from crosscheck.models.interface import Model
 from crosscheck.registry import build
@@ -26,7 +27,7 @@ CHAOTIC_UM = 1000.0  # a clearance with which Section 4.1 calls the fluctuation 
 INSIDE_M = 1e-6  # so far into contact that a mesh's force is a straight line
 
 
-class Run(NamedTuple):
+class RunKind(NamedTuple):
     """How experiments are run and measured; duration_s: None for the scenario's own."""
 
     question_class: type[EnsembleQuestion[EnsembleNumbers]]
@@ -36,35 +37,28 @@ class Run(NamedTuple):
 
 
 RUNS = {
-    "transient": Run(ensembles.TransientPdQuestion, "pd", SHORT_S, ensembles.RECORDED_S),
-    "whole": Run(ensembles.WholePdQuestion, "pd", record_s=ensembles.RECORDED_S),
-    "torque": Run(ensembles.ConstantTorqueQuestion, "constant-torque"),
-    "swing": Run(ensembles.SwingQuestion, "back-and-forth"),
+    "transient": RunKind(ensembles.TransientPdQuestion, "pd", SHORT_S, ensembles.RECORDED_S),
+    "whole": RunKind(ensembles.WholePdQuestion, "pd", record_s=ensembles.RECORDED_S),
+    "torque": RunKind(ensembles.ConstantTorqueQuestion, "constant-torque"),
+    "swing": RunKind(ensembles.SwingQuestion, "back-and-forth"),
 }
 
 
 @dataclass(frozen=True)
-class PaperExperiment:
+class PaperExperiment(MeasuredExperiment):
     """An experiment: what it changes in a setting's scenario, and how it is measured.
 
     Fields are those of experiments.toml. size: of a family, what makes this member [um]; meshes:
     fields of all meshes, with their values; duration_s: if another than that of its kind of run.
     """
 
-    kind: str
-    size: float | None = None
-    runs: Literal["transient", "whole", "torque", "swing", "none"] = "transient"
+    runs: Literal["transient", "whole", "torque", "swing"] = "transient"
     where: Literal["every", "shaken", "corrected", ""] = ""
     duration_s: float | None = None
     meshes: tuple[tuple[str, float], ...] = ()
     settings: tuple[str, ...] = ()
     harmonics: int = 0
     preloaded: bool = False
-
-    @property
-    def static(self) -> bool:
-        """Whether the arm's data alone decide it: no run is made."""
-        return self.runs == "none"
 
     def __str__(self) -> str:
         return self.kind if self.size is None else f"{self.kind} {self.size:g} um"

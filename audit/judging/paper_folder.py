@@ -21,6 +21,7 @@ from crosscheck import testing
 from crosscheck.audit.judging.judgement import ClaimJudgement
 from crosscheck.audit.judging.quantities import (
     ConditionResults,
+    MeasuredExperiment,
     Measures,
     Number,
     Quantity,
@@ -60,7 +61,7 @@ class ClaimText(Data):
     experiment: Name = PLAIN
     """Where it is measured."""
     over: Name | None = None
-    """Experiment whose number it is divided by."""
+    """MeasuredExperiment whose number it is divided by."""
     above: float = -math.inf
     """The statement is true of larger numbers,"""
     below: float = math.inf
@@ -116,17 +117,6 @@ class PaperFile(Data):
                     allowed = f"is no experiment; allowed: {', '.join(sorted(experiment_names))}"
                     raise ValueError(f"claims|{claim.id}: {name} {allowed}")
         return self
-
-
-class StudyExperiment(NamedTuple):
-    """The study with the settings of an experiment of paper.toml."""
-
-    kind: str
-    size: float | None = None
-    static: bool = False
-
-    def __str__(self) -> str:
-        return self.kind
 
 
 @dataclass(frozen=True)
@@ -276,7 +266,7 @@ def collect_results(
                 name: np.atleast_1d(members[name].values) for name in list_measures(result).numbers
             }
             diverged = np.isfinite(np.atleast_1d(members[DIVERGED].values))
-            by_experiment[StudyExperiment(name)] = Sample(numbers, diverged)
+            by_experiment[MeasuredExperiment(name)] = Sample(numbers, diverged)
         conditions = {axis: first[axis].values[at].item() for axis, at in chosen.items()}
         collected.append((StudySetting(conditions), by_experiment))
     return collected
@@ -306,10 +296,10 @@ def build_quantity(text: ClaimText, measures: Measures, file: Path) -> Quantity:
     if text.measure not in measures.numbers:
         allowed = f"the study measures of one joint: {', '.join(measures.numbers)}"
         raise InputError(str(file), f"claim {text.id}: measure", text.measure, allowed)
-    quantity = measures.quantity_of(StudyExperiment(text.experiment), text.measure)
+    quantity = measures.quantity_of(MeasuredExperiment(text.experiment), text.measure)
     if text.over is None:
         return quantity
-    divisor = measures.quantity_of(StudyExperiment(text.over), text.measure)
+    divisor = measures.quantity_of(MeasuredExperiment(text.over), text.measure)
     return combine_quantities("over", quantity, divisor)
 
 

@@ -8,7 +8,7 @@ from __future__ import annotations
 import math
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
-from typing import NamedTuple, Protocol
+from typing import NamedTuple
 
 import numpy as np
 from scipy.stats import rankdata
@@ -16,26 +16,20 @@ from scipy.stats import rankdata
 FEWEST_MEMBERS = 3  # of a family of experiments that a trend is seen along
 
 
-class MeasuredExperiment(Protocol):
-    """An experiment by which a paper's claims are judged; as text, its id; hashable.
+@dataclass(frozen=True)
+class MeasuredExperiment:
+    """An experiment by which a paper's claims are judged; as text, its id.
 
     kind: what it shares with its family; size: of a family, what makes this member; static: whether
     the arm's data alone decide it.
     """
 
-    @property
-    def kind(self) -> str: ...
-    @property
-    def size(self) -> float | None: ...
-    @property
-    def static(self) -> bool: ...
+    kind: str
+    size: float | None = None
+    static: bool = False
 
-
-class Series(Protocol):
-    """Experiments of one kind that differ in one size."""
-
-    @property
-    def kind(self) -> str: ...
+    def __str__(self) -> str:
+        return self.kind
 
 
 class Number(NamedTuple):
@@ -81,11 +75,11 @@ class ConditionResults(dict[MeasuredExperiment, Sample]):
     def __missing__(self, experiment: MeasuredExperiment) -> Sample:
         raise NotSimulatedError(experiment)
 
-    def members(self, series: Series) -> list[MeasuredExperiment]:
+    def members(self, kind: str) -> list[MeasuredExperiment]:
         """The experiments of a family, ascending. Raises NotSimulatedError with too few of them."""
-        members = [experiment for experiment in self if experiment.kind == series.kind]
+        members = [experiment for experiment in self if experiment.kind == kind]
         if len(members) < FEWEST_MEMBERS:
-            raise NotSimulatedError(series)
+            raise NotSimulatedError(kind)
         return sorted(members, key=lambda source: source.size or 0.0)
 
 
@@ -100,8 +94,8 @@ class ResultsTracker(ConditionResults):
         self[experiment] = sample = self.results[experiment]
         return sample
 
-    def members(self, series: Series) -> list[MeasuredExperiment]:
-        return self.results.members(series)
+    def members(self, kind: str) -> list[MeasuredExperiment]:
+        return self.results.members(kind)
 
     @property
     def run(self) -> int:
@@ -186,11 +180,9 @@ def divergence(experiment: MeasuredExperiment) -> Quantity:
     return Quantity(f"{experiment}: diverged", "1", lambda n: n[experiment].diverged.astype(float))
 
 
-def series_values(
-    series: Series, name: str, results: ConditionResults
-) -> tuple[np.ndarray, np.ndarray]:
+def series_values(kind: str, name: str, results: ConditionResults) -> tuple[np.ndarray, np.ndarray]:
     """A family's sizes (members,), ascending, and its numbers (members, starts)."""
-    members = results.members(series)
+    members = results.members(kind)
     sizes = np.array([experiment.size for experiment in members], dtype=float)
     return sizes, np.array([results[experiment][name] for experiment in members])
 
@@ -225,34 +217,34 @@ class Measures:
             experiment.static,
         )
 
-    def fold_series(self, fold: str, series: Series, name: str) -> Quantity:
+    def fold_series(self, fold: str, kind: str, name: str) -> Quantity:
         """A number folded over a family's experiments by one of FOLDS."""
         return Quantity(
-            f"{fold}({series.kind}: {name})",
+            f"{fold}({kind}: {name})",
             self.numbers[name].unit,
-            lambda results: FOLDS[fold](series_values(series, name, results)[1]),
+            lambda results: FOLDS[fold](series_values(kind, name, results)[1]),
         )
 
-    def rank(self, series: Series, name: str) -> Quantity:
+    def rank(self, kind: str, name: str) -> Quantity:
         """Spearman's rank correlation of a number with size, over a family's experiments.
 
         Undefined where one of them has no such number, or all have the same.
         """
         return Quantity(
-            f"rank({series.kind}: {name})",
+            f"rank({kind}: {name})",
             "1",
-            lambda results: rank_correlation(*series_values(series, name, results)),
+            lambda results: rank_correlation(*series_values(kind, name, results)),
         )
 
-    def rank_among(self, series: Series, name: str, condition: str, above: float) -> Quantity:
+    def rank_among(self, kind: str, name: str, condition: str, above: float) -> Quantity:
         """Rank correlation of a number with size where another number is large enough.
 
         Undefined with fewer than FEWEST_MEMBERS of them; none of them lacks the number.
         """
 
         def formula(results: ConditionResults) -> np.ndarray:
-            sizes, values = series_values(series, name, results)
-            chosen = np.isfinite(values) & (series_values(series, condition, results)[1] > above)
+            sizes, values = series_values(kind, name, results)
+            chosen = np.isfinite(values) & (series_values(kind, condition, results)[1] > above)
             correlations = np.full(len(chosen.T), np.nan)
             for start, is_chosen in enumerate(chosen.T):
                 if is_chosen.sum() >= FEWEST_MEMBERS:
@@ -261,9 +253,7 @@ class Measures:
                     )
             return correlations
 
-        return Quantity(
-            f"rank where above {above:g}({series.kind}: {condition}, {name})", "1", formula
-        )
+        return Quantity(f"rank where above {above:g}({kind}: {condition}, {name})", "1", formula)
 
 
 Choices = Mapping[str, Quantity]
