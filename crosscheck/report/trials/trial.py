@@ -14,9 +14,8 @@ from crosscheck.registry import RIGID_ARM, is_rigid_arm
 from crosscheck.report.formatting import format_count, make_printable
 from crosscheck.report.records import format_json, to_json_value
 from crosscheck.report.terminal import print_agreement
-from crosscheck.trial.diagnose.dependence import IgnoredNumber
-from crosscheck.trial.diagnose.terms.explain import group_by_errors
-from crosscheck.trial.diagnose.terms.messages import guess
+from crosscheck.trial.changes.arms.dependence import IgnoredNumber
+from crosscheck.trial.changes.arms.term_words import group_by_errors, guess
 from crosscheck.trial.input.equations import SINGLE
 from crosscheck.trial.input.source_lines import find_source
 from crosscheck.trial.judge.entries import EntryMismatch, format_entry, format_wrong_entries

@@ -17,8 +17,8 @@ from crosscheck.report.trials.trial import (
     describe_trial,
     explain_wrong_entry,
 )
-from crosscheck.trial.diagnose.terms.messages import describe_term_error
-from crosscheck.trial.diagnose.terms.typeset_errors import Piece, typeset_error
+from crosscheck.trial.changes.arms.term_words import describe_term_error
+from crosscheck.trial.changes.arms.typeset_errors import Piece, typeset_error
 from crosscheck.trial.input.source_lines import SourceLines, find_source
 from crosscheck.trial.judge.entries import TermError, format_entry
 from crosscheck.trial.trial import Trial

@@ -12,18 +12,16 @@ from typing import Literal
 import numpy as np
 import sympy as sp
 
-from crosscheck.trial.diagnose.terms.candidates import Candidate
-from crosscheck.trial.diagnose.terms.polynomial import (
+from crosscheck.trial.changes.arms.letters import format_power, sort_powers
+from crosscheck.trial.changes.arms.polynomial import Monomial, as_polynomial
+from crosscheck.trial.changes.arms.segments import (
     EntryTerms,
-    Monomial,
-    Powers,
     Product,
+    ReferenceTerms,
     TermKey,
-    as_polynomial,
-    format_power,
+    rate_name,
 )
-from crosscheck.trial.diagnose.terms.reference_terms import ReferenceTerms, rate_name
-from crosscheck.trial.diagnose.terms.values import ORDER, parse_symbol
+from crosscheck.trial.changes.arms.term_changes import TermChange
 from crosscheck.trial.input.equations import Symbolic
 from crosscheck.trial.judge.entries import (
     EntryMismatch,
@@ -39,38 +37,40 @@ GREEK = ("theta", "phi", "alpha", "beta", "gamma", "psi", "omega")
 ROUNDING = 1e-12  # largest sum that counts as 0, relative to the parts of the coefficient
 
 
-def make_term_error(candidate: Candidate, terms: ReferenceTerms) -> TermError:
-    """The error that a candidate stands for, as it is reported to the user."""
-    term, user_text, reference_text = (
-        make_term(candidate.products, terms),
-        candidate.user_text,
-        candidate.reference_text,
-    )
-    if candidate.kind == "angle" and candidate.key is not None:
-        user_text, reference_text = (
-            format_wave(candidate.key, terms),
-            format_wave(candidate.products[0].key, terms),
-        )
-        user_text = user_text if candidate.by == 1.0 else f"-{user_text}"
-    elif candidate.key is not None:
-        user_text, reference_text = candidate.key.signal, candidate.products[0].key.signal
-    elif candidate.kind == "extra":
-        reference_text = _find_rates(candidate.products, terms)
-    return TermError(candidate.kind, term, user_text, reference_text, candidate.by)
+def make_term_error(change: TermChange, terms: ReferenceTerms) -> TermError:
+    """The error that a change is, as it is reported to the user."""
+    term = Term(change.group) if change.group else make_term(change.products, terms)
+    kind, yours, right = change.kind, change.yours, change.right
+    if change.key is not None:
+        belongs = change.products[0].key
+        if kind == "angle":
+            yours, right = format_wave(change.key, terms), format_wave(belongs, terms)
+            yours = yours if change.by == 1.0 else f"-{yours}"
+        else:
+            yours, right = change.key.signal, belongs.signal
+    elif kind == "angle":
+        keys = dict.fromkeys(product.key for product in change.products if any(product.key.wave))
+        right = " and ".join(format_wave(key, terms) for key in keys)
+        yours = yours.format(right)
+    elif kind == "exchanged":
+        term = Term("")
+    elif kind == "extra" and change.terms:
+        right = _find_entry(change, terms)
+    return TermError(kind, term, yours, right, change.by)
 
 
-def _find_rates(products: EntryTerms, terms: ReferenceTerms) -> str:
+def _find_entry(change: TermChange, terms: ReferenceTerms) -> str:
     """The first entry of the bias in which these are the terms of their wave, in words; or ''."""
-    key = products[0].key
+    key = change.products[0].key
     for place, entry in terms.entries.items():
         there = {product for product in entry if product.key == key}
-        if place.rates is not None and there == set(products):
+        if place.rates is not None and there == set(change.products):
             return format_entry(place, terms.names)
     return ""
 
 
 def make_term(products: EntryTerms, terms: ReferenceTerms) -> Term:
-    """Terms that belong together as one, before one wave or (their angle then untold) several."""
+    """Terms that belong together as one, before one wave or several."""
     keys = list(dict.fromkeys(product.key for product in products))
     latex = _join(format_product_latex(p, terms) for p in products[:MOST_TERMS])
     latex += r" + \dots" if len(products) > MOST_TERMS else ""
@@ -107,7 +107,7 @@ def format_monomial(monomial: Monomial) -> str:
     """A monomial as text: number, masses, lengths, such as 2 m_payload L1 d2, with fractions."""
     number = monomial.number
     front = f"{number:.6g}" if isinstance(number, float) else str(Fraction(number))
-    ordered = _sort_powers(monomial.powers)
+    ordered = sort_powers(monomial.powers)
     above = [format_power(name, power) for name, power in ordered if power > 0]
     below = [format_power(name, -power) for name, power in ordered if power < 0]
     if above and front in ("1", "-1"):
@@ -121,12 +121,11 @@ def format_angle_sum(key: TermKey, terms: ReferenceTerms) -> tuple[int, str]:
     """The sign that a sine takes, and the angle sum in the user's coordinates, first positive."""
     if not any(key.wave):
         return 1, ""
+    turned = np.array(key.wave, dtype=object) @ terms.turns
     monomials = [
         (monomial, name)
-        for turned, name in zip(
-            np.array(key.wave, dtype=object) @ terms.turns, terms.names, strict=True
-        )
-        for monomial in as_polynomial(turned).monomials
+        for entry, name in zip(turned, terms.names, strict=True)
+        for monomial in as_polynomial(entry).monomials
     ]
     if any(m.number != round(m.number) for m, _ in monomials if isinstance(m.number, float)):
         named = zip(key.wave, range(1, len(key.wave) + 1), strict=True)
@@ -163,20 +162,11 @@ def _cut(text: str, products: Sequence[object]) -> str:
     return f"{text} + {more} more" if more > 0 else text
 
 
-def _sort_powers(powers: Powers) -> list[tuple[str, int]]:
-    def order(power: tuple[str, int]) -> tuple[int, int]:
-        symbol_name = parse_symbol(power[0])
-        return ORDER.get(symbol_name.stem, len(ORDER)), symbol_name.joint
-
-    return sorted(powers, key=order)
-
-
 def format_wave(key: TermKey, terms: ReferenceTerms) -> str:
     """A wave as text: 1, or a sine or cosine of an angle sum in the user's coordinates."""
     sign, angle = format_angle_sum(key, terms)
-    if not angle:
-        return "1"
-    return f"{'-' if key.function == 'sin' and sign < 0 else ''}{key.function}({angle})"
+    minus = "-" if key.function == "sin" and sign < 0 else ""
+    return f"{minus}{key.function}({angle})" if angle else "1"
 
 
 def format_term(term: Term) -> str:
@@ -188,49 +178,6 @@ def format_term(term: Term) -> str:
     return f"{term.coefficient} {behind}".strip()
 
 
-def format_latex_name(name: str) -> str:
-    """A symbol or coordinate as TeX: m_{payload}, L_{1}, \\theta_{1}, F_{sp1}; a rate dotted."""
-    if name.endswith("'"):
-        return rf"\dot{{{format_latex_name(name[:-1])}}}"
-    stem, _, index = name.partition("_")
-    number = re.search(r"\d+$", stem)
-    if number:
-        stem, index = stem[: number.start()], number.group() + (f",{index}" if index else "")
-    index = index.replace("_", ",")
-    base = rf"\{stem}" if stem in GREEK else stem
-    return f"{base}_{{{index}}}" if index else base
-
-
-def format_monomial_latex(monomial: Monomial) -> str:
-    """A monomial as TeX that matplotlib can set."""
-    parts = [
-        format_latex_name(name) + (f"^{{{power}}}" if power != 1 else "")
-        for name, power in _sort_powers(monomial.powers)
-    ]
-    if isinstance(monomial.number, float):
-        return rf"{monomial.number:.6g}\," + r"\,".join(parts)
-    number = Fraction(monomial.number)
-    sign, size = "-" if number < 0 else "", abs(number)
-    front = rf"\frac{{{size.numerator}}}{{{size.denominator}}}"
-    if size.denominator == 1:
-        front = "" if size == 1 and parts else str(size.numerator)
-    return sign + r"\,".join(filter(None, (front, *parts)))
-
-
-def format_product_latex(product: Product, terms: ReferenceTerms) -> str:
-    """A term as TeX."""
-    key, (number, powers) = product
-    sign, angle = format_angle_sum(key, terms)
-    turned = re.sub(r"[A-Za-z]\w*", lambda match: format_latex_name(match[0]), angle)
-    wave = rf"\{key.function}({turned})" if angle else ""
-    behind = r"\,".join(filter(None, (wave, format_latex_name(key.signal) if key.signal else "")))
-    negated = angle and key.function == "sin" and sign < 0
-    plain = format_monomial_latex(Monomial(-1 * number if negated else number, powers))
-    if behind and plain in ("1", "-1"):
-        return plain[:-1] + behind
-    return r"\,".join(filter(None, (plain, behind)))
-
-
 def describe_term_error(error: TermError) -> str:
     """An error in words, yours against what is right."""
     term = format_term(error.term)
@@ -239,24 +186,23 @@ def describe_term_error(error: TermError) -> str:
     if error.kind == "sign":
         return f"yours has {term} with the opposite sign"
     if error.kind == "factor":
-        by = f"{error.by:g}" if error.by is not None else error.yours
-        return f"yours has {term} times {by}"
+        return f"yours has {term} times {error.yours or f'{error.by:g}'}"
     if error.kind == "angle":
         return f"yours has {error.yours} where {error.right} belongs, in {term}"
     if error.kind == "exchanged":
         return f"{error.yours} and {error.right} are exchanged"
     if error.kind == "extra":
         return f"extra term: {term}" + f", which stands in {error.right}" * bool(error.right)
-    # missing term: m (L2 - d2) L1: where one symbol stands for another in one product.
-    coefficient, reference_text, user_text = error.term.coefficient, error.right, error.yours
-    match = re.search(rf"(?<!\S){re.escape(reference_text)}(\^\d+)?(?!\S)", coefficient)
-    if match is None or "(" in coefficient or not user_text.isidentifier():
-        return f"{user_text} where {reference_text} belongs, in {term}"
+    # missing term: m (L2 - d2) L1: where one letter stands for another in one product.
+    coefficient, right, yours = error.term.coefficient, error.right, error.yours
+    match = re.search(rf"(?<!\S){re.escape(right)}(\^\d+)?(?!\S)", coefficient)
+    if match is None or "(" in coefficient or "every" in coefficient or not yours.isidentifier():
+        return f"{yours} where {right} belongs" + f", in {term}" * bool(term)
     power = match[1] or ""
-    inside = f"({reference_text}{power} - {user_text}{power})"
+    inside = f"({right}{power} - {yours}{power})"
     short = coefficient[: match.start()] + inside + coefficient[match.end() :]
     missing = format_term(replace(error.term, coefficient=short))
-    return f"missing term: {missing}; {user_text} where {reference_text} belongs"
+    return f"missing term: {missing}; {yours} where {right} belongs"
 
 
 def make_difference_terms(
@@ -284,6 +230,67 @@ def guess(wrong: EntryMismatch) -> str:
     return "; or ".join(guesses) + more + where + "?"
 
 
+def group_by_errors(wrong: Sequence[EntryMismatch]) -> list[list[EntryMismatch]]:
+    """The wrong entries, grouped by the errors that explain them, in order of first entries."""
+    groups: defaultdict[object, list[EntryMismatch]] = defaultdict(list)
+    for number, each in enumerate(wrong):
+        errors = each.explanation.errors if each.explanation else ()
+        groups[tuple(map(error_signature, errors)) or number].append(each)
+    return list(groups.values())
+
+
+def error_signature(error: TermError) -> object:
+    """Key that equal errors in different entries share: the swap, or else the term as well."""
+    if error.kind == "swapped":
+        return error.kind, error.yours, error.right
+    term = error.term.coefficient.removeprefix("-")
+    where = term, error.term.angle, error.term.signal
+    return error.kind, error.yours, error.right, error.by, where
+
+
+def format_latex_name(name: str) -> str:
+    """A letter or coordinate as TeX: m_{payload}, L_{1}, \\theta_{1}, F_{sp1}; a rate dotted."""
+    if name.endswith("'"):
+        return rf"\dot{{{format_latex_name(name[:-1])}}}"
+    stem, _, index = name.partition("_")
+    number = re.search(r"\d+$", stem)
+    if number:
+        stem, index = stem[: number.start()], number.group() + (f",{index}" if index else "")
+    index = index.replace("_", ",")
+    base = rf"\{stem}" if stem in GREEK else stem
+    return f"{base}_{{{index}}}" if index else base
+
+
+def format_monomial_latex(monomial: Monomial) -> str:
+    """A monomial as TeX that matplotlib can set."""
+    parts = [
+        format_latex_name(name) + (f"^{{{power}}}" if power != 1 else "")
+        for name, power in sort_powers(monomial.powers)
+    ]
+    if isinstance(monomial.number, float):
+        return rf"{monomial.number:.6g}\," + r"\,".join(parts)
+    number = Fraction(monomial.number)
+    sign, size = "-" if number < 0 else "", abs(number)
+    front = rf"\frac{{{size.numerator}}}{{{size.denominator}}}"
+    if size.denominator == 1:
+        front = "" if size == 1 and parts else str(size.numerator)
+    return sign + r"\,".join(filter(None, (front, *parts)))
+
+
+def format_product_latex(product: Product, terms: ReferenceTerms) -> str:
+    """A term as TeX."""
+    key, (number, powers) = product
+    sign, angle = format_angle_sum(key, terms)
+    turned = re.sub(r"[A-Za-z]\w*", lambda match: format_latex_name(match[0]), angle)
+    wave = rf"\{key.function}({turned})" if angle else ""
+    behind = r"\,".join(filter(None, (wave, format_latex_name(key.signal) if key.signal else "")))
+    negated = angle and key.function == "sin" and sign < 0
+    plain = format_monomial_latex(Monomial(-1 * number if negated else number, powers))
+    if behind and plain in ("1", "-1"):
+        return plain[:-1] + behind
+    return r"\,".join(filter(None, (plain, behind)))
+
+
 def compute_symbolic_difference(
     place: EntryPlace, symbolic: Symbolic, terms: ReferenceTerms, values: Mapping[str, float]
 ) -> sp.Expr | None:
@@ -296,11 +303,9 @@ def compute_symbolic_difference(
     if user_entry is None:
         return None
     x = [sp.Symbol(name) for name in terms.names]
-    reference_entry = sum(
-        (_reference_term(product, terms, x) for product in terms.entry(place)), sp.S.Zero
-    )
+    right = sum((_reference_term(product, terms, x) for product in terms.entry(place)), sp.S.Zero)
     waves: defaultdict[sp.Expr, sp.Expr] = defaultdict(lambda: sp.S.Zero)
-    for part in sp.Add.make_args(sp.expand((user_entry - reference_entry).rewrite(sp.exp))):
+    for part in sp.Add.make_args(sp.expand((user_entry - right).rewrite(sp.exp))):
         coefficient, moving = part.as_independent(*x, as_Add=False)
         factors = [factor for factor in sp.Mul.make_args(moving) if factor != 1]
         if not all(isinstance(factor, sp.exp) for factor in factors):
@@ -312,10 +317,8 @@ def compute_symbolic_difference(
         pair = ((up + down, sp.cos(angle)), (sp.I * (up - down), sp.sin(angle)))
         for coefficient, wave in pair if angle != 0 else ((up, sp.S.One),):
             there = sp.expand(coefficient)
-            symbol_values = numbers | dict.fromkeys(
-                there.free_symbols - set(numbers), 1.0
-            )  # signals
-            sizes = [complex(p.xreplace(symbol_values)) for p in sp.Add.make_args(there)]
+            signals = dict.fromkeys(there.free_symbols - set(numbers), 1.0)
+            sizes = [complex(p.xreplace(numbers | signals)) for p in sp.Add.make_args(there)]
             if abs(sum(sizes)) > ROUNDING * sum(map(abs, sizes)):
                 total += sp.factor_terms(there) * wave
     for rate in place.rates or ():
@@ -336,31 +339,29 @@ def _user_entry(place: EntryPlace, symbolic: Symbolic) -> sp.Expr | None:
     names |= symbolic.values
     names |= {v: rate_name(q.name) for q, v in zip(symbolic.x, symbolic.v, strict=True)}
     names |= {torque: f"T_{j + 1}" for j, torque in enumerate(symbolic.torque)}
-    replacements = {
-        s: sp.Symbol(n) if isinstance(n, str) else sp.Float(n) for s, n in names.items()
-    }
-    return entry.xreplace(replacements)
+    return entry.xreplace(
+        {s: sp.Symbol(n) if isinstance(n, str) else sp.Float(n) for s, n in names.items()}
+    )
 
 
 def _reference_term(product: Product, terms: ReferenceTerms, x: list[sp.Symbol]) -> sp.Expr:
     """A term of the reference as a sympy expression."""
-    key, (number, powers) = product
+    key, monomial = product
     turned = np.array(key.wave, dtype=object) @ terms.turns
     angle = sum(
-        _express(monomial) * coordinate
+        _express(part) * coordinate
         for entry, coordinate in zip(turned, x, strict=True)
-        for monomial in as_polynomial(entry).monomials
+        for part in as_polynomial(entry).monomials
     )
     wave = sp.sin(angle) if key.function == "sin" else sp.cos(angle)
-    signal = sp.Symbol(key.signal) if key.signal else sp.S.One
-    return _express(Monomial(number, powers)) * wave * signal
+    return _express(monomial) * wave * (sp.Symbol(key.signal) if key.signal else sp.S.One)
 
 
 def _express(monomial: Monomial) -> sp.Expr:
     """A monomial as a sympy expression."""
-    symbols = sp.prod([sp.Symbol(name) ** power for name, power in monomial.powers])
+    letters = sp.prod([sp.Symbol(name) ** power for name, power in monomial.powers])
     number = monomial.number
-    return (sp.Integer(number) if number == round(number) else sp.sympify(number)) * symbols
+    return (sp.Integer(number) if number == round(number) else sp.sympify(number)) * letters
 
 
 def format_latex(expression: sp.Expr) -> str:

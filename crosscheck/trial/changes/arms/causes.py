@@ -1,0 +1,485 @@
+"""Why entries are wrong: their differences on the arm, and on others, made by changes of terms."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Mapping, Sequence
+from dataclasses import replace
+from itertools import permutations
+
+import numpy as np
+import sympy as sp
+
+from crosscheck.trial.changes.arms.comparison import QUANTITIES, EntryComparison
+from crosscheck.trial.changes.arms.letters import collect_arm_values, draw_unrelated_values
+from crosscheck.trial.changes.arms.mesh_forces import compute_signals, list_mesh_laws
+from crosscheck.trial.changes.arms.polynomial import from_sympy
+from crosscheck.trial.changes.arms.segments import (
+    ReferenceTerms,
+    build_reference_terms,
+    evaluate_entry,
+    rate_name,
+)
+from crosscheck.trial.changes.arms.steps import find_steps
+from crosscheck.trial.changes.arms.term_changes import TermChange, TermSample, TermTable
+from crosscheck.trial.changes.arms.term_search import FITS, ChangeSet, Target, search_changes
+from crosscheck.trial.changes.arms.term_words import (
+    compute_symbolic_difference,
+    error_signature,
+    format_latex,
+    make_difference_terms,
+    make_term_error,
+)
+from crosscheck.trial.changes.arms.waves import list_keys
+from crosscheck.trial.input.equations import Coordinates
+from crosscheck.trial.judge import entries
+from crosscheck.trial.judge.entries import (
+    EntryMismatch,
+    EntryPlace,
+    Explanation,
+    Term,
+    TermError,
+)
+from crosscheck.trial.judge.suite import get_trusted_answers
+
+SAME = 1e-12  # tolerance between two readings of a map, relative to its row
+ROUNDING = 1e-10  # largest entry of dy/dx that counts as 0, relative to its row
+FOLLOWS = "follows from the wrong M"
+FEW_STATES = 12  # states at which changes are tried; of forces, which may have branches, more
+MOST_STATES = 60
+PROJECTIONS = 16  # numbers by which all entries of a part are seen together
+MOST_TERMS = 1500  # terms of a part that are looked at together
+MOST_ERRORS = 2  # errors of a part, above which one change of many entries is likelier
+
+
+def explain_entries(arm: EntryComparison, probes: Sequence[EntryComparison]) -> list[EntryMismatch]:
+    """The wrong entries with their reasons; then those that only another arm shows.
+
+    probes: the same on arms of the same structure and other numbers. Coordinates of a matrix are
+    looked at in the built-in ones too: where fewer errors explain a part of the equations there,
+    these are reported.
+    """
+    if probes and probes[0].symbolic is not None and _is_same_map(probes[0].symbolic, arm):
+        arm = replace(arm, symbolic=probes[0].symbolic)  # equal numbers are no symbol's own
+    if set(arm.user_values) == {"acceleration"} and arm.terms is not None:
+        return list(_explain_accelerations(arm, probes))
+    wrong_entries = _explain_parts((arm, *probes), list(_explain_arms(arm, probes)))
+    if arm.problem.equations.coordinates.matrix is None:
+        return wrong_entries
+    groups = {(wrong.place.part, wrong.shown_on) for wrong in wrong_entries if not wrong.notes}
+    rank = 0 if arm.symbolic is not None else 2
+    short = {
+        group: _explanation_length(_select_group(wrong_entries, *group), rank) for group in groups
+    }
+    spread = any(rank or length[:2] > (0, 1) for length in short.values())
+    gearing = arm.problem.gearing
+    built_in = [Coordinates(gearing), Coordinates(gearing, "absolute")]
+    if gearing != "rigid":
+        built_in += [replace(each, gears="angles") for each in built_in]
+    for coordinates in built_in if spread else ():
+        seen = arm.transform_to(coordinates)
+        there = list(_explain_arms(seen, [probe.transform_to(coordinates) for probe in probes]))
+        for group, length in short.items():
+            group_entries = _select_group(there, *group)
+            if group_entries and _explanation_length(group_entries, 1) < length:
+                short[group] = _explanation_length(group_entries, 1)
+                chosen = _select_group(wrong_entries, *group)
+                wrong_entries = [
+                    _explain_in_coordinates(wrong, group_entries, seen)
+                    if wrong in chosen
+                    else wrong
+                    for wrong in wrong_entries
+                ]
+    return wrong_entries
+
+
+def _is_same_map(symbolic: sp.ImmutableMatrix, arm: EntryComparison) -> bool:
+    """Whether a map in symbols has the same numbers as the user's map of an arm."""
+    values, matrix = collect_arm_values(arm.problem.case.arm), arm.problem.frame.matrix
+    polynomials = [from_sympy(entry) for entry in symbolic]
+    if matrix is None or None in polynomials:
+        return False
+    numbers = [sum(m.value(values) for m in e.monomials) for e in polynomials if e is not None]
+    off = np.abs(np.array(numbers).reshape(matrix.shape) - matrix)
+    return bool((off <= SAME * np.abs(matrix).max(axis=1, keepdims=True)).all())
+
+
+def _select_group(
+    wrong_entries: Sequence[EntryMismatch], part: str, shown_on: str
+) -> list[EntryMismatch]:
+    return [
+        w for w in wrong_entries if (w.place.part, w.shown_on) == (part, shown_on) and not w.notes
+    ]
+
+
+def _explanation_length(
+    wrong_entries: Sequence[EntryMismatch], rank: int
+) -> tuple[int, int, int, int]:
+    """Length of an explanation: unexplained entries, errors in the others, rank, all entries."""
+    open_ones = sum(wrong.explanation is None for wrong in wrong_entries)
+    return open_ones, len(_collect_errors(wrong_entries)), rank, len(wrong_entries)
+
+
+def _collect_errors(wrong_entries: Sequence[EntryMismatch]) -> dict[object, entries.TermError]:
+    explanations = [wrong.explanation for wrong in wrong_entries if wrong.explanation]
+    return {error_signature(error): error for each in explanations for error in each.errors}
+
+
+def _explain_in_coordinates(
+    wrong: EntryMismatch, there: Sequence[EntryMismatch], comparison: EntryComparison
+) -> EntryMismatch:
+    """A wrong entry, explained by those entries that make it in other coordinates."""
+    turns = np.abs(comparison.turns)
+    turns = turns > ROUNDING * turns.max(axis=1, keepdims=True)
+    making = [each for each in there if _is_part_of(each.place, wrong.place, turns)]
+    explanations = [each.explanation for each in making if each.explanation]
+    if not making or len(explanations) < len(making):
+        return wrong
+    error_sets = []
+    for way in range(1 + max(len(each.others) for each in explanations)):
+        errors = (  # each error once; of each entry as likely ones as there are
+            error
+            for alternatives in ((each.errors, *each.others) for each in explanations)
+            for error in alternatives[min(way, len(alternatives) - 1)]
+        )
+        error_sets.append(tuple({error_signature(error): error for error in errors}.values()))
+    left = max(each.left_over for each in explanations)
+    where = ", ".join(entries.format_entry(each.place, comparison.frame.names) for each in making)
+    return replace(
+        wrong, explanation=Explanation(error_sets[0], left, tuple(error_sets[1:]), where)
+    )
+
+
+def _is_part_of(there: EntryPlace, here: EntryPlace, turns: np.ndarray) -> bool:
+    """Whether an entry in y is a part of one in x; turns (n, n): where dy/dx is not 0."""
+    pairs = [(there.row, here.row)]
+    if there.column is not None and here.column is not None:
+        pairs.append((there.column, here.column))
+    if there.rates is not None and here.rates is not None:
+        (j, k), (a, b) = there.rates, here.rates
+        if not (turns[j, a] and turns[k, b]) and not (turns[j, b] and turns[k, a]):
+            return False
+    return all(turns[pair] for pair in pairs)
+
+
+def _explain_arms(
+    arm: EntryComparison, probes: Sequence[EntryComparison]
+) -> Iterator[EntryMismatch]:
+    """The wrong entries of an arm, then of others, each with what explains it alone."""
+    seen = set()
+    for number, each in enumerate((arm, *probes)):
+        for wrong in each.wrong_entries:
+            if wrong.place not in seen:
+                seen.add(wrong.place)
+                explained = _explain_entry(wrong, (each, *probes[number:]))
+                name = each.problem.case.arm.name if number else ""
+                yield replace(explained, shown_on=name)
+
+
+def _explain_entry(wrong: EntryMismatch, arms: Sequence[EntryComparison]) -> EntryMismatch:
+    arm, place = arms[0], wrong.place
+    if arm.terms is None or place.part == "acceleration":
+        return wrong
+    if place.rates is not None and arm.is_caused_by_mass(place):
+        return replace(wrong, notes=(FOLLOWS,))
+    symbolic = arm.problem.equations.symbolic
+    if symbolic is not None and arm.coordinates is None:
+        difference = compute_symbolic_difference(place, symbolic, arm.terms, arm.values)
+        wrong = replace(wrong, latex="" if difference is None else format_latex(difference))
+    arms = [each for each in arms if QUANTITIES[place.part] in each.user_values]
+    target = _make_entry_target(arms, place)
+    found = search_changes(target, _list_whole_weights(arms, place, target))
+    if not found and place.part == "force" and arm.fit_waves(place) is None:
+        target = _make_entry_target(arms[:1], place)
+        found = search_changes(target, _list_law_changes(arm, place))
+    if found:
+        return replace(wrong, explanation=_make_explanation(target, found))
+    waves = arm.fit_waves(place)
+    return replace(wrong, difference=make_difference_terms(waves, arm.terms)) if waves else wrong
+
+
+def _make_explanation(target: Target, found: Sequence[ChangeSet], seen_in: str = "") -> Explanation:
+    """The first of changes that make the same, and the others beside it."""
+    terms, arms = target.table.terms, len(target.difference)
+    first, *others = (tuple(make_term_error(each, terms) for each in changes) for changes in found)
+    made = sum(change.effect[:arms] for change in found[0])
+    size = float(np.linalg.norm(target.difference))
+    left = float(np.linalg.norm(target.difference - made)) / size
+    return Explanation(first, left, tuple(others), seen_in)
+
+
+def _select_states(count: int, part: str) -> np.ndarray:
+    """States at which changes are tried (few,): the first, and corners of forces at the end."""
+    few = MOST_STATES if part in ("force", "acceleration") else FEW_STATES
+    return np.unique([*range(min(count, few // 2)), *range(max(count - few // 2, 0), count)])
+
+
+def _make_entry_target(arms: Sequence[EntryComparison], place: EntryPlace) -> Target:
+    """What changes must make of one entry on every arm, at some states."""
+    rows, differences, noises = list[np.ndarray](), list[np.ndarray](), list[float]()
+    for arm in arms:
+        few = _select_states(len(arm.states), place.part)
+        rows.append(np.eye(len(arm.states))[few])
+        differences.append(arm.difference(place)[0][few])
+        noises.append(arm.noise(place))
+    target = _make_target(arms, [{place: each} for each in rows], differences, noises)
+    fits = [arm.fit_waves(place) or {} for arm in arms]
+    keys = dict.fromkeys(key for fit in fits for key in fit) if fits[0] else {}
+    parts = {
+        key: np.array([[fit.get(key, 0.0)] for fit in fits])
+        * target.table.column(place, key)[: len(arms)]
+        for key in keys
+    }
+    return replace(target, parts=parts)
+
+
+def _make_part_target(arms: Sequence[EntryComparison], wrong: Sequence[EntryPlace]) -> Target:
+    """What changes must make of all entries of a part: random sums of their values at states."""
+    assert arms[0].terms is not None  # else nobody asks
+    part, generator = wrong[0].part, np.random.default_rng(0)
+    places = dict.fromkeys([*(p for p in arms[0].terms.entries if p.part == part), *wrong])
+    columns, differences, noises = list[dict[EntryPlace, np.ndarray]](), list[np.ndarray](), []
+    for arm in arms:
+        few = _select_states(len(arm.states), part)
+        rows = np.eye(len(arm.states))[few]
+        mixing, total, noise = dict[EntryPlace, np.ndarray](), np.zeros(PROJECTIONS), 0.0
+        for place in places:
+            values, size = arm.difference(place)
+            unit = (float(np.abs(values).max()) if place in wrong else size) or 1.0
+            mixing[place] = generator.normal(size=(PROJECTIONS, len(few))) @ rows / unit
+            total += mixing[place] @ values
+            noise = max(noise, len(few) * arm.noise(place) / unit)
+        columns.append(mixing)
+        differences.append(total)
+        noises.append(noise)
+    target = _make_target(arms, columns, differences, noises)
+    moved = tuple(permutations(wrong, 2)) if part == "bias" else ()
+    return replace(target, table=replace(target.table, moved=moved))
+
+
+def _make_target(
+    arms: Sequence[EntryComparison],
+    columns: Sequence[Mapping[EntryPlace, np.ndarray]],
+    differences: Sequence[np.ndarray],
+    noises: Sequence[float],
+) -> Target:
+    """What changes must make on every arm, where the entries are multiplied by columns."""
+    terms, places = arms[0].terms, tuple(columns[0])
+    assert terms is not None  # else nobody asks
+    present = [n for n in arms[0].values if any(each.values[n] for each in arms)]
+    samples = [
+        TermSample({n: arm.values[n] for n in present}, arm.angles, arm.signals, each)
+        for arm, each in zip(arms, columns, strict=True)
+    ]
+    samples.append(samples[0]._replace(values=draw_unrelated_values(present)))
+    table = TermTable(terms.drop_letters({*arms[0].values} - {*present}), places, samples)
+    wanted = np.array(differences)
+    allowed = FITS * np.abs(wanted).max(axis=1) + np.array(noises)
+    parts = {place.part for place in places}
+    keys = list_keys(terms, arms[0].signals, "force" if "force" in parts else places[0].part)
+    return Target(table, wanted, np.broadcast_to(allowed[:, None], wanted.shape), keys, {})
+
+
+def _list_whole_weights(
+    arms: Sequence[EntryComparison], place: EntryPlace, target: Target
+) -> list[TermChange]:
+    """The weights in a force, which are a part of their own."""
+    if place.part != "force" or any("gravity" not in arm.user_values for arm in arms):
+        return []
+    columns = [sample.columns[place] for sample in target.table.samples]
+    weights = [
+        -column @ arm.user_values["gravity"][:, place.row]
+        for arm, column in zip([*arms, arms[0]], columns, strict=True)
+    ]
+    words = "the weight of every body"
+    return [TermChange("extra", (), np.array(weights), 1.0, right="gravity", group=words)]
+
+
+def _list_law_changes(arm: EntryComparison, place: EntryPlace) -> list[TermChange]:
+    """Other laws of meshes that change an entry of the force."""
+    frame, problem = arm.frame, arm.problem
+    few = _select_states(len(arm.states), place.part)
+    rates = {rate_name(name): arm.rates[:, k] for k, name in enumerate(frame.names)}
+
+    def evaluate(terms: ReferenceTerms, signals: Mapping[str, np.ndarray]) -> np.ndarray:
+        return evaluate_entry(terms.entry(place), arm.values, arm.angles, {**signals, **rates})
+
+    assert arm.terms is not None  # else nobody asks
+    right, changes = evaluate(arm.terms, arm.signals), list[TermChange]()
+    for law in list_mesh_laws(problem.case.arm, frame.layout, problem.case.switches):
+        same = law.switches == problem.case.switches
+        terms = (
+            arm.terms
+            if same
+            else build_reference_terms(
+                frame, law.arm, law.switches, has_gravity=problem.has_gravity
+            )
+        )
+        signals = compute_signals(
+            law.arm, frame.layout, law.switches, arm.force_states, law.convention
+        )
+        effect = (evaluate(terms, signals) - right)[few]
+        if effect.any():
+            words = law.error.term.coefficient
+            both = np.array([effect, effect])
+            changes.append(TermChange("swapped", (), both, 1.0, law.yours, law.right, group=words))
+    return changes
+
+
+def _explain_parts(
+    arms: Sequence[EntryComparison], wrong_entries: Sequence[EntryMismatch]
+) -> list[EntryMismatch]:
+    """The wrong entries, those of a part that no single error makes by one change of many."""
+    explanations = dict[EntryPlace, Explanation]()
+    open_entries = [w for w in wrong_entries if not (w.notes or w.shown_on)]
+    for part in dict.fromkeys(wrong.place.part for wrong in open_entries):
+        group = [wrong for wrong in open_entries if wrong.place.part == part]
+        quantity = QUANTITIES[part]
+        if any(each.terms is None or quantity not in each.user_values for each in arms):
+            continue
+        errors = _collect_errors(group)
+        if len(errors) != 1 or not all(wrong.explanation for wrong in group):
+            explanations |= _explain_part(arms, [wrong.place for wrong in group])
+    return [
+        wrong
+        if wrong.shown_on
+        else replace(wrong, explanation=explanations.get(wrong.place, wrong.explanation))
+        for wrong in wrong_entries
+    ]
+
+
+def _explain_part(
+    arms: Sequence[EntryComparison], wrong: Sequence[EntryPlace]
+) -> dict[EntryPlace, Explanation]:
+    """Explanations of wrong entries of a part: by a copied row; by one change of many entries."""
+    if copied := _find_copied_rows(arms, wrong):
+        return copied
+    target = _make_part_target(arms, wrong)
+    found = search_changes(target) if len(target.table.rows) <= MOST_TERMS else []
+    found = [changes for changes in found if len(changes) == 1]
+    if found:
+        return dict.fromkeys(wrong, _make_explanation(target, found))
+    if arms[0].problem.has_gravity and wrong[0].part == "force":
+        return {}  # without weights there is nothing to derive
+    errors = find_steps(arms, wrong[0].part)
+    others = tuple((each,) for each in errors[1:])
+    return dict.fromkeys(wrong, Explanation((errors[0],), 0.0, others)) if errors else {}
+
+
+def _find_copied_rows(
+    arms: Sequence[EntryComparison], wrong: Sequence[EntryPlace]
+) -> dict[EntryPlace, Explanation]:
+    """Explanations of the entries of a row that is the user's own of another coordinate."""
+    part, names = wrong[0].part, arms[0].frame.names
+    if part == "mass_matrix":
+        return {}
+    values = [arm.user_values[QUANTITIES[part]] for arm in arms]
+    copied = dict[EntryPlace, Explanation]()
+    for row in dict.fromkeys(place.row for place in wrong):
+        for other in range(len(names)):
+            same = all(
+                np.abs(each[:, row] - each[:, other]).max() <= FITS * np.abs(each[:, row]).max()
+                for each in values
+            )
+            if other != row and same and all(each[:, row].any() for each in values):
+                yours, right = f"your {part}[{names[other]}]", f"{part}[{names[row]}]"
+                explanation = Explanation((TermError("swapped", Term(""), yours, right),), 0.0)
+                copied |= {place: explanation for place in wrong if place.row == row}
+    return copied
+
+
+def _explain_accelerations(
+    arm: EntryComparison, probes: Sequence[EntryComparison]
+) -> Iterator[EntryMismatch]:
+    """The wrong entries of accelerations alone, by changes of the equations behind them.
+
+    With the right M, h and f, M a + h - f of a user's acceleration a is f' - f - (h' - h) -
+    (M' - M) a of his own M', h' and f'. So a change shows in the rows that have it, and no other.
+    """
+    arms, explanation = (arm, *probes), None
+    if balances := [_balance_accelerations(each) for each in arms]:
+        explanation = _explain_balances(arms, balances)
+    for wrong in _explain_arms(arm, probes):
+        yield wrong if wrong.shown_on else replace(wrong, explanation=explanation)
+
+
+def _balance_accelerations(comparison: EntryComparison) -> np.ndarray:
+    """The force (K, n) that M makes of the differences of accelerations."""
+    mass = get_trusted_answers(comparison.problem, comparison.results, comparison.level).mass
+    values, right = (
+        each["acceleration"] for each in (comparison.user_values, comparison.reference_values)
+    )
+    force: np.ndarray = np.einsum("sij,sj->si", mass, values - right)
+    return force
+
+
+def _explain_balances(
+    arms: Sequence[EntryComparison], balances: Sequence[np.ndarray]
+) -> Explanation | None:
+    """The explanation of what is left in the rows of M a + h - f."""
+    terms = arms[0].terms
+    assert terms is not None  # else nobody asks
+    sizes = [arm.sizes.force for arm in arms]
+    wrong = np.any(
+        [np.abs(b).max(axis=0) > FITS * s for b, s in zip(balances, sizes, strict=True)], axis=0
+    )
+    found = dict[int, tuple[Target, list[ChangeSet]]]()
+    for row in np.flatnonzero(wrong).tolist():
+        target = _make_balance_target(arms, balances, [row])
+        changes = search_changes(target)
+        if not changes:
+            break
+        found[row] = target, changes
+    each = [_make_explanation(*given) for given in found.values()]
+    errors = {error_signature(e): e for explanation in each for e in explanation.errors}
+    if len(found) < wrong.sum() or len(errors) > 1:
+        target = _make_balance_target(arms, balances, range(len(wrong)))
+        changes = search_changes(target)
+        if changes and len(changes[0]) == 1:
+            parts = dict.fromkeys(place.part for place, _ in changes[0][0].terms)
+            where = " and ".join(part.replace("mass_matrix", "M") for part in parts)
+            return _make_explanation(target, changes, f"{where}, which M x'' shows")
+    if not found or len(found) < wrong.sum():
+        return None
+    where = ", ".join(_name_places(changes[0], terms) for _, changes in found.values())
+    return Explanation(tuple(errors.values()), 0.0, (), f"{where}, which M x'' shows")
+
+
+def _name_places(changes: ChangeSet, terms: ReferenceTerms) -> str:
+    places = dict.fromkeys(place for change in changes for place, _ in change.terms)
+    return ", ".join(entries.format_entry(place, terms.names) for place in places)
+
+
+def _make_balance_target(
+    arms: Sequence[EntryComparison], balances: Sequence[np.ndarray], rows: Sequence[int]
+) -> Target:
+    """What changes must make of the rows of M a + h - f."""
+    columns, differences, noises = list[dict[EntryPlace, np.ndarray]](), list[np.ndarray](), []
+    assert arms[0].terms is not None  # else nobody asks
+    generator = np.random.default_rng(0)
+    for arm, balance in zip(arms, balances, strict=True):
+        few = _select_states(len(arm.states), "acceleration")
+        states = np.eye(len(arm.states))[few]
+        a, u, size = arm.user_values["acceleration"], arm.rates, arm.sizes.force
+        total, there, noise = np.zeros(len(few)), dict[EntryPlace, np.ndarray](), 0.0
+        for row in rows:
+            mixing = (
+                states
+                if len(rows) == 1
+                else generator.normal(size=(len(few), len(few))) @ states / size[row]
+            )
+            total = total + mixing @ balance[:, row]
+            unit = 1.0 if len(rows) > 1 else float(size[row])
+            noise = max(noise, unit * (arm.sizes.tolerance("acceleration") - entries.LOOSEST))
+            for place in arms[0].terms.entries:
+                if place.row == row:
+                    factor = np.ones(len(a))
+                    if place.column is not None:
+                        factor = -a[:, place.column]
+                    elif place.rates is not None:
+                        factor = -u[:, place.rates[0]] * u[:, place.rates[1]]
+                    there[place] = mixing * factor
+        columns.append(there)
+        differences.append(total)
+        noises.append(noise)
+    target = _make_target(arms, columns, differences, noises)
+    return replace(target, table=replace(target.table, has_rows=True))
