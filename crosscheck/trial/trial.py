@@ -33,7 +33,7 @@ from crosscheck.runner.supervision import track_foreign_code
 from crosscheck.runner.workers import Workers
 from crosscheck.trial.changes.arms.answer_keys import make_arm_answer_keys
 from crosscheck.trial.changes.arms.arm_numbers import find_negligible_inertias, replace_numbers
-from crosscheck.trial.changes.arms.causes import explain_entries
+from crosscheck.trial.changes.arms.causes import explain_entries, explain_linear_rates
 from crosscheck.trial.changes.arms.comparison import (
     compare_entries,
     list_entry_quantities,
@@ -350,6 +350,7 @@ def _judge_trial(
         diagnosis = Diagnosis(list(here.wrong_entries), [], [])
     else:
         diagnosis = diagnose(here, there, perform)
+        diagnosis.wrong_entries.extend(explain_linear_rates(here))
     return Trial(
         problem=problem,
         cross_check=CrossCheck(check, agreement, cases, runs),

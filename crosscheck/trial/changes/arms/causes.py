@@ -23,10 +23,10 @@ from crosscheck.trial.changes.arms.steps import find_steps
 from crosscheck.trial.changes.arms.term_changes import TermChange, TermSample, TermTable
 from crosscheck.trial.changes.arms.term_search import FITS, ChangeSet, Target, search_changes
 from crosscheck.trial.changes.arms.term_words import (
-    compute_symbolic_difference,
     error_signature,
-    format_latex,
+    join_terms,
     make_difference_terms,
+    make_term,
     make_term_error,
 )
 from crosscheck.trial.changes.arms.waves import list_keys
@@ -181,20 +181,18 @@ def _explain_entry(wrong: EntryMismatch, arms: Sequence[EntryComparison]) -> Ent
         return wrong
     if place.rates is not None and arm.is_caused_by_mass(place):
         return replace(wrong, notes=(FOLLOWS,))
-    symbolic = arm.problem.equations.symbolic
-    if symbolic is not None and arm.coordinates is None:
-        difference = compute_symbolic_difference(place, symbolic, arm.terms, arm.values)
-        wrong = replace(wrong, latex="" if difference is None else format_latex(difference))
+    waves = arm.fit_waves(place)
     arms = [each for each in arms if QUANTITIES[place.part] in each.user_values]
     target = _make_entry_target(arms, place)
     found = search_changes(target, _list_whole_weights(arms, place, target))
-    if not found and place.part == "force" and arm.fit_waves(place) is None:
+    if not found and place.part == "force" and waves is None:
         target = _make_entry_target(arms[:1], place)
         found = search_changes(target, _list_law_changes(arm, place))
     if found:
         return replace(wrong, explanation=_make_explanation(target, found))
-    waves = arm.fit_waves(place)
-    return replace(wrong, difference=make_difference_terms(waves, arm.terms)) if waves else wrong
+    difference = make_difference_terms(waves or {}, arm.terms)
+    latex = join_terms(term.latex for term in difference)
+    return replace(wrong, difference=difference, latex=latex)
 
 
 def _make_explanation(target: Target, found: Sequence[ChangeSet], seen_in: str = "") -> Explanation:
@@ -483,3 +481,34 @@ def _make_balance_target(
         noises.append(noise)
     target = _make_target(arms, columns, differences, noises)
     return replace(target, table=replace(target.table, has_rows=True))
+
+
+def explain_linear_rates(arm: EntryComparison) -> Iterator[EntryMismatch]:
+    """Entries of the bias in which one rate stands where a product of two belongs.
+
+    At rates of 1 nobody sees that; the bias at opposite rates has the opposite sign of it.
+    """
+    problem, terms = arm.problem, arm.terms
+    bias = arm.results.get(problem.ask_equations("bias"))
+    others = arm.results.get(problem.ask_equations("other_speeds"))
+    if bias is None or others is None or terms is None:
+        return
+    odd = (bias - others[:, 0]) / 2
+    few = _select_states(len(arm.states), "bias")
+    for row, size in enumerate(arm.sizes.bias.tolist()):
+        values, noise = odd[few, row], arm.sizes.tolerance("bias") * size
+        if np.abs(odd[:, row]).max() <= noise:
+            continue
+        for place in terms.entries:
+            for rate in dict.fromkeys(place.rates or ()) if place.row == row else ():
+                column = {place: np.eye(len(arm.states))[few] * arm.rates[:, rate]}
+                target = _make_target([arm], [column], [values], [FITS * size])
+                pool = target.table.build_pool(())
+                found = target.find_singles(pool) if pool else []
+                if extra := [change for (change,) in found if change.by == 2]:
+                    term, names = make_term(extra[0].products, terms), terms.names
+                    right = entries.format_rates(place.rates or (0, 0), names)
+                    error = TermError("swapped", term, rate_name(names[rate]), right)
+                    yield EntryMismatch(
+                        place, float(np.abs(values).max() / size), Explanation((error,), 0.0)
+                    )

@@ -169,7 +169,7 @@ def generate_spins(name: str, values: Values) -> Iterator[tuple[str, Alternative
         if k != j:
             others.append((_add_joint(form, k), _evaluate_ratio(form, k, values)))
     for text, ratio in others:
-        yield belongs, Alternative(f"the {gear} ratio {text}", ratio / right, 0.15)
+        yield belongs, Alternative(f"the {gear} ratio {text}", ratio / right, 0.12)
 
 
 def _generate_ratios(joint: int, values: Values, right: str) -> Iterator[tuple[str, Any]]:

@@ -298,8 +298,6 @@ class Derivation:
                 first * slopes(x) - second * np.moveaxis(slopes(x), -1, -3) / 2
             )
 
-        whole = "(dM_ij/dx_k - 1/2 dM_jk/dx_i) v_j v_k, the whole bias"
-        yield Step(whole, rule=fold(1, 1))
         yield Step("dM_ij/dx_k v_j v_k", rule=fold(1, 0))
         yield Step("-1/2 dM_jk/dx_i v_j v_k", rule=fold(0, 1))
         for row, name in zip(np.eye(n), names, strict=True):

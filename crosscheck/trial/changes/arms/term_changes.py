@@ -38,6 +38,7 @@ PLAIN: tuple[tuple[ErrorKind, float, float], ...] = (
 UNITS = {DEGREES: "{}, its angle in degrees,", 1 / DEGREES: "{}, its angle times pi/180,"}
 LEVERS = ("L", "d", "r_s", "r_p", "r_c", "r_cp")
 HUGE = 1e200  # an effect that fits nothing
+WEIGHT = "the weight of every body"
 MULTIPLES = 3  # number of multiples of a letter, the last of its forms
 MOST_EACH = 200  # terms of many entries that are changed one by one, too
 
@@ -113,7 +114,8 @@ class ChangePool:
         modifier, mask, words = self.origins[number]
         terms = tuple(self.table.rows[place] for place in np.flatnonzero(mask))
         kind, _, _, _, yours, right, by, key = modifier
-        words = words if len({place for place, _ in terms}) > 1 else ""
+        if words != WEIGHT and len({place for place, _ in terms}) == 1:
+            words = ""
         cost = float(self.costs[number])
         return TermChange(kind, terms, self.effects[number], cost, yours, right, by, key, words)
 
@@ -223,6 +225,8 @@ class TermTable:
         by_key = self._collect(lambda place, product: ((place, product.key),))
         by_letter = self._collect(_find_letters)
         groups = [Group(mask, 0.0) for mask in np.eye(len(self.rows), dtype=bool)]
+        weights = [mask for mask in self._collect(_find_weight).values() if mask.sum() > 1]
+        groups += [Group(mask, 0.01, WEIGHT) for mask in weights]
         groups += [Group(mask, 0.02) for mask in self._collect(_find_place).values()]
         groups += [Group(mask, 0.04) for mask in by_key.values()]
         groups += [Group(mask, 0.06) for mask in by_letter.values()]
@@ -272,7 +276,12 @@ class TermTable:
         letters = self._collect(_find_letters)
         for name, mask in letters.items():
             yield from self._generate_swaps(name, mask, whole)
-            if not self.is_shared:  # a letter that stands before a bracket
+            if self.is_shared and name[0] == "m" and f"I_l{name[1:]}" in letters:
+                length = self.values[f"L{name[1:]}"][None, :, None]  # of density and cross-section
+                link = mask | letters[f"I_l{name[1:]}"]
+                made, yours = (1 / length - 1) * whole, f"m{name[1:]}/L{name[1:]}"
+                yield Modifier("swapped", made, link, 1.3, yours, name)
+            if not self.is_shared and self.values[name].all():  # before a bracket
                 by = self.values[name][None, :, None]
                 yield Modifier("factor", (by - 1) * whole, every, 1.45, name)
         if self.is_shared:
@@ -434,7 +443,7 @@ def _find_rates(place: EntryPlace, product: Product) -> Iterator[str]:
 
 def _find_weight(place: EntryPlace, product: Product) -> Iterator[str]:
     if any(parse_letter(name).stem in STEMS_BY_QUANTITY["gravity"] for name in product.letters):
-        yield "the weight of every body"
+        yield WEIGHT
 
 
 def _find_letters(place: EntryPlace, product: Product) -> tuple[str, ...]:

@@ -10,7 +10,6 @@ from fractions import Fraction
 from typing import Literal
 
 import numpy as np
-import sympy as sp
 
 from crosscheck.trial.changes.arms.letters import format_power, sort_powers
 from crosscheck.trial.changes.arms.polynomial import Monomial, as_polynomial
@@ -19,13 +18,10 @@ from crosscheck.trial.changes.arms.segments import (
     Product,
     ReferenceTerms,
     TermKey,
-    rate_name,
 )
 from crosscheck.trial.changes.arms.term_changes import TermChange
-from crosscheck.trial.input.equations import Symbolic
 from crosscheck.trial.judge.entries import (
     EntryMismatch,
-    EntryPlace,
     Term,
     TermError,
     format_entry,
@@ -34,7 +30,6 @@ from crosscheck.trial.judge.entries import (
 MOST_EQUAL = 2  # explanations that fit as well as the first
 MOST_TERMS = 4  # terms of a sum that are written out
 GREEK = ("theta", "phi", "alpha", "beta", "gamma", "psi", "omega")
-ROUNDING = 1e-12  # largest sum that counts as 0, relative to the parts of the coefficient
 
 
 def make_term_error(change: TermChange, terms: ReferenceTerms) -> TermError:
@@ -72,10 +67,10 @@ def _find_entry(change: TermChange, terms: ReferenceTerms) -> str:
 def make_term(products: EntryTerms, terms: ReferenceTerms) -> Term:
     """Terms that belong together as one, before one wave or several."""
     keys = list(dict.fromkeys(product.key for product in products))
-    latex = _join(format_product_latex(p, terms) for p in products[:MOST_TERMS])
+    latex = join_terms(format_product_latex(p, terms) for p in products[:MOST_TERMS])
     latex += r" + \dots" if len(products) > MOST_TERMS else ""
     if len(keys) > 1:
-        text = _join(format_term(make_term((p,), terms)) for p in products[:MOST_TERMS])
+        text = join_terms(format_term(make_term((p,), terms)) for p in products[:MOST_TERMS])
         return Term(_cut(text, products), latex=latex)
     key, text = keys[0], format_coefficient(products)
     sign, angle = format_angle_sum(key, terms)
@@ -98,7 +93,7 @@ def format_coefficient(products: EntryTerms) -> str:
         rests.append(Monomial(number, tuple((name, power) for name, power in rest if power)))
     front = -1 if all(rest.number < 0 for rest in rests) else 1
     rests = [rest._replace(number=front * rest.number) for rest in rests]
-    inside = _cut(_join(map(format_monomial, rests)), products)
+    inside = _cut(join_terms(map(format_monomial, rests)), products)
     common = format_monomial(Monomial(front, tuple(shared.items()))) if shared or front < 0 else ""
     return f"{'-' if common == '-1' else common} ({inside})".strip()
 
@@ -131,7 +126,7 @@ def format_angle_sum(key: TermKey, terms: ReferenceTerms) -> tuple[int, str]:
         named = zip(key.wave, range(1, len(key.wave) + 1), strict=True)
         monomials = [(Monomial(times, ()), f"theta_{joint}") for times, joint in named if times]
     sign = 1 if monomials[0][0].number > 0 else -1
-    return sign, _join(
+    return sign, join_terms(
         _format_multiple(monomial._replace(number=sign * monomial.number), name)
         for monomial, name in monomials
     )
@@ -149,10 +144,10 @@ def format_row(row: np.ndarray, names: Sequence[str], *, rate: bool = False) -> 
     once = {1.0: "", -1.0: "-"}
     entries = zip(row.round(9).tolist(), names, strict=True)
     parts = (once.get(entry, f"{entry:g} ") + name + "'" * rate for entry, name in entries if entry)
-    return _join(parts) or "0"
+    return join_terms(parts) or "0"
 
 
-def _join(parts: Iterable[str]) -> str:
+def join_terms(parts: Iterable[str]) -> str:
     """The sum of texts, which may begin with a minus."""
     return " + ".join(parts).replace("+ -", "- ")
 
@@ -220,7 +215,7 @@ def guess(wrong: EntryMismatch) -> str:
     """The likely error in an entry, as a question since it is a guess; or its difference."""
     explanation = wrong.explanation
     if explanation is None:
-        shown = _cut(_join(map(format_term, wrong.difference[:MOST_TERMS])), wrong.difference)
+        shown = _cut(join_terms(map(format_term, wrong.difference[:MOST_TERMS])), wrong.difference)
         difference_text = f"yours minus right is {shown}; " if shown else ""
         return f"{difference_text}no error in few of its terms makes this difference"
     others = ["; and ".join(map(describe_term_error, errors)) for errors in explanation.others]
@@ -289,83 +284,3 @@ def format_product_latex(product: Product, terms: ReferenceTerms) -> str:
     if behind and plain in ("1", "-1"):
         return plain[:-1] + behind
     return r"\,".join(filter(None, (plain, behind)))
-
-
-def compute_symbolic_difference(
-    place: EntryPlace, symbolic: Symbolic, terms: ReferenceTerms, values: Mapping[str, float]
-) -> sp.Expr | None:
-    """Yours minus right in sympy: sines and cosines of sums, rates and torques by trial's names.
-
-    Returns None if the entry is not a trigonometric polynomial (mesh forces are not) or if there is
-    no such part. values: of the arm's quantities; terms that vanish with them are left out.
-    """
-    user_entry = _user_entry(place, symbolic)
-    if user_entry is None:
-        return None
-    x = [sp.Symbol(name) for name in terms.names]
-    right = sum((_reference_term(product, terms, x) for product in terms.entry(place)), sp.S.Zero)
-    waves: defaultdict[sp.Expr, sp.Expr] = defaultdict(lambda: sp.S.Zero)
-    for part in sp.Add.make_args(sp.expand((user_entry - right).rewrite(sp.exp))):
-        coefficient, moving = part.as_independent(*x, as_Add=False)
-        factors = [factor for factor in sp.Mul.make_args(moving) if factor != 1]
-        if not all(isinstance(factor, sp.exp) for factor in factors):
-            return None
-        waves[sp.expand(sum(f.exp for f in factors) / sp.I)] += coefficient
-    total, numbers = sp.S.Zero, {sp.Symbol(name): value for name, value in values.items()}
-    for angle in {-a if a.could_extract_minus_sign() else a: None for a in waves}:
-        up, down = waves.get(angle, sp.S.Zero), waves.get(-angle, sp.S.Zero)
-        pair = ((up + down, sp.cos(angle)), (sp.I * (up - down), sp.sin(angle)))
-        for coefficient, wave in pair if angle != 0 else ((up, sp.S.One),):
-            there = sp.expand(coefficient)
-            signals = dict.fromkeys(there.free_symbols - set(numbers), 1.0)
-            sizes = [complex(p.xreplace(numbers | signals)) for p in sp.Add.make_args(there)]
-            if abs(sum(sizes)) > ROUNDING * sum(map(abs, sizes)):
-                total += sp.factor_terms(there) * wave
-    for rate in place.rates or ():
-        total *= sp.Symbol(rate_name(terms.names[rate]))
-    return total if total != 0 else None
-
-
-def _user_entry(place: EntryPlace, symbolic: Symbolic) -> sp.Expr | None:
-    """The user's entry in the names of the trial; None without; of a bias what its rates have."""
-    whole = getattr(symbolic, place.part)
-    if whole is None:
-        return None
-    entry = sp.Matrix(whole)[place.row, place.column if place.column is not None else 0]
-    if place.rates is not None:
-        j, k = place.rates
-        entry = sp.diff(entry, symbolic.v[j], symbolic.v[k]) / (2 if j == k else 1)
-    names: dict[sp.Symbol, float | str] = {symbol: symbol.name for symbol in entry.free_symbols}
-    names |= symbolic.values
-    names |= {v: rate_name(q.name) for q, v in zip(symbolic.x, symbolic.v, strict=True)}
-    names |= {torque: f"T_{j + 1}" for j, torque in enumerate(symbolic.torque)}
-    return entry.xreplace(
-        {s: sp.Symbol(n) if isinstance(n, str) else sp.Float(n) for s, n in names.items()}
-    )
-
-
-def _reference_term(product: Product, terms: ReferenceTerms, x: list[sp.Symbol]) -> sp.Expr:
-    """A term of the reference as a sympy expression."""
-    key, monomial = product
-    turned = np.array(key.wave, dtype=object) @ terms.turns
-    angle = sum(
-        _express(part) * coordinate
-        for entry, coordinate in zip(turned, x, strict=True)
-        for part in as_polynomial(entry).monomials
-    )
-    wave = sp.sin(angle) if key.function == "sin" else sp.cos(angle)
-    return _express(monomial) * wave * (sp.Symbol(key.signal) if key.signal else sp.S.One)
-
-
-def _express(monomial: Monomial) -> sp.Expr:
-    """A monomial as a sympy expression."""
-    letters = sp.prod([sp.Symbol(name) ** power for name, power in monomial.powers])
-    number = monomial.number
-    return (sp.Integer(number) if number == round(number) else sp.sympify(number)) * letters
-
-
-def format_latex(expression: sp.Expr) -> str:
-    """A sympy expression as TeX that matplotlib can set."""
-    names = {symbol: format_latex_name(symbol.name) for symbol in expression.free_symbols}
-    text = str(sp.latex(expression, symbol_names=names))
-    return text.replace(r"\left", "").replace(r"\right", "")
