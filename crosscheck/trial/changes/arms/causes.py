@@ -184,29 +184,30 @@ def _explain_entry(wrong: EntryMismatch, arms: Sequence[EntryComparison]) -> Ent
     waves = arm.fit_waves(place)
     arms = [each for each in arms if QUANTITIES[place.part] in each.user_values]
     target = _make_entry_target(arms, place)
-    found = search_changes(target, _list_whole_weights(arms, place, target))
-    if not found and place.part == "force" and waves is None:
+    sets = search_changes(target, _list_whole_weights(arms, place, target))
+    if not sets and place.part == "force" and waves is None:
         target = _make_entry_target(arms[:1], place)
-        found = search_changes(target, _list_law_changes(arm, place))
-    if found:
-        return replace(wrong, explanation=_make_explanation(target, found))
+        sets = search_changes(target, _list_law_changes(arm, place))
+    if sets:
+        return replace(wrong, explanation=_make_explanation(target, sets))
     difference = make_difference_terms(waves or {}, arm.terms)
     latex = join_terms(term.latex for term in difference)
     return replace(wrong, difference=difference, latex=latex)
 
 
-def _make_explanation(target: Target, found: Sequence[ChangeSet], seen_in: str = "") -> Explanation:
+def _make_explanation(target: Target, sets: Sequence[ChangeSet], seen_in: str = "") -> Explanation:
     """The first of changes that make the same, and the others beside it."""
     terms, arms = target.table.terms, len(target.difference)
-    first, *others = (tuple(make_term_error(each, terms) for each in changes) for changes in found)
-    made = sum(change.effect[:arms] for change in found[0])
+    first, *others = (tuple(make_term_error(each, terms) for each in changes) for changes in sets)
+    made = sum(change.effect[:arms] for change in sets[0])
     size = float(np.linalg.norm(target.difference))
     left = float(np.linalg.norm(target.difference - made)) / size
     return Explanation(first, left, tuple(others), seen_in)
 
 
-def _select_states(count: int, part: str) -> np.ndarray:
+def _select_states(arms: Sequence[EntryComparison], part: str) -> np.ndarray:
     """States at which changes are tried (few,): the first, and corners of forces at the end."""
+    count = min(len(arm.states) for arm in arms)
     few = MOST_STATES if part in ("force", "acceleration") else FEW_STATES
     return np.unique([*range(min(count, few // 2)), *range(max(count - few // 2, 0), count)])
 
@@ -215,7 +216,7 @@ def _make_entry_target(arms: Sequence[EntryComparison], place: EntryPlace) -> Ta
     """What changes must make of one entry on every arm, at some states."""
     rows, differences, noises = list[np.ndarray](), list[np.ndarray](), list[float]()
     for arm in arms:
-        few = _select_states(len(arm.states), place.part)
+        few = _select_states(arms, place.part)
         rows.append(np.eye(len(arm.states))[few])
         differences.append(arm.difference(place)[0][few])
         noises.append(arm.noise(place))
@@ -237,7 +238,7 @@ def _make_part_target(arms: Sequence[EntryComparison], wrong: Sequence[EntryPlac
     places = dict.fromkeys([*(p for p in arms[0].terms.entries if p.part == part), *wrong])
     columns, differences, noises = list[dict[EntryPlace, np.ndarray]](), list[np.ndarray](), []
     for arm in arms:
-        few = _select_states(len(arm.states), part)
+        few = _select_states(arms, part)
         rows = np.eye(len(arm.states))[few]
         mixing, total, noise = dict[EntryPlace, np.ndarray](), np.zeros(PROJECTIONS), 0.0
         for place in places:
@@ -250,8 +251,8 @@ def _make_part_target(arms: Sequence[EntryComparison], wrong: Sequence[EntryPlac
         differences.append(total)
         noises.append(noise)
     target = _make_target(arms, columns, differences, noises)
-    moved = tuple(permutations(wrong, 2)) if part == "bias" else ()
-    return replace(target, table=replace(target.table, moved=moved))
+    swaps = tuple(permutations(wrong, 2)) if part == "bias" else ()
+    return replace(target, table=replace(target.table, swaps=swaps))
 
 
 def _make_target(
@@ -270,11 +271,11 @@ def _make_target(
     ]
     samples.append(samples[0]._replace(values=draw_unrelated_values(present)))
     table = TermTable(terms.drop_letters({*arms[0].values} - {*present}), places, samples)
-    wanted = np.array(differences)
-    allowed = FITS * np.abs(wanted).max(axis=1) + np.array(noises)
+    goal = np.array(differences)
+    allowed = FITS * np.abs(goal).max(axis=1) + np.array(noises)
     parts = {place.part for place in places}
     keys = list_keys(terms, arms[0].signals, "force" if "force" in parts else places[0].part)
-    return Target(table, wanted, np.broadcast_to(allowed[:, None], wanted.shape), keys, {})
+    return Target(table, goal, np.broadcast_to(allowed[:, None], goal.shape), keys, {})
 
 
 def _list_whole_weights(
@@ -295,7 +296,7 @@ def _list_whole_weights(
 def _list_law_changes(arm: EntryComparison, place: EntryPlace) -> list[TermChange]:
     """Other laws of meshes that change an entry of the force."""
     frame, problem = arm.frame, arm.problem
-    few = _select_states(len(arm.states), place.part)
+    few = _select_states([arm], place.part)
     rates = {rate_name(name): arm.rates[:, k] for k, name in enumerate(frame.names)}
 
     def evaluate(terms: ReferenceTerms, signals: Mapping[str, np.ndarray]) -> np.ndarray:
@@ -352,10 +353,10 @@ def _explain_part(
     if copied := _find_copied_rows(arms, wrong):
         return copied
     target = _make_part_target(arms, wrong)
-    found = search_changes(target) if len(target.table.rows) <= MOST_TERMS else []
-    found = [changes for changes in found if len(changes) == 1]
-    if found:
-        return dict.fromkeys(wrong, _make_explanation(target, found))
+    sets = search_changes(target) if len(target.table.rows) <= MOST_TERMS else []
+    sets = [changes for changes in sets if len(changes) == 1]
+    if sets:
+        return dict.fromkeys(wrong, _make_explanation(target, sets))
     if arms[0].problem.has_gravity and wrong[0].part == "force":
         return {}  # without weights there is nothing to derive
     errors = find_steps(arms, wrong[0].part)
@@ -420,25 +421,25 @@ def _explain_balances(
     wrong = np.any(
         [np.abs(b).max(axis=0) > FITS * s for b, s in zip(balances, sizes, strict=True)], axis=0
     )
-    found = dict[int, tuple[Target, list[ChangeSet]]]()
+    rows = dict[int, tuple[Target, list[ChangeSet]]]()
     for row in np.flatnonzero(wrong).tolist():
         target = _make_balance_target(arms, balances, [row])
         changes = search_changes(target)
         if not changes:
             break
-        found[row] = target, changes
-    each = [_make_explanation(*given) for given in found.values()]
+        rows[row] = target, changes
+    each = [_make_explanation(*given) for given in rows.values()]
     errors = {error_signature(e): e for explanation in each for e in explanation.errors}
-    if len(found) < wrong.sum() or len(errors) > 1:
+    if len(rows) < wrong.sum() or len(errors) > 1:
         target = _make_balance_target(arms, balances, range(len(wrong)))
         changes = search_changes(target)
         if changes and len(changes[0]) == 1:
             parts = dict.fromkeys(place.part for place, _ in changes[0][0].terms)
             where = " and ".join(part.replace("mass_matrix", "M") for part in parts)
             return _make_explanation(target, changes, f"{where}, which M x'' shows")
-    if not found or len(found) < wrong.sum():
+    if not rows or len(rows) < wrong.sum():
         return None
-    where = ", ".join(_name_places(changes[0], terms) for _, changes in found.values())
+    where = ", ".join(_name_places(changes[0], terms) for _, changes in rows.values())
     return Explanation(tuple(errors.values()), 0.0, (), f"{where}, which M x'' shows")
 
 
@@ -455,7 +456,7 @@ def _make_balance_target(
     assert arms[0].terms is not None  # else nobody asks
     generator = np.random.default_rng(0)
     for arm, balance in zip(arms, balances, strict=True):
-        few = _select_states(len(arm.states), "acceleration")
+        few = _select_states(arms, "acceleration")
         states = np.eye(len(arm.states))[few]
         a, u, size = arm.user_values["acceleration"], arm.rates, arm.sizes.force
         total, there, noise = np.zeros(len(few)), dict[EntryPlace, np.ndarray](), 0.0
@@ -494,7 +495,7 @@ def explain_linear_rates(arm: EntryComparison) -> Iterator[EntryMismatch]:
     if bias is None or others is None or terms is None:
         return
     odd = (bias - others[:, 0]) / 2
-    few = _select_states(len(arm.states), "bias")
+    few = _select_states([arm], "bias")
     for row, size in enumerate(arm.sizes.bias.tolist()):
         values, noise = odd[few, row], arm.sizes.tolerance("bias") * size
         if np.abs(odd[:, row]).max() <= noise:
@@ -504,8 +505,8 @@ def explain_linear_rates(arm: EntryComparison) -> Iterator[EntryMismatch]:
                 column = {place: np.eye(len(arm.states))[few] * arm.rates[:, rate]}
                 target = _make_target([arm], [column], [values], [FITS * size])
                 pool = target.table.build_pool(())
-                found = target.find_singles(pool) if pool else []
-                if extra := [change for (change,) in found if change.by == 2]:
+                singles = target.find_singles(pool, ())
+                if extra := [change for (change,) in singles if change.by == 2]:
                     term, names = make_term(extra[0].products, terms), terms.names
                     right = entries.format_rates(place.rates or (0, 0), names)
                     error = TermError("swapped", term, rate_name(names[rate]), right)

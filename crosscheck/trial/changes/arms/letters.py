@@ -165,9 +165,8 @@ def generate_spins(name: str, values: Values) -> Iterator[tuple[str, Alternative
     gear, form = SPINNING[stem]
     belongs, right = _add_joint(form, j), _evaluate_ratio(form, j, values)
     others = [*_generate_ratios(j, values, form), (f"1/({belongs})", 1 / right)]
-    for k in (each.joint for each in map(parse_letter, values) if each.stem == "z_s"):
-        if k != j:
-            others.append((_add_joint(form, k), _evaluate_ratio(form, k, values)))
+    joints = (each.joint for each in map(parse_letter, values) if each.stem == "z_s")
+    others += [(_add_joint(form, k), _evaluate_ratio(form, k, values)) for k in joints if k != j]
     for text, ratio in others:
         yield belongs, Alternative(f"the {gear} ratio {text}", ratio / right, 0.12)
 
@@ -176,7 +175,7 @@ def _generate_ratios(joint: int, values: Values, right: str) -> Iterator[tuple[s
     """Ratios of any two gears' teeth, one more or less, and the right one of whole numbers."""
     if f"z_s{joint}" not in values:
         return
-    forms = [f"{a}/{b}{one}" for one in (" + 1", "", " - 1") for a, b in permutations(TEETH, 2)]
+    forms = [f"{a}/{b}{shift}" for shift in (" + 1", "", " - 1") for a, b in permutations(TEETH, 2)]
     for form in forms:
         if form != right:
             yield _add_joint(form, joint), _evaluate_ratio(form, joint, values)
@@ -185,10 +184,10 @@ def _generate_ratios(joint: int, values: Values, right: str) -> Iterator[tuple[s
 
 
 def _evaluate_ratio(form: str, joint: int, values: Values) -> Any:
-    ratio, _, one = form.partition(" ")
+    ratio, _, shift = form.partition(" ")
     above, below = (values[f"{z}{joint}"] for z in re.split("//?", ratio))
     whole = np.floor(above / below) if "//" in ratio else above / below
-    return whole + float(one.replace(" ", "") or 0)
+    return whole + float(shift.replace(" ", "") or 0)
 
 
 def _add_joint(form: str, joint: int) -> str:

@@ -105,7 +105,7 @@ def compute_signals(
     return signals
 
 
-class MeshLaw(NamedTuple):
+class ForceVariant(NamedTuple):
     """Another law that a user's force may follow: its arm, switches and convention.
 
     yours, right: what that law is, and in place of which; meshes: where, '' for all.
@@ -161,7 +161,7 @@ CHANGES: tuple[tuple[str, Callable[[Any], Any], str, str], ...] = (
 )
 
 
-def list_mesh_laws(arm: Arm, layout: Layout, chosen: Switches) -> Iterator[MeshLaw]:
+def list_mesh_laws(arm: Arm, layout: Layout, chosen: Switches) -> Iterator[ForceVariant]:
     """Laws by other switches; by each change of all meshes, and of one; then by other phases."""
     for name in SWITCHED:
         for other in get_args(Switches.model_fields[name].annotation):
@@ -171,7 +171,7 @@ def list_mesh_laws(arm: Arm, layout: Layout, chosen: Switches) -> Iterator[MeshL
                 continue
             if switches != chosen:
                 right = f"{name} = {getattr(chosen, name)}"
-                yield MeshLaw(f"{name} = {other}", right, "", arm, switches)
+                yield ForceVariant(f"{name} = {other}", right, "", arm, switches)
     geared = [j for j, joint in enumerate(arm.joints) if isinstance(joint, Planetary)]
     single = [(joint, pair) for joint in geared for pair in SIDES]
     for field, change, yours, right in CHANGES:
@@ -179,13 +179,13 @@ def list_mesh_laws(arm: Arm, layout: Layout, chosen: Switches) -> Iterator[MeshL
             other_arm = _change_meshes(arm, where, field, change)
             if other_arm != arm:
                 meshes = ", ".join(f"{pair}{joint + 1}" for joint, pair in where)
-                yield MeshLaw(yours, right, meshes, other_arm, chosen)
+                yield ForceVariant(yours, right, meshes, other_arm, chosen)
     if chosen.dead_zone == "exact":
         yield from _list_contact_laws(arm, chosen)
     yield from _list_phase_laws(arm, layout, chosen)
 
 
-def _list_contact_laws(arm: Arm, chosen: Switches) -> Iterator[MeshLaw]:
+def _list_contact_laws(arm: Arm, chosen: Switches) -> Iterator[ForceVariant]:
     """Laws with other branches; a damper that the spring limits acts in contact alone."""
     always, in_contact = (
         chosen.model_copy(update={"damping": damping}) for damping in ("always", "contact")
@@ -203,24 +203,24 @@ def _list_contact_laws(arm: Arm, chosen: Switches) -> Iterator[MeshLaw]:
         (of_x, "x - e", chosen, by_x),
         (f"{of_x} (damping = {other.damping})", f"x - e ({usual})", other, by_x),
     ):
-        yield MeshLaw(yours, right, "", arm, laws, convention)
+        yield ForceVariant(yours, right, "", arm, laws, convention)
 
 
-def _list_phase_laws(arm: Arm, layout: Layout, chosen: Switches) -> Iterator[MeshLaw]:
+def _list_phase_laws(arm: Arm, layout: Layout, chosen: Switches) -> Iterator[ForceVariant]:
     """Laws by absolute angles; by the teeth of another gear, at all meshes or a single one."""
     later = ", ".join(f"theta_{joint + 1}" for joint in layout.mesh_joints if joint)
     if later:
         absolute = MeshConvention(absolute=True)
-        yield MeshLaw("the absolute angle", f"the joint's {later}", "", arm, chosen, absolute)
+        yield ForceVariant("the absolute angle", f"the joint's {later}", "", arm, chosen, absolute)
     meshes = list_meshes(arm, layout)
     joints: list[Any] = [arm.joints[mesh.joint] for mesh in meshes]  # planetary, as they mesh
     for teeth, field in (("z_s", "sun_teeth"), ("z_p", "planet_teeth")):
         faster = np.array([float(getattr(joint, field) / joint.ring_teeth) for joint in joints])
-        yield MeshLaw(teeth, "z_r", "", arm, chosen, MeshConvention(rate_factor=faster))
+        yield ForceVariant(teeth, "z_r", "", arm, chosen, MeshConvention(rate_factor=faster))
         for joint, pair in {(m.joint, m.pair): None for m in meshes}:
             selected = np.array([(m.joint, m.pair) == (joint, pair) for m in meshes])
             convention = MeshConvention(rate_factor=np.where(selected, faster, 1.0))
-            yield MeshLaw(teeth, "z_r", f"{pair}{joint + 1}", arm, chosen, convention)
+            yield ForceVariant(teeth, "z_r", f"{pair}{joint + 1}", arm, chosen, convention)
 
 
 def _change_meshes(

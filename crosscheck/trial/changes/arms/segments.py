@@ -148,7 +148,7 @@ def _build_letter_chain(arm: Arm, layout: Layout) -> Chain:
     for number, joint in enumerate(arm.joints, start=1):
         kind = Stage if isinstance(joint, Planetary) else DirectStage
         stage = kind(*(letter(f"{name}{number}") for name in kind._fields))
-        if isinstance(joint, Planetary) and layout.free:
+        if isinstance(stage, Stage) and layout.free:
             stage = stage._replace(N=joint.planet_count)
         stages.append(stage)
     return Chain(tuple(stages), letter("m_payload"), layout)
@@ -247,9 +247,10 @@ def list_meshes(arm: Arm, layout: Layout) -> list[ForcedMesh]:
         for planet in range(count):
             suffix = f"{number}_{planet + 1}" if layout.free else f"{number}"
             for pair in ("sp", "pr"):
-                signals = (f"{kind}_{pair}{suffix}" for kind in "FDQ")
+                force, damper, work = (f"{kind}_{pair}{suffix}" for kind in "FDQ")
                 name = damper_name(pair, joint, number, planet)
-                meshes.append(ForcedMesh(place, planet, pair, *signals, name, count))
+                mesh = ForcedMesh(place, planet, pair, force, damper, work, name, count)
+                meshes.append(mesh)
     return meshes
 
 

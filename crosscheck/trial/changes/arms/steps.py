@@ -346,12 +346,12 @@ class Derivation:
                 ),
             ):
                 yield Step(what, rule=self._swing(chosen, None))
-                own = [("each joint's own rate", self.joints)]
-                for row in self.links:
-                    own.append(
-                        (format_row(row, names, rate=True), np.array([row] * len(self.links)))
-                    )
-                for yours, rows in own:
+                choices = [("each joint's own rate", self.joints)]
+                choices += [
+                    (format_row(row, names, rate=True), np.array([row] * len(self.links)))
+                    for row in self.links
+                ]
+                for yours, rows in choices:
                     yield Step(what, yours, "the sum of rates", rule=self._swing(chosen, rows))
             for place, right in enumerate(self.links):
                 alone = [(motion, place) for motion in motions if motion.levers[place]]
@@ -425,19 +425,19 @@ def find_steps(arms: Sequence[EntryComparison], part: Part) -> list[TermError]:
         if step.bodies or derived == "bias"
         if all(each in other.steps for other in derivations[1:])
     ]
-    found: dict[tuple[str, str, str], float] = {}
+    matching: dict[tuple[str, str, str], float] = {}
     for number, derivation in enumerate(derivations):
         states = FEW if number == 0 else slice(None)
-        found = _select_matching(derivation, words, found if number else None, states, part)
-        words = [*found][:MOST_MATCHES]
-        found = {each: found[each] for each in words}
-    return [derivations[0].steps[each].make_error(by) for each, by in found.items()]
+        matching = _select_matching(derivation, words, matching if number else None, states, part)
+        words = [*matching][:MOST_MATCHES]
+        matching = {each: matching[each] for each in words}
+    return [derivations[0].steps[each].make_error(by) for each, by in matching.items()]
 
 
 def _select_matching(
     derivation: Derivation,
     words: Sequence[tuple[str, str, str]],
-    known: Mapping[tuple[str, str, str], float] | None,
+    factors: Mapping[tuple[str, str, str], float] | None,
     states: slice,
     part: Part,
 ) -> dict[tuple[str, str, str], float]:
@@ -456,14 +456,14 @@ def _select_matching(
     allowed = max(FITS, arm.sizes.tolerance(quantity)) * np.maximum(
         np.abs(difference).max(axis=0), 1
     )
-    found = {}
+    matching = {}
     for word, step, change in zip(words, steps, changes, strict=True):
-        every = (2.0,) if step.right else TIMES if known is None else (known[word],)
+        every = (2.0,) if step.right else TIMES if factors is None else (factors[word],)
         for by in every:
             if change.any() and (np.abs(difference - (by - 1) * change) <= allowed).all():
-                found[word] = by
+                matching[word] = by
                 break
-    return found
+    return matching
 
 
 def _change(words: tuple[str, str, str], pairs: Sequence[tuple[MovingBody, MovingBody]]) -> Step:

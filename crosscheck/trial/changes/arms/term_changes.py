@@ -92,7 +92,7 @@ class Modifier(NamedTuple):
     key: TermKey | None = None
 
 
-class Group(NamedTuple):
+class TermGroup(NamedTuple):
     """Terms that one change may concern together (P,), how far-fetched that is, and in words."""
 
     mask: np.ndarray
@@ -124,14 +124,14 @@ class ChangePool:
 class TermTable:
     """The terms of some entries as columns on several arms, the last with unrelated numbers.
 
-    moved: pairs of entries, of which terms of the first may stand in the second. has_rows: whether
+    swaps: pairs of entries, of which terms of the first may stand in the second. has_rows: whether
     the entries are those of a row of all equations, and not of one part.
     """
 
     terms: ReferenceTerms
     places: tuple[EntryPlace, ...]
     samples: Sequence[TermSample]
-    moved: tuple[tuple[EntryPlace, EntryPlace], ...] = ()
+    swaps: tuple[tuple[EntryPlace, EntryPlace], ...] = ()
     has_rows: bool = False
 
     @cached_property
@@ -220,34 +220,38 @@ class TermTable:
                 masks[each][number] = True
         return dict(masks)
 
-    def _list_groups(self) -> list[Group]:
+    def _list_groups(self) -> list[TermGroup]:
         """Terms of an entry: each; all; of one wave or letter; of a joint's masses."""
         by_key = self._collect(lambda place, product: ((place, product.key),))
         by_letter = self._collect(_find_letters)
-        groups = [Group(mask, 0.0) for mask in np.eye(len(self.rows), dtype=bool)]
+        groups = [TermGroup(mask, 0.0) for mask in np.eye(len(self.rows), dtype=bool)]
         weights = [mask for mask in self._collect(_find_weight).values() if mask.sum() > 1]
-        groups += [Group(mask, 0.01, WEIGHT) for mask in weights]
-        groups += [Group(mask, 0.02) for mask in self._collect(_find_place).values()]
-        groups += [Group(mask, 0.04) for mask in by_key.values()]
-        groups += [Group(mask, 0.06) for mask in by_letter.values()]
+        groups += [TermGroup(mask, 0.01, WEIGHT) for mask in weights]
+        groups += [TermGroup(mask, 0.02) for mask in self._collect(_find_place).values()]
+        groups += [TermGroup(mask, 0.04) for mask in by_key.values()]
+        groups += [TermGroup(mask, 0.06) for mask in by_letter.values()]
         shared = [a & b for a in by_letter.values() for b in by_key.values()]
         shared += self._collect(_find_assemblies).values()
-        groups += [Group(mask, 0.12) for mask in shared if mask.sum() > 1]
+        groups += [TermGroup(mask, 0.12) for mask in shared if mask.sum() > 1]
         return list({group.mask.tobytes(): group for group in reversed(groups)}.values())
 
-    def _list_shared_groups(self) -> list[Group]:
+    def _list_shared_groups(self) -> list[TermGroup]:
         """Terms of many entries: all; of a part or row, of products of rates, of some letters."""
         names = self.terms.names
-        groups = [Group(mask, 0.1) for mask in np.eye(len(self.rows), dtype=bool)]
+        groups = [TermGroup(mask, 0.1) for mask in np.eye(len(self.rows), dtype=bool)]
         groups = groups if len(groups) <= MOST_EACH else []
         named = [(_find_weight, 0.0), (_find_part, 0.0), (_find_rates, 0.05)]
         if not self.has_rows:
             named += [(lambda place, product: (f"every term of row {names[place.row]}",), 0.04)]
         for name, cost in named:
-            groups += [Group(mask, cost, words) for words, mask in self._collect(name).items()]
-        for name, cost in ((_find_letters, 0.06), (_find_pairs, 0.07), (_find_segment, 0.08)):
-            for mask in self._collect(name).values():
-                groups.append(Group(mask, cost, f"every term with {self._name_letters(mask)}"))
+            groups += [TermGroup(mask, cost, words) for words, mask in self._collect(name).items()]
+        masks = [(mask, 0.06) for mask in self._collect(_find_letters).values()]
+        masks += [(mask, 0.07) for mask in self._collect(_find_pairs).values()]
+        masks += [(mask, 0.08) for mask in self._collect(_find_segment).values()]
+        groups += [
+            TermGroup(mask, cost, f"every term with {self._name_letters(mask)}")
+            for mask, cost in masks
+        ]
         return list({group.mask.tobytes(): group for group in reversed(groups)}.values())
 
     def _name_letters(self, mask: np.ndarray) -> str:
@@ -295,7 +299,7 @@ class TermTable:
                 made = self.coefficients[..., None] * (sign * other - self.waves)
                 for kind, allowed, more in (("angle", ~signals, 0.0), ("swapped", signals, 0.4)):
                     if allowed.any():  # rather a term is missing than a signal another
-                        yield Modifier(kind, made, allowed, cost + more, by=sign, key=key)  # type: ignore[arg-type]
+                        yield Modifier(kind, made, allowed, cost + more, by=sign, key=key)
         turned = np.array([any(product.key.wave) for _, product in self.rows])
         for unit, words in UNITS.items() if turned.any() else ():
             other = np.array(
@@ -328,9 +332,9 @@ class TermTable:
         if len(sizes) == 1 and abs(power := sizes.pop()) >= 2:
             step = int(np.sign(power))
             named = [each for each in alternatives if each.text in self.values]
-            one = Alternative("", np.ones_like(value), 0.1)
+            fewer_by_one = Alternative("", np.ones_like(value), 0.1)
             fewer, right = (format_power(name, each) for each in (power - step, power))
-            for other in (one, *named):
+            for other in (fewer_by_one, *named):
                 text = f"{other.text} {fewer}".strip()
                 alone = other._replace(text=text, cost=other.cost + 0.15)
                 yield self._swap(alone, right, mask, whole, step * (powers != 0), value)
@@ -374,7 +378,7 @@ class TermTable:
     def _generate_moves(self) -> Iterator[Modifier]:
         """Terms of the bias before other rates or in another row; two rows exchanged."""
         names, bias = self.terms.names, [place for place, _ in self.rows]
-        for here, there in self.moved:
+        for here, there in self.swaps:
             allowed = np.array([place == here for place in bias])
             in_row = here.row == there.row
             if allowed.any() and (in_row or here.rates == there.rates):

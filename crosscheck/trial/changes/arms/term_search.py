@@ -17,9 +17,10 @@ from crosscheck.trial.changes.arms.letters import (
     Values,
     parse_letter,
 )
-from crosscheck.trial.changes.arms.polynomial import Monomial
+from crosscheck.trial.changes.arms.polynomial import Monomial, Number
 from crosscheck.trial.changes.arms.segments import EntryTerms, Product, TermKey
 from crosscheck.trial.changes.arms.term_changes import LEVERS, ChangePool, TermChange, TermTable
+from crosscheck.trial.judge.entries import ErrorKind
 
 FITS = 1e-9  # largest residual of a change, relative to the difference
 ROUNDING = 1e-11  # largest part of an effect that counts as 0
@@ -50,39 +51,41 @@ class Target:
     parts: Mapping[TermKey, np.ndarray]
 
     def find_singles(
-        self, pool: ChangePool, difference: np.ndarray | None = None
+        self, pool: ChangePool | None, others: Sequence[TermChange], key: TermKey | None = None
     ) -> list[ChangeSet]:
-        """Changes of which each makes a difference, all of it if none is given."""
-        wanted = self.difference if difference is None else difference
-        arms = len(wanted)
-        fits = (np.abs(pool.effects[:, :arms] - wanted) <= self.tolerance).all(axis=(1, 2))
-        return [(pool.pick(number),) for number in np.flatnonzero(fits).tolist()]
+        """Changes of which each makes the difference, or its part before a wave."""
+        goal = self.difference if key is None else self.parts[key]
+
+        def fits(effects: np.ndarray) -> np.ndarray:
+            off = np.abs(effects[..., : len(goal), :] - goal) <= self.tolerance
+            fitting: np.ndarray = off.all(axis=(-1, -2))
+            return fitting
+
+        numbers = np.flatnonzero(fits(pool.effects)).tolist() if pool else []
+        singles = [pool.pick(number) for number in numbers] if pool else []
+        return [(each,) for each in (*singles, *(e for e in others if fits(e.effect)))]
 
 
-def search_changes(target: Target, others: Iterable[TermChange] = ()) -> list[ChangeSet]:
+def search_changes(target: Target, others: Sequence[TermChange] = ()) -> list[ChangeSet]:
     """The changes that make a target, likeliest first: one; one for each wave; two together.
 
     others: further changes, such as other laws of a mesh.
     """
     pool = target.table.build_pool(target.keys)
-    single = target.find_singles(pool) if pool else []
-    more = list(others)
-    if min(map(cost, single), default=UNLIKELY) >= UNLIKELY and 0 < len(target.parts) <= MOST_WRONG:
-        more += _list_extra_terms(target)
-    arms = len(target.difference)
-    single += [
-        (each,)
-        for each in more
-        if (np.abs(each.effect[:arms] - target.difference) <= target.tolerance).all()
-    ]
-    found = single or _find_covers(target, pool, more) or _find_pairs(target, pool, more)
-    return select_likely(found)
+    single = target.find_singles(pool, others)
+    is_open = min(map(cost, single), default=UNLIKELY) >= UNLIKELY
+    if is_open and 0 < len(target.parts) <= MOST_WRONG:
+        others = [*others, *_list_extra_terms(target)]
+        single = target.find_singles(pool, others)
+    return select_likely(
+        single or _find_covers(target, pool, others) or _find_pairs(target, pool, others)
+    )
 
 
-def select_likely(found: Iterable[ChangeSet]) -> list[ChangeSet]:
+def select_likely(sets: Iterable[ChangeSet]) -> list[ChangeSet]:
     """Those of the likeliest kinds, each once, for what does the same on all arms is the same."""
     unique: dict[object, ChangeSet] = {}
-    for changes in sorted(found, key=cost):
+    for changes in sorted(sets, key=cost):
         unique.setdefault(_fingerprint(changes), changes)
     likely = _merge_equal_factors(list(unique.values()))
     least = cost(likely[0]) if likely else 0.0
@@ -102,14 +105,14 @@ def _fingerprint(changes: ChangeSet) -> tuple[str, ...]:
     return tuple(f"{number:.8e}" for number in kept)
 
 
-def _merge_equal_factors(found: Sequence[ChangeSet]) -> list[ChangeSet]:
+def _merge_equal_factors(sets: Sequence[ChangeSet]) -> list[ChangeSet]:
     """The changes, of factors that are the same number on the arm one alone.
 
     It is the count or ratio of gears where these are usual, in terms of the same joint's gears, and
     the plain number elsewhere.
     """
     kept: dict[object, ChangeSet] = {}
-    for number, changes in enumerate(found):
+    for number, changes in enumerate(sets):
         key: object = number
         if len(changes) == 1 and changes[0].kind == "factor":
             made = changes[0].effect[0]
@@ -137,141 +140,100 @@ def _factor_rank(change: TermChange) -> int:
 
 
 def _find_covers(
-    target: Target, pool: ChangePool | None, more: Sequence[TermChange]
+    target: Target, pool: ChangePool | None, others: Sequence[TermChange]
 ) -> list[ChangeSet]:
     """Sets of changes of which each makes the difference before one wave."""
-    if pool is None or not 1 < len(target.parts) <= MOST_WRONG:
+    if not 1 < len(target.parts) <= MOST_WRONG:
         return []
-    arms = len(target.difference)
-    chosen = []
-    for part in target.parts.values():
-        found = target.find_singles(pool, part)
-        found += [
-            (each,)
-            for each in more
-            if (np.abs(each.effect[:arms] - part) <= target.tolerance).all()
-        ]
-        if not found:
-            return []
-        chosen.append([each for (each,) in select_likely(found)][:MOST_PER_KEY])
-    return list(choices(*chosen)) if len(chosen) <= 3 else [tuple(each[0] for each in chosen)]
+    likely = [select_likely(target.find_singles(pool, others, key)) for key in target.parts]
+    chosen = [[each for (each,) in sets][:MOST_PER_KEY] for sets in likely]
+    if len(chosen) > 3 and all(chosen):
+        chosen = [each[:1] for each in chosen]
+    return list(choices(*chosen))
 
 
 def _find_pairs(
-    target: Target, pool: ChangePool | None, more: Sequence[TermChange]
+    target: Target, pool: ChangePool | None, others: Sequence[TermChange]
 ) -> list[ChangeSet]:
-    """Pairs of changes that make the difference together, found by sorting one side."""
-    wanted = target.difference
-    shape = (0, *target.difference.shape)
-    effects = np.zeros(shape) if pool is None else pool.effects[:, : len(wanted)]
-    costs = np.zeros(0) if pool is None else pool.costs
-    order = np.argsort(costs, kind="stable")[: 6 * MOST_PAIRED]
-    _, first = np.unique(
-        effects[order].reshape(len(order), -1).round(12), axis=0, return_index=True
-    )
-    likeliest = order[np.sort(first)[:MOST_PAIRED]].tolist()
-    rows = np.concatenate(
-        [
-            effects[likeliest],
-            np.array([e.effect[: len(wanted)] for e in more]).reshape(-1, *wanted.shape),
-        ]
-    )
-    rows = np.where(np.isfinite(rows), rows, np.inf)
-    at = np.unravel_index(np.abs(wanted).argmax(), wanted.shape)
-    along = rows[:, at[0], at[1]]
+    """Pairs of changes that make the difference together, by sorting what each makes."""
+    goal = target.difference
+    rows = np.array([each.effect[: len(goal)] for each in others]).reshape(-1, *goal.shape)
+    likeliest: list[int] = []
+    if pool is not None:
+        order = np.argsort(pool.costs, kind="stable")[: 6 * MOST_PAIRED]
+        effects = pool.effects[:, : len(goal)]
+        flat = effects[order].reshape(len(order), -1).round(12)
+        likeliest = order[np.sort(np.unique(flat, axis=0, return_index=True)[1])].tolist()
+        likeliest = likeliest[:MOST_PAIRED]
+        rows = np.concatenate([effects[likeliest], rows])
+    at = np.unravel_index(np.abs(goal).argmax(), goal.shape)
+    along, margin = rows[:, at[0], at[1]], target.tolerance[at]
     sorting = np.argsort(along)
-    margin = target.tolerance[at]
-    low = np.searchsorted(along[sorting], wanted[at] - along - margin, "left")
-    high = np.searchsorted(along[sorting], wanted[at] - along + margin, "right")
-    found = []
+    low = np.searchsorted(along[sorting], goal[at] - along - margin, "left")
+    high = np.searchsorted(along[sorting], goal[at] - along + margin, "right")
 
     def pick(number: int) -> TermChange:
-        if number >= len(likeliest) or pool is None:
-            return more[number - len(likeliest)]
-        return pool.pick(likeliest[number])
+        other = number - len(likeliest)
+        return others[other] if pool is None or other >= 0 else pool.pick(likeliest[number])
 
-    for number in np.flatnonzero(high > low).tolist():
-        for other in sorting[low[number] : high[number]].tolist():
-            if (
-                other > number
-                and (np.abs(rows[number] + rows[other] - wanted) <= target.tolerance).all()
-            ):
-                found.append((pick(number), pick(other)))
-    return found
+    return [
+        (pick(first), pick(second))
+        for first in np.flatnonzero(high > low).tolist()
+        for second in sorting[low[first] : high[first]].tolist()
+        if second > first and (np.abs(rows[first] + rows[second] - goal) <= target.tolerance).all()
+    ]
 
 
 def _list_extra_terms(target: Target) -> list[TermChange]:
     """Terms too many, of any entry of the part or of none, that make what is off before a wave."""
-    (place,), table = target.table.places, target.table
-    entries = table.terms.entries.items()
-    foreign = [
-        (group, at)
-        for at, entry in entries
-        if at.part == place.part
-        for group in _group_by_wave(entry)
-    ]
+    table, arms = target.table, len(target.difference)
+    (place,) = table.places
     weighing = place.part in ("force", "gravity")
-    beyond = [(group, None) for group in _generate_products(table.values, weighing=weighing)]
-    arms = len(target.difference)
-    found = []
+    same_part = (entry for at, entry in table.terms.entries.items() if at.part == place.part)
+    groups = [group for entry in same_part for group in _group_by_wave(entry)]
+    groups += _generate_products(table.values, weighing=weighing)
+    unique = {tuple(product.monomial for product in group): None for group in groups}
+    extras = []
     for key, part in target.parts.items():
         column = table.column(place, key)
-        with np.errstate(divide="ignore", invalid="ignore"):
-            wanted = (part * column[:arms]).sum(axis=1) / (column[:arms] ** 2).sum(axis=1)
-        allowed = (target.tolerance / np.abs(column[:arms]).max(axis=1, keepdims=True)).max(axis=1)
-        seen = set[object]()
-        for group, _at in (*foreign, *beyond):
-            monomials = tuple(product.monomial for product in group)
-            if monomials in seen:
-                continue
-            seen.add(monomials)
+        strongest = np.abs(column[:arms]).argmax(axis=1)
+        goal, unit = (each[np.arange(arms), strongest] for each in (part, column[:arms]))
+        allowed = target.tolerance[:, 0] + FITS * np.abs(goal)
+        for monomials in unique:
             size = sum(each.value(table.values) for each in monomials) + np.zeros(arms + 1)
-            for by, more in TIMES:
-                if (np.abs(by * size[:arms] - wanted) <= allowed + FITS * np.abs(wanted)).all():
-                    length = max(len(each.powers) for each in monomials)
-                    far = 2.0 + more + 0.1 * length
-                    effect = by * size[:, None] * column
+            for kind, by, made, cost, yours, right in _list_forms(monomials, size, table.values):
+                if (np.abs(made[:arms] * unit - goal) <= allowed).all():
                     terms = tuple(
-                        (place, Product(key, Monomial(_times(n, by), p))) for n, p in monomials
+                        (place, Product(key, Monomial(_multiply(number, by), powers)))
+                        for number, powers in monomials
                     )
-                    found.append(TermChange("extra", terms, effect, far))
-            found += _find_reactions(target, key, group, size, wanted, allowed)
-    return found
+                    effect = made[:, None] * column
+                    extras.append(TermChange(kind, terms, effect, cost, yours, right))
+    return extras
 
 
-def _times(number: float, by: float) -> float:
-    whole = number * by
-    return int(whole) if whole == round(whole) else whole
-
-
-def _find_reactions(
-    target: Target,
-    key: TermKey,
-    group: EntryTerms,
-    size: np.ndarray,
-    wanted: np.ndarray,
-    allowed: np.ndarray,
-) -> Iterable[TermChange]:
-    """Terms that are there with both signs, so nowhere, if one has another lever.
+def _list_forms(
+    monomials: Sequence[Monomial], size: np.ndarray, values: Values
+) -> Iterator[tuple[ErrorKind, float, np.ndarray, float, str, str]]:
+    """What terms make that are there by a usual factor; or with both signs, one's lever another.
 
     So a force between two links acts on both; the lever is a length that all of a group have.
     """
-    table, arms = target.table, len(target.difference)
-    shared = set.intersection(*({*product.monomial.powers} for product in group))
-    for name in sorted(name for name, power in shared if power == 1):
-        if parse_letter(name).stem not in ("L", "d"):
-            continue
-        for other in table.values:
-            if other != name and parse_letter(other).stem in ("L", "d"):
-                made = size * (table.values[other] / table.values[name] - 1)
-                for by in (1, -1):
-                    if (np.abs(by * made[:arms] - wanted) <= allowed + FITS * np.abs(wanted)).all():
-                        terms = tuple(
-                            (table.places[0], Product(key, Monomial(by * n, powers)))
-                            for _, (n, powers) in group
-                        )
-                        effect = by * made[:, None] * table.column(table.places[0], key)
-                        yield TermChange("swapped", terms, effect, 2.3, other, name)
+    length = max(len(each.powers) for each in monomials)
+    for by, more in TIMES:
+        yield "extra", by, by * size, 2.0 + more + 0.1 * length, "", ""
+    for name, power in sorted(set.intersection(*({*each.powers} for each in monomials))):
+        if power == 1 and parse_letter(name).stem in ("L", "d"):
+            for other in values:
+                if other != name and parse_letter(other).stem in ("L", "d"):
+                    made = size * (values[other] / values[name] - 1)
+                    yield "swapped", 1, made, 2.3, other, name
+                    yield "swapped", -1, -made, 2.3, other, name
+
+
+def _multiply(number: Number, by: float) -> Number:
+    product = number * by
+    return int(product) if product == round(product) else product
 
 
 def _group_by_wave(entry: EntryTerms) -> Iterator[EntryTerms]:
@@ -284,14 +246,14 @@ def _group_by_wave(entry: EntryTerms) -> Iterator[EntryTerms]:
 def _generate_products(values: Values, *, weighing: bool) -> Iterator[EntryTerms]:
     """Products of a mass and up to two lengths, and inertias; of weights, gravity and a lever."""
     stems = {name: parse_letter(name).stem for name in values}
-    lengths = [(name,) for name, stem in stems.items() if stem in LEVERS]
+    lengths: list[tuple[str, ...]] = [(name,) for name, stem in stems.items() if stem in LEVERS]
     masses = [name for name, stem in stems.items() if stem in STEMS_BY_QUANTITY["mass"]]
     inertias = [(name,) for name, stem in stems.items() if stem in STEMS_BY_QUANTITY["inertia"]]
     if weighing:
         pulls = [name for name in STEMS_BY_QUANTITY["gravity"] if name in values]
         levers = [(pull, *length) for pull in pulls for length in lengths]
     else:
-        pairs = combinations_with_replacement([name for (name,) in lengths], 2)
+        pairs = combinations_with_replacement([name for name, *_ in lengths], 2)
         levers = [(), *lengths, *pairs]
     for names in (
         *(() if weighing else inertias),
