@@ -9,6 +9,7 @@ from typing import Any, NamedTuple
 import numpy as np
 import pytest
 import xarray as xr
+from crosscheck.report.trials.trial_page import render_trial_page
 
 from crosscheck.cli.view import view_page
 from crosscheck.cost.output import cost_page
@@ -27,7 +28,6 @@ from crosscheck.recordings.output import comparison_page
 from crosscheck.registry import RIGID_LEVELS
 from crosscheck.report.html import render_report_page
 from crosscheck.report.plots.charts import Charts, Pictures
-from crosscheck.report.trials.trial_page import render_trial_page
 from crosscheck.run import CrossCheck, cases_by_run, run_tasks, runs_by_key
 from crosscheck.runner.progress_update import ignore_progress
 from crosscheck.runner.tasks import RunKey

@@ -2,12 +2,12 @@
 
 import numpy as np
 import pytest
+from crosscheck.trial.robots.output import format_lines
 
 from crosscheck.checks.robots.states import sample_states
 from crosscheck.models.robot.file import load_robot
 from crosscheck.trial.input.equations import Equations
 from crosscheck.trial.robots.consistency import SelfDifference, make_slope_states
-from crosscheck.trial.robots.output import format_lines
 from crosscheck.trial.robots.trial import RobotTrial, run_robot_trial
 from tests.robots import chains, two_link
 from tests.robots.test_trial import equations

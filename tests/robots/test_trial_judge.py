@@ -8,6 +8,7 @@ from dataclasses import replace
 import numpy as np
 import pytest
 import sympy as sp
+from crosscheck.trial.robots.output import format_lines
 
 from crosscheck.models.errors import InputError
 from crosscheck.models.loading import load_arm
@@ -16,7 +17,6 @@ from crosscheck.models.robot.robot import Robot
 from crosscheck.runner import cpu_limit
 from crosscheck.trial.input.equations import Coordinates, Equations
 from crosscheck.trial.input.loading import extract_equations, load_equations
-from crosscheck.trial.robots.output import format_lines
 from crosscheck.trial.robots.trial import RobotTrial, run_robot_trial
 from tests.loops import require_items
 from tests.robots import two_link

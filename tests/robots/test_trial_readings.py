@@ -2,13 +2,13 @@
 
 import numpy as np
 import pytest
+from crosscheck.trial.robots.output import format_lines
 
 from crosscheck.analytic.robot.model import AnalyticRobot
 from crosscheck.models.errors import InputError
 from crosscheck.models.robot.file import load_robot
 from crosscheck.models.robot.robot import Level, Robot
 from crosscheck.trial.input.equations import Coordinates, Equations
-from crosscheck.trial.robots.output import format_lines
 from crosscheck.trial.robots.trial import run_robot_trial
 from tests.robots import chains, two_link
 

@@ -7,6 +7,7 @@ from typing import Any
 
 import numpy as np
 import pytest
+from crosscheck.trial.robots.output import format_lines, format_robot_trial
 
 from crosscheck.findings import (
     Agreement,
@@ -19,7 +20,6 @@ from crosscheck.runner.outcomes import Failure
 from crosscheck.trial.robots.consistency import describe_places
 from crosscheck.trial.robots.explain import RobotDiagnosis, describe_ratio, list_equals
 from crosscheck.trial.robots.judge import LevelDistance, RobotEntry
-from crosscheck.trial.robots.output import format_lines, format_robot_trial
 from crosscheck.trial.robots.trial import RobotTrial
 from tests.processes import command_line
 from tests.robots import two_link

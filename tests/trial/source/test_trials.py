@@ -8,15 +8,15 @@ from pathlib import Path
 import jsonschema
 import numpy as np
 import pytest
+from crosscheck.report.trials.trial_result import TrialResult
+from crosscheck.trial.robots.output import format_robot_trial, robot_trial_page
 
 from crosscheck.cli.files.robot_files import export_arm_as_robot
 from crosscheck.cli.files.template import make_plain_arm
 from crosscheck.models.loading import load_arm
 from crosscheck.models.robot.file import load_robot
 from crosscheck.provenance import ROOT
-from crosscheck.report.trials.trial_result import TrialResult
 from crosscheck.testing import Equations, assert_agrees, try_equations
-from crosscheck.trial.robots.output import format_robot_trial, robot_trial_page
 from crosscheck.trial.source import search
 from tests.robots import chains, two_link
 
