@@ -22,10 +22,9 @@ def format_annotations(trial: dict[str, Any], model: Path) -> Iterator[str]:
     edits = [edit for edit in change["edits"] if edit["file"] == model.name] if change else []
     for edit in edits:
         place = f"{model},line={edit['line']}"
-        remedy = (
-            f"{edit['old']} should be {edit['new']}" if edit["new"] else f"leave out {edit['old']}"
-        )
-        yield f"::error file={place},title=Wrong line::{escape_message(remedy)}"
+        new = f"should be {edit['new']}" if edit["new"] else "should be left out"
+        remedy = escape_message(f"{edit['old']} {new}")
+        yield f"::error file={place},title=Wrong line::{remedy}"
     for wrong in trial["wrong"] if not edits else ():
         place, source = str(model), wrong["source"]
         if source is not None and source["file"] == model.name:

@@ -1,8 +1,8 @@
 """Yours and right of a term: what differs is marked, and the right line is the term itself."""
 
 import pytest
-from crosscheck.report.trials.trial_page import render_pieces
 
+from crosscheck.report.trials.typesetting import render_pieces
 from crosscheck.testing import Equations
 from crosscheck.trial.diagnose.terms.typeset_errors import Piece, typeset_error
 from crosscheck.trial.input.loading import load_equations

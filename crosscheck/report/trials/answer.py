@@ -9,7 +9,8 @@ from typing import Any
 import numpy as np
 
 from crosscheck.findings import Agreement
-from crosscheck.report.formatting import describe_outcome, describe_tally, format_percent
+from crosscheck.report.finding_groups import describe_by_reason
+from crosscheck.report.formatting import describe_tally, format_percent
 from crosscheck.trial.input.source_lines import SourceLines
 from crosscheck.trial.judge.entries import Explanation
 from crosscheck.trial.source.source_edit import SourceAnswer
@@ -157,9 +158,13 @@ class TrialAnswer:
     @property
     def failures(self) -> Iterator[str]:
         """Checks that do not agree although no wrong entry accounts for it."""
-        for finding in self.agreement.disagreeing:
-            if not self.wrong or finding.verdict in UNACCOUNTED:
-                yield f"{finding.verdict} {finding.id}: {describe_outcome(finding)}"
+        findings = [
+            finding
+            for finding in self.agreement.disagreeing
+            if not self.wrong or finding.verdict in UNACCOUNTED
+        ]
+        for finding, words in describe_by_reason(findings):
+            yield f"{finding.verdict} {finding.id}: {words}"
 
     @property
     def first_error(self) -> str:
@@ -169,7 +174,8 @@ class TrialAnswer:
         others = f" and {len(self.wrong) - 1} more" if len(self.wrong) > 1 else ""
         changes = self.change.sentences if self.change else ()
         cause = (*changes, *self.causes, "no single change explains it")[0]
-        return f"{self.wrong[0].name}{others}: {cause}"
+        name = self.wrong[0].name
+        return f"{name}{others}: {cause.removeprefix(f'{name}: ')}"
 
     @property
     def rows(self) -> list[dict[str, Any]]:

@@ -25,6 +25,14 @@ from crosscheck.trial.judge.unit_mistakes import DEGREES, UnitMistake
 from crosscheck.trial.trial import Trial
 
 PART_TITLES = {"mass_matrix": "M", "rate_terms": "bias"}
+# By checks of equations with themselves: what is wrong where they fail. What follows from wrong
+# entries alone, as a bias from a wrong M, is left out.
+OWN_FAULTS = {
+    "symmetric": "M is not symmetric",
+    "positive-definite": "M is not positive definite",
+    "bias-quadratic": "the bias is not quadratic in the rates",
+    "linear-in-torques": "force is not linear in the torques",
+}
 
 
 def answer_arm_trial(trial: Trial) -> TrialAnswer:
@@ -104,8 +112,15 @@ def _describe_verdict(trial: Trial, wrong: Sequence[WrongEntry]) -> str:
 
 
 def _describe_causes(trial: Trial) -> Iterator[str]:
-    """Lines on wrong units, then on wrong entries."""
+    """Lines on what equations owe to themselves, on wrong units, then on wrong entries."""
     names = trial.problem.frame.names
+    for finding in trial.agreement.disagreeing:
+        again, _, part = finding.quantity.partition("repeatable-")
+        if finding.verdict == "differ" and part and not again:
+            yield f"{part} changes from one call to the next with the same arguments"
+        elif finding.verdict == "differ" and finding.quantity in OWN_FAULTS:
+            places = f" ({finding.note})" if finding.note else ""
+            yield f"{OWN_FAULTS[finding.quantity]}{places}"
     yield from (describe_unit_mistake(each, names) for each in trial.unit_mistakes)
     yield from describe_errors(trial)
 
