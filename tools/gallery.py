@@ -17,7 +17,7 @@ from typing import Any
 
 from crosscheck.output import write_files
 from crosscheck.provenance import ROOT
-from crosscheck.report.trials.views import make_trial_maps
+from crosscheck.report.trials.output import make_trial_maps
 from crosscheck.trial.trial import Trial
 from tools.notebook import Cell, format_notebook, format_page, read_cells, run_cells
 from tools.readme_picture import draw_maps

@@ -258,7 +258,7 @@ def _run_beside_engines(options: TrialOptions, unit: MappedUnit, chosen: ArmSele
 
 def _report_trial(trial: TrialResult, options: TrialOptions) -> int:
     """Write and print the answer of a trial; returns the exit code. Raises InputError."""
-    from crosscheck.report.trials.views import (
+    from crosscheck.report.trials.output import (
         format_trial_json,
         format_trial_junit,
         render_trial_page,

@@ -38,7 +38,7 @@ class TrialResult(ABC):
 
     def _repr_html_(self) -> str:
         """The same with a heat map of each part, for a notebook."""
-        from crosscheck.report.trials.views import render_summary
+        from crosscheck.report.trials.output import render_summary
 
         return render_summary(self.answer)
 
@@ -51,7 +51,7 @@ class TrialResult(ABC):
     def write_report(self, folder: Path | str) -> None:
         """Write trial.html and trial.json, as `crosscheck trial` does. Raises InputError."""
         from crosscheck.output import write_files
-        from crosscheck.report.trials.views import format_trial_json, render_trial_page
+        from crosscheck.report.trials.output import format_trial_json, render_trial_page
 
         target, answer = Path(folder), self.answer
         page, data = render_trial_page(answer), format_trial_json(answer)

@@ -27,7 +27,7 @@ from crosscheck.recordings.output import comparison_page
 from crosscheck.registry import RIGID_LEVELS
 from crosscheck.report.html import render_report_page
 from crosscheck.report.plots.charts import Charts, Pictures
-from crosscheck.report.trials.views import render_trial_page
+from crosscheck.report.trials.output import render_trial_page
 from crosscheck.run import CrossCheck, cases_by_run, run_tasks, runs_by_key
 from crosscheck.runner.progress_update import ignore_progress
 from crosscheck.runner.tasks import RunKey

@@ -14,7 +14,7 @@ from crosscheck.findings import (
     make_check,
     make_failed_check,
 )
-from crosscheck.report.trials.views import format_trial_json
+from crosscheck.report.trials.output import format_trial_json
 from crosscheck.runner.outcomes import Failure
 from crosscheck.trial.input.equations import Equations
 from crosscheck.trial.robots.consistency import describe_places

@@ -13,12 +13,12 @@ from crosscheck.findings import Agreement, EntryDifferences
 from crosscheck.models.arm.arm import Link
 from crosscheck.planning.plan import CrossCheckRequest
 from crosscheck.report.heat_map import make_entry_maps, make_heat_map
+from crosscheck.report.trials.output import make_trial_maps
 from crosscheck.report.trials.trial import (
     describe_notes,
     describe_unfollowed,
     describe_unit_mistake,
 )
-from crosscheck.report.trials.views import make_trial_maps
 from crosscheck.run import CrossCheck
 from crosscheck.trial.diagnose.dependence import IgnoredNumber
 from crosscheck.trial.input.loading import load_equations

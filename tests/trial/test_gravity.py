@@ -13,8 +13,8 @@ from crosscheck.models.arm.arm import Arm
 from crosscheck.models.experiment.scenario import Scenario
 from crosscheck.models.loading import load_arm, load_scenario
 from crosscheck.provenance import ROOT
+from crosscheck.report.trials.output import format_trial_json, make_trial_maps
 from crosscheck.report.trials.trial import describe_errors
-from crosscheck.report.trials.views import format_trial_json, make_trial_maps
 from crosscheck.trial.input.equations import Coordinates, Equations
 from crosscheck.trial.input.symbolic import from_sympy
 from crosscheck.trial.judge.questions import TransformedModel

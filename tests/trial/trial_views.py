@@ -15,7 +15,7 @@ import pytest
 from crosscheck.models.arm.arm import Arm
 from crosscheck.models.experiment.scenario import Scenario
 from crosscheck.models.loading import load_scenario
-from crosscheck.report.trials import views
+from crosscheck.report.trials import output
 from crosscheck.trial.input.equations import Coordinates, Equations
 from crosscheck.trial.result import TrialResult
 from crosscheck.trial.robots.trial import RobotTrial, run_robot_trial
@@ -105,8 +105,8 @@ def wrong_views(
 ) -> Iterator[str]:
     """Numbers of the views that differ from shares of entries, of levels, and of maps' rows."""
     answer = trial.answer
-    data, page = json.loads(views.format_trial_json(answer)), views.render_trial_page(answer)
-    told, suite = "\n".join(answer.lines), views.format_trial_junit(answer)
+    data, page = json.loads(output.format_trial_json(answer)), output.render_trial_page(answer)
+    told, suite = "\n".join(answer.lines), output.format_trial_junit(answer)
     read = Views(trial.agreement, told, data["agreement"], page, suite)
     yield from (each for each in finding_problems(read) if "the terminal" not in each)
     if {each["name"]: each["share"] for each in data["wrong"]} != pytest.approx(entries):

@@ -21,7 +21,7 @@ UNACCOUNTED = ("failed", "unfinished", "unresolved")
 
 
 @dataclass(frozen=True)
-class WrongEntry:
+class EntryError:
     """An entry of equations that is not right.
 
     Args:
@@ -129,8 +129,8 @@ class TrialAnswer:
     headline: str
     change: SourceAnswer | None
     causes: tuple[str, ...]
-    wrong: tuple[WrongEntry, ...]
-    hidden: tuple[WrongEntry, ...]
+    wrong: tuple[EntryError, ...]
+    hidden: tuple[EntryError, ...]
     scope: tuple[str, ...]
     notes: tuple[str, ...]
     levels: tuple[LevelDeviation, ...]
@@ -207,7 +207,7 @@ def name_entries(part: PartDeviation, names: Sequence[str]) -> Iterator[tuple[st
             yield f"{part.title}[{', '.join(words)}]", value
 
 
-def describe_wrong(wrong: Sequence[WrongEntry]) -> str:
+def describe_wrong(wrong: Sequence[EntryError]) -> str:
     """The entry that is wrong, how many others are, and by how much, in words."""
     count, largest = len(wrong), max(each.share for each in wrong)
     others = f" and {count - 1} more {'entry' if count == 2 else 'entries'}" if count > 1 else ""

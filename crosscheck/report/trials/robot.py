@@ -6,10 +6,10 @@ from collections.abc import Iterator
 
 from crosscheck.models.robot.robot import LEVELS
 from crosscheck.report.trials.answer import (
+    EntryError,
     LevelDeviation,
     PartDeviation,
     TrialAnswer,
-    WrongEntry,
     describe_wrong,
 )
 from crosscheck.trial.input.source_lines import find_source
@@ -48,14 +48,14 @@ def answer_robot_trial(trial: RobotTrial) -> TrialAnswer:
     )
 
 
-def _make_wrong(trial: RobotTrial, entry: RobotEntry) -> WrongEntry:
+def _make_wrong(trial: RobotTrial, entry: RobotEntry) -> EntryError:
     row, column = (*entry.place, None)[:2]
     assert row is not None  # of every entry
     source = find_source(trial.equations, entry.part)
-    return WrongEntry(entry.name, entry.part, entry.share, entry.remark, row, column, source=source)
+    return EntryError(entry.name, entry.part, entry.share, entry.remark, row, column, source=source)
 
 
-def _describe_verdict(trial: RobotTrial, wrong: tuple[WrongEntry, ...]) -> str:
+def _describe_verdict(trial: RobotTrial, wrong: tuple[EntryError, ...]) -> str:
     """The sentence on what is wrong, or with what all agrees."""
     about, diagnosis = f"{trial.name} on {trial.robot.name}", trial.diagnosis
     if not trial.parts:

@@ -8,11 +8,11 @@ from crosscheck.models.arm.arm import describe_arm
 from crosscheck.registry import LEVELS, RIGID_ARM, is_rigid_arm
 from crosscheck.report.formatting import format_count
 from crosscheck.report.trials.answer import (
+    EntryError,
     LevelDeviation,
     PartDeviation,
     TrialAnswer,
     UnfollowedNumber,
-    WrongEntry,
     describe_wrong,
 )
 from crosscheck.trial.diagnose.dependence import IgnoredNumber
@@ -27,7 +27,7 @@ from crosscheck.trial.trial import Trial
 PART_TITLES = {"mass_matrix": "M", "rate_terms": "bias"}
 # By checks of equations with themselves: what is wrong where they fail. What follows from wrong
 # entries alone, as a bias from a wrong M, is left out.
-OWN_FAULTS = {
+SELF_FAULTS = {
     "symmetric": "M is not symmetric",
     "positive-definite": "M is not positive definite",
     "bias-quadratic": "the bias is not quadratic in the rates",
@@ -69,12 +69,12 @@ def answer_arm_trial(trial: Trial) -> TrialAnswer:
     )
 
 
-def _list_wrong(trial: Trial, mismatches: Sequence[EntryMismatch]) -> Iterator[WrongEntry]:
+def _list_wrong(trial: Trial, mismatches: Sequence[EntryMismatch]) -> Iterator[EntryError]:
     names, equations = trial.problem.frame.names, trial.problem.equations
     sources = {part: find_source(equations, part) for part in {m.place.part for m in mismatches}}
     for each in mismatches:
         place = each.place
-        yield WrongEntry(
+        yield EntryError(
             name=format_entry(place, names),
             part=place.part,
             share=each.relative,
@@ -90,7 +90,7 @@ def _list_wrong(trial: Trial, mismatches: Sequence[EntryMismatch]) -> Iterator[W
         )
 
 
-def _describe_verdict(trial: Trial, wrong: Sequence[WrongEntry]) -> str:
+def _describe_verdict(trial: Trial, wrong: Sequence[EntryError]) -> str:
     """The sentence on what is wrong, or with what all agrees."""
     problem = trial.problem
     arm = problem.case.arm
@@ -118,9 +118,9 @@ def _describe_causes(trial: Trial) -> Iterator[str]:
         again, _, part = finding.quantity.partition("repeatable-")
         if finding.verdict == "differ" and part and not again:
             yield f"{part} changes from one call to the next with the same arguments"
-        elif finding.verdict == "differ" and finding.quantity in OWN_FAULTS:
+        elif finding.verdict == "differ" and finding.quantity in SELF_FAULTS:
             places = f" ({finding.note})" if finding.note else ""
-            yield f"{OWN_FAULTS[finding.quantity]}{places}"
+            yield f"{SELF_FAULTS[finding.quantity]}{places}"
     yield from (describe_unit_mistake(each, names) for each in trial.unit_mistakes)
     yield from describe_errors(trial)
 

@@ -15,7 +15,7 @@ import pytest
 from crosscheck.models.arm.arm import Arm
 from crosscheck.models.experiment.scenario import Scenario
 from crosscheck.models.loading import load_arm
-from crosscheck.report.trials.views import format_trial_json
+from crosscheck.report.trials.output import format_trial_json
 from crosscheck.trial import trial as trial_module
 from crosscheck.trial.coordinates.build import build_frame
 from crosscheck.trial.input.equations import Coordinates, Equations

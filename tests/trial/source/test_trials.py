@@ -14,7 +14,7 @@ from crosscheck.cli.files.template import make_plain_arm
 from crosscheck.models.loading import load_arm
 from crosscheck.models.robot.file import load_robot
 from crosscheck.provenance import ROOT
-from crosscheck.report.trials.views import format_trial_json, render_trial_page
+from crosscheck.report.trials.output import format_trial_json, render_trial_page
 from crosscheck.testing import Equations, assert_agrees, try_equations
 from crosscheck.trial.source import search
 from tests.robots import chains, two_link

@@ -11,7 +11,7 @@ from crosscheck.report.heat_map import HeatMap, make_entry_map, make_heat_map
 from crosscheck.report.junit import format_junit
 from crosscheck.report.records import format_json, to_json_value
 from crosscheck.report.rendering import render_page
-from crosscheck.report.trials.answer import PartDeviation, TrialAnswer, WrongEntry
+from crosscheck.report.trials.answer import EntryError, PartDeviation, TrialAnswer
 
 SCHEMA_VERSION = 3
 
@@ -40,7 +40,7 @@ def format_trial_json(answer: TrialAnswer) -> str:
     )
 
 
-def _wrong_record(wrong: WrongEntry) -> dict[str, Any]:
+def _wrong_record(wrong: EntryError) -> dict[str, Any]:
     source = wrong.source
     place = None if source is None else {"file": source.file, "line": source.first}
     return {**to_json_value(wrong), "source": place}
