@@ -27,10 +27,9 @@ if TYPE_CHECKING:
     from crosscheck.models.arm.arm import Arm
     from crosscheck.models.experiment.scenario import Scenario, Switches
     from crosscheck.models.robot.robot import Robot
-    from crosscheck.report.trials.trial_result import TrialResult
     from crosscheck.trial.input.equations import Coordinates, Equations, Level
     from crosscheck.trial.input.symbolic import from_sympy
-    from crosscheck.trial.robots.trial import RobotTrial
+    from crosscheck.trial.result import TrialResult
     from crosscheck.trial.trial import Trial
 
 __all__ = [
@@ -50,7 +49,7 @@ if not TYPE_CHECKING:
             "Coordinates": "crosscheck.trial.input.equations",
             "Equations": "crosscheck.trial.input.equations",
             "Trial": "crosscheck.trial.trial",
-            "TrialResult": "crosscheck.report.trials.trial_result",
+            "TrialResult": "crosscheck.trial.result",
             "assert_agrees": __name__,
             "from_sympy": "crosscheck.trial.input.symbolic",
             "try_equations": __name__,
@@ -73,12 +72,12 @@ def try_equations(
     jobs: int = 1,
     seed: int = 0,
     name: str = YOURS,
-) -> TrialResult | RobotTrial:
+) -> TrialResult:
     """Judge supplied equations: which entry is wrong, and why.
 
-    The TrialResult of an arm prints itself, and a notebook shows it with a heat map of each part;
-    it has ``exit_code``, ``wrong_entries``, ``to_dataframe()`` and ``write_report(folder)``. A
-    RobotTrial prints itself and is shown too; it has ``exit_code`` and ``diagnosis``.
+    The result prints itself, and a notebook shows it with a heat map of each part; it has
+    ``exit_code``, ``answer`` (a record of all that every view shows), ``to_dataframe()`` and
+    ``write_report(folder)``.
 
     Args:
         equations: Equations, a function of the arm that returns them, an object with functions
@@ -105,7 +104,6 @@ def try_equations(
     from crosscheck.models.files import is_robot
     from crosscheck.models.loading import load_arm, load_scenario, require_fit
     from crosscheck.models.robot.robot import Robot
-    from crosscheck.report.trials.trial_result import TrialResult
     from crosscheck.trial.input.loading import build_equations, load_equations
     from crosscheck.trial.trial import TrialRequest, run_trial
 
@@ -127,7 +125,7 @@ def try_equations(
         user_equations = build_equations(equations, chosen, first, name)
     user_equations = _declare_level(user_equations, level) if level else user_equations
     request = TrialRequest(name, user_equations, chosen, loaded, switches, quick=quick, seed=seed)
-    return TrialResult(**vars(run_trial(request, jobs=jobs)))
+    return run_trial(request, jobs=jobs)
 
 
 def assert_agrees(
@@ -141,15 +139,11 @@ def assert_agrees(
     jobs: int = 1,
     seed: int = 0,
     name: str = YOURS,
-) -> TrialResult | RobotTrial:
+) -> TrialResult:
     """Raise AssertionError with what `crosscheck trial` prints, unless all that was judged agrees.
 
     Takes the arguments of ``try_equations`` and returns what that returns.
     """
-    from crosscheck.report.trials.trial import describe_errors, format_trial
-    from crosscheck.trial.robots.output import describe_first_error
-    from crosscheck.trial.robots.trial import RobotTrial
-
     __tracebackhide__ = True
     trial = try_equations(
         equations,
@@ -163,12 +157,9 @@ def assert_agrees(
         name=name,
     )
     if trial.exit_code:
-        if isinstance(trial, RobotTrial):
-            first, text, called = describe_first_error(trial), repr(trial), trial.name
-        else:
-            first, text = next(iter(describe_errors(trial)), ""), format_trial(trial)
-            called = trial.problem.name
-        raise AssertionError(f"{called}: {first or 'not all checks agree'}\n{text}")
+        answer = trial.answer
+        first = answer.first_error or "not all checks agree"
+        raise AssertionError("\n".join((f"{answer.name}: {first}", *answer.lines)))
     return trial
 
 
@@ -184,7 +175,7 @@ def _name_equations(equations: Any) -> str:
 
 def _try_robot_equations(
     equations: Any, robot: Robot | str, level: Level, jobs: int, seed: int, name: str
-) -> RobotTrial:
+) -> TrialResult:
     """The trial of a robot's equations. Raises InputError."""
     from crosscheck.models.robot.file import load_robot
     from crosscheck.trial.input.loading import build_robot_equations, load_robot_equations
