@@ -27,7 +27,6 @@ from crosscheck.trial.judge.entries import (
     power_of_ten,
     unit_ratio,
 )
-from crosscheck.trial.robots.causes.angle_sums import describe_angle_sum
 from crosscheck.trial.robots.elastic import describe_springs
 
 # Coordinates of which the second is the sum of both joints' angles, and one that is half of them.

@@ -1,1 +1,1 @@
-"""Changes that explain a difference: of a term, of a derivation's step, of the arm's numbers."""
+"""Changes of a robot and of its derivation, tried as causes of a difference at all states."""

@@ -1,1 +1,0 @@
-"""Changes of a robot and of its derivation, tried as causes of a difference at all states."""
