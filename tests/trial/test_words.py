@@ -12,6 +12,7 @@ from crosscheck.trial.changes.arms import term_words as messages
 from crosscheck.trial.changes.arms.letters import format_power
 from crosscheck.trial.changes.arms.polynomial import Monomial
 from crosscheck.trial.changes.arms.segments import Product, TermKey
+from crosscheck.trial.changes.waves import describe_angle_sum
 from crosscheck.trial.input.arrays import format_vector
 from crosscheck.trial.judge.entries import (
     EntryMismatch,

@@ -194,7 +194,7 @@ class TermTable:
             chosen = masks & modifier.allowed
             there = chosen.any(axis=1)
             if modifier.key is not None:
-                there &= self._has_one_key(chosen)
+                there &= self._has_single_key(chosen)
             flat = np.nan_to_num(modifier.effects, nan=HUGE, posinf=HUGE, neginf=HUGE)
             flat = flat.reshape(len(self.rows), -1)
             made = chosen[there].astype(float) @ flat
@@ -204,7 +204,7 @@ class TermTable:
             origins += [(modifier, chosen[each], groups[each].words) for each in numbers]
         return ChangePool(self, np.concatenate(effects), np.concatenate(costs), origins)
 
-    def _has_one_key(self, masks: np.ndarray) -> np.ndarray:
+    def _has_single_key(self, masks: np.ndarray) -> np.ndarray:
         """Which groups have terms before one wave or signal alone."""
         keys = [product.key for _, product in self.rows]
         numbers = np.array([keys.index(key) for key in keys])
@@ -332,9 +332,9 @@ class TermTable:
         if len(sizes) == 1 and abs(power := sizes.pop()) >= 2:
             step = int(np.sign(power))
             named = [each for each in alternatives if each.text in self.values]
-            fewer_by_one = Alternative("", np.ones_like(value), 0.1)
+            lower = Alternative("", np.ones_like(value), 0.1)
             fewer, right = (format_power(name, each) for each in (power - step, power))
-            for other in (fewer_by_one, *named):
+            for other in (lower, *named):
                 text = f"{other.text} {fewer}".strip()
                 alone = other._replace(text=text, cost=other.cost + 0.15)
                 yield self._swap(alone, right, mask, whole, step * (powers != 0), value)
