@@ -117,7 +117,7 @@ def with_row(field: str, place: int, row: list[float]) -> Change:
     return change
 
 
-CENTRES = "the centripetal acceleration of the centre about its joint, of every link"
+CENTRES = "the centripetal acceleration of the centre about its joint of every link"
 MISTAKES = {
     "theta_2' where theta_1' + theta_2' belongs, in the velocity of d2 of link 2": replace_body(
         1, with_row("rates", 1, [0, 1, 0])

@@ -2,15 +2,15 @@
 
 from __future__ import annotations
 
+from collections import Counter
 from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import replace
-from itertools import permutations
 
 import numpy as np
 import sympy as sp
 
 from crosscheck.trial.changes.arms.comparison import QUANTITIES, EntryComparison
-from crosscheck.trial.changes.arms.letters import collect_arm_values, draw_unrelated_values
+from crosscheck.trial.changes.arms.letters import collect_arm_values
 from crosscheck.trial.changes.arms.mesh_forces import compute_signals, list_mesh_laws
 from crosscheck.trial.changes.arms.polynomial import from_sympy
 from crosscheck.trial.changes.arms.segments import (
@@ -20,7 +20,15 @@ from crosscheck.trial.changes.arms.segments import (
     rate_name,
 )
 from crosscheck.trial.changes.arms.steps import find_steps
-from crosscheck.trial.changes.arms.term_changes import TermChange, TermSample, TermTable
+from crosscheck.trial.changes.arms.targets import (
+    Line,
+    make_balance_target,
+    make_entry_target,
+    make_part_target,
+    make_target,
+    select_states,
+)
+from crosscheck.trial.changes.arms.term_changes import TermChange
 from crosscheck.trial.changes.arms.term_search import FITS, ChangeSet, Target, search_changes
 from crosscheck.trial.changes.arms.term_words import (
     error_signature,
@@ -29,7 +37,6 @@ from crosscheck.trial.changes.arms.term_words import (
     make_term,
     make_term_error,
 )
-from crosscheck.trial.changes.arms.waves import list_keys
 from crosscheck.trial.input.equations import Coordinates
 from crosscheck.trial.judge import entries
 from crosscheck.trial.judge.entries import (
@@ -44,9 +51,6 @@ from crosscheck.trial.judge.suite import get_trusted_answers
 SAME = 1e-12  # tolerance between two readings of a map, relative to its row
 ROUNDING = 1e-10  # largest entry of dy/dx that counts as 0, relative to its row
 FOLLOWS = "follows from the wrong M"
-FEW_STATES = 12  # states at which changes are tried; of forces, which may have branches, more
-MOST_STATES = 60
-PROJECTIONS = 16  # numbers by which all entries of a part are seen together
 MOST_TERMS = 1500  # terms of a part that are looked at together
 MOST_ERRORS = 2  # errors of a part, above which one change of many entries is likelier
 
@@ -183,10 +187,10 @@ def _explain_entry(wrong: EntryMismatch, arms: Sequence[EntryComparison]) -> Ent
         return replace(wrong, notes=(FOLLOWS,))
     waves = arm.fit_waves(place)
     arms = [each for each in arms if QUANTITIES[place.part] in each.user_values]
-    target = _make_entry_target(arms, place)
+    target = make_entry_target(arms, place)
     sets = search_changes(target, _list_whole_weights(arms, place, target))
     if not sets and place.part == "force" and waves is None:
-        target = _make_entry_target(arms[:1], place)
+        target = make_entry_target(arms[:1], place)
         sets = search_changes(target, _list_law_changes(arm, place))
     if sets:
         return replace(wrong, explanation=_make_explanation(target, sets))
@@ -203,79 +207,6 @@ def _make_explanation(target: Target, sets: Sequence[ChangeSet], seen_in: str = 
     size = float(np.linalg.norm(target.difference))
     left = float(np.linalg.norm(target.difference - made)) / size
     return Explanation(first, left, tuple(others), seen_in)
-
-
-def _select_states(arms: Sequence[EntryComparison], part: str) -> np.ndarray:
-    """States at which changes are tried (few,): the first, and corners of forces at the end."""
-    count = min(len(arm.states) for arm in arms)
-    few = MOST_STATES if part in ("force", "acceleration") else FEW_STATES
-    return np.unique([*range(min(count, few // 2)), *range(max(count - few // 2, 0), count)])
-
-
-def _make_entry_target(arms: Sequence[EntryComparison], place: EntryPlace) -> Target:
-    """What changes must make of one entry on every arm, at some states."""
-    rows, differences, noises = list[np.ndarray](), list[np.ndarray](), list[float]()
-    for arm in arms:
-        few = _select_states(arms, place.part)
-        rows.append(np.eye(len(arm.states))[few])
-        differences.append(arm.difference(place)[0][few])
-        noises.append(arm.noise(place))
-    target = _make_target(arms, [{place: each} for each in rows], differences, noises)
-    fits = [arm.fit_waves(place) or {} for arm in arms]
-    keys = dict.fromkeys(key for fit in fits for key in fit) if fits[0] else {}
-    parts = {
-        key: np.array([[fit.get(key, 0.0)] for fit in fits])
-        * target.table.column(place, key)[: len(arms)]
-        for key in keys
-    }
-    return replace(target, parts=parts)
-
-
-def _make_part_target(arms: Sequence[EntryComparison], wrong: Sequence[EntryPlace]) -> Target:
-    """What changes must make of all entries of a part: random sums of their values at states."""
-    assert arms[0].terms is not None  # else nobody asks
-    part, generator = wrong[0].part, np.random.default_rng(0)
-    places = dict.fromkeys([*(p for p in arms[0].terms.entries if p.part == part), *wrong])
-    columns, differences, noises = list[dict[EntryPlace, np.ndarray]](), list[np.ndarray](), []
-    for arm in arms:
-        few = _select_states(arms, part)
-        rows = np.eye(len(arm.states))[few]
-        mixing, total, noise = dict[EntryPlace, np.ndarray](), np.zeros(PROJECTIONS), 0.0
-        for place in places:
-            values, size = arm.difference(place)
-            unit = (float(np.abs(values).max()) if place in wrong else size) or 1.0
-            mixing[place] = generator.normal(size=(PROJECTIONS, len(few))) @ rows / unit
-            total += mixing[place] @ values
-            noise = max(noise, len(few) * arm.noise(place) / unit)
-        columns.append(mixing)
-        differences.append(total)
-        noises.append(noise)
-    target = _make_target(arms, columns, differences, noises)
-    swaps = tuple(permutations(wrong, 2)) if part == "bias" else ()
-    return replace(target, table=replace(target.table, swaps=swaps))
-
-
-def _make_target(
-    arms: Sequence[EntryComparison],
-    columns: Sequence[Mapping[EntryPlace, np.ndarray]],
-    differences: Sequence[np.ndarray],
-    noises: Sequence[float],
-) -> Target:
-    """What changes must make on every arm, where the entries are multiplied by columns."""
-    terms, places = arms[0].terms, tuple(columns[0])
-    assert terms is not None  # else nobody asks
-    present = [n for n in arms[0].values if any(each.values[n] for each in arms)]
-    samples = [
-        TermSample({n: arm.values[n] for n in present}, arm.angles, arm.signals, each)
-        for arm, each in zip(arms, columns, strict=True)
-    ]
-    samples.append(samples[0]._replace(values=draw_unrelated_values(present)))
-    table = TermTable(terms.drop_letters({*arms[0].values} - {*present}), places, samples)
-    goal = np.array(differences)
-    allowed = FITS * np.abs(goal).max(axis=1) + np.array(noises)
-    parts = {place.part for place in places}
-    keys = list_keys(terms, arms[0].signals, "force" if "force" in parts else places[0].part)
-    return Target(table, goal, np.broadcast_to(allowed[:, None], goal.shape), keys, {})
 
 
 def _list_whole_weights(
@@ -296,7 +227,7 @@ def _list_whole_weights(
 def _list_law_changes(arm: EntryComparison, place: EntryPlace) -> list[TermChange]:
     """Other laws of meshes that change an entry of the force."""
     frame, problem = arm.frame, arm.problem
-    few = _select_states([arm], place.part)
+    few = select_states([arm], place.part)
     rates = {rate_name(name): arm.rates[:, k] for k, name in enumerate(frame.names)}
 
     def evaluate(terms: ReferenceTerms, signals: Mapping[str, np.ndarray]) -> np.ndarray:
@@ -304,23 +235,18 @@ def _list_law_changes(arm: EntryComparison, place: EntryPlace) -> list[TermChang
 
     assert arm.terms is not None  # else nobody asks
     right, changes = evaluate(arm.terms, arm.signals), list[TermChange]()
-    for law in list_mesh_laws(problem.case.arm, frame.layout, problem.case.switches):
-        same = law.switches == problem.case.switches
-        terms = (
-            arm.terms
-            if same
-            else build_reference_terms(
-                frame, law.arm, law.switches, has_gravity=problem.has_gravity
-            )
-        )
-        signals = compute_signals(
-            law.arm, frame.layout, law.switches, arm.force_states, law.convention
-        )
+    laws = list_mesh_laws(problem.case.arm, frame.layout, problem.case.switches)
+    for number, law in enumerate(laws, start=2):
+        terms = arm.terms
+        if law.switches != problem.case.switches:
+            has_gravity = problem.has_gravity
+            terms = build_reference_terms(frame, law.arm, law.switches, has_gravity=has_gravity)
+        states, convention = arm.force_states, law.convention
+        signals = compute_signals(law.arm, frame.layout, law.switches, states, convention)
         effect = (evaluate(terms, signals) - right)[few]
-        if effect.any():
-            words = law.error.term.coefficient
-            both = np.array([effect, effect])
-            changes.append(TermChange("swapped", (), both, 1.0, law.yours, law.right, group=words))
+        if effect.any():  # laws that do the same here are others elsewhere
+            effects, texts = np.array([effect, number * effect]), (law.yours, law.right)
+            changes.append(TermChange("swapped", (), effects, 1.0, *texts, group=law.words))
     return changes
 
 
@@ -335,8 +261,9 @@ def _explain_parts(
         quantity = QUANTITIES[part]
         if any(each.terms is None or quantity not in each.user_values for each in arms):
             continue
-        errors = _collect_errors(group)
-        if len(errors) != 1 or not all(wrong.explanation for wrong in group):
+        group = _prefer_shared_errors(group)
+        explanations |= {w.place: w.explanation for w in group if w.explanation}
+        if len(_collect_errors(group)) != 1 or not all(wrong.explanation for wrong in group):
             explanations |= _explain_part(arms, [wrong.place for wrong in group])
     return [
         wrong
@@ -346,13 +273,31 @@ def _explain_parts(
     ]
 
 
+def _prefer_shared_errors(group: Sequence[EntryMismatch]) -> list[EntryMismatch]:
+    """The wrong entries, of equally likely errors first those that most of them may have."""
+
+    def key(errors: Sequence[TermError]) -> tuple[object, ...]:
+        return tuple(map(error_signature, errors))
+
+    ways = {w.place: (w.explanation.errors, *w.explanation.others) for w in group if w.explanation}
+    counts = Counter(each for sets in ways.values() for each in {*map(key, sets)})
+    shared = []
+    for wrong in group:
+        explanation = wrong.explanation
+        if explanation is not None:
+            first, *others = sorted(ways[wrong.place], key=lambda errors: -counts[key(errors)])
+            explanation = replace(explanation, errors=first, others=tuple(others))
+        shared.append(replace(wrong, explanation=explanation))
+    return shared
+
+
 def _explain_part(
     arms: Sequence[EntryComparison], wrong: Sequence[EntryPlace]
 ) -> dict[EntryPlace, Explanation]:
     """Explanations of wrong entries of a part: by a copied row; by one change of many entries."""
     if copied := _find_copied_rows(arms, wrong):
         return copied
-    target = _make_part_target(arms, wrong)
+    target = make_part_target(arms, wrong)
     sets = search_changes(target) if len(target.table.rows) <= MOST_TERMS else []
     sets = [changes for changes in sets if len(changes) == 1]
     if sets:
@@ -423,7 +368,7 @@ def _explain_balances(
     )
     rows = dict[int, tuple[Target, list[ChangeSet]]]()
     for row in np.flatnonzero(wrong).tolist():
-        target = _make_balance_target(arms, balances, [row])
+        target = make_balance_target(arms, balances, [row])
         changes = search_changes(target)
         if not changes:
             break
@@ -431,7 +376,7 @@ def _explain_balances(
     each = [_make_explanation(*given) for given in rows.values()]
     errors = {error_signature(e): e for explanation in each for e in explanation.errors}
     if len(rows) < wrong.sum() or len(errors) > 1:
-        target = _make_balance_target(arms, balances, range(len(wrong)))
+        target = make_balance_target(arms, balances, range(len(wrong)))
         changes = search_changes(target)
         if changes and len(changes[0]) == 1:
             parts = dict.fromkeys(place.part for place, _ in changes[0][0].terms)
@@ -448,42 +393,6 @@ def _name_places(changes: ChangeSet, terms: ReferenceTerms) -> str:
     return ", ".join(entries.format_entry(place, terms.names) for place in places)
 
 
-def _make_balance_target(
-    arms: Sequence[EntryComparison], balances: Sequence[np.ndarray], rows: Sequence[int]
-) -> Target:
-    """What changes must make of the rows of M a + h - f."""
-    columns, differences, noises = list[dict[EntryPlace, np.ndarray]](), list[np.ndarray](), []
-    assert arms[0].terms is not None  # else nobody asks
-    generator = np.random.default_rng(0)
-    for arm, balance in zip(arms, balances, strict=True):
-        few = _select_states(arms, "acceleration")
-        states = np.eye(len(arm.states))[few]
-        a, u, size = arm.user_values["acceleration"], arm.rates, arm.sizes.force
-        total, there, noise = np.zeros(len(few)), dict[EntryPlace, np.ndarray](), 0.0
-        for row in rows:
-            mixing = (
-                states
-                if len(rows) == 1
-                else generator.normal(size=(len(few), len(few))) @ states / size[row]
-            )
-            total = total + mixing @ balance[:, row]
-            unit = 1.0 if len(rows) > 1 else float(size[row])
-            noise = max(noise, unit * (arm.sizes.tolerance("acceleration") - entries.LOOSEST))
-            for place in arms[0].terms.entries:
-                if place.row == row:
-                    factor = np.ones(len(a))
-                    if place.column is not None:
-                        factor = -a[:, place.column]
-                    elif place.rates is not None:
-                        factor = -u[:, place.rates[0]] * u[:, place.rates[1]]
-                    there[place] = mixing * factor
-        columns.append(there)
-        differences.append(total)
-        noises.append(noise)
-    target = _make_target(arms, columns, differences, noises)
-    return replace(target, table=replace(target.table, has_rows=True))
-
-
 def explain_linear_rates(arm: EntryComparison) -> Iterator[EntryMismatch]:
     """Entries of the bias in which one rate stands where a product of two belongs.
 
@@ -495,21 +404,18 @@ def explain_linear_rates(arm: EntryComparison) -> Iterator[EntryMismatch]:
     if bias is None or others is None or terms is None:
         return
     odd = (bias - others[:, 0]) / 2
-    few = _select_states([arm], "bias")
     for row, size in enumerate(arm.sizes.bias.tolist()):
-        values, noise = odd[few, row], arm.sizes.tolerance("bias") * size
-        if np.abs(odd[:, row]).max() <= noise:
+        relative = float(np.abs(odd[:, row]).max() / size)
+        if relative <= arm.sizes.tolerance("bias"):
             continue
         for place in terms.entries:
             for rate in dict.fromkeys(place.rates or ()) if place.row == row else ():
-                column = {place: np.eye(len(arm.states))[few] * arm.rates[:, rate]}
-                target = _make_target([arm], [column], [values], [FITS * size])
+                line = Line(odd[:, row], size, FITS * size, {place: arm.rates[:, rate]})
+                target = make_target([arm], [[line]], "bias")
                 pool = target.table.build_pool(())
                 singles = target.find_singles(pool, ())
                 if extra := [change for (change,) in singles if change.by == 2]:
                     term, names = make_term(extra[0].products, terms), terms.names
                     right = entries.format_rates(place.rates or (0, 0), names)
                     error = TermError("swapped", term, rate_name(names[rate]), right)
-                    yield EntryMismatch(
-                        place, float(np.abs(values).max() / size), Explanation((error,), 0.0)
-                    )
+                    yield EntryMismatch(place, relative, Explanation((error,), 0.0))

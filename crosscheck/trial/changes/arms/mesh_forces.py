@@ -20,7 +20,6 @@ from crosscheck.models.arm.mesh import Mesh
 from crosscheck.models.arm.stiffness import FourierStiffness, SineStiffness
 from crosscheck.models.experiment.scenario import Switches
 from crosscheck.trial.changes.arms.segments import list_meshes
-from crosscheck.trial.judge.entries import Term, TermError
 
 SIDES = {"sp": "sun_mesh", "pr": "ring_mesh"}
 SWITCHED = ("phase", "ring_rate", "dead_zone", "damping", "mesh_work")
@@ -119,10 +118,10 @@ class ForceVariant(NamedTuple):
     convention: MeshConvention = USUAL
 
     @property
-    def error(self) -> TermError:
-        """The other law as an error in a term."""
+    def words(self) -> str:
+        """What is another by this law."""
         of = "phase of mesh force" if self.convention.changes_phases else "mesh force"
-        return TermError("swapped", Term(f"{of} {self.meshes}".strip()), self.yours, self.right)
+        return f"{of} {self.meshes}".strip()
 
 
 def _hold_stiffness(law: Any) -> SineStiffness:

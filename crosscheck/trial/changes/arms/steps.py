@@ -6,10 +6,12 @@ belong to none.
 
 from __future__ import annotations
 
+from collections import defaultdict
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from functools import cached_property
 from itertools import combinations
+from itertools import product as choices
 from typing import Any, NamedTuple
 
 import numpy as np
@@ -208,26 +210,22 @@ class Derivation:
     def _generate_rows(self) -> Iterator[Step]:
         """Another angle or rate of one lever or link, in one body or in all."""
         names = self.comparison.frame.names
-        for place, right in enumerate(self.links):
-            for row in self._other_rows:
-                if _is_same(row, right):
-                    continue
-                every: dict[str, list[tuple[MovingBody, MovingBody]]] = {}
-                for body, motion in self.pairs:
-                    lever = _format_first(body.centre[place]) if place < len(body.centre) else ""
-                    for what, wrong in _turn_link(motion, place, row, right).items():
-                        every.setdefault(what, []).append((wrong, motion))
-                        where = what.format(lever, _name_owner(body))
-                        yours, belongs = (
-                            format_row(r, names, rate="velocity" in what) for r in (row, right)
-                        )
-                        yield _change((where, yours, belongs), [(wrong, motion)])
-                for what, changed in every.items():
-                    where = what.format(f"link {place + 1} in every body", "every body")
-                    yours, belongs = (
-                        format_row(r, names, rate="velocity" in what) for r in (row, right)
-                    )
-                    yield _change((where, yours, belongs), changed)
+        for (place, right), row in choices(enumerate(self.links), self._other_rows):
+            if _is_same(row, right):
+                continue
+            every = defaultdict[str, list[tuple[MovingBody, MovingBody]]](list)
+            steps = []
+            for body, motion in self.pairs:
+                lever = _format_first(body.centre[place]) if place < len(body.centre) else ""
+                for what, wrong in _turn_link(motion, place, row, right).items():
+                    every[what].append((wrong, motion))
+                    steps.append((what, what.format(lever, _name_owner(body)), every[what][-1:]))
+            link = f"link {place + 1} in every body", "every body"
+            steps += [(what, what.format(*link), changed) for what, changed in every.items()]
+            for what, where, changed in steps:
+                rate = "velocity" in what
+                yours, belongs = (format_row(each, names, rate=rate) for each in (row, right))
+                yield _change((where, yours, belongs), changed)
 
     @cached_property
     def _other_rows(self) -> list[np.ndarray]:
@@ -241,32 +239,23 @@ class Derivation:
 
     def _generate_joint_rows(self) -> Iterator[Step]:
         """Each joint's own rates, or angles, or both, where the sums of them belong."""
-        rows = self.joints
-        for owner, motions in self.groups:
-            turns = [self._joint_turn(motion) for motion in motions]
-            alone: list[dict[str, Any]] = [{"turn": turn} for turn in turns]
-            both = {"places": rows, "rates": rows, "pulls": rows}
-            for words, where, fields in (
-                ("rate", "the velocity of {}", [{"rates": rows}] * len(motions)),
-                ("angle", "the place of {}, not in its rates", [{"places": rows}] * len(motions)),
-                ("angle and rate", "the place and velocity of {}", [both] * len(motions)),
-                ("angle and rate", "the motion of {}", [both | each for each in alone]),
-                ("rate", "the angular velocity of {}", alone),
-            ):
-                changed = [
-                    (motion._replace(**each), motion)
-                    for motion, each in zip(motions, fields, strict=True)
-                ]
-                texts = f"each joint's own {words}", f"the sum of {words}s"
-                yield _change((where.format(owner), *texts), changed)
-        names = self.comparison.frame.names
-        for body, motion in self.pairs:
-            if motion.inertia and not any(_is_same(motion.turn, link) for link in self.links):
-                for link in self.links:  # of what a base carries along
-                    text = format_row(link, names, rate=True)
-                    part = motion._replace(turn=motion.turn - link)
-                    term = f"{text} in the angular velocity of {_name_owner(body)}"
-                    yield Step(term, bodies=((1.0, motion), (-1.0, part)))
+        for (owner, motions), (words, where, fields) in choices(
+            self.groups,
+            (
+                ("rate", "the velocity of {}", ("rates",)),
+                ("angle", "the place of {}, not in its rates", ("places",)),
+                ("angle and rate", "the place and velocity of {}", ("places", "rates", "pulls")),
+                ("angle and rate", "the motion of {}", ("places", "rates", "pulls", "turn")),
+                ("rate", "the angular velocity of {}", ("turn",)),
+            ),
+        ):
+            changed = []
+            for motion in motions:
+                rows = dict.fromkeys(fields, self.joints)
+                rows |= {"turn": self._joint_turn(motion)} if "turn" in fields else {}
+                changed.append((motion._replace(**rows), motion))
+            texts = f"each joint's own {words}", f"the sum of {words}s"
+            yield _change((where.format(owner), *texts), changed)
 
     def _joint_turn(self, motion: MovingBody) -> np.ndarray:
         """The row of a link's own joint for the row of the link, of what turns with it."""
@@ -290,7 +279,7 @@ class Derivation:
                         yield _change(words, [(motion._replace(phases=phases), motion)])
 
     def _generate_rules(self) -> Iterator[Step]:
-        """Mistakes in deriving a bias from M: its two terms, by row and rate; rates by others."""
+        """Mistakes in deriving a bias from M: its two terms, by row and rate."""
         n, names, slopes = len(self.columns), self.comparison.frame.names, self._compute_slopes
 
         def fold(first: Any, second: Any) -> Callable[[np.ndarray], np.ndarray]:
@@ -306,64 +295,24 @@ class Derivation:
                 f"-1/2 dM_jk/d{name} v_j v_k, in row {name}", rule=fold(0, row[:, None, None])
             )
             yield Step(f"every derivative of M by {name}", rule=fold(row, row[:, None, None]))
-        for yours, right, rows in self._list_rate_rows():
-            for words, left in (
-                ("the bias", rows),
-                ("C(x, v) v, of one of its two rates", np.eye(n)),
-            ):
-
-                def replace_rates(
-                    x: np.ndarray, left: np.ndarray = left, rows: np.ndarray = rows
-                ) -> np.ndarray:
-                    even = fold(1, 1)(x)
-                    even = (even + np.swapaxes(even, -1, -2)) / 2
-                    return fold_rate_pairs(left.T @ even @ rows - even)
-
-                yield Step(words, yours, right, rule=replace_rates)
-
-    def _list_rate_rows(self) -> Iterator[tuple[str, str, np.ndarray]]:
-        """Other rates in the place of x': sums of them, their differences, one by another."""
-        names, unit = self.comparison.frame.names, np.eye(len(self.columns))
-        sums = np.tril(np.ones_like(unit))
-        yield "the sum of rates", "each rate", sums
-        yield "the difference of rates", "each rate", np.linalg.inv(sums)
-        for j, k in ((j, k) for j in range(len(unit)) for k in range(len(unit)) if j != k):
-            rows = unit.copy()
-            rows[j] = unit[k]
-            yield f"{names[k]}'", f"{names[j]}'", rows
 
     def _generate_centripetal(self) -> Iterator[Step]:
-        """Centripetal accelerations in a recursion from link to link: of one lever, or of many."""
-        names = self.comparison.frame.names
+        """Centripetal accelerations in a recursion from link to link, of all levers or the last."""
+        names, count = self.comparison.frame.names, len(self.links)
+        rates = {"": None, "each joint's own rate": self.joints}
+        for row in self.links:
+            rates[format_row(row, names, rate=True)] = np.array([row] * count)
         for owner, motions in self.groups:
-            swings = [(motion, place) for motion in motions for place in range(len(self.links))]
             centres = [(m, int(np.flatnonzero(m.levers).max())) for m in motions if m.levers.any()]
+            centre = "the centripetal acceleration of the centre about its joint"
             for what, chosen in (
-                (f"every centripetal acceleration of {owner}", swings),
-                (
-                    f"the centripetal acceleration of the centre about its joint, of {owner}",
-                    centres,
-                ),
+                ("every centripetal acceleration", [*choices(motions, range(count))]),
+                (centre, centres),
             ):
-                yield Step(what, rule=self._swing(chosen, None))
-                choices = [("each joint's own rate", self.joints)]
-                choices += [
-                    (format_row(row, names, rate=True), np.array([row] * len(self.links)))
-                    for row in self.links
-                ]
-                for yours, rows in choices:
-                    yield Step(what, yours, "the sum of rates", rule=self._swing(chosen, rows))
-            for place, right in enumerate(self.links):
-                alone = [(motion, place) for motion in motions if motion.levers[place]]
-                what = f"the centripetal acceleration of link {place + 1} in {owner}"
-                yield Step(what, rule=self._swing(alone, None))
-                for row in self._other_rows:
-                    if alone and not _is_same(row, right):
-                        yours, belongs = (
-                            f"({format_row(r, names, rate=True)})^2" for r in (row, right)
-                        )
-                        rows = np.array([row] * len(self.links))
-                        yield Step(what, yours, belongs, rule=self._swing(alone, rows))
+                for yours, rows in rates.items():
+                    right = "the sum of rates" if yours else ""
+                    rule = self._swing(chosen, rows)
+                    yield Step(f"{what} of {owner}", yours, right, rule=rule)
 
     def _swing(
         self, swings: Sequence[tuple[MovingBody, int]], rows: np.ndarray | None
