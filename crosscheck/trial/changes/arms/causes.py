@@ -21,7 +21,7 @@ from crosscheck.trial.changes.arms.segments import (
 )
 from crosscheck.trial.changes.arms.steps import find_steps
 from crosscheck.trial.changes.arms.targets import (
-    Line,
+    TargetRow,
     make_balance_target,
     make_entry_target,
     make_part_target,
@@ -410,7 +410,7 @@ def explain_linear_rates(arm: EntryComparison) -> Iterator[EntryMismatch]:
             continue
         for place in terms.entries:
             for rate in dict.fromkeys(place.rates or ()) if place.row == row else ():
-                line = Line(odd[:, row], size, FITS * size, {place: arm.rates[:, rate]})
+                line = TargetRow(odd[:, row], size, FITS * size, {place: arm.rates[:, rate]})
                 target = make_target([arm], [[line]], "bias")
                 pool = target.table.build_pool(())
                 singles = target.find_singles(pool, ())

@@ -21,7 +21,7 @@ MOST_STATES = 60
 PROJECTIONS = 16  # numbers by which all entries of a part are seen together
 
 
-class Line(NamedTuple):
+class TargetRow(NamedTuple):
     """A difference (K,) at the states of an arm, its size and rounding, and the entries behind it.
 
     factors: by what each entry is multiplied there, (K,) or a number.
@@ -42,7 +42,7 @@ def select_states(arms: Sequence[EntryComparison], part: str) -> np.ndarray:
 
 def make_entry_target(arms: Sequence[EntryComparison], place: EntryPlace) -> Target:
     """What changes must make of one entry on every arm, at some states."""
-    lines = [[Line(*arm.difference(place), arm.noise(place), {place: 1.0})] for arm in arms]
+    lines = [[TargetRow(*arm.difference(place), arm.noise(place), {place: 1.0})] for arm in arms]
     target = make_target(arms, lines, place.part)
     fits = [arm.fit_waves(place) or {} for arm in arms]
     keys = dict.fromkeys(key for fit in fits for key in fit) if fits[0] else {}
@@ -54,14 +54,14 @@ def make_entry_target(arms: Sequence[EntryComparison], place: EntryPlace) -> Tar
 def make_part_target(arms: Sequence[EntryComparison], wrong: Sequence[EntryPlace]) -> Target:
     """What changes must make of all entries of a part."""
     assert arms[0].terms is not None  # else nobody asks
-    part, lines = wrong[0].part, list[list[Line]]()
+    part, lines = wrong[0].part, list[list[TargetRow]]()
     places = dict.fromkeys([*(p for p in arms[0].terms.entries if p.part == part), *wrong])
     for arm in arms:
         lines.append([])
         for place in places:
             difference, size = arm.difference(place)
             size = float(np.abs(difference).max()) if place in wrong else size
-            lines[-1].append(Line(difference, size or 1.0, arm.noise(place), {place: 1.0}))
+            lines[-1].append(TargetRow(difference, size or 1.0, arm.noise(place), {place: 1.0}))
     target = make_target(arms, lines, part)
     swaps = tuple(permutations(wrong, 2)) if part == "bias" else ()
     return replace(target, table=replace(target.table, swaps=swaps))
@@ -72,7 +72,7 @@ def make_balance_target(
 ) -> Target:
     """What changes must make of the rows of M a + h - f."""
     assert arms[0].terms is not None  # else nobody asks
-    lines = list[list[Line]]()
+    lines = list[list[TargetRow]]()
     for arm, balance in zip(arms, balances, strict=True):
         a, u, size = arm.user_values["acceleration"], arm.rates, arm.sizes.force
         noise = arm.sizes.tolerance("acceleration") - LOOSEST
@@ -85,29 +85,29 @@ def make_balance_target(
                     factors[place] = -a[:, place.column]
                 elif place.rates is not None:
                     factors[place] = -u[:, place.rates[0]] * u[:, place.rates[1]]
-            lines[-1].append(Line(balance[:, row], size[row], noise * size[row], factors))
+            lines[-1].append(TargetRow(balance[:, row], size[row], noise * size[row], factors))
     target = make_target(arms, lines, "acceleration")
     return replace(target, table=replace(target.table, has_rows=True))
 
 
 def make_target(
-    arms: Sequence[EntryComparison], lines: Sequence[Sequence[Line]], part: str
+    arms: Sequence[EntryComparison], lines: Sequence[Sequence[TargetRow]], part: str
 ) -> Target:
     """What changes must make of lines on every arm: of one at the states, of many random sums."""
     terms, generator, few = arms[0].terms, np.random.default_rng(0), select_states(arms, part)
     assert terms is not None  # else nobody asks
     present = [n for n in arms[0].values if any(each.values[n] for each in arms)]
     samples, goals, noises = list[TermSample](), list[np.ndarray](), list[float]()
-    for arm, own_lines in zip(arms, lines, strict=True):
+    for arm, rows in zip(arms, lines, strict=True):
         columns, states = dict[EntryPlace, np.ndarray](), np.eye(len(arm.states))[few]
-        goal, noise = np.zeros(len(few) if len(own_lines) == 1 else PROJECTIONS), 0.0
-        for difference, size, rounding, factors in own_lines:
+        goal, noise = np.zeros(len(few) if len(rows) == 1 else PROJECTIONS), 0.0
+        for difference, size, rounding, factors in rows:
             mixing, unit = states, 1.0
-            if len(own_lines) > 1:
+            if len(rows) > 1:
                 mixing, unit = generator.normal(size=(PROJECTIONS, len(few))) @ states, size
             columns |= {place: mixing * factor / unit for place, factor in factors.items()}
             goal += mixing @ difference / unit
-            noise = max(noise, rounding / unit * (1.0 if len(own_lines) == 1 else len(few)))
+            noise = max(noise, rounding / unit * (1.0 if len(rows) == 1 else len(few)))
         values = {name: arm.values[name] for name in present}
         samples.append(TermSample(values, arm.angles, arm.signals, columns))
         goals.append(goal)
