@@ -17,8 +17,7 @@ from crosscheck.models.robot.file import load_robot
 from crosscheck.models.robot.robot import RIGID, Level, Robot, Rotor
 from crosscheck.registry import build_robot_model
 from crosscheck.report import heat_map
-from crosscheck.trial.input.equations import Equations
-from crosscheck.trial.robots.causes.candidates import (
+from crosscheck.trial.changes.numbers import (
     FrameMistake,
     RobotNumber,
     generate_body_mistakes,
@@ -27,6 +26,7 @@ from crosscheck.trial.robots.causes.candidates import (
     list_numbers,
     replace_part,
 )
+from crosscheck.trial.input.equations import Equations
 from crosscheck.trial.robots.explain import RobotDiagnosis
 from crosscheck.trial.robots.trial import RobotTrial, run_robot_trial
 from tests.draws import DRAWS, SAMPLE, fresh_seed
