@@ -139,8 +139,8 @@ class ChangeProblem:
         """Mask of the places of a row in some entries of a part and in their mirror images."""
         inside = np.zeros(self.differences[part].shape, bool)
         for entry in entries:
-            for place in {entry, entry[::-1]}:
-                inside[(slice(None), *place)] = True
+            for place in (entry, entry[::-1]):
+                inside[:, *place] = True
         return self._mask({part: inside})
 
     def list_places(self, states: slice) -> np.ndarray:
