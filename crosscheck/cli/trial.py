@@ -9,6 +9,7 @@ from collections.abc import Mapping
 from dataclasses import dataclass, replace
 from functools import partial
 from pathlib import Path
+from typing import Any
 
 from crosscheck.cli.output import print_and_write, write_requested
 from crosscheck.file_types import AGREEMENT, JUNIT, TRIAL, TRIAL_PAGE, FileType
@@ -16,6 +17,7 @@ from crosscheck.models.errors import InputError
 from crosscheck.models.files import is_robot
 from crosscheck.models.inputs import remember
 from crosscheck.models.loading import ArmSelection, load_selection
+from crosscheck.models.refusals import refuse
 from crosscheck.models.robot.case import load_changed_robot
 from crosscheck.models.robot.robot import Robot
 from crosscheck.output import require_files, require_writable, write_files
@@ -317,13 +319,8 @@ def _write_new(folder: Path, files: Mapping[str, str | bytes]) -> None:
 
 def _require_for_robots(options: TrialOptions) -> None:
     """Raise InputError for options that are of arms alone."""
-    of_arms = {
-        "--after": options.after,
-        "--scenario": options.scenarios,
-        "--run-code": options.run_code and options.fmu is None,
-    }
-    for name in (name for name, given in of_arms.items() if given):
-        raise InputError(name, "", None, f"is for arms; {options.arm} is a robot")
+    given: dict[str, Any] = {"after": options.after, "scenario": options.scenarios}
+    refuse("robot", "trial", **given, run_code=options.run_code and options.fmu is None)
 
 
 def _require_compatible(options: TrialOptions) -> None:

@@ -10,8 +10,7 @@ from rich.text import Text
 
 from crosscheck.baseline.regression import describe_changes, find_accepted_differences
 from crosscheck.findings import Agreement, Finding
-from crosscheck.models.arm.arm import Arm
-from crosscheck.models.robot.robot import Robot
+from crosscheck.models.mechanism import Mechanism
 from crosscheck.report.answers import answer_questions
 from crosscheck.report.finding_groups import describe_by_reason, tolerance_share
 from crosscheck.report.formatting import (
@@ -33,7 +32,7 @@ COLOURS = {
 }
 
 
-def print_answers(agreement: Agreement, mechanism: Arm | Robot) -> None:
+def print_answers(agreement: Agreement, mechanism: Mechanism) -> None:
     """Print the verdict, the three questions with their answers, all checks, the verdict again."""
     report_answers = answer_questions(agreement, mechanism)
     print(make_printable(report_answers.verdict))
@@ -46,7 +45,7 @@ def print_answers(agreement: Agreement, mechanism: Arm | Robot) -> None:
     print(make_printable(report_answers.verdict))
 
 
-def print_report_summary(agreement: Agreement, mechanism: Arm | Robot) -> None:
+def print_report_summary(agreement: Agreement, mechanism: Mechanism) -> None:
     """Print the verdict, a line for each model, how far levels are off, the verdict again."""
     report_answers = answer_questions(agreement, mechanism)
     print(make_printable(report_answers.verdict))

@@ -138,9 +138,9 @@ class ChangeProblem:
     def select_entries(self, part: str, entries: Collection[Entry]) -> np.ndarray:
         """Mask of the places of a row in some entries of a part and in their mirror images."""
         inside = np.zeros(self.differences[part].shape, bool)
+        entries_first = np.moveaxis(inside, 0, -1)
         for entry in entries:
-            for place in {entry, entry[::-1]}:
-                inside[(slice(None), *place)] = True
+            entries_first[entry] = entries_first[entry[::-1]] = True
         return self._mask({part: inside})
 
     def list_places(self, states: slice) -> np.ndarray:

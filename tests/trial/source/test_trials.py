@@ -9,7 +9,7 @@ import jsonschema
 import numpy as np
 import pytest
 
-from crosscheck.cli.files.robot_files import export_arm_as_robot
+from crosscheck.cli.files.robot_files import export_as_robot
 from crosscheck.cli.files.template import make_plain_arm
 from crosscheck.models.loading import load_arm
 from crosscheck.models.robot.file import load_robot
@@ -115,7 +115,7 @@ def test_right_equations_are_not_searched(tmp_path, arm, monkeypatch):
 def test_an_arm_and_a_robot_have_the_same_answer(tmp_path, arm):
     model = write_model(tmp_path, LITERAL, ("2 * m12", "m12"))
     urdf = tmp_path / "robot.urdf"
-    export_arm_as_robot(str(tmp_path / "arm.toml"), [], urdf)
+    export_as_robot(str(tmp_path / "arm.toml"), [], urdf)
     robot = load_robot(str(urdf.with_suffix(".toml")))
     answers = [try_equations(model, machine).source_answer for machine in (arm, robot)]
     of_arm, of_robot = (
