@@ -248,18 +248,22 @@ class TermTable:
         masks = [(mask, 0.06) for mask in self._collect(_find_letters).values()]
         masks += [(mask, 0.07) for mask in self._collect(_find_pairs).values()]
         masks += [(mask, 0.08) for mask in self._collect(_find_segment).values()]
-        groups += [
-            TermGroup(mask, cost, f"every term with {self._name_letters(mask)}")
-            for mask, cost in masks
-        ]
+        groups += [TermGroup(mask, cost, self._name_group(mask)) for mask, cost in masks]
         return list({group.mask.tobytes(): group for group in reversed(groups)}.values())
 
-    def _name_letters(self, mask: np.ndarray) -> str:
-        """The letters that all of these terms have, with their least powers."""
+    def _name_group(self, mask: np.ndarray) -> str:
+        """Terms by the letters that all of them have, with their least powers."""
         powers = [dict(self.rows[n][1].monomial.powers) for n in np.flatnonzero(mask).tolist()]
         shared = {name: min(each.get(name, 0) for each in powers) for name in powers[0]}
-        kept = [(name, power) for name, power in shared.items() if power > 0]
-        return " ".join(format_power(*each) for each in sort_powers(kept))
+        kept = sort_powers((name, power) for name, power in shared.items() if power > 0)
+        if not kept:
+            return ""
+        words = f"every term with {' '.join(format_power(*each) for each in kept)}"
+        (stem, joint, _), *others = (parse_letter(name) for name, _ in kept)
+        if [each.stem in STEMS_BY_QUANTITY["gravity"] for each in others] == [True]:
+            owner = {"m": f"link {joint}", "m_payload": "the payload"}.get(stem)
+            words += f", the weight of {owner}" if owner else ""
+        return words
 
     def _generate_modifiers(self, keys: Sequence[TermKey]) -> Iterator[Modifier]:
         """Factors; letters by others; waves and signals by others; units of angles."""
