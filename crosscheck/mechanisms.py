@@ -29,6 +29,15 @@ SUPPLIED = {
         "cli.files.robot_files:write_arm_as_robot",
         "cli.files.robot_files:write_robot",
     ),
+    "read_member": ("studies.members.arms:read_member", "studies.members.robots:read_member"),
+    "require_fitting": ("studies.members.arms:require_fit", "studies.members.robots:require_fit"),
+    "make_member_model": ("studies.members.arms:make_model", "studies.members.robots:make_model"),
+    "make_member_run": ("studies.members.arms:make_run", "studies.members.robots:make_run"),
+    "find_rigid_model": (
+        "studies.members.arms:find_rigid_model",
+        "studies.members.robots:find_rigid_model",
+    ),
+    "group_members": ("analytic.ensemble:group_models", "analytic.robot.ensemble:group_robots"),
     "try_equations": ("testing:try_arm", "testing:try_robot"),
 }
 SECTIONS = ("arm", "robot")  # sorts by the names of their files' sections
