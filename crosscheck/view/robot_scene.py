@@ -8,28 +8,20 @@ import numpy as np
 
 from crosscheck.models.robot.robot import BASE
 from crosscheck.view.rods import find_rod_ends, find_upward
-from crosscheck.view.scene import MOST_FRAMES, encode_numbers
-from crosscheck.view.trajectory_file import RobotRun
+from crosscheck.view.scene import encode_numbers
+from crosscheck.view.trajectory_file import Run
 
 
-def build_robot_scene(run: RobotRun) -> dict[str, Any]:
-    """Data for the page's script: lengths in m, angles in rad, numbers as base64 of float32."""
-    every = -(-run.time.size // MOST_FRAMES)
-    time, theta, robot = run.time[::every], run.theta[::every], run.robot
+def describe_robot_scene(run: Run) -> dict[str, Any]:
+    """What of the data for the page's script is a robot's own."""
+    theta, robot = run.signals["theta"], run.mechanism
     ends = find_rod_ends(robot)
     lengths = [max(np.linalg.norm(end) for end in each) for each in ends.values() if each]
     slides = [joint.kind == "prismatic" for joint in robot.joints]
     slid = np.abs(theta[:, slides]).max(axis=0)
-    whole, moving = "The whole robot", "its links as rods and its joints in motion"
     return {
-        "name": robot.name,
-        "model": run.model,
-        "described": f"{whole}: {len(robot.joints)} joints, {len(robot.rotors)} rotors",
-        "drawn": f"The robot, {moving}. ",
-        "frames": time.size,
-        "every": every,
-        "start_s": float(time[0]),
-        "step_s": float(time[1] - time[0]),
+        "described": f"The whole robot: {len(robot.joints)} joints, {len(robot.rotors)} rotors",
+        "drawn": "The robot, its links as rods and its joints in motion. ",
         "payload": False,
         "teeth": True,
         "reach": float(sum(lengths, 0.0) + slid.sum()) or 1.0,

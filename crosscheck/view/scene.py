@@ -18,7 +18,8 @@ from crosscheck.analytic.paper.mesh_frequency import (
 )
 from crosscheck.analytic.paper.mesh_phasing import mesh_phases
 from crosscheck.analytic.paper.tooth_error import total_error
-from crosscheck.models.arm.arm import Planetary, describe_arm
+from crosscheck.mechanisms import supply
+from crosscheck.models.arm.arm import Planetary
 from crosscheck.view.gears import gear_angles, gear_assembly, make_close_up, outline
 from crosscheck.view.mesh_geometry import SIDES, Side, mesh_geometry
 from crosscheck.view.trajectory_file import Run
@@ -33,25 +34,32 @@ def build_scene(run: Run) -> dict[str, Any]:
     signals = {name: values[::every] for name, values in run.signals.items()}
     shown = run._replace(time=run.time[::every], signals=signals)
     return {
-        "name": run.arm.name,
+        "name": run.mechanism.name,
         "model": run.model,
-        "drawn": "The arm with its links, carriers, suns, planets and rings in motion. ",
-        "ground": None,
-        "reach": sum(link.length_m for link in run.arm.links),
-        "described": ". ".join(describe_arm(run.arm)),
         "frames": shown.time.size,
         "every": every,
         "start_s": float(shown.time[0]),
         "step_s": float(shown.time[1] - shown.time[0]) if shown.time.size > 1 else 0.0,
-        "payload": run.arm.payload_mass_kg > 0,
+        **supply("describe_scene", run.mechanism.section)(shown),
+    }
+
+
+def describe_arm_scene(run: Run) -> dict[str, Any]:
+    """What of the data is an arm's own."""
+    return {
+        "drawn": "The arm with its links, carriers, suns, planets and rings in motion. ",
+        "ground": None,
+        "reach": sum(link.length_m for link in run.mechanism.links),
+        "described": ". ".join(run.mechanism.described),
+        "payload": run.mechanism.payload_mass_kg > 0,
         "teeth": "x_sp" in run.signals,
-        "joints": [_build_joint(shown, place) for place in range(len(run.arm.joints))],
+        "joints": [_build_joint(run, place) for place in range(len(run.mechanism.joints))],
     }
 
 
 def _build_joint(run: Run, place: int) -> dict[str, Any]:
-    joint, angles = run.arm.joints[place], run.signals["theta"][:, place]
-    body = {"length_m": run.arm.links[place].length_m, "theta": encode_numbers(angles)}
+    joint, angles = run.mechanism.joints[place], run.signals["theta"][:, place]
+    body = {"length_m": run.mechanism.links[place].length_m, "theta": encode_numbers(angles)}
     if not isinstance(joint, Planetary):
         return body | {"kind": "direct"}
     # Of a run without teeth, gears that roll as if they were rigid.
