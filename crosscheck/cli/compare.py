@@ -80,7 +80,12 @@ def compare_command(
 
 
 def _compare_robot(
-    record: Path, name: str, topic: str, joints: list[str], json_file: Path | None, out: Path | None
+    record: Path,
+    name: str,
+    topic: str,
+    joints: list[str],
+    json_file: Path | None,
+    out: Path | None,
 ) -> int:
     """Compare recordings with a robot; returns the exit code. Raises InputError."""
     robot = load_robot(name)

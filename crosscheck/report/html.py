@@ -37,7 +37,7 @@ def render_report_page(result: CrossCheck, pictures: Pictures) -> str:
         if key.family == "deviation":
             deviations.setdefault(key.case, {}).setdefault(key.left, []).append(finding)
     made = render_page(
-        "page",
+        mechanism.section,  # whose template fills the page's own sentences in
         outline=answers.outline,
         agreement=agreement,
         answers=answers,
