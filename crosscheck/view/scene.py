@@ -1,4 +1,4 @@
-"""Scene of the page of a run: bodies of the arm as outlines, and their angles over time."""
+"""Scene of the page of a run: outlines of an arm's bodies, a robot's rods; angles over time."""
 
 from __future__ import annotations
 
@@ -20,8 +20,10 @@ from crosscheck.analytic.paper.mesh_phasing import mesh_phases
 from crosscheck.analytic.paper.tooth_error import total_error
 from crosscheck.mechanisms import supply
 from crosscheck.models.arm.arm import Planetary
+from crosscheck.models.robot.robot import BASE
 from crosscheck.view.gears import gear_angles, gear_assembly, make_close_up, outline
 from crosscheck.view.mesh_geometry import SIDES, Side, mesh_geometry
+from crosscheck.view.rods import find_rod_ends, find_upward
 from crosscheck.view.trajectory_file import Run
 
 MOST_FRAMES = 20_000  # frames of the longest run; of more records every second, third, ... is shown
@@ -55,6 +57,41 @@ def describe_arm_scene(run: Run) -> dict[str, Any]:
         "teeth": "x_sp" in run.signals,
         "joints": [_build_joint(run, place) for place in range(len(run.mechanism.joints))],
     }
+
+
+def describe_robot_scene(run: Run) -> dict[str, Any]:
+    """What of the data for the page's script is a robot's own."""
+    theta, robot = run.signals["theta"], run.mechanism
+    ends = find_rod_ends(robot)
+    lengths = [max(np.linalg.norm(end) for end in each) for each in ends.values() if each]
+    slides = [joint.kind == "prismatic" for joint in robot.joints]
+    slid = np.abs(theta[:, slides]).max(axis=0)
+    return {
+        "described": f"The whole robot: {len(robot.joints)} joints, {len(robot.rotors)} rotors",
+        "drawn": "The robot, its links as rods and its joints in motion. ",
+        "payload": False,
+        "teeth": True,
+        "reach": float(sum(lengths, 0.0) + slid.sum()) or 1.0,
+        "ground": _round_places(ends[BASE]),
+        "up": find_upward(robot).tolist(),
+        "joints": [
+            {
+                "kind": joint.kind,
+                "name": joint.name,
+                "parent": joint.parent,
+                "rotation": joint.placement.rotation.tolist(),
+                "position": joint.placement.position.tolist(),
+                "axis": joint.axis.tolist(),
+                "ends": _round_places(ends[number]),
+                "theta": encode_numbers(theta[:, number]),
+            }
+            for number, joint in enumerate(robot.joints)
+        ],
+    }
+
+
+def _round_places(ends: list[np.ndarray]) -> list[list[float]]:
+    return [end.round(9).tolist() for end in ends if np.linalg.norm(end) > 0]
 
 
 def _build_joint(run: Run, place: int) -> dict[str, Any]:

@@ -2,17 +2,28 @@
 
 from __future__ import annotations
 
-from collections.abc import Collection, Mapping, Sequence
+from collections.abc import Callable, Collection, Mapping, Sequence
 from dataclasses import dataclass, replace
+from functools import partial
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
+from crosscheck import registry
 from crosscheck.mechanisms import supply
+from crosscheck.models.arm.arm import Arm
+from crosscheck.models.arm.mesh import Mesh
+from crosscheck.models.arm.meshes import change_meshes
+from crosscheck.models.arm.planets import require_alike
+from crosscheck.models.arm.stiffness import SineStiffness
+from crosscheck.models.errors import InputError
 from crosscheck.models.experiment.scenario import PdDrive, Scenario, Switches, expand_to_joints
-from crosscheck.models.loading import validate_record
-from crosscheck.models.robot.robot import Level
-from crosscheck.registry import build
+from crosscheck.models.loading import require_fit, validate_record, validate_switches
+from crosscheck.models.robot.file import RobotFile, RobotSource
+from crosscheck.models.robot.robot import RIGID, Level, Robot
+from crosscheck.models.robot.trajectory import make_robot_dataset
+from crosscheck.models.trajectory import build_trajectory
+from crosscheck.studies.definition.quantities import ARM_SIGNALS, SIGNALS
 from crosscheck.studies.members.starts import perturb_scenario
 
 if TYPE_CHECKING:
@@ -21,6 +32,15 @@ if TYPE_CHECKING:
     from crosscheck.studies.definition.definition import Definition
 
 Raw = dict[str, Any]  # by section, what the files of a mechanism and a scenario hold
+
+RigidModel = tuple[object, Callable[[], Any]]  # equal keys for equal models; what makes one
+# In place of all meshes, which a rigid arm has none of.
+ANY_MESH = Mesh(
+    stiffness=SineStiffness(law="sine", mean_N_per_m=1.0, amplitude_N_per_m=0.0),
+    backlash_m=0.0,
+    tooth_error_m=0.0,
+    damping_ratio=0.0,
+)
 
 
 @dataclass(frozen=True)
@@ -73,7 +93,7 @@ class MemberCase:
 
     def simulate_second(self) -> xr.Dataset:
         """The run by the second engine. Raises Diverged."""
-        return build(self.second_model, *self.experiment).simulate()
+        return registry.build(self.second_model, *self.experiment).simulate()
 
 
 def build_case(
@@ -95,7 +115,9 @@ def build_case(
             None if previous is None or definition.section in changed else previous.mechanism
         )
         case = read(data, definition, scenario, mechanism)
-    supply("require_fitting", definition.section)(case, definition)
+    require_fit(scenario, case.mechanism, definition.scenario)
+    if case.switches is not None:
+        require_alike(*case.experiment, definition.mechanism, definition.scenario)
     return case
 
 
@@ -103,3 +125,102 @@ def group_cases(cases: Sequence[MemberCase], models: Sequence[Any]) -> Sequence[
     """Groups of the cases' models that run side by side."""
     groups: Sequence[Any] = supply("group_members", cases[0].mechanism.section)(models)
     return groups
+
+
+def read_arm(data: Raw, definition: Definition, scenario: Scenario, arm: Arm | None) -> MemberCase:
+    """The case of a study's data; arm: where it is read already. Raises InputError."""
+    arm = arm or validate_record(Arm, data["arm"], definition.mechanism)
+    laws = validate_switches(data["switches"], arm)
+    planets, is_free = arm.planet_counts, laws.planets == "free"
+    return MemberCase(
+        arm,
+        scenario,
+        laws,
+        None,
+        signals=ARM_SIGNALS,
+        rigid_levels=registry.RIGID_LEVELS,
+        second_model=registry.second_engine(),
+        planet_counts=planets,
+        free_planets=[count if is_free else 0 for count in planets],
+        mesh_count=2 * sum(count if is_free else min(count, 1) for count in planets),
+    )
+
+
+def make_arm_model(case: MemberCase) -> Any:
+    """The reference model of a member. Raises InputError."""
+    return registry.build(registry.reference_model(), *case.experiment)
+
+
+def find_rigid_arm(case: MemberCase, level: str, smooth: Scenario) -> RigidModel:
+    """Key of the rigid model in a smooth experiment, and the function that builds it."""
+    name = next(
+        name
+        for name in registry.find_level_models(level)
+        if registry.MODELS[name].order is not None
+    )
+    stripped = change_meshes(case.mechanism, lambda mesh: ANY_MESH)
+    return (stripped, smooth), partial(registry.build, name, stripped, smooth)
+
+
+def make_arm_run(
+    case: MemberCase, time: np.ndarray, signals: Mapping[str, np.ndarray]
+) -> xr.Dataset:
+    """The Dataset of a run with these signals over time [s]."""
+    variables: dict[str, Any] = dict(signals)
+    return build_trajectory("ensemble", *case.experiment, time, **variables)
+
+
+def read_robot(
+    data: Raw, definition: Definition, scenario: Scenario, robot: Robot | None
+) -> MemberCase:
+    """The case of a study's data; robot: where it is read already. Raises InputError."""
+    name, level = definition.mechanism, definition.level
+    if robot is None:
+        file = validate_record(RobotFile, data["robot"], name)
+        robot = RobotSource(file=file, urdf_text=data["urdf"]).build(name)
+    if level is not None and level not in robot.levels:
+        raise InputError(name, "level", level, f"{robot.name} has {', '.join(robot.levels)}")
+    return make_robot_case(robot, level or robot.levels[-1], scenario)
+
+
+def make_robot_case(robot: Robot, level: Level, scenario: Scenario) -> MemberCase:
+    """The case of a robot at a level; joints are as long in work as meshes."""
+    planets = {stage.joint: stage.gears.planet_count for stage in robot.stages}
+    meshes = len(robot.meshes) + sum(2 * len(each.groups) for each in robot.stages)
+    return MemberCase(
+        robot,
+        scenario,
+        None,
+        level,
+        signals=SIGNALS,
+        rigid_levels=RIGID,
+        second_model=f"{registry.find_level_engines(level)[1]}:{level}",
+        planet_counts=[planets.get(joint, 0) for joint in range(len(robot.joints))],
+        free_planets=robot.planet_counts,
+        mesh_count=2 * len(robot.joints) + (meshes if level == "geared" else 0),
+    )
+
+
+def make_robot_model(case: MemberCase) -> Any:
+    """The robot at its level in its experiment, as its kernel takes it."""
+    from crosscheck.analytic.robot.runs import RobotMember
+
+    assert case.level is not None  # as it was read
+    return RobotMember(case.mechanism, case.level, case.scenario)
+
+
+def find_rigid_robot(case: MemberCase, level: Level, smooth: Scenario) -> RigidModel:
+    """Key of the rigid model in a smooth experiment, by its numbers, and what gives it."""
+    from crosscheck.analytic.robot.runs import RobotMember
+
+    model = RobotMember(case.mechanism, level, smooth)
+    numbers = frozenset(model.equations.numbers.items())
+    return (numbers, model.equations.structure, smooth), lambda: model
+
+
+def make_robot_run(
+    case: MemberCase, time: np.ndarray, signals: Mapping[str, np.ndarray]
+) -> xr.Dataset:
+    """The Dataset of a run with these signals over time [s]."""
+    name = f"ensemble:{case.level}"
+    return make_robot_dataset(name, case.mechanism, case.scenario, time, dict(signals))
