@@ -27,10 +27,9 @@ if TYPE_CHECKING:
     from crosscheck.models.experiment.scenario import Scenario, Switches
     from crosscheck.models.loading import Selection
     from crosscheck.models.mechanism import Mechanism
-    from crosscheck.report.trials.trial_result import TrialResult
     from crosscheck.trial.input.equations import Coordinates, Equations, Level
     from crosscheck.trial.input.symbolic import from_sympy
-    from crosscheck.trial.robots.trial import RobotTrial
+    from crosscheck.trial.result import TrialResult
     from crosscheck.trial.trial import Trial
 
 __all__ = [
@@ -50,7 +49,7 @@ if not TYPE_CHECKING:
             "Coordinates": "crosscheck.trial.input.equations",
             "Equations": "crosscheck.trial.input.equations",
             "Trial": "crosscheck.trial.trial",
-            "TrialResult": "crosscheck.report.trials.trial_result",
+            "TrialResult": "crosscheck.trial.result",
             "assert_agrees": __name__,
             "from_sympy": "crosscheck.trial.input.symbolic",
             "try_equations": __name__,
@@ -73,12 +72,12 @@ def try_equations(
     jobs: int = 1,
     seed: int = 0,
     name: str = YOURS,
-) -> TrialResult | RobotTrial:
+) -> TrialResult:
     """Judge supplied equations: which entry is wrong, and why.
 
-    The TrialResult of an arm prints itself, and a notebook shows it with a heat map of each part;
-    it has ``exit_code``, ``wrong_entries``, ``to_dataframe()`` and ``write_report(folder)``. A
-    RobotTrial prints itself and is shown too; it has ``exit_code`` and ``diagnosis``.
+    The result prints itself, and a notebook shows it with a heat map of each part; it has
+    ``exit_code``, ``answer`` (a record of all that every view shows), ``to_dataframe()`` and
+    ``write_report(folder)``.
 
     Args:
         equations: Equations, a function of the arm that returns them, an object with functions
@@ -108,7 +107,7 @@ def try_equations(
     chosen = adopt_mechanism(arm, scenarios)._replace(switches=switches)
     name = _name_equations(equations) if name == YOURS else name
     more = {"level": level, "quick": quick, "jobs": jobs, "seed": seed, "name": name}
-    trial: TrialResult | RobotTrial = supply("try_equations", chosen.mechanism.section)(
+    trial: TrialResult = supply("try_equations", chosen.mechanism.section)(
         equations, chosen, **more
     )
     return trial
@@ -118,7 +117,6 @@ def try_arm(
     equations: Any, chosen: Selection, *, level: Level, quick: bool, jobs: int, seed: int, name: str
 ) -> TrialResult:
     """The trial of an arm's equations. Raises InputError."""
-    from crosscheck.report.trials.trial_result import TrialResult
     from crosscheck.trial.input.loading import build_equations, load_equations
     from crosscheck.trial.trial import TrialRequest, run_trial
 
@@ -131,12 +129,12 @@ def try_arm(
         user_equations = build_equations(equations, arm, first, name)
     user_equations = _declare_level(user_equations, level) if level else user_equations
     request = TrialRequest(name, user_equations, arm, scenarios, switches, quick=quick, seed=seed)
-    return TrialResult(**vars(run_trial(request, jobs=jobs)))
+    return run_trial(request, jobs=jobs)
 
 
 def try_robot(
     equations: Any, chosen: Selection, *, level: Level, quick: bool, jobs: int, seed: int, name: str
-) -> RobotTrial:
+) -> TrialResult:
     """The trial of a robot's equations, whose states are few. Raises InputError."""
     from crosscheck.models.refusals import refuse
     from crosscheck.trial.input.loading import build_robot_equations, load_robot_equations
@@ -164,15 +162,11 @@ def assert_agrees(
     jobs: int = 1,
     seed: int = 0,
     name: str = YOURS,
-) -> TrialResult | RobotTrial:
+) -> TrialResult:
     """Raise AssertionError with what `crosscheck trial` prints, unless all that was judged agrees.
 
     Takes the arguments of ``try_equations`` and returns what that returns.
     """
-    from crosscheck.report.trials.trial import describe_errors, format_trial
-    from crosscheck.trial.robots.output import describe_first_error
-    from crosscheck.trial.robots.trial import RobotTrial
-
     __tracebackhide__ = True
     trial = try_equations(
         equations,
@@ -186,12 +180,9 @@ def assert_agrees(
         name=name,
     )
     if trial.exit_code:
-        if isinstance(trial, RobotTrial):
-            first, text, called = describe_first_error(trial), repr(trial), trial.name
-        else:
-            first, text = next(iter(describe_errors(trial)), ""), format_trial(trial)
-            called = trial.problem.name
-        raise AssertionError(f"{called}: {first or 'not all checks agree'}\n{text}")
+        answer = trial.answer
+        first = answer.first_error or "not all checks agree"
+        raise AssertionError("\n".join((f"{answer.name}: {first}", *answer.lines)))
     return trial
 
 

@@ -12,9 +12,8 @@ from crosscheck.baseline.regression import describe_changes, find_accepted_diffe
 from crosscheck.findings import Agreement, Finding
 from crosscheck.models.mechanism import Mechanism
 from crosscheck.report.answers import answer_questions
-from crosscheck.report.finding_groups import tolerance_share
+from crosscheck.report.finding_groups import describe_by_reason, tolerance_share
 from crosscheck.report.formatting import (
-    describe_outcome,
     describe_tally,
     format_count,
     make_printable,
@@ -68,14 +67,8 @@ def print_report_summary(agreement: Agreement, mechanism: Mechanism) -> None:
 def _print_disagreeing(findings: Sequence[Finding]) -> None:
     """Print a line for each finding; those that failed for one reason have one line."""
     console = Console()
-    by_reason: dict[str, list[Finding]] = {}
-    for finding in findings:
-        reason, bracket, _ = finding.note.rpartition(" (")  # in brackets: at which state
-        shared = (reason if bracket else finding.note) if finding.verdict == "failed" else ""
-        by_reason.setdefault(shared or finding.id, []).append(finding)
-    for finding, *more in by_reason.values():
-        others = f"; and so in {format_count(len(more), 'more check')}" if more else ""
-        description = make_printable(f" {finding.id}: {describe_outcome(finding)}{others}")
+    for finding, words in describe_by_reason(findings):
+        description = make_printable(f" {finding.id}: {words}")
         line = Text.assemble(
             (finding.verdict, COLOURS[finding.verdict]), description
         )  # never markup
