@@ -147,7 +147,7 @@ def test_a_member_has_the_numbers_of_a_run_by_itself(arm, planets):
     made = study(axes, EVERY, arm, switches={"planets": planets}, settings=settings)
     found = run_batch(made.text, 0, 3)
     for place, case in require_items(enumerate(made.cases(0, 3))):
-        run = build(reference_model(), *case).simulate()
+        run = build(reference_model(), *case.experiment).simulate()
         part = signals.window(run["time"].values, 0.001, 0.004)
         force, apart = run["F_sp"].values[:, 0, 0], run["F_pr"].values[:, 1, 0]
         time = run["time"].values
@@ -174,7 +174,7 @@ def test_a_member_has_the_numbers_of_a_run_by_itself(arm, planets):
 
 def _rigid(case) -> np.ndarray:
     """The rigid arm at the geared arm's own step."""
-    arm, scenario, _ = case
+    arm, scenario, _ = case.experiment
     return build("analytic:coupled", arm, scenario).simulate()["theta"].values
 
 
@@ -224,7 +224,7 @@ def _with_function(tmp_path: Path, code: str, returns: dict[str, str]) -> Prepar
 def test_a_function_of_the_users_measures_a_run_as_a_model_records_it(tmp_path):
     code = "def measure(run):\n    return {'x': run.x_sp[-1, 1, 2], 'n': run.attrs['step_s']}\n"
     made = _with_function(tmp_path, code, {"x": "m", "n": "s"})
-    run = build(reference_model(), *made.base).simulate()
+    run = build(reference_model(), *made.base.experiment).simulate()
     found = run_batch(made.text, 0, 1)
     assert found["n"][0] == made.base.scenario.step_s
     # the ensemble's rounding, of 200 steps, against the plain kernel's
