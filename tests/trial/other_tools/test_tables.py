@@ -42,11 +42,11 @@ LUMPED = Coordinates("lumped")
 
 
 def told(trial: Trial) -> dict:
-    """All that its JSON says but for where and when it was made, and where a function stands."""
+    """All that its JSON says but for where and when it was made, and what functions alone have."""
     found = json.loads(format_trial_json(trial.answer))
     for entry in found["wrong"]:
         del entry["source"]
-    del found["agreement"]["provenance"]
+    del found["agreement"]["provenance"], found["change"]
     return found
 
 

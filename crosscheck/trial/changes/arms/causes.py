@@ -10,9 +10,7 @@ import numpy as np
 import sympy as sp
 
 from crosscheck.trial.changes.arms.comparison import QUANTITIES, EntryComparison
-from crosscheck.trial.changes.arms.letters import collect_arm_values
 from crosscheck.trial.changes.arms.mesh_forces import compute_signals, list_mesh_laws
-from crosscheck.trial.changes.arms.polynomial import from_sympy
 from crosscheck.trial.changes.arms.segments import (
     ReferenceTerms,
     build_reference_terms,
@@ -51,8 +49,7 @@ from crosscheck.trial.judge.suite import get_trusted_answers
 SAME = 1e-12  # tolerance between two readings of a map, relative to its row
 ROUNDING = 1e-10  # largest entry of dy/dx that counts as 0, relative to its row
 FOLLOWS = "follows from the wrong M"
-MOST_TERMS = 1500  # terms of a part that are looked at together
-MOST_ERRORS = 2  # errors of a part, above which one change of many entries is likelier
+MOST_TOGETHER = 1500  # terms of a part that are looked at together
 
 
 def explain_entries(arm: EntryComparison, probes: Sequence[EntryComparison]) -> list[EntryMismatch]:
@@ -98,12 +95,11 @@ def explain_entries(arm: EntryComparison, probes: Sequence[EntryComparison]) -> 
 
 def _is_same_map(symbolic: sp.ImmutableMatrix, arm: EntryComparison) -> bool:
     """Whether a map in symbols has the same numbers as the user's map of an arm."""
-    values, matrix = collect_arm_values(arm.problem.case.arm), arm.problem.frame.matrix
-    polynomials = [from_sympy(entry) for entry in symbolic]
-    if matrix is None or None in polynomials:
+    values = {symbol: arm.values[symbol.name] for symbol in symbolic.free_symbols}
+    matrix = arm.problem.frame.matrix
+    if matrix is None:
         return False
-    numbers = [sum(m.value(values) for m in e.monomials) for e in polynomials if e is not None]
-    off = np.abs(np.array(numbers).reshape(matrix.shape) - matrix)
+    off = np.abs(np.array(symbolic.xreplace(values), dtype=float) - matrix)
     return bool((off <= SAME * np.abs(matrix).max(axis=1, keepdims=True)).all())
 
 
@@ -298,7 +294,7 @@ def _explain_part(
     if copied := _find_copied_rows(arms, wrong):
         return copied
     target = make_part_target(arms, wrong)
-    sets = search_changes(target) if len(target.table.rows) <= MOST_TERMS else []
+    sets = search_changes(target) if len(target.table.rows) <= MOST_TOGETHER else []
     sets = [changes for changes in sets if len(changes) == 1]
     if sets:
         return dict.fromkeys(wrong, _make_explanation(target, sets))

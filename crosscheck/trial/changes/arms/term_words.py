@@ -19,7 +19,7 @@ from crosscheck.trial.changes.arms.segments import (
     ReferenceTerms,
     TermKey,
 )
-from crosscheck.trial.changes.arms.term_changes import TermChange
+from crosscheck.trial.changes.arms.term_changes import MOST_TERMS, TermChange
 from crosscheck.trial.judge.entries import (
     EntryMismatch,
     Term,
@@ -28,7 +28,6 @@ from crosscheck.trial.judge.entries import (
 )
 
 MOST_EQUAL = 2  # explanations that fit as well as the first
-MOST_TERMS = 4  # terms of a sum that are written out
 FUNCTIONS = {"cos": r"\cos", "sin": r"\sin", "sqrt": r"\sqrt"}
 GREEK = ("theta", "phi", "alpha", "beta", "gamma", "psi", "omega")
 
