@@ -106,9 +106,9 @@ def test_a_signal_with_a_gap_has_no_spectrum_and_the_one_beside_it_has():
     time = STEP * np.arange(40)
     values = np.column_stack([np.sin(1e3 * time)] * 2)
     values[7, 1] = np.nan
-    for name in ("band", "line"):
-        for part in _fed(FOLDS[name][0](), time, values, [11]):
-            assert np.isnan(part).tolist() == [False, True], name
+    for fold in (folds.BandRmsFold, folds.LargestLineFold):
+        for part in _fed(fold((2,), 0, 400), time, values, [11]):
+            assert np.isnan(part).tolist() == [False, True], fold
 
 
 def test_a_sine_has_its_rms_in_the_band_that_it_is_in():
