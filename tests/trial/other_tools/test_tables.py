@@ -43,11 +43,11 @@ LUMPED = Coordinates("lumped")
 
 
 def told(trial: Trial) -> dict:
-    """All that its JSON says but for where and when it was made, and where a function stands."""
+    """All that its JSON says but for where and when it was made, and of the functions' source."""
     found = json.loads(format_trial_json(trial))
     for entry in found["wrong"]:
         del entry["source"]
-    del found["agreement"]["provenance"]
+    del found["agreement"]["provenance"], found["source_answer"]
     return found
 
 
