@@ -194,8 +194,10 @@ class Dependence:
         """The comparison on each arm at a few states, None where there is no answer."""
         problems = [self._adapt_to_arm(arm) for arm in arms]
         level, quantities = self.comparison.level, list(self.comparison.user_values)
-        asked = [each for each in problems if each is not None]
-        tasks = (task for each in asked for task in list_entry_questions(each, [level], quantities))
+        answering = [each for each in problems if each is not None]
+        tasks = (
+            task for each in answering for task in list_entry_questions(each, [level], quantities)
+        )
         results = self.perform(list(dict.fromkeys(tasks)))
         return [
             each and _compare_if_answered(each, level, quantities, results) for each in problems
