@@ -24,7 +24,6 @@ from crosscheck.trial.changes.arms.targets import (
     make_entry_target,
     make_part_target,
     make_target,
-    select_states,
 )
 from crosscheck.trial.changes.arms.term_changes import TermChange
 from crosscheck.trial.changes.arms.term_search import FITS, ChangeSet, Target, search_changes
@@ -187,7 +186,7 @@ def _explain_entry(wrong: EntryMismatch, arms: Sequence[EntryComparison]) -> Ent
     sets = search_changes(target, _list_whole_weights(arms, place, target))
     if not sets and place.part == "force" and waves is None:
         target = make_entry_target(arms[:1], place)
-        sets = search_changes(target, _list_law_changes(arm, place))
+        sets = search_changes(target, _list_law_changes(arm, place, target))
     if sets:
         return replace(wrong, explanation=_make_explanation(target, sets))
     difference = make_difference_terms(waves or {}, arm.terms)
@@ -220,10 +219,10 @@ def _list_whole_weights(
     return [TermChange("extra", (), np.array(weights), 1.0, right="gravity", group=words)]
 
 
-def _list_law_changes(arm: EntryComparison, place: EntryPlace) -> list[TermChange]:
+def _list_law_changes(arm: EntryComparison, place: EntryPlace, target: Target) -> list[TermChange]:
     """Other laws of meshes that change an entry of the force."""
     frame, problem = arm.frame, arm.problem
-    few = select_states([arm], place.part)
+    column = target.table.samples[0].columns[place]
     rates = {rate_name(name): arm.rates[:, k] for k, name in enumerate(frame.names)}
 
     def evaluate(terms: ReferenceTerms, signals: Mapping[str, np.ndarray]) -> np.ndarray:
@@ -239,7 +238,7 @@ def _list_law_changes(arm: EntryComparison, place: EntryPlace) -> list[TermChang
             terms = build_reference_terms(frame, law.arm, law.switches, has_gravity=has_gravity)
         states, convention = arm.force_states, law.convention
         signals = compute_signals(law.arm, frame.layout, law.switches, states, convention)
-        effect = (evaluate(terms, signals) - right)[few]
+        effect = column @ (evaluate(terms, signals) - right)
         if effect.any():  # laws that do the same here are others elsewhere
             effects, texts = np.array([effect, number * effect]), (law.yours, law.right)
             changes.append(TermChange("swapped", (), effects, 1.0, *texts, group=law.words))
@@ -335,9 +334,8 @@ def _explain_accelerations(
     With the right M, h and f, M a + h - f of a user's acceleration a is f' - f - (h' - h) -
     (M' - M) a of his own M', h' and f'. So a change shows in the rows that have it, and no other.
     """
-    arms, explanation = (arm, *probes), None
-    if balances := [_balance_accelerations(each) for each in arms]:
-        explanation = _explain_balances(arms, balances)
+    arms = [each for each in (arm, *probes) if "acceleration" in each.user_values]
+    explanation = _explain_balances(arms, [_balance_accelerations(each) for each in arms])
     for wrong in _explain_arms(arm, probes):
         yield wrong if wrong.shown_on else replace(wrong, explanation=explanation)
 

@@ -9,7 +9,7 @@ from __future__ import annotations
 from collections.abc import Callable, Mapping, Sequence
 from contextlib import suppress
 from dataclasses import dataclass, field, replace
-from functools import cached_property
+from functools import cached_property, partial
 from itertools import chain, combinations, islice
 
 import numpy as np
@@ -199,9 +199,8 @@ class Dependence:
             task for each in answering for task in list_entry_questions(each, [level], quantities)
         )
         results = self.perform(list(dict.fromkeys(tasks)))
-        return [
-            each and _compare_if_answered(each, level, quantities, results) for each in problems
-        ]
+        compare = partial(_compare_if_answered, level, quantities, results)
+        return [None if each is None else compare(each) for each in problems]
 
     def _adapt_to_arm(self, arm: Arm) -> VerificationProblem | None:
         """The problem on another arm at few states, the drive as it is."""
@@ -220,7 +219,7 @@ def kept_numbers(unfollowed: Sequence[IgnoredNumber]) -> Mapping[str, Powers]:
 
 
 def _compare_if_answered(
-    problem: VerificationProblem, level: str, quantities: Sequence[str], results: Results
+    level: str, quantities: Sequence[str], results: Results, problem: VerificationProblem
 ) -> EntryComparison | None:
     try:
         return compare_entries(problem, level, quantities, results)
