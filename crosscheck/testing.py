@@ -175,22 +175,14 @@ def _name_equations(equations: Any) -> str:
     return name if name.isidentifier() and name not in engines else YOURS
 
 
-def _require_arguments(
-    arm: object,
-    scenarios: object,
-    switches: object,
-    level: object,
-    quick: object,
-    jobs: object,
-    seed: object,
-    name: object,
-) -> None:
+def _require_arguments(*given: object) -> None:
     """Raise InputError, naming argument, value and what is allowed, for one of the wrong kind."""
     from crosscheck.models.errors import InputError
     from crosscheck.models.experiment.scenario import Scenario, Switches
     from crosscheck.models.mechanism import Mechanism
     from crosscheck.trial.input.equations import Level
 
+    arm, scenarios, switches, level, quick, jobs, seed, name = given
     levels = get_args(Level)
     listed = isinstance(scenarios, list | tuple)
     for argument, value, is_allowed, allowed in (
