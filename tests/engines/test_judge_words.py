@@ -43,7 +43,7 @@ from crosscheck.planning.comparison import (
 from crosscheck.planning.plan import Experiment
 from crosscheck.planning.preparation import _describe_sizes
 from crosscheck.planning.sizing import GrowingMode, Sizes
-from crosscheck.recordings.engines import describe_disagreement, describe_engine
+from crosscheck.identification.engines import describe_disagreement, describe_engine
 from crosscheck.runner.workers import perform_all
 
 SUBJECT = Subject(ComparisonKey("family", "case", "theta", "one", "other"), "rad", "largest")

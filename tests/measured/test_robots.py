@@ -21,7 +21,7 @@ from crosscheck.models.errors import InputError
 from crosscheck.models.pinocchio.robot import PinocchioRobot
 from crosscheck.models.robot.robot import Robot
 from crosscheck.recordings import csv_table
-from crosscheck.recordings.engines import compare_robot_engines
+from crosscheck.identification.engines import compare_robot_engines
 from crosscheck.registry import build_robot_model
 from tests.measured.robots import (
     COULOMB,

@@ -2,16 +2,10 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
 from dataclasses import dataclass
 from math import degrees
 
 import numpy as np
-
-from crosscheck.models.arm.arm import Arm
-from crosscheck.models.errors import InputError
-from crosscheck.recordings.parameters import NORMAL, Parameter, change_parameters
-from crosscheck.recordings.residual import NormalEquations
 
 STANDARD = 9.81  # [m/s^2]
 # Of gravity's size: on Earth it differs by half of that; by more, it is masses and no tilt.
@@ -20,14 +14,16 @@ SIZE_SHARE = 0.01
 
 @dataclass(frozen=True)
 class GravityEstimate:
-    """Gravity [m/s^2] in the base's frame, (2,) of a planar arm, (3,) of a robot.
+    """Gravity [m/s^2] in the base's frame, (3,), or (2,) where torques show its plane alone.
 
-    value, half_width: estimated, with halves of 95 % intervals; in_file: as the file has it.
+    value, half_width: estimated, with halves of 95 % intervals; in_file: as the file has it; axes:
+    which of the base's.
     """
 
     value: np.ndarray
     half_width: np.ndarray
     in_file: np.ndarray
+    axes: tuple[int, ...] = (0, 1, 2)
 
     @property
     def angle_deg(self) -> tuple[float, float] | None:
@@ -76,51 +72,6 @@ class GravityEstimate:
             way = self.value[0] * self.in_file[1] - self.value[1] * self.in_file[0]
             about = "z" if way > 0 else "-z"
         return f"{head}. It is tilted by {turn}: is the base tilted about {about}?"
-
-
-@dataclass(frozen=True)
-class GravityFit:
-    """A level with both components of an arm's gravity estimated at once.
-
-    better: by how much chi squared falls; left: what it is then, per degree of freedom; arm: with
-    this gravity; None where it is no tilt.
-    """
-
-    level: str
-    gravity: GravityEstimate
-    better: float
-    left: float
-    arm: Arm | None
-
-
-def find_gravity(arm: Arm) -> list[Parameter]:
-    """The components of an arm's gravity, as numbers of its file."""
-    return [
-        Parameter(f"arm.gravity_m_per_s2.{place}", value)
-        for place, value in enumerate(arm.gravity_m_per_s2)
-    ]
-
-
-def fit_gravity(
-    equations: NormalEquations, level: str, arm: Arm, places: Sequence[int]
-) -> GravityFit:
-    """The gravity that explains most; places: its columns in the equations."""
-    among, chosen = find_gravity(arm), list(places)
-    covariance = np.linalg.pinv(equations.matrix[np.ix_(chosen, chosen)], hermitian=True)
-    more = covariance @ equations.right[chosen]
-    better = float(equations.right[chosen] @ more)
-    left = equations.left(better)
-    half = NORMAL * np.sqrt(max(left, 1.0) * np.diag(covariance))
-    in_file = np.array([each.value for each in among])
-    gravity = GravityEstimate(in_file + more, half, in_file)
-    other = None
-    if gravity.is_tilted:
-        values = zip(among, gravity.value, strict=True)
-        try:
-            other = change_parameters(arm, {each.path: float(value) for each, value in values})
-        except InputError:
-            other = None
-    return GravityFit(level, gravity, better, left, other)
 
 
 def _format_vector(values: np.ndarray, half_width: np.ndarray | None = None) -> str:
