@@ -12,7 +12,13 @@ import numpy as np
 from crosscheck.findings import Finding
 from crosscheck.identification.bandwidth import choose_bandwidth, measure_error
 from crosscheck.identification.engines import compare_engines
-from crosscheck.identification.estimation import CONFIDENCE, LinearFit, fit_linear, fit_part
+from crosscheck.identification.estimation import (
+    ALIKE,
+    CONFIDENCE,
+    LinearFit,
+    fit_linear,
+    fit_part,
+)
 from crosscheck.identification.excitation import Excitation, suggest_excitation
 from crosscheck.identification.forward import Window, run_windows
 from crosscheck.identification.gravity import GravityEstimate
@@ -323,7 +329,7 @@ def compare(
             gravities.append(weighed)
             if gravity is not None and tilt is None:
                 tilt, turned = gravity, robot.gravity.copy()
-                turned[tilt.axes] = tilt.value
+                turned[list(tilt.axes)] = tilt.value
                 mechanism, robot = mechanism.turn(turned), replace(robot, gravity=turned)
                 samples = _BandSamples(robot, records, torques, shared, payloads)
                 problem = _Problem(robot, samples, LINK_KINDS[treatment])
@@ -356,7 +362,12 @@ def _judge_file(
     problem: _Problem, mechanism: Mechanism, side: Side, bandwidth: float
 ) -> FileJudgement:
     """What a side says of the files' numbers; behind the gears there are links alone."""
-    samples, _, full = problem.fit(bandwidth)
+    samples, columns, full = problem.fit(bandwidth)
+    if full.condition > ALIKE:
+        shown = replace(columns, values=columns.values * full.shown[:, :, None])
+        independent = columns.select(find_basis(shown, problem.kinds).chosen)
+        torque = samples.torque[:, problem.measured]
+        full = fit_linear(independent.values, torque, full.shown, samples.starts)
     fits = FileFits(mechanism, samples, problem.shared, problem.measured, full)
     levels = mechanism.levels
     return fits.judge(

@@ -66,14 +66,14 @@ def _describe_judgement(
     fits = FITS[side.side]
     best, explanations = judgement.best, judgement.explanations
     least = judgement.levels[0]
-    left = f"leaves {_format_most(least)} times what any links would"
+    left = f"{_format_most(least)} times that of freely fitted links"
     name = mechanism.describe_level
     if judgement.explained and len(explanations) == 1:
         yield f"{fits} {name(best.level)} with the file's numbers{_add_friction(mechanism, side)}."
         others = sorted(judgement.levels[1:], key=lambda each: each.surprise)[:1]
         ratios = [(each.level, _format_ratio(judgement.compare(each, best))) for each in others]
         beside = [f"; {each}, the next best, is {by} times less likely" for each, by in ratios]
-        yield f"It {left}{''.join(beside)}."
+        yield f"Its residual is {left}{''.join(beside)}."
     elif judgement.explained:
         names = " and ".join(each.level for each in explanations)
         friction = _add_friction(mechanism, side)
@@ -86,15 +86,15 @@ def _describe_judgement(
                 f"it fits {_describe_change(mechanism, each)}."
                 for each in explanations[1:MOST_NAMES]
             )
-        yield f"{NONE_FITS}; the nearest, {name(least.level)}, {left}."
+        yield f"{NONE_FITS}; the residual of the nearest, {name(least.level)}, is {left}."
     else:
         yield f"{NONE_FITS}, and no one number explains the rest."
-        yield f"The nearest, {name(least.level)}, {left}."
+        yield f"The residual of the nearest, {name(least.level)}, is {left}."
         for change in judgement.changes:
             if change.mechanism is not None:
                 yield (
-                    f"The change that explains most: {_describe_change(mechanism, change)}; it"
-                    f" leaves {_format_most(change)} times."
+                    f"The change that explains most: {_describe_change(mechanism, change)}; its"
+                    f" residual is {_format_most(change)} times that."
                 )
     for change in judgement.changes:
         if change.mechanism is None and change.parameter and change.estimate:

@@ -10,8 +10,8 @@ from collections.abc import Sequence
 import numpy as np
 import pinocchio as pin
 
-from crosscheck.identification.recording import Recording
 from crosscheck.identification.refinement import Knowledge
+from crosscheck.recordings.record import Record
 from tests.measured.second_robot import (
     WEIGHTINGS,
     Signals,
@@ -75,7 +75,7 @@ def prior_rows(model: pin.Model, share: float) -> tuple[np.ndarray, np.ndarray]:
 
 def refine_again(
     urdf: str,
-    given: Recording,
+    given: Record,
     bandwidth: float,
     knowledge: Knowledge,
     ratios: Sequence[float] | None,

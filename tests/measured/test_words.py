@@ -6,13 +6,13 @@ from typing import Any
 
 import numpy as np
 import pytest
+from crosscheck.recordings.compare import Repair
+from crosscheck.recordings.friction import FrictionFit, JointFriction
+from crosscheck.recordings.parameters import Parameter
 
 from crosscheck.identification import compare, messages, output
 from crosscheck.identification.terms import TermEstimate, TorqueTerm
 from crosscheck.recordings import messages as arm_messages
-from crosscheck.recordings.compare import Repair
-from crosscheck.recordings.friction import FrictionFit, JointFriction
-from crosscheck.recordings.parameters import Parameter
 from tests.loops import require_items
 
 
