@@ -43,6 +43,7 @@ PLAUSIBLE = 0.01  # the same of a number's change, which is the best of many
 LEFT_MORE = 1.1  # times what any links leave at a joint: less is no matter of these
 LIKELIHOOD_RATIO = 100.0  # of two levels or numbers, from which on one is named alone
 MOST_NUMBERS = 8  # of a level: those that leave least, which are fitted with intervals
+PASSES, SETTLED = 5, 0.01  # of standard errors: a last step of a number
 NO_COLUMN = 1e-6  # of the largest column of a number of the same unit: less is rounding
 # Of the rms of a joint's torque: what filters and lines between rows leave of a record without
 # noise.
@@ -181,7 +182,8 @@ class FileFits:
     ) -> None:
         self._mechanism, self._samples, self._measured = mechanism, samples, measured
         self._full = full
-        self._torques: dict[str, np.ndarray] = {}  # of levels
+        # Of levels, which are kept, so that no other robot has the place of one in memory.
+        self._torques: dict[tuple[str, int], tuple[RigidLevel, np.ndarray]] = {}
         self._torque = samples.torque[:, measured]
         self._least = ROUNDED * np.sqrt((self._torque**2).mean(axis=0))
         robot = remove_friction(mechanism.robot)
@@ -233,7 +235,29 @@ class FileFits:
         sizes = np.where(sizes > NO_COLUMN * np.array(most), sizes, 0.0)
         falls = (flat.T @ right) ** 2 / np.where(sizes > 0, sizes, np.inf) ** 2
         for place in np.argsort(-falls)[:MOST_NUMBERS].tolist():
-            yield self._fit(level, numbers[place], columns[place])
+            yield self._settle(level, numbers[place], columns[place])
+
+    def _settle(self, level: RigidLevel, parameter: Parameter, column: np.ndarray) -> Restriction:
+        """The fit with a number; of a place by Gauss and Newton's steps: moments bend with it."""
+        fit = self._fit(level, parameter, column)
+        for _ in range(PASSES if parameter.unit == "m" else 0):
+            if fit.mechanism is None or fit.estimate is None:
+                break
+            value = fit.estimate.value
+            (moved,) = (each for each in fit.mechanism.levels if each.name == level.name)
+            new = self._compute_column(moved, parameter._replace(value=value))
+            if new is None:
+                break
+            fit = self._fit(moved, parameter._replace(value=value), new)
+            if (
+                fit.estimate is None
+                or abs(fit.estimate.value - value) < SETTLED * fit.estimate.error
+            ):
+                break
+        if fit.estimate is None:
+            return fit
+        term = replace(fit.estimate.term, value=parameter.value)
+        return replace(fit, parameter=parameter, estimate=replace(fit.estimate, term=term))
 
     def _fit(
         self, level: RigidLevel, parameter: Parameter | None, column: np.ndarray | None
@@ -267,10 +291,11 @@ class FileFits:
 
     def _compute_torques(self, level: RigidLevel) -> np.ndarray:
         """Torques (rows, measured) of a level in the band, without friction."""
-        if level.name not in self._torques:
+        key = level.level, id(level.robot)
+        if key not in self._torques:
             bodies = list_body_parameters(level.robot, self._body_names)
-            self._torques[level.name] = self._links @ bodies + self._compute_rotors(level)
-        return self._torques[level.name]
+            self._torques[key] = level, self._links @ bodies + self._compute_rotors(level)
+        return self._torques[key][1]
 
     def _compute_rotors(self, level: RigidLevel) -> np.ndarray:
         """What a level's rotors add (rows, measured), in the band."""

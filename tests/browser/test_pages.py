@@ -9,6 +9,7 @@ from typing import Any, NamedTuple
 import numpy as np
 import pytest
 import xarray as xr
+from crosscheck.recordings.output import comparison_page
 
 from crosscheck.cli.view import view_page
 from crosscheck.cost.output import cost_page
@@ -23,7 +24,6 @@ from crosscheck.planning.comparison import collect_tasks, judge_comparisons
 from crosscheck.planning.plan import CrossCheckRequest, Experiment
 from crosscheck.planning.run_suite import plan_experiment_comparisons
 from crosscheck.provenance import record_provenance
-from crosscheck.recordings.output import comparison_page
 from crosscheck.registry import RIGID_LEVELS
 from crosscheck.report.html import render_report_page
 from crosscheck.report.plots.charts import Charts, Pictures

@@ -29,6 +29,7 @@ from crosscheck.findings import (
     make_share_check,
     make_unfinished_check,
 )
+from crosscheck.identification.engines import describe_disagreement, describe_engine
 from crosscheck.models.arm.planets import usual_switches
 from crosscheck.models.experiment.scenario import switches
 from crosscheck.models.loading import Case, load_arm, load_scenario
@@ -43,7 +44,6 @@ from crosscheck.planning.comparison import (
 from crosscheck.planning.plan import Experiment
 from crosscheck.planning.preparation import _describe_sizes
 from crosscheck.planning.sizing import GrowingMode, Sizes
-from crosscheck.identification.engines import describe_disagreement, describe_engine
 from crosscheck.runner.workers import perform_all
 
 SUBJECT = Subject(ComparisonKey("family", "case", "theta", "one", "other"), "rad", "largest")

@@ -306,7 +306,7 @@ def test_options_are_of_arms_and_robots_alike(name):
     """A setting and a scenario reach both; a tolerance of what is no number of either does not."""
     section = "arm" if name == "paper-labelled" else "robot"
     given = ["scenario.duration_s=2.5", f"{section}.title=a name"]
-    mechanism, scenario = load_mechanism(name, "pd" if section == "arm" else "shaking", given)
+    mechanism, scenario = load_mechanism(name, "constant-torque", given)
     assert scenario is not None
     assert scenario.duration_s == 2.5
     assert mechanism.parameters[0].path.startswith(f"{section}.")

@@ -356,10 +356,9 @@ def bag_of(
     header = types.types["std_msgs/msg/Header"]
     with Writer(folder, version=9, storage_plugin=storage) as bag:
         topic = bag.add_connection("/joint_states", message.__msgtype__, typestore=types)
+        signals = record.time, record.position, record.motor_torque
         bag.add_connection("/chatter", "std_msgs/msg/String", typestore=types)
-        for time, angles, torques in zip(
-            record.time, record.position, record.motor_torque, strict=True
-        ):
+        for time, angles, torques in zip(*signals, strict=True):
             nanoseconds = 1_700_000_000 * 10**9 + round(1e9 * time)
             own = header(stamp(*divmod(nanoseconds, 10**9)), "base")
             names, places = ["elbow", "gripper", "shoulder"], [angles[1], 0.5, angles[0]]
