@@ -12,16 +12,16 @@ from typing import Any, NamedTuple
 import numpy as np
 from matplotlib.figure import Figure
 
-from crosscheck.identification import compare, messages, output
+from crosscheck.identification import compare, forward, messages, output, restrictions
 from crosscheck.identification.compare import RecordComparison
-from crosscheck.identification.forward import Window, run_windows
+from crosscheck.identification.forward import Window
 from crosscheck.identification.mechanism import PlanarArm
-from crosscheck.identification.restrictions import FileJudgement, Restriction, compute_chance
+from crosscheck.identification.restrictions import FileJudgement, Restriction
 from crosscheck.models.arm.arm import Arm
 from crosscheck.models.loading import load_scenario, validate_record
 from crosscheck.provenance import ROOT
+from crosscheck.recordings import smoothing
 from crosscheck.recordings.record import Record, read_record
-from crosscheck.recordings.smoothing import add_drive_torques, smooth_record
 from tests.measured import second
 from tests.measured.records import compared
 from tests.measured.second_robot import TableFit, restrict, sample_rows
@@ -68,14 +68,10 @@ def kept() -> Case:
         record = read_record(path, 2)
         arm = PlanarArm(validate_record(Arm, content(), "unlike"))
         comparison = compared(record, arm, **TOLERANCES)
-        judgement = comparison.sides[0].judgement
-        assert judgement is not None
-        assert judgement.best.estimate is not None
-        heavy = second.with_value(content(), PAYLOAD, judgement.best.estimate.value)
         robot, shared = compare.remove_friction(arm.robot), np.zeros((0, 2))
         samples = compare._BandSamples(robot, [record], [record.motor_torque], shared)
         problem = compare._Problem(robot, samples, compare.LINK_KINDS["identified"])
-        return Case(comparison, problem, second.Runs(path, heavy, TOLERANCES))
+        return Case(comparison, problem, second.Runs(path, content(), TOLERANCES))
 
 
 @lru_cache
@@ -114,10 +110,9 @@ def wrong_estimates() -> Iterator[str]:
     """Of the payload and of a sun, of which one explains the record."""
     arm, side = kept().comparison.mechanism, kept().comparison.sides[0]
     judgement = compare._judge_file(kept().problem, arm, "motor", side.bandwidth)
-    if [(each.level, each.parameter) for each in judgement.explanations] != [
-        (LEVEL, next(each for each in arm.parameters if each.path == PAYLOAD))
-    ]:
-        yield "what explains the record"
+    best = judgement.best
+    if (best.level, best.parameter and best.parameter.path) != (LEVEL, PAYLOAD):
+        yield f"explained by {best}"
     rms = np.sqrt((side.residual**2).sum(axis=0) / side.shown.sum(axis=0))
     values = dict(second.paths(content()))
     given = [each for each in judgement.changes if each.level == LEVEL]
@@ -159,7 +154,7 @@ def wrong_chances() -> Iterator[str]:
     ratios, further, left = np.array([1.1, 1.3]), np.array([2.0, 3.0]), np.array([30.0, 40.0])
     chances = f.sf((ratios**2 - 1) * left / further, further, left)
     right = chi2.sf(-2 * np.log(chances).sum(), 4)
-    yield from apart("chance", compute_chance(ratios, further, left), right)
+    yield from apart("chance", restrictions.compute_chance(ratios, further, left), right)
     best = kept().judgement.best
     plain = replace(best, parameter=None, estimate=None, mechanism=kept().comparison.mechanism)
     for factor, is_within in ((1.01, True), (0.99, False)):
@@ -176,11 +171,10 @@ def wrong_chances() -> Iterator[str]:
 
 
 def run_again() -> list[Window]:
-    """Runs of the best explanation."""
-    record, best = kept().record, kept().judgement.best
-    assert best.mechanism is not None
+    """Runs of the file's numbers, which leave the record."""
+    record = kept().record
     pairs = [(record, record.motor_torque)]
-    return list(run_windows(pairs, best.mechanism, best.level, TOLERANCES))
+    return list(forward.run_windows(pairs, kept().comparison.mechanism, LEVEL, TOLERANCES))
 
 
 @lru_cache
@@ -229,7 +223,7 @@ def wrong_views() -> Iterator[str]:
         yield from apart(name, change["number"][name], value)
     yield from apart("ratios", change["rms_over_that_of_any_links"], best.ratios)
     estimate = messages.format_value(best.estimate.value, best.estimate.half_width, 5.0)
-    if f"the payload is {estimate} kg; the file says 5." not in data["answer"][0]:
+    if not data["answer"][0].endswith(f"the payload is {estimate} kg; the file says 5."):
         yield data["answer"][0]
     stays = np.median([each["stays_s"] for each in data["windows"]])
     long = np.median([each["to_s"] - each["from_s"] for each in data["windows"]])
@@ -254,7 +248,9 @@ def wrong_torques_of_a_drive() -> Iterator[str]:
     }
     scenario = load_scenario("pd")
     drive = scenario.drive.model_copy(update=law)
-    given = add_drive_torques(record, scenario.model_copy(update={"drive": drive})).motor_torque
+    given = smoothing.add_drive_torques(
+        record, scenario.model_copy(update={"drive": drive})
+    ).motor_torque
     rates = 0.3 * np.array([3.0, 5.0]) * np.cos(waves)
     right = np.array([100.0, 70.0]) * ([0.5, -0.2] - record.position) - [40.0, 9.0] * rates
     if not np.allclose(given, right, atol=1e-3):
@@ -264,9 +260,11 @@ def wrong_torques_of_a_drive() -> Iterator[str]:
 def wrong_choice() -> Iterator[str]:
     """Of which blocks are looked at where there are many: as far apart as may be."""
     record = kept().record
-    times = [block.time[0] for block in smooth_record(record, record.motor_torque, 4, 800)]
+    times = [
+        block.time[0] for block in smoothing.smooth_record(record, record.motor_torque, 4, 800)
+    ]
     for most in (1, 2, 3):
-        blocks = smooth_record(record, record.motor_torque, 4, most)
+        blocks = smoothing.smooth_record(record, record.motor_torque, 4, most)
         places = [times.index(block.time[0]) for block in blocks]
         steps = max(most - 1, 1)
         if places != [round(n * (len(times) - 1) / steps) for n in range(most)]:
