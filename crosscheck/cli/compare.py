@@ -16,7 +16,7 @@ from crosscheck.identification.description import (
     transmission_matrix,
 )
 from crosscheck.identification.excitation import format_excitation
-from crosscheck.identification.mechanism import Mechanism, PlanarArm, SpatialRobot
+from crosscheck.identification.mechanism import ComparedMechanism
 from crosscheck.identification.messages import EXCITATION_FILE
 from crosscheck.identification.output import (
     comparison_json,
@@ -24,11 +24,9 @@ from crosscheck.identification.output import (
     describe_comparison,
 )
 from crosscheck.identification.refinement import Knowledge
+from crosscheck.mechanisms import supply
 from crosscheck.models.errors import InputError
-from crosscheck.models.experiment.scenario import Scenario
-from crosscheck.models.files import is_robot
-from crosscheck.models.loading import load_selection
-from crosscheck.models.robot.case import load_changed_robot, load_robot_case
+from crosscheck.models.mechanism import find_section, select_mechanism
 from crosscheck.output import require_files
 from crosscheck.recordings.record import Record, read_record
 from crosscheck.recordings.smoothing import add_drive_torques, check_rates
@@ -55,7 +53,8 @@ def compare_command(
     aside; where the record's description asks for more, if that can be determined. Raises
     InputError.
     """
-    mechanism, chosen = load_mechanism(name, scenario, settings)
+    selection = select_mechanism(name, () if scenario is None else (scenario,), settings)
+    mechanism: ComparedMechanism = supply("compare", find_section(name))(selection.mechanism)
     tolerances = dict(_tolerance(text) for text in stated)
     mechanism.require_parameters(tolerances)
     page = None if out is None else out / PAGE
@@ -73,7 +72,7 @@ def compare_command(
         transmission, knowledge = np.eye(count), Knowledge()
     for each in records:
         check_rates(each)
-    if chosen is not None:
+    for chosen in selection.scenarios:
         records = tuple(add_drive_torques(each, chosen) for each in records)
     for each in records:
         if each.motor_torque is None and each.joint_torque is None:
@@ -91,19 +90,6 @@ def compare_command(
         requests.append((table, lambda: format_excitation(excitation)))
     print_and_write(describe_comparison(comparison), *requests)
     return 0 if comparison.engines_agree and comparison.is_decided else 1
-
-
-def load_mechanism(
-    name: str, scenario: str | None, settings: list[str]
-) -> tuple[Mechanism, Scenario | None]:
-    """An arm or a robot, and a scenario if one is asked for, with settings. Raises InputError."""
-    if not is_robot(name):
-        selection = load_selection(name, [] if scenario is None else [scenario], settings)
-        return PlanarArm(selection.arm), next(iter(selection.scenarios), None)
-    if scenario is None:
-        return SpatialRobot(load_changed_robot(name, settings)), None
-    case = load_robot_case(name, scenario, settings)
-    return SpatialRobot(case.robot), case.scenario
 
 
 def _tolerance(text: str) -> tuple[str, float]:

@@ -22,7 +22,7 @@ from crosscheck.identification.estimation import (
 from crosscheck.identification.excitation import Excitation, suggest_excitation
 from crosscheck.identification.forward import Window, run_windows
 from crosscheck.identification.gravity import GravityEstimate
-from crosscheck.identification.mechanism import Mechanism
+from crosscheck.identification.mechanism import ComparedMechanism
 from crosscheck.identification.refinement import (
     Knowledge,
     RecordedTorque,
@@ -221,7 +221,7 @@ class RecordComparison:
     windows: runs of the best explanation.
     """
 
-    mechanism: Mechanism
+    mechanism: ComparedMechanism
     records: tuple[Record, ...]
     engines: tuple[Finding, ...]
     ranks: LevelRanks
@@ -278,7 +278,7 @@ class RecordComparison:
 
 
 def compare(
-    mechanism: Mechanism,
+    mechanism: ComparedMechanism,
     records: Sequence[Record],
     transmission: np.ndarray,
     progress: CountCallback,
@@ -359,7 +359,7 @@ def compare(
 
 
 def _judge_file(
-    problem: _Problem, mechanism: Mechanism, side: Side, bandwidth: float
+    problem: _Problem, mechanism: ComparedMechanism, side: Side, bandwidth: float
 ) -> FileJudgement:
     """What a side says of the files' numbers; behind the gears there are links alone."""
     samples, columns, full = problem.fit(bandwidth)

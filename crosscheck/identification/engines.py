@@ -17,7 +17,7 @@ import numpy as np
 from crosscheck.checks.answers import require_numbers
 from crosscheck.checks.robots.case import check_share, share_of
 from crosscheck.findings import ComparisonKey, Finding, Subject
-from crosscheck.identification.mechanism import Mechanism, RigidLevel
+from crosscheck.identification.mechanism import ComparedMechanism, RigidLevel
 from crosscheck.models.pinocchio.regressor import LinkRegressor
 from crosscheck.models.robot.robot import Robot
 from crosscheck.planning.comparison import (
@@ -83,7 +83,7 @@ class _RegressorModel:
         return links + self._friction * v
 
 
-def compare_engines(mechanism: Mechanism, motion: Motion) -> list[Finding]:
+def compare_engines(mechanism: ComparedMechanism, motion: Motion) -> list[Finding]:
     """Torques of every model against the reference's, at each rigid level that differs."""
     comparisons = [
         each for level in mechanism.levels for each in plan_level(mechanism, level, motion)
@@ -92,7 +92,9 @@ def compare_engines(mechanism: Mechanism, motion: Motion) -> list[Finding]:
     return list(judge_comparisons(comparisons, Results(outcomes)))
 
 
-def plan_level(mechanism: Mechanism, level: RigidLevel, motion: Motion) -> Iterator[Comparison]:
+def plan_level(
+    mechanism: ComparedMechanism, level: RigidLevel, motion: Motion
+) -> Iterator[Comparison]:
     """Comparisons of the first engine with all other models at a level."""
     rows = np.unique(np.linspace(0, len(motion[0]) - 1, ENGINE_ROWS).astype(int))
     q, v, a = (part[rows] for part in motion)

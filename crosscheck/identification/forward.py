@@ -13,7 +13,7 @@ from dataclasses import dataclass
 import numpy as np
 from scipy.interpolate import CubicHermiteSpline
 
-from crosscheck.identification.mechanism import Mechanism, RigidLevel
+from crosscheck.identification.mechanism import ComparedMechanism, RigidLevel
 from crosscheck.models.experiment.scenario import Scenario, Start, TableDrive
 from crosscheck.models.robot.robot import remove_friction
 from crosscheck.recordings.record import Record
@@ -62,7 +62,7 @@ Friction = Callable[[np.ndarray], np.ndarray]  # of rates (rows, n), as estimate
 
 def run_windows(
     records: Sequence[tuple[Record, np.ndarray]],
-    mechanism: Mechanism,
+    mechanism: ComparedMechanism,
     level: str,
     tolerances: Mapping[str, float],
     friction: Friction | None = None,
@@ -84,7 +84,7 @@ def run_windows(
 
 def _run_window(
     block: Block,
-    mechanism: Mechanism,
+    mechanism: ComparedMechanism,
     level: str,
     tolerances: Mapping[str, float],
     friction: Friction | None,

@@ -90,7 +90,7 @@ class RigidLevel(NamedTuple):
     level: Level
 
 
-class Mechanism(ABC):
+class ComparedMechanism(ABC):
     """What is compared with a record.
 
     Attributes:
@@ -117,11 +117,11 @@ class Mechanism(ABC):
         """The rigid levels that differ, the simplest first."""
 
     @abstractmethod
-    def change(self, values: Mapping[str, float]) -> Mechanism:
+    def change(self, values: Mapping[str, float]) -> ComparedMechanism:
         """The same with other values, by path. Raises InputError for what no file may hold."""
 
     @abstractmethod
-    def turn(self, gravity: np.ndarray) -> Mechanism:
+    def turn(self, gravity: np.ndarray) -> ComparedMechanism:
         """The same in another gravity (3,) [m/s^2]."""
 
     def list_own_models(self, level: str) -> Iterator[tuple[str, Callable[[], Any]]]:
@@ -141,7 +141,7 @@ class Mechanism(ABC):
                 raise InputError("--tolerance", path, None, allowed)
 
 
-class PlanarArm(Mechanism):
+class PlanarArm(ComparedMechanism):
     """A planar arm."""
 
     noun = "arm"
@@ -215,7 +215,7 @@ def _describe_number(path: str, value: float, bearer: str) -> Parameter:
 Edit = tuple[str, Any, Callable[[Any, float], Any]]  # of a table's entry, by a new value
 
 
-class SpatialRobot(Mechanism):
+class SpatialRobot(ComparedMechanism):
     """A robot in space.
 
     links: those of its URDF that move, where they are not as its text has them.

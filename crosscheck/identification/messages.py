@@ -15,7 +15,7 @@ from crosscheck.identification.compare import (
 )
 from crosscheck.identification.engines import describe_disagreement
 from crosscheck.identification.excitation import DRAWN, Excitation
-from crosscheck.identification.mechanism import Mechanism
+from crosscheck.identification.mechanism import ComparedMechanism
 from crosscheck.identification.refinement import PossibleBodies, Refinement
 from crosscheck.identification.restrictions import FileJudgement, Restriction, flag_friction
 from crosscheck.identification.terms import ROTOR_KINDS, TermEstimate
@@ -60,7 +60,7 @@ def describe_answers(comparison: RecordComparison) -> list[str]:
 
 
 def _describe_judgement(
-    mechanism: Mechanism, side: SideResult, judgement: FileJudgement
+    mechanism: ComparedMechanism, side: SideResult, judgement: FileJudgement
 ) -> Iterator[str]:
     """Whether the files' numbers explain the torques of a side, or a change of one does."""
     fits = FITS[side.side]
@@ -105,7 +105,7 @@ def _describe_judgement(
             )
 
 
-def _describe_change(mechanism: Mechanism, change: Restriction) -> str:
+def _describe_change(mechanism: ComparedMechanism, change: Restriction) -> str:
     """A level with one number of the file changed."""
     parameter, estimate = change.parameter, change.estimate
     if parameter is None or estimate is None:
@@ -121,7 +121,7 @@ def _format_change(estimate: TermEstimate) -> str:
     return f"{format_value(estimate.value, estimate.half_width, in_file)} {estimate.term.unit}"
 
 
-def _add_friction(mechanism: Mechanism, side: SideResult) -> str:
+def _add_friction(mechanism: ComparedMechanism, side: SideResult) -> str:
     """Friction that is not the file's, as the end of a sentence; nothing where it is."""
     assert side.judgement is not None  # as was asked
     flagged = flag_friction(side.judgement.best, mechanism.robot, side.threshold)

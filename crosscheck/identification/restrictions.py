@@ -17,7 +17,7 @@ from scipy.special import chdtrc, fdtrc, fdtri
 
 from crosscheck.identification.estimation import LinearFit, fit_linear
 from crosscheck.identification.mechanism import (
-    Mechanism,
+    ComparedMechanism,
     Parameter,
     RigidLevel,
     list_body_parameters,
@@ -67,7 +67,7 @@ class Restriction:
     ratios: np.ndarray
     chance: float
     surprise: float
-    mechanism: Mechanism | None
+    mechanism: ComparedMechanism | None
 
     @property
     def explains(self) -> bool:
@@ -174,7 +174,7 @@ class FileFits:
 
     def __init__(
         self,
-        mechanism: Mechanism,
+        mechanism: ComparedMechanism,
         samples: BandSample,
         shared: np.ndarray,
         measured: np.ndarray,
@@ -336,8 +336,8 @@ def _list_rotors(robot: Robot) -> tuple[object, ...]:
 
 
 def _apply(
-    mechanism: Mechanism, parameter: Parameter | None, estimate: TermEstimate | None
-) -> Mechanism | None:
+    mechanism: ComparedMechanism, parameter: Parameter | None, estimate: TermEstimate | None
+) -> ComparedMechanism | None:
     """The mechanism with an estimate in place of its file's number; None where it may not be."""
     if parameter is None or estimate is None:
         return mechanism

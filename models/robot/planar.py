@@ -48,12 +48,12 @@ def build_planar_robot(arm: Arm, *, has_gears: bool = True) -> Robot:
 
     Raises InputError.
     """
-    text = write_as_robot(arm, "arm.urdf", has_gears=has_gears)
+    text = write_arm_as_robot(arm, "arm.urdf", has_gears=has_gears)
     file = validate_record(RobotFile, parse_toml(text.file), arm.name)
     return build_robot(file, text.urdf, arm.name, arm.name)
 
 
-def write_as_robot(arm: Arm, urdf: str, *, has_gears: bool = True) -> RobotText:
+def write_arm_as_robot(arm: Arm, urdf: str, *, has_gears: bool = True) -> RobotText:
     """The texts of an arm as a robot; urdf: name of the URDF."""
     heads = URDF_HEAD.format(name=quoteattr(arm.name)), FILE_HEAD.format(urdf=urdf)
     lines = _urdf_lines(arm, has_gears), _file_lines(arm, urdf, has_gears)

@@ -3,7 +3,7 @@
 import numpy as np
 
 from crosscheck.identification.compare import RecordComparison, compare
-from crosscheck.identification.mechanism import Mechanism, PlanarArm
+from crosscheck.identification.mechanism import ComparedMechanism, PlanarArm
 from crosscheck.identification.restrictions import FileJudgement
 from crosscheck.models.arm.arm import Arm
 from crosscheck.models.interface import Model
@@ -61,16 +61,18 @@ def record_of(
     )
 
 
-def compared(record: Record, mechanism: Mechanism | Arm, **tolerances: float) -> RecordComparison:
+def compared(
+    record: Record, mechanism: ComparedMechanism | Arm, **tolerances: float
+) -> RecordComparison:
     """Of engines that agree, without a word of progress."""
-    own = mechanism if isinstance(mechanism, Mechanism) else PlanarArm(mechanism)
+    own = mechanism if isinstance(mechanism, ComparedMechanism) else PlanarArm(mechanism)
     turns = np.eye(record.position.shape[1])
     comparison = compare(own, [record], turns, lambda *doing: None, tolerances=tolerances)
     assert comparison.engines_agree
     return comparison
 
 
-def judged(record: Record, mechanism: Mechanism | Arm) -> FileJudgement:
+def judged(record: Record, mechanism: ComparedMechanism | Arm) -> FileJudgement:
     """What the record says of the files' numbers."""
     judgement = compared(record, mechanism).sides[0].judgement
     assert judgement is not None
