@@ -92,7 +92,7 @@ NO_LESS = 1.1  # times the errors of a band: a wider one that makes them more la
 # Of scaled columns: beyond it estimates hang on what motion hardly shows (Gautier and Khalil, 1992,
 # ask for 100).
 EXCITED = 1000.0
-CONCERNED = 0.1  # a parameter's part in the direction that motion shows least, beyond it told
+CONCERNED = 0.1  # a parameter's part in the direction that motion shows least, to be named
 
 
 @dataclass(frozen=True)
@@ -328,9 +328,8 @@ def compare(
             weighed, gravity = _judge_gravity(problem, torques, side, bandwidth)
             gravities.append(weighed)
             if gravity is not None and tilt is None:
-                tilt, turned = gravity, robot.gravity.copy()
-                turned[list(tilt.axes)] = tilt.value
-                mechanism, robot = mechanism.turn(turned), replace(robot, gravity=turned)
+                tilt, robot = gravity, replace(robot, gravity=gravity.value)
+                mechanism = mechanism.turn(gravity.value)
                 samples = _BandSamples(robot, records, torques, shared, payloads)
                 problem = _Problem(robot, samples, LINK_KINDS[treatment])
                 bandwidth = problem.choose_bandwidth(widest)
@@ -369,15 +368,17 @@ def _judge_file(
         torque = samples.torque[:, problem.measured]
         full = fit_linear(independent.values, torque, full.shown, samples.starts)
     fits = FileFits(mechanism, samples, problem.shared, problem.measured, full)
-    levels = mechanism.levels
-    return fits.judge(
-        levels if side == "motor" else [each for each in levels if each.level == "links"]
-    )
+    behind = [each for each in mechanism.levels if each.level == "links"]
+    return fits.judge(mechanism.levels if side == "motor" else behind)
 
 
 def _run_best(comparison: RecordComparison) -> Iterator[Window]:
-    """Runs of the first side's best explanation, where every joint's torque is measured."""
-    for side in comparison.judged_sides[:1]:
+    """Runs of the first side's best explanation, where every joint's torque is measured.
+
+    None of a record with a payload, which the files do not have.
+    """
+    is_loaded = any(payload.any() for payload in comparison.knowledge.payloads)
+    for side in () if is_loaded else comparison.judged_sides[:1]:
         judgement = side.judgement
         best = next(iter(judgement.explanations), None) if judgement else None
         torques = [
@@ -435,10 +436,10 @@ def _find_tilt(robot: Robot, weighed: SideResult, free: SideResult) -> GravityEs
     """
     components = [each for each in weighed.estimates if each.term.kind == "gravity"]
     axes = ["xyz".index(each.term.name.split()[2]) for each in components]
-    given = robot.gravity[axes]
-    value = given + [each.value for each in components]
-    half_width = np.array([each.half_width for each in components])
-    gravity = GravityEstimate(value, half_width, given, tuple(axes))
+    value, half_width = robot.gravity.astype(float), np.zeros(3)
+    value[axes] += [each.value for each in components]
+    half_width[axes] = [each.half_width for each in components]
+    gravity = GravityEstimate(value, half_width, robot.gravity, tuple(axes))
     is_sure = all(each.doubled is None for each in components)
     alone = is_sure and not weighed.find_worse_joints(free)
     return gravity if alone and gravity.is_tilted else None

@@ -121,8 +121,8 @@ def _run_window(
     for path, share in tolerances.items():
         changed = mechanism.change({path: stated[path] * (1 + share)})
         (other,) = (each for each in changed.levels if each.name == level)
-        rubs = friction is None
-        other = other if rubs else other._replace(robot=remove_friction(other.robot))
+        if friction is not None:
+            other = other._replace(robot=remove_friction(other.robot))
         cases.append((other, start, torques))
     steps = max(clock.size - 1, STEPS)
     runs = _run_cases(cases, clock, steps)

@@ -14,10 +14,10 @@ SIZE_SHARE = 0.01
 
 @dataclass(frozen=True)
 class GravityEstimate:
-    """Gravity [m/s^2] in the base's frame, (3,), or (2,) where torques show its plane alone.
+    """Gravity (3,) [m/s^2] in the base's frame.
 
     value, half_width: estimated, with halves of 95 % intervals; in_file: as the file has it; axes:
-    which of the base's.
+    those along which torques show it, two of a planar arm; along the others it is the file's.
     """
 
     value: np.ndarray
@@ -41,7 +41,7 @@ class GravityEstimate:
     def is_tilted(self) -> bool:
         """Whether it has the file's size in another direction, beyond its interval.
 
-        Where the file has none, an arm's plane may be tilted by any angle.
+        Where the file has none, the plane that torques show may be tilted by any angle.
         """
         size, there = np.linalg.norm(self.value), np.linalg.norm(self.in_file)
         if not size:
@@ -50,7 +50,7 @@ class GravityEstimate:
         angle = self.angle_deg
         if angle is None:
             over = size - STANDARD
-            return bool((over if len(self.value) == 2 else abs(over)) <= allowed)
+            return bool((over if len(self.axes) < 3 else abs(over)) <= allowed)
         return bool(abs(size - there) <= allowed and angle[0] > angle[1])
 
     def describe(self) -> str:
@@ -64,13 +64,9 @@ class GravityEstimate:
             return f"{head}. Is the base tilted?"
         digits = max(0, min(6, int(1 - np.floor(np.log10(max(angle[1], 1e-6))))))
         turn = f"{angle[0]:.{digits}f} +- {angle[1]:.{digits}f} degrees"
-        if len(self.value) == 3:
-            # Seen from a base that turns, gravity turns the other way.
-            axis = np.cross(self.value, self.in_file)
-            about = _format_vector(np.round(axis / np.linalg.norm(axis), 2) + 0.0)
-        else:
-            way = self.value[0] * self.in_file[1] - self.value[1] * self.in_file[0]
-            about = "z" if way > 0 else "-z"
+        # Seen from a base that turns, gravity turns the other way.
+        axis = np.cross(self.value, self.in_file)
+        about = _format_vector(np.round(axis / np.linalg.norm(axis), 2) + 0.0)
         return f"{head}. It is tilted by {turn}: is the base tilted about {about}?"
 
 

@@ -81,16 +81,11 @@ class Restriction:
 
     def compute_friction(self, rates: np.ndarray) -> np.ndarray:
         """Torques (rows, n) of joints' own friction as estimated, at rates (rows, n)."""
-        names = [each.term.name for each in self.friction]
-        values = [each.value for each in self.friction]
-        by_name = dict(zip(names, values, strict=True))
+        by_name = {each.term.name: each.value for each in self.friction}
         joints = self.mechanism.robot.coordinate_names if self.mechanism else []
+        signals = {"offset": np.ones_like(rates), "viscous": rates, "coulomb": np.sign(rates)}
         torques = np.zeros_like(rates)
-        for kind, signal in (
-            ("offset", np.ones_like(rates)),
-            ("viscous", rates),
-            ("coulomb", np.sign(rates)),
-        ):
+        for kind, signal in signals.items():
             torques += signal * [by_name.get(f"{kind} of {name}", 0.0) for name in joints]
         return torques
 

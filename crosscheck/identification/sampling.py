@@ -32,7 +32,7 @@ REACH = 1.0  # shortest periods before and behind a row that count in it
 EDGE = 2.0
 # Below this share of its fastest rate a joint stands: friction may then hold any torque.
 SLOW = 0.01
-# Below this share of it a direction is told in parts: less, and signs of rounding count; more, and
+# Below this share of it a direction counts in parts: less, and signs of rounding count; more, and
 # a joint that turns slowly has its friction too late.
 RAMP = 0.001
 LEAST_CHANGE = 1e-3  # of such a rate from row to row: less, and the row's own sign is as good

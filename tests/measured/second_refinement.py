@@ -139,8 +139,8 @@ def refine_again(
         for place, name in enumerate(names, 10 * count)
     }
     if knowledge.links is None:
-        told = identifiable(model, count)[10 * count :]
-        lost = [name for name, able in zip(names, told, strict=False) if not able]
+        named = identifiable(model, count)[10 * count :]
+        lost = [name for name, able in zip(names, named, strict=False) if not able]
         found = {name: pair for name, pair in found.items() if name not in lost}
     for name, (value, error) in found.items():
         if name.startswith("drive gain"):

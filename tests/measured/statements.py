@@ -23,7 +23,7 @@ class Kind:
     """
 
     make: Callable[[Robot, int], Record]
-    is_told: Callable[[SideResult, SideResult], bool]
+    is_true: Callable[[SideResult, SideResult], bool]
     rotors: frozenset[str] = frozenset({"armature of j3"})
     has_delay: bool = False
     has_factors: bool = False
@@ -96,11 +96,11 @@ KINDS = {
 
 
 def judge(kind: Kind, seed: int) -> tuple[bool, bool, bool]:
-    """Whether the truth is told, something false, and whether the rotor's interval covers it."""
+    """Whether what is true is said, something false, and whether the rotor's interval covers it."""
     robot = kind.robot()
     comparison = compared(robot, kind.make(robot, seed))
     side, scaled = comparison.sides
-    return kind.is_told(side, scaled), is_false(comparison, kind), covers(side, kind)
+    return kind.is_true(side, scaled), is_false(comparison, kind), covers(side, kind)
 
 
 def is_false(comparison: RecordComparison, kind: Kind) -> bool:

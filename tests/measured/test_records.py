@@ -225,7 +225,7 @@ NAMES = {
 
 
 @pytest.mark.parametrize("names", NAMES)
-def test_columns_without_units_are_told_what_to_be_called(record, tmp_path, names):
+def test_columns_without_units_have_names_suggested(record, tmp_path, names):
     path = written(record, tmp_path / "r.csv")
     path.write_text(path.read_text().replace(HEADER, names))
     with pytest.raises(InputError) as error:

@@ -83,7 +83,7 @@ def test_gains_and_zeros_are_found():
         assert each.half_width < 0.1
 
 
-def test_zeros_that_links_make_up_are_not_told(robot):
+def test_zeros_that_links_make_up_are_not_distinguished(robot):
     """An encoder before all links, or at the last: a body that stands otherwise is the same."""
     given = recording(robot, "armature", seconds=SECONDS)
     given = replace(given, position=given.position - np.array([0.0, 0.03, 0.0]))
@@ -94,7 +94,7 @@ def test_zeros_that_links_make_up_are_not_told(robot):
     assert zero.half_width < 0.03
 
 
-def test_gains_without_anything_of_known_size_are_not_told(crosscheck, robot, tmp_path):
+def test_gains_without_anything_of_known_size_are_not_distinguished(crosscheck, robot, tmp_path):
     answer = run(crosscheck, robot, tmp_path, 'estimate = ["gains"]\n', "")
     assert answer.code == 1
     assert "Gains of drives cannot be determined" in answer.out

@@ -67,7 +67,7 @@ def test_a_second_program_estimates_the_same(robot):
 
 
 def test_friction_of_a_joint_that_never_turns_back_is_no_number(robot):
-    """Its Coulomb friction and offset are one column; of other joints both are told."""
+    """Its Coulomb friction and offset are one column; those of other joints are two."""
     given = recording(robot, "links", seconds=10.0)
     position = given.position.copy()
     position[:, 0] += 6.0 * given.time
@@ -79,9 +79,9 @@ def test_friction_of_a_joint_that_never_turns_back_is_no_number(robot):
     side = first_side(robot, replace(given, position=position, motor_torque=torque + noise))
     names = [[each.name for each in pair] for pair in side.alike]
     assert names == [["offset of j1", "coulomb of j1"]]
-    told = {each.term.name for each in side.estimates}
-    assert not told & set(names[0])
-    assert {"offset of j2", "coulomb of j2"} <= told
+    named = {each.term.name for each in side.estimates}
+    assert not named & set(names[0])
+    assert {"offset of j2", "coulomb of j2"} <= named
     assert side.is_excited
 
 
@@ -91,10 +91,10 @@ def test_of_a_joint_whose_torque_is_not_measured_the_motion_alone_counts(robot):
     torque = given.motor_torque.copy()
     torque[:, 1] = np.nan
     side = first_side(robot, replace(given, motor_torque=torque))
-    told = {each.term.name: each for each in side.estimates}
-    assert not {f"{kind} of j2" for kind in ("offset", "coulomb", "viscous")} & told.keys()
+    named = {each.term.name: each for each in side.estimates}
+    assert not {f"{kind} of j2" for kind in ("offset", "coulomb", "viscous")} & named.keys()
     for number in (1, 3):
-        found = told[f"coulomb of j{number}"]
+        found = named[f"coulomb of j{number}"]
         assert abs(found.value - COULOMB[number - 1]) < 2 * found.half_width
     assert side.shown.shape[1] == side.residual.shape[1] == 2
     assert (side.names, side.measured) == (("j1", "j2", "j3"), ("j1", "j3"))
@@ -203,8 +203,8 @@ def test_armature_of_a_file_is_the_reflected_inertia_of_all_rotors_of_a_joint(ro
     geared = [replace(rotor, ratio=ratio) for rotor, ratio in pairs]
     harmed = replace(robot, rotors=(*geared, replace(geared[0], ratio=20)))
     terms = build_columns(harmed, np.zeros((0, 3)), samples).terms
-    told = [term.value for term in terms if term.kind == "armature"]
-    assert told == [pytest.approx(0.36 + 0.04), pytest.approx(0.25), None]  # N^2 J, kg m^2
+    named = [term.value for term in terms if term.kind == "armature"]
+    assert named == [pytest.approx(0.36 + 0.04), pytest.approx(0.25), None]  # N^2 J, kg m^2
 
 
 DESCRIPTION = """
@@ -374,10 +374,10 @@ def test_the_least_bandwidth_holds_the_motion():
 
 
 @pytest.mark.parametrize("name", KINDS)
-def test_recordings_that_are_wrong_in_a_way_are_told_so(name):
+def test_recordings_that_are_wrong_in_a_way_are_said_to_be_so(name):
     """One of the hundred of each kind that benchmarks/bench_measured.py asks."""
-    told, false, _ = judge(KINDS[name], 0)
-    assert (told, false) == (True, False)
+    true, false, _ = judge(KINDS[name], 0)
+    assert (true, false) == (True, False)
 
 
 def tilt_base(robot: Robot, degrees: float) -> tuple[Robot, np.ndarray]:
