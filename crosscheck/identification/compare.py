@@ -179,8 +179,8 @@ class SideResult:
     @property
     def delay(self) -> TermEstimate | None:
         """A delay of the torques that the record asks for."""
-        asked = (each for each in self.estimates if each.term.kind == "delay")
-        return next((each for each in asked if abs(each.t) > self.threshold), None)
+        delays = (each for each in self.estimates if each.term.kind == "delay")
+        return next((each for each in delays if abs(each.t) > self.threshold), None)
 
     @property
     def wrong_factors(self) -> tuple[TermEstimate, ...]:
@@ -300,16 +300,16 @@ def compare(
     given, robot, shared = mechanism, remove_friction(mechanism.robot), shared_motors(transmission)
     stated = tolerances or {}
     mechanism.require_parameters(stated)
-    asked = _select_torques(records)
-    progress("asking what can be distinguished", 0, len(asked) + 1)
+    chosen = _select_torques(records)
+    progress("asking what can be distinguished", 0, len(chosen) + 1)
     ranks = compare_levels(robot, shared)
     sides: list[SideResult] = []
     gravities: list[SideResult] = []
     engines: list[Finding] = []
     tilt: GravityEstimate | None = None
     widest = np.inf
-    for number, (side, treatment, torques) in enumerate(asked, 1):
-        progress(f"estimating by torques of side {side}", number, len(asked) + 1)
+    for number, (side, treatment, torques) in enumerate(chosen, 1):
+        progress(f"estimating by torques of side {side}", number, len(chosen) + 1)
         # Payloads are on both sides of the gears: what lies between these has none.
         payloads = knowledge.payloads if treatment == "identified" else ()
         samples = _BandSamples(robot, records, torques, shared, payloads)
@@ -335,7 +335,7 @@ def compare(
                 bandwidth = problem.choose_bandwidth(widest)
                 judged = _judge_side(problem, side, treatment, bandwidth, knowledge)
         if treatment == "identified" and not knowledge.is_asked:
-            progress("judging the file's numbers", number, len(asked) + 1)
+            progress("judging the file's numbers", number, len(chosen) + 1)
             judgement = _judge_file(problem, mechanism, side, bandwidth)
             judged = replace(judged, judgement=judgement)
         sides.append(judged)
@@ -353,7 +353,7 @@ def compare(
         tilt,
         stated,
     )
-    progress("running the model forward", len(asked) + 1, len(asked) + 1)
+    progress("running the model forward", len(chosen) + 1, len(chosen) + 1)
     return replace(comparison, windows=tuple(_run_best(comparison)))
 
 

@@ -104,7 +104,7 @@ def plan_level(
     ]
     if level.level == "links":
         models.append((f"{REGRESSOR}:{level.name}", partial(_RegressorModel, level.robot)))
-    models += mechanism.list_own_models(level.name)
+    models += mechanism.list_further_models(level.name)
     reference = MotionTorques(*models[0], (q, v, a))
     size = _measure_terms(level.robot, (q, v, a)).max(axis=0)
     size = np.where(size > 0, size, 1.0)
@@ -148,11 +148,13 @@ def describe_disagreement(engines: Sequence[Finding], what: str) -> Iterator[str
         f" {format_difference(worst)}. Nothing is said about the recording."
     )
     for level in dict.fromkeys(engine.left for engine in wrong):
-        asked = [engine for engine in engines if engine.left == level]
-        apart = [engine for engine in asked if engine.verdict != "agree"]
-        if len(apart) == 1 and len(asked) > 1:
-            yield f"{apart[0].right} stands alone: every other model agrees with {level}."
-        elif len(apart) == len(asked):
+        compared = [engine for engine in engines if engine.left == level]
+        differing = [engine for engine in compared if engine.verdict != "agree"]
+        if len(compared) == 1:  # of two nobody is alone
+            continue
+        if len(differing) == 1:
+            yield f"{differing[0].right} stands alone: every other model agrees with {level}."
+        elif len(differing) == len(compared):
             yield f"{level} stands alone: every other model differs from it."
 
 

@@ -89,7 +89,7 @@ def _run_window(
     tolerances: Mapping[str, float],
     friction: Friction | None,
 ) -> Window | None:
-    (own,) = (each for each in mechanism.levels if each.name == level)
+    (base,) = (each for each in mechanism.levels if each.name == level)
     time = (block.time - block.time[0])[:LONGEST_ROWS]
     rows, joints = time.size, block.position.shape[1]
     # The ends of a spline are its least certain part: windows begin and end inside.
@@ -98,25 +98,25 @@ def _run_window(
     clock, torques = time[inner] - time[edge], block.torques[:rows][inner]
     if friction is not None:
         torques = torques - friction(block.rates[:rows][inner])
-        own = own._replace(robot=remove_friction(own.robot))
+        base = base._replace(robot=remove_friction(base.robot))
     start = block.position[edge], block.rates[edge]
     of_data, of_start = _compute_state_noise(block, inner, edge)
     rng = np.random.default_rng(0)
 
-    cases = [(own, start, torques)]
+    cases = [(base, start, torques)]
     for joint in range(joints):
         for part in range(2):
             moved = [each.copy() for each in start]
             moved[part][joint] += of_start[part][joint]
-            cases.append((own, (moved[0], moved[1]), torques))
+            cases.append((base, (moved[0], moved[1]), torques))
     cases += [
-        (own, start, torques + block.torque_noise * rng.normal(size=torques.shape))
+        (base, start, torques + block.torque_noise * rng.normal(size=torques.shape))
         for _ in range(DRAWS)
     ]
     # Torques are taken for lines between rows; their mean is off by a twelfth of what they bend.
     curved = torques.copy()
     curved[1:-1] += np.diff(torques, 2, axis=0) / 12
-    cases.append((own, start, curved))
+    cases.append((base, start, curved))
     stated = {parameter.path: parameter.value for parameter in mechanism.parameters}
     for path, share in tolerances.items():
         changed = mechanism.change({path: stated[path] * (1 + share)})

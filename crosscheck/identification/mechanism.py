@@ -124,7 +124,7 @@ class ComparedMechanism(ABC):
     def turn(self, gravity: np.ndarray) -> ComparedMechanism:
         """The same in another gravity (3,) [m/s^2]."""
 
-    def list_own_models(self, level: str) -> Iterator[tuple[str, Callable[[], Any]]]:
+    def list_further_models(self, level: str) -> Iterator[tuple[str, Callable[[], Any]]]:
         """Names of models of its own kind at a level, and what builds each."""
         return iter(())
 
@@ -180,7 +180,7 @@ class PlanarArm(ComparedMechanism):
             self.arm.model_copy(update={"gravity_m_per_s2": tuple(gravity[:2].tolist())})
         )
 
-    def list_own_models(self, level: str) -> Iterator[tuple[str, Callable[[], Any]]]:
+    def list_further_models(self, level: str) -> Iterator[tuple[str, Callable[[], Any]]]:
         """Models of planar arms."""
         covering = find_covering_models("rigid", self.arm, usual_switches(self.arm))
         for name in find_level_models(level):

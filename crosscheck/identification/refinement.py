@@ -187,9 +187,9 @@ class Refinement:
     def level(self) -> Level | None:
         """The level that is a hundred times likelier than any other; None if there is none."""
         others = [fit.chi_squared for fit in self.fits if fit is not self.best]
-        apart = min(others, default=self.best.chi_squared) - self.best.chi_squared
+        lead = min(others, default=self.best.chi_squared) - self.best.chi_squared
         is_refuted = self.is_surprising or self.is_impossible
-        return self.best.level if apart > LESS_LIKELY and not is_refuted else None
+        return self.best.level if lead > LESS_LIKELY and not is_refuted else None
 
 
 def refine(record: RecordedTorque, knowledge: Knowledge) -> Refinement:

@@ -303,8 +303,8 @@ class FileFits:
         parts = []
         for _, piece in self._samples.pieces():
             motion = piece.motion.q, piece.motion.v, piece.motion.a
-            apart = models[0].inverse_dynamics(*motion) - models[1].inverse_dynamics(*motion)
-            parts.append(piece.filter(apart))
+            added = models[0].inverse_dynamics(*motion) - models[1].inverse_dynamics(*motion)
+            parts.append(piece.filter(added))
         return np.concatenate(parts)[:, self._measured]
 
     def _compute_column(self, level: RigidLevel, parameter: Parameter) -> np.ndarray | None:
