@@ -33,7 +33,6 @@ from crosscheck.models.robot.tree import merge_bodies
 from crosscheck.models.robot.urdf import UrdfLink, read_urdf
 from crosscheck.planning.sizing import make_rest_scenario
 from crosscheck.registry import (
-    RIGID_ARM,
     build,
     find_covering_models,
     find_distinct_levels,
@@ -130,7 +129,7 @@ class ComparedMechanism(ABC):
 
     def describe_level(self, level: str) -> str:
         """A level in a phrase."""
-        return LEVEL_PHRASES[level] if self.levels[1:] else f"the {RIGID_ARM}"
+        return LEVEL_PHRASES[level] if self.levels[1:] else f"the rigid {self.noun}"
 
     def require_parameters(self, paths: Mapping[str, float]) -> None:
         """Raise InputError for a path of ``--tolerance`` that is no parameter's."""

@@ -17,7 +17,12 @@ from crosscheck.identification.engines import describe_disagreement
 from crosscheck.identification.excitation import DRAWN, Excitation
 from crosscheck.identification.mechanism import ComparedMechanism
 from crosscheck.identification.refinement import PossibleBodies, Refinement
-from crosscheck.identification.restrictions import FileJudgement, Restriction, flag_friction
+from crosscheck.identification.restrictions import (
+    LIKELIHOOD_RATIO,
+    FileJudgement,
+    Restriction,
+    flag_friction,
+)
 from crosscheck.identification.terms import ROTOR_KINDS, TermEstimate
 from crosscheck.models.robot.robot import Level
 from crosscheck.report.formatting import format_count
@@ -31,7 +36,10 @@ FITS: dict[Side, str] = {
     "motor": "The recording fits",
     "joint": "By the torques behind the gears the recording fits",
 }
-NONE_FITS = "No level fits the recording with the file's numbers"
+NONE_FITS: dict[Side, str] = {
+    "motor": "No level fits the recording with the file's numbers",
+    "joint": "By the torques behind the gears no level fits with the file's numbers",
+}
 LARGEST_RATIO = 1e12  # that is written out
 MOST_DIGITS = 15
 MOST_NAMES = 6
@@ -63,7 +71,7 @@ def _describe_judgement(
     mechanism: ComparedMechanism, side: SideResult, judgement: FileJudgement
 ) -> Iterator[str]:
     """Whether the files' numbers explain the torques of a side, or a change of one does."""
-    fits = FITS[side.side]
+    fits, none = FITS[side.side], NONE_FITS[side.side]
     best, explanations = judgement.best, judgement.explanations
     least = judgement.levels[0]
     left = f"{_format_most(least)} times that of freely fitted links"
@@ -86,12 +94,13 @@ def _describe_judgement(
                 f"it fits {_describe_change(mechanism, each)}."
                 for each in explanations[1:MOST_NAMES]
             )
-        yield f"{NONE_FITS}; the residual of the nearest, {name(least.level)}, is {left}."
+        yield f"{none}; the residual of the nearest, {name(least.level)}, is {left}."
     else:
-        yield f"{NONE_FITS}, and no one number explains the rest."
+        yield f"{none}, and no one number explains the rest."
         yield f"The residual of the nearest, {name(least.level)}, is {left}."
         for change in judgement.changes:
-            if change.mechanism is not None:
+            is_likelier = judgement.compare(least, change) > LIKELIHOOD_RATIO
+            if change.mechanism is not None and is_likelier:
                 yield (
                     f"The change that explains most: {_describe_change(mechanism, change)}; its"
                     f" residual is {_format_most(change)} times that."

@@ -268,7 +268,7 @@ def judge(*levels: Restriction, changes: tuple[Restriction, ...] = ()) -> list[s
 
 
 BEST, NEXT = restriction("coupled"), restriction("armature", surprise=2 * np.log(1e4), chance=0.0)
-WRONG = restriction("coupled", chance=0.0)
+WRONG = restriction("coupled", surprise=2 * np.log(101.0), chance=0.0)
 VERDICTS: dict[str, tuple[list[str], list[str]]] = {
     "decided": (
         judge(BEST, NEXT),
