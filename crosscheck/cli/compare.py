@@ -26,7 +26,7 @@ from crosscheck.identification.output import (
 from crosscheck.identification.refinement import Knowledge
 from crosscheck.mechanisms import supply
 from crosscheck.models.errors import InputError
-from crosscheck.models.mechanism import find_section, select_mechanism
+from crosscheck.models.mechanism import select_mechanism
 from crosscheck.output import require_files
 from crosscheck.recordings.record import Record, read_record
 from crosscheck.recordings.smoothing import add_drive_torques, check_rates
@@ -54,7 +54,8 @@ def compare_command(
     InputError.
     """
     selection = select_mechanism(name, () if scenario is None else (scenario,), settings)
-    mechanism: ComparedMechanism = supply("compare", find_section(name))(selection.mechanism)
+    adopt = supply("compare", selection.mechanism.section)
+    mechanism: ComparedMechanism = adopt(selection.mechanism)
     tolerances = dict(_tolerance(text) for text in stated)
     mechanism.require_parameters(tolerances)
     page = None if out is None else out / PAGE
