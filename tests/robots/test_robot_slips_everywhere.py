@@ -15,8 +15,8 @@ from crosscheck.analytic.robot.model import AnalyticRobot
 from crosscheck.models.robot.file import load_robot
 from crosscheck.models.robot.robot import Placement, Robot
 from crosscheck.planning.springs import stage_rotors
+from crosscheck.trial.changes.numbers import replace_part
 from crosscheck.trial.input.equations import Equations
-from crosscheck.trial.robots.causes.candidates import replace_part
 from crosscheck.trial.robots.explain import RobotDiagnosis
 from crosscheck.trial.robots.trial import run_robot_trial
 from tests.robots import chains

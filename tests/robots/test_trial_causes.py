@@ -9,9 +9,9 @@ import pytest
 from crosscheck.analytic.robot.model import AnalyticRobot
 from crosscheck.checks.robots.states import sample_states
 from crosscheck.models.robot.robot import Robot
+from crosscheck.trial.changes.kane import DynamicsTerms, KaneSum
+from crosscheck.trial.changes.search import add_terms
 from crosscheck.trial.input.equations import Equations
-from crosscheck.trial.robots.causes.pieces import DynamicsTerms, KaneSum
-from crosscheck.trial.robots.causes.search import add_terms
 from crosscheck.trial.robots.explain import RobotDiagnosis
 from crosscheck.trial.robots.trial import run_robot_trial
 from tests.robots import chains, two_link

@@ -12,11 +12,11 @@ import pytest
 
 from crosscheck.analytic.robot.model import AnalyticRobot
 from crosscheck.models.robot.robot import RIGID, Placement, Robot
+from crosscheck.trial.changes.exchanges import generate_joint_moves, list_spinners
+from crosscheck.trial.changes.kane import KaneSum
+from crosscheck.trial.changes.numbers import generate_frame_mistakes
+from crosscheck.trial.changes.variants import compute_variants
 from crosscheck.trial.input.equations import Equations
-from crosscheck.trial.robots.causes.candidates import generate_frame_mistakes
-from crosscheck.trial.robots.causes.exchanges import generate_joint_moves, list_spinners
-from crosscheck.trial.robots.causes.pieces import KaneSum
-from crosscheck.trial.robots.causes.variants import compute_variants
 from crosscheck.trial.robots.trial import run_robot_trial
 from tests.loops import require_items
 from tests.robots import chains

@@ -11,8 +11,8 @@ import pytest
 
 from crosscheck.models.robot.file import load_robot
 from crosscheck.models.robot.robot import Robot, RobotBody, compute_point_inertia
-from crosscheck.trial.robots.causes.candidates import replace_part
-from crosscheck.trial.robots.causes.pieces import KaneSum, list_body_parts
+from crosscheck.trial.changes.kane import KaneSum, list_body_parts
+from crosscheck.trial.changes.numbers import replace_part
 from tests.robots import chains
 from tests.robots.test_robot_slips_everywhere import diagnosis_of
 

@@ -10,9 +10,8 @@ from benchmarks.bench_robot_time import try_wrong
 from crosscheck.analytic.robot.model import AnalyticRobot
 from crosscheck.models.robot.file import load_robot
 from crosscheck.models.robot.robot import Placement, Robot
-from crosscheck.trial.input.equations import Equations
-from crosscheck.trial.robots.causes.candidates import replace_part
-from crosscheck.trial.robots.causes.pairs import (
+from crosscheck.trial.changes.numbers import replace_part
+from crosscheck.trial.changes.pairs import (
     APART,
     MEETING,
     NEVER,
@@ -20,6 +19,7 @@ from crosscheck.trial.robots.causes.pairs import (
     merge_robots,
     rank_pairs,
 )
+from crosscheck.trial.input.equations import Equations
 from crosscheck.trial.robots.trial import RobotTrial, run_robot_trial
 
 PUMA, SIX = load_robot("puma560"), load_robot("six-joint")

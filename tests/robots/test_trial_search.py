@@ -6,9 +6,9 @@ import pytest
 from crosscheck.checks.robots.states import RandomStates
 from crosscheck.models.robot.file import load_robot
 from crosscheck.models.robot.robot import RobotBody
-from crosscheck.trial.robots.causes.candidates import is_physical, list_numbers
-from crosscheck.trial.robots.causes.exchanges import list_unit_bodies, move_values
-from crosscheck.trial.robots.causes.search import (
+from crosscheck.trial.changes.exchanges import list_unit_bodies, move_values
+from crosscheck.trial.changes.numbers import is_physical, list_numbers
+from crosscheck.trial.changes.search import (
     _describe_inertia,
     _find_root,
     _is_identity,

@@ -9,6 +9,7 @@ import pytest
 import sympy as sp
 
 from crosscheck.models.robot.file import load_robot
+from crosscheck.trial.changes.waves import describe_angle_sum
 from crosscheck.trial.diagnose.terms import messages
 from crosscheck.trial.diagnose.terms.polynomial import Monomial, Product, TermKey, format_power
 from crosscheck.trial.input.arrays import format_vector
@@ -26,7 +27,6 @@ from crosscheck.trial.judge.entries import (
     power_of_ten,
     unit_ratio,
 )
-from crosscheck.trial.robots.causes.angle_sums import describe_angle_sum
 from crosscheck.trial.robots.elastic import describe_springs
 
 # Coordinates of which the second is the sum of both joints' angles, and one that is half of them.

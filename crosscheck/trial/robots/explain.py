@@ -12,13 +12,7 @@ from crosscheck.analytic.robot.model import AnalyticRobot
 from crosscheck.checks.robots.sizes import TOLERANCE, WITH_WEIGHTS
 from crosscheck.checks.robots.states import RandomStates
 from crosscheck.models.robot.robot import Level
-from crosscheck.trial.robots.causes.angle_sums import describe_angle_sum
-from crosscheck.trial.robots.causes.candidates import (
-    ALIKE,
-    list_equal_numbers,
-    list_numbers,
-)
-from crosscheck.trial.robots.causes.pieces import (
+from crosscheck.trial.changes.kane import (
     describe_accelerations,
     describe_christoffel,
     describe_coordinates,
@@ -26,7 +20,13 @@ from crosscheck.trial.robots.causes.pieces import (
     describe_pieces,
     describe_solution,
 )
-from crosscheck.trial.robots.causes.search import Cause, CauseSearch, ChangeTable
+from crosscheck.trial.changes.numbers import (
+    ALIKE,
+    list_equal_numbers,
+    list_numbers,
+)
+from crosscheck.trial.changes.search import Cause, CauseSearch, ChangeTable
+from crosscheck.trial.changes.waves import describe_angle_sum
 from crosscheck.trial.robots.consistency import describe_places
 from crosscheck.trial.robots.elastic import describe_springs
 from crosscheck.trial.robots.judge import (
@@ -87,8 +87,9 @@ def diagnose(
         if by_coordinates is not None:
             return by_coordinates
     allowed = _select_levels(problem, distances)
-    table = ChangeTable(problem)
-    searches = {each.level: CauseSearch(problem, each.level, table) for each in allowed}
+    table = ChangeTable(problem.compare(nearest.level))
+    compared = {each.level: problem.compare(each.level) for each in allowed}
+    searches = {level: CauseSearch(each, table) for level, each in compared.items()}
     level, explanations = _find_explanations(searches, allowed)
     links: tuple[str, ...] = ()
     several = _are_several_wrong(problem, level)
@@ -111,7 +112,7 @@ def diagnose(
             notes.append(f"agrees to {largest:.1g}: numbers rounded to {digits} digits?")
     pieces: dict[str, list[str]] = {}
     if not explanations and not links:
-        pieces = _describe_lone_product(searches[level], entries, rates)
+        pieces = _describe_lone_product(problem, searches[level], entries, rates)
         pieces = pieces or _describe_wrong_pieces(problem, level, wrong)
     notes += [words for each in pieces.values() for words in each]
     causes = {
@@ -152,14 +153,14 @@ def diagnose(
 
 
 def _describe_lone_product(
-    search: CauseSearch, entries: Sequence[RobotEntry], rates: Rates
+    problem: RobotProblem, search: CauseSearch, entries: Sequence[RobotEntry], rates: Rates
 ) -> dict[str, list[str]]:
     """The sentence on the one product of rates that is wrong, or on all of one row.
 
     A search over terms of Kane's sum would find several equal explanations of so small an error.
     Only for a product that should not be there are a few of these added.
     """
-    problem, level = search.problem, search.level
+    level = search.level
     lone = len({entry.name for entry in entries if entry.part in SINGLE}) == 1
     if not lone or "bias" not in _wrong_parts(entries) or (terms := rates()) is None:
         return {}
@@ -170,7 +171,7 @@ def _describe_lone_product(
     if len(sentences) != 1 or others:
         return {}
     if EXTRA in sentences[0]:
-        equals = search.find_motion_causes([search.select_places("bias")])
+        equals = search.find_motion_causes([search.problem.select_part("bias")])
         causes = [cause for _, cause in equals]
         sentences += _describe_causes(causes, "bias") if len(causes) <= MOST_OTHERS else []
     return {"bias": sentences}
@@ -552,17 +553,19 @@ def _causes_within(
     # A row of the balance that accelerations are held in is no row of these.
     rows = part in ("bias", "acceleration")
     if len(within) == 1 and not rows:
-        entry_causes = search.find_causes(search.select_places(entry=within[0]))
+        entry_causes = search.find_causes(search.problem.select_entries(part, [within[0].place]))
         if missing := [cause for cause in entry_causes if cause.missing]:
             yield from _describe_causes(missing, within[0].name)
             return
-    places = [search.select_places(part)]
+    places = [search.problem.select_part(part)]
     causes = [cause for cause in search.find_causes(places[0]) if alone or cause.usual]
     if not causes and alone:
         causes = list(search.find_joint_moves(places[0]))
     where = part
     if not causes:
-        places += [] if rows else [search.select_wrong_places(within)]
+        places += (
+            [] if rows else [search.problem.select_entries(part, [each.place for each in within])]
+        )
         by_place = list(search.find_motion_causes(places))
         causes = [cause for number, cause in by_place if not number]
         if not causes and len(places) > 1:
@@ -584,7 +587,7 @@ def _causes_within(
             entry,
             [
                 cause
-                for cause in search.find_causes(search.select_places(entry=entry))
+                for cause in search.find_causes(search.problem.select_entries(part, [entry.place]))
                 if cause.usual
             ],
         )

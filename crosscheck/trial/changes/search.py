@@ -10,7 +10,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from crosscheck.analytic.robot.model import AnalyticRobot, multiply
+from crosscheck.analytic.robot.model import AnalyticRobot
 from crosscheck.checks.robots.sizes import TOLERANCE
 from crosscheck.models.robot.robot import (
     Level,
@@ -20,8 +20,23 @@ from crosscheck.models.robot.robot import (
     Rotor,
     compute_point_inertia,
 )
-from crosscheck.trial.robots.causes.angle_sums import measure_rest
-from crosscheck.trial.robots.causes.candidates import (
+from crosscheck.trial.changes.exchanges import (
+    generate_joint_moves,
+    list_piece_changes,
+    list_rotor_effects,
+    list_spinners,
+    list_unit_bodies,
+)
+from crosscheck.trial.changes.kane import (
+    BodyPart,
+    KaneSum,
+    WorldBody,
+    list_body_parts,
+    list_unturned_bodies,
+    list_whole_bodies,
+)
+from crosscheck.trial.changes.motions import ByPlace, MotionTable
+from crosscheck.trial.changes.numbers import (
     ALIKE,
     AS_IT_STANDS,
     AXES,
@@ -35,29 +50,11 @@ from crosscheck.trial.robots.causes.candidates import (
     list_equal_numbers,
     list_numbers,
 )
-from crosscheck.trial.robots.causes.exchanges import (
-    generate_joint_moves,
-    list_piece_changes,
-    list_rotor_effects,
-    list_spinners,
-    list_unit_bodies,
-)
-from crosscheck.trial.robots.causes.motions import ByPlace, MotionTable
-from crosscheck.trial.robots.causes.pairs import PairSearch
-from crosscheck.trial.robots.causes.pieces import (
-    BodyPart,
-    DynamicsTerms,
-    KaneSum,
-    WorldBody,
-    list_body_parts,
-    list_unturned_bodies,
-    list_whole_bodies,
-)
-from crosscheck.trial.robots.causes.variants import compute_variants
-from crosscheck.trial.robots.judge import RobotEntry, RobotProblem, select_entry
+from crosscheck.trial.changes.pairs import PairSearch
+from crosscheck.trial.changes.problem import LEFT, ROUNDING, ChangeProblem, DynamicsTerms, Places
+from crosscheck.trial.changes.variants import compute_variants
+from crosscheck.trial.changes.waves import measure_rest
 
-# What an explanation may leave of each entry's largest difference; and of its size, by rounding.
-LEFT, ROUNDING = 1e-5, 1e-12
 # Largest residual of a number's effect that is worth a try, over the difference's norm.
 CLOSE = 1e-4
 PROMISING = 0.9  # largest residual after a first Newton step, relative to the one before
@@ -68,7 +65,6 @@ MOST_EQUAL_PAIRS = 12  # pairs that explain a difference, at which the search st
 LEAST_STATES = 3  # states for screening where two factors are free
 LEAST_ROWS = 12  # rows of one part at which changes are screened
 MOST_SCREENED = 64  # places of a row, those of the largest differences, at which all are screened
-Places = np.ndarray | slice  # of a row
 
 
 @dataclass(frozen=True)
@@ -105,7 +101,7 @@ class MistakeEffect(NamedTuple):
 class ChangeTable:
     """Effect of each change of a robot on its terms at the states, for all levels."""
 
-    def __init__(self, problem: RobotProblem) -> None:
+    def __init__(self, problem: ChangeProblem) -> None:
         self.robot, self.states = problem.robot, problem.states
         self.bare = replace(self.robot, rotors=(), stages=())
         self.numbers = list(list_numbers(self.robot))
@@ -388,102 +384,14 @@ def add_terms(several: Iterable[DynamicsTerms]) -> DynamicsTerms:
 
 
 class CauseSearch:
-    """The search for what makes the difference between equations and a level.
+    """The search for what makes the difference between equations and a level."""
 
-    Rows hold the entries of all parts at all states over their sizes. Accelerations are held in
-    the balance that they make, M a + bias + gravity - torques, on which numbers act by at most
-    their square as well.
-    """
-
-    def __init__(self, problem: RobotProblem, level: Level, table: ChangeTable) -> None:
-        self.problem, self.level, self.table = problem, level, table
-        self.difference = self._compute_difference()
-        self.allowed = self._compute_allowances()
-
-    def row(self, change: DynamicsTerms, states: slice = slice(None)) -> np.ndarray:
-        """Changes of all parts, in one row (..., places), that follow from those of the terms."""
-        mass, bias, gravity = change
-        values, held = self.problem.answers.values, change.bias + change.gravity
-        parts = {
-            "mass_matrix": mass,
-            "bias": bias,
-            "gravity": gravity,
-            "force": -self.problem.weights_in_force(gravity),
-        }
-        if "inverse_dynamics" in values:
-            whole = bias if self.problem.answers.weightless else held
-            parts["inverse_dynamics"] = multiply(mass, self.problem.states.a[states]) + whole
-        if "acceleration" in values:
-            parts["acceleration"] = multiply(mass, values["acceleration"][states]) + held
-        return self._join_parts(parts, states)
-
-    def _compute_difference(self) -> np.ndarray:
-        values = self.problem.answers.values
-        right = self.problem.reference_values[self.level]
-        parts = {part: values[part] - right[part] for part in self.problem.parts}
-        if "acceleration" in parts:
-            mass = AnalyticRobot(self.problem.robot, self.level).mass_matrix(self.problem.states.q)
-            parts["acceleration"] = -multiply(mass, parts["acceleration"])
-        return self._join_parts(parts)
-
-    def _join_parts(self, parts: dict[str, np.ndarray], states: slice = slice(None)) -> np.ndarray:
-        sizes, lead = self.problem.sizes[self.level], parts[self.problem.parts[0]].shape
-        lead = lead[: -3 if self.problem.parts[0] == "mass_matrix" else -2]
-        rows = []
-        for part in self.problem.parts:
-            size = sizes.entry_sizes("balance" if part == "acceleration" else part)[states]
-            rows.append((parts[part] / size).reshape(*lead, -1))
-        return np.concatenate(rows, axis=-1)
-
-    def _compute_allowances(self) -> np.ndarray:
-        """Largest residual that an explanation may have at each place of a row.
-
-        An entry's own difference decides, so that a large one elsewhere hides nothing here.
-        """
-        sizes, allowances, start = self.problem.sizes[self.level], list[np.ndarray](), 0
-        for part in self.problem.parts:
-            shape = self.problem.answers.values[part].shape
-            stop = start + int(np.prod(shape))
-            largest = np.abs(self.difference[start:stop].reshape(shape)).max(axis=0)
-            rounding = sizes.tolerance(part) if part == "acceleration" else ROUNDING
-            allowances.append(np.broadcast_to(np.maximum(rounding, LEFT * largest), shape).ravel())
-            start = stop
-        return np.concatenate(allowances)
-
-    def can_explain(self, change: np.ndarray, places: Places = slice(None)) -> bool:
-        """Whether a change of the row explains the difference at some places of it."""
-        left = np.abs(self.difference[places] - change[places])
-        return bool((left <= self.allowed[places]).all())
-
-    def select_places(self, part: str = "", entry: RobotEntry | None = None) -> np.ndarray:
-        """Mask of the places of a row in a part, or in an entry and its mirror image."""
-        places = []
-        for each in self.problem.parts:
-            shape = self.problem.answers.values[each].shape
-            inside = np.full(shape, entry is None and each == part)
-            if entry is not None and each == entry.part:
-                for place in {entry.place, entry.place[::-1]}:
-                    select_entry(inside, place)[:] = True
-            places.append(inside.ravel())
-        return np.concatenate(places)
-
-    def select_wrong_places(self, entries: Sequence[RobotEntry]) -> np.ndarray:
-        """Mask of the places of a row that belong to some entries."""
-        return np.any([self.select_places(entry=entry) for entry in entries], axis=0)
-
-    def _list_places_at(self, states: slice) -> np.ndarray:
-        """The places of a row at some states."""
-        places = np.arange(self.difference.size)
-        shapes = [self.problem.answers.values[part].shape for part in self.problem.parts]
-        ends = np.cumsum([np.prod(shape) for shape in shapes])[:-1]
-        parts = zip(np.split(places, ends), shapes, strict=True)
-        return np.concatenate([p.reshape(shape)[states].ravel() for p, shape in parts])
-
-    def select_screened(self, places: Places, states: slice) -> tuple[np.ndarray, np.ndarray]:
-        """The places of a row at some states that are among some, and which of all there."""
-        at = self._list_places_at(states)
-        chosen = np.isin(at, np.arange(self.difference.size)[places])
-        return at[chosen], chosen
+    def __init__(self, problem: ChangeProblem, table: ChangeTable | None = None) -> None:
+        self.problem, self.level = problem, problem.level
+        self.table = table or ChangeTable(problem)
+        self.difference, self.allowed = problem.difference, problem.allowed
+        self.row, self.can_explain = problem.lay_out, problem.can_explain
+        self.select_screened = problem.select_screened
 
     def _find_survivors(self, rows: np.ndarray, places: Places) -> list[int]:
         """Numbers of the rows (changes, places at few states) that explain the difference there."""
@@ -520,10 +428,10 @@ class CauseSearch:
     ) -> Iterator[tuple[str, tuple[DynamicsTerms, ...]]]:
         """Changes of all terms, then of each alone if only a balance shows the error."""
         yield "", changes
-        if set(self.problem.parts) != {"acceleration"}:
+        if not self.problem.is_balance_alone:
             return
-        sizes, fields = self.problem.sizes[self.level], DynamicsTerms._fields
-        least = [TOLERANCE * getattr(sizes, name).max() for name in fields]
+        fields = DynamicsTerms._fields
+        least = [TOLERANCE * self.problem.sizes[name].max() for name in fields]
         largest = np.max(
             [[np.abs(term).max(initial=0.0) for term in each] for each in changes], axis=0
         )
@@ -623,9 +531,8 @@ class CauseSearch:
 
     def find_acceleration_causes(self, row: int) -> Iterator[Cause]:
         """Numbers with other values of which one row of the accelerations alone is right."""
-        states, values = self.problem.states, self.problem.answers.values["acceleration"][:, row]
+        states, values = self.problem.states, self.problem.values["acceleration"][:, row]
         base = DynamicsTerms(*AnalyticRobot(self.problem.robot, self.level).terms(*states[:2]))
-        size = self.problem.sizes[self.level].acceleration[:, row]
         for number in self.table.select_numbers(self.level):
             effect = self.table.find_number_effect(number, self.level)
 
@@ -634,12 +541,12 @@ class CauseSearch:
                     term + by * first + by**2 * second
                     for term, first, second in zip(base, effect.linear, effect.square, strict=True)
                 )
-                pushed = states.torques - self.problem.spring_torques - bias - gravity
+                pushed = states.torques - bias - gravity
                 try:
                     right = np.linalg.solve(mass, pushed[..., None])[:, row, 0]
                 except np.linalg.LinAlgError:
                     return np.full_like(values, np.nan)
-                return (values - right) / size
+                return values - right
 
             by = _find_root(left, 0.0, 1.0)
             if by and np.abs(left(by)).max() <= LEFT * np.abs(left(0.0)).max():
@@ -671,7 +578,7 @@ class CauseSearch:
     def _is_regular(self, robot: Robot) -> bool:
         """Whether a robot has accelerations: of none at all every balance holds."""
         mass = AnalyticRobot(robot, self.level).mass_matrix(self.problem.states.q)
-        scaled = mass / self.problem.sizes[self.level].mass_matrix
+        scaled = mass / self.problem.sizes["mass_matrix"]
         return bool((np.linalg.eigvalsh(scaled)[:, 0] > TOLERANCE).all())
 
     def describe_value(self, number: RobotNumber, value: float) -> str:
@@ -826,11 +733,15 @@ class CauseSearch:
         """Couplings of two joints by a rotor or stage, if M lacks one of these and nothing else."""
         if "mass_matrix" not in self.problem.parts:
             return
-        robot, q, names = self.problem.robot, self.problem.states.q, self.problem.names
-        places = self.select_places("mass_matrix")
+        robot, q, names = (
+            self.problem.robot,
+            self.problem.states.q,
+            self.problem.robot.coordinate_names,
+        )
+        places = self.problem.select_part("mass_matrix")
         if np.abs(self.difference[~places]).max(initial=0.0) > TOLERANCE:
             return
-        sizes, bare = self.problem.sizes[self.level].mass_matrix, self.table.bare
+        sizes, bare = self.problem.sizes["mass_matrix"], self.table.bare
         gears = [("rotor", item.joint, replace(bare, rotors=(item,))) for item in robot.rotors]
         gears += [("stage", item.joint, replace(bare, stages=(item,))) for item in robot.stages]
         for kind, joint, alone in gears:
@@ -962,3 +873,8 @@ def _vary_parameters(body: RobotBody) -> Iterator[RobotBody]:
             second += inertia * _symmetric_unit(number - 4)
         com = first / mass
         yield RobotBody(mass, com, second - compute_point_inertia(mass, com))
+
+
+def find_causes(problem: ChangeProblem) -> list[Cause]:
+    """Changes of which each alone explains all, the likeliest first."""
+    return sorted(CauseSearch(problem).find_causes(), key=lambda cause: not cause.usual)

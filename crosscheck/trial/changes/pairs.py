@@ -17,11 +17,11 @@ from pydantic import BaseModel
 
 from crosscheck.checks.robots.sizes import TOLERANCE
 from crosscheck.models.robot.robot import Robot
-from crosscheck.trial.robots.causes.candidates import UNITS, UNITS_OF, USUAL, RobotNumber
-from crosscheck.trial.robots.causes.pieces import DynamicsTerms
+from crosscheck.trial.changes.kane import DynamicsTerms
+from crosscheck.trial.changes.numbers import UNITS, UNITS_OF, USUAL, RobotNumber
 
 if TYPE_CHECKING:
-    from crosscheck.trial.robots.causes.search import CauseSearch
+    from crosscheck.trial.changes.search import CauseSearch
 
 FITS = 1e-6  # largest residual of a pair at the screened states, over the difference's norm
 LARGEST = 10.0  # largest norm of a row in a pair, over the difference's norm

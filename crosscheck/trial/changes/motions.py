@@ -13,9 +13,8 @@ import numpy as np
 
 from crosscheck.analytic.robot.model import cross
 from crosscheck.models.robot.robot import BASE, Joint, Level
-from crosscheck.trial.robots.causes.candidates import AXES
-from crosscheck.trial.robots.causes.exchanges import list_spinners
-from crosscheck.trial.robots.causes.pieces import (
+from crosscheck.trial.changes.exchanges import list_spinners
+from crosscheck.trial.changes.kane import (
     USUAL,
     BodyMotion,
     BodyPart,
@@ -24,6 +23,7 @@ from crosscheck.trial.robots.causes.pieces import (
     WorldBody,
     rotate_point,
 )
+from crosscheck.trial.changes.numbers import AXES
 
 BOTH = "", " in its Jacobian alone", " in its acceleration alone"
 MOST_PLACES = 8  # joints, about whose places each column of a Jacobian is tried

@@ -20,8 +20,8 @@ from crosscheck.analytic.robot.algorithms import (
 )
 from crosscheck.analytic.robot.model import multiply
 from crosscheck.models.robot.robot import WITH_ROTORS, Level, Robot, Rotor
-from crosscheck.trial.robots.causes.exchanges import list_spinners
-from crosscheck.trial.robots.causes.pieces import DynamicsTerms
+from crosscheck.trial.changes.exchanges import list_spinners
+from crosscheck.trial.changes.kane import DynamicsTerms
 
 MOST_ROBOTS = 1000  # side by side
 

@@ -17,7 +17,8 @@ import numpy as np
 from crosscheck.analytic.robot.model import AnalyticRobot, cross, multiply, project
 from crosscheck.models.robot.robot import BASE, Level, Placement, Robot, RobotBody, Rotor
 from crosscheck.models.robot.urdf import read_urdf
-from crosscheck.trial.robots.causes.candidates import ALIKE, get_link_name
+from crosscheck.trial.changes.numbers import ALIKE, get_link_name
+from crosscheck.trial.changes.problem import DynamicsTerms
 from crosscheck.trial.robots.judge import RobotProblem
 from crosscheck.trial.robots.rates import sample_bias_terms
 
@@ -38,18 +39,6 @@ CHRISTOFFEL = {  # factors of M' v and of d(v' M v)/dq
 PLACE_INWARD = "the centripetal acceleration w x (w x r) of the place"
 PLACE_ALONG = "the acceleration w' x r of the place"
 Pieces = Mapping[str, np.ndarray]
-
-
-class DynamicsTerms(NamedTuple):
-    """M (states, n, n), bias and gravity (states, n), of a robot or of one of its bodies."""
-
-    mass_matrix: np.ndarray
-    bias: np.ndarray
-    gravity: np.ndarray
-
-    def minus(self, other: DynamicsTerms) -> DynamicsTerms:
-        """The differences from other terms."""
-        return DynamicsTerms(*(left - right for left, right in zip(self, other, strict=True)))
 
 
 class WorldBody(NamedTuple):

@@ -27,7 +27,8 @@ from crosscheck.models.robot.robot import (
 )
 from crosscheck.models.robot.urdf import roll_pitch_yaw
 from crosscheck.planning.springs import stage_rotors
-from crosscheck.trial.robots.causes.candidates import (
+from crosscheck.trial.changes.kane import BodyPart, DynamicsTerms, KaneSum
+from crosscheck.trial.changes.numbers import (
     AXES,
     INERTIA,
     FrameMistake,
@@ -35,7 +36,6 @@ from crosscheck.trial.robots.causes.candidates import (
     rotate_by,
     set_entry,
 )
-from crosscheck.trial.robots.causes.pieces import BodyPart, DynamicsTerms, KaneSum
 
 BODY_SIZE, ROTOR_SIZE = 10, 3  # parameters of each
 UPPER = np.triu_indices(3)
