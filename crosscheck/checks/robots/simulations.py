@@ -104,7 +104,7 @@ def plan(models: Sequence[SampledRobot]) -> Iterator[Comparison | str]:
             return check_share(about, measured, case.sizes.tolerance("run"), basis)
 
         for question in map(SimulationQuestion, case.scenarios or [make_scenario(case)]):
-            models = left.model, right.model
-            key = ComparisonKey("same-step", case.name, question.__name__, *models)
+            names = left.model, right.model
+            key = ComparisonKey("same-step", case.name, question.__name__, *names)
             tasks = left.ask(question), right.ask(question)
             yield make_comparison(Subject(key, "1", metric), tasks, judge)
