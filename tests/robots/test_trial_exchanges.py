@@ -12,9 +12,8 @@ import pytest
 
 from crosscheck.analytic.robot.model import AnalyticRobot
 from crosscheck.models.robot.robot import RIGID, Placement, Robot
-from crosscheck.trial.changes.exchanges import generate_joint_moves, list_spinners
-from crosscheck.trial.changes.kane import KaneSum
-from crosscheck.trial.changes.numbers import generate_frame_mistakes
+from crosscheck.trial.changes.kane import KaneSum, list_spinners
+from crosscheck.trial.changes.mistakes import list_frame_mistakes, list_joint_moves
 from crosscheck.trial.changes.variants import compute_variants
 from crosscheck.trial.input.equations import Equations
 from crosscheck.trial.robots.trial import run_robot_trial
@@ -166,8 +165,8 @@ def test_what_screens_robots_is_another_derivation_of_the_same_terms(seed):
     """Of joints, rotors and stages taken for others, at every level: to rounding."""
     robot, rng = chains.random_chain(seed), np.random.default_rng(seed)
     q, v = rng.uniform(-2, 2, (2, 2, len(robot.coordinates)))
-    changed = [robot, *(each.robot for each in generate_joint_moves(robot))]
-    changed += [each.robot for each in generate_frame_mistakes(robot, are_rotors_bodies=True)]
+    changed = [robot, *(each.robot for each in list_joint_moves(robot))]
+    changed += [each.robot for each in list_frame_mistakes(robot, "coupled")]
     for level in require_items(RIGID):
         together = compute_variants(changed, level, q, v)
         for number in require_items(rng.choice(len(changed), 25, replace=False)):

@@ -9,7 +9,7 @@ from __future__ import annotations
 from collections.abc import Collection, Mapping
 from dataclasses import dataclass, field
 from functools import cached_property
-from typing import NamedTuple
+from typing import Any, NamedTuple
 
 import numpy as np
 
@@ -140,7 +140,8 @@ class ChangeProblem:
         inside = np.zeros(self.differences[part].shape, bool)
         for entry in entries:
             for place in {entry, entry[::-1]}:
-                inside[(slice(None), *place)] = True
+                index: tuple[Any, ...] = (slice(None), *place)
+                inside[index] = True
         return self._mask({part: inside})
 
     def list_places(self, states: slice) -> np.ndarray:

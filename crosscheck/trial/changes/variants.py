@@ -19,9 +19,9 @@ from crosscheck.analytic.robot.algorithms import (
     TreeRotor,
 )
 from crosscheck.analytic.robot.model import multiply
-from crosscheck.models.robot.robot import WITH_ROTORS, Level, Robot, Rotor
-from crosscheck.trial.changes.exchanges import list_spinners
-from crosscheck.trial.changes.kane import DynamicsTerms
+from crosscheck.models.robot.robot import WITH_ROTORS, Joint, Level, Robot, Rotor
+from crosscheck.trial.changes.kane import list_spinners
+from crosscheck.trial.changes.problem import DynamicsTerms
 
 MOST_ROBOTS = 1000  # side by side
 
@@ -29,7 +29,7 @@ MOST_ROBOTS = 1000  # side by side
 def compute_variants(
     robots: Sequence[Robot], level: Level, q: np.ndarray, v: np.ndarray
 ) -> DynamicsTerms:
-    """The terms (robots, states, ...) of robots at q, v (states, n); axes are unit vectors."""
+    """The terms (robots, states, ...) of robots at q, v (states, n)."""
     states, size = q.shape
     terms = DynamicsTerms(
         np.zeros((len(robots), states, size, size)), *np.zeros((2, len(robots), states, size))
@@ -105,8 +105,8 @@ def _build_mechanism(
                 _split(multiply(back, column.take(lambda joint: joint.placement.position))),
                 (0, 0, 1),
                 free.index(k if joint.mimic is None else joint.mimic.joint),
-                _split(column.take(lambda joint: joint.mimic.multiplier if joint.mimic else 1.0)),
-                _split(column.take(lambda joint: joint.mimic.offset if joint.mimic else 0.0)),
+                _split(column.take(lambda joint: _stretch(joint)[0])),
+                _split(column.take(lambda joint: _stretch(joint)[1])),
                 armature=joint.armature if level != "links" else 0,
             )
         )
@@ -135,6 +135,13 @@ def _build_mechanism(
     return Mechanism(*parts, gravity, len(free), level in WITH_ROTORS)
 
 
+def _stretch(joint: Joint) -> tuple[float, float]:
+    """Factor and offset of a joint's coordinate along its axis, of any length where it slides."""
+    length = float(np.linalg.norm(joint.axis)) if joint.kind == "prismatic" else 1.0
+    mimic = joint.mimic
+    return (mimic.multiplier * length, mimic.offset * length) if mimic else (length, 0.0)
+
+
 class _Column:
     """A part of several robots, most of which share it: its numbers are read once of each."""
 
@@ -152,8 +159,9 @@ class _Column:
 
 def _make_frames(axes: np.ndarray) -> np.ndarray:
     """Rotations (robots, 3, 3) whose third columns are axes (robots, 3)."""
+    axes = axes / np.maximum(np.linalg.norm(axes, axis=1, keepdims=True), 1e-300)
     x = np.cross(np.eye(3)[np.abs(axes).argmin(axis=1)], axes)
-    x /= np.linalg.norm(x, axis=1, keepdims=True)
+    x /= np.maximum(np.linalg.norm(x, axis=1, keepdims=True), 1e-300)
     return np.stack([x, np.cross(axes, x), axes], axis=2)
 
 

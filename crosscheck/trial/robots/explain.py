@@ -12,14 +12,6 @@ from crosscheck.analytic.robot.model import AnalyticRobot
 from crosscheck.checks.robots.sizes import TOLERANCE, WITH_WEIGHTS
 from crosscheck.checks.robots.states import RandomStates
 from crosscheck.models.robot.robot import Level
-from crosscheck.trial.changes.kane import (
-    describe_accelerations,
-    describe_christoffel,
-    describe_coordinates,
-    describe_friction,
-    describe_pieces,
-    describe_solution,
-)
 from crosscheck.trial.changes.numbers import (
     ALIKE,
     list_equal_numbers,
@@ -29,6 +21,14 @@ from crosscheck.trial.changes.search import Cause, CauseSearch, ChangeTable
 from crosscheck.trial.changes.waves import describe_angle_sum
 from crosscheck.trial.robots.consistency import describe_places
 from crosscheck.trial.robots.elastic import describe_springs
+from crosscheck.trial.robots.forms import (
+    describe_accelerations,
+    describe_christoffel,
+    describe_coordinates,
+    describe_friction,
+    describe_pieces,
+    describe_solution,
+)
 from crosscheck.trial.robots.judge import (
     SINGLE,
     LevelDistance,
@@ -96,7 +96,7 @@ def diagnose(
     if not explanations and (several or parts == ["gravity"]):
         level, explanations = _find_rarer_explanations(searches, allowed, several=several)
     for each in allowed if not explanations and several else ():
-        if links := tuple(searches[each.level].links()):
+        if links := tuple(searches[each.level].find_links()):
             level = each.level
             break
     entries = [_add_remark(problem, level, entry) for entry in problem.entries(level)]
@@ -113,7 +113,7 @@ def diagnose(
     pieces: dict[str, list[str]] = {}
     if not explanations and not links:
         pieces = _describe_lone_product(problem, searches[level], entries, rates)
-        pieces = pieces or _describe_wrong_pieces(problem, level, wrong)
+        pieces = pieces or _describe_wrong_pieces(problem, searches[level], wrong)
     notes += [words for each in pieces.values() for words in each]
     causes = {
         part: list(_causes_within(searches[level], part, entries, alone=len(wrong) == 1))
@@ -128,11 +128,11 @@ def diagnose(
         elif (terms := rates()) is not None:
             described = list(describe_christoffel(problem, level))
             notes += described or _bias_notes(problem, level, terms, unfounded=unfounded)
-            notes += describe_pieces(problem, level, "bias", are_usual=False)
+            notes += describe_pieces(searches[level], "bias", are_usual=False)
     if "acceleration" in wrong and not explanations and not links:
         rows = [entry.place[0] for entry in entries if entry.part == "acceleration"]
         solution = list(describe_solution(problem, level))
-        notes += solution or describe_pieces(problem, level, "acceleration")
+        notes += solution or describe_pieces(searches[level], "acceleration")
         notes += () if solution else describe_accelerations(problem, level, rows)
         for row in () if solution else rows:
             row_causes = list(searches[level].find_acceleration_causes(row))
@@ -171,21 +171,21 @@ def _describe_lone_product(
     if len(sentences) != 1 or others:
         return {}
     if EXTRA in sentences[0]:
-        equals = search.find_motion_causes([search.problem.select_part("bias")])
+        equals = search.find_step_causes([search.problem.select_part("bias")])
         causes = [cause for _, cause in equals]
         sentences += _describe_causes(causes, "bias") if len(causes) <= MOST_OTHERS else []
     return {"bias": sentences}
 
 
 def _describe_wrong_pieces(
-    problem: RobotProblem, level: Level, wrong: Sequence[str]
+    problem: RobotProblem, search: CauseSearch, wrong: Sequence[str]
 ) -> dict[str, list[str]]:
     """Sentences on terms of Kane's sum, or else on a coordinate, by each part that they explain."""
     described: dict[str, list[str]] = {}
     for part in wrong:
         if part in SINGLE:
-            pieces = list(describe_pieces(problem, level, part))
-            described[part] = pieces or list(describe_coordinates(problem, level, part))
+            pieces = list(describe_pieces(search, part))
+            described[part] = pieces or list(describe_coordinates(problem, search.level, part))
     return described
 
 
@@ -238,10 +238,9 @@ def _find_rarer_explanations(
     """
 
     def find_single(search: CauseSearch) -> list[Cause]:
-        causes = list(search.find_gravity_causes()) or list(search.find_joint_moves())
-        causes = causes or list(search.find_curved_causes())
+        causes = search.find_rarer_causes()
         if several and not causes:
-            equals = search.find_motion_causes([slice(None)])
+            equals = search.find_step_causes([slice(None)])
             causes = [cause for _, cause in islice(equals, 1 + MOST_OTHERS)]
         return causes
 
@@ -566,7 +565,7 @@ def _causes_within(
         places += (
             [] if rows else [search.problem.select_entries(part, [each.place for each in within])]
         )
-        by_place = list(search.find_motion_causes(places))
+        by_place = list(search.find_step_causes(places))
         causes = [cause for number, cause in by_place if not number]
         if not causes and len(places) > 1:
             causes = [cause for cause in search.find_causes(places[1]) if cause.usual]

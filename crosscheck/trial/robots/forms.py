@@ -1,0 +1,385 @@
+"""Sentences on parts of a robot's equations that are put together wrongly, whatever the numbers.
+
+Of a part what all of its terms have in common: a factor of one kind of terms of Kane's sum, a
+coordinate that is another, rows that are exchanged, the bias as derivatives of M, accelerations.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Mapping, Sequence
+from itertools import combinations
+
+import numpy as np
+
+from crosscheck.analytic.robot.model import AnalyticRobot, multiply
+from crosscheck.models.robot.robot import Level
+from crosscheck.trial.changes.kane import KaneSum
+from crosscheck.trial.changes.numbers import ALIKE
+from crosscheck.trial.changes.problem import DynamicsTerms
+from crosscheck.trial.changes.search import CauseSearch
+from crosscheck.trial.changes.steps import FACTORS
+from crosscheck.trial.robots.judge import RobotProblem
+from crosscheck.trial.robots.rates import sample_bias_terms
+
+SLOPE_STEP = 1e-5  # [rad, m], over which slopes of M are taken
+LEAST_SHARE = 1e-5  # largest residual of the fitted slopes, over the largest difference
+RATIO_POWERS = ("multiplied ", "'s square", 2), ("multiplied ", "", 1), ("divided ", "", -1)
+MOST_TOGETHER = 200  # changes of the states that are tried at once
+SIZABLE = 1e-9  # smallest piece that can be recognized, relative to an entry's size
+CHRISTOFFEL = {  # factors of M' v and of d(v' M v)/dq
+    (1.0, 0.0): "without -1/2 d(v' M v)/dq: M' v alone",
+    (1.0, 0.5): "with +1/2 d(v' M v)/dq for -1/2",
+    (1.0, -1.0): "with d(v' M v)/dq without its factor 1/2",
+    (0.0, -0.5): "without M' v: -1/2 d(v' M v)/dq alone",
+    (0.5, -0.5): "with M' v half as large",
+    (0.0, 0.5): "+1/2 d(v' M v)/dq alone, as of Christoffel's C transposed",
+}
+Pieces = Mapping[str, np.ndarray]
+
+
+def describe_pieces(search: CauseSearch, part: str, *, are_usual: bool = True) -> Iterator[str]:
+    """Sentences on kinds of terms of Kane's sum that are wrong by one factor in M, bias or gravity.
+
+    Of an acceleration, in the bias that it comes from. All terms of a kind come first, then the
+    kinds of which fewest are wrong. are_usual: whether by usual factors alone, since terms that do
+    not depend on the rates are often equal by chance.
+    """
+    problem, table = search.problem, search.table
+    term = "bias" if part == "acceleration" else part
+    described: list[tuple[int, str]] = []
+    for parts in table.part_lists:
+        kinds = KaneSum(table.robot, *problem.states[:2], parts).list_pieces(term)
+        for kind, pieces in kinds.items():
+            stacked = np.array(list(pieces.values()))
+            still = {name: 0 * values for name, values in _stack_zeros(search, stacked).items()}
+            rows = search.row(DynamicsTerms(**(still | {term: stacked})))
+            chosen, by = search.choose_rows(rows, problem.select_part(part), is_free=True)
+            if not chosen or (are_usual and all(abs(1 + by - usual) > ALIKE for usual in FACTORS)):
+                continue
+            names, there = list(pieces), (np.abs(rows).max(axis=1) > SIZABLE).sum()
+            whole = len(chosen) == there > 1
+            which = "every one" if whole else " and ".join(names[n] for n in chosen)
+            words = f"{part}, what {kind} of {which} makes: {_format_factor(1 + by)}"
+            described.append((0 if whole else len(chosen), words))
+        if described:
+            break
+    fewest = min((count for count, _ in described), default=0)
+    yield from (words for count, words in described if count == fewest)
+
+
+def _stack_zeros(search: CauseSearch, stacked: np.ndarray) -> dict[str, np.ndarray]:
+    """Terms (pieces, states, ...) that are 0."""
+    base = search.table.compute_base(search.level)._asdict()
+    return {name: np.zeros((len(stacked), *term.shape)) for name, term in base.items()}
+
+
+def describe_wrong_piece(difference: np.ndarray, pieces: Pieces, size: float, most: int) -> str:
+    """The fewest pieces, at most `most`, that all are wrong by one factor, in words; '' for none.
+
+    difference (k,): yours less right, at all states; pieces: what is right of each, alike.
+    """
+    there = {name: p for name, p in pieces.items() if np.abs(p).max() > SIZABLE * size}
+    for count in range(1, most + 1):
+        for names in combinations(there, count):
+            total = sum((there[name] for name in names), np.zeros_like(difference))
+            share = float(total @ difference / (total @ total)) if total.any() else 0.0
+            left = np.abs(difference - share * total).max()
+            if left <= ALIKE * np.abs(difference).max():
+                return _describe_factor(names, 1 + share)
+    return ""
+
+
+def _describe_factor(names: Sequence[str], factor: float) -> str:
+    makes = "makes" if len(names) == 1 else "make"
+    return f"what {' and '.join(names)} {makes}: {_format_factor(factor)}"
+
+
+def _format_factor(factor: float) -> str:
+    usual = [words for by, words in FACTORS.items() if abs(factor - by) < ALIKE]
+    return usual[0] if usual else f"{factor:.6g} times as large"
+
+
+def list_acceleration_pieces(problem: RobotProblem, level: Level) -> dict[str, np.ndarray]:
+    """Contribution of each motor, the weights and each product of rates to the accelerations."""
+    states, names = problem.states, problem.names
+    model = AnalyticRobot(problem.robot, level)
+    inverse = np.linalg.inv(model.mass_matrix(states.q))
+    forces = {"the weights": -model.gravity(states.q), "the springs": -problem.spring_torques}
+    for number, name in enumerate(names):
+        torque = np.zeros_like(states.torques)
+        torque[:, number] = states.torques[:, number]
+        forces[f"the torque of {name}"] = torque
+    products = sample_bias_terms(model.bias, states).products
+    for j, k in zip(*np.triu_indices(len(names)), strict=True):
+        rates = f"{names[j]}'^2" if j == k else f"{names[j]}' {names[k]}'"
+        forces[rates] = -products[:, :, j, k] * (states.v[:, j] * states.v[:, k])[:, None]
+    return {name: np.einsum("sij,sj->si", inverse, each) for name, each in forces.items()}
+
+
+def describe_christoffel(problem: RobotProblem, level: Level) -> Iterator[str]:
+    """The sentence on a bias that is M' v and d(v' M v)/dq with other factors than 1 and -1/2."""
+    q, v = problem.states[:2]
+    model = AnalyticRobot(problem.robot, level)
+    slopes = np.stack(
+        [
+            (model.mass_matrix(q + step) - model.mass_matrix(q - step)) / (2 * SLOPE_STEP)
+            for step in SLOPE_STEP * np.eye(q.shape[1])
+        ]
+    )
+    user_values = problem.answers.values["bias"]
+    wrong = np.abs(user_values - problem.reference_values[level]["bias"]).max(axis=0)
+    allowed = LEAST_SHARE * wrong.max()
+    columns = [
+        np.einsum("ksij,sk,sj->si", slopes, v, v),
+        np.einsum("isjk,sj,sk->si", slopes, v, v),
+        np.einsum("jsij,sj->si", slopes, v**2),  # the same of squares of one rate
+        np.einsum("isjj,sj->si", slopes, v**2),
+    ]
+    # Of one row alone that is wrong its products of rates say more.
+    for count in (2, 4) if (wrong > allowed).sum() > 1 else (2,):
+        matrix = np.stack([each.ravel() for each in columns[:count]], axis=1)
+        fit, _, rank, _ = np.linalg.lstsq(matrix, user_values.ravel(), rcond=1e-8)
+        factors = np.pad(np.rint(4 * fit) / 4, (0, 4 - count))  # as sums of Christoffel's are
+        left = np.abs(matrix @ factors[:count] - user_values.ravel()).max()
+        if rank == count and left <= allowed:
+            products, squares = factors[:2], factors[:2] + factors[2:]
+            words = CHRISTOFFEL.get(tuple(products), _describe_factors(products))
+            if not np.array_equal(products, squares):
+                right = "right" if tuple(squares) == (1.0, -0.5) else _describe_factors(squares)
+                words = (
+                    f"{_describe_factors(products)} in products of two rates, {right} in squares"
+                )
+            yield f"bias is M' v - 1/2 d(v' M v)/dq; yours is {words}"
+            return
+
+
+def _describe_factors(factors: np.ndarray) -> str:
+    """Factors of M' v and d(v' M v)/dq in words."""
+    named = zip(factors, ("M' v", "d(v' M v)/dq"), strict=True)
+    return " and ".join(f"{by:g} {what}" for by, what in named if by) or "missing"
+
+
+def describe_friction(
+    problem: RobotProblem, level: Level, part: str, difference: np.ndarray
+) -> Iterator[tuple[str, list[int]]]:
+    """Sentences on friction that a force or bias has wrong, and the rows that it makes wrong.
+
+    difference (states, n): yours less right, at the first states.
+    """
+    first = slice(len(difference))
+    where, v = problem.answers.sources[part], problem.states.v[first]
+    size = np.broadcast_to(problem.sizes[level].entry_sizes(part, where), problem.states.v.shape)
+    # What is right of a bias that seems to have none has none either.
+    is_there = part == "force" or where == "inverse_dynamics" or problem.answers.friction_in_bias
+    ratios = {each.joint: each.ratio for each in problem.robot.rotors}
+    rows_by_factor: dict[str, list[int]] = {}
+    for row, name in enumerate(problem.names):
+        friction, wrong = problem.friction[first, row], difference[:, row]
+        friction = -friction if part == "force" else friction
+        least = SIZABLE * float(size[:, row].max())
+        if np.abs(wrong).max() <= least or np.abs(friction).max() <= least:
+            continue
+        share = float(wrong @ friction / (friction @ friction))
+        if np.abs(wrong - share * friction).max() <= ALIKE * np.abs(wrong).max():
+            ratio = abs(ratios.get(problem.robot.coordinates[row], 1.0))
+            near = [
+                f", {how}by its ratio{power}"
+                for how, power, by in RATIO_POWERS
+                if ratio != 1 and abs((is_there + share) / ratio**by - 1) < ALIKE
+            ]
+            factor = f"{_format_factor(is_there + share)}{''.join(near)}"
+            rows_by_factor.setdefault(factor, []).append(row)
+            continue
+        laws = np.stack([v[:, row], np.sign(v[:, row])], axis=1)
+        kinds = laws * np.linalg.lstsq(laws, friction, rcond=None)[0]
+        for kind, taken in zip(("viscous", "Coulomb"), kinds.T, strict=True):
+            for other, other_name in enumerate(problem.names):
+                rate = v[:, other] if kind == "viscous" else np.sign(v[:, other])
+                share = float((wrong + taken) @ rate / (rate @ rate))
+                left = np.abs(wrong + taken - share * rate).max()
+                if other != row and left <= ALIKE * np.abs(wrong).max():
+                    law = f"its {kind} friction goes by the rate of {other_name}"
+                    yield f"{where}[{name}]: {law}", [row]
+    for factor, rows in rows_by_factor.items():
+        names = [problem.names[row] for row in rows]
+        entry = f"{where}[{names[0]}]" if len(names) == 1 else where
+        yield f"{entry}, the friction of {' and '.join(names)}: {factor}", rows
+
+
+def describe_coordinates(problem: RobotProblem, level: Level, part: str) -> Iterator[str]:
+    """Sentences on a coordinate, or its rate, that M, bias or gravity takes for another one."""
+    changes = list(_list_coordinate_changes(problem, by_rates=part == "bias"))
+    q, v = (np.stack(each) for each in list(zip(*changes, strict=True))[1:])
+    yield from (f"{part}: {changes[n][0]}" for n in _find_equals(problem, level, part, q, v))
+    if part == "gravity":
+        yield from _describe_small_angles(problem, level)
+    yield from _describe_exchanges(problem, level, part)
+
+
+def _find_equals(
+    problem: RobotProblem, level: Level, part: str, q: np.ndarray, v: np.ndarray
+) -> list[int]:
+    """Numbers of the changed states (changes, states, n) that give the user's values of a part."""
+    user_values = problem.answers.values[part]
+    least = ALIKE * np.abs(user_values - problem.reference_values[level][part]).max()
+    model, places = AnalyticRobot(problem.robot, level), list(range(len(q)))
+    for states in (slice(1), slice(None)):
+        equal = list[int]()
+        for begin in range(0, len(places), MOST_TOGETHER):
+            some = places[begin : begin + MOST_TOGETHER]
+            rows = [each[some, states].reshape(-1, q.shape[2]) for each in (q, v)]
+            values = model.bias(*rows) if part == "bias" else getattr(model, part)(rows[0])
+            left = values.reshape(len(some), -1, *user_values.shape[1:]) - user_values[states]
+            left += problem.spring_torques[states] if part == "gravity" else 0.0
+            equal += [n for n, each in zip(some, left, strict=True) if np.abs(each).max() <= least]
+        places = equal
+    return places
+
+
+def _list_coordinate_changes(
+    problem: RobotProblem, *, by_rates: bool
+) -> Iterator[tuple[str, np.ndarray, np.ndarray]]:
+    """Sentences' ends on one coordinate that is another, with q and v (states, n) so."""
+    robot, names, (q, v) = problem.robot, problem.names, problem.states[:2]
+    turning = [robot.joints[number].kind == "revolute" for number in robot.coordinates]
+    for j, name in enumerate(names):
+        old, rate = q[:, j], v[:, j]
+        others = {"is left out in it": 0 * old, "is with the opposite sign in it": -old}
+        others |= {"is twice in it": 2 * old, "is half in it": old / 2}
+        if turning[j]:
+            others |= {
+                "is in degrees in it, read as radians": np.degrees(old),
+                "is taken for degrees in it": np.radians(old),
+                "is a quarter turn more in it": old + np.pi / 2,
+                "is a quarter turn less in it": old - np.pi / 2,
+                "is the opposite of itself, and a quarter turn more": np.pi / 2 - old,
+                "is the opposite of itself, and a quarter turn less": -np.pi / 2 - old,
+                "is half a turn more in it": old + np.pi,
+            }
+        for other, other_name in enumerate(names):
+            if other != j and turning[other] == turning[j]:
+                others |= {f"has {other_name} added in it": old + q[:, other]}
+                others |= {f"has {other_name} taken from it in it": old - q[:, other]}
+                others |= {f"is taken for {other_name} in it": q[:, other]}
+        for words, values in others.items():
+            changed = q.copy()
+            changed[:, j] = values
+            yield f"{name} {words}", changed, v
+        rates = {"in degrees": 180 / np.pi, "taken for degrees": np.pi / 180}
+        for words, by in rates.items() if by_rates and turning[j] else ():
+            changed = v.copy()
+            changed[:, j] = by * rate
+            yield f"the rate of {name} is {words} in it", q, changed
+
+
+def _describe_small_angles(problem: RobotProblem, level: Level) -> Iterator[str]:
+    """Sentences on a gravity in which sines of one angle, or of all, are the angles."""
+    robot, q = problem.robot, problem.states.q
+    gravity = AnalyticRobot(robot, level).gravity
+    user_values = problem.answers.values["gravity"] - problem.spring_torques
+    least = ALIKE * np.abs(user_values - gravity(q)).max()
+    # Gravity is a sum of waves of each angle, so that four angles determine its slope at 0.
+    turning = [n for n, c in enumerate(robot.coordinates) if robot.joints[c].kind == "revolute"]
+
+    def put(values: np.ndarray, angles: Sequence[int], by: float) -> np.ndarray:
+        changed = values.copy()
+        changed[:, angles] = by
+        return changed
+
+    still, linear = put(q, turning, 0.0), 0 * q
+    constant = gravity(still)
+    for j in turning:
+        slopes = []
+        for base in (put(q, [j], 0.0), still):
+            turns = [put(base, [j], by) for by in (np.pi / 2, -np.pi / 2, 0.0, np.pi)]
+            at = np.split(gravity(np.concatenate(turns)), len(turns))
+            slopes.append((at[0] - at[1]) / 2 * q[:, [j]])
+            if base is not still:
+                middle, wave = (at[2] + at[3]) / 2, (at[2] - at[3]) / 2
+                for words, cosine in (("1", 1.0), ("1 - x^2/2", 1 - q[:, [j]] ** 2 / 2)):
+                    if np.abs(middle + wave * cosine + slopes[0] - user_values).max() <= least:
+                        name = problem.names[j]
+                        yield f"gravity: the sine of {name} is {name} and its cosine {words}"
+        linear += slopes[1]
+    if np.abs(constant + linear - user_values).max() <= least:
+        yield "gravity: linear in the angles, as it is near 0 alone"
+
+
+def _describe_exchanges(problem: RobotProblem, level: Level, part: str) -> Iterator[str]:
+    """Sentences on two coordinates whose rows, or whose values, a part has exchanged."""
+    right, user_values = problem.reference_values[level][part], problem.answers.values[part]
+    q, v = problem.states[:2]
+    least = ALIKE * np.abs(user_values - right).max()
+    pairs = list(combinations(range(len(problem.names)), 2))
+    orders = np.tile(np.arange(len(problem.names)), (len(pairs), 1))
+    for order, (i, j) in zip(orders, pairs, strict=True):
+        order[[i, j]] = j, i
+    moved, kept = q[:, orders].swapaxes(0, 1), np.broadcast_to(q, (len(pairs), *q.shape))
+    rates = np.broadcast_to(v, kept.shape)
+    equal = {"coordinates": _find_equals(problem, level, part, moved, rates)}
+    if part == "bias":
+        equal["rates"] = _find_equals(problem, level, part, kept, v[:, orders].swapaxes(0, 1))
+    for number, (order, (i, j)) in enumerate(zip(orders, pairs, strict=True)):
+        rows = right[:, order]
+        exchanged = {"rows": rows}
+        if part == "mass_matrix":
+            exchanged |= {"columns": right[:, :, order], "rows and columns": rows[:, :, order]}
+        exchanged |= {what: user_values for what, numbers in equal.items() if number in numbers}
+        for what, values in exchanged.items():
+            if np.abs(values - user_values).max() <= least:
+                pair = f"{problem.names[i]} and {problem.names[j]}"
+                yield f"{part}: the {what} of {pair} are exchanged in it"
+
+
+def describe_solution(problem: RobotProblem, level: Level) -> Iterator[str]:
+    """Sentences on accelerations of the right M, bias and gravity that are put together wrongly."""
+    q, v, _, torques = problem.states
+    model, user_values = AnalyticRobot(problem.robot, level), problem.answers.values["acceleration"]
+    mass, bias, gravity = model.terms(q, v)
+    gravity = gravity + problem.spring_torques
+    load = torques - bias - gravity
+    diagonal = np.einsum("sii->si", mass)
+    with np.errstate(divide="ignore", invalid="ignore"):
+        entries = multiply(np.where(mass, 1 / mass, 0.0), load)
+    inverse = np.linalg.inv(mass)
+    least = ALIKE * np.abs(user_values - problem.reference_values[level]["acceleration"]).max()
+    for words, values in (
+        ("by M's diagonal alone, without coupling", load / diagonal),
+        ("by the diagonal of M^-1 alone", np.einsum("sii->si", inverse) * load),
+        ("by the inverse of each entry of M", entries),
+        ("without M^-1", load),
+        ("by M where M^-1 belongs", multiply(mass, load)),
+        ("with M's lower triangle alone", multiply(np.linalg.inv(np.tril(mass)), load)),
+        ("with M's upper triangle alone", multiply(np.linalg.inv(np.triu(mass)), load)),
+        ("with gravity outside M^-1", multiply(inverse, load + gravity) - gravity),
+        ("with the bias outside M^-1", multiply(inverse, load + bias) - bias),
+        ("with the torques outside M^-1", multiply(inverse, load - torques) + torques),
+        ("with the opposite sign", -multiply(inverse, load)),
+    ):
+        if np.abs(values - user_values).max() <= least:
+            yield f"acceleration is M^-1 (torques - bias - gravity); yours is {words}"
+
+
+def describe_accelerations(
+    problem: RobotProblem, level: Level, rows: Sequence[int]
+) -> Iterator[str]:
+    """Sentences on rows of an acceleration in which one or two pieces are wrong by a factor."""
+    user_values, right = (
+        values["acceleration"]
+        for values in (problem.answers.values, problem.reference_values[level])
+    )
+    difference = user_values - right
+    pieces, sizes = list_acceleration_pieces(problem, level), problem.sizes[level].acceleration
+    described = False
+    for row in rows:
+        of_row = {name: piece[:, row] for name, piece in pieces.items()}
+        words = describe_wrong_piece(difference[:, row], of_row, float(sizes[:, row].max()), 2)
+        if words:
+            described = True
+            yield f"acceleration[{problem.names[row]}], {words}"
+    ratios = user_values / right
+    if not described and len(rows) > 1 and np.ptp(ratios, axis=1).max() <= ALIKE * ratios.max():
+        yield (
+            "acceleration: at each state all rows are wrong by the same factor, from"
+            f" {ratios.min():.4g} to {ratios.max():.4g}: their common denominator, M's determinant"
+        )
