@@ -194,10 +194,10 @@ def _confuse_body(
             inertia_of[f"I{first} and I{second} exchanged"] = axes @ exchanged @ axes.T
     for words, inertia in inertia_of.items():
         yield words, replace(body, inertia=inertia)
-    for first, second in combinations(range(3), 2):
+    for m, n in combinations(range(3), 2):
         order = list(range(3))
-        order[first], order[second] = second, first
-        words = f"{AXES[first]} and {AXES[second]} of its centre of mass exchanged"
+        order[m], order[n] = n, m
+        words = f"{AXES[m]} and {AXES[n]} of its centre of mass exchanged"
         yield words, replace(body, com=body.com[order])
     for words, turn in (
         ("the frame of the link before it", joint.placement.rotation),
@@ -364,7 +364,7 @@ def _confuse_stators(robot: Robot) -> Iterator[Mistake]:
     yield from _confuse_all(robot, "rotors", place_usually)
     for number, rotor in enumerate(robot.rotors):
         changed: dict[str, dict[str, Any]] = {}
-        others = {frame.body: stator for stator, frame in reversed(robot.frames.items())}
+        others = {frame.body: stator for stator, frame in reversed(list(robot.frames.items()))}
         for body, stator in others.items():  # one link of each body
             if body != robot.frames[rotor.stator].body:
                 words = f"on {stator}" if body != BASE else f"on the ground, {stator}"

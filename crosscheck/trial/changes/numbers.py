@@ -180,8 +180,8 @@ def _list_curved(robot: Robot, number: int) -> Iterator[RobotNumber]:
         def turn(value: float, place: int = place) -> Robot:
             return put_value(robot, turned, rotate_by(set_entry(angles, (place,), value)))
 
-        path, value = f"joints.{number}.{angle}", float(angles[place])
-        yield RobotNumber(path, f"{whose}: its {angle}", "rad", value, 1.0, turn, curved=True)
+        where, value = f"joints.{number}.{angle}", float(angles[place])
+        yield RobotNumber(where, f"{whose}: its {angle}", "rad", value, 1.0, turn, curved=True)
     if joint.kind == "prismatic":
         factor = _make_factor(robot, [("joints", number, "axis")], f"{whose}: its axis", "")
         yield replace(factor, curved=True)

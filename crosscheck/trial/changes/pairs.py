@@ -25,7 +25,7 @@ LARGEST = 10.0  # largest norm of a row in a pair, over the difference's norm
 BLOCK = 512  # rows that are paired with all others at once
 NEAR = 1e-9  # rounding error of products of large rows, over the difference's square
 FAR = 0.5  # largest residual at which a search begins, over the difference's square
-MOST_MEETING = 300  # pairs that act on one product, those that leave least alone
+MOST_MEETING = 400  # pairs that act on one product, those that leave least alone
 NEVER, APART, MEETING = 0, 1, 2  # whether two changes are no pair, or act on one product
 MOTION = "motion"
 
@@ -201,7 +201,8 @@ class PairSearch:
         two = [self.changes[n] for n in pair[:2]]
         robots = [robot for each in two if (robot := each.build_robot(pair.times)) is not None]
         robots = [self._merge(pair)] if len(robots) == len(two) else robots
-        total = sum(each.row for each in two if each.number is None and each.robot is None)
+        total = np.zeros_like(self.problem.difference)
+        total += sum(each.row for each in two if each.number is None and each.robot is None)
         if robots:
             changes = self.table.compute_changes(robots, self.problem.level)
             total = total + self.problem.lay_out(changes).sum(axis=0)

@@ -21,6 +21,7 @@ from crosscheck.trial.changes.numbers import (
     get_link_name,
     is_physical,
     list_equal_numbers,
+    put_value,
 )
 from crosscheck.trial.changes.pairs import PairSearch, Single
 from crosscheck.trial.changes.problem import (
@@ -231,7 +232,7 @@ class CauseSearch:
         for rows in screened:
             left = np.abs(rows[:, chosen] - self.difference[at]) - 2 * self.problem.allowed[at]
             near |= (left <= TOLERANCE).all(axis=1)
-        kept = [mistakes[number] for number in np.flatnonzero(near)]
+        kept = [mistakes[number] for number in np.flatnonzero(near).tolist()]
         if not kept:
             return
         changes = self.table.compute_changes([each.robot for each in kept], self.level)
@@ -285,18 +286,17 @@ class CauseSearch:
         places = self.problem.select_part("mass_matrix")
         if np.abs(self.difference[~places]).max(initial=0.0) > TOLERANCE:
             return
-        robot, names, q = self.table.robot, self.table.robot.coordinate_names, self.problem.states.q
-        sizes, bare = self.problem.sizes["mass_matrix"], {"rotors": (), "stages": ()}
-        for kind in bare:
-            for part in getattr(robot, kind):
-                alone = replace(robot, **(bare | {kind: (part,)}))
-                pair = AnalyticRobot(alone, "coupled").mass_matrix(q)
-                pair = (pair - AnalyticRobot(alone, "links").mass_matrix(q)) / sizes
+        robot, names = self.table.robot, self.table.robot.coordinate_names
+        for kind in ("rotors", "stages"):
+            parts = getattr(robot, kind)
+            for place, part in enumerate(parts):
+                without = put_value(robot, (kind,), parts[:place] + parts[place + 1 :])
+                lost = self.table.compute_changes([without], self.level).mass_matrix[0]
                 for i, j in zip(*np.triu_indices(len(names), 1), strict=True):
-                    missing, row = np.zeros_like(pair), np.zeros_like(self.difference)
-                    missing[:, i, j] = missing[:, j, i] = -pair[:, i, j]
-                    row[places] = missing.ravel()
-                    if self._explains(row, slice(None)):
+                    coupling = np.zeros_like(lost)
+                    coupling[:, i, j] = coupling[:, j, i] = lost[:, i, j]
+                    still = np.zeros(coupling.shape[:2])
+                    if self._explains(self.row(DynamicsTerms(coupling, still, still)), slice(None)):
                         of = f"{kind[:-1]} of {robot.joints[part.joint].name}"
                         words = f"no coupling of {names[i]} and {names[j]} in M by the {of}"
                         yield Cause(words, usual=True)
@@ -381,7 +381,7 @@ class CauseSearch:
         fit, _, rank, _ = np.linalg.lstsq(columns, self.difference, rcond=1e-10)
         if rank == 3 and self.can_explain(columns @ fit):
             vector = robot.gravity + fit
-            is_tilted = abs(np.linalg.norm(vector) - size) < ALIKE * size
+            is_tilted = bool(abs(np.linalg.norm(vector) - size) < ALIKE * size)
             shown = ", ".join(f"{each:.6g}" for each in vector)
             tilted = ", of the right size: a tilted base?" if is_tilted else ""
             yield Cause(f"gravity = ({shown}) m/s^2{tilted}", usual=is_tilted)

@@ -137,10 +137,10 @@ class StepTable:
         for by in (-1.0, 0.5):
             scaled = WorldBody(by * body.mass, lever, by * body.inertia)
             yield f"what it makes {FACTORS[by]}", kane.move_body(number, scaled)
-        for other, other_joint in enumerate(self.robot.joints):
-            if other == joint.parent or other_joint.parent == number:
-                motion = kane.move_body(other, kane.place_body(other, self.robot.bodies[other]))
-                words = f"its mass at the centre of {get_link_name(self.robot, other)}"
+        for beside, other_joint in enumerate(self.robot.joints):
+            if beside == joint.parent or other_joint.parent == number:
+                motion = kane.move_body(beside, kane.place_body(beside, self.robot.bodies[beside]))
+                words = f"its mass at the centre of {get_link_name(self.robot, beside)}"
                 yield words, replace(right, moving=motion.moving, centre=motion.centre)
         yield from self._list_inertia_changes(part, right, changed, under, turned)
         yield from self._list_rate_changes(number, right, lever)

@@ -86,8 +86,8 @@ class ChangeTable:
             else:
                 terms = AnalyticRobot(robots[moved[0]], level).terms(q, v)
                 others = DynamicsTerms(*(term[None] for term in terms))
-            base = (term[states] for term in self.compute_base(level))
-            parts.append((moved, others.minus(DynamicsTerms(*base))))
+            own = DynamicsTerms(*(term[states] for term in self.compute_base(level)))
+            parts.append((moved, others.minus(own)))
         base = self.compute_base(level)
         whole = [np.zeros((len(robots), *term[states].shape)) for term in base]
         for numbers, part in parts:
