@@ -14,13 +14,12 @@ from crosscheck.analytic.derivation.gears import Gears, build_gears
 from crosscheck.analytic.derivation.rigid import rigid_bodies
 from crosscheck.analytic.derivation.terms import Terms, build_chain_terms, inverse_dynamics
 from crosscheck.analytic.ensemble import Chunk, run_model, run_models
+from crosscheck.analytic.kernel.adaptive_kernel import integrate_precisely, integrate_reference
 from crosscheck.analytic.kernel.batch import Records
 from crosscheck.analytic.kernel.equations import KernelEquations, LinkEquations, TermEquations
-from crosscheck.analytic.kernel.event_kernel import integrate_with_events
 from crosscheck.analytic.kernel.links import Links, build_links
 from crosscheck.analytic.kernel.states import StateEvaluator
 from crosscheck.analytic.paper.stiffness import peak_stiffness
-from crosscheck.analytic.reference import solve
 from crosscheck.analytic.stability import contact_eigenvalues, runge_kutta_limit
 from crosscheck.models.arm.arm import Arm
 from crosscheck.models.arm.layout import Layout, geared_layout, rigid_layout
@@ -168,7 +167,7 @@ class AnalyticModel(Model):
     def precise(self, rtol: float) -> xr.Dataset:
         """Run by an eighth-order method at a relative tolerance, steps ended at contact changes."""
         time = recorded_times(self.scenario)
-        records = integrate_with_events(self, rtol).records
+        records = integrate_precisely(self, rtol).records
         require_finite(self.name, time, *records)
         return self.make_trajectory(time, records)
 
@@ -177,18 +176,16 @@ class AnalyticModel(Model):
         return torques_along(self.drive, time, theta, rate)
 
     def reference(self, rtol: float) -> xr.Dataset:
-        """Run by SciPy's DOP853 on the recording grid, with the work done along the way."""
-        scenario = self.scenario
-        grid = recorded_times(scenario)
-        qs, vs, work = solve(self.states, self.gears, self.start(), grid, rtol)
-        require_finite(self.name, grid, qs, vs)
-        evaluations = [self.states.evaluate(*state) for state in zip(grid, qs, vs, strict=True)]
-        a, forces = (
-            np.array([getattr(evaluation, quantity) for evaluation in evaluations])
-            for quantity in ("acceleration", "mesh_forces")
-        )
-        records = Records(qs, vs, a, forces)
-        return self.make_trajectory(grid, records, work=work[:, 0], work_turned_over=work[:, 1])
+        """Run by an eighth-order method at a relative tolerance, with the work done on the way.
+
+        Steps run over contacts, and coordinates are the layout's: this shares the method with
+        ``precise``, but neither the equations' text nor the search for contacts.
+        """
+        time = recorded_times(self.scenario)
+        run = integrate_reference(self, self.term_equations, rtol)
+        require_finite(self.name, time, *run.records)
+        work, turned_over = run.works.T
+        return self.make_trajectory(time, run.records, work=work, work_turned_over=turned_over)
 
     def make_trajectory(self, time: np.ndarray, records: Records, **more: np.ndarray) -> xr.Dataset:
         """The trajectory of one run's records, arrays (times, ...), at `time` (times,) [s].

@@ -24,7 +24,7 @@ AGREEMENT = FileType(
     "a cross-check's JSON file", JSON, (b'\n "findings": [', b'\n "provenance": {')
 )
 TRIAL = FileType(
-    "a trial's JSON file", JSON, (b'\n "gearing": ', b'\n "ladder": [', b'\n "agreement": {')
+    "a trial's JSON file", JSON, (b'\n "equations": ', b'\n "headline": ', b'\n "agreement": {')
 )
 RECORD = FileType("a record", b'{\n "checks": ', ())  # also a damaged one, which is so renewed
 ERRATA = FileType("an errata JSON file", JSON, (b'\n "errata": [', b'\n "provenance": {'))
@@ -36,9 +36,6 @@ JUNIT = FileType(
     "a cross-check's JUnit file",
     b'<?xml version="1.0" encoding="UTF-8"?>\n<testsuites tests="',
     (b'<property name="arm_sha256" ',),
-)
-ROBOT_JUNIT = JUNIT._replace(
-    description="a JUnit file of a robot's equations", holds=(b'<property name="robot" ',)
 )
 PAGE = FileType("a cross-check's page", HTML, (b"<title>Cross-check of ",))
 TRIAL_PAGE = FileType("a trial's page", HTML, (b"<title>Trial of ",))
@@ -64,9 +61,6 @@ IDENTIFIED_PAGE = FileType(
 EXCITATION = FileType("a suggested motion", b"t_s,theta_1_rad,", ())
 COST = FileType("a cost of shortcuts", JSON, (b'\n "engines_agree": ', b'\n "negligible_share": '))
 COST_PAGE = FileType("a page of shortcuts' cost", HTML, (b"<title>Cost of shortcuts: ",))
-ROBOT_TRIAL = FileType(
-    "an explanation of a robot's equations", JSON, (b'\n "explanations": [', b'\n "equations": ')
-)
 PICTURE = FileType("a study's drawing", PNG, (b"Software\0geararm-crosscheck",))
 
 

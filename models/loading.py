@@ -6,7 +6,7 @@ import difflib
 import json
 import re
 from collections.abc import Sequence
-from typing import Any, NamedTuple, TypeVar
+from typing import TYPE_CHECKING, Any, NamedTuple, TypeVar
 
 from pydantic import BaseModel, ValidationError
 from pydantic_core import ErrorDetails
@@ -17,6 +17,9 @@ from crosscheck.models.errors import InputError
 from crosscheck.models.experiment.scenario import Scenario, Switches, find_misfit
 from crosscheck.models.files import parse_toml, read_raw_arm, read_raw_scenario
 from crosscheck.models.paths import SECTIONS, assign, find_paths, is_path
+
+if TYPE_CHECKING:
+    from crosscheck.models.robot.robot import Robot
 
 Record = TypeVar("Record", bound=BaseModel)
 # Of the schema's unions; a record of another room has its own as ``union_tags``.
@@ -159,15 +162,18 @@ def load_selection(
     return ArmSelection(loaded, tuple(experiments), chosen, json.dumps(data["arm"]))
 
 
-def require_fit(scenario: Scenario, arm: Arm, where: str = "") -> None:
-    """Raise InputError unless the scenario's per-joint lists fit the arm.
+def require_fit(scenario: Scenario, mechanism: Arm | Robot, where: str = "") -> None:
+    """Raise InputError unless the scenario's per-joint lists fit the arm or robot.
 
     where: the file, if the scenario's name does not say it.
     """
-    misfit = find_misfit(scenario, [joint.planet_count for joint in arm.joints])
+    where, planets = where or scenario.name, mechanism.planet_counts
+    if any(scenario.start.planet_offset_m) and not any(planets):
+        allowed = f"needs a stage with planets = free, which {mechanism.name} has not"
+        raise InputError(where, "start.planet_offset_m", None, allowed)
+    misfit = find_misfit(scenario, planets)
     if misfit is not None:
-        field, value, needed = misfit
-        raise InputError(where or scenario.name, field, value, needed)
+        raise InputError(where, *misfit)
 
 
 def apply_setting(data: dict[str, Any], setting: str, sections: Sequence[str] = SECTIONS) -> None:

@@ -3,7 +3,8 @@
 from __future__ import annotations
 
 import inspect
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator
+from functools import partial
 from pathlib import Path
 
 from crosscheck.models.arm.arm import Arm, Direct, Link, Planetary
@@ -23,6 +24,7 @@ from crosscheck.models.experiment.scenario import (
     Start,
     TableDrive,
 )
+from crosscheck.models.refusals import REFUSALS
 from crosscheck.models.robot.file import DirectDrive as DirectTransmission
 from crosscheck.models.robot.file import Geared, LinkChange, PlanetaryTransmission, RobotFile
 from crosscheck.models.robot.robot import RotorMesh
@@ -106,18 +108,33 @@ HEADINGS: dict[type[Data], str] = {
 
 def write_reference() -> None:
     """Renew the tables in all files. Raises InputError."""
-    write_files({DOCS / name: renew_tables(name) for name in FILES})
+    write_files({DOCS / name: renew_tables(name) for name in PAGES})
 
 
 def renew_tables(name: str) -> str:
-    """The text of a file of ``FILES``, with its tables as the schema has them now."""
+    """The text of a file of ``PAGES``, with its tables as the code has them now."""
     before, rest = (DOCS / name).read_text(encoding="utf-8").split(BEGIN)
-    return before + BEGIN + format_field_tables(FILES[name]) + "\n" + END + rest.split(END)[1]
+    return before + BEGIN + PAGES[name]() + "\n" + END + rest.split(END)[1]
 
 
 def format_field_tables(top: type[Data]) -> str:
     """A table of the fields of a record, and of each that it holds."""
     return "".join(f"{line}\n" for record in list_records_below(top) for line in _section(record))
+
+
+def format_refusals() -> str:
+    """A table of what commands, and functions of Python's, do not take of a sort of mechanism."""
+    rows = [
+        f"| `{each.command}` | `{each.option}` | {each.section} | {each.reason} |"
+        for each in REFUSALS
+    ]
+    return "\n".join(["", "| of | not taken | with | since |", "|---|---|---|---|", *rows, ""])
+
+
+PAGES: dict[str, Callable[[], str]] = {
+    **{name: partial(format_field_tables, record) for name, record in FILES.items()},
+    "command-line.md": format_refusals,
+}
 
 
 def list_records_below(record: type[Data]) -> list[type[Data]]:

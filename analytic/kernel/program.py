@@ -1,8 +1,8 @@
 """The text of whole kernels, and where they find a member's numbers.
 
 Three kinds: classical Runge-Kutta steps of a block of members with records on the way, the
-quantities of single states, and (crosscheck.analytic.kernel.event_kernel) runs at a tolerance. See
-crosscheck.analytic.kernel.translate for the language.
+quantities of single states, and (crosscheck.analytic.kernel.adaptive_kernel) runs at a tolerance.
+See crosscheck.analytic.kernel.translate for the language.
 """
 
 from __future__ import annotations

@@ -7,8 +7,8 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
+from crosscheck.analytic.kernel.adaptive_kernel import integrate_precisely
 from crosscheck.analytic.kernel.batch import Batch, Records
-from crosscheck.analytic.kernel.event_kernel import integrate_with_events
 from crosscheck.analytic.robot.equations import RobotEquations
 from crosscheck.models.experiment.drive import drive_data
 from crosscheck.models.experiment.scenario import Scenario
@@ -53,7 +53,7 @@ def run_precisely(
 ) -> tuple[np.ndarray, np.ndarray]:
     """The same by adaptive steps that end where contacts change. Raises Diverged."""
     member = RobotMember(model.robot, model.level, scenario)
-    records = integrate_with_events(member, rtol).records
+    records = integrate_precisely(member, rtol).records
     return _finite(model, scenario, records)
 
 

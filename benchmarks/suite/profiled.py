@@ -22,7 +22,7 @@ WAITING = "waiting for processes"
 CATEGORIES = {
     "drawing": ("/matplotlib/", "/PIL/", "crosscheck/report/", "/figures/", "/jinja2/"),
     "integration": (
-        *("analytic/kernel/batch", "analytic/kernel/event_kernel", "analytic/ensemble"),
+        *("analytic/kernel/batch", "analytic/kernel/adaptive_kernel", "analytic/ensemble"),
         *("/scipy/", "models/exudyn", "models/pinocchio"),
     ),
     "derivation": ("/sympy/", "/mpmath/", "analytic/derivation/"),

@@ -26,6 +26,7 @@ from crosscheck.models.errors import (
     describe_error,
     format_line,
 )
+from crosscheck.models.refusals import refuse
 from crosscheck.runner.interruption import exit_code, exit_message, was_stopped
 
 app = typer.Typer(
@@ -194,12 +195,7 @@ def check(
 
 @app.command()
 def simulate(
-    arm: Annotated[
-        str,
-        typer.Argument(
-            metavar="ARM", help="Name or TOML file of an arm or robot; or a URDF or MJCF."
-        ),
-    ],
+    arm: MechanismName,
     model: Annotated[
         str, typer.Option(help="See `crosscheck list`; of a robot ENGINE:LEVEL, analytic:coupled.")
     ],
@@ -371,9 +367,9 @@ def cost(
 
 @app.command()
 def export(
-    arm: ArmName,
+    arm: MechanismName,
     out: Annotated[
-        Path, typer.Option(help="C file, FMU (.fmu), or URDF (.urdf) of an arm, to write.")
+        Path, typer.Option(help="C file, FMU (.fmu), or URDF (.urdf) of the mechanism, to write.")
     ],
     model: Annotated[
         str | None,
@@ -381,7 +377,7 @@ def export(
     ] = None,
     settings: Settings = None,
 ) -> None:
-    """Write a model's equations as C or FMU, or an arm itself as URDF and a robot's TOML file."""
+    """Write equations as C or FMU, or an arm or robot itself as URDF and a robot's TOML file."""
     from crosscheck.cli.files.export import export_command
 
     export_command(arm, model, settings or [], out)
@@ -476,10 +472,7 @@ def init(
     if urdf is None:
         init_command(file, joints or 2, direct)
         return
-    if joints is not None:
-        raise InputError("--joints", "", joints, "must be left out: --urdf has its own joints")
-    if direct:
-        raise InputError("--direct", "", None, "is for arms; a robot's joints are direct already")
+    refuse("robot", "init", joints=joints, direct=direct)
     init_robot_command(file, urdf)
 
 

@@ -21,12 +21,9 @@ from crosscheck.baseline.reduction import find_uncompared, find_unrecorded_runs,
 from crosscheck.baseline.regression import compare
 from crosscheck.cli.output import write_requested
 from crosscheck.file_types import AGREEMENT, JUNIT, PAGE, RECORD
-from crosscheck.models.errors import InputError
-from crosscheck.models.files import is_robot
-from crosscheck.models.loading import load_selection
-from crosscheck.models.robot.case import load_changed_robot
+from crosscheck.models.mechanism import select_mechanism
 from crosscheck.output import require_files, write_files
-from crosscheck.planning.plan import CrossCheckRequest
+from crosscheck.planning.plan import CrossCheckRequest, request_cross_check
 from crosscheck.report.answers import format_agreement_json
 from crosscheck.report.formatting import format_count, make_printable
 from crosscheck.report.junit import format_junit
@@ -47,15 +44,8 @@ def make_request(
     arm: str, scenarios: list[str] | None, settings: list[str] | None, quick: bool, seed: int
 ) -> CrossCheckRequest:
     """Request of a command line for a cross-check of an arm or robot. Raises InputError."""
-    if is_robot(arm):
-        if scenarios:
-            raise InputError("--scenario", "", scenarios[0], f"is for arms; {arm} is a robot")
-        return CrossCheckRequest(load_changed_robot(arm, settings or []), quick, seed)
-    chosen = load_selection(arm, scenarios or [], settings or [])
-    experiment_settings = chosen.scenarios, chosen.switches
-    return CrossCheckRequest(
-        chosen.arm, quick, seed, *experiment_settings, arm_file_json=chosen.arm_file_json
-    )
+    chosen = select_mechanism(arm, scenarios or [], settings or [])
+    return request_cross_check(chosen, quick, seed)
 
 
 def run_command(chosen: CrossCheckRequest, out: Path, jobs: int) -> int:

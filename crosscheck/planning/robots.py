@@ -8,16 +8,19 @@ from collections.abc import Callable, Iterator, Sequence
 from dataclasses import replace
 from functools import partial
 from importlib import import_module
+from typing import cast
 
 import numpy as np
 
 from crosscheck.checks import robots
 from crosscheck.checks.robots import engines
-from crosscheck.checks.robots.case import RobotLevel, SampledRobot
-from crosscheck.checks.robots.simulations import motor_torques
+from crosscheck.checks.robots.case import LEAST_RUN_S, RobotLevel, SampledRobot
+from crosscheck.checks.robots.simulations import DEPTH, motor_torques
 from crosscheck.checks.robots.sizes import compute_sizes
 from crosscheck.checks.robots.states import RandomStates, sample_states
 from crosscheck.findings import EntryDifferences, Finding
+from crosscheck.models.errors import Diverged
+from crosscheck.models.experiment.scenario import Scenario
 from crosscheck.models.robot.integration import integrate
 from crosscheck.models.robot.interface import RobotModel
 from crosscheck.models.robot.robot import WITH_ROTORS, Level, Robot
@@ -34,13 +37,14 @@ from crosscheck.planning.plan import CrossCheckRequest
 from crosscheck.planning.springs import (
     drive_matrix,
     friction_rate,
+    largest_stable_step,
     mesh_rates,
     replace_stages_by_rotors,
     tooth_springs,
 )
 from crosscheck.registry import build_robot_model, find_level_engines, reference_engine
 from crosscheck.runner.tasks import RobotEvaluation
-from crosscheck.runner.workers import perform_all
+from crosscheck.runner.workers import Workers, perform_all
 
 COUNT, QUICK_COUNT = 100, 20
 RUN_S = 0.1  # longest run [s], if few steps of it resolve mesh swings, their decay and friction
@@ -48,21 +52,24 @@ RUN_S = 0.1  # longest run [s], if few steps of it resolve mesh swings, their de
 FORCE, DEEPEST = 10.0, 0.01
 # Of free motions on all levels: a step of the fastest mesh [rad], and steps at most.
 RESOLVED, MOST_STEPS, QUICK_STEPS, LEAST_STEPS = 0.4, 1000, 100, 50
+CONTROLLED = 0.25  # steps of a controlled run over the largest stable ones
 UNRESOLVED = 0.01  # part of a motion by which halving its steps may change it
 MASS_MATRIX = "mass_matrix"
 
 
-def plan_robot(request: CrossCheckRequest) -> Plan:
-    """The whole cross-check of a robot. Raises InputError for one whose M cannot be inverted."""
-    robot = request.mechanism
-    assert isinstance(robot, Robot)
+def plan_robot(request: CrossCheckRequest, workers: Workers | None = None) -> Plan:
+    """The whole cross-check of a robot. Raises InputError for one whose M cannot be inverted.
+
+    workers: are not needed, for a robot's runs are made by its own numbers.
+    """
+    robot = cast(Robot, request.mechanism)
     count = QUICK_COUNT if request.quick else COUNT
     cases = make_cases(
         robot,
         sample_states(robot, count, request.seed),
         QUICK_STEPS if request.quick else MOST_STEPS,
     )
-    models = sample_models(cases)
+    models = sample_models([add_scenarios(case, request.scenarios) for case in cases])
     planned = [each for plan in find_plans() for each in plan(models)]
     comparisons = [each for each in planned if isinstance(each, Comparison)]
     remarks = [each for each in planned if isinstance(each, str)]
@@ -74,6 +81,15 @@ def plan_robot(request: CrossCheckRequest) -> Plan:
     ]
     entries = partial(compute_robot_entries, models)
     return Plan(comparisons, (*remarks, *robot.notes), entries)
+
+
+def describe_quick_limits(request: CrossCheckRequest) -> str:
+    """A sentence on what a quick cross-check of a robot leaves out."""
+    return (
+        f"With --quick models are compared at {QUICK_COUNT} random states, where a full"
+        f" cross-check takes {COUNT}, and free motions take at most {QUICK_STEPS} steps of"
+        f" {MOST_STEPS}."
+    )
 
 
 def find_plans() -> Iterator[Callable[[list[SampledRobot]], Iterator[Comparison | str]]]:
@@ -140,6 +156,43 @@ def shorten_runs(model: RobotModel, case: RobotLevel) -> RobotLevel:
     while case.has_runs and not is_resolved(model, case):
         case = replace(case, run_s=case.run_s / 2)
     return case
+
+
+def add_scenarios(case: RobotLevel, scenarios: Sequence[Scenario]) -> RobotLevel:
+    """The case with the beginnings of scenarios, in as few steps as its runs, which resolve them.
+
+    More steps would let rounding grow beyond what tells two engines' equations from each other. No
+    teeth are on the edge of contact at the start, where rounding decides whether they touch.
+    """
+    model = build_robot_model(reference_engine(), case.robot, case.level)
+    beginnings = []
+    for scenario in scenarios:
+        offsets = ("sun_planet_offset_m", "planet_ring_offset_m")
+        deep = {name: getattr(scenario.start, name) or DEPTH for name in offsets}
+        start = scenario.start.model_copy(update=deep)
+        chosen = scenario.model_copy(update={"start": start, "record_every": 1})
+        stable = CONTROLLED * engines.STEPS * largest_stable_step(model, scenario)
+        chosen = set_duration(chosen, min(case.run_s, stable, scenario.duration_s))
+        while chosen.duration_s > LEAST_RUN_S and not is_scenario_resolved(model, chosen):
+            chosen = set_duration(chosen, chosen.duration_s / 2)
+        beginnings.append(chosen)
+    return replace(case, scenarios=tuple(beginnings))
+
+
+def set_duration(scenario: Scenario, duration_s: float, steps: int = engines.STEPS) -> Scenario:
+    """The scenario's first seconds in so many steps, whatever its own rules of steps are."""
+    return scenario.model_copy(update={"duration_s": duration_s, "step_s": duration_s / steps})
+
+
+def is_scenario_resolved(model: RobotModel, scenario: Scenario) -> bool:
+    """Whether twice as many steps change a run by a small part of its motion."""
+    try:
+        coarse, _ = model.integrate(scenario)
+        fine, _ = model.integrate(set_duration(scenario, scenario.duration_s, 2 * engines.STEPS))
+    except Diverged:
+        return False
+    motion = np.abs(coarse[-1] - coarse[0]).max()
+    return bool(np.abs(fine[-1] - coarse[-1]).max() <= UNRESOLVED * motion)
 
 
 def is_resolved(model: RobotModel, case: RobotLevel) -> bool:

@@ -6,6 +6,7 @@ import threading
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass, replace
 from functools import partial
+from typing import TYPE_CHECKING
 
 import numpy as np
 
@@ -59,16 +60,14 @@ from crosscheck.trial.judge.questions import (
 )
 from crosscheck.trial.judge.unit_mistakes import UnitMistake, find_unit_mistakes
 from crosscheck.trial.model import make_registry_entry, select_switches
+from crosscheck.trial.result import TrialResult
 from crosscheck.trial.source.code import find_code
 from crosscheck.trial.source.search import find_source_answer
 from crosscheck.trial.source.source_edit import SourceAnswer
 
-LEVEL_DESCRIPTIONS = {
-    "links": "links and payload",
-    "carriers": "masses at the joints: rings, carriers, planets, suns, motors",
-    "armature": "the gears' reflected inertia, on the diagonal",
-    "coupled": "the gears' spin, coupled to the turning of their base",
-}
+if TYPE_CHECKING:
+    from crosscheck.report.trials.answer import TrialAnswer
+
 JUDGING_S = 60.0  # rough cost
 PARTS = {*suite.COMPARED}
 RUNNABLE = {"mass_matrix", "bias", "force"}
@@ -107,14 +106,9 @@ class LevelMismatch:
     largest: float
     mean: float
 
-    @property
-    def description(self) -> str:
-        """Parts of the arm that the level adds to the level below, in words."""
-        return LEVEL_DESCRIPTIONS[self.level]
-
 
 @dataclass(frozen=True, repr=False)
-class Trial:
+class Trial(TrialResult):
     """Supplied equations, judged.
 
     Args:
@@ -166,9 +160,11 @@ class Trial:
         return self.cross_check.agreement
 
     @property
-    def exit_code(self) -> int:
-        """The exit code of the agreement."""
-        return self.agreement.exit_code
+    def answer(self) -> TrialAnswer:
+        """What the trial has to say, the most important first."""
+        from crosscheck.report.trials.trial import answer_arm_trial
+
+        return answer_arm_trial(self)
 
 
 def run_trial(

@@ -10,7 +10,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Iterator
-from typing import Annotated, Literal, Self
+from typing import Annotated, ClassVar, Literal, Self
 
 from pydantic import FailFast, Field, model_validator
 
@@ -166,6 +166,8 @@ class Arm(Data):
     Gravity [m/s^2] is along the base's x and y; at zero angles x points along the links.
     """
 
+    section: ClassVar = "arm"
+
     schema_version: quantities.ArmVersion
     """Version of the file: 2."""
     name: quantities.Name
@@ -188,6 +190,40 @@ class Arm(Data):
         return "\n".join((f"Arm {self.name}: {describe_loads(self)}", *describe_arm(self)))
 
     __str__ = __repr__
+
+    @property
+    def content(self) -> Arm:
+        """What the arm's file holds."""
+        return self
+
+    @property
+    def sections(self) -> dict[str, object]:
+        """What the arm's file holds as plain data, by section."""
+        return {"arm": self.model_dump(mode="json", exclude_none=True)}
+
+    @property
+    def described(self) -> tuple[str, ...]:
+        """What each joint with its link is, a line for each, and the payload."""
+        return tuple(describe_arm(self))
+
+    @property
+    def identity(self) -> str:
+        """Text by which two arms are one: values that are not defaults.
+
+        Defaults are left out so that what the format gains later leaves the text of an arm that
+        does not use it; a default does not change within a version of the file.
+        """
+        return self.model_dump_json(exclude_defaults=True)
+
+    @property
+    def joint_units(self) -> dict[str, str]:
+        """Units of the joints' coordinates, by names of the joints."""
+        return {f"joint {number}": "rad" for number in range(1, len(self.joints) + 1)}
+
+    @property
+    def planet_counts(self) -> list[int]:
+        """Of each joint how many planets it has."""
+        return [joint.planet_count for joint in self.joints]
 
     @model_validator(mode="after")
     def _check_link_count(self) -> Self:

@@ -18,6 +18,7 @@ from hypothesis import strategies as st
 from pydantic import ValidationError
 
 from crosscheck.analytic.ensemble import run_model, run_models
+from crosscheck.analytic.kernel.adaptive_kernel import NEAR_S, build_precise_program
 from crosscheck.analytic.kernel.batch import (
     BLOCK_LANES,
     Batch,
@@ -26,7 +27,6 @@ from crosscheck.analytic.kernel.batch import (
     number_rows,
 )
 from crosscheck.analytic.kernel.equations import KernelEquations
-from crosscheck.analytic.kernel.event_kernel import NEAR_S, build_event_program
 from crosscheck.analytic.kernel.program import (
     Program,
     build_states_program,
@@ -404,7 +404,7 @@ def precise_arguments(model: AnalyticModel, records: int, interval: float) -> tu
     """Of ``follow``, from the model's start."""
     equations = model.equations
     structure = equations.structure
-    program = build_event_program(structure, equations.record_map())
+    program = build_precise_program(structure, equations.record_map())
     n, m = len(structure.coordinates), len(structure.meshes)
     state = [equations.to_kernel(x) for x in model.start()]
     rest, numbers = (
@@ -421,7 +421,7 @@ def precise_arguments(model: AnalyticModel, records: int, interval: float) -> tu
 @pytest.mark.parametrize("name", ["play", "table", "waves"])
 def test_precise_runs_are_their_texts_bit_for_bit(name):
     model = model_of(name)
-    program = build_event_program(model.equations.structure, model.equations.record_map())
+    program = build_precise_program(model.equations.structure, model.equations.record_map())
     ours, theirs = both(program, "follow", precise_arguments(model, 3, 5e-5))
     assert ours[-1][0] > 0
     assert_same_bits(ours, theirs)
@@ -429,7 +429,7 @@ def test_precise_runs_are_their_texts_bit_for_bit(name):
 
 def test_a_contact_is_looked_for_first_where_a_straight_line_changes_sign():
     equations = model_of("play").equations
-    program = build_event_program(equations.structure, equations.record_map())
+    program = build_precise_program(equations.structure, equations.record_map())
     crossing = interpreted(program)["crossing"]
     low = np.ones(2 * len(equations.structure.meshes))
     high = low.copy()

@@ -1,15 +1,14 @@
-"""Precise runs, whose steps end where contacts change, against SciPy's and against themselves."""
+"""Runs by steps of chosen length, precise and reference, beside SciPy's and beside themselves."""
 
 import numpy as np
 import pytest
 
-from crosscheck.analytic.kernel.event_kernel import integrate_with_events
+from crosscheck.analytic.kernel.adaptive_kernel import integrate_precisely, integrate_reference
 from crosscheck.analytic.model import PhysicalModel, RigidLinks
 from crosscheck.models.loading import load_case
-from tests.engines.precise_steps import wrong_impacts, wrong_steps
-from tests.loops import require_items
+from tests.engines.precise_steps import compare_works, wrong_impacts, wrong_steps
+from tests.engines.scipy_runs import integrate_by_scipy
 
-SIGNALS = ("theta", "theta_dot", "x_sp", "x_pr", "F_sp")
 ARMS = [
     ("paper-labelled", {"planets": "lumped"}),
     ("paper-labelled", {"phase": "omega_t", "damping": "contact"}),
@@ -25,15 +24,18 @@ def model_of(arm: str, switches: dict[str, str], duration_s: float = 0.02) -> Ph
 
 
 @pytest.mark.parametrize(("arm", "switches"), ARMS)
-def test_agrees_with_scipy_as_well_as_scipy_with_itself(arm, switches):
+def test_runs_agree_with_scipy_as_well_as_scipy_with_itself(arm, switches):
+    """SciPy steps over contact changes: it is off by what a hundredfold tolerance moves it."""
     model = model_of(arm, switches, 0.008)
-    precise, fine, coarse = model.precise(1e-11), model.reference(1e-11), model.reference(1e-9)
-    for name in require_items(SIGNALS):
-        size = np.nanmax(np.abs(fine[name].values))
-        doubt = np.nanmax(np.abs(coarse[name].values - fine[name].values))
-        apart = np.nanmax(np.abs(precise[name].values - fine[name].values))
-        # SciPy steps over contact changes: it is off by what a hundredfold tolerance moves it.
-        assert apart <= max(doubt, 1e-9 * size), name
+    (fine, work), (coarse, _) = (integrate_by_scipy(model, rtol) for rtol in (1e-11, 1e-9))
+    allowed = np.maximum(np.abs(coarse - fine).max(axis=0), 1e-9 * np.abs(fine).max(axis=0))
+    reference = integrate_reference(model, model.term_equations, 1e-11)
+    for run in (reference, integrate_precisely(model, 1e-11)):
+        assert (np.abs(run.records.q - fine).max(axis=0) <= allowed).all()
+    assert list(compare_works(reference.works, work)) == []
+    trajectory = model.reference(1e-11)
+    for name, column in (("work", 0), ("work_turned_over", 1)):
+        np.testing.assert_array_equal(trajectory[name].values, reference.works[:, column])
 
 
 def test_smooth_motion_takes_as_many_steps_as_scipys_and_comes_to_the_same_end():
@@ -47,10 +49,10 @@ def test_changes_of_contact_cost_no_more_than_the_tolerance_is_for():
 
 def test_errors_fall_with_the_tolerance_through_contact_changes():
     model = model_of("paper-labelled", {}, 0.1)
-    best = integrate_with_events(model, 1e-13)
+    best = integrate_precisely(model, 1e-13)
     assert best.changes > 5  # else nothing was to be ended at a change
     errors = [
-        np.abs(integrate_with_events(model, rtol).records.q - best.records.q).max() / 50e-6
+        np.abs(integrate_precisely(model, rtol).records.q - best.records.q).max() / 50e-6
         for rtol in (1e-5, 1e-8, 1e-11)
     ]
     assert errors[0] < 1e-3

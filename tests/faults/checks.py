@@ -265,9 +265,13 @@ def _judge(seen: Seen) -> str:
 
 
 def _precise_steps(seen: Seen) -> str:
-    """Steps of precise runs, without contacts and through their changes."""
-    wrong = precise_steps.wrong_impacts if seen.quantity else precise_steps.wrong_steps
-    return "differ" if any(wrong()) else "agree"
+    """Steps of chosen length, without contacts and through their changes, and forces' works."""
+    guards = {
+        "": precise_steps.wrong_steps,
+        "impacts": precise_steps.wrong_impacts,
+        "works": precise_steps.wrong_works,
+    }
+    return "differ" if any(guards[seen.quantity]()) else "agree"
 
 
 def _trial(seen: Seen) -> str:

@@ -312,27 +312,28 @@ def test_the_command_names_it_and_writes_all_files(crosscheck, tmp_path):
         answer = crosscheck(*heavy, "sliding", *files)
     assert (answer.code, answer.err) == (1, "")
     assert f"yours are the equations of coupled with {named}\n" in answer.out
-    assert file_types.is_file_of_type(file, file_types.ROBOT_TRIAL)
+    assert file_types.is_file_of_type(file, file_types.TRIAL)
     told = json.loads(file.read_text())
-    assert {"with": named} in told["explanations"]
+    assert any(cause.endswith(named) for cause in told["causes"])
+    findings = told["agreement"]["findings"]
     cases = ElementTree.parse(junit).getroot().findall("testsuite/testcase")
     failures = sum(case.find("failure") is not None for case in cases)
     assert [len(cases), failures] == [
-        len(told["findings"]),
-        sum(finding["verdict"] == "differ" for finding in told["findings"]),
+        len(findings),
+        sum(finding["verdict"] == "differ" for finding in findings),
     ]
     assert failures > 0
     text = (tmp_path / "trial.html").read_text()
     assert file_types.is_file_of_type(tmp_path / "trial.html", file_types.TRIAL_PAGE)
     page = re.sub("<[^>]+>", " ", text)
     assert f"yours are the equations of coupled with {named}" in page
-    assert all(each["entry"] in page for each in told["entries"])
-    assert all(finding["id"] in page for finding in told["findings"])
+    assert all(each["name"] in page for each in told["wrong"])
+    assert all(finding["id"] in page for finding in findings)
     for part in ("M", "gravity"):  # a cell for each entry, a tick for each that is right
-        wrong = [each for each in told["entries"] if each["entry"].startswith(f"{part}[")]
+        wrong = [each for each in told["wrong"] if each["name"].startswith(f"{part}[")]
         (table,) = re.findall(f"<caption>{part}</caption>(.*?)</table>", text, re.DOTALL)
         assert table.count("<td ") == (9 if part == "M" else 3)
-        mirrored = sum(len(set(re.findall(r"\w+", each["entry"])[1:])) for each in wrong)
+        mirrored = sum(len(set(re.findall(r"\w+", each["name"])[1:])) for each in wrong)
         assert table.count("<td ") - table.count(heat_map.TICK) == mirrored
 
 
@@ -375,7 +376,7 @@ def test_what_is_of_arms_alone_is_refused(crosscheck, tmp_path, case):
     options, named = OF_ARMS[case]
     (tmp_path / "mine.py").write_text(CODE)
     answer = crosscheck("trial", f"{tmp_path / 'mine.py'}:made", "sliding", *options)
-    assert_one_line(answer, f"{named}: is for arms; sliding is a robot")
+    assert_one_line(answer, f"{named}: is for arms")
 
 
 def test_options_of_both_are_taken(crosscheck, tmp_path):

@@ -16,7 +16,6 @@ from crosscheck.models.robot.robot import Robot
 from crosscheck.runner import cpu_limit
 from crosscheck.trial.input.equations import Coordinates, Equations
 from crosscheck.trial.input.loading import extract_equations, load_equations
-from crosscheck.trial.robots.output import format_lines
 from crosscheck.trial.robots.trial import RobotTrial, run_robot_trial
 from tests.loops import require_items
 from tests.robots import two_link
@@ -379,7 +378,7 @@ def test_other_functions_of_a_model_are_named_as_not_judged(two):
     trial = run_robot_trial(extract_equations(Mine(), "mine", "is"), two)
     reasons = ("bias (not supplied)", "gravity (not supplied)", "jacobian (no part of equations)")
     assert trial.not_judged == reasons
-    assert next(format_lines(trial)).endswith(f"; not judged: {', '.join(reasons)}")
+    assert trial.answer.scope == (f"not judged: {', '.join(reasons)}",)
 
 
 def test_an_arm_refuses_the_names_that_a_robot_refuses(tmp_path):

@@ -15,11 +15,14 @@ import crosscheck as package
 from crosscheck.checks.robots import engines, runs, simulations
 from crosscheck.checks.robots.states import sample_states
 from crosscheck.cli.commands import make_request
+from crosscheck.findings import Finding
+from crosscheck.models.mechanism import adopt_mechanism
+from crosscheck.models.pinocchio.robot import PinocchioRobot
 from crosscheck.models.robot.file import load_robot
 from crosscheck.models.robot.interface import RobotModel
 from crosscheck.planning import robots
 from crosscheck.planning.comparison import Results, collect_tasks, judge_comparisons
-from crosscheck.planning.plan import CrossCheckRequest
+from crosscheck.planning.plan import CrossCheckRequest, request_cross_check
 from crosscheck.planning.robots import (
     compute_robot_entries,
     find_plans,
@@ -211,13 +214,29 @@ def test_a_file_of_another_kind_is_one_line(crosscheck, tmp_path, text, said, co
 
 
 def test_what_is_for_arms_is_refused(crosscheck, bob):
-    for option, said in (
-        (("--scenario", "pd"), "is for arms"),
-        (("--set", "arm.payload_mass_kg=1"), "path beginning with robot"),
-    ):
-        answer = crosscheck("validate", bob, *option)
-        assert (answer.code, answer.err.count("\n")) == (2, 1)
-        assert said in answer.err
+    answer = crosscheck("validate", bob, "--set", "arm.payload_mass_kg=1")
+    assert (answer.code, answer.err.count("\n")) == (2, 1)
+    assert "path beginning with robot" in answer.err
+
+
+def test_engines_simulate_the_beginning_of_a_users_scenario(bob, monkeypatch):
+    request = request_cross_check(adopt_mechanism(str(bob), ["pd"]), True, 0)
+    comparisons = robots.plan_robot(request).comparisons
+    ids = [each.about.key.id for each in comparisons if "simulation" in each.about.key.quantity]
+    assert "same-step/bob/links/simulation-pd/analytic:links~pinocchio:links" in ids
+    assert all("simulation-pd" in each for each in ids)
+    chosen = [each for each in comparisons if each.about.key.id in ids]
+
+    def judge() -> list[Finding]:
+        outcomes = {task.key: task.perform() for task in collect_tasks(chosen)}
+        return list(judge_comparisons(chosen, Results(outcomes)))
+
+    assert {finding.verdict for finding in judge()} == {"agree"}
+    right = PinocchioRobot.forward_dynamics
+    monkeypatch.setattr(
+        PinocchioRobot, "forward_dynamics", lambda *given: right(*given) * (1 + 1e-8)
+    )
+    assert "differ" in {finding.verdict for finding in judge()}
 
 
 def test_python_checks_a_robot(bob):

@@ -19,7 +19,7 @@ from crosscheck.findings import (
 )
 from crosscheck.models.loading import load_arm
 from crosscheck.models.robot.file import load_robot
-from crosscheck.planning import robots
+from crosscheck.planning import arms, robots
 from crosscheck.planning.plan import CrossCheckRequest
 from crosscheck.planning.state_suite import COUNT, QUICK_COUNT
 from crosscheck.registry import is_rigid_arm
@@ -35,9 +35,8 @@ from crosscheck.report.answers import (
 )
 from crosscheck.report.finding_groups import list_findings
 from crosscheck.report.formatting import format_length
-from crosscheck.report.html import describe_quick_limits
 from crosscheck.report.matrix import collect_cells
-from crosscheck.report.outline import outline_report
+from crosscheck.report.outline import outline_arm
 from crosscheck.report.terminal import print_answers
 
 PRINTED, LEAD, ENGINE, LINKS = (
@@ -69,7 +68,7 @@ def tip(level: str, metres: float) -> Finding:
 
 
 def said(findings: Sequence[Finding], arm: object) -> str:
-    outline = outline_report(arm)
+    outline = outline_arm(arm)
     return answer_on_equations(compare_models(Agreement(findings), outline), outline)
 
 
@@ -110,7 +109,7 @@ def test_a_comparison_that_failed_is_no_agreement(labelled):
 
 def test_another_arms_states_count_for_the_verdict_and_not_for_the_sizes(labelled):
     findings = [state(LEAD, 1e-15), state(LEAD, 1e-3, "probe/geared")]
-    rows = compare_models(Agreement(findings), outline_report(labelled))
+    rows = compare_models(Agreement(findings), outline_arm(labelled))
     assert [(row.model, row.verdict, row.number("mass_matrix")) for row in rows] == [
         (LEAD, "differ", "1e-15")
     ]
@@ -178,7 +177,7 @@ def test_of_each_kind_the_check_nearest_its_tolerance_is_listed():
 @pytest.mark.parametrize(("size", "count"), [(1e-15, "2 of 2"), (1e-3, "1 of 2")])
 def test_what_was_checked_is_counted(size, count, labelled):
     findings = [state(LEAD, 1e-15), state(LINKS, size)]
-    answer = answer_on_trust(Agreement(findings), outline_report(labelled))
+    answer = answer_on_trust(Agreement(findings), outline_arm(labelled))
     assert answer.startswith(f"{count} checks agree")
 
 
@@ -196,12 +195,12 @@ def test_the_answers_come_before_the_findings_in_json(labelled):
 
 
 def test_a_quick_page_says_what_it_leaves_out(labelled):
-    said = describe_quick_limits(CrossCheckRequest(labelled, quick=True))
+    said = arms.describe_quick_limits(CrossCheckRequest(labelled, quick=True))
     assert "0.05 of 0.5 s of constant-torque and 0.1 of 3 s of pd" in said
-    own = describe_quick_limits(CrossCheckRequest(load_arm("three-unlike"), quick=True))
+    own = arms.describe_quick_limits(CrossCheckRequest(load_arm("three-unlike"), quick=True))
     assert "at most 10000 steps" in own
     assert "up to 300000" in own
-    robot = describe_quick_limits(CrossCheckRequest(load_robot("puma560"), quick=True))
+    robot = robots.describe_quick_limits(CrossCheckRequest(load_robot("puma560"), quick=True))
     assert robot == (
         f"With --quick models are compared at {robots.QUICK_COUNT} random states, where a full"
         f" cross-check takes {robots.COUNT}, and free motions take at most {robots.QUICK_STEPS}"

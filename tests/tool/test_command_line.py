@@ -249,8 +249,8 @@ UNIT = ("u.fmu",)
         ({"names": ("m.py:f", "probe"), "answers": (FILE,)}, "--answers", "takes the place"),
         ({"names": ("u.fmu", "probe", "x"), "ask": True, "out": FILE}, "--ask", "takes the place"),
         ({"names": ()}, "trial", "or use --ask and --answers"),
-        ({"names": ("m.py:f", "puma560"), "scenarios": ["pd"]}, "--scenario", "puma560 is a robot"),
-        ({"names": ("m.py:f", "puma560"), "run_code": True}, "--run-code", "puma560 is a robot"),
+        ({"names": ("m.py:f", "puma560"), "scenarios": ["pd"]}, "--scenario", "is for arms"),
+        ({"names": ("m.py:f", "puma560"), "run_code": True}, "--run-code", "is for arms"),
     ],
 )
 def test_options_of_a_trial_that_do_not_go_together_are_refused(given, option, said):
@@ -300,7 +300,7 @@ def test_a_comparison_of_a_robot_ends_well_where_engines_agree_and_all_is_decide
 
 def test_a_run_ends_where_its_summary_says(labelled):
     told = describe_joints(labelled, [0.1234567891, -2.0])
-    assert told == ", theta at the end 0.123456789, -2 rad"
+    assert told == "; at the end joint 1 0.123456789 rad, joint 2 -2 rad"
     told = describe_joints(load_robot("sliding"), [1.0, 0.25, -0.5])
     assert told == "; at the end swivel 1 rad, slide 0.25 m, tilt -0.5 rad"
 

@@ -51,7 +51,7 @@ from crosscheck.report.matrix import (
     group_models,
     is_beyond,
 )
-from crosscheck.report.outline import outline_report
+from crosscheck.report.outline import outline_arm, outline_robot
 from crosscheck.report.plots.charts import Pictures
 from crosscheck.report.terminal import print_agreement, print_report_summary
 from crosscheck.run import CrossCheck
@@ -201,7 +201,7 @@ def test_the_printed_equations_are_allowed_what_the_reference_model_is():
 
 
 def test_an_arm_is_told_by_the_printed_forms_the_derivation_and_its_rigid_levels(labelled):
-    outline = outline_report(labelled)
+    outline = outline_arm(labelled)
     assert list(outline.models)[-5:] == [
         LEAD,
         *(f"analytic:{level}" for level in ("links", "carriers", "armature", "coupled")),
@@ -297,7 +297,7 @@ def test_the_pages_first_screen_answers_topic_by_topic(page, labelled):
     assert [(place, number) for place, number, _ in heads] == [
         *(("equations", "1"), ("levels", "2"), ("trust", "3")),
     ]
-    assert [head for _, _, head in heads] == list(outline_report(labelled).questions)
+    assert [head for _, _, head in heads] == list(outline_arm(labelled).questions)
     assert "Bent arm." in said
     for level, title in LEVELS.items():
         assert f"<em>{level}</em>: {title}" in said
@@ -390,7 +390,7 @@ def test_only_what_failed_for_one_reason_has_one_line(capsys):
 
 
 def test_each_model_is_beside_the_engines_of_other_packages(labelled):
-    rows = compare_models(AGREEMENT, outline_report(labelled))
+    rows = compare_models(AGREEMENT, outline_arm(labelled))
     found = [
         (row.model, row.against, row.verdict, {q: f.measured for q, f in row.worst.items()})
         for row in rows
@@ -405,7 +405,7 @@ def test_each_model_is_beside_the_engines_of_other_packages(labelled):
 
 def test_what_stands_behind_the_checks_is_counted(labelled):
     assert describe_verdict(AGREEMENT) == OUTCOME
-    assert answer_on_trust(AGREEMENT, outline_report(labelled)) == (
+    assert answer_on_trust(AGREEMENT, outline_arm(labelled)) == (
         f"{TALLY}; 2 failed; 1 differ; 1 unresolved. 8 compare two models that share data and no"
         " formula; 4 compare one model with first principles, its own records or the arm's file."
         " A tolerance is what rounding, or a run's measured uncertainty, explains. 2 more numbers"
@@ -413,7 +413,7 @@ def test_what_stands_behind_the_checks_is_counted(labelled):
         " off."
     )
     robot = load_robot("puma560")
-    assert "rigid levels are off" in answer_on_trust(Agreement(FINDINGS[:3]), outline_report(robot))
+    assert "rigid levels are off" in answer_on_trust(Agreement(FINDINGS[:3]), outline_robot(robot))
 
 
 @pytest.mark.parametrize(
@@ -534,7 +534,7 @@ def test_a_relative_difference_is_told_in_per_cent_unless_it_is_tiny(measured, u
 
 
 def test_a_derivation_without_checks_at_states_has_no_digits_to_tell(labelled):
-    outline = outline_report(labelled)
+    outline = outline_arm(labelled)
     run = check(about("same-step", "pd", "theta", "analytic:links", LINKS, unit="rad"), 0.0, 1e-9)
     for findings, digits in (([run], "to rounding"), ([run, FINDINGS[0]], "to 12 digits")):
         said = answer_on_equations(compare_models(Agreement(findings), outline), outline)

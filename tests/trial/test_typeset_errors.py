@@ -2,7 +2,7 @@
 
 import pytest
 
-from crosscheck.report.trials.trial_page import render_pieces
+from crosscheck.report.trials.typesetting import render_pieces
 from crosscheck.testing import Equations
 from crosscheck.trial.diagnose.terms.typeset_errors import Piece, typeset_error
 from crosscheck.trial.input.loading import load_equations

@@ -3,12 +3,14 @@
 from __future__ import annotations
 
 from collections.abc import Iterator, Sequence
+from dataclasses import dataclass
 
 import numpy as np
 
 from crosscheck.checks.answers import require_numbers
 from crosscheck.checks.robots.case import (
     RobotLevel,
+    RobotQuestion,
     SampledRobot,
     check_share,
     pair_models,
@@ -26,14 +28,32 @@ DEPTH = 1e-6
 LISTED = 7  # joints at most that a scenario lists one by one
 
 
-def simulation(model: RobotModel, case: RobotLevel) -> np.ndarray:
-    """Coordinates (records, n) of a brief simulation, teeth in contact; infinite if it diverged."""
+def simulation(model: RobotModel, case: RobotLevel, scenario: Scenario | None = None) -> np.ndarray:
+    """Coordinates (records, n) of a brief simulation, teeth in contact; infinite if it diverged.
+
+    scenario: one that is simulated in its place.
+    """
     shape = STEPS + 1, case.states.q.shape[1]
     try:
-        q, _ = model.integrate(make_scenario(case))
+        q, _ = model.integrate(make_scenario(case) if scenario is None else scenario)
     except Diverged:
         return np.full(shape, np.inf)
     return require_numbers(q, "integrate", shape)
+
+
+@dataclass(frozen=True)
+class ScenarioQuestion:
+    """The simulation of a scenario, as short as all runs of a case."""
+
+    scenario: Scenario
+
+    @property
+    def __name__(self) -> str:
+        return f"simulation-{self.scenario.name}"
+
+    def __call__(self, model: RobotModel, case: RobotLevel) -> np.ndarray:
+        """See ``simulation``."""
+        return simulation(model, case, self.scenario)
 
 
 def motor_torques(case: RobotLevel) -> np.ndarray:
@@ -82,7 +102,6 @@ def plan(models: Sequence[SampledRobot]) -> Iterator[Comparison | str]:
         case = left.case
         if not case.has_runs:
             continue
-        key = ComparisonKey("same-step", case.name, "simulation", left.model, right.model)
         metric = f"largest difference, over the motion, of a simulation of {case.run_s:.3g} s"
 
         def judge(
@@ -93,6 +112,9 @@ def plan(models: Sequence[SampledRobot]) -> Iterator[Comparison | str]:
             measured = share_of(left_q - right_q, motion_sizes(case, moved))
             return check_share(about, measured, case.sizes.tolerance("run"), basis)
 
-        yield make_comparison(
-            Subject(key, "1", metric), (left.ask(simulation), right.ask(simulation)), judge
-        )
+        chosen: list[RobotQuestion] = [ScenarioQuestion(each) for each in case.scenarios]
+        for question in chosen or [simulation]:
+            name = question.__name__
+            key = ComparisonKey("same-step", case.name, name, left.model, right.model)
+            tasks = left.ask(question), right.ask(question)
+            yield make_comparison(Subject(key, "1", metric), tasks, judge)

@@ -1,20 +1,23 @@
-"""A planar arm written as a robot: its URDF, and the robot's file with its planetary stages."""
+"""A mechanism written as a robot: its URDF, and the robot's file with its planetary stages."""
 
 from __future__ import annotations
 
+import json
 import math
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator
 from dataclasses import replace
 from pathlib import Path
 from typing import NamedTuple
 from xml.sax.saxutils import quoteattr
 
 from crosscheck.file_types import ROBOT_FILE, URDF_FILE
+from crosscheck.mechanisms import supply
 from crosscheck.models.arm.arm import Arm, Direct, Planetary
 from crosscheck.models.arm.gears import PlanetaryStage
-from crosscheck.models.files import format_toml_fields, is_robot, parse_toml
-from crosscheck.models.loading import load_selection, validate_record
-from crosscheck.models.robot.file import RobotFile, build_robot, load_robot
+from crosscheck.models.files import format_toml_fields, parse_toml
+from crosscheck.models.loading import load_arm, validate_record
+from crosscheck.models.mechanism import find_section, select_mechanism
+from crosscheck.models.robot.file import RobotFile, build_robot
 from crosscheck.models.robot.robot import Robot, remove_friction
 from crosscheck.output import require_file, write_files
 from crosscheck.report.formatting import make_printable
@@ -51,15 +54,15 @@ class UrdfPart(NamedTuple):
     is_rod: bool = False
 
 
-def export_arm_as_robot(name: str, settings: list[str], out: Path) -> None:
-    """Write an arm as a URDF, and as the robot's file beside it. Raises InputError."""
-    selection = load_selection(name, [], settings)
-    file = out.with_suffix(".toml")
+def export_as_robot(name: str, settings: list[str], out: Path) -> None:
+    """Write an arm or robot as a URDF, and the robot's file beside it. Raises InputError."""
+    write: Callable[..., RobotText] = supply("write_as_robot", find_section(name))
+    chosen, file = select_mechanism(name, (), settings).mechanism, out.with_suffix(".toml")
     require_file(out, URDF_FILE, "--out")
     require_file(file, ROBOT_FILE, "--out")
-    text = write_as_robot(selection.arm, out.name)
+    text = write(chosen, out.name)
     write_files({out: text.urdf, file: text.file})
-    print(make_printable(f"wrote {out} and {file}: {len(selection.arm.joints)} joints"))
+    print(make_printable(f"wrote {out} and {file}: {len(chosen.joints)} joints"))
 
 
 def load_as_robot(name: str) -> Robot:
@@ -67,20 +70,26 @@ def load_as_robot(name: str) -> Robot:
 
     Friction is the same at each level of the gears, and is left out with a note.
     """
-    robot = load_robot(name) if is_robot(name) else _read_arm_as_robot(name)
+    robot: Robot = supply("as_robot", find_section(name))(name)
     if not robot.friction.any():
         return robot
     return replace(remove_friction(robot), notes=(*robot.notes, FRICTIONLESS))
 
 
-def _read_arm_as_robot(name: str) -> Robot:
+def read_arm_as_robot(name: str) -> Robot:
     """The robot that is written of an arm. Raises InputError."""
-    text = write_as_robot(load_selection(name).arm, "arm.urdf")
+    text = write_arm_as_robot(load_arm(name), "arm.urdf")
     file = validate_record(RobotFile, parse_toml(text.file), name)
     return build_robot(file, text.urdf, name, name)
 
 
-def write_as_robot(arm: Arm, urdf: str) -> RobotText:
+def write_robot(robot: Robot, urdf: str) -> RobotText:
+    """The texts of a robot, its settings in its file; urdf: name of the URDF."""
+    content = {**json.loads(robot.file_json), "urdf": urdf}
+    return RobotText(robot.urdf, "\n".join([*format_toml_fields(content), ""]))
+
+
+def write_arm_as_robot(arm: Arm, urdf: str) -> RobotText:
     """The texts of an arm as a robot; urdf: name of the URDF."""
     head = FILE_HEAD.format(urdf=urdf)
     return RobotText(

@@ -14,11 +14,11 @@ from crosscheck.models.errors import InputError
 from crosscheck.models.experiment.scenario import PdDrive, Scenario, expand_to_joints
 from crosscheck.models.loading import (
     Case,
+    require_fit,
     require_fitting,
     validate_record,
     validate_switches,
 )
-from crosscheck.models.robot.case import require_robot_fit
 from crosscheck.models.robot.file import RobotFile, RobotSource
 from crosscheck.models.robot.robot import RIGID, Level, Robot
 from crosscheck.models.trajectory import build_trajectory
@@ -193,7 +193,7 @@ class RobotMemberCase:
             scenario = validate_record(Scenario, data["scenario"], definition.scenario)
         else:
             scenario = previous.scenario
-        require_robot_fit(scenario, robot, definition.scenario)
+        require_fit(scenario, robot, definition.scenario)
         return RobotMemberCase(robot, level, scenario)
 
 

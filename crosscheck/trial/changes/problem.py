@@ -9,7 +9,7 @@ from __future__ import annotations
 from collections.abc import Collection, Mapping
 from dataclasses import dataclass, field
 from functools import cached_property
-from typing import Any, NamedTuple
+from typing import NamedTuple
 
 import numpy as np
 
@@ -138,10 +138,9 @@ class ChangeProblem:
     def select_entries(self, part: str, entries: Collection[Entry]) -> np.ndarray:
         """Mask of the places of a row in some entries of a part and in their mirror images."""
         inside = np.zeros(self.differences[part].shape, bool)
+        entries_first = np.moveaxis(inside, 0, -1)
         for entry in entries:
-            for place in {entry, entry[::-1]}:
-                index: tuple[Any, ...] = (slice(None), *place)
-                inside[index] = True
+            entries_first[entry] = entries_first[entry[::-1]] = True
         return self._mask({part: inside})
 
     def list_places(self, states: slice) -> np.ndarray:

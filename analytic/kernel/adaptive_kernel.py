@@ -1,9 +1,10 @@
-"""A kernel that follows contact changes: an eighth-order method whose steps end where teeth meet.
+"""Kernels that choose their steps: Dormand and Prince's method of order 8, in machine code.
 
-A step of any order that runs over an edge of the backlash errs by the square of its length. Here
-every step that changes a contact is shortened until it ends there, to rounding; between contacts
-the motion is smooth, and Dormand and Prince's method of order 8 (Hairer, Norsett and Wanner, II.10)
-chooses its steps by its own estimates of order 5 and 3.
+The method (Hairer, Norsett and Wanner, II.10) sizes its steps by its own estimates of order 5 and
+3. A step of any order that runs over an edge of the backlash errs by the square of its length. So
+a *precise* run shortens every step that changes a contact until it ends there, to rounding, and
+between contacts the motion is smooth. A *reference* run steps over contacts and lets its error
+estimates shorten the steps; it also integrates the work of all forces.
 """
 
 from __future__ import annotations
@@ -19,10 +20,11 @@ from crosscheck.analytic.kernel import program as programs
 from crosscheck.analytic.kernel.batch import Records, contiguous_table, number_rows
 from crosscheck.analytic.kernel.program import Constants, Program, RecordMap, Rows, compile_program
 from crosscheck.analytic.kernel.structure import Structure
-from crosscheck.analytic.reference import MESH_RATE_M_PER_S, MESH_SIZE_M
+from crosscheck.analytic.kernel.text.terms import TermStructure
 
 if TYPE_CHECKING:
-    from crosscheck.analytic.kernel.batch import SteppedModel
+    from crosscheck.analytic.kernel.batch import SteppedEquations, SteppedModel
+    from crosscheck.analytic.kernel.equations import TermEquations
 
 _TEMPLATE = '''
 def evaluate(w: rows, t, root_t, table: array, h, part):
@@ -54,6 +56,7 @@ def rated(
     for i in range(N):
         w[rates + i] = w[N + i]
         w[rates + N + i] = w[A + i]
+{power}
     return contacts(w)
 
 
@@ -244,45 +247,82 @@ def follow(
         record(w, at(out, place * RECORD), 1)
 '''
 
+_POWER = """
+    power = 0.0
+    turned_over = 0.0
+    for i in range(N):
+        power = fma(w[PUSHES + i], w[N + i], power)
+        turned_over = fma(abs(w[PUSHES + i]), abs(w[N + i]), turned_over)
+    w[rates + 2 * N] = power
+    w[rates + 2 * N + 1] = turned_over
+"""
+
 # Halving stops at steps of this many times the error in locating an event.
 SHORTEST = 1000.0
 STAGES = 12
+# Sizes below which an error does not matter at relative tolerance 1: displacements of the order of
+# the play and their rates at the mesh modes, against angles of the order of a radian.
+MESH_SIZE_M, MESH_RATE_M_PER_S = 1e-4, 1e-1
+WORKS = 2  # integrals of a reference run: the work done, and the magnitude of its rate
 
 
 @lru_cache(maxsize=16)
-def build_event_program(structure: Structure, record_map: RecordMap) -> Program:
-    """The kernel of a structure that follows contacts.
+def build_precise_program(structure: Structure, record_map: RecordMap) -> Program:
+    """The kernel of a structure whose steps end where contacts change."""
+    return _build_program(structure, record_map, watched=not structure.tanh, works=0)
 
-    Rows: the state, accelerations, forces, gaps, edges of the backlash, where a step begins, rates
-    of its stages and end, and the numbers.
+
+@lru_cache(maxsize=16)
+def build_reference_program(structure: TermStructure, record_map: RecordMap) -> Program:
+    """The kernel of a structure whose steps run over contacts, with the work of its forces."""
+    return _build_program(structure, record_map, watched=False, works=WORKS)
+
+
+def _build_program(
+    structure: Structure, record_map: RecordMap, *, watched: bool, works: int
+) -> Program:
+    """A kernel of steps of chosen length.
+
+    Rows: the state (coordinates, rates, works), accelerations, mesh forces, gaps, edges of the
+    backlash, where a step begins, rates of its stages and end, generalized forces where there are
+    works, and the numbers.
     """
     n, m = len(structure.coordinates), len(structure.meshes)
-    state, begin = 2 * n, 3 * n + 3 * m
+    state = 2 * n + works
+    forces = state + n
+    begin = forces + 3 * m
     rates = begin + state
-    rows = Rows(structure, list(structure.acceleration()), rates + (STAGES + 1) * state)
+    pushes = rates + (STAGES + 1) * state
+    rows = Rows(structure, list(structure.acceleration()), pushes + (n if works else 0))
     constants: Constants = {
         "N": n,
         "STATE": state,
         "STAGES": STAGES,
-        "A": 2 * n,
-        "FORCES": 3 * n,
-        "GAPS": 3 * n + m,
-        "EDGES": 3 * n + 2 * m,
+        "A": state,
+        "FORCES": forces,
+        "GAPS": forces + m,
+        "EDGES": forces + 2 * m,
         "BEGIN": begin,
         "RATES": rates,
         "LAST": rates + STAGES * state,
-        "RECORD": 3 * n + m,
+        "PUSHES": pushes,
+        "RECORD": 3 * n + m + works,
         "LANES": 1,
-        "WATCHED": 0 if structure.tanh else m,
+        "WATCHED": m if watched else 0,
         "JOINTS": len(structure.driven_joints),
         "SHORTEST": SHORTEST,
     }
+    loads, stores = _loads_and_stores(structure, state)
+    if works:
+        stores += [f"w[{pushes + k}] = f{k}" for k in range(n)]
+    recorded = [*range(forces, forces + m), *range(2 * n, state)]
     text = programs.LOOK_UP + _TEMPLATE.format(
         at_t=programs.lookup_line("t", structure),
-        body=rows.function(*_loads_and_stores(structure)),
+        body=rows.function(loads, stores),
+        power=_POWER if works else "",
         steps=indent("\n".join(_steps()), "    "),
         errors=indent("\n".join(_errors()), "        "),
-        record=programs.record_text(record_map, (0, n, 2 * n), range(3 * n, 3 * n + m)),
+        record=programs.record_text(record_map, (0, n, state), recorded),
     )
     pointer, whole, number = programs.POINTER, programs.WHOLE, programs.NUMBER
     table = (pointer, pointer, whole, pointer)
@@ -291,7 +331,8 @@ def build_event_program(structure: Structure, record_map: RecordMap) -> Program:
     return rows.program(text, constants, 1, programs.RUNS, (follow,))
 
 
-def _loads_and_stores(structure: Structure) -> tuple[list[str], list[str]]:
+def _loads_and_stores(structure: Structure, results: int) -> tuple[list[str], list[str]]:
+    """Lines that load the state and store accelerations, forces and gaps from row results on."""
     names, meshes = structure.coordinates, structure.meshes
     n, m = len(names), len(meshes)
     loads = [
@@ -299,10 +340,10 @@ def _loads_and_stores(structure: Structure) -> tuple[list[str], list[str]]:
         for k, name in enumerate(names)
         for block, first in (("q", 0), ("v", n))
     ]
-    stores = [f"w[{2 * n + k}] = a_{name}" for k, name in enumerate(names)]
-    for k, mesh in enumerate(meshes):
-        stores.append(f"w[{3 * n + k}] = each_{mesh}")
-        stores.append(f"w[{3 * n + m + k}] = gap_{mesh}")
+    stores = [f"w[{results + k}] = a_{name}" for k, name in enumerate(names)]
+    for k, mesh in enumerate(meshes, results + n):
+        stores.append(f"w[{k}] = each_{mesh}")
+        stores.append(f"w[{k + m}] = gap_{mesh}")
     return loads, stores
 
 
@@ -346,30 +387,48 @@ def _weighted_sum(weights: Sequence[float] | np.ndarray) -> str:
 NEAR_S = 1e-13  # of a change of contact: what it leaves of a step's error is far below rounding
 
 
-class EventRun(NamedTuple):
-    """A run's records, of one member; how many evaluations it took, how many contacts changed."""
+class AdaptiveRun(NamedTuple):
+    """A run of one member at a relative tolerance; rows are NaN from where it diverged.
+
+    records: of the layout's coordinates; works (records, works) [J]: what all forces have done
+    since the start, and turned over (the integral of the rate's magnitude), of a reference run;
+    evaluations: of the right side; changes: of contact.
+    """
 
     records: Records
+    works: np.ndarray
     evaluations: int
     changes: int
 
 
-def integrate_with_events(model: SteppedModel, rtol: float) -> EventRun:
-    """A model's run at a relative tolerance; NaN from where it diverged."""
-    equations, scenario = model.equations, model.scenario
-    structure = equations.structure
-    program = build_event_program(structure, equations.record_map())
+def integrate_precisely(model: SteppedModel, rtol: float) -> AdaptiveRun:
+    """A model's run whose steps end where contacts change."""
+    equations = model.equations
+    program = build_precise_program(equations.structure, equations.record_map())
+    return _integrate(model, equations, program, 0, rtol)
+
+
+def integrate_reference(model: SteppedModel, equations: TermEquations, rtol: float) -> AdaptiveRun:
+    """A model's run by the equations of its terms, steps over contacts, with the forces' work."""
+    program = build_reference_program(equations.structure, equations.record_map())
+    return _integrate(model, equations, program, WORKS, rtol)
+
+
+def _integrate(
+    model: SteppedModel, equations: SteppedEquations, program: Program, works: int, rtol: float
+) -> AdaptiveRun:
+    scenario, structure = model.scenario, equations.structure
     n, m = len(structure.coordinates), len(structure.meshes)
-    state = [equations.to_kernel(x) for x in model.start()]
+    state = np.concatenate([*map(equations.to_kernel, model.start()), np.zeros(works)])
     edges = model.edges
-    rest = np.zeros(program.leading_rows - 3 * n - 3 * m)
+    rest = np.zeros(program.leading_rows - len(state) - n - 3 * m)
     numbers = number_rows(program, equations.numbers)
-    w = np.concatenate([*state, np.zeros(n + 2 * m), edges, rest, *numbers])
+    w = np.concatenate([state, np.zeros(n + 2 * m), edges, rest, *numbers])
     records = scenario.steps // scenario.stride + 1
-    out = np.full((records, 3 * n + m), np.nan)
+    out = np.full((records, 3 * n + m + works), np.nan)
     is_angle = np.array([name.startswith("theta") for name in structure.coordinates])
-    of_meshes = MESH_SIZE_M, MESH_RATE_M_PER_S
-    atol = rtol * np.concatenate([np.where(is_angle, 1.0, size) for size in of_meshes])
+    sizes = [np.where(is_angle, 1.0, size) for size in (MESH_SIZE_M, MESH_RATE_M_PER_S)]
+    atol = rtol * np.concatenate([*sizes, np.ones(works)])
     times, torques = contiguous_table(model.drive)
     table, low, high, counts = (np.zeros(k) for k in (len(torques), 2 * m, 2 * m, 2))
     compile_program(program)["follow"](
@@ -384,5 +443,5 @@ def integrate_with_events(model: SteppedModel, rtol: float) -> EventRun:
         times.size,
         *(each.ctypes.data for each in (table, low, high, out, counts)),
     )
-    kept = Records(*np.split(out, (n, 2 * n, 3 * n), axis=1))
-    return EventRun(kept, int(counts[0]), int(counts[1]))
+    *recorded, done = np.split(out, (n, 2 * n, 3 * n, 3 * n + m), axis=1)
+    return AdaptiveRun(Records(*recorded), done, int(counts[0]), int(counts[1]))
