@@ -149,7 +149,7 @@ def test_an_integer_division_of_a_ratio():
     assert "integer division" in found.explanations[0]
 
 
-def test_a_joint_on_a_link_that_stands_beside_it():
+def test_a_joint_on_another_link_than_its_parent():
     """Both arms stand on the turning base; the second one is put on the first one's link."""
     body = chains.Solid(2.0, (0.1, 0.05, 0.2), (0.03, 0.001, 0.002, 0.04, 0.003, 0.02))
     robot = chains.robot(
@@ -163,4 +163,4 @@ def test_a_joint_on_a_link_that_stands_beside_it():
     )
     wrong = change_joint(robot, 3, parent=1)
     found = diagnosis_of(robot, wrong)
-    assert found.explanations[0] == "joint right: on a, which stands beside it"
+    assert found.explanations[0] == "joint right: on a instead of t"

@@ -18,7 +18,7 @@ from crosscheck.models.robot.robot import RIGID, Level, Robot, Rotor
 from crosscheck.registry import build_robot_model
 from crosscheck.report import heat_map
 from crosscheck.trial.changes.mistakes import (
-    Mistake,
+    RobotMistake,
     list_frame_mistakes,
     list_part_mistakes,
     list_whole_bodies,
@@ -134,22 +134,22 @@ def test_what_is_wrong_is_named(sliding, case):
         assert trial.relative_errors[entry.part][entry.place] == entry.share
 
 
-def planted(own: Robot, seed: int) -> Mistake:
+def planted(own: Robot, seed: int) -> RobotMistake:
     """A number of it that is another, or one thing taken for another."""
-    rng, among = np.random.default_rng(seed), list[RobotNumber | Mistake](list_numbers(own))
+    rng, among = np.random.default_rng(seed), list[RobotNumber | RobotMistake](list_numbers(own))
     among += list_frame_mistakes(own, "coupled")
     for part in list_whole_bodies(own):
         for words, other in list_part_mistakes(own, part).items():
             robot = put_value(own, ("bodies", part.number), other)
-            among.append(Mistake(f"{part.name}: {words}", robot))
+            among.append(RobotMistake(f"{part.name}: {words}", robot))
     chosen = among[rng.integers(len(among))]
-    if isinstance(chosen, Mistake):
+    if isinstance(chosen, RobotMistake):
         return chosen
     by = chosen.step * rng.choice([-1, 1]) * 10 ** rng.uniform(-3, 0)
-    return Mistake(chosen.name, chosen.put(chosen.value + by))
+    return RobotMistake(chosen.name, chosen.put(chosen.value + by))
 
 
-def is_named(error: Mistake, trial: RobotTrial) -> bool:
+def is_named(error: RobotMistake, trial: RobotTrial) -> bool:
     """Whether an explanation says the words of an error.
 
     One of every part, of which it changes one alone, is named as one of that.

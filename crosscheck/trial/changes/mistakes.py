@@ -66,7 +66,7 @@ JOINT_FIELDS: dict[str, tuple[Path, ...]] = {
 
 
 @dataclass(frozen=True)
-class Mistake:
+class RobotMistake:
     """One thing taken for another: words that complete `with ...`, and the robot with it.
 
     several: whether in every part of a kind.
@@ -210,22 +210,24 @@ def _confuse_body(
         yield f"its inertia and centre of mass in {words}", both
 
 
-def list_frame_mistakes(robot: Robot, level: Level) -> Iterator[Mistake]:
+def list_frame_mistakes(robot: Robot, level: Level) -> Iterator[RobotMistake]:
     """Confusions of joints' frames and axes, rotors, stages and gravity that are easily made."""
     yield from _confuse_all(robot, "joints", _confuse_joint)
     if level != "links":
         yield from _confuse_all(robot, "rotors", _confuse_rotor)
-    yield from _confuse_chain(robot)
+    yield from _confuse_parents(robot)
     yield _confuse_order(robot)
     for number, joint in enumerate(robot.joints):
         for words, mimic in _confuse_mimic(joint):
             name = name_part(robot, "joints", number)
-            yield Mistake(f"{name}: {words}", put_value(robot, ("joints", number, "mimic"), mimic))
+            yield RobotMistake(
+                f"{name}: {words}", put_value(robot, ("joints", number, "mimic"), mimic)
+            )
     size = float(np.linalg.norm(robot.gravity))
     for axis, sign in product(range(3), (-1, 1)) if size else ():
         if axis != np.abs(robot.gravity).argmax():
             words = f"gravity along {AXES[axis]}, {sign * size:.6g} m/s^2"
-            yield Mistake(words, replace(robot, gravity=sign * size * np.eye(3)[axis]))
+            yield RobotMistake(words, replace(robot, gravity=sign * size * np.eye(3)[axis]))
     if level == "coupled":
         yield from _confuse_stators(robot)
     if level != "links":
@@ -234,7 +236,7 @@ def list_frame_mistakes(robot: Robot, level: Level) -> Iterator[Mistake]:
 
 def _confuse_all(
     robot: Robot, kind: str, confuse: Callable[[Any], Iterable[tuple[str, Any]]]
-) -> Iterator[Mistake]:
+) -> Iterator[RobotMistake]:
     """Confusions of one part, and the same of all parts of a kind where there are several.
 
     confuse: of a part, words and the part so, alike in number and order.
@@ -244,10 +246,10 @@ def _confuse_all(
         words = together[0][0]
         for number, (_, changed) in enumerate(together):
             name = name_part(robot, kind, number)
-            yield Mistake(f"{name}: {words}", put_value(robot, (kind, number), changed))
+            yield RobotMistake(f"{name}: {words}", put_value(robot, (kind, number), changed))
         if len(together) > 1:
             all_changed = put_value(robot, (kind,), tuple(changed for _, changed in together))
-            yield Mistake(f"{EVERY[kind]}: {words}", all_changed, several=True)
+            yield RobotMistake(f"{EVERY[kind]}: {words}", all_changed, several=True)
 
 
 def _confuse_joint(joint: Joint) -> Iterator[tuple[str, Joint]]:
@@ -293,27 +295,26 @@ def _confuse_rotor(rotor: Rotor) -> Iterator[tuple[str, Rotor]]:
     yield "the sign of its ratio left out", replace(rotor, ratio=abs(rotor.ratio))
 
 
-def _confuse_chain(robot: Robot) -> Iterator[Mistake]:
-    """A tree taken for a chain, or a joint on a link that stands on the same one as it."""
+def _confuse_parents(robot: Robot) -> Iterator[RobotMistake]:
+    """Joints on other links than their own one, and a tree taken for a chain."""
     chained = robot
-    branches = [k for k, joint in enumerate(robot.joints) if joint.parent != k - 1]
-    for number in branches:
-        path: Path = ("joints", number, "parent")
-        chained = put_value(chained, path, number - 1)
-        words = f"on {get_link_name(robot, number - 1)}, as in a chain"
-        name = name_part(robot, "joints", number)
-        yield Mistake(f"{name}: {words}", put_value(robot, path, number - 1))
     for number, joint in enumerate(robot.joints):
-        for other in range(number - 1):
-            if robot.joints[other].parent == joint.parent:
-                words = f"on {get_link_name(robot, other)}, which stands beside it"
-                moved = put_value(robot, ("joints", number, "parent"), other)
-                yield Mistake(f"{name_part(robot, 'joints', number)}: {words}", moved)
-    if len(branches) > 1:
-        yield Mistake("every joint: on the link before it, as in a chain", chained, several=True)
+        path: Path = ("joints", number, "parent")
+        for other in range(number - 1, -1, -1):
+            if other != joint.parent:
+                words = f"on {get_link_name(robot, other)}"
+                usual = f" instead of {get_link_name(robot, joint.parent)}"
+                words += ", as in a chain" if other == number - 1 else usual
+                moved = put_value(robot, path, other)
+                yield RobotMistake(f"{name_part(robot, 'joints', number)}: {words}", moved)
+        chained = put_value(chained, path, number - 1)
+    if sum(joint.parent != k - 1 for k, joint in enumerate(robot.joints)) > 1:
+        yield RobotMistake(
+            "every joint: on the link before it, as in a chain", chained, several=True
+        )
 
 
-def _confuse_order(robot: Robot) -> Mistake:
+def _confuse_order(robot: Robot) -> RobotMistake:
     """Joints that turn before the constant transform of their table, as in classic DH.
 
     Each link then ends where the next joint begins, and what it carries is placed there.
@@ -330,7 +331,7 @@ def _confuse_order(robot: Robot) -> Mistake:
         rotors.append(replace(rotor, axis=link.T @ ends[frame.body].rotation @ link @ rotor.axis))
     words = "every joint: turned before its constant transform, as of classic DH with modified DH's"
     moved = replace(robot, joints=tuple(joints), bodies=tuple(bodies), rotors=tuple(rotors))
-    return Mistake(f"{words} table", moved, several=True)
+    return RobotMistake(f"{words} table", moved, several=True)
 
 
 def _confuse_mimic(joint: Joint) -> Iterator[tuple[str, Any]]:
@@ -350,7 +351,7 @@ def _confuse_mimic(joint: Joint) -> Iterator[tuple[str, Any]]:
         yield words, replace(mimic, multiplier=multiplier, offset=moved)
 
 
-def _confuse_stators(robot: Robot) -> Iterator[Mistake]:
+def _confuse_stators(robot: Robot) -> Iterator[RobotMistake]:
     """Rotors on other links, or about other axes."""
 
     def place_usually(rotor: Rotor) -> Iterator[tuple[str, Rotor]]:
@@ -375,10 +376,10 @@ def _confuse_stators(robot: Robot) -> Iterator[Mistake]:
             changed[f"its axis {axis} of its stator"] = {"axis": unit}
         for words, fields in changed.items():
             moved = put_value(robot, ("rotors", number), replace(rotor, **fields))
-            yield Mistake(f"{name_part(robot, 'rotors', number)}: {words}", moved)
+            yield RobotMistake(f"{name_part(robot, 'rotors', number)}: {words}", moved)
 
 
-def _confuse_stages(robot: Robot) -> Iterator[Mistake]:
+def _confuse_stages(robot: Robot) -> Iterator[RobotMistake]:
     """Confusions of one planetary stage, and the same of every stage where there are several."""
     stages = robot.stages
     for together in zip(*(_confuse_stage(robot, each) for each in stages), strict=True):
@@ -386,11 +387,11 @@ def _confuse_stages(robot: Robot) -> Iterator[Mistake]:
         for number, (stage, (_, pair)) in enumerate(zip(stages, together, strict=True)):
             others = tuple(other for other in stages if other is not stage)
             changed = replace(robot, rotors=(*robot.rotors, *pair), stages=others)
-            yield Mistake(f"{name_part(robot, 'stages', number)}: {words}", changed)
+            yield RobotMistake(f"{name_part(robot, 'stages', number)}: {words}", changed)
         if len(stages) > 1:
             rotors = tuple(rotor for _, pair in together for rotor in pair)
             changed = replace(robot, rotors=(*robot.rotors, *rotors), stages=())
-            yield Mistake(f"every stage: {words}", changed, several=True)
+            yield RobotMistake(f"every stage: {words}", changed, several=True)
 
 
 def _confuse_stage(robot: Robot, stage: JointStage) -> Iterator[tuple[str, tuple[Rotor, Rotor]]]:
@@ -429,18 +430,18 @@ def _confuse_stage(robot: Robot, stage: JointStage) -> Iterator[tuple[str, tuple
     yield "sun's and planets' inertia exchanged", (swapped_sun, swapped_planets)
 
 
-def list_joint_moves(robot: Robot) -> Iterator[Mistake]:
+def list_joint_moves(robot: Robot) -> Iterator[RobotMistake]:
     """Places, axes and frames of joints: exchanged, copied, shifted, or their numbers reordered."""
     names = [name_part(robot, "joints", number) for number in range(len(robot.joints))]
     for words, changed in exchange_fields(names, robot.joints, JOINT_FIELDS):
         moved = robot
         for number, joint in changed.items():
             moved = put_value(moved, ("joints", number), joint)
-        yield Mistake(words, moved)
+        yield RobotMistake(words, moved)
     for number, joint in enumerate(robot.joints):
         for words, reordered in _reorder_joint(joint):
             moved = put_value(robot, ("joints", number), reordered)
-            yield Mistake(f"{names[number]}: {words}", moved)
+            yield RobotMistake(f"{names[number]}: {words}", moved)
 
 
 def _reorder_joint(joint: Joint) -> Iterator[tuple[str, Joint]]:

@@ -138,8 +138,7 @@ def list_numbers(robot: Robot) -> Iterator[RobotNumber]:
     """The numbers of bodies, joints' places, rotors, stages and gravity that may be wrong."""
     for kind in ("bodies", "joints", "rotors", "stages"):
         for number in range(len(getattr(robot, kind))):
-            own = [each for each in FIELDS if each.kind == kind]
-            for field in own:
+            for field in (each for each in FIELDS if each.kind == kind):
                 yield from _list_field(robot, (kind, number, *field.path), field)
             if kind == "joints":
                 yield from _list_curved(robot, number)

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterator, Sequence
+from collections.abc import Callable, Collection, Iterator, Mapping, Sequence
 from dataclasses import dataclass, replace
 from functools import cached_property
 from itertools import islice
@@ -13,7 +13,7 @@ import numpy as np
 from crosscheck.analytic.robot.model import AnalyticRobot
 from crosscheck.checks.robots.sizes import TOLERANCE
 from crosscheck.models.robot.robot import Robot, RobotBody
-from crosscheck.trial.changes.mistakes import Mistake
+from crosscheck.trial.changes.mistakes import RobotMistake
 from crosscheck.trial.changes.numbers import (
     ALIKE,
     AXES,
@@ -25,10 +25,12 @@ from crosscheck.trial.changes.numbers import (
 )
 from crosscheck.trial.changes.pairs import PairSearch, Single
 from crosscheck.trial.changes.problem import (
+    ACCELERATION,
     LEFT,
     ROUNDING,
     ChangeProblem,
     DynamicsTerms,
+    Entry,
     Places,
 )
 from crosscheck.trial.changes.table import BODY_SIZE, ChangeTable
@@ -43,6 +45,12 @@ NEAR = 1e-4  # step of differentiation, relative to that of the number
 SLENDER = 1e-9  # inertia of a thin rod about its own axis, over its largest moment of inertia
 MOST_EQUAL_PAIRS = 12  # pairs that explain a difference, at which the search stops
 MOST_SCREENED = 64  # places of a row, those of the largest differences, at which all are screened
+
+
+MOST_SEARCHED = 12  # entries of a part, of which each may be wrong by a cause of its own
+MOST_NAMED = 3  # entries that are named one by one
+MOST_EQUALS = 2  # causes named beside the first that no state distinguishes from it
+LEAST_ENTRIES = 3  # wrong entries needed before fitting six inertias means more than chance
 
 
 @dataclass(frozen=True)
@@ -204,7 +212,7 @@ class CauseSearch:
                 yield StepRows(words + where, list(changes), rows)
 
     @cached_property
-    def frame_mistakes(self) -> list[Mistake]:
+    def frame_mistakes(self) -> list[RobotMistake]:
         """Each thing that may be taken for another in joints, rotors and gravity."""
         return self.table.list_frame_mistakes(self.level)
 
@@ -218,14 +226,14 @@ class CauseSearch:
         """Effect of each move of a joint on the row at few states, in all terms and in each."""
         return self._screen(self.table.joint_moves)
 
-    def _screen(self, mistakes: Sequence[Mistake]) -> list[np.ndarray]:
+    def _screen(self, mistakes: Sequence[RobotMistake]) -> list[np.ndarray]:
         few = self.table.few
         changes = self.table.compute_changes([each.robot for each in mistakes], self.level, few)
         return [rows for _, rows in self._lay_out_places(changes, few)]
 
     def _find_robots(
-        self, mistakes: Sequence[Mistake], screened: Sequence[np.ndarray], places: Places
-    ) -> Iterator[tuple[Mistake, str]]:
+        self, mistakes: Sequence[RobotMistake], screened: Sequence[np.ndarray], places: Places
+    ) -> Iterator[tuple[RobotMistake, str]]:
         """The mistakes that explain some places, and in words where they are made."""
         at, chosen = self.problem.select_screened(places, self.table.few)
         near = np.zeros(len(mistakes), bool)
@@ -237,8 +245,8 @@ class CauseSearch:
             return
         changes = self.table.compute_changes([each.robot for each in kept], self.level)
         for number, mistake in enumerate(kept):
-            own = DynamicsTerms(*(term[number] for term in changes))
-            for where, row in self._lay_out_places(own):
+            change = DynamicsTerms(*(term[number] for term in changes))
+            for where, row in self._lay_out_places(change):
                 if self._explains(row, places):
                     yield mistake, where
 
@@ -407,8 +415,8 @@ class CauseSearch:
         self, number: int, parameters: slice, places: Places
     ) -> tuple[np.ndarray | None, int]:
         """Changes of some parameters of a body that explain some places, None; and their rank."""
-        own = slice(BODY_SIZE * number, BODY_SIZE * (number + 1))
-        rows = self._parameter_rows[own][parameters]
+        start = BODY_SIZE * number
+        rows = self._parameter_rows[start : start + BODY_SIZE][parameters]
         scale = np.maximum(np.abs(rows).max(axis=1, keepdims=True), 1e-300)
         columns = (rows / scale)[:, places].T
         fit, _, rank, _ = np.linalg.lstsq(columns, self.difference[places], rcond=1e-10)
@@ -442,6 +450,54 @@ class CauseSearch:
                     yield number, Cause(whole, usual=True)
                 break
 
+    def find_within(
+        self, part: str, wrong: Mapping[str, Entry], missing: Collection[str], *, alone: bool
+    ) -> list[tuple[str, list[Cause]]]:
+        """Causes of the difference of one part, and where each holds: in it, or in its entries.
+
+        wrong: entries by name; missing: those that are not there; alone: whether no other part is
+        wrong. Beside others some number would often explain one part by chance, so that it counts
+        only if somebody may well have written it.
+        """
+        # A row of the balance that accelerations are held in is no row of these.
+        has_entries = part not in ("bias", ACCELERATION)
+        single = {name: self.problem.select_entries(part, [place]) for name, place in wrong.items()}
+        if len(wrong) == 1 and has_entries:
+            (name,) = wrong
+            if lost := [each for each in self.find_causes(single[name]) if each.missing]:
+                return [(name, lost)]
+        for where, causes in self._generate_within(part, wrong, alone, has_entries):
+            if causes:
+                return [(where, causes)]
+        if not has_entries or len(wrong) > MOST_SEARCHED:
+            return []
+        by_entry = [
+            (name, [each for each in self.find_causes(places) if each.usual])
+            for name, places in single.items()
+            if name not in missing
+        ]
+        return by_entry if all(causes for _, causes in by_entry) else []  # else some are chance
+
+    def _generate_within(
+        self, part: str, wrong: Mapping[str, Entry], alone: bool, has_entries: bool
+    ) -> Iterator[tuple[str, list[Cause]]]:
+        """What may explain a part, or all of its wrong entries, the likeliest first."""
+        whole, some = self.problem.select_part(part), f"the wrong entries of {part}"
+        yield part, [each for each in self.find_causes(whole) if alone or each.usual]
+        if alone:
+            yield part, list(self.find_joint_moves(whole))
+        inside = self.problem.select_entries(part, wrong.values())
+        steps = list(self.find_step_causes([whole, inside] if has_entries else [whole]))
+        yield part, [cause for number, cause in steps if not number]
+        if has_entries:
+            where = " and ".join(wrong) if len(wrong) <= MOST_NAMED else some
+            yield where, [each for each in self.find_causes(inside) if each.usual]
+            yield where, [cause for _, cause in steps]
+        if alone and len(wrong) > 1:
+            yield part, [each for each in self.find_pair_causes(whole) if each.usual]
+        if alone and part == "mass_matrix" and len(wrong) >= LEAST_ENTRIES:
+            yield part, list(self.find_inertia_causes(whole))
+
     def choose_rows(
         self, rows: np.ndarray, places: Places, *, is_free: bool = False
     ) -> tuple[list[int], float]:
@@ -472,6 +528,25 @@ def find_causes(problem: ChangeProblem) -> list[Cause]:
     search = CauseSearch(problem)
     causes = search.find_causes() or search.find_rarer_causes()
     return sorted(causes, key=lambda cause: not cause.usual)
+
+
+def describe_causes(causes: Sequence[Cause], where: str) -> Iterator[str]:
+    """Sentences on causes in one place: the usual one first, then its equals in one line.
+
+    Beside a usual one no number is named that nobody would have written.
+    """
+    usual = sorted(filter(lambda cause: cause.usual, causes), key=lambda cause: not cause.missing)
+    for cause in usual[:1]:
+        missing = f"{cause.missing} is missing in {where}"
+        yield missing if cause.missing else f"in {where} alone, as with {cause.words}"
+    if others := [cause.words for cause in usual[1:] or (() if usual else causes)]:
+        also = "would also be explained" if usual else "would be explained"
+        yield f"{where} {also}, in it alone, by {list_equals(others)}"
+
+
+def list_equals(causes: Sequence[str]) -> str:
+    """The first two causes that no state distinguishes from the one that is named."""
+    return " or ".join(causes[:MOST_EQUALS])
 
 
 def _join_names(names: Sequence[str], there: Sequence[str]) -> str:

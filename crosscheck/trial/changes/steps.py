@@ -134,9 +134,6 @@ class StepTable:
         for words, other in changed.items():
             if not np.array_equal(other.lever, lever):
                 yield from self._place(words, number, right, other.lever, BOTH[1:])
-        for by in (-1.0, 0.5):
-            scaled = WorldBody(by * body.mass, lever, by * body.inertia)
-            yield f"what it makes {FACTORS[by]}", kane.move_body(number, scaled)
         for beside, other_joint in enumerate(self.robot.joints):
             if beside == joint.parent or other_joint.parent == number:
                 motion = kane.move_body(beside, kane.place_body(beside, self.robot.bodies[beside]))
@@ -161,13 +158,13 @@ class StepTable:
         turned: np.ndarray,
     ) -> Changes:
         number, pose = part.number, self.kane.poses[part.number]
-        own, axis = part.body.inertia, pose.rotation @ self.robot.joints[number].axis
+        in_link, axis = part.body.inertia, pose.rotation @ self.robot.joints[number].axis
         body = self.kane.place_body(number, part.body)
         square = body.mass * (body.lever**2).sum(axis=1)[:, None, None] * np.eye(3)
         about = np.einsum("si,sij,sj->s", axis, body.inertia, axis)[:, None, None]
         inertias = {
-            "its inertia in the axes of the link before": _turn(under, own),
-            "its inertia not turned by its joint": _turn(turned, own),
+            "its inertia in the axes of the link before": _turn(under, in_link),
+            "its inertia not turned by its joint": _turn(turned, in_link),
             "m |c|^2 added to its inertia about every axis": body.inertia + square,
             "m |c|^2 taken from its inertia about every axis": body.inertia - square,
             "its inertia about its joint's axis alone": about * axis[:, :, None] * axis[:, None],
@@ -242,7 +239,7 @@ class StepTable:
             yield f"{gyroscopic}: {words} on the right, in I w", replace(right, rate=rate)
 
     def _list_spin_changes(self, number: int, right: BodyMotion, level: Level) -> Changes:
-        """A rotor whose own turning, per rate, is another joint's, or is not what it must be."""
+        """A rotor that another joint turns."""
         still = 0 * right.turning
         if level == "coupled" and number != BASE:
             still = self.kane.poses[number].angular_partials
@@ -250,15 +247,8 @@ class StepTable:
         place = int(np.abs(column).max(axis=(0, 1)).argmax())
         for other, name in enumerate(self.robot.coordinate_names):
             if other != place:
-                moved = still.copy()
-                moved[:, :, other] += column[:, :, place]
-                yield f"turned by {name}", replace(right, turning=moved)
-        for words, turning in (
-            ("left out", still),
-            ("alone", column),
-            ("the other way", still - column),
-        ):
-            yield f"its own turning {words} in its Jacobian", replace(right, turning=turning)
+                turning = still + np.roll(column, other - place, axis=2)
+                yield f"turned by {name}", replace(right, turning=turning)
 
     def _add_joint_steps(self, steps: Steps) -> None:
         """Add accelerations that joints add, by other rates or about another axis."""
@@ -279,16 +269,10 @@ class StepTable:
                 ):
                     load = kane.load_joint(number, rotate_point(w, dw, at) - right)
                     loads[f"the acceleration of the joint's place by {words}"] = load
-                spin, before = rate.angular - under.angular, self._before(joint.parent)[1]
-                for words, w in (
-                    ("w of the first link for w", first.angular),
-                    ("w of two links before for w", before),
-                    ("the joint's own rate before for w", under.angular - before),
-                ):
-                    if joint.kind == "revolute":
-                        gained = cross(w - under.angular, spin)
-                        load = kane.load_joint(number, self.still, gained)
-                        loads[f"the angular acceleration w x z q': {words}"] = load
+                if joint.kind == "revolute":
+                    gained = cross(first.angular - under.angular, rate.angular - under.angular)
+                    words = "the angular acceleration w x z q': w of the first link for w"
+                    loads[words] = kane.load_joint(number, self.still, gained)
             for words, load in loads.items():
                 terms = DynamicsTerms(np.zeros((*load.shape, load.shape[1])), load, 0 * load)
                 steps.setdefault(words, {})[f"joint {joint.name}"] = terms
@@ -326,6 +310,7 @@ class StepTable:
         A body's terms are no sum over its columns, so that of these all are wrong or one is.
         """
         whole: dict[str, dict[str, BodyMotion]] = {}
+        last_columns: Steps = {}
         share, of_joint = self.robot.joint_map[0], "its Jacobian's column of"
         for number, joint in enumerate(self.robot.joints):
             after = self.kane.list_after(number)
@@ -341,9 +326,10 @@ class StepTable:
                     steps.setdefault(f"{of_joint} {joint.name}, {words}", {})[name] = changed
                     if part.number == number:
                         last = f"{of_joint} its own joint, {words}"
-                        steps.setdefault(last, {})[name] = changed
+                        last_columns.setdefault(last, {})[name] = changed
                     motions = whole.setdefault(words, {})
                     motions[name] = _add_columns(motions.get(name, right), *columns)
+        steps |= last_columns
         for words, motions in whole.items():
             steps[f"every column of its Jacobian, {words}"] = {
                 name: motion.compute_terms().minus(self._terms[name])
@@ -376,7 +362,6 @@ class StepTable:
         rotation = pose.rotation
         axes = {
             "its axis not turned to the base's axes": still + joint.axis,
-            "its axis turned the other way": rotation.swapaxes(1, 2) @ joint.axis,
             "along z of its own frame": rotation @ np.array([0.0, 0.0, 1.0]),
         }
         if joint.parent != BASE:
@@ -387,13 +372,10 @@ class StepTable:
             yield (words, cross(change, arm), change) if is_turning else (words, change, still)
             if is_turning:
                 yield f"{words}, in w alone", still, change
-        if joint.mimic is not None and joint.mimic.multiplier:
-            by = joint.mimic.multiplier
-            yield "its multiplier left out", (1 / by - 1) * moving, (1 / by - 1) * turning
-            yield "its multiplier twice", (by - 1) * moving, (by - 1) * turning
-            if by > 0:  # what is asked of one entry, M's of the joint that it follows
-                once = by**-0.5 - 1
-                yield "its multiplier once for its square", once * moving, once * turning
+        by = joint.mimic.multiplier if joint.mimic else 1.0
+        if by > 0 and by != 1:  # what is asked of one entry, M's of the joint that it follows
+            once = by**-0.5 - 1
+            yield "its multiplier once for its square", once * moving, once * turning
 
 
 def _list_factors(right: BodyMotion) -> Changes:

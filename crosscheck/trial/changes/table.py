@@ -21,7 +21,7 @@ from crosscheck.trial.changes.mistakes import (
     ROTOR_FIELDS,
     UPPER,
     BodyPart,
-    Mistake,
+    RobotMistake,
     exchange_fields,
     list_body_exchanges,
     list_body_parts,
@@ -86,8 +86,8 @@ class ChangeTable:
             else:
                 terms = AnalyticRobot(robots[moved[0]], level).terms(q, v)
                 others = DynamicsTerms(*(term[None] for term in terms))
-            own = DynamicsTerms(*(term[states] for term in self.compute_base(level)))
-            parts.append((moved, others.minus(own)))
+            base = DynamicsTerms(*(term[states] for term in self.compute_base(level)))
+            parts.append((moved, others.minus(base)))
         base = self.compute_base(level)
         whole = [np.zeros((len(robots), *term[states].shape)) for term in base]
         for numbers, part in parts:
@@ -169,12 +169,12 @@ class ChangeTable:
         linear, square = ([(a + sign * b) / 2 for a, b in pairs] for sign in (-1, 1))
         return NumberEffect(DynamicsTerms(*linear), DynamicsTerms(*square))
 
-    def list_frame_mistakes(self, level: Level) -> list[Mistake]:
+    def list_frame_mistakes(self, level: Level) -> list[RobotMistake]:
         """Each thing that may be taken for another in joints, rotors and gravity."""
         return list(list_frame_mistakes(self.robot, level))
 
     @cached_property
-    def joint_moves(self) -> list[Mistake]:
+    def joint_moves(self) -> list[RobotMistake]:
         """Robots with joints whose places, axes or frames are exchanged or in another order."""
         return list(list_joint_moves(self.robot))
 

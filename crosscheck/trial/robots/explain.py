@@ -17,7 +17,13 @@ from crosscheck.trial.changes.numbers import (
     list_equal_numbers,
     list_numbers,
 )
-from crosscheck.trial.changes.search import Cause, CauseSearch, ChangeTable
+from crosscheck.trial.changes.search import (
+    LEAST_ENTRIES,
+    Cause,
+    CauseSearch,
+    ChangeTable,
+    describe_causes,
+)
 from crosscheck.trial.changes.waves import describe_angle_sum
 from crosscheck.trial.robots.consistency import describe_places
 from crosscheck.trial.robots.elastic import describe_springs
@@ -46,10 +52,7 @@ MOST_STATED = 3  # coordinates whose matrix is short enough to be shown
 MOST_SHOWN = 5  # terms of a sentence
 MISSING, EXTRA = "missing", "right is 0"
 MOST_OTHERS = 3  # causes of one part, beyond which they are no more than a coincidence
-MOST_EQUALS = 2  # causes named beside the first that no state distinguishes from it
 ROUNDED = 1e-5  # largest difference, relative to an entry's size, that rounded numbers may cause
-MOST_SEARCHED = 12  # entries of a part, of which each may be wrong by a cause of its own
-LEAST_ENTRIES = 3  # wrong entries needed before fitting six inertias means more than chance
 UNFOUNDED = "bias does not follow from mass_matrix, which is right"
 Rates = Callable[[], BiasTerms | None]  # the terms of the user's bias, asked only if it is wrong
 
@@ -116,7 +119,7 @@ def diagnose(
         pieces = pieces or _describe_wrong_pieces(problem, searches[level], wrong)
     notes += [words for each in pieces.values() for words in each]
     causes = {
-        part: list(_causes_within(searches[level], part, entries, alone=len(wrong) == 1))
+        part: list(_describe_causes_within(searches[level], part, entries, len(wrong) == 1))
         for part in (wrong if not explanations and not links else ())
         if not pieces.get(part)
     }
@@ -136,7 +139,7 @@ def diagnose(
         notes += () if solution else describe_accelerations(problem, level, rows)
         for row in () if solution else rows:
             row_causes = list(searches[level].find_acceleration_causes(row))
-            notes += _describe_causes(row_causes, problem.entry_name("acceleration", [row]))
+            notes += describe_causes(row_causes, problem.entry_name("acceleration", [row]))
     if "force" in wrong and problem.friction.any():
         difference = _compute_difference(problem, level, "force")
         notes += [words for words, _ in describe_friction(problem, level, "force", difference)]
@@ -173,7 +176,7 @@ def _describe_lone_product(
     if EXTRA in sentences[0]:
         equals = search.find_step_causes([search.problem.select_part("bias")])
         causes = [cause for _, cause in equals]
-        sentences += _describe_causes(causes, "bias") if len(causes) <= MOST_OTHERS else []
+        sentences += describe_causes(causes, "bias") if len(causes) <= MOST_OTHERS else []
     return {"bias": sentences}
 
 
@@ -538,80 +541,12 @@ def _list_first(terms: Sequence[str]) -> str:
     return f"{', '.join(terms[:MOST_SHOWN])}{more}"
 
 
-def _causes_within(
-    search: CauseSearch, part: str, entries: Sequence[RobotEntry], *, alone: bool
+def _describe_causes_within(
+    search: CauseSearch, part: str, entries: Sequence[RobotEntry], alone: bool
 ) -> Iterator[str]:
-    """Sentences on what makes the difference of a part in this part alone, or of its entries.
-
-    alone: whether no other part is wrong. Beside others some number would often explain one part by
-    chance, so that it counts only if somebody may well have written it.
-    """
-    within = [entry for entry in entries if entry.part == part]
-    if all(entry.remark.startswith(MISSING) for entry in within):
-        return
-    # A row of the balance that accelerations are held in is no row of these.
-    rows = part in ("bias", "acceleration")
-    if len(within) == 1 and not rows:
-        entry_causes = search.find_causes(search.problem.select_entries(part, [within[0].place]))
-        if missing := [cause for cause in entry_causes if cause.missing]:
-            yield from _describe_causes(missing, within[0].name)
-            return
-    places = [search.problem.select_part(part)]
-    causes = [cause for cause in search.find_causes(places[0]) if alone or cause.usual]
-    if not causes and alone:
-        causes = list(search.find_joint_moves(places[0]))
-    where = part
-    if not causes:
-        places += (
-            [] if rows else [search.problem.select_entries(part, [each.place for each in within])]
-        )
-        by_place = list(search.find_step_causes(places))
-        causes = [cause for number, cause in by_place if not number]
-        if not causes and len(places) > 1:
-            causes = [cause for cause in search.find_causes(places[1]) if cause.usual]
-            causes = causes or [cause for _, cause in by_place]
-            names = [entry.name for entry in within]
-            few = len(names) <= MOST_OTHERS
-            where = " and ".join(names) if few else f"the wrong entries of {part}"
-    if not causes and alone and len(within) > 1:
-        causes = [cause for cause in search.find_pair_causes(places[0]) if cause.usual]
-        where = part if causes else where
-    if not causes and alone and part == "mass_matrix" and len(within) >= LEAST_ENTRIES:
-        causes = list(search.find_inertia_causes(places[0]))
-    if causes:
-        yield from _describe_causes(causes, where)
-        return
-    described = [
-        (
-            entry,
-            [
-                cause
-                for cause in search.find_causes(search.problem.select_entries(part, [entry.place]))
-                if cause.usual
-            ],
-        )
-        for entry in (() if rows or len(within) > MOST_SEARCHED else within)
-        if not entry.remark.startswith(MISSING)  # whatever makes the entry nothing explains it
-    ]
-    if all(causes for _, causes in described):  # else those of some would be chance
-        for entry, causes in described:
-            yield from _describe_causes(causes, entry.name)
-
-
-def _describe_causes(causes: Sequence[Cause], where: str) -> Iterator[str]:
-    """Sentences on causes in one place: the usual one first, then its equals in one line.
-
-    Beside a usual one no number is named that nobody would have written.
-    """
-    usual = sorted(filter(lambda cause: cause.usual, causes), key=lambda cause: not cause.missing)
-    for cause in usual[:1]:
-        missing = f"{cause.missing} is missing in {where}"
-        yield missing if cause.missing else f"in {where} alone, as with {cause.words}"
-    if others := [cause.words for cause in usual[1:] or (() if usual else causes)]:
-        also = "would also be explained" if usual else "would be explained"
-        yield f"{where} {also}, in it alone, by {list_equals(others)}"
-
-
-def list_equals(causes: Sequence[str]) -> str:
-    """The first two causes that no state distinguishes from the one that is named."""
-    return " or ".join(causes[:MOST_EQUALS])
+    """Sentences on what makes the difference of a part in this part alone, or of its entries."""
+    wrong = {each.name: each.place for each in entries if each.part == part}
+    missing = {each.name for each in entries if each.remark.startswith(MISSING)}
+    if not missing >= set(wrong):  # whatever makes an entry nothing explains one that is missing
+        for where, causes in search.find_within(part, wrong, missing, alone=alone):
+            yield from describe_causes(causes, where)

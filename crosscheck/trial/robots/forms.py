@@ -24,7 +24,6 @@ from crosscheck.trial.robots.rates import sample_bias_terms
 SLOPE_STEP = 1e-5  # [rad, m], over which slopes of M are taken
 LEAST_SHARE = 1e-5  # largest residual of the fitted slopes, over the largest difference
 RATIO_POWERS = ("multiplied ", "'s square", 2), ("multiplied ", "", 1), ("divided ", "", -1)
-MOST_TOGETHER = 200  # changes of the states that are tried at once
 SIZABLE = 1e-9  # smallest piece that can be recognized, relative to an entry's size
 CHRISTOFFEL = {  # factors of M' v and of d(v' M v)/dq
     (1.0, 0.0): "without -1/2 d(v' M v)/dq: M' v alone",
@@ -35,6 +34,7 @@ CHRISTOFFEL = {  # factors of M' v and of d(v' M v)/dq
     (0.0, 0.5): "+1/2 d(v' M v)/dq alone, as of Christoffel's C transposed",
 }
 Pieces = Mapping[str, np.ndarray]
+CoordinateChange = tuple[str, np.ndarray, np.ndarray]  # words, q and v (states, n)
 
 
 def describe_pieces(search: CauseSearch, part: str, *, are_usual: bool = True) -> Iterator[str]:
@@ -209,122 +209,117 @@ def describe_friction(
 def describe_coordinates(problem: RobotProblem, level: Level, part: str) -> Iterator[str]:
     """Sentences on a coordinate, or its rate, that M, bias or gravity takes for another one."""
     changes = list(_list_coordinate_changes(problem, by_rates=part == "bias"))
-    q, v = (np.stack(each) for each in list(zip(*changes, strict=True))[1:])
-    yield from (f"{part}: {changes[n][0]}" for n in _find_equals(problem, level, part, q, v))
+    for words in _find_equals(problem, level, part, changes):
+        yield f"{part}: {words}"
     if part == "gravity":
         yield from _describe_small_angles(problem, level)
     yield from _describe_exchanges(problem, level, part)
 
 
 def _find_equals(
-    problem: RobotProblem, level: Level, part: str, q: np.ndarray, v: np.ndarray
-) -> list[int]:
-    """Numbers of the changed states (changes, states, n) that give the user's values of a part."""
-    user_values = problem.answers.values[part]
+    problem: RobotProblem, level: Level, part: str, changes: Sequence[CoordinateChange]
+) -> Iterator[str]:
+    """Words on those changes of q and v that give the user's values of a part."""
+    user_values, model = problem.answers.values[part], AnalyticRobot(problem.robot, level)
     least = ALIKE * np.abs(user_values - problem.reference_values[level][part]).max()
-    model, places = AnalyticRobot(problem.robot, level), list(range(len(q)))
-    for states in (slice(1), slice(None)):
-        equal = list[int]()
-        for begin in range(0, len(places), MOST_TOGETHER):
-            some = places[begin : begin + MOST_TOGETHER]
-            rows = [each[some, states].reshape(-1, q.shape[2]) for each in (q, v)]
-            values = model.bias(*rows) if part == "bias" else getattr(model, part)(rows[0])
-            left = values.reshape(len(some), -1, *user_values.shape[1:]) - user_values[states]
-            left += problem.spring_torques[states] if part == "gravity" else 0.0
-            equal += [n for n, each in zip(some, left, strict=True) if np.abs(each).max() <= least]
-        places = equal
-    return places
+    kept = list(changes)
+    for states in (slice(1), slice(None)):  # most differ at the first state
+        if not kept:
+            return
+        q, v = (np.concatenate([each[k][states] for each in kept]) for k in (1, 2))
+        values = model.bias(q, v) if part == "bias" else getattr(model, part)(q)
+        left = values.reshape(len(kept), -1, *user_values.shape[1:]) - user_values[states]
+        left += problem.spring_torques[states] if part == "gravity" else 0.0
+        largest = np.abs(left).reshape(len(kept), -1).max(axis=1)
+        kept = [each for each, by in zip(kept, largest, strict=True) if by <= least]
+    yield from (words for words, *_ in kept)
 
 
 def _list_coordinate_changes(
     problem: RobotProblem, *, by_rates: bool
-) -> Iterator[tuple[str, np.ndarray, np.ndarray]]:
-    """Sentences' ends on one coordinate that is another, with q and v (states, n) so."""
+) -> Iterator[CoordinateChange]:
+    """Sentences' ends on one coordinate that is another, or two, with q and v (states, n) so."""
     robot, names, (q, v) = problem.robot, problem.names, problem.states[:2]
     turning = [robot.joints[number].kind == "revolute" for number in robot.coordinates]
+    quarter = np.pi / 2
+
+    def put(values: np.ndarray, places: Sequence[int], others: np.ndarray) -> np.ndarray:
+        changed = values.copy()
+        changed[:, places] = others
+        return changed
+
     for j, name in enumerate(names):
-        old, rate = q[:, j], v[:, j]
+        old = q[:, [j]]
         others = {"is left out in it": 0 * old, "is with the opposite sign in it": -old}
         others |= {"is twice in it": 2 * old, "is half in it": old / 2}
         if turning[j]:
             others |= {
                 "is in degrees in it, read as radians": np.degrees(old),
                 "is taken for degrees in it": np.radians(old),
-                "is a quarter turn more in it": old + np.pi / 2,
-                "is a quarter turn less in it": old - np.pi / 2,
-                "is the opposite of itself, and a quarter turn more": np.pi / 2 - old,
-                "is the opposite of itself, and a quarter turn less": -np.pi / 2 - old,
-                "is half a turn more in it": old + np.pi,
+                "is a quarter turn more in it": old + quarter,
+                "is a quarter turn less in it": old - quarter,
+                "is the opposite of itself, and a quarter turn more": quarter - old,
+                "is the opposite of itself, and a quarter turn less": -quarter - old,
+                "is half a turn more in it": old + 2 * quarter,
             }
-        for other, other_name in enumerate(names):
-            if other != j and turning[other] == turning[j]:
-                others |= {f"has {other_name} added in it": old + q[:, other]}
-                others |= {f"has {other_name} taken from it in it": old - q[:, other]}
-                others |= {f"is taken for {other_name} in it": q[:, other]}
+        for k, other in enumerate(names):
+            if k != j and turning[k] == turning[j]:
+                others[f"has {other} added in it"] = old + q[:, [k]]
+                others[f"has {other} taken from it in it"] = old - q[:, [k]]
+                others[f"is taken for {other} in it"] = q[:, [k]]
         for words, values in others.items():
-            changed = q.copy()
-            changed[:, j] = values
-            yield f"{name} {words}", changed, v
+            yield f"{name} {words}", put(q, [j], values), v
         rates = {"in degrees": 180 / np.pi, "taken for degrees": np.pi / 180}
         for words, by in rates.items() if by_rates and turning[j] else ():
-            changed = v.copy()
-            changed[:, j] = by * rate
-            yield f"the rate of {name} is {words} in it", q, changed
+            yield f"the rate of {name} is {words} in it", q, put(v, [j], by * v[:, [j]])
+    for i, j in combinations(range(len(names)), 2):
+        pair = f"of {names[i]} and {names[j]} are exchanged in it"
+        yield f"the coordinates {pair}", put(q, [i, j], q[:, [j, i]]), v
+        if by_rates:
+            yield f"the rates {pair}", q, put(v, [i, j], v[:, [j, i]])
 
 
 def _describe_small_angles(problem: RobotProblem, level: Level) -> Iterator[str]:
-    """Sentences on a gravity in which sines of one angle, or of all, are the angles."""
+    """Sentences on a gravity in which the sine of one angle, or of all, is the angle."""
     robot, q = problem.robot, problem.states.q
     gravity = AnalyticRobot(robot, level).gravity
     user_values = problem.answers.values["gravity"] - problem.spring_torques
     least = ALIKE * np.abs(user_values - gravity(q)).max()
-    # Gravity is a sum of waves of each angle, so that four angles determine its slope at 0.
     turning = [n for n, c in enumerate(robot.coordinates) if robot.joints[c].kind == "revolute"]
-
-    def put(values: np.ndarray, angles: Sequence[int], by: float) -> np.ndarray:
-        changed = values.copy()
-        changed[:, angles] = by
-        return changed
-
-    still, linear = put(q, turning, 0.0), 0 * q
-    constant = gravity(still)
-    for j in turning:
-        slopes = []
-        for base in (put(q, [j], 0.0), still):
-            turns = [put(base, [j], by) for by in (np.pi / 2, -np.pi / 2, 0.0, np.pi)]
-            at = np.split(gravity(np.concatenate(turns)), len(turns))
-            slopes.append((at[0] - at[1]) / 2 * q[:, [j]])
-            if base is not still:
-                middle, wave = (at[2] + at[3]) / 2, (at[2] - at[3]) / 2
-                for words, cosine in (("1", 1.0), ("1 - x^2/2", 1 - q[:, [j]] ** 2 / 2)):
-                    if np.abs(middle + wave * cosine + slopes[0] - user_values).max() <= least:
-                        name = problem.names[j]
-                        yield f"gravity: the sine of {name} is {name} and its cosine {words}"
-        linear += slopes[1]
-    if np.abs(constant + linear - user_values).max() <= least:
+    still = q.copy()
+    still[:, turning] = 0.0
+    linear = gravity(still)
+    for j in turning:  # gravity is a sum of waves of each angle, so that four angles determine it
+        waves = []
+        for base in (q, still):
+            turned = np.repeat(base[None], 4, axis=0)
+            turned[:, :, j] = np.array([0.0, 0.5, 1.0, -0.5])[:, None] * np.pi
+            values = gravity(turned.reshape(-1, q.shape[1])).reshape(4, *q.shape)
+            waves.append(
+                ((values[0] + values[2]) / 2, values[0] - values[2], values[1] - values[3])
+            )
+        (middle, cosine, sine), (*_, slope) = waves
+        angle, name = q[:, [j]], problem.names[j]
+        linear = linear + slope / 2 * angle
+        for words, near in (("1", 1.0), ("1 - x^2/2", 1 - angle**2 / 2)):
+            small = middle + cosine / 2 * near + sine / 2 * angle
+            if np.abs(small - user_values).max() <= least:
+                yield f"gravity: the sine of {name} is {name} and its cosine {words}"
+    if np.abs(linear - user_values).max() <= least:
         yield "gravity: linear in the angles, as it is near 0 alone"
 
 
 def _describe_exchanges(problem: RobotProblem, level: Level, part: str) -> Iterator[str]:
-    """Sentences on two coordinates whose rows, or whose values, a part has exchanged."""
+    """Sentences on two coordinates whose rows a part has exchanged."""
     right, user_values = problem.reference_values[level][part], problem.answers.values[part]
-    q, v = problem.states[:2]
     least = ALIKE * np.abs(user_values - right).max()
-    pairs = list(combinations(range(len(problem.names)), 2))
-    orders = np.tile(np.arange(len(problem.names)), (len(pairs), 1))
-    for order, (i, j) in zip(orders, pairs, strict=True):
-        order[[i, j]] = j, i
-    moved, kept = q[:, orders].swapaxes(0, 1), np.broadcast_to(q, (len(pairs), *q.shape))
-    rates = np.broadcast_to(v, kept.shape)
-    equal = {"coordinates": _find_equals(problem, level, part, moved, rates)}
-    if part == "bias":
-        equal["rates"] = _find_equals(problem, level, part, kept, v[:, orders].swapaxes(0, 1))
-    for number, (order, (i, j)) in enumerate(zip(orders, pairs, strict=True)):
-        rows = right[:, order]
-        exchanged = {"rows": rows}
+    for i, j in combinations(range(len(problem.names)), 2):
+        order = list(range(len(problem.names)))
+        order[i], order[j] = j, i
+        exchanged = {"rows": right[:, order]}
         if part == "mass_matrix":
-            exchanged |= {"columns": right[:, :, order], "rows and columns": rows[:, :, order]}
-        exchanged |= {what: user_values for what, numbers in equal.items() if number in numbers}
+            exchanged["columns"] = right[:, :, order]
+            exchanged["rows and columns"] = right[:, order][:, :, order]
         for what, values in exchanged.items():
             if np.abs(values - user_values).max() <= least:
                 pair = f"{problem.names[i]} and {problem.names[j]}"
