@@ -296,12 +296,13 @@ def _confuse_rotor(rotor: Rotor) -> Iterator[tuple[str, Rotor]]:
 
 
 def _confuse_parents(robot: Robot) -> Iterator[RobotMistake]:
-    """Joints on other links than their own one, and a tree taken for a chain."""
+    """Joints on links that stand beside them, and a tree taken for a chain."""
     chained = robot
     for number, joint in enumerate(robot.joints):
         path: Path = ("joints", number, "parent")
         for other in range(number - 1, -1, -1):
-            if other != joint.parent:
+            is_beside = robot.joints[other].parent == joint.parent
+            if other != joint.parent and (is_beside or other == number - 1):
                 words = f"on {get_link_name(robot, other)}"
                 usual = f" instead of {get_link_name(robot, joint.parent)}"
                 words += ", as in a chain" if other == number - 1 else usual

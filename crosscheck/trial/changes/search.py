@@ -346,8 +346,11 @@ class CauseSearch:
 
     def _find_curved(self) -> Iterator[Cause]:
         """Numbers on which the terms depend in another way, each solved for by Newton's method."""
-        for number in self.table.numbers:
-            if not number.curved:
+        curved = [each for each in self.table.numbers if each.curved]
+        near = [each.put(each.value + NEAR * each.step) for each in curved]
+        slopes = self.row(self.table.compute_changes(near, self.level)) if curved else []
+        for number, slope in zip(curved, slopes, strict=True):
+            if _is_unpromising(self.difference, slope):
                 continue
 
             def left(value: float, number: RobotNumber = number) -> np.ndarray:
@@ -512,6 +515,9 @@ class CauseSearch:
         inside = rows[there][:, places]
         screened = np.argsort(-np.abs(wrong))[:MOST_SCREENED]
         fit = np.linalg.lstsq(inside[:, screened].T, wrong[screened], rcond=1e-10)[0]
+        left = np.abs(fit @ inside[:, screened] - wrong[screened])
+        if (left > 2 * allowed[screened]).any():  # nor do any others leave less
+            return [], 0.0
         some = np.abs(fit) > ALIKE if is_free else np.clip(np.rint(fit), 0, 1)
         picks = np.vstack([np.eye(there.size), np.ones(there.size), some])
         for pick in picks[[there.size, *range(there.size), -1]] if is_free else picks:
@@ -592,12 +598,20 @@ def find_root(left: Callable[[float], np.ndarray], begin: float, size: float) ->
         if not 0 < square < np.inf:
             return None
         by = -float(slope @ here) / square
-        if not step and np.linalg.norm(here + by * slope) > PROMISING * np.linalg.norm(here):
+        if not step and _is_unpromising(here, slope):
             return None
         value += float(np.clip(by, -size, size))
         if abs(by) < 1e-10 * size:
             break
     return value
+
+
+def _is_unpromising(difference: np.ndarray, slope: np.ndarray) -> bool:
+    """Whether no step along a slope makes a difference much smaller."""
+    square = float(slope @ slope)
+    by = float(slope @ difference) / square if square else 0.0
+    left = np.linalg.norm(difference - by * slope)
+    return bool(left > PROMISING * np.linalg.norm(difference))
 
 
 def solve_step(linear: np.ndarray, square: np.ndarray, difference: np.ndarray) -> float:

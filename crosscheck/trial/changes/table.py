@@ -72,13 +72,12 @@ class ChangeTable:
         self, robots: Sequence[Robot], level: Level, states: slice = slice(None)
     ) -> DynamicsTerms:
         """Changes of the terms (robots, states, ...) for other robots."""
-        vectors = [self.find_parameters(robot) for robot in robots]
-        still = [n for n, vector in enumerate(vectors) if vector is not None]
-        moved = [n for n, vector in enumerate(vectors) if vector is None]
-        chosen = np.array([vectors[n] for n in still])
+        moved = [n for n, robot in enumerate(robots) if self._moves_otherwise(robot)]
+        still = [n for n in range(len(robots)) if n not in set(moved)]
         parts = []
         if still:
-            parts.append((still, self.combine(chosen, level, states)))
+            vectors = np.array([self.find_parameters(robots[n]) for n in still])
+            parts.append((still, self.combine(vectors, level, states)))
         if moved:
             q, v = (each[states] for each in self.states[:2])
             if len(moved) > 1:
@@ -93,7 +92,27 @@ class ChangeTable:
         for numbers, part in parts:
             for total, term in zip(whole, part, strict=True):
                 total[numbers] = term
+        for n in still if level != "links" else ():
+            for sign, rotor in self._list_other_rotors(robots[n]):
+                terms = self.kane.move_rotor(rotor, level).compute_terms()
+                for total, term in zip(whole, terms, strict=True):
+                    total[n] += sign * term[states]
         return DynamicsTerms(*whole)
+
+    def _moves_otherwise(self, robot: Robot) -> bool:
+        """Whether joints or gravity of another robot are others."""
+        return robot.joints is not self.robot.joints or robot.gravity is not self.robot.gravity
+
+    def _list_other_rotors(self, robot: Robot) -> list[tuple[int, Rotor]]:
+        """The rotors of another robot that this one has not, and with -1 those that it lacks."""
+        if robot.rotors is self.robot.rotors and robot.stages is self.robot.stages:
+            return []
+        stages = robot.stages is self.robot.stages
+        others = [*robot.rotors, *self._spinners[len(self.robot.rotors) :]]
+        others = others if stages else [each.rotor for each in list_spinners(robot)]
+        before, after = ({id(each) for each in some} for some in (self._spinners, others))
+        added = [(1, each) for each in others if id(each) not in before]
+        return added + [(-1, each) for each in self._spinners if id(each) not in after]
 
     def combine(
         self, vectors: np.ndarray, level: Level, states: slice = slice(None)
@@ -124,22 +143,13 @@ class ChangeTable:
             self._effects[level] = DynamicsTerms(*map(np.array, zip(*effects, strict=True)))
         return self._effects[level]
 
-    def find_parameters(self, robot: Robot) -> np.ndarray | None:
-        """Changes of the parameters for another robot; None where more of it is another."""
-        here = self.robot
-        if robot.joints is not here.joints or robot.gravity is not here.gravity:
-            return None
-        change = np.zeros(BODY_SIZE * len(here.bodies) + ROTOR_SIZE * len(self._spinners))
-        for number, (body, right) in enumerate(zip(robot.bodies, here.bodies, strict=True)):
+    def find_parameters(self, robot: Robot) -> np.ndarray:
+        """Changes of the bodies' parameters for another robot."""
+        change = np.zeros(BODY_SIZE * len(robot.bodies) + ROTOR_SIZE * len(self._spinners))
+        for number, (body, right) in enumerate(zip(robot.bodies, self.robot.bodies, strict=True)):
             if body is not right:
                 self._add_body(change, number, body, right)
-        if robot.rotors is here.rotors and robot.stages is here.stages:
-            return change
-        spinners = [each.rotor for each in list_spinners(robot)]
-        if [_find_place(each) for each in spinners] != [_find_place(r) for r in self._spinners]:
-            return None
-        rotors = [_list_rotor_parameters(each) for each in spinners]
-        return change + self._change_rotors(dict(enumerate(rotors)))
+        return change
 
     def _add_body(self, change: np.ndarray, number: int, body: RobotBody, right: RobotBody) -> None:
         start = BODY_SIZE * number
@@ -161,11 +171,9 @@ class ChangeTable:
     def compute_number_effects(self, level: Level) -> NumberEffect:
         """The effects (numbers, states, ...) of the numbers of a level."""
         numbers = self.select_numbers(level)
-        up, down = (
-            self.compute_changes([n.put(n.value + by * n.step) for n in numbers], level)
-            for by in (1, -1)
-        )
-        pairs = list(zip(up, down, strict=True))
+        robots = [each.put(each.value + by * each.step) for by in (1, -1) for each in numbers]
+        changes = self.compute_changes(robots, level)
+        pairs = [(term[: len(numbers)], term[len(numbers) :]) for term in changes]
         linear, square = ([(a + sign * b) / 2 for a, b in pairs] for sign in (-1, 1))
         return NumberEffect(DynamicsTerms(*linear), DynamicsTerms(*square))
 
@@ -267,7 +275,3 @@ def list_parameters(body: RobotBody) -> np.ndarray:
 
 def _list_rotor_parameters(rotor: Rotor) -> np.ndarray:
     return rotor.inertia * np.array([rotor.ratio**2, rotor.ratio, 1.0])
-
-
-def _find_place(rotor: Rotor) -> tuple[int, str, tuple[float, ...]]:
-    return rotor.joint, rotor.stator, tuple(rotor.axis.tolist())
