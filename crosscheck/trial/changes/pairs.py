@@ -10,15 +10,17 @@ from __future__ import annotations
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
 from functools import cached_property
-from typing import NamedTuple, Protocol
+from typing import TYPE_CHECKING, NamedTuple
 
 import numpy as np
 
 from crosscheck.checks.robots.sizes import TOLERANCE
 from crosscheck.models.robot.robot import Robot
 from crosscheck.trial.changes.numbers import RobotNumber, merge_records
-from crosscheck.trial.changes.problem import ChangeProblem, Places
-from crosscheck.trial.changes.table import ChangeTable
+from crosscheck.trial.changes.problem import Places
+
+if TYPE_CHECKING:
+    from crosscheck.trial.changes.search import CauseSearch
 
 FITS = 1e-6  # largest residual of a pair at the screened states, over the difference's norm
 LARGEST = 10.0  # largest norm of a row in a pair, over the difference's norm
@@ -28,16 +30,6 @@ FAR = 0.5  # largest residual at which a search begins, over the difference's sq
 MOST_MEETING = 400  # pairs that act on one product, those that leave least alone
 NEVER, APART, MEETING = 0, 1, 2  # whether two changes are no pair, or act on one product
 MOTION = "motion"
-
-
-class ValueJudge(Protocol):
-    """What is said of a number's value."""
-
-    def is_possible(self, number: RobotNumber, value: float) -> bool: ...
-
-    def is_usual(self, number: RobotNumber, value: float) -> bool: ...
-
-    def describe_value(self, number: RobotNumber, value: float) -> str: ...
 
 
 @dataclass(frozen=True)
@@ -81,15 +73,10 @@ class ChangePair(NamedTuple):
 class PairSearch:
     """The search for two changes that together make the difference from a level."""
 
-    def __init__(
-        self,
-        problem: ChangeProblem,
-        table: ChangeTable,
-        singles: Sequence[Single],
-        judge: ValueJudge,
-    ) -> None:
-        self.problem, self.table, self.judge, self.changes = problem, table, judge, singles
-        self.few = problem.list_places(table.few)
+    def __init__(self, search: CauseSearch, singles: Sequence[Single]) -> None:
+        self.search, self.problem, self.table = search, search.problem, search.table
+        self.changes = singles
+        self.few = self.problem.list_places(self.table.few)
         self.rows = np.array([each.row[self.few] for each in singles])
         self.is_free = np.array([each.is_free for each in singles])
         # Of one number there are several changes, two of which are none.
@@ -158,12 +145,12 @@ class PairSearch:
         if change.number is None:
             return change.words
         value = change.get_value(times)
-        is_possible = self.judge.is_possible(change.number, value)
-        return self.judge.describe_value(change.number, value) if is_possible else ""
+        is_possible = self.search.is_possible(change.number, value)
+        return self.search.describe_value(change.number, value) if is_possible else ""
 
     def _is_usual(self, change: Single, times: float) -> bool:
         number = change.number
-        return number is None or self.judge.is_usual(number, change.get_value(times))
+        return number is None or self.search.is_usual(number, change.get_value(times))
 
     def _measure_rest(self, pair: ChangePair, rows: np.ndarray, difference: np.ndarray) -> float:
         times = [pair.times if self.is_free[number] else 1.0 for number in pair[:2]]

@@ -320,7 +320,7 @@ class CauseSearch:
 
     @cached_property
     def _pairs(self) -> PairSearch:
-        return PairSearch(self.problem, self.table, list(self._list_singles()), self)
+        return PairSearch(self, list(self._list_singles()))
 
     def _list_singles(self) -> Iterator[Single]:
         """Every single change, of which two may be made: numbers first."""
@@ -348,7 +348,7 @@ class CauseSearch:
         """Numbers on which the terms depend in another way, each solved for by Newton's method."""
         curved = [each for each in self.table.numbers if each.curved]
         near = [each.put(each.value + NEAR * each.step) for each in curved]
-        slopes = self.row(self.table.compute_changes(near, self.level)) if curved else []
+        slopes = self.row(self.table.compute_changes(near, self.level))
         for number, slope in zip(curved, slopes, strict=True):
             if _is_unpromising(self.difference, slope):
                 continue
@@ -391,7 +391,7 @@ class CauseSearch:
         columns = self.row(self.table.compute_changes(pulled, self.level)).T
         fit, _, rank, _ = np.linalg.lstsq(columns, self.difference, rcond=1e-10)
         if rank == 3 and self.can_explain(columns @ fit):
-            vector = robot.gravity + fit
+            vector = np.where(np.abs(robot.gravity + fit) > ALIKE * size, robot.gravity + fit, 0.0)
             is_tilted = bool(abs(np.linalg.norm(vector) - size) < ALIKE * size)
             shown = ", ".join(f"{each:.6g}" for each in vector)
             tilted = ", of the right size: a tilted base?" if is_tilted else ""

@@ -113,33 +113,25 @@ def diagnose(
         if (largest := entries[0].share) < ROUNDED:
             digits = int(-np.log10(largest)) + 1
             notes.append(f"agrees to {largest:.1g}: numbers rounded to {digits} digits?")
-    pieces: dict[str, list[str]] = {}
-    if not explanations and not links:
-        pieces = _describe_lone_product(problem, searches[level], entries, rates)
-        pieces = pieces or _describe_wrong_pieces(problem, searches[level], wrong)
+    search, is_explained = searches[level], bool(explanations or links)
+    pieces, causes = dict[str, list[str]](), dict[str, list[str]]()
+    if not is_explained:
+        pieces = _describe_lone_product(problem, search, entries, rates)
+        pieces = pieces or _describe_wrong_pieces(problem, search, wrong)
+        for part in (each for each in wrong if not pieces.get(each)):
+            alone = len(wrong) == 1
+            causes[part] = list(_describe_causes_within(search, part, entries, alone))
     notes += [words for each in pieces.values() for words in each]
-    causes = {
-        part: list(_describe_causes_within(searches[level], part, entries, len(wrong) == 1))
-        for part in (wrong if not explanations and not links else ())
-        if not pieces.get(part)
-    }
     if "bias" in wrong:
         unfounded = "mass_matrix" in right and "bias" not in problem.self_differences
-        known = explanations or links or pieces.get("bias") or causes.get("bias")
-        if known:  # then it is a sum of products of rates
+        if is_explained or pieces.get("bias") or causes.get("bias"):  # it is a sum of products
             notes += [UNFOUNDED] if unfounded else []
         elif (terms := rates()) is not None:
             described = list(describe_christoffel(problem, level))
             notes += described or _bias_notes(problem, level, terms, unfounded=unfounded)
-            notes += describe_pieces(searches[level], "bias", are_usual=False)
-    if "acceleration" in wrong and not explanations and not links:
-        rows = [entry.place[0] for entry in entries if entry.part == "acceleration"]
-        solution = list(describe_solution(problem, level))
-        notes += solution or describe_pieces(searches[level], "acceleration")
-        notes += () if solution else describe_accelerations(problem, level, rows)
-        for row in () if solution else rows:
-            row_causes = list(searches[level].find_acceleration_causes(row))
-            notes += describe_causes(row_causes, problem.entry_name("acceleration", [row]))
+            notes += describe_pieces(search, "bias", are_usual=False)
+    if "acceleration" in wrong and not is_explained:
+        notes += _describe_accelerations(problem, search, entries)
     if "force" in wrong and problem.friction.any():
         difference = _compute_difference(problem, level, "force")
         notes += [words for words, _ in describe_friction(problem, level, "force", difference)]
@@ -153,6 +145,20 @@ def diagnose(
     if wrong == ["gravity"] and len(problem.parts) > 1:  # by another zero of a coordinate
         words += tuple(each.words for each in find_readings(problem)[1])
     return RobotDiagnosis(level, tuple(entries), tuple(notes), words, links)
+
+
+def _describe_accelerations(
+    problem: RobotProblem, search: CauseSearch, entries: Sequence[RobotEntry]
+) -> Iterator[str]:
+    """Sentences on accelerations: how they are solved for, else what is wrong in single rows."""
+    solution = list(describe_solution(problem, search.level))
+    yield from solution or describe_pieces(search, "acceleration")
+    rows = [entry.place[0] for entry in entries if entry.part == "acceleration"]
+    if not solution:
+        yield from describe_accelerations(problem, search.level, rows)
+        for row in rows:
+            causes = list(search.find_acceleration_causes(row))
+            yield from describe_causes(causes, problem.entry_name("acceleration", [row]))
 
 
 def _describe_lone_product(
