@@ -1,7 +1,7 @@
 """The one place that knows what each sort of mechanism supplies to commands: an arm, and a robot.
 
-A command asks for a function by name, and never which sort it has. Both functions of a row take the
-same arguments.
+A command asks for a function by name, and never which sort it has. Functions of one name take the
+same arguments, and are imported on first use.
 """
 
 from __future__ import annotations
@@ -10,32 +10,32 @@ from collections.abc import Callable
 from importlib import import_module
 from typing import Any
 
-# Functions by what they are asked for: of arms, then of robots; imported on first use.
-SUPPLIED = {
-    "plan": ("planning.arms:plan_arm", "planning.robots:plan_robot"),
-    "describe_quick_limits": (
-        "planning.arms:describe_quick_limits",
-        "planning.robots:describe_quick_limits",
-    ),
-    "outline": ("report.outline:outline_arm", "report.outline:outline_robot"),
-    "answer_on_levels": ("report.answers:answer_on_rigid_arm", "report.answers:answer_on_levels"),
-    "draw": ("report.plots.scheme:draw_arm", "report.plots.scheme:draw_robot"),
-    "show": ("cli.show:show_arm", "cli.show:show_robot"),
-    "find_entry": ("registry:find_arm_entry", "registry:find_robot_entry"),
-    "build": ("registry:build_arm_model", "registry:build_robot_experiment"),
-    "export": ("cli.files.export:export_arm", "cli.files.export:export_robot"),
-    "as_robot": ("cli.files.robot_files:read_arm_as_robot", "models.robot.file:load_robot"),
-    "write_as_robot": (
-        "cli.files.robot_files:write_arm_as_robot",
-        "cli.files.robot_files:write_robot",
-    ),
-    "try_equations": ("testing:try_arm", "testing:try_robot"),
-}
 SECTIONS = ("arm", "robot")  # sorts by the names of their files' sections
+# Functions by what they are asked for: one with {} for the sort, or that of arms | that of robots.
+SUPPLIED = {
+    "plan": "planning.{}s:plan_{}",
+    "describe_quick_limits": "planning.{}s:describe_quick_limits",
+    "outline": "report.outline:outline_{}",
+    "answer_on_levels": "report.answers:answer_on_rigid_arm|report.answers:answer_on_levels",
+    "draw": "report.plots.scheme:draw_{}",
+    "describe_scene": "view.scene:describe_{}_scene",
+    "show": "cli.show:show_{}",
+    "find_entry": "registry:get_entry|registry:find_robot_entry",
+    "build": "registry:build_arm_model|registry:build_robot_experiment",
+    "export": "cli.files.export:export_{}",
+    "write_as_robot": "cli.files.robot_files:write_{}_as_robot",
+    "read_member": "studies.members.cases:read_{}",
+    "make_member_model": "studies.members.cases:make_{}_model",
+    "make_member_run": "studies.members.cases:make_{}_run",
+    "find_rigid_model": "studies.members.cases:find_rigid_{}",
+    "group_members": "analytic.ensemble:group_models|analytic.robot.ensemble:group_robots",
+    "try_equations": "testing:try_{}",
+}
 
 
 def supply(what: str, section: str) -> Callable[..., Any]:
     """The function that a sort of mechanism supplies; section: of its file, arm or robot."""
-    module, _, name = SUPPLIED[what][SECTIONS.index(section)].partition(":")
-    function: Callable[..., Any] = getattr(import_module(f"crosscheck.{module}"), name)
+    name = (SUPPLIED[what].split("|") * 2)[SECTIONS.index(section)]
+    module, _, attribute = name.replace("{}", section).partition(":")
+    function: Callable[..., Any] = getattr(import_module(f"crosscheck.{module}"), attribute)
     return function

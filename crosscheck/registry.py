@@ -435,16 +435,11 @@ def find_constrained_models() -> tuple[str, ...]:
     )
 
 
-def get_entry(name: str) -> Entry:
-    """The Entry of a model of arms. Raises InputError for any other name."""
+def get_entry(name: str, arm: Arm | None = None) -> Entry:
+    """The Entry of a model of arms, of any arm. Raises InputError for any other name."""
     if name not in MODELS or MODELS[name].role == "robot":
         raise _unknown_model(name)
     return MODELS[name]
-
-
-def find_arm_entry(name: str, arm: Arm) -> Entry:
-    """The Entry of a model of an arm. Raises InputError for any other name."""
-    return get_entry(name)
 
 
 def find_robot_entry(name: str, robot: Robot) -> Entry:

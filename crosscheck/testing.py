@@ -25,7 +25,8 @@ from crosscheck.lazy import make_lazy_names
 
 if TYPE_CHECKING:
     from crosscheck.models.experiment.scenario import Scenario, Switches
-    from crosscheck.models.mechanism import Mechanism, Selection
+    from crosscheck.models.loading import Selection
+    from crosscheck.models.mechanism import Mechanism
     from crosscheck.trial.input.equations import Coordinates, Equations, Level
     from crosscheck.trial.input.symbolic import from_sympy
     from crosscheck.trial.result import TrialResult

@@ -123,21 +123,27 @@ def require_fitting(case: Case, arm: str = "", scenario: str = "") -> None:
     require_alike(*case, arm, scenario)
 
 
-class ArmSelection(NamedTuple):
-    """An arm and the experiments that a user wants of it; no switches: the usual ones.
+class Selection(NamedTuple):
+    """A mechanism and the experiments that a user wants of it; no switches: the usual ones.
 
-    arm_file_json: JSON of what the arm's file holds, settings applied.
+    file_json: JSON of what an arm's file holds, settings applied; empty where there is none.
     """
 
-    arm: Arm
-    scenarios: tuple[Scenario, ...]
-    switches: Switches | None
-    arm_file_json: str
+    mechanism: Any
+    scenarios: tuple[Scenario, ...] = ()
+    switches: Switches | None = None
+    file_json: str = ""
+
+    @property
+    def arm(self) -> Arm:
+        """The arm; what is of arms alone asks for it."""
+        arm: Arm = self.mechanism
+        return arm
 
 
 def load_selection(
     arm: str, scenarios: Sequence[str] = (), settings: Sequence[str] = ()
-) -> ArmSelection:
+) -> Selection:
     """An arm and scenarios by name or file, with ``path=value`` settings as in ``load_case``.
 
     A setting of the scenario holds for each. Raises InputError.
@@ -159,7 +165,7 @@ def load_selection(
         experiments.append(scenario)
     if chosen:
         require_alike(loaded, None, laws, arm)
-    return ArmSelection(loaded, tuple(experiments), chosen, json.dumps(data["arm"]))
+    return Selection(loaded, tuple(experiments), chosen, json.dumps(data["arm"]))
 
 
 def require_fit(scenario: Scenario, mechanism: Arm | Robot, where: str = "") -> None:

@@ -6,13 +6,14 @@ Whatever a name, a file or a study's content is of is decided here, and nowhere 
 from __future__ import annotations
 
 from collections.abc import Sequence
-from typing import Any, NamedTuple
+from typing import Any
 
 from crosscheck.models.arm.arm import Arm
-from crosscheck.models.experiment.scenario import Scenario, Switches
+from crosscheck.models.experiment.scenario import Scenario
 from crosscheck.models.files import is_robot, read_raw_arm
 from crosscheck.models.loading import (
     Case,
+    Selection,
     load_case,
     load_scenario,
     load_selection,
@@ -30,29 +31,12 @@ from crosscheck.models.robot.robot import Robot
 Mechanism = Arm | Robot
 
 
-class Selection(NamedTuple):
-    """A mechanism and the experiments that a user wants of it; no switches: the usual ones.
-
-    file_json: JSON of what an arm's file holds, settings applied; empty where there is none.
-    """
-
-    mechanism: Mechanism
-    scenarios: tuple[Scenario, ...] = ()
-    switches: Switches | None = None
-    file_json: str = ""
-
-
-def load_mechanism(name: str) -> Mechanism:
-    """The arm or robot of a name or file. Raises InputError."""
-    return select_mechanism(name).mechanism
-
-
 def select_mechanism(
     name: str, scenarios: Sequence[str] = (), settings: Sequence[str] = ()
 ) -> Selection:
     """Mechanism and scenarios by name or file, with ``path=value`` settings. Raises InputError."""
     if not is_robot(name):
-        return Selection(*load_selection(name, scenarios, settings))
+        return load_selection(name, scenarios, settings)
     if not scenarios:
         return Selection(load_changed_robot(name, settings))
     cases = [load_robot_case(name, scenario, settings) for scenario in scenarios]

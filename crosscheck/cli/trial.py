@@ -16,7 +16,7 @@ from crosscheck.file_types import AGREEMENT, JUNIT, TRIAL, TRIAL_PAGE, FileType
 from crosscheck.models.errors import InputError
 from crosscheck.models.files import is_robot
 from crosscheck.models.inputs import remember
-from crosscheck.models.loading import ArmSelection, load_selection
+from crosscheck.models.loading import Selection, load_selection
 from crosscheck.models.refusals import refuse
 from crosscheck.models.robot.case import load_changed_robot
 from crosscheck.models.robot.robot import Robot
@@ -218,7 +218,7 @@ def _load_robots_equations(options: TrialOptions, robot: Robot, folder: Path) ->
 
 
 def _make_request(
-    options: TrialOptions, unit: MappedUnit | None, chosen: ArmSelection
+    options: TrialOptions, unit: MappedUnit | None, chosen: Selection
 ) -> TrialRequest:
     """The equations to be tried: a table's, an FMU's or the model's. Raises InputError."""
     quick, seed = options.quick, options.seed
@@ -234,7 +234,7 @@ def _make_request(
     return TrialRequest(options.fmu.name, equations, chosen.arm, *laws, quick=quick, seed=seed)
 
 
-def _run_beside_engines(options: TrialOptions, unit: MappedUnit, chosen: ArmSelection) -> int:
+def _run_beside_engines(options: TrialOptions, unit: MappedUnit, chosen: Selection) -> int:
     """Run a unit for Co-Simulation beside the engines; returns the exit code. Raises InputError."""
     assert options.fmu is not None  # whose unit it is
     require_comparable(unit, str(options.coordinates))

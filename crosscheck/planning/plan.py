@@ -31,8 +31,8 @@ from crosscheck.models.experiment.scenario import (
     switches,
 )
 from crosscheck.models.files import read_raw_arm
-from crosscheck.models.loading import Case, load_arm, load_scenario
-from crosscheck.models.mechanism import Mechanism, Selection
+from crosscheck.models.loading import Case, Selection, load_arm, load_scenario
+from crosscheck.models.mechanism import Mechanism
 from crosscheck.planning import sizing
 from crosscheck.registry import MODELS
 from crosscheck.runner.tasks import RunKey, Simulation

@@ -37,18 +37,14 @@ def render_report_page(result: CrossCheck, pictures: Pictures) -> str:
         if key.family == "deviation":
             deviations.setdefault(key.case, {}).setdefault(key.left, []).append(finding)
     made = render_page(
-        "page",
+        mechanism.section,  # whose template fills the page's own sentences in
         outline=answers.outline,
         agreement=agreement,
-        is_the_papers=answers.outline.is_the_papers,
         answers=answers,
         maps=make_entry_maps(agreement.entries),
         wrong=find_wrong_entries(agreement.entries),
-        questions=answers.outline.questions,
-        topics=answers.outline.topics,
         tips=find_tip_ends(agreement),
         is_without_contact=is_without_contact,
-        quantities=answers.outline.quantities,
         cells=matrix_cells,
         groups=group_models([cell for cell in matrix_cells if cell.between_models]),
         listed=list_findings(agreement.findings),

@@ -7,11 +7,7 @@ from pathlib import Path
 
 from crosscheck.findings import Agreement, list_first
 from crosscheck.output import write_files
-from crosscheck.report.answers import (
-    describe_verdict,
-    find_wrong_entries,
-    format_agreement_json,
-)
+from crosscheck.report.answers import describe_verdict, find_wrong_entries, format_agreement_json
 from crosscheck.report.formatting import (
     describe_outcome,
     describe_tally,

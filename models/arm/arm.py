@@ -10,13 +10,16 @@ from __future__ import annotations
 
 import math
 from collections.abc import Iterator
-from typing import Annotated, ClassVar, Literal, Self
+from typing import TYPE_CHECKING, Annotated, ClassVar, Literal, Self
 
 from pydantic import FailFast, Field, model_validator
 
 from crosscheck.models.arm import quantities
 from crosscheck.models.arm.gears import PlanetaryGears, PlanetaryStage
 from crosscheck.models.arm.quantities import Data, UpToSeven, format_number
+
+if TYPE_CHECKING:
+    import numpy as np
 
 # Numbers of 16 digits must hold the parts of an arm beside each other. Within these limits each of
 # 6000 random arms over all ranges kept nine digits of its accelerations in every engine.
@@ -219,6 +222,13 @@ class Arm(Data):
     def joint_units(self) -> dict[str, str]:
         """Units of the joints' coordinates, by names of the joints."""
         return {f"joint {number}": "rad" for number in range(1, len(self.joints) + 1)}
+
+    @property
+    def joint_map(self) -> tuple[np.ndarray, np.ndarray]:
+        """Factors (joints, joints) and offsets (joints,) of the joints by those of a scenario."""
+        import numpy as np  # for which the template of a file does not wait
+
+        return np.eye(len(self.joints)), np.zeros(len(self.joints))
 
     @property
     def planet_counts(self) -> list[int]:

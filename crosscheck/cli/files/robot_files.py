@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import json
 import math
-from collections.abc import Callable, Iterator
+from collections.abc import Iterator
 from dataclasses import replace
 from pathlib import Path
 from typing import NamedTuple
@@ -15,8 +15,8 @@ from crosscheck.mechanisms import supply
 from crosscheck.models.arm.arm import Arm, Direct, Planetary
 from crosscheck.models.arm.gears import PlanetaryStage
 from crosscheck.models.files import format_toml_fields, parse_toml
-from crosscheck.models.loading import load_arm, validate_record
-from crosscheck.models.mechanism import find_section, select_mechanism
+from crosscheck.models.loading import validate_record
+from crosscheck.models.mechanism import select_mechanism
 from crosscheck.models.robot.file import RobotFile, build_robot
 from crosscheck.models.robot.robot import Robot, remove_friction
 from crosscheck.output import require_file, write_files
@@ -56,11 +56,10 @@ class UrdfPart(NamedTuple):
 
 def export_as_robot(name: str, settings: list[str], out: Path) -> None:
     """Write an arm or robot as a URDF, and the robot's file beside it. Raises InputError."""
-    write: Callable[..., RobotText] = supply("write_as_robot", find_section(name))
     chosen, file = select_mechanism(name, (), settings).mechanism, out.with_suffix(".toml")
     require_file(out, URDF_FILE, "--out")
     require_file(file, ROBOT_FILE, "--out")
-    text = write(chosen, out.name)
+    text = supply("write_as_robot", chosen.section)(chosen, out.name)
     write_files({out: text.urdf, file: text.file})
     print(make_printable(f"wrote {out} and {file}: {len(chosen.joints)} joints"))
 
@@ -70,20 +69,16 @@ def load_as_robot(name: str) -> Robot:
 
     Friction is the same at each level of the gears, and is left out with a note.
     """
-    robot: Robot = supply("as_robot", find_section(name))(name)
+    mechanism = select_mechanism(name).mechanism
+    text = supply("write_as_robot", mechanism.section)(mechanism, "mechanism.urdf")
+    file = validate_record(RobotFile, parse_toml(text.file), name)
+    robot = build_robot(file, text.urdf, name, name)
     if not robot.friction.any():
         return robot
     return replace(remove_friction(robot), notes=(*robot.notes, FRICTIONLESS))
 
 
-def read_arm_as_robot(name: str) -> Robot:
-    """The robot that is written of an arm. Raises InputError."""
-    text = write_arm_as_robot(load_arm(name), "arm.urdf")
-    file = validate_record(RobotFile, parse_toml(text.file), name)
-    return build_robot(file, text.urdf, name, name)
-
-
-def write_robot(robot: Robot, urdf: str) -> RobotText:
+def write_robot_as_robot(robot: Robot, urdf: str) -> RobotText:
     """The texts of a robot, its settings in its file; urdf: name of the URDF."""
     content = {**json.loads(robot.file_json), "urdf": urdf}
     return RobotText(robot.urdf, "\n".join([*format_toml_fields(content), ""]))

@@ -6,7 +6,7 @@ import re
 from fractions import Fraction
 from typing import NamedTuple
 
-from crosscheck.trial.diagnose.terms.messages import format_latex_name
+from crosscheck.trial.changes.arms.term_words import format_latex_name
 from crosscheck.trial.judge.entries import TermError
 
 LARGEST_DENOMINATOR = 100

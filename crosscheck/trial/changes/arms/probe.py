@@ -14,7 +14,7 @@ from pydantic import ValidationError
 from crosscheck.models.arm.arm import Arm, Planetary
 from crosscheck.models.arm.mesh import Mesh
 from crosscheck.models.errors import InputError
-from crosscheck.trial.diagnose.arm_numbers import (
+from crosscheck.trial.changes.arms.arm_numbers import (
     COM,
     INERTIA,
     NONZERO_SUBSTITUTES,

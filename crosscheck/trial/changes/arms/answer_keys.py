@@ -8,8 +8,8 @@ from typing import Any
 
 import numpy as np
 
-from crosscheck.trial.diagnose.dependence import IgnoredNumber
-from crosscheck.trial.diagnose.diagnosis import build_probe_problems
+from crosscheck.trial.changes.arms.dependence import IgnoredNumber
+from crosscheck.trial.changes.arms.diagnosis import build_probe_problems
 from crosscheck.trial.input.loading import build_equations
 from crosscheck.trial.input.supplied import bind_equations
 from crosscheck.trial.judge.entries import compute_sizes

@@ -18,7 +18,7 @@ from crosscheck.models.arm.arm import Arm
 from crosscheck.models.errors import InputError
 from crosscheck.models.loading import Case
 from crosscheck.planning.comparison import MissingResult, ModelTask, Results
-from crosscheck.trial.diagnose.arm_numbers import (
+from crosscheck.trial.changes.arms.arm_numbers import (
     Powers,
     find_natural_powers,
     get_number,
@@ -26,7 +26,11 @@ from crosscheck.trial.diagnose.arm_numbers import (
     nonzero_substitute,
     replace_numbers,
 )
-from crosscheck.trial.diagnose.reasons import EntryComparison, compare_entries, list_entry_questions
+from crosscheck.trial.changes.arms.comparison import (
+    EntryComparison,
+    compare_entries,
+    list_entry_questions,
+)
 from crosscheck.trial.judge.entries import PARTS, EntryPlace, Part, entry_place
 from crosscheck.trial.judge.questions import VerificationProblem
 

@@ -6,14 +6,19 @@ from collections.abc import Sequence
 from typing import NamedTuple
 
 from crosscheck.models.errors import InputError
-from crosscheck.trial.diagnose.dependence import Dependence, IgnoredNumber, Perform, kept_numbers
-from crosscheck.trial.diagnose.probe import NONE_KEPT, draw_probe_arms
-from crosscheck.trial.diagnose.reasons import (
+from crosscheck.trial.changes.arms.causes import explain_entries
+from crosscheck.trial.changes.arms.comparison import (
     EntryComparison,
     compare_entries,
-    explain_entries,
     list_entry_questions,
 )
+from crosscheck.trial.changes.arms.dependence import (
+    Dependence,
+    IgnoredNumber,
+    Perform,
+    kept_numbers,
+)
+from crosscheck.trial.changes.arms.probe import NONE_KEPT, draw_probe_arms
 from crosscheck.trial.judge.entries import EntryMismatch
 from crosscheck.trial.judge.questions import VerificationProblem
 
