@@ -13,7 +13,7 @@ import numpy as np
 from crosscheck.analytic.robot.model import AnalyticRobot
 from crosscheck.checks.robots.sizes import TOLERANCE
 from crosscheck.models.robot.robot import Robot, RobotBody
-from crosscheck.trial.changes.mistakes import RobotMistake
+from crosscheck.trial.changes.mistakes import RobotMistake, list_frame_mistakes
 from crosscheck.trial.changes.numbers import (
     ALIKE,
     AXES,
@@ -214,7 +214,7 @@ class CauseSearch:
     @cached_property
     def frame_mistakes(self) -> list[RobotMistake]:
         """Each thing that may be taken for another in joints, rotors and gravity."""
-        return self.table.list_frame_mistakes(self.level)
+        return list(list_frame_mistakes(self.table.robot, self.level))
 
     @cached_property
     def frame_rows(self) -> list[np.ndarray]:
@@ -223,7 +223,6 @@ class CauseSearch:
 
     @cached_property
     def _move_rows(self) -> list[np.ndarray]:
-        """Effect of each move of a joint on the row at few states, in all terms and in each."""
         return self._screen(self.table.joint_moves)
 
     def _screen(self, mistakes: Sequence[RobotMistake]) -> list[np.ndarray]:
@@ -284,7 +283,8 @@ class CauseSearch:
 
     def find_joint_moves(self, places: Places = slice(None)) -> Iterator[Cause]:
         """Places, axes and frames of joints that are exchanged, or in another order."""
-        for move, where in self._find_robots(self.table.joint_moves, self._move_rows, places):
+        moves = self.table.joint_moves
+        for move, where in self._find_robots(moves, self._move_rows, places):
             yield Cause(move.words + where, usual=True)
 
     def _find_missing_couplings(self) -> Iterator[Cause]:
@@ -527,13 +527,6 @@ class CauseSearch:
             if square and (np.abs(wrong - by * total) <= allowed).all():
                 return list(there[pick > 0]), by
         return [], 0.0
-
-
-def find_causes(problem: ChangeProblem) -> list[Cause]:
-    """Changes of which each alone explains all, the likeliest first."""
-    search = CauseSearch(problem)
-    causes = search.find_causes() or search.find_rarer_causes()
-    return sorted(causes, key=lambda cause: not cause.usual)
 
 
 def describe_causes(causes: Sequence[Cause], where: str) -> Iterator[str]:

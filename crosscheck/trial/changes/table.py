@@ -25,7 +25,6 @@ from crosscheck.trial.changes.mistakes import (
     exchange_fields,
     list_body_exchanges,
     list_body_parts,
-    list_frame_mistakes,
     list_joint_moves,
     list_whole_bodies,
 )
@@ -50,10 +49,7 @@ class ChangeTable:
 
     def __init__(self, problem: ChangeProblem) -> None:
         self.robot, self.states = problem.robot, problem.states
-        names, numbers = problem.names, list(list_numbers(self.robot))
-        if names is not None:
-            numbers = [replace(n, name=names[n.path]) for n in numbers if n.path in names]
-        self.numbers = numbers
+        self.numbers = list(list_numbers(self.robot))
         count, size = self.states.q.shape
         self.few = slice(min(count, -(-LEAST_ROWS // size)))  # states at which all are screened
         self.kane = KaneSum(self.robot, self.states.q, self.states.v)
@@ -176,10 +172,6 @@ class ChangeTable:
         pairs = [(term[: len(numbers)], term[len(numbers) :]) for term in changes]
         linear, square = ([(a + sign * b) / 2 for a, b in pairs] for sign in (-1, 1))
         return NumberEffect(DynamicsTerms(*linear), DynamicsTerms(*square))
-
-    def list_frame_mistakes(self, level: Level) -> list[RobotMistake]:
-        """Each thing that may be taken for another in joints, rotors and gravity."""
-        return list(list_frame_mistakes(self.robot, level))
 
     @cached_property
     def joint_moves(self) -> list[RobotMistake]:

@@ -19,11 +19,12 @@ from crosscheck.analytic.robot.algorithms import (
     TreeRotor,
 )
 from crosscheck.analytic.robot.model import multiply
-from crosscheck.models.robot.robot import WITH_ROTORS, Joint, Level, Robot, Rotor
+from crosscheck.models.robot.robot import WITH_ROTORS, Level, Robot, Rotor
 from crosscheck.trial.changes.kane import list_spinners
 from crosscheck.trial.changes.problem import DynamicsTerms
 
 MOST_ROBOTS = 1000  # side by side
+ROUNDING = 1e-12  # of the length of a unit vector
 
 
 def compute_variants(
@@ -103,10 +104,10 @@ def _build_mechanism(
                 joint.kind == "prismatic",
                 _split(rotation),
                 _split(multiply(back, column.take(lambda joint: joint.placement.position))),
-                (0, 0, 1),
+                (0, 0, _measure_length(column) if joint.kind == "prismatic" else 1),
                 free.index(k if joint.mimic is None else joint.mimic.joint),
-                _split(column.take(lambda joint: _stretch(joint)[0])),
-                _split(column.take(lambda joint: _stretch(joint)[1])),
+                _split(column.take(lambda joint: joint.mimic.multiplier if joint.mimic else 1.0)),
+                _split(column.take(lambda joint: joint.mimic.offset if joint.mimic else 0.0)),
                 armature=joint.armature if level != "links" else 0,
             )
         )
@@ -135,11 +136,10 @@ def _build_mechanism(
     return Mechanism(*parts, gravity, len(free), level in WITH_ROTORS)
 
 
-def _stretch(joint: Joint) -> tuple[float, float]:
-    """Factor and offset of a joint's coordinate along its axis, of any length where it slides."""
-    length = float(np.linalg.norm(joint.axis)) if joint.kind == "prismatic" else 1.0
-    mimic = joint.mimic
-    return (mimic.multiplier * length, mimic.offset * length) if mimic else (length, 0.0)
+def _measure_length(column: _Column) -> Any:
+    """Lengths (robots, 1) of the axes of joints that slide; 1 where all are unit vectors."""
+    lengths = np.linalg.norm(column.take(lambda joint: joint.axis), axis=1, keepdims=True)
+    return lengths if (np.abs(lengths - 1) > ROUNDING).any() else 1
 
 
 class _Column:

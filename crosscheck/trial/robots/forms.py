@@ -6,7 +6,7 @@ coordinate that is another, rows that are exchanged, the bias as derivatives of 
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Iterator, Sequence
 from itertools import combinations
 
 import numpy as np
@@ -33,7 +33,6 @@ CHRISTOFFEL = {  # factors of M' v and of d(v' M v)/dq
     (0.5, -0.5): "with M' v half as large",
     (0.0, 0.5): "+1/2 d(v' M v)/dq alone, as of Christoffel's C transposed",
 }
-Pieces = Mapping[str, np.ndarray]
 CoordinateChange = tuple[str, np.ndarray, np.ndarray]  # words, q and v (states, n)
 
 
@@ -51,8 +50,9 @@ def describe_pieces(search: CauseSearch, part: str, *, are_usual: bool = True) -
         kinds = KaneSum(table.robot, *problem.states[:2], parts).list_pieces(term)
         for kind, pieces in kinds.items():
             stacked = np.array(list(pieces.values()))
-            still = {name: 0 * values for name, values in _stack_zeros(search, stacked).items()}
-            rows = search.row(DynamicsTerms(**(still | {term: stacked})))
+            base = table.compute_base(search.level)._asdict()
+            blank = {name: np.zeros((len(stacked), *each.shape)) for name, each in base.items()}
+            rows = search.row(DynamicsTerms(**(blank | {term: stacked})))
             chosen, by = search.choose_rows(rows, problem.select_part(part), is_free=True)
             if not chosen or (are_usual and all(abs(1 + by - usual) > ALIKE for usual in FACTORS)):
                 continue
@@ -65,33 +65,6 @@ def describe_pieces(search: CauseSearch, part: str, *, are_usual: bool = True) -
             break
     fewest = min((count for count, _ in described), default=0)
     yield from (words for count, words in described if count == fewest)
-
-
-def _stack_zeros(search: CauseSearch, stacked: np.ndarray) -> dict[str, np.ndarray]:
-    """Terms (pieces, states, ...) that are 0."""
-    base = search.table.compute_base(search.level)._asdict()
-    return {name: np.zeros((len(stacked), *term.shape)) for name, term in base.items()}
-
-
-def describe_wrong_piece(difference: np.ndarray, pieces: Pieces, size: float, most: int) -> str:
-    """The fewest pieces, at most `most`, that all are wrong by one factor, in words; '' for none.
-
-    difference (k,): yours less right, at all states; pieces: what is right of each, alike.
-    """
-    there = {name: p for name, p in pieces.items() if np.abs(p).max() > SIZABLE * size}
-    for count in range(1, most + 1):
-        for names in combinations(there, count):
-            total = sum((there[name] for name in names), np.zeros_like(difference))
-            share = float(total @ difference / (total @ total)) if total.any() else 0.0
-            left = np.abs(difference - share * total).max()
-            if left <= ALIKE * np.abs(difference).max():
-                return _describe_factor(names, 1 + share)
-    return ""
-
-
-def _describe_factor(names: Sequence[str], factor: float) -> str:
-    makes = "makes" if len(names) == 1 else "make"
-    return f"what {' and '.join(names)} {makes}: {_format_factor(factor)}"
 
 
 def _format_factor(factor: float) -> str:
@@ -363,15 +336,20 @@ def describe_accelerations(
         values["acceleration"]
         for values in (problem.answers.values, problem.reference_values[level])
     )
-    difference = user_values - right
     pieces, sizes = list_acceleration_pieces(problem, level), problem.sizes[level].acceleration
     described = False
     for row in rows:
-        of_row = {name: piece[:, row] for name, piece in pieces.items()}
-        words = describe_wrong_piece(difference[:, row], of_row, float(sizes[:, row].max()), 2)
-        if words:
-            described = True
-            yield f"acceleration[{problem.names[row]}], {words}"
+        wrong, least = user_values[:, row] - right[:, row], SIZABLE * float(sizes[:, row].max())
+        there = {name: each[:, row] for name, each in pieces.items()}
+        there = {name: each for name, each in there.items() if np.abs(each).max() > least}
+        for names in (*combinations(there, 1), *combinations(there, 2)):
+            total = np.sum([there[name] for name in names], axis=0)
+            share = float(total @ wrong / (total @ total)) if total.any() else 0.0
+            if np.abs(wrong - share * total).max() <= ALIKE * np.abs(wrong).max():
+                makes = f"what {' and '.join(names)} make{'s' * (len(names) == 1)}"
+                yield f"acceleration[{problem.names[row]}], {makes}: {_format_factor(1 + share)}"
+                described = True
+                break
     ratios = user_values / right
     if not described and len(rows) > 1 and np.ptp(ratios, axis=1).max() <= ALIKE * ratios.max():
         yield (
