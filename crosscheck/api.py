@@ -2,18 +2,15 @@
 
 from __future__ import annotations
 
-import json
 from collections.abc import Sequence
 from typing import TYPE_CHECKING
 
-from crosscheck.models.arm.arm import Arm
 from crosscheck.models.errors import CannotDo, InputError
 from crosscheck.models.experiment.scenario import Scenario
-from crosscheck.models.files import is_robot, read_raw_arm
 from crosscheck.models.interface import Model
-from crosscheck.models.loading import load_arm, load_scenario, require_fit
+from crosscheck.models.loading import load_arm, load_scenario
+from crosscheck.models.mechanism import Mechanism, adopt_mechanism
 from crosscheck.models.robot.file import load_robot
-from crosscheck.models.robot.robot import Robot
 from crosscheck.registry import build
 
 if TYPE_CHECKING:
@@ -76,7 +73,7 @@ def require_stable_step(model: Model) -> None:
 
 
 def check(
-    arm: Arm | Robot | str = "paper-labelled",
+    arm: Mechanism | str = "paper-labelled",
     *,
     scenarios: Sequence[Scenario | str] = (),
     quick: bool = False,
@@ -87,8 +84,8 @@ def check(
 
     Args:
         arm: An arm or a robot, or the built-in name or TOML file of one, or a URDF.
-        scenarios: What to run in place of the usual experiments of an arm, which are those of the
-            paper or sized to it: scenarios, or their built-in names or files.
+        scenarios: What to run in place of the usual experiments, which are the paper's or sized to
+            the arm or robot: scenarios, or their built-in names or files.
         quick: Whether to check fewer states, and shorter experiments.
         jobs: How many processes run models side by side.
         seed: Seed of the random states, 0 to 4294967295.
@@ -100,21 +97,9 @@ def check(
         InputError: Arm, robot or scenarios cannot be read or run, or do not fit each other.
         Unfinished: Models that prepare the experiments do not answer.
     """
-    from crosscheck.planning.plan import CrossCheckRequest
+    from crosscheck.planning.plan import request_cross_check
     from crosscheck.report.summary import make_check_result
     from crosscheck.run import run_cross_check
 
-    if isinstance(arm, Robot) or (isinstance(arm, str) and is_robot(arm)):
-        if scenarios:
-            raise InputError("scenarios", "", None, "are for arms; a robot has none")
-        robot = load_robot(arm) if isinstance(arm, str) else arm
-        return make_check_result(run_cross_check(CrossCheckRequest(robot, quick, seed), jobs=jobs))
-    chosen = load_arm(arm) if isinstance(arm, str) else arm
-    arm_file_json = json.dumps(read_raw_arm(arm)) if isinstance(arm, str) else ""
-    loaded = tuple(load_scenario(s) if isinstance(s, str) else s for s in scenarios)
-    for scenario in loaded:
-        require_fit(scenario, chosen)
-    result = run_cross_check(
-        CrossCheckRequest(chosen, quick, seed, loaded, arm_file_json=arm_file_json), jobs=jobs
-    )
-    return make_check_result(result)
+    request = request_cross_check(adopt_mechanism(arm, scenarios), quick, seed)
+    return make_check_result(run_cross_check(request, jobs=jobs))

@@ -24,7 +24,7 @@ AGREEMENT = FileType(
     "a cross-check's JSON file", JSON, (b'\n "findings": [', b'\n "provenance": {')
 )
 TRIAL = FileType(
-    "a trial's JSON file", JSON, (b'\n "gearing": ', b'\n "ladder": [', b'\n "agreement": {')
+    "a trial's JSON file", JSON, (b'\n "equations": ', b'\n "headline": ', b'\n "agreement": {')
 )
 RECORD = FileType("a record", b'{\n "checks": ', ())  # also a damaged one, which is so renewed
 ERRATA = FileType("an errata JSON file", JSON, (b'\n "errata": [', b'\n "provenance": {'))
@@ -36,9 +36,6 @@ JUNIT = FileType(
     "a cross-check's JUnit file",
     b'<?xml version="1.0" encoding="UTF-8"?>\n<testsuites tests="',
     (b'<property name="arm_sha256" ',),
-)
-ROBOT_JUNIT = JUNIT._replace(
-    description="a JUnit file of a robot's equations", holds=(b'<property name="robot" ',)
 )
 PAGE = FileType("a cross-check's page", HTML, (b"<title>Cross-check of ",))
 TRIAL_PAGE = FileType("a trial's page", HTML, (b"<title>Trial of ",))
@@ -52,21 +49,12 @@ URDF_FILE = FileType("an exported URDF", b'<?xml version="1.0"?>\n<!-- Written b
 ROBOT_FILE = FileType("an exported robot's file", b"# Written by crosscheck export. ", ())
 FMU_FILE = FileType("an exported FMU", b"PK\x03\x04", (b'generationTool="crosscheck export"',))
 MEASURED = FileType(
-    "a comparison with a record", JSON, (b'\n "knot_spacing_s": ', b'\n "engines": [')
+    "a comparison with a record", JSON, (b'\n "records": [', b'\n "sides": [', b'\n "ranks": {')
 )
 MEASURED_PAGE = FileType("a comparison's page", HTML, (b"<title>Recording compared with ",))
-IDENTIFIED = FileType(
-    "a robot's comparison with recordings", JSON, (b'\n "recordings": [', b'\n "sides": [')
-)
-IDENTIFIED_PAGE = FileType(
-    "a page of a robot's comparison", HTML, (b"<title>Recordings compared with robot ",)
-)
 EXCITATION = FileType("a suggested motion", b"t_s,theta_1_rad,", ())
 COST = FileType("a cost of shortcuts", JSON, (b'\n "engines_agree": ', b'\n "negligible_share": '))
 COST_PAGE = FileType("a page of shortcuts' cost", HTML, (b"<title>Cost of shortcuts: ",))
-ROBOT_TRIAL = FileType(
-    "an explanation of a robot's equations", JSON, (b'\n "explanations": [', b'\n "equations": ')
-)
 PICTURE = FileType("a study's drawing", PNG, (b"Software\0geararm-crosscheck",))
 
 

@@ -20,8 +20,8 @@ from crosscheck import LARGEST_SEED
 from crosscheck.models.arm.arm import Arm
 from crosscheck.models.arm.quantities import Data
 from crosscheck.models.experiment.scenario import Scenario, Switches
-from crosscheck.models.robot.file import RobotFile, parse_robot_file
-from crosscheck.models.robot.robot import Robot
+from crosscheck.models.mechanism import Mechanism
+from crosscheck.models.robot.file import RobotFile
 
 ROOT = Path(__file__).parent.parent
 RECORDS = "baselines"  # folder of records in a checkout, from which no result comes
@@ -57,14 +57,18 @@ class Provenance(Data):
     lock_sha256: str | None
 
     @property
+    def content(self) -> Arm | RobotFile | None:
+        """What the file of the arm or the robot holds; None where neither is named."""
+        return self.arm or self.robot
+
+    @property
     def name(self) -> str:
         """Name of the arm or the robot."""
-        described = self.arm or self.robot
-        return described.name if described else ""
+        return self.content.name if self.content else ""
 
 
 def record_provenance(
-    mechanism: Arm | Robot,
+    mechanism: Mechanism,
     seed: int,
     quick: bool,
     scenarios: Sequence[Scenario] = (),
@@ -75,8 +79,6 @@ def record_provenance(
 ) -> Provenance:
     """The Provenance of a result made now; packages: what it depends on beside the usual."""
     return Provenance(
-        arm=mechanism if isinstance(mechanism, Arm) else None,
-        robot=None if isinstance(mechanism, Arm) else parse_robot_file(mechanism),
         arm_sha256=mechanism_digest(mechanism),
         seed=seed,
         quick=quick,
@@ -84,7 +86,7 @@ def record_provenance(
         switches=chosen,
         model=model,
         remarks=tuple(remarks),
-        **describe_surroundings(packages),
+        **describe_surroundings(packages) | {mechanism.section: mechanism.content},
     )
 
 
@@ -104,15 +106,9 @@ def describe_surroundings(packages: Sequence[str] = ()) -> dict[str, Any]:
     }
 
 
-def mechanism_digest(mechanism: Arm | Robot) -> str:
-    """SHA-256 of an arm's values that are not defaults; of a robot's, and of its URDF.
-
-    Defaults are left out so that what the format gains later leaves the digest of an arm that does
-    not use it; a default does not change within a version of the file.
-    """
-    if isinstance(mechanism, Robot):
-        return hashlib.sha256((mechanism.file_json + mechanism.urdf).encode()).hexdigest()
-    return hashlib.sha256(mechanism.model_dump_json(exclude_defaults=True).encode()).hexdigest()
+def mechanism_digest(mechanism: Mechanism) -> str:
+    """SHA-256 of what an arm or a robot is."""
+    return hashlib.sha256(mechanism.identity.encode()).hexdigest()
 
 
 @cache

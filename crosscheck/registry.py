@@ -13,8 +13,10 @@ from typing import TYPE_CHECKING, Any, Literal, get_args
 
 from crosscheck.analytic.paper.coverage import is_covered_by_paper
 from crosscheck.entry import entry_point_error, foreign_code, load_record
+from crosscheck.mechanisms import supply
 from crosscheck.models.abilities import ROBOT_ABILITIES, STATE_ABILITIES
 from crosscheck.models.errors import Diverged, InputError
+from crosscheck.models.refusals import refuse
 
 if TYPE_CHECKING:  # the names of models are asked for without any schema
     from crosscheck.models.arm.arm import Arm
@@ -433,11 +435,16 @@ def find_constrained_models() -> tuple[str, ...]:
     )
 
 
-def get_entry(name: str) -> Entry:
-    """The Entry of a model of arms. Raises InputError for any other name."""
+def get_entry(name: str, arm: Arm | None = None) -> Entry:
+    """The Entry of a model of arms, of any arm. Raises InputError for any other name."""
     if name not in MODELS or MODELS[name].role == "robot":
         raise _unknown_model(name)
     return MODELS[name]
+
+
+def find_robot_entry(name: str, robot: Robot) -> Entry:
+    """The Entry of the engine of a robot's model ``engine:level``. Raises InputError."""
+    return MODELS[find_robot_model(name, robot)[0]]
 
 
 def _unknown_model(name: str) -> InputError:
@@ -518,16 +525,24 @@ def build(
         InputError: There is no such model, arm, scenario and switches do not fit each other, or
             numbers of the arm are out of the engine's range.
     """
-    from crosscheck.models.robot.robot import Robot
+    model: Model = supply("build", arm.section)(name, arm, scenario, switches)
+    return model
 
-    if isinstance(arm, Robot):
-        from crosscheck.robot_experiment import RobotExperiment
 
-        if switches is not None:
-            raise InputError("switches", "", None, "are of arms alone; a robot has none")
-        engine, level = find_robot_model(name, arm)
-        return RobotExperiment(build_robot_model(engine, arm, level), scenario)
+def build_arm_model(name: str, arm: Arm, scenario: Scenario, switches: Switches | None) -> Model:
+    """The named model of an arm, see ``build``."""
     get_entry(name)
-    model = load_model_class(name)
+    model: type[Model] = load_model_class(name)
     with require_usable_numbers(name, arm):
         return model(arm, scenario, switches)
+
+
+def build_robot_experiment(
+    name: str, robot: Robot, scenario: Scenario, switches: Switches | None
+) -> Model:
+    """The named model of a robot, see ``build``."""
+    from crosscheck.robot_experiment import RobotExperiment
+
+    refuse("robot", "build", switches=switches)
+    engine, level = find_robot_model(name, robot)
+    return RobotExperiment(build_robot_model(engine, robot, level), scenario)

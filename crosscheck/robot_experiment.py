@@ -10,7 +10,7 @@ from crosscheck.models.abilities import STATE_ABILITIES
 from crosscheck.models.experiment.drive import drive_data, torques_along
 from crosscheck.models.experiment.scenario import Scenario
 from crosscheck.models.interface import Model
-from crosscheck.models.robot.case import require_robot_fit
+from crosscheck.models.loading import require_fit
 from crosscheck.models.robot.integration import require_regular
 from crosscheck.models.robot.interface import RobotModel
 from crosscheck.models.robot.start import start_state
@@ -37,7 +37,7 @@ class RobotExperiment(Model):
     abilities = frozenset((*STATE_ABILITIES, "simulate", "precise"))
 
     def __init__(self, model: RobotModel, scenario: Scenario) -> None:
-        require_robot_fit(scenario, model.robot)
+        require_fit(scenario, model.robot)
         self.model, self.scenario = model, scenario
         self.name = f"{model.name}:{model.level}"
 

@@ -4,17 +4,14 @@ from __future__ import annotations
 
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
-from functools import partial
-from importlib import import_module
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
 from crosscheck.findings import Agreement
-from crosscheck.models.arm.arm import Arm
+from crosscheck.mechanisms import supply
 from crosscheck.models.loading import Case
-from crosscheck.models.robot.robot import Robot
-from crosscheck.planning import energy_suite, run_suite, state_suite
+from crosscheck.models.mechanism import Mechanism
 from crosscheck.planning.comparison import (
     Comparison,
     ModelTask,
@@ -23,14 +20,7 @@ from crosscheck.planning.comparison import (
     collect_tasks,
     judge_comparisons,
 )
-from crosscheck.planning.plan import (
-    CrossCheckRequest,
-    arm_variants,
-    make_order_cases,
-    make_short_experiments,
-)
-from crosscheck.planning.preparation import Preparation, prepare_experiments
-from crosscheck.planning.robots import plan_robot
+from crosscheck.planning.plan import CrossCheckRequest
 from crosscheck.provenance import record_provenance
 from crosscheck.registry import packages
 from crosscheck.runner.outcomes import Failure
@@ -59,7 +49,7 @@ class CrossCheck:
     runs: dict[RunKey, xr.Dataset | Failure]
 
     @property
-    def mechanism(self) -> Arm | Robot:
+    def mechanism(self) -> Mechanism:
         """The arm or robot that was cross-checked."""
         return self.request.mechanism
 
@@ -79,7 +69,7 @@ def run_cross_check(
     """
     with Workers(jobs) as workers:
         progress(ProgressUpdate("preparing the experiments"))
-        plan = make_plan(request, workers)
+        plan: Plan = supply("plan", request.mechanism.section)(request, workers)
         for line in plan.remarks:
             on_warning(line)
         results = run_tasks(workers, collect_tasks(plan.comparisons), progress, on_outcome)
@@ -91,40 +81,6 @@ def run_cross_check(
     )
     agreement = Agreement(findings, record, entries=tuple(plan.compute_entries(results)))
     return CrossCheck(request, agreement, cases_by_run(plan.comparisons), runs_by_key(results))
-
-
-def make_plan(request: CrossCheckRequest, workers: Workers) -> Plan:
-    """The whole cross-check of an arm or robot. Raises InputError, Unfinished."""
-    if isinstance(request.mechanism, Robot):
-        return plan_robot(request)
-    import_module("xarray")  # of all runs, before workers fork: they share it
-    preparation = prepare_experiments(request, workers)
-    comparisons = plan_comparisons(request, preparation)
-    entries = partial(
-        state_suite.compute_entry_differences, request.arm, request.quick, request.seed
-    )
-    return Plan(comparisons, preparation.remarks, entries)
-
-
-def plan_comparisons(request: CrossCheckRequest, preparation: Preparation) -> list[Comparison]:
-    """All comparisons of a cross-check of the arm, before any task of theirs has run.
-
-    Raises InputError.
-    """
-    arm, quick, seed = request.arm, request.quick, request.seed
-    comparisons: list[Comparison] = []
-    for reading, arm_file_json in arm_variants(request):
-        comparisons += state_suite.plan_state_comparisons(reading, quick, seed, arm_file_json)
-    comparisons += state_suite.plan_probe_comparisons(arm, quick, seed)
-    for experiment in preparation.experiments:
-        comparisons += run_suite.plan_experiment_comparisons(experiment)
-    first = preparation.experiments[0]
-    for experiment in make_short_experiments(arm, first, preparation.limit_s):
-        comparisons += run_suite.plan_short_comparisons(experiment)
-    comparisons += energy_suite.plan_energy_comparisons(arm, first, preparation.limit_s)
-    for case in make_order_cases(arm, first, preparation.limit_s):
-        comparisons += run_suite.plan_order_comparisons(case)
-    return [*comparisons, *(each.comparison for each in preparation.lost)]
 
 
 def run_tasks(

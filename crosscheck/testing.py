@@ -24,13 +24,12 @@ from crosscheck import LARGEST_SEED
 from crosscheck.lazy import make_lazy_names
 
 if TYPE_CHECKING:
-    from crosscheck.models.arm.arm import Arm
     from crosscheck.models.experiment.scenario import Scenario, Switches
-    from crosscheck.models.robot.robot import Robot
-    from crosscheck.report.trials.trial_result import TrialResult
+    from crosscheck.models.loading import Selection
+    from crosscheck.models.mechanism import Mechanism
     from crosscheck.trial.input.equations import Coordinates, Equations, Level
     from crosscheck.trial.input.symbolic import from_sympy
-    from crosscheck.trial.robots.trial import RobotTrial
+    from crosscheck.trial.result import TrialResult
     from crosscheck.trial.trial import Trial
 
 __all__ = [
@@ -50,7 +49,7 @@ if not TYPE_CHECKING:
             "Coordinates": "crosscheck.trial.input.equations",
             "Equations": "crosscheck.trial.input.equations",
             "Trial": "crosscheck.trial.trial",
-            "TrialResult": "crosscheck.report.trials.trial_result",
+            "TrialResult": "crosscheck.trial.result",
             "assert_agrees": __name__,
             "from_sympy": "crosscheck.trial.input.symbolic",
             "try_equations": __name__,
@@ -64,7 +63,7 @@ ARM_ALLOWED = "must be an Arm or a Robot, or the name or file of one"
 
 def try_equations(
     equations: Any,
-    arm: Arm | Robot | str = "paper-labelled",
+    arm: Mechanism | str = "paper-labelled",
     *,
     scenarios: Sequence[Scenario | str] = (),
     switches: Switches | None = None,
@@ -73,12 +72,12 @@ def try_equations(
     jobs: int = 1,
     seed: int = 0,
     name: str = YOURS,
-) -> TrialResult | RobotTrial:
+) -> TrialResult:
     """Judge supplied equations: which entry is wrong, and why.
 
-    The TrialResult of an arm prints itself, and a notebook shows it with a heat map of each part;
-    it has ``exit_code``, ``wrong_entries``, ``to_dataframe()`` and ``write_report(folder)``. A
-    RobotTrial prints itself and is shown too; it has ``exit_code`` and ``diagnosis``.
+    The result prints itself, and a notebook shows it with a heat map of each part; it has
+    ``exit_code``, ``answer`` (a record of all that every view shows), ``to_dataframe()`` and
+    ``write_report(folder)``.
 
     Args:
         equations: Equations, a function of the arm that returns them, an object with functions
@@ -101,74 +100,68 @@ def try_equations(
         InputError: The equations cannot be tried at all, or an argument cannot be used.
         Unfinished: The models that the equations are compared with do not answer.
     """
-    from crosscheck.models.errors import InputError
-    from crosscheck.models.files import is_robot
-    from crosscheck.models.loading import load_arm, load_scenario, require_fit
-    from crosscheck.models.robot.robot import Robot
-    from crosscheck.report.trials.trial_result import TrialResult
+    from crosscheck.mechanisms import supply
+    from crosscheck.models.mechanism import adopt_mechanism
+
+    _require_arguments(arm, scenarios, switches, level, quick, jobs, seed, name)
+    chosen = adopt_mechanism(arm, scenarios)._replace(switches=switches)
+    name = _name_equations(equations) if name == YOURS else name
+    try_chosen = supply("try_equations", chosen.mechanism.section)
+    trial: TrialResult = try_chosen(equations, chosen, level, quick, jobs, seed, name)
+    return trial
+
+
+def try_arm(
+    equations: Any, chosen: Selection, level: Level, quick: bool, jobs: int, seed: int, name: str
+) -> TrialResult:
+    """The trial of an arm's equations. Raises InputError."""
     from crosscheck.trial.input.loading import build_equations, load_equations
     from crosscheck.trial.trial import TrialRequest, run_trial
 
-    _require_arguments(arm, scenarios, switches, level, quick, jobs, seed, name)
-    name = _name_equations(equations) if name == YOURS else name
-    if isinstance(arm, Robot) or (isinstance(arm, str) and is_robot(arm)):
-        if scenarios or switches is not None:
-            given = "scenarios" if scenarios else "switches"
-            raise InputError("try_equations", given, None, "is of arms alone")
-        return _try_robot_equations(equations, arm, level, jobs, seed, name)
-    chosen = load_arm(arm) if isinstance(arm, str) else arm
-    loaded = tuple(load_scenario(s) if isinstance(s, str) else s for s in scenarios)
-    for scenario in loaded:
-        require_fit(scenario, chosen)
-    first = loaded[0] if loaded else None
+    _, scenarios, switches, _ = chosen
+    arm: Any = chosen.mechanism
+    first = scenarios[0] if scenarios else None
     if isinstance(equations, str):
-        user_equations = load_equations(equations, chosen, first)
+        user_equations = load_equations(equations, arm, first)
     else:
-        user_equations = build_equations(equations, chosen, first, name)
+        user_equations = build_equations(equations, arm, first, name)
     user_equations = _declare_level(user_equations, level) if level else user_equations
-    request = TrialRequest(name, user_equations, chosen, loaded, switches, quick=quick, seed=seed)
-    return TrialResult(**vars(run_trial(request, jobs=jobs)))
+    request = TrialRequest(name, user_equations, arm, scenarios, switches, quick=quick, seed=seed)
+    return run_trial(request, jobs=jobs)
+
+
+def try_robot(
+    equations: Any, chosen: Selection, level: Level, quick: bool, jobs: int, seed: int, name: str
+) -> TrialResult:
+    """The trial of a robot's equations, whose states are few. Raises InputError."""
+    from crosscheck.models.refusals import refuse
+    from crosscheck.trial.input.loading import build_robot_equations, load_robot_equations
+    from crosscheck.trial.robots.trial import run_robot_trial
+
+    refuse("robot", "try_equations", scenarios=chosen.scenarios, switches=chosen.switches)
+    robot: Any = chosen.mechanism
+    if isinstance(equations, str):
+        user_equations = load_robot_equations(equations, robot)
+    else:
+        user_equations = build_robot_equations(equations, robot, name)
+    if level:
+        user_equations = replace(user_equations, level=level)
+    return run_robot_trial(user_equations, robot, name=name, seed=seed, jobs=jobs)
 
 
 def assert_agrees(
-    equations: Any,
-    arm: Arm | Robot | str = "paper-labelled",
-    *,
-    scenarios: Sequence[Scenario | str] = (),
-    switches: Switches | None = None,
-    level: Level = "",
-    quick: bool = True,
-    jobs: int = 1,
-    seed: int = 0,
-    name: str = YOURS,
-) -> TrialResult | RobotTrial:
+    equations: Any, arm: Mechanism | str = "paper-labelled", **options: Any
+) -> TrialResult:
     """Raise AssertionError with what `crosscheck trial` prints, unless all that was judged agrees.
 
     Takes the arguments of ``try_equations`` and returns what that returns.
     """
-    from crosscheck.report.trials.trial import describe_errors, format_trial
-    from crosscheck.trial.robots.output import describe_first_error
-    from crosscheck.trial.robots.trial import RobotTrial
-
     __tracebackhide__ = True
-    trial = try_equations(
-        equations,
-        arm,
-        scenarios=scenarios,
-        switches=switches,
-        level=level,
-        quick=quick,
-        jobs=jobs,
-        seed=seed,
-        name=name,
-    )
+    trial = try_equations(equations, arm, **options)
     if trial.exit_code:
-        if isinstance(trial, RobotTrial):
-            first, text, called = describe_first_error(trial), repr(trial), trial.name
-        else:
-            first, text = next(iter(describe_errors(trial)), ""), format_trial(trial)
-            called = trial.problem.name
-        raise AssertionError(f"{called}: {first or 'not all checks agree'}\n{text}")
+        answer = trial.answer
+        first = answer.first_error or "not all checks agree"
+        raise AssertionError("\n".join((f"{answer.name}: {first}", *answer.lines)))
     return trial
 
 
@@ -182,45 +175,18 @@ def _name_equations(equations: Any) -> str:
     return name if name.isidentifier() and name not in engines else YOURS
 
 
-def _try_robot_equations(
-    equations: Any, robot: Robot | str, level: Level, jobs: int, seed: int, name: str
-) -> RobotTrial:
-    """The trial of a robot's equations. Raises InputError."""
-    from crosscheck.models.robot.file import load_robot
-    from crosscheck.trial.input.loading import build_robot_equations, load_robot_equations
-    from crosscheck.trial.robots.trial import run_robot_trial
-
-    chosen = load_robot(robot) if isinstance(robot, str) else robot
-    load = load_robot_equations if isinstance(equations, str) else None
-    user_equations = (
-        load(equations, chosen) if load else build_robot_equations(equations, chosen, name)
-    )
-    if level:
-        user_equations = replace(user_equations, level=level)
-    return run_robot_trial(user_equations, chosen, name=name, seed=seed, jobs=jobs)
-
-
-def _require_arguments(
-    arm: object,
-    scenarios: object,
-    switches: object,
-    level: object,
-    quick: object,
-    jobs: object,
-    seed: object,
-    name: object,
-) -> None:
+def _require_arguments(*given: object) -> None:
     """Raise InputError, naming argument, value and what is allowed, for one of the wrong kind."""
-    from crosscheck.models.arm.arm import Arm
     from crosscheck.models.errors import InputError
     from crosscheck.models.experiment.scenario import Scenario, Switches
-    from crosscheck.models.robot.robot import Robot
+    from crosscheck.models.mechanism import Mechanism
     from crosscheck.trial.input.equations import Level
 
+    arm, scenarios, switches, level, quick, jobs, seed, name = given
     levels = get_args(Level)
     listed = isinstance(scenarios, list | tuple)
     for argument, value, is_allowed, allowed in (
-        ("arm", arm, isinstance(arm, Arm | Robot | str), ARM_ALLOWED),
+        ("arm", arm, isinstance(arm, Mechanism | str), ARM_ALLOWED),
         ("scenarios", scenarios, listed, "must be a list of scenarios, or of their names"),
         ("switches", switches, isinstance(switches, Switches | None), "must be Switches, or None"),
         ("level", level, level in levels, f"must be one of {', '.join(levels[1:])}, or ''"),

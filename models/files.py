@@ -167,7 +167,8 @@ def format_toml_fields(record: Mapping[str, object]) -> Iterator[str]:
     """The fields of a record of JSON's values as lines of TOML, those that are None left out."""
     for name, value in record.items():
         if value is not None:
-            yield f"{name} = {_format_toml(value)}"
+            key = name if re.fullmatch(r"[A-Za-z0-9_-]+", name) else json.dumps(name)
+            yield f"{key} = {_format_toml(value)}"
 
 
 def _format_toml(value: object) -> str:

@@ -6,7 +6,7 @@ import difflib
 import json
 import re
 from collections.abc import Sequence
-from typing import Any, NamedTuple, TypeVar
+from typing import TYPE_CHECKING, Any, NamedTuple, TypeVar
 
 from pydantic import BaseModel, ValidationError
 from pydantic_core import ErrorDetails
@@ -17,6 +17,9 @@ from crosscheck.models.errors import InputError
 from crosscheck.models.experiment.scenario import Scenario, Switches, find_misfit
 from crosscheck.models.files import parse_toml, read_raw_arm, read_raw_scenario
 from crosscheck.models.paths import SECTIONS, assign, find_paths, is_path
+
+if TYPE_CHECKING:
+    from crosscheck.models.robot.robot import Robot
 
 Record = TypeVar("Record", bound=BaseModel)
 # Of the schema's unions; a record of another room has its own as ``union_tags``.
@@ -81,28 +84,10 @@ def load_case(
     and ``*`` for any of a list, or in a name: ``arm.joints.*.*_mesh.backlash_m=2e-5``. Raises
     InputError.
     """
-    data = read_raw_case(arm, scenario, switches)
-    for setting in settings:
-        apply_setting(data, setting)
-    loaded = validate_record(Arm, data["arm"], arm)
-    experiment = validate_record(Scenario, data["scenario"], scenario)
-    case = Case(loaded, experiment, validate_switches(data["switches"], loaded))
-    require_fitting(case, arm, scenario)
-    return case
-
-
-def read_raw_case(
-    arm: str, scenario: str, switches: dict[str, str] | None = None
-) -> dict[str, Any]:
-    """What the files of an arm and a scenario hold, by section, not validated. Raises InputError.
-
-    Nothing else refers to it: a caller may change it.
-    """
-    return {
-        "arm": read_raw_arm(arm),
-        "scenario": read_raw_scenario(scenario),
-        "switches": {key: value for key, value in (switches or {}).items() if value is not None},
-    }
+    chosen = [f"switches.{name}={law}" for name, law in (switches or {}).items()]
+    loaded = load_selection(arm, [scenario], [*chosen, *settings])
+    laws = loaded.switches or usual_switches(loaded.arm)
+    return Case(loaded.arm, loaded.scenarios[0], laws)
 
 
 def validate_switches(chosen: dict[str, Any], arm: Arm) -> Switches:
@@ -120,21 +105,27 @@ def require_fitting(case: Case, arm: str = "", scenario: str = "") -> None:
     require_alike(*case, arm, scenario)
 
 
-class ArmSelection(NamedTuple):
-    """An arm and the experiments that a user wants of it; no switches: the usual ones.
+class Selection(NamedTuple):
+    """A mechanism and the experiments that a user wants of it; no switches: the usual ones.
 
-    arm_file_json: JSON of what the arm's file holds, settings applied.
+    file_json: JSON of what an arm's file holds, settings applied; empty where there is none.
     """
 
-    arm: Arm
-    scenarios: tuple[Scenario, ...]
-    switches: Switches | None
-    arm_file_json: str
+    mechanism: Any
+    scenarios: tuple[Scenario, ...] = ()
+    switches: Switches | None = None
+    file_json: str = ""
+
+    @property
+    def arm(self) -> Arm:
+        """The arm; what is of arms alone asks for it."""
+        arm: Arm = self.mechanism
+        return arm
 
 
 def load_selection(
     arm: str, scenarios: Sequence[str] = (), settings: Sequence[str] = ()
-) -> ArmSelection:
+) -> Selection:
     """An arm and scenarios by name or file, with ``path=value`` settings as in ``load_case``.
 
     A setting of the scenario holds for each. Raises InputError.
@@ -156,18 +147,21 @@ def load_selection(
         experiments.append(scenario)
     if chosen:
         require_alike(loaded, None, laws, arm)
-    return ArmSelection(loaded, tuple(experiments), chosen, json.dumps(data["arm"]))
+    return Selection(loaded, tuple(experiments), chosen, json.dumps(data["arm"]))
 
 
-def require_fit(scenario: Scenario, arm: Arm, where: str = "") -> None:
-    """Raise InputError unless the scenario's per-joint lists fit the arm.
+def require_fit(scenario: Scenario, mechanism: Arm | Robot, where: str = "") -> None:
+    """Raise InputError unless the scenario's per-joint lists fit the arm or robot.
 
     where: the file, if the scenario's name does not say it.
     """
-    misfit = find_misfit(scenario, [joint.planet_count for joint in arm.joints])
+    where, planets = where or scenario.name, mechanism.planet_counts
+    if any(scenario.start.planet_offset_m) and not any(planets):
+        allowed = f"needs a stage with planets = free, which {mechanism.name} has not"
+        raise InputError(where, "start.planet_offset_m", None, allowed)
+    misfit = find_misfit(scenario, planets)
     if misfit is not None:
-        field, value, needed = misfit
-        raise InputError(where or scenario.name, field, value, needed)
+        raise InputError(where, *misfit)
 
 
 def apply_setting(data: dict[str, Any], setting: str, sections: Sequence[str] = SECTIONS) -> None:

@@ -14,20 +14,24 @@ from typing import Any
 
 
 def format_annotations(trial: dict[str, Any], model: Path) -> Iterator[str]:
-    """A line for each wrong entry, at its function where that is in the model's file.
+    """A line for each edit that corrects the model's file, else for each wrong entry; then notes.
 
-    trial: what the JSON of an arm's trial holds (``wrong``) or of a robot's (``entries``).
+    trial: what the JSON of a trial holds.
     """
-    for wrong in trial.get("wrong", ()):
+    change = trial["change"]
+    edits = [edit for edit in change["edits"] if edit["file"] == model.name] if change else []
+    for edit in edits:
+        place = f"{model},line={edit['line']}"
+        new = f"should be {edit['new']}" if edit["new"] else "should be left out"
+        remedy = escape_message(f"{edit['old']} {new}")
+        yield f"::error file={place},title=Wrong line::{remedy}"
+    for wrong in trial["wrong"] if not edits else ():
         place, source = str(model), wrong["source"]
         if source is not None and source["file"] == model.name:
             place += f",line={source['line']}"
-        yield f"::error file={place},title=Wrong entry::{escape_message(wrong['told'])}"
-    for entry in trial.get("entries", ()):
-        message = f"{entry['entry']}: {entry['told'] or 'differs'}"
-        yield f"::error file={model},title=Wrong entry::{escape_message(message)}"
-    causes = [f"as with {each['with']}" for each in trial.get("explanations", ())]
-    for note in (*causes, *trial["notes"]):
+        message = f"{wrong['name']}: {wrong['cause'] or 'differs'}"
+        yield f"::error file={place},title=Wrong entry::{escape_message(message)}"
+    for note in (*trial["causes"], *trial["notes"]):
         yield f"::notice file={model}::{escape_message(note)}"
 
 

@@ -17,7 +17,7 @@ from typing import Any
 
 from crosscheck.output import write_files
 from crosscheck.provenance import ROOT
-from crosscheck.report.heat_map import make_trial_maps
+from crosscheck.report.trials.output import make_trial_maps
 from crosscheck.trial.trial import Trial
 from tools.notebook import Cell, format_notebook, format_page, read_cells, run_cells
 from tools.readme_picture import draw_maps
@@ -120,7 +120,7 @@ def _as_markdown(about: str) -> str:
 
 def _draw_trial(trial: Trial) -> str:
     """The first map of a trial with an entry that differs."""
-    maps = make_trial_maps(trial)
+    maps = make_trial_maps(trial.answer)
     return draw_maps(
         [next(each for each in maps if any(c.shade for row in each.cells for c in row))]
     )

@@ -37,7 +37,6 @@ from crosscheck.models.files import read_toml
 from crosscheck.models.loading import validate_record
 from crosscheck.output import require_files, write_text
 from crosscheck.report.records import format_json
-from crosscheck.report.trials.trial_result import summarize_trial
 from crosscheck.studies.api import sweep
 from crosscheck.studies.definition.definition import Definition
 from crosscheck.studies.definition.files import function_names
@@ -148,7 +147,7 @@ class PaperAudit:
             on = f" on {', '.join(verdict.depends_on)}" if verdict.depends_on else ""
             counts = ", ".join(f"{n} {state}" for state, n in verdict.counts._asdict().items() if n)
             verdicts.append(f"{claim.id}: {verdict.kind}{on} ({counts}): {claim.statement}")
-        return [self.paper.title, *verdicts, *(summarize_trial(self.trial) if self.trial else ())]
+        return [self.paper.title, *verdicts, *(self.trial.answer.lines if self.trial else ())]
 
     def format_json(self) -> str:
         """The claims with their answers in every setting, as JSON."""

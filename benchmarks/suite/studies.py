@@ -21,9 +21,7 @@ from benchmarks.suite.machine import ROOT
 from benchmarks.suite.memory import PeakMemory
 from benchmarks.suite.rows import Row, absent_row
 from benchmarks.suite.timing import Times, measure_seconds, print_progress
-from crosscheck.studies.batches.batch import build_models
 from crosscheck.studies.definition.files import read_study
-from crosscheck.studies.members.cases import ArmCase
 
 TABLE = "studies"
 GIGABYTE = 1e9
@@ -99,8 +97,8 @@ def _bare(file: Path, threads: int) -> Iterator[float]:
     """Seconds that the ensemble kernel takes for the same members, again and again; the first time
     some of them alone."""
     study = read_study(file, run_code=False)
-    cases = [case for case in study.cases(0, study.count) if isinstance(case, ArmCase)]
-    models = build_models(cases)
+    cases = list(study.cases(0, study.count))
+    models = [case.make_model() for case in cases]
     run_and_discard(models[:threads], threads)
     yield math.nan
     while True:

@@ -15,8 +15,6 @@ from crosscheck import __version__
 from crosscheck.baseline.record import SCHEMA_VERSION, Baseline, Provenance, find_differences
 from crosscheck.models.errors import InputError
 from crosscheck.models.inputs import read_content
-from crosscheck.models.robot.file import parse_robot_file
-from crosscheck.models.robot.robot import Robot
 from crosscheck.output import write_text
 from crosscheck.planning.plan import CrossCheckRequest
 from crosscheck.provenance import is_versioned, list_changed_files, mechanism_digest
@@ -186,17 +184,13 @@ def _require_same_plan(provenance: Provenance, request: CrossCheckRequest) -> No
     ):
         if requested_value != recorded_value:
             raise InvalidRecord(f"provenance.{field}", None, f"made with other {field} than these")
-    is_of_robot = isinstance(mechanism, Robot)
-    now = parse_robot_file(mechanism) if isinstance(mechanism, Robot) else mechanism
-    then = provenance.robot if is_of_robot else provenance.arm
-    digest = mechanism_digest(mechanism)
-    if then == now and not (is_of_robot and provenance.arm_sha256 != digest):
+    then, now, digest = provenance.content, mechanism.content, mechanism_digest(mechanism)
+    if then == now and provenance.arm_sha256 == digest:
         return
     was, is_now = ({} if e is None else e.model_dump(mode="json") for e in (then, now))
     moved = next(find_differences(was, is_now), None)
     what = f": {moved[0]} was {moved[1]!r}, is {moved[2]!r}" if moved else ""
-    kind = "robot" if is_of_robot else "arm"
-    allowed = f"another {kind} than {now.name}, which has {digest[:12]}{what}"
+    allowed = f"another {mechanism.section} than {now.name}, which has {digest[:12]}{what}"
     raise InvalidRecord("provenance.arm_sha256", provenance.arm_sha256[:12], allowed)
 
 

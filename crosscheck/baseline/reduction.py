@@ -10,7 +10,7 @@ run's own uncertainty is recorded beside the tolerance: 2e-8 m, for a backlash w
 from __future__ import annotations
 
 import math
-from collections.abc import Iterator
+from collections.abc import Iterator, Mapping
 from dataclasses import replace
 from typing import TYPE_CHECKING, Any, NamedTuple, cast, get_args
 
@@ -25,9 +25,7 @@ from crosscheck.checks.scales import ReasonedLimit, acceptance_limit
 from crosscheck.checks.states import LOOSEST
 from crosscheck.checks.trajectories import Pair, size
 from crosscheck.findings import Agreement, Finding
-from crosscheck.models.arm.arm import Arm
 from crosscheck.models.loading import Case
-from crosscheck.models.robot.robot import Robot
 from crosscheck.planning.run_suite import ONE_ROUNDING
 from crosscheck.registry import reference_model
 from crosscheck.report.formatting import describe_outcome
@@ -79,7 +77,7 @@ def make_baseline(result: CrossCheck) -> record.Baseline:
 
     def make_measurement(finding: Finding) -> record.Measurement:
         assert finding.measured is not None  # a measurement always has a number
-        bound = _measurement_bound(finding, bounds, result.mechanism)._asdict()
+        bound = _measurement_bound(finding, bounds, result.cases)._asdict()
         return record.Measurement(unit=finding.unit, measured=finding.measured, **bound)
 
     judged = checks_by_id(agreement).items()
@@ -261,7 +259,7 @@ def _make_record(run: xr.Dataset, case: Case, bounds: dict[str, Bound]) -> recor
     return record.RecordedRun.model_validate({**settings, **tables})
 
 
-def _measurement_bound(finding: Finding, bounds: Bounds, mechanism: Arm | Robot) -> Bound:
+def _measurement_bound(finding: Finding, bounds: Bounds, cases: Mapping[RunKey, Case]) -> Bound:
     key = finding.about.key
     if key.family == ONE_ROUNDING:
         # Rounding itself: its digits mean nothing, but it must stay below what matters.
@@ -285,10 +283,11 @@ def _measurement_bound(finding: Finding, bounds: Bounds, mechanism: Arm | Robot)
     defined_tolerances = [value for value in tolerances if value is not None]
     if len(defined_tolerances) < 2:
         return Bound(None, "not compared: neither are the runs that it compares")
-    if finding.quantity != "tip" or isinstance(mechanism, Robot):
+    if finding.quantity != "tip":
         return Bound(_round_up(sum(defined_tolerances)), "sum of both runs' tolerances")
     # How far the tip moves [m] at most if every joint turns by one radian.
-    reach = sum(number * link.length_m for number, link in enumerate(mechanism.links, start=1))
+    links = cases[RunKey(key.case, key.left)].arm.links
+    reach = sum(number * link.length_m for number, link in enumerate(links, start=1))
     basis = "sum of both runs' tolerances in theta, along the links"
     return Bound(_round_up(sum(defined_tolerances) * reach), basis)
 

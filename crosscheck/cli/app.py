@@ -14,6 +14,7 @@ from pathlib import Path
 from typing import Annotated, Any, Literal, NoReturn
 
 import typer
+from typer import Argument, Option
 
 from crosscheck import LARGEST_SEED, __version__
 from crosscheck.cli.environment import closing_code, prepare, require_memory
@@ -26,6 +27,7 @@ from crosscheck.models.errors import (
     describe_error,
     format_line,
 )
+from crosscheck.models.refusals import refuse
 from crosscheck.runner.interruption import exit_code, exit_message, was_stopped
 
 app = typer.Typer(
@@ -41,17 +43,17 @@ app.add_typer(baseline, name="baseline")
 cache = typer.Typer(no_args_is_help=True, help="Show or clear the files kept between runs.")
 app.add_typer(cache, name="cache")
 
-ArmName = Annotated[str, typer.Argument(metavar="ARM", help="Built-in name or TOML file.")]
+File = Path | None  # of options that may be left out
+Text = str | None
+Texts = list[str] | None
+ArmName = Annotated[str, Argument(metavar="ARM", help="Built-in name or TOML file.")]
 MechanismName = Annotated[
-    str,
-    typer.Argument(metavar="ARM", help="Name or TOML file of an arm or robot; or a URDF or MJCF."),
+    str, Argument(metavar="ARM", help="Name or TOML file of an arm or robot; or a URDF or MJCF.")
 ]
-Quick = Annotated[bool, typer.Option("--quick", help="Fewer states, shorter runs.")]
-Jobs = Annotated[
-    int | None, typer.Option(min=1, max=1000, help="Worker processes (default: all cores).")
-]
-JUnit = Annotated[Path | None, typer.Option("--junit", help="JUnit XML file to write.")]
-OpenPage = Annotated[bool, typer.Option("--open", help="Show the page in the browser.")]
+Quick = Annotated[bool, Option("--quick", help="Fewer states, shorter runs.")]
+Jobs = Annotated[int | None, Option(min=1, max=1000, help="Worker processes (default: all cores).")]
+JUnit = Annotated[File, Option("--junit", help="JUnit XML file to write.")]
+OpenPage = Annotated[bool, Option("--open", help="Show the page in the browser.")]
 STANDARD_OUTPUT = Path("/dev/stdout")
 
 
@@ -64,27 +66,23 @@ def _resolve_json(context: typer.Context, path: Path | None) -> Path | None:
 
 
 JsonFile = Annotated[
-    Path | None,
-    typer.Option("--json", help="JSON file to write, - for the output.", callback=_resolve_json),
+    File, Option("--json", help="JSON file to write, - for the output.", callback=_resolve_json)
 ]
 Scenarios = Annotated[
-    list[str] | None,
-    typer.Option(
-        "--scenario", help="Run this one, name or file, not the arm's usual ones; repeatable."
-    ),
+    Texts,
+    Option("--scenario", help="Run this one, name or file, not the arm's usual ones; repeatable."),
 ]
 Settings = Annotated[
-    list[str] | None,
-    typer.Option(
+    Texts,
+    Option(
         "--set", metavar="PATH=VALUE", help="Change a value: arm.joints.*.*_mesh.backlash_m=2e-5."
     ),
 ]
-Seed = Annotated[int, typer.Option(min=0, max=LARGEST_SEED, help="Seed of the random states.")]
+Seed = Annotated[int, Option(min=0, max=LARGEST_SEED, help="Seed of the random states.")]
 TrialModel = Annotated[
-    str | None,
-    typer.Option("--model", help="Equations to try instead, file.py:name; their code is run."),
+    Text, Option("--model", help="Equations to try instead, file.py:name; their code is run.")
 ]
-Baselines = Annotated[Path, typer.Option("--dir", help="Folder of the records.")]
+Baselines = Annotated[Path, Option("--dir", help="Folder of the records.")]
 
 
 def _print_version(show_version: bool) -> None:
@@ -96,10 +94,7 @@ def _print_version(show_version: bool) -> None:
 @app.callback()
 def _options(
     version: Annotated[
-        bool,
-        typer.Option(
-            "--version", callback=_print_version, is_eager=True, help="Print the version."
-        ),
+        bool, Option("--version", callback=_print_version, is_eager=True, help="Print the version.")
     ] = False,
 ) -> None:
     pass
@@ -108,7 +103,7 @@ def _options(
 @app.command()
 def run(
     arm: MechanismName = "paper-labelled",
-    out: Annotated[Path, typer.Option(help="Folder of the report.")] = Path("report"),
+    out: Annotated[Path, Option(help="Folder of the report.")] = Path("report"),
     open_page: OpenPage = False,
     scenario: Scenarios = None,
     settings: Settings = None,
@@ -161,7 +156,7 @@ def accept(
     junit: JUnit = None,
     model: TrialModel = None,
     with_differences: Annotated[
-        bool, typer.Option("--with-differences", help="Record failed checks as known differences.")
+        bool, Option("--with-differences", help="Record failed checks as known differences.")
     ] = False,
 ) -> None:
     """Cross-check an arm or robot and record the result, unless a check fails."""
@@ -194,34 +189,27 @@ def check(
 
 @app.command()
 def simulate(
-    arm: Annotated[
-        str,
-        typer.Argument(
-            metavar="ARM", help="Name or TOML file of an arm or robot; or a URDF or MJCF."
-        ),
-    ],
+    arm: MechanismName,
     model: Annotated[
-        str, typer.Option(help="See `crosscheck list`; of a robot ENGINE:LEVEL, analytic:coupled.")
+        str, Option(help="See `crosscheck list`; of a robot ENGINE:LEVEL, analytic:coupled.")
     ],
-    scenario: Annotated[str, typer.Option(help="Built-in name or TOML file.")],
-    out: Annotated[Path, typer.Option(help="NetCDF file to write.")],
-    t_end: Annotated[str | None, typer.Option(help="Duration in seconds.")] = None,
-    step: Annotated[str | None, typer.Option(help="Integration step in seconds.")] = None,
+    scenario: Annotated[str, Option(help="Built-in name or TOML file.")],
+    out: Annotated[Path, Option(help="NetCDF file to write.")],
+    t_end: Annotated[Text, Option(help="Duration in seconds.")] = None,
+    step: Annotated[Text, Option(help="Integration step in seconds.")] = None,
     phase: Annotated[
-        Literal["angle", "omega_t"] | None,
-        typer.Option(help="Law of the mesh phase (default: angle)."),
+        Literal["angle", "omega_t"] | None, Option(help="Law of the mesh phase (default: angle).")
     ] = None,
     ring_rate: Annotated[
         Literal["eq13", "corrected"] | None,
-        typer.Option(help="Rate of the ring mesh (default: by phase law)."),
+        Option(help="Rate of the ring mesh (default: by phase law)."),
     ] = None,
     settings: Settings = None,
     force: Annotated[
-        bool, typer.Option("--force", help="Run although the step exceeds the stability limit.")
+        bool, Option("--force", help="Run although the step exceeds the stability limit.")
     ] = False,
     rtol: Annotated[
-        float | None,
-        typer.Option(help="Relative tolerance: adaptive steps that end at contact changes."),
+        float | None, Option(help="Relative tolerance: adaptive steps that end at contact changes.")
     ] = None,
 ) -> None:
     """Simulate one model and write its trajectory."""
@@ -238,22 +226,21 @@ def simulate(
 @app.command()
 def trial(
     model: Annotated[
-        str | None,
-        typer.Argument(
+        Text,
+        Argument(
             metavar="[MODEL]",
             help="file.py:name, package.module:name or .fmu; its code is run. Not with --answers.",
         ),
     ] = None,
     arm: Annotated[
-        str | None,
-        typer.Argument(
+        Text,
+        Argument(
             metavar="[ARM]",
             help="Name or TOML file of an arm (paper-labelled) or robot; or a URDF or MJCF.",
         ),
     ] = None,
     scenario: Annotated[
-        list[str] | None,
-        typer.Option("--scenario", help="Simulate this too, a name or file; repeatable."),
+        Texts, Option("--scenario", help="Simulate this too, a name or file; repeatable.")
     ] = None,
     settings: Settings = None,
     quick: Quick = False,
@@ -262,25 +249,23 @@ def trial(
     json_file: JsonFile = None,
     junit: JUnit = None,
     out: Annotated[
-        Path | None, typer.Option(help="Folder of the page, trial.html, or of the files of --ask.")
+        File, Option(help="Folder of the page, trial.html, or of the files of --ask.")
     ] = None,
     ask: Annotated[
-        bool, typer.Option("--ask", help="Write the states at which any tool can answer.")
+        bool, Option("--ask", help="Write the states at which any tool can answer.")
     ] = False,
     answers: Annotated[
         list[Path] | None,
-        typer.Option(help="Judge this CSV or MAT file in place of MODEL; no code is run."),
+        Option(help="Judge this CSV or MAT file in place of MODEL; no code is run."),
     ] = None,
     after: Annotated[
-        list[Path] | None,
-        typer.Option(help="With --ask: the first answers; adds states of other arms."),
+        list[Path] | None, Option(help="With --ask: the first answers; adds states of other arms.")
     ] = None,
     coordinates: Annotated[
-        Path | None,
-        typer.Option(help="TOML file of a linear map, for --ask and --answers; names of an FMU."),
+        File, Option(help="TOML file of a linear map, for --ask and --answers; names of an FMU.")
     ] = None,
     run_code: Annotated[
-        bool, typer.Option("--run-code", help="Let an FMU run, whose binary is code.")
+        bool, Option("--run-code", help="Let an FMU run, whose binary is code.")
     ] = False,
 ) -> None:
     """Check your own equations of an arm or a robot: which entry is wrong, and why."""
@@ -309,59 +294,53 @@ def trial(
 def compare(
     record: Annotated[
         Path,
-        typer.Argument(
+        Argument(
             metavar="RECORD",
-            help="CSV, MAT, HDF5 or NetCDF file, ROS bag, or a robot's TOML of columns.",
+            help="CSV, MAT, HDF5 or NetCDF file, ROS bag, or a TOML that says what columns are.",
         ),
     ],
     arm: Annotated[
-        str, typer.Argument(metavar="ARM_OR_ROBOT", help="Built-in name, TOML file or URDF.")
+        str, Argument(metavar="ARM_OR_ROBOT", help="Built-in name, TOML file or URDF.")
     ] = "paper-labelled",
     scenario: Annotated[
-        str | None, typer.Option(help="Take the torques from this scenario's drive, name or file.")
+        Text, Option(help="Take the torques from this scenario's drive, name or file.")
     ] = None,
     settings: Settings = None,
     tolerance: Annotated[
-        list[str] | None,
-        typer.Option(
+        Texts,
+        Option(
             metavar="PATH=SHARE",
-            help="Standard uncertainty of a number of the arm, arm.payload_mass_kg=0.01 for 1 %.",
+            help="Standard uncertainty of a file's number, arm.payload_mass_kg=0.01 for 1 %.",
         ),
     ] = None,
-    topic: Annotated[str, typer.Option(help="Topic of JointState messages in a ROS bag.")] = "",
+    topic: Annotated[str, Option(help="Topic of JointState messages in a ROS bag.")] = "",
     joint: Annotated[
-        list[str] | None,
-        typer.Option(help="Name of a joint in a ROS bag; repeat from the base on."),
+        Texts, Option(help="Name of a joint in a ROS bag; repeat from the base on.")
     ] = None,
     json_file: JsonFile = None,
-    out: Annotated[Path | None, typer.Option(help="Folder of the page, compare.html.")] = None,
+    out: Annotated[File, Option(help="Folder of the page, compare.html.")] = None,
 ) -> None:
-    """Compare a recorded motion with an arm's rigid models, or a robot's links and rotors."""
+    """Compare a recorded motion with the rigid models of an arm or a robot."""
     from crosscheck.cli.compare import compare_command
 
-    scenarios = [scenario] if scenario is not None else []
-    given = scenarios, settings or [], tolerance or [], topic, joint or []
+    given = scenario, settings or [], tolerance or [], topic, joint or []
     raise typer.Exit(compare_command(record, arm, *given, json_file, out))
 
 
 @app.command()
 def cost(
     robot: Annotated[
-        str,
-        typer.Argument(metavar="ROBOT", help="Built-in name, TOML file or URDF; or an arm's."),
+        str, Argument(metavar="ROBOT", help="Built-in name, TOML file or URDF; or an arm's.")
     ],
     motion: Annotated[
-        Path | None,
-        typer.Option(help="CSV, MAT, HDF5 or NetCDF file of a motion; sines by default."),
+        File, Option(help="CSV, MAT, HDF5 or NetCDF file of a motion; sines by default.")
     ] = None,
     seed: Annotated[
-        int, typer.Option(min=0, max=LARGEST_SEED, help="Seed of the motion and the states.")
+        int, Option(min=0, max=LARGEST_SEED, help="Seed of the motion and the states.")
     ] = 0,
-    quick: Annotated[
-        bool, typer.Option("--quick", help="Fewer states, instants and runs.")
-    ] = False,
+    quick: Annotated[bool, Option("--quick", help="Fewer states, instants and runs.")] = False,
     json_file: JsonFile = None,
-    out: Annotated[Path | None, typer.Option(help="Folder of the page, cost.html.")] = None,
+    out: Annotated[File, Option(help="Folder of the page, cost.html.")] = None,
 ) -> None:
     """Show what leaving out a robot's rotors, or their coupling, costs in torque and at its tip."""
     from crosscheck.cli.cost import cost_command
@@ -371,17 +350,16 @@ def cost(
 
 @app.command()
 def export(
-    arm: ArmName,
+    arm: MechanismName,
     out: Annotated[
-        Path, typer.Option(help="C file, FMU (.fmu), or URDF (.urdf) of an arm, to write.")
+        Path, Option(help="C file, FMU (.fmu), or URDF (.urdf) of the mechanism, to write.")
     ],
     model: Annotated[
-        str | None,
-        typer.Option(help="An analytic one, see `crosscheck list`; of C files and FMUs."),
+        Text, Option(help="An analytic one, see `crosscheck list`; of C files and FMUs.")
     ] = None,
     settings: Settings = None,
 ) -> None:
-    """Write a model's equations as C or FMU, or an arm itself as URDF and a robot's TOML file."""
+    """Write equations as C or FMU, or an arm or robot itself as URDF and a robot's TOML file."""
     from crosscheck.cli.files.export import export_command
 
     export_command(arm, model, settings or [], out)
@@ -389,21 +367,21 @@ def export(
 
 @app.command()
 def sweep(
-    study: Annotated[Path, typer.Argument(metavar="STUDY.toml", help="What to vary and measure.")],
-    out: Annotated[Path, typer.Option(help="NetCDF file to write.")],
+    study: Annotated[Path, Argument(metavar="STUDY.toml", help="What to vary and measure.")],
+    out: Annotated[Path, Option(help="NetCDF file to write.")],
     jobs: Jobs = None,
     scheduler: Annotated[
-        str | None,
-        typer.Option(
+        Text,
+        Option(
             metavar="tcp://HOST:PORT",
             help="Address of a Dask scheduler, whose workers run the study.",
         ),
     ] = None,
     resume: Annotated[
-        bool, typer.Option("--resume", help="Go on where an earlier run was stopped.")
+        bool, Option("--resume", help="Go on where an earlier run was stopped.")
     ] = False,
     run_code: Annotated[
-        bool, typer.Option("--run-code", help="Let the study run the functions that it names.")
+        bool, Option("--run-code", help="Let the study run the functions that it names.")
     ] = False,
 ) -> None:
     """Run a study, many members of one arm or robot and experiment, into a NetCDF file."""
@@ -415,13 +393,9 @@ def sweep(
 
 @app.command()
 def plot(
-    file: Annotated[Path, typer.Argument(metavar="FILE", help="What `crosscheck sweep` wrote.")],
-    quantity: Annotated[
-        list[str] | None, typer.Option(help="Variable to draw; repeatable (default: all).")
-    ] = None,
-    out: Annotated[
-        Path | None, typer.Option(help="PNG file to write (default: beside FILE).")
-    ] = None,
+    file: Annotated[Path, Argument(metavar="FILE", help="What `crosscheck sweep` wrote.")],
+    quantity: Annotated[Texts, Option(help="Variable to draw; repeatable (default: all).")] = None,
+    out: Annotated[File, Option(help="PNG file to write (default: beside FILE).")] = None,
 ) -> None:
     """Draw the result of a study: maps, curves and distributions."""
     with require_memory():
@@ -432,12 +406,8 @@ def plot(
 
 @app.command()
 def view(
-    file: Annotated[
-        Path, typer.Argument(metavar="RUN.nc", help="What `crosscheck simulate` wrote.")
-    ],
-    out: Annotated[
-        Path | None, typer.Option(help="HTML file to write (default: beside RUN.nc).")
-    ] = None,
+    file: Annotated[Path, Argument(metavar="RUN.nc", help="What `crosscheck simulate` wrote.")],
+    out: Annotated[File, Option(help="HTML file to write (default: beside RUN.nc).")] = None,
     open_page: OpenPage = False,
 ) -> None:
     """Write a page that shows a run in three dimensions, gears and one mesh close up."""
@@ -458,17 +428,14 @@ def list_() -> None:
 
 @app.command()
 def init(
-    file: Annotated[Path, typer.Argument(metavar="FILE", help="TOML file to write.")],
+    file: Annotated[Path, Argument(metavar="FILE", help="TOML file to write.")],
     joints: Annotated[
-        int | None, typer.Option(min=1, max=7, help="Joints of an arm (default: 2).")
+        int | None, Option(min=1, max=7, help="Joints of an arm (default: 2).")
     ] = None,
     direct: Annotated[
-        bool, typer.Option("--direct", help="A plain arm: no gears, no friction, gravity.")
+        bool, Option("--direct", help="A plain arm: no gears, no friction, gravity.")
     ] = False,
-    urdf: Annotated[
-        Path | None,
-        typer.Option(help="A robot's file instead, for this URDF or MJCF."),
-    ] = None,
+    urdf: Annotated[File, Option(help="A robot's file instead, for this URDF or MJCF.")] = None,
 ) -> None:
     """Write a commented file of an arm, or of a robot, to begin with; never over another file."""
     from crosscheck.cli.files.template import init_command, init_robot_command
@@ -476,10 +443,7 @@ def init(
     if urdf is None:
         init_command(file, joints or 2, direct)
         return
-    if joints is not None:
-        raise InputError("--joints", "", joints, "must be left out: --urdf has its own joints")
-    if direct:
-        raise InputError("--direct", "", None, "is for arms; a robot's joints are direct already")
+    refuse("robot", "init", joints=joints, direct=direct)
     init_robot_command(file, urdf)
 
 

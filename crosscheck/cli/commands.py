@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import shlex
 from collections.abc import Callable, Sequence
-from dataclasses import replace
 from functools import partial
 from pathlib import Path
 
@@ -21,12 +20,9 @@ from crosscheck.baseline.reduction import find_uncompared, find_unrecorded_runs,
 from crosscheck.baseline.regression import compare
 from crosscheck.cli.output import write_requested
 from crosscheck.file_types import AGREEMENT, JUNIT, PAGE, RECORD
-from crosscheck.models.errors import InputError
-from crosscheck.models.files import is_robot
-from crosscheck.models.loading import load_selection
-from crosscheck.models.robot.case import load_changed_robot
+from crosscheck.models.mechanism import select_mechanism
 from crosscheck.output import require_files, write_files
-from crosscheck.planning.plan import CrossCheckRequest
+from crosscheck.planning.plan import CrossCheckRequest, request_cross_check
 from crosscheck.report.answers import format_agreement_json
 from crosscheck.report.formatting import format_count, make_printable
 from crosscheck.report.junit import format_junit
@@ -47,15 +43,8 @@ def make_request(
     arm: str, scenarios: list[str] | None, settings: list[str] | None, quick: bool, seed: int
 ) -> CrossCheckRequest:
     """Request of a command line for a cross-check of an arm or robot. Raises InputError."""
-    if is_robot(arm):
-        if scenarios:
-            raise InputError("--scenario", "", scenarios[0], f"is for arms; {arm} is a robot")
-        return CrossCheckRequest(load_changed_robot(arm, settings or []), quick, seed)
-    chosen = load_selection(arm, scenarios or [], settings or [])
-    experiment_settings = chosen.scenarios, chosen.switches
-    return CrossCheckRequest(
-        chosen.arm, quick, seed, *experiment_settings, arm_file_json=chosen.arm_file_json
-    )
+    chosen = select_mechanism(arm, scenarios or [], settings or [])
+    return request_cross_check(chosen, quick, seed)
 
 
 def run_command(chosen: CrossCheckRequest, out: Path, jobs: int) -> int:
@@ -195,8 +184,7 @@ def check_command(
     path = baseline_path(folder, chosen)
     require_files((junit, JUNIT), reserved_path=path)
     baseline = read_baseline(path, chosen, renew)
-    again = replace(chosen, seed=baseline.provenance.seed)
-    agreement = compare(baseline, runner(again, jobs))
+    agreement = compare(baseline, runner(chosen, jobs))
     write_requested((junit, lambda: format_junit(agreement, f"baseline {chosen.name}")))
     print_changed(agreement)
     return agreement.exit_code

@@ -18,12 +18,7 @@ PAGE = "cost.html"
 
 
 def cost_command(
-    name: str,
-    motion: Path | None,
-    seed: int,
-    quick: bool,
-    json_file: Path | None,
-    out: Path | None,
+    name: str, motion: Path | None, seed: int, quick: bool, json_file: Path | None, out: Path | None
 ) -> int:
     """Work out what shortcuts in the gears of a robot or an arm cost; returns the exit code.
 

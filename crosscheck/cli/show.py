@@ -19,14 +19,15 @@ from crosscheck.analytic.paper.mesh_phasing import mesh_phases
 from crosscheck.analytic.paper.stiffness import mean_stiffness, peak_stiffness, stiffness_data
 from crosscheck.checks.first_principles.weights import joint_mass, link_mass
 from crosscheck.checks.scales import largest_weights
-from crosscheck.models.arm.arm import Arm, Direct, Link, Planetary, describe_arm, describe_loads
+from crosscheck.mechanisms import supply
+from crosscheck.models.arm.arm import Arm, Direct, Link, Planetary, describe_loads
 from crosscheck.models.arm.mesh import Mesh, PlanetMesh
 from crosscheck.models.arm.planets import find_unlike_fields
 from crosscheck.models.arm.quantities import Data
 from crosscheck.models.arm.stiffness import SineStiffness
 from crosscheck.models.errors import InputError
-from crosscheck.models.files import is_robot
 from crosscheck.models.loading import load_arm, load_scenario
+from crosscheck.models.mechanism import find_section
 from crosscheck.models.robot.file import load_robot, load_urdf, read_robot_file
 from crosscheck.models.robot.inertias import format_values
 from crosscheck.models.robot.robot import Robot
@@ -44,20 +45,22 @@ RIGID = 1e-3  # of the fastest eigenvalue: slower ones are the arm's own, or the
 
 
 def show_command(name: str) -> None:
-    """Print an arm, once all of it is worked out, or a robot. Raises InputError."""
-    if is_robot(name):
-        _show_robot(name)
-        return
+    """Print an arm or a robot. Raises InputError."""
+    supply("show", find_section(name))(name)
+
+
+def show_arm(name: str) -> None:
+    """Print an arm, once all of it is worked out. Raises InputError."""
     arm = load_arm(name)
     with require_usable_numbers("show", arm):
         tables = list(_tables(arm))
     print(make_printable(arm.title))
     print(make_printable(f"{arm.name}: {describe_loads(arm)}"))
-    print(*map(make_printable, describe_arm(arm)), "", sep="\n")
+    print(*map(make_printable, arm.described), "", sep="\n")
     Console().print(*tables, sep="\n")
 
 
-def _show_robot(name: str) -> None:
+def show_robot(name: str) -> None:
     """Print every doubtful inertia of a robot's URDF, then the robot and the notes on its files.
 
     Raises InputError.

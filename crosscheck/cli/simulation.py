@@ -10,22 +10,14 @@ from rich.console import Console
 from rich.markup import escape
 
 from crosscheck.file_types import TRAJECTORY
-from crosscheck.models.arm.arm import Arm
+from crosscheck.mechanisms import supply
 from crosscheck.models.errors import Diverged, InputError, Unfinished
-from crosscheck.models.files import is_robot
-from crosscheck.models.loading import Case, load_case
-from crosscheck.models.robot.case import RobotCase, load_robot_case
-from crosscheck.models.robot.robot import Robot
+from crosscheck.models.loading import Case
+from crosscheck.models.mechanism import Mechanism, load_experiment
+from crosscheck.models.robot.case import RobotCase
 from crosscheck.output import require_file, write_files
 from crosscheck.provenance import record_provenance
-from crosscheck.registry import (
-    MODELS,
-    build,
-    engine_of,
-    find_robot_model,
-    get_entry,
-    require_usable_numbers,
-)
+from crosscheck.registry import build, require_usable_numbers
 from crosscheck.runner.outcomes import Failure, SelfKeyedTask
 from crosscheck.runner.workers import perform_all
 
@@ -52,20 +44,17 @@ class SimulationRequest(SelfKeyedTask):
                 run = simulate(model, force=self.force, rtol=self.rtol)
         except (InputError, Diverged) as error:
             return error
-        entry = MODELS[self.model if isinstance(mechanism, Arm) else engine_of(self.model)]
+        entry = supply("find_entry", mechanism.section)(self.model, mechanism)
         record = record_provenance(mechanism, 0, False, packages=entry.versioned_packages)
         run.attrs |= {"provenance": record.model_dump_json(), "command": record.command}
         final = describe_joints(mechanism, run["theta"].values[-1])
         return encode_netcdf(run), f"{run.sizes['time']} times{final}"
 
 
-def describe_joints(mechanism: Arm | Robot, positions: Sequence[float]) -> str:
+def describe_joints(mechanism: Mechanism, positions: Sequence[float]) -> str:
     """Positions of the joints at a run's end, as the summary of the file has them."""
-    if isinstance(mechanism, Arm):
-        return f", theta at the end {', '.join(f'{angle:.9g}' for angle in positions)} rad"
-    units = ["m" if joint.kind == "prismatic" else "rad" for joint in mechanism.joints]
-    joints = zip(mechanism.joints, positions, units, strict=True)
-    return f"; at the end {', '.join(f'{j.name} {value:.9g} {unit}' for j, value, unit in joints)}"
+    joints = zip(mechanism.joint_units.items(), positions, strict=True)
+    return "; at the end " + ", ".join(f"{name} {q:.9g} {unit}" for (name, unit), q in joints)
 
 
 def simulate_command(
@@ -79,16 +68,8 @@ def simulate_command(
     rtol: float | None = None,
 ) -> None:
     """Simulate one model of an arm or a robot into a NetCDF file."""
-    case: Case | RobotCase
-    if is_robot(arm):
-        for switch, value in switches.items():
-            allowed = "is for planar arms: the teeth of robots follow their joints' angles"
-            raise InputError(f"--{switch.replace('_', '-')}", "", value, allowed)
-        case = load_robot_case(arm, scenario, settings)
-        find_robot_model(model, case.robot)
-    else:
-        case = load_case(arm, scenario, switches, settings)
-        get_entry(model)
+    case = load_experiment(arm, scenario, switches, settings)
+    supply("find_entry", case[0].section)(model, case[0])  # or an error before anything is run
     request = SimulationRequest(model, case, force, rtol)
     require_file(out, TRAJECTORY, "--out")
     experiment = case.scenario

@@ -9,13 +9,15 @@ from collections.abc import Mapping
 from dataclasses import dataclass, replace
 from functools import partial
 from pathlib import Path
+from typing import Any
 
 from crosscheck.cli.output import print_and_write, write_requested
-from crosscheck.file_types import AGREEMENT, JUNIT, ROBOT_JUNIT, ROBOT_TRIAL, TRIAL, TRIAL_PAGE
+from crosscheck.file_types import AGREEMENT, JUNIT, TRIAL, TRIAL_PAGE, FileType
 from crosscheck.models.errors import InputError
 from crosscheck.models.files import is_robot
 from crosscheck.models.inputs import remember
-from crosscheck.models.loading import ArmSelection, load_selection
+from crosscheck.models.loading import Selection, load_selection
+from crosscheck.models.refusals import refuse
 from crosscheck.models.robot.case import load_changed_robot
 from crosscheck.models.robot.robot import Robot
 from crosscheck.output import require_files, require_writable, write_files
@@ -42,12 +44,7 @@ from crosscheck.trial.fmu.unit import (
 from crosscheck.trial.input.equations import Coordinates, Equations, load_coordinates
 from crosscheck.trial.input.loading import load_equations, load_robot_equations
 from crosscheck.trial.model import select_switches
-from crosscheck.trial.robots.output import (
-    format_lines,
-    format_robot_trial,
-    robot_trial_junit,
-    robot_trial_page,
-)
+from crosscheck.trial.result import TrialResult
 from crosscheck.trial.robots.trial import run_robot_trial
 from crosscheck.trial.tables.answers import build_table_equations, next_row, read_trial_answers
 from crosscheck.trial.tables.folder import render_probe_files, render_request_files
@@ -57,7 +54,7 @@ from crosscheck.trial.tables.state_requests import (
     collect_inverse_requests,
     collect_state_request,
 )
-from crosscheck.trial.trial import Trial, TrialRequest, run_trial
+from crosscheck.trial.trial import TrialRequest, run_trial
 
 
 def make_trial_request(
@@ -116,6 +113,11 @@ class TrialOptions:
         return None if self.out is None else self.out / "trial.html"
 
     @property
+    def files(self) -> tuple[tuple[Path | None, FileType], ...]:
+        """The files to be written, None where one is not wanted, and what each is."""
+        return (self.json_file, TRIAL), (self.junit, JUNIT), (self.page, TRIAL_PAGE)
+
+    @property
     def fmu(self) -> Path | None:
         """Path of the FMU, where MODEL is one."""
         is_fmu = bool(self.names) and self.names[0].endswith(".fmu")
@@ -154,7 +156,8 @@ def trial_command(options: TrialOptions) -> int:
     """Judge supplied equations, or write what is asked of them; returns the exit code."""
     _require_compatible(options)
     if is_robot(options.arm) and not (options.ask and options.fmu):
-        _require_for_robots(options)
+        given: dict[str, Any] = {"after": options.after, "scenario": options.scenarios}
+        refuse("robot", "trial", **given, run_code=options.run_code and options.fmu is None)
         if not options.ask:
             return _try_robot(options)
     if options.ask:
@@ -170,9 +173,7 @@ def trial_command(options: TrialOptions) -> int:
         if unit is not None and unit.description.kind == "co-simulation":
             return _run_beside_engines(options, unit, chosen)
         request = _make_request(options, unit, chosen)
-        require_files(
-            (options.json_file, TRIAL), (options.junit, JUNIT), (options.page, TRIAL_PAGE)
-        )
+        require_files(*options.files)
         with show_progress(f"trying {make_printable(request.name)}") as progress:
             trial = run_trial(request, jobs=options.processes, progress=progress)
     return _report_trial(trial, options)
@@ -182,8 +183,7 @@ def _try_robot(options: TrialOptions) -> int:
     """Judge a user's equations of a robot; returns the exit code. Raises InputError."""
     text = options.answers[0].name if options.answers else options.names[0]
     robot = options.load_robot()
-    files = options.json_file, options.junit, options.page
-    require_files(*zip(files, (ROBOT_TRIAL, ROBOT_JUNIT, TRIAL_PAGE), strict=True))
+    require_files(*options.files)
     with tempfile.TemporaryDirectory() as folder:
         equations = _load_robots_equations(options, robot, Path(folder))
         with show_progress(f"trying {make_printable(text)}") as progress:
@@ -195,11 +195,7 @@ def _try_robot(options: TrialOptions) -> int:
                 jobs=options.processes,
                 progress=progress,
             )
-    texts = format_robot_trial, robot_trial_junit, robot_trial_page
-    print_and_write(
-        format_lines(trial), *zip(files, (partial(text, trial) for text in texts), strict=True)
-    )
-    return trial.exit_code
+    return _report_trial(trial, options)
 
 
 def _load_robots_equations(options: TrialOptions, robot: Robot, folder: Path) -> Equations:
@@ -223,7 +219,7 @@ def _load_robots_equations(options: TrialOptions, robot: Robot, folder: Path) ->
 
 
 def _make_request(
-    options: TrialOptions, unit: MappedUnit | None, chosen: ArmSelection
+    options: TrialOptions, unit: MappedUnit | None, chosen: Selection
 ) -> TrialRequest:
     """The equations to be tried: a table's, an FMU's or the model's. Raises InputError."""
     quick, seed = options.quick, options.seed
@@ -239,7 +235,7 @@ def _make_request(
     return TrialRequest(options.fmu.name, equations, chosen.arm, *laws, quick=quick, seed=seed)
 
 
-def _run_beside_engines(options: TrialOptions, unit: MappedUnit, chosen: ArmSelection) -> int:
+def _run_beside_engines(options: TrialOptions, unit: MappedUnit, chosen: Selection) -> int:
     """Run a unit for Co-Simulation beside the engines; returns the exit code. Raises InputError."""
     assert options.fmu is not None  # whose unit it is
     require_comparable(unit, str(options.coordinates))
@@ -263,25 +259,20 @@ def _run_beside_engines(options: TrialOptions, unit: MappedUnit, chosen: ArmSele
     return agreement.exit_code
 
 
-def _report_trial(trial: Trial, options: TrialOptions) -> int:
-    """Write and print what was found; returns the exit code."""
-    from crosscheck.report.trials.trial import format_trial_json, print_trial
-
-    def draw_page() -> str:
-        # It imports Matplotlib, for a page alone.
-        from crosscheck.report.trials.trial_page import render_trial_page
-
-        return render_trial_page(trial)
-
-    title = f"trial {trial.problem.name} {trial.problem.case.arm.name}"
-    named = write_requested(
-        (options.json_file, lambda: format_trial_json(trial)),
-        (options.junit, lambda: format_junit(trial.agreement, title)),
-        (options.page, draw_page),
+def _report_trial(trial: TrialResult, options: TrialOptions) -> int:
+    """Write and print the answer of a trial; returns the exit code. Raises InputError."""
+    from crosscheck.report.trials.output import (
+        format_trial_json,
+        format_trial_junit,
+        render_trial_page,
     )
-    print_trial(trial)
-    for line in named:
-        print(line)
+
+    answer = trial.answer
+    texts = format_trial_json, format_trial_junit, render_trial_page
+    requests = (
+        (path, partial(text, answer)) for (path, _), text in zip(options.files, texts, strict=True)
+    )
+    print_and_write(answer.lines, *requests)
     return trial.exit_code
 
 
@@ -325,17 +316,6 @@ def _write_new(folder: Path, files: Mapping[str, str | bytes]) -> None:
         if os.path.lexists(folder / name):
             raise InputError(str(folder / name), "", None, "exists already; name another folder")
     write_files({folder / name: content for name, content in files.items()})
-
-
-def _require_for_robots(options: TrialOptions) -> None:
-    """Raise InputError for options that are of arms alone."""
-    of_arms = {
-        "--after": options.after,
-        "--scenario": options.scenarios,
-        "--run-code": options.run_code and options.fmu is None,
-    }
-    for name in (name for name, given in of_arms.items() if given):
-        raise InputError(name, "", None, f"is for arms; {options.arm} is a robot")
 
 
 def _require_compatible(options: TrialOptions) -> None:

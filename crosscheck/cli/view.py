@@ -10,9 +10,8 @@ from crosscheck.output import require_file, write_files
 from crosscheck.report.formatting import make_printable
 from crosscheck.report.rendering import render_page
 from crosscheck.report.vendor import read_vendored
-from crosscheck.view.robot_scene import build_robot_scene
 from crosscheck.view.scene import build_scene
-from crosscheck.view.trajectory_file import RobotRun, Run, read_run
+from crosscheck.view.trajectory_file import Run, read_run
 
 
 def view_command(file: Path, out: Path | None) -> Path:
@@ -24,7 +23,7 @@ def view_command(file: Path, out: Path | None) -> Path:
     return target
 
 
-def view_page(run: Run | RobotRun) -> str:
+def view_page(run: Run) -> str:
     """HTML text with the scene and all that draws it."""
-    scene = build_robot_scene(run) if isinstance(run, RobotRun) else build_scene(run)
-    return render_page("view", scene=scene, three=read_vendored("three.module.min.js"))
+    three = read_vendored("three.module.min.js")
+    return render_page("view", scene=build_scene(run), three=three)

@@ -383,7 +383,7 @@ def _costs(costs: ShortcutCosts) -> dict[str, object]:
 def cost_page(costs: ShortcutCosts) -> str:
     """The page on a robot's costs: HTML text, figure inlined."""
     from crosscheck.report.plots.figures import to_svg
-    from crosscheck.report.plots.scheme import draw_scheme
+    from crosscheck.report.plots.scheme import draw_robot
     from crosscheck.report.rendering import render_page
 
     return render_page(
@@ -403,7 +403,7 @@ def cost_page(costs: ShortcutCosts) -> str:
         length=format_length,
         plain_number=format_number,
         negligible=format_percent(NEGLIGIBLE),
-        scheme=draw_scheme(costs.robot),
+        scheme=draw_robot(costs.robot),
         bars=to_svg(draw_shares(costs)) if costs.agrees and costs.ratios else "",
         drawing=to_svg(draw_torques(costs)) if costs.agrees else "",
     )

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import json
 from dataclasses import dataclass, replace
-from typing import Literal
+from typing import Literal, cast
 
 import numpy as np
 
@@ -31,8 +31,8 @@ from crosscheck.models.experiment.scenario import (
     switches,
 )
 from crosscheck.models.files import read_raw_arm
-from crosscheck.models.loading import Case, load_arm, load_scenario
-from crosscheck.models.robot.robot import Robot
+from crosscheck.models.loading import Case, Selection, load_arm, load_scenario
+from crosscheck.models.mechanism import Mechanism
 from crosscheck.planning import sizing
 from crosscheck.registry import MODELS
 from crosscheck.runner.tasks import RunKey, Simulation
@@ -125,12 +125,12 @@ class CrossCheckRequest:
 
     scenarios: their own experiments, in place of the plan's; chosen: laws of all of them, None for
     the plan's; model: name of equations that are tried in place of the cross-check of all models;
-    arm_file_json: JSON of what the arm's file holds, settings applied, empty of an arm that is of
-    no file. Of a robot all these are empty. Raises InputError for scenarios that cannot stand side
+    arm_file_json: JSON of what the arm's file holds, settings applied, empty of a robot and of an
+    arm that is of no file. Raises InputError for scenarios that cannot stand side
     by side.
     """
 
-    mechanism: Arm | Robot
+    mechanism: Mechanism
     quick: bool = False
     seed: int = 0
     scenarios: tuple[Scenario, ...] = ()
@@ -154,8 +154,7 @@ class CrossCheckRequest:
     @property
     def arm(self) -> Arm:
         """The arm; what is planned of arms alone asks for it."""
-        assert isinstance(self.mechanism, Arm)
-        return self.mechanism
+        return cast(Arm, self.mechanism)
 
     @property
     def needs_sizes(self) -> bool:
@@ -166,6 +165,12 @@ class CrossCheckRequest:
     def has_fixed_steps(self) -> bool:
         """Whether the experiments are the paper's, whose steps and durations are settled."""
         return not self.scenarios and is_the_papers(self.arm)
+
+
+def request_cross_check(chosen: Selection, quick: bool, seed: int) -> CrossCheckRequest:
+    """The request for a cross-check of what was selected. Raises InputError."""
+    mechanism, scenarios, switches, file_json = chosen
+    return CrossCheckRequest(mechanism, quick, seed, scenarios, switches, arm_file_json=file_json)
 
 
 def draft_experiments(request: CrossCheckRequest, sizes: sizing.Sizes | None) -> list[Experiment]:

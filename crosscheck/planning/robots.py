@@ -5,19 +5,23 @@ from __future__ import annotations
 import os
 import pkgutil
 from collections.abc import Callable, Iterator, Sequence
+from contextlib import suppress
 from dataclasses import replace
 from functools import partial
 from importlib import import_module
+from typing import cast
 
 import numpy as np
 
 from crosscheck.checks import robots
 from crosscheck.checks.robots import engines
-from crosscheck.checks.robots.case import RobotLevel, SampledRobot
-from crosscheck.checks.robots.simulations import motor_torques
+from crosscheck.checks.robots.case import LEAST_RUN_S, RobotLevel, SampledRobot
+from crosscheck.checks.robots.simulations import DEPTH, simulation_start
 from crosscheck.checks.robots.sizes import compute_sizes
 from crosscheck.checks.robots.states import RandomStates, sample_states
 from crosscheck.findings import EntryDifferences, Finding
+from crosscheck.models.errors import Diverged
+from crosscheck.models.experiment.scenario import Scenario
 from crosscheck.models.robot.integration import integrate
 from crosscheck.models.robot.interface import RobotModel
 from crosscheck.models.robot.robot import WITH_ROTORS, Level, Robot
@@ -34,13 +38,14 @@ from crosscheck.planning.plan import CrossCheckRequest
 from crosscheck.planning.springs import (
     drive_matrix,
     friction_rate,
+    largest_stable_step,
     mesh_rates,
     replace_stages_by_rotors,
     tooth_springs,
 )
 from crosscheck.registry import build_robot_model, find_level_engines, reference_engine
 from crosscheck.runner.tasks import RobotEvaluation
-from crosscheck.runner.workers import perform_all
+from crosscheck.runner.workers import Workers, perform_all
 
 COUNT, QUICK_COUNT = 100, 20
 RUN_S = 0.1  # longest run [s], if few steps of it resolve mesh swings, their decay and friction
@@ -48,21 +53,24 @@ RUN_S = 0.1  # longest run [s], if few steps of it resolve mesh swings, their de
 FORCE, DEEPEST = 10.0, 0.01
 # Of free motions on all levels: a step of the fastest mesh [rad], and steps at most.
 RESOLVED, MOST_STEPS, QUICK_STEPS, LEAST_STEPS = 0.4, 1000, 100, 50
+CONTROLLED = 0.25  # steps of a controlled run over the largest stable ones
 UNRESOLVED = 0.01  # part of a motion by which halving its steps may change it
 MASS_MATRIX = "mass_matrix"
 
 
-def plan_robot(request: CrossCheckRequest) -> Plan:
-    """The whole cross-check of a robot. Raises InputError for one whose M cannot be inverted."""
-    robot = request.mechanism
-    assert isinstance(robot, Robot)
+def plan_robot(request: CrossCheckRequest, workers: Workers | None = None) -> Plan:
+    """The whole cross-check of a robot. Raises InputError for one whose M cannot be inverted.
+
+    workers: are not needed, for a robot's runs are made by its own numbers.
+    """
+    robot = cast(Robot, request.mechanism)
     count = QUICK_COUNT if request.quick else COUNT
     cases = make_cases(
         robot,
         sample_states(robot, count, request.seed),
         QUICK_STEPS if request.quick else MOST_STEPS,
     )
-    models = sample_models(cases)
+    models = sample_models([add_scenarios(case, request.scenarios) for case in cases])
     planned = [each for plan in find_plans() for each in plan(models)]
     comparisons = [each for each in planned if isinstance(each, Comparison)]
     remarks = [each for each in planned if isinstance(each, str)]
@@ -74,6 +82,15 @@ def plan_robot(request: CrossCheckRequest) -> Plan:
     ]
     entries = partial(compute_robot_entries, models)
     return Plan(comparisons, (*remarks, *robot.notes), entries)
+
+
+def describe_quick_limits(request: CrossCheckRequest) -> str:
+    """A sentence on what a quick cross-check of a robot leaves out."""
+    return (
+        f"With --quick models are compared at {QUICK_COUNT} random states, where a full"
+        f" cross-check takes {COUNT}, and free motions take at most {QUICK_STEPS} steps of"
+        f" {MOST_STEPS}."
+    )
 
 
 def find_plans() -> Iterator[Callable[[list[SampledRobot]], Iterator[Comparison | str]]]:
@@ -142,14 +159,52 @@ def shorten_runs(model: RobotModel, case: RobotLevel) -> RobotLevel:
     return case
 
 
+def add_scenarios(case: RobotLevel, scenarios: Sequence[Scenario]) -> RobotLevel:
+    """The case with the beginnings of scenarios, in as few steps as its runs.
+
+    More steps would let rounding grow beyond what tells two engines' equations from each other.
+    """
+    model = build_robot_model(reference_engine(), case.robot, case.level)
+    beginnings = [begin_scenario(model, case, scenario) for scenario in scenarios]
+    return replace(case, scenarios=tuple(beginnings))
+
+
+def begin_scenario(model: RobotModel, case: RobotLevel, scenario: Scenario) -> Scenario:
+    """As much of a scenario's beginning as few steps resolve, whatever its own rule of steps is.
+
+    Half as long steps change it by a small part of its motion. No teeth are on the edge of contact
+    at the start, where rounding decides whether they touch.
+    """
+    start, steps = scenario.start, engines.STEPS
+    offsets = ("sun_planet_offset_m", "planet_ring_offset_m")
+    deep = start.model_copy(update={each: getattr(start, each) or DEPTH for each in offsets})
+    stable_s = CONTROLLED * steps * largest_stable_step(model, scenario)
+    duration = min(case.run_s, stable_s, scenario.duration_s)
+    while True:
+        update = {"start": deep, "duration_s": duration, "record_every": 1}
+        coarse, fine = (
+            scenario.model_copy(update={**update, "step_s": duration / count})
+            for count in (steps, 2 * steps)
+        )
+        with suppress(Diverged):
+            (q, _), (fine_q, _) = model.integrate(coarse), model.integrate(fine)
+            motion = np.abs(q[-1] - q[0]).max()
+            if np.abs(fine_q[-1] - q[-1]).max() <= UNRESOLVED * motion:
+                return coarse
+        if duration <= LEAST_RUN_S:
+            return coarse
+        duration /= 2
+
+
 def is_resolved(model: RobotModel, case: RobotLevel) -> bool:
     """Whether twice as many steps change the runs of a case by a small part of their motion.
 
-    These are free motions, and one from the first state under the torques of simulations.
+    These are free motions, and the simulation's.
     """
-    free = case.states.first(engines.RUNS)
-    q, v = (np.vstack([values, values[:1]]) for values in free[:2])
-    torques = np.vstack([0 * free.torques, motor_torques(case)])
+    free, start = case.states.first(engines.RUNS), simulation_start(case)
+    q, v, torques = (np.vstack([each, each[:1]]) for each in (*free[:2], 0 * free.torques))
+    for values, first in zip((q, v, torques), start, strict=True):
+        values[-1, : case.free] = first
     coarse, fine = (
         integrate(model, q, v, lambda time: torques, case.run_s, steps)[0]
         for steps in (engines.STEPS, 2 * engines.STEPS)

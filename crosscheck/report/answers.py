@@ -8,9 +8,9 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 
 from crosscheck.findings import Agreement, EntryDifferences, Finding, Verdict, WrongEntry
-from crosscheck.models.arm.arm import Arm
-from crosscheck.models.robot.robot import Robot
-from crosscheck.registry import engine_of, is_rigid_arm, model_names
+from crosscheck.mechanisms import supply
+from crosscheck.models.mechanism import Mechanism
+from crosscheck.registry import engine_of, model_names
 from crosscheck.report.formatting import (
     describe_tally,
     format_count,
@@ -19,8 +19,8 @@ from crosscheck.report.formatting import (
     format_rounded,
 )
 from crosscheck.report.matrix import FORMS, WORST_FIRST, common_digits, is_beyond
-from crosscheck.report.outline import ReportOutline, outline_report
-from crosscheck.report.records import format_json
+from crosscheck.report.outline import ReportOutline
+from crosscheck.report.records import format_json, to_json_value
 
 STATES, RUNS = ("states", "form-states"), ("same-step", "refined", "form")
 LEVEL_OMISSIONS = {
@@ -308,25 +308,22 @@ class Answers:
     outline: ReportOutline
 
 
-def answer_questions(agreement: Agreement, mechanism: Arm | Robot) -> Answers:
+def answer_questions(agreement: Agreement, mechanism: Mechanism) -> Answers:
     """The answers of a cross-check of an arm or a robot."""
-    outline = outline_report(mechanism)
+    outline: ReportOutline = supply("outline", mechanism.section)(mechanism)
     rows = compare_models(agreement, outline)
-    if isinstance(mechanism, Robot):
-        on_levels = answer_on_levels(agreement)
-    else:  # of an arm that is rigid by itself nothing is asked
-        on_levels = "" if is_rigid_arm(mechanism) else answer_on_rigid_arm(agreement)
+    answer_on_levels = supply("answer_on_levels", mechanism.section)
     return Answers(
         describe_verdict(agreement),
         tuple(rows),
         answer_on_equations(rows, outline),
-        on_levels,
+        answer_on_levels(agreement) if outline.has_levels else "",
         answer_on_trust(agreement, outline),
         outline,
     )
 
 
-def format_agreement_json(agreement: Agreement, mechanism: Arm | Robot) -> str:
+def format_agreement_json(agreement: Agreement, mechanism: Mechanism) -> str:
     """JSON text by crosscheck/schema/agreement.schema.json, the answers before the findings."""
     whole, answers = agreement.to_dict(), answer_questions(agreement, mechanism)
     models = [
@@ -343,12 +340,7 @@ def format_agreement_json(agreement: Agreement, mechanism: Arm | Robot) -> str:
     ]
     entries = [
         {
-            "quantity": each.quantity,
-            "model": each.model,
-            "engines": each.engines,
-            "coordinates": each.coordinates,
-            "relative": each.relative,
-            "tolerance": each.tolerance,
+            **to_json_value(each),
             "wrong": [
                 {"entry": wrong.name, "relative": wrong.relative} for wrong in each.wrong_entries()
             ],

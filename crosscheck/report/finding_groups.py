@@ -4,11 +4,17 @@ from __future__ import annotations
 
 import math
 from collections import Counter
-from collections.abc import Iterable, Sequence
+from collections.abc import Iterable, Iterator, Sequence
 from dataclasses import dataclass
 
 from crosscheck.findings import Finding, Verdict
-from crosscheck.report.formatting import format_number, format_percent, format_unit
+from crosscheck.report.formatting import (
+    describe_outcome,
+    format_count,
+    format_number,
+    format_percent,
+    format_unit,
+)
 from crosscheck.report.matrix import WORST_FIRST
 
 VERDICTS: tuple[Verdict, ...] = (*WORST_FIRST, "measured")
@@ -130,3 +136,15 @@ def _make_group(title: str, findings: Sequence[Finding]) -> FindingGroup:
         rows=tuple(make_row(finding) for finding in findings),
         is_open=any(f.kind == "check" and f.verdict != "agree" for f in findings),
     )
+
+
+def describe_by_reason(findings: Sequence[Finding]) -> Iterator[tuple[Finding, str]]:
+    """The first finding of each reason, its outcome, and how many others failed for it."""
+    by_reason: dict[str, list[Finding]] = {}
+    for finding in findings:
+        reason, bracket, _ = finding.note.rpartition(" (")  # in brackets: at which state
+        shared = (reason if bracket else finding.note) if finding.verdict == "failed" else ""
+        by_reason.setdefault(shared or finding.id, []).append(finding)
+    for finding, *more in by_reason.values():
+        others = f"; and so in {format_count(len(more), 'more check')}" if more else ""
+        yield finding, f"{describe_outcome(finding)}{others}"

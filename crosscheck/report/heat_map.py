@@ -3,9 +3,8 @@
 from __future__ import annotations
 
 import bisect
-from collections.abc import Iterator, Sequence
+from collections.abc import Sequence
 from dataclasses import dataclass
-from typing import TYPE_CHECKING
 
 import numpy as np
 
@@ -13,12 +12,8 @@ from crosscheck.findings import EntryDifferences
 from crosscheck.registry import model_names
 from crosscheck.report.formatting import format_percent
 
-if TYPE_CHECKING:
-    from crosscheck.trial.trial import Trial
-
 TICK = "\N{CHECK MARK}"
 DECADES = (1e-6, 1e-4, 1e-2)  # relative differences between the shades of a cell
-PART_NAMES = {"mass_matrix": "M", "rate_terms": "bias", "force": "force"}
 MANY = 8  # columns whose names are written upwards
 
 
@@ -97,19 +92,3 @@ def make_entry_maps(entries: Sequence[EntryDifferences]) -> list[HeatMap]:
         )
         for name in shown
     ]
-
-
-def make_trial_maps(trial: Trial) -> Iterator[HeatMap]:
-    """A heat map of each part; of the bias one for each row that deviates."""
-    names = trial.problem.frame.names
-    for quantity, relative_errors in trial.relative_errors.items():
-        title, allowed = PART_NAMES.get(quantity, quantity), trial.allowed[quantity]
-        if relative_errors.ndim == 3:
-            for row, name in enumerate(names):
-                if not (relative_errors[row] <= allowed).all():
-                    row_title = f"{title} of {name}, by rates"
-                    yield make_heat_map(
-                        row_title, names, names, relative_errors[row].tolist(), allowed
-                    )
-        else:
-            yield make_entry_map(title, names, relative_errors, allowed)

@@ -3,10 +3,8 @@
 from __future__ import annotations
 
 from crosscheck.findings import Finding
-from crosscheck.models.robot.robot import Robot
-from crosscheck.planning import plan, robots
+from crosscheck.mechanisms import supply
 from crosscheck.planning.run_suite import MIDWAY_S
-from crosscheck.planning.state_suite import COUNT, QUICK_COUNT
 from crosscheck.registry import second_engine
 from crosscheck.report.answers import (
     answer_questions,
@@ -19,7 +17,6 @@ from crosscheck.report.heat_map import make_entry_maps
 from crosscheck.report.matrix import collect_cells, group_models
 from crosscheck.report.plots.charts import Pictures
 from crosscheck.report.plots.figures import fix_links
-from crosscheck.report.plots.scheme import draw_scheme
 from crosscheck.report.plots.signals import format_signals
 from crosscheck.report.rendering import render_page
 from crosscheck.report.vendor import read_vendored
@@ -40,18 +37,15 @@ def render_report_page(result: CrossCheck, pictures: Pictures) -> str:
         if key.family == "deviation":
             deviations.setdefault(key.case, {}).setdefault(key.left, []).append(finding)
     made = render_page(
-        "page",
+        mechanism.section,  # whose template fills the page's own sentences in
         outline=answers.outline,
+        mechanism=mechanism,
         agreement=agreement,
-        is_the_papers=answers.outline.is_the_papers,
         answers=answers,
         maps=make_entry_maps(agreement.entries),
         wrong=find_wrong_entries(agreement.entries),
-        questions=answers.outline.questions,
-        topics=answers.outline.topics,
         tips=find_tip_ends(agreement),
         is_without_contact=is_without_contact,
-        quantities=answers.outline.quantities,
         cells=matrix_cells,
         groups=group_models([cell for cell in matrix_cells if cell.between_models]),
         listed=list_findings(agreement.findings),
@@ -66,31 +60,9 @@ def render_report_page(result: CrossCheck, pictures: Pictures) -> str:
         signals=format_signals(pictures.signals),
         plot_style=read_vendored("uPlot.min.css"),
         plot_script=read_vendored("uPlot.iife.min.js"),
-        scheme=draw_scheme(mechanism),
-        preliminary=describe_quick_limits(result.request),
+        scheme=supply("draw", mechanism.section)(mechanism),
+        preliminary=supply("describe_quick_limits", mechanism.section)(result.request),
         second=second_engine(),
         provenance=agreement.to_dict()["provenance"],
     )
     return fix_links(made)
-
-
-def describe_quick_limits(request: plan.CrossCheckRequest) -> str:
-    """Sentences on what a quick cross-check leaves out."""
-    if isinstance(request.mechanism, Robot):
-        return (
-            f"With --quick models are compared at {robots.QUICK_COUNT} random states, where a full"
-            f" cross-check takes {robots.COUNT}, and free motions take at most"
-            f" {robots.QUICK_STEPS} steps of {robots.MOST_STEPS}."
-        )
-    runs = f"at most {plan.QUICK_STEPS} steps of each experiment are simulated"
-    if request.has_fixed_steps:
-        short = (
-            f"{each:g} of {plan.FULL_S[name]:g} s of {name}" for name, each in plan.QUICK_S.items()
-        )
-        runs = f"{' and '.join(short)} are simulated"
-    elif request.needs_sizes:
-        runs = f"{runs}, a full cross-check takes up to {plan.FULL_STEPS}"
-    return (
-        f"With --quick {runs}, and models are compared at {QUICK_COUNT} random states where a full"
-        f" cross-check takes {COUNT}. What happens later in the runs is not judged here."
-    )

@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Mapping
 from dataclasses import dataclass
 
-from crosscheck.models.arm.arm import Arm, Planetary, describe_arm
+from crosscheck.models.arm.arm import Arm, Planetary
 from crosscheck.models.robot.robot import LEVELS as ROBOT_LEVELS
 from crosscheck.models.robot.robot import Robot
 from crosscheck.planning.plan import is_the_papers
@@ -13,6 +13,7 @@ from crosscheck.registry import (
     LEVELS,
     MODELS,
     engine_of,
+    is_rigid_arm,
     model_names,
     reference_engine,
     reference_model,
@@ -28,12 +29,11 @@ class ReportOutline:
     models: titles by name of the models that are compared with other engines', one a row; forms:
     those of them that are only measured; quantities: their names by that of a Finding, a column
     each; questions: that it answers; topics: what each is about, the title of its card; levels:
-    titles; finest: the model that levels are beside;
-    truths: what single models are compared with; described: the mechanism in lines.
+    titles; finest: the model that levels are beside; truths: what single models are compared with;
+    has_levels: whether its levels differ.
     """
 
     name: str
-    title: str
     models: Mapping[str, str]
     forms: tuple[str, ...]
     quantities: Mapping[str, str]
@@ -42,17 +42,12 @@ class ReportOutline:
     levels: Mapping[str, str]
     finest: str
     truths: str
-    described: tuple[str, ...]
+    has_levels: bool = True
     is_the_papers: bool = False
-    is_robot: bool = False
 
 
-def outline_report(mechanism: Arm | Robot) -> ReportOutline:
-    """The outline of a cross-check's report."""
-    return _robot_outline(mechanism) if isinstance(mechanism, Robot) else _arm_outline(mechanism)
-
-
-def _arm_outline(arm: Arm) -> ReportOutline:
+def outline_arm(arm: Arm) -> ReportOutline:
+    """The outline of the report on an arm."""
     home = engine_of(reference_model())  # the derivation, with rigid models of its own
     derived = [
         name
@@ -63,7 +58,6 @@ def _arm_outline(arm: Arm) -> ReportOutline:
     has_gears = any(isinstance(joint, Planetary) for joint in arm.joints)
     return ReportOutline(
         name=arm.name,
-        title=arm.title,
         models={name: MODELS[name].title for name in names},
         forms=model_names("form"),
         quantities={
@@ -83,16 +77,16 @@ def _arm_outline(arm: Arm) -> ReportOutline:
         levels=LEVELS,
         finest=reference_model(),
         truths="first principles, its own records or the arm's file",
-        described=tuple(describe_arm(arm)),
+        has_levels=not is_rigid_arm(arm),
         is_the_papers=is_the_papers(arm),
     )
 
 
-def _robot_outline(robot: Robot) -> ReportOutline:
+def outline_robot(robot: Robot) -> ReportOutline:
+    """The outline of the report on a robot."""
     levels = {str(level): ROBOT_LEVELS[level] for level in robot.levels}
     return ReportOutline(
         name=robot.name,
-        title=robot.title,
         models={f"{reference_engine()}:{level}": title for level, title in levels.items()},
         forms=(),
         quantities={
@@ -110,6 +104,4 @@ def _robot_outline(robot: Robot) -> ReportOutline:
         levels=levels,
         finest=f"{reference_engine()}:{robot.levels[-1]}",
         truths="first principles",
-        described=tuple(repr(robot).splitlines()[1:]),
-        is_robot=True,
     )

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from functools import cache
-from typing import Any, NamedTuple
 
 from jinja2 import Environment, PackageLoader, StrictUndefined
 
@@ -15,19 +14,6 @@ from crosscheck.report.formatting import (
     format_percent,
     format_unit,
 )
-
-
-class WrongRow(NamedTuple):
-    """A wrong entry on a trial's page.
-
-    latex: yours minus right, '' where unknown; explanation: of an arm, by its terms.
-    """
-
-    entry: str
-    relative: float
-    why: str
-    latex: str = ""
-    explanation: Any = None
 
 
 @cache

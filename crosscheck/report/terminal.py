@@ -10,12 +10,10 @@ from rich.text import Text
 
 from crosscheck.baseline.regression import describe_changes, find_accepted_differences
 from crosscheck.findings import Agreement, Finding
-from crosscheck.models.arm.arm import Arm
-from crosscheck.models.robot.robot import Robot
+from crosscheck.models.mechanism import Mechanism
 from crosscheck.report.answers import answer_questions
-from crosscheck.report.finding_groups import tolerance_share
+from crosscheck.report.finding_groups import describe_by_reason, tolerance_share
 from crosscheck.report.formatting import (
-    describe_outcome,
     describe_tally,
     format_count,
     make_printable,
@@ -34,7 +32,7 @@ COLOURS = {
 }
 
 
-def print_answers(agreement: Agreement, mechanism: Arm | Robot) -> None:
+def print_answers(agreement: Agreement, mechanism: Mechanism) -> None:
     """Print the verdict, the three questions with their answers, all checks, the verdict again."""
     report_answers = answer_questions(agreement, mechanism)
     print(make_printable(report_answers.verdict))
@@ -47,7 +45,7 @@ def print_answers(agreement: Agreement, mechanism: Arm | Robot) -> None:
     print(make_printable(report_answers.verdict))
 
 
-def print_report_summary(agreement: Agreement, mechanism: Arm | Robot) -> None:
+def print_report_summary(agreement: Agreement, mechanism: Mechanism) -> None:
     """Print the verdict, a line for each model, how far levels are off, the verdict again."""
     report_answers = answer_questions(agreement, mechanism)
     print(make_printable(report_answers.verdict))
@@ -69,14 +67,8 @@ def print_report_summary(agreement: Agreement, mechanism: Arm | Robot) -> None:
 def _print_disagreeing(findings: Sequence[Finding]) -> None:
     """Print a line for each finding; those that failed for one reason have one line."""
     console = Console()
-    by_reason: dict[str, list[Finding]] = {}
-    for finding in findings:
-        reason, bracket, _ = finding.note.rpartition(" (")  # in brackets: at which state
-        shared = (reason if bracket else finding.note) if finding.verdict == "failed" else ""
-        by_reason.setdefault(shared or finding.id, []).append(finding)
-    for finding, *more in by_reason.values():
-        others = f"; and so in {format_count(len(more), 'more check')}" if more else ""
-        description = make_printable(f" {finding.id}: {describe_outcome(finding)}{others}")
+    for finding, words in describe_by_reason(findings):
+        description = make_printable(f" {finding.id}: {words}")
         line = Text.assemble(
             (finding.verdict, COLOURS[finding.verdict]), description
         )  # never markup

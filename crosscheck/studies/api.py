@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import json
 import tempfile
 from collections.abc import Mapping, Sequence
 from pathlib import Path
@@ -10,13 +9,12 @@ from typing import Any
 
 import xarray as xr
 
-from crosscheck.models.arm.arm import Arm
 from crosscheck.models.arm.quantities import Data
 from crosscheck.models.experiment.scenario import Scenario
-from crosscheck.models.files import is_robot, read_raw_arm, read_raw_scenario
+from crosscheck.models.files import read_raw_scenario
 from crosscheck.models.loading import validate_record
-from crosscheck.models.robot.case import gather_robot_data, read_robot_data
-from crosscheck.models.robot.robot import Level, Robot
+from crosscheck.models.mechanism import Mechanism, find_section, read_sections
+from crosscheck.models.robot.robot import Level
 from crosscheck.studies.batches.run import ExecutionSettings, run_study
 from crosscheck.studies.definition.definition import AxisBase, Definition
 from crosscheck.studies.definition.files import build_study
@@ -26,7 +24,7 @@ SCHEMA_VERSION = 1
 
 
 def sweep(
-    arm: Arm | Robot | str,
+    arm: Mechanism | str,
     axes: Mapping[str, Sequence[Any]] | Sequence[AxisBase | Mapping[str, Any]],
     *,
     scenario: Scenario | str,
@@ -70,11 +68,11 @@ def sweep(
     """
     if isinstance(axes, Mapping):
         axes = [{"kind": "list", "path": p, "values": list(each)} for p, each in axes.items()]
-    is_robots = is_robot(arm) if isinstance(arm, str) else isinstance(arm, Robot)
+    section = find_section(arm)
     given = {
         "schema_version": SCHEMA_VERSION,
         "name": "study",
-        "robot" if is_robots else "arm": arm if isinstance(arm, str) else arm.name,
+        section: arm if isinstance(arm, str) else arm.name,
         "level": level,
         "scenario": scenario if isinstance(scenario, str) else scenario.name,
         "switches": dict(switches or {}),
@@ -86,19 +84,12 @@ def sweep(
         "spot_checks": spot_checks,
     }
     definition = validate_record(Definition, given, "sweep")
-    data: dict[str, Any] = {
-        "scenario": read_raw_scenario(scenario)
+    data = read_sections(section, arm)
+    data["scenario"] = (
+        read_raw_scenario(scenario)
         if isinstance(scenario, str)
-        else _content(scenario),
-    }
-    if isinstance(arm, Arm):
-        data |= {"arm": _content(arm), "switches": dict(switches or {})}
-    elif isinstance(arm, Robot):
-        data |= gather_robot_data(json.loads(arm.file_json), arm.urdf, arm.name)
-    elif is_robots:
-        data |= read_robot_data(arm)
-    else:
-        data |= {"arm": read_raw_arm(arm), "switches": dict(switches or {})}
+        else scenario.model_dump(mode="json", exclude_none=True)
+    )
     study = build_study(definition, data, Path(), "sweep")
     with tempfile.TemporaryDirectory() as folder:
         file = Path(folder, "study.nc") if out is None else Path(out)
@@ -122,8 +113,3 @@ def _number(value: Any) -> Any:
 
 def _count_fields(given: int | Mapping[str, Any] | None) -> dict[str, Any] | None:
     return {"count": given} if isinstance(given, int) else None if given is None else dict(given)
-
-
-def _content(record: Arm | Scenario) -> dict[str, Any]:
-    """The content of an arm or scenario, as its file would have it."""
-    return record.model_dump(mode="json", exclude_none=True)

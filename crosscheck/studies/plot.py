@@ -26,11 +26,7 @@ TWO_STATES = 0.5  # width of an empty gap, over the range, that splits members i
 MOST_DRAWN = 40  # drawings, one above the other
 MOST_WORDS = 40  # along an axis
 LONGEST = 90  # characters of a title or label
-STYLE: dict[Any, Any] = {
-    "font.size": 9,
-    "axes.spines.top": False,
-    "axes.spines.right": False,
-}
+STYLE: dict[Any, Any] = {"font.size": 9, "axes.spines.top": False, "axes.spines.right": False}
 WIDTH, HEIGHT = 6.4, 3.6  # inches of a drawing
 DPI = 140
 

@@ -6,6 +6,7 @@ import threading
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass, replace
 from functools import partial
+from typing import TYPE_CHECKING
 
 import numpy as np
 
@@ -31,21 +32,21 @@ from crosscheck.runner.outcomes import Failure
 from crosscheck.runner.progress_update import ProgressCallback, ignore_progress
 from crosscheck.runner.supervision import track_foreign_code
 from crosscheck.runner.workers import Workers
-from crosscheck.trial.coordinates.build import build_frame
-from crosscheck.trial.coordinates.readings import Reading
-from crosscheck.trial.diagnose.answer_keys import make_arm_answer_keys
-from crosscheck.trial.diagnose.arm_numbers import find_negligible_inertias, replace_numbers
-from crosscheck.trial.diagnose.dependence import IgnoredNumber, Perform
-from crosscheck.trial.diagnose.diagnosis import Diagnosis, build_probe_problems, diagnose
-from crosscheck.trial.diagnose.other_coordinates import find_readings
-from crosscheck.trial.diagnose.reasons import (
+from crosscheck.trial.changes.arms.answer_keys import make_arm_answer_keys
+from crosscheck.trial.changes.arms.arm_numbers import find_negligible_inertias, replace_numbers
+from crosscheck.trial.changes.arms.causes import explain_entries, explain_linear_rates
+from crosscheck.trial.changes.arms.comparison import (
     compare_entries,
-    explain_entries,
     list_entry_quantities,
     list_entry_questions,
 )
-from crosscheck.trial.diagnose.terms.harmonic_fit import minimum_state_count
-from crosscheck.trial.diagnose.terms.reference_terms import build_reference_terms
+from crosscheck.trial.changes.arms.dependence import IgnoredNumber, Perform
+from crosscheck.trial.changes.arms.diagnosis import Diagnosis, build_probe_problems, diagnose
+from crosscheck.trial.changes.arms.other_coordinates import find_readings
+from crosscheck.trial.changes.arms.segments import build_reference_terms
+from crosscheck.trial.changes.arms.waves import minimum_state_count
+from crosscheck.trial.coordinates.build import build_frame
+from crosscheck.trial.coordinates.readings import Reading
 from crosscheck.trial.input.equations import Equations
 from crosscheck.trial.input.supplied import SuppliedEquations, bind_equations
 from crosscheck.trial.judge import suite
@@ -59,16 +60,14 @@ from crosscheck.trial.judge.questions import (
 )
 from crosscheck.trial.judge.unit_mistakes import UnitMistake, find_unit_mistakes
 from crosscheck.trial.model import make_registry_entry, select_switches
+from crosscheck.trial.result import TrialResult
 from crosscheck.trial.source.code import find_code
 from crosscheck.trial.source.search import find_source_answer
 from crosscheck.trial.source.source_edit import SourceAnswer
 
-LEVEL_DESCRIPTIONS = {
-    "links": "links and payload",
-    "carriers": "masses at the joints: rings, carriers, planets, suns, motors",
-    "armature": "the gears' reflected inertia, on the diagonal",
-    "coupled": "the gears' spin, coupled to the turning of their base",
-}
+if TYPE_CHECKING:
+    from crosscheck.report.trials.answer import TrialAnswer
+
 JUDGING_S = 60.0  # rough cost
 PARTS = {*suite.COMPARED}
 RUNNABLE = {"mass_matrix", "bias", "force"}
@@ -107,14 +106,9 @@ class LevelMismatch:
     largest: float
     mean: float
 
-    @property
-    def description(self) -> str:
-        """Parts of the arm that the level adds to the level below, in words."""
-        return LEVEL_DESCRIPTIONS[self.level]
-
 
 @dataclass(frozen=True, repr=False)
-class Trial:
+class Trial(TrialResult):
     """Supplied equations, judged.
 
     Args:
@@ -166,9 +160,11 @@ class Trial:
         return self.cross_check.agreement
 
     @property
-    def exit_code(self) -> int:
-        """The exit code of the agreement."""
-        return self.agreement.exit_code
+    def answer(self) -> TrialAnswer:
+        """What the trial has to say, the most important first."""
+        from crosscheck.report.trials.trial import answer_arm_trial
+
+        return answer_arm_trial(self)
 
 
 def run_trial(
@@ -350,6 +346,7 @@ def _judge_trial(
         diagnosis = Diagnosis(list(here.wrong_entries), [], [])
     else:
         diagnosis = diagnose(here, there, perform)
+        diagnosis.wrong_entries.extend(explain_linear_rates(here))
     return Trial(
         problem=problem,
         cross_check=CrossCheck(check, agreement, cases, runs),

@@ -1,4 +1,4 @@
-"""Scene of the page of a run: bodies of the arm as outlines, and their angles over time."""
+"""Scene of the page of a run: outlines of an arm's bodies, a robot's rods; angles over time."""
 
 from __future__ import annotations
 
@@ -18,9 +18,12 @@ from crosscheck.analytic.paper.mesh_frequency import (
 )
 from crosscheck.analytic.paper.mesh_phasing import mesh_phases
 from crosscheck.analytic.paper.tooth_error import total_error
-from crosscheck.models.arm.arm import Planetary, describe_arm
+from crosscheck.mechanisms import supply
+from crosscheck.models.arm.arm import Planetary
+from crosscheck.models.robot.robot import BASE
 from crosscheck.view.gears import gear_angles, gear_assembly, make_close_up, outline
 from crosscheck.view.mesh_geometry import SIDES, Side, mesh_geometry
+from crosscheck.view.rods import find_rod_ends, find_upward
 from crosscheck.view.trajectory_file import Run
 
 MOST_FRAMES = 20_000  # frames of the longest run; of more records every second, third, ... is shown
@@ -33,25 +36,67 @@ def build_scene(run: Run) -> dict[str, Any]:
     signals = {name: values[::every] for name, values in run.signals.items()}
     shown = run._replace(time=run.time[::every], signals=signals)
     return {
-        "name": run.arm.name,
+        "name": run.mechanism.name,
         "model": run.model,
-        "drawn": "The arm with its links, carriers, suns, planets and rings in motion. ",
-        "ground": None,
-        "reach": sum(link.length_m for link in run.arm.links),
-        "described": ". ".join(describe_arm(run.arm)),
         "frames": shown.time.size,
         "every": every,
         "start_s": float(shown.time[0]),
         "step_s": float(shown.time[1] - shown.time[0]) if shown.time.size > 1 else 0.0,
-        "payload": run.arm.payload_mass_kg > 0,
-        "teeth": "x_sp" in run.signals,
-        "joints": [_build_joint(shown, place) for place in range(len(run.arm.joints))],
+        **supply("describe_scene", run.mechanism.section)(shown),
     }
 
 
+def describe_arm_scene(run: Run) -> dict[str, Any]:
+    """What of the data is an arm's own."""
+    return {
+        "drawn": "The arm with its links, carriers, suns, planets and rings in motion. ",
+        "ground": None,
+        "reach": sum(link.length_m for link in run.mechanism.links),
+        "described": ". ".join(run.mechanism.described),
+        "payload": run.mechanism.payload_mass_kg > 0,
+        "teeth": "x_sp" in run.signals,
+        "joints": [_build_joint(run, place) for place in range(len(run.mechanism.joints))],
+    }
+
+
+def describe_robot_scene(run: Run) -> dict[str, Any]:
+    """What of the data for the page's script is a robot's own."""
+    theta, robot = run.signals["theta"], run.mechanism
+    ends = find_rod_ends(robot)
+    lengths = [max(np.linalg.norm(end) for end in each) for each in ends.values() if each]
+    slides = [joint.kind == "prismatic" for joint in robot.joints]
+    slid = np.abs(theta[:, slides]).max(axis=0)
+    return {
+        "described": f"The whole robot: {len(robot.joints)} joints, {len(robot.rotors)} rotors",
+        "drawn": "The robot, its links as rods and its joints in motion. ",
+        "payload": False,
+        "teeth": True,
+        "reach": float(sum(lengths, 0.0) + slid.sum()) or 1.0,
+        "ground": _round_places(ends[BASE]),
+        "up": find_upward(robot).tolist(),
+        "joints": [
+            {
+                "kind": joint.kind,
+                "name": joint.name,
+                "parent": joint.parent,
+                "rotation": joint.placement.rotation.tolist(),
+                "position": joint.placement.position.tolist(),
+                "axis": joint.axis.tolist(),
+                "ends": _round_places(ends[number]),
+                "theta": encode_numbers(theta[:, number]),
+            }
+            for number, joint in enumerate(robot.joints)
+        ],
+    }
+
+
+def _round_places(ends: list[np.ndarray]) -> list[list[float]]:
+    return [end.round(9).tolist() for end in ends if np.linalg.norm(end) > 0]
+
+
 def _build_joint(run: Run, place: int) -> dict[str, Any]:
-    joint, angles = run.arm.joints[place], run.signals["theta"][:, place]
-    body = {"length_m": run.arm.links[place].length_m, "theta": encode_numbers(angles)}
+    joint, angles = run.mechanism.joints[place], run.signals["theta"][:, place]
+    body = {"length_m": run.mechanism.links[place].length_m, "theta": encode_numbers(angles)}
     if not isinstance(joint, Planetary):
         return body | {"kind": "direct"}
     # Of a run without teeth, gears that roll as if they were rigid.

@@ -3,18 +3,18 @@
 from __future__ import annotations
 
 from pathlib import Path
-from typing import NamedTuple, TypeVar
+from typing import Any, NamedTuple, TypeVar
 
 import h5py
 import numpy as np
 from pydantic import ValidationError
 
-from crosscheck.models.arm.arm import Arm, Planetary
+from crosscheck.models.arm.arm import Arm
 from crosscheck.models.arm.quantities import Data
 from crosscheck.models.experiment.scenario import Switches, switches
 from crosscheck.models.files import LARGEST_FILE
+from crosscheck.models.mechanism import Mechanism
 from crosscheck.models.robot.file import RobotSource
-from crosscheck.models.robot.robot import Robot
 from crosscheck.models.trajectory import SCHEMA_VERSION
 from crosscheck.studies.batches.netcdf_file import NetcdfFile, use_file
 
@@ -33,28 +33,20 @@ DRAWN_SIGNALS = {
 class Run(NamedTuple):
     """A run to be drawn.
 
-    time (times,) [s], equally spaced; signals: theta (times, joints) [rad] and theta_dot [rad/s],
-    which the mesh phase by omega_t needs; displacements [m] and forces [N] of the meshes (times,
-    joints, planets), where the model has any; laws: switches of the mesh phase.
+    time (times,) [s], equally spaced; signals: theta (times, joints) [rad], [m]; of an arm also
+    theta_dot [rad/s], which the mesh phase by omega_t needs, and displacements [m] and forces [N]
+    of the meshes (times, joints, planets), where the model has any; laws: switches of the mesh
+    phase.
     """
 
     model: str
-    arm: Arm
+    mechanism: Any
     time: np.ndarray
     signals: dict[str, np.ndarray]
     laws: Switches = switches()
 
 
-class RobotRun(NamedTuple):
-    """A robot's run to be drawn: theta (times, joints) [rad] or [m] at equally spaced times [s]."""
-
-    model: str
-    robot: Robot
-    time: np.ndarray
-    theta: np.ndarray
-
-
-def read_run(path: Path) -> Run | RobotRun:
+def read_run(path: Path) -> Run:
     """The run that a file holds; HDF5 reads it in another process. Raises InputError."""
     return use_file(path, TrajectoryFile.read_run, TrajectoryFile)
 
@@ -70,40 +62,36 @@ class TrajectoryFile(NetcdfFile):
             self._require(name in file, f"has no {name}")
         self.require_version(SCHEMA_VERSION)
 
-    def read_run(self) -> Run | RobotRun:
+    def read_run(self) -> Run:
         """The run that the file holds. Raises InputError."""
-        return self._read_robot_run() if "robot" in self.file.attrs else self._read_arm_run()
-
-    def _read_robot_run(self) -> RobotRun:
-        self._require(self.dims("theta") == ("time", "joint"), "theta is not over time, joint")
-        data, robot = (
-            self.dataset(["theta"]),
-            self._read_record("robot", RobotSource, LONGEST_ROBOT).build(),
-        )
-        time, theta = self._even_times(data["time"].values), data["theta"].values
-        self._require(theta.shape[1] == len(robot.joints), "joints are not the robot's")
-        self._require(bool(np.isfinite(theta).all()), "theta is not finite")
-        return RobotRun(self._text(self.file, "model"), robot, time, theta)
-
-    def _read_arm_run(self) -> Run:
-        names = [name for name in DRAWN_SIGNALS if name in self.file]
+        is_of_robot = "robot" in self.file.attrs
+        drawn = {"theta": DRAWN_SIGNALS["theta"]} if is_of_robot else DRAWN_SIGNALS
+        names = [name for name in drawn if name in self.file]
         for name in names:
-            dims = ("time", "joint", "planet")[: DRAWN_SIGNALS[name]]
+            dims = ("time", "joint", "planet")[: drawn[name]]
             self._require(self.dims(name) == dims, f"{name} is not over {', '.join(dims)}")
-        data, arm = self.dataset(names), self._read_record("arm", Arm, LONGEST_ARM)
-        time = self._even_times(data["time"].values)
-        signals = {name: data[name].values for name in names}
-        self._require(signals["theta"].shape[1] == len(arm.joints), "joints are not the arm's")
-        geared = [n for n, joint in enumerate(arm.joints) if isinstance(joint, Planetary)]
+        data, mechanism, laws = self.dataset(names), self._read_mechanism(), switches()
+        time, signals = self._even_times(data["time"].values), {n: data[n].values for n in names}
+        joints = len(mechanism.joints)
+        self._require(
+            signals["theta"].shape[1] == joints, f"joints are not the {mechanism.section}'s"
+        )
+        geared = np.flatnonzero([] if is_of_robot else mechanism.planet_counts)
         for name, values in signals.items():
             signal = values if values.ndim == 2 else values[:, geared, 0]
             self._require(bool(np.isfinite(signal).all()), f"{name} is not finite")
-        laws = self._read_record("switches", Switches, LONGEST_ARM)
-        has_phase_rate = laws.phase == "angle" or "theta_dot" in signals
-        self._require(
-            has_phase_rate, "has no theta_dot, by which its switches count the mesh phase"
-        )
-        return Run(self._text(self.file, "model"), arm, time, signals, laws)
+        if not is_of_robot:
+            laws = self._read_record("switches", Switches, LONGEST_ARM)
+            has_phase_rate = laws.phase == "angle" or "theta_dot" in signals
+            reason = "has no theta_dot, by which its switches count the mesh phase"
+            self._require(has_phase_rate, reason)
+        return Run(self._text(self.file, "model"), mechanism, time, signals, laws)
+
+    def _read_mechanism(self) -> Mechanism:
+        """The arm or robot that the run is of. Raises InputError."""
+        if "robot" in self.file.attrs:
+            return self._read_record("robot", RobotSource, LONGEST_ROBOT).build()
+        return self._read_record("arm", Arm, LONGEST_ARM)
 
     def _even_times(self, time: np.ndarray) -> np.ndarray:
         """The times [s], which must be equally spaced. Raises InputError."""

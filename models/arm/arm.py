@@ -9,14 +9,16 @@ them.
 from __future__ import annotations
 
 import math
-from collections.abc import Iterator
-from typing import Annotated, Literal, Self
+from typing import TYPE_CHECKING, Annotated, ClassVar, Literal, Self
 
 from pydantic import FailFast, Field, model_validator
 
 from crosscheck.models.arm import quantities
 from crosscheck.models.arm.gears import PlanetaryGears, PlanetaryStage
 from crosscheck.models.arm.quantities import Data, UpToSeven, format_number
+
+if TYPE_CHECKING:
+    import numpy as np
 
 # Numbers of 16 digits must hold the parts of an arm beside each other. Within these limits each of
 # 6000 random arms over all ranges kept nine digits of its accelerations in every engine.
@@ -166,6 +168,8 @@ class Arm(Data):
     Gravity [m/s^2] is along the base's x and y; at zero angles x points along the links.
     """
 
+    section: ClassVar = "arm"
+
     schema_version: quantities.ArmVersion
     """Version of the file: 2."""
     name: quantities.Name
@@ -185,9 +189,60 @@ class Arm(Data):
 
     def __repr__(self) -> str:
         """What the arm is, a line for each joint."""
-        return "\n".join((f"Arm {self.name}: {describe_loads(self)}", *describe_arm(self)))
+        return "\n".join((f"Arm {self.name}: {describe_loads(self)}", *self.described))
 
     __str__ = __repr__
+
+    @property
+    def content(self) -> Arm:
+        """What the arm's file holds."""
+        return self
+
+    @property
+    def sections(self) -> dict[str, object]:
+        """What the arm's file holds as plain data, by section."""
+        return {"arm": self.model_dump(mode="json", exclude_none=True)}
+
+    @property
+    def described(self) -> tuple[str, ...]:
+        """What each joint with its link is, a line for each, and the payload."""
+        lines = []
+        for number, (joint, link) in enumerate(zip(self.joints, self.links, strict=True), start=1):
+            drive = "direct drive"
+            if isinstance(joint, Planetary):
+                ratio = joint.ring_teeth / joint.sun_teeth + 1
+                teeth = f"{joint.sun_teeth}, {joint.planet_teeth} and {joint.ring_teeth}"
+                drive = f"sun, {joint.planet_count} planets and ring of {teeth} teeth"
+                drive += f", reduction {ratio:.4g}, module {1e3 * joint.module_m:g} mm"
+            link_words = f"link {number}: {link.length_m:g} m, {link.mass:.4g} kg"
+            lines.append(f"Joint {number}: {drive}; {link_words}")
+        return (*lines, f"Payload: {self.payload_mass_kg:g} kg")
+
+    @property
+    def identity(self) -> str:
+        """Text by which two arms are one: values that are not defaults.
+
+        Defaults are left out so that what the format gains later leaves the text of an arm that
+        does not use it; a default does not change within a version of the file.
+        """
+        return self.model_dump_json(exclude_defaults=True)
+
+    @property
+    def joint_units(self) -> dict[str, str]:
+        """Units of the joints' coordinates, by names of the joints."""
+        return {f"joint {number}": "rad" for number in range(1, len(self.joints) + 1)}
+
+    @property
+    def joint_map(self) -> tuple[np.ndarray, np.ndarray]:
+        """Factors (joints, joints) and offsets (joints,) of the joints by those of a scenario."""
+        import numpy as np  # for which the template of a file does not wait
+
+        return np.eye(len(self.joints)), np.zeros(len(self.joints))
+
+    @property
+    def planet_counts(self) -> list[int]:
+        """Of each joint how many planets it has."""
+        return [joint.planet_count for joint in self.joints]
 
     @model_validator(mode="after")
     def _check_link_count(self) -> Self:
@@ -223,19 +278,6 @@ class Arm(Data):
                     f" joint turns: it has {inertia:.3g} of {load:.3g} kg m^2 about that joint"
                 )
         return self
-
-
-def describe_arm(arm: Arm) -> Iterator[str]:
-    """What each joint with its link is, a phrase for each, and the payload."""
-    for number, (joint, link) in enumerate(zip(arm.joints, arm.links, strict=True), start=1):
-        drive = "direct drive"
-        if isinstance(joint, Planetary):
-            ratio = joint.ring_teeth / joint.sun_teeth + 1
-            teeth = f"{joint.sun_teeth}, {joint.planet_teeth} and {joint.ring_teeth}"
-            drive = f"sun, {joint.planet_count} planets and ring of {teeth} teeth"
-            drive += f", reduction {ratio:.4g}, module {1e3 * joint.module_m:g} mm"
-        yield f"Joint {number}: {drive}; link {number}: {link.length_m:g} m, {link.mass:.4g} kg"
-    yield f"Payload: {arm.payload_mass_kg:g} kg"
 
 
 def describe_loads(arm: Arm) -> str:

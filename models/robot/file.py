@@ -127,16 +127,6 @@ class RobotSource(Data):
         )
 
 
-def parse_robot_file(robot: Robot) -> RobotFile:
-    """The file that a robot was read from."""
-    return RobotFile.model_validate_json(robot.file_json)
-
-
-def recover_source(robot: Robot) -> RobotSource:
-    """What a robot's files say, its URDF with the masses that its own file changes."""
-    return RobotSource(file=parse_robot_file(robot), urdf_text=robot.urdf)
-
-
 def load_robot(name: str) -> Robot:
     """Load the robot of a built-in name, a TOML file, or a URDF alone, without rotors.
 

@@ -2,9 +2,10 @@
 
 from __future__ import annotations
 
+import json
 from collections.abc import Mapping
 from dataclasses import dataclass, replace
-from typing import Literal
+from typing import TYPE_CHECKING, ClassVar, Literal
 
 import numpy as np
 
@@ -12,6 +13,9 @@ from crosscheck.models.arm.gears import PlanetaryStage
 from crosscheck.models.arm.layout import Meaning
 from crosscheck.models.arm.quantities import Damping, Data, Length, Play, Stiffness
 from crosscheck.models.experiment.scenario import switches
+
+if TYPE_CHECKING:
+    from crosscheck.models.robot.file import RobotFile
 
 BASE = -1  # number of the ground, in place of a body's
 Level = Literal["links", "armature", "coupled", "geared"]
@@ -213,6 +217,8 @@ class Robot:
     notes: tuple[str, ...]
     file_json: str = ""
 
+    section: ClassVar = "robot"
+
     def __repr__(self) -> str:
         """What the robot is, in five lines."""
         gravity = ", ".join(f"{part:g}" for part in self.gravity)
@@ -226,6 +232,37 @@ class Robot:
                 f"gravity ({gravity}) m/s^2",
             )
         )
+
+    @property
+    def content(self) -> RobotFile:
+        """What the robot's own file holds."""
+        from crosscheck.models.robot.file import RobotFile
+
+        return RobotFile.model_validate_json(self.file_json)
+
+    @property
+    def sections(self) -> dict[str, object]:
+        """What the robot's own file and its URDF hold, with a path to every link's mass."""
+        from crosscheck.models.robot.file import fill_masses
+
+        content = json.loads(self.file_json)
+        fill_masses(content, self.urdf, self.name)
+        return {"robot": content, "urdf": self.urdf}
+
+    @property
+    def described(self) -> tuple[str, ...]:
+        """What the robot is made of, in lines."""
+        return tuple(repr(self).splitlines()[1:])
+
+    @property
+    def identity(self) -> str:
+        """Text by which two robots are one: that of the robot's own file, and of its URDF."""
+        return self.file_json + self.urdf
+
+    @property
+    def joint_units(self) -> dict[str, str]:
+        """Units of the coordinates of all joints that move, by names of the joints."""
+        return {j.name: "m" if j.kind == "prismatic" else "rad" for j in self.joints}
 
     @property
     def coordinates(self) -> tuple[int, ...]:

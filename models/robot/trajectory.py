@@ -10,7 +10,7 @@ import numpy as np
 from crosscheck.models.arm.layout import MESHES
 from crosscheck.models.experiment.drive import drive_data, torques_along
 from crosscheck.models.experiment.scenario import Scenario
-from crosscheck.models.robot.file import recover_source
+from crosscheck.models.robot.file import RobotSource
 from crosscheck.models.robot.interface import RobotModel
 from crosscheck.models.robot.robot import MESH_LAWS, Robot
 from crosscheck.models.trajectory import SCHEMA_VERSION, dataset_of, recorded_times
@@ -59,11 +59,12 @@ def make_robot_dataset(
     variables: dict[str, np.ndarray],
 ) -> xr.Dataset:
     """The Dataset of a run, by a model of this name, of a robot in an experiment."""
+    source = RobotSource(file=robot.content, urdf_text=robot.urdf)
     provenance = {
         "model": name,
         "schema_version": SCHEMA_VERSION,
         "step_s": scenario.step_s,
-        "robot": recover_source(robot).model_dump_json(),
+        "robot": source.model_dump_json(),
         "scenario": json.dumps(scenario.model_dump()),
         "switches": MESH_LAWS.model_dump_json(),
         "joints": json.dumps([joint.name for joint in robot.joints]),

@@ -14,6 +14,7 @@ from crosscheck.cli.view import view_page
 from crosscheck.cost.output import cost_page
 from crosscheck.cost.shortcuts import QUICK, compute_costs
 from crosscheck.findings import Agreement
+from crosscheck.identification.output import comparison_page
 from crosscheck.models.experiment.scenario import switches
 from crosscheck.models.loading import Case, load_scenario
 from crosscheck.models.robot.file import load_robot
@@ -23,11 +24,10 @@ from crosscheck.planning.comparison import collect_tasks, judge_comparisons
 from crosscheck.planning.plan import CrossCheckRequest, Experiment
 from crosscheck.planning.run_suite import plan_experiment_comparisons
 from crosscheck.provenance import record_provenance
-from crosscheck.recordings.output import comparison_page
 from crosscheck.registry import RIGID_LEVELS
 from crosscheck.report.html import render_report_page
 from crosscheck.report.plots.charts import Charts, Pictures
-from crosscheck.report.trials.trial_page import render_trial_page
+from crosscheck.report.trials.output import render_trial_page
 from crosscheck.run import CrossCheck, cases_by_run, run_tasks, runs_by_key
 from crosscheck.runner.progress_update import ignore_progress
 from crosscheck.runner.tasks import RunKey
@@ -116,7 +116,7 @@ def made(tmp_path_factory: pytest.TempPathFactory) -> Made:
     (folder / "compare.html").write_text(comparison_page(compared(record, arm)), encoding="utf-8")
     cost = compute_costs(load_robot("sliding"), 0, QUICK, lambda *doing: None)
     (folder / "cost.html").write_text(cost_page(cost), encoding="utf-8")
-    (folder / "trial.html").write_text(render_trial_page(kept_arm()), encoding="utf-8")
+    (folder / "trial.html").write_text(render_trial_page(kept_arm().answer), encoding="utf-8")
     run = charts.runs[RunKey("pd", REFERENCE)]
     (folder / "run.nc").write_bytes(encode_netcdf(run))
     (folder / "view.html").write_text(view_page(read_run(folder / "run.nc")), encoding="utf-8")

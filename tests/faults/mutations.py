@@ -19,6 +19,7 @@ from crosscheck.findings import Finding
 from crosscheck.models.arm.arm import Arm
 from crosscheck.models.experiment.scenario import Switches, switches
 from crosscheck.planning import plan
+from crosscheck.planning.arms import plan_comparisons
 from crosscheck.planning.comparison import (
     Comparison,
     ModelTask,
@@ -28,7 +29,6 @@ from crosscheck.planning.comparison import (
 )
 from crosscheck.planning.preparation import prepare_experiments
 from crosscheck.registry import MODELS, load_model_class
-from crosscheck.run import plan_comparisons
 from crosscheck.runner.outcomes import Outcome
 from crosscheck.runner.tasks import Simulation
 from crosscheck.runner.workers import Workers

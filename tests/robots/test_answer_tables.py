@@ -78,7 +78,7 @@ def test_a_wrong_entry_is_named(crosscheck, tmp_path, puma):
     done = try_table(crosscheck, tmp_path, [(states, {**values, "mass_matrix": wrong})])
     assert done.code == 1, done.out + done.err
     told = json.loads((tmp_path / "trial.json").read_text())
-    assert [each["entry"] for each in told["entries"]] == ["M[shoulder, elbow]"]
+    assert [each["name"] for each in told["wrong"]] == ["M[shoulder, elbow]"]
 
 
 def test_another_answer_to_the_same_state_is_told(crosscheck, tmp_path, puma):

@@ -14,8 +14,8 @@ from crosscheck.cost.meshes import RESOLVED
 from crosscheck.cost.shortcuts import QUICK, compute_costs
 from crosscheck.models.errors import InputError
 from crosscheck.models.experiment.scenario import ConstantDrive, Start, switches
-from crosscheck.models.loading import load_arm
-from crosscheck.models.robot.case import load_changed_robot, require_robot_fit
+from crosscheck.models.loading import load_arm, require_fit
+from crosscheck.models.robot.case import load_changed_robot
 from crosscheck.models.robot.file import load_robot
 from crosscheck.models.robot.interface import RobotModel
 from crosscheck.models.robot.robot import RIGID, Robot
@@ -198,7 +198,7 @@ def test_runs_of_unlike_planets_have_displacements_and_forces_of_each():
             "drive": ConstantDrive(kind="constant", torque_N_m=[1.0] * joints),
         }
     )
-    require_robot_fit(scenario, own)
+    require_fit(scenario, own)
     runs = [
         RobotExperiment(build_robot_model(each, own, "geared"), scenario).simulate()
         for each in chains.ENGINES
@@ -221,7 +221,7 @@ def test_offsets_of_planets_fit_the_robot():
     scenario = make_rest_scenario().model_copy(update={"start": start})
     for own, needed in ((parted(), "needs 3 values"), (load_robot(PAPER), "planets = free")):
         with pytest.raises(InputError, match=needed):
-            require_robot_fit(scenario, own)
+            require_fit(scenario, own)
 
 
 @pytest.mark.parametrize("engine", chains.ENGINES)

@@ -164,10 +164,10 @@ def test_a_file_says_what_was_run(crosscheck, tmp_path):
     [
         (["--model", "analytic:geared"], "puma560 has the levels links, armature, coupled"),
         (["--model", "newton:links"], "ENGINE one of analytic, pinocchio, exudyn"),
-        (["--phase", "angle"], "is for planar arms"),
+        (["--phase", "angle"], "robots follow their joints"),
         (["--set", "arm.payload_mass_kg=1"], "path beginning with robot, scenario"),
         (["--set", "robot.joints.nose.ratio=1"], "robot.joints.nose"),
-        (["--set", "scenario.start.theta_rad=[1,2]"], "has 2; puma560 has 6 free joints"),
+        (["--set", "scenario.start.theta_rad=[1,2]"], "needs 6 values, has 2"),
         (["--set", "scenario.step_s=0.1", "--t-end", "1"], "largest stable step"),
         (["--model", "pinocchio:coupled", "--rtol", "1e-9"], "no precise run"),
         (["--rtol", "1"], "must be 1e-13 to 0.01"),
@@ -232,5 +232,5 @@ def test_a_robot_in_an_experiment_is_asked_as_an_arm_is(level, robot):
     assert repr(models[0]) == title + ", ".join(models[0].coordinates)
     with pytest.raises(InputError, match="must be numbers of shape"):
         models[0].mass_matrix([0.0])
-    with pytest.raises(InputError, match="switches: are of arms alone"):
+    with pytest.raises(InputError, match="switches: is for arms"):
         build(models[0].name, ROBOTS["staged"](), experiment("sinusoid"), switches())

@@ -8,7 +8,6 @@ import pytest
 from crosscheck.models.errors import InputError
 from crosscheck.models.robot.robot import Robot
 from crosscheck.trial.input.equations import Coordinates, Equations
-from crosscheck.trial.robots.output import format_lines
 from crosscheck.trial.robots.trial import RobotTrial, run_robot_trial
 from tests.robots import chains, two_link
 
@@ -63,8 +62,8 @@ CART_POLES: dict[str, Equations] = {
 def test_a_cart_pole_agrees_in_its_authors_form(form):
     trial = run_robot_trial(CART_POLES[form], cart_pole())
     assert trial.agrees
-    motors = " ".join(format_lines(trial)).partition("motors: ")[2]
-    assert motors == ("at slide alone" if "B u" in form or "cart's" in form else "nowhere")
+    where = "at slide alone" if "B u" in form or "cart's" in form else "nowhere"
+    assert f"motors: {where}" in trial.answer.scope
 
 
 def driven(force: Callable[..., np.ndarray], drive: list[int | str] | None) -> RobotTrial:
@@ -181,7 +180,7 @@ def test_elastic_joints_agree(form):
     """With the project's derivation, Pinocchio and Exudyn, in any order of coordinates."""
     trial = run_robot_trial(ELASTIC_FORMS[form], ELASTIC)
     assert (trial.agrees, trial.level) == (True, "elastic")
-    assert "agrees with elastic" in next(iter(format_lines(trial)))
+    assert "agrees with elastic" in trial.answer.headline
 
 
 ELASTIC_SLIPS: dict[str, tuple[dict[str, Callable[..., np.ndarray]], str]] = {
@@ -204,9 +203,8 @@ ELASTIC_SLIPS: dict[str, tuple[dict[str, Callable[..., np.ndarray]], str]] = {
 @pytest.mark.parametrize("slip", ELASTIC_SLIPS)
 def test_slips_of_elastic_joints_are_named(slip):
     changed, words = ELASTIC_SLIPS[slip]
-    assert words in format_lines(
-        run_robot_trial(Equations(level="elastic", **(PARTS | changed)), ELASTIC)
-    )
+    trial = run_robot_trial(Equations(level="elastic", **(PARTS | changed)), ELASTIC)
+    assert words in trial.answer.causes
 
 
 @pytest.mark.parametrize("more", [{"damping": 2.0}, {"play": 1e-5}])

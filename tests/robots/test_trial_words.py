@@ -1,6 +1,5 @@
 """What a robot's trial says of what it found: each line, and JSON, from a made trial."""
 
-import json
 from dataclasses import replace
 from pathlib import Path
 from typing import Any
@@ -15,11 +14,13 @@ from crosscheck.findings import (
     make_check,
     make_failed_check,
 )
+from crosscheck.report.trials.output import format_trial_json
 from crosscheck.runner.outcomes import Failure
+from crosscheck.trial.changes.search import list_equals
+from crosscheck.trial.input.equations import Equations
 from crosscheck.trial.robots.consistency import describe_places
-from crosscheck.trial.robots.explain import RobotDiagnosis, describe_ratio, list_equals
+from crosscheck.trial.robots.explain import RobotDiagnosis, describe_ratio
 from crosscheck.trial.robots.judge import LevelDistance, RobotEntry
-from crosscheck.trial.robots.output import format_lines, format_robot_trial
 from crosscheck.trial.robots.trial import RobotTrial
 from tests.processes import command_line
 from tests.robots import two_link
@@ -48,6 +49,7 @@ def finding(quantity: str, by: float, engine: str = "") -> Any:
 def trial(**changes: Any) -> RobotTrial:
     plain: dict[str, Any] = {
         "name": "yours",
+        "equations": Equations(),
         "robot": two_link.robot(),
         "stated": "",
         "parts": ("mass_matrix", "bias", "gravity"),
@@ -56,7 +58,7 @@ def trial(**changes: Any) -> RobotTrial:
         "distances": DISTANCES,
         "diagnosis": RobotDiagnosis("armature", ENTRIES),
         "failures": {},
-        "agreement": Agreement([finding("bias", 0.3, "analytic")]),
+        "checks": Agreement([finding("bias", 0.3, "analytic")]),
         "relative_errors": {"bias": np.array([0.345678, 0.0])},
         "allowed": {"bias": 1e-10},
         "seed": 7,
@@ -64,125 +66,94 @@ def trial(**changes: Any) -> RobotTrial:
     return RobotTrial(**plain | changes)
 
 
-WRONG = "wrong: bias, gravity off from armature by up to 0.35 of an entry's size"
-LISTED = [
-    "  bias[j1]: 0.35 of its size; twice",
-    "  gravity[j2]: 0.25 of its size",
-    *(f"  gravity[{n}]: 0.01 of its size" for n in range(3)),
-    "  and 2 more",
-]
-NO_REASON = "no single number, frame or place explains it"
+OFF = "yours on tested: bias[j1] and 6 more entries are wrong, by up to 35 % of their size"
 FINE = RobotDiagnosis("links")
+RIGHT = "yours on tested agrees with links (links alone), to 1.2e-15"
 LOST = Failure("ValueError", "of its own", "line 1\nline 2")
-
-SAID: dict[str, tuple[RobotTrial, list[str]]] = {
-    "wrong": (trial(), [WRONG, "a remark", *LISTED, NO_REASON]),
-    "of one entry": (
-        trial(
-            diagnosis=RobotDiagnosis("coupled", ENTRIES[:1], explanations=("a", "b", "c")),
-            not_judged=("force: it raised", "x"),
-        ),
-        [
-            "wrong: bias off from coupled by up to 0.5 of an entry's size;"
-            " not judged: force: it raised, x",
-            "a remark",
-            LISTED[0],
-            "yours are the equations of coupled with a",
-            "would also be explained by b or c",
-        ],
+AGREES = Agreement([finding("bias", 0.0, "analytic")])
+IN_LINK = "all of it is in link a: its mass, centre of mass and inertia together explain it"
+# A trial, its headline and the causes that it names.
+CASES: dict[str, tuple[RobotTrial, str, tuple[str, ...]]] = {
+    "wrong": (trial(), f"{OFF}; compared with armature", ("bias[j1]: twice",)),
+    "without a reason": (
+        trial(diagnosis=RobotDiagnosis("armature", ENTRIES[1:2])),
+        "yours on tested: gravity[j2] is wrong, by up to 25 % of its size; compared with armature",
+        ("no single number, frame or place explains it",),
     ),
-    "with many notes": (
-        trial(diagnosis=RobotDiagnosis("armature", ENTRIES[1:2], tuple(map(str, range(14))))),
-        [
-            "wrong: gravity off from armature by up to 0.35 of an entry's size",
-            "a remark",
-            LISTED[1],
-            *map(str, range(12)),
-            "  and 2 more sentences, all in --json",
-        ],
+    "with equal explanations": (
+        trial(diagnosis=RobotDiagnosis("coupled", ENTRIES, explanations=("a", "b", "c"))),
+        f"{OFF}; compared with coupled",
+        ("yours are the equations of coupled with a", "would also be explained by b or c"),
     ),
     "in a link": (
-        trial(diagnosis=RobotDiagnosis("armature", ENTRIES[:1], links=("link a",))),
-        [
-            "wrong: bias off from armature by up to 0.35 of an entry's size",
-            "a remark",
-            LISTED[0],
-            "all of it is in link a: its mass, centre of mass and inertia together explain it",
-        ],
+        trial(diagnosis=RobotDiagnosis("armature", ENTRIES, ("a note",), links=("link a",))),
+        f"{OFF}; compared with armature",
+        (IN_LINK, "a note"),
     ),
     "in other coordinates": (
-        trial(diagnosis=RobotDiagnosis("armature", ENTRIES[:1], readings=("these", "those"))),
-        [
-            "right in these: mass_matrix, bias, gravity of armature",
-            "and right in those",
-            "wrong in the coordinates of the robot's joints:",
-            "wrong: bias off from armature by up to 0.35 of an entry's size",
-            "a remark",
-            LISTED[0],
-        ],
+        trial(diagnosis=RobotDiagnosis("armature", ENTRIES, readings=("these", "those"))),
+        "yours on tested is right in these or in those, and not in the robot's own coordinates",
+        (),
     ),
-    "right": (
-        trial(diagnosis=FINE, agreement=Agreement([finding("bias", 0.0, "analytic")])),
-        [
-            "agrees with links (links alone): mass_matrix, bias, gravity, to 1.2e-15",
-            "a remark",
-        ],
-    ),
+    "right": (trial(diagnosis=FINE, checks=AGREES), RIGHT, ()),
     "right at several levels": (
         trial(
             diagnosis=FINE,
             distances=(DISTANCES[2], replace(DISTANCES[2], level="coupled"), DISTANCES[0]),
-            agreement=Agreement([]),
+            checks=AGREES,
         ),
-        [
-            "agrees with links, coupled, which are alike in these parts:"
-            " mass_matrix, bias, gravity, to 1.2e-15",
-            "a remark",
-        ],
-    ),
-    "wrong by itself": (
-        trial(diagnosis=FINE, agreement=Agreement([finding("symmetric", 0.5)])),
-        [
-            "agrees with links (links alone): mass_matrix, bias, gravity, to 1.2e-15",
-            "a remark",
-            "differ symmetric: measured 0.5, allowed 1e-10",
-        ],
+        "yours on tested agrees with links, coupled, which are equal in these parts, to 1.2e-15",
+        (),
     ),
     "by engines that differ": (
         trial(
             diagnosis=FINE,
-            agreement=Agreement([finding("bias", 0.0, "analytic"), finding("bias", 0.3, "exudyn")]),
+            checks=Agreement([*AGREES.findings, finding("bias", 0.3, "exudyn")]),
         ),
-        [
-            "agrees with links (links alone): mass_matrix, bias, gravity, to 1.2e-15",
-            "a remark",
-            "the engines differ on this robot: `crosscheck cost` shows where",
-        ],
+        RIGHT,
+        ("the engines differ on this robot: `crosscheck cost` shows where",),
     ),
     "without an answer": (
-        trial(
-            parts=(),
-            not_judged=("bias: it raised",),
-            failures={"bias": LOST},
-            diagnosis=FINE,
-            agreement=Agreement([make_failed_check(finding("b", 0.0).about, "bias: it raised")]),
-        ),
-        [
-            "no part answered; not judged: bias: it raised",
-            "a remark",
-            "failed b: bias: it raised",
-            "bias raised:",
-            "line 1",
-            "line 2",
-        ],
+        trial(parts=(), failures={"bias": LOST}, diagnosis=FINE, checks=Agreement([])),
+        "yours on tested: no part answered",
+        (),
     ),
 }
+
+
+@pytest.mark.parametrize("name", CASES)
+def test_a_trial_has_a_headline_and_causes(name):
+    made, headline, causes = CASES[name]
+    assert (made.answer.headline, made.answer.causes) == (headline, causes)
+    lines = list(made.answer.lines)
+    assert lines[: 1 + len(causes)] == [headline, *causes]
+    assert "a remark" in lines
+    assert lines[-1].endswith(("agree", "agrees"))
+
+
+def test_a_check_that_no_entry_accounts_for_is_a_line():
+    alone = trial(diagnosis=FINE, checks=Agreement([finding("symmetric", 0.5)]))
+    (line,) = alone.answer.failures
+    assert line.endswith("measured 0.5, allowed 1e-10")
+    assert list(trial().answer.failures) == []
+    failed = make_failed_check(finding("b", 0.0).about, "bias: it raised")
+    raised = trial(checks=Agreement([failed]), failures={"bias": LOST}, not_judged=("bias",))
+    lines = list(raised.answer.lines)
+    assert any(line.endswith("bias: it raised") for line in lines)
+    assert lines[-4:-1] == ["bias raised:", "line 1", "line 2"]
+    assert "not judged: bias" in lines
+
+
+def test_of_many_causes_the_terminal_has_the_first():
+    causes = tuple(map(str, range(14)))
+    shown = list(trial(diagnosis=RobotDiagnosis("armature", ENTRIES, causes)).answer.lines)
+    assert shown[1:6] == [*"0123", "and 10 more, all in --json and on the page"]
 
 
 def test_a_trial_shows_itself():
     """In a notebook the lines of the terminal, and a map of each part."""
     wrong = trial(diagnosis=RobotDiagnosis("armature", ENTRIES, explanations=("a < b",)))
-    assert repr(wrong).splitlines() == list(format_lines(wrong))
+    assert repr(wrong).splitlines() == list(wrong.answer.lines)
     page = wrong._repr_html_()
     assert "a &lt; b" in page
     assert page.count("<table") == len(wrong.relative_errors)
@@ -190,7 +161,7 @@ def test_a_trial_shows_itself():
 
 def test_a_trial_is_annotated(tmp_path):
     wrong = trial(diagnosis=RobotDiagnosis("armature", ENTRIES, ("a note",), ("a cause",)))
-    (tmp_path / "trial.json").write_text(format_robot_trial(wrong), encoding="utf-8")
+    (tmp_path / "trial.json").write_text(format_trial_json(wrong.answer), encoding="utf-8")
     script = Path(__file__).parents[2] / "tools/annotate_trial.py"
     answer = command_line(script, tmp_path / "trial.json", "mine.py", python=())
     lines = answer.stdout.splitlines()
@@ -200,54 +171,6 @@ def test_a_trial_is_annotated(tmp_path):
     ]
     assert len(lines) == len(ENTRIES) + 2 + len(wrong.robot.notes)
     assert len([line for line in lines if line.endswith(("a note", "a cause"))]) == 2
-
-
-@pytest.mark.parametrize("name", SAID)
-def test_a_trial_says(name):
-    made, said = SAID[name]
-    assert list(format_lines(made)) == said
-
-
-def test_json_has_all_of_a_trial():
-    notes = tuple(map(str, range(14)))
-    diagnosis = RobotDiagnosis("armature", ENTRIES, notes, ("a", "b"), ("link a",), ("these",))
-    content = json.loads(format_robot_trial(trial(diagnosis=diagnosis)))
-    expected = {
-        "schema_version": 1,
-        "robot": "tested",
-        "equations": "yours",
-        "seed": 7,
-        "parts": ["mass_matrix", "bias", "gravity"],
-        "remarks": ["a remark"],
-        "not_judged": [],
-        "agrees": False,
-        "level": "armature",
-        "largest_difference": 0.345678,
-        "notes": list(notes),
-        "explanations": [{"with": "a"}, {"with": "b"}],
-        "links": ["link a"],
-        "right_in": ["these"],
-    }
-    assert {name: content[name] for name in expected} == expected
-    assert content["program"].startswith("geararm-crosscheck ")
-    assert [each["level"] for each in content["levels"]] == ["armature", "coupled", "links"]
-    assert content["entries"][0] == {
-        "entry": "bias[j1]",
-        "part": "bias",
-        "difference": 0.345678,
-        "told": "twice",
-    }
-    assert len(content["entries"]) == len(ENTRIES)
-    assert [each["id"] for each in content["findings"]] == [
-        "trial-states/tested/bias/yours~analytic"
-    ]
-    assert content.keys() == expected.keys() | {
-        "program",
-        "levels",
-        "entries",
-        "findings",
-        "source_answer",
-    }
 
 
 def test_places_are_told_by_the_first_few():

@@ -15,11 +15,14 @@ import crosscheck as package
 from crosscheck.checks.robots import engines, runs, simulations
 from crosscheck.checks.robots.states import sample_states
 from crosscheck.cli.commands import make_request
+from crosscheck.findings import Finding
+from crosscheck.models.mechanism import adopt_mechanism
+from crosscheck.models.pinocchio.robot import PinocchioRobot
 from crosscheck.models.robot.file import load_robot
 from crosscheck.models.robot.interface import RobotModel
 from crosscheck.planning import robots
 from crosscheck.planning.comparison import Results, collect_tasks, judge_comparisons
-from crosscheck.planning.plan import CrossCheckRequest
+from crosscheck.planning.plan import CrossCheckRequest, request_cross_check
 from crosscheck.planning.robots import (
     compute_robot_entries,
     find_plans,
@@ -181,19 +184,6 @@ def test_a_joint_turns_by_all_that_follow_it():
     assert [each.turns.tolist() for each in cases] == [[4.0, 1.0]] * len(cases)
 
 
-def test_a_record_is_accepted_and_kept_until_the_robot_changes(crosscheck, tmp_path, bob):
-    where = "--quick", "--dir", tmp_path
-    assert crosscheck("baseline", "accept", bob, *where).code == 0
-    kept = crosscheck("baseline", "check", bob, *where)
-    assert kept.code == 0
-    assert kept.out.splitlines()[-1].startswith("0 of ")
-    bob.write_text(BOB.replace('mass value="2.0"', 'mass value="2.1"'))
-    changed = crosscheck("baseline", "check", bob, *where)
-    assert changed.code == 2
-    assert "another robot than bob" in changed.err
-    assert crosscheck("baseline", "check", "sliding", *where).code == 2
-
-
 @pytest.mark.parametrize(
     ("text", "said"),
     [
@@ -210,20 +200,24 @@ def test_a_file_of_another_kind_is_one_line(crosscheck, tmp_path, text, said, co
     assert said in answer.err
 
 
-def test_what_is_for_arms_is_refused(crosscheck, bob):
-    for option, said in (
-        (("--scenario", "pd"), "is for arms"),
-        (("--set", "arm.payload_mass_kg=1"), "path beginning with robot"),
-    ):
-        answer = crosscheck("validate", bob, *option)
-        assert (answer.code, answer.err.count("\n")) == (2, 1)
-        assert said in answer.err
+def test_engines_simulate_the_beginning_of_a_users_scenario(bob, monkeypatch):
+    request = request_cross_check(adopt_mechanism(str(bob), ["pd"]), True, 0)
+    comparisons = robots.plan_robot(request).comparisons
+    ids = [each.about.key.id for each in comparisons if "simulation" in each.about.key.quantity]
+    assert "same-step/bob/links/simulation-pd/analytic:links~pinocchio:links" in ids
+    assert all("simulation-pd" in each for each in ids)
+    chosen = [each for each in comparisons if each.about.key.id in ids]
 
+    def judge() -> list[Finding]:
+        outcomes = {task.key: task.perform() for task in collect_tasks(chosen)}
+        return list(judge_comparisons(chosen, Results(outcomes)))
 
-def test_python_checks_a_robot(bob):
-    result = package.check(str(bob), quick=True, jobs=2, seed=5)
-    assert (result.exit_code, result.provenance.seed) == (0, 5)
-    assert repr(result).startswith("The equations agree with every engine")
+    assert {finding.verdict for finding in judge()} == {"agree"}
+    right = PinocchioRobot.forward_dynamics
+    monkeypatch.setattr(
+        PinocchioRobot, "forward_dynamics", lambda *given: right(*given) * (1 + 1e-8)
+    )
+    assert "differ" in {finding.verdict for finding in judge()}
 
 
 @pytest.mark.campaign
@@ -313,12 +307,32 @@ def test_one_torque_for_many_joints_flings_none_of_them():
     case = make_cases(own, sample_states(own, 4, 0), 10)[0]
     assert case.level == "links"
     assert case.free > simulations.LISTED
+    ask = simulations.SimulationQuestion(simulations.make_scenario(case))
     first, second = (
-        simulations.simulation(tasks.build_robot_model(name, own, "links"), case)
-        for name in ("analytic", "pinocchio")
+        ask(tasks.build_robot_model(name, own, "links"), case) for name in ("analytic", "pinocchio")
     )
     assert 1e-3 < np.abs(first - first[0]).max() < np.pi
     np.testing.assert_allclose(first, second, rtol=0, atol=1e-12)
+
+
+@pytest.mark.parametrize("joints", [3, 12])
+def test_a_simulation_is_among_the_runs_that_must_be_resolved(joints, monkeypatch):
+    """Also of a robot whose joints all have one start."""
+    own = random_chain(3104002622, joints)
+    case = make_cases(own, sample_states(own, 4, 0), 10)[0]
+    scenario, asked = simulations.make_scenario(case), list[np.ndarray]()
+
+    def integrate(model, q, v, torques, seconds, steps):
+        asked.append(np.array([q[-1], v[-1], torques(0.0)[-1]]))
+        return q, v
+
+    monkeypatch.setattr(robots, "integrate", integrate)
+    robots.is_resolved(build_robot_model("analytic", own, case.level), case)
+    start, drive = scenario.start, scenario.drive
+    expected = start.theta_rad, start.theta_dot_rad_per_s, drive.torque_N_m
+    for found in require_items(asked):
+        right = [np.broadcast_to(each, case.free) for each in expected]
+        np.testing.assert_allclose(found, right, rtol=1e-9)  # a scenario rounds what it holds
 
 
 def test_friction_that_stops_a_joint_at_once_leaves_the_runs_out_with_a_line():

@@ -16,10 +16,10 @@ from crosscheck.models.robot.case import load_robot_case
 from crosscheck.models.robot.file import load_robot
 from crosscheck.models.trajectory import encode_netcdf
 from crosscheck.registry import build, build_robot_model
-from crosscheck.view import robot_scene
-from crosscheck.view.robot_scene import build_robot_scene
+from crosscheck.view import scene as scenes
 from crosscheck.view.rods import find_rod_ends, find_upward
-from crosscheck.view.trajectory_file import RobotRun, TrajectoryFile
+from crosscheck.view.scene import build_scene
+from crosscheck.view.trajectory_file import Run, TrajectoryFile
 
 SHORT = ["scenario.duration_s=0.001", "scenario.start.theta_rad=0.4"]
 
@@ -53,8 +53,7 @@ def test_nested_frames_lead_to_the_tip(written):
     """As the script nests them: place of the joint, then turn or slide, then the end of a rod."""
     path, case = written
     run = read(path)
-    assert isinstance(run, RobotRun)
-    scene, poses = build_robot_scene(run), []
+    scene, poses = build_scene(run), []
     for joint in scene["joints"]:
         under, at = (np.eye(3), np.zeros(3)) if joint["parent"] < 0 else poses[joint["parent"]]
         at, under = at + under @ joint["position"], under @ np.array(joint["rotation"])
@@ -70,7 +69,7 @@ def test_nested_frames_lead_to_the_tip(written):
     tip = at + rotation @ ends[-1]
     model = build_robot_model("analytic", case.robot, "links")
     free = list(case.robot.coordinates)
-    expected = model.tip(run.theta[-1:, free])[0]
+    expected = model.tip(run.signals["theta"][-1:, free])[0]
     assert tip == pytest.approx(expected, abs=1e-6)  # of float32 numbers
 
 
@@ -100,11 +99,11 @@ def test_a_changed_file_is_one_line(written, attribute, value, said):
 
 def test_every_few_records_of_a_long_run_are_shown(monkeypatch):
     """Of 7 records at most 3 frames: every third; the reach is that of rods and slides."""
-    monkeypatch.setattr(robot_scene, "MOST_FRAMES", 3)
+    monkeypatch.setattr(scenes, "MOST_FRAMES", 3)
     robot = load_robot("sliding")
     time = 0.5 + 0.01 * np.arange(7)
     theta = np.outer(np.arange(7.0), [0.1, -0.02, 0.3])
-    scene = build_robot_scene(RobotRun("mine", robot, time, theta))
+    scene = build_scene(Run("mine", robot, time, {"theta": theta}))
     assert (scene["name"], scene["model"]) == ("sliding", "mine")
     assert (scene["frames"], scene["every"], scene["start_s"]) == (3, 3, 0.5)
     assert scene["step_s"] == pytest.approx(0.03)

@@ -1,6 +1,7 @@
 """Axes and members: what is drawn, what is put where, and what stays as the files say."""
 
 import json
+from dataclasses import replace
 from itertools import pairwise
 
 import numpy as np
@@ -10,7 +11,7 @@ from hypothesis import strategies as st
 from pydantic import TypeAdapter
 
 from crosscheck.models.arm.arm import Planetary
-from crosscheck.models.loading import load_case
+from crosscheck.models.loading import Case, load_case
 from crosscheck.models.paths import assign
 from crosscheck.studies.batches.batches import batch_size, split_into_batches
 from crosscheck.studies.definition.definition import AXIS_KINDS, Axis
@@ -97,7 +98,7 @@ def test_one_draw_serves_all_entries_or_each_has_its_own(each):
         samples={"count": 5},
     )
     for case in require_items(made.cases(0, 5)):
-        geared = [joint for joint in case.arm.joints if isinstance(joint, Planetary)]
+        geared = [joint for joint in case.mechanism.joints if isinstance(joint, Planetary)]
         meshes = [mesh for joint in geared for mesh in (joint.sun_mesh, joint.ring_mesh)]
         assert len({mesh.backlash_m for mesh in meshes}) == (len(meshes) if each else 1)
 
@@ -138,11 +139,11 @@ def test_members_are_the_grid_in_c_order_with_samples_and_starts_innermost():
     payloads = np.asarray(made.axes[2].values)[:, 0]
     for place, case in enumerate(cases):
         b, phase, sample, start = np.unravel_index(place, made.shape)
-        assert case.arm.joints[1].sun_mesh.backlash_m == [1e-5, 2e-5][b]
+        assert case.mechanism.joints[1].sun_mesh.backlash_m == [1e-5, 2e-5][b]
         assert case.switches.phase == ["angle", "omega_t"][phase]
         assert case.switches.ring_rate == ["corrected", "eq13"][phase]
-        assert case.arm.payload_mass_kg == payloads[sample]
-        alone = case._replace(scenario=made.base.scenario)
+        assert case.mechanism.payload_mass_kg == payloads[sample]
+        alone = Case(*replace(case, scenario=made.base.scenario).experiment)
         assert case.scenario == perturb_start(alone, 5 + int(start)).scenario
     assert list(made.cases(7, 11)) == cases[7:11]
 
@@ -156,7 +157,7 @@ def test_nothing_but_the_named_paths_differs_from_the_files():
     (case,) = made.cases(0, 1)
     settings = ["arm.joints.0.*_mesh.damping_ratio=0.013", "arm.joints.1.*_mesh.damping_ratio=0.02"]
     settings.append("scenario.duration_s=0.002")
-    assert case == load_case("paper-swapped", "pd", settings=settings)
+    assert Case(*case.experiment) == load_case("paper-swapped", "pd", settings=settings)
 
 
 def test_a_perturbed_start_adds_to_what_the_scenario_says():

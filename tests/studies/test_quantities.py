@@ -11,7 +11,7 @@ from hypothesis import strategies as st
 
 from crosscheck import signals
 from crosscheck.models.errors import InputError
-from crosscheck.models.loading import read_raw_case
+from crosscheck.models.files import read_raw_arm, read_raw_scenario
 from crosscheck.registry import build, reference_model
 from crosscheck.studies.batches.batch import run_batch, run_check
 from crosscheck.studies.definition.files import build_study
@@ -102,6 +102,15 @@ def test_every_fold_is_the_number_of_the_whole_signal(signal):
         assert found == pytest.approx(expected, rel=1e-14, abs=1e-14, nan_ok=True), name
 
 
+def test_a_signal_with_a_gap_has_no_spectrum_and_the_one_beside_it_has():
+    time = STEP * np.arange(40)
+    values = np.column_stack([np.sin(1e3 * time)] * 2)
+    values[7, 1] = np.nan
+    for fold in (folds.BandRmsFold, folds.LargestLineFold):
+        parts = np.array(_fed(fold((2,), 0, 400), time, values, [11]))
+        assert (np.isnan(parts) == [False, True]).all(), fold
+
+
 def test_a_sine_has_its_rms_in_the_band_that_it_is_in():
     time = 1e-4 * np.arange(20_000)
     values = 3 * np.sin(2 * np.pi * 123.4 * time) + 5 * np.sin(2 * np.pi * 700 * time) + 7
@@ -147,7 +156,7 @@ def test_a_member_has_the_numbers_of_a_run_by_itself(arm, planets):
     made = study(axes, EVERY, arm, switches={"planets": planets}, settings=settings)
     found = run_batch(made.text, 0, 3)
     for place, case in require_items(enumerate(made.cases(0, 3))):
-        run = build(reference_model(), *case).simulate()
+        run = build(reference_model(), *case.experiment).simulate()
         part = signals.window(run["time"].values, 0.001, 0.004)
         force, apart = run["F_sp"].values[:, 0, 0], run["F_pr"].values[:, 1, 0]
         time = run["time"].values
@@ -174,7 +183,7 @@ def test_a_member_has_the_numbers_of_a_run_by_itself(arm, planets):
 
 def _rigid(case) -> np.ndarray:
     """The rigid arm at the geared arm's own step."""
-    arm, scenario, _ = case
+    arm, scenario, _ = case.experiment
     return build("analytic:coupled", arm, scenario).simulate()["theta"].values
 
 
@@ -218,13 +227,14 @@ def _with_function(tmp_path: Path, code: str, returns: dict[str, str]) -> Prepar
     quantity = {"kind": "user_function", "function": "mine.py:measure", "returns": returns}
     given = {**plain.definition.model_dump(), "quantities": [quantity]}
     definition = type(plain.definition).model_validate(given)
-    return build_study(definition, read_raw_case("paper-labelled", "pd"), tmp_path, "study.toml")
+    data = {"arm": read_raw_arm("paper-labelled"), "scenario": read_raw_scenario("pd")}
+    return build_study(definition, data, tmp_path, "study.toml")
 
 
 def test_a_function_of_the_users_measures_a_run_as_a_model_records_it(tmp_path):
     code = "def measure(run):\n    return {'x': run.x_sp[-1, 1, 2], 'n': run.attrs['step_s']}\n"
     made = _with_function(tmp_path, code, {"x": "m", "n": "s"})
-    run = build(reference_model(), *made.base).simulate()
+    run = build(reference_model(), *made.base.experiment).simulate()
     found = run_batch(made.text, 0, 1)
     assert found["n"][0] == made.base.scenario.step_s
     # the ensemble's rounding, of 200 steps, against the plain kernel's

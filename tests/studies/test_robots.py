@@ -12,7 +12,7 @@ from crosscheck.models.robot.file import load_robot
 from crosscheck.registry import build, engine_of, reference_model
 from crosscheck.studies.batches.batch import run_batch, run_check
 from crosscheck.studies.definition.files import read_study
-from crosscheck.studies.members.cases import RobotMemberCase
+from crosscheck.studies.members.cases import make_robot_case
 from tests.faults.robots import ROBOTS
 from tests.robots.test_simulate import experiment
 from tests.tool.test_bad_input import assert_one_line
@@ -105,9 +105,9 @@ def test_a_second_engine_and_the_rigid_model_are_where_they_must_be(tmp_path):
 
 def test_a_joint_that_follows_has_a_target_and_another_engine_checks():
     """The target is by the mimic's own multiplier and offset, -0.5 and 0.3."""
-    member = RobotMemberCase(ROBOTS["unlike"](), "links", experiment())
+    member = make_robot_case(ROBOTS["unlike"](), "links", experiment())
     assert member.targets() == pytest.approx([0.5, -0.3, 0.2, -0.5 * -0.3 + 0.3])
-    assert member.second_engine != engine_of(reference_model())
+    assert engine_of(member.second_model) != engine_of(reference_model())
 
 
 def test_rotors_meshes_and_python(tmp_path):

@@ -13,31 +13,22 @@ from crosscheck.findings import (
     Finding,
     Subject,
     make_check,
-    make_failed_check,
     make_measurement,
-    make_unfinished_check,
 )
 from crosscheck.models.loading import load_arm
 from crosscheck.models.robot.file import load_robot
-from crosscheck.planning import robots
+from crosscheck.planning import arms, robots
 from crosscheck.planning.plan import CrossCheckRequest
 from crosscheck.planning.state_suite import COUNT, QUICK_COUNT
 from crosscheck.registry import is_rigid_arm
 from crosscheck.report.answers import (
     answer_on_equations,
-    answer_on_levels,
-    answer_on_rigid_arm,
-    answer_on_trust,
     answer_questions,
     compare_models,
-    find_tip_ends,
     format_agreement_json,
 )
-from crosscheck.report.finding_groups import list_findings
-from crosscheck.report.formatting import format_length
-from crosscheck.report.html import describe_quick_limits
 from crosscheck.report.matrix import collect_cells
-from crosscheck.report.outline import outline_report
+from crosscheck.report.outline import outline_arm
 from crosscheck.report.terminal import print_answers
 
 PRINTED, LEAD, ENGINE, LINKS = (
@@ -63,13 +54,8 @@ def printed(measured: float) -> Finding:
     return make_measurement(subject, measured=measured)
 
 
-def tip(level: str, metres: float) -> Finding:
-    subject = about(f"pinocchio:{level}", LEAD, "tip", "deviation", "pd", "m")
-    return make_measurement(subject, measured=metres)
-
-
 def said(findings: Sequence[Finding], arm: object) -> str:
-    outline = outline_report(arm)
+    outline = outline_arm(arm)
     return answer_on_equations(compare_models(Agreement(findings), outline), outline)
 
 
@@ -100,17 +86,9 @@ def test_a_derivation_that_differs_is_named(labelled):
     assert answer == f"Of the project's own derivation these do not agree: {LEAD}."
 
 
-def test_a_comparison_that_failed_is_no_agreement(labelled):
-    findings = [
-        state(LEAD, 1e-15),
-        make_failed_check(about(LEAD, "exudyn:tree", "bias", "states", CASE), ""),
-    ]
-    assert "do not agree" in said(findings, labelled)
-
-
 def test_another_arms_states_count_for_the_verdict_and_not_for_the_sizes(labelled):
     findings = [state(LEAD, 1e-15), state(LEAD, 1e-3, "probe/geared")]
-    rows = compare_models(Agreement(findings), outline_report(labelled))
+    rows = compare_models(Agreement(findings), outline_arm(labelled))
     assert [(row.model, row.verdict, row.number("mass_matrix")) for row in rows] == [
         (LEAD, "differ", "1e-15")
     ]
@@ -124,20 +102,6 @@ def test_a_check_of_any_kind_between_the_two_turns_the_answer(size, agrees, labe
     assert ("do not agree" not in said([state(LEAD, 1e-15), modes], labelled)) is agrees
 
 
-def test_rigid_levels_are_told_from_the_first_to_the_last():
-    levels = [tip("links", 0.039), tip("carriers", 7e-5), tip("coupled", 1.7e-6)]
-    expected = (
-        "In experiment pd the rigid arm's tip is off by up to 39 mm without the joints' masses and"
-        " the gears' inertia (links), by 1.7 µm without the give, play and errors of the teeth"
-        " (coupled)."
-    )
-    assert answer_on_rigid_arm(Agreement(levels)) == expected
-    assert "No rigid model" in answer_on_rigid_arm(Agreement([]))
-    assert find_tip_ends(Agreement(levels)) == [levels[0], levels[2]]
-    assert find_tip_ends(Agreement(levels[:1])) == levels[:1]
-    assert find_tip_ends(Agreement([])) == []
-
-
 def test_of_an_arm_without_gears_and_motors_nothing_is_asked_about_them(capsys):
     arm = make_plain_arm("plain", 2)
     assert is_rigid_arm(arm)
@@ -149,37 +113,6 @@ def test_of_an_arm_without_gears_and_motors_nothing_is_asked_about_them(capsys):
     assert "How far" not in asked
     motored = load_arm("direct-between")
     assert "geared" in answer_questions(Agreement([]), motored).outline.questions[1]
-
-
-def test_a_length_below_a_nanometre_is_rounding():
-    assert format_length(4.46e-13) == "less than 1 nm"
-    assert format_length(1.2e-9) == "0.0012 µm"
-    assert format_length(0.0) == "0 µm"
-
-
-def test_a_level_costs_most_where_a_joint_loses_the_largest_share_of_its_torque():
-    found = []
-    for joint, newtons, share in (("base", 5.0, 0.01), ("wrist", 0.2, 0.3), ("elbow", 1.0, 0.1)):
-        key = ComparisonKey("deviation", "random-states", "torque", "analytic:links", "a:coupled")
-        metric = f"largest difference of the torque of {joint} over 20 random states"
-        subject = Subject(key, "N m", metric)
-        found.append(make_measurement(subject, measured=newtons, relative=share))
-    said = "At level links the torque of wrist is off by up to 30 % of its largest."
-    assert answer_on_levels(Agreement(found)) == said
-
-
-def test_of_each_kind_the_check_nearest_its_tolerance_is_listed():
-    modes = about(LEAD, ENGINE, "mesh-modes", "modes", CASE)
-    found = [state(LEAD, 1e-12 * share) for share in (0.2, 0.9, 0.5)]
-    found.append(make_check(modes, measured=0.3, tolerance=1.0, basis=""))
-    assert [row.share for row in list_findings(found).tightest] == ["90 %", "30 %"]
-
-
-@pytest.mark.parametrize(("size", "count"), [(1e-15, "2 of 2"), (1e-3, "1 of 2")])
-def test_what_was_checked_is_counted(size, count, labelled):
-    findings = [state(LEAD, 1e-15), state(LINKS, size)]
-    answer = answer_on_trust(Agreement(findings), outline_report(labelled))
-    assert answer.startswith(f"{count} checks agree")
 
 
 def test_the_answers_come_before_the_findings_in_json(labelled):
@@ -196,12 +129,12 @@ def test_the_answers_come_before_the_findings_in_json(labelled):
 
 
 def test_a_quick_page_says_what_it_leaves_out(labelled):
-    said = describe_quick_limits(CrossCheckRequest(labelled, quick=True))
+    said = arms.describe_quick_limits(CrossCheckRequest(labelled, quick=True))
     assert "0.05 of 0.5 s of constant-torque and 0.1 of 3 s of pd" in said
-    own = describe_quick_limits(CrossCheckRequest(load_arm("three-unlike"), quick=True))
+    own = arms.describe_quick_limits(CrossCheckRequest(load_arm("three-unlike"), quick=True))
     assert "at most 10000 steps" in own
     assert "up to 300000" in own
-    robot = describe_quick_limits(CrossCheckRequest(load_robot("puma560"), quick=True))
+    robot = robots.describe_quick_limits(CrossCheckRequest(load_robot("puma560"), quick=True))
     assert robot == (
         f"With --quick models are compared at {robots.QUICK_COUNT} random states, where a full"
         f" cross-check takes {robots.COUNT}, and free motions take at most {robots.QUICK_STEPS}"
@@ -209,32 +142,6 @@ def test_a_quick_page_says_what_it_leaves_out(labelled):
     )
     counts = f"compared at {QUICK_COUNT} random states where a full cross-check takes {COUNT}."
     assert counts in said
-
-
-OUTCOMES = {
-    "agree": state(LEAD, 1e-15),
-    "differ": state(LEAD, 1e-3),
-    "failed": make_failed_check(about(LEAD, ENGINE, "bias", "states", CASE), ""),
-    "unfinished": make_unfinished_check(about(LEAD, ENGINE, "force", "states", CASE), ""),
-    "measured": printed(0.1),
-}
-
-
-@pytest.mark.parametrize(
-    ("verdicts", "code"),
-    [
-        ("agree measured", 0),
-        ("agree unfinished", 3),
-        ("unfinished", 3),
-        ("unfinished differ", 1),
-        ("failed unfinished", 1),
-        ("differ", 1),
-        ("measured", 1),
-        ("", 1),
-    ],
-)
-def test_the_exit_code_is_that_of_the_worst_verdict(verdicts, code):
-    assert Agreement([OUTCOMES[verdict] for verdict in verdicts.split()]).exit_code == code
 
 
 def test_what_is_only_measured_is_no_agreement_of_the_matrix(labelled):

@@ -19,13 +19,14 @@ from crosscheck.models.errors import Unfinished
 from crosscheck.models.experiment.scenario import switches
 from crosscheck.models.loading import Case, load_scenario
 from crosscheck.planning import preparation
+from crosscheck.planning.arms import plan_comparisons
 from crosscheck.planning.comparison import Comparison, Results, collect_tasks, judge_comparisons
 from crosscheck.planning.plan import CrossCheckRequest
 from crosscheck.planning.preparation import prepare_experiments
 from crosscheck.provenance import ROOT, record_provenance
 from crosscheck.report.formatting import describe_tally
 from crosscheck.report.junit import format_junit
-from crosscheck.run import plan_comparisons, run_tasks
+from crosscheck.run import run_tasks
 from crosscheck.runner import cpu_limit
 from crosscheck.runner.outcomes import Failure
 from crosscheck.runner.progress_update import ignore_progress

@@ -20,11 +20,11 @@ from crosscheck.models.arm.stiffness import SineStiffness
 from crosscheck.models.errors import InputError
 from crosscheck.models.experiment.scenario import Scenario
 from crosscheck.models.loading import load_arm, validate_record
+from crosscheck.planning.arms import plan_comparisons
 from crosscheck.planning.plan import CrossCheckRequest, draft_experiments, set_stable_step
 from crosscheck.planning.preparation import Preparation
 from crosscheck.planning.sizing import compute_sizes
 from crosscheck.registry import build, reference_model
-from crosscheck.run import plan_comparisons
 from tests.arms import arm_of
 from tests.draws import DRAWS, SAMPLE, fresh_seed, ranges_of
 

@@ -51,7 +51,7 @@ from crosscheck.report.matrix import (
     group_models,
     is_beyond,
 )
-from crosscheck.report.outline import outline_report
+from crosscheck.report.outline import outline_arm, outline_robot
 from crosscheck.report.plots.charts import Pictures
 from crosscheck.report.terminal import print_agreement, print_report_summary
 from crosscheck.run import CrossCheck
@@ -201,7 +201,7 @@ def test_the_printed_equations_are_allowed_what_the_reference_model_is():
 
 
 def test_an_arm_is_told_by_the_printed_forms_the_derivation_and_its_rigid_levels(labelled):
-    outline = outline_report(labelled)
+    outline = outline_arm(labelled)
     assert list(outline.models)[-5:] == [
         LEAD,
         *(f"analytic:{level}" for level in ("links", "carriers", "armature", "coupled")),
@@ -297,7 +297,7 @@ def test_the_pages_first_screen_answers_topic_by_topic(page, labelled):
     assert [(place, number) for place, number, _ in heads] == [
         *(("equations", "1"), ("levels", "2"), ("trust", "3")),
     ]
-    assert [head for _, _, head in heads] == list(outline_report(labelled).questions)
+    assert [head for _, _, head in heads] == list(outline_arm(labelled).questions)
     assert "Bent arm." in said
     for level, title in LEVELS.items():
         assert f"<em>{level}</em>: {title}" in said
@@ -390,7 +390,7 @@ def test_only_what_failed_for_one_reason_has_one_line(capsys):
 
 
 def test_each_model_is_beside_the_engines_of_other_packages(labelled):
-    rows = compare_models(AGREEMENT, outline_report(labelled))
+    rows = compare_models(AGREEMENT, outline_arm(labelled))
     found = [
         (row.model, row.against, row.verdict, {q: f.measured for q, f in row.worst.items()})
         for row in rows
@@ -405,7 +405,7 @@ def test_each_model_is_beside_the_engines_of_other_packages(labelled):
 
 def test_what_stands_behind_the_checks_is_counted(labelled):
     assert describe_verdict(AGREEMENT) == OUTCOME
-    assert answer_on_trust(AGREEMENT, outline_report(labelled)) == (
+    assert answer_on_trust(AGREEMENT, outline_arm(labelled)) == (
         f"{TALLY}; 2 failed; 1 differ; 1 unresolved. 8 compare two models that share data and no"
         " formula; 4 compare one model with first principles, its own records or the arm's file."
         " A tolerance is what rounding, or a run's measured uncertainty, explains. 2 more numbers"
@@ -413,7 +413,7 @@ def test_what_stands_behind_the_checks_is_counted(labelled):
         " off."
     )
     robot = load_robot("puma560")
-    assert "rigid levels are off" in answer_on_trust(Agreement(FINDINGS[:3]), outline_report(robot))
+    assert "rigid levels are off" in answer_on_trust(Agreement(FINDINGS[:3]), outline_robot(robot))
 
 
 @pytest.mark.parametrize(
@@ -487,6 +487,9 @@ def test_the_first_and_the_last_level_are_told_of_every_experiment():
         " without the give, play and errors of the teeth (coupled)."
     )
     assert find_tip_ends(found) == [last[0], last[2]]
+    assert find_tip_ends(Agreement(last[:1])) == last[:1]
+    assert find_tip_ends(Agreement([])) == []
+    assert "No rigid model" in answer_on_rigid_arm(Agreement([]))
 
 
 def test_each_level_of_a_robot_is_told_with_its_tip_and_its_torque():
@@ -534,7 +537,7 @@ def test_a_relative_difference_is_told_in_per_cent_unless_it_is_tiny(measured, u
 
 
 def test_a_derivation_without_checks_at_states_has_no_digits_to_tell(labelled):
-    outline = outline_report(labelled)
+    outline = outline_arm(labelled)
     run = check(about("same-step", "pd", "theta", "analytic:links", LINKS, unit="rad"), 0.0, 1e-9)
     for findings, digits in (([run], "to rounding"), ([run, FINDINGS[0]], "to 12 digits")):
         said = answer_on_equations(compare_models(Agreement(findings), outline), outline)
@@ -564,7 +567,8 @@ NAN = float("nan")
         (format_percent, {0.0127: "1.3 %", 12.3: "1200 %", float("inf"): "no number"}),
         (
             format_length,
-            {1.0: "1 m", 0.99: "990 mm", -2.345: "-2.35 m", 1e-5: "0.01 mm", 9.9e-6: "9.9 µm"},
+            {1.0: "1 m", 0.99: "990 mm", -2.345: "-2.35 m", 1e-5: "0.01 mm", 9.9e-6: "9.9 µm"}
+            | {4.46e-13: "less than 1 nm", 1.2e-9: "0.0012 µm", 0.0: "0 µm"},
         ),
         (format_number, {1234.5: "1.23e+03", 0.0: "0", None: ""}),
         (

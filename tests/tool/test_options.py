@@ -23,6 +23,7 @@ from crosscheck.cost.shortcuts import FULL, QUICK
 from crosscheck.findings import Agreement
 from crosscheck.models.errors import Unfinished
 from crosscheck.models.loading import load_arm, load_case
+from crosscheck.models.refusals import REFUSALS
 from crosscheck.provenance import record_provenance
 from crosscheck.registry import build
 from crosscheck.run import CrossCheck
@@ -31,6 +32,7 @@ from tests.baselines.short import green, invented_check, red
 from tests.processes import Answer, Command
 from tests.robots.chains import BOB
 from tests.tool.supplied import model_file
+from tests.tool.test_bad_input import assert_one_line
 
 CORES = 6
 PAPER_KG = 10.0
@@ -595,6 +597,21 @@ EFFECTS: dict[str, dict[str, Effect]] = {
         ),
     },
 }
+REFUSING = {
+    "simulate": "simulate sliding --model analytic:links --scenario pd --out o.nc",
+    "trial": "trial mine.py:two_link sliding",
+    "trial --after": "trial --ask sliding --out o",
+    "init": "init a.toml --urdf bob.urdf",
+}
+VALUES = {
+    "--phase": "angle",
+    "--ring-rate": "eq13",
+    "--scenario": "pd",
+    "--after": "r",
+    "--joints": "2",
+    "--direct": "",
+    "--run-code": "",
+}
 TYPERS_OWN = {"install_completion", "show_completion"}
 
 
@@ -611,6 +628,21 @@ def list_parameters(command: Any, words: tuple[str, ...] = ()) -> Iterator[tuple
 def test_the_table_has_every_option_of_every_command():
     stated_here = {(command, name) for command, rows in EFFECTS.items() for name in rows}
     assert stated_here == set(list_parameters(build_commands()))
+
+
+@pytest.mark.parametrize(
+    "refusal", [each for each in REFUSALS if each.option.startswith("--")], ids=str
+)
+def test_what_one_sort_of_mechanism_does_not_take_is_one_line(
+    crosscheck, tmp_path, monkeypatch, refusal
+):
+    monkeypatch.chdir(tmp_path)
+    (tmp_path / "bob.urdf").write_text(BOB)
+    words = REFUSING.get(f"{refusal.command} {refusal.option}", REFUSING[refusal.command])
+    value = VALUES[refusal.option]
+    answer = crosscheck(*words.split(), refusal.option, *filter(None, [value]))
+    assert_one_line(answer, f"{refusal.option}: is for arms: {refusal.reason}")
+    assert [path.name for path in tmp_path.iterdir()] == ["bob.urdf"]
 
 
 @pytest.fixture

@@ -4,13 +4,14 @@ import io
 import json
 import os
 from dataclasses import replace
+from inspect import signature
 from pathlib import Path
 
 import numpy as np
 import pytest
 import xarray as xr
 
-from crosscheck import registry
+from crosscheck import mechanisms, registry
 from crosscheck.analytic.model import RigidLinks
 from crosscheck.cli.simulation import SimulationRequest
 from crosscheck.models.arm.planets import usual_switches
@@ -27,6 +28,7 @@ from crosscheck.provenance import record_provenance
 from crosscheck.run import run_cross_check
 from crosscheck.runner.tasks import Evaluation
 from crosscheck.runner.workers import perform_all
+from tests.loops import require_items
 from tests.processes import command_line
 
 GUEST = """
@@ -121,7 +123,7 @@ def test_provenance_has_what_was_asked_and_a_guests_distributions(monkeypatch):
     scenario = load_case("probe", "pd", {}, []).scenario
     request = CrossCheckRequest(ARM, True, 7, (scenario,), laws)
     plan = Plan([], remarks, lambda results: iter(()))
-    monkeypatch.setattr("crosscheck.run.make_plan", lambda request, workers: plan)
+    monkeypatch.setattr("crosscheck.planning.arms.plan_arm", lambda request, workers: plan)
     with registry.register("mine:twice", TWICE):
         whole = run_cross_check(request, jobs=1).agreement.provenance
         short = scenario.model_copy(update={"duration_s": 2 * scenario.step_s})
@@ -227,3 +229,11 @@ def test_a_robots_guest_is_asked_at_its_levels_alone():
     assert without == [
         f"without mine at {level}: it does not have this level" for level in ("armature", "geared")
     ]
+
+
+def test_sorts_of_mechanisms_supply_functions_with_the_same_parameters():
+    for what in require_items(mechanisms.SUPPLIED):
+        both = [mechanisms.supply(what, section) for section in mechanisms.SECTIONS]
+        of_arms, of_robots = ([*signature(each).parameters.values()] for each in both)
+        assert [each.kind for each in of_arms] == [each.kind for each in of_robots], what
+        assert len(of_arms) == len(of_robots), what

@@ -16,7 +16,7 @@ from crosscheck.models.trajectory import build_trajectory
 from crosscheck.registry import RIGID_LEVELS, model_names
 from crosscheck.report.plots import scheme
 from crosscheck.report.plots.charts import Charts, Pictures
-from crosscheck.report.plots.scheme import draw_scheme
+from crosscheck.report.plots.scheme import draw_arm, draw_robot
 from crosscheck.report.plots.signals import (
     RecordStretch,
     Signals,
@@ -139,7 +139,7 @@ def test_a_page_is_shared_among_experiments(runs):
     "arm", [PAPER, load_arm("direct-between"), arm_of(7)], ids=lambda a: a.name
 )
 def test_the_scheme_shows_every_part_and_lies_in_its_frame(arm):
-    svg = draw_scheme(arm)
+    svg = draw_arm(arm)
     geared = [joint for joint in arm.joints if isinstance(joint, Planetary)]
     assert svg.count('class="link"') == len(arm.links)
     assert svg.count('class="ring"') == len(geared)
@@ -152,7 +152,7 @@ def test_the_scheme_shows_every_part_and_lies_in_its_frame(arm):
 
 
 def test_a_circle_of_the_scheme_has_the_gears_proportions():
-    radii = dict(re.findall(r'class="(sun|planet|ring)"[^>]* r="(\S+)"', draw_scheme(PAPER)))
+    radii = dict(re.findall(r'class="(sun|planet|ring)"[^>]* r="(\S+)"', draw_arm(PAPER)))
     ratio = float(radii["sun"]) / float(radii["ring"])
     assert ratio == pytest.approx(27 / 99, abs=0.01)  # Table I; drawn to a tenth of a pixel
     assert float(radii["planet"]) / float(radii["ring"]) == pytest.approx(36 / 99, abs=0.01)
@@ -162,7 +162,7 @@ def test_a_circle_of_the_scheme_has_the_gears_proportions():
 def test_a_robots_joints_stand_where_pinocchios_reader_has_them(name):
     """The picture is a plane view of the frames at zero: an affine map with orthogonal rows."""
     robot = load_robot(name)
-    svg = draw_scheme(robot)
+    svg = draw_robot(robot)
     circles = re.findall(r'<circle class="(motor|slide)" cx="(\S+)" cy="(\S+)"', svg)
     pixels = np.array([[float(x), float(y)] for _, x, y in circles])
     model = pinocchio.buildModelFromXML(robot.urdf)
@@ -201,7 +201,7 @@ DRAWN = 0.11  # pixels: all is drawn to a tenth of one
 @pytest.mark.parametrize("name", ["paper-labelled", "direct-between", "three-unlike"])
 def test_links_of_the_scheme_are_to_scale_and_bend_to_and_fro(name):
     arm = load_arm(name)
-    svg = draw_scheme(arm)
+    svg = draw_arm(arm)
     links = lines_of(svg)
     steps = np.array([end - start for start, end in links])
     scale = abs(steps).sum() / sum(link.length_m for link in arm.links)
@@ -224,7 +224,7 @@ def test_links_of_the_scheme_are_to_scale_and_bend_to_and_fro(name):
 
 def test_gears_of_the_scheme_mesh_and_stand_round_their_joints():
     arm = load_arm("three-unlike")
-    svg = draw_scheme(arm)
+    svg = draw_arm(arm)
     joints, scale = [start for start, _ in lines_of(svg)], 0.0
     start, end = lines_of(svg)[0]
     scale = abs(end - start) / arm.links[0].length_m
@@ -250,7 +250,7 @@ def test_a_large_gear_and_a_small_one_can_be_seen_whole():
     arm = load_arm("paper-labelled")
     for factor, radius in ((100.0, 40.0), (1e-3, 15.0)):
         joints = [j.model_copy(update={"module_m": factor * j.module_m}) for j in arm.joints]
-        drawn = circles_of(draw_scheme(arm.model_copy(update={"joints": tuple(joints)})), "ring")
+        drawn = circles_of(draw_arm(arm.model_copy(update={"joints": tuple(joints)})), "ring")
         assert [each for _, each in drawn] == [radius, radius]
 
 
@@ -270,7 +270,7 @@ def test_a_robot_is_seen_from_the_side_and_a_little_above(upward, across):
 
 @pytest.mark.parametrize("name", ["six-joint", "puma560"])
 def test_joints_at_one_place_share_their_label(name):
-    svg = draw_scheme(load_robot(name))
+    svg = draw_robot(load_robot(name))
     centres = [at for at, _ in [*circles_of(svg, "motor"), *circles_of(svg, "slide")]]
     labels = re.findall(r'<text x="(\S+)" y="(\S+)">(.*?)<', svg)
     for x, y, _ in labels:

@@ -12,20 +12,19 @@ import crosscheck
 from crosscheck.findings import Agreement, EntryDifferences
 from crosscheck.models.arm.arm import Link
 from crosscheck.planning.plan import CrossCheckRequest
-from crosscheck.report.heat_map import make_entry_maps, make_heat_map, make_trial_maps
+from crosscheck.report.heat_map import make_entry_maps, make_heat_map
+from crosscheck.report.trials.output import make_trial_maps
 from crosscheck.report.trials.trial import (
     describe_notes,
-    describe_trial,
     describe_unfollowed,
     describe_unit_mistake,
 )
 from crosscheck.run import CrossCheck
-from crosscheck.testing import TrialResult
-from crosscheck.trial.diagnose.dependence import IgnoredNumber
+from crosscheck.trial.changes.arms.dependence import IgnoredNumber
 from crosscheck.trial.input.loading import load_equations
 from crosscheck.trial.judge.entries import EntryPlace
 from crosscheck.trial.judge.unit_mistakes import UnitMistake
-from crosscheck.trial.trial import LevelMismatch
+from crosscheck.trial.trial import LevelMismatch, Trial
 from tests.baselines.short import green, invented_check, measurement, red
 from tests.tool.supplied import model_file
 
@@ -81,7 +80,7 @@ def test_names_of_more_than_eight_columns_are_written_upwards(count, is_wide):
 
 
 @pytest.fixture(scope="module")
-def trial(labelled, tmp_path_factory) -> TrialResult:
+def trial(labelled, tmp_path_factory) -> Trial:
     """Of equations whose M[1, 1] has half of m_2 L_1^2 too much."""
     file = model_file(tmp_path_factory.mktemp("equations"))
     right = load_equations(f"{file}:two_link", labelled, None)
@@ -95,9 +94,10 @@ def trial(labelled, tmp_path_factory) -> TrialResult:
 def test_a_trial_prints_itself_in_few_lines(trial):
     lines = repr(trial).splitlines()
     assert len(lines) <= 6
-    assert lines[0] == "<b> on paper-labelled: rigid, level links"
-    assert lines[1].endswith("checks agree")
-    assert lines[2].startswith("wrong M[theta_1, theta_1]: ")
+    assert lines[0].startswith("<b> on paper-labelled: M[theta_1, theta_1] is wrong, by up to ")
+    assert lines[0].endswith("; compared with links (rigid arm of links and payload alone)")
+    assert lines[1].startswith("M[theta_1, theta_1]: ")
+    assert lines[-1].endswith("checks agree")
 
 
 def test_a_notebook_shows_a_trial_entry_by_entry(trial):
@@ -115,7 +115,7 @@ def test_each_part_of_a_trial_has_its_map_and_each_wrong_row_of_the_bias(trial):
     bias[1] = [[0.0, 2e-5], [0.3, 0.004]]
     found = {"mass_matrix": np.diag([0.0, 0.05]), "rate_terms": bias, "force": np.array([0, 7.0])}
     shown = replace(trial, relative_errors=found, allowed=dict.fromkeys(found, 1e-9))
-    first, second, third = make_trial_maps(shown)
+    first, second, third = make_trial_maps(shown.answer)
     assert [first.title, second.title, third.title] == ["M", "bias of theta_2, by rates", "force"]
     assert first.rows == first.columns == second.rows == second.columns == third.rows
     assert third.columns == ("",)
@@ -124,7 +124,7 @@ def test_each_part_of_a_trial_has_its_map_and_each_wrong_row_of_the_bias(trial):
     assert texts[1] == [["\N{CHECK MARK}", "0.002 %"], ["30 %", "0.4 %"]]
     assert texts[2] == [["\N{CHECK MARK}"], ["700 %"]]
     raised = replace(trial, traces={"bias": "x", "force": "y"})
-    assert repr(raised).splitlines()[-2:] == ["bias raised", "force raised"]
+    assert repr(raised).splitlines()[-5:-1] == ["bias raised:", "x", "force raised:", "y"]
 
 
 def ignored(name, value, *parts, **goes_with):
@@ -185,29 +185,15 @@ def test_a_mistaken_order_is_told(part, word):
 
 
 def test_a_trial_says_what_it_judged_and_what_not(trial):
-    first, coordinates, *rest = describe_trial(trial)
-    assert first == "<b> on paper-labelled: rigid, level links"
-    assert coordinates == "coordinates: theta_1, theta_2"
-    assert rest[-1].startswith("also checked on") == bool(trial.probes)
-    mismatches = (
-        LevelMismatch("links", 1, 0.25, 0.1),
-        LevelMismatch("coupled", 3, 0.0625, 0.03),
-        LevelMismatch("armature", 0, 0.5, 0.5),
-    )
+    (judged,) = replace(trial, probes=("a", "b")).answer.scope
+    assert judged.startswith("judged in theta_1, theta_2, also on 2 other arms")
+    mismatches = (LevelMismatch("links", 1, 0.25, 0.1), LevelMismatch("coupled", 3, 0.06, 0.03))
     shown = replace(trial, level_mismatches=mismatches, probes=(), missing=("bias", "force"))
-    _, _, *levels, alone, missing = describe_trial(shown)
-    told = [line.partition("): ")[2] for line in levels]
-    assert told == [
-        "1 entry of M differs, by up to 0.25",
-        "3 entries of M differ, by up to 0.0625",
-        "0 entries of M differ",
-    ]
-    assert [line.split()[1] for line in levels] == ["links", "coupled", "armature"]
-    assert alone.startswith("checked on this arm alone")
+    levels = [(each.level, each.entries, each.largest) for each in shown.answer.levels]
+    assert levels == [("links", 1, 0.25), ("coupled", 3, 0.06)]
+    judged, missing = shown.answer.scope
+    assert "on this arm alone" in judged
     assert missing == "not supplied, so not judged: bias, force"
-    assert len(list(describe_trial(replace(trial, level_mismatches=mismatches[:1])))) == len(
-        list(describe_trial(replace(trial, level_mismatches=())))
-    )
 
 
 def test_notes_of_a_trial_tell_motors_and_point_masses(trial):

@@ -45,9 +45,8 @@ def test_wrong_equations_raise_what_the_command_prints(equations):
     assert first.startswith("yours: force[theta_1]")
     assert "opposite sign" in first
     assert raised.traceback[-1].frame.f_locals["__tracebackhide__"]
-    assert "yours on paper-labelled: rigid, level links" in text
-    assert "force[theta_1]" in text
-    assert "checks agree\n" in text
+    assert "yours on paper-labelled: force[theta_1] and 1 more entry are wrong" in text
+    assert text.endswith("checks agree")
 
 
 def test_a_function_gives_its_own_name(equations):
@@ -64,7 +63,7 @@ def test_a_function_gives_its_own_name(equations):
 
 
 def test_another_level_than_promised_is_wrong(equations):
-    with pytest.raises(AssertionError, match=r"level armature(.|\n)*wrong .*theta_2"):
+    with pytest.raises(AssertionError, match=r"compared with armature(.|\n)*theta_2"):
         assert_agrees(equations, level="armature")
 
 

@@ -47,9 +47,10 @@ def test_json_is_as_its_schema_says(crosscheck, tmp_path, name, code):
     model, target = f"{model_file(tmp_path, SLIPPED)}:{name}", tmp_path / "trial.json"
     assert crosscheck("trial", model, "--quick", "--jobs", 1, "--json", target).code == code
     content = validated(target)
-    assert content["model"] == f"mine.py:{name}"
+    assert content["equations"] == f"mine.py:{name}"
     assert bool(content["tracebacks"]) == (name == "raising")
-    assert bool(content["missing"]) == (name in ("alone", "huge"))
+    unjudged = [line for line in content["scope"] if line.startswith("not supplied")]
+    assert bool(unjudged) == (name in ("alone", "huge"))
 
 
 def test_wrong_entries_are_in_every_view(crosscheck, tmp_path):
@@ -57,15 +58,23 @@ def test_wrong_entries_are_in_every_view(crosscheck, tmp_path):
     outputs = ["--json", target, "--junit", tmp_path / "t.xml", "--out", tmp_path]
     answer = crosscheck("trial", model, "--quick", "--jobs", 1, *outputs)
     content = validated(target)
-    assert (answer.code, content["tracebacks"], content["missing"]) == (1, {}, [])
-    assert "M[theta_1, theta_1]" in [each["entry"] for each in content["wrong"]]
+    assert (answer.code, content["tracebacks"]) == (1, {})
+    assert "M[theta_1, theta_1]" in [each["name"] for each in content["wrong"]]
     words = ["tools/annotate_trial.py", target, tmp_path / "mine.py"]
     annotated = command_line(*words, python=(), cwd=SCHEMAS.parents[1])
     source = (tmp_path / "mine.py").read_text().splitlines()
     (line,) = {int(each) for each in re.findall(r"mine.py,line=(\d+)", annotated.stdout)}
     assert source[line - 1] == "    def mass_matrix(q):"
     assert source[line] == "        found = np.array(right.mass_matrix(q))"
-    assert len(annotated.stdout.splitlines()) == len(content["wrong"]) + len(content["notes"])
+    remarks = [*content["causes"], *content["notes"]]
+    assert len(annotated.stdout.splitlines()) == len(content["wrong"]) + len(remarks)
+    edit = {"file": "mine.py", "line": line + 2, "old": "0.5 * L1**2", "new": ""}
+    target.write_text(json.dumps(content | {"change": {"edits": [edit]}}))
+    by_line = command_line(*words, python=(), cwd=SCHEMAS.parents[1]).stdout.splitlines()
+    assert by_line[0].endswith(
+        f"mine.py,line={line + 2},title=Wrong line::0.5 * L1**2 should be left out"
+    )
+    assert len(by_line) == 1 + len(remarks)
     words[1] = tmp_path / "none.json"
     nothing = command_line(*words, python=(), cwd=SCHEMAS.parents[1])
     assert (nothing.returncode, nothing.stderr) == (0, "")

@@ -10,9 +10,9 @@ import pytest
 
 from crosscheck.models.arm.arm import Arm, Direct
 from crosscheck.models.errors import InputError
-from crosscheck.report.trials.trial import describe_errors, describe_notes, describe_trial
+from crosscheck.report.trials.trial import describe_errors, describe_notes
 from crosscheck.testing import assert_agrees
-from crosscheck.trial.diagnose.arm_numbers import find_negligible_inertias
+from crosscheck.trial.changes.arms.arm_numbers import find_negligible_inertias
 from crosscheck.trial.input.equations import Coordinates, Equations
 from tests.trial.test_trial import trial_of
 
@@ -282,8 +282,5 @@ def test_levels_that_are_equal_are_one_line():
     """An arm without gears and motors has no four levels to be compared with."""
     arm = arm_of(*UNLIKE)
     result = trial_of(lambda own: pendulum(bodies_of(own), G, own.payload_mass_kg), arm)
-    lines = list(describe_trial(result))
-    assert lines[0] == "yours on hanging: rigid arm"
-    against = [line for line in lines if "against" in line]
-    assert against == ["  against the rigid arm: 0 entries of M differ"]
-    assert [each.level for each in result.level_mismatches] == ["links"]
+    assert result.answer.headline == "yours on hanging agrees with the rigid arm"
+    assert [(each.level, each.entries) for each in result.answer.levels] == [("links", 0)]

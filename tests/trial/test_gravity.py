@@ -13,8 +13,8 @@ from crosscheck.models.arm.arm import Arm
 from crosscheck.models.experiment.scenario import Scenario
 from crosscheck.models.loading import load_arm, load_scenario
 from crosscheck.provenance import ROOT
-from crosscheck.report.heat_map import make_trial_maps
-from crosscheck.report.trials.trial import describe_errors, format_trial_json
+from crosscheck.report.trials.output import format_trial_json, make_trial_maps
+from crosscheck.report.trials.trial import describe_errors
 from crosscheck.trial.input.equations import Coordinates, Equations
 from crosscheck.trial.input.symbolic import from_sympy
 from crosscheck.trial.judge.questions import TransformedModel
@@ -97,13 +97,13 @@ def test_an_error_in_gravity_is_named_there(source, places, words):
     result = trial_of(source, UNLIKE)
     assert {(w.place.part, w.place.row) for w in result.wrong_entries} == places
     assert words in describe_errors(result)[0]
-    record = json.loads(format_trial_json(result))
-    assert {each["entry"].partition("[")[0] for each in record["wrong"]} == {
+    record = json.loads(format_trial_json(result.answer))
+    assert {each["name"].partition("[")[0] for each in record["wrong"]} == {
         part for part, _ in places
     }
     schema = json.loads((ROOT / "crosscheck" / "schema" / "trial.schema.json").read_text())
     jsonschema.validate(record, schema)
-    titles = [heat_map.title for heat_map in make_trial_maps(result)]
+    titles = [heat_map.title for heat_map in make_trial_maps(result.answer)]
     assert titles[0] == "M"
     assert {"gravity", "force"} <= set(titles)
 
@@ -164,7 +164,7 @@ def test_geared_equations_have_their_weights_apart_too(coordinates):
     assert "gravity" in result.relative_errors
 
 
-def test_sympys_gravity_is_bound_to_the_arm_and_its_difference_typeset():
+def test_sympys_gravity_is_bound_to_the_arm():
     q1, q2, v1, v2 = sp.symbols("q1 q2 v1 v2")
     m1, m2, payload, l1, l2, d1, d2, g = sp.symbols("m1 m2 m_payload L1 L2 d1 d2 g_x")
     second = g * (m2 * d2 + payload * l2) * sp.sin(q1 + q2)
@@ -173,9 +173,9 @@ def test_sympys_gravity_is_bound_to_the_arm_and_its_difference_typeset():
     for row, entries in ((second, set()), (2 * second, {"gravity[q2]"})):
         equations = from_sympy([q1, q2], [v1, v2], gravity=sp.Matrix([first, row]))
         result = trial_of(equations, arm)
-        wrong = json.loads(format_trial_json(result))["wrong"]
-        assert {each["entry"] for each in wrong} == entries
-        assert all(each["latex"] for each in wrong)
+        wrong = json.loads(format_trial_json(result.answer))["wrong"]
+        assert {each["name"] for each in wrong} == entries
+        assert all("times 2" in each["cause"] for each in wrong)
 
 
 def test_a_run_goes_by_gravity_as_well():

@@ -14,6 +14,7 @@ from crosscheck.checks.answers import require_numbers
 from crosscheck.checks.robots.sizes import RobotSizes
 from crosscheck.checks.robots.states import RandomStates
 from crosscheck.findings import ComparisonKey, Finding, Subject, make_check
+from crosscheck.models.experiment.scenario import Scenario
 from crosscheck.models.robot.interface import RobotModel
 from crosscheck.models.robot.robot import Level, Robot
 from crosscheck.planning.comparison import Comparison, ModelTask, make_comparison
@@ -33,6 +34,7 @@ class RobotLevel:
 
     drive (free, n): generalized forces of each motor's torque; runs take run_s [s], so short that
     few steps resolve the meshes; free motions of all levels take motion_s [s] in motion_steps.
+    scenarios: beginnings of those that a user chose, in as few steps.
     """
 
     robot: Robot
@@ -43,6 +45,7 @@ class RobotLevel:
     run_s: float
     motion_s: float
     motion_steps: int
+    scenarios: tuple[Scenario, ...] = ()
 
     @property
     def name(self) -> str:

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Iterator, Sequence
+from dataclasses import dataclass
 
 import numpy as np
 
@@ -23,43 +24,53 @@ from crosscheck.planning.comparison import Comparison, make_comparison
 
 # Of teeth in each other at the start [m]: on the edge of contact rounding decides who is.
 DEPTH = 1e-6
+BRIEF = "brief"  # name of the scenario of a simulation for which a user chose none
 LISTED = 7  # joints at most that a scenario lists one by one
 
 
-def simulation(model: RobotModel, case: RobotLevel) -> np.ndarray:
-    """Coordinates (records, n) of a brief simulation, teeth in contact; infinite if it diverged."""
-    shape = STEPS + 1, case.states.q.shape[1]
-    try:
-        q, _ = model.integrate(make_scenario(case))
-    except Diverged:
-        return np.full(shape, np.inf)
-    return require_numbers(q, "integrate", shape)
+@dataclass(frozen=True)
+class SimulationQuestion:
+    """A simulation, as short as all runs of a case."""
+
+    scenario: Scenario
+
+    @property
+    def __name__(self) -> str:
+        return "simulation" + f"-{self.scenario.name}" * (self.scenario.name != BRIEF)
+
+    def __call__(self, model: RobotModel, case: RobotLevel) -> np.ndarray:
+        """Coordinates (records, n), infinite if it diverged."""
+        shape = STEPS + 1, case.states.q.shape[1]
+        try:
+            q, _ = model.integrate(self.scenario)
+        except Diverged:
+            return np.full(shape, np.inf)
+        return require_numbers(q, "integrate", shape)
 
 
-def motor_torques(case: RobotLevel) -> np.ndarray:
-    """Constant torques of the motors (free,) [N m or N] in a simulation.
+def simulation_start(case: RobotLevel) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+    """Joints' coordinates and rates of a simulation's start, its constant torques; each (free,).
 
-    They are so large that joints would have about the state's accelerations alone. Of a robot with
-    more joints than a scenario lists, all have the least torque: the first joint's carries the
-    whole robot, and would fling the last ones out of any motion.
+    Torques are so large that joints would have about the state's accelerations alone. Of a robot
+    with more joints than a scenario lists, all have the first's start, and the least torque: the
+    first joint's carries the whole robot, and would fling the last ones out of any motion.
     """
-    accelerations = case.states.a[0, : case.free]
+    q, v, accelerations = (each[0, : case.free] for each in case.states[:3])
     torques = np.diagonal(case.sizes.mass_matrix[0])[: case.free] * accelerations
-    return np.full(case.free, min(torques, key=abs)) if case.free > LISTED else torques
+    if case.free <= LISTED:
+        return q, v, torques
+    q, v, torques = (np.full(case.free, each) for each in (q[0], v[0], min(torques, key=abs)))
+    return q, v, torques
 
 
 def make_scenario(case: RobotLevel) -> Scenario:
-    """A run of so many steps from the first state's joints, all recorded.
-
-    Of a robot with more joints than a scenario lists, all have the first's start.
-    """
-    q, v = (each[0, : case.free] for each in case.states[:2])
-    torques = motor_torques(case)
+    """A run of so many steps, all recorded."""
+    q, v, torques = simulation_start(case)
     if case.free > LISTED:
         q, v, torques = q[0], v[0], torques[0]
     return Scenario(
         schema_version=1,
-        name="brief",
+        name=BRIEF,
         duration_s=case.run_s,
         step_s=case.run_s / STEPS,
         record_every=1,
@@ -82,7 +93,6 @@ def plan(models: Sequence[SampledRobot]) -> Iterator[Comparison | str]:
         case = left.case
         if not case.has_runs:
             continue
-        key = ComparisonKey("same-step", case.name, "simulation", left.model, right.model)
         metric = f"largest difference, over the motion, of a simulation of {case.run_s:.3g} s"
 
         def judge(
@@ -93,6 +103,8 @@ def plan(models: Sequence[SampledRobot]) -> Iterator[Comparison | str]:
             measured = share_of(left_q - right_q, motion_sizes(case, moved))
             return check_share(about, measured, case.sizes.tolerance("run"), basis)
 
-        yield make_comparison(
-            Subject(key, "1", metric), (left.ask(simulation), right.ask(simulation)), judge
-        )
+        for question in map(SimulationQuestion, case.scenarios or [make_scenario(case)]):
+            names = left.model, right.model
+            key = ComparisonKey("same-step", case.name, question.__name__, *names)
+            tasks = left.ask(question), right.ask(question)
+            yield make_comparison(Subject(key, "1", metric), tasks, judge)

@@ -10,7 +10,10 @@ import shutil
 import subprocess
 import tempfile
 import zipfile
+from collections.abc import Callable
+from functools import partial
 from pathlib import Path
+from typing import NamedTuple
 
 from crosscheck import __version__
 from crosscheck.analytic.kernel.export import generate_c_source
@@ -18,12 +21,14 @@ from crosscheck.analytic.kernel.fmu import generate_fmu_sources, generate_unit
 from crosscheck.analytic.model import AnalyticModel
 from crosscheck.analytic.robot.equations import build_equations
 from crosscheck.analytic.robot.export import generate_robot_c_source
-from crosscheck.cli.files.robot_files import export_arm_as_robot
+from crosscheck.cli.files.robot_files import export_as_robot
 from crosscheck.file_types import C_FILE, FMU_FILE
+from crosscheck.mechanisms import supply
 from crosscheck.models.arm.planets import usual_switches
 from crosscheck.models.errors import InputError, format_line
-from crosscheck.models.files import URDF, is_robot
+from crosscheck.models.files import URDF
 from crosscheck.models.loading import load_selection
+from crosscheck.models.mechanism import find_section
 from crosscheck.models.robot.case import load_changed_robot
 from crosscheck.models.robot.robot import Level, Robot
 from crosscheck.output import require_file, write_files
@@ -39,47 +44,57 @@ COMPILER_S, COMPILER_BYTES = 120, 4_000_000_000  # a unit of seven joints takes 
 FIRST_DAY = (1980, 1, 1, 0, 0, 0)  # date of all files in a unit, so that it is the same every time
 
 
+class EquationsText(NamedTuple):
+    """Equations of a model as text of C, and those of a unit around it: code and description.
+
+    prefix: of the functions' names; content: what they give, in words.
+    """
+
+    prefix: str
+    text: str
+    make_unit: Callable[[], tuple[str, str]]
+    content: str
+
+
 def export_command(arm: str, model: str | None, settings: list[str], out: Path) -> None:
-    """Write a model as C or FMU, or an arm as a URDF and a robot's file. Raises InputError."""
+    """Write a model as C or FMU, or an arm or robot as URDF and file. Raises InputError."""
     unit = out.suffix == ".fmu"
     if out.suffix == URDF:
         if model is not None:
             raise InputError("--model", "", model, "must be left out: a URDF is of no model")
-        if is_robot(arm):
-            raise InputError("--out", "", str(out), "is for arms; a robot has its URDF already")
-        export_arm_as_robot(arm, settings, out)
+        export_as_robot(arm, settings, out)
         return
     if model is None:
         raise InputError("--model", "", None, "is missing; C files and FMUs are of a model")
-    if is_robot(arm):
-        _export_robot(arm, model, settings, out)
-        return
-    chosen = build_model(arm, model, settings)
     require_file(out, FMU_FILE if unit else C_FILE, "--out")
-    prefix = function_prefix(chosen)
+    chosen: EquationsText = supply("export", find_section(arm))(arm, model, settings)
+    content = unit_file(chosen.prefix, *chosen.make_unit()) if unit else chosen.text
+    write_files({out: content})
+    print(make_printable(f"wrote {out}: {chosen.content}"))
+
+
+def export_arm(name: str, model: str, settings: list[str]) -> EquationsText:
+    """Equations of a model of an arm. Raises InputError."""
+    chosen = build_model(name, model, settings)
+    prefix, layout = function_prefix(chosen), chosen.layout
     text = generate_c_source(chosen.term_equations, prefix, describe_model(chosen))
-    content = fmu_file(chosen, text, prefix) if unit else text
-    write_files({out: content})
-    names = ", ".join(chosen.layout.names)
-    print(f"wrote {make_printable(str(out))}: M, bias, force and acceleration in {names}")
+    unit = partial(generate_fmu_sources, text, prefix, layout, len(chosen.arm.joints))
+    content = f"M, bias, force and acceleration in {', '.join(layout.names)}"
+    return EquationsText(prefix, text, unit, content)
 
 
-def _export_robot(name: str, model: str, settings: list[str], out: Path) -> None:
-    """Write accelerations, and M of rigid gears, of a robot at a level. Raises InputError."""
+def export_robot(name: str, model: str, settings: list[str]) -> EquationsText:
+    """Accelerations, and M of rigid gears, of a robot at a level. Raises InputError."""
     robot = load_changed_robot(name, settings)
-    allowed = [f"analytic:{level}" for level in robot.levels]
-    if model not in allowed:
-        raise InputError("--model", "", model, f"must be one of {', '.join(allowed)}")
-    (level,) = [each for each in robot.levels if model == f"analytic:{each}"]
-    unit = out.suffix == ".fmu"
-    require_file(out, FMU_FILE if unit else C_FILE, "--out")
-    equations, prefix = build_equations(robot, level), make_c_name(robot.name)
-    states, efforts = robot_variables(robot, level)
+    levels = {f"analytic:{level}": level for level in robot.levels}
+    if model not in levels:
+        raise InputError("--model", "", model, f"must be one of {', '.join(levels)}")
+    equations, prefix = build_equations(robot, levels[model]), make_c_name(robot.name)
+    states, efforts = robot_variables(robot, levels[model])
     text = generate_robot_c_source(equations, prefix, describe_robot_model(robot, model, states))
-    content = unit_file(prefix, *generate_unit(text, prefix, states, efforts)) if unit else text
-    write_files({out: content})
-    names = ", ".join(state for state, _ in states)
-    print(make_printable(f"wrote {out}: accelerations in {names}"))
+    unit = partial(generate_unit, text, prefix, states, efforts)
+    content = f"accelerations in {', '.join(state for state, _ in states)}"
+    return EquationsText(prefix, text, unit, content)
 
 
 def robot_variables(robot: Robot, level: Level) -> tuple[list[tuple[str, str]], list[str]]:
@@ -99,12 +114,6 @@ def describe_robot_model(robot: Robot, model: str, states: list[tuple[str, str]]
         f" Written by crosscheck export, geararm-crosscheck {__version__}."
     )
     return re.sub(r"\*/", "* /", text)
-
-
-def fmu_file(model: AnalyticModel, text: str, prefix: str) -> bytes:
-    """Content of an arm's unit for this machine. Raises InputError."""
-    sources = generate_fmu_sources(text, prefix, model.layout, len(model.arm.joints))
-    return unit_file(prefix, *sources)
 
 
 def unit_file(prefix: str, code: str, description: str) -> bytes:

@@ -12,7 +12,7 @@ from html import escape
 
 import numpy as np
 
-from crosscheck.models.arm.arm import Arm, Joint, Planetary, describe_arm
+from crosscheck.models.arm.arm import Arm, Joint, Planetary
 from crosscheck.models.robot.robot import BASE, Robot
 from crosscheck.view.rods import find_rod_ends, find_upward
 
@@ -23,12 +23,8 @@ LARGEST_LEAN = 0.9  # x component of the upward direction above which y defines 
 LEAST_RING, MOST_RING, LEAST_MOTOR = 15.0, 40.0, 6.0  # radii, to be seen whole
 
 
-def draw_scheme(mechanism: Arm | Robot) -> str:
-    """A scheme as an <svg>, in the page's own colours, with a text alternative."""
-    return _draw_robot(mechanism) if isinstance(mechanism, Robot) else _draw_arm(mechanism)
-
-
-def _draw_arm(arm: Arm) -> str:
+def draw_arm(arm: Arm) -> str:
+    """The scheme of a bent arm as an <svg>, in the page's own colours, with a text alternative."""
     points, heading = [0j], FIRST_RAD
     for place, link in enumerate(arm.links):
         points.append(points[-1] + link.length_m * complex(math.cos(heading), math.sin(heading)))
@@ -39,10 +35,10 @@ def _draw_arm(arm: Arm) -> str:
         parts += _draw_joint(joint, here, scale)
     if arm.payload_mass_kg:
         parts.append(_draw_circle(at[-1], 7, "payload"))
-    return _make_picture(parts, ". ".join(describe_arm(arm)))
+    return _make_picture(parts, arm.described)
 
 
-def _draw_robot(robot: Robot) -> str:
+def draw_robot(robot: Robot) -> str:
     """The scheme of a robot with all coordinates zero, seen from the side and a little above.
 
     Joints have their numbers, counted from 1 as the names in its lines are.
@@ -70,7 +66,7 @@ def _draw_robot(robot: Robot) -> str:
     for here, numbers in labels.items():
         place = f'x="{here.real + 10:.1f}" y="{here.imag - 10:.1f}"'
         parts.append(f"<text {place}>{', '.join(numbers)}</text>")
-    return _make_picture(parts, ". ".join(repr(robot).splitlines()))
+    return _make_picture(parts, repr(robot).splitlines())
 
 
 def _face_viewer(upward: np.ndarray) -> np.ndarray:
@@ -102,10 +98,10 @@ def _fit_points(points: Sequence[complex]) -> tuple[list[complex], float]:
     return placed, scale
 
 
-def _make_picture(parts: Iterable[str], description: str) -> str:
+def _make_picture(parts: Iterable[str], lines: Iterable[str]) -> str:
     return (
         f'<svg class="scheme" viewBox="0 0 {WIDTH:g} {HEIGHT:g}" role="img"'
-        f' aria-label="{escape(description)}">'
+        f' aria-label="{escape(". ".join(lines))}">'
         f"{''.join(parts)}</svg>"
     )
 

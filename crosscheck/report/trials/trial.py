@@ -1,85 +1,142 @@
-"""A trial in the terminal and as JSON."""
+"""The answer of a trial on an arm: what is wrong with each entry, and notes, in words."""
 
 from __future__ import annotations
 
-import io
 from collections.abc import Iterator, Sequence
-from contextlib import redirect_stdout
-from typing import Any
 
-from rich.console import Console
-from rich.text import Text
-
-from crosscheck.registry import RIGID_ARM, is_rigid_arm
-from crosscheck.report.formatting import format_count, make_printable
-from crosscheck.report.records import format_json, to_json_value
-from crosscheck.report.terminal import print_agreement
-from crosscheck.trial.diagnose.dependence import IgnoredNumber
-from crosscheck.trial.diagnose.terms.explain import group_by_errors
-from crosscheck.trial.diagnose.terms.messages import guess
+from crosscheck.registry import LEVELS, RIGID_ARM, is_rigid_arm
+from crosscheck.report.formatting import format_count
+from crosscheck.report.trials.answer import (
+    EntryError,
+    LevelDeviation,
+    PartDeviation,
+    TrialAnswer,
+    UnfollowedNumber,
+    describe_wrong,
+)
+from crosscheck.trial.changes.arms.dependence import IgnoredNumber
+from crosscheck.trial.changes.arms.term_words import group_by_errors, guess
 from crosscheck.trial.input.equations import SINGLE
 from crosscheck.trial.input.source_lines import find_source
 from crosscheck.trial.judge.entries import EntryMismatch, format_entry, format_wrong_entries
 from crosscheck.trial.judge.unit_mistakes import DEGREES, UnitMistake
 from crosscheck.trial.trial import Trial
 
-SCHEMA_VERSION = 2
+PART_TITLES = {"mass_matrix": "M", "rate_terms": "bias"}
+# By checks of equations with themselves: what is wrong where they fail. What follows from wrong
+# entries alone, as a bias from a wrong M, is left out.
+SELF_FAULTS = {
+    "symmetric": "M is not symmetric",
+    "positive-definite": "M is not positive definite",
+    "bias-quadratic": "the bias is not quadratic in the rates",
+    "linear-in-torques": "force is not linear in the torques",
+}
 
 
-def print_trial(trial: Trial) -> None:
-    """Print what was judged, the checks, the wrong entries, and why."""
-    console = Console(soft_wrap=True, highlight=False)
-    for line in describe_trial(trial):
-        console.print(Text(make_printable(line)))
-    print_agreement(trial.agreement)
-    for verdict in describe_errors(trial):
-        console.print(Text.assemble(("wrong ", "red"), make_printable(verdict)))
-    for sentence in trial.source_answer.sentences if trial.source_answer else ():
-        console.print(Text(make_printable(sentence)))
-    for note in describe_notes(trial):
-        console.print(Text.assemble(("note ", "yellow"), make_printable(note)))
-    for part, trace in trial.traces.items():
-        console.print(Text(f"{part} raised:"))
-        for row in trace.splitlines():
-            console.print(Text(make_printable(row)))
+def answer_arm_trial(trial: Trial) -> TrialAnswer:
+    """The answer of a trial on an arm."""
+    problem, names = trial.problem, trial.problem.frame.names
+    wrong = tuple(_list_wrong(trial, trial.wrong_entries))
+    return TrialAnswer(
+        name=problem.name,
+        mechanism=problem.case.arm.name,
+        description=problem.case.arm.described,
+        level=trial.level,
+        coordinates=tuple(names),
+        headline=_describe_verdict(trial, wrong),
+        change=trial.source_answer,
+        causes=tuple(_describe_causes(trial)),
+        wrong=wrong,
+        hidden=tuple(_list_wrong(trial, trial.hidden_entries)),
+        scope=tuple(_describe_scope(trial)),
+        notes=tuple(describe_notes(trial)),
+        levels=tuple(
+            LevelDeviation(each.level, each.entries, each.largest)
+            for each in trial.level_mismatches
+        ),
+        parts=tuple(
+            PartDeviation(part, PART_TITLES.get(part, part), relative, trial.allowed[part])
+            for part, relative in trial.relative_errors.items()
+        ),
+        traces=trial.traces,
+        agreement=trial.cross_check.agreement,
+        unfollowed=tuple(
+            UnfollowedNumber(each.name, each.value, each.parts, dict(each.goes_with))
+            for each in trial.ignored_numbers
+        ),
+    )
 
 
-def format_trial(trial: Trial) -> str:
-    """The text that print_trial prints."""
-    text = io.StringIO()
-    with redirect_stdout(text):
-        print_trial(trial)
-    return text.getvalue()
+def _list_wrong(trial: Trial, mismatches: Sequence[EntryMismatch]) -> Iterator[EntryError]:
+    names, equations = trial.problem.frame.names, trial.problem.equations
+    sources = {part: find_source(equations, part) for part in {m.place.part for m in mismatches}}
+    for each in mismatches:
+        place = each.place
+        yield EntryError(
+            name=format_entry(place, names),
+            part=place.part,
+            share=each.relative,
+            cause=explain_wrong_entry(each),
+            row=place.row,
+            column=place.column,
+            rates=place.rates,
+            difference=each.difference,
+            latex=each.latex,
+            explanation=each.explanation,
+            shown_on=each.shown_on,
+            source=sources[place.part],
+        )
 
 
-def describe_trial(trial: Trial) -> Iterator[str]:
-    """Whose equations, in which coordinates, of which kind; what could not be judged."""
+def _describe_verdict(trial: Trial, wrong: Sequence[EntryError]) -> str:
+    """The sentence on what is wrong, or with what all agrees."""
     problem = trial.problem
-    is_only, kind = is_rigid_arm(problem.case.arm), f"geared, planets {problem.gearing}"
+    arm = problem.case.arm
+    about = f"{problem.name} on {arm.name}"
+    if trial.readings:
+        words = " or in ".join(
+            f"{reading.words}{f' ({reading.statement})' * bool(reading.statement)}"
+            for reading in trial.readings
+        )
+        return f"{about} is right in {words}, and not in {', '.join(problem.frame.names)}"
+    kind = f"geared equations, planets {problem.gearing}"
     if trial.level:
-        kind = RIGID_ARM if is_only else f"rigid, level {trial.level}"
-    yield f"{problem.name} on {problem.case.arm.name}: {kind}"
-    for reading in trial.readings:
-        yield f"right in {reading.words}{f': {reading.statement}' * bool(reading.statement)}"
-    yield f"coordinates: {', '.join(problem.frame.names)}"
-    for mismatch in trial.level_mismatches if is_only or len(trial.level_mismatches) > 1 else ():
-        count = mismatch.entries
-        differ = f"{count} entries of M differ" if count != 1 else "1 entry of M differs"
-        largest = f", by up to {mismatch.largest:.3g}" if mismatch.entries else ""
-        level = f"{mismatch.level} ({mismatch.description})"
-        yield f"  against {f'the {RIGID_ARM}' if is_only else level}: {differ}{largest}"
+        kind = f"the {RIGID_ARM}" if is_rigid_arm(arm) else f"{trial.level} ({LEVELS[trial.level]})"
+    if wrong:
+        return f"{about}: {describe_wrong(wrong)}; compared with {kind}"
+    if trial.exit_code:
+        return f"{about}: not all checks agree; compared with {kind}"
+    return f"{about} agrees with {kind}"
+
+
+def _describe_causes(trial: Trial) -> Iterator[str]:
+    """Lines on what equations owe to themselves, on wrong units, then on wrong entries."""
+    names = trial.problem.frame.names
+    for finding in trial.agreement.disagreeing:
+        again, _, part = finding.quantity.partition("repeatable-")
+        if finding.verdict == "differ" and part and not again:
+            yield f"{part} changes from one call to the next with the same arguments"
+        elif finding.verdict == "differ" and finding.quantity in SELF_FAULTS:
+            places = f" ({finding.note})" if finding.note else ""
+            yield f"{SELF_FAULTS[finding.quantity]}{places}"
+    yield from (describe_unit_mistake(each, names) for each in trial.unit_mistakes)
+    yield from describe_errors(trial)
+
+
+def _describe_scope(trial: Trial) -> Iterator[str]:
+    """Lines on what was judged, in which coordinates, and what could not be."""
+    problem = trial.problem
     if trial.probes:
-        other = format_count(len(trial.probes), "other arm")
-        yield f"also checked on {other}, to catch errors that equal values here would hide"
+        others = format_count(len(trial.probes), "other arm")
+        where = f"also on {others}, to catch errors that equal values here would hide"
     else:
-        yield "checked on this arm alone: errors that its equal numbers and zeros hide are not seen"
+        where = "on this arm alone: errors that its equal numbers and zeros hide are not seen"
+    yield f"judged in {', '.join(problem.frame.names)}, {where}"
     table = problem.equations.table
     if table is not None and table.precision:
         single = table.precision == SINGLE
         precision = "single precision" if single else "fewer digits than a double has"
         yield f"answers have {precision}, {table.precision:.2g} relative: the tolerances follow"
-    for each in trial.unit_mistakes:
-        yield describe_unit_mistake(each, problem.frame.names)
     if trial.missing:
         yield f"not supplied, so not judged: {', '.join(trial.missing)}"
     if problem.equations.unused:
@@ -100,13 +157,9 @@ def describe_unit_mistake(mistake: UnitMistake, names: Sequence[str]) -> str:
 
 def describe_errors(trial: Trial) -> list[str]:
     """Errors, one line each, however many entries they appear in."""
-    names = trial.problem.frame.names
-    if trial.readings:
-        places = [each.place for each in trial.wrong_entries]
-        words = " or in ".join(reading.words for reading in trial.readings)
-        listed = format_wrong_entries(places, names).removeprefix("wrong: ")
-        return [f"in {', '.join(names)}, right in {words}: {listed}"]
-    return list(_describe_entries(trial.wrong_entries, names))
+    if trial.readings:  # in which nothing is wrong
+        return []
+    return list(_describe_entries(trial.wrong_entries, trial.problem.frame.names))
 
 
 def describe_notes(trial: Trial) -> Iterator[str]:
@@ -122,7 +175,7 @@ def describe_notes(trial: Trial) -> Iterator[str]:
     if note := describe_unfollowed(unfollowed):
         yield note
     for line in _describe_entries(trial.hidden_entries, trial.problem.frame.names):
-        yield f"Right on this arm. On others, whose numbers are unlike, this differs: {line}"
+        yield f"Right on this arm. On others, whose numbers differ, this is wrong: {line}"
 
 
 def _describe_motors(trial: Trial) -> str:
@@ -192,78 +245,6 @@ def _format_parts(parts: Sequence[str]) -> str:
 def describe_wrong_entry(wrong: EntryMismatch, names: Sequence[str]) -> str:
     """One wrong entry, and why, in one line."""
     return f"{format_entry(wrong.place, names)}: {explain_wrong_entry(wrong)}"
-
-
-def format_trial_json(trial: Trial) -> str:
-    """Readable JSON as in crosscheck/schema/trial.schema.json, ending in a newline."""
-    problem, names = trial.problem, trial.problem.frame.names
-    misread = [
-        {
-            "part": mistake.part,
-            "kind": mistake.kind,
-            "entries": [format_entry(place, names) for place in mistake.places],
-            "factor": mistake.factor,
-            "told": describe_unit_mistake(mistake, names),
-        }
-        for mistake in trial.unit_mistakes
-    ]
-    unfollowed = [
-        {
-            "number": each.name,
-            "value": each.value,
-            "parts": each.parts,
-            "goes_with": dict(each.goes_with),
-        }
-        for each in trial.ignored_numbers
-    ]
-    return format_json(
-        {
-            "schema_version": SCHEMA_VERSION,
-            "model": problem.name,
-            "arm": problem.case.arm.name,
-            "gearing": problem.gearing,
-            "coordinates": names,
-            "level": trial.level,
-            "ladder": [
-                {"level": r.level, "entries": r.entries, "largest": r.largest}
-                for r in trial.level_mismatches
-            ],
-            "missing": trial.missing,
-            "misread": misread,
-            "wrong": _wrong_records(trial, trial.wrong_entries),
-            "hidden": _wrong_records(trial, trial.hidden_entries),
-            "unfollowed": unfollowed,
-            "source_answer": to_json_value(trial.source_answer),
-            "notes": list(describe_notes(trial)),
-            "tracebacks": trial.traces,
-            "agreement": trial.agreement.to_dict(),
-        }
-    )
-
-
-def _wrong_records(trial: Trial, wrong: Sequence[EntryMismatch]) -> list[dict[str, Any]]:
-    names, equations = trial.problem.frame.names, trial.problem.equations
-    parts = {each.place.part for each in wrong}
-    sources = {part: find_source(equations, part) for part in parts}
-    places = {
-        part: None if source is None else {"file": source.file, "line": source.first}
-        for part, source in sources.items()
-    }
-    return [
-        {
-            **to_json_value(each.place),
-            "entry": format_entry(each.place, names),
-            "relative": each.relative,
-            "told": describe_wrong_entry(each, names),
-            "source": places[each.place.part],
-            "difference": each.difference,
-            "latex": each.latex,
-            "shown_on": each.shown_on,
-            "notes": each.notes,
-            "explanation": to_json_value(each.explanation, errors="slips"),
-        }
-        for each in wrong
-    ]
 
 
 def explain_wrong_entry(wrong: EntryMismatch) -> str:

@@ -3,28 +3,19 @@
 from __future__ import annotations
 
 import gc
-from collections.abc import Iterable, Sequence
+from collections.abc import Iterable
 from functools import lru_cache
 from importlib import import_module
-from typing import TYPE_CHECKING, cast
 
 import numpy as np
 import xarray as xr
 
 from crosscheck.models.errors import Diverged
-from crosscheck.registry import build, reference_model
 from crosscheck.studies.definition.quantities import MESH_SIGNALS, SIGNALS
 from crosscheck.studies.measures.columns import DIVERGED, list_columns
 from crosscheck.studies.measures.observers import ChunkRecords, MemberGroup, make_observer
-from crosscheck.studies.members.cases import ArmCase, MemberCase, RobotMemberCase
+from crosscheck.studies.members.cases import MemberCase, group_cases
 from crosscheck.studies.members.members import PreparedStudy, load_study
-
-if TYPE_CHECKING:
-    from crosscheck.analytic.ensemble import Group
-    from crosscheck.analytic.model import AnalyticModel
-    from crosscheck.analytic.robot.ensemble import RobotGroup
-
-    AnyGroup = Group | RobotGroup
 
 Numbers = dict[str, np.ndarray]  # by column, (members, *the column's shape)
 
@@ -38,7 +29,7 @@ def run_batch(text: str, begin: int, end: int) -> Numbers:
     study = load_study(text)
     cases = list(study.cases(begin, end))
     numbers = _make_empty_numbers(study, len(cases))
-    for group in group_cases(cases):
+    for group in group_cases(cases, [case.make_model() for case in cases]):
         members = list(group.members)
         with np.errstate(invalid="ignore", over="ignore"):  # of members that diverge
             values_by_column = _observe_members(
@@ -67,23 +58,6 @@ def run_check(text: str, place: int) -> Numbers:
         numbers[DIVERGED][0] = error.time_s
         return numbers
     return numbers | _observe_members(study, [case], [_RunChunk(run)])
-
-
-def group_cases(cases: Sequence[MemberCase]) -> Sequence[AnyGroup]:
-    """Groups of the cases' reference models that run side by side. Raises InputError."""
-    from crosscheck.analytic.ensemble import group_models
-    from crosscheck.analytic.robot.ensemble import group_robots
-    from crosscheck.analytic.robot.runs import RobotMember
-
-    robots = [case for case in cases if isinstance(case, RobotMemberCase)]
-    if robots:  # all, as of every study
-        return group_robots([RobotMember(c.robot, c.level, c.scenario) for c in robots])
-    return group_models(build_models([case for case in cases if isinstance(case, ArmCase)]))
-
-
-def build_models(cases: Sequence[ArmCase]) -> list[AnalyticModel]:
-    """The reference model of each case of an arm. Raises InputError."""
-    return [cast("AnalyticModel", build(reference_model(), *case)) for case in cases]
 
 
 @lru_cache

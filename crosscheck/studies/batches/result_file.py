@@ -63,7 +63,7 @@ def spot_check_columns(columns: Sequence[Column], engine: str) -> list[Column]:
 
 def require_unique_names(study: PreparedStudy, columns: Sequence[Column]) -> None:
     """Raise InputError unless every variable and dimension has a name of its own."""
-    all_columns = [*columns, *spot_check_columns(columns, study.base.second_engine)]
+    all_columns = [*columns, *spot_check_columns(columns, study.base.second_model)]
     axis_names = {name for axis in study.axes for name in (axis.name, f"{axis.name}_entry")}
     names = [
         *RESERVED_NAMES,
@@ -89,7 +89,7 @@ class ResultFile:
     ) -> None:  # fmt: skip
         self.new, self.study, self.checks = new, study, checks
         self.columns = {column.name: column for column in columns}
-        self.engine = study.base.second_engine
+        self.engine = study.base.second_model
         extra = spot_check_columns(columns, self.engine) if checks else []
         self.over_checks = {column.name: column for column in extra}
         memory = _Sparse()

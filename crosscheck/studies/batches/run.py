@@ -127,7 +127,7 @@ class _StudyRun:
             return
         numbers_by_key: dict[str, Numbers] = {}
         self._gather(
-            f"spot checks by {self.study.base.second_engine}",
+            f"spot checks by {self.study.base.second_model}",
             dict.fromkeys(tasks, 1),
             numbers_by_key.__setitem__,
         )

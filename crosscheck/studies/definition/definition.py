@@ -212,12 +212,15 @@ class Definition(Data):
         """Name of the arm or the robot."""
         return self.arm or self.robot or ""
 
+    @property
+    def section(self) -> str:
+        """What the file of the mechanism is called in paths: arm or robot."""
+        return "arm" if self.robot is None else "robot"
+
     @model_validator(mode="after")
     def _requires_mechanism(self) -> Self:
         if (self.arm is None) == (self.robot is None):
             raise ValueError("arm|give either this or robot")
-        if self.level is not None and self.robot is None:
-            raise ValueError("level|is of robots; an arm's model has its gears")
         return self
 
     @model_validator(mode="after")

@@ -14,9 +14,10 @@ from crosscheck.models.files import (
     read_raw_scenario,
     read_toml,
 )
-from crosscheck.models.loading import read_raw_case, validate_record
+from crosscheck.models.loading import validate_record
+from crosscheck.models.mechanism import read_sections
 from crosscheck.models.paths import assign, find_paths, is_path
-from crosscheck.models.robot.case import read_robot_data
+from crosscheck.models.refusals import refuse
 from crosscheck.studies.definition.axes import varied_sections
 from crosscheck.studies.definition.definition import Definition
 from crosscheck.studies.definition.functions import read_source
@@ -36,12 +37,8 @@ def read_study(file: Path, run_code: bool = False) -> PreparedStudy:
         raise InputError(str(file), "function", named[0], allowed)
     here, name, scenario = file.parent, definition.mechanism, definition.scenario
     scenario = scenario if scenario in builtin_scenarios() else str(here / scenario)
-    if definition.arm is not None:
-        arm = name if name in builtin_arms() else str(here / name)
-        data = read_raw_case(arm, scenario, dict(definition.switches))
-    else:
-        robot = name if name in builtin_robots() else str(here / name)
-        data = {**read_robot_data(robot), "scenario": read_raw_scenario(scenario)}
+    path = name if name in (*builtin_arms(), *builtin_robots()) else str(here / name)
+    data = {**read_sections(definition.section, path), "scenario": read_raw_scenario(scenario)}
     return build_study(definition, data, here, str(file))
 
 
@@ -52,10 +49,10 @@ def build_study(
 
     Raises InputError.
     """
+    refuse(definition.section, "study", file, **dict(definition))
+    if definition.section == "arm":  # the laws of whose teeth can be chosen
+        data.setdefault("switches", dict(definition.switches))
     sections = varied_sections(data)
-    if definition.switches and "switches" not in sections:
-        allowed = "is for arms: the teeth of robots follow their joints' angles"
-        raise InputError(file, "switches", next(iter(definition.switches)), allowed)
     for path, value in definition.settings.items():
         if not is_path(path, sections):
             allowed = f"must be a path in quotes, beginning with {', '.join(sections)}"

@@ -9,7 +9,7 @@ from crosscheck.models.errors import InputError
 from crosscheck.models.experiment.scenario import PdDrive
 from crosscheck.models.trajectory import meaning_of, unit_of
 from crosscheck.studies.definition import quantities
-from crosscheck.studies.members.cases import ArmCase, MemberCase
+from crosscheck.studies.members.cases import MemberCase
 from crosscheck.studies.members.members import PreparedStudy
 
 DIVERGED = "diverged_s"
@@ -42,14 +42,14 @@ def require_measurable(quantity: quantities.Quantity, case: MemberCase, file: st
     joints = len(case.planet_counts)
     joint = getattr(quantity, "joint", None)
     if joint is not None and joint > joints:
-        raise InputError(where, "joint", joint, f"the {_kind_name(case)} has {joints}")
+        raise InputError(where, "joint", joint, f"the {case.mechanism.section} has {joints}")
     for signal in (getattr(quantity, "signal", "theta"), *getattr(quantity, "signals", ())):
         if signal not in case.signals:
             raise InputError(where, "signal", signal, f"must be one of {', '.join(case.signals)}")
     planets = max(case.planet_counts)
     planet = getattr(quantity, "planet", None)
     if planet is not None and planet > max(planets, 1):
-        allowed = f"the {_kind_name(case)}'s joints have up to {planets}"
+        allowed = f"the {case.mechanism.section}'s joints have up to {planets}"
         raise InputError(where, "planet", planet, allowed)
     of_contact = isinstance(quantity, quantities.ContactLoss | quantities.NoContactShare)
     if of_contact and case.switches is not None and case.switches.dead_zone != "exact":
@@ -67,10 +67,6 @@ def require_measurable(quantity: quantities.Quantity, case: MemberCase, file: st
     if window is not None and window[0] >= case.scenario.duration_s:
         allowed = f"must begin before the run's end, {case.scenario.duration_s:g} s"
         raise InputError(where, "window_s", list(window), allowed)
-
-
-def _kind_name(case: MemberCase) -> str:
-    return "arm" if isinstance(case, ArmCase) else "robot"
 
 
 def _columns(quantity: quantities.Quantity, case: MemberCase) -> Iterator[Column]:

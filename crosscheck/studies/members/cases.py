@@ -1,30 +1,30 @@
-"""A member of a study: an arm or a robot in an experiment, and what a study asks of it."""
+"""A member of a study: a mechanism in an experiment, and what a study asks of it."""
 
 from __future__ import annotations
 
-from collections.abc import Collection, Mapping, Sequence
+from collections.abc import Callable, Collection, Mapping, Sequence
 from dataclasses import dataclass, replace
-from functools import cached_property
-from typing import TYPE_CHECKING, Any, Self
+from functools import partial
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
+from crosscheck import registry
+from crosscheck.mechanisms import supply
 from crosscheck.models.arm.arm import Arm
+from crosscheck.models.arm.mesh import Mesh
+from crosscheck.models.arm.meshes import change_meshes
+from crosscheck.models.arm.planets import require_alike
+from crosscheck.models.arm.stiffness import SineStiffness
 from crosscheck.models.errors import InputError
-from crosscheck.models.experiment.scenario import PdDrive, Scenario, expand_to_joints
-from crosscheck.models.loading import (
-    Case,
-    require_fitting,
-    validate_record,
-    validate_switches,
-)
-from crosscheck.models.robot.case import require_robot_fit
+from crosscheck.models.experiment.scenario import PdDrive, Scenario, Switches, expand_to_joints
+from crosscheck.models.loading import require_fit, validate_record, validate_switches
 from crosscheck.models.robot.file import RobotFile, RobotSource
 from crosscheck.models.robot.robot import RIGID, Level, Robot
+from crosscheck.models.robot.trajectory import make_robot_dataset
 from crosscheck.models.trajectory import build_trajectory
-from crosscheck.registry import RIGID_LEVELS, build, find_level_engines, second_engine
 from crosscheck.studies.definition.quantities import ARM_SIGNALS, SIGNALS
-from crosscheck.studies.members.starts import perturb_offsets, perturb_start
+from crosscheck.studies.members.starts import perturb_scenario
 
 if TYPE_CHECKING:
     import xarray as xr
@@ -33,178 +33,67 @@ if TYPE_CHECKING:
 
 Raw = dict[str, Any]  # by section, what the files of a mechanism and a scenario hold
 
-
-class ArmCase(Case):
-    """An arm in an experiment, as a study asks it."""
-
-    __slots__ = ()
-
-    @property
-    def mechanism(self) -> Arm:
-        """The arm."""
-        return self.arm
-
-    @property
-    def planet_counts(self) -> Sequence[int]:
-        """Number of planets of each joint, 0 without a stage."""
-        return [joint.planet_count for joint in self.arm.joints]
-
-    @property
-    def mesh_count(self) -> int:
-        """How many meshes are worked out in a step."""
-        planets = [count for count in self.planet_counts if count]
-        return 2 * (sum(planets) if self.switches.planets == "free" else len(planets))
-
-    @property
-    def signals(self) -> tuple[str, ...]:
-        """Names of the signals that its runs can have."""
-        return ARM_SIGNALS
-
-    @property
-    def rigid_levels(self) -> tuple[str, ...]:
-        """Levels of rigid models that its runs can be compared with."""
-        return RIGID_LEVELS
-
-    @property
-    def second_engine(self) -> str:
-        """Name of the model that runs spot checks."""
-        return second_engine()
-
-    def targets(self) -> np.ndarray:
-        """Targets (joints,) of a PD drive [rad]."""
-        return _free_targets(self.scenario, len(self.arm.joints))
-
-    def perturb(self, seed: int, size_m: float) -> ArmCase:
-        """The case from a start whose mesh displacements differ by up to ``size_m``, by a seed."""
-        return ArmCase(*perturb_start(self, seed, size_m))
-
-    def make_run(self, time: np.ndarray, signals: Mapping[str, np.ndarray]) -> xr.Dataset:
-        """The Dataset of a run with these signals over time [s]."""
-        return build_trajectory("ensemble", self.arm, self.scenario, self.switches, time, **signals)
-
-    def simulate_second(self) -> xr.Dataset:
-        """The run by the second engine. Raises Diverged."""
-        return build(second_engine(), *self).simulate()
-
-    @classmethod
-    def build(
-        cls, data: Raw, definition: Definition, previous: Self | None, changed: Collection[str]
-    ) -> ArmCase:
-        """The case of a study's data; only sections that changed are read again.
-
-        Raises InputError.
-        """
-        name = definition.mechanism
-        arm, scenario, chosen = previous or (None, None, None)
-        if arm is None or "arm" in changed:
-            arm = validate_record(Arm, data["arm"], name)
-        if scenario is None or "scenario" in changed:
-            scenario = validate_record(Scenario, data["scenario"], definition.scenario)
-        if chosen is None or "switches" in changed or "arm" in changed:
-            chosen = validate_switches(data["switches"], arm)
-        case = ArmCase(arm, scenario, chosen)
-        require_fitting(case, name, definition.scenario)
-        return case
+RigidModel = tuple[object, Callable[[], Any]]  # equal keys for equal models; what makes one
+# In place of all meshes, which a rigid arm has none of.
+ANY_MESH = Mesh(
+    stiffness=SineStiffness(law="sine", mean_N_per_m=1.0, amplitude_N_per_m=0.0),
+    backlash_m=0.0,
+    tooth_error_m=0.0,
+    damping_ratio=0.0,
+)
 
 
 @dataclass(frozen=True)
-class RobotMemberCase:
-    """A robot at a level in an experiment, as a study asks it."""
+class MemberCase:
+    """A mechanism in an experiment, with laws of its teeth or at a level, as a study asks it.
 
-    robot: Robot
-    level: Level
+    signals: names of those that its runs can have; rigid_levels: of models that its runs can be
+    compared with; second_model: name of the one that runs spot checks; planet_counts: planets of
+    each joint that moves, 0 without a stage; free_planets: of each joint that the scenario lists
+    how many move by themselves; mesh_count: what is worked out in a step, in meshes.
+    """
+
+    mechanism: Any
     scenario: Scenario
-
-    switches = None
-
-    @property
-    def mechanism(self) -> Robot:
-        """The robot."""
-        return self.robot
-
-    @cached_property
-    def planet_counts(self) -> Sequence[int]:
-        """Number of planets of each joint that moves, 0 without a stage."""
-        by_joint = {stage.joint: stage.gears.planet_count for stage in self.robot.stages}
-        return [by_joint.get(joint, 0) for joint in range(len(self.robot.joints))]
+    switches: Switches | None
+    level: Level | None
+    signals: tuple[str, ...]
+    rigid_levels: tuple[str, ...]
+    second_model: str
+    planet_counts: Sequence[int]
+    free_planets: Sequence[int]
+    mesh_count: int
 
     @property
-    def mesh_count(self) -> int:
-        """Meshes that are worked out in a step, and joints, whose dynamics take about as long."""
-        meshes = len(self.robot.meshes) + sum(2 * len(each.groups) for each in self.robot.stages)
-        return 2 * len(self.robot.joints) + (meshes if self.level == "geared" else 0)
+    def experiment(self) -> tuple[Any, Scenario, Any]:
+        """What a model of the case is built of, see ``registry.build``."""
+        return self.mechanism, self.scenario, self.switches
 
-    @property
-    def signals(self) -> tuple[str, ...]:
-        """Names of the signals that its runs can have."""
-        return SIGNALS
-
-    @property
-    def rigid_levels(self) -> tuple[str, ...]:
-        """Levels of rigid models that its runs can be compared with."""
-        return RIGID
-
-    @property
-    def second_engine(self) -> str:
-        """Name of the engine that runs spot checks."""
-        return find_level_engines(self.level)[1]
+    def perturb(self, seed: int, size_m: float) -> MemberCase:
+        """The case from a start whose mesh displacements differ by up to ``size_m``, by a seed."""
+        moved = perturb_scenario(self.scenario, self.free_planets, seed, size_m)
+        return replace(self, scenario=moved)
 
     def targets(self) -> np.ndarray:
         """Targets (joints,) of a PD drive [rad], [m], of all joints that move."""
-        factors, offsets = self.robot.joint_map
-        return factors @ _free_targets(self.scenario, factors.shape[1]) + offsets
+        assert isinstance(self.scenario.drive, PdDrive)  # as was required
+        factors, offsets = self.mechanism.joint_map
+        listed = expand_to_joints(self.scenario.drive.target_rad, factors.shape[1])
+        targets: np.ndarray = factors @ np.array(listed) + offsets
+        return targets
 
-    def perturb(self, seed: int, size_m: float) -> RobotMemberCase:
-        """The case from a start whose mesh displacements differ by up to ``size_m``, by a seed."""
-        start = self.scenario.start
-        planets, generator = self.robot.planet_counts, np.random.default_rng(seed)
-        update = perturb_offsets(start, planets, generator, size_m)
-        moved = self.scenario.model_copy(update={"start": start.model_copy(update=update)})
-        return replace(self, scenario=moved)
+    def make_model(self) -> Any:
+        """The model that runs beside those of other members. Raises InputError."""
+        return supply("make_member_model", self.mechanism.section)(self)
 
     def make_run(self, time: np.ndarray, signals: Mapping[str, np.ndarray]) -> xr.Dataset:
         """The Dataset of a run with these signals over time [s]."""
-        from crosscheck.models.robot.trajectory import make_robot_dataset
-
-        name = f"ensemble:{self.level}"
-        return make_robot_dataset(name, self.robot, self.scenario, time, dict(signals))
+        run: xr.Dataset = supply("make_member_run", self.mechanism.section)(self, time, signals)
+        return run
 
     def simulate_second(self) -> xr.Dataset:
         """The run by the second engine. Raises Diverged."""
-        name = f"{self.second_engine}:{self.level}"
-        return build(name, self.robot, self.scenario).simulate()
-
-    @classmethod
-    def build(
-        cls, data: Raw, definition: Definition, previous: Self | None, changed: Collection[str]
-    ) -> RobotMemberCase:
-        """The case of a study's data; only sections that changed are read again.
-
-        Raises InputError.
-        """
-        name = definition.mechanism
-        if previous is None or "robot" in changed:
-            file = validate_record(RobotFile, data["robot"], name)
-            robot = RobotSource(file=file, urdf_text=data["urdf"]).build(name)
-            level = require_level(robot, definition.level, name)
-        else:
-            robot, level = previous.robot, previous.level
-        if previous is None or "scenario" in changed:
-            scenario = validate_record(Scenario, data["scenario"], definition.scenario)
-        else:
-            scenario = previous.scenario
-        require_robot_fit(scenario, robot, definition.scenario)
-        return RobotMemberCase(robot, level, scenario)
-
-
-MemberCase = ArmCase | RobotMemberCase  # which have the same names for all that a study asks
-
-
-def require_level(robot: Robot, level: Level | None, where: str) -> Level:
-    """A study's level of a robot: its most detailed one unless chosen. Raises InputError."""
-    if level is not None and level not in robot.levels:
-        raise InputError(where, "level", level, f"{robot.name} has {', '.join(robot.levels)}")
-    return level or robot.levels[-1]
+        return registry.build(self.second_model, *self.experiment).simulate()
 
 
 def build_case(
@@ -214,15 +103,124 @@ def build_case(
     changed: Collection[str] = (),
 ) -> MemberCase:
     """The case of a study's data; only sections that changed are read again. Raises InputError."""
-    if "robot" in data:
-        made = previous if isinstance(previous, RobotMemberCase) else None
-        return RobotMemberCase.build(data, definition, made, changed)
-    return ArmCase.build(
-        data, definition, previous if isinstance(previous, ArmCase) else None, changed
+    if previous is None or "scenario" in changed:
+        scenario = validate_record(Scenario, data["scenario"], definition.scenario)
+    else:
+        scenario = previous.scenario
+    if previous is not None and not {definition.section, "switches"}.intersection(changed):
+        case = replace(previous, scenario=scenario)
+    else:
+        read = supply("read_member", definition.section)
+        mechanism = (
+            None if previous is None or definition.section in changed else previous.mechanism
+        )
+        case = read(data, definition, scenario, mechanism)
+    require_fit(scenario, case.mechanism, definition.scenario)
+    if case.switches is not None:
+        require_alike(*case.experiment, definition.mechanism, definition.scenario)
+    return case
+
+
+def group_cases(cases: Sequence[MemberCase], models: Sequence[Any]) -> Sequence[Any]:
+    """Groups of the cases' models that run side by side."""
+    groups: Sequence[Any] = supply("group_members", cases[0].mechanism.section)(models)
+    return groups
+
+
+def read_arm(data: Raw, definition: Definition, scenario: Scenario, arm: Arm | None) -> MemberCase:
+    """The case of a study's data; arm: where it is read already. Raises InputError."""
+    arm = arm or validate_record(Arm, data["arm"], definition.mechanism)
+    laws = validate_switches(data["switches"], arm)
+    planets, is_free = arm.planet_counts, laws.planets == "free"
+    return MemberCase(
+        arm,
+        scenario,
+        laws,
+        None,
+        signals=ARM_SIGNALS,
+        rigid_levels=registry.RIGID_LEVELS,
+        second_model=registry.second_engine(),
+        planet_counts=planets,
+        free_planets=[count if is_free else 0 for count in planets],
+        mesh_count=2 * sum(count if is_free else min(count, 1) for count in planets),
     )
 
 
-def _free_targets(scenario: Scenario, joints: int) -> np.ndarray:
-    """Targets (joints,) of the PD drive."""
-    assert isinstance(scenario.drive, PdDrive)  # as was required
-    return np.array(expand_to_joints(scenario.drive.target_rad, joints))
+def make_arm_model(case: MemberCase) -> Any:
+    """The reference model of a member. Raises InputError."""
+    return registry.build(registry.reference_model(), *case.experiment)
+
+
+def find_rigid_arm(case: MemberCase, level: str, smooth: Scenario) -> RigidModel:
+    """Key of the rigid model in a smooth experiment, and the function that builds it."""
+    name = next(
+        name
+        for name in registry.find_level_models(level)
+        if registry.MODELS[name].order is not None
+    )
+    stripped = change_meshes(case.mechanism, lambda mesh: ANY_MESH)
+    return (stripped, smooth), partial(registry.build, name, stripped, smooth)
+
+
+def make_arm_run(
+    case: MemberCase, time: np.ndarray, signals: Mapping[str, np.ndarray]
+) -> xr.Dataset:
+    """The Dataset of a run with these signals over time [s]."""
+    variables: dict[str, Any] = dict(signals)
+    return build_trajectory("ensemble", *case.experiment, time, **variables)
+
+
+def read_robot(
+    data: Raw, definition: Definition, scenario: Scenario, robot: Robot | None
+) -> MemberCase:
+    """The case of a study's data; robot: where it is read already. Raises InputError."""
+    name, level = definition.mechanism, definition.level
+    if robot is None:
+        file = validate_record(RobotFile, data["robot"], name)
+        robot = RobotSource(file=file, urdf_text=data["urdf"]).build(name)
+    if level is not None and level not in robot.levels:
+        raise InputError(name, "level", level, f"{robot.name} has {', '.join(robot.levels)}")
+    return make_robot_case(robot, level or robot.levels[-1], scenario)
+
+
+def make_robot_case(robot: Robot, level: Level, scenario: Scenario) -> MemberCase:
+    """The case of a robot at a level; joints are as long in work as meshes."""
+    planets = {stage.joint: stage.gears.planet_count for stage in robot.stages}
+    meshes = len(robot.meshes) + sum(2 * len(each.groups) for each in robot.stages)
+    return MemberCase(
+        robot,
+        scenario,
+        None,
+        level,
+        signals=SIGNALS,
+        rigid_levels=RIGID,
+        second_model=f"{registry.find_level_engines(level)[1]}:{level}",
+        planet_counts=[planets.get(joint, 0) for joint in range(len(robot.joints))],
+        free_planets=robot.planet_counts,
+        mesh_count=2 * len(robot.joints) + (meshes if level == "geared" else 0),
+    )
+
+
+def make_robot_model(case: MemberCase) -> Any:
+    """The robot at its level in its experiment, as its kernel takes it."""
+    from crosscheck.analytic.robot.runs import RobotMember
+
+    assert case.level is not None  # as it was read
+    return RobotMember(case.mechanism, case.level, case.scenario)
+
+
+def find_rigid_robot(case: MemberCase, level: Level, smooth: Scenario) -> RigidModel:
+    """Key of the rigid model in a smooth experiment, by its numbers, and what gives it."""
+    from crosscheck.analytic.robot.runs import RobotMember
+
+    model = RobotMember(case.mechanism, level, smooth)
+    numbers = frozenset(model.equations.numbers.items())
+    return (numbers, model.equations.structure, smooth), lambda: model
+
+
+def make_robot_run(
+    case: MemberCase, time: np.ndarray, signals: Mapping[str, np.ndarray]
+) -> xr.Dataset:
+    """The Dataset of a run with these signals over time [s]."""
+    name = f"ensemble:{case.level}"
+    return make_robot_dataset(name, case.mechanism, case.scenario, time, dict(signals))

@@ -6,7 +6,7 @@ from collections.abc import Sequence
 
 import numpy as np
 
-from crosscheck.models.experiment.scenario import Start, expand_to_joints, planet_offsets
+from crosscheck.models.experiment.scenario import Scenario, expand_to_joints, planet_offsets
 from crosscheck.models.loading import Case
 
 PERTURBATION_M = 1e-12  # perturbation of every mesh displacement in a seeded start [m]
@@ -18,23 +18,19 @@ def perturb_start(case: Case, seed: int, size_m: float = PERTURBATION_M) -> Case
     If planets are free, every planet's own displacement is changed too. All is added to what the
     scenario says of the start.
     """
-    generator = np.random.default_rng(seed)
-    start = case.scenario.start
     free = case.switches.planets == "free"
-    counts = [joint.planet_count if free else 0 for joint in case.arm.joints]
-    update = perturb_offsets(start, counts, generator, size_m)
-    moved = start.model_copy(update=update)
-    return case._replace(scenario=case.scenario.model_copy(update={"start": moved}))
+    counts = [count if free else 0 for count in case.arm.planet_counts]
+    return case._replace(scenario=perturb_scenario(case.scenario, counts, seed, size_m))
 
 
-def perturb_offsets(
-    start: Start, planets: Sequence[int], generator: np.random.Generator, size_m: float
-) -> dict[str, object]:
-    """Fields of a start whose offsets of both meshes, and planets, differ by up to ``size_m``.
+def perturb_scenario(
+    scenario: Scenario, planets: Sequence[int], seed: int, size_m: float
+) -> Scenario:
+    """The scenario whose start's offsets of both meshes, and planets, differ by up to ``size_m``.
 
     planets: of each joint that move by themselves.
     """
-    joints = len(planets)
+    joints, start, generator = len(planets), scenario.start, np.random.default_rng(seed)
     sun, ring = size_m * generator.uniform(-1, 1, (2, joints))
     changed: dict[str, object] = {
         "sun_planet_offset_m": _sum(expand_to_joints(start.sun_planet_offset_m, joints), sun),
@@ -46,7 +42,7 @@ def perturb_offsets(
             _sum(planet_offsets(start, joint, planets[joint]), displacements[joint])
             for joint in range(joints)
         )
-    return changed
+    return scenario.model_copy(update={"start": start.model_copy(update=changed)})
 
 
 def _sum(given: Sequence[float], more: np.ndarray) -> tuple[float, ...]:

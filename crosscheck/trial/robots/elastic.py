@@ -21,8 +21,8 @@ from crosscheck.models.robot.robot import (
     Robot,
     RobotBody,
 )
+from crosscheck.trial.changes.numbers import ALIKE, USUAL
 from crosscheck.trial.input.equations import Equations
-from crosscheck.trial.robots.causes.candidates import ALIKE, USUAL
 
 ELASTIC = "elastic"  # the level that equations state
 MOTOR = "motor_"  # how the coordinates of motors begin

@@ -25,6 +25,7 @@ from crosscheck.models.robot.interface import RobotModel
 from crosscheck.models.robot.robot import Level, Robot
 from crosscheck.registry import build_robot_model, find_level_engines
 from crosscheck.runner.outcomes import Failure
+from crosscheck.trial.changes.problem import ChangeProblem
 from crosscheck.trial.robots.answers import SPEEDS, RobotAnswers
 from crosscheck.trial.robots.consistency import SLOPES, SelfDifference
 
@@ -96,6 +97,22 @@ class RobotProblem:
         return {
             level: self.evaluate_model(AnalyticRobot(self.robot, level)) for level in self.sizes
         }
+
+    def compare(self, level: Level) -> ChangeProblem:
+        """The difference from a level, for the search of its causes."""
+        sizes, parts = self.sizes[level], set(self.parts) | set(SINGLE)
+        by_part = {part: sizes.entry_sizes(part) for part in parts - {"acceleration"}}
+        return ChangeProblem(
+            robot=self.robot,
+            level=level,
+            states=self.states._replace(torques=self.states.torques - self.spring_torques),
+            values={part: self.answers.values[part] for part in self.parts},
+            right=self.reference_values[level],
+            sizes=by_part | {"acceleration": sizes.entry_sizes("balance")},
+            tolerances={part: sizes.tolerance(part) for part in self.parts},
+            is_weightless=self.answers.weightless,
+            is_driven=self.answers.driven,
+        )
 
     def are_alike(self, level: Level, other: Level) -> bool:
         """Whether two levels say the same of each part, as of a robot without rotors."""

@@ -8,7 +8,7 @@ import numpy as np
 
 from crosscheck.checks.robots.sizes import TOLERANCE
 from crosscheck.models.robot.robot import BASE, Level, Robot
-from crosscheck.trial.robots.causes.candidates import get_link_name
+from crosscheck.trial.changes.numbers import get_link_name
 from crosscheck.trial.robots.judge import RobotProblem
 
 MOST_SHOWN = 5  # pairs of M's entries

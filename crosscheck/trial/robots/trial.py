@@ -6,7 +6,7 @@ from collections.abc import Iterator, Mapping, Sequence
 from contextlib import suppress
 from dataclasses import dataclass, replace
 from functools import partial
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
@@ -15,13 +15,15 @@ from crosscheck.checks.robots.states import RandomStates
 from crosscheck.findings import Agreement
 from crosscheck.models.errors import InputError
 from crosscheck.models.robot.robot import Level, Robot, remove_friction
-from crosscheck.registry import Entry, register
+from crosscheck.provenance import record_provenance
+from crosscheck.registry import Entry, packages, register
 from crosscheck.runner.outcomes import Failure
 from crosscheck.runner.progress_update import ProgressCallback, ignore_progress
 from crosscheck.runner.workers import Workers
 from crosscheck.trial.input.calls import LOADS
 from crosscheck.trial.input.equations import Equations
 from crosscheck.trial.input.loading import require_robot_equations
+from crosscheck.trial.result import TrialResult
 from crosscheck.trial.robots.answer_keys import make_robot_answer_keys
 from crosscheck.trial.robots.answers import (
     BY_RATES,
@@ -63,20 +65,24 @@ from crosscheck.trial.source.code import find_code
 from crosscheck.trial.source.search import MakeAnswerKeys, find_source_answer
 from crosscheck.trial.source.source_edit import SourceAnswer
 
+if TYPE_CHECKING:
+    from crosscheck.report.trials.answer import TrialAnswer
+
 
 @dataclass(frozen=True, repr=False)
-class RobotTrial:
+class RobotTrial(TrialResult):
     """A user's equations of a robot, judged.
 
     stated: the level that they are to be of, '' for any; parts: that were judged; remarks: how the
     equations were read; not_judged: what was not judged, with the reason, in words; distances:
-    of each level, the nearest first; failures: by part that did not answer; agreement: all checks;
+    of each level, the nearest first; failures: by part that did not answer; checks: all of them;
     relative_errors: by part, how far each entry is from the diagnosis' level at most, of its size;
     allowed: how far it may be; seed: of the states; source_answer: what must change in the user's
     source, where a small edit mends it.
     """
 
     name: str
+    equations: Equations
     robot: Robot
     stated: str
     parts: tuple[str, ...]
@@ -85,28 +91,23 @@ class RobotTrial:
     distances: tuple[LevelDistance, ...]
     diagnosis: RobotDiagnosis
     failures: Mapping[str, Failure]
-    agreement: Agreement
+    checks: Agreement
     relative_errors: Mapping[str, np.ndarray]
     allowed: Mapping[str, float]
     seed: int
     source_answer: SourceAnswer | None = None
 
-    def __repr__(self) -> str:
-        """Lines that the command prints."""
-        from crosscheck.trial.robots.output import format_lines
-
-        return "\n".join(format_lines(self))
-
-    def _repr_html_(self) -> str:
-        """The same with a heat map of each part, for a notebook."""
-        from crosscheck.trial.robots.output import robot_trial_summary
-
-        return robot_trial_summary(self)
+    @property
+    def agreement(self) -> Agreement:
+        """All checks of the trial."""
+        return self.checks
 
     @property
-    def exit_code(self) -> int:
-        """The exit code of the agreement."""
-        return self.agreement.exit_code
+    def answer(self) -> TrialAnswer:
+        """What the trial has to say, the most important first."""
+        from crosscheck.report.trials.robot import answer_robot_trial
+
+        return answer_robot_trial(self)
 
     @property
     def agrees(self) -> bool:
@@ -280,8 +281,10 @@ def _run_trial(
         make_answer_keys = partial(
             make_robot_answer_keys, problem, diagnosis.level, given, equations
         )
+    record = record_provenance(given, seed, quick=False, packages=packages(), model=name)
     trial = RobotTrial(
         name=name,
+        equations=equations,
         robot=robot,
         stated=stated,
         parts=problem.parts,
@@ -293,7 +296,7 @@ def _run_trial(
         distances=distances,
         diagnosis=diagnosis,
         failures=answers.failures,
-        agreement=Agreement(collect_findings(problem, diagnosis.level)),
+        checks=Agreement(collect_findings(problem, diagnosis.level), record),
         relative_errors={part: np.abs(off).max(axis=0) for part, off in relative_errors.items()},
         allowed={part: sizes[diagnosis.level].tolerance(part) for part in problem.parts},
         seed=seed,

@@ -11,16 +11,19 @@ import tomllib
 import zipfile
 from dataclasses import replace
 from pathlib import Path
+from types import SimpleNamespace
+from typing import cast
 
 import numpy as np
 import pytest
 
 from crosscheck.analytic.kernel.export import generate_c_source
 from crosscheck.analytic.kernel.fmu import generate_fmu_sources
+from crosscheck.analytic.model import AnalyticModel
 from crosscheck.checks.answers import sample_states
 from crosscheck.checks.invariants import sun_advance, sun_radius_and_ratio, torques_at
 from crosscheck.checks.scales import geared_joints
-from crosscheck.cli.files.export import build_model, fmu_file, function_prefix
+from crosscheck.cli.files.export import build_model, function_prefix, unit_file
 from crosscheck.models.arm.planets import usual_switches
 from crosscheck.models.errors import InputError
 from crosscheck.models.loading import load_arm, load_scenario
@@ -32,9 +35,10 @@ from crosscheck.trial.fmu import unit as unit_module
 from crosscheck.trial.fmu.archive import DESCRIPTION, MappedUnit, load_unit, unpack_fmu
 from crosscheck.trial.fmu.unit import build_fmu_equations, compare_unit_runs
 from crosscheck.trial.input.calls import describe_failure
+from crosscheck.trial.input.equations import Coordinates
 from crosscheck.trial.judge.entries import format_entry
 from crosscheck.trial.trial import Trial, TrialRequest, run_trial
-from tests.robots import chains
+from tests.robots import chains, two_link
 from tests.tool.test_bad_input import assert_one_line
 
 COMPILER = shutil.which("gcc")
@@ -66,14 +70,18 @@ def trial_in_this_process() -> None:
 def exported(arm: str, name: str, *changes: tuple[str, str]) -> bytes:
     """The program's own FMU of a model, its C changed before it is compiled."""
     model = build_model(arm, name, [])
-    text, prefix = (
-        generate_c_source(model.term_equations, function_prefix(model), "a model"),
-        function_prefix(model),
-    )
+    text = generate_c_source(model.term_equations, function_prefix(model), "a model")
     for old, new in changes:
         assert old in text
         text = text.replace(old, new)
-    return fmu_file(model, text, prefix)
+    return make_unit(model, text)
+
+
+def make_unit(model: AnalyticModel, text: str) -> bytes:
+    """The unit of a model around a text of C."""
+    prefix = function_prefix(model)
+    joints = len(model.arm.joints)
+    return unit_file(prefix, *generate_fmu_sources(text, prefix, model.layout, joints))
 
 
 def test_exported_unit_is_the_model_in_states_time_and_units(tmp_path):
@@ -83,9 +91,7 @@ def test_exported_unit_is_the_model_in_states_time_and_units(tmp_path):
     model = build_model("paper-labelled", "analytic:physical", ["switches.phase=omega_t"])
     prefix, n = function_prefix(model), len(model.layout)
     file = tmp_path / "unit.fmu"
-    file.write_bytes(
-        fmu_file(model, generate_c_source(model.term_equations, prefix, "a model"), prefix)
-    )
+    file.write_bytes(make_unit(model, generate_c_source(model.term_equations, prefix, "a model")))
     description = fmpy.read_model_description(file)
     units = {each.name: each.unit for each in description.modelVariables}
     assert [units[c.name] for c in model.layout.coordinates] == [
@@ -214,6 +220,36 @@ def test_a_robot_takes_a_unit(crosscheck, tmp_path):
         options = "--coordinates", tmp_path / "map.toml", "--run-code", "--jobs", "1"
         answer = crosscheck("trial", tmp_path / name, robot, *options)
         assert (answer.code, words in answer.out) == (code, True), answer.out
+
+
+@pytest.mark.parametrize(
+    "coordinates", [{"links": "absolute"}, {"matrix": [[1.0, 2.0], [0.5, 3.0]]}]
+)
+@pytest.mark.parametrize("kind", ["arm", "robot"])
+def test_a_unit_in_other_coordinates_has_their_equations(kind, coordinates, monkeypatch):
+    """With theta = J x: M_x = J' M J, bias_x = J' bias, and J' torque less weights is the force."""
+    subject = load_arm("paper-labelled") if kind == "arm" else two_link.robot()
+    J = np.array(coordinates.get("matrix", [[1.0, 0.0], [-1.0, 1.0]]))
+    rng = np.random.default_rng(3)
+    x, u, torque = rng.normal(size=(3, 2))
+
+    def rates(t: float, x: np.ndarray, u: np.ndarray, torque: np.ndarray) -> np.ndarray:
+        rest = torque - two_link.gravity(J @ x) - two_link.bias(J @ x, J @ u)
+        return np.linalg.solve(J, np.linalg.solve(two_link.mass_matrix(J @ x), rest))
+
+    fake = SimpleNamespace(rates=rates)
+    monkeypatch.setattr(unit_module, "_load_exchange_unit", lambda unit, process: fake)
+    mapped_unit = SimpleNamespace(
+        coordinates=Coordinates(**coordinates), level="", v=(), places=lambda names: slice(None)
+    )
+    own = build_fmu_equations(cast("MappedUnit", mapped_unit), subject)
+    q, v = J @ x, J @ u
+    for found, expected in (
+        (own.mass_matrix(x), J.T @ two_link.mass_matrix(q) @ J),
+        (own.bias(x, u), J.T @ two_link.bias(q, v)),
+        (own.force(0.0, x, u, torque), J.T @ (torque - two_link.gravity(q))),
+    ):
+        np.testing.assert_allclose(found, expected, rtol=1e-9, atol=1e-9)  # pushes of 1e3 N m
 
 
 def test_unit_that_crashes_costs_its_own_checks(tmp_path):
@@ -546,11 +582,8 @@ def test_archive_that_cannot_be_unpacked_is_refused(case, tmp_path):
 def described_as(**words: str) -> bytes:
     """The program's own unit, words of its description changed, without binaries."""
     model = build_model("paper-labelled", "analytic:links", [])
-    text, prefix = (
-        generate_c_source(model.term_equations, function_prefix(model), "a model"),
-        function_prefix(model),
-    )
-    description = generate_fmu_sources(text, prefix, model.layout, 2)[1]
+    text = generate_c_source(model.term_equations, function_prefix(model), "a model")
+    description = generate_fmu_sources(text, function_prefix(model), model.layout, 2)[1]
     for old, new in words.items():
         assert old in description
         description = description.replace(old, new)

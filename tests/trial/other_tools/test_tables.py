@@ -11,11 +11,12 @@ from pathlib import Path
 import jsonschema
 import numpy as np
 import pytest
+from scipy.io import loadmat
 
 from crosscheck.models.arm.arm import Arm
 from crosscheck.models.experiment.scenario import Scenario
 from crosscheck.models.loading import load_arm
-from crosscheck.report.trials.trial import describe_trial, format_trial_json
+from crosscheck.report.trials.output import format_trial_json
 from crosscheck.trial import trial as trial_module
 from crosscheck.trial.coordinates.build import build_frame
 from crosscheck.trial.input.equations import Coordinates, Equations
@@ -42,11 +43,11 @@ LUMPED = Coordinates("lumped")
 
 
 def told(trial: Trial) -> dict:
-    """All that its JSON says but for where and when it was made, and where a function stands."""
-    found = json.loads(format_trial_json(trial))
+    """All that its JSON says but for where and when it was made, and of the functions' source."""
+    found = json.loads(format_trial_json(trial.answer))
     for entry in found["wrong"]:
         del entry["source"]
-    del found["agreement"]["provenance"]
+    del found["agreement"]["provenance"], found["change"]
     return found
 
 
@@ -160,7 +161,7 @@ def test_units_and_order_are_told(change, tmp_path):
     made, line = CHANGES[change]
     trial = tried_changed(made, tmp_path / "answers.csv")
     assert trial.exit_code == 1
-    assert line in "\n".join(describe_trial(trial))
+    assert line in "\n".join(trial.answer.causes)
 
 
 @pytest.mark.usefixtures("asked_once")
@@ -170,7 +171,7 @@ def test_single_precision_has_a_tolerance_of_its_own(tmp_path):
 
     trial = tried_changed(rounded, tmp_path / "answers.csv")
     assert trial.exit_code == 0
-    assert "answers have single precision" in "\n".join(describe_trial(trial))
+    assert "answers have single precision" in "\n".join(trial.answer.scope)
     # A thousandth is no rounding of any file.
     off = tried_changed(lambda v: rounded(v | {"force": 1.001 * v["force"]}), tmp_path / "off.csv")
     assert {wrong.place.part for wrong in off.wrong_entries} == {"force"}
@@ -233,8 +234,8 @@ def test_exported_c_in_the_template_of_c_agrees_in_both_rounds(crosscheck, tmp_p
     files = [word for file in (first, *more) for word in ("--answers", file)]
     answer = crosscheck("trial", *told, *files, "--json", "trial.json")
     assert (answer.code, answer.err.count("Traceback")) == (0, 0)
-    assert "also checked on 2 other arms, to catch errors" in answer.out
-    assert "level coupled" in answer.out
+    assert "also on 2 other arms, to catch errors" in answer.out
+    assert "agrees with coupled" in answer.out
     schema = json.loads((ROOT / "crosscheck" / "schema" / "trial.schema.json").read_text())
     jsonschema.validate(json.loads(Path("trial.json").read_text()), schema)
 
@@ -269,3 +270,14 @@ def test_gravity_is_answered_apart_from_the_force(source, tmp_path):
     assert by_table.exit_code == (source is SecondForgotten)
     wrong = [(each.place.part, each.place.row) for each in by_table.wrong_entries]
     assert wrong == [("gravity", 1)] * (source is SecondForgotten)
+
+
+@pytest.mark.parametrize("name", ["paper-labelled", "sliding"])
+def test_modelica_reads_arrays_of_the_sizes_that_the_file_has(name, crosscheck, tmp_path):
+    assert crosscheck("trial", "--ask", name, "--out", tmp_path / "ask").code == 0
+    text = (tmp_path / "ask" / "answers.mos").read_text(encoding="utf-8")
+    written = loadmat(tmp_path / "ask" / "states.mat")
+    (count,) = re.findall(r"Integer count = (\d+);", text)
+    reads = re.findall(r'readRealMatrix\(file, \\"(\w+)\\", count, (\d+)\)', text)
+    for array, columns in require_items(reads):
+        assert written[array].shape == (int(count), int(columns)), array

@@ -9,14 +9,13 @@ import jsonschema
 import numpy as np
 import pytest
 
-from crosscheck.cli.files.robot_files import export_arm_as_robot
+from crosscheck.cli.files.robot_files import export_as_robot
 from crosscheck.cli.files.template import make_plain_arm
 from crosscheck.models.loading import load_arm
 from crosscheck.models.robot.file import load_robot
 from crosscheck.provenance import ROOT
-from crosscheck.report.trials.trial_result import TrialResult
+from crosscheck.report.trials.output import format_trial_json, render_trial_page
 from crosscheck.testing import Equations, assert_agrees, try_equations
-from crosscheck.trial.robots.output import format_robot_trial, robot_trial_page
 from crosscheck.trial.source import search
 from tests.robots import chains, two_link
 
@@ -116,7 +115,7 @@ def test_right_equations_are_not_searched(tmp_path, arm, monkeypatch):
 def test_an_arm_and_a_robot_have_the_same_answer(tmp_path, arm):
     model = write_model(tmp_path, LITERAL, ("2 * m12", "m12"))
     urdf = tmp_path / "robot.urdf"
-    export_arm_as_robot(str(tmp_path / "arm.toml"), [], urdf)
+    export_as_robot(str(tmp_path / "arm.toml"), [], urdf)
     robot = load_robot(str(urdf.with_suffix(".toml")))
     answers = [try_equations(model, machine).source_answer for machine in (arm, robot)]
     of_arm, of_robot = (
@@ -266,7 +265,6 @@ def test_an_edit_that_would_write_a_file_writes_none(tmp_path, arm):
 
 def test_the_views_show_the_line(tmp_path, arm):
     trial = try_equations(write_model(tmp_path, BY_FILE, SQUARE), arm)
-    assert isinstance(trial, TrialResult)
     assert "mine.py:" in repr(trial)
     trial.write_report(tmp_path / "report")
     page = (tmp_path / "report" / "trial.html").read_text(encoding="utf-8")
@@ -274,12 +272,12 @@ def test_the_views_show_the_line(tmp_path, arm):
     content = json.loads((tmp_path / "report" / "trial.json").read_text(encoding="utf-8"))
     schema = ROOT / "crosscheck" / "schema" / "trial.schema.json"
     jsonschema.validate(content, json.loads(schema.read_text(encoding="utf-8")))
-    (edit,) = content["source_answer"]["edits"]
+    (edit,) = content["change"]["edits"]
     assert edit["file"] == "mine.py"
 
 
 def test_a_robots_views_show_the_line():
     trial = try_equations(forgetful, two_link.robot())
-    edit = json.loads(format_robot_trial(trial))["source_answer"]["edits"][0]
+    edit = json.loads(format_trial_json(trial.answer))["change"]["edits"][0]
     assert edit["file"] == "test_trials.py"
-    assert f"{edit['file']}:{edit['line']}" in robot_trial_page(trial)
+    assert f"{edit['file']}:{edit['line']}" in render_trial_page(trial.answer)

@@ -1,0 +1,216 @@
+"""The answer of a trial, as a record: every view shows this and nothing else."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Mapping, Sequence
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+
+from crosscheck.findings import Agreement
+from crosscheck.report.finding_groups import describe_by_reason
+from crosscheck.report.formatting import describe_tally, format_percent
+from crosscheck.trial.input.source_lines import SourceLines
+from crosscheck.trial.judge.entries import Explanation
+from crosscheck.trial.source.source_edit import SourceAnswer
+
+MOST_CAUSES = 4  # causes that the terminal shows; the JSON file has all
+# Verdicts that no wrong entry accounts for.
+UNACCOUNTED = ("failed", "unfinished", "unresolved")
+
+
+@dataclass(frozen=True)
+class EntryError:
+    """An entry of equations that is not right.
+
+    Args:
+        name: The entry, such as ``M[theta_1, theta_2]``.
+        part: The part that it belongs to, such as ``mass_matrix``.
+        share: Largest deviation over the states, relative to the entry's natural size.
+        cause: What is wrong with it, in words; '' where nobody knows.
+        row: Its row, from 0.
+        column: Its column in M, from 0.
+        rates: The two coordinates, from 0, whose rates' product it stands before.
+        difference: Yours minus right, term by term, where nothing explains it.
+        latex: The same, typeset.
+        explanation: The errors of terms that make the difference.
+        shown_on: Name of another mechanism that alone shows the error; '' of an error on this one.
+        source: The function that answers the part.
+    """
+
+    name: str
+    part: str
+    share: float
+    cause: str
+    row: int
+    column: int | None = None
+    rates: tuple[int, int] | None = None
+    difference: tuple[Any, ...] = ()
+    latex: str = ""
+    explanation: Explanation | None = None
+    shown_on: str = ""
+    source: SourceLines | None = None
+
+
+@dataclass(frozen=True)
+class PartDeviation:
+    """Deviations of a part from the reference.
+
+    Args:
+        part: Name of the part.
+        title: The part as views call it, such as ``M``.
+        relative: Largest deviation of each entry over the states, relative to its size: (n, n) of
+            M, (n, n, n) of a bias by products of rates, else (n,).
+        allowed: Deviation that rounding explains.
+    """
+
+    part: str
+    title: str
+    relative: np.ndarray
+    allowed: float
+
+
+@dataclass(frozen=True)
+class LevelDeviation:
+    """A level beside the equations: how many entries differ, and the largest relative deviation."""
+
+    level: str
+    entries: int
+    largest: float
+
+
+@dataclass(frozen=True)
+class UnfollowedNumber:
+    """A number of the mechanism's file that the equations do not follow.
+
+    Args:
+        name: Its path in the file.
+        value: Its value there.
+        parts: The parts that do not change with it.
+        goes_with: Numbers whose product, each to its power, they take in its place.
+    """
+
+    name: str
+    value: float
+    parts: tuple[str, ...]
+    goes_with: Mapping[str, int]
+
+
+@dataclass(frozen=True)
+class TrialAnswer:
+    """What a trial has to say.
+
+    Args:
+        name: What reports call the equations.
+        mechanism: Name of the arm or robot.
+        description: Lines that describe it.
+        level: The level that the equations are, or are closest to; '' of geared ones.
+        coordinates: Names of the coordinates in which entries are named.
+        headline: What is wrong, or with what all agrees.
+        change: What must change in the user's source, where a small edit corrects it.
+        causes: What else explains it, the likeliest first.
+        wrong: Entries that are not right.
+        hidden: Entries that are right here, and not on other mechanisms of the same structure.
+        scope: How the equations were read, and what could not be judged.
+        notes: Remarks that concern no error.
+        levels: How far the equations are from each level.
+        unfollowed: Numbers of the file that the equations do not follow.
+        parts: The parts, with the deviation of each entry.
+        traces: Tracebacks of parts that raised.
+        agreement: All checks.
+    """
+
+    name: str
+    mechanism: str
+    description: tuple[str, ...]
+    level: str
+    coordinates: tuple[str, ...]
+    headline: str
+    change: SourceAnswer | None
+    causes: tuple[str, ...]
+    wrong: tuple[EntryError, ...]
+    hidden: tuple[EntryError, ...]
+    scope: tuple[str, ...]
+    notes: tuple[str, ...]
+    levels: tuple[LevelDeviation, ...]
+    parts: tuple[PartDeviation, ...]
+    traces: Mapping[str, str]
+    agreement: Agreement
+    unfollowed: tuple[UnfollowedNumber, ...] = ()
+
+    @property
+    def lines(self) -> Iterator[str]:
+        """The lines of the terminal: what is wrong, the change that corrects it, evidence."""
+        yield self.headline
+        yield from self.change.sentences if self.change else ()
+        yield from self.causes[:MOST_CAUSES]
+        if len(self.causes) > MOST_CAUSES:
+            yield f"and {len(self.causes) - MOST_CAUSES} more, all in --json and on the page"
+        yield from self.failures
+        yield from (f"note: {note}" for note in self.notes)
+        yield from self.scope
+        for part, trace in self.traces.items():
+            yield f"{part} raised:"
+            yield from trace.splitlines()
+        yield describe_tally(self.agreement)
+
+    @property
+    def failures(self) -> Iterator[str]:
+        """Checks that do not agree although no wrong entry accounts for it."""
+        findings = [
+            finding
+            for finding in self.agreement.disagreeing
+            if not self.wrong or finding.verdict in UNACCOUNTED
+        ]
+        for finding, words in describe_by_reason(findings):
+            yield f"{finding.verdict} {finding.id}: {words}"
+
+    @property
+    def first_error(self) -> str:
+        """The wrong entry that is first, and the change or cause, in one line; '' of none."""
+        if not self.wrong:
+            return ""
+        others = f" and {len(self.wrong) - 1} more" if len(self.wrong) > 1 else ""
+        changes = self.change.sentences if self.change else ()
+        cause = (*changes, *self.causes, "no single change explains it")[0]
+        name = self.wrong[0].name
+        return f"{name}{others}: {cause.removeprefix(f'{name}: ')}"
+
+    @property
+    def rows(self) -> list[dict[str, Any]]:
+        """A record for each entry of each part: its deviation, what is allowed, and the cause."""
+        causes = {(each.part, each.name): each.cause for each in self.wrong}
+        return [
+            {
+                "part": part.title,
+                "entry": name,
+                "relative": value,
+                "tolerance": part.allowed,
+                "agrees": bool(value <= part.allowed),
+                "why": causes.get((part.part, name), ""),
+            }
+            for part in self.parts
+            for name, value in name_entries(part, self.coordinates)
+        ]
+
+
+def name_entries(part: PartDeviation, names: Sequence[str]) -> Iterator[tuple[str, float]]:
+    """Each entry of a part in words, and its deviation; of a product of rates once."""
+    for place, value in np.ndenumerate(part.relative):
+        words = [names[number] for number in place]
+        if len(place) == 3:
+            if place[1] <= place[2]:
+                square = f"{words[1]}'^2" if place[1] == place[2] else f"{words[1]}' {words[2]}'"
+                yield f"{part.title}[{words[0]}] of {square}", value
+        else:
+            yield f"{part.title}[{', '.join(words)}]", value
+
+
+def describe_wrong(wrong: Sequence[EntryError]) -> str:
+    """The entry that is wrong, how many others are, and by how much, in words."""
+    count, largest = len(wrong), max(each.share for each in wrong)
+    others = f" and {count - 1} more {'entry' if count == 2 else 'entries'}" if count > 1 else ""
+    verb, whose = ("are", "their") if count > 1 else ("is", "its")
+    share = format_percent(largest)
+    return f"{wrong[0].name}{others} {verb} wrong, by up to {share} of {whose} size"

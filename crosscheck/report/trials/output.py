@@ -1,0 +1,93 @@
+"""The views of a trial's answer: JSON, JUnit, a page, a notebook's summary."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Sequence
+from typing import Any
+
+from crosscheck.report.finding_groups import list_findings
+from crosscheck.report.formatting import make_printable
+from crosscheck.report.heat_map import HeatMap, make_entry_map, make_heat_map
+from crosscheck.report.junit import format_junit
+from crosscheck.report.records import format_json, to_json_value
+from crosscheck.report.rendering import render_page
+from crosscheck.report.trials.answer import EntryError, PartDeviation, TrialAnswer
+
+SCHEMA_VERSION = 3
+
+
+def format_trial_json(answer: TrialAnswer) -> str:
+    """Readable JSON as in crosscheck/schema/trial.schema.json, ending in a newline."""
+    return format_json(
+        {
+            "schema_version": SCHEMA_VERSION,
+            "equations": answer.name,
+            "mechanism": answer.mechanism,
+            "level": answer.level,
+            "coordinates": answer.coordinates,
+            "headline": answer.headline,
+            "change": to_json_value(answer.change),
+            "causes": answer.causes,
+            "wrong": [_wrong_record(each) for each in answer.wrong],
+            "hidden": [_wrong_record(each) for each in answer.hidden],
+            "scope": answer.scope,
+            "notes": answer.notes,
+            "levels": to_json_value(answer.levels),
+            "unfollowed": to_json_value(answer.unfollowed),
+            "tracebacks": answer.traces,
+            "agreement": answer.agreement.to_dict(),
+        }
+    )
+
+
+def _wrong_record(wrong: EntryError) -> dict[str, Any]:
+    source = wrong.source
+    place = None if source is None else {"file": source.file, "line": source.first}
+    return {**to_json_value(wrong), "source": place}
+
+
+def format_trial_junit(answer: TrialAnswer) -> str:
+    """JUnit XML with a test case for each check."""
+    return format_junit(answer.agreement, f"trial {answer.name} {answer.mechanism}")
+
+
+def render_summary(answer: TrialAnswer) -> str:
+    """HTML for notebooks: the lines of the terminal, and a heat map of each part."""
+    lines = [make_printable(line) for line in answer.lines]
+    return render_page("summary", lines=lines, maps=list(make_trial_maps(answer)))
+
+
+def render_trial_page(answer: TrialAnswer) -> str:
+    """The page on a trial: HTML text, formulas inlined."""
+    # Matplotlib sets formulas, for a page alone.
+    from crosscheck.report.trials.typesetting import describe_errors, render_formula, render_pairs
+
+    sources = {each.part: each.source for each in answer.wrong if each.source is not None}
+    return render_page(
+        "trial",
+        answer=answer,
+        agreement=answer.agreement,
+        maps=list(make_trial_maps(answer)),
+        typeset=render_formula,
+        pairs=render_pairs,
+        words=describe_errors,
+        sources=() if answer.change else tuple(sources.values()),
+        listed=list_findings(answer.agreement.findings),
+        provenance=answer.agreement.to_dict()["provenance"],
+    )
+
+
+def make_trial_maps(answer: TrialAnswer) -> Iterator[HeatMap]:
+    """A heat map of each part; of a bias by rates one for each row that deviates."""
+    for part in answer.parts:
+        if part.relative.ndim < 3:
+            yield make_entry_map(part.title, answer.coordinates, part.relative, part.allowed)
+        else:
+            yield from _make_rate_maps(part, answer.coordinates)
+
+
+def _make_rate_maps(part: PartDeviation, names: Sequence[str]) -> Iterator[HeatMap]:
+    for name, relative in zip(names, part.relative, strict=True):
+        if not (relative <= part.allowed).all():
+            title = f"{part.title} of {name}, by rates"
+            yield make_heat_map(title, names, names, relative.tolist(), part.allowed)

@@ -1,0 +1,117 @@
+"""The answer of a trial on a robot: what is wrong with each entry, and what explains it."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+
+from crosscheck.models.robot.robot import LEVELS
+from crosscheck.report.trials.answer import (
+    EntryError,
+    LevelDeviation,
+    PartDeviation,
+    TrialAnswer,
+    describe_wrong,
+)
+from crosscheck.trial.changes.search import list_equals
+from crosscheck.trial.input.source_lines import find_source
+from crosscheck.trial.robots.elastic import ELASTIC
+from crosscheck.trial.robots.judge import LETTERS, RobotEntry, has_engine_conflict
+from crosscheck.trial.robots.trial import RobotTrial
+
+NO_CAUSE = "no single number, frame or place explains it"
+
+
+def answer_robot_trial(trial: RobotTrial) -> TrialAnswer:
+    """The answer of a trial on a robot."""
+    diagnosis = trial.diagnosis
+    wrong = tuple(_make_wrong(trial, each) for each in diagnosis.entries)
+    return TrialAnswer(
+        name=trial.name,
+        mechanism=trial.robot.name,
+        description=tuple(repr(trial.robot).splitlines()),
+        level=trial.level,
+        coordinates=tuple(trial.robot.coordinate_names),
+        headline=_describe_verdict(trial, wrong),
+        change=trial.source_answer,
+        causes=tuple(_describe_causes(trial)),
+        wrong=wrong,
+        hidden=(),
+        scope=tuple(_describe_scope(trial)),
+        notes=trial.robot.notes,
+        levels=tuple(LevelDeviation(d.level, d.entries, d.largest) for d in trial.distances),
+        parts=tuple(
+            PartDeviation(part, LETTERS.get(part, part), relative, trial.allowed[part])
+            for part, relative in trial.relative_errors.items()
+        ),
+        traces={part: why.trace for part, why in trial.failures.items() if why.trace},
+        agreement=trial.checks,
+    )
+
+
+def _make_wrong(trial: RobotTrial, entry: RobotEntry) -> EntryError:
+    row, column = (*entry.place, None)[:2]
+    assert row is not None  # of every entry
+    source = find_source(trial.equations, entry.part)
+    return EntryError(entry.name, entry.part, entry.share, entry.remark, row, column, source=source)
+
+
+def _describe_verdict(trial: RobotTrial, wrong: tuple[EntryError, ...]) -> str:
+    """The sentence on what is wrong, or with what all agrees."""
+    about, diagnosis = f"{trial.name} on {trial.robot.name}", trial.diagnosis
+    if not trial.parts:
+        return f"{about}: no part answered"
+    if diagnosis.readings:
+        return (
+            f"{about} is right in {' or in '.join(diagnosis.readings)}, and not in the robot's own"
+            " coordinates"
+        )
+    if wrong:
+        return f"{about}: {describe_wrong(wrong)}; compared with {trial.level}"
+    return f"{about} agrees with {_format_levels(trial)}, to {trial.largest:.1e}"
+
+
+def _format_levels(trial: RobotTrial) -> str:
+    """The level that equations agree with, or all that are equal in their parts."""
+    level = trial.level
+    if level == ELASTIC:
+        return f"{level} (links, motors on the output side, and springs between them)"
+    equal = [each.level for each in trial.distances if not each.entries]
+    if trial.stated or len(equal) == 1:
+        return f"{level} ({LEVELS[trial.diagnosis.level]})"
+    return f"{', '.join(equal)}, which are equal in these parts"
+
+
+def _describe_causes(trial: RobotTrial) -> Iterator[str]:
+    """Sentences on what explains the differences: of all entries, then of single ones."""
+    diagnosis = trial.diagnosis
+    if has_engine_conflict(trial.checks.findings):
+        yield "the engines differ on this robot: `crosscheck cost` shows where"
+    first, *others = diagnosis.explanations or [""]
+    if first:
+        yield f"yours are the equations of {trial.level} with {first}"
+    if others:
+        yield f"would also be explained by {list_equals(others)}"
+    for link in diagnosis.links:
+        yield f"all of it is in {link}: its mass, centre of mass and inertia together explain it"
+    yield from diagnosis.notes
+    reasons = diagnosis.explanations or diagnosis.links or diagnosis.notes or diagnosis.readings
+    if diagnosis.entries and not reasons:
+        yield from (
+            _describe_entries(diagnosis.entries)
+            if any(entry.remark for entry in diagnosis.entries)
+            else [NO_CAUSE]
+        )
+
+
+def _describe_entries(entries: tuple[RobotEntry, ...]) -> Iterator[str]:
+    """A line for each thing that is wrong with entries, and all entries of which it is."""
+    for remark in dict.fromkeys(entry.remark for entry in entries if entry.remark):
+        names = [entry.name for entry in entries if entry.remark == remark]
+        yield f"{', '.join(names)}: {remark}"
+
+
+def _describe_scope(trial: RobotTrial) -> Iterator[str]:
+    """Lines on how the equations were read, and what was not judged."""
+    yield from trial.remarks
+    if trial.not_judged:
+        yield f"not judged: {', '.join(trial.not_judged)}"

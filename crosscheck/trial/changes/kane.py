@@ -1,0 +1,250 @@
+"""Kane's sum of a robot's bodies and rotors, in parts, of which each may be wrong.
+
+Of M what a body's translation and rotation make; of gravity its weight; of the bias what each
+acceleration asks for, joint by joint and body by body, and the gyroscopic torques.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterable, Iterator, Sequence
+from dataclasses import dataclass
+from typing import NamedTuple
+
+import numpy as np
+
+from crosscheck.analytic.robot.model import AnalyticRobot, cross, multiply, project
+from crosscheck.models.robot.robot import BASE, Level, Robot, RobotBody, Rotor
+from crosscheck.planning.springs import stage_rotors
+from crosscheck.trial.changes.mistakes import BodyPart, list_whole_bodies
+from crosscheck.trial.changes.problem import DynamicsTerms
+
+PLACE_INWARD = "the centripetal acceleration w x (w x r) of the place"
+PLACE_ALONG = "the acceleration w' x r of the place"
+Pieces = dict[str, dict[str, np.ndarray]]  # by kind and by the body or joint that has them
+
+
+class WorldBody(NamedTuple):
+    """A body at states, in the base's axes: mass, centre (states, 3) from its origin, inertia."""
+
+    mass: float
+    lever: np.ndarray
+    inertia: np.ndarray
+
+
+class Spinner(NamedTuple):
+    """A rotor, a sun or the planets of a stage, by its name in words."""
+
+    name: str
+    rotor: Rotor
+
+
+def list_spinners(robot: Robot) -> list[Spinner]:
+    """All rotors of a robot, those of its stages among them."""
+    spinners = [Spinner(robot.joints[each.joint].name, each) for each in robot.rotors]
+    for stage in robot.stages:
+        joint = robot.joints[stage.joint].name
+        names = f"the sun of {joint}", f"the planets of {joint}"
+        spinners += map(Spinner, names, stage_rotors(robot, stage))
+    return spinners
+
+
+def add_terms(several: Iterable[DynamicsTerms]) -> DynamicsTerms:
+    """The sum of several terms."""
+    return DynamicsTerms(*(np.sum(each, axis=0) for each in zip(*several, strict=True)))
+
+
+@dataclass(frozen=True)
+class BodyMotion:
+    """A body at states, in the base's axes, as Kane's sum takes it.
+
+    moving, turning (states, 3, n): velocity of the centre and angular velocity per rate; inertia
+    (states, 3, 3), also apart in I w' and in w x I w; centre, rate, growth (states, 3): its
+    acceleration, w, w' at the rates; left_rate: w in w x I w where it is another one than in
+    I w; pull (states, 3) or (3,): gravity.
+    """
+
+    mass: float
+    moving: np.ndarray
+    turning: np.ndarray
+    inertia: np.ndarray
+    growing_inertia: np.ndarray
+    spinning_inertia: np.ndarray
+    centre: np.ndarray
+    rate: np.ndarray
+    left_rate: np.ndarray
+    growth: np.ndarray
+    pull: np.ndarray
+
+    def compute_terms(self) -> DynamicsTerms:
+        """Contribution of the body to M, bias and gravity."""
+        moving, turning = self.moving.swapaxes(1, 2), self.turning.swapaxes(1, 2)
+        moment = multiply(self.growing_inertia, self.growth)
+        moment = moment + cross(self.left_rate, multiply(self.spinning_inertia, self.rate))
+        return DynamicsTerms(
+            self.mass * moving @ self.moving + turning @ self.inertia @ self.turning,
+            self.mass * project(self.moving, self.centre) + project(self.turning, moment),
+            -self.mass * project(self.moving, np.broadcast_to(self.pull, self.centre.shape)),
+        )
+
+
+class KaneSum:
+    """Kane's sum of a robot's bodies, in parts, at states q, v (states, n)."""
+
+    def __init__(
+        self, robot: Robot, q: np.ndarray, v: np.ndarray, parts: Sequence[BodyPart] = ()
+    ) -> None:
+        self.robot, self.v = robot, v
+        self.parts = parts or list_whole_bodies(robot)
+        self.poses, self.rates = AnalyticRobot(robot, "links").frames(q, v)
+        self.still = np.zeros_like(self.poses[0].position)
+
+    def place_body(self, number: int, body: RobotBody) -> WorldBody:
+        """A body with the pose that the body of a number has."""
+        R = self.poses[number].rotation
+        return WorldBody(body.mass, R @ body.com, R @ body.inertia @ R.swapaxes(1, 2))
+
+    def move_body(self, number: int, body: WorldBody) -> BodyMotion:
+        """A body in the place of the one of a number."""
+        pose, rate = self.poses[number], self.rates[number]
+        centre = rate.acceleration + rotate_point(rate.angular, rate.angular_rate, body.lever)
+        return BodyMotion(
+            body.mass,
+            self.move_point(number, body.lever),
+            pose.angular_partials,
+            *(body.inertia,) * 3,
+            centre,
+            rate.angular,
+            rate.angular,
+            rate.angular_rate,
+            self.robot.gravity,
+        )
+
+    def compute_terms(self, number: int, body: WorldBody) -> DynamicsTerms:
+        """The terms of a body in the place of the one of a number."""
+        return self.move_body(number, body).compute_terms()
+
+    def move_rotor(self, rotor: Rotor, level: Level) -> BodyMotion:
+        """A rotor: at the level links without inertia, at armature as on the base."""
+        frame, still = self.robot.frames[rotor.stator], self.still
+        axis, turning = still + rotor.axis, 0 * self.poses[0].angular_partials
+        w = dw = still
+        if frame.body != BASE:
+            pose, rate = self.poses[frame.body], self.rates[frame.body]
+            axis = still + pose.rotation @ frame.placement.rotation @ rotor.axis
+            if level == "coupled":
+                turning, w, dw = pose.angular_partials, rate.angular, rate.angular_rate
+        column = axis[:, :, None] * (rotor.ratio * self.robot.joint_map[0][rotor.joint])
+        spin = multiply(column, self.v)
+        inertia = rotor.inertia * (level != "links") * axis[:, :, None] * axis[:, None]
+        return BodyMotion(
+            0.0,
+            0 * column,
+            turning + column,
+            *(inertia,) * 3,
+            still,
+            w + spin,
+            w + spin,
+            dw + cross(w, spin),
+            self.robot.gravity,
+        )
+
+    def move_point(self, number: int, lever: np.ndarray) -> np.ndarray:
+        """The velocity (states, 3, n) per rate of a point of a body, lever from its origin."""
+        pose = self.poses[number]
+        return pose.origin_partials + cross(pose.angular_partials, lever)
+
+    def list_pieces(self, part: str) -> Pieces:
+        """Contributions to mass_matrix (states, n, n), or to bias or gravity (states, n)."""
+        kinds: Pieces = {}
+        for each in self.parts:
+            for kind, piece in self._list_body_pieces(part, each):
+                kinds.setdefault(kind, {})[each.name] = piece
+        for number, joint in enumerate(self.robot.joints if part == "bias" else ()):
+            for kind, piece in self._list_joint_pieces(number):
+                kinds.setdefault(kind, {})[joint.name] = piece
+        return kinds
+
+    def _list_body_pieces(self, part: str, body: BodyPart) -> Iterator[tuple[str, np.ndarray]]:
+        number, place = body.number, body.placement.position
+        world = self.place_body(number, body.body)
+        mass, lever, inertia = world
+        turning, moving = self.poses[number].angular_partials, self.move_point(number, lever)
+        if part == "mass_matrix":
+            yield "the translation m Jv' Jv", mass * moving.swapaxes(1, 2) @ moving
+            yield "the rotation Jw' I Jw", turning.swapaxes(1, 2) @ inertia @ turning
+            return
+        if part == "gravity":
+            yield "the weight", self.compute_terms(number, world).gravity
+            return
+        rate, moving = self.rates[number], mass * moving
+        w, dw = rate.angular, rate.angular_rate
+        at = self.poses[number].rotation @ place
+        yield "the gyroscopic torque w x I w", project(turning, cross(w, multiply(inertia, w)))
+        growing = project(turning, multiply(inertia, dw))
+        yield "the torque I w' of the angular acceleration", growing
+        parent = self.robot.joints[number].parent
+        accelerations = {
+            "the centripetal acceleration w x (w x c) of the centre": cross(
+                w, cross(w, lever - at)
+            ),
+            "the acceleration of the centre": rotate_point(w, dw, lever) + rate.acceleration,
+        }
+        if parent != BASE:
+            kind = "the acceleration that the link before hands on to the centre"
+            accelerations[kind] = self.rates[parent].acceleration
+        if place.any():
+            accelerations[PLACE_INWARD] = cross(w, cross(w, at))
+            accelerations[PLACE_ALONG] = cross(dw, at)
+        for kind, acceleration in accelerations.items():
+            yield kind, project(moving, acceleration)
+
+    def _list_joint_pieces(self, number: int) -> Iterator[tuple[str, np.ndarray]]:
+        """Bias caused by the accelerations that a joint adds to all bodies after it."""
+        joint, pose = self.robot.joints[number], self.poses[number]
+        if joint.parent == BASE:
+            return
+        under = self.rates[joint.parent]
+        at = pose.position - self.poses[joint.parent].position
+        inward = cross(under.angular, cross(under.angular, at))
+        yield PLACE_INWARD, self.load_joint(number, inward)
+        yield PLACE_ALONG, self.load_joint(number, cross(under.angular_rate, at))
+        if joint.kind == "prismatic":
+            extra = self.rates[number].acceleration - under.acceleration
+            extra = extra - rotate_point(under.angular, under.angular_rate, at)
+            yield "the Coriolis acceleration 2 w x v", self.load_joint(number, extra)
+            return
+        gained = self.rates[number].angular_rate - under.angular_rate
+        yield "the angular acceleration w x z q'", self.load_joint(number, self.still, gained)
+
+    def load_joint(
+        self, first: int, linear: np.ndarray, angular: np.ndarray | None = None
+    ) -> np.ndarray:
+        """The forces (states, n) that accelerations (states, 3) of a joint and all after it take.
+
+        angular: acceleration about the joint's place.
+        """
+        total = np.zeros_like(self.v)
+        for number in sorted(self.list_after(first)):
+            mass, lever, inertia = self.place_body(number, self.robot.bodies[number])
+            centre = linear
+            if angular is not None:
+                away = self.poses[number].position - self.poses[first].position + lever
+                centre = centre + cross(angular, away)
+                turning = self.poses[number].angular_partials
+                total += project(turning, multiply(inertia, angular))
+            total += mass * project(self.move_point(number, lever), centre)
+        return total
+
+    def list_after(self, number: int) -> set[int]:
+        """The bodies that a joint moves."""
+        after = {number}
+        for other, joint in enumerate(self.robot.joints):
+            if joint.parent in after:
+                after.add(other)
+        return after
+
+
+def rotate_point(w: np.ndarray, dw: np.ndarray, arm: np.ndarray) -> np.ndarray:
+    """The acceleration (states, 3) of the end of an arm by turning about its begin."""
+    turned: np.ndarray = cross(dw, arm) + cross(w, cross(w, arm))
+    return turned

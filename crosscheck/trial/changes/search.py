@@ -1,0 +1,631 @@
+"""Search for the change of a mechanism that explains a difference, in all parts or some entries."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Collection, Iterator, Mapping, Sequence
+from dataclasses import dataclass, replace
+from functools import cached_property
+from itertools import islice
+from typing import NamedTuple
+
+import numpy as np
+
+from crosscheck.analytic.robot.model import AnalyticRobot
+from crosscheck.checks.robots.sizes import TOLERANCE
+from crosscheck.models.robot.robot import Robot, RobotBody
+from crosscheck.trial.changes.mistakes import RobotMistake, list_frame_mistakes
+from crosscheck.trial.changes.numbers import (
+    ALIKE,
+    AXES,
+    RobotNumber,
+    get_link_name,
+    is_physical,
+    list_equal_numbers,
+    put_value,
+)
+from crosscheck.trial.changes.pairs import PairSearch, Single
+from crosscheck.trial.changes.problem import (
+    ACCELERATION,
+    LEFT,
+    ROUNDING,
+    ChangeProblem,
+    DynamicsTerms,
+    Entry,
+    Places,
+)
+from crosscheck.trial.changes.table import BODY_SIZE, ChangeTable
+from crosscheck.trial.changes.waves import measure_rest
+
+CLOSE = (
+    1e-4  # largest residual of a number's effect that is worth a try, over the difference's norm
+)
+PROMISING = 0.9  # largest residual after a first Newton step, relative to the one before
+STEPS = 12  # steps of Newton's method
+NEAR = 1e-4  # step of differentiation, relative to that of the number
+SLENDER = 1e-9  # inertia of a thin rod about its own axis, over its largest moment of inertia
+MOST_EQUAL_PAIRS = 12  # pairs that explain a difference, at which the search stops
+MOST_SCREENED = 64  # places of a row, those of the largest differences, at which all are screened
+
+
+MOST_SEARCHED = 12  # entries of a part, of which each may be wrong by a cause of its own
+MOST_NAMED = 3  # entries that are named one by one
+MOST_EQUALS = 2  # causes named beside the first that no state distinguishes from it
+LEAST_ENTRIES = 3  # wrong entries needed before fitting six inertias means more than chance
+
+
+@dataclass(frozen=True)
+class Cause:
+    """The cause of a difference, in words that complete `with ...`.
+
+    usual: whether the number is 0, has the other sign, is twice or half as large or is another of
+    the file, so that somebody may well have written it. missing: name of a number that is 0.
+    """
+
+    words: str
+    usual: bool
+    missing: str = ""
+
+
+class StepRows(NamedTuple):
+    """A mistake in Kane's sum: what it changes of a row (names, places) by what has it."""
+
+    words: str
+    names: list[str]
+    rows: np.ndarray
+
+
+class CauseSearch:
+    """The search for what makes the difference between equations and a level."""
+
+    def __init__(self, problem: ChangeProblem, table: ChangeTable | None = None) -> None:
+        self.problem, self.level = problem, problem.level
+        self.table = table or ChangeTable(problem)
+        self.difference = problem.difference
+        self.row, self.can_explain = problem.lay_out, problem.can_explain
+
+    def find_causes(self, places: Places = slice(None)) -> list[Cause]:
+        """Every likely change that leaves nothing of the difference in some places of the row."""
+        numbers = list(self._find_numbers(places))
+        plain = [cause for number, cause in numbers if not number.factor]
+        numbers_alone = plain or [cause for _, cause in numbers]  # a factor says no more than one
+        alone, several = self._find_mistakes(places)
+        causes = [*numbers_alone, *(alone or several)]
+        if isinstance(places, slice) and self.level == "coupled":
+            causes += self._find_missing_couplings()
+        if not any(cause.usual for cause in causes):
+            causes += self._find_exchanges(places)
+        return causes
+
+    def find_rarer_causes(self, places: Places = slice(None)) -> list[Cause]:
+        """Gravity along no axis, else joints' numbers exchanged, else angles and the like."""
+        causes = list(self._find_gravity()) or list(self.find_joint_moves(places))
+        return causes or list(self._find_curved())
+
+    @cached_property
+    def number_rows(self) -> list[tuple[str, np.ndarray, np.ndarray]]:
+        """First- and second-order effect of each number on the row.
+
+        With effects on single terms too where only a balance shows that something is wrong.
+        """
+        effects = self.table.compute_number_effects(self.level)
+        linear, square = (self._lay_out_places(each) for each in effects)
+        return [(where, a, b) for (where, a), (_, b) in zip(linear, square, strict=True)]
+
+    def _lay_out_places(
+        self, change: DynamicsTerms, states: slice = slice(None)
+    ) -> list[tuple[str, np.ndarray]]:
+        """A change of all terms in the row, then of each alone if only a balance shows errors."""
+        whole = self.row(change, states)
+        rows = [("", whole)]
+        for name in DynamicsTerms._fields if self.problem.is_balance_alone else ():
+            others = {field: 0 * term for field, term in change._asdict().items() if field != name}
+            alone = self.row(change._replace(**others), states)
+            is_all = np.abs(alone - whole).max(axis=-1, keepdims=True) <= TOLERANCE
+            rows.append((f", in its {name} alone", np.where(is_all, 0.0, alone)))
+        return rows
+
+    def _find_numbers(self, places: Places) -> Iterator[tuple[RobotNumber, Cause]]:
+        wrong, numbers = self.difference[places], self.table.select_numbers(self.level)
+        allowed = CLOSE * np.linalg.norm(wrong)
+        for where, *effects in self.number_rows:
+            linears, squares = (effect[:, places] for effect in effects)
+            near = measure_rest(wrong, linears, squares) <= 2 * allowed  # by any two factors
+            for number, linear, square in zip(
+                np.array(numbers)[near], linears[near], squares[near], strict=True
+            ):
+                by = solve_step(linear, square, wrong)
+                left = np.linalg.norm(wrong - linear * by - square * by**2)
+                value = number.value + by * number.step
+                if not by or left > allowed or not self.is_possible(number, value):
+                    continue
+                if not where and not self._holds(number, value, places):
+                    continue
+                is_left_out = abs(value) < ALIKE * number.step and not number.factor
+                words = self.describe_value(number, value) + where
+                usual = self.is_usual(number, value)
+                yield number, Cause(words, usual, number.name if is_left_out else "")
+
+    def _holds(self, number: RobotNumber, value: float, places: Places) -> bool:
+        """Whether a value explains the difference, by terms computed with the value itself."""
+        return self.can_explain(self._compute_row(number.put(value)), places)
+
+    def _compute_row(self, *robots: Robot) -> np.ndarray:
+        """What a robot, or several together, change of the row."""
+        rows: np.ndarray = self.row(self.table.compute_changes(robots, self.level)).sum(axis=0)
+        return rows
+
+    def is_possible(self, number: RobotNumber, value: float) -> bool:
+        """Whether such a robot is possible, or the value is what omitting or doubling it gives."""
+        robot = number.put(value)
+        usual = number.has_usual_factor(value, above=0)
+        usual |= value * number.value > 0 and bool(number.describe_unit(value))
+        if not (usual or is_physical(robot, self.problem.robot)):
+            return False
+        return "acceleration" not in self.problem.parts or self._is_regular(robot)
+
+    def _is_regular(self, robot: Robot) -> bool:
+        """Whether a robot has accelerations: of none at all every balance holds."""
+        mass = AnalyticRobot(robot, self.level).mass_matrix(self.problem.states.q)
+        scaled = mass / self.problem.sizes["mass_matrix"]
+        return bool((np.linalg.eigvalsh(scaled)[:, 0] > TOLERANCE).all())
+
+    def describe_value(self, number: RobotNumber, value: float) -> str:
+        """The number with a value, in words that complete `with ...`."""
+        same = self._equal_number_name(number, value)
+        return number.words(value) + (f", {same}" if same else "")
+
+    def is_usual(self, number: RobotNumber, value: float) -> bool:
+        """Whether a value is one that a person may well have written by mistake."""
+        usual = number.has_usual_factor(value) or bool(number.describe_unit(value))
+        return usual or bool(self._equal_number_name(number, value))
+
+    def _equal_number_name(self, number: RobotNumber, value: float) -> str:
+        """The number of the file that a value is, or is more or less by, in words; '' for none."""
+        if abs(value) < ALIKE * number.step or not number.unit or number.factor:
+            return ""
+        others = [each for each in self.table.numbers if each.path != number.path]
+        if equal := list_equal_numbers(others, number.unit, value):
+            return f"as {equal[0].name}"
+        step = value - number.value
+        if number.has_usual_factor(value):
+            return ""
+        equal = list_equal_numbers(others, number.unit, abs(step))
+        return f"{'less' if step < 0 else 'more'} by {equal[0].name}" if equal else ""
+
+    @cached_property
+    def body_rows(self) -> list[StepRows]:
+        """What numbers of links may be taken for, in all terms, then in each."""
+        steps = [pair for each in self.table.body_steps for pair in each.items()]
+        return list(self._lay_out_steps(steps))
+
+    @cached_property
+    def step_rows(self) -> list[StepRows]:
+        """All mistakes in Kane's sum."""
+        return list(self._lay_out_steps(self.table.list_steps(self.level)))
+
+    def _lay_out_steps(
+        self, steps: Sequence[tuple[str, dict[str, DynamicsTerms]]]
+    ) -> Iterator[StepRows]:
+        for words, changes in steps:
+            stacked = DynamicsTerms(*map(np.array, zip(*changes.values(), strict=True)))
+            for where, rows in self._lay_out_places(stacked):
+                yield StepRows(words + where, list(changes), rows)
+
+    @cached_property
+    def frame_mistakes(self) -> list[RobotMistake]:
+        """Each thing that may be taken for another in joints, rotors and gravity."""
+        return list(list_frame_mistakes(self.table.robot, self.level))
+
+    @cached_property
+    def frame_rows(self) -> list[np.ndarray]:
+        """Effect of each of these on the row at few states, in all terms and in each."""
+        return self._screen(self.frame_mistakes)
+
+    @cached_property
+    def _move_rows(self) -> list[np.ndarray]:
+        return self._screen(self.table.joint_moves)
+
+    def _screen(self, mistakes: Sequence[RobotMistake]) -> list[np.ndarray]:
+        few = self.table.few
+        changes = self.table.compute_changes([each.robot for each in mistakes], self.level, few)
+        return [rows for _, rows in self._lay_out_places(changes, few)]
+
+    def _find_robots(
+        self, mistakes: Sequence[RobotMistake], screened: Sequence[np.ndarray], places: Places
+    ) -> Iterator[tuple[RobotMistake, str]]:
+        """The mistakes that explain some places, and in words where they are made."""
+        at, chosen = self.problem.select_screened(places, self.table.few)
+        near = np.zeros(len(mistakes), bool)
+        for rows in screened:
+            left = np.abs(rows[:, chosen] - self.difference[at]) - 2 * self.problem.allowed[at]
+            near |= (left <= TOLERANCE).all(axis=1)
+        kept = [mistakes[number] for number in np.flatnonzero(near).tolist()]
+        if not kept:
+            return
+        changes = self.table.compute_changes([each.robot for each in kept], self.level)
+        for number, mistake in enumerate(kept):
+            change = DynamicsTerms(*(term[number] for term in changes))
+            for where, row in self._lay_out_places(change):
+                if self._explains(row, places):
+                    yield mistake, where
+
+    def _explains(self, row: np.ndarray, places: Places) -> bool:
+        """Whether a change that has an effect in some places explains the difference there."""
+        has_effect = np.abs(row[places]).max(initial=0.0) > TOLERANCE
+        return bool(has_effect) and self.can_explain(row, places)
+
+    def _find_mistakes(self, places: Places) -> tuple[list[Cause], list[Cause]]:
+        """One thing taken for another: at one link, joint or rotor; at every one."""
+        alone, several = list[Cause](), list[Cause]()
+        for words, names, rows in self.body_rows:
+            for name, row in zip(names, rows, strict=True):
+                if self._explains(row, places):
+                    alone.append(Cause(f"{name}: {words}", usual=True))
+            total = rows.sum(axis=0)
+            if len(names) > 1 and self._explains(total, places):
+                several.append(Cause(f"{_join_names(names, names)}: {words}", usual=True))
+        for mistake, where in self._find_robots(self.frame_mistakes, self.frame_rows, places):
+            causes = several if mistake.several else alone
+            causes.append(Cause(mistake.words + where, usual=True))
+        return alone, several
+
+    def _find_exchanges(self, places: Places) -> Iterator[Cause]:
+        """Numbers of links and rotors that are exchanged, shifted or in another order."""
+        changes, words = self.table.exchanges
+        inside = np.arange(self.difference.size)[places]
+        screened = inside[np.argsort(-np.abs(self.difference[inside]))[:MOST_SCREENED]]
+        effects = self.table.compute_parameter_effects(self.level)
+        for where, rows in self._lay_out_places(effects):
+            left = np.abs(changes @ rows[:, screened] - self.difference[screened])
+            for number in np.flatnonzero((left <= 2 * self.problem.allowed[screened]).all(axis=1)):
+                if self.can_explain(changes[number] @ rows, places):
+                    yield Cause(words[number] + where, usual=True)
+
+    def find_joint_moves(self, places: Places = slice(None)) -> Iterator[Cause]:
+        """Places, axes and frames of joints that are exchanged, or in another order."""
+        moves = self.table.joint_moves
+        for move, where in self._find_robots(moves, self._move_rows, places):
+            yield Cause(move.words + where, usual=True)
+
+    def _find_missing_couplings(self) -> Iterator[Cause]:
+        """Couplings of two joints by a rotor or stage, if M lacks one of these and nothing else."""
+        if "mass_matrix" not in self.problem.parts:
+            return
+        places = self.problem.select_part("mass_matrix")
+        if np.abs(self.difference[~places]).max(initial=0.0) > TOLERANCE:
+            return
+        robot, names = self.table.robot, self.table.robot.coordinate_names
+        for kind in ("rotors", "stages"):
+            parts = getattr(robot, kind)
+            for place, part in enumerate(parts):
+                without = put_value(robot, (kind,), parts[:place] + parts[place + 1 :])
+                lost = self.table.compute_changes([without], self.level).mass_matrix[0]
+                for i, j in zip(*np.triu_indices(len(names), 1), strict=True):
+                    coupling = np.zeros_like(lost)
+                    coupling[:, i, j] = coupling[:, j, i] = lost[:, i, j]
+                    still = np.zeros(coupling.shape[:2])
+                    if self._explains(self.row(DynamicsTerms(coupling, still, still)), slice(None)):
+                        of = f"{kind[:-1]} of {robot.joints[part.joint].name}"
+                        words = f"no coupling of {names[i]} and {names[j]} in M by the {of}"
+                        yield Cause(words, usual=True)
+
+    def find_pair_causes(self, places: Places = slice(None)) -> list[Cause]:
+        """Two changes at once that leave nothing of the difference, at least one of them usual.
+
+        Those come first of which both are.
+        """
+        pairs = dict(islice(self._pairs.find_pairs(places), MOST_EQUAL_PAIRS))
+        causes = [Cause(f"two changes: {words}", usual) for words, usual in pairs.items()]
+        return sorted(causes, key=lambda cause: not cause.usual)
+
+    @cached_property
+    def _pairs(self) -> PairSearch:
+        return PairSearch(self, list(self._list_singles()))
+
+    def _list_singles(self) -> Iterator[Single]:
+        """Every single change, of which two may be made: numbers first."""
+        _, linears, squares = self.number_rows[0]
+        numbers = self.table.select_numbers(self.level)
+        for number, linear, square in zip(numbers, linears, squares, strict=True):
+            if np.abs(square).max() <= ROUNDING * 1e3 * np.abs(linear).max():
+                yield Single("", linear, number=number)
+            for by in number.usual_factors:
+                steps = (by - 1) * number.value / number.step
+                row = linear * steps + square * steps**2
+                yield Single("", row, number=number, value=by * number.value)
+        for words, names, rows in self.body_rows:
+            every = _join_names(names, names)
+            for name, row in zip([*names, every], [*rows, rows.sum(axis=0)], strict=True):
+                if words and (name != every or len(names) > 1):
+                    yield Single(f"{name}: {words}", row)
+        few = self.problem.list_places(self.table.few)
+        for mistake, row in zip(self.frame_mistakes, self.frame_rows[0], strict=True):
+            whole = np.zeros_like(self.difference)
+            whole[few] = row  # at few states alone
+            yield Single(mistake.words, whole, robot=mistake.robot)
+
+    def _find_curved(self) -> Iterator[Cause]:
+        """Numbers on which the terms depend in another way, each solved for by Newton's method."""
+        curved = [each for each in self.table.numbers if each.curved]
+        near = [each.put(each.value + NEAR * each.step) for each in curved]
+        slopes = self.row(self.table.compute_changes(near, self.level))
+        for number, slope in zip(curved, slopes, strict=True):
+            if _is_unpromising(self.difference, slope):
+                continue
+
+            def left(value: float, number: RobotNumber = number) -> np.ndarray:
+                return self.difference - self._compute_row(number.put(value))
+
+            value = find_root(left, number.value, number.step)
+            if value is not None and (np.abs(left(value)) <= self.problem.allowed).all():
+                yield Cause(self.describe_value(number, value), self.is_usual(number, value))
+
+    def find_acceleration_causes(self, row: int) -> Iterator[Cause]:
+        """Numbers with other values of which one row of the accelerations alone is right."""
+        states, values = self.problem.states, self.problem.values["acceleration"][:, row]
+        base = self.table.compute_base(self.level)
+        effects = self.table.compute_number_effects(self.level)
+        for place, number in enumerate(self.table.select_numbers(self.level)):
+
+            def left(by: float, place: int = place) -> np.ndarray:
+                mass, bias, gravity = (
+                    term + by * first[place] + by**2 * second[place]
+                    for term, first, second in zip(base, *effects, strict=True)
+                )
+                try:
+                    pushed = (states.torques - bias - gravity)[..., None]
+                    return values - np.linalg.solve(mass, pushed)[:, row, 0]
+                except np.linalg.LinAlgError:
+                    return np.full_like(values, np.nan)
+
+            by = find_root(left, 0.0, 1.0)
+            if by and np.abs(left(by)).max() <= LEFT * np.abs(left(0.0)).max():
+                value = number.value + by * number.step
+                if self.is_possible(number, value):
+                    yield Cause(self.describe_value(number, value), self.is_usual(number, value))
+
+    def _find_gravity(self) -> Iterator[Cause]:
+        """Gravity along another direction than an axis."""
+        robot, size = self.table.robot, float(np.linalg.norm(self.table.robot.gravity))
+        pulled = [replace(robot, gravity=robot.gravity + unit) for unit in np.eye(3)]
+        columns = self.row(self.table.compute_changes(pulled, self.level)).T
+        fit, _, rank, _ = np.linalg.lstsq(columns, self.difference, rcond=1e-10)
+        if rank == 3 and self.can_explain(columns @ fit):
+            vector = np.where(np.abs(robot.gravity + fit) > ALIKE * size, robot.gravity + fit, 0.0)
+            is_tilted = bool(abs(np.linalg.norm(vector) - size) < ALIKE * size)
+            shown = ", ".join(f"{each:.6g}" for each in vector)
+            tilted = ", of the right size: a tilted base?" if is_tilted else ""
+            yield Cause(f"gravity = ({shown}) m/s^2{tilted}", usual=is_tilted)
+
+    def find_inertia_causes(self, places: Places = slice(None)) -> Iterator[Cause]:
+        """The six inertias of a link together."""
+        for number, body in enumerate(self.table.robot.bodies):
+            fit, rank = self._fit_body(number, slice(4, BODY_SIZE), places)
+            if fit is not None:
+                inertia = body.inertia.copy()
+                for by, i, j in zip(fit, *np.triu_indices(3), strict=True):
+                    inertia[i, j] = inertia[j, i] = inertia[i, j] + by
+                words = describe_inertia(self._link(number), body, inertia, rank == 6)
+                yield Cause(words, usual=False)
+
+    def find_links(self) -> Iterator[str]:
+        """Links whose mass, first moments and inertia about the joint make the difference."""
+        for number in range(len(self.table.robot.bodies)):
+            if self._fit_body(number, slice(BODY_SIZE), slice(None))[0] is not None:
+                yield self._link(number)
+
+    def _fit_body(
+        self, number: int, parameters: slice, places: Places
+    ) -> tuple[np.ndarray | None, int]:
+        """Changes of some parameters of a body that explain some places, None; and their rank."""
+        start = BODY_SIZE * number
+        rows = self._parameter_rows[start : start + BODY_SIZE][parameters]
+        scale = np.maximum(np.abs(rows).max(axis=1, keepdims=True), 1e-300)
+        columns = (rows / scale)[:, places].T
+        fit, _, rank, _ = np.linalg.lstsq(columns, self.difference[places], rcond=1e-10)
+        found = self.can_explain(fit @ (rows / scale), places)
+        return (fit / scale[:, 0] if found else None), int(rank)
+
+    @cached_property
+    def _parameter_rows(self) -> np.ndarray:
+        return self.row(self.table.compute_parameter_effects(self.level))
+
+    def _link(self, number: int) -> str:
+        return get_link_name(self.table.robot, number)
+
+    def find_step_causes(self, several: Sequence[Places]) -> Iterator[tuple[int, Cause]]:
+        """Mistakes in Kane's sum at some bodies or joints, and the places that each explains.
+
+        several: of the row, by number; each mistake is reported with the first ones it explains.
+        """
+        wholes = list[str]()
+        for words, names, rows in self.step_rows:
+            for number, places in enumerate(several):
+                chosen, _ = self.choose_rows(rows, places)
+                if not chosen:
+                    continue
+                there = [
+                    n for n, row in zip(names, rows, strict=True) if np.abs(row).max() > TOLERANCE
+                ]
+                whole = f"{_join_names([names[n] for n in chosen], there)}: {words}"
+                if not any(whole.startswith(each) for each in wholes):  # a place says no more
+                    wholes.append(whole)
+                    yield number, Cause(whole, usual=True)
+                break
+
+    def find_within(
+        self, part: str, wrong: Mapping[str, Entry], missing: Collection[str], *, alone: bool
+    ) -> list[tuple[str, list[Cause]]]:
+        """Causes of the difference of one part, and where each holds: in it, or in its entries.
+
+        wrong: entries by name; missing: those that are not there; alone: whether no other part is
+        wrong. Beside others some number would often explain one part by chance, so that it counts
+        only if somebody may well have written it.
+        """
+        # A row of the balance that accelerations are held in is no row of these.
+        has_entries = part not in ("bias", ACCELERATION)
+        single = {name: self.problem.select_entries(part, [place]) for name, place in wrong.items()}
+        if len(wrong) == 1 and has_entries:
+            (name,) = wrong
+            if lost := [each for each in self.find_causes(single[name]) if each.missing]:
+                return [(name, lost)]
+        for where, causes in self._generate_within(part, wrong, alone, has_entries):
+            if causes:
+                return [(where, causes)]
+        if not has_entries or len(wrong) > MOST_SEARCHED:
+            return []
+        by_entry = [
+            (name, [each for each in self.find_causes(places) if each.usual])
+            for name, places in single.items()
+            if name not in missing
+        ]
+        return by_entry if all(causes for _, causes in by_entry) else []  # else some are chance
+
+    def _generate_within(
+        self, part: str, wrong: Mapping[str, Entry], alone: bool, has_entries: bool
+    ) -> Iterator[tuple[str, list[Cause]]]:
+        """What may explain a part, or all of its wrong entries, the likeliest first."""
+        whole, some = self.problem.select_part(part), f"the wrong entries of {part}"
+        yield part, [each for each in self.find_causes(whole) if alone or each.usual]
+        if alone:
+            yield part, list(self.find_joint_moves(whole))
+        inside = self.problem.select_entries(part, wrong.values())
+        steps = list(self.find_step_causes([whole, inside] if has_entries else [whole]))
+        yield part, [cause for number, cause in steps if not number]
+        if has_entries:
+            where = " and ".join(wrong) if len(wrong) <= MOST_NAMED else some
+            yield where, [each for each in self.find_causes(inside) if each.usual]
+            yield where, [cause for _, cause in steps]
+        if alone and len(wrong) > 1:
+            yield part, [each for each in self.find_pair_causes(whole) if each.usual]
+        if alone and part == "mass_matrix" and len(wrong) >= LEAST_ENTRIES:
+            yield part, list(self.find_inertia_causes(whole))
+
+    def choose_rows(
+        self, rows: np.ndarray, places: Places, *, is_free: bool = False
+    ) -> tuple[list[int], float]:
+        """Numbers of the changes (changes, places) that together explain some places.
+
+        Each once, or all times one factor where that is free.
+        """
+        wrong, allowed = self.difference[places], self.problem.allowed[places]
+        there = np.flatnonzero(np.abs(rows).max(axis=1, initial=0.0) > TOLERANCE)
+        if not there.size:
+            return [], 0.0
+        inside = rows[there][:, places]
+        screened = np.argsort(-np.abs(wrong))[:MOST_SCREENED]
+        fit = np.linalg.lstsq(inside[:, screened].T, wrong[screened], rcond=1e-10)[0]
+        left = np.abs(fit @ inside[:, screened] - wrong[screened])
+        if (left > 2 * allowed[screened]).any():  # nor do any others leave less
+            return [], 0.0
+        some = np.abs(fit) > ALIKE if is_free else np.clip(np.rint(fit), 0, 1)
+        picks = np.vstack([np.eye(there.size), np.ones(there.size), some])
+        for pick in picks[[there.size, *range(there.size), -1]] if is_free else picks:
+            total = pick @ inside
+            square = float(total @ total)
+            by = float(total @ wrong) / square if is_free and square else 1.0
+            if square and (np.abs(wrong - by * total) <= allowed).all():
+                return list(there[pick > 0]), by
+        return [], 0.0
+
+
+def describe_causes(causes: Sequence[Cause], where: str) -> Iterator[str]:
+    """Sentences on causes in one place: the usual one first, then its equals in one line.
+
+    Beside a usual one no number is named that nobody would have written.
+    """
+    usual = sorted(filter(lambda cause: cause.usual, causes), key=lambda cause: not cause.missing)
+    for cause in usual[:1]:
+        missing = f"{cause.missing} is missing in {where}"
+        yield missing if cause.missing else f"in {where} alone, as with {cause.words}"
+    if others := [cause.words for cause in usual[1:] or (() if usual else causes)]:
+        also = "would also be explained" if usual else "would be explained"
+        yield f"{where} {also}, in it alone, by {list_equals(others)}"
+
+
+def list_equals(causes: Sequence[str]) -> str:
+    """The first two causes that no state distinguishes from the one that is named."""
+    return " or ".join(causes[:MOST_EQUALS])
+
+
+def _join_names(names: Sequence[str], there: Sequence[str]) -> str:
+    """Names of bodies or joints at which something is wrong, of those at which it may be."""
+    suffix = ", with what is fixed to it"
+    for begin in ("joint ", "rotor of ", ""):
+        alike = [name for name in there if name.startswith(begin)]
+        if len(names) > 1 and list(names) == alike:
+            every = f"every {begin.split(' ')[0] or 'link'}"
+            return every + suffix * names[0].endswith(suffix)
+    return " and ".join(names)
+
+
+def describe_inertia(link: str, body: RobotBody, inertia: np.ndarray, is_unique: bool) -> str:
+    """A link's inertia beside the right one, in words."""
+    if not is_unique:
+        return f"{link}: its inertia about the centre of mass another one"
+    right, moments = np.linalg.eigvalsh(body.inertia), np.linalg.eigvalsh(inertia)
+    size = float(right[-1]) or 1.0
+    if np.abs(right - moments).max() < LEFT * size:
+        return f"{link}: its inertia turned: the right principal moments about other axes"
+    changed = [
+        f"I{AXES[i]}{AXES[j]} = {inertia[i, j]:.6g} (file: {body.inertia[i, j]:.6g})"
+        for i, j in zip(*np.triu_indices(3), strict=True)
+        if abs(inertia[i, j] - body.inertia[i, j]) > LEFT * size
+    ]
+    least = -SLENDER * moments[2]
+    remark = ""
+    if moments[0] < least or moments[0] + moments[1] - moments[2] < least:
+        remark = "; no body has these: are its six numbers mixed up?"
+    elif moments[0] < -least:
+        axis = int(np.abs(np.linalg.eigh(inertia)[1][:, 0]).argmax())
+        remark = f": a slender rod along {AXES[axis]}"
+    return f"{link}: its inertia {', '.join(changed)}{remark}"
+
+
+def find_root(left: Callable[[float], np.ndarray], begin: float, size: float) -> float | None:
+    """The number with which least is left, by Gauss and Newton; None where the first step fails."""
+    value, near = begin, NEAR * size
+    for step in range(STEPS):
+        here, slope = left(value), (left(value + near) - left(value - near)) / (2 * near)
+        square = float(slope @ slope)
+        if not 0 < square < np.inf:
+            return None
+        by = -float(slope @ here) / square
+        if not step and _is_unpromising(here, slope):
+            return None
+        value += float(np.clip(by, -size, size))
+        if abs(by) < 1e-10 * size:
+            break
+    return value
+
+
+def _is_unpromising(difference: np.ndarray, slope: np.ndarray) -> bool:
+    """Whether no step along a slope makes a difference much smaller."""
+    square = float(slope @ slope)
+    by = float(slope @ difference) / square if square else 0.0
+    left = np.linalg.norm(difference - by * slope)
+    return bool(left > PROMISING * np.linalg.norm(difference))
+
+
+def solve_step(linear: np.ndarray, square: np.ndarray, difference: np.ndarray) -> float:
+    """x that makes linear x + square x^2 nearest to a difference; 0 if it changes nothing.
+
+    Of two that do alike, as a ratio of either sign, the smaller one.
+    """
+    coefficients = [
+        2 * square @ square,
+        3 * linear @ square,
+        linear @ linear - 2 * square @ difference,
+        -linear @ difference,
+    ]
+    if not coefficients[2] and not coefficients[0]:
+        return 0.0
+    largest = max(map(abs, coefficients))
+    trimmed = [each if abs(each) > 1e-24 * largest else 0.0 for each in coefficients]
+    roots = np.roots(np.trim_zeros(trimmed, "f"))
+    real = roots[np.abs(roots.imag) <= 1e-6 * (1 + np.abs(roots.real))].real
+    if not real.size:
+        return 0.0
+    left = np.array([np.linalg.norm(difference - linear * x - square * x**2) for x in real])
+    alike = real[left <= left.min() + ROUNDING * np.linalg.norm(difference)]
+    return float(alike[int(np.argmin(np.abs(alike)))])

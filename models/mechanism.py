@@ -1,0 +1,76 @@
+"""A mechanism, which is an arm or a robot, and an experiment with it: the readers of both.
+
+Whatever a name, a file or a study's content is of is decided here, and nowhere behind it.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from typing import Any
+
+from crosscheck.models.arm.arm import Arm
+from crosscheck.models.experiment.scenario import Scenario
+from crosscheck.models.files import is_robot, read_raw_arm
+from crosscheck.models.loading import (
+    Case,
+    Selection,
+    load_case,
+    load_scenario,
+    load_selection,
+    require_fit,
+)
+from crosscheck.models.refusals import refuse
+from crosscheck.models.robot.case import (
+    RobotCase,
+    load_changed_robot,
+    load_robot_case,
+    read_robot_data,
+)
+from crosscheck.models.robot.robot import Robot
+
+Mechanism = Arm | Robot
+
+
+def select_mechanism(
+    name: str, scenarios: Sequence[str] = (), settings: Sequence[str] = ()
+) -> Selection:
+    """Mechanism and scenarios by name or file, with ``path=value`` settings. Raises InputError."""
+    if not is_robot(name):
+        return load_selection(name, scenarios, settings)
+    if not scenarios:
+        return Selection(load_changed_robot(name, settings))
+    cases = [load_robot_case(name, scenario, settings) for scenario in scenarios]
+    return Selection(cases[0].robot, tuple(case.scenario for case in cases))
+
+
+def adopt_mechanism(given: Mechanism | str, scenarios: Sequence[Scenario | str] = ()) -> Selection:
+    """The same of records, or of names or files in their place. Raises InputError."""
+    chosen = select_mechanism(given) if isinstance(given, str) else Selection(given)
+    loaded = tuple(load_scenario(s) if isinstance(s, str) else s for s in scenarios)
+    for scenario in loaded:
+        require_fit(scenario, chosen.mechanism)
+    return chosen._replace(scenarios=loaded)
+
+
+def load_experiment(
+    name: str, scenario: str, switches: dict[str, str], settings: Sequence[str]
+) -> Case | RobotCase:
+    """Mechanism, scenario and switches by name or file, settings applied. Raises InputError."""
+    if is_robot(name):
+        refuse("robot", "simulate", **switches)
+        return load_robot_case(name, scenario, settings)
+    return load_case(name, scenario, switches, settings)
+
+
+def find_section(given: Mechanism | str) -> str:
+    """What the file of a mechanism is called in paths: arm or robot. Raises InputError."""
+    if isinstance(given, str):
+        return "robot" if is_robot(given) else "arm"
+    return given.section
+
+
+def read_sections(section: str, given: Mechanism | str) -> dict[str, Any]:
+    """What the file of a mechanism holds, by section, as studies vary it. Raises InputError."""
+    if not isinstance(given, str):
+        return given.sections
+    return read_robot_data(given) if section == "robot" else {"arm": read_raw_arm(given)}
