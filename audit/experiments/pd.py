@@ -159,19 +159,18 @@ def _spectra(fluctuations: _Fluctuations) -> OptionalNumbers:
         peak = signals.find_largest_line(frequency, lines, signals.VIBRATION_HZ).frequency_Hz
         line = _line(frequency, lines, peak)
         static = abs(signals.mean_value(fluctuations.run.theta_ddot[near, joint]))
+        numbers |= {f"line{name}": line, f"static_over_line{name}": quotient(static, line)}
         is_evident = signals.amplitude(values) >= MINOR
         multiples = [n * peak for n in MULTIPLES] if is_evident else []
-        overtones = float(sum(_is_prominent(frequency, lines, at, peak) for at in multiples))
-        numbers |= {
-            f"line{name}": line,
-            f"static_over_line{name}": quotient(static, line),
-            f"frequency{name}_Hz": peak if is_evident else None,
-            f"overtones{name}": overtones if is_evident else None,
-            f"low_share{name}": _share(frequency, lines, LOWEST_HZ, LOW_HZ) if is_evident else None,
-            f"line_share{name}": (
-                _share(frequency, lines, peak - LINE_HZ, peak + LINE_HZ) if is_evident else None
+        evident = {
+            f"frequency{name}_Hz": peak,
+            f"overtones{name}": float(
+                sum(_is_prominent(frequency, lines, at, peak) for at in multiples)
             ),
+            f"low_share{name}": _share(frequency, lines, LOWEST_HZ, LOW_HZ),
+            f"line_share{name}": _share(frequency, lines, peak - LINE_HZ, peak + LINE_HZ),
         }
+        numbers |= evident if is_evident else dict.fromkeys(evident)
     return numbers
 
 
