@@ -6,6 +6,7 @@ from collections import Counter
 from collections.abc import Mapping
 from dataclasses import dataclass
 from itertools import product
+from pathlib import Path
 
 import numpy as np
 
@@ -38,6 +39,7 @@ from crosscheck.audit.page.chapter import (
     render_template,
     to_markup,
 )
+from crosscheck.models.files import read_toml
 from crosscheck.report.fragments import COLOURS
 from crosscheck.report.plots.figures import draw_legend, make_figure, set_log_scale, to_svg
 
@@ -50,19 +52,7 @@ PHASES = ("omega_t", "angle")
 FAINTEST = 0.1  # rad/s^2: smaller fluctuations are drawn there
 PLANET_NAMES = {"free": "planets free", "lumped": "printed equations"}
 ID, TITLE = "findings", "What came out"
-QUESTIONS = {
-    "printed": "do the printed equations agree with an engine",
-    "clock": "do the paper's teeth depend on the time",
-    "third": "does the third fluctuation need the clock",
-    "presence-visible": "laws with a visible third fluctuation by tooth error",
-    "presence-severe": "laws with a severe third fluctuation by tooth error",
-    "engine": "has a second engine it, under the clock alone",
-    "baseline": "does one rigid arm give the numbers of Fig. 6",
-    "inertia": "is what the nearest rigid arm leaves reflected inertia",
-    "accumulation-sqrt_time": "is the growth of Fig. 15 the rigid arm's own, argument sqrt_time",
-    "accumulation-time": "is the growth of Fig. 15 the rigid arm's own, argument time",
-    "limit": "does sensing at the sun cure the controller's instability",
-}
+QUESTIONS = read_toml(Path(__file__).with_name("questions.toml"))
 
 
 def build_chapter(context: AuditContext) -> AuditChapter:
