@@ -33,7 +33,6 @@ from crosscheck.audit.judging.rule import Answer, Share, State
 from crosscheck.audit.measures.thresholds import SEVERE
 from crosscheck.audit.measures.undefined import UNDEFINED, JsonObject, format_answer
 from crosscheck.audit.page.chapter import (
-    LAW_MEANINGS,
     LAW_NAMES,
     AuditChapter,
     render_template,
@@ -127,7 +126,6 @@ def build_chapter(context: AuditContext) -> AuditChapter:
         third_svg=to_markup(draw_third_fluctuations(third)),
         baselines_svg=to_markup(baselines.draw_baselines(rigid.residuals)),
         names=LAW_NAMES,
-        meanings=LAW_MEANINGS,
         laws=LAWS,
         models=MODELS,
         verdicts={
