@@ -76,13 +76,13 @@ def few_states() -> Iterator[None]:
     of a source is tried, but for who asks for ``source_search``.
     """
     from crosscheck.trial import trial
-    from crosscheck.trial.diagnose.terms import harmonic_fit
+    from crosscheck.trial.changes.arms import waves
     from crosscheck.trial.source import search
 
     with pytest.MonkeyPatch.context() as patch:
         patch.setattr(trial, "QUICK_STATES", 8)
-        patch.setattr(harmonic_fit, "SPARE_STATES", 20)
-        patch.setattr(harmonic_fit, "STATES_PER_NUMBER", 1)
+        patch.setattr(waves, "SPARE_STATES", 20)
+        patch.setattr(waves, "STATES_PER_NUMBER", 1)
         patch.setattr(search, "RANKS", ())
         yield
 

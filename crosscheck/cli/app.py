@@ -296,7 +296,7 @@ def compare(
         Path,
         Argument(
             metavar="RECORD",
-            help="CSV, MAT, HDF5 or NetCDF file, ROS bag, or a robot's TOML of columns.",
+            help="CSV, MAT, HDF5 or NetCDF file, ROS bag, or a TOML that says what columns are.",
         ),
     ],
     arm: Annotated[
@@ -310,7 +310,7 @@ def compare(
         Texts,
         Option(
             metavar="PATH=SHARE",
-            help="Standard uncertainty of a number of the arm, arm.payload_mass_kg=0.01 for 1 %.",
+            help="Standard uncertainty of a file's number, arm.payload_mass_kg=0.01 for 1 %.",
         ),
     ] = None,
     topic: Annotated[str, Option(help="Topic of JointState messages in a ROS bag.")] = "",
@@ -320,11 +320,10 @@ def compare(
     json_file: JsonFile = None,
     out: Annotated[File, Option(help="Folder of the page, compare.html.")] = None,
 ) -> None:
-    """Compare a recorded motion with an arm's rigid models, or a robot's links and rotors."""
+    """Compare a recorded motion with the rigid models of an arm or a robot."""
     from crosscheck.cli.compare import compare_command
 
-    scenarios = [scenario] if scenario is not None else []
-    given = scenarios, settings or [], tolerance or [], topic, joint or []
+    given = scenario, settings or [], tolerance or [], topic, joint or []
     raise typer.Exit(compare_command(record, arm, *given, json_file, out))
 
 

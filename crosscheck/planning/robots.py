@@ -16,7 +16,7 @@ import numpy as np
 from crosscheck.checks import robots
 from crosscheck.checks.robots import engines
 from crosscheck.checks.robots.case import LEAST_RUN_S, RobotLevel, SampledRobot
-from crosscheck.checks.robots.simulations import DEPTH, motor_torques
+from crosscheck.checks.robots.simulations import DEPTH, simulation_start
 from crosscheck.checks.robots.sizes import compute_sizes
 from crosscheck.checks.robots.states import RandomStates, sample_states
 from crosscheck.findings import EntryDifferences, Finding
@@ -199,11 +199,12 @@ def begin_scenario(model: RobotModel, case: RobotLevel, scenario: Scenario) -> S
 def is_resolved(model: RobotModel, case: RobotLevel) -> bool:
     """Whether twice as many steps change the runs of a case by a small part of their motion.
 
-    These are free motions, and one from the first state under the torques of simulations.
+    These are free motions, and the simulation's.
     """
-    free = case.states.first(engines.RUNS)
-    q, v = (np.vstack([values, values[:1]]) for values in free[:2])
-    torques = np.vstack([0 * free.torques, motor_torques(case)])
+    free, start = case.states.first(engines.RUNS), simulation_start(case)
+    q, v, torques = (np.vstack([each, each[:1]]) for each in (*free[:2], 0 * free.torques))
+    for values, first in zip((q, v, torques), start, strict=True):
+        values[-1, : case.free] = first
     coarse, fine = (
         integrate(model, q, v, lambda time: torques, case.run_s, steps)[0]
         for steps in (engines.STEPS, 2 * engines.STEPS)

@@ -32,21 +32,21 @@ from crosscheck.runner.outcomes import Failure
 from crosscheck.runner.progress_update import ProgressCallback, ignore_progress
 from crosscheck.runner.supervision import track_foreign_code
 from crosscheck.runner.workers import Workers
-from crosscheck.trial.coordinates.build import build_frame
-from crosscheck.trial.coordinates.readings import Reading
-from crosscheck.trial.diagnose.answer_keys import make_arm_answer_keys
-from crosscheck.trial.diagnose.arm_numbers import find_negligible_inertias, replace_numbers
-from crosscheck.trial.diagnose.dependence import IgnoredNumber, Perform
-from crosscheck.trial.diagnose.diagnosis import Diagnosis, build_probe_problems, diagnose
-from crosscheck.trial.diagnose.other_coordinates import find_readings
-from crosscheck.trial.diagnose.reasons import (
+from crosscheck.trial.changes.arms.answer_keys import make_arm_answer_keys
+from crosscheck.trial.changes.arms.arm_numbers import find_negligible_inertias, replace_numbers
+from crosscheck.trial.changes.arms.causes import explain_entries, explain_linear_rates
+from crosscheck.trial.changes.arms.comparison import (
     compare_entries,
-    explain_entries,
     list_entry_quantities,
     list_entry_questions,
 )
-from crosscheck.trial.diagnose.terms.harmonic_fit import minimum_state_count
-from crosscheck.trial.diagnose.terms.reference_terms import build_reference_terms
+from crosscheck.trial.changes.arms.dependence import IgnoredNumber, Perform
+from crosscheck.trial.changes.arms.diagnosis import Diagnosis, build_probe_problems, diagnose
+from crosscheck.trial.changes.arms.other_coordinates import find_readings
+from crosscheck.trial.changes.arms.segments import build_reference_terms
+from crosscheck.trial.changes.arms.waves import minimum_state_count
+from crosscheck.trial.coordinates.build import build_frame
+from crosscheck.trial.coordinates.readings import Reading
 from crosscheck.trial.input.equations import Equations
 from crosscheck.trial.input.supplied import SuppliedEquations, bind_equations
 from crosscheck.trial.judge import suite
@@ -346,6 +346,7 @@ def _judge_trial(
         diagnosis = Diagnosis(list(here.wrong_entries), [], [])
     else:
         diagnosis = diagnose(here, there, perform)
+        diagnosis.wrong_entries.extend(explain_linear_rates(here))
     return Trial(
         problem=problem,
         cross_check=CrossCheck(check, agreement, cases, runs),

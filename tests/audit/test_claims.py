@@ -2,6 +2,7 @@
 
 import math
 import re
+from contextlib import suppress
 from functools import cache
 from pathlib import Path
 
@@ -105,6 +106,24 @@ def test_what_claims_ask_of_the_widest_backlash_ends_before_the_short_run():
     whole = {name for name in MEASURED if MEASURED[name].window == "whole run"}
     assert "third" in wide.asked
     assert not wide.asked & (whole | {"torque_follows", "torque_frequency_Hz"})
+
+
+def test_a_claim_on_one_joint_asks_for_no_number_of_the_other():
+    """Numbers of a joint have its number in their names, or the elbow's name."""
+    others = {"shoulder|first link": r"_2(_|$)|_elbow", "elbow|second link": r"_1(_|$)|_shoulder"}
+    of_joints = []
+    for claim in require_items(CLAIMS):
+        for quantity in claim.choices.values():
+            named = [each for each in others if re.search(each, claim.statement.lower())]
+            known = _drawn()
+            with suppress(NotSimulatedError):
+                quantity(known)
+            asked = {name for sample in known.values() for name in sample.asked}
+            if len(named) == 1:
+                of_joints.append(claim.id)
+                wrong = {name for name in asked if re.search(others[named[0]], name)}
+                assert not wrong, f"{claim.id}: {claim.statement}"
+    assert len(set(of_joints)) > 10
 
 
 def test_every_statement_is_decided_once_and_nothing_else_is():

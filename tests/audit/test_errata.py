@@ -121,6 +121,16 @@ def test_every_entry_has_an_id_of_its_own_and_words(found):
     assert {one.id for one in found if one.trial is None} == {"eq15-clearance"}
 
 
+def test_what_the_energies_leave_out_of_m_33_is_the_inertia_of_the_elbows_gears(found, labelled):
+    """The ring's mass at its base radius; three planets, which the shoulder turns."""
+    sizes = {one.id: one.size for one in found if one.unit == "kg m^2 in M_33"}
+    joint = labelled.joints[1]
+    half = joint.module_m / 2 * np.cos(np.radians(joint.pressure_angle_deg))
+    planets = 3 * joint.planet_equivalent_mass_kg * (half * joint.planet_teeth) ** 2
+    ring = joint.ring_mass_kg * (half * joint.ring_teeth) ** 2
+    assert sizes == pytest.approx({"eq18-ring-2": ring, "eq18-planets-2": planets}, rel=1e-12)
+
+
 def test_the_clearance_is_an_error_where_there_is_one(labelled):
     assert list(auxiliary.find_clearance_errata(paper_stage(remove_backlash(labelled)))) == []
 

@@ -1,6 +1,7 @@
 """Simulations are kept by everything that they depend on, and by nothing else."""
 
 import pickle
+import re
 from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import Any
@@ -191,3 +192,12 @@ def test_an_arms_own_damping_stays_unless_another_is_given(tmp_path):
             for mesh in (joint.sun_mesh, joint.ring_mesh):
                 assert (mesh.damping_ratio, mesh.damping_N_s_per_m) == (0.2, None)
     assert Variant(zeta=0.05).case() == Variant().case()
+
+
+def test_a_file_of_a_variant_is_read_again_once_it_has_changed(tmp_path):
+    """Also where it is as long as before."""
+    text, file = (HERE / "arms" / "paper-labelled.toml").read_text(), tmp_path / "arm.toml"
+    variant = replace(SHORT, arm=str(file))
+    for mass in ("10.0", "12.0"):
+        file.write_text(re.sub(r"(?m)^(payload_mass_kg = )[\d.]+", rf"\g<1>{mass}", text))
+        assert variant.case().arm.payload_mass_kg == float(mass)

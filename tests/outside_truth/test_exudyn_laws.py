@@ -3,6 +3,7 @@
 import numpy as np
 import pytest
 
+from crosscheck.models.experiment.scenario import switches
 from crosscheck.models.exudyn.tree.tree import ExudynTree
 from tests.loops import require_items
 from tests.mixed_arms import LAWS, NONE, PAYLOAD, ROD_MASS, Data, arm_of, direct, geared, scenario
@@ -27,6 +28,18 @@ def test_mesh_modes_are_those_of_the_mean_stiffness(law):
     # Fine samples miss a maximum by the square of their distance; the step follows its root, and
     # the damping ratio counts a mean that differs: 1 percent of what a ratio of 0.06 changes.
     assert model.largest_stable_step() == pytest.approx(stiff.largest_stable_step(), rel=0.02)
+
+
+@pytest.mark.parametrize("damping", ["always", "contact"])
+def test_the_largest_step_is_of_damped_contact_wherever_in_the_clearance_a_run_begins(damping):
+    heavy = {name: {**geared()[name], "damping_ratio": 3.0} for name in ("sun_mesh", "ring_mesh")}
+    arm = arm_of(geared(**heavy), gravity=NONE)
+    first, second = (
+        ExudynTree(arm, scenario(start={"mesh": begin}), switches(damping=damping))
+        for begin in ("contact", "centre")
+    )
+    # The engine linearises by differences at 1e-7.
+    assert first.largest_stable_step() == pytest.approx(second.largest_stable_step(), rel=1e-5)
 
 
 def test_without_gears_there_are_no_modes_and_the_step_follows_friction_and_gains():

@@ -10,7 +10,8 @@ from crosscheck.checks.scales import largest_torques, largest_weights
 from crosscheck.checks.trajectories import tip_position
 from crosscheck.models.experiment.scenario import PdDrive, Start
 from crosscheck.models.loading import load_arm, load_scenario
-from crosscheck.planning.sizing import bearable_torques, compute_sizes
+from crosscheck.planning import sizing
+from crosscheck.planning.sizing import GrowingMode, bearable_torques, compute_sizes
 from crosscheck.provenance import ROOT
 from tests.arms import arm_of
 from tests.loops import require_items
@@ -65,6 +66,18 @@ def test_experiments_of_a_link_on_a_motor_are_sized_by_hand():
     assert sizes.proportional == pytest.approx([stiff + 2 * weight], rel=1e-5)
     assert sizes.derivative == pytest.approx([2 * 0.7 * np.sqrt(stiff * inertia)], rel=1e-5)
     assert sizes.step == pytest.approx([0.5 * stiff + weight], rel=1e-5)
+
+
+@pytest.mark.parametrize("gentler", [0, 1, 3])
+def test_gains_are_of_half_the_rate_as_often_as_a_vibration_grows(gentler, monkeypatch):
+    arm = load_arm("paper-labelled")
+    growing = iter([GrowingMode(1.0, 100.0)] * gentler)
+    monkeypatch.setattr(sizing, "find_growing_mode", lambda *_: next(growing, None))
+    found, share = compute_sizes(arm), 2.0**-gentler
+    damped = 2 * 0.7 * np.array(found.inertia) * found.rate * share
+    stiff = np.array(found.inertia) * (found.rate * share) ** 2
+    assert found.derivative == pytest.approx(damped, rel=1e-5)  # of six digits
+    assert found.proportional == pytest.approx(stiff, rel=1e-5)
 
 
 def test_bearable_torques_bend_teeth_by_a_tenth_of_their_module():

@@ -76,7 +76,10 @@ def test_what_has_no_mass_may_stand_on_a_link_without_mass(case):
 
 
 def test_armature_of_dynamics_counts_beside_rotors_and_with_followers():
-    """Of a follower by its multiplier squared; of a joint with a rotor that alone counts."""
+    """Of a follower by its multiplier squared; of a joint with a rotor that alone counts.
+
+    What else a joint states leaves it alone.
+    """
     dynamics = '<dynamics armature="{}"/>' + LIMIT
     follow = '<mimic joint="turn" multiplier="-3"/>' + dynamics.format(0.2)
     own = robot(
@@ -86,7 +89,7 @@ def test_armature_of_dynamics_counts_beside_rotors_and_with_followers():
             joint("follow", "a", "b", axis=Y, at=(0.4, 0, 0), more=follow),
             joint("geared", "b", "c", at=(0.4, 0, 0), more=dynamics.format(7)),
         ),
-        {"geared": ROTOR},
+        {"geared": ROTOR, "turn": {"kind": "direct", "friction_N_m_s_per_rad": 0.5}},
     )
     assert own.armature == pytest.approx([0.1 + 9 * 0.2, 0.0])
     assert own.notes[0].startswith("armature of turn, follow is on the diagonal of M")

@@ -6,7 +6,11 @@ import pytest
 from crosscheck.checks.robots.states import sample_states
 from crosscheck.models.robot.file import load_robot
 from crosscheck.trial.input.equations import Equations
-from crosscheck.trial.robots.consistency import SelfDifference, make_slope_states
+from crosscheck.trial.robots.consistency import (
+    SelfDifference,
+    compare_with_itself,
+    make_slope_states,
+)
 from crosscheck.trial.robots.trial import RobotTrial, run_robot_trial
 from tests.robots import chains, two_link
 from tests.robots.test_trial import equations
@@ -32,6 +36,21 @@ def test_an_entry_that_breaks_a_law_at_a_single_state_is_named():
     off = np.array([[0.0, 0.89], [-0.91, 0.89], [0.0, -0.89]])
     found = SelfDifference(off, np.full((3, 2), 0.5))
     assert found.find_places(np.ones((3, 2)), 0.4) == [(0,)]
+
+
+def test_what_two_slopes_may_differ_by_is_the_doubt_of_both():
+    """Answers of noise have slopes that no step confirms: of gravity, and of M as the bias has."""
+    states = sample_states(TWO_LINK, 5, 0)
+    count, noise = sum(len(each.q) for each in make_slope_states(TWO_LINK, states)), np.random
+    answers = {
+        part: noise.default_rng(1).normal(size=(count, *shape))
+        for part, shape in (("gravity", (2,)), ("mass_matrix", (2, 2)))
+    }
+    found = compare_with_itself(TWO_LINK, states, {"bias": np.zeros((5, 2))}, answers)
+    gravity, bias = found["gravity"], found["bias"]
+    assert np.array_equal(gravity.values, -gravity.values.swapaxes(1, 2))
+    assert np.array_equal(gravity.allowed, gravity.allowed.swapaxes(1, 2))
+    assert min(gravity.allowed.min(), bias.allowed.min()) > 0
 
 
 def following(multiplier: float) -> str:

@@ -4,6 +4,7 @@ import os
 import time
 from collections.abc import Callable
 from dataclasses import replace
+from functools import partial
 
 import numpy as np
 import pytest
@@ -248,6 +249,63 @@ def test_right_parts_in_any_form_are_never_blamed(two, form):
     assert trial.exit_code == 0, [finding.id for finding in trial.agreement.disagreeing]
     wanted = set(FORMS[form]) - {"coriolis"}
     assert set(trial.parts) >= wanted
+
+
+def position(x: np.ndarray, bend: float) -> np.ndarray:
+    """The joints' q of other coordinates, on a curve unless bend is 0."""
+    return np.array([x[0] + 0.5 * x[1] + bend * np.sin(x[1]), 2.0 * x[1]])
+
+
+def slopes(x: np.ndarray, v: np.ndarray, bend: float) -> tuple[np.ndarray, np.ndarray]:
+    """J of q' = J v, and its own rate."""
+    rate = -bend * np.sin(x[1]) * v[1]
+    first = 0.5 + bend * np.cos(x[1])
+    return np.array([[1.0, first], [0.0, 2.0]]), np.array([[0.0, rate], [0.0, 0.0]])
+
+
+@pytest.mark.parametrize("form", ["by coriolis", "inverse dynamics", "acceleration", "everything"])
+@pytest.mark.parametrize("bend", [0.0, 0.3])
+def test_right_parts_in_other_coordinates_are_never_blamed(two, form, bend):
+    """Of q(x): J' M J, J' (h + M J. v) and so on, with C also J' (C J + M J.)."""
+
+    def at(x, v=(0.0, 0.0)):
+        J, J_dot = slopes(x, v, bend)
+        return position(x, bend), J @ v, J, J_dot
+
+    def mass_matrix(x):
+        q, _, J, _ = at(x)
+        return J.T @ two_link.mass_matrix(q) @ J
+
+    def bias(x, v):
+        q, rates, J, J_dot = at(x, v)
+        return J.T @ (two_link.bias(q, rates) + two_link.mass_matrix(q) @ J_dot @ v)
+
+    def coriolis(x, v):
+        q, rates, J, J_dot = at(x, v)
+        return J.T @ (two_link.coriolis(q, rates) @ J + two_link.mass_matrix(q) @ J_dot)
+
+    def gravity(x):
+        q, _, J, _ = at(x)
+        return J.T @ two_link.gravity(q)
+
+    def force(x, torque):
+        return at(x)[2].T @ torque - gravity(x)
+
+    def inverse_dynamics(x, v, a):
+        return mass_matrix(x) @ a + bias(x, v) + gravity(x)
+
+    def acceleration(x, v, torque):
+        rest = at(x)[2].T @ torque - bias(x, v) - gravity(x)
+        return np.linalg.solve(mass_matrix(x), rest)
+
+    made = {each.__name__: each for each in (mass_matrix, bias, coriolis, gravity, force)}
+    made |= {each.__name__: each for each in (inverse_dynamics, acceleration)}
+    frame = Coordinates(function=partial(position, bend=bend))
+    frame = frame if bend else Coordinates(matrix=[[1.0, 0.5], [0.0, 2.0]])
+    own = Equations(**{part: made[part] for part in FORMS[form]}, coordinates=frame)
+    trial = run_robot_trial(own, two)
+    assert trial.exit_code == 0, [finding.id for finding in trial.agreement.disagreeing]
+    assert set(trial.parts) >= set(FORMS[form]) - {"coriolis"}
 
 
 def test_casadi_functions_are_never_blamed(two):

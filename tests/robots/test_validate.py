@@ -315,6 +315,26 @@ def test_one_torque_for_many_joints_flings_none_of_them():
     np.testing.assert_allclose(first, second, rtol=0, atol=1e-12)
 
 
+@pytest.mark.parametrize("joints", [3, 12])
+def test_a_simulation_is_among_the_runs_that_must_be_resolved(joints, monkeypatch):
+    """Also of a robot whose joints all have one start."""
+    own = random_chain(3104002622, joints)
+    case = make_cases(own, sample_states(own, 4, 0), 10)[0]
+    scenario, asked = simulations.make_scenario(case), list[np.ndarray]()
+
+    def integrate(model, q, v, torques, seconds, steps):
+        asked.append(np.array([q[-1], v[-1], torques(0.0)[-1]]))
+        return q, v
+
+    monkeypatch.setattr(robots, "integrate", integrate)
+    robots.is_resolved(build_robot_model("analytic", own, case.level), case)
+    start, drive = scenario.start, scenario.drive
+    expected = start.theta_rad, start.theta_dot_rad_per_s, drive.torque_N_m
+    for found in require_items(asked):
+        right = [np.broadcast_to(each, case.free) for each in expected]
+        np.testing.assert_allclose(found, right, rtol=1e-9)  # a scenario rounds what it holds
+
+
 def test_friction_that_stops_a_joint_at_once_leaves_the_runs_out_with_a_line():
     """At c / I above 2.5e8 1/s; the states are still asked."""
     for friction, are_asked in ((1e3, True), (1e10, False)):

@@ -18,6 +18,7 @@ STUDY = Path(__file__).with_name("right.toml").read_text(encoding="utf-8")
 TABLES = tomllib.loads(Path(__file__).with_name("bad_studies.toml").read_text(encoding="utf-8"))
 PAYLOAD = 'path = "arm.payload_mass_kg"'
 PEAK = 'kind = "peak"\nsignal = "theta_ddot"'
+COUNTS = 'path = "arm.joints.*.planet_count"\nkind = "list"\nvalues = [3, 2]'
 
 
 def _file(folder: Path, old: str, new: str) -> Path:
@@ -46,6 +47,16 @@ def test_values_that_only_together_are_wrong_name_the_member(crosscheck, tmp_pat
     assert (code, err.count("\n")) == (2, 1)
     # 2.0 is no place on a link of 1 m by itself
     assert "arm.links.0.com_m" in err
+
+
+def test_a_planet_that_one_member_lacks_is_refused(crosscheck, tmp_path):
+    file = _file(tmp_path, f'{PAYLOAD}\nkind = "list"\nvalues = [1.0, 2.0]', COUNTS)
+    text = file.read_text().replace(PEAK, 'kind = "peak"\nsignal = "x_sp"\nplanet = 3')
+    file.write_text(text, encoding="utf-8")
+    code, _, err = crosscheck("sweep", file, "--out", tmp_path / "out.nc", "--jobs", 1)
+    assert (code, err.count("\n")) == (2, 1)
+    assert "x_sp_peak: planet = 3: the arm's joints have up to 2" in err
+    assert [path.name for path in tmp_path.iterdir()] == ["study.toml"]
 
 
 def test_more_members_than_the_disk_holds_are_refused_with_the_number(crosscheck, tmp_path):

@@ -102,6 +102,15 @@ def test_every_fold_is_the_number_of_the_whole_signal(signal):
         assert found == pytest.approx(expected, rel=1e-14, abs=1e-14, nan_ok=True), name
 
 
+def test_a_signal_with_a_gap_has_no_spectrum_and_the_one_beside_it_has():
+    time = STEP * np.arange(40)
+    values = np.column_stack([np.sin(1e3 * time)] * 2)
+    values[7, 1] = np.nan
+    for fold in (folds.BandRmsFold, folds.LargestLineFold):
+        parts = np.array(_fed(fold((2,), 0, 400), time, values, [11]))
+        assert (np.isnan(parts) == [False, True]).all(), fold
+
+
 def test_a_sine_has_its_rms_in_the_band_that_it_is_in():
     time = 1e-4 * np.arange(20_000)
     values = 3 * np.sin(2 * np.pi * 123.4 * time) + 5 * np.sin(2 * np.pi * 700 * time) + 7

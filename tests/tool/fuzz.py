@@ -1,12 +1,17 @@
 """Bad input of every kind at random: command lines, and the files that they name."""
 
+import io
 import random
 import re
+import zipfile
 from collections.abc import Callable, Sequence
+from functools import partial
 from pathlib import Path
 from typing import NamedTuple
 
+from crosscheck.analytic.kernel.fmu import generate_unit
 from crosscheck.models.files import HERE
+from crosscheck.trial.fmu.archive import DESCRIPTION
 
 ARMS = [path.read_text(encoding="utf-8") for path in sorted((HERE / "arms").glob("*.toml"))]
 SCENARIOS = [path.read_text(encoding="utf-8") for path in (HERE / "scenarios").glob("*.toml")]
@@ -31,13 +36,12 @@ class Draw(NamedTuple):
     """Arguments of the command line, and the files to write before it."""
 
     arguments: list[str]
-    files: dict[Path, str]
+    files: dict[Path, str | bytes]
 
 
 def mangled(text: str, generator: random.Random) -> str:
-    """A TOML text after up to two accidents."""
-    accidents = (new_value, new_value, new_value, scaled, scaled, new_key, new_line, lost_line,
-                 doubled_line, torn, scratched)  # fmt: skip
+    """A TOML text, or XML of an element a line, after up to two accidents."""
+    accidents = XML_ACCIDENTS if text.startswith("<") else TOML_ACCIDENTS
     for _ in range(generator.choice((0, 1, 1, 2))):
         text = generator.choice(accidents)(text, generator)
     return text
@@ -51,9 +55,15 @@ def scaled(text: str, generator: random.Random) -> str:
     )
 
 
-def new_value(text: str, generator: random.Random) -> str:
+def new_value(text: str, generator: random.Random, pattern: str = r"(?m)(?<== )[^#\n]+") -> str:
     """Another value behind a key."""
-    return _changed(text, r"(?m)(?<== )[^#\n]+", lambda _: _value(generator), generator)
+    return _changed(text, pattern, lambda _: _value(generator), generator)
+
+
+def exchanged(text: str, generator: random.Random, pattern: str) -> str:
+    """What a pattern finds in one place, and so it stands in another."""
+    found = re.findall(pattern, text)
+    return _changed(text, pattern, lambda _: generator.choice(found), generator)
 
 
 def new_key(text: str, generator: random.Random) -> str:
@@ -96,6 +106,16 @@ def scratched(text: str, generator: random.Random) -> str:
         at = generator.randint(0, len(text))
         text = text[:at] + generator.choice(CHARACTERS) + text[at + 1 :]
     return text
+
+
+TOML_ACCIDENTS = (new_value, new_value, new_value, scaled, scaled, new_key, new_line, lost_line,
+                  doubled_line, torn, scratched)  # fmt: skip
+ATTRIBUTE, CONTENT, ELEMENT = r"\b\w+(?==\")", r"(?<==\")[^\"]*", r"(?<=<)\w+(?=[^<>]*/>)"
+XML_ACCIDENTS = (
+    *(2 * (partial(new_value, pattern=CONTENT),)),
+    *(partial(exchanged, pattern=part) for part in (CONTENT, CONTENT, ATTRIBUTE, ELEMENT)),
+    *(lost_line, doubled_line, torn, scratched),
+)
 
 
 def _changed(text: str, pattern: str, new: Callable[[str], str], generator: random.Random) -> str:
@@ -176,10 +196,63 @@ def init_draw(folder: Path, generator: random.Random) -> Draw:
     return Draw(["init", str(folder / name), "--joints", count], {folder / "study.toml": "mine"})
 
 
+MJCF = Path(__file__).with_name("robot.xml").read_text(encoding="utf-8")
+ROBOT = """schema_version = 1
+name = "robot"
+urdf = "robot.xml"
+gravity_m_per_s2 = [0.0, 0.0, -9.81]
+tip = "left"
+friction = "from-urdf"
+
+[joints.shoulder]
+kind = "geared"
+ratio = 50.0
+rotor_inertia_kg_m2 = 1e-4
+stator = "base"
+rotor_axis = [0.0, 1.0, 0.0]
+
+[joints.elbow]
+kind = "direct"
+friction_N_m_s_per_rad = 0.5
+
+[links.lower]
+mass_kg = 2.0
+"""
+
+
+def robot_draw(folder: Path, generator: random.Random) -> Draw:
+    """`show` of MuJoCo's format, by itself or named by a robot's file."""
+    files = {folder / "robot.xml": mangled(MJCF, generator), folder / "robot.toml": ROBOT}
+    name = generator.choice(("robot.xml", "robot.xml", "robot.toml"))
+    if name == "robot.toml":
+        files[folder / name] = mangled(ROBOT, generator)
+    return Draw(["show", str(folder / name)], files)
+
+
+UNIT = generate_unit("", "unit", [("a", "rad"), ("b", "m")], ["N.m", "N"])[1]
+
+
+def unit_draw(folder: Path, generator: random.Random) -> Draw:
+    """`trial --ask` of an FMU, of which the description or the archive is damaged."""
+    content = io.BytesIO()
+    with zipfile.ZipFile(content, "w", generator.choice((0, 8))) as archive:
+        archive.writestr(DESCRIPTION, mangled(UNIT, generator))
+        archive.writestr("binaries/linux64/unit.so", b"\x7fELF")
+    packed = content.getvalue()
+    if generator.random() < 0.3:
+        text = generator.choice((torn, scratched))(packed.decode("latin-1"), generator)
+        packed = text.encode("latin-1", "replace")
+    arguments = ["trial", str(folder / "unit.fmu"), "--ask", "--out", str(folder / "new")]
+    return Draw(arguments, {folder / "unit.fmu": packed})
+
+
+DRAWS_OF = {"sweep": study_draw, "init": init_draw, "show MJCF": robot_draw, "trial FMU": unit_draw}
+
+
 def draw(command: str, folder: Path, generator: random.Random) -> Draw:
     """A command line of this command, and files in the folder that it reads."""
-    if command in ("sweep", "init"):
-        return (study_draw if command == "sweep" else init_draw)(folder, generator)
+    if command in DRAWS_OF:
+        return DRAWS_OF[command](folder, generator)
     files = {folder / "arm.toml": mangled(generator.choice(ARMS), generator)}
     wrong = ("paper-labelled", "nobody", "", "/dev/null", "/dev/zero", str(folder))
     arm = mostly([str(folder / "arm.toml")], wrong, generator)

@@ -26,6 +26,8 @@ WORK = {
     "errata": "crosscheck.audit.errata.command.simulate_errata",
     "sweep": None,
     "show": None,
+    "show MJCF": None,
+    "trial FMU": None,
     "init": None,
 }
 
@@ -70,7 +72,7 @@ def test_any_input_is_accepted_or_refused_in_one_line(command, tmp_path, monkeyp
         given = draw(command, folder, generator)
         for path, text in given.files.items():
             path.parent.mkdir(exist_ok=True)
-            path.write_text(text, encoding="utf-8")
+            path.write_bytes(text if isinstance(text, bytes) else text.encode())
         before = files(folder)
         monkeypatch.chdir(folder)
         capfd.readouterr()

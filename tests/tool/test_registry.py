@@ -28,6 +28,7 @@ from crosscheck.provenance import record_provenance
 from crosscheck.run import run_cross_check
 from crosscheck.runner.tasks import Evaluation
 from crosscheck.runner.workers import perform_all
+from tests.loops import require_items
 from tests.processes import command_line
 
 GUEST = """
@@ -231,7 +232,7 @@ def test_a_robots_guest_is_asked_at_its_levels_alone():
 
 
 def test_sorts_of_mechanisms_supply_functions_with_the_same_parameters():
-    for what in mechanisms.SUPPLIED:
+    for what in require_items(mechanisms.SUPPLIED):
         both = [mechanisms.supply(what, section) for section in mechanisms.SECTIONS]
         of_arms, of_robots = ([*signature(each).parameters.values()] for each in both)
         assert [each.kind for each in of_arms] == [each.kind for each in of_robots], what

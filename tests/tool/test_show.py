@@ -10,7 +10,7 @@ import pytest
 from crosscheck.cli.show import derived_arm
 from crosscheck.models.loading import load_arm
 from crosscheck.provenance import ROOT
-from crosscheck.trial.diagnose.terms.values import collect_arm_values
+from crosscheck.trial.changes.arms.letters import collect_arm_values
 from crosscheck.trial.input.arm_symbols import ARM_SYMBOLS, OF_ARM
 from tests.loops import require_items
 

@@ -20,7 +20,7 @@ from crosscheck.report.trials.trial import (
     describe_unit_mistake,
 )
 from crosscheck.run import CrossCheck
-from crosscheck.trial.diagnose.dependence import IgnoredNumber
+from crosscheck.trial.changes.arms.dependence import IgnoredNumber
 from crosscheck.trial.input.loading import load_equations
 from crosscheck.trial.judge.entries import EntryPlace
 from crosscheck.trial.judge.unit_mistakes import UnitMistake

@@ -12,16 +12,14 @@ from crosscheck.runner.progress_update import ProgressCallback
 from crosscheck.runner.tasks import build_model
 from crosscheck.runner.workers import Workers
 from crosscheck.trial import trial
-from crosscheck.trial.diagnose.terms import harmonic_fit
+from crosscheck.trial.changes.arms import waves
 from crosscheck.trial.judge import questions
 from crosscheck.trial.judge.questions import StateQuestion
 from crosscheck.trial.model import SuppliedModel
 
 Answers = dict[Hashable, np.ndarray | Failure]
 # Read before the fixture of all tests lowers them.
-USUAL_NUMBERS = {
-    name: getattr(harmonic_fit, name) for name in ("SPARE_STATES", "STATES_PER_NUMBER")
-}
+USUAL_NUMBERS = {name: getattr(waves, name) for name in ("SPARE_STATES", "STATES_PER_NUMBER")}
 
 
 @pytest.fixture(scope="module")
@@ -70,4 +68,4 @@ def answer(task: ModelTask, kept_answers: Answers) -> object:
 def usual_states(monkeypatch: pytest.MonkeyPatch) -> None:
     """Numbers are fitted at as many states as a user's trial fits them at."""
     for name, number in USUAL_NUMBERS.items():
-        monkeypatch.setattr(harmonic_fit, name, number)
+        monkeypatch.setattr(waves, name, number)

@@ -1,4 +1,4 @@
-"""Errors planted in the reference terms's own entries, and what is told of them."""
+"""Errors planted in the reference's own terms, and what is told of them."""
 
 from functools import lru_cache
 
@@ -6,63 +6,65 @@ import numpy as np
 
 from crosscheck.models.arm.arm import Arm
 from crosscheck.models.arm.planets import usual_switches
-from crosscheck.trial.coordinates.build import build_frame
-from crosscheck.trial.diagnose.terms.explain import explain
-from crosscheck.trial.diagnose.terms.harmonic_fit import (
-    HarmonicBasis,
-    HarmonicFit,
+from crosscheck.trial.changes.arms.letters import collect_arm_values, draw_unrelated_values
+from crosscheck.trial.changes.arms.polynomial import Monomial
+from crosscheck.trial.changes.arms.segments import (
+    EntryTerms,
+    Product,
+    ReferenceTerms,
+    build_reference_terms,
     evaluate_entry,
-    minimum_state_count,
 )
-from crosscheck.trial.diagnose.terms.polynomial import EntryTerms, Monomial, Product, TermKey
-from crosscheck.trial.diagnose.terms.reference_terms import ReferenceTerms, build_reference_terms
-from crosscheck.trial.diagnose.terms.values import collect_arm_values
+from crosscheck.trial.changes.arms.term_changes import TermSample, TermTable
+from crosscheck.trial.changes.arms.term_search import FITS, Target, search_changes
+from crosscheck.trial.changes.arms.term_words import make_term_error
+from crosscheck.trial.changes.arms.waves import WaveBasis, list_keys
+from crosscheck.trial.coordinates.build import build_frame
 from crosscheck.trial.input.equations import Coordinates
-from crosscheck.trial.judge.entries import EntryPlace, Explanation
+from crosscheck.trial.judge.entries import EntryPlace, TermError
 
 RELATIVE, ABSOLUTE = Coordinates(), Coordinates(links="absolute")
 LUMPED = Coordinates("lumped")
 GEARS = Coordinates("lumped", "absolute", "angles")
+STATES = 200
 
 
-def terms(arm: Arm, coordinates: Coordinates) -> ReferenceTerms:
+@lru_cache
+def terms(arm: Arm, coordinates: Coordinates, level: str = "") -> ReferenceTerms:
     """Of an arm in coordinates."""
-    return _dictionary(arm, coordinates.gearing, coordinates.links, coordinates.gears)
-
-
-@lru_cache
-def _dictionary(arm: Arm, gearing: str, links: str, gears: str) -> ReferenceTerms:
+    gearing = coordinates.gearing
     chosen = {"planets": gearing} if gearing != "rigid" else {}
-    frame = build_frame(Coordinates(gearing, links, gears), arm)
-    return build_reference_terms(frame, arm, usual_switches(arm, **chosen))
-
-
-@lru_cache
-def _fitting(known: ReferenceTerms) -> tuple[np.ndarray, HarmonicBasis]:
-    angles = np.random.default_rng(3).uniform(-3, 3, (minimum_state_count(known), known.joints))
-    return angles, HarmonicBasis.from_angle_sums(known, angles)
-
-
-def observed(arm: Arm, known: ReferenceTerms, place: EntryPlace, yours: EntryTerms) -> HarmonicFit:
-    """An entry of M or bias with these terms, against the right ones."""
-    angles, fitting = _fitting(known)
-    values = collect_arm_values(arm)
-    right = evaluate_entry(known.entry(place), values, angles)
-    mine = evaluate_entry(yours, values, angles)
-    return fitting.fit(mine - right, float(np.abs(right).max() + np.abs(mine).max()), values)
+    frame = build_frame(coordinates, arm)
+    return build_reference_terms(frame, arm, usual_switches(arm, **chosen), level)
 
 
 def explained(
     known: ReferenceTerms, place: EntryPlace, yours: EntryTerms, *arms: Arm
-) -> Explanation | None:
-    """What is said of an entry with these terms, on all these arms."""
-    return explain(place, [observed(arm, known, place, yours) for arm in arms], known)
-
-
-def term(number: float, *symbols: str, wave: tuple[int, ...], function: str = "cos") -> Product:
-    """number * symbols before a wave."""
-    powers = tuple(sorted((symbol, symbols.count(symbol)) for symbol in set(symbols)))
-    return Product(TermKey(wave, function), Monomial(number, powers))
+) -> list[tuple[TermError, ...]]:
+    """What is said of an entry of M or bias with these terms, on all these arms."""
+    angles = np.random.default_rng(3).uniform(-3, 3, (STATES, known.joints))
+    samples, off, tolerance, fits = [], [], [], []
+    basis = WaveBasis(list_keys(known, (), place.part), angles, {})
+    for arm in arms:
+        values = collect_arm_values(arm)
+        right, mine = (evaluate_entry(e, values, angles) for e in (known.entry(place), yours))
+        samples.append(TermSample(values, angles, {}, {}))
+        off.append(mine - right)
+        size = float(np.abs(right).max() + np.abs(mine).max())
+        tolerance.append(np.full(STATES, FITS * np.abs(off[-1]).max() + 1e-13 * size))
+        fits.append(basis.fit(off[-1], size) or {})
+    samples.append(samples[0]._replace(values=draw_unrelated_values(samples[0].values)))
+    table = TermTable(known, (place,), samples)
+    keys = dict.fromkeys(key for fit in fits for key in fit)
+    parts = {
+        key: np.array([[fit.get(key, 0.0)] for fit in fits]) * table.column(place, key)[:-1]
+        for key in keys
+    }
+    target = Target(table, np.array(off), np.array(tolerance), basis.keys, parts)
+    return [
+        tuple(make_term_error(change, known) for change in changes)
+        for changes in search_changes(target)
+    ]
 
 
 def times(product: Product, by: float) -> Product:
@@ -70,9 +72,9 @@ def times(product: Product, by: float) -> Product:
     return Product(product.key, Monomial(by * product.monomial.number, product.monomial.powers))
 
 
-def swapped(product: Product, symbol: str, other: str) -> Product:
-    """A term with one symbol for another, its power and all."""
+def swapped(product: Product, letter: str, other: str) -> Product:
+    """A term with one letter for another, its power and all."""
     powers = dict(product.monomial.powers)
-    if symbol in powers:
-        powers[other] = powers.get(other, 0) + powers.pop(symbol)
+    if letter in powers:
+        powers[other] = powers.get(other, 0) + powers.pop(letter)
     return Product(product.key, Monomial(product.monomial.number, tuple(sorted(powers.items()))))

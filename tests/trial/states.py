@@ -10,13 +10,10 @@ from crosscheck.models.experiment.scenario import Scenario, Switches
 from crosscheck.models.interface import Model
 from crosscheck.models.loading import load_scenario
 from crosscheck.registry import build
+from crosscheck.trial.changes.arms.mesh_forces import ForceStates, compute_signals
+from crosscheck.trial.changes.arms.segments import rate_name
 from crosscheck.trial.coordinates.build import build_frame
 from crosscheck.trial.coordinates.frame import Frame
-from crosscheck.trial.diagnose.terms.reference_terms import (
-    ForceStates,
-    compute_signal_columns,
-    rate_name,
-)
 from crosscheck.trial.input.equations import Coordinates
 
 
@@ -88,9 +85,7 @@ def sample(
             for state in zip(time, q, v, strict=True)
         ]
     )
-    signals = dict(
-        compute_signal_columns(arm, layout, model.switches, ForceStates(time, q, v, torque))
-    )
+    signals = compute_signals(arm, layout, model.switches, ForceStates(time, q, v, torque))
     signals |= {rate_name(own): rates[:, k] for k, own in enumerate(frame.names)}
     return Sample(model, frame, x, rates, q[:, layout.theta], signals, time)
 

@@ -9,13 +9,12 @@ import numpy as np
 import pytest
 
 from crosscheck.models.loading import load_arm
-from crosscheck.trial.diagnose import arm_numbers
-from crosscheck.trial.diagnose.terms import values
-from crosscheck.trial.diagnose.terms.values import (
+from crosscheck.trial.changes.arms import arm_numbers, letters
+from crosscheck.trial.changes.arms.letters import (
     collect_arm_values,
     draw_unrelated_values,
     generate_alternatives,
-    generate_ratios,
+    generate_spins,
 )
 from tests.loops import require_items
 
@@ -40,14 +39,14 @@ def read(text: str, joint: int) -> float:
 @pytest.mark.parametrize("symbol", VALUES)
 def test_an_alternative_is_worth_what_it_says(symbol):
     found = list(generate_alternatives(symbol, VALUES))
-    joint = values.parse_symbol(symbol).joint
+    joint = letters.parse_letter(symbol).joint
     for each in found:
         assert each.value == pytest.approx(read(each.text, joint), rel=1e-12), each.text
         assert 0 < each.cost < 1.2
     texts = [each.text for each in found]
     assert len(set(texts)) == len(texts)
     assert symbol not in texts
-    assert bool(texts) == (values.parse_symbol(symbol).stem in values.QUANTITY_OF_STEM)
+    assert bool(texts) == (letters.parse_letter(symbol).stem in letters.QUANTITY_OF_STEM)
 
 
 def test_each_kind_of_symbol_has_its_alternatives():
@@ -57,28 +56,29 @@ def test_each_kind_of_symbol_has_its_alternatives():
         return [e.text for e in generate_alternatives(symbol, VALUES) if e.text not in VALUES]
 
     assert made("d2") == ["L2/2", "L2 - d2"]
-    assert made("I_l2") == ["m2 L2^2/12", "m2 L2^2/3"]
+    assert made("I_l2")[:2] == ["m2 L2^2/12", "m2 L2^2/3"]
+    assert made("I_l2")[2:] == ["I_l2 + m2 d2^2", "I_l2 - m2 d2^2"]
+    assert made("m2") == ["m2/L2"]
     assert made("N1") == ["sqrt(N1)", "N1 - 1", "N1 + 1"]
     assert made("n1")[-1] == "1/n1"
-    assert len(made("n1")) == 11
+    assert "z_r1//z_s1 + 1" in made("n1")
     assert made("r_s1") == ["the pitch radius r_s1/cos(alpha)", "r_s1 cos(alpha)"]
     assert made("r_c1")[-1] == "r_c1 cos(alpha)"
-    assert made("g_x") == [s + g for s in ("-" * (VALUES["g_x"] < 0),) for g in values.G]
+    assert made("g_x")[:-1] == [s + g for s in ("-" * (VALUES["g_x"] < 0),) for g in letters.G]
 
 
 @pytest.mark.parametrize("symbol", ["M_s1", "M_p1", "M_s2"])
 def test_a_ratio_is_a_multiple_of_the_right_one(symbol):
     """A sun turns by z_r / z_s + 1 of its carrier, its planets by z_r / z_p - 1."""
-    right, found = symbol[-1], list(generate_ratios(symbol, VALUES))
+    right, found = symbol[-1], list(generate_spins(symbol, VALUES))
     joint, of_sun = int(right), symbol.startswith("M_s")
     belongs = f"z_r{joint}/z_s{joint} + 1" if of_sun else f"z_r{joint}/z_p{joint} - 1"
     gear = "sun's" if of_sun else "planets'"
-    assert len(found) == (10 if of_sun else 9) + 2 + 1
     for said, each in found:
         assert said == belongs
         text = each.text.removeprefix(f"the {gear} ratio ")
         assert each.value * read(belongs, joint) == pytest.approx(read(text, joint), rel=1e-12)
-    assert list(generate_ratios("m1", VALUES)) == []
+    assert list(generate_spins("m1", VALUES)) == []
 
 
 def test_a_symbol_is_confused_with_its_nearest_likes():

@@ -12,7 +12,7 @@ from crosscheck.models.arm.arm import Arm, Direct
 from crosscheck.models.errors import InputError
 from crosscheck.report.trials.trial import describe_errors, describe_notes
 from crosscheck.testing import assert_agrees
-from crosscheck.trial.diagnose.arm_numbers import find_negligible_inertias
+from crosscheck.trial.changes.arms.arm_numbers import find_negligible_inertias
 from crosscheck.trial.input.equations import Coordinates, Equations
 from tests.trial.test_trial import trial_of
 

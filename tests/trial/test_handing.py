@@ -2,6 +2,7 @@
 
 import sys
 import tomllib
+from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
@@ -102,3 +103,12 @@ def test_from_python_nothing_is_a_file():
     equations = Equations(mass_matrix=lambda q: np.eye(2))
     assert build_equations(equations, ARM, None, "here") is equations
     assert payload(build_equations(lambda arm: equations, ARM, None, "here")) == 1.0
+
+
+def test_equations_of_another_arm_keep_the_code_that_they_came_from():
+    """Their own, if rebuilding finds it anew."""
+    first, second = (lambda: None), (lambda: None)
+    for own, expected in ((None, first), (second, second)):
+        rebuilt = Equations(mass_matrix=lambda q: np.eye(2), find_code=own)
+        equations = replace(rebuilt, rebuild=lambda *_, new=rebuilt: new, find_code=first)
+        assert equations.adapt_to_arm(PROBE).find_code is expected

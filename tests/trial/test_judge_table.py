@@ -19,7 +19,7 @@ from crosscheck.models.arm.arm import Arm
 from crosscheck.models.errors import Diverged
 from crosscheck.models.loading import load_arm, load_scenario
 from crosscheck.planning.comparison import Comparison, Results
-from crosscheck.registry import register
+from crosscheck.registry import MODELS, reference_model, register
 from crosscheck.runner.outcomes import Failure
 from crosscheck.runner.tasks import Evaluation, Simulation
 from crosscheck.trial.input.equations import Coordinates, Equations
@@ -153,6 +153,17 @@ def sizes() -> Sizes:
         force=np.sqrt((made.right("force") ** 2).mean(axis=0)),
         acceleration=np.sqrt((made.right("acceleration") ** 2).mean(axis=0)),
     )
+
+
+@pytest.mark.parametrize("gearing", ["rigid", "free"])
+def test_a_run_is_compared_with_engines_that_integrate_as_the_reference_does(gearing):
+    """Others differ by what their own integrators leave."""
+    made = bench(gearing)
+    level = made.problem.equations.level
+    planned = suite.plan_run_comparisons(made.problem, RUN, level)
+    for engine in require_items({each.about.key.right for each in planned}):
+        assert MODELS[engine].order == MODELS[reference_model()].order
+        assert engine.endswith(f":{level}" if level else (":physical", ":tree"))
 
 
 class Row(NamedTuple):

@@ -11,9 +11,8 @@ from hypothesis import strategies as st
 
 from crosscheck.checks.scales import largest_stiffness
 from crosscheck.models.arm.planets import usual_switches
-from crosscheck.trial.diagnose.terms.harmonic_fit import evaluate_entry
-from crosscheck.trial.diagnose.terms.reference_terms import build_reference_terms
-from crosscheck.trial.diagnose.terms.values import collect_arm_values
+from crosscheck.trial.changes.arms.letters import collect_arm_values
+from crosscheck.trial.changes.arms.segments import build_reference_terms, evaluate_entry
 from crosscheck.trial.judge.entries import EntryPlace
 from tests.any_arms import any_arms
 from tests.draws import examples

@@ -103,10 +103,7 @@ SLIPS: dict[str, tuple[Callable[[Arm], Equations], list[str]]] = {
             rates=lambda v: -(v[0] ** 2),
             elbow_rates=lambda v: -2 * v[0] * v[1] - v[1] ** 2,
         ),
-        [
-            "row theta_2 where row theta_1 belongs, in -2 m2 L1 d2 sin(theta_2)?",
-            "row theta_1 where row theta_2 belongs, in m2 L1 d2 sin(theta_2)?",
-        ],
+        ["row theta_1 and row theta_2 are exchanged?"],
     ),
     "the masses of both links exchanged": (
         lambda arm: two_links(exchange_masses(arm)),
@@ -122,7 +119,11 @@ SLIPS: dict[str, tuple[Callable[[Arm], Equations], list[str]]] = {
             rates=lambda v: v[0] * v[1] + v[1] ** 2 / 2,
             elbow_rates=lambda v: v[0] ** 2 / 2,
         ),
-        ["yours has (dM_ij/dx_k - 1/2 dM_jk/dx_i) v_j v_k, the whole bias times 0.5"],
+        ["yours has the whole bias times 0.5"],
+    ),
+    "a rate without its square, which at rates of 1 is right": (
+        lambda arm: two_links(arm, rates=lambda v: 2 * v[0] * v[1] + v[1]),
+        ["theta_2' where theta_2'^2 belongs, in -m2 L1 d2 sin(theta_2)?"],
     ),
 }
 

@@ -7,17 +7,12 @@ import sympy.physics.mechanics as me
 
 from crosscheck.analytic.derivation.symbols import parameter_values
 from crosscheck.models.arm.arm import Arm
-from crosscheck.models.arm.planets import usual_switches
 from crosscheck.models.errors import InputError
 from crosscheck.models.loading import load_arm
 from crosscheck.trial.coordinates.build import build_frame
-from crosscheck.trial.diagnose.terms.messages import compute_symbolic_difference
-from crosscheck.trial.diagnose.terms.reference_terms import build_reference_terms
-from crosscheck.trial.diagnose.terms.values import collect_arm_values
-from crosscheck.trial.input.equations import Coordinates, Equations, Symbolic
+from crosscheck.trial.input.equations import Coordinates, Equations
 from crosscheck.trial.input.supplied import SuppliedEquations, bind_equations
 from crosscheck.trial.input.symbolic import from_sympy, replace_symbols
-from crosscheck.trial.judge.entries import EntryPlace
 
 ARM, PROBE = load_arm("paper-labelled"), load_arm("probe")
 x, v = sp.symbols("x1 x2"), sp.symbols("v1 v2")
@@ -117,34 +112,6 @@ def test_a_constant_matrix_and_level_pass_through():
     assert bound.equations.level == "links"
     assert bound.equations.coordinates.links == "absolute"
     assert bound.mass_matrix(X).tolist() == [[1, 0], [0, 1]]
-
-
-q1, q2 = angles = sp.symbols("q1 q2")
-TERMS = build_reference_terms(
-    build_frame(Coordinates(names=("q1", "q2")), PROBE), PROBE, usual_switches(PROBE), "links"
-)
-RIGHT_BIAS = L1 * (sp.Symbol("m2") * sp.Symbol("d2") + m_payload * L2)
-
-
-@pytest.mark.parametrize(
-    ("written", "apart"),
-    [
-        (-RIGHT_BIAS * sp.sin(q2), None),
-        # The same by the addition theorem, and the payload's term once more.
-        (
-            RIGHT_BIAS * (sp.sin(q1) * sp.cos(q1 + q2) - sp.cos(q1) * sp.sin(q1 + q2))
-            - m_payload * L1 * L2 * sp.sin(q2),
-            -m_payload * L1 * L2 * sp.sin(q2) * sp.Symbol("q2'") ** 2,
-        ),
-        (sp.Abs(q2), None),
-    ],
-)
-def test_a_difference_is_what_is_left_in_the_arms_symbols(written, apart):
-    """By hand: the bias of joint 1 in v_2^2 is -L1 (m2 d2 + m_payload L2) sin(theta_2)."""
-    symbolic = Symbolic(angles, v, bias=sp.Matrix([written * v[1] ** 2, 0]))
-    place = EntryPlace("bias", 0, rates=(1, 1))
-    found = compute_symbolic_difference(place, symbolic, TERMS, collect_arm_values(PROBE))
-    assert found is None if apart is None else sp.simplify(found - apart) == 0
 
 
 g, M3 = sp.Symbol("g"), sp.Symbol("l_1")

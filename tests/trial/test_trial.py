@@ -11,9 +11,9 @@ from crosscheck.models.arm.planets import usual_switches
 from crosscheck.models.experiment.scenario import Scenario
 from crosscheck.models.loading import load_arm, load_scenario
 from crosscheck.registry import build
+from crosscheck.trial.changes.arms.probe import draw_probe_arms
 from crosscheck.trial.coordinates.build import build_frame
 from crosscheck.trial.coordinates.frame import Frame
-from crosscheck.trial.diagnose.probe import draw_probe_arms
 from crosscheck.trial.input.equations import Coordinates, Equations
 from crosscheck.trial.input.loading import build_equations
 from crosscheck.trial.judge.questions import TransformedModel

@@ -4,7 +4,7 @@ import pytest
 
 from crosscheck.report.trials.typesetting import render_pieces
 from crosscheck.testing import Equations
-from crosscheck.trial.diagnose.terms.typeset_errors import Piece, typeset_error
+from crosscheck.trial.changes.arms.typeset_errors import Piece, typeset_error
 from crosscheck.trial.input.loading import load_equations
 from crosscheck.trial.input.source_lines import find_source
 from crosscheck.trial.judge.entries import Term, TermError

@@ -48,25 +48,24 @@ class SimulationQuestion:
         return require_numbers(q, "integrate", shape)
 
 
-def motor_torques(case: RobotLevel) -> np.ndarray:
-    """Constant torques of the motors (free,) [N m or N] in a simulation.
+def simulation_start(case: RobotLevel) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+    """Joints' coordinates and rates of a simulation's start, its constant torques; each (free,).
 
-    They are so large that joints would have about the state's accelerations alone. Of a robot with
-    more joints than a scenario lists, all have the least torque: the first joint's carries the
-    whole robot, and would fling the last ones out of any motion.
+    Torques are so large that joints would have about the state's accelerations alone. Of a robot
+    with more joints than a scenario lists, all have the first's start, and the least torque: the
+    first joint's carries the whole robot, and would fling the last ones out of any motion.
     """
-    accelerations = case.states.a[0, : case.free]
+    q, v, accelerations = (each[0, : case.free] for each in case.states[:3])
     torques = np.diagonal(case.sizes.mass_matrix[0])[: case.free] * accelerations
-    return np.full(case.free, min(torques, key=abs)) if case.free > LISTED else torques
+    if case.free <= LISTED:
+        return q, v, torques
+    q, v, torques = (np.full(case.free, each) for each in (q[0], v[0], min(torques, key=abs)))
+    return q, v, torques
 
 
 def make_scenario(case: RobotLevel) -> Scenario:
-    """A run of so many steps from the first state's joints, all recorded.
-
-    Of a robot with more joints than a scenario lists, all have the first's start.
-    """
-    q, v = (each[0, : case.free] for each in case.states[:2])
-    torques = motor_torques(case)
+    """A run of so many steps, all recorded."""
+    q, v, torques = simulation_start(case)
     if case.free > LISTED:
         q, v, torques = q[0], v[0], torques[0]
     return Scenario(

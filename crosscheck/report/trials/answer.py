@@ -33,7 +33,7 @@ class EntryError:
         column: Its column in M, from 0.
         rates: The two coordinates, from 0, whose rates' product it stands before.
         difference: Yours minus right, term by term, where nothing explains it.
-        latex: Yours minus right, typeset, of symbolic equations.
+        latex: The same, typeset.
         explanation: The errors of terms that make the difference.
         shown_on: Name of another mechanism that alone shows the error; '' of an error on this one.
         source: The function that answers the part.

@@ -14,9 +14,8 @@ from crosscheck.report.trials.answer import (
     UnfollowedNumber,
     describe_wrong,
 )
-from crosscheck.trial.diagnose.dependence import IgnoredNumber
-from crosscheck.trial.diagnose.terms.explain import group_by_errors
-from crosscheck.trial.diagnose.terms.messages import guess
+from crosscheck.trial.changes.arms.dependence import IgnoredNumber
+from crosscheck.trial.changes.arms.term_words import group_by_errors, guess
 from crosscheck.trial.input.equations import SINGLE
 from crosscheck.trial.input.source_lines import find_source
 from crosscheck.trial.judge.entries import EntryMismatch, format_entry, format_wrong_entries

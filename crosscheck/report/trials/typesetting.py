@@ -7,8 +7,8 @@ from collections.abc import Iterator, Sequence
 
 from matplotlib.figure import Figure
 
-from crosscheck.trial.diagnose.terms.messages import describe_term_error
-from crosscheck.trial.diagnose.terms.typeset_errors import Piece, typeset_error
+from crosscheck.trial.changes.arms.term_words import describe_term_error
+from crosscheck.trial.changes.arms.typeset_errors import Piece, typeset_error
 from crosscheck.trial.judge.entries import TermError
 
 POINTS = 11

@@ -19,7 +19,7 @@ from crosscheck.models.arm.arm import Arm
 from crosscheck.models.errors import InputError
 from crosscheck.models.experiment.scenario import Switches
 from crosscheck.models.robot.robot import Robot
-from crosscheck.trial.diagnose.terms.values import collect_arm_values
+from crosscheck.trial.changes.arms.letters import collect_arm_values
 from crosscheck.trial.input.arm_symbols import find_meant_symbols
 from crosscheck.trial.input.calls import parse_motors
 from crosscheck.trial.input.equations import Coordinates, Equations, Level, Motors, Symbolic

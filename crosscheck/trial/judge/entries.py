@@ -266,8 +266,7 @@ class EntryMismatch:
     """An entry that is wrong: by how much (relative to the entry's natural size), and perhaps why.
 
     difference: yours minus right in numbers, of an entry that nothing explains. latex: the same
-    typeset, of symbolic equations. shown_on: name of the arm that shows it, where the user's
-    cannot.
+    typeset. shown_on: name of the arm that shows it, where the user's cannot.
     """
 
     place: EntryPlace

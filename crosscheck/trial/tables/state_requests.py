@@ -19,11 +19,11 @@ from crosscheck.models.experiment.scenario import Switches
 from crosscheck.models.robot.robot import Robot
 from crosscheck.planning.comparison import ModelTask
 from crosscheck.registry import register
+from crosscheck.trial.changes.arms.comparison import list_entry_quantities, list_entry_questions
+from crosscheck.trial.changes.arms.diagnosis import PROBES
+from crosscheck.trial.changes.arms.probe import draw_probe_arms
 from crosscheck.trial.coordinates.build import build_frame
 from crosscheck.trial.coordinates.frame import Frame
-from crosscheck.trial.diagnose.diagnosis import PROBES
-from crosscheck.trial.diagnose.probe import draw_probe_arms
-from crosscheck.trial.diagnose.reasons import list_entry_quantities, list_entry_questions
 from crosscheck.trial.input.calls import MATRICES, TAKES
 from crosscheck.trial.input.equations import AnswerTable, Coordinates, Equations, Function, Level
 from crosscheck.trial.judge.questions import VerificationProblem

@@ -18,13 +18,13 @@ from crosscheck.models.arm.arm import Arm
 from crosscheck.models.loading import load_arm, load_scenario
 from crosscheck.planning.comparison import ModelTask, Results
 from crosscheck.registry import register
-from crosscheck.trial.diagnose.diagnosis import build_probe_problems, diagnose
-from crosscheck.trial.diagnose.reasons import (
+from crosscheck.trial.changes.arms.comparison import (
     compare_entries,
     list_entry_quantities,
     list_entry_questions,
 )
-from crosscheck.trial.diagnose.terms.messages import describe_term_error
+from crosscheck.trial.changes.arms.diagnosis import build_probe_problems, diagnose
+from crosscheck.trial.changes.arms.term_words import describe_term_error
 from crosscheck.trial.input.equations import Equations
 from crosscheck.trial.input.loading import build_equations
 from crosscheck.trial.judge.entries import EntryMismatch, format_entry

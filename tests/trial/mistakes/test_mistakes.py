@@ -11,13 +11,13 @@ import pytest
 
 from crosscheck.models.arm.arm import Arm
 from crosscheck.models.loading import load_scenario
-from crosscheck.trial.diagnose.terms.messages import guess
+from crosscheck.trial.changes.arms.term_words import guess
 from crosscheck.trial.input.equations import Coordinates, Equations
 from crosscheck.trial.input.loading import build_equations
 from tests.draws import DRAWS
 from tests.draws import SAMPLE as SAMPLED
 from tests.trial.mistakes.equations import RIGHT, written
-from tests.trial.mistakes.score import MISTAKES, scored, supplied, texts_of, wrong_entries
+from tests.trial.mistakes.score import MISTAKES, Mistake, scored, supplied, texts_of, wrong_entries
 
 ENOUGH = 0.9  # of the mistakes, told by their term
 SAMPLE = (
@@ -31,6 +31,50 @@ SAMPLE = (
 @pytest.mark.parametrize("kind", ["relative", "absolute", "spins"])
 def test_a_right_text_is_not_blamed(kind):
     assert wrong_entries(supplied(kind)) == []
+
+
+WEIGHT = "g*(m1*d1 + m2*L1 + mp*L1)*cos(x[0])"
+# Pieces of a text, the entries that may be blamed, and what is told of them.
+SLIPS = {
+    "a copied line": (
+        "relative",
+        ("h[1] = (m2*L1*d2 + mp*L1*L2)*s2*v[0]**2", "h[1] = h[0]"),
+        r"bias\[theta_2\]",
+        r"your bias\[theta_1\] where bias\[theta_2\] belongs",
+    ),
+    "a length in millimetres": (
+        "relative",
+        (WEIGHT, WEIGHT.replace("L1", "1000*L1")),
+        r"force\[theta_1\]",
+        "1000 L1 where L1 belongs",
+    ),
+    "9.8 for 9.81": (
+        "relative",
+        (" - g*", " - 9.8*"),
+        r"force\[theta_2\]",
+        "9.8 where g_y belongs",
+    ),
+    "a mass per length": ("absolute", ("m2", "(m2/L2)"), "M|bias|force", "m2/L2 where m2 belongs"),
+    "a ratio of whole numbers": (
+        "displacements",
+        ("T[j]/s.n*", "T[j]/(1 + s.z_r//s.z_s)*"),
+        "force",
+        r"z_r[12]//z_s[12] \+ 1 where n[12] belongs",
+    ),
+    "a stiffness by its cosine": (
+        "displacements",
+        ("K[1]*sine", "K[1]*cos(s.z_r*theta[j] + p)"),
+        "force",
+        "cosine of the mesh phase",
+    ),
+}
+
+
+@pytest.mark.parametrize("slip", SLIPS)
+def test_a_slip_is_told_by_its_term(slip):
+    kind, replaced, entry, term = SLIPS[slip]
+    found = scored(Mistake(slip, "", "", kind, (replaced,), entry, term))
+    assert (found.entry_right, found.verdict) == (True, "right"), found
 
 
 @pytest.mark.parametrize("name", SAMPLE)

@@ -11,6 +11,8 @@ import tomllib
 import zipfile
 from dataclasses import replace
 from pathlib import Path
+from types import SimpleNamespace
+from typing import cast
 
 import numpy as np
 import pytest
@@ -33,9 +35,10 @@ from crosscheck.trial.fmu import unit as unit_module
 from crosscheck.trial.fmu.archive import DESCRIPTION, MappedUnit, load_unit, unpack_fmu
 from crosscheck.trial.fmu.unit import build_fmu_equations, compare_unit_runs
 from crosscheck.trial.input.calls import describe_failure
+from crosscheck.trial.input.equations import Coordinates
 from crosscheck.trial.judge.entries import format_entry
 from crosscheck.trial.trial import Trial, TrialRequest, run_trial
-from tests.robots import chains
+from tests.robots import chains, two_link
 from tests.tool.test_bad_input import assert_one_line
 
 COMPILER = shutil.which("gcc")
@@ -217,6 +220,36 @@ def test_a_robot_takes_a_unit(crosscheck, tmp_path):
         options = "--coordinates", tmp_path / "map.toml", "--run-code", "--jobs", "1"
         answer = crosscheck("trial", tmp_path / name, robot, *options)
         assert (answer.code, words in answer.out) == (code, True), answer.out
+
+
+@pytest.mark.parametrize(
+    "coordinates", [{"links": "absolute"}, {"matrix": [[1.0, 2.0], [0.5, 3.0]]}]
+)
+@pytest.mark.parametrize("kind", ["arm", "robot"])
+def test_a_unit_in_other_coordinates_has_their_equations(kind, coordinates, monkeypatch):
+    """With theta = J x: M_x = J' M J, bias_x = J' bias, and J' torque less weights is the force."""
+    subject = load_arm("paper-labelled") if kind == "arm" else two_link.robot()
+    J = np.array(coordinates.get("matrix", [[1.0, 0.0], [-1.0, 1.0]]))
+    rng = np.random.default_rng(3)
+    x, u, torque = rng.normal(size=(3, 2))
+
+    def rates(t: float, x: np.ndarray, u: np.ndarray, torque: np.ndarray) -> np.ndarray:
+        rest = torque - two_link.gravity(J @ x) - two_link.bias(J @ x, J @ u)
+        return np.linalg.solve(J, np.linalg.solve(two_link.mass_matrix(J @ x), rest))
+
+    fake = SimpleNamespace(rates=rates)
+    monkeypatch.setattr(unit_module, "_load_exchange_unit", lambda unit, process: fake)
+    mapped_unit = SimpleNamespace(
+        coordinates=Coordinates(**coordinates), level="", v=(), places=lambda names: slice(None)
+    )
+    own = build_fmu_equations(cast("MappedUnit", mapped_unit), subject)
+    q, v = J @ x, J @ u
+    for found, expected in (
+        (own.mass_matrix(x), J.T @ two_link.mass_matrix(q) @ J),
+        (own.bias(x, u), J.T @ two_link.bias(q, v)),
+        (own.force(0.0, x, u, torque), J.T @ (torque - two_link.gravity(q))),
+    ):
+        np.testing.assert_allclose(found, expected, rtol=1e-9, atol=1e-9)  # pushes of 1e3 N m
 
 
 def test_unit_that_crashes_costs_its_own_checks(tmp_path):

@@ -11,6 +11,7 @@ from pathlib import Path
 import jsonschema
 import numpy as np
 import pytest
+from scipy.io import loadmat
 
 from crosscheck.models.arm.arm import Arm
 from crosscheck.models.experiment.scenario import Scenario
@@ -42,11 +43,11 @@ LUMPED = Coordinates("lumped")
 
 
 def told(trial: Trial) -> dict:
-    """All that its JSON says but for where and when it was made, and where a function stands."""
+    """All that its JSON says but for where and when it was made, and of the functions' source."""
     found = json.loads(format_trial_json(trial.answer))
     for entry in found["wrong"]:
         del entry["source"]
-    del found["agreement"]["provenance"]
+    del found["agreement"]["provenance"], found["change"]
     return found
 
 
@@ -269,3 +270,14 @@ def test_gravity_is_answered_apart_from_the_force(source, tmp_path):
     assert by_table.exit_code == (source is SecondForgotten)
     wrong = [(each.place.part, each.place.row) for each in by_table.wrong_entries]
     assert wrong == [("gravity", 1)] * (source is SecondForgotten)
+
+
+@pytest.mark.parametrize("name", ["paper-labelled", "sliding"])
+def test_modelica_reads_arrays_of_the_sizes_that_the_file_has(name, crosscheck, tmp_path):
+    assert crosscheck("trial", "--ask", name, "--out", tmp_path / "ask").code == 0
+    text = (tmp_path / "ask" / "answers.mos").read_text(encoding="utf-8")
+    written = loadmat(tmp_path / "ask" / "states.mat")
+    (count,) = re.findall(r"Integer count = (\d+);", text)
+    reads = re.findall(r'readRealMatrix\(file, \\"(\w+)\\", count, (\d+)\)', text)
+    for array, columns in require_items(reads):
+        assert written[array].shape == (int(count), int(columns)), array

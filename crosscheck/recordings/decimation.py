@@ -1,0 +1,134 @@
+"""Signals of a recording at even times, with no more rows than a band of frequencies needs."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable, Iterator
+from itertools import chain
+from math import ceil, floor, log2
+from typing import NamedTuple
+
+import numpy as np
+from scipy.signal import firwin, upfirdn
+
+from crosscheck.recordings.record import Record
+
+# Rows in the shortest period of a band of motions, at least: signals filtered to the band then have
+# 1e-9 of their amplitude at the highest frequency that rows resolve.
+RESOLVED = 32.0
+# Before every second row is left out, what is beyond a quarter of their rate is taken away: six
+# digits of it, by a symmetric filter without phase.
+TAPS, WINDOW = 33, ("kaiser", 12.3)
+MOST_ROWS = 2**19  # of a recording that are kept: a longer one is halved while it is read
+EVEN = 1e-3  # of a step: times so near to even ones are taken for these
+
+
+class EvenSignals(NamedTuple):
+    """Rows of position and torque (rows, n) so much time apart [s]."""
+
+    step: float
+    position: np.ndarray
+    torque: np.ndarray
+
+
+class DecimatedSignals:
+    """A recording's signals at even times, and with half, a quarter, ... of their rows.
+
+    Nothing that is asked of a band is lost: it lies far below the rate of the rows that are left.
+
+    Args:
+        recording: Times that are not even are made so by lines between rows.
+        torque: Of the recording, on one side of the gears (rows, n).
+    """
+
+    def __init__(self, recording: Record, torque: np.ndarray) -> None:
+        given = recording.position, torque
+        even = (next(space_pieces([signal], recording.time)) for signal in given)
+        self._levels = [EvenSignals(recording.step, *even)]
+
+    @property
+    def step(self) -> float:
+        """Time [s] between the rows given."""
+        return self._levels[0].step
+
+    def select(self, bandwidth: float) -> EvenSignals:
+        """The signals with the fewest rows that are enough for a bandwidth [Hz]."""
+        level = max(floor(-log2(RESOLVED * bandwidth * self._levels[0].step)), 0)
+        while len(self._levels) <= level:
+            finest = self._levels[-1]
+            halves = halve_rows(finest.position), halve_rows(finest.torque)
+            self._levels.append(EvenSignals(2 * finest.step, *halves))
+        return self._levels[level]
+
+
+def condense(
+    time: np.ndarray, pieces: Iterable[np.ndarray], count: int
+) -> tuple[np.ndarray, np.ndarray]:
+    """Times and rows (rows, count) of signals that come in pieces, no more rows than are kept.
+
+    Rows of a long recording are at even times, and of single precision: 24 bits are more than
+    encoders tell. No more than a piece is held at once beside what is kept.
+    """
+    halvings = max(ceil(log2(len(time) / MOST_ROWS)), 0)
+    if halvings:
+        pieces = space_pieces(pieces, time)
+        time = _even_times(time)[:: 2**halvings]
+    for _ in range(halvings):
+        pieces = halve_pieces(pieces)
+    kept = np.empty((len(time), count), dtype=np.float32 if halvings else float)
+    done = 0
+    for piece in pieces:
+        kept[done : done + len(piece)] = piece
+        done += len(piece)
+    return time, kept
+
+
+def halve_rows(signal: np.ndarray) -> np.ndarray:
+    """Every second row of a signal (rows, n), the first among them, low-passed before."""
+    halves = np.concatenate(list(halve_pieces([signal])))
+    return halves.astype(signal.dtype, copy=False)
+
+
+def halve_pieces(pieces: Iterable[np.ndarray]) -> Iterator[np.ndarray]:
+    """The same of a signal that comes in pieces (rows, n), the first longer than the taps."""
+    left = iter(pieces)
+    first, pad = next(left), TAPS // 2
+    taps = firwin(TAPS, 0.5, window=WINDOW)
+    rest = 2 * first[0] - first[pad:0:-1]  # turned about the end, as behind the last piece
+    for piece in chain([first], left, [None]):
+        behind = 2 * rest[-1] - rest[-2 : -pad - 2 : -1] if piece is None else piece
+        rest = np.concatenate([rest, behind])
+        count = (len(rest) - 2 * pad + 1) // 2
+        yield upfirdn(taps, rest, down=2, axis=0)[pad : pad + count]
+        rest = rest[2 * count :]
+
+
+def space_pieces(pieces: Iterable[np.ndarray], time: np.ndarray) -> Iterator[np.ndarray]:
+    """Signals (rows, n) at even times by lines between rows, as they are where times are even."""
+    even, step = _even_times(time), (time[-1] - time[0]) / (len(time) - 1)
+    if np.abs(even - time).max() < EVEN * step:
+        yield from pieces
+        return
+    kept: list[np.ndarray] = []  # the row before a piece, from which a line leads to it
+    row = done = 0
+    for piece in pieces:
+        signals = np.concatenate([*kept, piece])
+        times = time[row : row + len(signals)]
+        until = int(np.searchsorted(even, times[-1], side="right"))
+        yield np.column_stack([np.interp(even[done:until], times, each) for each in signals.T])
+        kept, row, done = [piece[-1:]], row + len(signals) - 1, until
+
+
+def continue_signal(signal: np.ndarray, before: int, behind: int) -> np.ndarray:
+    """A signal (rows, n) with so many rows more at its ends: turned about them."""
+    return np.concatenate(
+        [
+            2 * signal[0] - signal[before:0:-1],
+            signal,
+            2 * signal[-1] - signal[-2 : -behind - 2 : -1],
+        ]
+    )
+
+
+def _even_times(time: np.ndarray) -> np.ndarray:
+    """As many times from the first to the last, all the same time apart."""
+    return np.linspace(time[0], time[-1], len(time))

@@ -1,0 +1,61 @@
+"""Right answers of an arm's equations at a few states, on it and on an arm of its structure."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Sequence
+from dataclasses import replace
+from typing import Any
+
+import numpy as np
+
+from crosscheck.trial.changes.arms.dependence import IgnoredNumber
+from crosscheck.trial.changes.arms.diagnosis import build_probe_problems
+from crosscheck.trial.input.loading import build_equations
+from crosscheck.trial.input.supplied import bind_equations
+from crosscheck.trial.judge.entries import compute_sizes
+from crosscheck.trial.judge.questions import QUESTIONS, VerificationProblem, transform_model
+from crosscheck.trial.judge.suite import COMPARED
+from crosscheck.trial.source.answer_key import Answer, AnswerKey, LevelAnswers
+
+FEW_STATES = 3
+
+
+def make_arm_answer_keys(
+    problem: VerificationProblem, level: str, ignored_numbers: Sequence[IgnoredNumber]
+) -> Iterator[AnswerKey]:
+    """The answer keys of the arm, and of one other that keeps the ignored numbers.
+
+    level: the nearest; wrong equations may be of another one.
+    """
+    for each in (problem, *build_probe_problems(problem, ignored_numbers)[:1]):
+        yield _make_answer_key(replace(each, count=FEW_STATES), level)
+
+
+def _make_answer_key(problem: VerificationProblem, level: str) -> AnswerKey:
+    arm, scenario, frame, states = *problem.case[:2], problem.frame, problem.states
+
+    def bind(source: Any) -> Answer:
+        equations = build_equations(source, arm, scenario, problem.name)
+        bound = bind_equations(equations, arm, frame)
+        return lambda part, state: QUESTIONS[part](bound, states[state], states[state].u)
+
+    levels = dict.fromkeys((level, *problem.levels))
+    return AnswerKey(bind, {each: _ask_reference(problem, each) for each in levels}, frame.names)
+
+
+def _ask_reference(problem: VerificationProblem, level: str) -> LevelAnswers:
+    """Answers of the reference of a level for the parts that the user supplies."""
+    states, frame = problem.states, problem.frame
+    name = problem.reference(level)
+    model = transform_model(name, problem.case, frame, problem.has_gravity)
+    asked = [part for part in COMPARED if part != "gravity" or problem.has_gravity]
+    right = {
+        part: np.array([QUESTIONS[part](model, state, state.u) for state in states])
+        for part in asked
+    }
+    mass, force, acceleration = (right[part] for part in ("mass_matrix", "force", "acceleration"))
+    sizes = compute_sizes(frame, states, mass, force, acceleration, right.get("gravity"))
+    has = problem.has if problem.equations.acceleration else problem.has - {"acceleration"}
+    parts = [part for part in asked if part in has]
+    allowed = {part: sizes.tolerance(part) * sizes.entry_sizes(part) for part in parts}
+    return LevelAnswers({part: right[part] for part in parts}, allowed)

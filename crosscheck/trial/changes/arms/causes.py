@@ -1,0 +1,415 @@
+"""Why entries are wrong: their differences on the arm, and on others, made by changes of terms."""
+
+from __future__ import annotations
+
+from collections import Counter
+from collections.abc import Iterator, Mapping, Sequence
+from dataclasses import replace
+
+import numpy as np
+import sympy as sp
+
+from crosscheck.trial.changes.arms.comparison import QUANTITIES, EntryComparison
+from crosscheck.trial.changes.arms.mesh_forces import compute_signals, list_mesh_laws
+from crosscheck.trial.changes.arms.segments import (
+    ReferenceTerms,
+    build_reference_terms,
+    evaluate_entry,
+    rate_name,
+)
+from crosscheck.trial.changes.arms.steps import find_steps
+from crosscheck.trial.changes.arms.targets import (
+    TargetRow,
+    make_balance_target,
+    make_entry_target,
+    make_part_target,
+    make_target,
+)
+from crosscheck.trial.changes.arms.term_changes import TermChange
+from crosscheck.trial.changes.arms.term_search import FITS, ChangeSet, Target, search_changes
+from crosscheck.trial.changes.arms.term_words import (
+    error_signature,
+    join_terms,
+    make_difference_terms,
+    make_term,
+    make_term_error,
+)
+from crosscheck.trial.input.equations import Coordinates
+from crosscheck.trial.judge import entries
+from crosscheck.trial.judge.entries import (
+    EntryMismatch,
+    EntryPlace,
+    Explanation,
+    Term,
+    TermError,
+)
+from crosscheck.trial.judge.suite import get_trusted_answers
+
+SAME = 1e-12  # tolerance between two readings of a map, relative to its row
+ROUNDING = 1e-10  # largest entry of dy/dx that counts as 0, relative to its row
+FOLLOWS = "follows from the wrong M"
+MOST_TOGETHER = 1500  # terms of a part that are looked at together
+
+
+def explain_entries(arm: EntryComparison, probes: Sequence[EntryComparison]) -> list[EntryMismatch]:
+    """The wrong entries with their reasons; then those that only another arm shows.
+
+    probes: the same on arms of the same structure and other numbers. Coordinates of a matrix are
+    looked at in the built-in ones too: where fewer errors explain a part of the equations there,
+    these are reported.
+    """
+    if probes and probes[0].symbolic is not None and _is_same_map(probes[0].symbolic, arm):
+        arm = replace(arm, symbolic=probes[0].symbolic)  # equal numbers are no symbol's own
+    if set(arm.user_values) == {"acceleration"} and arm.terms is not None:
+        return list(_explain_accelerations(arm, probes))
+    wrong_entries = _explain_parts((arm, *probes), list(_explain_arms(arm, probes)))
+    if arm.problem.equations.coordinates.matrix is None:
+        return wrong_entries
+    groups = {(wrong.place.part, wrong.shown_on) for wrong in wrong_entries if not wrong.notes}
+    rank = 0 if arm.symbolic is not None else 2
+    short = {
+        group: _explanation_length(_select_group(wrong_entries, *group), rank) for group in groups
+    }
+    spread = any(rank or length[:2] > (0, 1) for length in short.values())
+    gearing = arm.problem.gearing
+    built_in = [Coordinates(gearing), Coordinates(gearing, "absolute")]
+    if gearing != "rigid":
+        built_in += [replace(each, gears="angles") for each in built_in]
+    for coordinates in built_in if spread else ():
+        seen = arm.transform_to(coordinates)
+        there = list(_explain_arms(seen, [probe.transform_to(coordinates) for probe in probes]))
+        for group, length in short.items():
+            group_entries = _select_group(there, *group)
+            if group_entries and _explanation_length(group_entries, 1) < length:
+                short[group] = _explanation_length(group_entries, 1)
+                chosen = _select_group(wrong_entries, *group)
+                wrong_entries = [
+                    _explain_in_coordinates(wrong, group_entries, seen)
+                    if wrong in chosen
+                    else wrong
+                    for wrong in wrong_entries
+                ]
+    return wrong_entries
+
+
+def _is_same_map(symbolic: sp.ImmutableMatrix, arm: EntryComparison) -> bool:
+    """Whether a map in symbols has the same numbers as the user's map of an arm."""
+    values = {symbol: arm.values[symbol.name] for symbol in symbolic.free_symbols}
+    matrix = arm.problem.frame.matrix
+    if matrix is None:
+        return False
+    off = np.abs(np.array(symbolic.xreplace(values), dtype=float) - matrix)
+    return bool((off <= SAME * np.abs(matrix).max(axis=1, keepdims=True)).all())
+
+
+def _select_group(
+    wrong_entries: Sequence[EntryMismatch], part: str, shown_on: str
+) -> list[EntryMismatch]:
+    return [
+        w for w in wrong_entries if (w.place.part, w.shown_on) == (part, shown_on) and not w.notes
+    ]
+
+
+def _explanation_length(
+    wrong_entries: Sequence[EntryMismatch], rank: int
+) -> tuple[int, int, int, int]:
+    """Length of an explanation: unexplained entries, errors in the others, rank, all entries."""
+    open_ones = sum(wrong.explanation is None for wrong in wrong_entries)
+    return open_ones, len(_collect_errors(wrong_entries)), rank, len(wrong_entries)
+
+
+def _collect_errors(wrong_entries: Sequence[EntryMismatch]) -> dict[object, entries.TermError]:
+    explanations = [wrong.explanation for wrong in wrong_entries if wrong.explanation]
+    return {error_signature(error): error for each in explanations for error in each.errors}
+
+
+def _explain_in_coordinates(
+    wrong: EntryMismatch, there: Sequence[EntryMismatch], comparison: EntryComparison
+) -> EntryMismatch:
+    """A wrong entry, explained by those entries that make it in other coordinates."""
+    turns = np.abs(comparison.turns)
+    turns = turns > ROUNDING * turns.max(axis=1, keepdims=True)
+    making = [each for each in there if _is_part_of(each.place, wrong.place, turns)]
+    explanations = [each.explanation for each in making if each.explanation]
+    if not making or len(explanations) < len(making):
+        return wrong
+    error_sets = []
+    for way in range(1 + max(len(each.others) for each in explanations)):
+        errors = (  # each error once; of each entry as likely ones as there are
+            error
+            for alternatives in ((each.errors, *each.others) for each in explanations)
+            for error in alternatives[min(way, len(alternatives) - 1)]
+        )
+        error_sets.append(tuple({error_signature(error): error for error in errors}.values()))
+    left = max(each.left_over for each in explanations)
+    where = ", ".join(entries.format_entry(each.place, comparison.frame.names) for each in making)
+    return replace(
+        wrong, explanation=Explanation(error_sets[0], left, tuple(error_sets[1:]), where)
+    )
+
+
+def _is_part_of(there: EntryPlace, here: EntryPlace, turns: np.ndarray) -> bool:
+    """Whether an entry in y is a part of one in x; turns (n, n): where dy/dx is not 0."""
+    pairs = [(there.row, here.row)]
+    if there.column is not None and here.column is not None:
+        pairs.append((there.column, here.column))
+    if there.rates is not None and here.rates is not None:
+        (j, k), (a, b) = there.rates, here.rates
+        if not (turns[j, a] and turns[k, b]) and not (turns[j, b] and turns[k, a]):
+            return False
+    return all(turns[pair] for pair in pairs)
+
+
+def _explain_arms(
+    arm: EntryComparison, probes: Sequence[EntryComparison]
+) -> Iterator[EntryMismatch]:
+    """The wrong entries of an arm, then of others, each with what explains it alone."""
+    seen = set()
+    for number, each in enumerate((arm, *probes)):
+        for wrong in each.wrong_entries:
+            if wrong.place not in seen:
+                seen.add(wrong.place)
+                explained = _explain_entry(wrong, (each, *probes[number:]))
+                name = each.problem.case.arm.name if number else ""
+                yield replace(explained, shown_on=name)
+
+
+def _explain_entry(wrong: EntryMismatch, arms: Sequence[EntryComparison]) -> EntryMismatch:
+    arm, place = arms[0], wrong.place
+    if arm.terms is None or place.part == "acceleration":
+        return wrong
+    if place.rates is not None and arm.is_caused_by_mass(place):
+        return replace(wrong, notes=(FOLLOWS,))
+    waves = arm.fit_waves(place)
+    arms = [each for each in arms if QUANTITIES[place.part] in each.user_values]
+    target = make_entry_target(arms, place)
+    sets = search_changes(target, _list_whole_weights(arms, place, target))
+    if not sets and place.part == "force" and waves is None:
+        target = make_entry_target(arms[:1], place)
+        sets = search_changes(target, _list_law_changes(arm, place, target))
+    if sets:
+        return replace(wrong, explanation=_make_explanation(target, sets))
+    difference = make_difference_terms(waves or {}, arm.terms)
+    latex = join_terms(term.latex for term in difference)
+    return replace(wrong, difference=difference, latex=latex)
+
+
+def _make_explanation(target: Target, sets: Sequence[ChangeSet], seen_in: str = "") -> Explanation:
+    """The first of changes that make the same, and the others beside it."""
+    terms, arms = target.table.terms, len(target.difference)
+    first, *others = (tuple(make_term_error(each, terms) for each in changes) for changes in sets)
+    made = sum(change.effect[:arms] for change in sets[0])
+    size = float(np.linalg.norm(target.difference))
+    left = float(np.linalg.norm(target.difference - made)) / size
+    return Explanation(first, left, tuple(others), seen_in)
+
+
+def _list_whole_weights(
+    arms: Sequence[EntryComparison], place: EntryPlace, target: Target
+) -> list[TermChange]:
+    """The weights in a force, which are a part of their own."""
+    if place.part != "force" or any("gravity" not in arm.user_values for arm in arms):
+        return []
+    columns = [sample.columns[place] for sample in target.table.samples]
+    weights = [
+        -column @ arm.user_values["gravity"][:, place.row]
+        for arm, column in zip([*arms, arms[0]], columns, strict=True)
+    ]
+    words = "the weight of every body"
+    return [TermChange("extra", (), np.array(weights), 1.0, right="gravity", group=words)]
+
+
+def _list_law_changes(arm: EntryComparison, place: EntryPlace, target: Target) -> list[TermChange]:
+    """Other laws of meshes that change an entry of the force."""
+    frame, problem = arm.frame, arm.problem
+    column = target.table.samples[0].columns[place]
+    rates = {rate_name(name): arm.rates[:, k] for k, name in enumerate(frame.names)}
+
+    def evaluate(terms: ReferenceTerms, signals: Mapping[str, np.ndarray]) -> np.ndarray:
+        return evaluate_entry(terms.entry(place), arm.values, arm.angles, {**signals, **rates})
+
+    assert arm.terms is not None  # else nobody asks
+    right, changes = evaluate(arm.terms, arm.signals), list[TermChange]()
+    laws = list_mesh_laws(problem.case.arm, frame.layout, problem.case.switches)
+    for number, law in enumerate(laws, start=2):
+        terms = arm.terms
+        if law.switches != problem.case.switches:
+            has_gravity = problem.has_gravity
+            terms = build_reference_terms(frame, law.arm, law.switches, has_gravity=has_gravity)
+        states, convention = arm.force_states, law.convention
+        signals = compute_signals(law.arm, frame.layout, law.switches, states, convention)
+        effect = column @ (evaluate(terms, signals) - right)
+        if effect.any():  # laws that do the same here are others elsewhere
+            effects, texts = np.array([effect, number * effect]), (law.yours, law.right)
+            changes.append(TermChange("swapped", (), effects, 1.0, *texts, group=law.words))
+    return changes
+
+
+def _explain_parts(
+    arms: Sequence[EntryComparison], wrong_entries: Sequence[EntryMismatch]
+) -> list[EntryMismatch]:
+    """The wrong entries, those of a part that no single error makes by one change of many."""
+    explanations = dict[EntryPlace, Explanation]()
+    open_entries = [w for w in wrong_entries if not (w.notes or w.shown_on)]
+    for part in dict.fromkeys(wrong.place.part for wrong in open_entries):
+        group = [wrong for wrong in open_entries if wrong.place.part == part]
+        quantity = QUANTITIES[part]
+        if any(each.terms is None or quantity not in each.user_values for each in arms):
+            continue
+        group = _prefer_shared_errors(group)
+        explanations |= {w.place: w.explanation for w in group if w.explanation}
+        if len(_collect_errors(group)) != 1 or not all(wrong.explanation for wrong in group):
+            explanations |= _explain_part(arms, [wrong.place for wrong in group])
+    return [
+        wrong
+        if wrong.shown_on
+        else replace(wrong, explanation=explanations.get(wrong.place, wrong.explanation))
+        for wrong in wrong_entries
+    ]
+
+
+def _prefer_shared_errors(group: Sequence[EntryMismatch]) -> list[EntryMismatch]:
+    """The wrong entries, of equally likely errors first those that most of them may have."""
+
+    def key(errors: Sequence[TermError]) -> tuple[object, ...]:
+        return tuple(map(error_signature, errors))
+
+    ways = {w.place: (w.explanation.errors, *w.explanation.others) for w in group if w.explanation}
+    counts = Counter(each for sets in ways.values() for each in {*map(key, sets)})
+    shared = []
+    for wrong in group:
+        explanation = wrong.explanation
+        if explanation is not None:
+            first, *others = sorted(ways[wrong.place], key=lambda errors: -counts[key(errors)])
+            explanation = replace(explanation, errors=first, others=tuple(others))
+        shared.append(replace(wrong, explanation=explanation))
+    return shared
+
+
+def _explain_part(
+    arms: Sequence[EntryComparison], wrong: Sequence[EntryPlace]
+) -> dict[EntryPlace, Explanation]:
+    """Explanations of wrong entries of a part: by a copied row; by one change of many entries."""
+    if copied := _find_copied_rows(arms, wrong):
+        return copied
+    target = make_part_target(arms, wrong)
+    sets = search_changes(target) if len(target.table.rows) <= MOST_TOGETHER else []
+    sets = [changes for changes in sets if len(changes) == 1]
+    if sets:
+        return dict.fromkeys(wrong, _make_explanation(target, sets))
+    if arms[0].problem.has_gravity and wrong[0].part == "force":
+        return {}  # without weights there is nothing to derive
+    errors = find_steps(arms, wrong[0].part)
+    others = tuple((each,) for each in errors[1:])
+    return dict.fromkeys(wrong, Explanation((errors[0],), 0.0, others)) if errors else {}
+
+
+def _find_copied_rows(
+    arms: Sequence[EntryComparison], wrong: Sequence[EntryPlace]
+) -> dict[EntryPlace, Explanation]:
+    """Explanations of the entries of a row that is the user's own of another coordinate."""
+    part, names = wrong[0].part, arms[0].frame.names
+    if part == "mass_matrix":
+        return {}
+    values = [arm.user_values[QUANTITIES[part]] for arm in arms]
+    copied = dict[EntryPlace, Explanation]()
+    for row in dict.fromkeys(place.row for place in wrong):
+        for other in range(len(names)):
+            same = all(
+                np.abs(each[:, row] - each[:, other]).max() <= FITS * np.abs(each[:, row]).max()
+                for each in values
+            )
+            if other != row and same and all(each[:, row].any() for each in values):
+                yours, right = f"your {part}[{names[other]}]", f"{part}[{names[row]}]"
+                explanation = Explanation((TermError("swapped", Term(""), yours, right),), 0.0)
+                copied |= {place: explanation for place in wrong if place.row == row}
+    return copied
+
+
+def _explain_accelerations(
+    arm: EntryComparison, probes: Sequence[EntryComparison]
+) -> Iterator[EntryMismatch]:
+    """The wrong entries of accelerations alone, by changes of the equations behind them.
+
+    With the right M, h and f, M a + h - f of a user's acceleration a is f' - f - (h' - h) -
+    (M' - M) a of his own M', h' and f'. So a change shows in the rows that have it, and no other.
+    """
+    arms = [each for each in (arm, *probes) if "acceleration" in each.user_values]
+    explanation = _explain_balances(arms, [_balance_accelerations(each) for each in arms])
+    for wrong in _explain_arms(arm, probes):
+        yield wrong if wrong.shown_on else replace(wrong, explanation=explanation)
+
+
+def _balance_accelerations(comparison: EntryComparison) -> np.ndarray:
+    """The force (K, n) that M makes of the differences of accelerations."""
+    mass = get_trusted_answers(comparison.problem, comparison.results, comparison.level).mass
+    values, right = (
+        each["acceleration"] for each in (comparison.user_values, comparison.reference_values)
+    )
+    force: np.ndarray = np.einsum("sij,sj->si", mass, values - right)
+    return force
+
+
+def _explain_balances(
+    arms: Sequence[EntryComparison], balances: Sequence[np.ndarray]
+) -> Explanation | None:
+    """The explanation of what is left in the rows of M a + h - f."""
+    terms = arms[0].terms
+    assert terms is not None  # else nobody asks
+    sizes = [arm.sizes.force for arm in arms]
+    wrong = np.any(
+        [np.abs(b).max(axis=0) > FITS * s for b, s in zip(balances, sizes, strict=True)], axis=0
+    )
+    rows = dict[int, tuple[Target, list[ChangeSet]]]()
+    for row in np.flatnonzero(wrong).tolist():
+        target = make_balance_target(arms, balances, [row])
+        changes = search_changes(target)
+        if not changes:
+            break
+        rows[row] = target, changes
+    each = [_make_explanation(*given) for given in rows.values()]
+    errors = {error_signature(e): e for explanation in each for e in explanation.errors}
+    if len(rows) < wrong.sum() or len(errors) > 1:
+        target = make_balance_target(arms, balances, range(len(wrong)))
+        changes = search_changes(target)
+        if changes and len(changes[0]) == 1:
+            parts = dict.fromkeys(place.part for place, _ in changes[0][0].terms)
+            where = " and ".join(part.replace("mass_matrix", "M") for part in parts)
+            return _make_explanation(target, changes, f"{where}, which M x'' shows")
+    if not rows or len(rows) < wrong.sum():
+        return None
+    where = ", ".join(_name_places(changes[0], terms) for _, changes in rows.values())
+    return Explanation(tuple(errors.values()), 0.0, (), f"{where}, which M x'' shows")
+
+
+def _name_places(changes: ChangeSet, terms: ReferenceTerms) -> str:
+    places = dict.fromkeys(place for change in changes for place, _ in change.terms)
+    return ", ".join(entries.format_entry(place, terms.names) for place in places)
+
+
+def explain_linear_rates(arm: EntryComparison) -> Iterator[EntryMismatch]:
+    """Entries of the bias in which one rate stands where a product of two belongs.
+
+    At rates of 1 nobody sees that; the bias at opposite rates has the opposite sign of it.
+    """
+    problem, terms = arm.problem, arm.terms
+    bias = arm.results.get(problem.ask_equations("bias"))
+    others = arm.results.get(problem.ask_equations("other_speeds"))
+    if bias is None or others is None or terms is None:
+        return
+    odd = (bias - others[:, 0]) / 2
+    for row, size in enumerate(arm.sizes.bias.tolist()):
+        relative = float(np.abs(odd[:, row]).max() / size)
+        if relative <= arm.sizes.tolerance("bias"):
+            continue
+        for place in terms.entries:
+            for rate in dict.fromkeys(place.rates or ()) if place.row == row else ():
+                line = TargetRow(odd[:, row], size, FITS * size, {place: arm.rates[:, rate]})
+                target = make_target([arm], [[line]], "bias")
+                pool = target.table.build_pool(())
+                singles = target.find_singles(pool, ())
+                if extra := [change for (change,) in singles if change.by == 2]:
+                    term, names = make_term(extra[0].products, terms), terms.names
+                    right = entries.format_rates(place.rates or (0, 0), names)
+                    error = TermError("swapped", term, rate_name(names[rate]), right)
+                    yield EntryMismatch(place, relative, Explanation((error,), 0.0))

@@ -1,0 +1,233 @@
+"""Finds the arm file's numbers on which equations depend, by changing one at a time.
+
+What the answers do not follow is a number in the user's code, or one that the equations leave out
+because the arm has none of it. That is no error on this arm, and other arms must not change it.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping, Sequence
+from contextlib import suppress
+from dataclasses import dataclass, field, replace
+from functools import cached_property, partial
+from itertools import chain, combinations, islice
+
+import numpy as np
+from pydantic import ValidationError
+
+from crosscheck.models.arm.arm import Arm
+from crosscheck.models.errors import InputError
+from crosscheck.models.loading import Case
+from crosscheck.planning.comparison import MissingResult, ModelTask, Results
+from crosscheck.trial.changes.arms.arm_numbers import (
+    Powers,
+    find_natural_powers,
+    get_number,
+    list_number_names,
+    nonzero_substitute,
+    replace_numbers,
+)
+from crosscheck.trial.changes.arms.comparison import (
+    EntryComparison,
+    compare_entries,
+    list_entry_questions,
+)
+from crosscheck.trial.judge.entries import PARTS, EntryPlace, Part, entry_place
+from crosscheck.trial.judge.questions import VerificationProblem
+
+FEW_STATES = 3
+FACTORS = (1.23, 0.77)  # factors on a number; the second is used if the first is out of its range
+MOST_CHOICES = 64  # sets tried of numbers that may scale with another
+Perform = Callable[[Sequence[ModelTask]], Results]
+
+
+@dataclass(frozen=True)
+class IgnoredNumber:
+    """A number of the arm's file that equations do not follow.
+
+    parts: those of the equations that stay as they are while the right ones change, none of a
+    number that by itself changes neither, and may in company; goes_with: the
+    numbers that it goes with instead, and their powers; certain: whether an entry that depends on
+    it is right on the user's arm, or the number is 0 there. If not, it may be an error. partly:
+    whether other parts follow it.
+    """
+
+    name: str
+    value: float
+    parts: tuple[Part, ...]
+    goes_with: Powers = field(default_factory=dict)
+    certain: bool = True
+    partly: bool = False
+
+
+@dataclass(frozen=True)
+class Dependence:
+    """Dependence of equations on the numbers of their arm's file.
+
+    comparison: the comparison on that arm; perform: asks questions of models.
+    """
+
+    comparison: EntryComparison
+    perform: Perform
+
+    @cached_property
+    def _wrong_places(self) -> frozenset[EntryPlace]:
+        return frozenset(wrong.place for wrong in self.comparison.wrong_entries)
+
+    @cached_property
+    def _unchanged_comparison(self) -> EntryComparison | None:
+        """The comparison on the arm itself, at the few states."""
+        (comparison,) = self._compare_on_arms([self.comparison.problem.case.arm])
+        return comparison
+
+    def find_ignored_numbers(self) -> list[IgnoredNumber]:
+        """The numbers that the equations do not follow, in the order of the file."""
+        if self._unchanged_comparison is None:
+            return []
+        arm = self.comparison.problem.case.arm
+        changes = {name: self._scale_numbers(name, {}) for name in list_number_names(arm)}
+        arms = [arm for arm in changes.values() if arm is not None]
+        answers = iter(self._compare_on_arms(arms))
+        numbers, drivers = list[IgnoredNumber](), list[str]()
+        for name, changed in changes.items():
+            there = None if changed is None else next(answers)
+            if there is None:
+                continue
+            number = self._judge_number(name, there)
+            if number is not None:
+                numbers.append(number)
+            elif self._has_new_errors(there):
+                drivers.append(name)
+        return self._mark_tied_numbers(numbers, drivers)
+
+    def _judge_number(self, name: str, there: EntryComparison) -> IgnoredNumber | None:
+        """Judgment on a number, by the comparison on an arm with another value of it."""
+        assert self._unchanged_comparison is not None  # else nobody asks
+        parts, right_entry, partly, matters = list[Part](), False, False, False
+        for quantity, before in self._unchanged_comparison.reference_values.items():
+            if quantity not in there.user_values:
+                return None
+            rounding = self._unchanged_comparison.sizes.tolerance(
+                quantity
+            ) * self._unchanged_comparison.sizes.entry_sizes(quantity)
+            moved = np.abs(there.reference_values[quantity] - before).max(axis=0) > rounding
+            still = there.user_values[quantity] - self._unchanged_comparison.user_values[quantity]
+            follows = bool((np.abs(still).max(axis=0) > rounding).any())
+            matters = matters or follows or bool(moved.any())
+            partly = partly or (follows and bool(moved.any()))
+            if follows or not moved.any():
+                continue
+            parts.append(PARTS[quantity])
+            places = {entry_place(quantity, tuple(index)) for index in np.argwhere(moved).tolist()}
+            right_entry = right_entry or not places <= self._wrong_places
+        if matters and not parts:
+            return None
+        value = get_number(self.comparison.problem.case.arm, name)
+        # Nearly everybody writes 9.81 into the code, where it is the file's number too.
+        is_constant = name.startswith("gravity")
+        certain = right_entry or value == 0 or is_constant or not matters
+        return IgnoredNumber(name, value, tuple(parts), certain=certain, partly=partly)
+
+    def _has_new_errors(self, there: EntryComparison) -> bool:
+        """Whether entries differ there that do not on the user's arm."""
+        return not {wrong.place for wrong in there.wrong_entries} <= self._wrong_places
+
+    def _mark_tied_numbers(
+        self, numbers: list[IgnoredNumber], drivers: Sequence[str]
+    ) -> list[IgnoredNumber]:
+        """The numbers, those that go with a driver so marked: its change alone is not followed."""
+        arm = self.comparison.problem.case.arm
+        loose = {each.name for each in numbers if each.parts}
+        natural = {driver: find_natural_powers(arm, driver) for driver in drivers}
+        all_loose = {
+            driver: {name: power for name, power in powers.items() if name in loose}
+            for driver, powers in natural.items()
+        }
+        # All that may go with a driver, as a rule does; else the fewest that do.
+        settled = self._find_agreeing_choices(list(all_loose.items()))
+        fewer = [
+            (driver, chosen)
+            for driver, powers in all_loose.items()
+            if driver not in settled
+            for chosen in _subsets(powers)
+        ]
+        settled |= self._find_agreeing_choices(fewer)
+        goes_with: dict[str, dict[str, int]] = {}
+        for driver, powers in settled.items():
+            for name, power in powers.items():
+                goes_with.setdefault(name, {})[driver] = power
+        # Of one that goes with another here and is followed there, one of the two is an error.
+        return [
+            replace(each, goes_with=goes_with.get(each.name, {}))
+            for each in numbers
+            if not (each.partly and each.name in goes_with)
+        ]
+
+    def _find_agreeing_choices(self, choices: Sequence[tuple[str, Powers]]) -> dict[str, Powers]:
+        """By driver, the first choice with which no more entries differ than on this arm."""
+        made = [
+            self._scale_numbers(driver, powers) if powers else None for driver, powers in choices
+        ]
+        answers = iter(self._compare_on_arms([each for each in made if each is not None]))
+        agreeing_powers: dict[str, Powers] = {}
+        for (driver, powers), arm in zip(choices, made, strict=True):
+            there = None if arm is None else next(answers)
+            if there is not None and not self._has_new_errors(there):
+                agreeing_powers.setdefault(driver, powers)
+        return agreeing_powers
+
+    def _scale_numbers(self, driver: str, powers: Powers) -> Arm | None:
+        """The arm with another number of this name, others by the powers of its factor.
+
+        None where there is none.
+        """
+        arm = self.comparison.problem.case.arm
+        for factor in FACTORS:
+            scaled = {driver: 1, **powers}
+            numbers = {n: get_number(arm, n) * factor**power for n, power in scaled.items()}
+            numbers[driver] = numbers[driver] or nonzero_substitute(arm, driver)
+            with suppress(ValidationError):
+                return replace_numbers(arm, numbers) if numbers[driver] else None
+        return None
+
+    def _compare_on_arms(self, arms: Sequence[Arm]) -> list[EntryComparison | None]:
+        """The comparison on each arm at a few states, None where there is no answer."""
+        problems = [self._adapt_to_arm(arm) for arm in arms]
+        level, quantities = self.comparison.level, list(self.comparison.user_values)
+        answering = [each for each in problems if each is not None]
+        tasks = (
+            task for each in answering for task in list_entry_questions(each, [level], quantities)
+        )
+        results = self.perform(list(dict.fromkeys(tasks)))
+        compare = partial(_compare_if_answered, level, quantities, results)
+        return [None if each is None else compare(each) for each in problems]
+
+    def _adapt_to_arm(self, arm: Arm) -> VerificationProblem | None:
+        """The problem on another arm at few states, the drive as it is."""
+        problem = self.comparison.problem
+        case = Case(arm, problem.case.scenario, problem.case.switches)
+        try:
+            equations = problem.equations.adapt_to_arm(arm, case.scenario)
+        except InputError:  # equations of some arms alone
+            return None
+        return replace(problem, equations=equations, case=case, count=FEW_STATES)
+
+
+def kept_numbers(unfollowed: Sequence[IgnoredNumber]) -> Mapping[str, Powers]:
+    """The numbers that other arms must not draw, and what each goes with."""
+    return {each.name: each.goes_with for each in unfollowed}
+
+
+def _compare_if_answered(
+    level: str, quantities: Sequence[str], results: Results, problem: VerificationProblem
+) -> EntryComparison | None:
+    try:
+        return compare_entries(problem, level, quantities, results)
+    except MissingResult:
+        return None
+
+
+def _subsets(powers: Powers) -> list[dict[str, int]]:
+    """Choices of some of the numbers that may go with a driver, the fewest first."""
+    chosen = chain.from_iterable(combinations(powers, size) for size in range(1, len(powers)))
+    return [{name: powers[name] for name in names} for names in islice(chosen, MOST_CHOICES)]

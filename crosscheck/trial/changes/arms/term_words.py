@@ -1,0 +1,269 @@
+"""Terms, errors and explanations as people write them, and as TeX."""
+
+from __future__ import annotations
+
+import re
+from collections import defaultdict
+from collections.abc import Iterable, Mapping, Sequence
+from dataclasses import replace
+from fractions import Fraction
+from typing import Literal
+
+import numpy as np
+
+from crosscheck.trial.changes.arms.letters import format_power, sort_powers
+from crosscheck.trial.changes.arms.polynomial import Monomial, as_polynomial
+from crosscheck.trial.changes.arms.segments import (
+    EntryTerms,
+    Product,
+    ReferenceTerms,
+    TermKey,
+)
+from crosscheck.trial.changes.arms.term_changes import MOST_TERMS, TermChange
+from crosscheck.trial.judge.entries import (
+    EntryMismatch,
+    Term,
+    TermError,
+    format_entry,
+)
+
+MOST_EQUAL = 2  # explanations that fit as well as the first
+FUNCTIONS = {"cos": r"\cos", "sin": r"\sin", "sqrt": r"\sqrt"}
+GREEK = ("theta", "phi", "alpha", "beta", "gamma", "psi", "omega")
+
+
+def make_term_error(change: TermChange, terms: ReferenceTerms) -> TermError:
+    """The error that a change is, as it is reported to the user."""
+    term = Term(change.group) if change.group else make_term(change.products, terms)
+    kind, yours, right = change.kind, change.yours, change.right
+    if change.key is not None:
+        belongs = change.products[0].key
+        if kind == "angle":
+            yours, right = format_wave(change.key, terms), format_wave(belongs, terms)
+            yours = yours if change.by == 1.0 else f"-{yours}"
+        else:
+            yours, right = change.key.signal, belongs.signal
+    elif kind == "angle":
+        keys = dict.fromkeys(product.key for product in change.products if any(product.key.wave))
+        right = " and ".join(format_wave(key, terms) for key in keys)
+        yours = yours.format(right)
+    elif kind == "exchanged":
+        term = Term("")
+    elif kind == "extra" and change.terms:
+        right = _find_entry(change, terms)
+    return TermError(kind, term, yours, right, change.by)
+
+
+def _find_entry(change: TermChange, terms: ReferenceTerms) -> str:
+    """The first entry of the bias in which these are the terms of their wave, in words; or ''."""
+    key = change.products[0].key
+    for place, entry in terms.entries.items():
+        there = {product for product in entry if product.key == key}
+        if place.rates is not None and there == set(change.products):
+            return format_entry(place, terms.names)
+    return ""
+
+
+def make_term(products: EntryTerms, terms: ReferenceTerms) -> Term:
+    """Terms that belong together as one, before one wave or several."""
+    keys = list(dict.fromkeys(product.key for product in products))
+    if len(keys) > 1:
+        text = join_terms(format_term(make_term((p,), terms)) for p in products[:MOST_TERMS])
+        return _typeset(Term(_cut(text, products)))
+    key, text = keys[0], format_coefficient(products)
+    sign, angle = format_angle_sum(key, terms)
+    if key.function == "sin" and sign < 0:
+        text = text[1:] if text.startswith("-") else f"-{text}"
+    wave: Literal["", "cos", "sin"] = "cos" if key.function == "cos" else "sin"
+    return _typeset(Term(text, wave if angle else "", angle, key.signal))
+
+
+def _typeset(term: Term) -> Term:
+    return replace(term, latex=format_text_latex(format_term(term)))
+
+
+def format_coefficient(products: EntryTerms) -> str:
+    """The sum of the terms' coefficients as text, what all have in common before it."""
+    if len(products) == 1:
+        return format_monomial(products[0].monomial)
+    powers = [dict(product.monomial.powers) for product in products]
+    least = {name: min(each.get(name, 0) for each in powers) for name in powers[0]}
+    shared = {name: power for name, power in least.items() if power > 0}
+    rests = []
+    for number, monomial_powers in (product.monomial for product in products[:MOST_TERMS]):
+        rest = ((name, power - shared.get(name, 0)) for name, power in monomial_powers)
+        rests.append(Monomial(number, tuple((name, power) for name, power in rest if power)))
+    front = -1 if all(rest.number < 0 for rest in rests) else 1
+    rests = [rest._replace(number=front * rest.number) for rest in rests]
+    inside = _cut(join_terms(map(format_monomial, rests)), products)
+    common = format_monomial(Monomial(front, tuple(shared.items()))) if shared or front < 0 else ""
+    return f"{'-' if common == '-1' else common} ({inside})".strip()
+
+
+def format_monomial(monomial: Monomial) -> str:
+    """A monomial as text: number, masses, lengths, such as 2 m_payload L1 d2, with fractions."""
+    number = monomial.number
+    front = f"{number:.6g}" if isinstance(number, float) else str(Fraction(number))
+    ordered = sort_powers(monomial.powers)
+    above = [format_power(name, power) for name, power in ordered if power > 0]
+    below = [format_power(name, -power) for name, power in ordered if power < 0]
+    if above and front in ("1", "-1"):
+        front = front[:-1]
+    text = (front + " " if front not in ("", "-") else front) + " ".join(above)
+    under = " ".join(below)
+    return text.strip() + (f"/({under})" if len(below) > 1 else f"/{under}" if below else "")
+
+
+def format_angle_sum(key: TermKey, terms: ReferenceTerms) -> tuple[int, str]:
+    """The sign that a sine takes, and the angle sum in the user's coordinates, first positive."""
+    if not any(key.wave):
+        return 1, ""
+    turned = np.array(key.wave, dtype=object) @ terms.turns
+    monomials = [
+        (monomial, name)
+        for entry, name in zip(turned, terms.names, strict=True)
+        for monomial in as_polynomial(entry).monomials
+    ]
+    if any(m.number != round(m.number) for m, _ in monomials if isinstance(m.number, float)):
+        named = zip(key.wave, range(1, len(key.wave) + 1), strict=True)
+        monomials = [(Monomial(times, ()), f"theta_{joint}") for times, joint in named if times]
+    sign = 1 if monomials[0][0].number > 0 else -1
+    return sign, join_terms(
+        _format_multiple(monomial._replace(number=sign * monomial.number), name)
+        for monomial, name in monomials
+    )
+
+
+def _format_multiple(monomial: Monomial, name: str) -> str:
+    """A coordinate times a monomial: 2 theta_1, psi_1/n1."""
+    above, slash, below = format_monomial(monomial).partition("/")
+    front = {"1": "", "-1": "-"}.get(above, f"{above} ")
+    return f"{front}{name}{slash}{below}"
+
+
+def format_row(row: np.ndarray, names: Sequence[str], *, rate: bool = False) -> str:
+    """A row (n,) over coordinates, or their rates, as a sum: theta_1 + theta_2; 0 of none."""
+    once = {1.0: "", -1.0: "-"}
+    entries = zip(row.round(9).tolist(), names, strict=True)
+    parts = (once.get(entry, f"{entry:g} ") + name + "'" * rate for entry, name in entries if entry)
+    return join_terms(parts) or "0"
+
+
+def join_terms(parts: Iterable[str]) -> str:
+    """The sum of texts, which may begin with a minus."""
+    return " + ".join(parts).replace("+ -", "- ")
+
+
+def _cut(text: str, products: Sequence[object]) -> str:
+    more = len(products) - MOST_TERMS
+    return f"{text} + {more} more" if more > 0 else text
+
+
+def format_wave(key: TermKey, terms: ReferenceTerms) -> str:
+    """A wave as text: 1, or a sine or cosine of an angle sum in the user's coordinates."""
+    sign, angle = format_angle_sum(key, terms)
+    minus = "-" if key.function == "sin" and sign < 0 else ""
+    return f"{minus}{key.function}({angle})" if angle else "1"
+
+
+def format_term(term: Term) -> str:
+    """A term in one line, such as m_payload L1 d2 cos(theta_2)."""
+    wave = f"{term.wave}({term.angle})" if term.wave else ""
+    behind = " ".join(filter(None, (wave, term.signal)))
+    if behind and term.coefficient in ("1", "-1"):
+        return term.coefficient[:-1] + behind
+    return f"{term.coefficient} {behind}".strip()
+
+
+def describe_term_error(error: TermError) -> str:
+    """An error in words, yours against what is right."""
+    term = format_term(error.term)
+    if error.kind == "dropped":
+        return f"missing term: {term}"
+    if error.kind == "sign":
+        return f"yours has {term} with the opposite sign"
+    if error.kind == "factor":
+        return f"yours has {term} times {error.yours or f'{error.by:g}'}"
+    if error.kind == "angle":
+        return f"yours has {error.yours} where {error.right} belongs, in {term}"
+    if error.kind == "exchanged":
+        return f"{error.yours} and {error.right} are exchanged"
+    if error.kind == "extra":
+        return f"extra term: {term}" + f", which stands in {error.right}" * bool(error.right)
+    # missing term: m (L2 - d2) L1: where one letter stands for another in one product.
+    coefficient, right, yours = error.term.coefficient, error.right, error.yours
+    match = re.search(rf"(?<!\S){re.escape(right)}(\^\d+)?(?!\S)", coefficient)
+    if match is None or "(" in coefficient or "every" in coefficient or not yours.isidentifier():
+        return f"{yours} where {right} belongs" + f", in {term}" * bool(term)
+    power = match[1] or ""
+    inside = f"({right}{power} - {yours}{power})"
+    short = coefficient[: match.start()] + inside + coefficient[match.end() :]
+    missing = format_term(replace(error.term, coefficient=short))
+    return f"missing term: {missing}; {yours} where {right} belongs"
+
+
+def make_difference_terms(
+    coefficients: Mapping[TermKey, float], terms: ReferenceTerms
+) -> tuple[Term, ...]:
+    """Yours minus right as terms: numbers before waves and signals, the largest first."""
+    numbers = {key: float(f"{value:.4g}") for key, value in coefficients.items()}
+    return tuple(
+        make_term((Product(key, Monomial(numbers[key], ())),), terms)
+        for key in sorted(numbers, key=lambda key: -abs(numbers[key]))
+    )
+
+
+def guess(wrong: EntryMismatch) -> str:
+    """The likely error in an entry, as a question since it is a guess; or its difference."""
+    explanation = wrong.explanation
+    if explanation is None:
+        shown = _cut(join_terms(map(format_term, wrong.difference[:MOST_TERMS])), wrong.difference)
+        difference_text = f"yours minus right is {shown}; " if shown else ""
+        return f"{difference_text}no error in few of its terms makes this difference"
+    others = ["; and ".join(map(describe_term_error, errors)) for errors in explanation.others]
+    guesses = ["; and ".join(map(describe_term_error, explanation.errors)), *others[:MOST_EQUAL]]
+    more = f", and {len(others) - MOST_EQUAL} more" * (len(others) > MOST_EQUAL)
+    where = f", in {explanation.seen_in}" * bool(explanation.seen_in)
+    return "; or ".join(guesses) + more + where + "?"
+
+
+def group_by_errors(wrong: Sequence[EntryMismatch]) -> list[list[EntryMismatch]]:
+    """The wrong entries, grouped by the errors that explain them, in order of first entries."""
+    groups: defaultdict[object, list[EntryMismatch]] = defaultdict(list)
+    for number, each in enumerate(wrong):
+        errors = each.explanation.errors if each.explanation else ()
+        groups[tuple(map(error_signature, errors)) or number].append(each)
+    return list(groups.values())
+
+
+def error_signature(error: TermError) -> object:
+    """Key that equal errors in different entries share: the swap, or else the term as well."""
+    if error.kind == "swapped":
+        return error.kind, error.yours, error.right
+    term = error.term.coefficient.removeprefix("-")
+    where = term, error.term.angle, error.term.signal
+    return error.kind, error.yours, error.right, error.by, where
+
+
+def format_latex_name(name: str) -> str:
+    """A letter or coordinate as TeX: m_{payload}, L_{1}, \\theta_{1}, F_{sp1}; a rate dotted."""
+    if name.endswith("'"):
+        return rf"\dot{{{format_latex_name(name[:-1])}}}"
+    stem, _, index = name.partition("_")
+    number = re.search(r"\d+$", stem)
+    if number:
+        stem, index = stem[: number.start()], number.group() + (f",{index}" if index else "")
+    index = index.replace("_", ",")
+    base = rf"\{stem}" if stem in GREEK else stem
+    return f"{base}_{{{index}}}" if index else base
+
+
+def format_text_latex(text: str) -> str:
+    """A text such as 2 L1, d2^2, 1/sqrt(N1) or cos(theta_1 - theta_2) as TeX."""
+    text = re.sub(r"sqrt\(([^)]*)\)", r"sqrt{\1}", text)
+    text = re.sub(r"\^(\d+)", r"^{\1}", text)
+    text = re.sub(
+        r"[A-Za-z]\w*'?", lambda match: FUNCTIONS.get(match[0]) or format_latex_name(match[0]), text
+    )
+    text = re.sub(r"(?<=[\w})]) (?=[\w\\])", r"\\,", text)
+    return re.sub(r"\d+\\,more", r"\\dots", text)

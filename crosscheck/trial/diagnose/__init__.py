@@ -1,1 +1,0 @@
-"""Diagnosis of the wrong term in a wrong entry."""

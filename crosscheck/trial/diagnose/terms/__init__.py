@@ -1,1 +1,0 @@
-"""Terms of entries: what belongs there, and which errors in them make a difference."""
