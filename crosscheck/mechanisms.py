@@ -23,7 +23,9 @@ SUPPLIED = {
     "find_entry": "registry:get_entry|registry:find_robot_entry",
     "build": "registry:build_arm_model|registry:build_robot_experiment",
     "export": "cli.files.export:export_{}",
-    "write_as_robot": "cli.files.robot_files:write_{}_as_robot",
+    "write_as_robot": "models.robot.planar:write_arm_as_robot"
+    "|cli.files.robot_files:write_robot_as_robot",
+    "compare": "identification.mechanism:PlanarArm|identification.mechanism:SpatialRobot",
     "read_member": "studies.members.cases:read_{}",
     "make_member_model": "studies.members.cases:make_{}_model",
     "make_member_run": "studies.members.cases:make_{}_run",
