@@ -196,19 +196,20 @@ class CauseSearch:
     def body_rows(self) -> list[StepRows]:
         """What numbers of links may be taken for, in all terms, then in each."""
         steps = [pair for each in self.table.body_steps for pair in each.items()]
-        return list(self._lay_out_steps(steps))
+        return list(self._lay_out_steps(steps, slice(None)))
 
     @cached_property
     def step_rows(self) -> list[StepRows]:
-        """All mistakes in Kane's sum."""
-        return list(self._lay_out_steps(self.table.list_steps(self.level)))
+        """All mistakes in Kane's sum, at several states."""
+        steps = self.table.list_steps(self.level)
+        return list(self._lay_out_steps(steps, self.table.several))
 
     def _lay_out_steps(
-        self, steps: Sequence[tuple[str, dict[str, DynamicsTerms]]]
+        self, steps: Sequence[tuple[str, dict[str, DynamicsTerms]]], states: slice
     ) -> Iterator[StepRows]:
         for words, changes in steps:
             stacked = DynamicsTerms(*map(np.array, zip(*changes.values(), strict=True)))
-            for where, rows in self._lay_out_places(stacked):
+            for where, rows in self._lay_out_places(stacked, states):
                 yield StepRows(words + where, list(changes), rows)
 
     @cached_property
@@ -439,9 +440,10 @@ class CauseSearch:
         several: of the row, by number; each mistake is reported with the first ones it explains.
         """
         wholes = list[str]()
+        inside = [self.problem.select_screened(each, self.table.several) for each in several]
         for words, names, rows in self.step_rows:
-            for number, places in enumerate(several):
-                chosen, _ = self.choose_rows(rows, places)
+            for number, (at, places) in enumerate(inside):
+                chosen, _ = self.choose_rows(rows[:, places], at)
                 if not chosen:
                     continue
                 there = [
@@ -504,7 +506,7 @@ class CauseSearch:
     def choose_rows(
         self, rows: np.ndarray, places: Places, *, is_free: bool = False
     ) -> tuple[list[int], float]:
-        """Numbers of the changes (changes, places) that together explain some places.
+        """Numbers of the changes (changes, places) that together explain some places of the row.
 
         Each once, or all times one factor where that is free.
         """
@@ -512,8 +514,7 @@ class CauseSearch:
         there = np.flatnonzero(np.abs(rows).max(axis=1, initial=0.0) > TOLERANCE)
         if not there.size:
             return [], 0.0
-        inside = rows[there][:, places]
-        screened = np.argsort(-np.abs(wrong))[:MOST_SCREENED]
+        inside, screened = rows[there], np.argsort(-np.abs(wrong))[:MOST_SCREENED]
         fit = np.linalg.lstsq(inside[:, screened].T, wrong[screened], rcond=1e-10)[0]
         left = np.abs(fit @ inside[:, screened] - wrong[screened])
         if (left > 2 * allowed[screened]).any():  # nor do any others leave less
