@@ -6,8 +6,8 @@ file has it, whose level is asked, and one with a payload heavier by 2 %, whose 
 Levels take turns; shares have 95 % intervals (Clopper and Pearson). 100 seeds, as many as there are
 where none are stated, take some ten minutes.
 
-``robot``: of recordings of the kinds in tests/measured/statements.py, how many are told as they
-are, of how many something false is said, and how many 95 % intervals of a rotor cover it. Motions
+``robot``: of recordings of the kinds in tests/measured/statements.py, of how many what is true is
+said, of how many something false, and how many 95 % intervals of a rotor cover it. Motions
 and noise of no two kinds are the same.
 
 ``unknowns``: how often intervals of gains and zeros hold what is true. Links are drawn anew for
@@ -22,11 +22,10 @@ from collections.abc import Callable, Iterator
 
 from scipy.stats import binomtest
 
-from crosscheck.models.arm.arm import Arm
+from crosscheck.identification.mechanism import PlanarArm
 from crosscheck.models.loading import load_arm
-from crosscheck.recordings.parameters import change_parameters
 from crosscheck.registry import RIGID_LEVELS
-from tests.measured.records import compared, level, record_of
+from tests.measured.records import judged, level, list_explanations, record_of
 from tests.measured.statements import KINDS, judge
 from tests.measured.unknowns import estimate_unknowns
 
@@ -35,29 +34,31 @@ ROWS = 10_000
 PAYLOAD, HEAVIER = "arm.payload_mass_kg", 1.02
 
 
-def classify_record(arm: Arm, true: str, seed: int) -> str:
+def classify_record(arm: PlanarArm, true: str, seed: int) -> str:
     """What a record of the arm as its file has it is said to be: right, wrong or undecided."""
-    comparison = compared(record_of(level(arm, true), seed, rows=ROWS), arm)
-    if not comparison.decided:
-        return "undecided"
-    return "right" if comparison.best.name == true else "wrong"
+    names = list_explanations(judged(record_of(level(arm.arm, true), seed, rows=ROWS), arm))
+    if names == [(true, "")]:
+        return "right"
+    return "undecided" if (true, "") in names or not names else "wrong"
 
 
-def check_payload_interval(arm: Arm, true: str, seed: int) -> str:
+def check_payload_interval(arm: PlanarArm, true: str, seed: int) -> str:
     """Where the 95 % interval of the payload lies that explains a record of a heavier one."""
-    heavier = change_parameters(arm, {PAYLOAD: HEAVIER * arm.payload_mass_kg})
-    comparison = compared(record_of(level(heavier, true), seed, rows=ROWS), arm)
-    for repair in comparison.repairs:
-        estimate = repair.estimate
-        if (repair.level, estimate.parameter.path) == (true, PAYLOAD):
-            error_kg = abs(estimate.value - heavier.payload_mass_kg)
-            return "covers it" if error_kg < estimate.half_width else "does not cover it"
+    heavier = arm.change({PAYLOAD: HEAVIER * arm.arm.payload_mass_kg})
+    judgement = judged(record_of(level(heavier.arm, true), seed, rows=ROWS), arm)
+    for each in judgement.explanations:
+        if each.estimate and (each.level, each.parameter and each.parameter.path) == (
+            true,
+            PAYLOAD,
+        ):
+            error_kg = abs(each.estimate.value - heavier.arm.payload_mass_kg)
+            return "covers it" if error_kg < each.estimate.half_width else "does not cover it"
     return "not named"
 
 
 def count_levels_and_payloads(seeds: int) -> Iterator[str]:
     """A line for the levels, and one for the payloads."""
-    arm = load_arm("paper-labelled")
+    arm = PlanarArm(load_arm("paper-labelled"))
     turns = [(RIGID_LEVELS[seed % len(RIGID_LEVELS)], seed) for seed in range(seeds)]
     for title, ask, good in (
         ("level of the record", classify_record, "right"),
@@ -73,8 +74,8 @@ def count_statements(seeds: int) -> Iterator[str]:
     """A line for each kind of a robot's recordings."""
     for number, (name, kind) in enumerate(KINDS.items()):
         own = range(number * seeds, (number + 1) * seeds)
-        told, false, covered = map(sum, zip(*(judge(kind, seed) for seed in own), strict=True))
-        yield f"{name}: truth told {told}, something false {false}, interval covers {covered}"
+        true, false, covered = map(sum, zip(*(judge(kind, seed) for seed in own), strict=True))
+        yield f"{name}: true {true}, something false {false}, interval covers {covered}"
 
 
 def count_intervals(seeds: int) -> Iterator[str]:

@@ -49,15 +49,9 @@ URDF_FILE = FileType("an exported URDF", b'<?xml version="1.0"?>\n<!-- Written b
 ROBOT_FILE = FileType("an exported robot's file", b"# Written by crosscheck export. ", ())
 FMU_FILE = FileType("an exported FMU", b"PK\x03\x04", (b'generationTool="crosscheck export"',))
 MEASURED = FileType(
-    "a comparison with a record", JSON, (b'\n "knot_spacing_s": ', b'\n "engines": [')
+    "a comparison with a record", JSON, (b'\n "records": [', b'\n "sides": [', b'\n "ranks": {')
 )
 MEASURED_PAGE = FileType("a comparison's page", HTML, (b"<title>Recording compared with ",))
-IDENTIFIED = FileType(
-    "a robot's comparison with recordings", JSON, (b'\n "recordings": [', b'\n "sides": [')
-)
-IDENTIFIED_PAGE = FileType(
-    "a page of a robot's comparison", HTML, (b"<title>Recordings compared with robot ",)
-)
 EXCITATION = FileType("a suggested motion", b"t_s,theta_1_rad,", ())
 COST = FileType("a cost of shortcuts", JSON, (b'\n "engines_agree": ', b'\n "negligible_share": '))
 COST_PAGE = FileType("a page of shortcuts' cost", HTML, (b"<title>Cost of shortcuts: ",))

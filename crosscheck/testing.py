@@ -106,15 +106,13 @@ def try_equations(
     _require_arguments(arm, scenarios, switches, level, quick, jobs, seed, name)
     chosen = adopt_mechanism(arm, scenarios)._replace(switches=switches)
     name = _name_equations(equations) if name == YOURS else name
-    more = {"level": level, "quick": quick, "jobs": jobs, "seed": seed, "name": name}
-    trial: TrialResult = supply("try_equations", chosen.mechanism.section)(
-        equations, chosen, **more
-    )
+    try_chosen = supply("try_equations", chosen.mechanism.section)
+    trial: TrialResult = try_chosen(equations, chosen, level, quick, jobs, seed, name)
     return trial
 
 
 def try_arm(
-    equations: Any, chosen: Selection, *, level: Level, quick: bool, jobs: int, seed: int, name: str
+    equations: Any, chosen: Selection, level: Level, quick: bool, jobs: int, seed: int, name: str
 ) -> TrialResult:
     """The trial of an arm's equations. Raises InputError."""
     from crosscheck.trial.input.loading import build_equations, load_equations
@@ -133,7 +131,7 @@ def try_arm(
 
 
 def try_robot(
-    equations: Any, chosen: Selection, *, level: Level, quick: bool, jobs: int, seed: int, name: str
+    equations: Any, chosen: Selection, level: Level, quick: bool, jobs: int, seed: int, name: str
 ) -> TrialResult:
     """The trial of a robot's equations, whose states are few. Raises InputError."""
     from crosscheck.models.refusals import refuse
@@ -152,33 +150,14 @@ def try_robot(
 
 
 def assert_agrees(
-    equations: Any,
-    arm: Mechanism | str = "paper-labelled",
-    *,
-    scenarios: Sequence[Scenario | str] = (),
-    switches: Switches | None = None,
-    level: Level = "",
-    quick: bool = True,
-    jobs: int = 1,
-    seed: int = 0,
-    name: str = YOURS,
+    equations: Any, arm: Mechanism | str = "paper-labelled", **options: Any
 ) -> TrialResult:
     """Raise AssertionError with what `crosscheck trial` prints, unless all that was judged agrees.
 
     Takes the arguments of ``try_equations`` and returns what that returns.
     """
     __tracebackhide__ = True
-    trial = try_equations(
-        equations,
-        arm,
-        scenarios=scenarios,
-        switches=switches,
-        level=level,
-        quick=quick,
-        jobs=jobs,
-        seed=seed,
-        name=name,
-    )
+    trial = try_equations(equations, arm, **options)
     if trial.exit_code:
         answer = trial.answer
         first = answer.first_error or "not all checks agree"
@@ -196,22 +175,14 @@ def _name_equations(equations: Any) -> str:
     return name if name.isidentifier() and name not in engines else YOURS
 
 
-def _require_arguments(
-    arm: object,
-    scenarios: object,
-    switches: object,
-    level: object,
-    quick: object,
-    jobs: object,
-    seed: object,
-    name: object,
-) -> None:
+def _require_arguments(*given: object) -> None:
     """Raise InputError, naming argument, value and what is allowed, for one of the wrong kind."""
     from crosscheck.models.errors import InputError
     from crosscheck.models.experiment.scenario import Scenario, Switches
     from crosscheck.models.mechanism import Mechanism
     from crosscheck.trial.input.equations import Level
 
+    arm, scenarios, switches, level, quick, jobs, seed, name = given
     levels = get_args(Level)
     listed = isinstance(scenarios, list | tuple)
     for argument, value, is_allowed, allowed in (

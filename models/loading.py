@@ -84,28 +84,10 @@ def load_case(
     and ``*`` for any of a list, or in a name: ``arm.joints.*.*_mesh.backlash_m=2e-5``. Raises
     InputError.
     """
-    data = read_raw_case(arm, scenario, switches)
-    for setting in settings:
-        apply_setting(data, setting)
-    loaded = validate_record(Arm, data["arm"], arm)
-    experiment = validate_record(Scenario, data["scenario"], scenario)
-    case = Case(loaded, experiment, validate_switches(data["switches"], loaded))
-    require_fitting(case, arm, scenario)
-    return case
-
-
-def read_raw_case(
-    arm: str, scenario: str, switches: dict[str, str] | None = None
-) -> dict[str, Any]:
-    """What the files of an arm and a scenario hold, by section, not validated. Raises InputError.
-
-    Nothing else refers to it: a caller may change it.
-    """
-    return {
-        "arm": read_raw_arm(arm),
-        "scenario": read_raw_scenario(scenario),
-        "switches": {key: value for key, value in (switches or {}).items() if value is not None},
-    }
+    chosen = [f"switches.{name}={law}" for name, law in (switches or {}).items()]
+    loaded = load_selection(arm, [scenario], [*chosen, *settings])
+    laws = loaded.switches or usual_switches(loaded.arm)
+    return Case(loaded.arm, loaded.scenarios[0], laws)
 
 
 def validate_switches(chosen: dict[str, Any], arm: Arm) -> Switches:

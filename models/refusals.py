@@ -11,7 +11,7 @@ STATES = "equations of robots are judged at states, and no run is made"
 
 
 class Refusal(NamedTuple):
-    """An option of a command, or an argument of a function, that a sort of mechanism has not."""
+    """An option of a command, or an argument of a function, and of which sort it cannot be."""
 
     command: str
     option: str
@@ -33,18 +33,15 @@ REFUSALS = (
     Refusal("study", "switches", "robot", TEETH),
     Refusal("study", "level", "arm", "an arm's model has its gears"),
 )
-OTHERS = {"arm": "robots", "robot": "arms"}
 
 
 def refuse(section: str, command: str, where: str = "", **given: object) -> None:
     """Raise InputError for the first value given that a sort of mechanism cannot have.
 
-    section: of its file, arm or robot; where: the file that has the value, if one has; given: by
-    the names of options, or of arguments.
+    section: of its file; where: the file that has the value, if one has; given: by argument.
     """
-    for refusal in REFUSALS:
-        name = refusal.option.removeprefix("--").replace("-", "_")
-        if (refusal.section, refusal.command) == (section, command) and given.get(name):
-            allowed = f"is for {OTHERS[section]}: {refusal.reason}"
-            place = (where, refusal.option) if where else (refusal.option, "")
-            raise InputError(*place, None, allowed)
+    rows = [each for each in REFUSALS if (each.section, each.command) == (section, command)]
+    for _, option, _, reason in rows:
+        if given.get(option.removeprefix("--").replace("-", "_")):
+            allowed = f"is for {'robots' if section == 'arm' else 'arms'}: {reason}"
+            raise InputError(where or option, option if where else "", None, allowed)

@@ -16,20 +16,21 @@ from pathlib import Path
 import numpy as np
 
 from crosscheck.identification.compare import (
-    RobotComparison,
+    RecordComparison,
     SideResult,
-    compare_robot,
+    compare,
 )
 from crosscheck.identification.description import (
     load_description,
     read_recordings,
     transmission_matrix,
 )
-from crosscheck.identification.messages import SIDE_WORDS, describe_answers, format_estimate
+from crosscheck.identification.engines import ENGINE_ROWS
+from crosscheck.identification.mechanism import SpatialRobot
+from crosscheck.identification.messages import SIDE_PHRASES, describe_answers, format_estimate
 from crosscheck.identification.terms import TermEstimate
 from crosscheck.models.robot.file import RobotFile, build_robot, load_robot
 from crosscheck.models.robot.robot import Robot
-from crosscheck.recordings.engines import ENGINE_ROWS
 from crosscheck.registry import engine_of
 from tools.site import format_table
 
@@ -46,7 +47,7 @@ class Study:
     """A robot's comparison, and what was published of its terms by their names."""
 
     title: str
-    comparison: RobotComparison
+    comparison: RecordComparison
     published: Mapping[str, float]
     remarks: tuple[str, ...]
 
@@ -117,7 +118,7 @@ def _study_pendulums(folder: Path) -> Iterator[Study]:
         yield Study(title, comparison, published, remarks)
 
 
-def _describe_coulomb(comparison: RobotComparison, published: Mapping[str, float]) -> str:
+def _describe_coulomb(comparison: RecordComparison, published: Mapping[str, float]) -> str:
     """How far estimated Coulomb friction is above the published one."""
     side = comparison.sides[0]
     ratios = [
@@ -135,12 +136,12 @@ def _study_kinova(folder: Path) -> Iterator[Study]:
     yield Study("Kinova Gen3", _compare(robot, folder, "kinova-gen3"), {}, remarks)
 
 
-def _compare(robot: Robot, folder: Path, name: str) -> RobotComparison:
+def _compare(robot: Robot, folder: Path, name: str) -> RecordComparison:
     """The comparison by the description of this name, its files in the folder."""
     description = load_description(DESCRIPTIONS / f"{name}.toml")
-    recordings = read_recordings(description, robot, folder / f"{name}.toml")
+    records = read_recordings(description, robot, folder / f"{name}.toml")
     turns = transmission_matrix(description, len(robot.coordinates))
-    return compare_robot(robot, recordings, turns, lambda *progress: None)
+    return compare(SpatialRobot(robot), records, turns, lambda *progress: None)
 
 
 def _build_pendulum(numbers: Mapping[str, float]) -> Robot:
@@ -184,9 +185,9 @@ def _read_numbers(text: str, field: str) -> list[float]:
 def _describe_study(study: Study) -> Iterator[str]:
     comparison = study.comparison
     yield f"## {study.title}\n"
-    seconds = sum(float(each.time[-1] - each.time[0]) for each in comparison.recordings)
-    rows = sum(each.rows for each in comparison.recordings)
-    count = len(comparison.recordings)
+    seconds = sum(float(each.time[-1] - each.time[0]) for each in comparison.records)
+    rows = sum(each.rows for each in comparison.records)
+    count = len(comparison.records)
     yield f"{count} recording{'s' * (count > 1)}, {rows:,} rows, {seconds:.3g} s. The answer:\n"
     yield from (f"> {line}\n>" for line in describe_answers(comparison))
     yield ""
@@ -203,7 +204,7 @@ def _describe_study(study: Study) -> Iterator[str]:
 
 def _describe_side(side: SideResult, published: Mapping[str, float]) -> Iterator[str]:
     links = {"identified": ", links identified", "scaled": ", links of the file scaled", "none": ""}
-    yield f"### By the {SIDE_WORDS[side.side]}{links[side.links]}\n"
+    yield f"### By the {SIDE_PHRASES[side.side]}{links[side.links]}\n"
     yield (
         f"Up to {side.bandwidth:.3g} Hz, condition number {side.condition:.3g},"
         f" {side.blocks} blocks.\n"

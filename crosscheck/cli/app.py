@@ -43,13 +43,16 @@ app.add_typer(baseline, name="baseline")
 cache = typer.Typer(no_args_is_help=True, help="Show or clear the files kept between runs.")
 app.add_typer(cache, name="cache")
 
+File = Path | None  # of options that may be left out
+Text = str | None
+Texts = list[str] | None
 ArmName = Annotated[str, Argument(metavar="ARM", help="Built-in name or TOML file.")]
 MechanismName = Annotated[
     str, Argument(metavar="ARM", help="Name or TOML file of an arm or robot; or a URDF or MJCF.")
 ]
 Quick = Annotated[bool, Option("--quick", help="Fewer states, shorter runs.")]
 Jobs = Annotated[int | None, Option(min=1, max=1000, help="Worker processes (default: all cores).")]
-JUnit = Annotated[Path | None, Option("--junit", help="JUnit XML file to write.")]
+JUnit = Annotated[File, Option("--junit", help="JUnit XML file to write.")]
 OpenPage = Annotated[bool, Option("--open", help="Show the page in the browser.")]
 STANDARD_OUTPUT = Path("/dev/stdout")
 
@@ -63,22 +66,21 @@ def _resolve_json(context: typer.Context, path: Path | None) -> Path | None:
 
 
 JsonFile = Annotated[
-    Path | None,
-    Option("--json", help="JSON file to write, - for the output.", callback=_resolve_json),
+    File, Option("--json", help="JSON file to write, - for the output.", callback=_resolve_json)
 ]
 Scenarios = Annotated[
-    list[str] | None,
+    Texts,
     Option("--scenario", help="Run this one, name or file, not the arm's usual ones; repeatable."),
 ]
 Settings = Annotated[
-    list[str] | None,
+    Texts,
     Option(
         "--set", metavar="PATH=VALUE", help="Change a value: arm.joints.*.*_mesh.backlash_m=2e-5."
     ),
 ]
 Seed = Annotated[int, Option(min=0, max=LARGEST_SEED, help="Seed of the random states.")]
 TrialModel = Annotated[
-    str | None, Option("--model", help="Equations to try instead, file.py:name; their code is run.")
+    Text, Option("--model", help="Equations to try instead, file.py:name; their code is run.")
 ]
 Baselines = Annotated[Path, Option("--dir", help="Folder of the records.")]
 
@@ -193,8 +195,8 @@ def simulate(
     ],
     scenario: Annotated[str, Option(help="Built-in name or TOML file.")],
     out: Annotated[Path, Option(help="NetCDF file to write.")],
-    t_end: Annotated[str | None, Option(help="Duration in seconds.")] = None,
-    step: Annotated[str | None, Option(help="Integration step in seconds.")] = None,
+    t_end: Annotated[Text, Option(help="Duration in seconds.")] = None,
+    step: Annotated[Text, Option(help="Integration step in seconds.")] = None,
     phase: Annotated[
         Literal["angle", "omega_t"] | None, Option(help="Law of the mesh phase (default: angle).")
     ] = None,
@@ -224,22 +226,21 @@ def simulate(
 @app.command()
 def trial(
     model: Annotated[
-        str | None,
+        Text,
         Argument(
             metavar="[MODEL]",
             help="file.py:name, package.module:name or .fmu; its code is run. Not with --answers.",
         ),
     ] = None,
     arm: Annotated[
-        str | None,
+        Text,
         Argument(
             metavar="[ARM]",
             help="Name or TOML file of an arm (paper-labelled) or robot; or a URDF or MJCF.",
         ),
     ] = None,
     scenario: Annotated[
-        list[str] | None,
-        Option("--scenario", help="Simulate this too, a name or file; repeatable."),
+        Texts, Option("--scenario", help="Simulate this too, a name or file; repeatable.")
     ] = None,
     settings: Settings = None,
     quick: Quick = False,
@@ -248,7 +249,7 @@ def trial(
     json_file: JsonFile = None,
     junit: JUnit = None,
     out: Annotated[
-        Path | None, Option(help="Folder of the page, trial.html, or of the files of --ask.")
+        File, Option(help="Folder of the page, trial.html, or of the files of --ask.")
     ] = None,
     ask: Annotated[
         bool, Option("--ask", help="Write the states at which any tool can answer.")
@@ -261,8 +262,7 @@ def trial(
         list[Path] | None, Option(help="With --ask: the first answers; adds states of other arms.")
     ] = None,
     coordinates: Annotated[
-        Path | None,
-        Option(help="TOML file of a linear map, for --ask and --answers; names of an FMU."),
+        File, Option(help="TOML file of a linear map, for --ask and --answers; names of an FMU.")
     ] = None,
     run_code: Annotated[
         bool, Option("--run-code", help="Let an FMU run, whose binary is code.")
@@ -296,35 +296,34 @@ def compare(
         Path,
         Argument(
             metavar="RECORD",
-            help="CSV, MAT, HDF5 or NetCDF file, ROS bag, or a robot's TOML of columns.",
+            help="CSV, MAT, HDF5 or NetCDF file, ROS bag, or a TOML that says what columns are.",
         ),
     ],
     arm: Annotated[
         str, Argument(metavar="ARM_OR_ROBOT", help="Built-in name, TOML file or URDF.")
     ] = "paper-labelled",
     scenario: Annotated[
-        str | None, Option(help="Take the torques from this scenario's drive, name or file.")
+        Text, Option(help="Take the torques from this scenario's drive, name or file.")
     ] = None,
     settings: Settings = None,
     tolerance: Annotated[
-        list[str] | None,
+        Texts,
         Option(
             metavar="PATH=SHARE",
-            help="Standard uncertainty of a number of the arm, arm.payload_mass_kg=0.01 for 1 %.",
+            help="Standard uncertainty of a file's number, arm.payload_mass_kg=0.01 for 1 %.",
         ),
     ] = None,
     topic: Annotated[str, Option(help="Topic of JointState messages in a ROS bag.")] = "",
     joint: Annotated[
-        list[str] | None, Option(help="Name of a joint in a ROS bag; repeat from the base on.")
+        Texts, Option(help="Name of a joint in a ROS bag; repeat from the base on.")
     ] = None,
     json_file: JsonFile = None,
-    out: Annotated[Path | None, Option(help="Folder of the page, compare.html.")] = None,
+    out: Annotated[File, Option(help="Folder of the page, compare.html.")] = None,
 ) -> None:
-    """Compare a recorded motion with an arm's rigid models, or a robot's links and rotors."""
+    """Compare a recorded motion with the rigid models of an arm or a robot."""
     from crosscheck.cli.compare import compare_command
 
-    scenarios = [scenario] if scenario is not None else []
-    given = scenarios, settings or [], tolerance or [], topic, joint or []
+    given = scenario, settings or [], tolerance or [], topic, joint or []
     raise typer.Exit(compare_command(record, arm, *given, json_file, out))
 
 
@@ -334,14 +333,14 @@ def cost(
         str, Argument(metavar="ROBOT", help="Built-in name, TOML file or URDF; or an arm's.")
     ],
     motion: Annotated[
-        Path | None, Option(help="CSV, MAT, HDF5 or NetCDF file of a motion; sines by default.")
+        File, Option(help="CSV, MAT, HDF5 or NetCDF file of a motion; sines by default.")
     ] = None,
     seed: Annotated[
         int, Option(min=0, max=LARGEST_SEED, help="Seed of the motion and the states.")
     ] = 0,
     quick: Annotated[bool, Option("--quick", help="Fewer states, instants and runs.")] = False,
     json_file: JsonFile = None,
-    out: Annotated[Path | None, Option(help="Folder of the page, cost.html.")] = None,
+    out: Annotated[File, Option(help="Folder of the page, cost.html.")] = None,
 ) -> None:
     """Show what leaving out a robot's rotors, or their coupling, costs in torque and at its tip."""
     from crosscheck.cli.cost import cost_command
@@ -356,7 +355,7 @@ def export(
         Path, Option(help="C file, FMU (.fmu), or URDF (.urdf) of the mechanism, to write.")
     ],
     model: Annotated[
-        str | None, Option(help="An analytic one, see `crosscheck list`; of C files and FMUs.")
+        Text, Option(help="An analytic one, see `crosscheck list`; of C files and FMUs.")
     ] = None,
     settings: Settings = None,
 ) -> None:
@@ -372,7 +371,7 @@ def sweep(
     out: Annotated[Path, Option(help="NetCDF file to write.")],
     jobs: Jobs = None,
     scheduler: Annotated[
-        str | None,
+        Text,
         Option(
             metavar="tcp://HOST:PORT",
             help="Address of a Dask scheduler, whose workers run the study.",
@@ -395,10 +394,8 @@ def sweep(
 @app.command()
 def plot(
     file: Annotated[Path, Argument(metavar="FILE", help="What `crosscheck sweep` wrote.")],
-    quantity: Annotated[
-        list[str] | None, Option(help="Variable to draw; repeatable (default: all).")
-    ] = None,
-    out: Annotated[Path | None, Option(help="PNG file to write (default: beside FILE).")] = None,
+    quantity: Annotated[Texts, Option(help="Variable to draw; repeatable (default: all).")] = None,
+    out: Annotated[File, Option(help="PNG file to write (default: beside FILE).")] = None,
 ) -> None:
     """Draw the result of a study: maps, curves and distributions."""
     with require_memory():
@@ -410,7 +407,7 @@ def plot(
 @app.command()
 def view(
     file: Annotated[Path, Argument(metavar="RUN.nc", help="What `crosscheck simulate` wrote.")],
-    out: Annotated[Path | None, Option(help="HTML file to write (default: beside RUN.nc).")] = None,
+    out: Annotated[File, Option(help="HTML file to write (default: beside RUN.nc).")] = None,
     open_page: OpenPage = False,
 ) -> None:
     """Write a page that shows a run in three dimensions, gears and one mesh close up."""
@@ -438,9 +435,7 @@ def init(
     direct: Annotated[
         bool, Option("--direct", help="A plain arm: no gears, no friction, gravity.")
     ] = False,
-    urdf: Annotated[
-        Path | None, Option(help="A robot's file instead, for this URDF or MJCF.")
-    ] = None,
+    urdf: Annotated[File, Option(help="A robot's file instead, for this URDF or MJCF.")] = None,
 ) -> None:
     """Write a commented file of an arm, or of a robot, to begin with; never over another file."""
     from crosscheck.cli.files.template import init_command, init_robot_command

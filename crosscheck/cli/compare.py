@@ -1,4 +1,4 @@
-"""`crosscheck compare`: a recorded motion and the rigid levels of an arm or a robot."""
+"""`crosscheck compare`: recorded motions and the rigid levels of an arm or a robot."""
 
 from __future__ import annotations
 
@@ -7,9 +7,8 @@ from pathlib import Path
 import numpy as np
 
 from crosscheck.cli.output import FileRequest, print_and_write
-from crosscheck.file_types import EXCITATION, IDENTIFIED, IDENTIFIED_PAGE, MEASURED, MEASURED_PAGE
-from crosscheck.identification import output
-from crosscheck.identification.compare import compare_robot
+from crosscheck.file_types import EXCITATION, MEASURED, MEASURED_PAGE
+from crosscheck.identification.compare import compare
 from crosscheck.identification.description import (
     find_knowledge,
     load_description,
@@ -17,17 +16,20 @@ from crosscheck.identification.description import (
     transmission_matrix,
 )
 from crosscheck.identification.excitation import format_excitation
+from crosscheck.identification.mechanism import ComparedMechanism
 from crosscheck.identification.messages import EXCITATION_FILE
-from crosscheck.identification.recording import convert_record
+from crosscheck.identification.output import (
+    comparison_json,
+    comparison_page,
+    describe_comparison,
+)
 from crosscheck.identification.refinement import Knowledge
+from crosscheck.mechanisms import supply
 from crosscheck.models.errors import InputError
-from crosscheck.models.files import is_robot
-from crosscheck.models.loading import load_selection
-from crosscheck.models.robot.file import load_robot
+from crosscheck.models.mechanism import select_mechanism
 from crosscheck.output import require_files
-from crosscheck.recordings.compare import RecordComparison, compare
-from crosscheck.recordings.output import comparison_json, comparison_page, describe_comparison
-from crosscheck.recordings.record import read_record
+from crosscheck.recordings.record import Record, read_record
+from crosscheck.recordings.smoothing import add_drive_torques, check_rates
 from crosscheck.runner.progress import progress_bar
 
 PAGE = "compare.html"
@@ -36,8 +38,8 @@ DESCRIPTION = ".toml"  # ends the name of a record's description
 
 def compare_command(
     record: Path,
-    arm: str,
-    scenarios: list[str],
+    name: str,
+    scenario: str | None,
     settings: list[str],
     stated: list[str],
     topic: str,
@@ -45,71 +47,49 @@ def compare_command(
     json_file: Path | None,
     out: Path | None,
 ) -> int:
-    """Compare a recorded motion with an arm's or a robot's levels; returns the exit code.
+    """Compare recorded motions with an arm's or a robot's levels; returns the exit code.
 
-    Of an arm it is 0 if the engines agree and the likeliest level leaves noise alone, else 1; of a
-    robot it is 0 if they agree, the torques distinguish links alone from rotors, and everything
-    else that the record's description asks for can be determined. Raises InputError.
+    It is 0 if the engines agree and a level with the files' numbers explains the torques, friction
+    aside; where the record's description asks for more, if that can be determined. Raises
+    InputError.
     """
-    if is_robot(arm):
-        for option, given in (
-            ("--scenario", scenarios),
-            ("--set", settings),
-            ("--tolerance", stated),
-        ):
-            if given:
-                raise InputError(option, given[0], None, f"is for arms, and {arm} is a robot")
-        return _compare_robot(record, arm, topic, joints, json_file, out)
-    if record.suffix == DESCRIPTION:
-        reason = f"describes a record of a robot, and {arm} is an arm"
-        raise InputError(str(record), "", None, reason)
-    chosen = load_selection(arm, scenarios, settings)
+    selection = select_mechanism(name, () if scenario is None else (scenario,), settings)
+    adopt = supply("compare", selection.mechanism.section)
+    mechanism: ComparedMechanism = adopt(selection.mechanism)
     tolerances = dict(_tolerance(text) for text in stated)
-    page = None if out is None else out / PAGE
-    require_files((json_file, MEASURED), (page, MEASURED_PAGE))
-    recording = read_record(record, len(chosen.arm.joints), topic, joints)
-    scenario = chosen.scenarios[0] if chosen.scenarios else None
-    with progress_bar() as progress:
-        comparison = compare(recording, chosen.arm, scenario, tolerances, progress)
-    requests = (
-        (json_file, lambda: comparison_json(comparison)),
-        (page, lambda: comparison_page(comparison)),
-    )
-    print_and_write(describe_comparison(comparison), *requests)
-    return 0 if isinstance(comparison, RecordComparison) and comparison.explained else 1
-
-
-def _compare_robot(
-    record: Path,
-    name: str,
-    topic: str,
-    joints: list[str],
-    json_file: Path | None,
-    out: Path | None,
-) -> int:
-    """Compare recordings with a robot; returns the exit code. Raises InputError."""
-    robot = load_robot(name)
+    mechanism.require_parameters(tolerances)
     page = None if out is None else out / PAGE
     table = None if out is None else out / EXCITATION_FILE
-    require_files((json_file, IDENTIFIED), (page, IDENTIFIED_PAGE), (table, EXCITATION))
-    count = len(robot.coordinates)
+    require_files((json_file, MEASURED), (page, MEASURED_PAGE), (table, EXCITATION))
+    count = len(mechanism.robot.coordinates)
+    records: tuple[Record, ...]
     if record.suffix == DESCRIPTION:
         description = load_description(record)
-        recordings = read_recordings(description, robot, record)
+        records = read_recordings(description, mechanism.robot, record)
         transmission = transmission_matrix(description, count)
-        knowledge = find_knowledge(description, robot, record)
+        knowledge = find_knowledge(description, mechanism.robot, record)
     else:
-        recordings = (convert_record(read_record(record, count, topic, joints)),)
+        records = (read_record(record, count, topic, joints),)
         transmission, knowledge = np.eye(count), Knowledge()
+    for each in records:
+        check_rates(each)
+    for chosen in selection.scenarios:
+        records = tuple(add_drive_torques(each, chosen) for each in records)
+    for each in records:
+        if each.motor_torque is None and each.joint_torque is None:
+            reason = (
+                "has no torques; columns must be torque_1_N_m, ..., or --scenario says whose drive"
+            )
+            raise InputError(each.where, "", None, reason)
     with progress_bar() as progress:
-        comparison = compare_robot(robot, recordings, transmission, progress, knowledge)
+        comparison = compare(mechanism, records, transmission, progress, knowledge, tolerances)
     requests: list[FileRequest] = [
-        (json_file, lambda: output.comparison_json(comparison)),
-        (page, lambda: output.comparison_page(comparison)),
+        (json_file, lambda: comparison_json(comparison)),
+        (page, lambda: comparison_page(comparison)),
     ]
     if (excitation := comparison.excitation) is not None:
         requests.append((table, lambda: format_excitation(excitation)))
-    print_and_write(output.describe_comparison(comparison), *requests)
+    print_and_write(describe_comparison(comparison), *requests)
     return 0 if comparison.engines_agree and comparison.is_decided else 1
 
 

@@ -18,18 +18,14 @@ def list_command() -> None:
     arms = [(name, builtin_title("arms", name)) for name in builtin_arms()]
     robots = [(name, builtin_title("robots", name)) for name in builtin_robots()]
     scenarios = [(name, builtin_title("scenarios", name)) for name in builtin_scenarios()]
-    models = [
-        _format_model(name, "" if "simulate" in entry.promises else "states only", entry.title)
-        for name, entry in MODELS.items()
-        if entry.role != "robot"
-    ]
-    engines = [
-        _format_model(
-            name, f"{' and '.join(entry.levels)} only" if entry.levels else "", entry.title
-        )
-        for name, entry in MODELS.items()
-        if entry.role == "robot"
-    ]
+    models, engines = [], []
+    for model, entry in MODELS.items():
+        only = f"{' and '.join(entry.levels)} only" if entry.levels else ""
+        if entry.role == "robot":
+            engines.append(_format_model(model, only, entry.title))
+        else:
+            limit = "" if "simulate" in entry.promises else "states only"
+            models.append(_format_model(model, limit, entry.title))
     kinds: dict[str, Sequence[tuple[str | Text, str | Text]]] = {
         "arms (ARM)": arms,
         "robots (ROBOT)": robots,

@@ -156,7 +156,8 @@ def trial_command(options: TrialOptions) -> int:
     """Judge supplied equations, or write what is asked of them; returns the exit code."""
     _require_compatible(options)
     if is_robot(options.arm) and not (options.ask and options.fmu):
-        _require_for_robots(options)
+        given: dict[str, Any] = {"after": options.after, "scenario": options.scenarios}
+        refuse("robot", "trial", **given, run_code=options.run_code and options.fmu is None)
         if not options.ask:
             return _try_robot(options)
     if options.ask:
@@ -315,12 +316,6 @@ def _write_new(folder: Path, files: Mapping[str, str | bytes]) -> None:
         if os.path.lexists(folder / name):
             raise InputError(str(folder / name), "", None, "exists already; name another folder")
     write_files({folder / name: content for name, content in files.items()})
-
-
-def _require_for_robots(options: TrialOptions) -> None:
-    """Raise InputError for options that are of arms alone."""
-    given: dict[str, Any] = {"after": options.after, "scenario": options.scenarios}
-    refuse("robot", "trial", **given, run_code=options.run_code and options.fmu is None)
 
 
 def _require_compatible(options: TrialOptions) -> None:

@@ -90,7 +90,7 @@ def fit_motion(record: Record) -> GivenMotion:
         allowed = f"lasts {lasts:.3g} s; must last {LEAST_S:g} s at least"
         raise InputError(record.where, "", None, allowed)
     places = place_knots(record.time, select_spacing(record))
-    spline = make_lsq_spline(record.time, record.angles, places, DEGREE)
+    spline = make_lsq_spline(record.time, record.position, places, DEGREE)
     return GivenMotion(record.where, spline, float(record.time[0]), float(record.time[-1]))
 
 

@@ -1,26 +1,40 @@
-"""A robot's recordings: which of its terms they ask for, and what they cannot distinguish."""
+"""Records of a mechanism: whether its files explain them, and which terms they ask for."""
 
 from __future__ import annotations
 
-from collections.abc import Sequence
-from dataclasses import dataclass, replace
+from collections.abc import Iterator, Mapping, Sequence
+from dataclasses import dataclass, field, replace
 from itertools import pairwise
 from typing import Literal
 
 import numpy as np
-from scipy.special import fdtri
 
 from crosscheck.findings import Finding
 from crosscheck.identification.bandwidth import choose_bandwidth, measure_error
-from crosscheck.identification.decimation import DecimatedSignals
-from crosscheck.identification.estimation import CONFIDENCE, LinearFit, fit_linear, fit_part
+from crosscheck.identification.engines import compare_engines
+from crosscheck.identification.estimation import (
+    ALIKE,
+    CONFIDENCE,
+    LinearFit,
+    fit_linear,
+    fit_part,
+)
 from crosscheck.identification.excitation import Excitation, suggest_excitation
-from crosscheck.identification.recording import Recording
+from crosscheck.identification.forward import Window, run_windows
+from crosscheck.identification.gravity import GravityEstimate
+from crosscheck.identification.mechanism import ComparedMechanism
 from crosscheck.identification.refinement import (
     Knowledge,
     RecordedTorque,
     Refinement,
     refine,
+)
+from crosscheck.identification.restrictions import (
+    SIGNIFICANT,
+    FileFits,
+    FileJudgement,
+    find_worse_joints,
+    flag_friction,
 )
 from crosscheck.identification.sampling import (
     BandSample,
@@ -49,8 +63,8 @@ from crosscheck.identification.terms import (
 from crosscheck.models.errors import InputError
 from crosscheck.models.pinocchio.regressor import LinkRegressor
 from crosscheck.models.robot.robot import Robot, remove_friction
-from crosscheck.recordings.engines import compare_robot_engines
-from crosscheck.recordings.gravity import GravityEstimate
+from crosscheck.recordings.decimation import DecimatedSignals
+from crosscheck.recordings.record import Record
 from crosscheck.runner.progress_update import CountCallback
 
 Side = Literal["motor", "joint", "between"]
@@ -73,16 +87,12 @@ STEPS: tuple[tuple[str, tuple[TermKind, ...]], ...] = (
 MOST_BANDS = 4  # whose samples are kept: fits ask for those of the last ones again
 FEWEST_ROWS = 8  # of torques for a parameter, half of them independent
 NOTHING_ELSE = Knowledge()
-# Chance that anything is named on a side which is not there: of all its rotors, factors and delay
-# together; and that identified links leave less at any joint while the file's are right.
-SIGNIFICANT = 1e-4
 NAMED_KINDS: tuple[TermKind, ...] = (*ROTOR_KINDS, "scale", "gravity", "delay")
 NO_LESS = 1.1  # times the errors of a band: a wider one that makes them more lacks something
-LEFT_MORE = 1.1  # times what identified links leave at a joint: the file's are wrong there
 # Of scaled columns: beyond it estimates hang on what motion hardly shows (Gautier and Khalil, 1992,
 # ask for 100).
 EXCITED = 1000.0
-CONCERNED = 0.1  # a parameter's part in the direction that motion shows least, beyond it told
+CONCERNED = 0.1  # a parameter's part in the direction that motion shows least, to be named
 
 
 @dataclass(frozen=True)
@@ -145,6 +155,7 @@ class SideResult:
     shown: np.ndarray
     excitation: Excitation | None = None
     refinement: Refinement | None = None
+    judgement: FileJudgement | None = None
 
     @property
     def rotors(self) -> tuple[TermEstimate, ...]:
@@ -168,8 +179,8 @@ class SideResult:
     @property
     def delay(self) -> TermEstimate | None:
         """A delay of the torques that the record asks for."""
-        asked = (each for each in self.estimates if each.term.kind == "delay")
-        return next((each for each in asked if abs(each.t) > self.threshold), None)
+        delays = (each for each in self.estimates if each.term.kind == "delay")
+        return next((each for each in delays if abs(each.t) > self.threshold), None)
 
     @property
     def wrong_factors(self) -> tuple[TermEstimate, ...]:
@@ -181,22 +192,9 @@ class SideResult:
         )
 
     def find_worse_joints(self, other: SideResult) -> dict[str, float]:
-        """Joints at which this leaves more than another treatment of links, and how many times.
-
-        By Fisher's test of what the other's further parameters take up there, of all joints
-        together at the level SIGNIFICANT.
-        """
+        """Joints at which this leaves more than another treatment of links, and how many times."""
         ratios = self.steps[-1].rms / other.steps[-1].rms
-        further = np.maximum(other.taken - self.taken, 1.0)
-        chance = fdtri(further, other.left, 1 - SIGNIFICANT / len(ratios))
-        least = np.sqrt(1 + chance * further / other.left)
-        return {
-            name: ratio
-            for name, ratio, needed in zip(
-                self.measured, ratios.tolist(), least.tolist(), strict=True
-            )
-            if ratio > max(LEFT_MORE, needed)
-        }
+        return find_worse_joints(self.measured, ratios, other.taken - self.taken, other.left)
 
     @property
     def impossible(self) -> tuple[TermEstimate, ...]:
@@ -213,23 +211,26 @@ def _is_shared(each: TermEstimate, side: SideResult) -> bool:
 
 
 @dataclass(frozen=True)
-class RobotComparison:
-    """What recordings say of a robot.
+class RecordComparison:
+    """What records say of a mechanism.
 
     ranks: of its levels over all motions; sides: nothing where the engines disagree; knowledge:
     what was known of links, and what was asked beside them; gravities: of each side, with the
     file's links, another gravity; tilt: that one if it alone explains the torques, and all sides
-    are judged with it.
+    are judged with it; tolerances: of the files' numbers, relative standard uncertainties by path;
+    windows: runs of the best explanation.
     """
 
-    robot: Robot
-    recordings: tuple[Recording, ...]
+    mechanism: ComparedMechanism
+    records: tuple[Record, ...]
     engines: tuple[Finding, ...]
     ranks: LevelRanks
     sides: tuple[SideResult, ...]
     knowledge: Knowledge = NOTHING_ELSE
     gravities: tuple[SideResult, ...] = ()
     tilt: GravityEstimate | None = None
+    tolerances: Mapping[str, float] = field(default_factory=dict)
+    windows: tuple[Window, ...] = ()
 
     @property
     def excitation(self) -> Excitation | None:
@@ -242,9 +243,28 @@ class RobotComparison:
         return all(engine.verdict == "agree" for engine in self.engines)
 
     @property
+    def judged_sides(self) -> tuple[SideResult, ...]:
+        """Sides whose torques are compared with the files' numbers."""
+        return tuple(side for side in self.sides if side.judgement is not None)
+
+    @property
+    def is_explained(self) -> bool:
+        """Whether the files' numbers explain all torques, friction aside."""
+        judgements = [side.judgement for side in self.judged_sides if side.judgement]
+        return self.tilt is None and bool(judgements) and all(j.explained for j in judgements)
+
+    @property
+    def has_explanation(self) -> bool:
+        """Whether the files explain all torques, or do if single numbers are changed."""
+        judgements = [side.judgement for side in self.judged_sides if side.judgement]
+        return bool(judgements) and all(each.explanations for each in judgements)
+
+    @property
     def is_decided(self) -> bool:
-        """Whether every side's torques tell links alone from rotors, and what else is asked."""
+        """Whether the files explain the torques; if more is asked, whether that is determined."""
         refinements = [side.refinement for side in self.sides if side.refinement]
+        if not self.knowledge.is_asked:
+            return self.is_explained
         return (
             bool(self.sides)
             and not self.knowledge.lacks_size
@@ -257,38 +277,42 @@ class RobotComparison:
         )
 
 
-def compare_robot(
-    robot: Robot,
-    recordings: Sequence[Recording],
+def compare(
+    mechanism: ComparedMechanism,
+    records: Sequence[Record],
     transmission: np.ndarray,
     progress: CountCallback,
     knowledge: Knowledge = NOTHING_ELSE,
-) -> RobotComparison:
-    """Estimate links, friction and rotors from recordings, and say what they distinguish.
+    tolerances: Mapping[str, float] | None = None,
+) -> RecordComparison:
+    """Judge a mechanism's files by records, and estimate links, friction and rotors.
 
-    The friction of the robot's file is left out, since friction is estimated.
+    The friction of the files is left out, since friction is estimated.
 
     Args:
         transmission: Rates of motors for rates of joints (n, n).
         knowledge: What is known of links, and what is asked beside them.
+        tolerances: Relative standard uncertainties of the files' numbers, by path.
 
     Raises:
-        InputError: Recordings are too short for what is asked.
+        InputError: Records are too short for what is asked.
     """
-    given, robot, shared = robot, remove_friction(robot), shared_motors(transmission)
-    asked = _select_torques(recordings)
-    progress("asking what can be distinguished", 0, len(asked) + 1)
+    given, robot, shared = mechanism, remove_friction(mechanism.robot), shared_motors(transmission)
+    stated = tolerances or {}
+    mechanism.require_parameters(stated)
+    chosen = _select_torques(records)
+    progress("asking what can be distinguished", 0, len(chosen) + 1)
     ranks = compare_levels(robot, shared)
     sides: list[SideResult] = []
     gravities: list[SideResult] = []
     engines: list[Finding] = []
     tilt: GravityEstimate | None = None
     widest = np.inf
-    for number, (side, treatment, torques) in enumerate(asked, 1):
-        progress(f"estimating by torques of side {side}", number, len(asked) + 1)
+    for number, (side, treatment, torques) in enumerate(chosen, 1):
+        progress(f"estimating by torques of side {side}", number, len(chosen) + 1)
         # Payloads are on both sides of the gears: what lies between these has none.
         payloads = knowledge.payloads if treatment == "identified" else ()
-        samples = _BandSamples(robot, recordings, torques, shared, payloads)
+        samples = _BandSamples(robot, records, torques, shared, payloads)
         problem = _Problem(robot, samples, LINK_KINDS[treatment])
         bandwidth = problem.choose_bandwidth(widest)
         if side == "between":
@@ -296,7 +320,7 @@ def compare_robot(
             widest = bandwidth
         if not engines:
             moved = samples.at(bandwidth)
-            engines = compare_robot_engines(robot, (moved.q, moved.v, moved.a))
+            engines = compare_engines(mechanism, (moved.q, moved.v, moved.a))
             if any(engine.verdict != "agree" for engine in engines):
                 break
         judged = _judge_side(problem, side, treatment, bandwidth, knowledge)
@@ -305,24 +329,72 @@ def compare_robot(
             gravities.append(weighed)
             if gravity is not None and tilt is None:
                 tilt, robot = gravity, replace(robot, gravity=gravity.value)
-                samples = _BandSamples(robot, recordings, torques, shared, payloads)
+                mechanism = mechanism.turn(gravity.value)
+                samples = _BandSamples(robot, records, torques, shared, payloads)
                 problem = _Problem(robot, samples, LINK_KINDS[treatment])
                 bandwidth = problem.choose_bandwidth(widest)
                 judged = _judge_side(problem, side, treatment, bandwidth, knowledge)
+        if treatment == "identified" and not knowledge.is_asked:
+            progress("judging the file's numbers", number, len(chosen) + 1)
+            judgement = _judge_file(problem, mechanism, side, bandwidth)
+            judged = replace(judged, judgement=judgement)
         sides.append(judged)
         if treatment == "identified":
             scaled = _Problem(robot, samples, LINK_KINDS["scaled"])
             sides.append(_judge_side(scaled, side, "scaled", bandwidth, NOTHING_ELSE))
-    return RobotComparison(
+    comparison = RecordComparison(
         given,
-        tuple(recordings),
+        tuple(records),
         tuple(engines),
         ranks,
         tuple(sides),
         knowledge,
         tuple(gravities),
         tilt,
+        stated,
     )
+    progress("running the model forward", len(chosen) + 1, len(chosen) + 1)
+    return replace(comparison, windows=tuple(_run_best(comparison)))
+
+
+def _judge_file(
+    problem: _Problem, mechanism: ComparedMechanism, side: Side, bandwidth: float
+) -> FileJudgement:
+    """What a side says of the files' numbers; behind the gears there are links alone."""
+    samples, columns, full = problem.fit(bandwidth)
+    if full.condition > ALIKE:
+        shown = replace(columns, values=columns.values * full.shown[:, :, None])
+        independent = columns.select(find_basis(shown, problem.kinds).chosen)
+        torque = samples.torque[:, problem.measured]
+        full = fit_linear(independent.values, torque, full.shown, samples.starts)
+    fits = FileFits(mechanism, samples, problem.shared, problem.measured, full)
+    behind = [each for each in mechanism.levels if each.level == "links"]
+    return fits.judge(mechanism.levels if side == "motor" else behind)
+
+
+def _run_best(comparison: RecordComparison) -> Iterator[Window]:
+    """Runs of the first side's best explanation, where every joint's torque is measured.
+
+    None of a record with a payload, which the files do not have.
+    """
+    is_loaded = any(payload.any() for payload in comparison.knowledge.payloads)
+    for side in () if is_loaded else comparison.judged_sides[:1]:
+        judgement = side.judgement
+        best = next(iter(judgement.explanations), None) if judgement else None
+        torques = [
+            each.motor_torque if side.side == "motor" else each.joint_torque
+            for each in comparison.records
+        ]
+        pairs = [
+            (record, torque)
+            for record, torque in zip(comparison.records, torques, strict=True)
+            if torque is not None and np.isfinite(torque).all()
+        ]
+        if best is None or best.mechanism is None or len(pairs) < len(torques):
+            continue
+        rubs = flag_friction(best, comparison.mechanism.robot, side.threshold)
+        friction = best.compute_friction if rubs else None
+        yield from run_windows(pairs, best.mechanism, best.level, comparison.tolerances, friction)
 
 
 def _judge_gravity(
@@ -334,9 +406,9 @@ def _judge_gravity(
         problem: With any links and the file's gravity.
         bandwidth: Of that problem; with another gravity it is chosen anew.
     """
-    robot, recordings = problem.robot, problem.recordings
-    links = [LinkRegressor(robot).values] * len(recordings)
-    left = _BandSamples(robot, recordings, torques, problem.shared, links)
+    robot, records = problem.robot, problem.records
+    links = [LinkRegressor(robot).values] * len(records)
+    left = _BandSamples(robot, records, torques, problem.shared, links)
     fixed = _Problem(robot, left, LINK_KINDS["fixed"])
     weighed = _judge_side(fixed, side, "fixed", bandwidth, NOTHING_ELSE)
     if not _is_gravity_significant(weighed):
@@ -362,25 +434,24 @@ def _find_tilt(robot: Robot, weighed: SideResult, free: SideResult) -> GravityEs
         weighed: Of the file's links with another gravity.
         free: Of any links with the file's gravity.
     """
-    value, half_width = robot.gravity.astype(float), np.zeros(3)
     components = [each for each in weighed.estimates if each.term.kind == "gravity"]
-    for each in components:
-        axis = "xyz".index(each.term.name.split()[2])
-        value[axis] += each.value
-        half_width[axis] = each.half_width
-    gravity = GravityEstimate(value, half_width, robot.gravity)
+    axes = ["xyz".index(each.term.name.split()[2]) for each in components]
+    value, half_width = robot.gravity.astype(float), np.zeros(3)
+    value[axes] += [each.value for each in components]
+    half_width[axes] = [each.half_width for each in components]
+    gravity = GravityEstimate(value, half_width, robot.gravity, tuple(axes))
     is_sure = all(each.doubled is None for each in components)
     alone = is_sure and not weighed.find_worse_joints(free)
     return gravity if alone and gravity.is_tilted else None
 
 
 def _select_torques(
-    recordings: Sequence[Recording],
+    records: Sequence[Record],
 ) -> list[tuple[Side, LinkTreatment, list[np.ndarray]]]:
     """Sides that all recordings have, how links are treated there, and their torques."""
     chosen: list[tuple[Side, LinkTreatment, list[np.ndarray]]] = []
-    before = [each.motor_torque for each in recordings if each.motor_torque is not None]
-    behind = [each.joint_torque for each in recordings if each.joint_torque is not None]
+    before = [each.motor_torque for each in records if each.motor_torque is not None]
+    behind = [each.joint_torque for each in records if each.joint_torque is not None]
     if before and behind:
         between = [motor - joint for motor, joint in zip(before, behind, strict=True)]
         chosen.append(("between", "none", between))
@@ -403,15 +474,15 @@ class _BandSamples:
     def __init__(
         self,
         robot: Robot,
-        recordings: Sequence[Recording],
+        records: Sequence[Record],
         torques: Sequence[np.ndarray],
         shared: np.ndarray,
         payloads: Sequence[np.ndarray] = (),
     ) -> None:
-        self.recordings, self.shared = recordings, shared
+        self.records, self.shared = records, shared
         self._regressor, self._payloads = LinkRegressor(robot), payloads
         self.measured = np.isfinite(torques[0]).all(axis=0)
-        pairs = zip(recordings, torques, strict=True)
+        pairs = zip(records, torques, strict=True)
         self._signals = [
             DecimatedSignals(each, torque if self.measured.all() else np.nan_to_num(torque))
             for each, torque in pairs
@@ -445,7 +516,7 @@ class _Problem:
 
     def __init__(self, robot: Robot, samples: _BandSamples, kinds: tuple[TermKind, ...]) -> None:
         self.robot, self.samples = robot, samples
-        self.recordings, self.shared = samples.recordings, samples.shared
+        self.records, self.shared = samples.records, samples.shared
         self.measured = samples.measured
         self.kinds = (*kinds, *(kind for _, added in STEPS for kind in added))
         anything = self._cut(build_columns(robot, self.shared, draw_samples(robot, self.shared)))
@@ -483,17 +554,17 @@ class _Problem:
     @property
     def lowest_bandwidth(self) -> float:
         """The least [Hz] that holds the motion, and rows enough for all parameters."""
-        seconds = sum(float(each.time[-1] - each.time[0]) for each in self.recordings)
+        seconds = sum(float(each.time[-1] - each.time[0]) for each in self.records)
         rate = FEWEST_ROWS * len(self.terms) / (int(self.measured.sum()) * seconds)
-        return max(lowest_bandwidth(self.recordings), rate / 4)
+        return max(lowest_bandwidth(self.records), rate / 4)
 
     def choose_bandwidth(self, widest: float = np.inf) -> float:
         """The bandwidth [Hz] of the fits, no wider one than that. Raises InputError."""
         lowest = self.lowest_bandwidth
-        highest = highest_bandwidth(self.recordings)
+        highest = highest_bandwidth(self.records)
         if lowest > highest:
             allowed = f"holds too few rows for {len(self.terms)} parameters; record more"
-            raise InputError(self.recordings[0].where, "", None, allowed)
+            raise InputError(self.records[0].where, "", None, allowed)
         return choose_bandwidth(self.measure, lowest, min(highest, widest))
 
     def measure(self, bandwidth: float) -> float:
@@ -516,7 +587,7 @@ def _judge_side(
     # Before all else: their columns are gone where those of the bandwidth itself are made.
     bands, others = [], []
     for factor in (0.5, 2.0):
-        if bandwidth * factor <= highest_bandwidth(problem.recordings):
+        if bandwidth * factor <= highest_bandwidth(problem.records):
             _, other_columns, other = problem.fit(bandwidth * factor)
             among = _select_estimates(problem, other_columns, other)
             named = tuple(each for each in among if each.term.kind in NAMED_KINDS)

@@ -8,8 +8,6 @@ from typing import Annotated, Literal
 import numpy as np
 from pydantic import Field
 
-from crosscheck.identification.decimation import condense
-from crosscheck.identification.recording import Recording, require_even_enough
 from crosscheck.identification.refinement import Knowledge, Unknown
 from crosscheck.models.arm import quantities
 from crosscheck.models.arm.quantities import Data
@@ -19,6 +17,8 @@ from crosscheck.models.loading import validate_record
 from crosscheck.models.pinocchio.regressor import BODY_PARAMETERS, LinkRegressor
 from crosscheck.models.robot.robot import BASE, Robot, compute_point_inertia
 from crosscheck.recordings.csv_table import CsvTable, open_table
+from crosscheck.recordings.decimation import condense
+from crosscheck.recordings.record import Record, require_even_enough
 
 Column = Annotated[str, quantities.PrintableText(200)]
 FileName = Annotated[str, quantities.PrintableText(400)]
@@ -153,7 +153,7 @@ def _compute_payload(payload: Payload | None, robot: Robot, where: Path) -> np.n
 
 def read_recordings(
     description: RecordDescription, robot: Robot, where: Path
-) -> tuple[Recording, ...]:
+) -> tuple[Record, ...]:
     """Read the recordings that a description names, in SI units at the joints.
 
     Raises InputError naming file, row, column and what is allowed.
@@ -200,7 +200,7 @@ def _require_lengths(description: RecordDescription, count: int, where: str) -> 
 
 def _read_recording(
     description: RecordDescription, files: RecordingFiles, turns: np.ndarray, where: Path
-) -> Recording:
+) -> Record:
     """One recording; a long one is halved in rate while its rows are read. Raises InputError."""
     moving = open_table(where.parent / files.position)
     given, torques = description.position, (description.motor_torque, description.joint_torque)
@@ -231,7 +231,7 @@ def _read_recording(
     before, behind = (
         None if each is None else _convert(next(left), each, turns) for each in torques
     )
-    return Recording(moving.where, time, positions, before, behind, recorded)
+    return Record(moving.where, time, positions, before, behind, recorded=recorded)
 
 
 def _read_times(description: RecordDescription, table: CsvTable) -> np.ndarray:

@@ -284,7 +284,7 @@ def _pool_variances(
         power = np.maximum(rfft(around).real, 0.0)
         power[1:-1] *= 2  # of both signs of a frequency
         turned = rfft(basis, 2 * rows, axis=0) * np.sqrt(power)[:, None]
-        variance = (remains[:, joint] ** 2).sum() / shown[:, joint].sum()
+        variance = (remains[:, joint] ** 2).sum() / max(shown[:, joint].sum(), 1)
         variance *= independent / left[joint]
         parts = turned.real.T @ turned.real + turned.imag.T @ turned.imag
         total += variance / (2 * rows) * parts

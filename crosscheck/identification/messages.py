@@ -1,4 +1,4 @@
-"""What a comparison of a robot with recordings says, sentence by sentence."""
+"""What a comparison with records says, sentence by sentence: every view begins with the same."""
 
 from __future__ import annotations
 
@@ -9,30 +9,47 @@ import numpy as np
 
 from crosscheck.identification.compare import (
     EXCITED,
-    RobotComparison,
+    RecordComparison,
     Side,
     SideResult,
 )
+from crosscheck.identification.engines import describe_disagreement
 from crosscheck.identification.excitation import DRAWN, Excitation
+from crosscheck.identification.mechanism import ComparedMechanism
 from crosscheck.identification.refinement import PossibleBodies, Refinement
+from crosscheck.identification.restrictions import (
+    LIKELIHOOD_RATIO,
+    FileJudgement,
+    Restriction,
+    flag_friction,
+)
 from crosscheck.identification.terms import ROTOR_KINDS, TermEstimate
 from crosscheck.models.robot.robot import Level
-from crosscheck.recordings.engines import describe_disagreement
-from crosscheck.recordings.messages import format_distinct
+from crosscheck.report.formatting import format_count
 
-SIDE_WORDS: dict[Side, str] = {
+SIDE_PHRASES: dict[Side, str] = {
     "motor": "torques of the motors",
     "joint": "torques behind the gears",
     "between": "torques of the motors less those behind the gears",
 }
+FITS: dict[Side, str] = {
+    "motor": "The recording fits",
+    "joint": "By the torques behind the gears the recording fits",
+}
+NONE_FITS: dict[Side, str] = {
+    "motor": "No level fits the recording with the file's numbers",
+    "joint": "By the torques behind the gears no level fits with the file's numbers",
+}
+LARGEST_RATIO = 1e12  # that is written out
+MOST_DIGITS = 15
 MOST_NAMES = 6
 EXCITATION_FILE = "excitation.csv"
 
 
-def describe_answers(comparison: RobotComparison) -> list[str]:
+def describe_answers(comparison: RecordComparison) -> list[str]:
     """The sentences that answer, the most important one first."""
     if not comparison.engines_agree:
-        return list(describe_disagreement(comparison.engines, "robot"))
+        return list(describe_disagreement(comparison.engines, comparison.mechanism.noun))
     sentences: list[str] = []
     if comparison.tilt is not None:
         sentences.append(
@@ -40,6 +57,114 @@ def describe_answers(comparison: RobotComparison) -> list[str]:
             f" {comparison.tilt.describe()}"
         )
         sentences.append("What follows holds with that gravity.")
+    judged = [(side, side.judgement) for side in comparison.sides if side.judgement is not None]
+    for side, judgement in judged:
+        sentences += _describe_judgement(comparison.mechanism, side, judgement)
+    if comparison.has_explanation:
+        for side, _ in judged:
+            sentences += _describe_delay(side)
+        return [*sentences, *_describe_runs(comparison)]
+    return [*sentences, *_describe_terms(comparison)]
+
+
+def _describe_judgement(
+    mechanism: ComparedMechanism, side: SideResult, judgement: FileJudgement
+) -> Iterator[str]:
+    """Whether the files' numbers explain the torques of a side, or a change of one does."""
+    fits, none = FITS[side.side], NONE_FITS[side.side]
+    best, explanations = judgement.best, judgement.explanations
+    least = judgement.levels[0]
+    left = f"{_format_most(least)} times that of freely fitted links"
+    name = mechanism.describe_level
+    if judgement.explained and len(explanations) == 1:
+        yield f"{fits} {name(best.level)} with the file's numbers{_add_friction(mechanism, side)}."
+        others = sorted(judgement.levels[1:], key=lambda each: each.surprise)[:1]
+        ratios = [(each.level, _format_ratio(judgement.compare(each, best))) for each in others]
+        beside = [f"; {each}, the next best, is {by} times less likely" for each, by in ratios]
+        yield f"Its residual is {left}{''.join(beside)}."
+    elif judgement.explained:
+        names = " and ".join(each.level for each in explanations)
+        friction = _add_friction(mechanism, side)
+        yield f"{fits} {names} with the file's numbers{friction} and does not distinguish them."
+    elif explanations:
+        yield f"{fits} {_describe_change(mechanism, best)}{_add_friction(mechanism, side)}."
+        if explanations[1:]:
+            yield "The recording does not distinguish these from it:"
+            yield from (
+                f"it fits {_describe_change(mechanism, each)}."
+                for each in explanations[1:MOST_NAMES]
+            )
+        yield f"{none}; the residual of the nearest, {name(least.level)}, is {left}."
+    else:
+        yield f"{none}, and no one number explains the rest."
+        yield f"The residual of the nearest, {name(least.level)}, is {left}."
+        for change in judgement.changes:
+            is_likelier = judgement.compare(least, change) > LIKELIHOOD_RATIO
+            if change.mechanism is not None and is_likelier:
+                yield (
+                    f"The change that explains most: {_describe_change(mechanism, change)}; its"
+                    f" residual is {_format_most(change)} times that."
+                )
+    for change in judgement.changes:
+        if change.mechanism is None and change.parameter and change.estimate:
+            value = _format_change(change.estimate)
+            yield (
+                f"{name(change.level)} would need {change.parameter.phrase} to be {value}, which is"
+                " impossible."
+            )
+
+
+def _describe_change(mechanism: ComparedMechanism, change: Restriction) -> str:
+    """A level with one number of the file changed."""
+    parameter, estimate = change.parameter, change.estimate
+    if parameter is None or estimate is None:
+        return f"{mechanism.describe_level(change.level)} with the file's numbers"
+    return (
+        f"{mechanism.describe_level(change.level)} if {parameter.phrase} is"
+        f" {_format_change(estimate)}; the file says {format_exact(parameter.value)}"
+    )
+
+
+def _format_change(estimate: TermEstimate) -> str:
+    in_file = estimate.term.value or 0.0
+    return f"{format_value(estimate.value, estimate.half_width, in_file)} {estimate.term.unit}"
+
+
+def _add_friction(mechanism: ComparedMechanism, side: SideResult) -> str:
+    """Friction that is not the file's, as the end of a sentence; nothing where it is."""
+    assert side.judgement is not None  # as was asked
+    flagged = flag_friction(side.judgement.best, mechanism.robot, side.threshold)
+    if not flagged:
+        return ""
+    listed = (f"{format_estimate(each)} (the file says {each.term.value:g})" for each in flagged)
+    return f" and friction: {'; '.join(listed)}"
+
+
+def _format_most(restriction: Restriction) -> str:
+    """How many times more than any links a restriction leaves, at the joint where it is most."""
+    return format_number(float(restriction.ratios.max()))
+
+
+def _describe_runs(comparison: RecordComparison) -> Iterator[str]:
+    """How long runs stay with the record."""
+    windows = comparison.windows
+    if not windows:
+        return
+    stays = np.median([window.stays_s for window in windows])
+    long = np.median([window.time[-1] - window.time[0] for window in windows])
+    inside = np.mean([window.within for window in windows])
+    leaves = "leaves its uncertainty band (3 sigma) after"
+    if stays >= long:
+        leaves = "stays in its uncertainty band (3 sigma) for"
+    median = " (median)" if len(windows) > 1 else ""
+    yield (
+        f"Simulated from {format_count(len(windows), 'recorded state')}, it {leaves} {stays:.3g} s"
+        f" of {long:.3g} s{median}; {100 * inside:.0f} % of the rows are within 2 sigma."
+    )
+
+
+def _describe_terms(comparison: RecordComparison) -> Iterator[str]:
+    """Which terms the torques ask for beside any links."""
     for side in comparison.sides:
         if side.links == "scaled":
             identified = next(
@@ -47,26 +172,26 @@ def describe_answers(comparison: RobotComparison) -> list[str]:
                 for each in comparison.sides
                 if (each.side, each.links) == (side.side, "identified")
             )
-            sentences += _describe_scaled(side, identified)
+            yield from _describe_scaled(side, identified)
         else:
-            sentences += _describe_side(side)
+            yield from _describe_side(side)
             pairs = ", ".join(f"{first.name} and {second.name}" for first, second in side.alike)
             if pairs:
-                sentences.append(f"By this motion these cannot be distinguished: {pairs}.")
+                yield f"By this motion these cannot be distinguished: {pairs}."
             if side.refinement is not None:
-                sentences += _describe_refinement(side.refinement, SIDE_WORDS[side.side])
+                yield from _describe_refinement(side.refinement, SIDE_PHRASES[side.side])
     if comparison.knowledge.lacks_size:
-        sentences.append(
+        yield (
             "Gains of drives cannot be determined: any of them has links that explain the torques."
             " State how well the file's links are known ([prior] links), or record once more with a"
             " known payload (payload of recordings)."
         )
-    return [*sentences, *_describe_levels(comparison)]
+    yield from _describe_levels(comparison)
 
 
 def _describe_side(side: SideResult) -> Iterator[str]:
     """What the torques of one side say."""
-    where = SIDE_WORDS[side.side]
+    where = SIDE_PHRASES[side.side]
     if not side.is_excited:
         names = ", ".join(side.concerned[:MOST_NAMES])
         condition, allowed = format_distinct([side.condition, EXCITED], digits=4)
@@ -96,12 +221,16 @@ def _describe_side(side: SideResult) -> Iterator[str]:
     if unseen:
         listed = "; ".join(format_estimate(each) for each in unseen)
         yield f"Not distinguishable from zero: {listed}."
-    if side.delay is not None:
-        order = "lag behind" if side.delay.value > 0 else "come before"
-        yield f"All of these torques {order} the motion: {format_estimate(side.delay)}."
+    yield from _describe_delay(side)
     contained = [each.name for each in side.contained if each.kind == "armature"]
     if contained and side.links == "identified":
         yield f"No motion distinguishes from the links: {', '.join(contained)}."
+
+
+def _describe_delay(side: SideResult) -> Iterator[str]:
+    if side.delay is not None:
+        order = "lag behind" if side.delay.value > 0 else "come before"
+        yield f"All of these torques {order} the motion: {format_estimate(side.delay)}."
 
 
 def _describe_refinement(refinement: Refinement, where: str) -> Iterator[str]:
@@ -181,7 +310,7 @@ def _describe_scaled(side: SideResult, identified: SideResult) -> Iterator[str]:
     if wrong:
         listed = ", ".join(f"{_format_interval(each)} for {each.term.name}" for each in wrong)
         yield (
-            f"The {SIDE_WORDS[side.side]} ask for factors on the torques of {listed}: the file's"
+            f"The {SIDE_PHRASES[side.side]} ask for factors on the torques of {listed}: the file's"
             " links or the gains are wrong, and rotors are not judged by these."
         )
     if identified.is_excited:
@@ -194,7 +323,7 @@ def _describe_scaled(side: SideResult, identified: SideResult) -> Iterator[str]:
     yield f"With such factors it would be: {listed}."
 
 
-def _describe_levels(comparison: RobotComparison) -> Iterator[str]:
+def _describe_levels(comparison: RecordComparison) -> Iterator[str]:
     """Which levels are one and the same model."""
     ranks = comparison.ranks
     if ranks.are_equal:
@@ -231,3 +360,38 @@ def _format_interval(each: TermEstimate, unit: str = "") -> str:
 def format_row(values: Sequence[float] | np.ndarray) -> str:
     """The numbers of several joints."""
     return ", ".join(f"{value:.3g}" for value in values)
+
+
+def format_value(value: float, half_width: float, in_file: float) -> str:
+    """A value in three digits, or as many as state it within its interval or its change to 1 %."""
+    enough = max(half_width, abs(value - in_file) / 100)
+    for digits in range(3, MOST_DIGITS):
+        text = f"{value:.{digits}g}"
+        if abs(float(text) - value) <= enough:
+            return text
+    return repr(value)
+
+
+def format_exact(value: float) -> str:
+    """A number of a file in six digits, or as many as give it back."""
+    texts = (f"{value:.{digits}g}" for digits in range(6, 18))
+    return next(text for text in texts if float(text) == value)
+
+
+def format_distinct(values: Sequence[float], digits: int = 3) -> list[str]:
+    """Numbers in so many digits, or as many as make different ones read differently."""
+    for more in range(digits, 18):
+        texts = [f"{value:.{more}g}" for value in values]
+        if len(set(texts)) == len(set(values)):
+            break
+    return texts
+
+
+def _format_ratio(ratio: float) -> str:
+    """How much less likely a level is."""
+    return f"{ratio:.2g}" if ratio < LARGEST_RATIO else f"over {LARGEST_RATIO:g}"
+
+
+def format_number(value: float) -> str:
+    """A number with three digits; with separators where it has more before its point."""
+    return f"{value:,.0f}" if 1e3 <= value < 1e7 else f"{value:.3g}"

@@ -1,8 +1,8 @@
-"""A robot's comparison with recordings as lines for the terminal, as JSON and as a page."""
+"""A comparison with records as lines for the terminal, as JSON and as a page."""
 
 from __future__ import annotations
 
-from collections.abc import Iterator
+from collections.abc import Iterator, Sequence
 from functools import partial
 from typing import TYPE_CHECKING
 
@@ -10,9 +10,11 @@ import numpy as np
 
 from crosscheck import __version__
 from crosscheck.identification import messages
-from crosscheck.identification.compare import RobotComparison, SideResult
+from crosscheck.identification.compare import RecordComparison, SideResult
+from crosscheck.identification.engines import describe_engine
+from crosscheck.identification.forward import Window
+from crosscheck.identification.restrictions import FileJudgement, Restriction
 from crosscheck.identification.terms import TermEstimate
-from crosscheck.recordings.engines import describe_engine
 from crosscheck.report.formatting import format_count
 from crosscheck.report.plots.joints import JointColumn, draw_joints
 from crosscheck.report.records import format_json
@@ -20,26 +22,26 @@ from crosscheck.report.records import format_json
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
 
-SCHEMA_VERSION = 2
-FILE_FRICTION = "friction of the robot's file left out: it is estimated"
+SCHEMA_VERSION = 4
 
 
-def describe_comparison(comparison: RobotComparison) -> Iterator[str]:
+def describe_comparison(comparison: RecordComparison) -> Iterator[str]:
     """The sentences that answer, then the engines and every side's steps and estimates."""
     yield from messages.describe_answers(comparison)
     yield ""
-    seconds = sum(float(each.time[-1] - each.time[0]) for each in comparison.recordings)
-    rows = sum(each.rows for each in comparison.recordings)
-    yield f"{format_count(len(comparison.recordings), 'recording')}, {rows:,} rows, {seconds:.4g} s"
-    if comparison.robot.friction.any():
-        yield FILE_FRICTION
+    records = comparison.records
+    yield from dict.fromkeys(note for record in records for note in record.notes)
+    seconds = sum(float(each.time[-1] - each.time[0]) for each in records)
+    rows = sum(each.rows for each in records)
+    yield f"{format_count(len(records), 'recording')}, {rows:,} rows, {seconds:.4g} s"
     yield from map(describe_engine, comparison.engines)
-    for side in (*comparison.sides, *comparison.gravities):
+    is_brief = comparison.has_explanation
+    for side in comparison.judged_sides if is_brief else comparison.sides + comparison.gravities:
         yield ""
-        yield from _describe_side(side)
+        yield from _describe_side(side, is_brief)
 
 
-def _describe_side(side: SideResult) -> Iterator[str]:
+def _describe_side(side: SideResult, is_brief: bool) -> Iterator[str]:
     links = {
         "identified": ", links identified",
         "scaled": ", links of the file scaled",
@@ -47,10 +49,20 @@ def _describe_side(side: SideResult) -> Iterator[str]:
         "none": "",
     }
     yield (
-        f"{messages.SIDE_WORDS[side.side]}{links[side.links]}: up to {side.bandwidth:.3g} Hz"
+        f"{messages.SIDE_PHRASES[side.side]}{links[side.links]}: up to {side.bandwidth:.3g} Hz"
         f" by rows {1e3 * side.samples.step:.3g} ms apart,"
         f" condition number {side.condition:.3g}, errors by {side.blocks} blocks"
     )
+    if side.judgement is not None:
+        for each in (*side.judgement.levels, *side.judgement.changes):
+            number = "" if each.estimate is None else messages.format_estimate(each.estimate)
+            ratios = messages.format_row(each.ratios)
+            yield f"  {each.level}, {number or 'the file'}: {ratios} times what any links leave"
+        if is_brief:
+            yield from (
+                f"  {messages.format_estimate(each)}" for each in side.judgement.best.friction
+            )
+            return
     for step in side.steps:
         yield (
             f"  {step.name}: {step.parameters} parameters leave {step.weighted:.3f},"
@@ -64,30 +76,70 @@ def _describe_side(side: SideResult) -> Iterator[str]:
         yield f"  up to {band.bandwidth:.3g} Hz: {listed or 'nothing to estimate'}"
 
 
-def comparison_json(comparison: RobotComparison) -> str:
+def comparison_json(comparison: RecordComparison) -> str:
     """JSON text of the whole comparison, with units in the names."""
-    ranks = comparison.ranks
+    ranks, tilt = comparison.ranks, comparison.tilt
     return format_json(
         {
             "schema_version": SCHEMA_VERSION,
             "answer": messages.describe_answers(comparison),
-            "robot": comparison.robot.name,
+            "mechanism": comparison.mechanism.name,
             "program": f"geararm-crosscheck {__version__}",
-            "recordings": [each.where for each in comparison.recordings],
+            "records": [each.where for each in comparison.records],
+            "notes": [note for record in comparison.records for note in record.notes],
             "engines_agree": comparison.engines_agree,
             "engines": [engine.to_dict() for engine in comparison.engines],
+            "explained": comparison.is_explained,
+            "decided": comparison.is_decided,
             "ranks": {
                 "links": ranks.links,
                 "armature": ranks.armature,
                 "coupled": ranks.coupled,
                 "armature_and_coupled": ranks.both,
             },
-            "decided": comparison.is_decided,
-            "other_gravity_m_per_s2": None if comparison.tilt is None else comparison.tilt.value,
+            "other_gravity_m_per_s2": None if tilt is None else tilt.value,
             "sides_with_other_gravity": [_side_content(each) for each in comparison.gravities],
             "sides": [_side_content(side) for side in comparison.sides],
+            "tolerances": comparison.tolerances,
+            "windows": [
+                {
+                    "from_s": window.time[0],
+                    "to_s": window.time[-1],
+                    "stays_s": window.stays_s,
+                    "within_2_u_val": window.within,
+                    "last_E": window.error[-1],
+                    "last_u_num": window.numerical[-1],
+                    "last_u_input": window.inputs[-1],
+                    "last_u_D": window.data[-1],
+                    "last_u_val": window.validation[-1],
+                }
+                for window in comparison.windows
+            ],
         }
     )
+
+
+def _judgement_content(judgement: FileJudgement | None) -> dict[str, object] | None:
+    if judgement is None:
+        return None
+    return {
+        "explained": judgement.explained,
+        "levels": [_restriction_content(each, judgement) for each in judgement.levels],
+        "single_numbers": [_restriction_content(each, judgement) for each in judgement.changes],
+    }
+
+
+def _restriction_content(each: Restriction, judgement: FileJudgement) -> dict[str, object]:
+    return {
+        "level": each.level,
+        "path": None if each.parameter is None else each.parameter.path,
+        "number": None if each.estimate is None else _estimate_content(each.estimate),
+        "possible": each.mechanism is not None,
+        "friction": [_estimate_content(estimate) for estimate in each.friction],
+        "rms_over_that_of_any_links": each.ratios,
+        "chance": each.chance,
+        "likelihood_ratio_of_the_best": judgement.compare(each, judgement.best),
+    }
 
 
 def _side_content(side: SideResult) -> dict[str, object]:
@@ -103,6 +155,7 @@ def _side_content(side: SideResult) -> dict[str, object]:
         "with_prior_or_unknowns": _refinement_content(side),
         "not_distinguished": [[each.name for each in pair] for pair in side.alike],
         "contained_in_links": [each.name for each in side.contained],
+        "with_the_files_numbers": _judgement_content(side.judgement),
         "blocks": side.blocks,
         "t_of_a_rotor": side.threshold,
         "steps": [
@@ -141,7 +194,7 @@ def _refinement_content(side: SideResult) -> dict[str, object] | None:
                 "chi_squared": fit.chi_squared,
                 "chi_squared_of_links": fit.surprise,
                 "settled": fit.settled,
-                "zeros_not_told": fit.contained,
+                "zeros_not_distinguished": fit.contained,
                 "possible_bodies": None
                 if fit.bodies is None
                 else {
@@ -185,17 +238,33 @@ def _estimate_content(each: TermEstimate) -> dict[str, object]:
     }
 
 
-def comparison_page(comparison: RobotComparison) -> str:
+def comparison_page(comparison: RecordComparison) -> str:
     """The page on a comparison: HTML text, figures inlined."""
     from crosscheck.report.rendering import render_page
 
     return render_page(
-        "identified",
+        "compared",
         comparison=comparison,
         answers=messages.describe_answers(comparison),
         words=messages,
         figures=[draw_residual(side) for side in comparison.sides],
+        runs=_draw_runs_figure(comparison) if comparison.windows else "",
     )
+
+
+def _draw_runs_figure(comparison: RecordComparison) -> str:
+    names = comparison.mechanism.robot.coordinate_names
+    column = JointColumn("", "time [s]", partial(draw_runs, comparison.windows))
+    return draw_joints(names, [column], height=2.2, same_axis=True)
+
+
+def draw_runs(windows: Sequence[Window], joint: int, axes: Axes) -> None:
+    """Draw a joint's E of every run over 2 u_val."""
+    for number, window in enumerate(windows):
+        bound = 2 * window.validation[:, joint]
+        label = ("2 u_val", "E") if number == 0 else (None, None)
+        axes.fill_between(window.time, -bound, bound, color="0.85", label=label[0])
+        axes.plot(window.time, window.error[:, joint], "C1", lw=0.9, label=label[1])
 
 
 def draw_residual(side: SideResult) -> str:

@@ -28,6 +28,7 @@ from crosscheck.identification.estimation import count_alike_rows, joint_rms
 from crosscheck.identification.sampling import BandSample
 from crosscheck.identification.structure import draw_samples, find_basis
 from crosscheck.identification.terms import (
+    FRICTION_KINDS,
     ROTOR_KINDS,
     Regressor,
     RotorRegressor,
@@ -41,10 +42,6 @@ from crosscheck.models.pinocchio.regressor import LinkRegressor
 from crosscheck.models.robot.robot import Level, Robot
 
 Unknown = Literal["gains", "zeros"]
-FRICTION: tuple[TermKind, ...] = (
-    *("offset", "viscous", "coulomb"),
-    *("shared viscous", "shared coulomb", "delay"),
-)
 LESS_LIKELY = 2 * np.log(100.0)  # of chi squared: a level a hundred times less likely is rejected
 SURPRISE = 0.001  # chance of links so far from their file, where its uncertainty is right
 NO_SLOPE = 1e-7  # of the largest slope: what is less is rounding
@@ -71,6 +68,11 @@ class Knowledge(NamedTuple):
         """Whether gains are asked for while nothing has a known size: any gain has its links."""
         differ = any((each != self.payloads[0]).any() for each in self.payloads)
         return "gains" in self.unknown and self.links is None and not differ
+
+    @property
+    def is_asked(self) -> bool:
+        """Whether links are known to a share, or more is asked than the files' numbers."""
+        return self.links is not None or bool(self.unknown)
 
     @property
     def is_anything(self) -> bool:
@@ -185,9 +187,9 @@ class Refinement:
     def level(self) -> Level | None:
         """The level that is a hundred times likelier than any other; None if there is none."""
         others = [fit.chi_squared for fit in self.fits if fit is not self.best]
-        apart = min(others, default=self.best.chi_squared) - self.best.chi_squared
+        lead = min(others, default=self.best.chi_squared) - self.best.chi_squared
         is_refuted = self.is_surprising or self.is_impossible
-        return self.best.level if apart > LESS_LIKELY and not is_refuted else None
+        return self.best.level if lead > LESS_LIKELY and not is_refuted else None
 
 
 def refine(record: RecordedTorque, knowledge: Knowledge) -> Refinement:
@@ -225,7 +227,7 @@ class _LinearTerms:
         self._chosen = record.chosen
         if knowledge.links is not None:
             every = build_columns(robot, record.shared, draw_samples(robot, record.shared))
-            kinds: tuple[TermKind, ...] = ("links", *FRICTION)
+            kinds: tuple[TermKind, ...] = ("links", *FRICTION_KINDS)
             if level == "armature":
                 kinds += ROTOR_KINDS
             geared = {f"armature of {robot.joints[rotor.joint].name}" for rotor in robot.rotors}

@@ -11,8 +11,8 @@ import numpy as np
 from scipy.fft import irfft, next_fast_len, rfft, rfftfreq
 from scipy.sparse import block_diag, csr_array
 
-from crosscheck.identification.decimation import DecimatedSignals, EvenSignals, continue_signal
-from crosscheck.identification.recording import Recording
+from crosscheck.recordings.decimation import DecimatedSignals, EvenSignals, continue_signal
+from crosscheck.recordings.record import Record
 
 # Of the Butterworth filter that runs forth and back: its square in size, and no phase.
 ORDER = 4
@@ -32,7 +32,7 @@ REACH = 1.0  # shortest periods before and behind a row that count in it
 EDGE = 2.0
 # Below this share of its fastest rate a joint stands: friction may then hold any torque.
 SLOW = 0.01
-# Below this share of it a direction is told in parts: less, and signs of rounding count; more, and
+# Below this share of it a direction counts in parts: less, and signs of rounding count; more, and
 # a joint that turns slowly has its friction too late.
 RAMP = 0.001
 LEAST_CHANGE = 1e-3  # of such a rate from row to row: less, and the row's own sign is as good
@@ -183,13 +183,13 @@ def _weigh_rows(times: np.ndarray, every: int) -> csr_array:
     return csr_array((values, places, ends), shape=(len(centres), len(times)))
 
 
-def lowest_bandwidth(recordings: Sequence[Recording]) -> float:
+def lowest_bandwidth(recordings: Sequence[Record]) -> float:
     """The least bandwidth [Hz] that holds the motion, and whose edges leave most of a recording."""
     edges = (LEAST_PERIODS / float(each.time[-1] - each.time[0]) for each in recordings)
     return max(*edges, *map(motion_bandwidth, recordings))
 
 
-def motion_bandwidth(recording: Recording) -> float:
+def motion_bandwidth(recording: Record) -> float:
     """Below it half of the joints have most of their motion's power [Hz]."""
     rows = next_fast_len(len(recording.time), real=True)
     moved = recording.position - recording.position.mean(axis=0)
@@ -198,7 +198,7 @@ def motion_bandwidth(recording: Recording) -> float:
     return float(np.median(rfftfreq(rows, recording.step)[holds]))
 
 
-def highest_bandwidth(recordings: Sequence[Recording]) -> float:
+def highest_bandwidth(recordings: Sequence[Record]) -> float:
     """The largest bandwidth [Hz] that every recording's rows resolve."""
     return min(1 / (2 * ROWS * each.step) for each in recordings)
 

@@ -29,7 +29,12 @@ TermKind = Literal[
     "rotors",
     "gain",
     "zero",
+    "number",
 ]
+FRICTION_KINDS: tuple[TermKind, ...] = (
+    *("offset", "viscous", "coulomb"),
+    *("shared viscous", "shared coulomb", "delay"),
+)
 ROTOR_KINDS: tuple[TermKind, ...] = ("armature", "shared armature")
 
 

@@ -5,6 +5,7 @@ from __future__ import annotations
 import os
 import pkgutil
 from collections.abc import Callable, Iterator, Sequence
+from contextlib import suppress
 from dataclasses import replace
 from functools import partial
 from importlib import import_module
@@ -159,40 +160,40 @@ def shorten_runs(model: RobotModel, case: RobotLevel) -> RobotLevel:
 
 
 def add_scenarios(case: RobotLevel, scenarios: Sequence[Scenario]) -> RobotLevel:
-    """The case with the beginnings of scenarios, in as few steps as its runs, which resolve them.
+    """The case with the beginnings of scenarios, in as few steps as its runs.
 
-    More steps would let rounding grow beyond what tells two engines' equations from each other. No
-    teeth are on the edge of contact at the start, where rounding decides whether they touch.
+    More steps would let rounding grow beyond what tells two engines' equations from each other.
     """
     model = build_robot_model(reference_engine(), case.robot, case.level)
-    beginnings = []
-    for scenario in scenarios:
-        offsets = ("sun_planet_offset_m", "planet_ring_offset_m")
-        deep = {name: getattr(scenario.start, name) or DEPTH for name in offsets}
-        start = scenario.start.model_copy(update=deep)
-        chosen = scenario.model_copy(update={"start": start, "record_every": 1})
-        stable = CONTROLLED * engines.STEPS * largest_stable_step(model, scenario)
-        chosen = set_duration(chosen, min(case.run_s, stable, scenario.duration_s))
-        while chosen.duration_s > LEAST_RUN_S and not is_scenario_resolved(model, chosen):
-            chosen = set_duration(chosen, chosen.duration_s / 2)
-        beginnings.append(chosen)
+    beginnings = [begin_scenario(model, case, scenario) for scenario in scenarios]
     return replace(case, scenarios=tuple(beginnings))
 
 
-def set_duration(scenario: Scenario, duration_s: float, steps: int = engines.STEPS) -> Scenario:
-    """The scenario's first seconds in so many steps, whatever its own rules of steps are."""
-    return scenario.model_copy(update={"duration_s": duration_s, "step_s": duration_s / steps})
+def begin_scenario(model: RobotModel, case: RobotLevel, scenario: Scenario) -> Scenario:
+    """As much of a scenario's beginning as few steps resolve, whatever its own rule of steps is.
 
-
-def is_scenario_resolved(model: RobotModel, scenario: Scenario) -> bool:
-    """Whether twice as many steps change a run by a small part of its motion."""
-    try:
-        coarse, _ = model.integrate(scenario)
-        fine, _ = model.integrate(set_duration(scenario, scenario.duration_s, 2 * engines.STEPS))
-    except Diverged:
-        return False
-    motion = np.abs(coarse[-1] - coarse[0]).max()
-    return bool(np.abs(fine[-1] - coarse[-1]).max() <= UNRESOLVED * motion)
+    Half as long steps change it by a small part of its motion. No teeth are on the edge of contact
+    at the start, where rounding decides whether they touch.
+    """
+    start, steps = scenario.start, engines.STEPS
+    offsets = ("sun_planet_offset_m", "planet_ring_offset_m")
+    deep = start.model_copy(update={each: getattr(start, each) or DEPTH for each in offsets})
+    stable_s = CONTROLLED * steps * largest_stable_step(model, scenario)
+    duration = min(case.run_s, stable_s, scenario.duration_s)
+    while True:
+        update = {"start": deep, "duration_s": duration, "record_every": 1}
+        coarse, fine = (
+            scenario.model_copy(update={**update, "step_s": duration / count})
+            for count in (steps, 2 * steps)
+        )
+        with suppress(Diverged):
+            (q, _), (fine_q, _) = model.integrate(coarse), model.integrate(fine)
+            motion = np.abs(q[-1] - q[0]).max()
+            if np.abs(fine_q[-1] - q[-1]).max() <= UNRESOLVED * motion:
+                return coarse
+        if duration <= LEAST_RUN_S:
+            return coarse
+        duration /= 2
 
 
 def is_resolved(model: RobotModel, case: RobotLevel) -> bool:

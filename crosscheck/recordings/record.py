@@ -39,37 +39,64 @@ LIKELY = {
 }
 TRAJECTORY_NAMES = {"time": "t_s", "theta": "theta_rad", "theta_dot": "theta_dot_rad_per_s"}
 TRAJECTORY_NAMES |= {"torque": "torque_N_m"}  # as this program's own trajectories call them
-# What rates are times the slope of the angles, within this share, if one has another unit.
-FACTORS = {
-    "the rates are in degrees per second": 180 / pi,
-    "the rates are in revolutions per minute": 30 / pi,
-    "the angles are in degrees": pi / 180,
-    "the times are in milliseconds": 1e3,
-}
-ALIKE = 0.02
-# Largest numbers [rad, rad/s, N m] and times [s], as of an arm's start and drive; and how far a
-# joint must move: levels differ in what it takes to accelerate one.
+# Largest numbers [rad, rad/s, N m] and times [s], as of a start and a drive.
 LARGEST = {"theta": 1e4, "theta_dot": 1e4, "torque": 1e9}
 LATEST = 1e10
-# A step of time may be so many times as long as the longest of its neighbours on either side: the
-# knots of a spline stand at least four samples apart, and over a gap it would follow nothing.
-LONGEST_STEP, NEIGHBOURS = 100.0, 5
-LEAST_MOTION = 1e-6  # [rad]
+LEAST_ROWS = 64
+LONGEST_GAP = 20.0  # times the mean step
+LEAST_MOTION = 1e-6  # [rad or m]
 
 
 @dataclass(frozen=True)
 class Record:
-    """A motion: times (N,) [s], rising; angles, maybe rates and torques (N, joints), SI units.
+    """A motion of a mechanism with its torques.
 
-    notes: sentences on what of the file was left out.
+    time (rows,) [s], rising; position (rows, n) [rad or m]; rates (rows, n), where stated;
+    motor_torque: before the gears, and joint_torque: behind them, both (rows, n) at the joints [N m
+    or N], None where not measured, no number at joints that have no sensor; notes: sentences on
+    what of the file was left out; recorded: rows of a long record before its rate was halved, None
+    where all are here.
     """
 
     where: str
     time: np.ndarray
-    angles: np.ndarray
-    rates: np.ndarray | None
-    torques: np.ndarray | None
+    position: np.ndarray
+    motor_torque: np.ndarray | None = None
+    joint_torque: np.ndarray | None = None
+    rates: np.ndarray | None = None
     notes: tuple[str, ...] = ()
+    recorded: int | None = None
+
+    def __post_init__(self) -> None:
+        """Raise InputError for too few rows, times no filter can follow, or rows of nothing."""
+        rows = len(self.time)
+        if rows < LEAST_ROWS:
+            allowed = f"has {rows} rows; must be at least {LEAST_ROWS}"
+            raise InputError(self.where, "", None, allowed)
+        require_even_enough(self.where, self.time)
+        if np.ptp(self.position, axis=0).max() < LEAST_MOTION:
+            allowed = f"is the same in every row; a joint must move by {LEAST_MOTION:g} at least"
+            raise InputError(self.where, "position", None, allowed)
+        slopes = np.abs(np.diff(self.position, axis=0)) / np.diff(self.time)[:, None]
+        fastest = np.median(slopes, axis=0)
+        if not fastest.max() <= LARGEST["theta_dot"]:
+            value = float(fastest.max())
+            allowed = f"must be at most {LARGEST['theta_dot']:g}: are positions and times in SI?"
+            raise InputError(self.where, "slope of position", value, allowed)
+        torques = {"motor_torque": self.motor_torque, "joint_torque": self.joint_torque}
+        for name, torque in torques.items():
+            if torque is not None and not np.nan_to_num(torque).any():
+                raise InputError(self.where, name, None, "is 0 in every row: not measured?")
+
+    @property
+    def rows(self) -> int:
+        """How many were recorded."""
+        return self.recorded or len(self.time)
+
+    @property
+    def step(self) -> float:
+        """Mean time [s] between rows."""
+        return float((self.time[-1] - self.time[0]) / (len(self.time) - 1))
 
 
 def read_record(path: Path, joints: int, topic: str = "", named: Sequence[str] = ()) -> Record:
@@ -78,7 +105,7 @@ def read_record(path: Path, joints: int, topic: str = "", named: Sequence[str] =
     Columns are `t_s`, `theta_1_rad`, `theta_dot_1_rad_per_s`, `torque_1_N_m` and so on, in other
     units with those at the end; rates and torques may be missing. In MAT, HDF5 and NetCDF files
     they are variables of these names, or `theta_rad` (N, joints) and so on, or those of a
-    trajectory of this program. topic, named: of a ROS bag, and its names of the arm's joints.
+    trajectory of this program. topic, named: of a ROS bag, and its names of the joints.
     """
     where = str(path)
     notes: list[str] = []
@@ -87,7 +114,7 @@ def read_record(path: Path, joints: int, topic: str = "", named: Sequence[str] =
             raise InputError("--joint", "", len(named), f"must be given {joints} times")
         columns, skipped = _read_bag(path, topic, tuple(named))
         if skipped:
-            notes.append(f"{skipped:,} messages without any joint of the arm are left out")
+            notes.append(f"{skipped:,} messages without any of the joints are left out")
     elif topic or named:
         option, value = ("--topic", topic) if topic else ("--joint", named[0])
         raise InputError(option, value, None, f"is for ROS bags, and {where} is none")
@@ -106,7 +133,7 @@ def read_record(path: Path, joints: int, topic: str = "", named: Sequence[str] =
     if angles is None:
         reason = f"has no angles; columns must be theta_1_rad, ...{_suggest_names(columns)}"
         raise InputError(where, "", None, reason)
-    _require_usable_times(where, time)
+    require_even_enough(where, time)
     for kind, nothing in (("theta_dot", "0 or no number"), ("torque", "no number")):
         table = tables[kind]
         # Publishers that measure no rates or efforts fill them with zeros or with no numbers.
@@ -117,10 +144,9 @@ def read_record(path: Path, joints: int, topic: str = "", named: Sequence[str] =
     for kind, table in tables.items():
         if table is not None:
             _require_usable(where, kind, time.size, table)
-    if len(angles) and np.ptp(angles, axis=0).max() < LEAST_MOTION:
-        allowed = f"is the same in every row; a joint must move by {LEAST_MOTION:g} rad at least"
-        raise InputError(where, "theta", None, allowed)
-    return Record(where, time, angles, tables["theta_dot"], tables["torque"], tuple(notes))
+    return Record(
+        where, time, angles, tables["torque"], rates=tables["theta_dot"], notes=tuple(notes)
+    )
 
 
 def _is_stated(kind: str, table: np.ndarray) -> bool:
@@ -184,8 +210,8 @@ def _read_bag(path: Path, topic: str, joints: tuple[str, ...]) -> BagContent:
 def _read_bag_columns(where: str, topic: str, joints: tuple[str, ...]) -> BagContent:
     """Columns of a ROS bag, as of the other formats; a file, or a ROS 2 bag's folder.
 
-    topic: whose messages; empty for the only one of JointState. joints: names of the arm's, from
-    the base on; messages may have others beside them. Raises InputError.
+    topic: whose messages; empty for the only one of JointState. joints: their names, from the
+    base on; messages may have others beside them. Raises InputError.
     """
     try:
         from rosbags.highlevel import AnyReader
@@ -304,13 +330,13 @@ def _build_table(
             if joints == 1 and values.ndim == 1:
                 values = values[:, None]
             if values.ndim != 2 or values.shape[1] != joints:
-                reason = f"has shape {values.shape}; must be (times, {joints}), the arm's joints"
+                reason = f"has shape {values.shape}; must be (times, {joints}), one column a joint"
                 raise InputError(where, name, None, reason)
             return values * UNITS[kind][unit]
     numbers = {m[2] for name in columns if (m := NUMBERED.fullmatch(name)) and m[1] == kind}
     wrong = sorted(numbers - {str(number) for number in range(1, joints + 1)})
     if wrong:
-        allowed = f"the arm has {joints} joints, numbered from 1"
+        allowed = f"there are {joints} joints, numbered from 1"
         raise InputError(where, f"{kind}_{wrong[0]}", None, allowed)
     joint_columns = [
         _select_column(where, columns, kind, number) for number in range(1, joints + 1)
@@ -328,34 +354,26 @@ def _build_table(
     return np.stack(given, axis=1)
 
 
-def require_rising(where: str, noun: str, time: np.ndarray) -> None:
-    """Raise InputError for the first time [s] that is not after the one before."""
-    wrong = np.flatnonzero(~(np.diff(time) > 0))
-    if wrong.size:
-        row = int(wrong[0]) + 1
-        now, before = float(time[row]), float(time[row - 1])
-        reason = f"is that of row {row}" if now == before else f"is before row {row} ({before!r})"
-        raise InputError(where, f"{noun}, row {row + 1}", now, f"{reason}; must rise")
-
-
-def _require_usable_times(where: str, time: np.ndarray) -> None:
+def require_even_enough(where: str, time: np.ndarray) -> None:
+    """Raise InputError for times [s] that do not rise or have gaps, which no filter can follow."""
     wrong = np.flatnonzero(~(np.abs(time) <= LATEST))
     if wrong.size:
         row = int(wrong[0])
         value = float(time[row])
         shown = value if np.isfinite(value) else None
-        raise InputError(where, f"t, row {row + 1}", shown, f"must be a number up to {LATEST:g} s")
-    require_rising(where, "t", time)
+        allowed = f"must be a number up to {LATEST:g} s"
+        raise InputError(where, f"time, row {row + 1}", shown, allowed)
     steps = np.diff(time)
-    near = np.zeros_like(steps)  # the longest of the steps around each
-    for away in range(1, NEIGHBOURS + 1):
-        near[away:] = np.maximum(near[away:], steps[:-away])
-        near[:-away] = np.maximum(near[:-away], steps[away:])
-    wrong = np.flatnonzero(steps > LONGEST_STEP * near)
-    if steps.size > 1 and wrong.size:
+    wrong = np.flatnonzero(~(steps > 0))
+    if wrong.size:
         row = int(wrong[0]) + 1
-        reason = f"is {steps[row - 1]:.3g} s after the row before; cut the record where it has gaps"
-        raise InputError(where, f"t, row {row + 1}", float(time[row]), reason)
+        now, before = float(time[row]), float(time[row - 1])
+        reason = f"is that of row {row}" if now == before else f"is before row {row} ({before!r})"
+        raise InputError(where, f"time, row {row + 1}", now, f"{reason}; must rise")
+    if steps.size and steps.max() > LONGEST_GAP * steps.mean():
+        row = int(steps.argmax()) + 2
+        reason = f"is {steps.max():.3g} s after the row before; cut the record where it has gaps"
+        raise InputError(where, f"time, row {row}", float(time[row - 1]), reason)
 
 
 def _require_usable(where: str, kind: str, rows: int, table: np.ndarray) -> None:
@@ -370,32 +388,3 @@ def _require_usable(where: str, kind: str, rows: int, table: np.ndarray) -> None
         if shown is None:
             allowed = "must be a number: cut the record where it has gaps"
         raise InputError(where, f"{kind}_{joint + 1}, row {row + 1}", shown, allowed)
-
-
-def require_slow(record: Record, slopes: np.ndarray) -> None:
-    """Raise InputError where the angles' slopes [rad/s] (N, joints) are faster than any arm."""
-    most, limit = np.abs(slopes).max(axis=0), LARGEST["theta_dot"]
-    if not most.max() <= limit:
-        joint = int(np.argmax(most))
-        allowed = f"must be at most {limit:g} rad/s: are angles and times in other units?"
-        value = float(most[joint])
-        raise InputError(record.where, f"slope of theta_{joint + 1}", value, allowed)
-
-
-def require_same_units(record: Record, slopes: np.ndarray) -> None:
-    """Raise InputError if the record's rates are not the slopes [rad/s] of its angles (N, joints).
-
-    The error names the unit if the rates are off by the factor of another unit.
-    """
-    if record.rates is None:
-        return
-    for joint, (given, slope) in enumerate(zip(record.rates.T, slopes.T, strict=True), 1):
-        power = float(slope @ slope)
-        factor = float(given @ slope) / power if power > 0 else 1.0
-        left = given - factor * slope
-        if abs(factor - 1) < 0.1 or float(left @ left) > 0.1 * float(given @ given):
-            continue
-        message = f"is {factor:.4g} times the slope of theta_{joint}"
-        cause = next((c for c, of in FACTORS.items() if abs(factor / of - 1) < ALIKE), "")
-        reason = f"{message}: {cause}" if cause else message
-        raise InputError(record.where, f"theta_dot_{joint}", None, reason)

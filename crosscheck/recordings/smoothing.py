@@ -2,9 +2,10 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Sequence
-from dataclasses import dataclass
+from collections.abc import Iterator
+from dataclasses import dataclass, replace
 from itertools import pairwise
+from math import pi
 
 import numpy as np
 from scipy.interpolate import BSpline, make_lsq_spline
@@ -12,12 +13,22 @@ from scipy.linalg import cho_factor, cho_solve
 from scipy.sparse import csr_array, diags_array, eye_array
 
 from crosscheck.models.errors import InputError
+from crosscheck.models.experiment.drive import drive_data, torques_along
+from crosscheck.models.experiment.scenario import Scenario
 from crosscheck.recordings.record import Record
 
+# What rates are times the slope of the angles, within this share, if one has another unit.
+FACTORS = {
+    "the rates are in degrees per second": 180 / pi,
+    "the rates are in revolutions per minute": 30 / pi,
+    "the angles are in degrees": pi / 180,
+    "the times are in milliseconds": 1e3,
+}
+SAME = 0.02
 DEGREE = 5  # accelerations are cubic in time between knots
 SPACINGS = tuple(2**power for power in range(2, 11))  # samples between knots
+RATE_BLOCKS = 10  # in which stated rates are compared with slopes
 INTERVALS = 64  # between knots in a block, each of which has a spline of its own
-LEAST_ROWS = 64
 TRIED, MOST_TRIED = 3, 8192  # parts by which the distance of the knots is chosen, and their rows
 # Of a variance, by how much fewer knots may raise it, in standard deviations of its estimate.
 RAISED = 3.0
@@ -30,67 +41,54 @@ LEAST_SIZE = 1e-3  # [rad, N m], of a signal that is zero or near it
 class Block:
     """Rows of a record with their spline.
 
-    bases: B-splines, their slopes and curvatures at the rows, each (rows, size); gram = bases[0]'
-    bases[0]; angles, rates and accelerations (rows, joints) of the splines; torques as recorded.
-    angle_noise and torque_noise (joints,): standard deviations of one sample.
+    bases: B-splines and their slopes at the rows, each (rows, size); gram = bases[0]' bases[0];
+    position and rates (rows, joints) of the splines; torques as recorded. position_noise and
+    torque_noise (joints,): standard deviations of one sample.
     """
 
     time: np.ndarray
-    bases: tuple[csr_array, csr_array, csr_array]
+    bases: tuple[csr_array, csr_array]
     gram: np.ndarray
-    angles: np.ndarray
+    position: np.ndarray
     rates: np.ndarray
-    accelerations: np.ndarray
     torques: np.ndarray
-    angle_noise: np.ndarray
+    position_noise: np.ndarray
     torque_noise: np.ndarray
 
-    @property
-    def motion(self) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
-        """Angles, rates and accelerations of the splines, each (rows, joints)."""
-        return self.angles, self.rates, self.accelerations
 
-    def summed(self, rows: np.ndarray) -> np.ndarray:
-        """Rows (rows, joints) summed with every B-spline as a weight (size, joints)."""
-        return self.bases[0].T @ rows
+def smooth_record(record: Record, torques: np.ndarray, spacing: int, most: int) -> Iterator[Block]:
+    """At most so many blocks of a record, evenly over it.
 
-
-def select_evenly(pieces: Sequence[Block], most: int) -> list[Block]:
-    """At most `most` of the blocks, evenly over the record."""
-    count = min(len(pieces), most)
-    return [pieces[n] for n in np.linspace(0, len(pieces) - 1, count).round().astype(int)]
-
-
-def smooth_record(record: Record, torques: np.ndarray, spacing: int) -> Iterator[Block]:
-    """The record, block by block; torques (rows, joints) [N m]; spacing: samples between knots."""
+    torques (rows, joints) [N m]; spacing: samples between knots.
+    """
     rows = record.time.size
     count = max(round(rows / (INTERVALS * spacing)), 1)
     edges = np.linspace(0, rows, count + 1).round().astype(int)
-    for first, last in pairwise(map(int, edges)):
-        time, angles, given = (each[first:last] for each in (record.time, record.angles, torques))
+    pairs = list(pairwise(map(int, edges)))
+    for place in np.linspace(0, count - 1, min(count, most)).round().astype(int):
+        rows_in = slice(*pairs[place])
+        time, positions, given = (each[rows_in] for each in (record.time, record.position, torques))
         places = place_knots(time, spacing)
-        bases = _basis(time, places, 0), _basis(time, places, 1), _basis(time, places, 2)
+        bases = _basis(time, places, 0), _basis(time, places, 1)
         gram = (bases[0].T @ bases[0]).toarray()
         factored, free = cho_factor(gram), time.size - len(gram)
         noise = []
-        for signal in (angles, given):
+        for signal in (positions, given):
             residuals = signal - bases[0] @ cho_solve(factored, bases[0].T @ signal)
             least = LEAST_NOISE * np.maximum(np.abs(signal).max(axis=0), LEAST_SIZE)
             noise.append(np.maximum(np.sqrt((residuals**2).sum(axis=0) / free), least))
-        fitted = cho_solve(factored, bases[0].T @ angles)
-        smooth, rates, accelerations = (basis @ fitted for basis in bases)
-        yield Block(time, bases, gram, smooth, rates, accelerations, given, noise[0], noise[1])
+        fitted = cho_solve(factored, bases[0].T @ positions)
+        smooth, rates = (basis @ fitted for basis in bases)
+        yield Block(time, bases, gram, smooth, rates, given, noise[0], noise[1])
 
 
 def select_spacing(record: Record) -> int:
     """Samples between knots: half of the most that leave no more than the record's noise.
 
     A spline that follows the motion leaves white noise, whose variance does not fall with more
-    knots. Raises InputError for too few rows.
+    knots.
     """
     rows = record.time.size
-    if rows < LEAST_ROWS:
-        raise InputError(record.where, "", None, f"has {rows} rows; must be at least {LEAST_ROWS}")
     possible = [each for each in SPACINGS if rows >= 8 * each]
     taken = min(rows, MOST_TRIED)
     firsts = np.linspace(0, rows - taken, TRIED).astype(int) if rows > taken else [0]
@@ -98,7 +96,7 @@ def select_spacing(record: Record) -> int:
 
     def residual_variance(part: slice, spacing: int) -> np.ndarray:
         """Variance (joints,) [rad^2] of the angles about their splines."""
-        time, angles = record.time[part], record.angles[part]
+        time, angles = record.time[part], record.position[part]
         places = place_knots(time, spacing)
         residuals = angles - make_lsq_spline(time, angles, places, DEGREE)(time)
         return (residuals**2).sum(axis=0) / (len(time) - (places.size - DEGREE - 1))
@@ -107,13 +105,48 @@ def select_spacing(record: Record) -> int:
         [np.mean([residual_variance(part, each) for part in parts], axis=0) for each in possible]
     )
     # A joint that stands still leaves rounding, which other knots may lower or raise.
-    least = (ROUNDING * np.abs(record.angles).max(axis=0)) ** 2
+    least = (ROUNDING * np.abs(record.position).max(axis=0)) ** 2
     variances = np.maximum(variances, least)
     scatter = 1 + RAISED * np.sqrt(2 / (len(parts) * taken))
     enough = (variances <= scatter * variances[0]).all(axis=1)
     enough &= np.cumprod(enough).astype(bool)  # and every finer one too
     best = int(np.flatnonzero(enough)[-1])
     return possible[max(best - 1, 0)]
+
+
+def check_rates(record: Record) -> None:
+    """Raise InputError if the record's rates are not the slopes of its angles.
+
+    The error names the unit if the rates are off by the factor of another unit.
+    """
+    if record.rates is None:
+        return
+    spacing = select_spacing(record)
+    blocks = list(smooth_record(record, np.zeros_like(record.position), spacing, RATE_BLOCKS))
+    rows = np.searchsorted(record.time, np.concatenate([block.time for block in blocks]))
+    slopes = np.concatenate([block.rates for block in blocks])
+    pairs = zip(record.rates[rows].T, slopes.T, strict=True)
+    for joint, (given, slope) in enumerate(pairs, 1):
+        power = float(slope @ slope)
+        factor = float(given @ slope) / power if power > 0 else 1.0
+        left = given - factor * slope
+        if abs(factor - 1) < 0.1 or float(left @ left) > 0.1 * float(given @ given):
+            continue
+        message = f"is {factor:.4g} times the slope of theta_{joint}"
+        cause = next((c for c, of in FACTORS.items() if abs(factor / of - 1) < SAME), "")
+        reason = f"{message}: {cause}" if cause else message
+        raise InputError(record.where, f"theta_dot_{joint}", None, reason)
+
+
+def add_drive_torques(record: Record, scenario: Scenario) -> Record:
+    """The record with the torques that a scenario's drive has along its motion."""
+    drive = drive_data(scenario, record.position.shape[1])
+    spacing, nothing = select_spacing(record), np.zeros_like(record.position)
+    parts = [
+        torques_along(drive, each.time, each.position, each.rates)
+        for each in smooth_record(record, nothing, spacing, len(record.time))
+    ]
+    return replace(record, motor_torque=np.concatenate(parts))
 
 
 def place_knots(time: np.ndarray, spacing: int) -> np.ndarray:

@@ -20,7 +20,7 @@ from crosscheck.report.formatting import (
 )
 from crosscheck.report.matrix import FORMS, WORST_FIRST, common_digits, is_beyond
 from crosscheck.report.outline import ReportOutline
-from crosscheck.report.records import format_json
+from crosscheck.report.records import format_json, to_json_value
 
 STATES, RUNS = ("states", "form-states"), ("same-step", "refined", "form")
 LEVEL_OMISSIONS = {
@@ -340,12 +340,7 @@ def format_agreement_json(agreement: Agreement, mechanism: Mechanism) -> str:
     ]
     entries = [
         {
-            "quantity": each.quantity,
-            "model": each.model,
-            "engines": each.engines,
-            "coordinates": each.coordinates,
-            "relative": each.relative,
-            "tolerance": each.tolerance,
+            **to_json_value(each),
             "wrong": [
                 {"entry": wrong.name, "relative": wrong.relative} for wrong in each.wrong_entries()
             ],

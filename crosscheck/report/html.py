@@ -39,6 +39,7 @@ def render_report_page(result: CrossCheck, pictures: Pictures) -> str:
     made = render_page(
         mechanism.section,  # whose template fills the page's own sentences in
         outline=answers.outline,
+        mechanism=mechanism,
         agreement=agreement,
         answers=answers,
         maps=make_entry_maps(agreement.entries),

@@ -30,11 +30,10 @@ class ReportOutline:
     those of them that are only measured; quantities: their names by that of a Finding, a column
     each; questions: that it answers; topics: what each is about, the title of its card; levels:
     titles; finest: the model that levels are beside; truths: what single models are compared with;
-    described: the mechanism in lines; has_levels: whether its levels differ.
+    has_levels: whether its levels differ.
     """
 
     name: str
-    title: str
     models: Mapping[str, str]
     forms: tuple[str, ...]
     quantities: Mapping[str, str]
@@ -43,7 +42,6 @@ class ReportOutline:
     levels: Mapping[str, str]
     finest: str
     truths: str
-    described: tuple[str, ...]
     has_levels: bool = True
     is_the_papers: bool = False
 
@@ -60,7 +58,6 @@ def outline_arm(arm: Arm) -> ReportOutline:
     has_gears = any(isinstance(joint, Planetary) for joint in arm.joints)
     return ReportOutline(
         name=arm.name,
-        title=arm.title,
         models={name: MODELS[name].title for name in names},
         forms=model_names("form"),
         quantities={
@@ -80,7 +77,6 @@ def outline_arm(arm: Arm) -> ReportOutline:
         levels=LEVELS,
         finest=reference_model(),
         truths="first principles, its own records or the arm's file",
-        described=arm.described,
         has_levels=not is_rigid_arm(arm),
         is_the_papers=is_the_papers(arm),
     )
@@ -91,7 +87,6 @@ def outline_robot(robot: Robot) -> ReportOutline:
     levels = {str(level): ROBOT_LEVELS[level] for level in robot.levels}
     return ReportOutline(
         name=robot.name,
-        title=robot.title,
         models={f"{reference_engine()}:{level}": title for level, title in levels.items()},
         forms=(),
         quantities={
@@ -109,5 +104,4 @@ def outline_robot(robot: Robot) -> ReportOutline:
         levels=levels,
         finest=f"{reference_engine()}:{robot.levels[-1]}",
         truths="first principles",
-        described=robot.described,
     )

@@ -50,10 +50,7 @@ class CheckResult(Agreement):
 
 def make_check_result(cross_check: CrossCheck) -> CheckResult:
     """The result of a cross-check."""
-    agreement = cross_check.agreement
-    return CheckResult(
-        agreement.findings, agreement.provenance, entries=agreement.entries, cross_check=cross_check
-    )
+    return CheckResult(**vars(cross_check.agreement), cross_check=cross_check)
 
 
 def summarize_agreement(agreement: Agreement) -> list[str]:

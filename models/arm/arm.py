@@ -9,7 +9,6 @@ them.
 from __future__ import annotations
 
 import math
-from collections.abc import Iterator
 from typing import TYPE_CHECKING, Annotated, ClassVar, Literal, Self
 
 from pydantic import FailFast, Field, model_validator
@@ -190,7 +189,7 @@ class Arm(Data):
 
     def __repr__(self) -> str:
         """What the arm is, a line for each joint."""
-        return "\n".join((f"Arm {self.name}: {describe_loads(self)}", *describe_arm(self)))
+        return "\n".join((f"Arm {self.name}: {describe_loads(self)}", *self.described))
 
     __str__ = __repr__
 
@@ -207,7 +206,17 @@ class Arm(Data):
     @property
     def described(self) -> tuple[str, ...]:
         """What each joint with its link is, a line for each, and the payload."""
-        return tuple(describe_arm(self))
+        lines = []
+        for number, (joint, link) in enumerate(zip(self.joints, self.links, strict=True), start=1):
+            drive = "direct drive"
+            if isinstance(joint, Planetary):
+                ratio = joint.ring_teeth / joint.sun_teeth + 1
+                teeth = f"{joint.sun_teeth}, {joint.planet_teeth} and {joint.ring_teeth}"
+                drive = f"sun, {joint.planet_count} planets and ring of {teeth} teeth"
+                drive += f", reduction {ratio:.4g}, module {1e3 * joint.module_m:g} mm"
+            link_words = f"link {number}: {link.length_m:g} m, {link.mass:.4g} kg"
+            lines.append(f"Joint {number}: {drive}; {link_words}")
+        return (*lines, f"Payload: {self.payload_mass_kg:g} kg")
 
     @property
     def identity(self) -> str:
@@ -269,19 +278,6 @@ class Arm(Data):
                     f" joint turns: it has {inertia:.3g} of {load:.3g} kg m^2 about that joint"
                 )
         return self
-
-
-def describe_arm(arm: Arm) -> Iterator[str]:
-    """What each joint with its link is, a phrase for each, and the payload."""
-    for number, (joint, link) in enumerate(zip(arm.joints, arm.links, strict=True), start=1):
-        drive = "direct drive"
-        if isinstance(joint, Planetary):
-            ratio = joint.ring_teeth / joint.sun_teeth + 1
-            teeth = f"{joint.sun_teeth}, {joint.planet_teeth} and {joint.ring_teeth}"
-            drive = f"sun, {joint.planet_count} planets and ring of {teeth} teeth"
-            drive += f", reduction {ratio:.4g}, module {1e3 * joint.module_m:g} mm"
-        yield f"Joint {number}: {drive}; link {number}: {link.length_m:g} m, {link.mass:.4g} kg"
-    yield f"Payload: {arm.payload_mass_kg:g} kg"
 
 
 def describe_loads(arm: Arm) -> str:

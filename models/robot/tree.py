@@ -73,7 +73,7 @@ def _assemble(
     if not 1 <= len(moving) <= MOST_JOINTS:
         allowed = f"must be 1 to {MOST_JOINTS} that move; {len(moving)} do"
         raise InputError(where, "joint", None, allowed)
-    bodies = tuple(_merge_bodies(number, urdf.links, frames) for number in range(len(moving)))
+    bodies = tuple(merge_bodies(number, urdf.links, frames) for number in range(len(moving)))
     numbers = {joint.name: number for number, joint in enumerate(moving)}
     joints = tuple(
         Joint(
@@ -90,7 +90,7 @@ def _assemble(
         for joint in moving
     )
     links = remove_dust(urdf.links, measure_reach(joints, bodies))
-    bodies = tuple(_merge_bodies(number, links, frames) for number in range(len(moving)))
+    bodies = tuple(merge_bodies(number, links, frames) for number in range(len(moving)))
     return frames, joints, bodies, list(find_inertia_doubts(urdf.links, frames, joints, bodies))
 
 
@@ -154,9 +154,7 @@ def _frames(
     return frames, moving
 
 
-def _merge_bodies(
-    number: int, links: Sequence[UrdfLink], frames: dict[str, LinkFrame]
-) -> RobotBody:
+def merge_bodies(number: int, links: Sequence[UrdfLink], frames: dict[str, LinkFrame]) -> RobotBody:
     """All that a joint carries, merged into one body, in its frame; it may be without mass."""
     parts = []
     for link in links:

@@ -14,6 +14,7 @@ from crosscheck.cli.view import view_page
 from crosscheck.cost.output import cost_page
 from crosscheck.cost.shortcuts import QUICK, compute_costs
 from crosscheck.findings import Agreement
+from crosscheck.identification.output import comparison_page
 from crosscheck.models.experiment.scenario import switches
 from crosscheck.models.loading import Case, load_scenario
 from crosscheck.models.robot.file import load_robot
@@ -23,7 +24,6 @@ from crosscheck.planning.comparison import collect_tasks, judge_comparisons
 from crosscheck.planning.plan import CrossCheckRequest, Experiment
 from crosscheck.planning.run_suite import plan_experiment_comparisons
 from crosscheck.provenance import record_provenance
-from crosscheck.recordings.output import comparison_page
 from crosscheck.registry import RIGID_LEVELS
 from crosscheck.report.html import render_report_page
 from crosscheck.report.plots.charts import Charts, Pictures

@@ -29,6 +29,7 @@ from crosscheck.findings import (
     make_share_check,
     make_unfinished_check,
 )
+from crosscheck.identification.engines import describe_disagreement, describe_engine
 from crosscheck.models.arm.planets import usual_switches
 from crosscheck.models.experiment.scenario import switches
 from crosscheck.models.loading import Case, load_arm, load_scenario
@@ -43,8 +44,8 @@ from crosscheck.planning.comparison import (
 from crosscheck.planning.plan import Experiment
 from crosscheck.planning.preparation import _describe_sizes
 from crosscheck.planning.sizing import GrowingMode, Sizes
-from crosscheck.recordings.engines import describe_disagreement, describe_engine
 from crosscheck.runner.workers import perform_all
+from tests.loops import require_items
 
 SUBJECT = Subject(ComparisonKey("family", "case", "theta", "one", "other"), "rad", "largest")
 WIDE = ReasonedLimit(0.0333333, "by the play")
@@ -73,6 +74,7 @@ REFINED_WORDS = (
     "sqrt(u1^2 + u2^2) + eps s sqrt(N), u1 = 2.9e-06 and u2 = 1.8e-07 by step refinement,"
     " eps s sqrt(N) = 2e-14; acceptance limit of the uncertainty 0.033, by the play"
 )
+
 POLES = 1j * np.array([2.0, -2.0])
 SLOPES = np.array([[[-4.0, 0.0]], [[-4.0 * (1 + 2e-7) ** 2, 0.0]]])
 
@@ -359,15 +361,16 @@ def test_of_engines_on_a_recording_the_worst_is_told():
     ]
     apart = "4.4e-09 of the torques' terms apart, at most 1.0e-12 is rounding"
     silent = "Nothing is said about the recording."
-    assert list(describe_disagreement([fine, near, far], "robot")) == [
-        f"The engines do not agree on the robot's torques: c and one, {apart}. {silent}",
-        "b.",
-        "c.",
-    ]
-    assert list(describe_disagreement([far, lost], "arm")) == [
-        f"The engines do not agree on the arm's torques: d and one, d died. {silent}",
-        "c.",
-    ]
+    head = "The engines do not agree on the {}'s torques: {} and one, {}. " + silent
+    pairs = {
+        (fine, near, far): ("c", apart, []),
+        (fine, far): ("c", apart, ["c stands alone: every other model agrees with one."]),
+        (far, lost): ("d", "d died", ["one stands alone: every other model differs from it."]),
+        (lost,): ("d", "d died", []),
+    }
+    for findings, (worst, by, more) in require_items(pairs.items()):
+        lines = list(describe_disagreement(findings, "arm"))
+        assert lines == [head.format("arm", worst, by), *more]
 
 
 def ends(*last: float, energies: tuple[float, ...] = ()) -> np.ndarray:

@@ -2,7 +2,7 @@
 
 import pytest
 
-from crosscheck.recordings import engines
+from crosscheck.identification import engines
 from tests.robots.chains import perform_here
 
 

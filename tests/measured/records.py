@@ -2,10 +2,12 @@
 
 import numpy as np
 
+from crosscheck.identification.compare import RecordComparison, compare
+from crosscheck.identification.mechanism import ComparedMechanism, PlanarArm
+from crosscheck.identification.restrictions import FileJudgement
 from crosscheck.models.arm.arm import Arm
 from crosscheck.models.interface import Model
 from crosscheck.planning.sizing import make_rest_scenario
-from crosscheck.recordings.compare import RecordComparison, compare
 from crosscheck.recordings.record import Record
 from crosscheck.registry import build
 
@@ -37,23 +39,49 @@ def record_of(
     seed: int = 0,
     *,
     rows: int = 4000,
-    step_s: float = 1e-3,
     amplitude: float = 0.3,
     time: np.ndarray | None = None,
+    coulomb: float = 0.0,
+    encoder: float = 0.0,
+    noise: float = 1.0,
 ) -> Record:
-    """A record of a model's torques along the motion."""
+    """A record of a model's torques along the motion.
+
+    coulomb [N m]: friction of every joint; encoder [rad]: its steps; noise: times the usual one.
+    """
     rng = np.random.default_rng(seed)
-    time = np.arange(rows) * step_s if time is None else time
+    time = np.arange(rows) * 1e-3 if time is None else time
     angles, rates, accelerations = motion(len(model.arm.joints), time, amplitude)
-    torques = model.inverse_dynamics(angles, rates, accelerations)
-    noisy = angles + ANGLE_NOISE * rng.normal(size=angles.shape)
+    torques = model.inverse_dynamics(angles, rates, accelerations) + coulomb * np.sign(rates)
+    angles = angles + noise * ANGLE_NOISE * rng.normal(size=angles.shape)
+    if encoder:
+        angles = encoder * np.round(angles / encoder)
     return Record(
-        "a record", time, noisy, None, torques + TORQUE_NOISE * rng.normal(size=angles.shape)
+        "a record", time, angles, torques + noise * TORQUE_NOISE * rng.normal(size=angles.shape)
     )
 
 
-def compared(record: Record, arm: Arm, **tolerances: float) -> RecordComparison:
+def compared(
+    record: Record, mechanism: ComparedMechanism | Arm, **tolerances: float
+) -> RecordComparison:
     """Of engines that agree, without a word of progress."""
-    found = compare(record, arm, None, tolerances, lambda *doing: None)
-    assert isinstance(found, RecordComparison)
-    return found
+    own = mechanism if isinstance(mechanism, ComparedMechanism) else PlanarArm(mechanism)
+    turns = np.eye(record.position.shape[1])
+    comparison = compare(own, [record], turns, lambda *doing: None, tolerances=tolerances)
+    assert comparison.engines_agree
+    return comparison
+
+
+def judged(record: Record, mechanism: ComparedMechanism | Arm) -> FileJudgement:
+    """What the record says of the files' numbers."""
+    judgement = compared(record, mechanism).sides[0].judgement
+    assert judgement is not None
+    return judgement
+
+
+def list_explanations(judgement: FileJudgement) -> list[tuple[str, str]]:
+    """Level and path of the number of each explanation, no path where none is changed."""
+    return [
+        (each.level, each.parameter.path if each.parameter else "")
+        for each in judgement.explanations
+    ]

@@ -6,9 +6,10 @@ from dataclasses import replace
 import numpy as np
 import pinocchio as pin
 
-from crosscheck.identification.compare import RobotComparison, SideResult, compare_robot
-from crosscheck.identification.recording import Recording
+from crosscheck.identification.compare import RecordComparison, SideResult, compare
+from crosscheck.identification.mechanism import SpatialRobot
 from crosscheck.models.robot.robot import Level, Robot
+from crosscheck.recordings.record import Record
 from crosscheck.registry import build_robot_model
 from tests.robots import chains
 
@@ -78,7 +79,7 @@ def recording(
     encoder: float = 0.0,
     delay: float = 0.0,
     gain: float = 1.0,
-) -> Recording:
+) -> Record:
     """A recording of a level's torques in front of the gears, or behind them at the level links.
 
     friction: times COULOMB and VISCOUS; encoder [rad]: its steps; delay [s] and gain: of torques.
@@ -93,19 +94,19 @@ def recording(
     q = q + POSITION_NOISE * rng.normal(size=q.shape)
     if encoder:
         q = encoder * np.round(q / encoder)
-    return Recording("a recording", time, q, torque, None)
+    return Record("a recording", time, q, torque, None)
 
 
-def behind(given: Recording) -> Recording:
+def behind(given: Record) -> Record:
     """The recording, its torques stated to be those behind the gears."""
     return replace(given, motor_torque=None, joint_torque=given.motor_torque)
 
 
-def compared(robot: Robot, *recordings: Recording) -> RobotComparison:
+def compared(robot: Robot, *records: Record) -> RecordComparison:
     """What they say of the robot, without a word of progress."""
-    return compare_robot(robot, recordings, np.eye(3), lambda *doing: None)
+    return compare(SpatialRobot(robot), records, np.eye(3), lambda *doing: None)
 
 
-def first_side(robot: Robot, *recordings: Recording) -> SideResult:
+def first_side(robot: Robot, *records: Record) -> SideResult:
     """The first side that they have, its links identified."""
-    return compared(robot, *recordings).sides[0]
+    return compared(robot, *records).sides[0]

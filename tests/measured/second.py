@@ -1,9 +1,8 @@
-"""A second program for what `compare` says: NumPy and Pinocchio, nothing of crosscheck.
+"""A second program for an arm's torques and runs: NumPy and Pinocchio, nothing of crosscheck.
 
-It reads a record's CSV file and the content of an arm's TOML file, of two geared joints, and works
-out every number of the comparison anew: splines by de Boor's recursion, their noise in an
-orthonormal basis, torques and their slopes by Pinocchio's recursions, spinning gears as a constant
-matrix, estimates by singular values, runs by a closed form of the equations of motion.
+Of the content of an arm's TOML file, of two geared joints: torques by Pinocchio's recursions,
+spinning gears as a constant matrix; of a record's CSV file: splines by de Boor's recursion, their
+noise in an orthonormal basis, runs by a closed form of the equations of motion.
 """
 
 import math
@@ -16,7 +15,6 @@ from typing import Any, NamedTuple
 import numpy as np
 import pinocchio as pin
 
-LEVELS = ("links", "carriers", "armature", "coupled")
 DEGREE = 5
 FIELDS = ("mass_kg", "inertia_kg_m2", "density_kg_per_m3", "friction_N_m_s_per_rad")
 
@@ -81,17 +79,6 @@ class Bodies:
         """Torques of the motors (rows, 2) [N m]."""
         held = [pin.rnea(self.tree, self.data, *row) for row in zip(q, v, a, strict=True)]
         return np.array(held) + a @ self.gears + self.friction * v
-
-    def slopes(self, q: np.ndarray, v: np.ndarray, a: np.ndarray) -> tuple[np.ndarray, ...]:
-        """Slopes of the torques by angles, rates and accelerations, each (rows, 2, 2)."""
-        by_angle, by_rate, by_acceleration = [], [], []
-        for row in zip(q, v, a, strict=True):
-            pin.computeRNEADerivatives(self.tree, self.data, *row)
-            by_angle.append(self.data.dtau_dq.copy())
-            by_rate.append(self.data.dtau_dv + np.diag(self.friction))
-            upper = np.triu(self.data.M)
-            by_acceleration.append(upper + np.triu(upper, 1).T + self.gears)
-        return np.array(by_angle), np.array(by_rate), np.array(by_acceleration)
 
     def closed_form(self) -> np.ndarray:
         """Coefficients of M's, the rates' and the weights' sines and cosines, as one array."""
@@ -200,22 +187,21 @@ def _noise(ortho: np.ndarray, signal: np.ndarray) -> np.ndarray:
 
 
 class Piece(NamedTuple):
-    """Rows with their spline; ortho, first and second: of the orthonormal basis, (rows, size)."""
+    """Rows with their spline; ortho, first: of the orthonormal basis and slopes, (rows, size)."""
 
     time: np.ndarray
     recorded: np.ndarray
     torques: np.ndarray
     ortho: np.ndarray
     first: np.ndarray
-    second: np.ndarray
     angle_noise: np.ndarray
     torque_noise: np.ndarray
 
     @property
-    def motion(self) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
-        """Angles, rates and accelerations (rows, joints)."""
+    def motion(self) -> tuple[np.ndarray, np.ndarray]:
+        """Angles and rates (rows, joints)."""
         places = self.ortho.T @ self.recorded
-        return self.ortho @ places, self.first @ places, self.second @ places
+        return self.ortho @ places, self.first @ places
 
 
 def pieces(time: np.ndarray, angles: np.ndarray, torques: np.ndarray, spacing: int) -> list[Piece]:
@@ -226,231 +212,23 @@ def pieces(time: np.ndarray, angles: np.ndarray, torques: np.ndarray, spacing: i
     for begin, end in pairwise(edges):
         own = slice(begin, end)
         knots = knots_of(time[own], spacing)
-        basis, *slopes = (splines(time[own], knots, DEGREE, order) for order in range(3))
+        basis, slopes = (splines(time[own], knots, DEGREE, order) for order in range(2))
         ortho, upper = np.linalg.qr(basis)
-        first, second = (np.linalg.solve(upper.T, slope.T).T for slope in slopes)
+        first = np.linalg.solve(upper.T, slopes.T).T
         noises = _noise(ortho, angles[own]), _noise(ortho, torques[own])
-        found.append(Piece(time[own], angles[own], torques[own], ortho, first, second, *noises))
+        found.append(Piece(time[own], angles[own], torques[own], ortho, first, *noises))
     return found
 
 
-def covariance(piece: Piece, bodies: Bodies) -> np.ndarray:
-    """Of the residual in the orthonormal basis, (joints, size, joints, size)."""
-    by_angle, by_rate, by_acceleration = bodies.slopes(*piece.motion)
-    size = piece.ortho.shape[1]
-    found = np.zeros((2, size, 2, size))
-    for source in range(2):
-        moved = [  # of each joint's residual, by the coefficients of one joint's angles
-            piece.ortho.T
-            @ (
-                by_angle[:, joint, source, None] * piece.ortho
-                + by_rate[:, joint, source, None] * piece.first
-                + by_acceleration[:, joint, source, None] * piece.second
-            )
-            for joint in range(2)
-        ]
-        for one, other in np.ndindex(2, 2):
-            found[one, :, other] += piece.angle_noise[source] ** 2 * moved[one] @ moved[other].T
-    for joint in range(2):
-        found[joint, :, joint] += piece.torque_noise[joint] ** 2 * np.eye(size)
-    return found
-
-
-class LevelNumbers(NamedTuple):
-    """Of one level: its fit, and what its whitened residual and covariance are, piece by piece."""
-
-    chi2: float
-    freedom: int
-    spread: float
-    residual: np.ndarray
-    noise: np.ndarray
-    whitened: np.ndarray
-    factors: list[np.ndarray]
-
-
-def level_numbers(own: list[Piece], bodies: Bodies) -> LevelNumbers:
-    """The fit of a level over all pieces."""
-    rows, spread = sum(len(piece.time) for piece in own), 0.0
-    residual, noise = np.zeros(2), np.zeros(2)
-    whitened, factors = [], []
-    for piece in own:
-        left = piece.ortho.T @ (piece.torques - bodies.torques(*piece.motion))
-        blocks = covariance(piece, bodies)
-        residual += (left**2).sum(axis=0)
-        noise += [np.trace(blocks[joint, :, joint]) for joint in range(2)]
-        flat = blocks.reshape(left.size, left.size)
-        factor = np.linalg.cholesky(flat)
-        spread += 2 * np.log(np.diag(factor)).sum()
-        factors.append(factor)
-        whitened.append(np.linalg.solve(factor, left.T.ravel()))
-    all_of_it = np.concatenate(whitened)
-    rms = np.sqrt(residual / rows), np.sqrt(noise / rows)
-    return LevelNumbers(
-        float(all_of_it @ all_of_it), all_of_it.size, spread, *rms, all_of_it, factors
-    )
-
-
-def column(own: list[Piece], factors: list[np.ndarray], slopes: list[np.ndarray]) -> np.ndarray:
-    """A whitened column of the torques' slopes (rows, joints) by a parameter, piece by piece."""
-    return np.concatenate(
-        [
-            np.linalg.solve(factor, (piece.ortho.T @ slope).T.ravel())
-            for piece, factor, slope in zip(own, factors, slopes, strict=True)
-        ]
-    )
-
-
-def columns_of(
-    own: list[Piece], content: Mapping[str, Any], level: str, factors: list[np.ndarray]
-) -> dict[str, np.ndarray]:
-    """Whitened columns of every parameter, by path: torques are linear in each."""
-    base = [Bodies(content, level).torques(*piece.motion) for piece in own]
-    found = {}
-    for path, value in paths(content):
-        more = Bodies(with_value(content, path, value + 1.0), level)
-        slopes = [
-            more.torques(*piece.motion) - before for piece, before in zip(own, base, strict=True)
-        ]
-        found[path] = column(own, factors, slopes)
-    return found
-
-
-class Numbers:
-    """Every number that a comparison of a record file with an arm says."""
+class Runs:
+    """Runs from the states of a record file by an arm with other contents than made it."""
 
     def __init__(
         self, path: Path, content: Mapping[str, Any], tolerances: Mapping[str, float]
     ) -> None:
         self.content, self.tolerances = content, tolerances
-        self.time, self.angles, self.torques = read(path)
-        self.samples = spacing_of(self.time, self.angles)
-        self.pieces = pieces(self.time, self.angles, self.torques, self.samples)
-        self.spacing_s = self.samples * (self.time[-1] - self.time[0]) / (len(self.time) - 1)
-        self.levels = {
-            level: level_numbers(self.pieces, Bodies(content, level)) for level in LEVELS
-        }
-        least = min(self.levels.values(), key=lambda level: level.chi2)
-        scale = max(least.chi2 / least.freedom, 1.0)
-        self.surprise = {
-            name: (own.chi2 / scale + own.spread) / 2 for name, own in self.levels.items()
-        }
-        self.best = min(self.surprise, key=lambda name: self.surprise[name])
-        self._columns: dict[str, dict[str, np.ndarray]] = {}
-
-    def ratio(self, level: str) -> float:
-        """How many times more likely the best level is."""
-        return math.exp(min(self.surprise[level] - self.surprise[self.best], 690.0))
-
-    def mean_noise(self, name: str) -> np.ndarray:
-        """Of one sample, over the pieces."""
-        return np.sqrt(np.mean([getattr(piece, name) ** 2 for piece in self.pieces], axis=0))
-
-    def columns(self, level: str) -> dict[str, np.ndarray]:
-        """Whitened columns of the parameters of a level."""
-        if level not in self._columns:
-            factors = self.levels[level].factors
-            self._columns[level] = columns_of(self.pieces, self.content, level, factors)
-        return self._columns[level]
-
-    def alone(self, level: str, path: str) -> dict[str, float]:
-        """A parameter as if it alone were wrong."""
-        return self._estimates(level, {path: self.columns(level)[path]})[path]
-
-    def together(self, level: str, chosen: list[str]) -> dict[str, dict[str, float]]:
-        """The chosen parameters at once."""
-        return self._estimates(level, {path: self.columns(level)[path] for path in chosen})
-
-    def _estimates(
-        self, level: str, columns: Mapping[str, np.ndarray]
-    ) -> dict[str, dict[str, float]]:
-        own, table = self.levels[level], np.column_stack([*columns.values()])
-        size = np.linalg.norm(table, axis=0)
-        left, singular, right = np.linalg.svd(table / size, full_matrices=False)
-        more = right.T @ ((left.T @ own.whitened) / singular)
-        rest = own.whitened - (table / size) @ more
-        remains = float(rest @ rest) / own.freedom
-        variances = ((right.T / singular) ** 2).sum(axis=1)
-        values = dict(paths(self.content))
-        found = {}
-        for place, path in enumerate(columns):
-            uncertainty = math.sqrt(max(remains, 1.0) * variances[place]) / size[place]
-            found[path] = {
-                "in_the_file": values.get(path, 0.0),
-                "estimate": values.get(path, 0.0) + more[place] / size[place],
-                "half_of_95_percent_interval": 1.96 * uncertainty,
-                "standard_uncertainty": uncertainty,
-                "chi2_falls_by": more[place] ** 2 / variances[place],
-                "chi2_per_degree_of_freedom_left": remains,
-            }
-        return found
-
-    def condition(self, level: str, chosen: list[str]) -> float:
-        """Of the chosen columns, each of length 1."""
-        table = np.column_stack([self.columns(level)[path] for path in chosen])
-        values = np.linalg.svd(table / np.linalg.norm(table, axis=0), compute_uv=False)
-        return float(values[0] / values[-1])
-
-    def mixture(self, level: str, chosen: list[str], path: str) -> tuple[np.ndarray, float]:
-        """How much each chosen parameter holds of another, and what of its column is left."""
-        table = np.column_stack([self.columns(level)[each] for each in chosen])
-        size, own = np.linalg.norm(table, axis=0), self.columns(level)[path]
-        shares = np.linalg.lstsq(table / size, own, rcond=None)[0]
-        left = np.linalg.norm(own - (table / size) @ shares) / np.linalg.norm(own)
-        return shares / size, float(left)
-
-    def friction(self, level: str) -> tuple[dict[str, dict[str, float]], float]:
-        """Friction of both joints at once, and by how much chi squared falls."""
-        columns = {}
-        for joint in range(2):
-            path = f"arm.joints.{joint}.friction_N_m_s_per_rad"
-            columns[path] = self.columns(level)[path]
-        for joint in range(2):
-            slopes = []
-            for piece in self.pieces:
-                slope = np.zeros_like(piece.torques)
-                slope[:, joint] = np.sign(piece.motion[1][:, joint])
-                slopes.append(slope)
-            columns[f"coulomb {joint}"] = column(self.pieces, self.levels[level].factors, slopes)
-        found = self._estimates(level, columns)
-        own = self.levels[level]
-        left = found["coulomb 0"]["chi2_per_degree_of_freedom_left"] * own.freedom
-        return found, own.chi2 - left
-
-    def gravity(self, level: str) -> dict[str, dict[str, float]]:
-        """Both components of gravity at once, as numbers beyond the file's."""
-        base = [Bodies(self.content, level).torques(*piece.motion) for piece in self.pieces]
-        columns = {}
-        for place, name in enumerate("xy"):
-            pulled = list(self.content["gravity_m_per_s2"])
-            pulled[place] += 1.0
-            more = Bodies({**self.content, "gravity_m_per_s2": pulled}, level)
-            slopes = [
-                more.torques(*piece.motion) - before
-                for piece, before in zip(self.pieces, base, strict=True)
-            ]
-            columns[name] = column(self.pieces, self.levels[level].factors, slopes)
-        return self._estimates(level, columns)
-
-    def curve(
-        self, content: Mapping[str, Any], level: str, coulomb: np.ndarray
-    ) -> tuple[np.ndarray, np.ndarray]:
-        """Smoothed residual and its standard deviation, each (rows, 2) [N m].
-
-        coulomb (2,): friction that the bodies do not have [N m].
-        """
-        bodies, residuals, deviations = Bodies(content, level), [], []
-        for piece in self.pieces:
-            rubbed = coulomb * np.sign(piece.motion[1])
-            left = piece.ortho.T @ (piece.torques - rubbed - bodies.torques(*piece.motion))
-            residuals.append(piece.ortho @ left)
-            of_basis = covariance(piece, bodies)
-            deviations.append(
-                [
-                    np.sqrt(((piece.ortho @ of_basis[joint, :, joint]) * piece.ortho).sum(axis=1))
-                    for joint in range(2)
-                ]
-            )
-        return np.concatenate(residuals), np.concatenate([np.transpose(d) for d in deviations])
+        time, angles, torques = read(path)
+        self.pieces = pieces(time, angles, torques, spacing_of(time, angles))
 
     def windows(self, level: str) -> list[dict[str, Any]]:
         """Runs of a level in the terms of ASME V&V 20, one in each piece."""
@@ -461,7 +239,7 @@ class Numbers:
         edge = rows // 8
         inner = slice(edge, rows - edge)
         clock, torques = piece.time[inner] - piece.time[edge], piece.torques[inner]
-        smooth, rates, _ = piece.motion
+        smooth, rates = piece.motion
         of_data = np.linalg.norm(piece.ortho[inner], axis=1)[:, None] * piece.angle_noise
         of_slope = np.linalg.norm(piece.first[edge]) * piece.angle_noise
         nominal = Bodies(self.content, level).closed_form()
@@ -476,6 +254,9 @@ class Numbers:
             (nominal, smooth[edge], rates[edge], torques + piece.torque_noise * noise)
             for noise in (draw.normal(size=torques.shape) for _ in range(8))
         ]
+        bent = torques.copy()
+        bent[1:-1] += (torques[2:] - 2 * torques[1:-1] + torques[:-2]) / 12
+        runs.append((nominal, smooth[edge], rates[edge], bent))
         values = dict(paths(self.content))
         for path, share in self.tolerances.items():
             other = with_value(self.content, path, values[path] * (1 + share))
@@ -495,11 +276,11 @@ class Numbers:
             "to_s": piece.time[rows - edge - 1],
             "stays_s": clock[last],
             "within_2_u_val": float((np.abs(error) <= 2 * validation).mean()),
-            "last_E_rad": error[-1],
-            "last_u_num_rad": numerical[-1],
-            "last_u_input_rad": inputs[-1],
-            "last_u_D_rad": of_data[-1],
-            "last_u_val_rad": validation[-1],
+            "last_E": error[-1],
+            "last_u_num": numerical[-1],
+            "last_u_input": inputs[-1],
+            "last_u_D": of_data[-1],
+            "last_u_val": validation[-1],
             "E": error,
             "u_val": validation,
         }

@@ -9,7 +9,7 @@ from collections.abc import Sequence
 import numpy as np
 import pinocchio as pin
 
-from crosscheck.identification.recording import Recording
+from crosscheck.recordings.record import Record
 from tests.measured.second_refinement import add_rotors, find_deviations, prior_rows
 from tests.measured.second_robot import sample_rows
 
@@ -26,7 +26,7 @@ def pseudo_inertia(values: np.ndarray) -> np.ndarray:
 
 
 def fit_possible(
-    urdf: str, given: Recording, bandwidth: float, share: float, ratios: Sequence[float] | None
+    urdf: str, given: Record, bandwidth: float, share: float, ratios: Sequence[float] | None
 ) -> tuple[float, np.ndarray, np.ndarray]:
     """Chi squared, links' parameters (10 each), and what is estimated beside them.
 

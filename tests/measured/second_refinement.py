@@ -10,8 +10,8 @@ from collections.abc import Sequence
 import numpy as np
 import pinocchio as pin
 
-from crosscheck.identification.recording import Recording
 from crosscheck.identification.refinement import Knowledge
+from crosscheck.recordings.record import Record
 from tests.measured.second_robot import (
     WEIGHTINGS,
     Signals,
@@ -75,7 +75,7 @@ def prior_rows(model: pin.Model, share: float) -> tuple[np.ndarray, np.ndarray]:
 
 def refine_again(
     urdf: str,
-    given: Recording,
+    given: Record,
     bandwidth: float,
     knowledge: Knowledge,
     ratios: Sequence[float] | None,
@@ -139,8 +139,8 @@ def refine_again(
         for place, name in enumerate(names, 10 * count)
     }
     if knowledge.links is None:
-        told = identifiable(model, count)[10 * count :]
-        lost = [name for name, able in zip(names, told, strict=False) if not able]
+        named = identifiable(model, count)[10 * count :]
+        lost = [name for name, able in zip(names, named, strict=False) if not able]
         found = {name: pair for name, pair in found.items() if name not in lost}
     for name, (value, error) in found.items():
         if name.startswith("drive gain"):

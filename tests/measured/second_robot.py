@@ -7,6 +7,7 @@ fitting anew, and has a stationary residual's variances by eigenvalues of its co
 What links contain is found by the null space of the columns, not by elimination.
 """
 
+from collections.abc import Callable
 from itertools import pairwise
 from typing import NamedTuple
 
@@ -146,18 +147,21 @@ def mean_signs(rates: np.ndarray) -> np.ndarray:
     below = np.maximum(np.minimum(most, -1) - least, 0)
     low, high = np.clip(least, -1, 1), np.clip(most, -1, 1)
     total = above - below + (high - low) * (high + low) / 2
-    told = length > 1e-3
-    signs[1:-1][told] = total[told] / length[told]
+    turned = length > 1e-3
+    signs[1:-1][turned] = total[turned] / length[turned]
     return signs
 
 
-def estimate(
-    urdf: str, time: np.ndarray, position: np.ndarray, torque: np.ndarray, bandwidth: float
-) -> Answer:
-    """Estimates of a recording in SI units at even times."""
-    signals = sample_rows(urdf, time, position, torque, bandwidth)
-    model, count, moving, torque = signals.model, signals.q.shape[1], signals.moving, signals.torque
-    table = signals.table()
+class TableFit(NamedTuple):
+    """Values and variances of parameters; rms of each joint, and the weights' inverse."""
+
+    values: np.ndarray
+    variances: np.ndarray
+    rms: np.ndarray
+
+
+def fit_table(table: np.ndarray, torque: np.ndarray, moving: np.ndarray) -> TableFit:
+    """Weighted least squares of torques (rows, n) by a table (rows, n, parameters)."""
     sigma = spread_of(torque, moving)
     for _ in range(WEIGHTINGS):
         values = solve((table / sigma[:, None])[moving], (torque / sigma)[moving])
@@ -174,6 +178,16 @@ def estimate(
     # Of the deviations from the whole fit, not from their mean.
     spread = (blocks - 1) / blocks * ((np.array(without) - values) ** 2).sum(axis=0)
     spread = (spread + stationary_variances(table, residual, used, moving)) / 2
+    return TableFit(values, spread, sigma)
+
+
+def estimate(
+    urdf: str, time: np.ndarray, position: np.ndarray, torque: np.ndarray, bandwidth: float
+) -> Answer:
+    """Estimates of a recording in SI units at even times."""
+    signals = sample_rows(urdf, time, position, torque, bandwidth)
+    model, count = signals.model, signals.q.shape[1]
+    fit = fit_table(signals.table(), signals.torque, signals.moving)
     names = [
         f"{kind} of {name}"
         for kind in ("offset", "viscous", "coulomb", "armature")
@@ -184,10 +198,26 @@ def estimate(
     able = identifiable(model, count)
     places = {name: place for name, place in places.items() if able[place]}
     return Answer(
-        {name: float(values[place]) for name, place in places.items()},
-        {name: float(np.sqrt(spread[place])) for name, place in places.items()},
-        sigma,
+        {name: float(fit.values[place]) for name, place in places.items()},
+        {name: float(np.sqrt(fit.variances[place])) for name, place in places.items()},
+        fit.rms,
     )
+
+
+Torques = Callable[[np.ndarray, np.ndarray, np.ndarray], np.ndarray]
+
+
+def restrict(signals: Signals, torques: Torques, more: Torques) -> TableFit:
+    """The fit of friction, a delay and one number, which comes last.
+
+    torques, more: of a motion, with the number as it is and with one unit more of it.
+    """
+    motion, count = (signals.q, signals.v, signals.a), signals.q.shape[1]
+    given = torques(*motion)
+    column = np.tensordot(signals.weights, more(*motion) - given, 1)
+    friction = [*range(10 * count, 13 * count), 14 * count]
+    table = np.concatenate([signals.table()[:, :, friction], column[:, :, None]], axis=2)
+    return fit_table(table, signals.torque - signals.weights @ given, signals.moving)
 
 
 def stationary_variances(

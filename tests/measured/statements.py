@@ -4,9 +4,9 @@ from collections.abc import Callable
 from dataclasses import dataclass
 
 from crosscheck.identification import messages
-from crosscheck.identification.compare import RobotComparison, SideResult
-from crosscheck.identification.recording import Recording
+from crosscheck.identification.compare import RecordComparison, SideResult
 from crosscheck.models.robot.robot import Robot
+from crosscheck.recordings.record import Record
 from tests.measured.robots import RATIO, ROTOR, STEP, arm, behind, compared, recording
 
 REFLECTED = RATIO**2 * ROTOR
@@ -22,8 +22,8 @@ class Kind:
     rotors: names of those that may be named; has_delay, has_factors: whether saying these is true.
     """
 
-    make: Callable[[Robot, int], Recording]
-    is_told: Callable[[SideResult, SideResult], bool]
+    make: Callable[[Robot, int], Record]
+    is_true: Callable[[SideResult, SideResult], bool]
     rotors: frozenset[str] = frozenset({"armature of j3"})
     has_delay: bool = False
     has_factors: bool = False
@@ -46,7 +46,7 @@ def heavier_arm() -> Robot:
     return arm(text=text)
 
 
-def make_with(level: str, **more: float) -> Callable[[Robot, int], Recording]:
+def make_with(level: str, **more: float) -> Callable[[Robot, int], Record]:
     """A maker of recordings of the arm itself, whatever robot the file has."""
     return lambda robot, seed: recording(arm(), level, seed, seconds=SECONDS, **more)
 
@@ -96,14 +96,14 @@ KINDS = {
 
 
 def judge(kind: Kind, seed: int) -> tuple[bool, bool, bool]:
-    """Whether the truth is told, something false, and whether the rotor's interval covers it."""
+    """Whether what is true is said, something false, and whether the rotor's interval covers it."""
     robot = kind.robot()
     comparison = compared(robot, kind.make(robot, seed))
     side, scaled = comparison.sides
-    return kind.is_told(side, scaled), is_false(comparison, kind), covers(side, kind)
+    return kind.is_true(side, scaled), is_false(comparison, kind), covers(side, kind)
 
 
-def is_false(comparison: RobotComparison, kind: Kind) -> bool:
+def is_false(comparison: RecordComparison, kind: Kind) -> bool:
     """Whether anything is said that is not so."""
     side, scaled = comparison.sides
     return (

@@ -5,9 +5,9 @@ import pytest
 from scipy.stats import t
 
 from crosscheck.identification.bandwidth import choose_bandwidth
-from crosscheck.identification.decimation import DecimatedSignals
 from crosscheck.identification.estimation import LinearFit, fit_linear, joint_rms
-from crosscheck.identification.recording import Recording
+from crosscheck.recordings.decimation import DecimatedSignals
+from crosscheck.recordings.record import Record
 
 ROWS = 600
 
@@ -59,7 +59,7 @@ def test_uneven_times_are_made_even():
     jitter = 4e-4 * np.random.default_rng(1).uniform(-1, 1, ROWS)
     time = even + np.concatenate([[0.0], jitter[1:-1], [0.0]])
     position = np.sin(2 * np.pi * time)[:, None]
-    recording = Recording("made", time, position, position, None)
+    recording = Record("made", time, position, position, None)
     signals = DecimatedSignals(recording, position).select(100.0)
     assert signals.step == pytest.approx(1e-3, rel=1e-12)
     assert len(signals.position) == ROWS

@@ -3,8 +3,8 @@
 import numpy as np
 import pytest
 
-from crosscheck.identification import bodies
-from crosscheck.identification.decimation import continue_signal
+from crosscheck.identification import bodies, engines
+from crosscheck.identification.mechanism import SpatialRobot
 from crosscheck.identification.refinement import (
     Knowledge,
     LevelFit,
@@ -13,9 +13,9 @@ from crosscheck.identification.refinement import (
 )
 from crosscheck.identification.structure import draw_samples
 from crosscheck.planning.comparison import Results
-from crosscheck.recordings import engines
+from crosscheck.recordings.decimation import continue_signal
 from tests.loops import require_items
-from tests.measured.robots import arm
+from tests.measured import robots
 from tests.robots import chains
 
 LIKELIER = 9.21034  # twice the logarithm of 100
@@ -65,23 +65,23 @@ def test_bodies_without_mass_and_thin_ones_are_at_the_border():
     assert bodies.find_thickness(light, scale)[:2] == pytest.approx([0.01, 0.0])
 
 
-def test_a_regressor_that_is_wrong_is_told():
-    torque = np.random.default_rng(0).normal(size=(30, 3))
-    links = np.stack([torque, np.abs(torque)])
-    (planned,) = (
-        each
-        for each in engines.plan_robot_engines(arm(), (torque, torque, torque))
-        if each.about.key.right == engines.REGRESSOR
-    )
-    reference, regressor = (task.key for task in planned.needs)
-    for factor, verdict in ((1 + 1e-12, "agree"), (1 + 1e-9, "differ")):
-        found = planned.finding(Results({reference: links, regressor: factor * torque}))
-        assert found.verdict == verdict
+@pytest.mark.parametrize(("factor", "verdict"), [(1 + 1e-12, "agree"), (1 + 1e-9, "differ")])
+def test_an_engine_that_is_wrong_is_flagged(factor, verdict):
+    """Of torques that have no larger terms than themselves: of a body in uniform gravity."""
+    own = SpatialRobot(robots.arm())
+    rng = np.random.default_rng(0)
+    motion = tuple(rng.uniform(-2, 2, (30, 3)) for _ in range(3))
+    planned = engines.plan_level(own, own.levels[0], motion)
+    (regressor,) = (each for each in planned if each.about.key.right == "regressor:links")
+    expected, given = (task.perform() for task in regressor.needs)
+    apart = np.where(np.abs(given) > np.abs(given).max() / 2, factor, 1.0)
+    results = Results({regressor.needs[0].key: expected, regressor.needs[1].key: apart * given})
+    assert regressor.finding(results).verdict == verdict
 
 
 def test_engines_are_asked_along_the_whole_recording():
-    robot = chains.robot(chains.BOB)
-    samples = draw_samples(robot, np.zeros((0, 1)))
-    comparisons = engines.plan_robot_engines(robot, (samples.q, samples.v, samples.a))
+    own = SpatialRobot(chains.robot(chains.BOB))
+    samples = draw_samples(own.robot, np.zeros((0, 1)))
+    comparisons = engines.plan_level(own, own.levels[0], (samples.q, samples.v, samples.a))
     for task in require_items(task for each in comparisons for task in each.needs):
         assert task.motion[0] == pytest.approx(samples.q)

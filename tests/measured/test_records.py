@@ -14,10 +14,9 @@ import scipy.io
 from rosbags.rosbag2 import StoragePlugin, Writer
 from rosbags.typesys import Stores, get_typestore
 
-from crosscheck.identification.recording import require_even_enough
 from crosscheck.models.errors import InputError
 from crosscheck.provenance import ROOT
-from crosscheck.recordings.record import Record, read_record
+from crosscheck.recordings.record import Record, read_record, require_even_enough
 from tests.measured.records import level, record_of
 from tests.tool.test_bad_input import assert_one_line
 
@@ -32,7 +31,7 @@ def record(labelled) -> Record:
 
 
 def rows_of(record: Record) -> np.ndarray:
-    return np.column_stack([record.time, record.angles, record.torques])
+    return np.column_stack([record.time, record.position, record.motor_torque])
 
 
 def written(record: Record, path: Path, header: str = HEADER) -> Path:
@@ -42,14 +41,14 @@ def written(record: Record, path: Path, header: str = HEADER) -> Path:
 
 def assert_same(found: Record, record: Record) -> None:
     assert np.array_equal(found.time, record.time)
-    assert np.array_equal(found.angles, record.angles)
-    assert np.array_equal(found.torques, record.torques)
+    assert np.array_equal(found.position, record.position)
+    assert np.array_equal(found.motor_torque, record.motor_torque)
     assert found.rates is None
 
 
 def test_every_format_says_the_same(record, tmp_path):
     assert_same(read_record(written(record, tmp_path / "r.csv"), 2), record)
-    named = {"t_s": record.time, "theta_rad": record.angles, "torque_N_m": record.torques}
+    named = {"t_s": record.time, "theta_rad": record.position, "torque_N_m": record.motor_torque}
     text = (tmp_path / "r.csv").read_text()
     (tmp_path / "r.csv").write_text(text.replace(",", ";").replace(".", ","))
     assert_same(read_record(tmp_path / "r.csv", 2), record)
@@ -62,18 +61,22 @@ def test_every_format_says_the_same(record, tmp_path):
 
 
 def test_a_joint_may_stand_as_long_as_another_moves(record, tmp_path):
-    still = replace(record, angles=record.angles * [0.0, 1.0])
+    still = replace(record, position=record.position * [0.0, 1.0])
     assert_same(read_record(written(still, tmp_path / "r.csv"), 2), still)
 
 
 def test_units_are_those_of_the_names(record, tmp_path):
-    turned = record.angles * 180 / np.pi
-    named = {"t_ms": 1e3 * record.time, "theta_deg": turned, "torque_mN_m": 1e3 * record.torques}
+    turned = record.position * 180 / np.pi
+    named = {
+        "t_ms": 1e3 * record.time,
+        "theta_deg": turned,
+        "torque_mN_m": 1e3 * record.motor_torque,
+    }
     scipy.io.savemat(tmp_path / "r.mat", named)
     found = read_record(tmp_path / "r.mat", 2)
     assert found.time == pytest.approx(record.time)
-    assert found.angles == pytest.approx(record.angles)
-    assert found.torques == pytest.approx(record.torques)
+    assert found.position == pytest.approx(record.position)
+    assert found.motor_torque == pytest.approx(record.motor_torque)
 
 
 @pytest.mark.slow
@@ -83,12 +86,13 @@ def test_a_trajectory_of_this_program_is_a_record(crosscheck, tmp_path):
     assert crosscheck("simulate", "paper-labelled", "--model", "analytic:coupled", *given).code == 0
     found = read_record(run, 2)
     assert found.rates is not None
-    assert found.torques.shape == found.angles.shape == found.rates.shape
+    assert found.motor_torque.shape == found.position.shape == found.rates.shape
     answer = crosscheck("compare", run, "--json", tmp_path / "c.json", "--out", tmp_path)
     assert "coupled" in answer.out
     data = json.loads((tmp_path / "c.json").read_text())
     jsonschema.validate(data, json.loads(SCHEMA.read_text()))
-    assert data["levels"][0]["level"] == "coupled"
+    (levels,) = (each["with_the_files_numbers"] for each in data["sides"][:1])
+    assert levels["levels"][0]["level"] == "coupled"
     page = (tmp_path / "compare.html").read_text()
     assert "<title>Recording compared with paper-labelled" in page
     again = crosscheck("compare", run, "--json", tmp_path / "c.json", "--out", tmp_path)
@@ -127,7 +131,7 @@ BAD = {
     ),
     "a joint too many": (
         lambda text: text.replace("theta_2_rad", "theta_3_rad"),
-        "theta_3: the arm has 2 joints",
+        "theta_3: there are 2 joints",
     ),
     "a joint missing": (
         lambda text: text.replace("torque_2_N_m", "current_2_A"),
@@ -151,26 +155,26 @@ BAD = {
     ),
     "a joint of no number": (
         lambda text: text.replace("theta_1", "theta_0"),
-        "theta_0: the arm has",
+        "theta_0: there are",
     ),
     "a joint of many digits": (
         lambda text: text.replace("theta_1", "theta_" + "9" * 5000),
-        "the arm has 2 joints, numbered from 1",
+        "there are 2 joints, numbered from 1",
     ),
     "numbers for names": (lambda text: cell(text, 0, 0, "0").partition("\n")[2], "holds numbers"),
     "a huge angle": (lambda text: cell(text, 5, 1, "1e300"), "theta_1, row 5 = 1e+300: must be at"),
     "a huge torque": (lambda text: cell(text, 5, 3, "1e300"), "torque_1, row 5 = 1e+300: must be"),
-    "a huge time": (lambda text: cell(text, 600, 0, "1e300"), "t, row 600 = 1e+300: must be"),
-    "nanoseconds apart": (lambda text: scaled(text, [0], 1e-9), "slope of theta_"),
-    "nothing moves": (lambda text: scaled(text, [1, 2], 0.0), "theta: is the same in every row"),
+    "a huge time": (lambda text: cell(text, 600, 0, "1e300"), "time, row 600 = 1e+300: must be"),
+    "nanoseconds apart": (lambda text: scaled(text, [0], 1e-9), "slope of position"),
+    "nothing moves": (lambda text: scaled(text, [1, 2], 0.0), "position: is the same in every row"),
     "a gap of 30 years": (
         lambda text: shifted(text, 300, 1e9),
-        "t, row 301 = 1000000000.3: is 1e+09 s after the",
+        "time, row 301 = 1000000000.3: is 1e+09 s after the",
     ),
     "a gap of a second": (lambda text: shifted(text, 300, 1.0), "cut the record where it has gaps"),
     "a stretch of long steps": (
         lambda text: shifted(text, 300, 1e8, 6),
-        "t: rows stand too unevenly in time",
+        "s after the row before; cut the record where it has gaps",
     ),
     "a decimal comma": (
         lambda text: cell(text, 5, 1, "0,5"),
@@ -208,7 +212,7 @@ def test_what_is_not_used_may_be_anything(record, tmp_path, case):
     rows = [line.split(",") for line in path.read_text().splitlines()]
     path.write_text("\n".join(WRITTEN[case](rows)) + "\n", encoding="utf-8")
     found = read_record(path, 2)
-    for name in ("time", "angles", "torques"):
+    for name in ("time", "position", "motor_torque"):
         np.testing.assert_array_equal(getattr(found, name), getattr(right, name))
 
 
@@ -221,7 +225,7 @@ NAMES = {
 
 
 @pytest.mark.parametrize("names", NAMES)
-def test_columns_without_units_are_told_what_to_be_called(record, tmp_path, names):
+def test_columns_without_units_have_names_suggested(record, tmp_path, names):
     path = written(record, tmp_path / "r.csv")
     path.write_text(path.read_text().replace(HEADER, names))
     with pytest.raises(InputError) as error:
@@ -352,8 +356,9 @@ def bag_of(
     header = types.types["std_msgs/msg/Header"]
     with Writer(folder, version=9, storage_plugin=storage) as bag:
         topic = bag.add_connection("/joint_states", message.__msgtype__, typestore=types)
+        signals = record.time, record.position, record.motor_torque
         bag.add_connection("/chatter", "std_msgs/msg/String", typestore=types)
-        for time, angles, torques in zip(record.time, record.angles, record.torques, strict=True):
+        for time, angles, torques in zip(*signals, strict=True):
             nanoseconds = 1_700_000_000 * 10**9 + round(1e9 * time)
             own = header(stamp(*divmod(nanoseconds, 10**9)), "base")
             names, places = ["elbow", "gripper", "shoulder"], [angles[1], 0.5, angles[0]]
@@ -384,7 +389,7 @@ FILLED = {
     "zero rates": ({"rate": 0.0}, "the rates are 0 or no number in every row"),
     "no rates": ({"rate": np.nan}, "the rates are 0 or no number in every row"),
     "no efforts": ({"effort": np.nan}, "the torques are no number in every row"),
-    "a gripper": ({"apart": True}, "600 messages without any joint of the arm are left out"),
+    "a gripper": ({"apart": True}, "600 messages without any of the joints are left out"),
 }
 
 
@@ -394,9 +399,9 @@ def test_what_publishers_fill_in_counts_as_not_stated(record, tmp_path, case):
     found = read_record(bag_of(record, tmp_path / "bag", **given), 2, named=JOINTS)
     assert len(found.notes) == 1
     assert found.notes[0].startswith(said)
-    assert np.array_equal(found.angles, record.angles)
+    assert np.array_equal(found.position, record.position)
     assert found.rates is None
-    assert (found.torques is None) == (case == "no efforts")
+    assert (found.motor_torque is None) == (case == "no efforts")
 
 
 def test_a_bag_of_other_joints_is_one_line(record, tmp_path):
@@ -411,8 +416,8 @@ def test_a_bag_is_read_by_the_names_of_its_joints(record, tmp_path, storage):
     for path in (folder, next(each for each in folder.iterdir() if each.suffix != ".yaml")):
         found = read_record(path, 2, named=("shoulder", "elbow"))
         assert found.time == pytest.approx(record.time, abs=1e-9)
-        assert np.array_equal(found.angles, record.angles)
-        assert np.array_equal(found.torques, record.torques)
+        assert np.array_equal(found.position, record.position)
+        assert np.array_equal(found.motor_torque, record.motor_torque)
         assert found.rates is None
     for topic, named, said in (
         ("", (), "needs --joint for each joint; message 1 has elbow, gripper, shoulder"),

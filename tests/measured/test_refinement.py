@@ -7,8 +7,9 @@ import numpy as np
 import pinocchio as pin
 import pytest
 
-from crosscheck.identification.compare import compare_robot
+from crosscheck.identification.compare import compare
 from crosscheck.identification.description import RecordDescription, find_knowledge
+from crosscheck.identification.mechanism import SpatialRobot
 from crosscheck.identification.refinement import Knowledge, _position_unit
 from crosscheck.models.robot.robot import Robot
 from tests.loops import require_items
@@ -82,7 +83,7 @@ def test_gains_and_zeros_are_found():
         assert each.half_width < 0.1
 
 
-def test_zeros_that_links_make_up_are_not_told(robot):
+def test_zeros_that_links_make_up_are_not_distinguished(robot):
     """An encoder before all links, or at the last: a body that stands otherwise is the same."""
     given = recording(robot, "armature", seconds=SECONDS)
     given = replace(given, position=given.position - np.array([0.0, 0.03, 0.0]))
@@ -93,7 +94,7 @@ def test_zeros_that_links_make_up_are_not_told(robot):
     assert zero.half_width < 0.03
 
 
-def test_gains_without_anything_of_known_size_are_not_told(crosscheck, robot, tmp_path):
+def test_gains_without_anything_of_known_size_are_not_distinguished(crosscheck, robot, tmp_path):
     answer = run(crosscheck, robot, tmp_path, 'estimate = ["gains"]\n', "")
     assert answer.code == 1
     assert "Gains of drives cannot be determined" in answer.out
@@ -117,7 +118,8 @@ def test_a_known_payload_tells_the_gains(robot):
     held = np.concatenate([np.zeros(20), payload.toDynamicParameters()])
     knowledge = Knowledge(None, frozenset({"gains"}), payloads=(0 * held, held))
     wrong = arm(solids=[each._replace(mass=3 * each.mass) for each in SOLIDS])
-    side = compare_robot(wrong, [bare, full], np.eye(3), lambda *_: None, knowledge).sides[0]
+    asked = SpatialRobot(wrong), [bare, full], np.eye(3), lambda *_: None, knowledge
+    side = compare(*asked).sides[0]
     gains = [each for each in side.refinement.best.estimates if each.term.kind == "gain"]
     assert len(gains) == 3
     for each in gains:

@@ -5,11 +5,12 @@ from dataclasses import replace
 import numpy as np
 
 from crosscheck.identification import compare
-from crosscheck.identification.compare import RobotComparison, compare_robot
-from crosscheck.identification.recording import Recording
+from crosscheck.identification.compare import RecordComparison
+from crosscheck.identification.mechanism import SpatialRobot
 from crosscheck.identification.refinement import Knowledge, Refinement, refine
 from crosscheck.identification.terms import TermEstimate
 from crosscheck.models.robot.robot import Robot
+from crosscheck.recordings.record import Record
 from tests.measured.robots import RATIO, ROTOR, arm, draw_arm, recording
 
 SECONDS = 8.0
@@ -18,19 +19,21 @@ ZEROS = np.array([0.0, 0.03, -0.05])  # the first joint's is shown by nothing
 TIMES = 1.25  # the stated torque of the true one: the gain is 0.8 of the stated one
 
 
-def ask(robot: Robot, given: Recording, knowledge: Knowledge) -> RobotComparison:
+def ask(robot: Robot, given: Record, knowledge: Knowledge) -> RecordComparison:
     """What the recording says with what is known."""
-    return compare_robot(robot, [given], np.eye(3), lambda *progress: None, knowledge)
+    return compare.compare(
+        SpatialRobot(robot), [given], np.eye(3), lambda *progress: None, knowledge
+    )
 
 
-def refinement(robot: Robot, given: Recording, knowledge: Knowledge) -> Refinement:
+def refinement(robot: Robot, given: Record, knowledge: Knowledge) -> Refinement:
     """What its first side says beyond identified links."""
     found = ask(robot, given, knowledge).sides[0].refinement
     assert found is not None
     return found
 
 
-def refine_alone(robot: Robot, given: Recording, knowledge: Knowledge) -> tuple[float, Refinement]:
+def refine_alone(robot: Robot, given: Record, knowledge: Knowledge) -> tuple[float, Refinement]:
     """The bandwidth, and the refinement of a recording of motors' torques, without all else."""
     samples = compare._BandSamples(robot, [given], [given.motor_torque], np.zeros((0, 3)))
     problem = compare._Problem(robot, samples, compare.LINK_KINDS["identified"])

@@ -10,7 +10,7 @@ from typing import Any
 import h5py
 import numpy as np
 
-from crosscheck.models.loading import read_raw_case
+from crosscheck.models.files import read_raw_arm, read_raw_scenario
 from crosscheck.provenance import ROOT
 from crosscheck.studies.definition.definition import Definition
 from crosscheck.studies.definition.files import build_study
@@ -62,7 +62,8 @@ def study(
         "switches": switches,
     }
     definition = Definition.model_validate(given)
-    return build_study(definition, read_raw_case(arm, scenario, switches), Path(), "study.toml")
+    data = {"arm": read_raw_arm(arm), "scenario": read_raw_scenario(scenario)}
+    return build_study(definition, data, Path(), "study.toml")
 
 
 def held_study(folder: Path) -> Path:

@@ -11,7 +11,7 @@ from hypothesis import strategies as st
 
 from crosscheck import signals
 from crosscheck.models.errors import InputError
-from crosscheck.models.loading import read_raw_case
+from crosscheck.models.files import read_raw_arm, read_raw_scenario
 from crosscheck.registry import build, reference_model
 from crosscheck.studies.batches.batch import run_batch, run_check
 from crosscheck.studies.definition.files import build_study
@@ -227,7 +227,8 @@ def _with_function(tmp_path: Path, code: str, returns: dict[str, str]) -> Prepar
     quantity = {"kind": "user_function", "function": "mine.py:measure", "returns": returns}
     given = {**plain.definition.model_dump(), "quantities": [quantity]}
     definition = type(plain.definition).model_validate(given)
-    return build_study(definition, read_raw_case("paper-labelled", "pd"), tmp_path, "study.toml")
+    data = {"arm": read_raw_arm("paper-labelled"), "scenario": read_raw_scenario("pd")}
+    return build_study(definition, data, tmp_path, "study.toml")
 
 
 def test_a_function_of_the_users_measures_a_run_as_a_model_records_it(tmp_path):

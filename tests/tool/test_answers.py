@@ -13,9 +13,7 @@ from crosscheck.findings import (
     Finding,
     Subject,
     make_check,
-    make_failed_check,
     make_measurement,
-    make_unfinished_check,
 )
 from crosscheck.models.loading import load_arm
 from crosscheck.models.robot.file import load_robot
@@ -25,16 +23,10 @@ from crosscheck.planning.state_suite import COUNT, QUICK_COUNT
 from crosscheck.registry import is_rigid_arm
 from crosscheck.report.answers import (
     answer_on_equations,
-    answer_on_levels,
-    answer_on_rigid_arm,
-    answer_on_trust,
     answer_questions,
     compare_models,
-    find_tip_ends,
     format_agreement_json,
 )
-from crosscheck.report.finding_groups import list_findings
-from crosscheck.report.formatting import format_length
 from crosscheck.report.matrix import collect_cells
 from crosscheck.report.outline import outline_arm
 from crosscheck.report.terminal import print_answers
@@ -60,11 +52,6 @@ def state(left: str, measured: float, case: str = CASE) -> Finding:
 def printed(measured: float) -> Finding:
     subject = about(PRINTED, ENGINE, "mass_matrix", "form-states", CASE)
     return make_measurement(subject, measured=measured)
-
-
-def tip(level: str, metres: float) -> Finding:
-    subject = about(f"pinocchio:{level}", LEAD, "tip", "deviation", "pd", "m")
-    return make_measurement(subject, measured=metres)
 
 
 def said(findings: Sequence[Finding], arm: object) -> str:
@@ -99,14 +86,6 @@ def test_a_derivation_that_differs_is_named(labelled):
     assert answer == f"Of the project's own derivation these do not agree: {LEAD}."
 
 
-def test_a_comparison_that_failed_is_no_agreement(labelled):
-    findings = [
-        state(LEAD, 1e-15),
-        make_failed_check(about(LEAD, "exudyn:tree", "bias", "states", CASE), ""),
-    ]
-    assert "do not agree" in said(findings, labelled)
-
-
 def test_another_arms_states_count_for_the_verdict_and_not_for_the_sizes(labelled):
     findings = [state(LEAD, 1e-15), state(LEAD, 1e-3, "probe/geared")]
     rows = compare_models(Agreement(findings), outline_arm(labelled))
@@ -123,20 +102,6 @@ def test_a_check_of_any_kind_between_the_two_turns_the_answer(size, agrees, labe
     assert ("do not agree" not in said([state(LEAD, 1e-15), modes], labelled)) is agrees
 
 
-def test_rigid_levels_are_told_from_the_first_to_the_last():
-    levels = [tip("links", 0.039), tip("carriers", 7e-5), tip("coupled", 1.7e-6)]
-    expected = (
-        "In experiment pd the rigid arm's tip is off by up to 39 mm without the joints' masses and"
-        " the gears' inertia (links), by 1.7 µm without the give, play and errors of the teeth"
-        " (coupled)."
-    )
-    assert answer_on_rigid_arm(Agreement(levels)) == expected
-    assert "No rigid model" in answer_on_rigid_arm(Agreement([]))
-    assert find_tip_ends(Agreement(levels)) == [levels[0], levels[2]]
-    assert find_tip_ends(Agreement(levels[:1])) == levels[:1]
-    assert find_tip_ends(Agreement([])) == []
-
-
 def test_of_an_arm_without_gears_and_motors_nothing_is_asked_about_them(capsys):
     arm = make_plain_arm("plain", 2)
     assert is_rigid_arm(arm)
@@ -148,37 +113,6 @@ def test_of_an_arm_without_gears_and_motors_nothing_is_asked_about_them(capsys):
     assert "How far" not in asked
     motored = load_arm("direct-between")
     assert "geared" in answer_questions(Agreement([]), motored).outline.questions[1]
-
-
-def test_a_length_below_a_nanometre_is_rounding():
-    assert format_length(4.46e-13) == "less than 1 nm"
-    assert format_length(1.2e-9) == "0.0012 µm"
-    assert format_length(0.0) == "0 µm"
-
-
-def test_a_level_costs_most_where_a_joint_loses_the_largest_share_of_its_torque():
-    found = []
-    for joint, newtons, share in (("base", 5.0, 0.01), ("wrist", 0.2, 0.3), ("elbow", 1.0, 0.1)):
-        key = ComparisonKey("deviation", "random-states", "torque", "analytic:links", "a:coupled")
-        metric = f"largest difference of the torque of {joint} over 20 random states"
-        subject = Subject(key, "N m", metric)
-        found.append(make_measurement(subject, measured=newtons, relative=share))
-    said = "At level links the torque of wrist is off by up to 30 % of its largest."
-    assert answer_on_levels(Agreement(found)) == said
-
-
-def test_of_each_kind_the_check_nearest_its_tolerance_is_listed():
-    modes = about(LEAD, ENGINE, "mesh-modes", "modes", CASE)
-    found = [state(LEAD, 1e-12 * share) for share in (0.2, 0.9, 0.5)]
-    found.append(make_check(modes, measured=0.3, tolerance=1.0, basis=""))
-    assert [row.share for row in list_findings(found).tightest] == ["90 %", "30 %"]
-
-
-@pytest.mark.parametrize(("size", "count"), [(1e-15, "2 of 2"), (1e-3, "1 of 2")])
-def test_what_was_checked_is_counted(size, count, labelled):
-    findings = [state(LEAD, 1e-15), state(LINKS, size)]
-    answer = answer_on_trust(Agreement(findings), outline_arm(labelled))
-    assert answer.startswith(f"{count} checks agree")
 
 
 def test_the_answers_come_before_the_findings_in_json(labelled):
@@ -208,32 +142,6 @@ def test_a_quick_page_says_what_it_leaves_out(labelled):
     )
     counts = f"compared at {QUICK_COUNT} random states where a full cross-check takes {COUNT}."
     assert counts in said
-
-
-OUTCOMES = {
-    "agree": state(LEAD, 1e-15),
-    "differ": state(LEAD, 1e-3),
-    "failed": make_failed_check(about(LEAD, ENGINE, "bias", "states", CASE), ""),
-    "unfinished": make_unfinished_check(about(LEAD, ENGINE, "force", "states", CASE), ""),
-    "measured": printed(0.1),
-}
-
-
-@pytest.mark.parametrize(
-    ("verdicts", "code"),
-    [
-        ("agree measured", 0),
-        ("agree unfinished", 3),
-        ("unfinished", 3),
-        ("unfinished differ", 1),
-        ("failed unfinished", 1),
-        ("differ", 1),
-        ("measured", 1),
-        ("", 1),
-    ],
-)
-def test_the_exit_code_is_that_of_the_worst_verdict(verdicts, code):
-    assert Agreement([OUTCOMES[verdict] for verdict in verdicts.split()]).exit_code == code
 
 
 def test_what_is_only_measured_is_no_agreement_of_the_matrix(labelled):

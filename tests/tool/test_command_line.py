@@ -274,28 +274,28 @@ def test_another_tolerance_is_refused_with_its_value(number):
 @pytest.mark.parametrize(
     ("agree", "decided", "code"), [(True, True, 0), (True, False, 1), (False, True, 1)]
 )
-def test_a_comparison_of_a_robot_ends_well_where_engines_agree_and_all_is_decided(
+def test_a_comparison_ends_well_where_engines_agree_and_all_is_decided(
     agree, decided, code, tmp_path, monkeypatch
 ):
     """The comparison itself is made up: what it is asked, and what follows from it."""
     asked = []
+    record = SimpleNamespace(rates=None, motor_torque=np.ones((9, 3)))
 
-    def compare_robot(robot, recordings, transmission, progress, knowledge):
-        asked.append((robot.name, recordings, transmission.tolist()))
+    def compare(mechanism, records, transmission, progress, knowledge, tolerances):
+        asked.append((mechanism.name, records, transmission.tolist(), tolerances))
         return SimpleNamespace(engines_agree=agree, is_decided=decided, excitation=None)
 
     module = "crosscheck.cli.compare"
-    monkeypatch.setattr(f"{module}.read_record", lambda *given: given)
-    monkeypatch.setattr(f"{module}.convert_record", lambda record: record)
-    monkeypatch.setattr(f"{module}.compare_robot", compare_robot)
-    monkeypatch.setattr(f"{module}.output.describe_comparison", lambda comparison: ["said"])
-    monkeypatch.setattr(f"{module}.output.comparison_json", lambda comparison: "{}")
-    file = tmp_path / "c.json"
-    given = Path("r.csv"), "sliding", [], [], [], "topic", ["j"], file, None
+    monkeypatch.setattr(f"{module}.read_record", lambda *given: record)
+    monkeypatch.setattr(f"{module}.compare", compare)
+    monkeypatch.setattr(f"{module}.describe_comparison", lambda comparison: ["a line"])
+    monkeypatch.setattr(f"{module}.comparison_json", lambda comparison: "{}")
+    file, share = tmp_path / "c.json", "robot.joints.slide.rotor_inertia_kg_m2=0.1"
+    given = Path("r.csv"), "sliding", None, [], [share], "topic", ["j"], file, None
     assert compare_command(*given) == code
     assert file.read_text() == "{}"
-    record = Path("r.csv"), 3, "topic", ["j"]
-    assert asked == [("sliding", (record,), np.eye(3).tolist())]
+    path = share.partition("=")[0]
+    assert asked == [("sliding", (record,), np.eye(3).tolist(), {path: 0.1})]
 
 
 def test_a_run_ends_where_its_summary_says(labelled):

@@ -29,6 +29,7 @@ from tests.arms import arm_of
 from tests.brief import brief
 from tests.processes import Answer, Command
 from tests.robots.chains import Solid, geared, joint, link, planetary, urdf
+from tests.tool.test_bad_input import assert_one_line
 
 BODY = Solid(2.0, (0.3, 0.02, -0.05), (0.05, 0.002, 0.001, 0.06, -0.003, 0.07))
 DIRECT = {"kind": "direct"}
@@ -240,10 +241,12 @@ def test_trial(perform, mechanism):
     perform(f"trial --ask mine.toml --out asked{' --quick' * (mechanism.kind == 'arm')}", "asked")
 
 
-def test_baseline(perform):
+def test_a_record_is_kept_until_the_mechanism_changes(perform, crosscheck, mechanism):
     perform("baseline accept mine.toml --quick --jobs 1 --dir .", "mine-quick.json")
-    answer = perform("baseline check mine.toml --quick --jobs 1 --dir .")
-    assert "changed since the record: nothing" in answer.out
+    check = "baseline check mine.toml --quick --jobs 1 --dir ."
+    assert "changed since the record: nothing" in perform(check).out
+    changed = crosscheck(*check.split(), "--set", f"{mechanism.path}=7.5")
+    assert_one_line(changed, f"another {mechanism.kind} than mine", "7.5")
 
 
 def test_sweep_and_plot(perform, mechanism):

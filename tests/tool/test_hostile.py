@@ -158,12 +158,12 @@ def _seeds(folder: Path) -> dict[str, Path]:
     }
     for name, source in copies.items():
         shutil.copyfile(source, folder / name)
-    record = record_of(level(load_arm("paper-labelled"), "coupled"), rows=300, step_s=0.01)
+    record = record_of(level(load_arm("paper-labelled"), "coupled"), time=0.01 * np.arange(300))
     columns = {"t_s": record.time}
-    assert record.torques is not None
+    assert record.motor_torque is not None
     for joint in (0, 1):
-        columns[f"theta_{joint + 1}_rad"] = record.angles[:, joint]
-        columns[f"torque_{joint + 1}_N_m"] = record.torques[:, joint]
+        columns[f"theta_{joint + 1}_rad"] = record.position[:, joint]
+        columns[f"torque_{joint + 1}_N_m"] = record.motor_torque[:, joint]
     scipy.io.savemat(folder / "record.mat", columns)
     _write_table(folder / "record.csv", columns)
     motion = {"t_s": record.time[:20]}

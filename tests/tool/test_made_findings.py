@@ -487,6 +487,9 @@ def test_the_first_and_the_last_level_are_told_of_every_experiment():
         " without the give, play and errors of the teeth (coupled)."
     )
     assert find_tip_ends(found) == [last[0], last[2]]
+    assert find_tip_ends(Agreement(last[:1])) == last[:1]
+    assert find_tip_ends(Agreement([])) == []
+    assert "No rigid model" in answer_on_rigid_arm(Agreement([]))
 
 
 def test_each_level_of_a_robot_is_told_with_its_tip_and_its_torque():
@@ -564,7 +567,8 @@ NAN = float("nan")
         (format_percent, {0.0127: "1.3 %", 12.3: "1200 %", float("inf"): "no number"}),
         (
             format_length,
-            {1.0: "1 m", 0.99: "990 mm", -2.345: "-2.35 m", 1e-5: "0.01 mm", 9.9e-6: "9.9 µm"},
+            {1.0: "1 m", 0.99: "990 mm", -2.345: "-2.35 m", 1e-5: "0.01 mm", 9.9e-6: "9.9 µm"}
+            | {4.46e-13: "less than 1 nm", 1.2e-9: "0.0012 µm", 0.0: "0 µm"},
         ),
         (format_number, {1234.5: "1.23e+03", 0.0: "0", None: ""}),
         (

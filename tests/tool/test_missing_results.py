@@ -143,10 +143,9 @@ def test_an_agreement_counts_its_checks_and_lists_the_first():
     ]
     assert repr(Agreement([fine, size, *red[:3]])).count("\n") == 3
     stopped = make_unfinished_check(about("late"), "so")
-    codes = {0: [fine, size], 1: [fine, stopped, red[0]], 3: [fine, stopped]}
-    for code, findings in codes.items():
-        assert Agreement(findings).exit_code == code
-    assert Agreement([size]).exit_code == 1
+    codes = {0: [[fine, size]], 1: [[fine, stopped, red[0]], [size], []], 3: [[fine, stopped]]}
+    for code, several in codes.items():
+        assert {Agreement(findings).exit_code for findings in several} == {code}
     assert [finding.about.key.joint for finding in whole.checks] == [None] * 6
     joint = ComparisonKey("deviation", "pd", "theta", "one", joint=2)
     assert joint.id == "deviation/pd/joint2/theta/one"

@@ -73,23 +73,55 @@ def test_what_is_zero_in_the_file_and_in_the_equations_makes_no_note():
     assert "rotor" not in notes
 
 
-def test_angles_of_motors_are_divided_by_their_ratios():
-    """Of a rigid arm by its motors' angles, an elbow's weight is by the sum of both over n."""
+def on_motors(
+    own: Arm, scenario: Scenario, weight: Callable[..., np.ndarray], once: bool
+) -> Equations:
+    """A rigid arm by its motors' angles, with more weight; once: a ratio of M is no square."""
+    n = np.array([1 + joint.ring_teeth / joint.sun_teeth for joint in own.joints])
+    motors = Coordinates(matrix=np.diag(1 / n), names=("psi_1", "psi_2", "psi_3"))
+    still = own.model_copy(update={"gravity_m_per_s2": (0.0, 0.0)})
+    right, bare = (
+        equations_of(in_frame("analytic:links", motors, arm, scenario)) for arm in (own, still)
+    )
 
-    def factory(own: Arm, scenario: Scenario) -> Equations:
-        n = np.array([1 + joint.ring_teeth / joint.sun_teeth for joint in own.joints])
-        motors = Coordinates(matrix=np.diag(1 / n), names=("psi_1", "psi_2", "psi_3"))
-        right = equations_of(in_frame("analytic:links", motors, own, scenario))
+    def force(t: float, x: np.ndarray, v: np.ndarray, torque: np.ndarray) -> np.ndarray:
+        whole = np.array(right.force(t, x, v, torque))
+        return whole + weight(own, n, x, whole - bare.force(t, x, v, torque))
 
-        def force(t: float, x: np.ndarray, v: np.ndarray, torque: np.ndarray) -> np.ndarray:
-            whole = np.array(right.force(t, x, v, torque))
-            angle, (g_x, g_y) = (x / n)[:2].sum(), own.gravity_m_per_s2
-            weight = own.links[1].mass * own.links[1].com_m
-            whole[1] -= weight * (g_y * np.cos(angle) - g_x * np.sin(angle)) / n[1]
-            return whole
+    def mass_matrix(x: np.ndarray) -> np.ndarray:
+        return np.array(right.mass_matrix(x)) * (1 + np.diag([0, 0, n[2] - 1]) * once)
 
-        return replace(right, force=force, coordinates=motors)
+    parts = {"force": force, "mass_matrix": mass_matrix, "acceleration": None}
+    return replace(right, **parts, coordinates=motors, level="links")
 
-    (error,) = describe_errors(trial_of(factory, load_arm("three-unlike")))
-    assert "m2 g_y d2/n2 cos(psi_1/n1 + psi_2/n2)" in error
-    assert "missing term" in error
+
+def drop_elbow(own: Arm, n: np.ndarray, x: np.ndarray, weights: np.ndarray) -> np.ndarray:
+    """Without the weight of link 2 in its row."""
+    angle, (g_x, g_y) = (x / n)[:2].sum(), own.gravity_m_per_s2
+    weight = own.links[1].mass * own.links[1].com_m
+    return -np.eye(3)[1] * weight * (g_y * np.cos(angle) - g_x * np.sin(angle)) / n[1]
+
+
+MOTORS = {
+    "an angle": (drop_elbow, False, ["missing term: m2 g_y d2/n2 cos(psi_1/n1 + psi_2/n2)"]),
+    "weights at the joints": (
+        lambda own, n, x, weights: (n - 1) * weights,
+        False,
+        [f"yours has the weight of every body times n{joint}" for joint in (1, 2, 3)],
+    ),
+    "a ratio for its square": (
+        lambda own, n, x, weights: 0 * weights,
+        True,
+        ["M[psi_3, psi_3]: yours has (I_l3/n3^2 + m3 d3^2/n3^2 + m_payload L3^2/n3^2) times n3?"],
+    ),
+}
+
+
+@pytest.mark.parametrize("slip", MOTORS)
+def test_what_motors_turn_is_divided_by_their_ratios(slip):
+    weight, once, told = MOTORS[slip]
+    trial = trial_of(
+        lambda own, scenario: on_motors(own, scenario, weight, once), load_arm("three-unlike")
+    )
+    errors = describe_errors(trial)
+    assert all(any(words in error for error in errors) for words in told), errors

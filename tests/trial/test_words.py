@@ -45,24 +45,18 @@ def product(monomial: Monomial, key: TermKey = COS) -> Product:
 
 
 MONOMIALS = {
-    "1": (ONE, "1"),
-    "2 m_payload L1 d2": (PAYLOAD, r"2\,m_{payload}\,L_{1}\,d_{2}"),
-    "-1/2 I_l2 L1^2/(r_s1 r_c1^2)": (
-        BELOW,
-        r"-\frac{1}{2}\,I_{l2}\,L_{1}^{2}\,r_{s1}^{-1}\,r_{c1}^{-2}",
-    ),
-    "-L1": (Monomial(-1, (("L1", 1),)), "-L_{1}"),
-    "-1": (Monomial(-1, ()), "-1"),
-    "1/L1": (Monomial(1, (("L1", -1),)), "L_{1}^{-1}"),
-    "0.123457 L2": (Monomial(0.123456789, (("L2", 1),)), r"0.123457\,L_{2}"),
+    "1": ONE,
+    "2 m_payload L1 d2": PAYLOAD,
+    "-1/2 I_l2 L1^2/(r_s1 r_c1^2)": BELOW,
+    "-L1": Monomial(-1, (("L1", 1),)),
+    "-1": Monomial(-1, ()),
+    "1/L1": Monomial(1, (("L1", -1),)),
+    "0.123457 L2": Monomial(0.123456789, (("L2", 1),)),
 }
 
 
-@pytest.mark.parametrize("text", MONOMIALS)
-def test_a_monomial_has_its_masses_before_its_lengths(text):
-    monomial, latex = MONOMIALS[text]
-    assert messages.format_monomial(monomial) == text
-    assert messages.format_monomial_latex(monomial) == latex
+def test_a_monomial_has_its_masses_before_its_lengths():
+    assert [messages.format_monomial(each) for each in MONOMIALS.values()] == [*MONOMIALS]
 
 
 def test_a_wave_is_of_the_users_coordinates():
@@ -117,8 +111,7 @@ def test_a_sum_says_what_its_terms_share_and_how_many_more_there_are():
     two = messages.make_term((product(ONE), product(ONE, TermKey((1, 0)))), ABSOLUTE)
     assert two.coefficient == "cos(phi_1 - phi_2) + cos(phi_1)"
     five = messages.make_term(several(5), ABSOLUTE)
-    assert five.latex.count(r"\cos") == 4
-    assert five.latex.endswith(r" + \dots")
+    assert r" + \dots)" in five.latex
 
 
 def test_small_texts():

@@ -10,7 +10,6 @@ import numpy as np
 from crosscheck.checks.answers import require_numbers
 from crosscheck.checks.robots.case import (
     RobotLevel,
-    RobotQuestion,
     SampledRobot,
     check_share,
     pair_models,
@@ -25,35 +24,28 @@ from crosscheck.planning.comparison import Comparison, make_comparison
 
 # Of teeth in each other at the start [m]: on the edge of contact rounding decides who is.
 DEPTH = 1e-6
+BRIEF = "brief"  # name of the scenario of a simulation for which a user chose none
 LISTED = 7  # joints at most that a scenario lists one by one
 
 
-def simulation(model: RobotModel, case: RobotLevel, scenario: Scenario | None = None) -> np.ndarray:
-    """Coordinates (records, n) of a brief simulation, teeth in contact; infinite if it diverged.
-
-    scenario: one that is simulated in its place.
-    """
-    shape = STEPS + 1, case.states.q.shape[1]
-    try:
-        q, _ = model.integrate(make_scenario(case) if scenario is None else scenario)
-    except Diverged:
-        return np.full(shape, np.inf)
-    return require_numbers(q, "integrate", shape)
-
-
 @dataclass(frozen=True)
-class ScenarioQuestion:
-    """The simulation of a scenario, as short as all runs of a case."""
+class SimulationQuestion:
+    """A simulation, as short as all runs of a case."""
 
     scenario: Scenario
 
     @property
     def __name__(self) -> str:
-        return f"simulation-{self.scenario.name}"
+        return "simulation" + f"-{self.scenario.name}" * (self.scenario.name != BRIEF)
 
     def __call__(self, model: RobotModel, case: RobotLevel) -> np.ndarray:
-        """See ``simulation``."""
-        return simulation(model, case, self.scenario)
+        """Coordinates (records, n), infinite if it diverged."""
+        shape = STEPS + 1, case.states.q.shape[1]
+        try:
+            q, _ = model.integrate(self.scenario)
+        except Diverged:
+            return np.full(shape, np.inf)
+        return require_numbers(q, "integrate", shape)
 
 
 def simulation_start(case: RobotLevel) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
@@ -78,7 +70,7 @@ def make_scenario(case: RobotLevel) -> Scenario:
         q, v, torques = q[0], v[0], torques[0]
     return Scenario(
         schema_version=1,
-        name="brief",
+        name=BRIEF,
         duration_s=case.run_s,
         step_s=case.run_s / STEPS,
         record_every=1,
@@ -101,7 +93,6 @@ def plan(models: Sequence[SampledRobot]) -> Iterator[Comparison | str]:
         case = left.case
         if not case.has_runs:
             continue
-        metric = f"largest difference, over the motion, of a simulation of {case.run_s:.3g} s"
 
         def judge(
             about: Subject, left_q: np.ndarray, right_q: np.ndarray, case: RobotLevel = case
@@ -111,9 +102,9 @@ def plan(models: Sequence[SampledRobot]) -> Iterator[Comparison | str]:
             measured = share_of(left_q - right_q, motion_sizes(case, moved))
             return check_share(about, measured, case.sizes.tolerance("run"), basis)
 
-        chosen: list[RobotQuestion] = [ScenarioQuestion(each) for each in case.scenarios]
-        for question in chosen or [simulation]:
-            name = question.__name__
+        for question in map(SimulationQuestion, case.scenarios or [make_scenario(case)]):
+            name, seconds = question.__name__, question.scenario.duration_s
             key = ComparisonKey("same-step", case.name, name, left.model, right.model)
+            metric = f"largest difference, over the motion, of a simulation of {seconds:.3g} s"
             tasks = left.ask(question), right.ask(question)
             yield make_comparison(Subject(key, "1", metric), tasks, judge)

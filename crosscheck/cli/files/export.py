@@ -116,12 +116,6 @@ def describe_robot_model(robot: Robot, model: str, states: list[tuple[str, str]]
     return re.sub(r"\*/", "* /", text)
 
 
-def fmu_file(model: AnalyticModel, text: str, prefix: str) -> bytes:
-    """Content of an arm's unit for this machine. Raises InputError."""
-    sources = generate_fmu_sources(text, prefix, model.layout, len(model.arm.joints))
-    return unit_file(prefix, *sources)
-
-
 def unit_file(prefix: str, code: str, description: str) -> bytes:
     """Content of a unit for this machine, compiled here, with its source. Raises InputError."""
     folder, suffix = FOLDERS[platform.system()]

@@ -1,57 +1,23 @@
-"""A mechanism written as a robot: its URDF, and the robot's file with its planetary stages."""
+"""An arm or a robot written as a robot: its URDF, and the robot's file."""
 
 from __future__ import annotations
 
 import json
-import math
-from collections.abc import Iterator
 from dataclasses import replace
 from pathlib import Path
-from typing import NamedTuple
-from xml.sax.saxutils import quoteattr
 
 from crosscheck.file_types import ROBOT_FILE, URDF_FILE
 from crosscheck.mechanisms import supply
-from crosscheck.models.arm.arm import Arm, Direct, Planetary
-from crosscheck.models.arm.gears import PlanetaryStage
 from crosscheck.models.files import format_toml_fields, parse_toml
 from crosscheck.models.loading import validate_record
 from crosscheck.models.mechanism import select_mechanism
 from crosscheck.models.robot.file import RobotFile, build_robot
+from crosscheck.models.robot.planar import RobotText
 from crosscheck.models.robot.robot import Robot, remove_friction
 from crosscheck.output import require_file, write_files
 from crosscheck.report.formatting import make_printable
 
-URDF_HEAD = """\
-<?xml version="1.0"?>
-<!-- Written by crosscheck export. The planar arm turns about z. Inertias about x and y, which no
-     motion in the plane asks for, are those of thin rods and discs. -->
-<robot name={name}>
-"""
-FILE_HEAD = """\
-# Written by crosscheck export. Sun and planets turn by these stages; their masses, the carriers and
-# the rings are bodies of {urdf}. The level links has them as dead weight: an arm's level carriers.
-"""
-
-
 FRICTIONLESS = "friction of joints left out, which is the same at each level"
-
-
-class RobotText(NamedTuple):
-    """The texts of a robot's URDF and of its own file."""
-
-    urdf: str
-    file: str
-
-
-class UrdfPart(NamedTuple):
-    """A body of the arm as a link of a URDF: inertia [kg m^2] about z, com [m] along x."""
-
-    name: str
-    mass: float
-    inertia: float
-    com: float = 0.0
-    is_rod: bool = False
 
 
 def export_as_robot(name: str, settings: list[str], out: Path) -> None:
@@ -82,108 +48,3 @@ def write_robot_as_robot(robot: Robot, urdf: str) -> RobotText:
     """The texts of a robot, its settings in its file; urdf: name of the URDF."""
     content = {**json.loads(robot.file_json), "urdf": urdf}
     return RobotText(robot.urdf, "\n".join([*format_toml_fields(content), ""]))
-
-
-def write_arm_as_robot(arm: Arm, urdf: str) -> RobotText:
-    """The texts of an arm as a robot; urdf: name of the URDF."""
-    head = FILE_HEAD.format(urdf=urdf)
-    return RobotText(
-        "\n".join([URDF_HEAD.format(name=quoteattr(arm.name)) + "\n".join(_urdf_lines(arm)), ""]),
-        "\n".join([head + "\n".join(_file_lines(arm, urdf)), ""]),
-    )
-
-
-def _urdf_lines(arm: Arm) -> Iterator[str]:
-    """Lines of a URDF's links and joints, and its end."""
-    yield '  <link name="base"/>'
-    before, reach = "base", 0.0
-    for number, (joint, link) in enumerate(zip(arm.joints, arm.links, strict=True), 1):
-        rotor = joint.rotor_inertia_kg_m2 if isinstance(joint, Direct) else 0.0
-        yield from _link_lines(
-            UrdfPart(f"link_{number}", link.mass, link.inertia + rotor, link.com_m, True)
-        )
-        yield from _joint_lines(f"joint_{number}", "continuous", before, f"link_{number}", reach)
-        for part, bearer, place in (
-            (_find_standing_part(joint, number), before, reach),
-            (_find_turning_part(joint, number), f"link_{number}", 0.0),
-        ):
-            if part is not None and (part.mass or part.inertia):
-                yield from _link_lines(part)
-                yield from _joint_lines(f"to_{part.name}", "fixed", bearer, part.name, place)
-        before, reach = f"link_{number}", link.length_m
-    yield from _link_lines(UrdfPart("payload", arm.payload_mass_kg, 0.0))
-    yield from _joint_lines("to_payload", "fixed", before, "payload", reach)
-    yield "</robot>"
-
-
-def _find_standing_part(joint: Planetary | Direct, number: int) -> UrdfPart:
-    """Masses fixed to the body before a joint: ring and the sun's mass, or the motor's mass."""
-    if isinstance(joint, Direct):
-        return UrdfPart(f"motor_{number}", joint.motor_mass_kg, 0.0)
-    mass = joint.ring_mass_kg + joint.sun_mass_kg
-    return UrdfPart(f"ring_{number}", mass, joint.ring_inertia_kg_m2)
-
-
-def _find_turning_part(joint: Planetary | Direct, number: int) -> UrdfPart | None:
-    """Masses that turn with the link after a joint: the carrier, and the planets in place.
-
-    A stage's equivalent mass M is J / (r cos(pressure angle))^2, r the carrier's radius.
-    """
-    if isinstance(joint, Direct):
-        return None
-    radius = joint.module_m * (joint.sun_teeth + joint.planet_teeth) / 2
-    planets = joint.planet_count * joint.planet_mass_kg
-    inertia = joint.carrier_inertia_kg_m2
-    if inertia is None:
-        assert joint.carrier_equivalent_mass_kg is not None  # the arm's own validation
-        base_radius = radius * math.cos(math.radians(joint.pressure_angle_deg))
-        inertia = joint.carrier_equivalent_mass_kg * base_radius**2
-    whole = inertia + planets * radius**2
-    return UrdfPart(f"carrier_{number}", joint.carrier_mass_kg + planets, whole)
-
-
-def _link_lines(part: UrdfPart) -> Iterator[str]:
-    """Lines of a link; a thin rod along x, else a disc about z; without mass it is a frame."""
-    if not part.mass and not part.inertia:
-        yield f'  <link name="{part.name}"/>'
-        return
-    xx, yy = (0.0, part.inertia) if part.is_rod else (part.inertia / 2, part.inertia / 2)
-    yield f'  <link name="{part.name}">'
-    yield "    <inertial>"
-    yield f'      <origin xyz="{part.com!r} 0 0"/>'
-    yield f'      <mass value="{part.mass!r}"/>'
-    moments = f'ixx="{xx!r}" ixy="0" ixz="0" iyy="{yy!r}" iyz="0" izz="{part.inertia!r}"'
-    yield f"      <inertia {moments}/>"
-    yield "    </inertial>"
-    yield "  </link>"
-
-
-def _joint_lines(name: str, kind: str, parent: str, child: str, place: float) -> Iterator[str]:
-    """Lines of a joint at a place [m] along x of its parent, about z."""
-    yield f'  <joint name="{name}" type="{kind}">'
-    yield f'    <parent link="{parent}"/>'
-    yield f'    <child link="{child}"/>'
-    yield f'    <origin xyz="{place!r} 0 0"/>'
-    if kind != "fixed":
-        yield '    <axis xyz="0 0 1"/>'
-    yield "  </joint>"
-
-
-def _file_lines(arm: Arm, urdf: str) -> Iterator[str]:
-    """Lines of the robot's file."""
-    gravity = [*arm.gravity_m_per_s2, 0.0]
-    head = {"schema_version": 1, "name": arm.name, "title": arm.title, "urdf": urdf}
-    yield from format_toml_fields({**head, "tip": "payload", "gravity_m_per_s2": gravity})
-    for number, joint in enumerate(arm.joints, 1):
-        friction = {"friction_N_m_s_per_rad": joint.friction_N_m_s_per_rad}
-        if isinstance(joint, Direct) and joint.friction_N_m_s_per_rad:
-            yield f"\n[joints.joint_{number}]"
-            yield from format_toml_fields({"kind": "direct", **friction})
-        if isinstance(joint, Planetary):
-            stage = joint.model_dump(mode="json", include={*PlanetaryStage.model_fields})
-            meshes = {name: stage.pop(name) for name in ("sun_mesh", "ring_mesh")}
-            yield f"\n[joints.joint_{number}]"
-            yield from format_toml_fields({**stage, **friction})
-            for name, mesh in meshes.items():
-                yield f"\n[joints.joint_{number}.{name}]"
-                yield from format_toml_fields(mesh)

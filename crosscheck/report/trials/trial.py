@@ -4,7 +4,6 @@ from __future__ import annotations
 
 from collections.abc import Iterator, Sequence
 
-from crosscheck.models.arm.arm import describe_arm
 from crosscheck.registry import LEVELS, RIGID_ARM, is_rigid_arm
 from crosscheck.report.formatting import format_count
 from crosscheck.report.trials.answer import (
@@ -41,7 +40,7 @@ def answer_arm_trial(trial: Trial) -> TrialAnswer:
     return TrialAnswer(
         name=problem.name,
         mechanism=problem.case.arm.name,
-        description=tuple(describe_arm(problem.case.arm)),
+        description=problem.case.arm.described,
         level=trial.level,
         coordinates=tuple(names),
         headline=_describe_verdict(trial, wrong),

@@ -19,10 +19,11 @@ import pytest
 
 from crosscheck.analytic.kernel.export import generate_c_source
 from crosscheck.analytic.kernel.fmu import generate_fmu_sources
+from crosscheck.analytic.model import AnalyticModel
 from crosscheck.checks.answers import sample_states
 from crosscheck.checks.invariants import sun_advance, sun_radius_and_ratio, torques_at
 from crosscheck.checks.scales import geared_joints
-from crosscheck.cli.files.export import build_model, fmu_file, function_prefix
+from crosscheck.cli.files.export import build_model, function_prefix, unit_file
 from crosscheck.models.arm.planets import usual_switches
 from crosscheck.models.errors import InputError
 from crosscheck.models.loading import load_arm, load_scenario
@@ -69,14 +70,18 @@ def trial_in_this_process() -> None:
 def exported(arm: str, name: str, *changes: tuple[str, str]) -> bytes:
     """The program's own FMU of a model, its C changed before it is compiled."""
     model = build_model(arm, name, [])
-    text, prefix = (
-        generate_c_source(model.term_equations, function_prefix(model), "a model"),
-        function_prefix(model),
-    )
+    text = generate_c_source(model.term_equations, function_prefix(model), "a model")
     for old, new in changes:
         assert old in text
         text = text.replace(old, new)
-    return fmu_file(model, text, prefix)
+    return make_unit(model, text)
+
+
+def make_unit(model: AnalyticModel, text: str) -> bytes:
+    """The unit of a model around a text of C."""
+    prefix = function_prefix(model)
+    joints = len(model.arm.joints)
+    return unit_file(prefix, *generate_fmu_sources(text, prefix, model.layout, joints))
 
 
 def test_exported_unit_is_the_model_in_states_time_and_units(tmp_path):
@@ -86,9 +91,7 @@ def test_exported_unit_is_the_model_in_states_time_and_units(tmp_path):
     model = build_model("paper-labelled", "analytic:physical", ["switches.phase=omega_t"])
     prefix, n = function_prefix(model), len(model.layout)
     file = tmp_path / "unit.fmu"
-    file.write_bytes(
-        fmu_file(model, generate_c_source(model.term_equations, prefix, "a model"), prefix)
-    )
+    file.write_bytes(make_unit(model, generate_c_source(model.term_equations, prefix, "a model")))
     description = fmpy.read_model_description(file)
     units = {each.name: each.unit for each in description.modelVariables}
     assert [units[c.name] for c in model.layout.coordinates] == [
@@ -579,11 +582,8 @@ def test_archive_that_cannot_be_unpacked_is_refused(case, tmp_path):
 def described_as(**words: str) -> bytes:
     """The program's own unit, words of its description changed, without binaries."""
     model = build_model("paper-labelled", "analytic:links", [])
-    text, prefix = (
-        generate_c_source(model.term_equations, function_prefix(model), "a model"),
-        function_prefix(model),
-    )
-    description = generate_fmu_sources(text, prefix, model.layout, 2)[1]
+    text = generate_c_source(model.term_equations, function_prefix(model), "a model")
+    description = generate_fmu_sources(text, function_prefix(model), model.layout, 2)[1]
     for old, new in words.items():
         assert old in description
         description = description.replace(old, new)

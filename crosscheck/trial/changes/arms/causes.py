@@ -10,9 +10,7 @@ import numpy as np
 import sympy as sp
 
 from crosscheck.trial.changes.arms.comparison import QUANTITIES, EntryComparison
-from crosscheck.trial.changes.arms.letters import collect_arm_values
 from crosscheck.trial.changes.arms.mesh_forces import compute_signals, list_mesh_laws
-from crosscheck.trial.changes.arms.polynomial import from_sympy
 from crosscheck.trial.changes.arms.segments import (
     ReferenceTerms,
     build_reference_terms,
@@ -26,7 +24,6 @@ from crosscheck.trial.changes.arms.targets import (
     make_entry_target,
     make_part_target,
     make_target,
-    select_states,
 )
 from crosscheck.trial.changes.arms.term_changes import TermChange
 from crosscheck.trial.changes.arms.term_search import FITS, ChangeSet, Target, search_changes
@@ -51,8 +48,7 @@ from crosscheck.trial.judge.suite import get_trusted_answers
 SAME = 1e-12  # tolerance between two readings of a map, relative to its row
 ROUNDING = 1e-10  # largest entry of dy/dx that counts as 0, relative to its row
 FOLLOWS = "follows from the wrong M"
-MOST_TERMS = 1500  # terms of a part that are looked at together
-MOST_ERRORS = 2  # errors of a part, above which one change of many entries is likelier
+MOST_TOGETHER = 1500  # terms of a part that are looked at together
 
 
 def explain_entries(arm: EntryComparison, probes: Sequence[EntryComparison]) -> list[EntryMismatch]:
@@ -98,12 +94,11 @@ def explain_entries(arm: EntryComparison, probes: Sequence[EntryComparison]) -> 
 
 def _is_same_map(symbolic: sp.ImmutableMatrix, arm: EntryComparison) -> bool:
     """Whether a map in symbols has the same numbers as the user's map of an arm."""
-    values, matrix = collect_arm_values(arm.problem.case.arm), arm.problem.frame.matrix
-    polynomials = [from_sympy(entry) for entry in symbolic]
-    if matrix is None or None in polynomials:
+    values = {symbol: arm.values[symbol.name] for symbol in symbolic.free_symbols}
+    matrix = arm.problem.frame.matrix
+    if matrix is None:
         return False
-    numbers = [sum(m.value(values) for m in e.monomials) for e in polynomials if e is not None]
-    off = np.abs(np.array(numbers).reshape(matrix.shape) - matrix)
+    off = np.abs(np.array(symbolic.xreplace(values), dtype=float) - matrix)
     return bool((off <= SAME * np.abs(matrix).max(axis=1, keepdims=True)).all())
 
 
@@ -191,7 +186,7 @@ def _explain_entry(wrong: EntryMismatch, arms: Sequence[EntryComparison]) -> Ent
     sets = search_changes(target, _list_whole_weights(arms, place, target))
     if not sets and place.part == "force" and waves is None:
         target = make_entry_target(arms[:1], place)
-        sets = search_changes(target, _list_law_changes(arm, place))
+        sets = search_changes(target, _list_law_changes(arm, place, target))
     if sets:
         return replace(wrong, explanation=_make_explanation(target, sets))
     difference = make_difference_terms(waves or {}, arm.terms)
@@ -224,10 +219,10 @@ def _list_whole_weights(
     return [TermChange("extra", (), np.array(weights), 1.0, right="gravity", group=words)]
 
 
-def _list_law_changes(arm: EntryComparison, place: EntryPlace) -> list[TermChange]:
+def _list_law_changes(arm: EntryComparison, place: EntryPlace, target: Target) -> list[TermChange]:
     """Other laws of meshes that change an entry of the force."""
     frame, problem = arm.frame, arm.problem
-    few = select_states([arm], place.part)
+    column = target.table.samples[0].columns[place]
     rates = {rate_name(name): arm.rates[:, k] for k, name in enumerate(frame.names)}
 
     def evaluate(terms: ReferenceTerms, signals: Mapping[str, np.ndarray]) -> np.ndarray:
@@ -243,7 +238,7 @@ def _list_law_changes(arm: EntryComparison, place: EntryPlace) -> list[TermChang
             terms = build_reference_terms(frame, law.arm, law.switches, has_gravity=has_gravity)
         states, convention = arm.force_states, law.convention
         signals = compute_signals(law.arm, frame.layout, law.switches, states, convention)
-        effect = (evaluate(terms, signals) - right)[few]
+        effect = column @ (evaluate(terms, signals) - right)
         if effect.any():  # laws that do the same here are others elsewhere
             effects, texts = np.array([effect, number * effect]), (law.yours, law.right)
             changes.append(TermChange("swapped", (), effects, 1.0, *texts, group=law.words))
@@ -298,7 +293,7 @@ def _explain_part(
     if copied := _find_copied_rows(arms, wrong):
         return copied
     target = make_part_target(arms, wrong)
-    sets = search_changes(target) if len(target.table.rows) <= MOST_TERMS else []
+    sets = search_changes(target) if len(target.table.rows) <= MOST_TOGETHER else []
     sets = [changes for changes in sets if len(changes) == 1]
     if sets:
         return dict.fromkeys(wrong, _make_explanation(target, sets))
@@ -339,9 +334,8 @@ def _explain_accelerations(
     With the right M, h and f, M a + h - f of a user's acceleration a is f' - f - (h' - h) -
     (M' - M) a of his own M', h' and f'. So a change shows in the rows that have it, and no other.
     """
-    arms, explanation = (arm, *probes), None
-    if balances := [_balance_accelerations(each) for each in arms]:
-        explanation = _explain_balances(arms, balances)
+    arms = [each for each in (arm, *probes) if "acceleration" in each.user_values]
+    explanation = _explain_balances(arms, [_balance_accelerations(each) for each in arms])
     for wrong in _explain_arms(arm, probes):
         yield wrong if wrong.shown_on else replace(wrong, explanation=explanation)
 

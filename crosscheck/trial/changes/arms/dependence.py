@@ -7,8 +7,9 @@ because the arm has none of it. That is no error on this arm, and other arms mus
 from __future__ import annotations
 
 from collections.abc import Callable, Mapping, Sequence
+from contextlib import suppress
 from dataclasses import dataclass, field, replace
-from functools import cached_property
+from functools import cached_property, partial
 from itertools import chain, combinations, islice
 
 import numpy as np
@@ -84,7 +85,7 @@ class Dependence:
         if self._unchanged_comparison is None:
             return []
         arm = self.comparison.problem.case.arm
-        changes = {name: self._change_number(name) for name in list_number_names(arm)}
+        changes = {name: self._scale_numbers(name, {}) for name in list_number_names(arm)}
         arms = [arm for arm in changes.values() if arm is not None]
         answers = iter(self._compare_on_arms(arms))
         numbers, drivers = list[IgnoredNumber](), list[str]()
@@ -175,50 +176,31 @@ class Dependence:
                 agreeing_powers.setdefault(driver, powers)
         return agreeing_powers
 
-    def _change_number(self, name: str) -> Arm | None:
-        """The arm with another number of this name; None where there is none."""
-        arm = self.comparison.problem.case.arm
-        value = get_number(arm, name)
-        for factor in FACTORS:
-            other = value * factor if value else nonzero_substitute(arm, name)
-            try:
-                return replace_numbers(arm, {name: other}) if other else None
-            except ValidationError:
-                continue
-        return None
-
     def _scale_numbers(self, driver: str, powers: Powers) -> Arm | None:
-        """The arm with a driver's number by a factor, others by the powers of that."""
+        """The arm with another number of this name, others by the powers of its factor.
+
+        None where there is none.
+        """
         arm = self.comparison.problem.case.arm
         for factor in FACTORS:
             scaled = {driver: 1, **powers}
             numbers = {n: get_number(arm, n) * factor**power for n, power in scaled.items()}
-            try:
-                return replace_numbers(arm, numbers)
-            except ValidationError:
-                continue
+            numbers[driver] = numbers[driver] or nonzero_substitute(arm, driver)
+            with suppress(ValidationError):
+                return replace_numbers(arm, numbers) if numbers[driver] else None
         return None
 
     def _compare_on_arms(self, arms: Sequence[Arm]) -> list[EntryComparison | None]:
         """The comparison on each arm at a few states, None where there is no answer."""
         problems = [self._adapt_to_arm(arm) for arm in arms]
         level, quantities = self.comparison.level, list(self.comparison.user_values)
-        tasks = dict.fromkeys(
-            task
-            for problem in problems
-            if problem is not None
-            for task in list_entry_questions(problem, [level], quantities)
+        answering = [each for each in problems if each is not None]
+        tasks = (
+            task for each in answering for task in list_entry_questions(each, [level], quantities)
         )
-        results = self.perform(list(tasks))
-        comparisons: list[EntryComparison | None] = []
-        for problem in problems:
-            there = (
-                None
-                if problem is None
-                else _compare_if_answered(problem, level, quantities, results)
-            )
-            comparisons.append(there)
-        return comparisons
+        results = self.perform(list(dict.fromkeys(tasks)))
+        compare = partial(_compare_if_answered, level, quantities, results)
+        return [None if each is None else compare(each) for each in problems]
 
     def _adapt_to_arm(self, arm: Arm) -> VerificationProblem | None:
         """The problem on another arm at few states, the drive as it is."""
@@ -237,7 +219,7 @@ def kept_numbers(unfollowed: Sequence[IgnoredNumber]) -> Mapping[str, Powers]:
 
 
 def _compare_if_answered(
-    problem: VerificationProblem, level: str, quantities: Sequence[str], results: Results
+    level: str, quantities: Sequence[str], results: Results, problem: VerificationProblem
 ) -> EntryComparison | None:
     try:
         return compare_entries(problem, level, quantities, results)

@@ -33,11 +33,16 @@ class TargetRow(NamedTuple):
     factors: Mapping[EntryPlace, np.ndarray | float]
 
 
-def select_states(arms: Sequence[EntryComparison], part: str) -> np.ndarray:
-    """States at which changes are tried (few,): the first, and corners of forces at the end."""
+def _select_states(
+    arms: Sequence[EntryComparison], rows: Sequence[TargetRow], part: str
+) -> np.ndarray:
+    """States at which changes are tried (few,): the first, corners at the end, and the worst."""
     count = min(len(arm.states) for arm in arms)
     few = MOST_STATES if part in ("force", "acceleration") else FEW_STATES
-    return np.unique([*range(min(count, few // 2)), *range(max(count - few // 2, 0), count)])
+    worst = [int(np.abs(row.difference[:count]).argmax()) for row in rows]
+    return np.unique(
+        [*range(min(count, few // 2)), *range(max(count - few // 2, 0), count), *worst]
+    )
 
 
 def make_entry_target(arms: Sequence[EntryComparison], place: EntryPlace) -> Target:
@@ -94,7 +99,8 @@ def make_target(
     arms: Sequence[EntryComparison], lines: Sequence[Sequence[TargetRow]], part: str
 ) -> Target:
     """What changes must make of lines on every arm: of one at the states, of many random sums."""
-    terms, generator, few = arms[0].terms, np.random.default_rng(0), select_states(arms, part)
+    terms, generator = arms[0].terms, np.random.default_rng(0)
+    few = _select_states(arms, lines[0], part)
     assert terms is not None  # else nobody asks
     present = [n for n in arms[0].values if any(each.values[n] for each in arms)]
     samples, goals, noises = list[TermSample](), list[np.ndarray](), list[float]()

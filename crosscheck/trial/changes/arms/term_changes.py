@@ -40,6 +40,7 @@ LEVERS = ("L", "d", "r_s", "r_p", "r_c", "r_cp")
 HUGE = 1e200  # an effect that fits nothing
 WEIGHT = "the weight of every body"
 MULTIPLES = 3  # number of multiples of a letter, the last of its forms
+MOST_TERMS = 4  # terms that are written out
 MOST_EACH = 200  # terms of many entries that are changed one by one, too
 
 
@@ -115,7 +116,8 @@ class ChangePool:
         terms = tuple(self.table.rows[place] for place in np.flatnonzero(mask))
         kind, _, _, _, yours, right, by, key = modifier
         if words != WEIGHT and len({place for place, _ in terms}) == 1:
-            words = ""
+            words = "every term" if len(terms) > MOST_TERMS and kind != "dropped" else ""
+            words *= len(terms) == len(self.table.terms.entry(terms[0][0]))
         cost = float(self.costs[number])
         return TermChange(kind, terms, self.effects[number], cost, yours, right, by, key, words)
 

@@ -71,6 +71,8 @@ def search_changes(target: Target, others: Sequence[TermChange] = ()) -> list[Ch
 
     others: further changes, such as other laws of a mesh.
     """
+    if not target.difference.any():
+        return []
     pool = target.table.build_pool(target.keys)
     single = target.find_singles(pool, others)
     is_open = min(map(cost, single), default=UNLIKELY) >= UNLIKELY

@@ -19,7 +19,7 @@ from crosscheck.trial.changes.arms.segments import (
     ReferenceTerms,
     TermKey,
 )
-from crosscheck.trial.changes.arms.term_changes import TermChange
+from crosscheck.trial.changes.arms.term_changes import MOST_TERMS, TermChange
 from crosscheck.trial.judge.entries import (
     EntryMismatch,
     Term,
@@ -28,7 +28,7 @@ from crosscheck.trial.judge.entries import (
 )
 
 MOST_EQUAL = 2  # explanations that fit as well as the first
-MOST_TERMS = 4  # terms of a sum that are written out
+FUNCTIONS = {"cos": r"\cos", "sin": r"\sin", "sqrt": r"\sqrt"}
 GREEK = ("theta", "phi", "alpha", "beta", "gamma", "psi", "omega")
 
 
@@ -67,17 +67,19 @@ def _find_entry(change: TermChange, terms: ReferenceTerms) -> str:
 def make_term(products: EntryTerms, terms: ReferenceTerms) -> Term:
     """Terms that belong together as one, before one wave or several."""
     keys = list(dict.fromkeys(product.key for product in products))
-    latex = join_terms(format_product_latex(p, terms) for p in products[:MOST_TERMS])
-    latex += r" + \dots" if len(products) > MOST_TERMS else ""
     if len(keys) > 1:
         text = join_terms(format_term(make_term((p,), terms)) for p in products[:MOST_TERMS])
-        return Term(_cut(text, products), latex=latex)
+        return _typeset(Term(_cut(text, products)))
     key, text = keys[0], format_coefficient(products)
     sign, angle = format_angle_sum(key, terms)
     if key.function == "sin" and sign < 0:
         text = text[1:] if text.startswith("-") else f"-{text}"
     wave: Literal["", "cos", "sin"] = "cos" if key.function == "cos" else "sin"
-    return Term(text, wave if angle else "", angle, key.signal, latex)
+    return _typeset(Term(text, wave if angle else "", angle, key.signal))
+
+
+def _typeset(term: Term) -> Term:
+    return replace(term, latex=format_text_latex(format_term(term)))
 
 
 def format_coefficient(products: EntryTerms) -> str:
@@ -256,31 +258,12 @@ def format_latex_name(name: str) -> str:
     return f"{base}_{{{index}}}" if index else base
 
 
-def format_monomial_latex(monomial: Monomial) -> str:
-    """A monomial as TeX that matplotlib can set."""
-    parts = [
-        format_latex_name(name) + (f"^{{{power}}}" if power != 1 else "")
-        for name, power in sort_powers(monomial.powers)
-    ]
-    if isinstance(monomial.number, float):
-        return rf"{monomial.number:.6g}\," + r"\,".join(parts)
-    number = Fraction(monomial.number)
-    sign, size = "-" if number < 0 else "", abs(number)
-    front = rf"\frac{{{size.numerator}}}{{{size.denominator}}}"
-    if size.denominator == 1:
-        front = "" if size == 1 and parts else str(size.numerator)
-    return sign + r"\,".join(filter(None, (front, *parts)))
-
-
-def format_product_latex(product: Product, terms: ReferenceTerms) -> str:
-    """A term as TeX."""
-    key, (number, powers) = product
-    sign, angle = format_angle_sum(key, terms)
-    turned = re.sub(r"[A-Za-z]\w*", lambda match: format_latex_name(match[0]), angle)
-    wave = rf"\{key.function}({turned})" if angle else ""
-    behind = r"\,".join(filter(None, (wave, format_latex_name(key.signal) if key.signal else "")))
-    negated = angle and key.function == "sin" and sign < 0
-    plain = format_monomial_latex(Monomial(-1 * number if negated else number, powers))
-    if behind and plain in ("1", "-1"):
-        return plain[:-1] + behind
-    return r"\,".join(filter(None, (plain, behind)))
+def format_text_latex(text: str) -> str:
+    """A text such as 2 L1, d2^2, 1/sqrt(N1) or cos(theta_1 - theta_2) as TeX."""
+    text = re.sub(r"sqrt\(([^)]*)\)", r"sqrt{\1}", text)
+    text = re.sub(r"\^(\d+)", r"^{\1}", text)
+    text = re.sub(
+        r"[A-Za-z]\w*'?", lambda match: FUNCTIONS.get(match[0]) or format_latex_name(match[0]), text
+    )
+    text = re.sub(r"(?<=[\w})]) (?=[\w\\])", r"\\,", text)
+    return re.sub(r"\d+\\,more", r"\\dots", text)

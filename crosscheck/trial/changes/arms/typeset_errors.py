@@ -6,11 +6,10 @@ import re
 from fractions import Fraction
 from typing import NamedTuple
 
-from crosscheck.trial.changes.arms.term_words import format_latex_name
+from crosscheck.trial.changes.arms.term_words import format_text_latex
 from crosscheck.trial.judge.entries import TermError
 
 LARGEST_DENOMINATOR = 100
-FUNCTIONS = {"cos": r"\cos", "sin": r"\sin", "sqrt": r"\sqrt"}
 
 
 class Piece(NamedTuple):
@@ -71,16 +70,6 @@ def _typeset_exchange(latex: str, user_text: str, reference_text: str) -> Typese
         yours += [Piece(inserted, True), Piece(piece)]
         right += [Piece(expected, True), Piece(piece)]
     return TypesetError(*(tuple(p for p in line if p.latex) for line in (yours, right)))
-
-
-def format_text_latex(text: str) -> str:
-    """A text such as 2 L1, d2^2, 1/sqrt(N1) or cos(theta_1 - theta_2) as TeX."""
-    text = re.sub(r"sqrt\(([^)]*)\)", r"sqrt{\1}", text)
-    text = re.sub(r"\^(\d+)", r"^{\1}", text)
-    text = re.sub(
-        r"[A-Za-z]\w*'?", lambda match: FUNCTIONS.get(match[0]) or format_latex_name(match[0]), text
-    )
-    return re.sub(r"(?<=[\w}]) (?=[\w\\])", r"\\,", text)
 
 
 def _format_factor(by: float) -> str:

@@ -2,16 +2,10 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
 from dataclasses import dataclass
 from math import degrees
 
 import numpy as np
-
-from crosscheck.models.arm.arm import Arm
-from crosscheck.models.errors import InputError
-from crosscheck.recordings.parameters import NORMAL, Parameter, change_parameters
-from crosscheck.recordings.residual import NormalEquations
 
 STANDARD = 9.81  # [m/s^2]
 # Of gravity's size: on Earth it differs by half of that; by more, it is masses and no tilt.
@@ -20,14 +14,16 @@ SIZE_SHARE = 0.01
 
 @dataclass(frozen=True)
 class GravityEstimate:
-    """Gravity [m/s^2] in the base's frame, (2,) of a planar arm, (3,) of a robot.
+    """Gravity (3,) [m/s^2] in the base's frame.
 
-    value, half_width: estimated, with halves of 95 % intervals; in_file: as the file has it.
+    value, half_width: estimated, with halves of 95 % intervals; in_file: as the file has it; axes:
+    those along which torques show it, two of a planar arm; along the others it is the file's.
     """
 
     value: np.ndarray
     half_width: np.ndarray
     in_file: np.ndarray
+    axes: tuple[int, ...] = (0, 1, 2)
 
     @property
     def angle_deg(self) -> tuple[float, float] | None:
@@ -45,7 +41,7 @@ class GravityEstimate:
     def is_tilted(self) -> bool:
         """Whether it has the file's size in another direction, beyond its interval.
 
-        Where the file has none, an arm's plane may be tilted by any angle.
+        Where the file has none, the plane that torques show may be tilted by any angle.
         """
         size, there = np.linalg.norm(self.value), np.linalg.norm(self.in_file)
         if not size:
@@ -54,7 +50,7 @@ class GravityEstimate:
         angle = self.angle_deg
         if angle is None:
             over = size - STANDARD
-            return bool((over if len(self.value) == 2 else abs(over)) <= allowed)
+            return bool((over if len(self.axes) < 3 else abs(over)) <= allowed)
         return bool(abs(size - there) <= allowed and angle[0] > angle[1])
 
     def describe(self) -> str:
@@ -68,59 +64,10 @@ class GravityEstimate:
             return f"{head}. Is the base tilted?"
         digits = max(0, min(6, int(1 - np.floor(np.log10(max(angle[1], 1e-6))))))
         turn = f"{angle[0]:.{digits}f} +- {angle[1]:.{digits}f} degrees"
-        if len(self.value) == 3:
-            # Seen from a base that turns, gravity turns the other way.
-            axis = np.cross(self.value, self.in_file)
-            about = _format_vector(np.round(axis / np.linalg.norm(axis), 2) + 0.0)
-        else:
-            way = self.value[0] * self.in_file[1] - self.value[1] * self.in_file[0]
-            about = "z" if way > 0 else "-z"
+        # Seen from a base that turns, gravity turns the other way.
+        axis = np.cross(self.value, self.in_file)
+        about = _format_vector(np.round(axis / np.linalg.norm(axis), 2) + 0.0)
         return f"{head}. It is tilted by {turn}: is the base tilted about {about}?"
-
-
-@dataclass(frozen=True)
-class GravityFit:
-    """A level with both components of an arm's gravity estimated at once.
-
-    better: by how much chi squared falls; left: what it is then, per degree of freedom; arm: with
-    this gravity; None where it is no tilt.
-    """
-
-    level: str
-    gravity: GravityEstimate
-    better: float
-    left: float
-    arm: Arm | None
-
-
-def find_gravity(arm: Arm) -> list[Parameter]:
-    """The components of an arm's gravity, as numbers of its file."""
-    return [
-        Parameter(f"arm.gravity_m_per_s2.{place}", value)
-        for place, value in enumerate(arm.gravity_m_per_s2)
-    ]
-
-
-def fit_gravity(
-    equations: NormalEquations, level: str, arm: Arm, places: Sequence[int]
-) -> GravityFit:
-    """The gravity that explains most; places: its columns in the equations."""
-    among, chosen = find_gravity(arm), list(places)
-    covariance = np.linalg.pinv(equations.matrix[np.ix_(chosen, chosen)], hermitian=True)
-    more = covariance @ equations.right[chosen]
-    better = float(equations.right[chosen] @ more)
-    left = equations.left(better)
-    half = NORMAL * np.sqrt(max(left, 1.0) * np.diag(covariance))
-    in_file = np.array([each.value for each in among])
-    gravity = GravityEstimate(in_file + more, half, in_file)
-    other = None
-    if gravity.is_tilted:
-        values = zip(among, gravity.value, strict=True)
-        try:
-            other = change_parameters(arm, {each.path: float(value) for each, value in values})
-        except InputError:
-            other = None
-    return GravityFit(level, gravity, better, left, other)
 
 
 def _format_vector(values: np.ndarray, half_width: np.ndarray | None = None) -> str:

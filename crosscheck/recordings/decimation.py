@@ -10,7 +10,7 @@ from typing import NamedTuple
 import numpy as np
 from scipy.signal import firwin, upfirdn
 
-from crosscheck.identification.recording import Recording
+from crosscheck.recordings.record import Record
 
 # Rows in the shortest period of a band of motions, at least: signals filtered to the band then have
 # 1e-9 of their amplitude at the highest frequency that rows resolve.
@@ -40,7 +40,7 @@ class DecimatedSignals:
         torque: Of the recording, on one side of the gears (rows, n).
     """
 
-    def __init__(self, recording: Recording, torque: np.ndarray) -> None:
+    def __init__(self, recording: Record, torque: np.ndarray) -> None:
         given = recording.position, torque
         even = (next(space_pieces([signal], recording.time)) for signal in given)
         self._levels = [EvenSignals(recording.step, *even)]
