@@ -47,6 +47,8 @@ MOST_EQUAL_PAIRS = 12  # pairs that explain a difference, at which the search st
 MOST_SCREENED = 64  # places of a row, those of the largest differences, at which all are screened
 
 
+# Largest second-order effect of a number that counts as linear, over the first-order one.
+LINEAR = 1e-9
 MOST_SEARCHED = 12  # entries of a part, of which each may be wrong by a cause of its own
 MOST_NAMED = 3  # entries that are named one by one
 MOST_EQUALS = 2  # causes named beside the first that no state distinguishes from it
@@ -325,25 +327,24 @@ class CauseSearch:
 
     def _list_singles(self) -> Iterator[Single]:
         """Every single change, of which two may be made: numbers first."""
+        few = self.problem.list_places(self.table.few)
         _, linears, squares = self.number_rows[0]
         numbers = self.table.select_numbers(self.level)
-        for number, linear, square in zip(numbers, linears, squares, strict=True):
-            if np.abs(square).max() <= ROUNDING * 1e3 * np.abs(linear).max():
+        for number, linear, square in zip(numbers, linears[:, few], squares[:, few], strict=True):
+            if np.abs(square).max() <= LINEAR * np.abs(linear).max():
                 yield Single("", linear, number=number)
             for by in number.usual_factors:
                 steps = (by - 1) * number.value / number.step
                 row = linear * steps + square * steps**2
                 yield Single("", row, number=number, value=by * number.value)
         for words, names, rows in self.body_rows:
-            every = _join_names(names, names)
-            for name, row in zip([*names, every], [*rows, rows.sum(axis=0)], strict=True):
-                if words and (name != every or len(names) > 1):
-                    yield Single(f"{name}: {words}", row)
-        few = self.problem.list_places(self.table.few)
+            for name, row in zip(names, rows, strict=True):
+                yield Single(f"{name}: {words}", row[few], row)
+            if len(names) > 1:
+                every = rows.sum(axis=0)
+                yield Single(f"{_join_names(names, names)}: {words}", every[few], every)
         for mistake, row in zip(self.frame_mistakes, self.frame_rows[0], strict=True):
-            whole = np.zeros_like(self.difference)
-            whole[few] = row  # at few states alone
-            yield Single(mistake.words, whole, robot=mistake.robot)
+            yield Single(mistake.words, row, robot=mistake.robot)
 
     def _find_curved(self) -> Iterator[Cause]:
         """Numbers on which the terms depend in another way, each solved for by Newton's method."""
