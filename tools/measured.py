@@ -7,6 +7,7 @@ not there is skipped, which the page says.
 
 from __future__ import annotations
 
+import math
 import re
 import sys
 from collections.abc import Iterator, Mapping, Sequence
@@ -103,12 +104,15 @@ def _study_pendulums(folder: Path) -> Iterator[Study]:
             for number, joint in enumerate(("shoulder", "elbow"), 1)
             for field, kind in (("cf", "coulomb"), ("b", "viscous"))
         }
+        for joint in ("shoulder", "elbow"):  # the source's law is cf arctan(100 q')
+            published[f"coulomb of {joint}"] *= math.pi / 2
         ratio, rotor = numbers["gr"], numbers["Ir"]
         published["armature of elbow"] = ratio**2 * rotor
         title = f"Double pendulum, design {design[0]}.{design[1]}"
         comparison = _compare(_build_pendulum(numbers), folder, f"double-pendulum-{design}")
         remarks = (
-            f"Published: `{file}`; the armature is its {ratio:g}² times {rotor:.3g} kg m².",
+            f"Published: `{file}`; the armature is its {ratio:g}² times {rotor:.3g} kg m², Coulomb"
+            " friction its cf arctan(100 q') at speed, π/2 times cf.",
             "The armature of the elbow is what rotors add to M22 less M12, which for links alone is"
             " M12's cosine with the sign changed. A coupled rotor adds N (N - 1) J ="
             f" {ratio * (ratio - 1) * rotor:.5f} kg m² there; with the sign of the source's model"
@@ -119,15 +123,15 @@ def _study_pendulums(folder: Path) -> Iterator[Study]:
 
 
 def _describe_coulomb(comparison: RecordComparison, published: Mapping[str, float]) -> str:
-    """How far estimated Coulomb friction is above the published one."""
+    """How far estimated Coulomb friction is from the published one."""
     side = comparison.sides[0]
     ratios = [
-        f"{each.value / published[each.term.name] - 1:.0%} ({each.term.name.split()[-1]})"
+        f"{each.value / published[each.term.name] - 1:+.0%} ({each.term.name.split()[-1]})"
         for each in side.estimates
         if each.term.kind == "coulomb"
     ]
     band = f"{side.bandwidth:.3g} Hz"
-    return f"Asked up to {band}, Coulomb friction is above the published: by {', '.join(ratios)}."
+    return f"Asked up to {band}, Coulomb friction is off the published by {', '.join(ratios)}."
 
 
 def _study_kinova(folder: Path) -> Iterator[Study]:

@@ -35,7 +35,7 @@ def run_errata_command(
     if json_file is None and sheet_file is None:
         return
     from crosscheck.audit.errata.sheet import build_sheet
-    from crosscheck.audit.page.report import render_chapters
+    from crosscheck.audit.page.report import render_page
     from crosscheck.provenance import record_provenance
 
     record = record_provenance(arm, 0, False).model_dump(mode="json")
@@ -48,7 +48,7 @@ def run_errata_command(
         }
         contents[json_file] = format_json(document)
     if sheet_file is not None:
-        contents[sheet_file] = render_chapters([build_sheet(sections, EFFECT_S)], record)
+        contents[sheet_file] = render_page([build_sheet(sections, EFFECT_S)], record)
     write_files(contents)
     if sheet_file is not None:
         print(f"wrote {sheet_file}")

@@ -7,7 +7,7 @@ on that difference.
 from __future__ import annotations
 
 import io
-from collections.abc import Callable, Iterable, Iterator, Sequence
+from collections.abc import Callable, Iterable, Sequence
 from copy import copy
 from dataclasses import dataclass, fields, replace
 from functools import lru_cache
@@ -24,6 +24,7 @@ from crosscheck.audit.measures.run_signals import RunSignals, extract_signals, s
 from crosscheck.models.errors import Diverged
 from crosscheck.models.interface import Model
 from crosscheck.models.loading import Case
+from crosscheck.models.trajectory import recorded_times
 from crosscheck.registry import RIGID_LEVELS, build, get_entry
 from crosscheck.studies.members.starts import perturb_start
 
@@ -62,7 +63,7 @@ class EnsembleQuestion(Question[ResultT]):
         return (self.variant.model,)
 
     def records(self) -> Records:
-        return self.variant.case()
+        return self.case()
 
     @property
     def cost(self) -> float:
@@ -88,12 +89,6 @@ class EnsembleQuestion(Question[ResultT]):
             restarted.append(other)
         return restarted
 
-    def _runs(self, seeds: Sequence[int]) -> Iterator[RunSignals | Diverged]:
-        """The runs from the starts with these seeds, AT_ONCE of them in memory at a time."""
-        models = self.models(seeds)
-        for first in range(0, len(models), AT_ONCE):
-            yield from run_side_by_side(models[first : first + AT_ONCE])
-
 
 class EnsembleNumbersQuestion(EnsembleQuestion[EnsembleNumbers]):
     """A question: numbers of whole runs from every start, each beside rigid arms at some levels."""
@@ -114,26 +109,17 @@ class EnsembleNumbersQuestion(EnsembleQuestion[EnsembleNumbers]):
 
     def _measure_starts(self, seeds: Sequence[int]) -> list[Numbers | Diverged]:
         """Numbers of all starts with these seeds, each of which is run."""
-        rigid_courses: tuple[RunSignals, ...] | None = None
-        starts = list[Numbers | Diverged]()
-        for run in self._runs(seeds):
-            if isinstance(run, Diverged):
-                starts.append(run)
-                continue
-            if rigid_courses is None:
-                rigid_courses = tuple(
-                    rigid.at(run.time) for rigid in map(rigid_course, self.rigid_variants())
-                )
-            starts.append(self.numbers(run, rigid_courses))
+        models, starts = self.models(seeds), list[Numbers | Diverged]()
+        times = recorded_times(self.case().scenario)
+        rigid = [rigid_course(each).at(times) for each in self.rigid_variants()]
+        for first in range(0, len(models), AT_ONCE):
+            for run in run_side_by_side(models[first : first + AT_ONCE]):
+                starts.append(run if isinstance(run, Diverged) else type(self).measure(run, *rigid))
         return starts
 
     def rigid_variants(self) -> tuple[Variant, ...]:
         """The variants of the rigid arms that the runs are compared with."""
         return tuple(rigid_arm(self.variant, level) for level in self.levels)
-
-    def numbers(self, run: RunSignals, rigid: tuple[RunSignals, ...]) -> Numbers:
-        """Numbers that are measured of a run beside the rigid arms' runs."""
-        return type(self).measure(run, *rigid)
 
 
 def collect_numbers(starts: Sequence[Numbers | Diverged], count: int) -> EnsembleNumbers:

@@ -43,18 +43,10 @@ class _Fluctuations:
     excess: np.ndarray
 
     @cached_property
-    def left_s(self) -> float:
-        """Time [s] when teeth left the first flanks before changing sides; nan without a change."""
-        return np.nan if self._side is None or self._side.left_s is None else self._side.left_s
-
-    @cached_property
-    def met_s(self) -> float:
-        """Time [s] when the teeth met on the opposite flanks; nan without a change of sides."""
-        return np.nan if self._side is None else self._side.met_s
-
-    @cached_property
-    def _side(self) -> events.SideChange | None:
-        return events.side_change(self.run.time, self.run.F_sp)
+    def side(self) -> events.SideChange:
+        """The teeth's change of sides; its times are nan without one."""
+        nothing = events.SideChange(np.nan, np.nan)
+        return events.side_change(self.run.time, self.run.F_sp) or nothing
 
     @cached_property
     def third_window(self) -> slice:
@@ -71,7 +63,7 @@ class _Fluctuations:
 
     def window_after_contact(self, begin_s: float, end_s: float) -> slice:
         """The samples between two times after the side change's contact; empty without a change."""
-        return signals.window(self.run.time, self.met_s + begin_s, self.met_s + end_s)
+        return signals.window(self.run.time, self.side.met_s + begin_s, self.side.met_s + end_s)
 
 
 def measure_transient_pd(run: RunSignals, rigid: RunSignals) -> Numbers:
@@ -104,7 +96,7 @@ def measure_whole_pd(run: RunSignals, rigid: RunSignals) -> Numbers:
 
 def _impacts(fluctuations: _Fluctuations) -> OptionalNumbers:
     """Numbers of the fluctuations at the start and at a side change, and the teeth's way across."""
-    run, left_s, met_s = fluctuations.run, fluctuations.left_s, fluctuations.met_s
+    run, (left_s, met_s) = fluctuations.run, fluctuations.side
     time, force, excess = run.time, run.F_sp, fluctuations.excess[:, 0]
     start = signals.window(time, 0.0, CONVERGED_S)
     first = signals.amplitude(excess[signals.window(time, *FIRST_S)])
@@ -145,13 +137,13 @@ def _third_fluctuation(fluctuations: _Fluctuations) -> OptionalNumbers:
     size, elbow = (signals.amplitude(excess[part, joint]) for joint in (0, 1))
     soon_s = time[part].min(initial=np.inf) + events.PEAK_S
     beginning = signals.amplitude(excess[part, 0][time[part] < soon_s])
-    onset = events.third_onset(time, excess[:, 0], part)
+    onset = signals.onset(time[part], excess[part, 0])
     return {
         "third": size,
         "third_elbow": elbow,
         "third_growth": quotient(size, beginning),
         "third_onset_s": onset,
-        "third_gap_s": None if onset is None else onset - fluctuations.met_s,
+        "third_gap_s": None if onset is None else onset - fluctuations.side.met_s,
     }
 
 
@@ -167,19 +159,18 @@ def _spectra(fluctuations: _Fluctuations) -> OptionalNumbers:
         peak = signals.find_largest_line(frequency, lines, signals.VIBRATION_HZ).frequency_Hz
         line = _line(frequency, lines, peak)
         static = abs(signals.mean_value(fluctuations.run.theta_ddot[near, joint]))
+        numbers |= {f"line{name}": line, f"static_over_line{name}": quotient(static, line)}
         is_evident = signals.amplitude(values) >= MINOR
         multiples = [n * peak for n in MULTIPLES] if is_evident else []
-        overtones = float(sum(_is_prominent(frequency, lines, at, peak) for at in multiples))
-        numbers |= {
-            f"line{name}": line,
-            f"static_over_line{name}": quotient(static, line),
-            f"frequency{name}_Hz": peak if is_evident else None,
-            f"overtones{name}": overtones if is_evident else None,
-            f"low_share{name}": _share(frequency, lines, LOWEST_HZ, LOW_HZ) if is_evident else None,
-            f"line_share{name}": (
-                _share(frequency, lines, peak - LINE_HZ, peak + LINE_HZ) if is_evident else None
+        evident = {
+            f"frequency{name}_Hz": peak,
+            f"overtones{name}": float(
+                sum(_is_prominent(frequency, lines, at, peak) for at in multiples)
             ),
+            f"low_share{name}": _share(frequency, lines, LOWEST_HZ, LOW_HZ),
+            f"line_share{name}": _share(frequency, lines, peak - LINE_HZ, peak + LINE_HZ),
         }
+        numbers |= evident if is_evident else dict.fromkeys(evident)
     return numbers
 
 
@@ -244,7 +235,8 @@ def _contacts(fluctuations: _Fluctuations, rigid: RunSignals) -> OptionalNumbers
     """
     run, time = fluctuations.run, fluctuations.run.time
     is_open = run.F_sp == 0
-    flight_s = 0.0 if np.isnan(fluctuations.left_s) else fluctuations.met_s - fluctuations.left_s
+    left_s, met_s = fluctuations.side
+    flight_s = 0.0 if np.isnan(left_s) else met_s - left_s
     windows = (
         signals.window(time, START_S, FIRST_S[1]),
         fluctuations.window_after_contact(-flight_s, events.IMPACT_S),

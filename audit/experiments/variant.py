@@ -124,16 +124,11 @@ def rigid_arm(variant: Variant, level: str = COUPLED) -> Variant:
 
 def remove_gears(variant: Variant, level: str = COUPLED) -> Variant:
     """The rigid arm at a level in the same experiment, at the geared run's step and records."""
-    fields = Variant()
-    return replace(
-        variant,
+    return Variant(
+        variant.scenario,
+        variant.arm,
         model=rigid_model(level, variant.model),
-        phase=fields.phase,
-        ring_rate=fields.ring_rate,
-        zeta=fields.zeta,
-        seed=fields.seed,
-        meshes=fields.meshes,
-        planets=fields.planets,
-        mesh_work=fields.mesh_work,
-        harmonics=fields.harmonics,
+        duration_s=variant.duration_s,
+        settings=variant.settings,
+        record_every=variant.record_every,
     )

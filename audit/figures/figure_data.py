@@ -13,7 +13,7 @@ from pydantic import JsonValue
 
 from crosscheck.audit.claims import study_plan
 from crosscheck.audit.claims.catalogue import CLAIMS
-from crosscheck.audit.claims.study_plan import AuditContext, StudyPlan
+from crosscheck.audit.claims.study_plan import AuditContext
 from crosscheck.audit.experiments.ensembles import simulate_courses
 from crosscheck.audit.experiments.experiments import (
     DEFAULTS,
@@ -53,11 +53,6 @@ class FigureData:
         """The seed of the start that is drawn."""
         return self.context.scale.first_seed
 
-    @property
-    def plan(self) -> StudyPlan:
-        """The plan, which says what sizes are swept."""
-        return study_plan.FULL
-
     def load_courses(self, variants: Mapping[Name, Variant], number: int) -> dict[Name, RunSignals]:
         """The variants' runs, cut to the scale, for a figure. Raises Diverged."""
         cut_variants = {name: self.context.scale.cut(variant) for name, variant in variants.items()}
@@ -79,7 +74,7 @@ class FigureData:
 
     def members(self, series: ExperimentSeries) -> list[PaperExperiment]:
         """A family's experiments that the plan has, by size."""
-        planned = (*DEFAULTS, *self.plan.experiments(make_condition(LAWS[0])))
+        planned = (*DEFAULTS, *study_plan.FULL.experiments(make_condition(LAWS[0])))
         members = {item for item in planned if item.kind == series.kind}
         return sorted(members, key=lambda item: item.size or 0.0)
 

@@ -10,6 +10,7 @@ import numpy as np
 from pydantic import JsonValue
 
 from crosscheck import signals
+from crosscheck.audit.claims import study_plan
 from crosscheck.audit.experiments import experiments as run
 from crosscheck.audit.experiments.paper_conditions import INTEGRAL, Condition
 from crosscheck.audit.experiments.samples import judge_third_fluctuation
@@ -72,7 +73,7 @@ def draw_both_scales(height: float, curves: Sequence[Curve], label: str, smalles
 def draw_figure_15(data: FigureData) -> PaperFigure:
     """The plate of Fig. 15: the shoulder angle's error when both joints go back and forth."""
     runs = data.load_courses(
-        {b: make_smooth_variant(data, run.BACK(b)) for b in data.plan.back}, 15
+        {b: make_smooth_variant(data, run.BACK(b)) for b in study_plan.FULL.back}, 15
     )
     variant = make_rigid_variant("back-and-forth", COUPLED)
     rigid = data.load_courses({"rigid": variant}, 15)["rigid"]

@@ -20,7 +20,7 @@ from crosscheck.audit.experiments.variant import COUPLED
 from crosscheck.audit.figures.figure_data import ZETA
 from crosscheck.audit.judging.judgement import ClaimJudgement
 from crosscheck.audit.judging.rule import Answer, State
-from crosscheck.audit.measures.undefined import extreme_value, quotient
+from crosscheck.audit.measures.undefined import quotient
 from crosscheck.registry import RIGID_LEVELS
 from crosscheck.report.fragments import COLOURS
 from crosscheck.report.plots.figures import draw_legend, make_figure, to_svg
@@ -69,8 +69,8 @@ class BaselineFinding:
     @property
     def nearest(self) -> RigidResidual | None:
         """The first that leaves the paper's theta_2, labelled reading, if one does."""
-        labelled = (each for each in self.residuals if each.arm == LABELLED)
-        return next((each for each in labelled if each.is_papers(THETA_2)), None)
+        labelled = (x for x in self.residuals if x.arm == LABELLED and x.is_papers(THETA_2))
+        return next(labelled, None)
 
     @property
     def gives_all(self) -> bool:
@@ -84,13 +84,11 @@ class BaselineFinding:
         The meshes' is what the rigid arm leaves that has all that the gears bring along rigidly.
         """
         last = {each.arm: each for each in self.residuals if each.level == COUPLED}
-        return extreme_value(
-            (
-                quotient(last[each.arm].size(claim), each.size(claim))
-                for each, claim in product(self.fitting, LABELS)
-            ),
-            max,
-        )
+        shares = [
+            quotient(last[each.arm].size(claim), each.size(claim))
+            for each, claim in product(self.fitting, LABELS)
+        ]
+        return max((share for share in shares if np.isfinite(share)), default=np.nan)
 
     @property
     def is_inertia(self) -> bool | None:

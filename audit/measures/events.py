@@ -24,9 +24,12 @@ STABLE_S = 2.6  # "stable after": Section 3.2
 
 
 class SideChange(NamedTuple):
-    """The teeth's way to the opposite flanks: when [s] they left the first, when [s] they met."""
+    """The teeth's way to the opposite flanks: when [s] they left the first, when [s] they met.
 
-    left_s: float | None
+    left_s is nan for teeth that were on no flank before.
+    """
+
+    left_s: float
     met_s: float
 
 
@@ -38,11 +41,6 @@ def third_window(time: np.ndarray, side_s: float | None = None) -> slice:
     return signals.window(time, begin, end)
 
 
-def third_onset(time: np.ndarray, excess: np.ndarray, window: slice) -> float | None:
-    """Time [s] at which the third fluctuation first reaches half of its largest size."""
-    return signals.onset(time[window], excess[window])
-
-
 def third_peak(time: np.ndarray, excess: np.ndarray, window: slice) -> slice:
     """The samples of PEAK_S around the largest excess in a window that is not empty."""
     inside = time[window]
@@ -52,19 +50,14 @@ def third_peak(time: np.ndarray, excess: np.ndarray, window: slice) -> slice:
     return slice(window.start + near.start, window.start + near.stop)
 
 
-def opposite_contact(time: np.ndarray, force: np.ndarray, after_s: float) -> float | None:
-    """Time [s] of the first contact of the opposite flanks after a time."""
-    later = signals.window(time, after_s, np.inf)
-    return signals.crossing_time_below(time[later], force[later], 0.0)
-
-
 def side_change(time: np.ndarray, force: np.ndarray) -> SideChange | None:
     """The teeth's change of sides: the first contact of the opposite flanks once the start is over.
 
     None where teeth vibrate across their clearance before the load has changed its sign: they then
     touch both flanks all the time.
     """
-    met = opposite_contact(time, force, SIDE_AFTER_S)
+    later = signals.window(time, SIDE_AFTER_S, np.inf)
+    met = signals.crossing_time_below(time[later], force[later], 0.0)
     if met is None:
         return None
     parts = (met - IMPACT_S, met), (met, met + IMPACT_S)
@@ -72,7 +65,7 @@ def side_change(time: np.ndarray, force: np.ndarray) -> SideChange | None:
     if (before < 0).any() or after.mean() > 0:
         return None
     held = np.flatnonzero(force[: int(np.searchsorted(time, met))] > 0)
-    return SideChange(float(time[held[-1]]) if held.size else None, met)
+    return SideChange(float(time[held[-1]]) if held.size else np.nan, met)
 
 
 def third_window_after_changes(time: np.ndarray, *forces: np.ndarray) -> slice:

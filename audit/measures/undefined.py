@@ -7,7 +7,7 @@ run diverged. Records hold None for it, texts the word.
 from __future__ import annotations
 
 import math
-from collections.abc import Callable, Iterable, Mapping
+from collections.abc import Iterable, Mapping
 from typing import Any
 
 import numpy as np
@@ -39,12 +39,6 @@ def format_number(value: float | None, form: str = ".3g", otherwise: str = UNDEF
 def format_percent(share: float | None, form: str = ".1f") -> str:
     """A share as so many per cent, or the word for an undefined one."""
     return f"{100 * share:{form}} %" if share is not None and math.isfinite(share) else UNDEFINED
-
-
-def extreme_value(values: Iterable[float | None], choose: Callable[[list[float]], float]) -> float:
-    """The largest or smallest (``max``, ``min``) of the defined values; nan if none is."""
-    defined_values = [value for value in values if value is not None and math.isfinite(value)]
-    return choose(defined_values) if defined_values else math.nan
 
 
 def quotient(numerator: float | None, denominator: float | None) -> float:

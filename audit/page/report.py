@@ -46,9 +46,9 @@ def write_paper(study: Study, out: Path, scale: Scale = FULL) -> list[AuditChapt
     made = [module.build_chapter(context) for module in modules]
     sheet = build_sheet(list_sections(LABELLED, context.errata), context.effect_s)
     contents = {
-        out / PAGE: render_page(made, study),
+        out / PAGE: render_page(made, record_study(study)),
         out / CLAIMS: format_records(made, study),
-        out / ERRATA: render_page([sheet], study),
+        out / ERRATA: render_page([sheet], record_study(study)),
     }
     write_files(contents)
     return made
@@ -62,16 +62,11 @@ def write_figures(
     drawn = figures.draw_figures(AuditContext(study, scale), sorted(set(numbers)))
     html = "\n".join(figure.to_html() for figure in drawn)
     made = [AuditChapter(figures.ID, "Figures", html)]
-    write_text(out / PAGE, render_page(made, study))
+    write_text(out / PAGE, render_page(made, record_study(study)))
     return made
 
 
-def render_page(made: Sequence[AuditChapter], study: Study) -> str:
-    """The self-contained page of a study as html."""
-    return render_chapters(made, _provenance(study))
-
-
-def render_chapters(made: Sequence[AuditChapter], provenance: Mapping[str, object]) -> str:
+def render_page(made: Sequence[AuditChapter], provenance: Mapping[str, object]) -> str:
     """The self-contained page of chapters as html, with where they come from."""
     page = rendering.render_page(
         "paper", citation=CITATION, extent_read=EXTENT_READ, chapters=made, provenance=provenance
@@ -91,12 +86,13 @@ def format_records(made: Sequence[AuditChapter], study: Study) -> str:
         "chapters": {chapter.id: chapter.records for chapter in made},
         "numbers": {name: number._asdict() for name, number in MEASURED.items()},
         "sentences": load_sentences(SENTENCES),
-        "provenance": _provenance(study),
+        "provenance": record_study(study),
     }
     return format_json(document)
 
 
-def _provenance(study: Study) -> dict[str, object]:
+def record_study(study: Study) -> dict[str, object]:
+    """The provenance of a study's page."""
     cache = {"simulations_made": study.computed_count, "simulations_from_cache": study.cached_count}
     record = record_provenance(load_arm("paper-labelled"), 0, False)
     return record.model_dump(mode="json") | cache

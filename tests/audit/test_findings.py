@@ -227,6 +227,10 @@ def test_both_printed_laws_must_know_the_time_and_the_integral_must_not(knows):
         assert found.supports is (all(knows) and blind)
 
 
+def test_another_clock_changes_a_force_by_twice_the_error_at_the_mean_stiffness():
+    assert clock.largest_force_change() == pytest.approx(2 * 5e-6 * 1e8)
+
+
 @pytest.mark.parametrize("law", [INTEGRAL, PRINTED])
 def test_only_the_printed_law_knows_the_time(law):
     variant = replace(Condition(law, 0.02).variant(), duration_s=0.01)

@@ -14,7 +14,12 @@ from crosscheck.audit.errata.errata_texts import load_notes
 from crosscheck.audit.errata.finder import find_errata
 from crosscheck.audit.experiments.study import Study
 from crosscheck.audit.page.chapter import AUTHORS, TITLE, AuditChapter
-from crosscheck.audit.page.report import format_records, render_page, run_paper_command
+from crosscheck.audit.page.report import (
+    format_records,
+    record_study,
+    render_page,
+    run_paper_command,
+)
 from crosscheck.models.errors import InputError
 from crosscheck.provenance import ROOT
 from tests.loops import require_items
@@ -52,7 +57,7 @@ def test_one_figure_alone_makes_a_self_contained_page(cache):
 
 def test_the_contents_name_every_chapter_in_order(tmp_path):
     made = [AuditChapter(name, name.upper(), f"<p>{name}</p>", outcome="So.") for name in "abc"]
-    html = render_page(made, Study(tmp_path))
+    html = render_page(made, record_study(Study(tmp_path)))
     contents, _, rest = html.partition("</nav>")
     assert re.findall(r'href="#(\w+)"', contents) == ["a", "b", "c", "provenance"]
     assert re.findall(r'<h2 id="(\w+)"', rest) == ["a", "b", "c", "provenance"]
@@ -61,7 +66,7 @@ def test_the_contents_name_every_chapter_in_order(tmp_path):
 
 def test_page_and_records_name_the_paper_and_what_was_read_of_it(tmp_path):
     """In their first lines, the sheet's too, and nothing that is not known of it is made up."""
-    html = render_page([], Study(tmp_path)).partition("<main>")[2]
+    html = render_page([], record_study(Study(tmp_path))).partition("<main>")[2]
     first_lines = unescape(html).strip()[:1200]
     assert json.loads(format_records([], Study(tmp_path)))["paper"]["citation"] in first_lines
     for known in (AUTHORS, TITLE, "Robotica", "volume, pages, DOI: not known"):
@@ -73,7 +78,7 @@ def test_records_are_identical_but_for_the_provenance(tmp_path):
     made = [AuditChapter("x", "X", "<p>x</p>", [{"id": "x/1", "value": np.float64(1.5)}])]
     first, second = (json.loads(format_records(made, Study(tmp_path))) for _ in range(2))
     assert first["chapters"] == second["chapters"] == {"x": [{"id": "x/1", "value": 1.5}]}
-    assert "X" in render_page(made, Study(tmp_path))
+    assert "X" in render_page(made, record_study(Study(tmp_path)))
 
 
 FOLDER = ROOT / "docs" / "case-study"

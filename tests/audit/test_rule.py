@@ -142,6 +142,12 @@ def test_undefined_starts_have_no_say():
     assert answer.state == YES
 
 
+def test_quantiles_are_values_of_starts_and_limits_themselves_are_outside():
+    answer = _answer([*range(10, 0, -1)], low=4.0)
+    assert (answer.quantiles, answer.median, answer.yes) == ((1.0, 5.0, 9.0), 5.0, 6)
+    assert answer.share_at(rule.Limits(3.0, 10.0)) == Share(6, 10)
+
+
 def test_an_event_of_few_starts_says_nothing():
     assert _answer([20.0] * 16 + [math.nan] * 16).state == YES
     assert _answer([20.0] * 15 + [math.nan] * 17).state == NONE

@@ -62,7 +62,9 @@ def test_a_course_holds_what_the_trajectory_does():
     """To rounding, as above."""
     variant = replace(_brief(experiments.PD).variant, seed=3)
     (course,) = simulate_signals([build(variant.model, *variant.case())])
-    run = extract_signals(simulate(variant))
+    trajectory = simulate(variant)
+    run = extract_signals(trajectory)
+    assert run.planet_spread_m == np.ptp(trajectory["x_pr"].values, axis=2).max()
     for name in ("time", *JOINT_SIGNALS, *MESH_SIGNALS, "F_outer"):
         one, other = getattr(course, name), getattr(run, name)
         assert one == pytest.approx(other, rel=1e-9, abs=1e-9 * np.abs(other).max())

@@ -1,6 +1,7 @@
 """Numbers that follow from the arm's data, against geometry worked out another way; free bases."""
 
 import math
+from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
@@ -17,6 +18,7 @@ from crosscheck.audit.statics.teeth import (
     conversion_error,
     ring_contact_ratio,
     sun_contact_ratio,
+    virtual_work,
 )
 from crosscheck.models.arm.meshes import replace_by_square_wave
 from crosscheck.models.arm.stiffness import SquareStiffness
@@ -95,6 +97,20 @@ def test_a_heavy_base_stays_nearer_to_a_fixed_one(numbers):
     assert (np.diff(errors) < 0).all()
     # The next order in the arm's mass over the base's, 1 / 500.
     assert errors[2] / errors[3] == pytest.approx(10, rel=0.02)
+
+
+@pytest.mark.parametrize(
+    ("left_out", "work"),
+    [  # N c F E, and N c k_a f^2 / 2, of springs in sun and ring mesh
+        ("mesh_stiffness_amplitude_N_per_m", lambda force: 3 * 198 * force * 5e-6),
+        ("tooth_error_m", lambda force: 3 * 198 * 2e7 * (force / 1e8) ** 2 / 2),
+    ],
+)
+def test_springs_push_the_angle_by_each_effect_alone(labelled, left_out, work):
+    stage = replace(paper_stage(labelled), **{left_out: 0.0})
+    r_s = 0.0135 * 3 * math.cos(math.radians(24.6))
+    force = 100.0 / (99 / 27 + 1) / r_s / 3
+    assert virtual_work(stage, 100.0) == pytest.approx(work(force), rel=1e-9)
 
 
 def test_the_square_wave_has_eq_8s_mean_and_fundamental(labelled):

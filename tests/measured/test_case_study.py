@@ -52,7 +52,7 @@ def test_tx40_has_its_published_rotors(made):
 
 @pytest.mark.parametrize(("design", "first"), [("A.0", 0.00342), ("C.1", 0.00233)])
 def test_the_pendulums_rotors_are_those_of_another_program(made, design, first):
-    """Inside the interval; links alone are rejected, Coulomb friction is above the published."""
+    """Inside the interval; links alone are rejected, Coulomb friction is near the published."""
     study = made[1][f"Double pendulum, design {design}"]
     side = study.comparison.sides[0]
     (rotor,) = side.seen
@@ -60,7 +60,7 @@ def test_the_pendulums_rotors_are_those_of_another_program(made, design, first):
     assert study.comparison.ranks.are_equal
     for name, (value, _) in by_name(side).items():
         if name.startswith("coulomb"):
-            assert 1.1 < value / study.published[name] < 1.7
+            assert 0.7 < value / study.published[name] < 1.1
 
 
 def test_kinova_has_rotors_before_its_gears_alone(made):
