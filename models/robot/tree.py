@@ -154,9 +154,7 @@ def _frames(
     return frames, moving
 
 
-def merge_bodies(
-    number: int, links: Sequence[UrdfLink], frames: dict[str, LinkFrame]
-) -> RobotBody:
+def merge_bodies(number: int, links: Sequence[UrdfLink], frames: dict[str, LinkFrame]) -> RobotBody:
     """All that a joint carries, merged into one body, in its frame; it may be without mass."""
     parts = []
     for link in links:
