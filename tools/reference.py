@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import inspect
 from collections.abc import Callable, Iterator
-from functools import partial
+from functools import cache, partial
 from pathlib import Path
 
 from crosscheck.models.arm.arm import Arm, Direct, Link, Planetary
@@ -55,6 +55,7 @@ from crosscheck.studies.definition.quantities import (
 )
 
 DOCS = Path(__file__).parents[1] / "docs" / "reference"
+LEAST_ELSEWHERE = 5  # equal rows for which a reader is sent to another page
 BEGIN, END = "<!-- fields: made by tools.reference -->\n", "<!-- end of fields -->\n"
 FILES: dict[str, type[Data]] = {
     "arm-file.md": Arm,
@@ -117,9 +118,10 @@ def renew_tables(name: str) -> str:
     return before + BEGIN + PAGES[name]() + "\n" + END + rest.split(END)[1]
 
 
-def format_field_tables(top: type[Data]) -> str:
-    """A table of the fields of a record, and of each that it holds."""
-    return "".join(f"{line}\n" for record in list_records_below(top) for line in _section(record))
+def format_field_tables(page: str) -> str:
+    """A table for each record of a file, but for those that an earlier page has."""
+    records = [record for record, place in _find_places().items() if place == page]
+    return "".join(f"{line}\n" for record in records for line in _section(record))
 
 
 def format_refusals() -> str:
@@ -132,9 +134,18 @@ def format_refusals() -> str:
 
 
 PAGES: dict[str, Callable[[], str]] = {
-    **{name: partial(format_field_tables, record) for name, record in FILES.items()},
+    **{name: partial(format_field_tables, name) for name in FILES},
     "command-line.md": format_refusals,
 }
+
+
+@cache
+def _find_places() -> dict[type[Data], str]:
+    """The page of each record: the first whose file may hold it."""
+    places: dict[type[Data], str] = {}
+    for page, top in FILES.items():
+        places |= {each: page for each in list_records_below(top) if each not in places}
+    return places
 
 
 def list_records_below(record: type[Data]) -> list[type[Data]]:
@@ -147,22 +158,44 @@ def list_records_below(record: type[Data]) -> list[type[Data]]:
 
 
 def _section(record: type[Data]) -> Iterator[str]:
+    rows = _list_rows(record)
+    model = _find_model(record)
+    shared = [name for name in rows if model and _list_rows(model).get(name) == rows[name]]
     yield ""
     yield f"### {HEADINGS[record]}"
     yield ""
     yield (inspect.getdoc(record) or "").replace("``", "`")
     yield ""
+    if model:
+        names = ", ".join(f"`{name}`" for name in shared)
+        yield f"As in {_link(model, _find_places()[record])}: {names}."
+        yield ""
     yield "| field | meaning | unit | default | allowed |"
     yield "|---|---|---|---|---|"
-    for field in describe_fields(record):
-        cells = (
-            f"`{field.name}`",
-            field.meaning,
-            field.unit,
-            _default(field),
-            _format_allowed(field),
-        )
-        yield f"| {' | '.join(cells)} |"
+    for name, cells in rows.items():
+        if name not in shared:
+            yield f"| `{name}` | {' | '.join(cells)} |"
+
+
+@cache
+def _list_rows(record: type[Data]) -> dict[str, tuple[str, ...]]:
+    """Cells of every field, by its name."""
+    page = _find_places()[record]
+    return {
+        field.name: (field.meaning, field.unit, _default(field), _format_allowed(field, page))
+        for field in describe_fields(record)
+    }
+
+
+def _find_model(record: type[Data]) -> type[Data] | None:
+    """The earlier record with the most equal rows, if it saves a reader some."""
+    rows, places = _list_rows(record), _find_places()
+    model, most = None, 1
+    for earlier in list(places)[: list(places).index(record)]:
+        equal = sum(_list_rows(earlier).get(name) == cells for name, cells in rows.items())
+        if equal > most and (places[earlier] == places[record] or equal > LEAST_ELSEWHERE):
+            model, most = earlier, equal
+    return model
 
 
 def _default(field: FieldDescription) -> str:
@@ -173,9 +206,9 @@ def _default(field: FieldDescription) -> str:
     return "see there" if field.records else f"`{_value(field.default)}`"
 
 
-def _format_allowed(field: FieldDescription) -> str:
-    """Its range, or the tables that it may be."""
-    links = [f"[{HEADINGS[record]}](#{_anchor(HEADINGS[record])})" for record in field.records]
+def _format_allowed(field: FieldDescription, page: str) -> str:
+    """Its range, or the tables that it may be, as linked from a page."""
+    links = [_link(record, page) for record in field.records]
     if not links:
         return field.allowed
     record_links = " or ".join(", ".join(links).rsplit(", ", 1))
@@ -186,8 +219,10 @@ def _format_allowed(field: FieldDescription) -> str:
     )
 
 
-def _anchor(heading: str) -> str:
-    return heading.lower().replace(":", "").replace(" ", "-")
+def _link(record: type[Data], page: str) -> str:
+    heading, place = HEADINGS[record], _find_places()[record]
+    anchor = heading.lower().replace(":", "").replace(" ", "-")
+    return f"[{heading}]({'' if place == page else place}#{anchor})"
 
 
 def _value(value: object) -> str:

@@ -15,7 +15,7 @@ from crosscheck.analytic.robot.model import AnalyticRobot
 from crosscheck.models.robot.file import load_robot
 from crosscheck.models.robot.robot import Placement, Robot
 from crosscheck.planning.springs import stage_rotors
-from crosscheck.trial.changes.numbers import replace_part
+from crosscheck.trial.changes.numbers import put_value
 from crosscheck.trial.input.equations import Equations
 from crosscheck.trial.robots.explain import RobotDiagnosis
 from crosscheck.trial.robots.trial import run_robot_trial
@@ -122,7 +122,7 @@ def test_a_table_of_modified_dh_multiplied_as_classic_dh(order):
 
 
 def change_joint(robot, number, **others):
-    return replace_part(robot, "joints", number, replace(robot.joints[number], **others))
+    return put_value(robot, ("joints", number), replace(robot.joints[number], **others))
 
 
 def test_a_quaternion_in_another_order():
@@ -137,7 +137,7 @@ def test_a_quaternion_in_another_order():
 def test_an_integer_division_of_a_ratio():
     ratios = {"j1": chains.geared(-40.0), "j2": chains.geared(4 + 2 / 3, 0.02)}
     robot = chains.robot(LINKS, ratios)
-    wrong = replace_part(robot, "rotors", 1, replace(robot.rotors[1], ratio=4.0))
+    wrong = put_value(robot, ("rotors", 1), replace(robot.rotors[1], ratio=4.0))
     found = diagnosis_of(robot, wrong)
     words = "rotor of j2: its ratio rounded down, as by integer division"
     assert words in found.explanations
@@ -149,7 +149,7 @@ def test_an_integer_division_of_a_ratio():
     assert "integer division" in found.explanations[0]
 
 
-def test_a_joint_on_a_link_that_stands_beside_it():
+def test_a_joint_on_another_link_than_its_parent():
     """Both arms stand on the turning base; the second one is put on the first one's link."""
     body = chains.Solid(2.0, (0.1, 0.05, 0.2), (0.03, 0.001, 0.002, 0.04, 0.003, 0.02))
     robot = chains.robot(
@@ -163,4 +163,4 @@ def test_a_joint_on_a_link_that_stands_beside_it():
     )
     wrong = change_joint(robot, 3, parent=1)
     found = diagnosis_of(robot, wrong)
-    assert found.explanations[0] == "joint right: on a, which stands beside it"
+    assert found.explanations[0] == "joint right: on a instead of t"

@@ -17,15 +17,13 @@ from crosscheck.models.robot.file import load_robot
 from crosscheck.models.robot.robot import RIGID, Level, Robot, Rotor
 from crosscheck.registry import build_robot_model
 from crosscheck.report import heat_map
-from crosscheck.trial.changes.numbers import (
-    FrameMistake,
-    RobotNumber,
-    generate_body_mistakes,
-    generate_frame_mistakes,
-    get_link_name,
-    list_numbers,
-    replace_part,
+from crosscheck.trial.changes.mistakes import (
+    RobotMistake,
+    list_frame_mistakes,
+    list_part_mistakes,
+    list_whole_bodies,
 )
+from crosscheck.trial.changes.numbers import RobotNumber, list_numbers, put_value
 from crosscheck.trial.input.equations import Equations
 from crosscheck.trial.robots.explain import RobotDiagnosis
 from crosscheck.trial.robots.trial import RobotTrial, run_robot_trial
@@ -69,13 +67,13 @@ def body(number: int, **changed: Callable[[np.ndarray], object]) -> Change:
     def change(own: Robot) -> Robot:
         was = own.bodies[number]
         new = {name: function(getattr(was, name)) for name, function in changed.items()}
-        return replace_part(own, "bodies", number, replace(was, **new))
+        return put_value(own, ("bodies", number), replace(was, **new))
 
     return change
 
 
 def rotor(number: int, **changed: object) -> Change:
-    return lambda own: replace_part(own, "rotors", number, replace(own.rotors[number], **changed))
+    return lambda own: put_value(own, ("rotors", number), replace(own.rotors[number], **changed))
 
 
 WRONG: dict[str, tuple[Change, str]] = {
@@ -136,22 +134,22 @@ def test_what_is_wrong_is_named(sliding, case):
         assert trial.relative_errors[entry.part][entry.place] == entry.share
 
 
-def planted(own: Robot, seed: int) -> FrameMistake:
+def planted(own: Robot, seed: int) -> RobotMistake:
     """A number of it that is another, or one thing taken for another."""
-    rng, among = np.random.default_rng(seed), list[RobotNumber | FrameMistake](list_numbers(own))
-    among += generate_frame_mistakes(own, are_rotors_bodies=True)
-    for number, (body, joint) in enumerate(zip(own.bodies, own.joints, strict=True)):
-        for words, other in generate_body_mistakes(body, joint, np.eye(3)):
-            robot = replace_part(own, "bodies", number, other)
-            among.append(FrameMistake(f"{get_link_name(own, number)}: {words}", robot))
+    rng, among = np.random.default_rng(seed), list[RobotNumber | RobotMistake](list_numbers(own))
+    among += list_frame_mistakes(own, "coupled")
+    for part in list_whole_bodies(own):
+        for words, other in list_part_mistakes(own, part).items():
+            robot = put_value(own, ("bodies", part.number), other)
+            among.append(RobotMistake(f"{part.name}: {words}", robot))
     chosen = among[rng.integers(len(among))]
-    if isinstance(chosen, FrameMistake):
+    if isinstance(chosen, RobotMistake):
         return chosen
     by = chosen.step * rng.choice([-1, 1]) * 10 ** rng.uniform(-3, 0)
-    return FrameMistake(chosen.name, chosen.put(chosen.value + by))
+    return RobotMistake(chosen.name, chosen.put(chosen.value + by))
 
 
-def is_named(error: FrameMistake, trial: RobotTrial) -> bool:
+def is_named(error: RobotMistake, trial: RobotTrial) -> bool:
     """Whether an explanation says the words of an error.
 
     One of every part, of which it changes one alone, is named as one of that.

@@ -9,8 +9,8 @@ import pytest
 from crosscheck.analytic.robot.model import AnalyticRobot
 from crosscheck.checks.robots.states import sample_states
 from crosscheck.models.robot.robot import Robot
-from crosscheck.trial.changes.kane import DynamicsTerms, KaneSum
-from crosscheck.trial.changes.search import add_terms
+from crosscheck.trial.changes.kane import KaneSum, add_terms
+from crosscheck.trial.changes.problem import DynamicsTerms
 from crosscheck.trial.input.equations import Equations
 from crosscheck.trial.robots.explain import RobotDiagnosis
 from crosscheck.trial.robots.trial import run_robot_trial
@@ -240,7 +240,7 @@ def test_bodies_terms_sum_up_to_the_robots(seed):
     right = DynamicsTerms(*model.terms(states.q, states.v))
     for got, expected in zip(add_terms(placed), right, strict=True):
         assert np.abs(got - expected).max() <= 1e-12 * np.abs(expected).max() + 1e-14
-    kinds = kane.list_bias_pieces()
+    kinds = kane.list_pieces("bias")
     whole = sum(
         sum(kinds[kind].values(), np.zeros_like(right.bias))
         for kind in (

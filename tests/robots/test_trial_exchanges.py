@@ -5,17 +5,17 @@ Each is planted into the numbers that the project's own derivation takes.
 
 from collections.abc import Callable
 from dataclasses import replace
+from types import SimpleNamespace
 from typing import Any
 
 import numpy as np
 import pytest
 
 from crosscheck.analytic.robot.model import AnalyticRobot
+from crosscheck.checks.robots.states import sample_states
 from crosscheck.models.robot.robot import RIGID, Placement, Robot
-from crosscheck.trial.changes.exchanges import generate_joint_moves, list_spinners
-from crosscheck.trial.changes.kane import KaneSum
-from crosscheck.trial.changes.numbers import generate_frame_mistakes
-from crosscheck.trial.changes.variants import compute_variants
+from crosscheck.trial.changes.mistakes import list_frame_mistakes
+from crosscheck.trial.changes.table import ChangeTable
 from crosscheck.trial.input.equations import Equations
 from crosscheck.trial.robots.trial import run_robot_trial
 from tests.loops import require_items
@@ -162,27 +162,17 @@ def test_masses_exchanged_in_the_gravity_of_accelerations(tree):
 
 
 @pytest.mark.parametrize("seed", [5, 9])
-def test_what_screens_robots_is_another_derivation_of_the_same_terms(seed):
-    """Of joints, rotors and stages taken for others, at every level: to rounding."""
+def test_a_table_has_what_another_robot_changes(seed):
+    """Of bodies, joints, rotors and stages taken for others, at every level: to rounding."""
     robot, rng = chains.random_chain(seed), np.random.default_rng(seed)
-    q, v = rng.uniform(-2, 2, (2, 2, len(robot.coordinates)))
-    changed = [robot, *(each.robot for each in generate_joint_moves(robot))]
-    changed += [each.robot for each in generate_frame_mistakes(robot, are_rotors_bodies=True)]
+    states = sample_states(robot, 3, seed)
+    table = ChangeTable(SimpleNamespace(robot=robot, states=states))
+    changed = [each.put(each.value + each.step / 2) for each in table.numbers]
     for level in require_items(RIGID):
-        together = compute_variants(changed, level, q, v)
-        for number in require_items(rng.choice(len(changed), 25, replace=False)):
-            alone = AnalyticRobot(changed[number], level).terms(q, v)
-            for screened, exact in require_items(zip(together, alone, strict=True)):
-                np.testing.assert_allclose(screened[number], exact, rtol=1e-9, atol=1e-10)
-
-
-@pytest.mark.parametrize("level", RIGID)
-def test_what_rotors_make_is_what_a_level_adds_to_the_links(level):
-    robot, rng = chains.random_chain(5), np.random.default_rng(5)
-    q, v = rng.uniform(-2, 2, (2, 3, len(robot.coordinates)))
-    kane, whole = KaneSum(robot, q, v), AnalyticRobot(robot, level).terms(q, v)
-    links = AnalyticRobot(robot, "links").terms(q, v)
-    spinners = [kane.move_rotor(each.rotor, level) for each in list_spinners(robot)]
-    summed = map(sum, zip(*(each.compute_terms() for each in spinners), strict=True))
-    for rotors, term, bare in require_items(zip(summed, whole, links, strict=True)):
-        np.testing.assert_allclose(rotors, term - bare, rtol=1e-9, atol=1e-12)
+        mistakes = [*table.joint_moves, *list_frame_mistakes(robot, level)]
+        robots = [*changed, *(each.robot for each in mistakes)]
+        together, base = table.compute_changes(robots, level), table.compute_base(level)
+        for number in require_items(rng.choice(len(robots), 40, replace=False)):
+            exact = AnalyticRobot(robots[number], level).terms(*states[:2])
+            for change, right, other in require_items(zip(together, base, exact, strict=True)):
+                np.testing.assert_allclose(right + change[number], other, rtol=1e-9, atol=1e-10)

@@ -11,8 +11,9 @@ import pytest
 
 from crosscheck.models.robot.file import load_robot
 from crosscheck.models.robot.robot import Robot, RobotBody, compute_point_inertia
-from crosscheck.trial.changes.kane import KaneSum, list_body_parts
-from crosscheck.trial.changes.numbers import replace_part
+from crosscheck.trial.changes.kane import KaneSum
+from crosscheck.trial.changes.mistakes import list_body_parts
+from crosscheck.trial.changes.numbers import put_value
 from tests.robots import chains
 from tests.robots.test_robot_slips_everywhere import diagnosis_of
 
@@ -83,7 +84,7 @@ def replace_link(robot: Robot, name: str, **others: object) -> Robot:
     mass = sum(each.mass for each in parts)
     com = sum(each.mass * each.com for each in parts) / mass
     inertia = sum(each.inertia + compute_point_inertia(each.mass, each.com - com) for each in parts)
-    return replace_part(robot, "bodies", part.number, RobotBody(mass, com, inertia))
+    return put_value(robot, ("bodies", part.number), RobotBody(mass, com, inertia))
 
 
 def test_a_centre_counted_from_the_flange_is_named():
@@ -133,7 +134,7 @@ def test_the_centripetal_term_of_a_fixed_link_is_about_that_link_s_own_origin():
     robot, link = load_robot("six-joint"), "tool"
     rng = np.random.default_rng(5)
     q, v = rng.uniform(-1, 1, (2, 1, 6))
-    pieces = KaneSum(robot, q, v, list_body_parts(robot)).list_bias_pieces()
+    pieces = KaneSum(robot, q, v, list_body_parts(robot)).list_pieces("bias")
     centripetal = pieces["the centripetal acceleration w x (w x c) of the centre"][link]
 
     model = pin.buildModelFromUrdf(str(FILES / "six-joint.urdf"))

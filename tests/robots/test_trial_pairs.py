@@ -10,13 +10,12 @@ from benchmarks.bench_robot_time import try_wrong
 from crosscheck.analytic.robot.model import AnalyticRobot
 from crosscheck.models.robot.file import load_robot
 from crosscheck.models.robot.robot import Placement, Robot
-from crosscheck.trial.changes.numbers import replace_part
+from crosscheck.trial.changes.numbers import merge_records, put_value
 from crosscheck.trial.changes.pairs import (
     APART,
     MEETING,
     NEVER,
     find_changed_parts,
-    merge_robots,
     rank_pairs,
 )
 from crosscheck.trial.input.equations import Equations
@@ -26,7 +25,7 @@ PUMA, SIX = load_robot("puma560"), load_robot("six-joint")
 
 
 def set_body(robot: Robot, number: int, **others: object) -> Robot:
-    return replace_part(robot, "bodies", number, replace(robot.bodies[number], **others))
+    return put_value(robot, ("bodies", number), replace(robot.bodies[number], **others))
 
 
 def weigh(robot: Robot, number: int, by: float) -> Robot:
@@ -41,18 +40,18 @@ def mirror(robot: Robot, number: int) -> Robot:
 
 
 def set_rotor(robot: Robot, number: int, **others: object) -> Robot:
-    return replace_part(robot, "rotors", number, replace(robot.rotors[number], **others))
+    return put_value(robot, ("rotors", number), replace(robot.rotors[number], **others))
 
 
 def reverse(robot: Robot, number: int) -> Robot:
     joint = robot.joints[number]
-    return replace_part(robot, "joints", number, replace(joint, axis=-joint.axis))
+    return put_value(robot, ("joints", number), replace(joint, axis=-joint.axis))
 
 
 def drop_place(robot: Robot, number: int) -> Robot:
     joint = robot.joints[number]
     placement = Placement(joint.placement.rotation, 0 * joint.placement.position)
-    return replace_part(robot, "joints", number, replace(joint, placement=placement))
+    return put_value(robot, ("joints", number), replace(joint, placement=placement))
 
 
 # What is wrong: the robot that has both errors, and words on each.
@@ -170,14 +169,14 @@ def test_pairs_of_rows_by_one_matrix():
 
 def test_a_robot_has_the_changes_of_two():
     first, second = mirror(weigh(PUMA, 2, 1.1), 3), set_rotor(weigh(PUMA, 4, 2.0), 1, ratio=7.0)
-    both = merge_robots(PUMA, first, second)
+    both = merge_records(PUMA, first, second)
     assert both.bodies[2].mass == pytest.approx(1.1 * PUMA.bodies[2].mass)
     assert both.bodies[3].com == pytest.approx(first.bodies[3].com)
     assert both.bodies[4].mass == 2 * PUMA.bodies[4].mass
     assert both.rotors[1].ratio == 7.0
     assert both.joints is PUMA.joints
     assert find_changed_parts(PUMA, both) == {"bodies 2", "bodies 3", "bodies 4", "rotors 1"}
-    same = merge_robots(PUMA, weigh(PUMA, 2, 1.1), mirror(PUMA, 2)).bodies[2]
+    same = merge_records(PUMA, weigh(PUMA, 2, 1.1), mirror(PUMA, 2)).bodies[2]
     assert same.mass == pytest.approx(1.1 * PUMA.bodies[2].mass)
     assert same.com == pytest.approx(mirror(PUMA, 2).bodies[2].com)
     assert find_changed_parts(PUMA, reverse(PUMA, 1)) == {"motion"}

@@ -6,15 +6,10 @@ import pytest
 from crosscheck.checks.robots.states import RandomStates
 from crosscheck.models.robot.file import load_robot
 from crosscheck.models.robot.robot import RobotBody
-from crosscheck.trial.changes.exchanges import list_unit_bodies, move_values
+from crosscheck.trial.changes.mistakes import exchange_fields
 from crosscheck.trial.changes.numbers import is_physical, list_numbers
-from crosscheck.trial.changes.search import (
-    _describe_inertia,
-    _find_root,
-    _is_identity,
-    _solve_step,
-    _vary_parameters,
-)
+from crosscheck.trial.changes.search import describe_inertia, find_root, solve_step
+from crosscheck.trial.changes.table import list_unit_bodies
 from crosscheck.trial.robots.consistency import SelfDifference
 from crosscheck.trial.robots.rates import BiasTerms, compute_bias_terms, make_rate_states
 from tests.loops import require_items
@@ -25,35 +20,30 @@ LINEAR, SQUARE = np.array([2.0, -1.0, 0.5]), np.array([0.3, 0.7, -0.2])
 @pytest.mark.parametrize("x", [0.7, -0.4, 3.0])
 def test_a_step_solves_a_difference_of_second_order(x):
     difference = LINEAR * x + SQUARE * x**2
-    assert _solve_step(LINEAR, SQUARE, difference) == pytest.approx(x, rel=1e-9)
-    assert _solve_step(LINEAR, 0 * SQUARE, LINEAR * x) == pytest.approx(x, rel=1e-9)
-    assert abs(_solve_step(0 * LINEAR, SQUARE, SQUARE * x**2)) == pytest.approx(abs(x), rel=1e-6)
+    assert solve_step(LINEAR, SQUARE, difference) == pytest.approx(x, rel=1e-9)
+    assert solve_step(LINEAR, 0 * SQUARE, LINEAR * x) == pytest.approx(x, rel=1e-9)
+    assert abs(solve_step(0 * LINEAR, SQUARE, SQUARE * x**2)) == pytest.approx(abs(x), rel=1e-6)
 
 
 def test_of_two_steps_that_do_alike_the_smaller_one_is_taken():
     x, other = 0.5, -3.0  # x^2 - (x + other) x is the same at both
-    assert _solve_step(-(x + other) * SQUARE, SQUARE, -x * other * SQUARE) == pytest.approx(x)
-    assert _solve_step(0 * LINEAR, 0 * SQUARE, LINEAR) == 0.0
+    assert solve_step(-(x + other) * SQUARE, SQUARE, -x * other * SQUARE) == pytest.approx(x)
+    assert solve_step(0 * LINEAR, 0 * SQUARE, LINEAR) == 0.0
 
 
 def test_a_root_is_where_least_is_left():
     def left(value: float) -> np.ndarray:
         return np.array([value - 2.0, 0.1 * (value - 2.0) ** 2])
 
-    assert _find_root(left, 1.5, 1.0) == pytest.approx(2.0, rel=1e-9)
+    assert find_root(left, 1.5, 1.0) == pytest.approx(2.0, rel=1e-9)
     # to all digits, from however near
-    cube = _find_root(lambda value: np.array([value**3 - 8.0]), 2.0009, 1.0)
+    cube = find_root(lambda value: np.array([value**3 - 8.0]), 2.0009, 1.0)
     assert cube == pytest.approx(2.0, rel=1e-12)
     # no step is longer than the number's own size, and there are few
-    assert _find_root(lambda value: np.array([value - 2.0]), -1e3, 1.0) < -900
-    assert _find_root(lambda value: np.ones(2), 1.0, 1.0) is None
+    assert find_root(lambda value: np.array([value - 2.0]), -1e3, 1.0) < -900
+    assert find_root(lambda value: np.ones(2), 1.0, 1.0) is None
     # nor is one begun that leaves more than most of it
-    assert _find_root(lambda value: np.array([value, 50.0]), 1.0, 1.0) is None
-
-
-def test_a_turn_is_none_up_to_rounding():
-    assert _is_identity(np.eye(3) + 1e-13)
-    assert not _is_identity(np.diag([1.0, -1.0, -1.0]))
+    assert find_root(lambda value: np.array([value, 50.0]), 1.0, 1.0) is None
 
 
 def parameters(body: RobotBody) -> np.ndarray:
@@ -75,8 +65,8 @@ def parameters(body: RobotBody) -> np.ndarray:
 )
 def test_a_slender_rod_is_a_body(moments, words):
     file_body = RobotBody(1.0, np.zeros(3), np.diag([0.1, 0.1, 0.1]))
-    assert _describe_inertia("a", file_body, np.diag(moments), True).endswith(words) or (
-        words in _describe_inertia("a", file_body, np.diag(moments), True)
+    assert describe_inertia("a", file_body, np.diag(moments), True).endswith(words) or (
+        words in describe_inertia("a", file_body, np.diag(moments), True)
     )
 
 
@@ -93,37 +83,33 @@ def test_nothing_impossible_is_a_cause():
         assert is_physical(number.put(number.value + 0.3), robot)
 
 
-def test_each_of_ten_parameters_is_varied_alone():
-    inertia = np.array([[0.4, 0.02, -0.01], [0.02, 0.5, 0.03], [-0.01, 0.03, 0.6]])
-    body = RobotBody(3.0, np.array([0.1, -0.2, 0.3]), inertia)
-    changes = np.array([parameters(each) - parameters(body) for each in _vary_parameters(body)])
-    trace = parameters(body)[[4, 7, 9]].sum()
-    sizes = [0.3, *[0.3 * 0.3] * 3, *[0.1 * trace] * 6]
-    assert changes == pytest.approx(np.diag(sizes), abs=1e-12)
-    (*_, massive) = _vary_parameters(body)
-    assert massive.inertia == pytest.approx(massive.inertia.T)
-
-
 def test_unit_bodies_have_one_parameter_each_beside_their_mass():
     rows = np.array([parameters(body) for body in list_unit_bodies()])
     assert rows[0] == pytest.approx(np.eye(10)[0])
     assert rows[1:] - rows[0] == pytest.approx(np.eye(10)[1:])
 
 
-def test_values_are_exchanged_taken_from_another_part_or_shifted():
-    assert list(move_values(["a", "b"], [[1.0], [2.0]], "length")) == [
-        ("a and b: length exchanged", {0: [2.0], 1: [1.0]}),
-        ("a: length of b", {0: [2.0]}),
-        ("b: length of a", {1: [1.0]}),
-    ]
-    moved = dict(move_values(["a", "b", "c"], [[1.0], [2.0], [3.0]], "length"))
-    assert moved["every part has the length of the next"] == {0: [2.0], 1: [3.0], 2: [1.0]}
-    assert moved["every part has the length of the one before"] == {0: [3.0], 1: [1.0], 2: [2.0]}
-    assert moved["length of all in the opposite order"] == {0: [3.0], 1: [2.0], 2: [1.0]}
+def test_fields_are_exchanged_taken_from_another_part_or_shifted():
+    light, heavy = (RobotBody(mass, mass * np.ones(3), np.eye(3)) for mass in (1.0, 2.0))
+
+    def list_masses(*bodies):
+        names, fields = "abc"[: len(bodies)], {"mass": (("mass",),)}
+        changed = dict(exchange_fields(names, bodies, fields))
+        return {w: {n: each.mass for n, each in c.items()} for w, c in changed.items()}
+
+    assert list_masses(light, heavy) == {
+        "a and b: mass exchanged": {0: 2.0, 1: 1.0},
+        "a: mass of b": {0: 2.0},
+        "b: mass of a": {1: 1.0},
+    }
+    moved = list_masses(light, heavy, RobotBody(3.0, np.ones(3), np.eye(3)))
+    assert moved["every part has the mass of the next"] == {0: 2.0, 1: 3.0, 2: 1.0}
+    assert moved["every part has the mass of the one before"] == {0: 3.0, 1: 1.0, 2: 2.0}
+    assert moved["mass of all in the opposite order"] == {0: 3.0, 1: 2.0, 2: 1.0}
     assert len(moved) == 3 * 3 + 3
     # of parts that share a number fewer fields say as much
-    shared = dict(move_values(["a", "b"], [[1.0, np.ones(3)], [2.0, np.ones(3)]], "size"))
-    assert shared == {}
+    both = {"mass and inertia": (("mass",), ("inertia",))}
+    assert dict(exchange_fields("ab", [light, heavy], both)) == {}
 
 
 def test_terms_of_a_bias_are_read_out_of_its_answers():

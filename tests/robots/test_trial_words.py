@@ -16,9 +16,10 @@ from crosscheck.findings import (
 )
 from crosscheck.report.trials.output import format_trial_json
 from crosscheck.runner.outcomes import Failure
+from crosscheck.trial.changes.search import list_equals
 from crosscheck.trial.input.equations import Equations
 from crosscheck.trial.robots.consistency import describe_places
-from crosscheck.trial.robots.explain import RobotDiagnosis, describe_ratio, list_equals
+from crosscheck.trial.robots.explain import RobotDiagnosis, describe_ratio
 from crosscheck.trial.robots.judge import LevelDistance, RobotEntry
 from crosscheck.trial.robots.trial import RobotTrial
 from tests.processes import command_line

@@ -12,9 +12,9 @@ from crosscheck.report.trials.answer import (
     TrialAnswer,
     describe_wrong,
 )
+from crosscheck.trial.changes.search import list_equals
 from crosscheck.trial.input.source_lines import find_source
 from crosscheck.trial.robots.elastic import ELASTIC
-from crosscheck.trial.robots.explain import list_equals
 from crosscheck.trial.robots.judge import LETTERS, RobotEntry, has_engine_conflict
 from crosscheck.trial.robots.trial import RobotTrial
 

@@ -7,18 +7,17 @@ search begins, and the terms of a robot that has both decide.
 
 from __future__ import annotations
 
-from collections.abc import Iterator
-from dataclasses import dataclass, fields, is_dataclass, replace
+from collections.abc import Iterator, Sequence
+from dataclasses import dataclass
 from functools import cached_property
-from typing import TYPE_CHECKING, Any, NamedTuple
+from typing import TYPE_CHECKING, NamedTuple
 
 import numpy as np
-from pydantic import BaseModel
 
 from crosscheck.checks.robots.sizes import TOLERANCE
 from crosscheck.models.robot.robot import Robot
-from crosscheck.trial.changes.kane import DynamicsTerms
-from crosscheck.trial.changes.numbers import UNITS, UNITS_OF, USUAL, RobotNumber
+from crosscheck.trial.changes.numbers import RobotNumber, merge_records
+from crosscheck.trial.changes.problem import Places
 
 if TYPE_CHECKING:
     from crosscheck.trial.changes.search import CauseSearch
@@ -28,41 +27,39 @@ LARGEST = 10.0  # largest norm of a row in a pair, over the difference's norm
 BLOCK = 512  # rows that are paired with all others at once
 NEAR = 1e-9  # rounding error of products of large rows, over the difference's square
 FAR = 0.5  # largest residual at which a search begins, over the difference's square
-MOST_MEETING = 300  # pairs that act on one product, those that leave least alone
+MOST_MEETING = 400  # pairs that act on one product, those that leave least alone
 NEVER, APART, MEETING = 0, 1, 2  # whether two changes are no pair, or act on one product
 MOTION = "motion"
-# Largest second-order effect of a number that counts as linear, over the first-order one.
-LINEAR = 1e-9
 
 
 @dataclass(frozen=True)
-class SingleChange:
+class Single:
     """A change that may be one of two: a number with a value, or one thing taken for another.
 
-    number: with a value of its own in steps, or None where it is free; mistake: what another
-    change does, or the robot that has it; words: on that one.
+    row: what it makes once, or in a step of its number where that is free; value: of its number,
+    None where it is free; robot: with one thing taken for another, where it is no sum.
     """
 
+    words: str
+    row: np.ndarray
+    robot: Robot | None = None
     number: RobotNumber | None = None
-    steps: float | None = None
-    words: str = ""
-    mistake: DynamicsTerms | Robot | None = None
+    value: float | None = None
 
     @property
     def is_free(self) -> bool:
         """Whether the change may be made any number of times."""
-        return self.number is not None and self.steps is None
+        return self.number is not None and self.value is None
 
     def get_value(self, times: float) -> float:
         """The value of its number; of a free one after so many steps."""
         assert self.number is not None  # whose value is asked for
-        return self.number.value + self.number.step * (times if self.steps is None else self.steps)
+        free = self.number.value + self.number.step * times
+        return free if self.value is None else self.value
 
     def build_robot(self, times: float) -> Robot | None:
         """The robot that has the change; None where no robot can have it."""
-        if self.number is not None:
-            return self.number.put(self.get_value(times))
-        return self.mistake if isinstance(self.mistake, Robot) else None
+        return self.robot if self.number is None else self.number.put(self.get_value(times))
 
 
 class ChangePair(NamedTuple):
@@ -74,41 +71,16 @@ class ChangePair(NamedTuple):
 
 
 class PairSearch:
-    """The search for two changes that together make the difference between equations and a level.
+    """The search for two changes that together make the difference from a level."""
 
-    rows (changes, places): what each makes at a few states, once or in a step of its number.
-    """
-
-    def __init__(self, search: CauseSearch) -> None:
-        self.search, self.table = search, search.table
-        rows_by_change = list(self._list_numbers())
-        mistakes, (mistake_rows, *_) = search.mistakes
-        for mistake, row in zip(mistakes, mistake_rows, strict=True):
-            change = SingleChange(words=mistake.words, mistake=mistake.change)
-            rows_by_change.append((change, row))
-        self.changes = [change for change, _ in rows_by_change]
-        self.rows = np.array([row for _, row in rows_by_change])
-        self.is_free = np.array([each.is_free for each in self.changes])
+    def __init__(self, search: CauseSearch, singles: Sequence[Single]) -> None:
+        self.search, self.problem, self.table = search, search.problem, search.table
+        self.changes = singles
+        self.few = self.problem.list_places(self.table.few)
+        self.rows = np.array([each.row[self.few] for each in singles])
+        self.is_free = np.array([each.is_free for each in singles])
         # Of one number there are several changes, two of which are none.
-        self.owners = np.array([id(each.number or each) for each in self.changes])
-
-    def _list_numbers(self) -> Iterator[tuple[SingleChange, np.ndarray]]:
-        """Numbers with values that somebody may have written, and free ones if linear."""
-        several, few = (
-            self.search.select_screened(slice(None), states)[0]
-            for states in (self.table.several, self.table.few)
-        )
-        chosen = np.isin(several, few)
-        numbers = self.table.select_numbers(self.search.level)
-        for number, *rows in zip(numbers, *self.search.number_rows[0], strict=True):
-            linear, square = (row[chosen] for row in rows)
-            if np.abs(square).max() <= LINEAR * np.abs(linear).max():
-                yield SingleChange(number), linear
-            units = (*UNITS, *UNITS_OF.get(number.unit, ())) if number.factor else ()
-            for by in (*USUAL, *units):
-                if number.value:
-                    steps = (by - 1) * number.value / number.step
-                    yield SingleChange(number, steps), linear * steps + square * steps**2
+        self.owners = np.array([id(each.number or each) for each in singles])
 
     @cached_property
     def _touched(self) -> np.ndarray:
@@ -116,11 +88,11 @@ class PairSearch:
 
         The first part is the motion of all bodies.
         """
-        base, touched = self.search.problem.robot, dict[int, set[str]]()
+        touched = dict[int, set[str]]()
         for owner, change in zip(self.owners.tolist(), self.changes, strict=True):
             if owner not in touched:
                 robot = change.build_robot(1.0)
-                touched[owner] = set() if robot is None else find_changed_parts(base, robot)
+                touched[owner] = find_changed_parts(self.table.robot, robot) if robot else set()
         parts = [MOTION, *sorted(set().union(*touched.values()) - {MOTION})]
         rows = {owner: np.isin(parts, list(those)) for owner, those in touched.items()}
         return np.array([rows[owner] for owner in self.owners.tolist()], np.float32)
@@ -138,14 +110,14 @@ class PairSearch:
         meetings[owners == owners[:, None]] = NEVER
         return meetings
 
-    def find_pairs(self, places: np.ndarray | slice) -> Iterator[tuple[str, bool]]:
+    def find_pairs(self, places: Places) -> Iterator[tuple[str, bool]]:
         """Pairs that leave nothing of the difference in some places, in words.
 
         With each, whether both are values or things that somebody may well have written.
         """
         described = set[str]()
-        at, chosen = self.search.select_screened(places, self.table.few)
-        difference, rows = self.search.difference[at], self.rows[:, chosen]
+        at, chosen = self.problem.select_screened(places, self.table.few)
+        difference, rows = self.problem.difference[at], self.rows[:, chosen]
         sizes, norm = np.linalg.norm(rows, axis=1), float(np.linalg.norm(difference))
         is_part = (sizes > TOLERANCE * np.sqrt(len(at))) & (sizes <= LARGEST * norm)
         kept = np.flatnonzero(is_part)
@@ -168,7 +140,7 @@ class PairSearch:
                 described.add(together)
                 yield together, all(self._is_usual(self.changes[n], pair.times) for n in pair[:2])
 
-    def _describe(self, change: SingleChange, times: float) -> str:
+    def _describe(self, change: Single, times: float) -> str:
         """The words on a change; '' for a value that no robot has."""
         if change.number is None:
             return change.words
@@ -176,7 +148,7 @@ class PairSearch:
         is_possible = self.search.is_possible(change.number, value)
         return self.search.describe_value(change.number, value) if is_possible else ""
 
-    def _is_usual(self, change: SingleChange, times: float) -> bool:
+    def _is_usual(self, change: Single, times: float) -> bool:
         number = change.number
         return number is None or self.search.is_usual(number, change.get_value(times))
 
@@ -192,11 +164,11 @@ class PairSearch:
         chosen: the places of a row at few states.
         """
         robots = [self._merge(pair._replace(times=x)) for x in (0.0, 1.0) for pair in pairs]
-        level, few = self.search.level, self.table.few
         if not robots:
             return []
-        rows = self.search.row(self.table.screen_robots(robots, level, few), few)[:, chosen]
-        solved = list[ChangePair]()
+        few = self.table.few
+        changes = self.table.compute_changes(robots, self.problem.level, few)
+        rows, solved = self.problem.lay_out(changes, few)[:, chosen], list[ChangePair]()
         for pair, still, once in zip(pairs, *np.split(rows, 2), strict=True):
             step, wrong = once - still, difference - still
             square = float(step @ step)
@@ -208,18 +180,20 @@ class PairSearch:
     def _merge(self, pair: ChangePair) -> Robot:
         """The robot with both changes."""
         first, second = (self.changes[n].build_robot(pair.times) for n in pair[:2])
-        robot: Robot = merge_robots(self.search.problem.robot, first, second)
+        robot: Robot = merge_records(self.table.robot, first, second)
         return robot
 
-    def _explains(self, pair: ChangePair, places: np.ndarray | slice) -> bool:
+    def _explains(self, pair: ChangePair, places: Places) -> bool:
         """Whether a pair explains the difference at all states."""
-        two, level = [self.changes[n] for n in pair[:2]], self.search.level
-        robots = [change.build_robot(pair.times) for change in two]
-        changed = [self._merge(pair)] if all(robots) else robots
-        terms = [self.table.change_robot(robot, level) for robot in changed if robot is not None]
-        terms += [each.mistake for each in two if isinstance(each.mistake, DynamicsTerms)]
-        total = np.sum([self.search.row(each) for each in terms], axis=0)
-        return self.search.can_explain(total, places)
+        two = [self.changes[n] for n in pair[:2]]
+        robots = [robot for each in two if (robot := each.build_robot(pair.times)) is not None]
+        robots = [self._merge(pair)] if len(robots) == len(two) else robots
+        total = np.zeros_like(self.problem.difference)
+        total += sum(each.row for each in two if each.number is None and each.robot is None)
+        if robots:
+            changes = self.table.compute_changes(robots, self.problem.level)
+            total = total + self.problem.lay_out(changes).sum(axis=0)
+        return self.problem.can_explain(total, places)
 
 
 def rank_pairs(
@@ -235,11 +209,8 @@ def rank_pairs(
     along, square = rows @ difference, float(difference @ difference)
     norms = np.maximum((rows**2).sum(axis=1), 1e-300)
     alone = square - 2 * along + norms  # what each leaves if it is made once
-    fixed, exact, meeting = (
-        np.flatnonzero(~is_free),
-        list[ChangePair](),
-        list[tuple[float, ChangePair]](),
-    )
+    exact, meeting = list[ChangePair](), list[tuple[float, ChangePair]]()
+    fixed = np.flatnonzero(~is_free)
     for begin in range(0, len(fixed), BLOCK):
         some = fixed[begin : begin + BLOCK]
         gram = rows[some] @ rows.T
@@ -258,27 +229,6 @@ def rank_pairs(
             for i, j in places
         ]
     return exact, [pair for _, pair in sorted(meeting)[:MOST_MEETING]]
-
-
-def merge_robots(base: Any, first: Any, second: Any) -> Any:
-    """Merge two changed copies of one object; changes of the same number add up."""
-    if first is base or second is base:
-        return second if first is base else first
-    if isinstance(base, np.ndarray | float):
-        return first + second - base
-    if isinstance(base, tuple) and len(base) == len(first) == len(second):
-        return tuple(map(merge_robots, base, first, second))
-    names: list[str] = []
-    if isinstance(base, BaseModel):
-        names = list(type(base).model_fields)
-    elif is_dataclass(base):
-        names = [each.name for each in fields(base)]
-    if not names:
-        return first if second == base else second
-    merged = {n: merge_robots(*(getattr(each, n) for each in (base, first, second))) for n in names}
-    return (
-        base.model_copy(update=merged) if isinstance(base, BaseModel) else replace(base, **merged)
-    )
 
 
 def find_changed_parts(base: Robot, robot: Robot) -> set[str]:

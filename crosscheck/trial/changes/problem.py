@@ -7,7 +7,7 @@ change is laid out alike.
 from __future__ import annotations
 
 from collections.abc import Collection, Mapping
-from dataclasses import dataclass, field
+from dataclasses import dataclass
 from functools import cached_property
 from typing import NamedTuple
 
@@ -53,8 +53,6 @@ class ChangeProblem:
         tolerances: By part, of an entry of right equations, relative to its size.
         is_weightless: Whether inverse_dynamics is without gravity.
         is_driven: Whether force is the motors' torques alone.
-        names: What the equations' author calls each number of the mechanism, by its path; then
-            other numbers are not tried. None: all are, by the names of links and joints.
     """
 
     robot: Robot
@@ -66,7 +64,6 @@ class ChangeProblem:
     tolerances: Mapping[str, float]
     is_weightless: bool = False
     is_driven: bool = False
-    names: Mapping[str, str] | None = field(default=None, compare=False)
 
     @property
     def parts(self) -> list[str]:

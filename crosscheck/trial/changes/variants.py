@@ -20,16 +20,17 @@ from crosscheck.analytic.robot.algorithms import (
 )
 from crosscheck.analytic.robot.model import multiply
 from crosscheck.models.robot.robot import WITH_ROTORS, Level, Robot, Rotor
-from crosscheck.trial.changes.exchanges import list_spinners
-from crosscheck.trial.changes.kane import DynamicsTerms
+from crosscheck.trial.changes.kane import list_spinners
+from crosscheck.trial.changes.problem import DynamicsTerms
 
 MOST_ROBOTS = 1000  # side by side
+ROUNDING = 1e-12  # of the length of a unit vector
 
 
 def compute_variants(
     robots: Sequence[Robot], level: Level, q: np.ndarray, v: np.ndarray
 ) -> DynamicsTerms:
-    """The terms (robots, states, ...) of robots at q, v (states, n); axes are unit vectors."""
+    """The terms (robots, states, ...) of robots at q, v (states, n)."""
     states, size = q.shape
     terms = DynamicsTerms(
         np.zeros((len(robots), states, size, size)), *np.zeros((2, len(robots), states, size))
@@ -103,7 +104,7 @@ def _build_mechanism(
                 joint.kind == "prismatic",
                 _split(rotation),
                 _split(multiply(back, column.take(lambda joint: joint.placement.position))),
-                (0, 0, 1),
+                (0, 0, _measure_length(column) if joint.kind == "prismatic" else 1),
                 free.index(k if joint.mimic is None else joint.mimic.joint),
                 _split(column.take(lambda joint: joint.mimic.multiplier if joint.mimic else 1.0)),
                 _split(column.take(lambda joint: joint.mimic.offset if joint.mimic else 0.0)),
@@ -135,6 +136,12 @@ def _build_mechanism(
     return Mechanism(*parts, gravity, len(free), level in WITH_ROTORS)
 
 
+def _measure_length(column: _Column) -> Any:
+    """Lengths (robots, 1) of the axes of joints that slide; 1 where all are unit vectors."""
+    lengths = np.linalg.norm(column.take(lambda joint: joint.axis), axis=1, keepdims=True)
+    return lengths if (np.abs(lengths - 1) > ROUNDING).any() else 1
+
+
 class _Column:
     """A part of several robots, most of which share it: its numbers are read once of each."""
 
@@ -152,8 +159,9 @@ class _Column:
 
 def _make_frames(axes: np.ndarray) -> np.ndarray:
     """Rotations (robots, 3, 3) whose third columns are axes (robots, 3)."""
+    axes = axes / np.maximum(np.linalg.norm(axes, axis=1, keepdims=True), 1e-300)
     x = np.cross(np.eye(3)[np.abs(axes).argmin(axis=1)], axes)
-    x /= np.linalg.norm(x, axis=1, keepdims=True)
+    x /= np.maximum(np.linalg.norm(x, axis=1, keepdims=True), 1e-300)
     return np.stack([x, np.cross(axes, x), axes], axis=2)
 
 

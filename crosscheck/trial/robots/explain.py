@@ -12,7 +12,22 @@ from crosscheck.analytic.robot.model import AnalyticRobot
 from crosscheck.checks.robots.sizes import TOLERANCE, WITH_WEIGHTS
 from crosscheck.checks.robots.states import RandomStates
 from crosscheck.models.robot.robot import Level
-from crosscheck.trial.changes.kane import (
+from crosscheck.trial.changes.numbers import (
+    ALIKE,
+    list_equal_numbers,
+    list_numbers,
+)
+from crosscheck.trial.changes.search import (
+    LEAST_ENTRIES,
+    Cause,
+    CauseSearch,
+    ChangeTable,
+    describe_causes,
+)
+from crosscheck.trial.changes.waves import describe_angle_sum
+from crosscheck.trial.robots.consistency import describe_places
+from crosscheck.trial.robots.elastic import describe_springs
+from crosscheck.trial.robots.forms import (
     describe_accelerations,
     describe_christoffel,
     describe_coordinates,
@@ -20,15 +35,6 @@ from crosscheck.trial.changes.kane import (
     describe_pieces,
     describe_solution,
 )
-from crosscheck.trial.changes.numbers import (
-    ALIKE,
-    list_equal_numbers,
-    list_numbers,
-)
-from crosscheck.trial.changes.search import Cause, CauseSearch, ChangeTable
-from crosscheck.trial.changes.waves import describe_angle_sum
-from crosscheck.trial.robots.consistency import describe_places
-from crosscheck.trial.robots.elastic import describe_springs
 from crosscheck.trial.robots.judge import (
     SINGLE,
     LevelDistance,
@@ -46,10 +52,7 @@ MOST_STATED = 3  # coordinates whose matrix is short enough to be shown
 MOST_SHOWN = 5  # terms of a sentence
 MISSING, EXTRA = "missing", "right is 0"
 MOST_OTHERS = 3  # causes of one part, beyond which they are no more than a coincidence
-MOST_EQUALS = 2  # causes named beside the first that no state distinguishes from it
 ROUNDED = 1e-5  # largest difference, relative to an entry's size, that rounded numbers may cause
-MOST_SEARCHED = 12  # entries of a part, of which each may be wrong by a cause of its own
-LEAST_ENTRIES = 3  # wrong entries needed before fitting six inertias means more than chance
 UNFOUNDED = "bias does not follow from mass_matrix, which is right"
 Rates = Callable[[], BiasTerms | None]  # the terms of the user's bias, asked only if it is wrong
 
@@ -96,7 +99,7 @@ def diagnose(
     if not explanations and (several or parts == ["gravity"]):
         level, explanations = _find_rarer_explanations(searches, allowed, several=several)
     for each in allowed if not explanations and several else ():
-        if links := tuple(searches[each.level].links()):
+        if links := tuple(searches[each.level].find_links()):
             level = each.level
             break
     entries = [_add_remark(problem, level, entry) for entry in problem.entries(level)]
@@ -110,33 +113,25 @@ def diagnose(
         if (largest := entries[0].share) < ROUNDED:
             digits = int(-np.log10(largest)) + 1
             notes.append(f"agrees to {largest:.1g}: numbers rounded to {digits} digits?")
-    pieces: dict[str, list[str]] = {}
-    if not explanations and not links:
-        pieces = _describe_lone_product(problem, searches[level], entries, rates)
-        pieces = pieces or _describe_wrong_pieces(problem, level, wrong)
+    search, is_explained = searches[level], bool(explanations or links)
+    pieces, causes = dict[str, list[str]](), dict[str, list[str]]()
+    if not is_explained:
+        pieces = _describe_lone_product(problem, search, entries, rates)
+        pieces = pieces or _describe_wrong_pieces(problem, search, wrong)
+        for part in (each for each in wrong if not pieces.get(each)):
+            alone = len(wrong) == 1
+            causes[part] = list(_describe_causes_within(search, part, entries, alone))
     notes += [words for each in pieces.values() for words in each]
-    causes = {
-        part: list(_causes_within(searches[level], part, entries, alone=len(wrong) == 1))
-        for part in (wrong if not explanations and not links else ())
-        if not pieces.get(part)
-    }
     if "bias" in wrong:
         unfounded = "mass_matrix" in right and "bias" not in problem.self_differences
-        known = explanations or links or pieces.get("bias") or causes.get("bias")
-        if known:  # then it is a sum of products of rates
+        if is_explained or pieces.get("bias") or causes.get("bias"):  # it is a sum of products
             notes += [UNFOUNDED] if unfounded else []
         elif (terms := rates()) is not None:
             described = list(describe_christoffel(problem, level))
             notes += described or _bias_notes(problem, level, terms, unfounded=unfounded)
-            notes += describe_pieces(problem, level, "bias", are_usual=False)
-    if "acceleration" in wrong and not explanations and not links:
-        rows = [entry.place[0] for entry in entries if entry.part == "acceleration"]
-        solution = list(describe_solution(problem, level))
-        notes += solution or describe_pieces(problem, level, "acceleration")
-        notes += () if solution else describe_accelerations(problem, level, rows)
-        for row in () if solution else rows:
-            row_causes = list(searches[level].find_acceleration_causes(row))
-            notes += _describe_causes(row_causes, problem.entry_name("acceleration", [row]))
+            notes += describe_pieces(search, "bias", are_usual=False)
+    if "acceleration" in wrong and not is_explained:
+        notes += _describe_accelerations(problem, search, entries)
     if "force" in wrong and problem.friction.any():
         difference = _compute_difference(problem, level, "force")
         notes += [words for words, _ in describe_friction(problem, level, "force", difference)]
@@ -150,6 +145,20 @@ def diagnose(
     if wrong == ["gravity"] and len(problem.parts) > 1:  # by another zero of a coordinate
         words += tuple(each.words for each in find_readings(problem)[1])
     return RobotDiagnosis(level, tuple(entries), tuple(notes), words, links)
+
+
+def _describe_accelerations(
+    problem: RobotProblem, search: CauseSearch, entries: Sequence[RobotEntry]
+) -> Iterator[str]:
+    """Sentences on accelerations: how they are solved for, else what is wrong in single rows."""
+    solution = list(describe_solution(problem, search.level))
+    yield from solution or describe_pieces(search, "acceleration")
+    rows = [entry.place[0] for entry in entries if entry.part == "acceleration"]
+    if not solution:
+        yield from describe_accelerations(problem, search.level, rows)
+        for row in rows:
+            causes = list(search.find_acceleration_causes(row))
+            yield from describe_causes(causes, problem.entry_name("acceleration", [row]))
 
 
 def _describe_lone_product(
@@ -171,21 +180,21 @@ def _describe_lone_product(
     if len(sentences) != 1 or others:
         return {}
     if EXTRA in sentences[0]:
-        equals = search.find_motion_causes([search.problem.select_part("bias")])
+        equals = search.find_step_causes([search.problem.select_part("bias")])
         causes = [cause for _, cause in equals]
-        sentences += _describe_causes(causes, "bias") if len(causes) <= MOST_OTHERS else []
+        sentences += describe_causes(causes, "bias") if len(causes) <= MOST_OTHERS else []
     return {"bias": sentences}
 
 
 def _describe_wrong_pieces(
-    problem: RobotProblem, level: Level, wrong: Sequence[str]
+    problem: RobotProblem, search: CauseSearch, wrong: Sequence[str]
 ) -> dict[str, list[str]]:
     """Sentences on terms of Kane's sum, or else on a coordinate, by each part that they explain."""
     described: dict[str, list[str]] = {}
     for part in wrong:
         if part in SINGLE:
-            pieces = list(describe_pieces(problem, level, part))
-            described[part] = pieces or list(describe_coordinates(problem, level, part))
+            pieces = list(describe_pieces(search, part))
+            described[part] = pieces or list(describe_coordinates(problem, search.level, part))
     return described
 
 
@@ -238,10 +247,9 @@ def _find_rarer_explanations(
     """
 
     def find_single(search: CauseSearch) -> list[Cause]:
-        causes = list(search.find_gravity_causes()) or list(search.find_joint_moves())
-        causes = causes or list(search.find_curved_causes())
+        causes = search.find_rarer_causes()
         if several and not causes:
-            equals = search.find_motion_causes([slice(None)])
+            equals = search.find_step_causes([slice(None)])
             causes = [cause for _, cause in islice(equals, 1 + MOST_OTHERS)]
         return causes
 
@@ -539,80 +547,12 @@ def _list_first(terms: Sequence[str]) -> str:
     return f"{', '.join(terms[:MOST_SHOWN])}{more}"
 
 
-def _causes_within(
-    search: CauseSearch, part: str, entries: Sequence[RobotEntry], *, alone: bool
+def _describe_causes_within(
+    search: CauseSearch, part: str, entries: Sequence[RobotEntry], alone: bool
 ) -> Iterator[str]:
-    """Sentences on what makes the difference of a part in this part alone, or of its entries.
-
-    alone: whether no other part is wrong. Beside others some number would often explain one part by
-    chance, so that it counts only if somebody may well have written it.
-    """
-    within = [entry for entry in entries if entry.part == part]
-    if all(entry.remark.startswith(MISSING) for entry in within):
-        return
-    # A row of the balance that accelerations are held in is no row of these.
-    rows = part in ("bias", "acceleration")
-    if len(within) == 1 and not rows:
-        entry_causes = search.find_causes(search.problem.select_entries(part, [within[0].place]))
-        if missing := [cause for cause in entry_causes if cause.missing]:
-            yield from _describe_causes(missing, within[0].name)
-            return
-    places = [search.problem.select_part(part)]
-    causes = [cause for cause in search.find_causes(places[0]) if alone or cause.usual]
-    if not causes and alone:
-        causes = list(search.find_joint_moves(places[0]))
-    where = part
-    if not causes:
-        places += (
-            [] if rows else [search.problem.select_entries(part, [each.place for each in within])]
-        )
-        by_place = list(search.find_motion_causes(places))
-        causes = [cause for number, cause in by_place if not number]
-        if not causes and len(places) > 1:
-            causes = [cause for cause in search.find_causes(places[1]) if cause.usual]
-            causes = causes or [cause for _, cause in by_place]
-            names = [entry.name for entry in within]
-            few = len(names) <= MOST_OTHERS
-            where = " and ".join(names) if few else f"the wrong entries of {part}"
-    if not causes and alone and len(within) > 1:
-        causes = [cause for cause in search.find_pair_causes(places[0]) if cause.usual]
-        where = part if causes else where
-    if not causes and alone and part == "mass_matrix" and len(within) >= LEAST_ENTRIES:
-        causes = list(search.find_inertia_causes(places[0]))
-    if causes:
-        yield from _describe_causes(causes, where)
-        return
-    described = [
-        (
-            entry,
-            [
-                cause
-                for cause in search.find_causes(search.problem.select_entries(part, [entry.place]))
-                if cause.usual
-            ],
-        )
-        for entry in (() if rows or len(within) > MOST_SEARCHED else within)
-        if not entry.remark.startswith(MISSING)  # whatever makes the entry nothing explains it
-    ]
-    if all(causes for _, causes in described):  # else those of some would be chance
-        for entry, causes in described:
-            yield from _describe_causes(causes, entry.name)
-
-
-def _describe_causes(causes: Sequence[Cause], where: str) -> Iterator[str]:
-    """Sentences on causes in one place: the usual one first, then its equals in one line.
-
-    Beside a usual one no number is named that nobody would have written.
-    """
-    usual = sorted(filter(lambda cause: cause.usual, causes), key=lambda cause: not cause.missing)
-    for cause in usual[:1]:
-        missing = f"{cause.missing} is missing in {where}"
-        yield missing if cause.missing else f"in {where} alone, as with {cause.words}"
-    if others := [cause.words for cause in usual[1:] or (() if usual else causes)]:
-        also = "would also be explained" if usual else "would be explained"
-        yield f"{where} {also}, in it alone, by {list_equals(others)}"
-
-
-def list_equals(causes: Sequence[str]) -> str:
-    """The first two causes that no state distinguishes from the one that is named."""
-    return " or ".join(causes[:MOST_EQUALS])
+    """Sentences on what makes the difference of a part in this part alone, or of its entries."""
+    wrong = {each.name: each.place for each in entries if each.part == part}
+    missing = {each.name for each in entries if each.remark.startswith(MISSING)}
+    if not missing >= set(wrong):  # whatever makes an entry nothing explains one that is missing
+        for where, causes in search.find_within(part, wrong, missing, alone=alone):
+            yield from describe_causes(causes, where)

@@ -1,0 +1,269 @@
+"""Effect of each change of a robot on its terms at the states, for all levels.
+
+Terms are a linear sum over ten parameters of each body (mass, first moments, inertia about the
+joint) and three of each rotor (J n^2, J n, J), so that whatever is wrong in bodies and rotors is a
+change of these. Where joints or gravity are others, robots are computed side by side.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Mapping, Sequence
+from dataclasses import replace
+from functools import cached_property
+from typing import NamedTuple
+
+import numpy as np
+
+from crosscheck.analytic.robot.model import AnalyticRobot
+from crosscheck.models.robot.robot import Level, Robot, RobotBody, Rotor, compute_point_inertia
+from crosscheck.trial.changes.kane import KaneSum, list_spinners
+from crosscheck.trial.changes.mistakes import (
+    ROTOR_FIELDS,
+    UPPER,
+    BodyPart,
+    RobotMistake,
+    exchange_fields,
+    list_body_exchanges,
+    list_body_parts,
+    list_joint_moves,
+    list_whole_bodies,
+)
+from crosscheck.trial.changes.numbers import RobotNumber, list_numbers, set_entry
+from crosscheck.trial.changes.problem import ChangeProblem, DynamicsTerms
+from crosscheck.trial.changes.steps import Steps, StepTable
+from crosscheck.trial.changes.variants import compute_variants
+
+BODY_SIZE, ROTOR_SIZE = 10, 3  # parameters of each
+LEAST_ROWS = 12  # rows of one part at which robots are screened
+
+
+class NumberEffect(NamedTuple):
+    """First- and second-order effect of one step of a number on all terms."""
+
+    linear: DynamicsTerms
+    square: DynamicsTerms
+
+
+class ChangeTable:
+    """Effect of each change of a robot on its terms at the states, for all levels."""
+
+    def __init__(self, problem: ChangeProblem) -> None:
+        self.robot, self.states = problem.robot, problem.states
+        self.numbers = list(list_numbers(self.robot))
+        count, size = self.states.q.shape
+        self.few = slice(min(count, -(-LEAST_ROWS // size)))  # states at which all are screened
+        self.kane = KaneSum(self.robot, self.states.q, self.states.v)
+        self._spinners = [each.rotor for each in list_spinners(self.robot)]
+        self._bases: dict[Level, DynamicsTerms] = {}
+        self._effects: dict[Level, DynamicsTerms] = {}
+
+    def compute_base(self, level: Level) -> DynamicsTerms:
+        """The robot's own terms."""
+        if level not in self._bases:
+            terms = AnalyticRobot(self.robot, level).terms(*self.states[:2])
+            self._bases[level] = DynamicsTerms(*terms)
+        return self._bases[level]
+
+    def compute_changes(
+        self, robots: Sequence[Robot], level: Level, states: slice = slice(None)
+    ) -> DynamicsTerms:
+        """Changes of the terms (robots, states, ...) for other robots."""
+        moved = [n for n, robot in enumerate(robots) if self._moves_otherwise(robot)]
+        still = [n for n in range(len(robots)) if n not in set(moved)]
+        parts = []
+        if still:
+            vectors = np.array([self.find_parameters(robots[n]) for n in still])
+            parts.append((still, self.combine(vectors, level, states)))
+        if moved:
+            q, v = (each[states] for each in self.states[:2])
+            if len(moved) > 1:
+                others = compute_variants([robots[n] for n in moved], level, q, v)
+            else:
+                terms = AnalyticRobot(robots[moved[0]], level).terms(q, v)
+                others = DynamicsTerms(*(term[None] for term in terms))
+            base = DynamicsTerms(*(term[states] for term in self.compute_base(level)))
+            parts.append((moved, others.minus(base)))
+        base = self.compute_base(level)
+        whole = [np.zeros((len(robots), *term[states].shape)) for term in base]
+        for numbers, part in parts:
+            for total, term in zip(whole, part, strict=True):
+                total[numbers] = term
+        for n in still if level != "links" else ():
+            for sign, rotor in self._list_other_rotors(robots[n]):
+                terms = self.kane.move_rotor(rotor, level).compute_terms()
+                for total, term in zip(whole, terms, strict=True):
+                    total[n] += sign * term[states]
+        return DynamicsTerms(*whole)
+
+    def _moves_otherwise(self, robot: Robot) -> bool:
+        """Whether joints or gravity of another robot are others."""
+        return robot.joints is not self.robot.joints or robot.gravity is not self.robot.gravity
+
+    def _list_other_rotors(self, robot: Robot) -> list[tuple[int, Rotor]]:
+        """The rotors of another robot that this one has not, and with -1 those that it lacks."""
+        if robot.rotors is self.robot.rotors and robot.stages is self.robot.stages:
+            return []
+        stages = robot.stages is self.robot.stages
+        others = [*robot.rotors, *self._spinners[len(self.robot.rotors) :]]
+        others = others if stages else [each.rotor for each in list_spinners(robot)]
+        before, after = ({id(each) for each in some} for some in (self._spinners, others))
+        added = [(1, each) for each in others if id(each) not in before]
+        return added + [(-1, each) for each in self._spinners if id(each) not in after]
+
+    def combine(
+        self, vectors: np.ndarray, level: Level, states: slice = slice(None)
+    ) -> DynamicsTerms:
+        """What changes of the parameters (changes, parameters) make of the terms."""
+        effects = self.compute_parameter_effects(level)
+        return DynamicsTerms(*(np.tensordot(vectors, term[:, states], axes=1) for term in effects))
+
+    def compute_parameter_effects(self, level: Level) -> DynamicsTerms:
+        """Effect of each parameter of a body or rotor on the terms (parameters, states, ...)."""
+        if level not in self._effects:
+            kane, effects = self.kane, list[DynamicsTerms]()
+            for number in range(len(self.robot.bodies)):
+                first, *others = (
+                    kane.compute_terms(number, kane.place_body(number, body))
+                    for body in list_unit_bodies()
+                )
+                effects += [first, *(each.minus(first) for each in others)]
+            for rotor in self._spinners:
+                forward, backward, still = (
+                    kane.move_rotor(replace(rotor, ratio=by, inertia=1.0), level).compute_terms()
+                    for by in (1.0, -1.0, 0.0)
+                )
+                each = list(zip(forward, backward, still, strict=True))
+                effects.append(DynamicsTerms(*((a + b) / 2 - c for a, b, c in each)))
+                effects.append(DynamicsTerms(*((a - b) / 2 for a, b, _ in each)))
+                effects.append(still)
+            self._effects[level] = DynamicsTerms(*map(np.array, zip(*effects, strict=True)))
+        return self._effects[level]
+
+    def find_parameters(self, robot: Robot) -> np.ndarray:
+        """Changes of the bodies' parameters for another robot."""
+        change = np.zeros(BODY_SIZE * len(robot.bodies) + ROTOR_SIZE * len(self._spinners))
+        for number, (body, right) in enumerate(zip(robot.bodies, self.robot.bodies, strict=True)):
+            if body is not right:
+                self._add_body(change, number, body, right)
+        return change
+
+    def _add_body(self, change: np.ndarray, number: int, body: RobotBody, right: RobotBody) -> None:
+        start = BODY_SIZE * number
+        change[start : start + BODY_SIZE] += list_parameters(body) - list_parameters(right)
+
+    def _change_rotors(self, changed: Mapping[int, np.ndarray]) -> np.ndarray:
+        change = np.zeros(BODY_SIZE * len(self.robot.bodies) + ROTOR_SIZE * len(self._spinners))
+        for number, parameters in changed.items():
+            start = BODY_SIZE * len(self.robot.bodies) + ROTOR_SIZE * number
+            right = _list_rotor_parameters(self._spinners[number])
+            change[start : start + ROTOR_SIZE] = parameters - right
+        return change
+
+    def select_numbers(self, level: Level) -> list[RobotNumber]:
+        """The numbers that may change something at a level, by their square at most."""
+        rotors = ("rotors", "stages") if level == "links" else ()
+        return [each for each in self.numbers if not (each.curved or each.path.startswith(rotors))]
+
+    def compute_number_effects(self, level: Level) -> NumberEffect:
+        """The effects (numbers, states, ...) of the numbers of a level."""
+        numbers = self.select_numbers(level)
+        robots = [each.put(each.value + by * each.step) for by in (1, -1) for each in numbers]
+        changes = self.compute_changes(robots, level)
+        pairs = [(term[: len(numbers)], term[len(numbers) :]) for term in changes]
+        linear, square = ([(a + sign * b) / 2 for a, b in pairs] for sign in (-1, 1))
+        return NumberEffect(DynamicsTerms(*linear), DynamicsTerms(*square))
+
+    @cached_property
+    def joint_moves(self) -> list[RobotMistake]:
+        """Robots with joints whose places, axes or frames are exchanged or in another order."""
+        return list(list_joint_moves(self.robot))
+
+    @cached_property
+    def exchanges(self) -> tuple[np.ndarray, list[str]]:
+        """Exchanges of numbers: changes of the parameters (changes, parameters), and words."""
+        by_words: dict[str, np.ndarray] = {}
+        for parts in self.part_lists:
+            for words, bodies in list_body_exchanges(parts):
+                change = self._change_rotors({})
+                for n, body in bodies.items():
+                    part = parts[n]
+                    self._add_body(change, part.number, part.carry(body), part.body)
+                by_words.setdefault(words, change)
+        for words, rotors in self._list_rotor_exchanges():
+            by_words.setdefault(words, self._change_rotors(rotors))
+        kept = {words: change for words, change in by_words.items() if change.any()}
+        size = len(self._change_rotors({}))
+        return np.reshape(list(kept.values()), (-1, size)), list(kept)
+
+    def _list_rotor_exchanges(self) -> Iterator[tuple[str, dict[int, np.ndarray]]]:
+        names = [each.name for each in list_spinners(self.robot)]
+        for words, moved in exchange_fields(names, self._spinners, ROTOR_FIELDS):
+            yield words, {n: _list_rotor_parameters(rotor) for n, rotor in moved.items()}
+        terms = "in its joint's own term", "in its coupling with other joints"
+        for n, rotor in enumerate(self._spinners):
+            ratio = abs(rotor.ratio)
+            for place, words, by in (
+                (0, f"the ratio once where its square belongs, {terms[0]} alone", 1 / ratio),
+                (1, f"the ratio's square where it belongs once, {terms[1]}", ratio),
+                (1, f"the ratio left out {terms[1]}", 1 / ratio),
+                (1, "no coupling with other joints", 0.0),
+                (1, "its coupling with other joints with the opposite sign", -1.0),
+                (2, "its turning with the link that carries it left out", 0.0),
+            ):
+                parameters = _list_rotor_parameters(rotor)
+                parameters[place] *= by
+                yield f"rotor of {names[n]}: {words}", {n: parameters}
+
+    @cached_property
+    def part_lists(self) -> list[list[BodyPart]]:
+        """The links of the URDF, then bodies of several links fixed together, if there are any."""
+        parts, bodies = list_body_parts(self.robot), list_whole_bodies(self.robot)
+        return [parts, bodies] if len(parts) > len(bodies) else [parts]
+
+    @cached_property
+    def _step_tables(self) -> list[StepTable]:
+        suffixes = "", ", with what is fixed to it"
+        pairs = zip(self.part_lists, suffixes, strict=False)
+        return [StepTable(self.kane, parts, suffix) for parts, suffix in pairs]
+
+    @cached_property
+    def body_steps(self) -> list[Steps]:
+        """What numbers of links may be taken for; then of bodies of several links."""
+        return [each.list_body_steps() for each in self._step_tables]
+
+    def list_steps(self, level: Level) -> list[tuple[str, dict[str, DynamicsTerms]]]:
+        """Mistakes in Kane's sum in words, with what each changes by what has it."""
+        rotors = self._step_tables[0].list_rotor_steps(level)
+        steps = []
+        for bodies, others in zip(self.body_steps, self._steps, strict=True):
+            for words, changes in (bodies | others).items():
+                steps.append((words, changes | rotors.pop(words, {})))
+            steps += rotors.items()
+            rotors = {}
+        return steps
+
+    @cached_property
+    def _steps(self) -> list[Steps]:
+        return [each.list_steps() for each in self._step_tables]
+
+
+def list_unit_bodies() -> Iterator[RobotBody]:
+    """Bodies whose parameters add up with any factors to those of every body.
+
+    Each is of mass 1 (for 0 has no centre), so that a parameter's effect is one less the first's.
+    """
+    yield RobotBody(1.0, np.zeros(3), np.zeros((3, 3)))
+    for com in np.eye(3):
+        yield RobotBody(1.0, com, -compute_point_inertia(1.0, com))
+    for i, j in zip(*UPPER, strict=True):
+        yield RobotBody(1.0, np.zeros(3), set_entry(np.zeros((3, 3)), (int(i), int(j)), 1.0))
+
+
+def list_parameters(body: RobotBody) -> np.ndarray:
+    """Mass, first moments and inertia about the joint (10,), on which terms depend linearly."""
+    about = body.inertia + compute_point_inertia(body.mass, body.com)
+    return np.array([body.mass, *body.mass * body.com, *about[UPPER]])
+
+
+def _list_rotor_parameters(rotor: Rotor) -> np.ndarray:
+    return rotor.inertia * np.array([rotor.ratio**2, rotor.ratio, 1.0])
