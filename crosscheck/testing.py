@@ -150,14 +150,33 @@ def try_robot(
 
 
 def assert_agrees(
-    equations: Any, arm: Mechanism | str = "paper-labelled", **options: Any
+    equations: Any,
+    arm: Mechanism | str = "paper-labelled",
+    *,
+    scenarios: Sequence[Scenario | str] = (),
+    switches: Switches | None = None,
+    level: Level = "",
+    quick: bool = True,
+    jobs: int = 1,
+    seed: int = 0,
+    name: str = YOURS,
 ) -> TrialResult:
     """Raise AssertionError with what `crosscheck trial` prints, unless all that was judged agrees.
 
     Takes the arguments of ``try_equations`` and returns what that returns.
     """
     __tracebackhide__ = True
-    trial = try_equations(equations, arm, **options)
+    trial = try_equations(
+        equations,
+        arm,
+        scenarios=scenarios,
+        switches=switches,
+        level=level,
+        quick=quick,
+        jobs=jobs,
+        seed=seed,
+        name=name,
+    )
     if trial.exit_code:
         answer = trial.answer
         first = answer.first_error or "not all checks agree"

@@ -19,22 +19,22 @@ from tools.site import format_table
 PAGE = Path(__file__).parents[1] / "docs" / "case-study" / "results.md"
 COLUMNS = {"as_modelled": "as modelled in the paper", "as_the_gears_are": "as the gears are"}
 HEAD = """\
-# What the audit found
+# Results of the audit
 
 {citation} {read}
 
 Made by `python -m tools.case_study` from `crosscheck paper` of {date}, revision {revision},
-{machine}. Its page has the figures, its `claims.json` every number behind a verdict; the longer
-argument is [beside this](argument.md).
+{machine}. Its page has the figures, its `claims.json` every number behind a verdict;
+[the argument](argument.md) gives the reasons.
 
 *As modelled in the paper* runs Eqs. 21 and 22 entry for entry, with lumped planets and the paper's
 law of the mesh phase, beside the rigid arm to which these equations tend; *as the gears are* has
 equations of motion from the energies of all bodies, free planets and the integral of the mesh
 frequency. A setting says *yes* unless its starts show, with 95 % confidence, that the statement
 would be true in fewer than nine of ten: of 32 starts from 25 on. A claim *holds* if every setting,
-both readings of Table I at every damping ratio, says yes. *Depends* says that some settings give
-yes and others no, *bistable* that single starts decide. The counts of settings are those of the
-damping ratios that were chosen, and no sample of anything.
+both readings of Table I at every damping ratio, says yes. *Depends* means that some settings give
+yes and others no, *bistable* that single starts decide. Settings follow from the chosen
+damping ratios and are no sample of anything.
 """
 
 
@@ -51,7 +51,7 @@ def build_page(folder: Path) -> str:
         machine=made["machine"],
     )
     parts = [head, "## Six findings\n", *extract_findings(html)]
-    parts += ["## What they rest on\n", format_verdicts(chapters["findings"])]
+    parts += ["## Computed verdicts\n", format_verdicts(chapters["findings"])]
     parts += ["## Errors in the printed equations\n", format_errata(chapters["errata"])]
     parts += [
         "## Every claim\n",

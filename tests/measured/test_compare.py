@@ -21,7 +21,7 @@ from crosscheck.identification.restrictions import compute_chance
 from crosscheck.mechanisms import supply
 from crosscheck.models.errors import InputError
 from crosscheck.models.loading import load_arm
-from crosscheck.models.mechanism import load_mechanism
+from crosscheck.models.mechanism import select_mechanism
 from crosscheck.models.robot.file import load_robot
 from crosscheck.provenance import ROOT
 from crosscheck.recordings.record import Record, read_record
@@ -305,7 +305,7 @@ def test_masses_and_a_right_gravity_are_no_tilt():
 
 @pytest.mark.parametrize(("name", "section"), [("paper-labelled", "arm"), ("puma560", "robot")])
 def test_a_tolerance_of_no_number_is_refused(name, section):
-    mechanism = supply("compare", section)(load_mechanism(name))
+    mechanism = supply("compare", section)(select_mechanism(name).mechanism)
     assert mechanism.parameters[0].path.startswith(f"{section}.")
     with pytest.raises(InputError, match="must be one of"):
         mechanism.require_parameters({f"{section}.colour": 0.1})

@@ -96,8 +96,8 @@ SIDES: dict[str, tuple[Any, list[str]]] = {
 def test_a_side_says(name):
     given, words = SIDES[name]
     lines = list(messages._describe_side(given))
-    for line, part in zip(lines, words, strict=True):
-        assert part in line
+    assert len(lines) == len(words)
+    assert all(part in line for line, part in zip(lines, words, strict=True))
 
 
 FACTOR = TermEstimate(TorqueTerm("scale", "link b", "1", 1.0), 1.25, 0.01, 0.02)
@@ -300,8 +300,8 @@ VERDICTS: dict[str, tuple[list[str], list[str]]] = {
 @pytest.mark.parametrize("name", VERDICTS)
 def test_a_verdict_says(name):
     lines, words = VERDICTS[name]
-    for line, part in zip(lines, words, strict=True):
-        assert part in line
+    assert len(lines) == len(words)
+    assert all(part in line for line, part in zip(lines, words, strict=True))
 
 
 @pytest.mark.parametrize(("chance", "explains"), [(1.01e-4, True), (0.99e-4, False)])

@@ -231,9 +231,16 @@ def test_a_robots_guest_is_asked_at_its_levels_alone():
     ]
 
 
-def test_sorts_of_mechanisms_supply_functions_with_the_same_parameters():
+def test_sorts_of_mechanisms_supply_functions_that_take_the_same_arguments():
+    """Each takes as many as the other needs, and the same ones by keyword alone."""
     for what in require_items(mechanisms.SUPPLIED):
-        both = [mechanisms.supply(what, section) for section in mechanisms.SECTIONS]
-        of_arms, of_robots = ([*signature(each).parameters.values()] for each in both)
-        assert [each.kind for each in of_arms] == [each.kind for each in of_robots], what
-        assert len(of_arms) == len(of_robots), what
+        needed, taken, by_keyword = [], [], []
+        for section in mechanisms.Supply._fields:
+            given = signature(mechanisms.supply(what, section)).parameters
+            placed = [each for each in given.values() if each.kind != each.KEYWORD_ONLY]
+            required = {name for name, each in given.items() if each.default is each.empty}
+            needed.append(sum(each.name in required for each in placed))
+            taken.append(len(placed))
+            by_keyword.append(required - {each.name for each in placed})
+        assert max(needed) <= min(taken), what
+        assert by_keyword[0] == by_keyword[1], what

@@ -93,7 +93,6 @@ def plan(models: Sequence[SampledRobot]) -> Iterator[Comparison | str]:
         case = left.case
         if not case.has_runs:
             continue
-        metric = f"largest difference, over the motion, of a simulation of {case.run_s:.3g} s"
 
         def judge(
             about: Subject, left_q: np.ndarray, right_q: np.ndarray, case: RobotLevel = case
@@ -104,7 +103,8 @@ def plan(models: Sequence[SampledRobot]) -> Iterator[Comparison | str]:
             return check_share(about, measured, case.sizes.tolerance("run"), basis)
 
         for question in map(SimulationQuestion, case.scenarios or [make_scenario(case)]):
-            names = left.model, right.model
-            key = ComparisonKey("same-step", case.name, question.__name__, *names)
+            name, seconds = question.__name__, question.scenario.duration_s
+            key = ComparisonKey("same-step", case.name, name, left.model, right.model)
+            metric = f"largest difference, over the motion, of a simulation of {seconds:.3g} s"
             tasks = left.ask(question), right.ask(question)
             yield make_comparison(Subject(key, "1", metric), tasks, judge)

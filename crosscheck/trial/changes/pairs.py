@@ -36,12 +36,14 @@ MOTION = "motion"
 class Single:
     """A change that may be one of two: a number with a value, or one thing taken for another.
 
-    row: what it makes once, or in a step of its number where that is free; value: of its number,
-    None where it is free; robot: with one thing taken for another, where it is no sum.
+    row: what it makes at few states, once or in a step of its number where that is free; whole: at
+    all states, of one without a robot; value: of its number, None where it is free; robot: with
+    one thing taken for another, where it is no sum.
     """
 
     words: str
     row: np.ndarray
+    whole: np.ndarray | None = None
     robot: Robot | None = None
     number: RobotNumber | None = None
     value: float | None = None
@@ -76,8 +78,7 @@ class PairSearch:
     def __init__(self, search: CauseSearch, singles: Sequence[Single]) -> None:
         self.search, self.problem, self.table = search, search.problem, search.table
         self.changes = singles
-        self.few = self.problem.list_places(self.table.few)
-        self.rows = np.array([each.row[self.few] for each in singles])
+        self.rows = np.array([each.row for each in singles])
         self.is_free = np.array([each.is_free for each in singles])
         # Of one number there are several changes, two of which are none.
         self.owners = np.array([id(each.number or each) for each in singles])
@@ -189,7 +190,7 @@ class PairSearch:
         robots = [robot for each in two if (robot := each.build_robot(pair.times)) is not None]
         robots = [self._merge(pair)] if len(robots) == len(two) else robots
         total = np.zeros_like(self.problem.difference)
-        total += sum(each.row for each in two if each.number is None and each.robot is None)
+        total += sum(each.whole for each in two if each.whole is not None)
         if robots:
             changes = self.table.compute_changes(robots, self.problem.level)
             total = total + self.problem.lay_out(changes).sum(axis=0)

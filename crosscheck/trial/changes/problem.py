@@ -48,8 +48,8 @@ class ChangeProblem:
             (states, n): of bias, gravity, inverse_dynamics, force (of motors, less weights unless
             is_driven) and acceleration.
         right: The same of the level.
-        sizes: Natural size of each entry by part, alike, and of mass_matrix, bias and gravity in
-            any case; of acceleration that of its balance, M a + bias + gravity - torques.
+        sizes: Natural size of each entry by part, alike, and of mass_matrix in any case; of
+            acceleration that of its balance, M a + bias + gravity - torques.
         tolerances: By part, of an entry of right equations, relative to its size.
         is_weightless: Whether inverse_dynamics is without gravity.
         is_driven: Whether force is the motors' torques alone.

@@ -47,6 +47,8 @@ MOST_EQUAL_PAIRS = 12  # pairs that explain a difference, at which the search st
 MOST_SCREENED = 64  # places of a row, those of the largest differences, at which all are screened
 
 
+# Largest second-order effect of a number that counts as linear, over the first-order one.
+LINEAR = 1e-9
 MOST_SEARCHED = 12  # entries of a part, of which each may be wrong by a cause of its own
 MOST_NAMED = 3  # entries that are named one by one
 MOST_EQUALS = 2  # causes named beside the first that no state distinguishes from it
@@ -196,19 +198,20 @@ class CauseSearch:
     def body_rows(self) -> list[StepRows]:
         """What numbers of links may be taken for, in all terms, then in each."""
         steps = [pair for each in self.table.body_steps for pair in each.items()]
-        return list(self._lay_out_steps(steps))
+        return list(self._lay_out_steps(steps, slice(None)))
 
     @cached_property
     def step_rows(self) -> list[StepRows]:
-        """All mistakes in Kane's sum."""
-        return list(self._lay_out_steps(self.table.list_steps(self.level)))
+        """All mistakes in Kane's sum, at several states."""
+        steps = self.table.list_steps(self.level)
+        return list(self._lay_out_steps(steps, self.table.several))
 
     def _lay_out_steps(
-        self, steps: Sequence[tuple[str, dict[str, DynamicsTerms]]]
+        self, steps: Sequence[tuple[str, dict[str, DynamicsTerms]]], states: slice
     ) -> Iterator[StepRows]:
         for words, changes in steps:
             stacked = DynamicsTerms(*map(np.array, zip(*changes.values(), strict=True)))
-            for where, rows in self._lay_out_places(stacked):
+            for where, rows in self._lay_out_places(stacked, states):
                 yield StepRows(words + where, list(changes), rows)
 
     @cached_property
@@ -324,25 +327,24 @@ class CauseSearch:
 
     def _list_singles(self) -> Iterator[Single]:
         """Every single change, of which two may be made: numbers first."""
+        few = self.problem.list_places(self.table.few)
         _, linears, squares = self.number_rows[0]
         numbers = self.table.select_numbers(self.level)
-        for number, linear, square in zip(numbers, linears, squares, strict=True):
-            if np.abs(square).max() <= ROUNDING * 1e3 * np.abs(linear).max():
+        for number, linear, square in zip(numbers, linears[:, few], squares[:, few], strict=True):
+            if np.abs(square).max() <= LINEAR * np.abs(linear).max():
                 yield Single("", linear, number=number)
             for by in number.usual_factors:
                 steps = (by - 1) * number.value / number.step
                 row = linear * steps + square * steps**2
                 yield Single("", row, number=number, value=by * number.value)
         for words, names, rows in self.body_rows:
-            every = _join_names(names, names)
-            for name, row in zip([*names, every], [*rows, rows.sum(axis=0)], strict=True):
-                if words and (name != every or len(names) > 1):
-                    yield Single(f"{name}: {words}", row)
-        few = self.problem.list_places(self.table.few)
+            for name, row in zip(names, rows, strict=True):
+                yield Single(f"{name}: {words}", row[few], row)
+            if len(names) > 1:
+                every = rows.sum(axis=0)
+                yield Single(f"{_join_names(names, names)}: {words}", every[few], every)
         for mistake, row in zip(self.frame_mistakes, self.frame_rows[0], strict=True):
-            whole = np.zeros_like(self.difference)
-            whole[few] = row  # at few states alone
-            yield Single(mistake.words, whole, robot=mistake.robot)
+            yield Single(mistake.words, row, robot=mistake.robot)
 
     def _find_curved(self) -> Iterator[Cause]:
         """Numbers on which the terms depend in another way, each solved for by Newton's method."""
@@ -439,9 +441,10 @@ class CauseSearch:
         several: of the row, by number; each mistake is reported with the first ones it explains.
         """
         wholes = list[str]()
+        inside = [self.problem.select_screened(each, self.table.several) for each in several]
         for words, names, rows in self.step_rows:
-            for number, places in enumerate(several):
-                chosen, _ = self.choose_rows(rows, places)
+            for number, (at, places) in enumerate(inside):
+                chosen, _ = self.choose_rows(rows[:, places], at)
                 if not chosen:
                     continue
                 there = [
@@ -504,7 +507,7 @@ class CauseSearch:
     def choose_rows(
         self, rows: np.ndarray, places: Places, *, is_free: bool = False
     ) -> tuple[list[int], float]:
-        """Numbers of the changes (changes, places) that together explain some places.
+        """Numbers of the changes (changes, places) that together explain some places of the row.
 
         Each once, or all times one factor where that is free.
         """
@@ -512,8 +515,7 @@ class CauseSearch:
         there = np.flatnonzero(np.abs(rows).max(axis=1, initial=0.0) > TOLERANCE)
         if not there.size:
             return [], 0.0
-        inside = rows[there][:, places]
-        screened = np.argsort(-np.abs(wrong))[:MOST_SCREENED]
+        inside, screened = rows[there], np.argsort(-np.abs(wrong))[:MOST_SCREENED]
         fit = np.linalg.lstsq(inside[:, screened].T, wrong[screened], rcond=1e-10)[0]
         left = np.abs(fit @ inside[:, screened] - wrong[screened])
         if (left > 2 * allowed[screened]).any():  # nor do any others leave less

@@ -35,6 +35,8 @@ from crosscheck.trial.changes.variants import compute_variants
 
 BODY_SIZE, ROTOR_SIZE = 10, 3  # parameters of each
 LEAST_ROWS = 12  # rows of one part at which robots are screened
+# Entries of M, at all states, of each step of Kane's sum; and fewest states.
+MOST_ENTRIES, LEAST_STATES = 600, 3
 
 
 class NumberEffect(NamedTuple):
@@ -52,6 +54,8 @@ class ChangeTable:
         self.numbers = list(list_numbers(self.robot))
         count, size = self.states.q.shape
         self.few = slice(min(count, -(-LEAST_ROWS // size)))  # states at which all are screened
+        # States of steps of Kane's sum, which are many: fewer of large robots.
+        self.several = slice(min(count, max(LEAST_STATES, MOST_ENTRIES // size**2)))
         self.kane = KaneSum(self.robot, self.states.q, self.states.v)
         self._spinners = [each.rotor for each in list_spinners(self.robot)]
         self._bases: dict[Level, DynamicsTerms] = {}
@@ -220,31 +224,37 @@ class ChangeTable:
         parts, bodies = list_body_parts(self.robot), list_whole_bodies(self.robot)
         return [parts, bodies] if len(parts) > len(bodies) else [parts]
 
-    @cached_property
-    def _step_tables(self) -> list[StepTable]:
+    def _list_step_tables(self, states: slice) -> list[StepTable]:
+        kane = self.kane
+        if states.stop < len(self.states.q):
+            kane = KaneSum(self.robot, self.states.q[states], self.states.v[states])
         suffixes = "", ", with what is fixed to it"
         pairs = zip(self.part_lists, suffixes, strict=False)
-        return [StepTable(self.kane, parts, suffix) for parts, suffix in pairs]
+        return [StepTable(kane, parts, suffix) for parts, suffix in pairs]
 
     @cached_property
     def body_steps(self) -> list[Steps]:
         """What numbers of links may be taken for; then of bodies of several links."""
-        return [each.list_body_steps() for each in self._step_tables]
+        tables = self._list_step_tables(slice(len(self.states.q)))
+        return [each.list_body_steps() for each in tables]
 
     def list_steps(self, level: Level) -> list[tuple[str, dict[str, DynamicsTerms]]]:
-        """Mistakes in Kane's sum in words, with what each changes by what has it."""
-        rotors = self._step_tables[0].list_rotor_steps(level)
-        steps = []
-        for bodies, others in zip(self.body_steps, self._steps, strict=True):
-            for words, changes in (bodies | others).items():
-                steps.append((words, changes | rotors.pop(words, {})))
+        """Mistakes in Kane's sum at several states, with what each changes by what has it."""
+        first, steps = self._several_tables[0], list[tuple[str, dict[str, DynamicsTerms]]]()
+        rotors = first.list_rotor_steps(level)
+        for of_bodies in self._steps:
+            steps += [(words, each | rotors.pop(words, {})) for words, each in of_bodies.items()]
             steps += rotors.items()
             rotors = {}
         return steps
 
     @cached_property
+    def _several_tables(self) -> list[StepTable]:
+        return self._list_step_tables(self.several)
+
+    @cached_property
     def _steps(self) -> list[Steps]:
-        return [each.list_steps() for each in self._step_tables]
+        return [each.list_body_steps() | each.list_steps() for each in self._several_tables]
 
 
 def list_unit_bodies() -> Iterator[RobotBody]:

@@ -53,7 +53,8 @@ def describe_pieces(search: CauseSearch, part: str, *, are_usual: bool = True) -
             base = table.compute_base(search.level)._asdict()
             blank = {name: np.zeros((len(stacked), *each.shape)) for name, each in base.items()}
             rows = search.row(DynamicsTerms(**(blank | {term: stacked})))
-            chosen, by = search.choose_rows(rows, problem.select_part(part), is_free=True)
+            places = problem.select_part(part)
+            chosen, by = search.choose_rows(rows[:, places], places, is_free=True)
             if not chosen or (are_usual and all(abs(1 + by - usual) > ALIKE for usual in FACTORS)):
                 continue
             names, there = list(pieces), (np.abs(rows).max(axis=1) > SIZABLE).sum()

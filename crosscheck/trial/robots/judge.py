@@ -100,7 +100,7 @@ class RobotProblem:
 
     def compare(self, level: Level) -> ChangeProblem:
         """The difference from a level, for the search of its causes."""
-        sizes, parts = self.sizes[level], set(self.parts) | set(SINGLE)
+        sizes, parts = self.sizes[level], {*self.parts, "mass_matrix"}
         by_part = {part: sizes.entry_sizes(part) for part in parts - {"acceleration"}}
         return ChangeProblem(
             robot=self.robot,
