@@ -139,7 +139,6 @@ CLAIMS = tuple(
     )
     for name, said in TEXTS.said.items()
 )
-RETIRED = tuple(TEXTS.retired)
 BY_ID = {claim.id: claim for claim in CLAIMS}
 
 
