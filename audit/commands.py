@@ -55,6 +55,6 @@ def paper(
 
         run_folder_command(folder, figure or [], out, jobs or os.cpu_count() or 1, run_code)
         return
-    from crosscheck.audit.page.command import run_paper_command
+    from crosscheck.audit.page.report import run_paper_command
 
     run_paper_command(figure or [], out, jobs or os.cpu_count() or 1, first_seed)

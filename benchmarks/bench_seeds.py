@@ -1,6 +1,6 @@
 """Do other starts turn verdicts? Every claim from several sets of seeded starts.
 
-    python benchmarks/bench_seeds.py [--sets 3] [--quick] [--jobs 2]
+    python benchmarks/bench_seeds.py [--sets 3] [--jobs 2]
 
 Prints the claims whose verdict differs between sets, what each set says, and the share of all: over
 all models of the gears, and in each of the two columns. The runs are kept as those of
@@ -14,10 +14,10 @@ from collections.abc import Mapping, Sequence
 from dataclasses import replace
 
 from crosscheck.audit.claims.chapter import COLUMNS
-from crosscheck.audit.experiments.scale import FULL, QUICK
+from crosscheck.audit.claims.study_plan import AuditContext
+from crosscheck.audit.experiments.samples import FULL
 from crosscheck.audit.experiments.study import Study
 from crosscheck.audit.judging.rule import VerdictKind
-from crosscheck.audit.page.context import AuditContext
 from crosscheck.models.directories import cache_folder
 from crosscheck.runner.progress import progress_bar
 
@@ -58,13 +58,11 @@ def compare_seeds() -> None:
     parser = argparse.ArgumentParser(description=__doc__)
     parser.add_argument("--sets", type=int, default=3)
     parser.add_argument("--jobs", type=int, default=2)
-    parser.add_argument("--quick", action="store_true")
     given = parser.parse_args()
-    scale = QUICK if given.quick else FULL
     with progress_bar() as progress:
         study = Study(cache_folder(), given.jobs, progress)
         sets = [
-            collect_verdicts(AuditContext(study, replace(scale, first_seed=1 + SEED_STEP * number)))
+            collect_verdicts(AuditContext(study, replace(FULL, first_seed=1 + SEED_STEP * number)))
             for number in range(given.sets)
         ]
     for column in sets[0]:

@@ -4,11 +4,11 @@ from __future__ import annotations
 
 from collections import Counter
 from collections.abc import Sequence
-from dataclasses import replace
+from dataclasses import asdict, replace
 
 from crosscheck.audit.claims import study_plan
-from crosscheck.audit.claims.model_judgement import ModelJudgement, model_of
-from crosscheck.audit.claims.study_plan import StudyPlan
+from crosscheck.audit.claims.catalogue import ModelJudgement, model_of
+from crosscheck.audit.claims.study_plan import AuditContext, StudyPlan
 from crosscheck.audit.experiments.ensembles import ALIKE, FIRST
 from crosscheck.audit.experiments.paper_conditions import (
     AS_GEARS,
@@ -19,15 +19,12 @@ from crosscheck.audit.experiments.paper_conditions import (
     VARIANTS,
     GearModel,
 )
-from crosscheck.audit.experiments.scale import Scale
+from crosscheck.audit.experiments.samples import Scale
 from crosscheck.audit.judging import rule
 from crosscheck.audit.judging.judgement import CLOSE
 from crosscheck.audit.judging.rule import Answer, Verdict, VerdictKind
-from crosscheck.audit.measures.undefined import JsonObject, float_or_none, to_json
-from crosscheck.audit.page.chapter import AuditChapter
-from crosscheck.audit.page.context import AuditContext
-from crosscheck.audit.page.labels import LAW_NAMES
-from crosscheck.audit.page.text import render_template
+from crosscheck.audit.measures.undefined import JsonObject
+from crosscheck.audit.page.chapter import LAW_NAMES, AuditChapter, render_template
 
 ID, TITLE = "claims", "The paper's statements, one by one"
 # What a reader looks for first: what is wrong, what hangs on chance, what on an unknown.
@@ -150,19 +147,17 @@ def build_answer_record(answer: Answer) -> JsonObject:
     model, share = model_of(answer.place), answer.share
     arm, zeta = (answer.place.value_of(name) for name in (READING, DAMPING))
     parts = model and model.id, arm, zeta and f"{zeta:g}", answer.place.choice
-    return to_json(
-        {
-            "id": "/".join(filter(None, parts)),
-            "state": answer.state.value,
-            "yes": share and share.yes,
-            "quantiles": answer.quantiles,
-            "starts": answer.starts,
-            "undefined": answer.undefined,
-        }
-    )
+    return {
+        "id": "/".join(filter(None, parts)),
+        "state": answer.state,
+        "yes": share and share.yes,
+        "quantiles": answer.quantiles,
+        "starts": answer.starts,
+        "undefined": answer.undefined,
+    }
 
 
-def build_claim_record(judgement: ModelJudgement) -> dict[str, object]:
+def build_claim_record(judgement: ModelJudgement) -> JsonObject:
     """A claim with its verdicts and its answers in all settings, as JSON."""
     claim = judgement.claim
     return {
@@ -171,11 +166,7 @@ def build_claim_record(judgement: ModelJudgement) -> dict[str, object]:
         "figure": claim.figure,
         "statement": claim.statement,
         "reading": claim.reading or None,
-        "limits": {
-            "low": float_or_none(claim.limits.low),
-            "high": float_or_none(claim.limits.high),
-            "because": claim.limits.because,
-        },
+        "limits": asdict(claim.limits),
         "free_parameter": claim.free or None,
         "quantities": {
             choice: {"id": quantity.id, "unit": quantity.unit}

@@ -1,24 +1,32 @@
-"""Which experiments are made in which settings."""
+"""Which experiments are made in which settings, and what all chapters of the page work from."""
 
 from __future__ import annotations
 
 from collections import defaultdict
-from collections.abc import Iterator, Sequence
+from collections.abc import Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass
+from functools import cached_property
 from itertools import chain, product
 
 import numpy as np
 
-from crosscheck.audit.errata.planted_faults import PlantedFaultQuestion, detectable_share
+from crosscheck.audit.claims.catalogue import CLAIMS, ModelJudgement
+from crosscheck.audit.errata.erratum import Erratum
+from crosscheck.audit.errata.finder import EFFECT_S, ErrataQuestion
+from crosscheck.audit.errata.printed_equations import PlantedFaultQuestion, detectable_share
 from crosscheck.audit.experiments import experiments as run
 from crosscheck.audit.experiments import paper_conditions
-from crosscheck.audit.experiments.paper_conditions import Condition, GearModel
-from crosscheck.audit.experiments.samples import SampleRequest, collect_samples
-from crosscheck.audit.experiments.scale import Scale
+from crosscheck.audit.experiments.paper_conditions import (
+    AS_MODELLED,
+    LABELLED,
+    Condition,
+    GearModel,
+)
+from crosscheck.audit.experiments.samples import SampleRequest, Scale, collect_samples
 from crosscheck.audit.experiments.study import Study
 from crosscheck.audit.experiments.variant import Numbers
-from crosscheck.audit.judging.quantities import ConditionResults
-from crosscheck.audit.judging.sample import Sample
+from crosscheck.audit.judging.quantities import ConditionResults, Sample
+from crosscheck.audit.judging.rule import evaluate_claim
 from crosscheck.audit.statics.statics import Statics
 
 VARIED = (run.PD, run.NO_ERROR)  # the experiments that are made of VARIANTS
@@ -57,22 +65,19 @@ class StudyPlan:
 
     def experiments(self, condition: Condition) -> Iterator[run.PaperExperiment]:
         """The experiments that are simulated in a setting of the claims."""
-        yield from (run.PD, run.CONSTANT, run.NO_BACKLASH, run.NO_ERROR, run.CONSTANT_STIFFNESS)
-        yield from (run.CONSTANT_NO_ERROR, run.PRELOADED)
+        is_shaken = condition.zeta in self.shaken
+        is_corrected = is_shaken and condition.equations == "corrected"
+        made = {"every": True, "shaken": is_shaken, "corrected": is_corrected}
+        yield from (each for each in run.EXPERIMENTS.values() if made.get(each.where))
         if condition.arm == self.readings[0] or condition.zeta in self.zetas[::2]:
             backlashes = [run.BACKLASH(size_um) for size_um in self.backlashes]
-            whole = condition.zeta in self.shaken  # WIDE is made there, and begins with one of them
-            yield from (item for item in backlashes if not (whole and item == run.WIDE_BEGINNING))
+            # Where WIDE is made, it begins with one of them.
+            yield from (x for x in backlashes if not (is_shaken and x == run.WIDE_BEGINNING))
             yield from (run.ERROR(size_um) for size_um in self.errors)
-        if condition.zeta in self.shaken:
-            if condition.equations == "corrected":  # those printed count three
-                yield from (run.TWO_PLANETS, run.TWO_SOFTER)
+        if is_shaken:
             for size_um in (*self.back, run.CHAOTIC_UM, 1e6 * run.WIDE_M):
                 yield from (run.BACK(size_um), run.BACK_EVEN(size_um))
-            yield from (run.WIDE, run.TURNING, run.CONSTANT_PRELOADED)
-            yield run.EXACT_ELBOW
-            yield run.BACKLASH_NO_ERROR(0.0)
-            yield from (run.SQUARE, run.CONSTANT_SQUARE)
+            yield run.SERIES["backlash, no error"](0.0)
 
 
 FULL = StudyPlan()
@@ -103,18 +108,6 @@ def run_experiments(
     return list(results_by_condition.items())
 
 
-def run_model_variants(study: Study, scale: Scale) -> dict[GearModel, ResultsByCondition]:
-    """The settings of each of VARIANTS with what is asked there."""
-    by_model = {model: FULL.model_conditions(model) for model in paper_conditions.VARIANTS}
-    requests = [
-        (condition, experiment)
-        for condition in chain.from_iterable(by_model.values())
-        for experiment in VARIED
-    ]
-    results = _collect_results(study, scale, requests, "claims, variants")
-    return {model: [(each, results[each]) for each in by_model[model]] for model in by_model}
-
-
 def _collect_results(
     study: Study, scale: Scale, requests: Sequence[SampleRequest], label: str
 ) -> dict[Condition, ConditionResults]:
@@ -130,3 +123,52 @@ def _single_start_sample(numbers: Numbers) -> Sample:
     """A sample of one start whose numbers are these."""
     values = {name: np.array([value], float) for name, value in numbers.items()}
     return Sample(values, diverged=np.zeros(1, dtype=bool))
+
+
+@dataclass(frozen=True)
+class AuditContext:
+    """What a page is made from, once; nothing is run before it is asked for."""
+
+    study: Study
+    scale: Scale
+
+    @cached_property
+    def settings(self) -> ResultsByCondition:
+        """The settings of the claims with planets free, each with its experiments."""
+        return run_experiments(self.study, self.scale, FULL.claim_conditions(), "claims")
+
+    @cached_property
+    def as_modelled(self) -> ResultsByCondition:
+        """The settings of the paper's own model, each with its experiments."""
+        chosen = FULL.model_conditions(AS_MODELLED)
+        return run_experiments(self.study, self.scale, chosen, "claims, as modelled")
+
+    @cached_property
+    def variations(self) -> Mapping[GearModel, ResultsByCondition]:
+        """The settings of further models of the gears, with the PD run's experiments alone."""
+        by_model = {model: FULL.model_conditions(model) for model in paper_conditions.VARIANTS}
+        requests = list(product(chain.from_iterable(by_model.values()), VARIED))
+        results = _collect_results(self.study, self.scale, requests, "claims, variants")
+        return {model: [(each, results[each]) for each in by_model[model]] for model in by_model}
+
+    @property
+    def effect_s(self) -> float:
+        """How long [s] the runs behind the effects of errata last."""
+        return self.scale.limit_duration(EFFECT_S)
+
+    @cached_property
+    def errata(self) -> Sequence[Erratum]:
+        """The errors of equations, with Table I as its labels say."""
+        question = ErrataQuestion(LABELLED, self.effect_s)
+        (errata,) = self.study.answer_questions([question], "errata sheet")
+        return errata
+
+    @cached_property
+    def judged_claims(self) -> Mapping[str, ModelJudgement]:
+        """The claims with their answers in all settings, by id."""
+        settings = [*self.as_modelled, *self.settings]
+        return {c.id: ModelJudgement(c, tuple(evaluate_claim(c, settings))) for c in CLAIMS}
+
+    def samples(self, requests: Iterable[SampleRequest], what: str) -> dict[SampleRequest, Sample]:
+        """Samples of experiments in any settings, also the claims', from the scale's starts."""
+        return collect_samples(self.study, self.scale, requests, what)

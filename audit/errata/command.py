@@ -2,17 +2,16 @@
 
 from __future__ import annotations
 
-import json
 from pathlib import Path
 
 from rich.console import Console
 
-from crosscheck.audit.errata.errata_texts import list_sections
+from crosscheck.audit.errata.errata_texts import format_sections, list_sections
 from crosscheck.audit.errata.finder import EFFECT_S, SCHEMA_VERSION, simulate_errata
-from crosscheck.audit.errata.lines import format_sections
 from crosscheck.file_types import ERRATA, PAPER_PAGE
 from crosscheck.models.loading import load_arm
 from crosscheck.output import require_files, write_files
+from crosscheck.report.records import format_json
 
 ERRATA_PAGE = "errata.html"
 
@@ -47,7 +46,7 @@ def run_errata_command(
             "errata": [row for section in sections for row in section.records],
             "provenance": record,
         }
-        contents[json_file] = json.dumps(document, indent=1, allow_nan=False) + "\n"
+        contents[json_file] = format_json(document)
     if sheet_file is not None:
         contents[sheet_file] = render_chapters([build_sheet(sections, EFFECT_S)], record)
     write_files(contents)

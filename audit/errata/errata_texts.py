@@ -2,7 +2,8 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping, Sequence
+import textwrap
+from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import asdict
 from functools import cache
 from pathlib import Path
@@ -11,34 +12,34 @@ from typing import NamedTuple
 from pydantic import TypeAdapter
 
 from crosscheck.audit.errata.erratum import Erratum
-from crosscheck.audit.measures.undefined import JsonObject, to_json
-from crosscheck.audit.page.columns import Columns, format_cells
+from crosscheck.audit.measures.undefined import JsonObject
 from crosscheck.models.files import read_toml
 from crosscheck.report.formatting import format_rounded
 
 NOTES = Path(__file__).with_name("texts") / "notes.toml"
+NONE = "-"
 NOTATION = {
-    "where": ("where", ""),
-    "printed": ("printed", ""),
-    "derived": ("should read", ""),
-    "remark": ("remark", ""),
+    "where": "where",
+    "printed": "printed",
+    "derived": "should read",
+    "remark": "remark",
 }
-STATEMENT = NOTATION | {"denies": ("against claim", "")}
+STATEMENT = NOTATION | {"denies": "against claim"}
 EQUATION = STATEMENT | {
-    "size_in_words": ("size", ""),
-    "constant_torque": ("effect under 100 N m", ""),
-    "pd": ("effect under PD control", ""),
+    "size_in_words": "size",
+    "constant_torque": "effect under 100 N m",
+    "pd": "effect under PD control",
 }
 CONTRADICTION = {
-    "first": ("here", ""),
-    "first_says": ("it says", ""),
-    "second": ("there", ""),
-    "second_says": ("it says", ""),
+    "first": "here",
+    "first_says": "it says",
+    "second": "there",
+    "second_says": "it says",
 }
 GAP = {
-    "quantity": ("not given in the text", ""),
-    "needed_for": ("needed for", ""),
-    "here": ("here", ""),
+    "quantity": "not given in the text",
+    "needed_for": "needed for",
+    "here": "here",
 }
 
 
@@ -60,23 +61,25 @@ def load_notes() -> Notes:
 
 
 class SheetSection(NamedTuple):
-    """A heading of the sheet, with the table of its records."""
+    """A heading of the sheet, with the table of its records; columns: titles by field."""
 
     heading: str
-    columns: Columns
+    columns: Mapping[str, str]
     records: Sequence[Mapping[str, object]]
 
     def list_rows(self, draw_formula: Callable[[str], str] | None = None) -> list[list[str]]:
         """The rows; where a record has the TeX of a cell, that is drawn if asked."""
-        return [
-            [
-                draw_formula(str(tex))
-                if draw_formula and (tex := record.get(f"{name}_tex"))
-                else text
-                for name, text in zip(self.columns, format_cells(self.columns, record), strict=True)
-            ]
-            for record in self.records
-        ]
+        rows = []
+        for record in self.records:
+            row = [NONE if record[name] is None else str(record[name]) for name in self.columns]
+            if draw_formula:
+                formulas = [str(record.get(f"{name}_tex") or "") for name in self.columns]
+                row = [
+                    draw_formula(tex) if tex else text
+                    for tex, text in zip(formulas, row, strict=True)
+                ]
+            rows.append(row)
+        return rows
 
 
 def list_sections(arm: str, errata: Sequence[Erratum]) -> list[SheetSection]:
@@ -99,25 +102,23 @@ def list_sections(arm: str, errata: Sequence[Erratum]) -> list[SheetSection]:
 def build_record(arm: str, erratum: Erratum) -> JsonObject:
     """An erratum with its size and effects for an arm, as JSON, in numbers and in words."""
     size = "" if erratum.size is None else f"{format_rounded(erratum.size, 3)} {erratum.unit}"
-    return to_json(
-        {
-            "id": f"erratum/{arm}/{erratum.id}",
-            "class": erratum.kind,
-            "where": erratum.where,
-            "printed": erratum.printed,
-            "derived": erratum.derived,
-            "printed_tex": erratum.printed_tex,
-            "derived_tex": erratum.derived_tex,
-            "remark": erratum.remark,
-            "denies": ", ".join(erratum.denies),
-            "size": erratum.size,
-            "unit": erratum.unit,
-            "size_in_words": size,
-            "effects": {name: asdict(effect) for name, effect in erratum.effects.items()},
-            "constant_torque": _describe_effect(erratum, "constant-torque"),
-            "pd": _describe_effect(erratum, "pd"),
-        }
-    )
+    return {
+        "id": f"erratum/{arm}/{erratum.id}",
+        "class": erratum.kind,
+        "where": erratum.where,
+        "printed": erratum.printed,
+        "derived": erratum.derived,
+        "printed_tex": erratum.printed_tex,
+        "derived_tex": erratum.derived_tex,
+        "remark": erratum.remark,
+        "denies": ", ".join(erratum.denies),
+        "size": erratum.size,
+        "unit": erratum.unit,
+        "size_in_words": size,
+        "effects": {name: asdict(effect) for name, effect in erratum.effects.items()},
+        "constant_torque": _describe_effect(erratum, "constant-torque"),
+        "pd": _describe_effect(erratum, "pd"),
+    }
 
 
 def _describe_effect(erratum: Erratum, scenario: str) -> str | None:
@@ -128,4 +129,36 @@ def _describe_effect(erratum: Erratum, scenario: str) -> str | None:
     return (
         f"angle {effect.theta_rad:.2g} rad, force {format_rounded(effect.mesh_force_N, 2)} N,"
         f" impulse {effect.impulse_N_s:.2g} N s"
+    )
+
+
+WIDTH = 79
+
+
+def format_sections(sections: Sequence[SheetSection], whole: bool) -> Iterator[str]:
+    """The lines of all sections, or of the first; how many entries the others then have."""
+    for section in sections if whole else sections[:1]:
+        yield f"{section.heading}: {len(section.records)}"
+        for row in section.list_rows():
+            (_, first), *rest = zip(section.columns.values(), row, strict=True)
+            yield ""
+            yield from _wrap(first, "")
+            for title, text in rest:
+                if text not in ("", NONE):
+                    yield from _wrap(f"{title}: {text}", "  ")
+        yield ""
+    if not whole:
+        counts = "; ".join(f"{each.heading}: {len(each.records)}" for each in sections[1:])
+        yield from _wrap(f"{counts} (--all prints these too)", "")
+
+
+def _wrap(text: str, indent: str) -> list[str]:
+    """A text wrapped between words; a word that is longer than a line stays whole."""
+    return textwrap.wrap(
+        text,
+        WIDTH,
+        initial_indent=indent,
+        subsequent_indent=2 * indent,
+        break_long_words=False,
+        break_on_hyphens=False,
     )

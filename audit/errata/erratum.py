@@ -4,8 +4,8 @@ from __future__ import annotations
 
 import re
 from collections.abc import Callable, Mapping
-from dataclasses import dataclass, field, replace
-from typing import Literal
+from dataclasses import dataclass, field
+from typing import Any, Literal
 
 import numpy as np
 import sympy as sp
@@ -14,7 +14,6 @@ import xarray as xr
 from crosscheck.analytic.derivation.forms import Form
 from crosscheck.analytic.model import PhysicalModel
 from crosscheck.analytic.paper.model import FormModel
-from crosscheck.audit.measures.undefined import float_or_none
 from crosscheck.checks.trajectories import largest_difference
 from crosscheck.models.arm.arm import Arm
 from crosscheck.models.experiment.scenario import Scenario, Switches, switches
@@ -23,14 +22,6 @@ from crosscheck.models.interface import Model
 ModelFactory = Callable[[Scenario], Model]  # equal ones make equal models
 # An error of an equation, with its effect; a statement or a number without support; notation.
 ErratumClass = Literal["equation", "statement", "notation"]
-
-
-@dataclass(frozen=True)
-class ErratumPair:
-    """Two models of any scenario that differ in the erratum alone: as printed, and put right."""
-
-    as_printed: ModelFactory
-    put_right: ModelFactory
 
 
 @dataclass(frozen=True)
@@ -51,10 +42,10 @@ class Erratum:
     """An erratum: where, and how far what is printed is from what should stand there.
 
     id: names it for good; printed, derived: formulas, or words; remark: what these do not say; size
-    [unit]: for this arm, derived minus printed where both are numbers; trial: what to simulate to
-    see the effect, None once it is over; effects: what it changes in a run, by scenario;
-    printed_tex, derived_tex: the formulas as TeX, if any; denies: ids of the claims that are wrong
-    if the erratum is right.
+    [unit]: for this arm, derived minus printed where both are numbers; trial: two models that
+    differ in the erratum alone, as printed and put right, None once they have run; effects: what it
+    changes in a run, by scenario; printed_tex, derived_tex: the formulas as TeX, if any; denies:
+    ids of the claims that are wrong if the erratum is right.
     """
 
     id: str
@@ -65,16 +56,11 @@ class Erratum:
     remark: str = ""
     size: float | None = None
     unit: str = ""
-    trial: ErratumPair | None = None
+    trial: tuple[ModelFactory, ModelFactory] | None = None
     effects: Mapping[str, Effect] = field(default_factory=dict)
     printed_tex: str = ""
     derived_tex: str = ""
     denies: tuple[str, ...] = ()
-
-    @property
-    def largest_theta_rad(self) -> float:
-        """Largest change of an angle [rad], by which the sheet ranks errata; 0 without a run."""
-        return max((effect.theta_rad for effect in self.effects.values()), default=0.0)
 
 
 def run_model(make_model: ModelFactory, scenario: Scenario) -> xr.Dataset:
@@ -83,7 +69,7 @@ def run_model(make_model: ModelFactory, scenario: Scenario) -> xr.Dataset:
 
 
 def compute_effect(
-    trial: ErratumPair,
+    trial: tuple[ModelFactory, ModelFactory],
     scenario: Scenario,
     run: Callable[[ModelFactory, Scenario], xr.Dataset] = run_model,
 ) -> Effect:
@@ -91,7 +77,7 @@ def compute_effect(
 
     run: may give again what it has given.
     """
-    printed, corrected = (run(side, scenario) for side in (trial.as_printed, trial.put_right))
+    printed, corrected = (run(side, scenario) for side in trial)
     sizes, impulses = list[float](), list[float]()
     for force in ("F_sp", "F_pr"):
         sizes.append(largest_difference(printed, corrected, force))
@@ -101,31 +87,28 @@ def compute_effect(
     return Effect(angle, float(np.max(sizes)), float(np.max(impulses)))
 
 
-def attach_effects(erratum: Erratum, effects: Mapping[str, Effect]) -> Erratum:
-    """The erratum with its effects for its trial; a size that is not finite becomes None."""
-    return replace(erratum, size=float_or_none(erratum.size), trial=None, effects=dict(effects))
-
-
 @dataclass(frozen=True)
-class PhysicalModelFactory:
-    """A side that makes the physical model of an arm, by default with the default switches."""
+class PaperModelFactory:
+    """What makes a model of an arm: of a form of the equations, or else the physical one."""
 
     arm: Arm
+    form: Form | None = None
     chosen: Switches = field(default_factory=switches)
 
-    def __call__(self, scenario: Scenario) -> PhysicalModel:
-        return PhysicalModel(self.arm, scenario, self.chosen)
-
-
-@dataclass(frozen=True)
-class FormModelFactory:
-    """A side that makes the model of a form of the paper's equations, in symbols."""
-
-    arm: Arm
-    form: Form
-
-    def __call__(self, scenario: Scenario) -> FormModel:
+    def __call__(self, scenario: Scenario) -> Model:
+        if self.form is None:
+            return PhysicalModel(self.arm, scenario, self.chosen)
         return FormModel(self.arm, scenario, None, self.form)
+
+
+def write_sides(printed: sp.Expr, derived: sp.Expr) -> dict[str, Any]:
+    """Both formulas of an erratum, as text and as TeX, by its fields."""
+    return {
+        "printed": str(printed),
+        "derived": str(derived),
+        "printed_tex": tex(printed),
+        "derived_tex": tex(derived),
+    }
 
 
 def tex(expression: sp.Expr) -> str:

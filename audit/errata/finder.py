@@ -2,34 +2,159 @@
 
 from __future__ import annotations
 
+import math
 import re
 from collections.abc import Callable, Iterator
 from dataclasses import dataclass, replace
 from functools import cache
 
+import numpy as np
 import sympy as sp
 
 from crosscheck.analytic.derivation.forms import Form, christoffel_bias
 from crosscheck.analytic.derivation.symbols import parameter_values, stage_symbols
+from crosscheck.analytic.paper import mesh_frequency
 from crosscheck.analytic.paper.energies import JOINTS, build_energies_form
+from crosscheck.analytic.paper.mesh_phasing import ring_behind_sun, sun_lag
 from crosscheck.analytic.paper.model import PrintedModel
 from crosscheck.analytic.paper.printed import build_printed_form
-from crosscheck.audit.errata import energy, entry_differences
-from crosscheck.audit.errata.auxiliary import find_equation_errata
+from crosscheck.audit.errata import differences
 from crosscheck.audit.errata.erratum import (
     Erratum,
-    ErratumPair,
-    FormModelFactory,
-    attach_effects,
+    ModelFactory,
+    PaperModelFactory,
     compute_effect,
     run_model,
     tex,
+    write_sides,
 )
-from crosscheck.audit.experiments.question import Question, Records
-from crosscheck.models.arm.arm import Arm
+from crosscheck.audit.experiments.study import Question, Records
+from crosscheck.audit.measures.stage import PaperStage, paper_stage
+from crosscheck.audit.measures.undefined import float_or_none
+from crosscheck.audit.statics import teeth
+from crosscheck.models.arm.arm import Arm, Planetary
 from crosscheck.models.arm.layout import make_layout
-from crosscheck.models.experiment.scenario import Scenario
+from crosscheck.models.experiment.scenario import Scenario, switches
 from crosscheck.models.loading import load_arm, load_scenario
+
+TORQUE_N_M = 100.0  # Section 3.1's
+
+
+def find_equation_errata(arm: Arm) -> Iterator[Erratum]:
+    """Errata of Eqs. 8 and 13 to 15, for this arm."""
+    stage = paper_stage(arm)
+    yield from find_ring_rate_errata(arm, stage)
+    yield from find_phase_errata(arm, stage)
+    yield from find_clearance_errata(stage)
+
+
+def find_ring_rate_errata(arm: Arm, stage: PaperStage) -> Iterator[Erratum]:
+    """Erratum of Eqs. 12, 13 against the rate of teeth through a mesh, seen from the carrier.
+
+    Pure rolling turns the planet against the carrier (Eq. 3 with x_pr = 0), so its rate
+    relative to the carrier is theta_p' + theta_c', counted against the carrier.
+    """
+    z_p, r_p, r_cp, dtheta = sp.symbols("z_p r_p r_cp dtheta_c", positive=True)
+    printed = dtheta * z_p * (r_cp / r_p - 1)
+    derived = dtheta * z_p * (r_cp / r_p + 1)
+    joint, geometry = stage.joint, stage.geometry
+    numbers = {z_p: joint.planet_teeth, r_p: geometry.r_p, r_cp: geometry.r_cp, dtheta: 1}
+    stated, true = (float(e.subs(numbers)) for e in (printed, derived))
+    sun = mesh_frequency.sun_mesh_rate(joint, geometry)
+    printed_rate, corrected_rate = (
+        mesh_frequency.ring_mesh_rate(joint, geometry, rate) for rate in ("eq13", "corrected")
+    )
+    if not np.isclose(stated, sun) and np.isclose(true, sun):
+        yield Erratum(
+            "eq13-rate",
+            where="Eq. 13",
+            **write_sides(printed, derived),
+            remark="equal to Eq. 12: both meshes of a stage have one frequency",
+            size=corrected_rate - printed_rate,
+            unit="cycles per carrier turn",
+            trial=_switch_trial(arm, ("omega_t", "eq13"), ("omega_t", "corrected")),
+            denies=("2.2-10",),
+        )
+
+
+def _switch_trial(arm: Arm, *laws: tuple[str, str]) -> tuple[ModelFactory, ModelFactory]:
+    """The physical model under two laws: of the mesh phase, and of the ring's rate."""
+    printed, right = (
+        PaperModelFactory(arm, chosen=switches(phase=phase, ring_rate=rate)) for phase, rate in laws
+    )
+    return printed, right
+
+
+def find_phase_errata(arm: Arm, stage: PaperStage) -> Iterator[Erratum]:
+    """Errata of Eqs. 8, 14: the sine must advance at the mesh's frequency, and every mesh's own.
+
+    Both have no phase, Fig. 5 a gamma: what the numbers of teeth say of it.
+    """
+    t = sp.Symbol("t", positive=True)
+    omega = sp.Function("omega_e")(t)
+    if sp.expand(sp.diff(omega * t, t) - omega) != 0:
+        work = teeth.virtual_work(stage, TORQUE_N_M)
+        yield Erratum(
+            "eq8-eq14-phase",
+            where="Eqs. 8, 14",
+            printed="sin(omega_e t)",
+            derived="sin(integral of omega_e dt)",
+            remark="omega_e t advances too fast, by t times the rate of omega_e; with the integral"
+            " k and e depend on theta, so rows 3 and 6 of Eq. 22 then owe the springs' own work,"
+            f" {work:.2g} N m under {TORQUE_N_M:g} N m",
+            printed_tex=r"\sin(\omega_e t)",
+            derived_tex=r"\sin\left(\int_0^t \omega_e \, dt\right)",
+            trial=_switch_trial(arm, ("omega_t", "corrected"), ("angle", "corrected")),
+            denies=("2.3-02",),
+        )
+    joint = stage.joint
+    between_planets = max(sun_lag(joint, planet) % 1.0 for planet in range(joint.planet_count))
+    behind = ring_behind_sun(joint)
+    if between_planets or behind:
+        joints = list(arm.joints)
+        for place, other in enumerate(arm.joints):
+            if isinstance(other, Planetary):
+                lag = {"phase_rad": 2 * math.pi * behind}
+                late = {"ring_mesh": other.ring_mesh.model_copy(update=lag)}
+                joints[place] = other.model_copy(update=late)
+        phased = arm.model_copy(update={"joints": tuple(joints)})
+        yield Erratum(
+            "eq8-eq14-one-phase",
+            where="Eqs. 8, 14; gamma in Fig. 5",
+            printed="one phase for sun mesh, ring mesh and all planets; gamma is named and no"
+            " equation has it",
+            derived=f"from the numbers of teeth: planets {between_planets:g} cycles apart, ring"
+            " half a cycle behind sun",
+            remark="for teeth as thick as their gaps, which the text does not say; z_s / 3 is"
+            " whole, so one phase for all planets is right here; z_p is even, so one phase for sun"
+            " and ring is not",
+            size=behind,
+            unit="cycles between sun and ring mesh",
+            trial=(PaperModelFactory(arm), PaperModelFactory(phased)),
+        )
+
+
+def find_clearance_errata(stage: PaperStage) -> Iterator[Erratum]:
+    """Erratum of Eq. 15 against Eq. 4: inside the clearance no contact, hence no force.
+
+    Nobody simulated Eq. 15 as printed, so it has no trial: the paper's runs vary the clearance.
+    """
+    force_at_edge = stage.mesh_stiffness_N_per_m * stage.backlash_m
+    if force_at_edge > 0:
+        yield Erratum(
+            "eq15-clearance",
+            where="Eq. 15",
+            printed="F = k (x - e)",
+            derived="F = k f_k(x - e, b)",
+            remark="as Eq. 4: teeth that are apart do not push; a misprint, as the paper's runs"
+            " have the clearance, so no effect is simulated",
+            printed_tex=r"F = k \, (x - e)",
+            derived_tex=r"F = k \, f_k(x - e, b)",
+            size=force_at_edge,
+            unit="N",
+            denies=("2.3-03",),
+        )
+
 
 SCHEMA_VERSION = 4
 Values = dict[sp.Symbol, sp.Rational]  # of a form's parameters
@@ -78,14 +203,14 @@ def find_entry_errata(arm: Arm, printed: Form, derived: Form) -> Iterator[Erratu
     rows and columns are displacements [m] or angles.
     """
     at_zero = _exact_values(arm) | dict.fromkeys(derived.q, sp.S.Zero)
-    for difference in entry_differences.find_entry_differences(printed, derived):
+    for difference in differences.find_entry_differences(printed, derived):
         row, column = difference.entries[0]
         size = _number(difference.derived - difference.printed, at_zero)
         if difference.matrix == "mass_matrix":
             unit = ("kg", "kg m", "kg m^2")[int(LAYOUT.angular[[row, column]].sum())]
         else:
             unit = ("N", "N m")[int(LAYOUT.angular[row])]
-        corrected_form = entry_differences.replace_entries(printed, derived, difference)
+        corrected_form = differences.replace_entries(printed, derived, difference)
         yield Erratum(
             id=_slug(difference.location),
             where=difference.location,
@@ -95,9 +220,7 @@ def find_entry_errata(arm: Arm, printed: Form, derived: Form) -> Iterator[Erratu
             derived_tex=tex(difference.derived),
             size=size,
             unit=unit,
-            trial=ErratumPair(
-                FormModelFactory(arm, printed), FormModelFactory(arm, corrected_form)
-            ),
+            trial=(PaperModelFactory(arm, printed), PaperModelFactory(arm, corrected_form)),
             denies=(CLAIMS_ON_ENTRIES[difference.matrix],),
         )
 
@@ -127,7 +250,7 @@ def find_energy_errata(arm: Arm) -> Iterator[Erratum]:
     """
     values, form = _exact_values(arm), build_energies_form()
     shoulder, _ = LAYOUT.theta
-    for difference in energy.find_energy_differences():
+    for difference in differences.find_energy_differences():
         missing = difference.missing_energy
         stated = _add_thin_ring(values, missing)
         size = _number(sp.diff(missing, form.v[shoulder], 2), stated)
@@ -138,19 +261,16 @@ def find_energy_errata(arm: Arm) -> Iterator[Erratum]:
             mass_matrix=sp.ImmutableMatrix(form.mass_matrix + added),
             bias=sp.ImmutableMatrix(form.bias + christoffel_bias(added, form.q, form.v)),
         )
-        printed, derived = map(energy.as_printed, (difference.printed, difference.derived))
+        printed, derived = map(differences.as_printed, (difference.printed, difference.derived))
         where = f"{difference.where}, {difference.body}"
         yield Erratum(
             id=_slug(where),
             where=where,
-            printed=str(printed),
-            derived=str(derived),
+            **write_sides(printed, derived),
             remark="" if stated == values else RING_REMARK,
-            printed_tex=tex(printed),
-            derived_tex=tex(derived),
             size=size,
             unit="kg m^2 in M_33",
-            trial=ErratumPair(FormModelFactory(arm, form), FormModelFactory(arm, corrected_form)),
+            trial=(PaperModelFactory(arm, form), PaperModelFactory(arm, corrected_form)),
             denies=("2.4-01",),
         )
 
@@ -181,8 +301,13 @@ def simulate_errata(
             for scenario in load_effect_scenarios(duration_s)
             if erratum.trial is not None
         }
-        simulated_errata.append(attach_effects(erratum, effects))
-    return sorted(simulated_errata, key=lambda row: -row.largest_theta_rad)
+        size = float_or_none(erratum.size)
+        simulated_errata.append(replace(erratum, size=size, trial=None, effects=effects))
+
+    def largest_theta_rad(erratum: Erratum) -> float:
+        return max((effect.theta_rad for effect in erratum.effects.values()), default=0.0)
+
+    return sorted(simulated_errata, key=largest_theta_rad, reverse=True)
 
 
 def load_effect_scenarios(duration_s: float = EFFECT_S) -> list[Scenario]:

@@ -12,14 +12,12 @@ from matplotlib.figure import Figure
 
 from crosscheck.audit.errata.errata_texts import SheetSection, list_sections
 from crosscheck.audit.experiments.paper_conditions import LABELLED
-from crosscheck.audit.page.chapter import AuditChapter
-from crosscheck.audit.page.columns import list_titles
-from crosscheck.audit.page.text import render_template, to_markup
+from crosscheck.audit.page.chapter import AuditChapter, render_template, to_markup
 from crosscheck.report.fragments import render_table
 from crosscheck.report.plots.figures import to_svg
 
 if TYPE_CHECKING:
-    from crosscheck.audit.page.context import AuditContext
+    from crosscheck.audit.claims.study_plan import AuditContext
 
 ID, TITLE = "errata", "Errata sheet"
 
@@ -53,7 +51,7 @@ def build_sheet(
 def _draw_table(section: SheetSection) -> Markup:
     """The table as it is on the page, formulas drawn."""
     rows = section.list_rows(_draw_formula)
-    return to_markup(render_table(list_titles(section.columns), rows))
+    return to_markup(render_table(list(section.columns.values()), rows))
 
 
 @lru_cache

@@ -1,4 +1,4 @@
-"""One experiment in one setting from many starts: what each of its runs measures.
+"""One experiment in one setting from many starts, and whole runs.
 
 The starts differ by next to nothing. No single run shows whether its behaviour depends
 on that difference.
@@ -6,20 +6,20 @@ on that difference.
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterator, Sequence
+import io
+from collections.abc import Callable, Iterable, Iterator, Sequence
 from copy import copy
-from dataclasses import dataclass, replace
+from dataclasses import dataclass, fields, replace
 from functools import lru_cache
-from typing import ClassVar, NamedTuple, TypeVar
+from typing import Any, ClassVar, NamedTuple, TypeVar
 
 import numpy as np
 
 from crosscheck.analytic.model import AnalyticModel
 from crosscheck.audit.experiments.pd import measure_transient_pd, measure_whole_pd
-from crosscheck.audit.experiments.question import Question, Records
+from crosscheck.audit.experiments.study import Question, Records, Study, raise_if_diverged
 from crosscheck.audit.experiments.torque import measure_back_and_forth, measure_constant_torque
-from crosscheck.audit.experiments.variant import Numbers, Variant
-from crosscheck.audit.measures.rigid import COUPLED, remove_gears, rigid_arm
+from crosscheck.audit.experiments.variant import COUPLED, Numbers, Variant, remove_gears, rigid_arm
 from crosscheck.audit.measures.run_signals import RunSignals, extract_signals, simulate_signals
 from crosscheck.models.errors import Diverged
 from crosscheck.models.interface import Model
@@ -204,9 +204,7 @@ class SwingQuestion(EnsembleNumbersQuestion):
 def rigid_course(variant: Variant) -> RunSignals:
     """The course of a rigid arm's run. Raises Diverged."""
     (run,) = run_side_by_side([build(variant.model, *variant.case())])
-    if isinstance(run, Diverged):
-        raise run
-    return run
+    return raise_if_diverged(run)
 
 
 def run_side_by_side(models: Sequence[Model]) -> list[RunSignals | Diverged]:
@@ -221,3 +219,66 @@ def run_side_by_side(models: Sequence[Model]) -> list[RunSignals | Diverged]:
         except Diverged as error:
             results.append(error)
     return results
+
+
+COURSES_AT_ONCE = 8  # runs in one question: as many as a kernel steps side by side
+
+
+@dataclass(frozen=True)
+class CoursesQuestion(Question[list[RunSignals]]):
+    """A question: the courses of variants, those of alike analytic models stepped side by side."""
+
+    variants: tuple[Variant, ...]
+
+    @property
+    def model_names(self) -> tuple[str, ...]:
+        """The names of the variants' models."""
+        return tuple(dict.fromkeys(variant.model for variant in self.variants))
+
+    @property
+    def cost(self) -> float:
+        """Estimated cost [s]."""
+        return sum(v.case().scenario.steps * get_entry(v.model).call_s for v in self.variants)
+
+    def records(self) -> Records:
+        return [record for variant in self.variants for record in variant.case()]
+
+    def answer(self) -> list[RunSignals]:
+        models = [build(variant.model, *variant.case()) for variant in self.variants]
+        return list(map(raise_if_diverged, run_side_by_side(models)))
+
+    def encode(self, answer: list[RunSignals]) -> bytes:
+        """The courses' signals as an NPZ file: JSON takes too long."""
+        content = io.BytesIO()
+        arrays: dict[str, Any] = {
+            f"{place}/{name}": getattr(run, name)
+            for place, run in enumerate(answer)
+            for name in SIGNALS
+        }
+        np.savez(content, **arrays)
+        return content.getvalue()
+
+    def decode(self, content: bytes) -> list[RunSignals]:
+        """The courses from their signals and the variants' inputs."""
+        with np.load(io.BytesIO(content), allow_pickle=False) as file:
+            return [
+                RunSignals(variant.case(), **{n: file[f"{place}/{n}"][()] for n in SIGNALS})
+                for place, variant in enumerate(self.variants)
+            ]
+
+
+SIGNALS = [field.name for field in fields(RunSignals) if field.name != "case"]
+
+
+def simulate_courses(
+    study: Study, variants: Iterable[Variant], label: str
+) -> dict[Variant, RunSignals]:
+    """The courses of variants, made or read. Raises Diverged if one diverges."""
+    every = list(dict.fromkeys(variants))
+    parts = [
+        tuple(every[first : first + COURSES_AT_ONCE])
+        for first in range(0, len(every), COURSES_AT_ONCE)
+    ]
+    answers = study.answer_questions([CoursesQuestion(part) for part in parts], label)
+    courses = [course for answer in answers for course in answer]
+    return dict(zip(every, courses, strict=True))

@@ -2,67 +2,66 @@
 
 from __future__ import annotations
 
+from collections.abc import Mapping
 from dataclasses import dataclass, replace
-from typing import NamedTuple
+from pathlib import Path
+from typing import Any, Literal, NamedTuple
 
 import numpy as np
+from pydantic import TypeAdapter
 
 from crosscheck.audit.experiments import ensembles
 from crosscheck.audit.experiments.ensembles import EnsembleNumbers, EnsembleQuestion
 from crosscheck.audit.experiments.paper_conditions import Condition
 from crosscheck.audit.experiments.variant import Variant
+from crosscheck.audit.judging.quantities import MeasuredExperiment
+from crosscheck.models.files import read_toml
 from crosscheck.models.interface import Model
 from crosscheck.registry import build
 
 SHORT_S = 1.2  # Fig. 14's length
-START_ONLY_S = 0.3  # the first fluctuation, which the shoulder's change of sides ends
 SLOW_RECORD_S = 1e-4  # constant torque and back and forth: nothing fast decides there
 DEFAULT_B_UM, DEFAULT_E_UM = 50.0, 5.0
 WIDE_M = 3e-3
 CHAOTIC_UM = 1000.0  # a clearance with which Section 4.1 calls the fluctuation chaotic
-TURNING_RAD_PER_S = -1.0  # a fast start away from the target: the links turn back on their way
-_TWO = ("arm.joints.*.planet_count=2",)
-# At equal stiffness of all meshes together: fewer pairs alone would also be softer ones.
-_AS_STIFF = (
-    "arm.joints.*.*_mesh.stiffness.mean_N_per_m=1.5e8",
-    "arm.joints.*.*_mesh.stiffness.amplitude_N_per_m=3e7",
-)
-HARMONICS = 15  # of the square wave: the paper's even ones vanish
 INSIDE_M = 1e-6  # so far into contact that a mesh's force is a straight line
 
 
+class RunKind(NamedTuple):
+    """How experiments are run and measured; duration_s: None for the scenario's own."""
+
+    question_class: type[EnsembleQuestion[EnsembleNumbers]]
+    scenario: str
+    duration_s: float | None = None
+    record_s: float = SLOW_RECORD_S
+
+
+RUNS = {
+    "transient": RunKind(ensembles.TransientPdQuestion, "pd", SHORT_S, ensembles.RECORDED_S),
+    "whole": RunKind(ensembles.WholePdQuestion, "pd", record_s=ensembles.RECORDED_S),
+    "torque": RunKind(ensembles.ConstantTorqueQuestion, "constant-torque"),
+    "swing": RunKind(ensembles.SwingQuestion, "back-and-forth"),
+}
+
+
 @dataclass(frozen=True)
-class PaperExperiment:
+class PaperExperiment(MeasuredExperiment):
     """An experiment: what it changes in a setting's scenario, and how it is measured.
 
-    size_um: of a family, what makes this member; question_class: None where no run is made; meshes:
-    fields of all meshes, with their values; harmonics: of the square wave that is the meshes'
-    stiffness; preloaded: whether teeth carry the load from the start.
+    Fields are those of experiments.toml. size: of a family, what makes this member [um]; meshes:
+    fields of all meshes, with their values; duration_s: if another than that of its kind of run.
     """
 
-    kind: str
-    size_um: float | None = None
-    question_class: type[EnsembleQuestion[EnsembleNumbers]] | None = ensembles.TransientPdQuestion
-    scenario: str = "pd"
-    duration_s: float | None = SHORT_S
-    every_s: float = ensembles.RECORDED_S
+    runs: Literal["transient", "whole", "torque", "swing"] = "transient"
+    where: Literal["every", "shaken", "corrected", ""] = ""
+    duration_s: float | None = None
     meshes: tuple[tuple[str, float], ...] = ()
     settings: tuple[str, ...] = ()
     harmonics: int = 0
     preloaded: bool = False
 
-    @property
-    def size(self) -> float | None:
-        """What makes this member of its family [um]."""
-        return self.size_um
-
-    @property
-    def static(self) -> bool:
-        """Whether the arm's data alone decide it: no run is made."""
-        return self.question_class is None
-
     def __str__(self) -> str:
-        return self.kind if self.size_um is None else f"{self.kind} {self.size_um:g} um"
+        return self.kind if self.size is None else f"{self.kind} {self.size:g} um"
 
 
 class ExperimentSeries(NamedTuple):
@@ -71,86 +70,81 @@ class ExperimentSeries(NamedTuple):
     kind: str
     symbol: str
     field: str
-    plain: PaperExperiment = PaperExperiment("")
+    plain: PaperExperiment
 
     def __call__(self, size_um: float) -> PaperExperiment:
         """The family's member of this size [um]."""
         meshes = ((self.field, float(size_um) * 1e-6), *self.plain.meshes)
-        return replace(self.plain, kind=self.kind, size_um=float(size_um), meshes=meshes)
+        return replace(self.plain, kind=self.kind, size=float(size_um), meshes=meshes, where="")
 
 
-_BACKLASH, _ERROR, _AMPLITUDE = "backlash_m", "tooth_error_m", "stiffness.amplitude_N_per_m"
-PD = PaperExperiment("pd", question_class=ensembles.WholePdQuestion, duration_s=None)
-CONSTANT = PaperExperiment(
-    "constant torque",
-    scenario="constant-torque",
-    question_class=ensembles.ConstantTorqueQuestion,
-    duration_s=None,
-    every_s=SLOW_RECORD_S,
-)
-# One effect of the gears left out.
-NO_BACKLASH = PaperExperiment("no backlash", meshes=((_BACKLASH, 0),))
-NO_ERROR = PaperExperiment("no error", meshes=((_ERROR, 0),))
-CONSTANT_STIFFNESS = PaperExperiment("constant stiffness", meshes=((_AMPLITUDE, 0),))
-# The shoulder's teeth alone excite: what the elbow does then comes through the links.
-EXACT_ELBOW = PaperExperiment("exact elbow", settings=("arm.joints.1.*_mesh.tooth_error_m=0.0",))
-# Two planets, the meshes as they are or together as stiff as three.
-TWO_SOFTER = PaperExperiment("two planets as they are", settings=_TWO)
-TWO_PLANETS = PaperExperiment("two planets", settings=(*_TWO, *_AS_STIFF))
-# Fig. 5's wave in place of Eq. 8, its fundamental.
-SQUARE = PaperExperiment("square wave", harmonics=HARMONICS)
-PRELOADED = PaperExperiment("preloaded", duration_s=START_ONLY_S, preloaded=True)
-# The same under constant torque.
-CONSTANT_NO_ERROR, CONSTANT_SQUARE, CONSTANT_PRELOADED = (
-    replace(
-        CONSTANT,
-        kind=f"{CONSTANT.kind}, {item.kind}",
-        meshes=item.meshes,
-        harmonics=item.harmonics,
-        preloaded=item.preloaded,
+def read_experiments(tables: Mapping[str, dict[str, Any]]) -> dict[str, PaperExperiment]:
+    """The experiments of experiments.toml by name."""
+    experiments: dict[str, PaperExperiment] = {}
+    for name, table in tables.items():
+        fields = dict(table)
+        like = experiments.get(fields.pop("like", ""))
+        fields = {"runs": like.runs} | fields if like else fields
+        fields["meshes"] = tuple(fields.get("meshes", {}).items())
+        experiments[name] = TypeAdapter(PaperExperiment).validate_python({"kind": name} | fields)
+    return experiments
+
+
+_TABLES = read_toml(Path(__file__).with_suffix(".toml"))
+EXPERIMENTS = read_experiments(_TABLES["experiments"])
+SERIES = {
+    kind: ExperimentSeries(
+        kind,
+        table["symbol"],
+        table["field"],
+        EXPERIMENTS.get(table.get("like", ""), PaperExperiment("")),
     )
-    for item in (NO_ERROR, SQUARE, PRELOADED)
+    for kind, table in _TABLES["series"].items()
+}
+PD, CONSTANT, NO_ERROR, WIDE, STATIC, PLANTED = (
+    EXPERIMENTS[name]
+    for name in (
+        *("pd", "constant torque", "no error", "whole run, b = 3000 um"),
+        *("static", "planted slips"),
+    )
 )
-# Section 4.1's 6 mm.
-WIDE = replace(PD, kind="whole run, b = 3000 um", meshes=((_BACKLASH, WIDE_M),))
-TURNING = replace(
-    WIDE,
-    kind="turning back, b = 3000 um",
-    settings=(f"scenario.start.theta_dot_rad_per_s={TURNING_RAD_PER_S!r}",),
+BACKLASH, ERROR, BACK, BACK_EVEN = (
+    SERIES[kind]
+    for kind in (
+        *("backlash", "tooth error"),
+        *("back and forth, backlash", "back and forth evenly, backlash"),
+    )
 )
-STATIC = PaperExperiment("static", question_class=None)  # follows from the arm's data alone
-PLANTED = PaperExperiment("planted slips", question_class=None)  # likewise
-BACKLASH = ExperimentSeries("backlash", "b", _BACKLASH)  # Figs. 16-18
-ERROR = ExperimentSeries("tooth error", "E", _ERROR)  # Figs. 19-20
 # What the claims ask of it ends before 1.2 s, where WIDE goes on: its numbers are those of WIDE.
 WIDE_BEGINNING = BACKLASH(1e6 * WIDE_M)
 DEFAULTS = (BACKLASH(DEFAULT_B_UM), ERROR(DEFAULT_E_UM))  # the PD run as a member of both sweeps
-BACKLASH_NO_ERROR = ExperimentSeries("backlash, no error", "b", _BACKLASH, NO_ERROR)
-_BACK = replace(CONSTANT, scenario="back-and-forth", question_class=ensembles.SwingQuestion)
-_EVENLY = replace(_BACK, settings=("scenario.drive.argument=time",))
-# Fig. 15, by sin(20 pi sqrt(t)) as printed and by sin(20 pi t).
-BACK = ExperimentSeries("back and forth, backlash", "b", _BACKLASH, _BACK)
-BACK_EVEN = ExperimentSeries("back and forth evenly, backlash", "b", _BACKLASH, _EVENLY)
+
+
+def find_experiment(name: str) -> PaperExperiment:
+    """The experiment whose text this is. Raises KeyError if there is none."""
+    if name in EXPERIMENTS:
+        return EXPERIMENTS[name]
+    kind, size, _ = name.rsplit(" ", 2)
+    return SERIES[kind](float(size))
 
 
 def build_question(
     experiment: PaperExperiment, condition: Condition, seeds: tuple[int, ...]
 ) -> EnsembleQuestion[EnsembleNumbers]:
     """The experiment in a setting, as a question. Raises KeyError for one that has no run."""
-    if experiment.question_class is None:
-        raise KeyError(experiment)
-    plain = condition.variant(experiment.scenario)
+    run = RUNS[experiment.runs]
+    plain = condition.variant(run.scenario)
     variant = replace(
         plain,
-        duration_s=experiment.duration_s,
-        record_every=round(experiment.every_s / plain.case().scenario.step_s),
+        duration_s=experiment.duration_s or run.duration_s,
+        record_every=round(run.record_s / plain.case().scenario.step_s),
         meshes=tuple(
             f"arm.joints.*.*_mesh.{field}={value!r}" for field, value in experiment.meshes
         ),
         settings=experiment.settings,
         harmonics=experiment.harmonics,
     )
-    return experiment.question_class(
+    return run.question_class(
         make_preloaded_variant(variant) if experiment.preloaded else variant, seeds
     )
 

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Hashable, Mapping
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 from typing import Literal, NamedTuple
 
 from crosscheck.audit.experiments.variant import GEARED_MODELS, Equations, Planets, Variant
@@ -111,10 +111,6 @@ class Condition:
         """The name of the setting in claims.json."""
         printed = "printed/" if self.equations == "printed" else ""
         return f"{self.law.id}/{self.arm}/{self.planets}/{printed}{self.zeta:g}"
-
-    def use_integral_phase(self) -> Condition:
-        """The setting with the phase as an integral, at its own ring rate."""
-        return replace(self, law=Law("angle", self.law.ring_rate))
 
     def variant(self, scenario: str = "pd") -> Variant:
         """The variant that runs a scenario in this setting."""

@@ -1,25 +1,75 @@
-"""Work of the paper's study: done in parallel, kept on disk by all its inputs."""
+"""Work of the paper's study: questions, answered in parallel, kept on disk by all their inputs."""
 
 from __future__ import annotations
 
 import hashlib
+import json
 import platform
-from collections.abc import Mapping, Sequence
+from abc import ABC, abstractmethod
+from collections.abc import Iterable, Mapping, Sequence
 from contextlib import suppress
 from dataclasses import dataclass, field
 from functools import lru_cache
 from pathlib import Path
-from typing import Any, NamedTuple, TypeVar
+from typing import Any, Generic, TypeVar, get_type_hints
 
-from crosscheck.audit.experiments.question import Question
+from pydantic import BaseModel, TypeAdapter
+
 from crosscheck.models.errors import Diverged, InputError, Unfinished
 from crosscheck.provenance import find_version
 from crosscheck.registry import MODELS
-from crosscheck.runner.outcomes import Failure, failure_from_error
+from crosscheck.runner.outcomes import Failure
 from crosscheck.runner.progress_update import CountCallback
 from crosscheck.runner.sources import compute_code_hash
 from crosscheck.runner.store import Store
-from crosscheck.runner.workers import perform_all
+from crosscheck.runner.workers import Workers
+
+Answer = TypeVar("Answer", covariant=True)
+Records = Iterable[BaseModel]
+
+
+class Question(ABC, Generic[Answer]):
+    """A question, answered once and kept; a subclass is a frozen dataclass of a module.
+
+    The answer, of the type that ``answer`` is annotated with (records, numbers, lists of them), is
+    kept as JSON unless ``encode`` says otherwise. Besides code it depends on the fields and on
+    ``records``. cost: estimated [s].
+    """
+
+    @property
+    @abstractmethod
+    def cost(self) -> float: ...
+
+    @property
+    def model_names(self) -> tuple[str, ...]:
+        """Names of the models that the question runs and its module does not import."""
+        return ()
+
+    @property
+    def inputs(self) -> str:
+        """All that the answer depends on besides code, as text."""
+        return "\n".join([repr(self), *(record.model_dump_json() for record in self.records())])
+
+    @abstractmethod
+    def records(self) -> Records:
+        """The arms, scenarios and switches that the answer depends on."""
+
+    @abstractmethod
+    def answer(self) -> Answer: ...
+
+    def encode(self, answer: Any) -> bytes:
+        """The answer as it is kept."""
+        return json.dumps(self._adapter.dump_python(answer), allow_nan=False).encode()
+
+    def decode(self, content: bytes) -> Answer:
+        """The answer from what was kept. Raises ValueError or KeyError if that is none."""
+        answer: Answer = self._adapter.validate_python(json.loads(content))
+        return answer
+
+    @property
+    def _adapter(self) -> TypeAdapter[Any]:
+        return TypeAdapter(get_type_hints(type(self).answer)["return"])
+
 
 Key = TypeVar("Key")
 Value = TypeVar("Value")
@@ -30,8 +80,7 @@ class Study:
     """The answers to questions, kept in a folder; reports its progress.
 
     progress(what, done, total) counts results, before and after every task of a request. What
-    cannot be kept, or does not fit any more, is made again. Work that does not end raises
-    Unfinished, after all other work of the request.
+    cannot be kept, or does not fit any more, is made again.
     """
 
     folder: Path
@@ -46,7 +95,7 @@ class Study:
     def answer_questions(self, questions: Sequence[Question[Value]], label: str) -> list[Value]:
         """The answer to each question, worked out once and kept.
 
-        Raises what went wrong; a divergence after all others are kept.
+        Raises what went wrong after all others are kept; a divergence last of all.
         """
         keys = [question_key(question) for question in questions]
         question_by_key = dict(zip(keys, questions, strict=True))
@@ -57,30 +106,31 @@ class Study:
         self.cached_count += len(answers)
         done, total = len(answers), len(question_by_key)
         self.progress(label, done, total)
-
-        def report_task(key: str) -> None:
-            nonlocal done
-            done, self.computed_count = done + 1, self.computed_count + 1
-            self.progress(label, done, total)
-
-        tasks = [
-            AuditTask(key, question, self.store)
-            for key, question in question_by_key.items()
-            if key not in answers
-        ]
-        for key, outcome in perform_all(tasks, self.jobs, report_task).items():
-            question = question_by_key[key]
-            content, store_error = (
-                (outcome, None) if isinstance(outcome, Failure) else outcome  # its process died
-            )
-            if isinstance(content, Failure):
-                raise Unfinished(f"{label}: {type(question).__name__}: {content}")
-            if isinstance(content, InputError):
-                raise content
-            if store_error is not None:
-                self.store.give_up(store_error)
-            answers[key] = content if isinstance(content, Diverged) else question.decode(content)
+        tasks = [QuestionTask(k, q) for k, q in question_by_key.items() if k not in answers]
+        errors = list[Exception]()
+        with Workers(min(self.jobs, len(tasks))) as workers:
+            for key, result in workers.stream_longest_first(tasks, lambda key: None):
+                question = question_by_key[key]
+                if isinstance(result, Failure):
+                    errors.append(Unfinished(f"{label}: {type(question).__name__}: {result}"))
+                elif isinstance(result, InputError):
+                    errors.append(result)
+                elif isinstance(result, Diverged):
+                    answers[key] = result
+                else:
+                    self._keep(key, result)
+                    answers[key] = question.decode(result)
+                done, self.computed_count = done + 1, self.computed_count + 1
+                self.progress(label, done, total)
+        if errors:
+            raise errors[0]
         return [raise_if_diverged(answers[key]) for key in keys]
+
+    def _keep(self, key: str, content: bytes) -> None:
+        try:
+            self.store.put(key, content)
+        except OSError as error:
+            self.store.give_up(error)
 
     def answer_by_key(
         self, questions: Mapping[Key, Question[Value]], label: str
@@ -115,39 +165,21 @@ def raise_if_diverged(result: Value | Diverged) -> Value:
     return result
 
 
-class AnswerOutcome(NamedTuple):
-    """What became of a question: its answer's content, or why there is none or it is not kept.
-
-    Errors that are the caller's come from another process as they are.
-    """
-
-    content: bytes | Failure | InputError | Diverged
-    store_error: OSError | None = None
-
-
 @dataclass(frozen=True)
-class AuditTask:
-    """A question for another process, which keeps the answer."""
+class QuestionTask:
+    """A question for another process; key: its answer's."""
 
     key: str
     question: Question[Any]
-    store: Store
 
     @property
     def cost(self) -> float:
         """Estimated cost [s]."""
         return self.question.cost
 
-    def perform(self) -> AnswerOutcome:
-        """What became of it."""
+    def perform(self) -> bytes | InputError | Diverged:
+        """The answer's content, or the caller's own error as it is."""
         try:
-            content = self.question.encode(self.question.answer())
+            return self.question.encode(self.question.answer())
         except (InputError, Diverged) as error:
-            return AnswerOutcome(error)
-        except Exception as error:
-            return AnswerOutcome(failure_from_error(error))
-        try:
-            self.store.put(self.key, content)
-        except OSError as error:
-            return AnswerOutcome(content, error)
-        return AnswerOutcome(content)
+            return error

@@ -1,17 +1,20 @@
-"""What the figures are drawn from: runs from one start, and samples of all.
+"""What figures are made of: runs from one start, samples of all, and the plate with its words.
 
 Every choice that the paper leaves open is made here.
 """
 
 from __future__ import annotations
 
-from collections.abc import Hashable, Mapping
+from collections.abc import Hashable, Mapping, Sequence
 from dataclasses import dataclass, field, replace
-from typing import TypeVar
+from typing import NamedTuple, TypeVar
+
+from pydantic import JsonValue
 
 from crosscheck.audit.claims import study_plan
-from crosscheck.audit.claims.study_plan import StudyPlan
-from crosscheck.audit.experiments.courses import simulate_courses
+from crosscheck.audit.claims.catalogue import CLAIMS
+from crosscheck.audit.claims.study_plan import AuditContext, StudyPlan
+from crosscheck.audit.experiments.ensembles import simulate_courses
 from crosscheck.audit.experiments.experiments import (
     DEFAULTS,
     PD,
@@ -27,14 +30,13 @@ from crosscheck.audit.experiments.paper_conditions import (
     Law,
 )
 from crosscheck.audit.experiments.variant import Variant
-from crosscheck.audit.judging.sample import Sample
-from crosscheck.audit.measures.rigid import rigid_model
+from crosscheck.audit.judging.quantities import Sample
 from crosscheck.audit.measures.run_signals import RunSignals
-from crosscheck.audit.page.context import AuditContext
+from crosscheck.audit.measures.undefined import JsonObject
+from crosscheck.audit.page.chapter import render_template, to_markup
 
 # The paper gives no damping. At the smaller value its third fluctuation shows under its own law.
 ZETA, LOW_ZETA = 0.02, 0.005
-SMOOTH_RECORD = 20  # 0.2 ms: for angles and speeds, which have nothing at mesh frequencies
 FULL_RECORD = 2  # 20 µs: eleven records of a period of the fastest mesh mode
 Name = TypeVar("Name", bound=Hashable)
 
@@ -79,7 +81,7 @@ class FigureData:
         """A family's experiments that the plan has, by size."""
         planned = (*DEFAULTS, *self.plan.experiments(make_condition(LAWS[0])))
         members = {item for item in planned if item.kind == series.kind}
-        return sorted(members, key=lambda item: item.size_um or 0.0)
+        return sorted(members, key=lambda item: item.size or 0.0)
 
     def samples_by_law(self, experiment: PaperExperiment) -> dict[Law, Sample]:
         """The samples of an experiment, by law."""
@@ -107,6 +109,49 @@ def make_start_variant(
     return replace(variant, seed=seed, record_every=record_every)
 
 
-def make_rigid_variant(scenario: str, level: str) -> Variant:
-    """The variant of a rigid arm at a level, recorded on the grid of the smooth runs."""
-    return Variant(scenario, model=rigid_model(level), record_every=SMOOTH_RECORD)
+class Drawing(NamedTuple):
+    """A drawing as an <svg> element, with what it shows in plain text."""
+
+    svg: str
+    caption: str
+
+
+@dataclass(frozen=True)
+class PaperFigure:
+    """A plate. zeta: None where no damping enters; start: seed of what is drawn.
+
+    numbers: for the figure's words; reason: why there is no drawing.
+    """
+
+    number: int
+    drawings: Sequence[Drawing]
+    zeta: float | None = None
+    start: int | None = None
+    numbers: Mapping[str, JsonValue] = field(default_factory=dict)
+    tables: Mapping[str, str] = field(default_factory=dict)
+    reason: str = ""
+
+    @property
+    def claims(self) -> list[str]:
+        """The ids of the claims about the figure."""
+        return [claim.id for claim in CLAIMS if claim.figure == self.number]
+
+    def to_html(self) -> str:
+        """The figure's html from <h3> down."""
+        return render_template(
+            f"figures/figure-{self.number}",
+            plate=self,
+            svgs=[(to_markup(drawing.svg), drawing.caption) for drawing in self.drawings],
+            tables={name: to_markup(table) for name, table in self.tables.items()},
+        )
+
+    def to_dict(self) -> JsonObject:
+        """The figure as a JSON object; what the claims say stands in their own records."""
+        return {
+            "id": f"figure-{self.number}",
+            "zeta": self.zeta,
+            "start": self.start,
+            "drawn": not self.reason,
+            "claims": list(self.claims),
+            "numbers": dict(self.numbers),
+        }

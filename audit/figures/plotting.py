@@ -12,7 +12,7 @@ from matplotlib.axes import Axes
 from crosscheck.audit.experiments.paper_conditions import LAWS
 from crosscheck.audit.measures.run_signals import RunSignals
 from crosscheck.audit.measures.stage import paper_stage
-from crosscheck.audit.page.labels import DRAWN_NAMES
+from crosscheck.audit.page.chapter import DRAWN_NAMES
 from crosscheck.report.fragments import COLOURS
 from crosscheck.report.plots.figures import (
     draw_legend,

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import replace
 from typing import NamedTuple
 
@@ -16,14 +16,16 @@ from crosscheck.audit.experiments.experiments import (
     ERROR,
     ExperimentSeries,
 )
-from crosscheck.audit.experiments.paper_conditions import INTEGRAL, LAWS
+from crosscheck.audit.experiments.paper_conditions import INTEGRAL, LAWS, Law
+from crosscheck.audit.experiments.variant import rigid_arm
 from crosscheck.audit.figures.figure_data import (
     LOW_ZETA,
+    Drawing,
     FigureData,
+    PaperFigure,
     make_condition,
     make_start_variant,
 )
-from crosscheck.audit.figures.paper_figure import Drawing, PaperFigure
 from crosscheck.audit.figures.plotting import (
     KILO,
     LAW_COLOURS,
@@ -34,9 +36,8 @@ from crosscheck.audit.figures.plotting import (
 )
 from crosscheck.audit.measures import events
 from crosscheck.audit.measures.events import THIRD_S
-from crosscheck.audit.measures.rigid import rigid_arm
 from crosscheck.audit.measures.run_signals import RunSignals
-from crosscheck.audit.page.labels import DRAWN_NAMES
+from crosscheck.audit.page.chapter import DRAWN_NAMES
 from crosscheck.report.fragments import COLOURS
 from crosscheck.signals import envelope
 
@@ -99,47 +100,51 @@ def draw_sweep_figure(data: FigureData, number: int) -> PaperFigure:
     series, default_um, shown, window = FIGURES[number]
     members = data.members(series)
     courses = data.courses_by_law(number, *members)
-    sizes = [f"{series.symbol} {member.size_um:g} µm" for member in members]
+    sizes = [f"{series.symbol} {member.size:g} µm" for member in members]
     if window is None:
-        where = "in the legend"
-        plain = {
-            law: make_start_variant(series(default_um), make_condition(law), None) for law in LAWS
-        }
-        rigid = data.load_courses(
-            {law: rigid_arm(replace(plain[law], duration_s=None)) for law in LAWS}, number
-        )
-        rows = [
-            [
-                Panel(
-                    [
-                        Curve(*find_spectrum(runs[law], rigid[law], joint), colour, size, width=0.8)
-                        for runs, size, colour in zip(courses, sizes, COLOURS, strict=False)
-                    ],
-                    {"xlim": (0, HIGHEST_HZ), "ylabel": f"{name} [rad/s²]"},
-                    log=True,
-                )
-                for law in LAWS
-            ]
-            for joint, name in enumerate(("shoulder", "elbow"))
-        ]
-        svg = draw_panels(2.4, "frequency [Hz]", *rows, by_law=True)
+        where, svg = "in the legend", _draw_spectra(data, number, courses, sizes)
     else:
         where, rows = "at the panels", []
         for size, runs in zip(sizes, courses, strict=True):
             settings: dict[str, object] = {"xlim": window, "ylabel": f"{size}\nF_sp1 [kN]"}
             if size != sizes[-1]:
                 settings["xticklabels"] = []
-            curves = [
-                Curve(run.time[part], KILO * run.F_sp[part], LAW_COLOURS[law], bins=SMALL_BINS)
-                for law, run in runs.items()
-                for part in (signals.window(run.time, *window),)
-            ]
-            rows.append([Panel([curve], settings) for curve in curves])
+            row = []
+            for law, run in runs.items():
+                part = signals.window(run.time, *window)
+                force = KILO * run.F_sp[part]
+                curve = Curve(run.time[part], force, LAW_COLOURS[law], bins=SMALL_BINS)
+                row.append(Panel([curve], settings))
+            rows.append(row)
         svg = draw_panels(1.15, "time [s]", *rows, by_law=True)
     default_run = courses[members.index(series(default_um))][INTEGRAL]
     caption = describe_run(default_run, data.seed, f"{series.symbol} as {where}.")
     drawings = [_draw_start_numbers(data, series, shown), Drawing(svg, caption)]
     return PaperFigure(number, drawings, LOW_ZETA, data.seed)
+
+
+def _draw_spectra(
+    data: FigureData, number: int, courses: Sequence[Mapping[Law, RunSignals]], sizes: Sequence[str]
+) -> str:
+    """The spectra of both joints' accelerations of one start, a curve for each size, as svg."""
+    series, default_um, *_ = FIGURES[number]
+    rigid_variants = {}
+    for law in LAWS:
+        plain = make_start_variant(series(default_um), make_condition(law), None)
+        rigid_variants[law] = rigid_arm(replace(plain, duration_s=None))
+    rigid, rows = data.load_courses(rigid_variants, number), []
+    for joint, name in enumerate(("shoulder", "elbow")):
+        settings = {"xlim": (0, HIGHEST_HZ), "ylabel": f"{name} [rad/s²]"}
+        row = []
+        for law in LAWS:
+            spectra = [find_spectrum(runs[law], rigid[law], joint) for runs in courses]
+            curves = [
+                Curve(*spectrum, colour, size, width=0.8)
+                for spectrum, size, colour in zip(spectra, sizes, COLOURS, strict=False)
+            ]
+            row.append(Panel(curves, settings, log=True))
+        rows.append(row)
+    return draw_panels(2.4, "frequency [Hz]", *rows, by_law=True)
 
 
 def _draw_start_numbers(
@@ -148,7 +153,7 @@ def _draw_start_numbers(
     """A drawing of all starts' numbers, a dot each, laws side by side, sizes by rank."""
     members = data.members(series)
     samples = [data.samples_by_law(member) for member in members]
-    ticks = {"xticks": range(len(members)), "xticklabels": [f"{x.size_um:g}" for x in members]}
+    ticks = {"xticks": range(len(members)), "xticklabels": [f"{x.size:g}" for x in members]}
     row = []
     for axis in shown:
         curves = list[Curve]()

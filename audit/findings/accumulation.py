@@ -12,8 +12,7 @@ from crosscheck.audit.experiments.experiments import BACK, BACK_EVEN, DEFAULT_B_
 from crosscheck.audit.experiments.paper_conditions import AS_GEARS, Condition
 from crosscheck.audit.experiments.torque import ERROR_WINDOWS_S
 from crosscheck.audit.judging.quantities import ConditionResults
-from crosscheck.audit.judging.rule import State, state
-from crosscheck.audit.judging.shares import share_of
+from crosscheck.audit.judging.rule import State, share_of, state
 
 # 2000 sin(20 pi sqrt(t)) as printed, 2000 sin(20 pi t).
 DRIVES = {"sqrt_time": BACK, "time": BACK_EVEN}

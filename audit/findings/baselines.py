@@ -4,11 +4,11 @@ from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
+from itertools import product
 
 import numpy as np
 
-from crosscheck.audit.claims.catalogue import BY_ID
-from crosscheck.audit.claims.model_judgement import model_of
+from crosscheck.audit.claims.catalogue import BY_ID, model_of
 from crosscheck.audit.experiments.paper_conditions import (
     AS_MODELLED,
     DAMPING,
@@ -16,10 +16,10 @@ from crosscheck.audit.experiments.paper_conditions import (
     READING,
     READINGS,
 )
+from crosscheck.audit.experiments.variant import COUPLED
 from crosscheck.audit.figures.figure_data import ZETA
 from crosscheck.audit.judging.judgement import ClaimJudgement
 from crosscheck.audit.judging.rule import Answer, State
-from crosscheck.audit.measures.rigid import COUPLED
 from crosscheck.audit.measures.undefined import extreme_value, quotient
 from crosscheck.registry import RIGID_LEVELS
 from crosscheck.report.fragments import COLOURS
@@ -46,8 +46,8 @@ class RigidResidual:
 
     def size(self, claim: str) -> float:
         """The median of a deviation, in the claim's unit; nan if undefined."""
-        quantiles = self.answers[claim].quantiles
-        return quantiles[1] if quantiles else np.nan
+        median = self.answers[claim].median
+        return np.nan if median is None else median
 
     def is_papers(self, claim: str) -> bool:
         """Whether a deviation is what the paper says."""
@@ -87,8 +87,7 @@ class BaselineFinding:
         return extreme_value(
             (
                 quotient(last[each.arm].size(claim), each.size(claim))
-                for each in self.fitting
-                for claim in LABELS
+                for each, claim in product(self.fitting, LABELS)
             ),
             max,
         )

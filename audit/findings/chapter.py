@@ -3,13 +3,15 @@
 from __future__ import annotations
 
 from collections import Counter
+from collections.abc import Mapping
 from dataclasses import dataclass
 from itertools import product
 
 import numpy as np
 
 from crosscheck.audit.claims.chapter import COLUMNS
-from crosscheck.audit.errata.engine_comparison import PrintedEquationsQuestion
+from crosscheck.audit.claims.study_plan import AuditContext
+from crosscheck.audit.errata.printed_equations import PrintedEquationsQuestion
 from crosscheck.audit.experiments.experiments import PD
 from crosscheck.audit.experiments.paper_conditions import (
     INTEGRAL,
@@ -20,34 +22,22 @@ from crosscheck.audit.experiments.paper_conditions import (
     Condition,
     Law,
 )
+from crosscheck.audit.experiments.samples import judge_third_fluctuation
 from crosscheck.audit.experiments.variant import Equations, Planets
 from crosscheck.audit.figures.figure_data import LOW_ZETA, ZETA
 from crosscheck.audit.figures.plotting import LAW_COLOURS, set_same_scale
-from crosscheck.audit.findings import accumulation, clock, linear_limits
-from crosscheck.audit.findings.baselines import (
-    LEVELS,
-    THETA_1,
-    THETA_2,
-    TIP,
-    compare_baselines,
-    draw_baselines,
-)
-from crosscheck.audit.findings.engines import compare_engines
+from crosscheck.audit.findings import accumulation, baselines, clock, engines, linear_limits
 from crosscheck.audit.judging.judgement import ClaimJudgement
-from crosscheck.audit.judging.rule import State
-from crosscheck.audit.judging.shares import Share
-from crosscheck.audit.measures.third_fluctuation import ThirdFluctuation
+from crosscheck.audit.judging.rule import Answer, Share, State
 from crosscheck.audit.measures.thresholds import SEVERE
-from crosscheck.audit.measures.undefined import (
-    UNDEFINED,
-    JsonObject,
-    float_or_none,
-    format_answer,
+from crosscheck.audit.measures.undefined import UNDEFINED, JsonObject, format_answer
+from crosscheck.audit.page.chapter import (
+    LAW_MEANINGS,
+    LAW_NAMES,
+    AuditChapter,
+    render_template,
+    to_markup,
 )
-from crosscheck.audit.page.chapter import AuditChapter
-from crosscheck.audit.page.context import AuditContext
-from crosscheck.audit.page.labels import LAW_MEANINGS, LAW_NAMES
-from crosscheck.audit.page.text import render_template, to_markup
 from crosscheck.report.fragments import COLOURS
 from crosscheck.report.plots.figures import draw_legend, make_figure, set_log_scale, to_svg
 
@@ -82,26 +72,26 @@ def build_chapter(context: AuditContext) -> AuditChapter:
         [PrintedEquationsQuestion(LABELLED, scale.longest_s)], "printed equations"
     )
     clocks, third = clock.run_clock_test(study, scale), evaluate_third_fluctuation(context)
-    baselines = compare_baselines(context.judged_claims)
+    rigid = baselines.compare_baselines(context.judged_claims)
     accumulations = accumulation.find_accumulations(context.settings)
     limits = linear_limits.find_thresholds()
     presence = {level: find_laws(context.judged_claims[claim]) for level, claim in PRESENCE.items()}
-    engine = compare_engines(study, scale)
+    compared = engines.compare_engines(study, scale)
+    in_engine = engines.is_third_fluctuation_in_engine(compared)
     drives = {drive: accumulation.judge_drive(each) for drive, each in accumulations.items()}
     shown = {
         drive: next(x for x in each if x.condition == Condition(INTEGRAL, ZETA))
         for drive, each in accumulations.items()
     }
     cured = linear_limits.is_cured_at_sun(limits)
-
     answers: dict[str, bool | str | None] = {
         "printed": printed.agrees,
         "clock": clocks.supports,
         "third": third.needs_clock,
         **{f"presence-{level}": laws for level, laws in presence.items()},
-        "engine": engine.supports,
-        "baseline": baselines.gives_all,
-        "inertia": baselines.is_inertia,
+        "engine": in_engine,
+        "baseline": rigid.gives_all,
+        "inertia": rigid.is_inertia,
         **{
             f"accumulation-{drive}": str(verdict or "depends on the setting")
             for drive, verdict in drives.items()
@@ -116,15 +106,12 @@ def build_chapter(context: AuditContext) -> AuditChapter:
         }
         for name, answer in answers.items()
     ]
-    records += [
-        printed.to_dict(),
-        *(law.to_dict() for law in clocks.laws),
-        *(strip.to_dict() for strip in third.strips),
-        *engine.to_dicts(),
-        *(limit.to_dict() for limit in limits),
-    ]
+    records += [printed.to_dict(), *clocks.to_dicts(), *third.to_dicts()]
+    records += [comparison.to_dict() for comparison in compared]
+    records += [{"id": point.id, "unstable_below_zeta": zeta} for point, zeta in limits.items()]
     simulated_claims = [entry for entry in context.judged_claims.values() if not entry.claim.static]
-    link = [limit.zeta for limit in limits if limit.point.sensed == linear_limits.LINK]
+    link = [zeta for point, zeta in limits.items() if point.sensed == linear_limits.LINK]
+    nearest = rigid.nearest
     page = render_template(
         "findings/chapter",
         printed=printed,
@@ -133,12 +120,11 @@ def build_chapter(context: AuditContext) -> AuditChapter:
         force_change_N=clock.largest_force_change(),
         third=third,
         presence=presence,
-        engine=engine,
-        baselines=baselines,
-        level=LEVELS[baselines.nearest.level] if baselines.nearest else "",
-        left=[baselines.nearest.size(claim) for claim in (THETA_1, THETA_2, TIP)]
-        if baselines.nearest
-        else [],
+        in_engine=in_engine,
+        compared=[each for each in compared if each.cell.law.phase == "omega_t"],
+        baselines=rigid,
+        level=baselines.LEVELS[nearest.level] if nearest else "",
+        left=[nearest.size(claim) for claim in baselines.LABELS] if nearest else [],
         zeta=ZETA,
         own=drives,
         added_rad={drive: each.added_rad[0] for drive, each in shown.items()},
@@ -149,7 +135,7 @@ def build_chapter(context: AuditContext) -> AuditChapter:
         window_s=clock.RUN_WINDOW_S,
         run_zeta=clock.RUN_ZETA,
         third_svg=to_markup(draw_third_fluctuations(third)),
-        baselines_svg=to_markup(draw_baselines(baselines.residuals)),
+        baselines_svg=to_markup(baselines.draw_baselines(rigid.residuals)),
         names=LAW_NAMES,
         meanings=LAW_MEANINGS,
         laws=LAWS,
@@ -188,36 +174,15 @@ def find_spin_rad(context: AuditContext) -> float | None:
 
 
 @dataclass(frozen=True)
-class StartsStrip:
-    """The third fluctuation of every start in one setting, as one strip of the drawing."""
-
-    condition: Condition
-    third: ThirdFluctuation
-
-    def to_dict(self) -> JsonObject:
-        """The strip as a JSON object."""
-        return {
-            "id": f"finding/third/{self.condition.id}",
-            "starts": self.third.size.size,
-            "undefined": self.third.size.size - self.third.sizes.size,
-            "severe": self.third.severe_count,
-            "quantiles": list(map(float_or_none, self.third.quantiles)),
-        }
-
-
-@dataclass(frozen=True)
 class ThirdFluctuationFinding:
-    """The third fluctuations at one damping ratio, by law and by planets lumped or free."""
+    """Whether starts are severe at one damping ratio, by law and by planets lumped or free."""
 
     zeta: float
-    strips: tuple[StartsStrip, ...]
+    answers: Mapping[Condition, Answer]
 
     def share(self, law: Law, planets: Planets) -> Share | None:
         """The share of severe starts under a law and with planets lumped or free."""
-        places = {
-            (strip.condition.law, strip.condition.planets): strip.third for strip in self.strips
-        }
-        return places[law, planets].share
+        return {(each.law, each.planets): a for each, a in self.answers.items()}[law, planets].share
 
     @property
     def as_modelled(self) -> Share | None:
@@ -233,9 +198,21 @@ class ThirdFluctuationFinding:
     def needs_clock(self) -> bool:
         """Whether some starts are severe with the clock, and in no setting without it."""
         severe = (State.YES, State.BISTABLE)
-        return {s.condition.law.phase for s in self.strips if s.third.state in severe} == {
-            "omega_t"
-        }
+        phases = {each.law.phase for each, a in self.answers.items() if a.state in severe}
+        return phases == {"omega_t"}
+
+    def to_dicts(self) -> list[JsonObject]:
+        """The starts of each setting as a JSON object."""
+        return [
+            {
+                "id": f"finding/third/{condition.id}",
+                "starts": answer.starts,
+                "undefined": answer.undefined,
+                "severe": answer.yes,
+                "quantiles": list(answer.quantiles or (None,) * 3),
+            }
+            for condition, answer in self.answers.items()
+        ]
 
 
 def evaluate_third_fluctuation(context: AuditContext) -> ThirdFluctuationFinding:
@@ -244,32 +221,24 @@ def evaluate_third_fluctuation(context: AuditContext) -> ThirdFluctuationFinding
         Condition(law, LOW_ZETA, planets=planets, equations=equations)
         for (planets, equations), law in product(MODELS.items(), LAWS)
     ]
-    samples = context.samples(
-        [(condition, PD) for condition in conditions], "the third fluctuation"
-    )
-    return ThirdFluctuationFinding(
-        LOW_ZETA,
-        tuple(
-            StartsStrip(condition, ThirdFluctuation.from_samples(samples[condition, PD]))
-            for condition in conditions
-        ),
-    )
+    samples = context.samples([(each, PD) for each in conditions], "the third fluctuation")
+    answers = {each: judge_third_fluctuation(samples[each, PD]) for each in conditions}
+    return ThirdFluctuationFinding(LOW_ZETA, answers)
 
 
 def draw_clocks(clocks: clock.ClockTestResult) -> str:
     """Acceleration from rest, one start for every clock, and what every start reaches; svg."""
-    figure, grid = make_figure(2, len(clocks.laws), 2.2)
-    for (above, below), entry in zip(grid.T, clocks.laws, strict=True):
-        for place, (delayed, colour) in enumerate(zip(entry.delays, COLOURS, strict=False)):
-            band = delayed.shoulder
+    figure, grid = make_figure(2, len(clocks.delays_by_law), 2.2)
+    for (above, below), (law, delays) in zip(grid.T, clocks.delays_by_law.items(), strict=True):
+        for place, (delayed, colour) in enumerate(zip(delays, COLOURS, strict=False)):
             label = f"clock starts at {delayed.clock_s:g} s"
-            above.fill_between(band.time_s, band.low, band.high, color=colour, label=label, lw=0.6)
+            above.fill_between(*delayed.shoulder, color=colour, label=label, lw=0.6)
             above.collections[-1].set_zorder(3 - place / 10)  # the wildest behind
             sizes = [size for size in delayed.vibration_rad_per_s2 if size is not None]
             below.plot(np.full(len(sizes), place), sizes, "o", ms=4, color=colour, mfc="none")
-        above.set(title=LAW_NAMES[entry.law], xlabel="time since the start [s]")
-        below.set_xticks(range(len(entry.delays)), [f"{entry.clock_s:g}" for entry in entry.delays])
-        below.set(xlabel="clock at the start [s]", xlim=(-0.5, len(entry.delays) - 0.5))
+        above.set(title=LAW_NAMES[law], xlabel="time since the start [s]")
+        below.set_xticks(range(len(delays)), [f"{delayed.clock_s:g}" for delayed in delays])
+        below.set(xlabel="clock at the start [s]", xlim=(-0.5, len(delays) - 0.5))
         below.margins(y=0.1)  # no ring cut in half
         set_log_scale(below)
     grid[0, 0].set_ylabel("acceleration [rad/s²]")
@@ -284,16 +253,16 @@ def draw_third_fluctuations(finding: ThirdFluctuationFinding) -> str:
     figure, grid = make_figure(1, 1, 3.2)
     axes = grid[0, 0]
     names = []
-    for row, strip in enumerate(finding.strips):
-        sizes, share = np.sort(strip.third.sizes), strip.third.share
+    for row, (condition, answer) in enumerate(finding.answers.items()):
+        sizes = np.array(answer.values)
         heights = row + 0.28 * np.sin(2.4 * np.arange(sizes.size))  # so that dots show one by one
-        colour = LAW_COLOURS[strip.condition.law]
-        fill = colour if strip.condition.planets == "free" else "white"
+        colour = LAW_COLOURS[condition.law]
+        fill = colour if condition.planets == "free" else "white"
         axes.plot(np.maximum(sizes, FAINTEST), heights, "o", ms=4.5, mec=colour, mfc=fill)
-        if share is not None:
-            share_label = f" {share} severe"
+        if answer.share is not None:
+            share_label = f" {answer.share} severe"
             axes.text(1.0, row, share_label, va="center", transform=axes.get_yaxis_transform())
-        names.append(f"{LAW_NAMES[strip.condition.law]}, {PLANET_NAMES[strip.condition.planets]}")
+        names.append(f"{LAW_NAMES[condition.law]}, {PLANET_NAMES[condition.planets]}")
     axes.axvline(SEVERE, color="k", lw=0.7, ls="--", label=f"counted as severe ({SEVERE:g})")
     axes.axvline(PAPER_THIRD, color="k", lw=0.7, ls=":", label=f"the paper's ({PAPER_THIRD:g})")
     axes.set_yticks(range(len(names)), names)

@@ -2,23 +2,23 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
-from typing import NamedTuple
 
 import numpy as np
 
 from crosscheck import signals
-from crosscheck.analytic.kernel.batch import Batch
+from crosscheck.analytic.kernel.batch import Batch, Records
 from crosscheck.analytic.model import AnalyticModel, PhysicalModel
 from crosscheck.audit.experiments.ensembles import EnsembleQuestion, rigid_course
 from crosscheck.audit.experiments.paper_conditions import LABELLED, LAWS, Condition, Law
-from crosscheck.audit.experiments.scale import Scale
+from crosscheck.audit.experiments.samples import Scale
 from crosscheck.audit.experiments.study import Study
-from crosscheck.audit.measures.rigid import rigid_arm
+from crosscheck.audit.experiments.variant import rigid_arm
 from crosscheck.audit.measures.stage import paper_stage
-from crosscheck.audit.measures.undefined import JsonObject, float_or_none, to_json
+from crosscheck.audit.measures.undefined import JsonObject, float_or_none
 from crosscheck.models.loading import load_arm
+from crosscheck.models.trajectory import recorded_times
 from crosscheck.signals import envelope
 from crosscheck.studies.members.starts import perturb_start
 
@@ -31,16 +31,7 @@ CHUNK = 2000  # records at a time, which stay in a processor's cache
 BINS = 400  # of what is kept for a drawing
 
 
-class RecordedMotion(NamedTuple):
-    """Records of runs: elapsed (times,) [s] since their start; q, v, a (times, n, members)."""
-
-    elapsed: np.ndarray
-    q: np.ndarray
-    v: np.ndarray
-    a: np.ndarray
-
-
-def simulate_motion(models: Sequence[AnalyticModel], clock_s: float = 0.0) -> RecordedMotion:
+def simulate_motion(models: Sequence[AnalyticModel], clock_s: float = 0.0) -> Records:
     """The runs of models of one structure, the clock at ``clock_s``, whole steps, at the start.
 
     States after one that is not finite are not either.
@@ -49,16 +40,7 @@ def simulate_motion(models: Sequence[AnalyticModel], clock_s: float = 0.0) -> Re
     batch.step_count = round(clock_s / scenario.step_s)
     with np.errstate(invalid="ignore", over="ignore"):  # of runs that diverge
         parts = list(batch.run(scenario.steps // scenario.stride, scenario.stride, CHUNK))
-    q, v, a = (np.concatenate([part[k] for part in parts]) for k in range(3))
-    return RecordedMotion(scenario.step_s * scenario.stride * np.arange(len(q)), q, v, a)
-
-
-class SignalEnvelope(NamedTuple):
-    """A fast signal for a drawing: smallest and largest value of bins at times [s]."""
-
-    time_s: tuple[float, ...]
-    low: tuple[float, ...]
-    high: tuple[float, ...]
+    return Records(*(np.concatenate(each) for each in zip(*parts, strict=True)))
 
 
 @dataclass(frozen=True)
@@ -67,13 +49,13 @@ class DelayResult:
 
     vibration_rad_per_s2: of every start's run, None where it diverged or is too short; same:
     whether the runs are bit for bit those with the clock from 0; shoulder: the first start's
-    acceleration [rad/s^2] in RUN_WINDOW_S.
+    acceleration [rad/s^2] in RUN_WINDOW_S for a drawing: times [s], least and largest of bins.
     """
 
     clock_s: float
     vibration_rad_per_s2: tuple[float | None, ...]
     same: bool
-    shoulder: SignalEnvelope
+    shoulder: tuple[list[float], list[float], list[float]]
 
 
 @dataclass(frozen=True)
@@ -82,67 +64,62 @@ class ClockTest(EnsembleQuestion[list[DelayResult]]):
 
     def answer(self) -> list[DelayResult]:
         models = [PhysicalModel(*perturb_start(self.case(), seed)) for seed in self.seeds]
-        theta, delays = models[0].layout.theta[0], list[DelayResult]()
-        runs = [simulate_motion(models, clock) for clock in CLOCKS_S]
-        elapsed, rigid = runs[0].elapsed, rigid_course(rigid_arm(self.variant))
+        theta = models[0].layout.theta[0]
+        runs = [simulate_motion(models, clock).a[:, theta] for clock in CLOCKS_S]
+        elapsed, rigid = recorded_times(models[0].scenario), rigid_course(rigid_arm(self.variant))
         rigid_shoulder = np.interp(elapsed, rigid.time, rigid.theta_ddot[:, 0])
         part = signals.window(elapsed, *RUN_WINDOW_S)
-        for clock, run in zip(CLOCKS_S, runs, strict=True):
-            shoulder = run.a[:, theta]
+        delays = []
+        for clock, shoulder in zip(CLOCKS_S, runs, strict=True):
             excess = (shoulder - rigid_shoulder[:, None])[part]
             sizes = tuple(float_or_none(signals.amplitude(start)) for start in excess.T)
-            same = bool(np.array_equal(shoulder, runs[0].a[:, theta]))
+            same = bool(np.array_equal(shoulder, runs[0]))
             inside = elapsed[part], shoulder[part, 0]
-            band = envelope(*inside, BINS) if inside[0].size else [np.empty(0)] * 3
-            drawn = SignalEnvelope(*(tuple(values.tolist()) for values in band))
+            time, low, high = envelope(*inside, BINS) if inside[0].size else [np.empty(0)] * 3
+            drawn = time.tolist(), low.tolist(), high.tolist()
             delays.append(DelayResult(clock, sizes, same, drawn))
         return delays
 
 
 @dataclass(frozen=True)
-class LawClockTest:
-    """The results of one law at every delay."""
+class ClockTestResult:
+    """The clock test of all three laws: the results at every delay."""
 
-    law: Law
-    delays: Sequence[DelayResult]
+    delays_by_law: Mapping[Law, Sequence[DelayResult]]
 
     @property
-    def blind(self) -> bool:
-        """Whether no run depends on the time."""
-        return all(delay.same for delay in self.delays)
-
-    def to_dict(self) -> JsonObject:
-        """The results as a JSON object."""
-        largest = {f"{x.clock_s:g}": x.vibration_rad_per_s2 for x in self.delays}
-        where = f"finding/clock/{self.law.id}"
-        return to_json({"id": where, "blind": self.blind, "vibration_rad_per_s2": largest})
-
-
-@dataclass(frozen=True)
-class ClockTestResult:
-    """The clock test of all three laws."""
-
-    laws: Sequence[LawClockTest]
+    def blind(self) -> dict[Law, bool]:
+        """Whether no run of a law depends on the time."""
+        return {law: all(each.same for each in d) for law, d in self.delays_by_law.items()}
 
     @property
     def supports(self) -> bool:
         """Whether both of the paper's laws know the time and the integral does not."""
-        return all(law_test.blind == (law_test.law.phase == "angle") for law_test in self.laws)
+        return all(blind == (law.phase == "angle") for law, blind in self.blind.items())
+
+    def to_dicts(self) -> list[JsonObject]:
+        """The results of each law as a JSON object."""
+        return [
+            {
+                "id": f"finding/clock/{law.id}",
+                "blind": self.blind[law],
+                "vibration_rad_per_s2": {
+                    f"{each.clock_s:g}": each.vibration_rad_per_s2 for each in delays
+                },
+            }
+            for law, delays in self.delays_by_law.items()
+        ]
 
 
 def run_clock_test(study: Study, scale: Scale) -> ClockTestResult:
     """The clock test: runs from rest with the clock at 0, 1, 5 and 20 s."""
     seeds = scale.seeds[: scale.limit_starts(RUN_STARTS)]
-    run_s = scale.limit_duration(RUN_S)
-    variants = {
-        law: replace(
-            Condition(law, RUN_ZETA).variant(), duration_s=run_s, record_every=RECORD_EVERY
-        )
-        for law in LAWS
-    }
-    questions = {law: ClockTest(variant, seeds) for law, variant in variants.items()}
-    delays_by_law = study.answer_by_key(questions, "clock test")
-    return ClockTestResult([LawClockTest(law, delays) for law, delays in delays_by_law.items()])
+    run_s, questions = scale.limit_duration(RUN_S), {}
+    for law in LAWS:
+        variant = Condition(law, RUN_ZETA).variant()
+        variant = replace(variant, duration_s=run_s, record_every=RECORD_EVERY)
+        questions[law] = ClockTest(variant, seeds)
+    return ClockTestResult(study.answer_by_key(questions, "clock test"))
 
 
 def largest_force_change() -> float:

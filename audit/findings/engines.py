@@ -8,12 +8,9 @@ from dataclasses import dataclass, replace
 from crosscheck.audit.experiments.ensembles import TransientPdQuestion
 from crosscheck.audit.experiments.experiments import PD, SHORT_S, build_question
 from crosscheck.audit.experiments.paper_conditions import DECISIVE, Condition
-from crosscheck.audit.experiments.samples import build_sample
-from crosscheck.audit.experiments.scale import Scale
+from crosscheck.audit.experiments.samples import Scale, build_sample, judge_third_fluctuation
 from crosscheck.audit.experiments.study import Study
-from crosscheck.audit.judging.rule import State
-from crosscheck.audit.measures.third_fluctuation import ThirdFluctuation
-from crosscheck.audit.measures.thresholds import SEVERE
+from crosscheck.audit.judging.rule import Answer, State
 from crosscheck.audit.measures.undefined import JsonObject, combine_answers
 from crosscheck.models.interface import Model
 from crosscheck.registry import build
@@ -27,49 +24,34 @@ APART_M = 1e-9  # both models' meshes start by up to so much elsewhere, far abov
 
 @dataclass(frozen=True)
 class ModelComparison:
-    """The analytic model and the engine in one setting, planets free."""
+    """Whether the third fluctuation is severe, by both models in one setting, planets free."""
 
     cell: Condition
-    analytic: ThirdFluctuation
-    engine: ThirdFluctuation
+    analytic: Answer
+    engine: Answer
 
     def to_dict(self) -> JsonObject:
         """The comparison as a JSON object: of each the severe starts, and the median size."""
         models = {"analytic": self.analytic, "engine": self.engine}
         return {
             "id": f"finding/engine/{self.cell.id}",
-            **{f"{name}_severe": str(third.share) for name, third in models.items()},
-            **{f"{name}_rad_per_s2": third.quantiles[1] for name, third in models.items()},
+            **{f"{name}_severe": str(answer.share) for name, answer in models.items()},
+            **{f"{name}_rad_per_s2": answer.median for name, answer in models.items()},
         }
 
 
-@dataclass(frozen=True)
-class EngineEvidence:
-    """The comparisons at every setting; under_angle: those with the phase as an integral."""
+def is_third_fluctuation_in_engine(compared: Sequence[ModelComparison]) -> bool | None:
+    """Whether the engine by itself has severe starts under `omega_t`, and none under `angle`.
 
-    compared: Sequence[ModelComparison]
-    under_angle: Sequence[ModelComparison]
-
-    @property
-    def supports(self) -> bool | None:
-        """Whether the engine by itself has severe starts under `omega_t`, and none under `angle`.
-
-        It is about presence; how alike both models are is no part of it.
-        """
-        quiet = [
-            None
-            if not comparison.engine.sizes.size
-            else bool(comparison.engine.sizes.max() <= SEVERE)
-            for comparison in self.under_angle
-        ]
-        states = [comparison.engine.state for comparison in self.compared]
-        known = [state for state in states if state != State.UNDEFINED]
-        shown = any(state in (State.YES, State.BISTABLE) for state in known) if known else None
-        return combine_answers([shown, *quiet])
-
-    def to_dicts(self) -> list[JsonObject]:
-        """The comparisons as JSON objects."""
-        return [comparison.to_dict() for comparison in (*self.compared, *self.under_angle)]
+    It is about presence; how alike both models are is no part of it.
+    """
+    by_phase: dict[str, list[Answer]] = {"omega_t": [], "angle": []}
+    for comparison in compared:
+        by_phase[comparison.cell.law.phase].append(comparison.engine)
+    quiet = [answer.yes == 0 if answer.values else None for answer in by_phase["angle"]]
+    states = {answer.state for answer in by_phase["omega_t"]} - {State.UNDEFINED}
+    shown = bool(states & {State.YES, State.BISTABLE}) if states else None
+    return combine_answers([shown, *quiet])
 
 
 @dataclass(frozen=True)
@@ -85,15 +67,13 @@ class PartedStartsQuestion(TransientPdQuestion):
         return [build(self.variant.model, *perturb_start(case, seed, APART_M)) for seed in seeds]
 
 
-def compare_engines(study: Study, scale: Scale) -> EngineEvidence:
-    """Samples of many starts of both models, the same ones.
+def compare_engines(study: Study, scale: Scale) -> list[ModelComparison]:
+    """The third fluctuations of many starts of both models, the same ones.
 
     Of the engine a question for every start, so that tasks stay short.
     """
-    under_angle = dict.fromkeys(
-        [cell.use_integral_phase() for cell in DECISIVE], STARTS_UNDER_ANGLE
-    )
-    counts = dict.fromkeys(DECISIVE, STARTS) | under_angle
+    under_angle = [replace(cell, law=cell.law._replace(phase="angle")) for cell in DECISIVE]
+    counts = dict.fromkeys(DECISIVE, STARTS) | dict.fromkeys(under_angle, STARTS_UNDER_ANGLE)
     variants = {
         cell: scale.cut(replace(build_question(PD, cell, ()).variant, duration_s=SHORT_S))
         for cell in counts
@@ -110,14 +90,13 @@ def compare_engines(study: Study, scale: Scale) -> EngineEvidence:
         },
         "second engine: Exudyn",
     )
-    both = {
-        cell: ModelComparison(
+    return [
+        ModelComparison(
             cell,
-            ThirdFluctuation.from_samples(build_sample(analytic[cell])),
-            ThirdFluctuation.from_samples(
+            judge_third_fluctuation(build_sample(analytic[cell])),
+            judge_third_fluctuation(
                 *(build_sample(engine[place]) for place in engine if place[0] == cell)
             ),
         )
         for cell in counts
-    }
-    return EngineEvidence([both[cell] for cell in DECISIVE], [both[cell] for cell in under_angle])
+    ]

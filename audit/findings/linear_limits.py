@@ -10,9 +10,9 @@ changes here.
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Mapping
 from dataclasses import dataclass
-from functools import lru_cache
+from functools import lru_cache, partial
 
 import numpy as np
 from scipy.optimize import brentq
@@ -21,7 +21,6 @@ from crosscheck.analytic.model import PhysicalModel
 from crosscheck.analytic.stability import contact_eigenvalues
 from crosscheck.audit.experiments.paper_conditions import READINGS
 from crosscheck.audit.experiments.variant import Variant
-from crosscheck.audit.measures.undefined import JsonObject
 
 ELBOWS_DEG = (0, 30, 60, 90, 120, 150, 180)
 STIFFNESSES = (0.8, 1.0, 1.2)  # (k_m - k_a, k_m, k_m + k_a) / k_m
@@ -44,6 +43,12 @@ class Point:
     stiffness: float = 1.0
     sensed: str = LINK
 
+    @property
+    def id(self) -> str:
+        """The name of the point in claims.json."""
+        pose = f"elbow {np.degrees(self.elbow_rad):g}"
+        return f"finding/limit/{self.arm}/{pose}/k {self.stiffness:g}/{self.sensed}"
+
 
 def compute_growth(point: Point, zeta: float) -> float:
     """Growth rate [1/s] of the least stable mesh mode."""
@@ -63,13 +68,9 @@ def compute_growth(point: Point, zeta: float) -> float:
 
 def find_threshold(point: Point) -> float:
     """Damping ratio below which a mesh mode flutters; 0 if none does even without damping."""
-
-    def rate(zeta: float) -> float:
-        return compute_growth(point, zeta)
-
-    if rate(0.0) <= ROUNDING_PER_S:
+    if compute_growth(point, 0.0) <= ROUNDING_PER_S:
         return 0.0
-    return float(brentq(rate, 0.0, LARGEST_ZETA, xtol=1e-9))
+    return float(brentq(partial(compute_growth, point), 0.0, LARGEST_ZETA, xtol=1e-9))
 
 
 @lru_cache
@@ -78,35 +79,22 @@ def _model(arm: str) -> PhysicalModel:
     return PhysicalModel(*Variant("pd", arm, zeta=1.0).case())
 
 
-@dataclass(frozen=True)
-class Threshold:
-    """The damping ratio at which a mesh mode turns unstable in contact; 0 if nowhere."""
-
-    point: Point
-    zeta: float
-
-    def to_dict(self) -> JsonObject:
-        """The threshold as a JSON object."""
-        point = self.point
-        pose = f"elbow {np.degrees(point.elbow_rad):g}"
-        return {
-            "id": f"finding/limit/{point.arm}/{pose}/k {point.stiffness:g}/{point.sensed}",
-            "unstable_below_zeta": self.zeta,
-        }
-
-
-def find_thresholds() -> list[Threshold]:
+def find_thresholds() -> dict[Point, float]:
     """The thresholds with the paper's gains over poses, stiffness and what is sensed."""
-    points = [Point(a, elbow_rad=np.radians(e), sensed=s) for a in READINGS for e in ELBOWS_DEG
-              for s in (LINK, SUN)]  # fmt: skip
+    points = [
+        Point(arm, elbow_rad=np.radians(elbow), sensed=sensed)
+        for arm in READINGS
+        for elbow in ELBOWS_DEG
+        for sensed in (LINK, SUN)
+    ]
     points += [Point(arm, stiffness=stiffness) for arm in READINGS for stiffness in STIFFNESSES]
-    return [Threshold(point, find_threshold(point)) for point in dict.fromkeys(points)]
+    return {point: find_threshold(point) for point in dict.fromkeys(points)}
 
 
-def is_cured_at_sun(thresholds: Sequence[Threshold]) -> bool:
+def is_cured_at_sun(thresholds: Mapping[Point, float]) -> bool:
     """Whether sensing at the sun leaves no threshold, where there is one otherwise."""
     sun, link = (
-        [limit.zeta for limit in thresholds if limit.point.sensed == sensed]
+        [zeta for point, zeta in thresholds.items() if point.sensed == sensed]
         for sensed in (SUN, LINK)
     )
     return max(sun) == 0.0 and min(link) > 0.0

@@ -7,7 +7,6 @@ study's axes; its experiments are the study with other settings.
 
 from __future__ import annotations
 
-import json
 import math
 from collections.abc import Hashable, Mapping
 from dataclasses import dataclass
@@ -20,9 +19,16 @@ from pydantic import Field, JsonValue, model_validator
 
 from crosscheck import testing
 from crosscheck.audit.judging.judgement import ClaimJudgement
-from crosscheck.audit.judging.quantities import ConditionResults, Measures, Number, Quantity, ratio
+from crosscheck.audit.judging.quantities import (
+    ConditionResults,
+    MeasuredExperiment,
+    Measures,
+    Number,
+    Quantity,
+    Sample,
+    combine_quantities,
+)
 from crosscheck.audit.judging.rule import Claim, Limits, evaluate_claim
-from crosscheck.audit.judging.sample import Sample
 from crosscheck.audit.judging.sentences import Sentence
 from crosscheck.file_types import VERDICTS
 from crosscheck.models.arm.quantities import Data, Name, Title
@@ -30,6 +36,7 @@ from crosscheck.models.errors import InputError
 from crosscheck.models.files import read_toml
 from crosscheck.models.loading import validate_record
 from crosscheck.output import require_files, write_text
+from crosscheck.report.records import format_json
 from crosscheck.studies.api import sweep
 from crosscheck.studies.definition.definition import Definition
 from crosscheck.studies.definition.files import function_names
@@ -53,7 +60,7 @@ class ClaimText(Data):
     experiment: Name = PLAIN
     """Where it is measured."""
     over: Name | None = None
-    """Experiment whose number it is divided by."""
+    """MeasuredExperiment whose number it is divided by."""
     above: float = -math.inf
     """The statement is true of larger numbers,"""
     below: float = math.inf
@@ -111,17 +118,6 @@ class PaperFile(Data):
         return self
 
 
-class StudyExperiment(NamedTuple):
-    """The study with the settings of an experiment of paper.toml."""
-
-    kind: str
-    size: float | None = None
-    static: bool = False
-
-    def __str__(self) -> str:
-        return self.kind
-
-
 @dataclass(frozen=True)
 class StudySetting:
     """A combination of the values of a study's axes."""
@@ -167,7 +163,7 @@ class PaperAudit:
             record = {"id": claim.id, "statement": claim.statement, "yes_if": yes_if}
             claims.append(record | verdict.to_dict() | {"settings": settings})
         document = {"schema_version": 1, "title": self.paper.title, "claims": claims}
-        return json.dumps(document, indent=1) + "\n"
+        return format_json(document)
 
 
 class PaperFolder(NamedTuple):
@@ -269,7 +265,7 @@ def collect_results(
                 name: np.atleast_1d(members[name].values) for name in list_measures(result).numbers
             }
             diverged = np.isfinite(np.atleast_1d(members[DIVERGED].values))
-            by_experiment[StudyExperiment(name)] = Sample(numbers, diverged)
+            by_experiment[MeasuredExperiment(name)] = Sample(numbers, diverged)
         conditions = {axis: first[axis].values[at].item() for axis, at in chosen.items()}
         collected.append((StudySetting(conditions), by_experiment))
     return collected
@@ -299,10 +295,11 @@ def build_quantity(text: ClaimText, measures: Measures, file: Path) -> Quantity:
     if text.measure not in measures.numbers:
         allowed = f"the study measures of one joint: {', '.join(measures.numbers)}"
         raise InputError(str(file), f"claim {text.id}: measure", text.measure, allowed)
-    quantity = measures.quantity_of(StudyExperiment(text.experiment), text.measure)
+    quantity = measures.quantity_of(MeasuredExperiment(text.experiment), text.measure)
     if text.over is None:
         return quantity
-    return ratio(quantity, measures.quantity_of(StudyExperiment(text.over), text.measure))
+    divisor = measures.quantity_of(MeasuredExperiment(text.over), text.measure)
+    return combine_quantities("over", quantity, divisor)
 
 
 def try_transcript(given: PaperFolder, jobs: int) -> Trial | None:

@@ -5,38 +5,31 @@ Each has an id that says how it is made, so two claims about one quantity have t
 
 from __future__ import annotations
 
+import math
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
-from typing import NamedTuple, Protocol
+from typing import NamedTuple
 
 import numpy as np
 from scipy.stats import rankdata
 
-from crosscheck.audit.judging.sample import Sample
-
 FEWEST_MEMBERS = 3  # of a family of experiments that a trend is seen along
 
 
-class MeasuredExperiment(Protocol):
-    """An experiment by which a paper's claims are judged; as text, its id; hashable.
+@dataclass(frozen=True)
+class MeasuredExperiment:
+    """An experiment by which a paper's claims are judged; as text, its id.
 
     kind: what it shares with its family; size: of a family, what makes this member; static: whether
     the arm's data alone decide it.
     """
 
-    @property
-    def kind(self) -> str: ...
-    @property
-    def size(self) -> float | None: ...
-    @property
-    def static(self) -> bool: ...
+    kind: str
+    size: float | None = None
+    static: bool = False
 
-
-class Series(Protocol):
-    """Experiments of one kind that differ in one size."""
-
-    @property
-    def kind(self) -> str: ...
+    def __str__(self) -> str:
+        return self.kind
 
 
 class Number(NamedTuple):
@@ -45,6 +38,31 @@ class Number(NamedTuple):
     words: str
     unit: str
     window: str = ""
+
+
+@dataclass(frozen=True)
+class Sample:
+    """What the starts of an experiment measured.
+
+    numbers: name -> (starts,), nan where undefined; diverged (starts,): whether the run did;
+    not_run: of the last starts, those that others stand for, so that start i of one experiment has
+    a start i of another beside it; they are no evidence, and never counted.
+    """
+
+    numbers: Mapping[str, np.ndarray]
+    diverged: np.ndarray
+    not_run: int = 0
+
+    @property
+    def run(self) -> int:
+        """How many starts were run."""
+        return self.diverged.size - self.not_run
+
+    def __getitem__(self, name: str) -> np.ndarray:
+        """A number of every start, (starts,). Raises KeyError for one that is not measured."""
+        if self.diverged.all():
+            return np.full(self.diverged.shape, math.nan)
+        return self.numbers[name]
 
 
 class NotSimulatedError(LookupError):
@@ -57,11 +75,11 @@ class ConditionResults(dict[MeasuredExperiment, Sample]):
     def __missing__(self, experiment: MeasuredExperiment) -> Sample:
         raise NotSimulatedError(experiment)
 
-    def members(self, series: Series) -> list[MeasuredExperiment]:
+    def members(self, kind: str) -> list[MeasuredExperiment]:
         """The experiments of a family, ascending. Raises NotSimulatedError with too few of them."""
-        members = [experiment for experiment in self if experiment.kind == series.kind]
+        members = [experiment for experiment in self if experiment.kind == kind]
         if len(members) < FEWEST_MEMBERS:
-            raise NotSimulatedError(series)
+            raise NotSimulatedError(kind)
         return sorted(members, key=lambda source: source.size or 0.0)
 
 
@@ -76,8 +94,8 @@ class ResultsTracker(ConditionResults):
         self[experiment] = sample = self.results[experiment]
         return sample
 
-    def members(self, series: Series) -> list[MeasuredExperiment]:
-        return self.results.members(series)
+    def members(self, kind: str) -> list[MeasuredExperiment]:
+        return self.results.members(kind)
 
     @property
     def run(self) -> int:
@@ -103,61 +121,58 @@ class Quantity:
             return np.asarray(self.formula(results), dtype=float)
 
 
-def _combine_quantities(
-    symbol: str, unit: str, parts: Sequence[Quantity], formula: Formula
-) -> Quantity:
-    """A quantity that is made of others."""
-    name = f"{symbol}({', '.join(part.id for part in parts)})"
-    return Quantity(name, unit, formula, all(part.static for part in parts))
+# What quantities are made of others by: of values (starts,), undefined where one of them is.
+OPERATIONS: dict[str, Callable[..., np.ndarray]] = {
+    "less": np.subtract,
+    "over": np.divide,
+    "size": np.abs,
+    "min": lambda *values: np.min(values, axis=0),
+    "max": lambda *values: np.max(values, axis=0),
+    # The largest in any start, given for every start; nan where nothing is defined.
+    "any start's": lambda values: np.full(values.shape, np.fmax.reduce(values)),
+}
+RESTRICTIONS = {"where above": np.greater, "where below": np.less}
+# What a family's numbers (members, starts) become, (starts,).
+FOLDS: dict[str, Callable[[np.ndarray], np.ndarray]] = {
+    "least": lambda values: values.min(axis=0),
+    "greatest": lambda values: values.max(axis=0),
+    "least of those with": np.fmin.reduce,
+}
 
 
-def difference(first: Quantity, second: Quantity) -> Quantity:
-    """One quantity less another."""
-    return _combine_quantities("less", first.unit, (first, second), lambda n: first(n) - second(n))
+def combine_quantities(operation: str, *parts: Quantity) -> Quantity:
+    """The quantity that one of OPERATIONS makes of others."""
+    unit = parts[0].unit
+    if operation == "over":
+        unit = "1" if unit == parts[1].unit else f"{unit}/({parts[1].unit})"
+    return _make_quantity(operation, unit, parts, OPERATIONS[operation])
 
 
-def magnitude(quantity: Quantity) -> Quantity:
-    """The magnitude of a quantity."""
-    return _combine_quantities("size", quantity.unit, (quantity,), lambda n: np.abs(quantity(n)))
-
-
-def scaled_quantity(quantity: Quantity, factor: float, unit: str) -> Quantity:
+def scale_quantity(factor: float, unit: str, quantity: Quantity) -> Quantity:
     """A quantity times a constant factor, in another unit."""
-    return _combine_quantities(
-        f"{factor:g} times", unit, (quantity,), lambda n: factor * quantity(n)
+    return _make_quantity(f"{factor:g} times", unit, (quantity,), lambda values: factor * values)
+
+
+def restrict_quantity(side: str, limit: float, condition: Quantity, quantity: Quantity) -> Quantity:
+    """The quantity where a condition is on the side of a limit that one of RESTRICTIONS names."""
+    return _make_quantity(
+        f"{side} {limit:g}",
+        quantity.unit,
+        (condition, quantity),
+        lambda decisive, values: np.where(RESTRICTIONS[side](decisive, limit), values, np.nan),
     )
 
 
-def ratio(numerator: Quantity, denominator: Quantity) -> Quantity:
-    """One quantity over another."""
-    unit = "1" if numerator.unit == denominator.unit else f"{numerator.unit}/({denominator.unit})"
-    return _combine_quantities(
-        "over", unit, (numerator, denominator), lambda n: numerator(n) / denominator(n)
+def _make_quantity(
+    symbol: str, unit: str, parts: Sequence[Quantity], formula: Callable[..., np.ndarray]
+) -> Quantity:
+    """A quantity made of others, whose id says so."""
+    return Quantity(
+        f"{symbol}({', '.join(part.id for part in parts)})",
+        unit,
+        lambda results: formula(*(part(results) for part in parts)),
+        all(part.static for part in parts),
     )
-
-
-def minimum(*parts: Quantity) -> Quantity:
-    """The smallest of several quantities; undefined if one of them is."""
-    return _combine_quantities(
-        "min", parts[0].unit, parts, lambda n: np.min([p(n) for p in parts], 0)
-    )
-
-
-def maximum(*parts: Quantity) -> Quantity:
-    """The largest of several quantities; undefined if one of them is."""
-    return _combine_quantities(
-        "max", parts[0].unit, parts, lambda n: np.max([p(n) for p in parts], 0)
-    )
-
-
-def maximum_over_starts(quantity: Quantity) -> Quantity:
-    """The largest value of a quantity in any start, given for every start."""
-
-    def formula(results: ConditionResults) -> np.ndarray:
-        values = quantity(results)
-        return np.full(values.shape, np.fmax.reduce(values))  # nan where nothing is defined
-
-    return _combine_quantities("any start's", quantity.unit, (quantity,), formula)
 
 
 def divergence(experiment: MeasuredExperiment) -> Quantity:
@@ -165,32 +180,9 @@ def divergence(experiment: MeasuredExperiment) -> Quantity:
     return Quantity(f"{experiment}: diverged", "1", lambda n: n[experiment].diverged.astype(float))
 
 
-def restrict_above(condition: Quantity, above: float, quantity: Quantity) -> Quantity:
-    """The quantity where the condition is above a limit; undefined elsewhere."""
-    return _restrict(quantity, condition, "above", above, np.greater)
-
-
-def restrict_below(condition: Quantity, below: float, quantity: Quantity) -> Quantity:
-    """The quantity where the condition is below a limit; undefined elsewhere."""
-    return _restrict(quantity, condition, "below", below, np.less)
-
-
-def _restrict(
-    quantity: Quantity, condition: Quantity, side: str, limit: float, holds: np.ufunc
-) -> Quantity:
-    return _combine_quantities(
-        f"where {side} {limit:g}",
-        quantity.unit,
-        (condition, quantity),
-        lambda n: np.where(holds(condition(n), limit), quantity(n), np.nan),
-    )
-
-
-def series_values(
-    series: Series, name: str, results: ConditionResults
-) -> tuple[np.ndarray, np.ndarray]:
+def series_values(kind: str, name: str, results: ConditionResults) -> tuple[np.ndarray, np.ndarray]:
     """A family's sizes (members,), ascending, and its numbers (members, starts)."""
-    members = results.members(series)
+    members = results.members(kind)
     sizes = np.array([experiment.size for experiment in members], dtype=float)
     return sizes, np.array([results[experiment][name] for experiment in members])
 
@@ -225,44 +217,34 @@ class Measures:
             experiment.static,
         )
 
-    def fold_series(
-        self, symbol: str, series: Series, name: str, fold: Callable[[np.ndarray], np.ndarray]
-    ) -> Quantity:
-        """A number folded over a family's experiments: fold is (members, starts) -> (starts,)."""
+    def fold_series(self, fold: str, kind: str, name: str) -> Quantity:
+        """A number folded over a family's experiments by one of FOLDS."""
         return Quantity(
-            f"{symbol}({series.kind}: {name})",
+            f"{fold}({kind}: {name})",
             self.numbers[name].unit,
-            lambda results: fold(series_values(series, name, results)[1]),
+            lambda results: FOLDS[fold](series_values(kind, name, results)[1]),
         )
 
-    def series_minimum(self, series: Series, name: str) -> Quantity:
-        """The smallest value of a number in a family of experiments; undefined if one is."""
-        return self.fold_series("least", series, name, lambda values: values.min(axis=0))
-
-    def series_maximum(self, series: Series, name: str) -> Quantity:
-        """The largest value of a number in a family of experiments; undefined if one is."""
-        return self.fold_series("greatest", series, name, lambda values: values.max(axis=0))
-
-    def rank(self, series: Series, name: str) -> Quantity:
+    def rank(self, kind: str, name: str) -> Quantity:
         """Spearman's rank correlation of a number with size, over a family's experiments.
 
         Undefined where one of them has no such number, or all have the same.
         """
         return Quantity(
-            f"rank({series.kind}: {name})",
+            f"rank({kind}: {name})",
             "1",
-            lambda results: rank_correlation(*series_values(series, name, results)),
+            lambda results: rank_correlation(*series_values(kind, name, results)),
         )
 
-    def rank_among(self, series: Series, name: str, condition: str, above: float) -> Quantity:
+    def rank_among(self, kind: str, name: str, condition: str, above: float) -> Quantity:
         """Rank correlation of a number with size where another number is large enough.
 
         Undefined with fewer than FEWEST_MEMBERS of them; none of them lacks the number.
         """
 
         def formula(results: ConditionResults) -> np.ndarray:
-            sizes, values = series_values(series, name, results)
-            chosen = np.isfinite(values) & (series_values(series, condition, results)[1] > above)
+            sizes, values = series_values(kind, name, results)
+            chosen = np.isfinite(values) & (series_values(kind, condition, results)[1] > above)
             correlations = np.full(len(chosen.T), np.nan)
             for start, is_chosen in enumerate(chosen.T):
                 if is_chosen.sum() >= FEWEST_MEMBERS:
@@ -271,9 +253,7 @@ class Measures:
                     )
             return correlations
 
-        return Quantity(
-            f"rank where above {above:g}({series.kind}: {condition}, {name})", "1", formula
-        )
+        return Quantity(f"rank where above {above:g}({kind}: {condition}, {name})", "1", formula)
 
 
 Choices = Mapping[str, Quantity]

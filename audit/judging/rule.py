@@ -20,10 +20,10 @@ from itertools import combinations
 from typing import Any, NamedTuple, Protocol
 
 import numpy as np
+from scipy.stats import binomtest
 
 from crosscheck.audit.judging import quantities
 from crosscheck.audit.judging.quantities import Choices, ConditionResults, Quantity
-from crosscheck.audit.judging.shares import Share
 
 MOST, FEW = 0.9, 0.1
 DEFINED = 0.5  # of the starts: where the event is rarer, a setting says nothing of it
@@ -31,6 +31,39 @@ PARTS = (0.1, 0.5, 0.9)
 READ_OFF = 0.1  # of a value: how well it is read off a plot, whatever it is and whoever reads it
 PLOT = "a tenth: read off a plot"
 FORETELLS = 0.5  # at least half of the wrong guesses are saved
+CONFIDENCE = 0.95
+
+
+class Share(NamedTuple):
+    """A share: how many of several starts, at least one, are a yes."""
+
+    yes: int
+    of: int
+
+    def __str__(self) -> str:
+        return f"{self.yes} of {self.of}"
+
+    @property
+    def value(self) -> float:
+        """The share as a number from 0 to 1."""
+        return self.yes / self.of
+
+    @property
+    def interval(self) -> tuple[float, float]:
+        """Clopper and Pearson's 95 % interval of the probability."""
+        return _interval(self.yes, self.of)
+
+
+def share_of(answers: Iterable[bool | None]) -> Share | None:
+    """The share of yes among the answers that are known; None if none is."""
+    defined_answers = [answer for answer in answers if answer is not None]
+    return Share(sum(defined_answers), len(defined_answers)) if defined_answers else None
+
+
+@cache
+def _interval(yes: int, of: int) -> tuple[float, float]:
+    interval = binomtest(yes, of).proportion_ci(CONFIDENCE, "exact")
+    return float(interval.low), float(interval.high)
 
 
 @dataclass(frozen=True)
@@ -159,16 +192,27 @@ class Answer:
         return state(self.share)
 
     @property
+    def yes(self) -> int:
+        """How many of the defined starts support the claim."""
+        return self.limits.count_inside(self.values)
+
+    @property
+    def median(self) -> float | None:
+        """The median of the values, that of a start; None without any."""
+        return self.quantiles[1] if self.quantiles else None
+
+    @property
     def quantiles(self) -> tuple[float, ...] | None:
         """The quantiles PARTS of the values, each the value of a start; None without any."""
-        return quantiles_of(self.values)
+        if not self.values:
+            return None
+        return tuple(map(float, np.quantile(self.values, PARTS, method="inverted_cdf")))
 
 
-def quantiles_of(values: Sequence[float] | np.ndarray) -> tuple[float, ...] | None:
-    """The quantiles PARTS of defined values, each the value of a start; None without any."""
-    if not len(values):
-        return None
-    return tuple(map(float, np.quantile(values, PARTS, method="inverted_cdf")))
+def collect_answer(place: Place, values: np.ndarray, limits: Limits) -> Answer:
+    """The answer that the values of all starts give, (starts,), nan where undefined."""
+    defined_values = tuple(map(float, np.sort(values[np.isfinite(values)])))
+    return Answer(place, defined_values, values.size, limits)
 
 
 def state(share: Share | None) -> State:
@@ -207,9 +251,7 @@ def evaluate_claim(
                 values = np.atleast_1d(quantity(tracker))
             except quantities.NotSimulatedError:
                 continue
-            values = values[: tracker.run]
-            defined_values = tuple(map(float, np.sort(values[np.isfinite(values)])))
-            answers[place] = Answer(place, defined_values, values.size, claim.limits)
+            answers[place] = collect_answer(place, values[: tracker.run], claim.limits)
     return list(answers.values())
 
 

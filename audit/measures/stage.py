@@ -2,21 +2,15 @@
 
 from __future__ import annotations
 
-import math
 from dataclasses import dataclass
-
-import numpy as np
 
 from crosscheck.analytic.derivation.stage import equivalent_masses
 from crosscheck.analytic.paper.kinematics import StageGeometry, stage_geometry
-from crosscheck.audit.errata import transcript
 from crosscheck.models.arm.arm import Arm, Planetary
 from crosscheck.models.arm.mesh import Mesh
 from crosscheck.models.arm.planets import find_unlike_planets
 from crosscheck.models.arm.stiffness import SineStiffness
 from crosscheck.models.errors import InputError
-
-EXTREME_M = 6e-3  # Section 4.1's largest clearance
 
 
 @dataclass(frozen=True)
@@ -76,19 +70,6 @@ def paper_stage(arm: Arm, place: int = 0) -> PaperStage:
         tanh_sharpness_per_m=mesh.tanh_sharpness_per_m,
         damping_ratio=mesh.damping_ratio,
     )
-
-
-def thickness_share(stage: PaperStage) -> float:
-    """Section 4.1's 6 mm over the thickness of a tooth at the pitch circle, half a pitch."""
-    return EXTREME_M / (math.pi * stage.joint.module_m / 2)
-
-
-def tip_shift(arm: Arm, bend_deg: float) -> float:
-    """How far [m] Section 3.1's deviations move the tip, with the elbow bent so far."""
-    inner, outer = (link.length_m for link in arm.links)
-    forearm = outer * np.exp(1j * math.radians(bend_deg))
-    first, second = transcript.DEVIATIONS_RAD
-    return float(abs(first * (inner + forearm) + second * forearm))
 
 
 def _strip_phase_and_damping(mesh: Mesh) -> Mesh:

@@ -7,16 +7,15 @@ run diverged. Records hold None for it, texts the word.
 from __future__ import annotations
 
 import math
-from collections.abc import Callable, Iterable, Mapping, Sequence
-from typing import overload
+from collections.abc import Callable, Iterable, Mapping
+from typing import Any
 
 import numpy as np
-from pydantic import JsonValue
 
 from crosscheck.audit.experiments.variant import Numbers
 
 UNDEFINED = "undefined"
-JsonObject = dict[str, JsonValue]
+JsonObject = dict[str, Any]
 
 
 def combine_answers(answers: Iterable[bool | None]) -> bool | None:
@@ -46,31 +45,6 @@ def extreme_value(values: Iterable[float | None], choose: Callable[[list[float]]
     """The largest or smallest (``max``, ``min``) of the defined values; nan if none is."""
     defined_values = [value for value in values if value is not None and math.isfinite(value)]
     return choose(defined_values) if defined_values else math.nan
-
-
-@overload
-def to_json(value: Mapping[str, object]) -> JsonObject: ...
-
-
-@overload
-def to_json(value: object) -> JsonValue: ...
-
-
-def to_json(value: object) -> JsonValue:
-    """A value for JSON: everything inside as it is, but None for every float that is not finite.
-
-    Raises TypeError for what JSON has no word for.
-    """
-    plain = value.item() if isinstance(value, np.generic) else value
-    if isinstance(plain, float):
-        return float_or_none(plain)
-    if plain is None or isinstance(plain, bool | int | str):
-        return plain
-    if isinstance(plain, Mapping):
-        return {name: to_json(inner) for name, inner in plain.items()}
-    if isinstance(plain, Sequence):
-        return [to_json(inner) for inner in plain]
-    raise TypeError(f"not JSON: {value!r}")
 
 
 def quotient(numerator: float | None, denominator: float | None) -> float:

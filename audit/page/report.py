@@ -3,31 +3,32 @@
 from __future__ import annotations
 
 import importlib
-import json
 import re
 from collections.abc import Mapping, Sequence
-from dataclasses import asdict
+from dataclasses import replace
 from pathlib import Path
-
-import numpy as np
 
 from crosscheck import file_types
 from crosscheck.audit.claims.catalogue import SENTENCES
 from crosscheck.audit.claims.measured import MEASURED
+from crosscheck.audit.claims.study_plan import AuditContext
 from crosscheck.audit.errata.errata_texts import list_sections
 from crosscheck.audit.errata.sheet import build_sheet
 from crosscheck.audit.experiments.paper_conditions import LABELLED
-from crosscheck.audit.experiments.scale import FULL, Scale
+from crosscheck.audit.experiments.samples import FULL, Scale
 from crosscheck.audit.experiments.study import Study
 from crosscheck.audit.judging.sentences import load_sentences
-from crosscheck.audit.page.chapter import AuditChapter
-from crosscheck.audit.page.context import AuditContext
-from crosscheck.audit.page.published_paper import CITATION, EXTENT_READ
+from crosscheck.audit.page.chapter import CITATION, EXTENT_READ, AuditChapter
+from crosscheck.file_types import PAPER_PAGE
+from crosscheck.models.directories import cache_folder
+from crosscheck.models.errors import InputError
 from crosscheck.models.loading import load_arm
-from crosscheck.output import write_files, write_text
+from crosscheck.output import require_files, write_files, write_text
 from crosscheck.provenance import record_provenance
 from crosscheck.report import rendering
 from crosscheck.report.plots.figures import fix_links
+from crosscheck.report.records import format_json
+from crosscheck.runner.progress import progress_bar
 
 SCHEMA_VERSION = 5
 PAGE, CLAIMS, ERRATA = "paper.html", "claims.json", "errata.html"
@@ -89,20 +90,40 @@ def format_records(made: Sequence[AuditChapter], study: Study) -> str:
         "paper": {"citation": CITATION, "read": EXTENT_READ},
         "chapters": {chapter.id: chapter.records for chapter in made},
         "numbers": {name: number._asdict() for name, number in MEASURED.items()},
-        "sentences": [asdict(sentence) for sentence in load_sentences(SENTENCES)],
+        "sentences": load_sentences(SENTENCES),
         "provenance": _provenance(study),
     }
-    return json.dumps(document, indent=1, allow_nan=False, default=_to_plain) + "\n"
-
-
-def _to_plain(value: object) -> object:
-    """A NumPy scalar as Python's own. Raises TypeError for anything else."""
-    if isinstance(value, np.generic):
-        return value.item()
-    raise TypeError(f"not JSON: {value!r}")
+    return format_json(document)
 
 
 def _provenance(study: Study) -> dict[str, object]:
     cache = {"simulations_made": study.computed_count, "simulations_from_cache": study.cached_count}
     record = record_provenance(load_arm("paper-labelled"), 0, False)
     return record.model_dump(mode="json") | cache
+
+
+FIGURES = tuple(range(4, 21))
+
+
+def run_paper_command(figures: list[int], out: Path, jobs: int, first_seed: int = 1) -> None:
+    """Write the paper's page, or some of its figures alone. Raises InputError."""
+    if first_seed < 0:
+        raise InputError("--first-seed", "", first_seed, "must be 0 or more")
+    unknown = [number for number in figures if number not in FIGURES]
+    if unknown:
+        raise InputError("--figure", "", unknown[0], f"must be {FIGURES[0]} to {FIGURES[-1]}")
+    scale = replace(FULL, first_seed=first_seed)
+    files = {PAGE: PAPER_PAGE} if figures else FILES
+    require_files(*((out / name, kind) for name, kind in files.items()))
+    with progress_bar() as progress:
+        study = Study(cache_folder(), jobs, progress)
+        if figures:
+            made = write_figures(study, figures, out, scale)
+        else:
+            made = write_paper(study, out, scale)
+    for chapter in made:
+        print(f"{chapter.title}: {len(chapter.records)} records")
+    print(
+        f"wrote {out / PAGE}; {study.computed_count} simulations made, {study.cached_count} from"
+        " the cache"
+    )

@@ -11,14 +11,15 @@ import numpy as np
 
 from crosscheck.analytic.model import PhysicalModel
 from crosscheck.audit.experiments.pd import measure_whole_pd
+from crosscheck.audit.experiments.samples import judge_third_fluctuation
 from crosscheck.audit.experiments.torque import (
     measure_back_and_forth,
     measure_constant_torque,
     mesh_phase,
 )
-from crosscheck.audit.judging.sample import Sample
+from crosscheck.audit.judging.quantities import Sample
+from crosscheck.audit.judging.rule import Answer
 from crosscheck.audit.measures.run_signals import RunSignals
-from crosscheck.audit.measures.third_fluctuation import ThirdFluctuation
 from crosscheck.models.loading import Case, load_case
 from crosscheck.registry import RIGID_LEVELS
 
@@ -218,9 +219,10 @@ def pools() -> dict[str, Sample]:
     return {kind: pool(kind) for kind in RUNS}
 
 
-def third(*sizes: float) -> ThirdFluctuation:
+def third(*sizes: float) -> Answer:
     """The third fluctuation of starts of these sizes [rad/s^2]."""
-    return ThirdFluctuation(np.array(sizes))
+    sample = Sample({"third": np.array(sizes)}, np.zeros(len(sizes), bool))
+    return judge_third_fluctuation(sample)
 
 
 class ContinuedModel(PhysicalModel):

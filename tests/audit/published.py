@@ -9,7 +9,7 @@ from typing import Any, NamedTuple
 import pytest
 
 from crosscheck.audit.claims import study_plan
-from crosscheck.audit.experiments.scale import Scale
+from crosscheck.audit.experiments.samples import Scale
 from crosscheck.audit.experiments.study import Study
 from crosscheck.audit.page.chapter import AuditChapter
 from tests.audit.markup import strict_json

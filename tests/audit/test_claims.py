@@ -1,4 +1,4 @@
-"""The catalogue of claims: every one is made of known numbers, and has reasons."""
+"""Every claim is made of known numbers, has reasons, and leads from a sentence."""
 
 import math
 import re
@@ -8,29 +8,51 @@ from pathlib import Path
 
 import numpy as np
 import pytest
+from hypothesis import Phase, given, settings
+from hypothesis import strategies as st
 
-from crosscheck.audit.claims.catalogue import BY_ID, CLAIMS, RETIRED, TEXTS
-from crosscheck.audit.claims.claim_quantities import QUANTITIES
-from crosscheck.audit.claims.measured import MEASURED
+from crosscheck.audit.claims.catalogue import (
+    BY_ID,
+    CLAIMS,
+    RETIRED,
+    SENTENCES,
+    TEXTS,
+    ModelJudgement,
+    read_quantity,
+)
+from crosscheck.audit.claims.chapter import build_claim_record, render_claims
+from crosscheck.audit.claims.measured import FUNCTIONS, MEASURED, NAMED
 from crosscheck.audit.claims.study_plan import FULL
+from crosscheck.audit.errata.errata_texts import load_notes
+from crosscheck.audit.errata.finder import find_errata
 from crosscheck.audit.experiments.experiments import (
     BACKLASH,
+    CONSTANT,
     DEFAULT_B_UM,
     DEFAULT_E_UM,
     ERROR,
+    NO_ERROR,
+    PD,
     PLANTED,
     STATIC,
     WIDE_BEGINNING,
     PaperExperiment,
 )
-from crosscheck.audit.experiments.paper_conditions import PRINTED, Condition
-from crosscheck.audit.experiments.samples import collect_samples
-from crosscheck.audit.experiments.scale import Scale
+from crosscheck.audit.experiments.paper_conditions import (
+    INTEGRAL,
+    LAWS,
+    PRINTED,
+    REPAIRED_RATE,
+    Condition,
+)
+from crosscheck.audit.experiments.samples import Scale, collect_samples
 from crosscheck.audit.experiments.study import Study
-from crosscheck.audit.judging.quantities import ConditionResults, NotSimulatedError
-from crosscheck.audit.judging.rule import evaluate_claim
-from crosscheck.audit.judging.sample import Sample
+from crosscheck.audit.judging.quantities import ConditionResults, NotSimulatedError, Sample
+from crosscheck.audit.judging.rule import State, VerdictKind, evaluate_claim, verdict
+from crosscheck.audit.judging.sentences import Sentence, load_sentences
 from crosscheck.audit.statics.statics import Statics
+from crosscheck.models.loading import load_arm
+from crosscheck.report.records import format_json
 from tests.loops import require_items
 
 IDS = [claim.id for claim in CLAIMS]
@@ -126,9 +148,9 @@ def test_a_claim_on_one_joint_asks_for_no_number_of_the_other():
     assert len(set(of_joints)) > 10
 
 
-def test_every_statement_is_decided_once_and_nothing_else_is():
-    decided = [name for name, said in TEXTS.said.items() if said.pd or said.torque or said.static]
-    assert sorted([*decided, *QUANTITIES]) == sorted(IDS)
+def test_every_named_quantity_and_limit_is_asked_of_a_statement():
+    asked = str([*TEXTS.named.values(), *(said.quantity for said in TEXTS.said.values())])
+    assert [name for name in (*NAMED, *TEXTS.named, *FUNCTIONS) if f"'{name}'" not in asked] == []
     assert {said.limits for said in TEXTS.said.values()} == {"", *TEXTS.limits}
 
 
@@ -161,3 +183,181 @@ def test_an_experiment_measures_what_the_catalogue_says(brief, kept):
     (static,) = Study(kept).answer_questions([Statics(CELL.arm)], "test")
     measured = {name for sample in brief.values() for name in sample.numbers}
     assert {*measured, *static, "planted_shown"} == set(MEASURED)
+
+
+# Counted in the paper, captions and the table among them.
+OF_THE_PAPER = {
+    "Abstract": 6,
+    "1": 40,
+    "2": 20,
+    "2.1": 20,
+    "2.2": 16,
+    "2.3": 9,
+    "2.4": 27,
+    "3": 11,
+    "3.1": 18,
+    "3.2": 35,
+    "4": 4,
+    "4.1": 29,
+    "4.2": 23,
+    "5": 8,
+}
+
+
+@pytest.fixture(scope="module")
+def table() -> tuple[Sentence, ...]:
+    return load_sentences(SENTENCES)
+
+
+def test_the_table_has_every_sentence_in_order_by_its_first_words(table):
+    numbers = [(section, at + 1) for section, count in OF_THE_PAPER.items() for at in range(count)]
+    assert [(one.section, one.number) for one in table] == numbers
+    assert all(1 <= len(one.begins.split()) <= 4 for one in table)
+
+
+def test_every_claim_is_named_by_a_sentence_and_every_name_is_a_claim(table):
+    assert {name for one in table for name in one.claims} == set(BY_ID)
+
+
+def test_every_item_of_the_errata_sheet_is_named_by_a_sentence_and_no_other(table):
+    noted = load_notes()
+    known = {erratum.id for erratum in find_errata(load_arm("paper-labelled"))}
+    known |= {entry.id for entry in noted.entries}
+    known |= {note["id"] for note in (*noted.contradictions, *noted.gaps)}
+    assert {name for one in table for name in one.errata} == known
+
+
+# Errors and statements of the sheet that deny no claim, each with the reason.
+DENY_NONE = {
+    "eq6-attracts": "grants claim 2.1-09 and adds what the text leaves out",
+    "eq8-eq14-one-phase": "the text asserts nothing of gamma",
+    "drive-root": "a guess at the torque that was meant",
+    "table-ring": "which of two quantities a number is",
+    "rod-or-bar": "which body is meant",
+    "between-50-and-500": "not shown by the paper; claim 4.1-27 asks whether it is so",
+    "below-1-um": "not shown by the paper; claim 4.2-06 asks whether it is so",
+    "influence-avoided": "of models in general",
+    "suitable-for-long-strokes": "of the model's use",
+    "shorter-because": "the reason, and not the fact, which is claim 4.1-10",
+    "error-for-precision": "of manufacture",
+    "accumulates-or-erased": "a conclusion that does not follow",
+}
+
+
+def test_what_the_sheet_denies_is_a_claim_of_the_same_sentence(table):
+    """So a claim that holds cannot stand beside an entry that says it is wrong unnoticed."""
+    read = [entry for entry in load_notes().entries if entry.kind != "notation"]
+    sheet = [*find_errata(load_arm("paper-labelled")), *read]
+    assert {one.id for one in sheet if not one.denies} == set(DENY_NONE)
+    for one in require_items(one for one in sheet if one.denies):
+        named = [sentence for sentence in table if one.id in sentence.errata]
+        assert any(set(one.denies) <= set(sentence.claims) for sentence in named), one.id
+
+
+@pytest.mark.parametrize(
+    "leads",
+    [{}, {"claims": ("2-01",), "none": "caption"}, {"errata": ("step",), "none": "caption"}],
+)
+def test_a_sentence_leads_somewhere_or_says_why_not(leads):
+    with pytest.raises(ValueError, match="or else a reason for none"):
+        Sentence("2", 1, "A typical", **leads)
+
+
+ODD = (math.nan, math.nan, math.inf, -math.inf, 0.0, -0.0)
+STARTS = 6
+
+
+def _draw_sample(generator: np.random.Generator) -> Sample:
+    """Numbers of an experiment: one in four diverged everywhere, a number in four is odd."""
+    if generator.integers(4) == 0:
+        return Sample({}, np.ones(STARTS, dtype=bool))
+    return Sample(
+        {name: _draw_numbers(generator) for name in MEASURED}, np.zeros(STARTS, dtype=bool)
+    )
+
+
+def _draw_numbers(generator: np.random.Generator) -> np.ndarray:
+    sizes = generator.choice([-1, 1], STARTS) * 10 ** generator.uniform(-6, 6, STARTS)
+    return np.where(generator.random(STARTS) < 0.25, generator.choice(ODD, STARTS), sizes)
+
+
+def _known(generator: np.random.Generator) -> ConditionResults:
+    """An experiment in four is missing."""
+    return ConditionResults(
+        {source: _draw_sample(generator) for source in sources() if generator.integers(4)}
+    )
+
+
+@settings(max_examples=2, print_blob=True, phases=(Phase.reuse, Phase.generate))
+@given(seed=st.integers(0, 2**63))
+@pytest.mark.slow
+def test_every_claim_gets_a_verdict_whatever_is_missing(seed):
+    generator = np.random.default_rng(seed)
+    cells = [Condition(law, zeta) for law in LAWS[:1] for zeta in (0.006, 0.05)]
+    asked = [(cell, _known(generator)) for cell in cells]
+    found = [ModelJudgement(claim, tuple(evaluate_claim(claim, asked))) for claim in CLAIMS]
+    for judged in found:
+        for answer in judged.answers:
+            assert all(map(math.isfinite, answer.values))
+            assert answer.undefined + len(answer.values) == answer.starts
+            assert (answer.state == State.UNDEFINED) == (answer.share is None)
+    format_json({"claims": [build_claim_record(judged) for judged in found]})
+    html = render_claims(found, FULL, Scale())
+    assert html.count('<tr id="claim-') == len(CLAIMS)
+
+
+@pytest.mark.parametrize("fate", ["diverged", "nothing"])
+@pytest.mark.slow
+def test_a_setting_without_any_number_supports_nothing(fate):
+    """Every run diverged, or none has anything to tell: nothing but the arm's data is left."""
+    nothing = {} if fate == "diverged" else {name: np.full(STARTS, math.nan) for name in MEASURED}
+    sample = Sample(nothing, np.full(STARTS, fate == "diverged"))
+    known = ConditionResults(dict.fromkeys(sources(), sample))
+    for claim in require_items(CLAIMS):
+        found = evaluate_claim(claim, [(Condition(law, 0.05), known) for law in LAWS])
+        assert found
+        if not claim.static and "diverge" not in next(iter(claim.choices.values())).id:
+            assert {answer.state for answer in found} == {State.UNDEFINED}
+            assert verdict(found).kind == VerdictKind.UNDEFINED
+
+
+@pytest.mark.parametrize("fold", ["rank", "greatest"])
+@pytest.mark.slow
+def test_a_diverged_member_leaves_that_starts_sweep_undefined(fold):
+    """Of two starts, the second at the widest backlash."""
+    known = ConditionResults()
+    for b in (5, 50, 500, 3000):
+        fate = np.array([False, b == 3000])
+        known[BACKLASH(b)] = Sample({"third": np.where(fate, math.nan, 1.0 / b)}, fate)
+    assert list(np.isfinite(read_quantity([fold, "backlash: third"])(known))) == [True, False]
+
+
+SETTINGS = [Condition(law, 0.02) for law in LAWS]
+EXPERIMENTS = (PD, NO_ERROR, CONSTANT)
+ALL_YES, ALL_NO = dict.fromkeys(LAWS, State.YES), dict.fromkeys(LAWS, State.NO)
+
+
+@pytest.fixture(scope="module")
+def long_results(kept: Path) -> list[tuple[Condition, ConditionResults]]:
+    requests = [(setting, source) for setting in SETTINGS for source in EXPERIMENTS]
+    found = collect_samples(Study(kept), Scale(most_starts=8), requests, "test")
+    return [
+        (each, ConditionResults({source: found[each, source] for source in EXPERIMENTS}))
+        for each in SETTINGS
+    ]
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize(
+    ("claim", "said"),
+    [
+        ("3.1-09", ALL_YES),  # x_sp converges to 52 um
+        ("3.2-16", ALL_YES),  # the teeth change sides after 0.3 s
+        ("3.2-01", ALL_NO),  # no considerable overshoot
+        ("3.2-11", {PRINTED: State.NO, REPAIRED_RATE: State.YES, INTEGRAL: State.NO}),  # severe
+        ("5-04", {PRINTED: State.YES, REPAIRED_RATE: State.YES, INTEGRAL: State.NO}),  # at all
+    ],
+)
+def test_claims_have_the_answers_on_record(long_results, claim, said):
+    found = evaluate_claim(BY_ID[claim], long_results)
+    assert {law: answer.state for law, answer in zip(LAWS, found, strict=True)} == said

@@ -21,19 +21,23 @@ from crosscheck.analytic.paper.energies import build_energies_form, kinetic_ener
 from crosscheck.analytic.paper.kinematics import gear_angles
 from crosscheck.analytic.paper.mesh_frequency import meshing_frequency
 from crosscheck.analytic.paper.printed import build_printed_form
-from crosscheck.audit.errata import auxiliary, energy, entry_differences, planted_faults
+from crosscheck.audit.errata import differences, printed_equations
 from crosscheck.audit.errata import finder as errata
-from crosscheck.audit.errata.errata_texts import build_record, list_sections, load_notes
+from crosscheck.audit.errata.differences import find_energy_differences, find_entry_differences
+from crosscheck.audit.errata.errata_texts import (
+    build_record,
+    format_sections,
+    list_sections,
+    load_notes,
+)
 from crosscheck.audit.errata.erratum import (
     Effect,
     Erratum,
-    ErratumPair,
-    attach_effects,
     compute_effect,
     run_model,
 )
-from crosscheck.audit.errata.lines import format_sections
-from crosscheck.audit.measures.stage import paper_stage, tip_shift
+from crosscheck.audit.measures.stage import paper_stage
+from crosscheck.audit.statics.statics import tip_shift
 from crosscheck.models.errors import InputError
 from crosscheck.models.loading import load_arm
 from crosscheck.planning.plan import remove_backlash
@@ -55,7 +59,7 @@ def _corrupted(form: Form, matrix: str, row: int, column: int) -> Form:
 
 
 def _entries(printed: Form, derived: Form) -> set[tuple[str, int, int]]:
-    found = entry_differences.find_entry_differences(printed, derived)
+    found = find_entry_differences(printed, derived)
     return {(d.matrix, *entry) for d in found for entry in d.entries}
 
 
@@ -71,26 +75,26 @@ def test_a_corrupted_entry_adds_itself_and_no_other(build_form, matrix, row, col
 
 def test_correcting_every_difference_leaves_none():
     form = build_printed_form()
-    for difference in entry_differences.find_entry_differences(form, build_energies_form()):
-        form = entry_differences.replace_entries(form, build_energies_form(), difference)
-    assert entry_differences.find_entry_differences(form, build_energies_form()) == []
+    for difference in find_entry_differences(form, build_energies_form()):
+        form = differences.replace_entries(form, build_energies_form(), difference)
+    assert find_entry_differences(form, build_energies_form()) == []
 
 
 def test_energies_and_bodies_differ_where_the_forms_do():
     """Adding what the energies leave out turns `energies` into `physical`."""
     form, chain = build_energies_form(), build_symbolic_chain([True, True])
-    missing = sp.Add(*(found.missing_energy for found in energy.find_energy_differences()))
+    missing = sp.Add(*(found.missing_energy for found in find_energy_differences()))
     mass = sp.Matrix(form.mass_matrix) + sp.hessian(missing, form.v)
     target = mass_matrix(build_mass_terms(build_bodies(chain), chain.angles[1:]), form.q)
-    assert all(map(entry_differences.are_equal_entries, mass, target))
+    assert all(map(differences.are_equal_entries, mass, target))
 
 
 @pytest.mark.parametrize("equation", sorted(kinetic_energies()))
 def test_a_lost_energy_is_reported_at_its_equation(equation, monkeypatch):
-    known = {(d.where, d.body) for d in energy.find_energy_differences()}
+    known = {(d.where, d.body) for d in find_energy_differences()}
     energies = kinetic_energies() | {equation: sp.S.Zero}
-    monkeypatch.setattr(energy, "kinetic_energies", lambda: energies)
-    found = {(d.where, d.body) for d in energy.find_energy_differences()}
+    monkeypatch.setattr(differences, "kinetic_energies", lambda: energies)
+    found = {(d.where, d.body) for d in find_energy_differences()}
     assert {where for where, _ in found - known} == {equation}
     assert known <= found
 
@@ -99,9 +103,9 @@ def test_an_energy_of_no_body_is_reported(monkeypatch):
     stray = sp.Symbol("m_stray", positive=True) * build_energies_form().v[2] ** 2
     energies = kinetic_energies()
     monkeypatch.setattr(
-        energy, "kinetic_energies", lambda: energies | {"Eq. 16": energies["Eq. 16"] + stray}
+        differences, "kinetic_energies", lambda: energies | {"Eq. 16": energies["Eq. 16"] + stray}
     )
-    assert ("Eq. 16", "no body") in {(d.where, d.body) for d in energy.find_energy_differences()}
+    assert ("Eq. 16", "no body") in {(d.where, d.body) for d in find_energy_differences()}
 
 
 @pytest.fixture(scope="module")
@@ -132,7 +136,7 @@ def test_what_the_energies_leave_out_of_m_33_is_the_inertia_of_the_elbows_gears(
 
 
 def test_the_clearance_is_an_error_where_there_is_one(labelled):
-    assert list(auxiliary.find_clearance_errata(paper_stage(remove_backlash(labelled)))) == []
+    assert list(errata.find_clearance_errata(paper_stage(remove_backlash(labelled)))) == []
 
 
 def test_numbers_of_what_is_read_are_those_of_equations_and_table(labelled):
@@ -163,11 +167,9 @@ def test_numbers_of_what_is_read_are_those_of_equations_and_table(labelled):
 
 def test_an_energy_is_printed_as_the_paper_has_it():
     """Eq. 18: three halves of I_p2 times the square of the planet's own rate."""
-    (one,) = (
-        d for d in energy.find_energy_differences() if (d.where, d.body) == ("Eq. 18", "planets 2")
-    )
-    assert str(energy.as_printed(one.printed)) == "3*I_p2*dtheta_p2**2/2"
-    assert str(energy.as_printed(one.derived)) == "3*I_p2*(dtheta_1 - dtheta_p2)**2/2"
+    (one,) = (d for d in find_energy_differences() if (d.where, d.body) == ("Eq. 18", "planets 2"))
+    assert str(differences.as_printed(one.printed)) == "3*I_p2*dtheta_p2**2/2"
+    assert str(differences.as_printed(one.derived)) == "3*I_p2*(dtheta_1 - dtheta_p2)**2/2"
 
 
 def test_an_impulse_hardly_sees_a_shifted_impact_and_a_force_sees_all_of_it():
@@ -180,7 +182,7 @@ def test_an_impulse_hardly_sees_a_shifted_impact_and_a_force_sees_all_of_it():
         return xr.Dataset(values, {"time": time})
 
     pulses = {"printed": run(0.05), "right": run(0.0501)}
-    trial = ErratumPair("printed", "right")  # type: ignore[arg-type]  # names of runs
+    trial = ("printed", "right")  # type: ignore[arg-type]  # names of runs
     effect = compute_effect(trial, None, lambda side, scenario: pulses[side])  # type: ignore[arg-type]
     assert effect.mesh_force_N == 1.0
     assert effect.impulse_N_s == pytest.approx(1e-4)
@@ -189,12 +191,12 @@ def test_an_impulse_hardly_sees_a_shifted_impact_and_a_force_sees_all_of_it():
 def test_a_planted_loss_is_seen_where_it_is_gross_and_not_in_the_meshes():
     """M_33 left out stops the arm's own inertia; M_12 couples two meshes alone."""
     clean = build_energies_form()
-    gone = planted_faults.remove_entry(clean, "mass_matrix", (2, 5)).mass_matrix
+    gone = printed_equations.remove_entry(clean, "mass_matrix", (2, 5)).mass_matrix
     assert gone[2, 5] == gone[5, 2] == 0
-    kept = list(planted_faults.nonzero_entries(clean))
+    kept = list(printed_equations.nonzero_entries(clean))
     assert ("mass_matrix", (0, 1)) in kept
     assert ("mass_matrix", (1, 0)) not in kept
-    assert planted_faults.detectable_share([1e-8, 0.7, None]) == pytest.approx(2 / 3)
+    assert printed_equations.detectable_share([1e-8, 0.7, None]) == pytest.approx(2 / 3)
 
 
 def test_other_arms_than_the_papers_are_refused():
@@ -250,10 +252,12 @@ def test_the_terminal_has_the_count_first_and_formulas_whole_in_80_columns():
                 assert str(record[name]) in all_told
 
 
-def test_an_erratum_is_kept_as_it_was_without_trial_and_infinite_size():
-    trial = ErratumPair(abs, abs)  # type: ignore[arg-type]  # is not run
-    given = Erratum("eq1", where="Eq. 1", printed="a", derived="b", size=np.inf, trial=trial)
-    tried = attach_effects(given, {"pd": Effect(1e-3, 5.0, 0.1)})
+def test_an_erratum_is_kept_as_it_was_without_trial_and_infinite_size(labelled, monkeypatch):
+    given = Erratum("eq1", where="Eq. 1", printed="a", derived="b", size=np.inf, trial=(abs, abs))
+    effect = Effect(1e-3, 5.0, 0.1)
+    monkeypatch.setattr(errata, "find_errata", lambda arm: [given])
+    monkeypatch.setattr(errata, "compute_effect", lambda trial, scenario, run: effect)
+    (tried,) = errata.simulate_errata(labelled, lambda where: None)
     assert (tried.trial, tried.size) == (None, None)
     kept = json.loads(json.dumps(asdict(tried), allow_nan=False))
     assert TypeAdapter(Erratum).validate_python(kept) == tried

@@ -9,6 +9,7 @@ import pytest
 from crosscheck.analytic.paper.backlash import dead_zone_tanh
 from crosscheck.analytic.paper.stiffness import square_wave_series
 from crosscheck.audit.claims.catalogue import CLAIMS
+from crosscheck.audit.claims.study_plan import AuditContext
 from crosscheck.audit.experiments.experiments import (
     BACK,
     BACKLASH,
@@ -23,24 +24,23 @@ from crosscheck.audit.experiments.paper_conditions import (
     PRINTED,
     Condition,
 )
-from crosscheck.audit.experiments.scale import Scale
+from crosscheck.audit.experiments.samples import Scale
 from crosscheck.audit.experiments.study import Study
 from crosscheck.audit.experiments.variant import Variant, simulate
 from crosscheck.audit.figures import chapter as figures
-from crosscheck.audit.figures.figure_data import (
-    LOW_ZETA,
-    FigureData,
-    make_start_variant,
-)
-from crosscheck.audit.figures.law_figures import braking_numbers, draw_figure_14, static_numbers
-from crosscheck.audit.figures.laws import (
+from crosscheck.audit.figures.chapter import (
     draw_figure_4,
     draw_figure_5,
     stiffness_limits,
     tanh_sharpness,
 )
+from crosscheck.audit.figures.figure_data import (
+    LOW_ZETA,
+    FigureData,
+    make_start_variant,
+)
+from crosscheck.audit.figures.run_figures import braking_numbers, draw_figure_14, static_numbers
 from crosscheck.audit.measures.run_signals import extract_signals
-from crosscheck.audit.page.context import AuditContext
 from crosscheck.studies.members.starts import perturb_start
 
 pytestmark = pytest.mark.slow

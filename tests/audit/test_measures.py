@@ -1,4 +1,4 @@
-"""What is measured of a PD run, on made-up runs whose numbers are known; the preloaded start."""
+"""What is measured of made-up runs whose numbers are known; events; the preloaded start."""
 
 from dataclasses import replace
 
@@ -7,7 +7,6 @@ import pytest
 
 from crosscheck.analytic.derivation.stage import equivalent_masses
 from crosscheck.analytic.paper.kinematics import stage_geometry
-from crosscheck.audit.claims.measured import MEASURES
 from crosscheck.audit.experiments import experiments
 from crosscheck.audit.experiments.ensembles import (
     ALIKE,
@@ -27,10 +26,15 @@ from crosscheck.audit.experiments.torque import (
     SETTLED_S,
     measure_constant_torque,
 )
-from crosscheck.audit.experiments.variant import Variant, simulate
-from crosscheck.audit.judging.quantities import ConditionResults
-from crosscheck.audit.judging.sample import Sample
-from crosscheck.audit.measures.rigid import rigid_arm
+from crosscheck.audit.experiments.variant import (
+    COUPLED,
+    GEARED_MODELS,
+    Variant,
+    remove_gears,
+    rigid_arm,
+    simulate,
+)
+from crosscheck.audit.measures import events
 from crosscheck.audit.measures.run_signals import RunSignals
 from crosscheck.audit.measures.stage import geared_joint
 from crosscheck.models.loading import load_case
@@ -43,6 +47,11 @@ TARGET, K_M = np.pi / 6, 1e8  # rad; N/m, Table I
 LEFT_S, MET_S, RETURN_S = 0.35, 0.36, 1.5
 ON_DRIVING = np.where((TIME < LEFT_S) | (TIME > RETURN_S), 100.0, 0.0)
 FORCE = ON_DRIVING - 100.0 * ((TIME >= MET_S) & (TIME < RETURN_S - 0.005))
+
+PRELOADED, LOADED, TURNING = (
+    experiments.EXPERIMENTS[name]
+    for name in ("preloaded", "constant torque, preloaded", "turning back, b = 3000 um")
+)
 
 
 def made(
@@ -243,7 +252,7 @@ def test_the_way_to_the_target():
     assert measure_whole_pd(shaken, rigid)["gap_end_rad"] < 1e-4
 
 
-PD = experiments.build_question(experiments.PRELOADED, Condition(INTEGRAL, 0.02), (1,)).variant
+PD = experiments.build_question(PRELOADED, Condition(INTEGRAL, 0.02), (1,)).variant
 
 
 def test_the_preloaded_start_bears_the_drive():
@@ -269,7 +278,7 @@ def test_no_mesh_of_a_preloaded_start_accelerates():
     assert left < 1e-9 * without
 
 
-@pytest.mark.parametrize("source", [experiments.WIDE, experiments.TURNING], ids=str)
+@pytest.mark.parametrize("source", [experiments.WIDE, TURNING], ids=str)
 def test_the_widest_clearance_is_run_to_the_end(source):
     asked = experiments.build_question(source, Condition(PRINTED, 0.02), (1,))
     case = asked.variant.case()
@@ -280,13 +289,16 @@ def test_the_widest_clearance_is_run_to_the_end(source):
 def test_links_turn_back_where_that_is_what_is_asked():
     """Both, on a rigid arm, which the geared one follows."""
     turns = {}
-    for source in (experiments.WIDE, experiments.TURNING):
+    for source in (experiments.WIDE, TURNING):
         rigid = rigid_arm(
             experiments.build_question(source, Condition(PRINTED, 0.02), (1,)).variant
         )
         rate = simulate(rigid)["theta_dot"].values
         turns[source] = ((rate.min(axis=0) < -0.1) & (rate.max(axis=0) > 0.1)).tolist()
-    assert turns == {experiments.WIDE: [True, False], experiments.TURNING: [True, True]}
+    assert turns == {
+        experiments.WIDE: [True, False],
+        TURNING: [True, True],
+    }
 
 
 def test_a_preloaded_start_under_constant_torque_does_not_ring():
@@ -294,7 +306,7 @@ def test_a_preloaded_start_under_constant_torque_does_not_ring():
         experiments.build_question(source, Condition(INTEGRAL, 0.05), (1,))
         .answer()
         .numbers["ringing_N"][0]
-        for source in (experiments.CONSTANT, experiments.CONSTANT_PRELOADED)
+        for source in (experiments.CONSTANT, LOADED)
     )
     assert loaded < 0.1 * at_rest
 
@@ -332,21 +344,65 @@ def test_starts_that_agree_are_those_that_more_starts_agree_with():
             assert answer.numbers[name][8:] == pytest.approx(values, rel=2 * ALIKE)
 
 
-def test_a_rank_is_taken_among_members_that_have_the_event():
-    frequency = {5: 1600.0, 10: 1500.0, 25: 1400.0, 50: 9000.0, 500: np.nan}
-    third = {5: 300.0, 10: 200.0, 25: 100.0, 50: 0.1, 500: 100.0}
-    known = ConditionResults(
-        {
-            experiments.BACKLASH(b): Sample(
-                {"frequency_Hz": np.array([frequency[b]]), "third": np.array([third[b]])},
-                np.zeros(1, dtype=bool),
-            )
-            for b in third
-        }
-    )
-    assert MEASURES.rank_among(experiments.BACKLASH, "frequency_Hz", "third", 10.0)(
-        known
-    ) == pytest.approx([-1])
-    assert np.isnan(
-        MEASURES.rank_among(experiments.BACKLASH, "frequency_Hz", "third", 150.0)(known)
-    ).all()
+SHORT_TIME = np.arange(0, 1.5, 1e-3)
+
+
+def test_the_third_fluctuations_onset_and_peak():
+    excess = np.where(SHORT_TIME < 0.8, 0.1, np.exp((SHORT_TIME - 0.8) / 0.1))
+    window = events.third_window(SHORT_TIME)
+    onset = events.third_onset(SHORT_TIME, excess, window)
+    assert onset == pytest.approx(1.199 - 0.1 * np.log(2), abs=2e-3)
+    near = events.third_peak(SHORT_TIME, excess, window)
+    assert SHORT_TIME[near.start] == pytest.approx(1.199 - events.PEAK_S, abs=2e-3)
+    assert SHORT_TIME[near.stop - 1] <= 1.199
+
+
+def test_the_third_fluctuation_of_a_run_that_ends_before_is_empty():
+    assert SHORT_TIME[:400][events.third_window(SHORT_TIME[:400])].size == 0
+
+
+def test_any_contact_counts_from_earlier_on_than_a_side_change():
+    force = np.where((SHORT_TIME > 0.21) & (SHORT_TIME < 0.22), -1.0, 1.0)
+    assert events.opposite_contact(SHORT_TIME, force, 0.2) == pytest.approx(0.211)
+    assert events.side_change(SHORT_TIME, force) is None
+
+
+def test_an_overshoot_is_over_the_step():
+    angle = 0.5 * (1 - np.exp(-SHORT_TIME / 0.1) * np.cos(2 * np.pi * SHORT_TIME / 0.2))
+    assert events.overshoot(angle, 0.5) == pytest.approx(angle.max() / 0.5 - 1)
+
+
+def test_geared_runs_share_their_rigid_arm():
+    tight = ("arm.joints.*.*_mesh.backlash_m=0.0",)
+    some = Variant(zeta=0.01, phase="omega_t", seed=3, meshes=tight)
+    assert rigid_arm(some) == rigid_arm(Variant()) == rigid_arm(Variant(record_every=7))
+
+
+def test_printed_equations_have_a_rigid_arm_of_their_own():
+    printed = Variant(model=GEARED_MODELS["printed"])
+    assert rigid_arm(printed).model == "analytic:printed-rigid"
+    assert rigid_arm(printed, "links") == rigid_arm(Variant(), "links")
+    assert rigid_arm(Variant(), "links").model == "analytic:links"
+
+
+def test_what_is_no_mesh_stays_in_the_rigid_arm():
+    two = Variant(settings=("arm.joints.*.planet_count=2",), duration_s=0.5)
+    assert rigid_arm(two, COUPLED).case().arm == two.case().arm
+    assert rigid_arm(two).case().scenario.duration_s == 0.5
+    assert remove_gears(two).case().scenario == two.case().scenario
+
+
+def test_a_side_change_is_that_of_the_load_not_of_a_vibration():
+    turning = np.where(SHORT_TIME < 0.35, 1.0, np.where(SHORT_TIME < 0.36, 0.0, -1.0))
+    side = events.side_change(SHORT_TIME, turning)
+    assert side is not None
+    assert (side.left_s, side.met_s) == pytest.approx((0.349, 0.36), abs=2e-3)
+    assert events.side_change(SHORT_TIME, np.cos(2 * np.pi * SHORT_TIME / 0.01)) is None
+    early = np.where((SHORT_TIME > 0.3) & (SHORT_TIME < 0.302), -1.0, turning)
+    assert events.side_change(SHORT_TIME, early) is None
+
+
+def test_bouncing_ends_with_the_last_loss_of_contact():
+    force = np.where((SHORT_TIME > 0.42) & (SHORT_TIME < 0.43), 0.0, -1.0)
+    assert events.bounce_duration(SHORT_TIME, force, 0.4) == pytest.approx(0.029, abs=2e-3)
+    assert events.bounce_duration(SHORT_TIME, force, 0.5) == 0

@@ -13,16 +13,19 @@ from crosscheck.audit.judging.paper_folder import (
     ClaimText,
     PaperAudit,
     PaperFile,
-    StudyExperiment,
     StudySetting,
     audit_paper,
     build_quantity,
     read_folder,
     run_folder_command,
 )
-from crosscheck.audit.judging.quantities import ConditionResults, Measures
+from crosscheck.audit.judging.quantities import (
+    ConditionResults,
+    MeasuredExperiment,
+    Measures,
+    Sample,
+)
 from crosscheck.audit.judging.rule import VerdictKind, evaluate_claim, verdict
-from crosscheck.audit.judging.sample import Sample
 from crosscheck.models.errors import InputError
 from crosscheck.models.files import read_toml
 from crosscheck.models.loading import validate_record
@@ -56,7 +59,7 @@ def _judged_in(note: PaperAudit, text: ClaimText, value: float) -> VerdictKind:
     planted = {text.over: 1.0, text.experiment: value}
     results = ConditionResults(
         {
-            StudyExperiment(name): Sample({text.measure: np.full(4, number)}, np.zeros(4, bool))
+            MeasuredExperiment(name): Sample({text.measure: np.full(4, number)}, np.zeros(4, bool))
             for name, number in planted.items()
             if name is not None
         }

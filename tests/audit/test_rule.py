@@ -8,9 +8,10 @@ import numpy as np
 import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
+from scipy.stats import beta
 
+from crosscheck.audit.claims.catalogue import ModelJudgement
 from crosscheck.audit.claims.chapter import build_answer_record, describe_verdict
-from crosscheck.audit.claims.model_judgement import ModelJudgement
 from crosscheck.audit.experiments.experiments import NO_ERROR, PD
 from crosscheck.audit.experiments.paper_conditions import (
     AS_GEARS,
@@ -26,10 +27,17 @@ from crosscheck.audit.experiments.paper_conditions import (
     SWAPPED,
     Condition,
 )
+from crosscheck.audit.experiments.samples import judge_third_fluctuation
 from crosscheck.audit.judging import rule
-from crosscheck.audit.judging.quantities import ConditionResults, Quantity, ratio
-from crosscheck.audit.judging.sample import Sample
-from crosscheck.audit.judging.shares import Share
+from crosscheck.audit.judging.quantities import (
+    ConditionResults,
+    Quantity,
+    Sample,
+    combine_quantities,
+)
+from crosscheck.audit.judging.rule import Share
+from crosscheck.audit.measures.thresholds import SEVERE
+from tests.audit.planted_runs import third
 
 ZETAS = (0.003, 0.005, 0.01, 0.05)
 YES, NO, EITHER, NONE = rule.State.YES, rule.State.NO, rule.State.BISTABLE, rule.State.UNDEFINED
@@ -195,8 +203,29 @@ def test_an_answer_says_how_many_of_its_starts_were_run():
         Quantity(str(source), "1", lambda known, source=source: known[source]["made"])
         for source in (PD, NO_ERROR)
     )
-    for quantity, ran in ((one, 8), (other, 32), (ratio(one, other), 32)):
+    for quantity, ran in ((one, 8), (other, 32), (combine_quantities("over", one, other), 32)):
         claim = rule.Claim("3.2-29", 14, "made up", quantity, rule.Limits(low=0.0))
         setting = EVERY[1], known
         (answer,) = rule.evaluate_claim(claim, [setting])
         assert (build_answer_record(answer)["starts"], answer.share) == (ran, Share(ran, ran))
+
+
+def test_a_share_has_clopper_and_pearsons_interval():
+    low, high = Share(3, 10).interval
+    assert low == pytest.approx(beta.ppf(0.025, 3, 8))
+    assert high == pytest.approx(beta.ppf(0.975, 4, 7))
+    assert (Share(0, 8).interval[0], Share(8, 8).interval[1]) == (0.0, 1.0)
+    assert Share(32, 32).interval[0] == pytest.approx(0.025 ** (1 / 32), rel=1e-9)  # closed form
+
+
+def test_a_third_fluctuation_is_severe_on_one_side_of_its_limit():
+    assert third(*[1.01 * SEVERE] * 10).state == YES
+    assert third(*[0.99 * SEVERE] * 10).state == NO
+
+
+def test_starts_of_several_samples_count_where_they_were_run_and_are_defined():
+    one = Sample({"third": np.array([1.0, math.nan])}, np.array([False, True]))
+    joined = judge_third_fluctuation(one, one)
+    assert (joined.starts, joined.values, joined.yes, joined.median) == (4, (1.0, 1.0), 0, 1.0)
+    alike = Sample({"third": np.full(32, 2 * SEVERE)}, np.zeros(32, bool), not_run=24)
+    assert judge_third_fluctuation(alike).share == Share(8, 8)

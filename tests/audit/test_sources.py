@@ -17,7 +17,7 @@ SCRIPT = Path(traced_results.__file__)
 # What only says or draws what others have computed: folders, parts of names, files in audit.
 ROOMS = ("crosscheck/report", "audit/templates", "audit/figures")
 NAMES = ("chapter",)
-FILES = ("text.py", "columns.py", "report.py", "command.py")
+FILES = ("report.py", "command.py", "sheet.py", "errata_texts.py")
 Files = dict[str, dict[str, set[str]]]
 EXUDYN = {f"models/exudyn/{name}.py" for name in ("tree/tree", "tree/mesh", "engine")}
 

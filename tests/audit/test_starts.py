@@ -1,32 +1,42 @@
-"""One experiment from many starts: each is the run that it would be alone."""
+"""A start measures what it would alone; a scale cuts runs; what is unknown decides nothing."""
 
+import math
 from dataclasses import replace
 
 import numpy as np
 import pytest
+from hypothesis import given
+from hypothesis import strategies as st
 
+from crosscheck import signals
 from crosscheck.audit.experiments import experiments
 from crosscheck.audit.experiments.ensembles import EnsembleNumbers, TransientPdQuestion
-from crosscheck.audit.experiments.paper_conditions import CONSERVATIVE, LAWS, PRINTED, Condition
+from crosscheck.audit.experiments.experiments import BACK, CONSTANT, NO_ERROR, PD, build_question
+from crosscheck.audit.experiments.paper_conditions import (
+    CONSERVATIVE,
+    INTEGRAL,
+    LAWS,
+    PRINTED,
+    Condition,
+)
 from crosscheck.audit.experiments.pd import measure_transient_pd
-from crosscheck.audit.experiments.samples import build_sample, collect_samples
-from crosscheck.audit.experiments.scale import Scale
+from crosscheck.audit.experiments.samples import FULL, Scale, build_sample, collect_samples
 from crosscheck.audit.experiments.study import Study
-from crosscheck.audit.experiments.variant import simulate
-from crosscheck.audit.measures.rigid import COUPLED, rigid_arm
+from crosscheck.audit.experiments.variant import COUPLED, Variant, rigid_arm, simulate
 from crosscheck.audit.measures.run_signals import (
     JOINT_SIGNALS,
     MESH_SIGNALS,
     extract_signals,
     simulate_signals,
 )
+from crosscheck.audit.measures.undefined import UNDEFINED, combine_answers, format_number
 from crosscheck.registry import build
 
-CELL = Condition(PRINTED, 0.005)
+CLOCKED = Condition(PRINTED, 0.005)
 BRIEF_S = 0.02
 
 
-def _brief(source, seeds=(1, 2, 3), cell=CELL):
+def _brief(source, seeds=(1, 2, 3), cell=CLOCKED):
     asked = experiments.build_question(source, cell, seeds)
     return replace(asked, variant=replace(asked.variant, duration_s=BRIEF_S))
 
@@ -64,7 +74,7 @@ def test_a_member_of_a_series_has_its_size():
     """Looked up in the case that is run."""
 
     def mesh(source):
-        arm = experiments.build_question(source, CELL, (1,)).variant.case().arm
+        arm = experiments.build_question(source, CLOCKED, (1,)).variant.case().arm
         return arm.joints[1].ring_mesh.planet_mesh(0)
 
     assert mesh(experiments.PD) == mesh(experiments.CONSTANT)
@@ -86,7 +96,7 @@ def test_a_setting_is_run_under_its_law(law):
 
 
 def test_other_seeds_are_other_starts(tmp_path):
-    study, wanted = Study(tmp_path), [(CELL, experiments.NO_ERROR)]
+    study, wanted = Study(tmp_path), [(CLOCKED, experiments.NO_ERROR)]
     first, other = (
         collect_samples(
             study, Scale(longest_s=BRIEF_S, most_starts=2, first_seed=seed), wanted, "test"
@@ -115,15 +125,72 @@ def test_where_all_diverged_every_number_is_undefined():
 @pytest.mark.parametrize(
     ("left_out", "field"),
     [
-        (experiments.NO_BACKLASH, "backlash_m"),
-        (experiments.NO_ERROR, "tooth_error_m"),
-        (experiments.CONSTANT_NO_ERROR, "tooth_error_m"),
-        (experiments.CONSTANT_STIFFNESS, "mesh_stiffness_amplitude_N_per_m"),
+        ("no backlash", "backlash_m"),
+        ("no error", "tooth_error_m"),
+        ("constant torque, no error", "tooth_error_m"),
+        ("constant stiffness", "mesh_stiffness_amplitude_N_per_m"),
     ],
 )
 def test_an_effect_is_left_out_by_its_own_field_of_every_mesh(left_out, field):
-    variant = experiments.build_question(left_out, CELL, ()).variant
+    variant = experiments.build_question(experiments.EXPERIMENTS[left_out], CLOCKED, ()).variant
     cases = [one.case() for one in (variant, replace(variant, meshes=()))]
     changed, own = (vars(case.arm.joints[0].sun_mesh.planet_mesh(0)) for case in cases)
     names = {name for name in own if changed[name] != own[name]}
     assert names == {"stiffness" if "stiffness" in field else field}
+
+
+@pytest.mark.parametrize(
+    ("longest", "own", "cut"), [(1.0, 0.5, 0.5), (1.0, 3.0, 1.0), (math.inf, 3.0, 3.0)]
+)
+def test_a_run_is_cut_if_it_is_longer(longest, own, cut):
+    scale = Scale(longest_s=longest)
+    assert scale.cut(Variant(duration_s=own)).case().scenario.duration_s == cut
+    assert scale.limit_duration(own) == cut
+
+
+def test_the_scenarios_own_duration_is_cut_as_well():
+    assert Scale(longest_s=1.0).cut(Variant()) == Variant(duration_s=1.0)
+    assert Scale(longest_s=1.0).cut(Variant("constant-torque")).duration_s == 0.5
+    assert FULL.cut(Variant()) == Variant()
+
+
+NOTHING = np.empty(0)
+
+
+def test_nothing_has_no_size_and_no_event():
+    for size in (signals.amplitude, signals.peak_to_peak, signals.middle, signals.mean_value):
+        assert math.isnan(size(NOTHING))
+    assert signals.onset(NOTHING, NOTHING) is None
+    assert signals.crossing_time_below(NOTHING, NOTHING, 0.0) is None
+    assert math.isnan(signals.dominant_frequency(NOTHING, NOTHING))
+
+
+def test_a_still_signal_has_no_frequency():
+    time = np.arange(100) * 1e-3
+    assert math.isnan(signals.dominant_frequency(time, np.ones(100)))
+
+
+@pytest.mark.parametrize("source", [PD, NO_ERROR, CONSTANT, BACK(50)], ids=str)
+def test_an_experiment_measures_the_same_numbers_whatever_its_length(source):
+    asked = build_question(source, Condition(INTEGRAL, 0.05), (1,))
+    names = [
+        set(replace(asked, variant=replace(asked.variant, duration_s=d)).answer().numbers)
+        for d in (0.002, 0.02, 0.3)
+    ]
+    assert names[0] == names[1] == names[2]
+
+
+NUMBER = st.one_of(st.none(), st.floats())
+YES = st.sampled_from([True, False, None])
+
+
+@given(one=YES, other=YES, third=YES)
+def test_open_decisions_leave_the_whole_open(one, other, third):
+    answer = combine_answers((one, other, third))
+    assert answer in (True, False, None)
+    assert (answer is True) == (one is other is third is True)
+
+
+@given(value=NUMBER)
+def test_a_number_that_is_none_is_a_word(value):
+    assert (format_number(value) == UNDEFINED) == (value is None or not math.isfinite(value))

@@ -18,16 +18,15 @@ from crosscheck.analytic.paper.mesh_frequency import ring_mesh_rate, sun_mesh_ra
 from crosscheck.analytic.paper.model import EnergiesModel, PrintedModel
 from crosscheck.analytic.paper.stiffness import square_wave_series
 from crosscheck.audit.claims.catalogue import BY_ID, CLAIMS
-from crosscheck.audit.errata.planted_faults import detectable_share
+from crosscheck.audit.errata.printed_equations import detectable_share
 from crosscheck.audit.experiments.experiments import PLANTED, STATIC
 from crosscheck.audit.experiments.paper_conditions import PRINTED, Condition
 from crosscheck.audit.experiments.variant import Numbers
-from crosscheck.audit.judging.quantities import ConditionResults
+from crosscheck.audit.judging.quantities import ConditionResults, Sample
 from crosscheck.audit.judging.rule import VerdictKind, evaluate_claim, verdict
-from crosscheck.audit.judging.sample import Sample
 from crosscheck.audit.measures.stage import PaperStage, paper_stage
-from crosscheck.audit.statics import base_and_gravity, teeth
 from crosscheck.audit.statics import statics as statements
+from crosscheck.audit.statics import teeth
 from crosscheck.models.arm.arm import Arm
 from crosscheck.models.loading import load_arm
 
@@ -49,10 +48,10 @@ MEASURES: dict[str, Callable[[Arm, PaperStage], Numbers]] = {
     "gearing": lambda arm, stage: teeth.compute_gearing(stage),
     "clearance": lambda arm, stage: teeth.compute_clearance(stage),
     "wave": lambda arm, stage: teeth.compare_stiffness_wave(stage),
-    "torques": base_and_gravity.compute_neglected_torques,
+    "torques": statements.compute_neglected_torques,
     "data": statements.compute_data_numbers,
     "equations": lambda arm, stage: statements.compare_equations(arm),
-    "base": lambda arm, stage: base_and_gravity.compute_base_errors("paper-labelled"),
+    "base": lambda arm, stage: statements.compute_base_errors("paper-labelled"),
 }
 
 
@@ -104,11 +103,9 @@ FASTER = {f"{TEETH}.sun_mesh_rate": lambda *a: 1.01 * sun_mesh_rate(*a)}
 REPAIRED = {f"{TEETH}.ring_mesh_rate": lambda j, g, _: ring_mesh_rate(j, g, "corrected")}
 CONSTANT = {f"{TEETH}.mesh_force": lambda *a: 200.0 * np.ones_like(a[2])}
 WORLDS = [
-    Changed(
-        "2-01", HOLDS, "base", put={"statics.base_and_gravity._tip_errors_m": lambda _: [1e-3] * 4}
-    ),
+    Changed("2-01", HOLDS, "base", put={"statics.statics._tip_errors_m": lambda _: [1e-3] * 4}),
     Changed("2-02", FAILS, "gearing", _geometry(n=11 / 3)),
-    Changed("2-03", FAILS, "torques", put={"statics.base_and_gravity.ORBIT_M": 1e5}),
+    Changed("2-03", FAILS, "torques", put={"statics.statics.ORBIT_M": 1e5}),
     Changed(
         "2.1-06", FAILS, "clearance", put={f"{TEETH}.dead_zone": lambda x, b: dead_zone(x, b / 2)}
     ),
@@ -142,7 +139,7 @@ WORLDS = [
         )
     ),
     Changed("2.4-08", FAILS, "torques", lambda stage: replace(stage, tooth_error_m=5e-4)),
-    Changed("3-03", HOLDS, "data", put={"errata.transcript.INITIAL_VALUES": ("0",) * 12}),
+    Changed("3-03", HOLDS, "data", put={f"{EQUATIONS}.INITIAL_VALUES": ("0",) * 12}),
     Changed("3-04", HOLDS, "data", lambda stage: replace(stage, sun_equivalent_mass_kg=0.3)),
     Changed("3.1-03", FAILS, "data", arm=_short_links),
     Changed("4.1-03", HOLDS, "data", _joint(module_m=0.01146)),

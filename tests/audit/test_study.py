@@ -4,15 +4,13 @@ import pickle
 import re
 from dataclasses import dataclass, replace
 from pathlib import Path
-from typing import Any
 
 import numpy as np
 import pytest
 
 from crosscheck.audit.experiments import study as study_module
-from crosscheck.audit.experiments.courses import SIGNALS, CoursesQuestion, simulate_courses
-from crosscheck.audit.experiments.question import Question, Records
-from crosscheck.audit.experiments.study import Study, question_key
+from crosscheck.audit.experiments.ensembles import SIGNALS, CoursesQuestion, simulate_courses
+from crosscheck.audit.experiments.study import Question, Records, Study, question_key
 from crosscheck.audit.experiments.variant import Variant, simulate
 from crosscheck.audit.measures.run_signals import extract_signals
 from crosscheck.models.errors import Diverged, InputError, Unfinished
@@ -165,10 +163,12 @@ def test_what_has_no_result_is_one_clear_error(study):
 
 
 def test_a_worker_that_died_is_one_clear_error(study, monkeypatch):
-    def died(tasks: list[Any], jobs: int, done: object) -> dict[str, Failure]:
-        return {task.key: Failure("Died", "ended by SIGKILL") for task in tasks}
-
-    monkeypatch.setattr(study_module, "perform_all", died)
+    ended = Failure("Died", "ended by SIGKILL")
+    monkeypatch.setattr(
+        study_module.Workers,
+        "stream_longest_first",
+        lambda workers, tasks, on_begin: [(task.key, ended) for task in tasks],
+    )
     with pytest.raises(Unfinished, match=r"^runs: CoursesQuestion: Died: ended by SIGKILL$"):
         simulate_courses(study, [SHORT], "runs")
 

@@ -11,18 +11,8 @@ from functools import cache
 import numpy as np
 import pytest
 
-from crosscheck.audit.claims.catalogue import CLAIMS
-from crosscheck.audit.claims.claim_quantities import (
-    DEFAULT,
-    EDGES,
-    ENDS,
-    QUANTITIES,
-    WIDER,
-    accumulation,
-    find_factor,
-    relative_change,
-)
-from crosscheck.audit.claims.measured import MEASURES
+from crosscheck.audit.claims.catalogue import CLAIMS, read_quantity
+from crosscheck.audit.claims.measured import ENDS
 from crosscheck.audit.claims.study_plan import FULL
 from crosscheck.audit.experiments.ensembles import (
     ConstantTorqueQuestion,
@@ -36,15 +26,14 @@ from crosscheck.audit.experiments.experiments import (
     DEFAULT_B_UM,
     DEFAULT_E_UM,
     ERROR,
-    PD,
     WIDE_BEGINNING,
     PaperExperiment,
     build_question,
+    find_experiment,
 )
 from crosscheck.audit.experiments.paper_conditions import PRINTED, Condition
-from crosscheck.audit.judging.quantities import ConditionResults, Quantity
+from crosscheck.audit.judging.quantities import ConditionResults, Sample
 from crosscheck.audit.judging.rule import VerdictKind, evaluate_claim, verdict
-from crosscheck.audit.judging.sample import Sample
 from tests.audit.planted_runs import pools
 
 WORLDS = 3000
@@ -89,7 +78,7 @@ def worlds() -> ConditionResults:
     sources = [*FULL.experiments(CELL), WIDE_BEGINNING, BACKLASH(DEFAULT_B_UM), ERROR(DEFAULT_E_UM)]
     made: dict[PaperExperiment, Sample] = {}
     for family in (BACKLASH, ERROR, BACK, BACK_EVEN):
-        own = sorted((s for s in sources if s.kind == family.kind), key=lambda s: s.size_um or 0)
+        own = sorted((s for s in sources if s.kind == family.kind), key=lambda s: s.size or 0)
         sample = pools()[_kind(own[0])]
         for source, runs in zip(own, _members(generator, sample, len(own)), strict=True):
             made[source] = _taken(sample, runs)
@@ -99,7 +88,7 @@ def worlds() -> ConditionResults:
             made[source] = _taken(sample, generator.integers(sample.diverged.size, size=WORLDS))
     # In a third of the worlds an experiment changes nothing.
     for source in made:
-        if source.size_um is None:
+        if source.size is None:
             same = generator.random(WORLDS) < 1 / 3
             plain = _plain(made, source)
             for name, values in made[source].numbers.items():
@@ -109,7 +98,7 @@ def worlds() -> ConditionResults:
 
 def _plain(made: dict[PaperExperiment, Sample], source: PaperExperiment) -> Sample:
     """The experiment of the same kind that changes nothing."""
-    return next(made[one] for one in made if one.size_um is None and _kind(one) == _kind(source))
+    return next(made[one] for one in made if one.size is None and _kind(one) == _kind(source))
 
 
 def _taken(sample: Sample, runs: np.ndarray) -> Sample:
@@ -159,61 +148,75 @@ def test_a_claim_that_runs_decide_holds_in_one_world_and_not_in_another(claim):
     pytest.fail(f"{claim.id}: {found}")
 
 
-def test_the_size_of_a_change_does_not_hang_on_the_sign_of_what_changes():
-    """theta_1 is negative: a change of a half is one of a half all the same."""
-    known = ConditionResults({ONE: _one_start(made=-2.0), OTHER: _one_start(made=-3.0)})
-    assert relative_change(_made(OTHER), _made(ONE))(known) == pytest.approx([0.5])
+NAN = np.nan
+GROWN = dict(zip(ENDS["1"], (1.0, 3.0, 6.0, 30.0), strict=True))
+# Of five clearances [um], of which neither the first nor the last has the least or the most of all;
+# not every run has an impact.
+CLEARANCES = {
+    "second_force_N": (30.0, 20.0, 40.0, 40.0, 60.0),
+    "third_force_N": (15.0, 10.0, 20.0, 20.0, 30.0),
+    "first_decay_s": (0.01, 0.02, 0.07, 0.05, 0.0),
+    "second_decay_s": (NAN, NAN, NAN, NAN, NAN),
+    "second": (8.0, NAN, 2.0, 9.0, 9.0),
+    "third": (300.0, 200.0, 100.0, 0.1, 100.0),
+    "frequency_Hz": (1600.0, 1500.0, 1400.0, 9000.0, NAN),
+}
+ONE_START = {
+    "pd": {"second_force_N": 50.0, "third_force_N": 10.0, "third": -2.0, "first": 8.0},
+    "no error": {"third": -3.0, "first": 2.0},
+    **{
+        f"backlash {b} um": {name: values[place] for name, values in CLEARANCES.items()}
+        for place, b in enumerate((5, 10, 25, 50, 500))
+    },
+    **{f"tooth error {e} um": {"first_decay_s": 0.01, "second_decay_s": 0.02} for e in (0.8, 2, 3)},
+    "back and forth, backlash 50 um": {f"error_{end}_s": e for end, e in GROWN.items()},
+    "back and forth, backlash 0 um": {f"error_{end}_s": 0.5 for end in GROWN},
+}
 
 
-def test_a_factor_is_above_1_whichever_is_the_larger():
-    known = ConditionResults({ONE: _one_start(made=2.0), OTHER: _one_start(made=8.0)})
-    for pair in ((ONE, OTHER), (OTHER, ONE)):
-        assert find_factor(*map(_made, pair))(known) == pytest.approx([4.0])
-
-
-def test_of_a_family_the_least_or_the_greatest_member_counts():
-    """Clearances of 5, 10, 50 and 100 um, of which neither the first nor the last is the least."""
-    forces, decays = (30.0, 20.0, 40.0, 60.0), (0.01, 0.02, 0.07, 0.05)
-    members = {
-        BACKLASH(size): _one_start(
-            second_force_N=force,
-            third_force_N=force / 2,
-            first_decay_s=decay,
-            second_decay_s=np.nan,
-        )
-        for size, force, decay in zip((5.0, 10.0, 50.0, 100.0), forces, decays, strict=True)
-    }
-    errors = {
-        ERROR(size): _one_start(first_decay_s=0.01, second_decay_s=0.02) for size in (0.8, 1.6, 3.2)
-    }
-    pd_run = {PD: _one_start(second_force_N=50.0, third_force_N=10.0)}
-    known = ConditionResults(members | errors | pd_run)
-    right = {EDGES: 30 / 20, DEFAULT: 50 / 20, WIDER: 0.07}
-    right[MEASURES.series_minimum(BACKLASH, "second_force_N")] = 20.0
-    right[MEASURES.series_maximum(BACKLASH, "second_force_N")] = 60.0
-    for quantity, value in right.items():
-        assert quantity(known) == pytest.approx([value]), quantity.id
-    sizes = (8.0, np.nan, 2.0)  # not every run has an impact
+@pytest.mark.parametrize(
+    ("text", "value"),
+    [
+        ("pd: first", 8.0),
+        (["less", "pd: first", "no error: first"], 6.0),
+        (["over", "pd: first", "no error: first"], 4.0),
+        (["size", "pd: third"], 2.0),
+        (["min", "pd: first", "no error: third"], -3.0),
+        (["max", "pd: first", "no error: third"], 8.0),
+        (["max", "pd: first", "backlash 10 um: second"], NAN),
+        (["any start's", "pd: third"], -2.0),
+        (["times", 0.5, "1", "pd: first"], 4.0),
+        (["where above", "MINOR", "pd: first", "pd: third"], -2.0),
+        (["where above", 8.0, "pd: first", "pd: third"], NAN),
+        (["where below", "EVIDENT", "pd: first", "pd: third"], -2.0),
+        (["where below", 8.0, "pd: first", "pd: third"], NAN),
+        (["least", "backlash: second_force_N"], 20.0),
+        (["greatest", "backlash: second_force_N"], 60.0),
+        (["least", "backlash: second"], NAN),
+        (["least of those with", "backlash: second"], 2.0),
+        (["rank", "backlash: third"], -8 / 95**0.5),  # two of the ranks are one
+        (["rank where above", 10.0, "backlash: third", "frequency_Hz"], -1.0),
+        (["rank where above", 150.0, "backlash: third", "frequency_Hz"], NAN),  # of two sizes
+        (["accumulation", "back and forth, backlash", "1"], 2.0),
+        (["accumulation", "back and forth, backlash", "1", 0.0], 11 / 5),
+        ("edges", 30 / 20),
+        ("default", 50 / 20),
+        ("wider", 0.07),
+        ("as_wide", 0.01),
+        ("owed", 1.0),
+    ],
+    ids=str,
+)
+def test_a_quantity_that_is_written_as_data_has_its_value(text, value):
     known = ConditionResults(
-        {BACKLASH(b): _one_start(second=size) for b, size in zip((5, 10, 50), sizes, strict=True)}
+        {
+            find_experiment(name): Sample(
+                {key: np.array([x]) for key, x in numbers.items()}, _no_run(1)
+            )
+            for name, numbers in ONE_START.items()
+        }
     )
-    assert QUANTITIES["4-03"](known) == pytest.approx([2.0])
-    grown = dict(zip(ENDS["1"], (1.0, 3.0, 6.0, 30.0), strict=True))
-    known = ConditionResults(
-        {BACK(DEFAULT_B_UM): _one_start(**{f"error_{end}_s": e for end, e in grown.items()})}
-    )
-    assert accumulation(BACK, "1")(known) == pytest.approx([2.0])
-
-
-ONE, OTHER = (PaperExperiment(name) for name in ("one", "other"))
-
-
-def _one_start(**numbers: float) -> Sample:
-    return Sample({name: np.array([v]) for name, v in numbers.items()}, np.zeros(1, bool))
-
-
-def _made(source: PaperExperiment) -> Quantity:
-    return Quantity(str(source), "1", lambda known: known[source]["made"])
+    assert read_quantity(text)(known) == pytest.approx([value], rel=1e-3, nan_ok=True)
 
 
 def test_every_experiment_of_the_page_has_made_up_runs():

@@ -26,8 +26,8 @@ OWN = [ROOT / name for name in ("crosscheck", "models", "analytic", "audit")]
 CUTS: dict[tuple[str, str], Any] = {
     ("crosscheck.audit.measures.events", "THIRD_S"): (0.0, 2e-3),
     ("crosscheck.audit.statics.teeth", "HARMONICS"): 2,
-    ("crosscheck.audit.statics.base_and_gravity", "BASE_MASSES"): ("5",),
-    ("crosscheck.audit.statics.base_and_gravity", "FIXED_TOLERANCE"): 1e-3,
+    ("crosscheck.audit.statics.statics", "BASE_MASSES"): ("5",),
+    ("crosscheck.audit.statics.statics", "FIXED_TOLERANCE"): 1e-3,
     ("crosscheck.models.pinocchio.floating", "RELATIVE_TOLERANCE"): 1e-3,
 }
 read: set[Path] = set()
@@ -37,7 +37,7 @@ def build_questions() -> dict[str, Any]:
     """Questions about the shortest runs; their modules are imported after numba is replaced."""
     from crosscheck.audit.errata.finder import ErrataQuestion
     from crosscheck.audit.experiments import ensembles
-    from crosscheck.audit.experiments.courses import CoursesQuestion
+    from crosscheck.audit.experiments.ensembles import CoursesQuestion
     from crosscheck.audit.experiments.variant import Variant
     from crosscheck.audit.findings.clock import ClockTest
     from crosscheck.audit.statics.statics import Statics

@@ -139,8 +139,8 @@ WORK: dict[str, dict[str, Callable[..., object]]] = {
     "view": {"cli.view.read_run": make("run"), "cli.view.view_page": make("page")},
     "errata": {"audit.errata.command.simulate_errata": make([])},
     "paper": {
-        "audit.page.command.write_paper": stop,
-        "audit.page.command.write_figures": stop,
+        "audit.page.report.write_paper": stop,
+        "audit.page.report.write_figures": stop,
         "audit.judging.paper_folder.run_folder_command": stop,
     },
 }

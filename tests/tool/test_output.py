@@ -14,7 +14,7 @@ import pytest
 import xarray as xr
 
 from crosscheck.audit.errata import command as errata
-from crosscheck.audit.page import command as paper
+from crosscheck.audit.page import report as paper
 from crosscheck.cli import commands, simulation
 from crosscheck.models.errors import InputError
 from crosscheck.models.trajectory import encode_netcdf

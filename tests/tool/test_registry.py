@@ -232,14 +232,15 @@ def test_a_robots_guest_is_asked_at_its_levels_alone():
 
 
 def test_sorts_of_mechanisms_supply_functions_that_take_the_same_arguments():
+    """Each takes as many as the other needs, and the same ones by keyword alone."""
     for what in require_items(mechanisms.SUPPLIED):
-        both = [mechanisms.supply(what, section) for section in mechanisms.Supply._fields]
-        of_arms, of_robots = (
-            [
-                each.kind
-                for each in signature(function).parameters.values()
-                if each.default is each.empty
-            ]
-            for function in both
-        )
-        assert of_arms == of_robots, what
+        needed, taken, by_keyword = [], [], []
+        for section in mechanisms.Supply._fields:
+            given = signature(mechanisms.supply(what, section)).parameters
+            placed = [each for each in given.values() if each.kind != each.KEYWORD_ONLY]
+            required = {name for name, each in given.items() if each.default is each.empty}
+            needed.append(sum(each.name in required for each in placed))
+            taken.append(len(placed))
+            by_keyword.append(required - {each.name for each in placed})
+        assert max(needed) <= min(taken), what
+        assert by_keyword[0] == by_keyword[1], what

@@ -13,8 +13,7 @@ from pathlib import Path
 
 import pytest
 
-from crosscheck.audit.experiments.question import Question, Records
-from crosscheck.audit.experiments.study import Study
+from crosscheck.audit.experiments.study import Question, Records, Study
 from crosscheck.models.directories import cache_folder
 from crosscheck.models.errors import InputError
 from crosscheck.runner.store import Store, clear

@@ -1,18 +1,93 @@
-"""The paper's kinetic energies against those of the bodies that they stand for."""
+"""What the paper's energies and entries say, and what they should."""
 
 from __future__ import annotations
 
 from collections.abc import Iterator
 from dataclasses import dataclass, replace
+from itertools import product
+from typing import Literal, get_args
 
 import sympy as sp
 
 from crosscheck.analytic.derivation import symbols
 from crosscheck.analytic.derivation.bodies import Body, carried_bodies, link_bodies, spinning_bodies
-from crosscheck.analytic.derivation.forms import mass_matrix
+from crosscheck.analytic.derivation.forms import Form, mass_matrix
 from crosscheck.analytic.derivation.lagrange import build_mass_terms
+from crosscheck.analytic.derivation.symbols import stage_symbols
 from crosscheck.analytic.paper.energies import JOINTS, kinetic_energies, remove_sine_squares
-from crosscheck.audit.errata.entry_differences import are_equal_entries
+
+Matrix = Literal["mass_matrix", "bias", "force"]  # of a Form
+
+
+@dataclass(frozen=True)
+class EntryDifference:
+    """Entries of one matrix of a form that differ from the derived ones in the same way.
+
+    entries: row and column counted from 0;
+    printed, derived: the terms that only one side has.
+    """
+
+    matrix: Matrix
+    entries: tuple[tuple[int, int], ...]
+    printed: sp.Expr
+    derived: sp.Expr
+
+    @property
+    def location(self) -> str:
+        """The place of the entries in the paper's notation, counted from 1."""
+        if self.matrix == "mass_matrix":
+            names = [f"M_{row + 1}{column + 1}" for row, column in self.entries]
+            return f"Eq. 21, {' = '.join(names)}"
+        row = self.entries[0][0] + 1
+        return f"Eq. 21, row {row} of C q'" if self.matrix == "bias" else f"Eq. 22, F_{row}"
+
+
+def are_equal_entries(first: sp.Expr, second: sp.Expr) -> bool:
+    """Whether two entries are equal given the geometry of a planetary stage.
+
+    That is three planets, r_cp = r_s + r_p and n = 2 r_cp / r_s.
+    """
+    geometry: dict[sp.Symbol, sp.Expr] = {}
+    for stage in map(stage_symbols, (1, 2)):
+        geometry[stage.N] = sp.Integer(3)
+        geometry[stage.n] = 2 * stage.r_cp / stage.r_s
+        geometry[stage.r_p] = stage.r_cp - stage.r_s
+    return sp.expand(sp.expand(first - second).subs(geometry)) == 0
+
+
+def find_entry_differences(printed: Form, derived: Form) -> list[EntryDifference]:
+    """Every entry in which the printed form differs from the derived one.
+
+    M and F are compared entry by entry; C is not unique, so the force C q' is compared by rows.
+    M_ij and M_ji are one difference if they differ in the same way.
+    """
+    entry_differences = []
+    for matrix in get_args(Matrix):
+        printed_matrix, derived_matrix = getattr(printed, matrix), getattr(derived, matrix)
+        for row, column in product(range(printed_matrix.rows), range(printed_matrix.cols)):
+            sides = printed_matrix[row, column], derived_matrix[row, column]
+            if not are_equal_entries(*sides):
+                left, right = (set(sp.Add.make_args(sp.expand(side))) for side in sides)
+                unshared_terms = sp.Add(*(left - right)), sp.Add(*(right - left))
+                entry_differences.append(EntryDifference(matrix, ((row, column),), *unshared_terms))
+    merged_differences = []
+    for difference in entry_differences:
+        row, column = difference.entries[0]
+        mirror = replace(difference, entries=((column, row),))
+        if row == column or mirror not in entry_differences or difference.matrix != "mass_matrix":
+            merged_differences.append(difference)
+        elif row < column:
+            merged_differences.append(replace(difference, entries=((row, column), (column, row))))
+    return merged_differences
+
+
+def replace_entries(printed: Form, derived: Form, difference: EntryDifference) -> Form:
+    """The printed form with this one difference put right."""
+    matrix = sp.Matrix(getattr(printed, difference.matrix))
+    for row, column in difference.entries:
+        matrix[row, column] = getattr(derived, difference.matrix)[row, column]
+    return replace(printed, **{difference.matrix: sp.ImmutableMatrix(matrix)})
+
 
 CHAIN = symbols.build_symbolic_chain([True] * JOINTS)  # the paper's arm
 
