@@ -18,37 +18,22 @@ from crosscheck.report.formatting import format_rounded
 
 NOTES = Path(__file__).with_name("texts") / "notes.toml"
 NONE = "-"
-NOTATION = {
-    "where": "where",
-    "printed": "printed",
-    "derived": "should read",
-    "remark": "remark",
-}
-STATEMENT = NOTATION | {"denies": "against claim"}
-EQUATION = STATEMENT | {
-    "size_in_words": "size",
-    "constant_torque": "effect under 100 N m",
-    "pd": "effect under PD control",
-}
-CONTRADICTION = {
-    "first": "here",
-    "first_says": "it says",
-    "second": "there",
-    "second_says": "it says",
-}
-GAP = {
-    "quantity": "not given in the text",
-    "needed_for": "needed for",
-    "here": "here",
-}
+
+
+class SectionText(NamedTuple):
+    """A section of the sheet: its heading, and its columns' titles by field."""
+
+    heading: str
+    columns: dict[str, str]
 
 
 class Notes(NamedTuple):
     """What is found by reading: entries, two places that cannot both be right, what is not given.
 
-    Contradictions and gaps: what stands in the columns of those names.
+    Contradictions and gaps: what stands in the columns of those names. sections: by kind of record.
     """
 
+    sections: dict[str, SectionText]
     entries: tuple[Erratum, ...]
     contradictions: tuple[dict[str, str], ...]
     gaps: tuple[dict[str, str], ...]
@@ -85,18 +70,14 @@ class SheetSection(NamedTuple):
 def list_sections(arm: str, errata: Sequence[Erratum]) -> list[SheetSection]:
     """The sheet's sections: the errors of equations, here for an arm, and all that is read."""
     noted = load_notes()
-    statements, notation = (
-        [build_record(arm, entry) for entry in noted.entries if entry.kind == kind]
-        for kind in ("statement", "notation")
-    )
-    equations = [build_record(arm, entry) for entry in errata]
-    return [
-        SheetSection("Errors of equations", EQUATION, equations),
-        SheetSection("Statements and data without support", STATEMENT, statements),
-        SheetSection("Where the text contradicts itself", CONTRADICTION, noted.contradictions),
-        SheetSection("Notation that misleads", NOTATION, notation),
-        SheetSection("What the text does not give", GAP, noted.gaps),
-    ]
+    records: dict[str, Sequence[Mapping[str, object]]] = {
+        "equation": [build_record(arm, entry) for entry in errata],
+        "contradiction": noted.contradictions,
+        "gap": noted.gaps,
+    }
+    for kind in ("statement", "notation"):
+        records[kind] = [build_record(arm, entry) for entry in noted.entries if entry.kind == kind]
+    return [SheetSection(*text, records[kind]) for kind, text in noted.sections.items()]
 
 
 def build_record(arm: str, erratum: Erratum) -> JsonObject:

@@ -7,6 +7,7 @@ from __future__ import annotations
 
 from collections.abc import Hashable, Mapping, Sequence
 from dataclasses import dataclass, field, replace
+from pathlib import Path
 from typing import NamedTuple, TypeVar
 
 from pydantic import JsonValue
@@ -37,6 +38,7 @@ from crosscheck.audit.page.chapter import render_template, to_markup
 
 # The paper gives no damping. At the smaller value its third fluctuation shows under its own law.
 ZETA, LOW_ZETA = 0.02, 0.005
+FIGURES_FILE = Path(__file__).with_name("figures.toml")
 FULL_RECORD = 2  # 20 µs: eleven records of a period of the fastest mesh mode
 Name = TypeVar("Name", bound=Hashable)
 

@@ -7,7 +7,7 @@ from dataclasses import replace
 from typing import NamedTuple
 
 import numpy as np
-from pydantic import JsonValue
+from pydantic import JsonValue, TypeAdapter
 
 from crosscheck import signals
 from crosscheck.audit.claims import study_plan
@@ -17,13 +17,21 @@ from crosscheck.audit.experiments.samples import judge_third_fluctuation
 from crosscheck.audit.experiments.torque import RING_CYCLES
 from crosscheck.audit.experiments.variant import COUPLED, Variant, rigid_arm, rigid_model
 from crosscheck.audit.figures import figure_data
-from crosscheck.audit.figures.figure_data import LOW_ZETA, ZETA, Drawing, FigureData, PaperFigure
+from crosscheck.audit.figures.figure_data import (
+    FIGURES_FILE,
+    LOW_ZETA,
+    ZETA,
+    Drawing,
+    FigureData,
+    PaperFigure,
+)
 from crosscheck.audit.figures.plotting import MICRO, Curve, Panel, describe_run, draw_panels
 from crosscheck.audit.measures.run_signals import RunSignals
 from crosscheck.audit.measures.stage import paper_stage
 from crosscheck.audit.measures.thresholds import SEVERE
 from crosscheck.audit.page.chapter import DRAWN_NAMES
 from crosscheck.models.experiment.scenario import ConstantDrive, expand_to_joints
+from crosscheck.models.files import read_toml
 from crosscheck.registry import RIGID_LEVELS
 from crosscheck.report.fragments import COLOURS
 
@@ -34,11 +42,6 @@ GAINS = (1000.0, 400.0)  # P and D of Section 3.2
 PROPORTIONAL, DERIVATIVE = (500.0, 1000.0, 2000.0), (200.0, 400.0, 800.0)
 GAIN_STEP_S = 5e-5  # enough for angles that are drawn
 TARGET_RAD = np.pi / 6
-# Windows [s]; of the side change and the third fluctuation a few periods of what happens there.
-TORQUE_S = ((0.0, 0.5), (0.0, 0.01))
-SIDE_S, THIRD_S = (0.345, 0.385), (1.10, 1.11)
-WHOLE_S = ((0.0, 3.0), SIDE_S, THIRD_S)
-TRANSIENT_S = ((0.0, run.SHORT_S), (0.0, 0.02), SIDE_S, THIRD_S)
 BAND_BINS = 300  # over a whole run: one of three panels has so many points of the page's width
 RIGID_STYLES = {COUPLED: "--", "links": ":"}
 Numbers = Mapping[str, JsonValue]
@@ -129,19 +132,15 @@ def draw_figure_10(data: FigureData) -> PaperFigure:
 
 
 class LawFigure(NamedTuple):
-    """A figure of one quantity of a Course times ``scale``; windows: of the rows [s], first wide.
+    """A figure of one quantity of a run, as in the file; without ``elbow`` the shoulder's alone."""
 
-    scale: the factor from SI units to the drawn one; more: said below the drawing; numbers: for the
-    figure's words, of a run by INTEGRAL. Without ``elbow`` the shoulder alone is drawn.
-    """
-
-    experiment: run.PaperExperiment
+    experiment: str
     quantity: str
     label: str
     windows: tuple[tuple[float, float], ...]
     scale: float = 1.0
     more: str = ""
-    numbers: Callable[[RunSignals], Numbers] = lambda run: {}
+    numbers: str = ""
     elbow: bool = True
 
 
@@ -161,15 +160,12 @@ def braking_numbers(run: RunSignals) -> Numbers:
     return {"brakes_s": signals.crossing_time_below(run.time, run.torque[:, 0], 0.0)}
 
 
-_PER_PLANET = "Force per planet, without its damper."
-FIGURES = {
-    8: LawFigure(run.CONSTANT, "x_sp", "x_sp1 [µm]", TORQUE_S, MICRO, numbers=static_numbers),
-    9: LawFigure(run.CONSTANT, "F_sp", "F_sp1 [N]", TORQUE_S, more=_PER_PLANET),
-    11: LawFigure(run.PD, "torque", "T [N m]", WHOLE_S),
-    12: LawFigure(run.PD, "x_sp", "x_sp1 [µm]", WHOLE_S, MICRO, numbers=braking_numbers),
-    13: LawFigure(run.PD, "F_sp", "F_sp1 [N]", WHOLE_S),
-    14: LawFigure(run.PD, "theta_ddot", "θ_1'' [rad/s²]", TRANSIENT_S, elbow=False),
+NUMBERS: dict[str, Callable[[RunSignals], Numbers]] = {
+    "": lambda run: {},
+    "static": static_numbers,
+    "braking": braking_numbers,
 }
+FIGURES = TypeAdapter(dict[int, LawFigure]).validate_python(read_toml(FIGURES_FILE)["laws"])
 
 
 def draw_law_figure(
@@ -180,7 +176,7 @@ def draw_law_figure(
     Windows stand below each other, laws side by side; enlarged parts are shaded.
     """
     law_figure = FIGURES[number]
-    (runs,) = data.courses_by_law(number, law_figure.experiment)
+    (runs,) = data.courses_by_law(number, run.EXPERIMENTS[law_figure.experiment])
     rows = [
         [_draw_window(law_figure, each, rigid or {}, window) for each in runs.values()]
         for window in law_figure.windows
@@ -188,7 +184,8 @@ def draw_law_figure(
     rows[0] = [panel._replace(shaded=law_figure.windows[1:]) for panel in rows[0]]
     caption = describe_run(runs[INTEGRAL], data.seed, law_figure.more)
     drawing = Drawing(draw_panels(1.9, "time [s]", *rows, by_law=True), caption)
-    return PaperFigure(number, [drawing], LOW_ZETA, data.seed, law_figure.numbers(runs[INTEGRAL]))
+    numbers = NUMBERS[law_figure.numbers](runs[INTEGRAL])
+    return PaperFigure(number, [drawing], LOW_ZETA, data.seed, numbers)
 
 
 def _draw_window(

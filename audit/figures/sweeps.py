@@ -7,18 +7,14 @@ from dataclasses import replace
 from typing import NamedTuple
 
 import numpy as np
+from pydantic import TypeAdapter
 
 from crosscheck import signals
-from crosscheck.audit.experiments.experiments import (
-    BACKLASH,
-    DEFAULT_B_UM,
-    DEFAULT_E_UM,
-    ERROR,
-    ExperimentSeries,
-)
+from crosscheck.audit.experiments.experiments import DEFAULTS, PD, SERIES, ExperimentSeries
 from crosscheck.audit.experiments.paper_conditions import INTEGRAL, LAWS, Law
 from crosscheck.audit.experiments.variant import rigid_arm
 from crosscheck.audit.figures.figure_data import (
+    FIGURES_FILE,
     LOW_ZETA,
     Drawing,
     FigureData,
@@ -35,9 +31,9 @@ from crosscheck.audit.figures.plotting import (
     draw_panels,
 )
 from crosscheck.audit.measures import events
-from crosscheck.audit.measures.events import THIRD_S
 from crosscheck.audit.measures.run_signals import RunSignals
 from crosscheck.audit.page.chapter import DRAWN_NAMES
+from crosscheck.models.files import read_toml
 from crosscheck.report.fragments import COLOURS
 from crosscheck.signals import envelope
 
@@ -57,47 +53,20 @@ class Axis(NamedTuple):
 
 
 class Sweep(NamedTuple):
-    """A figure's family of experiments, the paper's own size [um], and numbers of all starts.
+    """A figure's family of experiments by its kind, and numbers of all starts, as in the file."""
 
-    F_sp1 is drawn in a window [s]; without one the spectra of both joints' accelerations are drawn.
-    """
-
-    series: ExperimentSeries
-    default_um: float
-    numbers: tuple[Axis, ...]
+    series: str
+    axes: tuple[Axis, ...]
     window: tuple[float, float] | None = None
 
 
-_THIRD = (
-    Axis("third_force_fast_N", "fast part of F_sp1 [kN]", KILO, log=True),
-    Axis("third", "third fluctuation [rad/s²]", log=True),
-)
-_IMPACT = (
-    Axis("side_change_s", "first contact [s]"),
-    Axis("second_force_N", "impact [kN]", KILO, log=True),
-    Axis("second_decay_s", "falls to a tenth in [s]"),
-)
-_LINES = (
-    Axis("frequency_Hz", "shoulder's frequency [Hz]"),
-    Axis("line_share", "share of energy in one line [1]"),
-    Axis("low_share", "share of energy below 500 Hz [1]"),
-)
-_JOINTS = (
-    Axis("third", "shoulder [rad/s²]", log=True),
-    Axis("third_elbow", "elbow [rad/s²]", log=True),
-)
-FIGURES = {
-    16: Sweep(BACKLASH, DEFAULT_B_UM, _IMPACT, (0.34, 0.46)),
-    17: Sweep(BACKLASH, DEFAULT_B_UM, _THIRD, THIRD_S),
-    18: Sweep(BACKLASH, DEFAULT_B_UM, _LINES),
-    19: Sweep(ERROR, DEFAULT_E_UM, _THIRD, THIRD_S),
-    20: Sweep(ERROR, DEFAULT_E_UM, _JOINTS),
-}
+FIGURES = TypeAdapter(dict[int, Sweep]).validate_python(read_toml(FIGURES_FILE)["sweeps"])
 
 
 def draw_sweep_figure(data: FigureData, number: int) -> PaperFigure:
     """The plate of one of FIGURES: numbers of all starts, then what one start gives."""
-    series, default_um, shown, window = FIGURES[number]
+    kind, axes, window = FIGURES[number]
+    series = SERIES[kind]
     members = data.members(series)
     courses = data.courses_by_law(number, *members)
     sizes = [f"{series.symbol} {member.size:g} µm" for member in members]
@@ -117,9 +86,11 @@ def draw_sweep_figure(data: FigureData, number: int) -> PaperFigure:
                 row.append(Panel([curve], settings))
             rows.append(row)
         svg = draw_panels(1.15, "time [s]", *rows, by_law=True)
-    default_run = courses[members.index(series(default_um))][INTEGRAL]
+    default_run = next(
+        runs[INTEGRAL] for member, runs in zip(members, courses, strict=True) if member in DEFAULTS
+    )
     caption = describe_run(default_run, data.seed, f"{series.symbol} as {where}.")
-    drawings = [_draw_start_numbers(data, series, shown), Drawing(svg, caption)]
+    drawings = [_draw_start_numbers(data, series, axes), Drawing(svg, caption)]
     return PaperFigure(number, drawings, LOW_ZETA, data.seed)
 
 
@@ -127,10 +98,9 @@ def _draw_spectra(
     data: FigureData, number: int, courses: Sequence[Mapping[Law, RunSignals]], sizes: Sequence[str]
 ) -> str:
     """The spectra of both joints' accelerations of one start, a curve for each size, as svg."""
-    series, default_um, *_ = FIGURES[number]
     rigid_variants = {}
     for law in LAWS:
-        plain = make_start_variant(series(default_um), make_condition(law), None)
+        plain = make_start_variant(PD, make_condition(law), None)
         rigid_variants[law] = rigid_arm(replace(plain, duration_s=None))
     rigid, rows = data.load_courses(rigid_variants, number), []
     for joint, name in enumerate(("shoulder", "elbow")):

@@ -6,6 +6,7 @@ from collections import Counter
 from collections.abc import Mapping
 from dataclasses import dataclass
 from itertools import product
+from pathlib import Path
 
 import numpy as np
 
@@ -32,12 +33,12 @@ from crosscheck.audit.judging.rule import Answer, Share, State
 from crosscheck.audit.measures.thresholds import SEVERE
 from crosscheck.audit.measures.undefined import UNDEFINED, JsonObject, format_answer
 from crosscheck.audit.page.chapter import (
-    LAW_MEANINGS,
     LAW_NAMES,
     AuditChapter,
     render_template,
     to_markup,
 )
+from crosscheck.models.files import read_toml
 from crosscheck.report.fragments import COLOURS
 from crosscheck.report.plots.figures import draw_legend, make_figure, set_log_scale, to_svg
 
@@ -50,19 +51,7 @@ PHASES = ("omega_t", "angle")
 FAINTEST = 0.1  # rad/s^2: smaller fluctuations are drawn there
 PLANET_NAMES = {"free": "planets free", "lumped": "printed equations"}
 ID, TITLE = "findings", "What came out"
-QUESTIONS = {
-    "printed": "do the printed equations agree with an engine",
-    "clock": "do the paper's teeth depend on the time",
-    "third": "does the third fluctuation need the clock",
-    "presence-visible": "laws with a visible third fluctuation by tooth error",
-    "presence-severe": "laws with a severe third fluctuation by tooth error",
-    "engine": "has a second engine it, under the clock alone",
-    "baseline": "does one rigid arm give the numbers of Fig. 6",
-    "inertia": "is what the nearest rigid arm leaves reflected inertia",
-    "accumulation-sqrt_time": "is the growth of Fig. 15 the rigid arm's own, argument sqrt_time",
-    "accumulation-time": "is the growth of Fig. 15 the rigid arm's own, argument time",
-    "limit": "does sensing at the sun cure the controller's instability",
-}
+QUESTIONS = read_toml(Path(__file__).with_name("questions.toml"))
 
 
 def build_chapter(context: AuditContext) -> AuditChapter:
@@ -137,7 +126,6 @@ def build_chapter(context: AuditContext) -> AuditChapter:
         third_svg=to_markup(draw_third_fluctuations(third)),
         baselines_svg=to_markup(baselines.draw_baselines(rigid.residuals)),
         names=LAW_NAMES,
-        meanings=LAW_MEANINGS,
         laws=LAWS,
         models=MODELS,
         verdicts={

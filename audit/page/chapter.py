@@ -66,11 +66,6 @@ LAW_NAMES = {
 }
 # Of figures, which draw the paper's own law in the paper's own model, and others with free planets.
 DRAWN_NAMES = LAW_NAMES | {PRINTED: "as modelled in the paper", INTEGRAL: "as the gears are"}
-LAW_MEANINGS = {
-    PRINTED: "the paper's own law: present frequency times time",
-    REPAIRED_RATE: "the same, the ring mesh's frequency put right",
-    INTEGRAL: "the teeth that have passed",
-}
 
 
 TITLE = "Joint dynamic analysis of space manipulator with planetary gear train transmission"

@@ -49,7 +49,7 @@ from crosscheck.audit.judging.quantities import ConditionResults, Sample
 from crosscheck.audit.judging.rule import Answer, Place, State
 from crosscheck.audit.measures.thresholds import SEVERE
 from crosscheck.audit.measures.undefined import UNDEFINED
-from crosscheck.audit.page.chapter import LAW_MEANINGS, LAW_NAMES, render_template
+from crosscheck.audit.page.chapter import LAW_NAMES, render_template
 from crosscheck.models.loading import load_case
 from crosscheck.registry import RIGID_LEVELS
 from tests.audit.planted_runs import ContinuedModel, third
@@ -176,7 +176,6 @@ GIVEN: dict[str, Any] = {
     "cured": True,
     "verdicts": {},
     "names": LAW_NAMES,
-    "meanings": LAW_MEANINGS,
     "laws": paper_conditions.LAWS,
     "models": MODELS,
     **dict.fromkeys(("clock_svg", "third_svg", "baselines_svg", "level"), ""),
