@@ -44,14 +44,14 @@ def write_live_pages(folder: Path) -> None:
 
 
 def _write_entry(entry: Entry, folder: Path) -> str:
-    """Run and write an example; its title."""
+    """Run and write an example; the caption of its card."""
     example = run_entry(entry)
     write_example(example, folder / "gallery", folder / "files" / "gallery")
-    return example.title
+    return entry.mistake or example.title
 
 
 def format_cards(cards: list[tuple[str, str, str]]) -> str:
-    """Cards in HTML, of address, picture or '', and title of each."""
+    """Cards in HTML, of address, picture or '', and caption of each."""
     shown = [
         f'<a class="card" href="{address}">'
         + (f'<img alt="" loading="lazy" src="{picture}">' if picture else "")

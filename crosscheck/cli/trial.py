@@ -45,7 +45,6 @@ from crosscheck.trial.input.equations import Coordinates, Equations, load_coordi
 from crosscheck.trial.input.loading import load_equations, load_robot_equations
 from crosscheck.trial.model import select_switches
 from crosscheck.trial.result import TrialResult
-from crosscheck.trial.robots.trial import run_robot_trial
 from crosscheck.trial.tables.answers import build_table_equations, next_row, read_trial_answers
 from crosscheck.trial.tables.folder import render_probe_files, render_request_files
 from crosscheck.trial.tables.robot_requests import RobotTableTrial
@@ -181,6 +180,8 @@ def trial_command(options: TrialOptions) -> int:
 
 def _try_robot(options: TrialOptions) -> int:
     """Judge a user's equations of a robot; returns the exit code. Raises InputError."""
+    from crosscheck.trial.robots.trial import run_robot_trial  # with all causes of robots
+
     text = options.answers[0].name if options.answers else options.names[0]
     robot = options.load_robot()
     require_files(*options.files)

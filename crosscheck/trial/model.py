@@ -2,10 +2,9 @@
 
 from __future__ import annotations
 
-from typing import ClassVar
+from typing import TYPE_CHECKING, ClassVar
 
 import numpy as np
-import xarray as xr
 
 from crosscheck.checks.invariants import torques_at
 from crosscheck.checks.scales import geared_joints
@@ -21,6 +20,9 @@ from crosscheck.registry import Entry, build, find_level_models, reference_model
 from crosscheck.trial.coordinates.build import build_frame
 from crosscheck.trial.input.equations import Equations
 from crosscheck.trial.input.supplied import SuppliedEquations, bind_equations
+
+if TYPE_CHECKING:
+    import xarray as xr
 
 ABILITIES = {
     "mass_matrix": "mass_matrix",

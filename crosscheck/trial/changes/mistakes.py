@@ -11,7 +11,6 @@ from itertools import combinations, permutations, product
 from typing import Any, NamedTuple
 
 import numpy as np
-from scipy.spatial.transform import Rotation
 
 from crosscheck.models.robot import inertias
 from crosscheck.models.robot.robot import (
@@ -254,6 +253,8 @@ def _confuse_all(
 
 def _confuse_joint(joint: Joint) -> Iterator[tuple[str, Joint]]:
     """Words on what a joint's frame may be taken for, and the joint so."""
+    from scipy.spatial.transform import Rotation  # a third of a second, for robots alone
+
     turn, position = joint.placement.rotation, joint.placement.position
     quaternion = Rotation.from_matrix(turn).as_quat()
     yield "its axis the other way", replace(joint, axis=-joint.axis)
@@ -278,6 +279,8 @@ def _confuse_joint(joint: Joint) -> Iterator[tuple[str, Joint]]:
 
 def _read(quaternion: np.ndarray) -> np.ndarray:
     """The rotation by a quaternion x, y, z, w."""
+    from scipy.spatial.transform import Rotation
+
     rotation: np.ndarray = Rotation.from_quat(quaternion).as_matrix()
     return rotation
 
