@@ -247,15 +247,18 @@ def evaluate_claim(
 
 
 class VerdictKind(StrEnum):
-    """The kind of a verdict: its first word."""
+    """The kind of a verdict: its first word.
 
-    HOLDS = "holds"
-    WHERE_DEFINED = "holds where defined"
-    DEPENDS = "depends"
-    BISTABLE = "bistable"
+    In the order in which readers look: what is wrong, what hangs on chance, what on an unknown.
+    """
+
     FAILS = "does not hold"
+    BISTABLE = "bistable"
+    DEPENDS = "depends"
     UNDEFINED = "undefined"
     NOT_SIMULATED = "not simulated"
+    WHERE_DEFINED = "holds where defined"
+    HOLDS = "holds"
 
 
 class Counts(NamedTuple):
