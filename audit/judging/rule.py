@@ -249,7 +249,7 @@ def evaluate_claim(
 class VerdictKind(StrEnum):
     """The kind of a verdict: its first word.
 
-    In the order in which readers look: what is wrong, what hangs on chance, what on an unknown.
+    In the order in which readers look: wrong, decided by chance, decided by an unknown, the rest.
     """
 
     FAILS = "does not hold"
