@@ -12,7 +12,7 @@ from typing import Any, NamedTuple
 from pydantic import ConfigDict, JsonValue, TypeAdapter
 from pydantic.dataclasses import dataclass as validated_dataclass
 
-from crosscheck.audit.claims.measured import CLAIM_CASES, FUNCTIONS, MEASURES, NAMED
+from crosscheck.audit.claims.measured import CASES, FUNCTIONS, MEASURES, NAMED
 from crosscheck.audit.experiments.experiments import find_experiment
 from crosscheck.audit.experiments.paper_conditions import LAW, MODELS, PLANETS, GearModel
 from crosscheck.audit.judging import quantities as q
@@ -62,10 +62,12 @@ class Statement(LimitsText):
 class Statements(NamedTuple):
     """The statements' texts by claim id, fields as in ``Claim``.
 
-    named: quantities of several; retired: why an id is not used.
+    named: quantities of several; cases: choices of a free parameter; retired: why an id is not
+    used.
     """
 
     named: Mapping[str, JsonValue]
+    cases: Mapping[str, tuple[dict[str, str], ...]]
     said: Mapping[str, Statement]
     limits: Mapping[str, LimitsText]
     free: Mapping[str, str]
@@ -112,7 +114,7 @@ def read_quantity(text: Any) -> Quantity:
 def find_quantity(said: Statement) -> Quantity | Choices:
     """The quantity that decides a statement, or one for each of its cases."""
     if said.cases:
-        cases = CLAIM_CASES[said.cases]
+        cases = {**CASES, **TEXTS.cases}[said.cases]
         return {str(next(iter(c.values()))): read_quantity(fill(said.quantity, c)) for c in cases}
     quantity = read_quantity(said.quantity)
     if not said.where_third:
@@ -139,7 +141,6 @@ CLAIMS = tuple(
     )
     for name, said in TEXTS.said.items()
 )
-RETIRED = tuple(TEXTS.retired)
 BY_ID = {claim.id: claim for claim in CLAIMS}
 
 

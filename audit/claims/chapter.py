@@ -27,16 +27,6 @@ from crosscheck.audit.measures.undefined import JsonObject
 from crosscheck.audit.page.chapter import LAW_NAMES, AuditChapter, render_template
 
 ID, TITLE = "claims", "The paper's statements, one by one"
-# What a reader looks for first: what is wrong, what hangs on chance, what on an unknown.
-ORDER = (
-    VerdictKind.FAILS,
-    VerdictKind.BISTABLE,
-    VerdictKind.DEPENDS,
-    VerdictKind.UNDEFINED,
-    VerdictKind.NOT_SIMULATED,
-    VerdictKind.WHERE_DEFINED,
-    VerdictKind.HOLDS,
-)
 COLOURS = {
     VerdictKind.HOLDS: "agree",
     VerdictKind.WHERE_DEFINED: "agree",
@@ -92,7 +82,9 @@ def render_claims(judgements: Sequence[ModelJudgement], plan: StudyPlan, scale: 
         (model, each.by_model[model].kind) for each in simulated for model in COLUMNS
     )
     static = Counter(judged.verdict.kind for judged in judgements if judged.claim.static)
-    kinds = [kind for kind in ORDER if static[kind] or any(by_model[m, kind] for m in COLUMNS)]
+    kinds = [
+        kind for kind in VerdictKind if static[kind] or any(by_model[m, kind] for m in COLUMNS)
+    ]
     most_no, least_yes = rule.state_thresholds(scale.most_starts)
     return render_template(
         "claims/chapter",

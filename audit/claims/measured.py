@@ -12,34 +12,17 @@ from collections.abc import Callable, Mapping, Sequence
 from pathlib import Path
 
 import numpy as np
-from pydantic import TypeAdapter
 
 from crosscheck.audit.experiments import experiments as run
-from crosscheck.audit.experiments.experiments import BACK, BACK_EVEN
 from crosscheck.audit.experiments.torque import ERROR_WINDOWS_S
 from crosscheck.audit.judging import quantities as q
 from crosscheck.audit.judging.quantities import ConditionResults, Measures, Number, Quantity
-from crosscheck.audit.measures.events import AT_ONCE_S
 from crosscheck.audit.measures.thresholds import DOUBLED
 from crosscheck.audit.statics.statics import BASE_MASSES, BENDS
 from crosscheck.audit.statics.teeth import CONTACT_RATIOS, COUNTED, SIGMAS
 from crosscheck.models.files import read_toml
 from crosscheck.registry import RIGID_LEVELS
 
-# Parts of a run that several numbers look at.
-WINDOWS = {
-    "first": "0 to 0.25 s",
-    "second": "0.1 s from the side change",
-    "third": "0.5 to 1.2 s",
-    "peak": "Hann window over 0.1 s around the third's peak",
-    "three": "the first three fluctuations",
-    "flight": "the side change",
-    "at_once": f"{AT_ONCE_S:g} s from the side change",
-    "whole": "whole run",
-    "late": "after 0.1 s",
-    "back": "1.3 to 2.4 s",
-    "later": "from 0.25 s",
-}
 # By table of the file: what its names and words stand for, case by case.
 CASES: dict[str, Sequence[Mapping[str, object]]] = {
     "pd": [{}],
@@ -55,22 +38,8 @@ CASES: dict[str, Sequence[Mapping[str, object]]] = {
     "levels": [{"level": level} for level in RIGID_LEVELS],
     "series": [{"ratio": ratio} for ratio in CONTACT_RATIOS],
 }
-# By what statements.toml calls them, the same of claims; the first value of each names the choice.
-CLAIM_CASES: dict[str, Sequence[Mapping[str, object]]] = CASES | {
-    "drives": [
-        {"choice": f"{words}, {seconds} s", "drive": series.kind, "seconds": seconds}
-        for words, series in {"sin(20π√t)": BACK, "sin(20πt)": BACK_EVEN}.items()
-        for seconds in ("1", "2")
-    ],
-    "two planets": [
-        {"choice": "equal stiffness of all meshes together", "two_planets": "two planets"},
-        {"choice": "equal stiffness of each mesh", "two_planets": "two planets as they are"},
-    ],
-    "joints": [{"choice": "the shoulder", "joint": 1}, {"choice": "the elbow", "joint": 2}],
-}
-_TABLES = TypeAdapter(dict[str, dict[str, Number]]).validate_python(
-    read_toml(Path(__file__).with_suffix(".toml"))
-)
+_TABLES = read_toml(Path(__file__).with_suffix(".toml"))
+WINDOWS: dict[str, str] = _TABLES["windows"]
 MEASURED: dict[str, Number] = {
     name.format(**case): Number(*(text.format(**WINDOWS, **case) for text in number))
     for table, cases in CASES.items()
@@ -78,8 +47,6 @@ MEASURED: dict[str, Number] = {
     for name, number in _TABLES[table].items()
 }
 MEASURES = Measures(MEASURED)
-
-
 SMALL_UM = 5.0
 # By the run's length: ends of the 0.2 s in which errors are measured [s].
 _FIRST_ENDS = ("0.4", "0.6", "0.8", "1")

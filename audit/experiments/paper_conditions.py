@@ -102,11 +102,6 @@ class Condition:
         return {READING: self.arm}
 
     @property
-    def reading(self) -> str:
-        """The setting's reading of Table I, in a word."""
-        return READINGS[self.arm]
-
-    @property
     def id(self) -> str:
         """The name of the setting in claims.json."""
         printed = "printed/" if self.equations == "printed" else ""

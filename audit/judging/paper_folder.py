@@ -60,7 +60,7 @@ class ClaimText(Data):
     experiment: Name = PLAIN
     """Where it is measured."""
     over: Name | None = None
-    """MeasuredExperiment whose number it is divided by."""
+    """Experiment whose number it is divided by."""
     above: float = -math.inf
     """The statement is true of larger numbers,"""
     below: float = math.inf

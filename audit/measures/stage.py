@@ -17,15 +17,14 @@ from crosscheck.models.errors import InputError
 class PaperStage:
     """The gears of one joint, and what Table I says of its meshes.
 
-    geometry: radii [m] and ratio; sun_equivalent_mass_kg, planet_equivalent_mass_kg: M_s and M_p of
-    one planet; mesh_stiffness_N_per_m, mesh_stiffness_amplitude_N_per_m: k_m and k_a of Eq. 8;
-    damping_ratio: the sun mesh's, None if its damping is given directly.
+    geometry: radii [m] and ratio; sun_equivalent_mass_kg: M_s; mesh_stiffness_N_per_m,
+    mesh_stiffness_amplitude_N_per_m: k_m and k_a of Eq. 8; damping_ratio: the sun mesh's, None if
+    its damping is given directly.
     """
 
     joint: Planetary
     geometry: StageGeometry
     sun_equivalent_mass_kg: float
-    planet_equivalent_mass_kg: float
     mesh_stiffness_N_per_m: float
     mesh_stiffness_amplitude_N_per_m: float
     backlash_m: float
@@ -57,12 +56,11 @@ def paper_stage(arm: Arm, place: int = 0) -> PaperStage:
         raise InputError(arm.name, f"{where}.ring_mesh", None, "must be as sun_mesh, in the paper")
     for field, value in find_unlike_planets(arm):
         raise InputError(arm.name, field, value, "must be one for all planets, as in the paper")
-    sun, planet, _ = equivalent_masses(joint)
+    sun_mass, *_ = equivalent_masses(joint)
     return PaperStage(
         joint=joint,
         geometry=stage_geometry(joint),
-        sun_equivalent_mass_kg=sun,
-        planet_equivalent_mass_kg=planet,
+        sun_equivalent_mass_kg=sun_mass,
         mesh_stiffness_N_per_m=law.mean_N_per_m,
         mesh_stiffness_amplitude_N_per_m=law.amplitude_N_per_m,
         backlash_m=mesh.backlash_m,

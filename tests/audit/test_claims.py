@@ -14,7 +14,6 @@ from hypothesis import strategies as st
 from crosscheck.audit.claims.catalogue import (
     BY_ID,
     CLAIMS,
-    RETIRED,
     SENTENCES,
     TEXTS,
     ModelJudgement,
@@ -89,8 +88,8 @@ def _drawn() -> ConditionResults:
 
 
 def test_ids_are_sections_with_a_number_and_never_used_twice():
-    assert len({*IDS, *RETIRED}) == len(IDS) + len(RETIRED)
-    for name in (*IDS, *RETIRED):
+    assert len({*IDS, *TEXTS.retired}) == len(IDS) + len(TEXTS.retired)
+    for name in (*IDS, *TEXTS.retired):
         assert re.fullmatch(r"(Abstract|\d(\.\d)?)-\d\d", name)
     assert dict(zip(IDS, CLAIMS, strict=True)) == BY_ID
 

@@ -2,6 +2,7 @@
 
 import math
 from dataclasses import replace
+from itertools import product
 
 import numpy as np
 import pytest
@@ -72,19 +73,6 @@ def test_a_course_holds_what_the_trajectory_does():
     assert course.planet_spread_m > 0
 
 
-def test_a_member_of_a_series_has_its_size():
-    """Looked up in the case that is run."""
-
-    def mesh(source):
-        arm = experiments.build_question(source, CLOCKED, (1,)).variant.case().arm
-        return arm.joints[1].ring_mesh.planet_mesh(0)
-
-    assert mesh(experiments.PD) == mesh(experiments.CONSTANT)
-    assert mesh(experiments.BACK(0)).backlash_m == 0
-    assert mesh(experiments.BACKLASH(500)).backlash_m == pytest.approx(5e-4)
-    assert mesh(experiments.ERROR(6.3)).tooth_error_m == pytest.approx(6.3e-6)
-
-
 @pytest.mark.parametrize("law", [*LAWS, CONSERVATIVE], ids=lambda law: law.id)
 def test_a_setting_is_run_under_its_law(law):
     case = experiments.build_question(
@@ -125,20 +113,26 @@ def test_where_all_diverged_every_number_is_undefined():
 
 
 @pytest.mark.parametrize(
-    ("left_out", "field"),
+    ("name", "changes"),
     [
-        ("no backlash", "backlash_m"),
-        ("no error", "tooth_error_m"),
-        ("constant torque, no error", "tooth_error_m"),
-        ("constant stiffness", "mesh_stiffness_amplitude_N_per_m"),
+        ("no backlash", {"backlash_m": 0.0}),
+        ("turning back, b = 3000 um", {"backlash_m": 3e-3}),
+        ("back and forth evenly, backlash 500 um", {"backlash_m": 5e-4}),
+        ("backlash, no error 5 um", {"backlash_m": 5e-6, "tooth_error_m": 0.0}),
+        ("constant torque, no error", {"tooth_error_m": 0.0}),
+        ("tooth error 6.3 um", {"tooth_error_m": 6.3e-6}),
+        ("constant stiffness", {"stiffness": {"amplitude_N_per_m": 0.0}}),
     ],
 )
-def test_an_effect_is_left_out_by_its_own_field_of_every_mesh(left_out, field):
-    variant = experiments.build_question(experiments.EXPERIMENTS[left_out], CLOCKED, ()).variant
-    cases = [one.case() for one in (variant, replace(variant, meshes=()))]
-    changed, own = (vars(case.arm.joints[0].sun_mesh.planet_mesh(0)) for case in cases)
-    names = {name for name in own if changed[name] != own[name]}
-    assert names == {"stiffness" if "stiffness" in field else field}
+def test_an_experiment_changes_its_own_fields_of_every_mesh(name, changes):
+    """Looked up in the case that is run; nothing else of a mesh is another."""
+    variant = experiments.build_question(experiments.find_experiment(name), CLOCKED, ()).variant
+    changed, own = (each.case().arm.joints for each in (variant, replace(variant, meshes=())))
+    for joint, side in product((0, 1), ("sun_mesh", "ring_mesh")):
+        mesh, before = (getattr(joints[joint], side).model_dump() for joints in (changed, own))
+        right = before | changes | {"stiffness": before["stiffness"] | changes.get("stiffness", {})}
+        assert right.pop("stiffness") == mesh.pop("stiffness")
+        assert mesh == pytest.approx(right)
 
 
 @pytest.mark.parametrize(
