@@ -6,7 +6,8 @@ from crosscheck.baseline.record import BoundedRecord
 from crosscheck.baseline.reduction import Bound, _measurement_bound, _round_up
 from crosscheck.baseline.regression import _compare_numbers, _subject
 from crosscheck.findings import ComparisonKey, Subject, make_measurement
-from crosscheck.models.loading import load_arm
+from crosscheck.models.arm.planets import usual_switches
+from crosscheck.models.loading import Case, load_arm, load_scenario
 from crosscheck.runner.tasks import RunKey
 
 TOLERANCE = 1e-6
@@ -35,7 +36,9 @@ def test_a_tip_may_move_by_every_joints_tolerance_along_the_links_behind_it():
     sides = {"a": 2e-9, "b": 3e-9}
     bounds = {RunKey("pd", name): {"theta": Bound(size, "")} for name, size in sides.items()}
     about = Subject(ComparisonKey("deviation", "pd", "tip", *sides), "m", "largest")
-    found = _measurement_bound(make_measurement(about, measured=0.1), bounds, arm).tolerance
+    case = Case(arm, load_scenario("pd"), usual_switches(arm))
+    cases = {RunKey("pd", name): case for name in sides}
+    found = _measurement_bound(make_measurement(about, measured=0.1), bounds, cases).tolerance
     assert found == pytest.approx(5e-9 * (first + 2 * second + 3 * third), rel=0.0101)
 
 
@@ -52,7 +55,7 @@ def test_what_has_no_measured_uncertainty_may_move_by_its_value_or_its_quantity(
 ):
     about = Subject(ComparisonKey("energy", "pd", "drift", "a", "b"), "J", "largest")
     finding = make_measurement(about, measured=value, relative=relative)
-    found = _measurement_bound(finding, {}, load_arm("probe")).tolerance
+    found = _measurement_bound(finding, {}, {}).tolerance
     assert found == pytest.approx(tolerance, rel=0.0101)
 
 

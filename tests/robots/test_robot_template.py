@@ -52,7 +52,7 @@ def test_init_of_a_robot_refuses_what_it_cannot_do(crosscheck, tmp_path):
     (tmp_path / "mine.urdf").write_text(TEXT)
     given = ["init", tmp_path / "mine.toml", "--urdf"]
     assert_one_line(crosscheck(*given, tmp_path / "yours.urdf"), "yours.urdf", "No such file")
-    assert_one_line(crosscheck(*given, tmp_path / "mine.urdf", "--joints", 3), "--joints", "3")
+    assert_one_line(crosscheck(*given, tmp_path / "mine.urdf", "--joints", 3), "--joints", "--urdf")
     (tmp_path / "mine.toml").write_text("mine")
     assert_one_line(crosscheck(*given, tmp_path / "mine.urdf"), "mine.toml: exists already")
     assert (tmp_path / "mine.toml").read_text() == "mine"

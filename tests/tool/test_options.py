@@ -120,8 +120,12 @@ WORK: dict[str, dict[str, Callable[..., object]]] = {
         "cli.trial.collect_state_request": stop,
     },
     "compare": {
-        "cli.compare.read_record": make("record"),
-        "cli.compare.compare": make("comparison"),
+        "cli.compare.read_record": make(SimpleNamespace(motor_torque=0.0)),
+        "cli.compare.check_rates": make(None),
+        "cli.compare.add_drive_torques": make(SimpleNamespace(motor_torque=0.0)),
+        "cli.compare.compare": make(
+            SimpleNamespace(engines_agree=True, is_decided=True, excitation=None)
+        ),
         "cli.compare.describe_comparison": make([]),
         "cli.compare.comparison_json": make("JSON"),
         "cli.compare.comparison_page": make("page"),
@@ -391,20 +395,22 @@ EFFECTS: dict[str, dict[str, Effect]] = {
         "arm": option(
             "compare r.csv",
             "probe",
-            asks("compare", lambda given: given.arm.name),
+            asks("compare", lambda given: given.mechanism.name),
             *("paper-labelled", "probe"),
         ),
         "scenario": option(
             "compare r.csv",
             "--scenario pd",
-            asks("compare", lambda given: given.scenario and given.scenario.name),
-            None,
-            "pd",
+            lambda seen: [
+                each.scenario.name for each in seen.asked.values() if hasattr(each, "scenario")
+            ],
+            [],
+            ["pd"],
         ),
         "settings": option(
             "compare r.csv",
             "--set arm.payload_mass_kg=3",
-            asks("compare", lambda given: given.arm.payload_mass_kg),
+            asks("compare", lambda given: given.mechanism.arm.payload_mass_kg),
             PAPER_KG,
             3.0,
         ),
