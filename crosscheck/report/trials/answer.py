@@ -156,6 +156,11 @@ class TrialAnswer:
         yield describe_tally(self.agreement)
 
     @property
+    def verdict(self) -> str:
+        """The headline without the names that a title has."""
+        return self.headline.removeprefix(f"{self.name} on {self.mechanism}").lstrip(": ")
+
+    @property
     def failures(self) -> Iterator[str]:
         """Checks that do not agree although no wrong entry accounts for it."""
         findings = [

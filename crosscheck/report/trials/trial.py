@@ -103,9 +103,9 @@ def _describe_verdict(trial: Trial, wrong: Sequence[EntryError]) -> str:
     if trial.level:
         kind = f"the {RIGID_ARM}" if is_rigid_arm(arm) else f"{trial.level} ({LEVELS[trial.level]})"
     if wrong:
-        return f"{about}: {describe_wrong(wrong)}; compared with {kind}"
+        return f"{about}: {describe_wrong(wrong)}; compared with {kind.partition(' (')[0]}"
     if trial.exit_code:
-        return f"{about}: not all checks agree; compared with {kind}"
+        return f"{about}: not all checks agree; compared with {kind.partition(' (')[0]}"
     return f"{about} agrees with {kind}"
 
 

@@ -219,7 +219,7 @@ def guess(wrong: EntryMismatch) -> str:
     if explanation is None:
         shown = _cut(join_terms(map(format_term, wrong.difference[:MOST_TERMS])), wrong.difference)
         difference_text = f"yours minus right is {shown}; " if shown else ""
-        return f"{difference_text}no error in few of its terms makes this difference"
+        return f"{difference_text}no change of its terms explains it"
     others = ["; and ".join(map(describe_term_error, errors)) for errors in explanation.others]
     guesses = ["; and ".join(map(describe_term_error, explanation.errors)), *others[:MOST_EQUAL]]
     more = f", and {len(others) - MOST_EQUAL} more" * (len(others) > MOST_EQUAL)
