@@ -132,10 +132,16 @@ def _measure_terms(robot: Robot, motion: Motion) -> np.ndarray:
     return sizes
 
 
-def describe_engine(finding: Finding) -> str:
-    """Whether an engine agrees with the reference, and how far it is from it."""
-    verdict = "agrees with" if finding.verdict == "agree" else "DIFFERS from"
-    return f"{finding.right} {verdict} {finding.left}: {format_difference(finding)}"
+def describe_engines(engines: Sequence[Finding]) -> Iterator[str]:
+    """One line where all engines agree, with the largest difference; else one for each engine."""
+    if engines and all(finding.verdict == "agree" for finding in engines):
+        furthest = max(engines, key=lambda finding: finding.measured or 0.0)
+        others = f"the furthest of {len(engines)} comparisons is {furthest.right}"
+        yield f"all engines agree; {others}: {format_difference(furthest)}"
+        return
+    for finding in engines:
+        verdict = "agrees with" if finding.verdict == "agree" else "DIFFERS from"
+        yield f"{finding.right} {verdict} {finding.left}: {format_difference(finding)}"
 
 
 def describe_disagreement(engines: Sequence[Finding], what: str) -> Iterator[str]:

@@ -11,7 +11,7 @@ import numpy as np
 from crosscheck import __version__
 from crosscheck.identification import messages
 from crosscheck.identification.compare import RecordComparison, SideResult
-from crosscheck.identification.engines import describe_engine
+from crosscheck.identification.engines import describe_engines
 from crosscheck.identification.forward import Window
 from crosscheck.identification.restrictions import FileJudgement, Restriction
 from crosscheck.identification.terms import TermEstimate
@@ -34,7 +34,7 @@ def describe_comparison(comparison: RecordComparison) -> Iterator[str]:
     seconds = sum(float(each.time[-1] - each.time[0]) for each in records)
     rows = sum(each.rows for each in records)
     yield f"{format_count(len(records), 'recording')}, {rows:,} rows, {seconds:.4g} s"
-    yield from map(describe_engine, comparison.engines)
+    yield from describe_engines(comparison.engines)
     is_brief = comparison.has_explanation
     for side in comparison.judged_sides if is_brief else comparison.sides + comparison.gravities:
         yield ""

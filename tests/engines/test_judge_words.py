@@ -29,7 +29,7 @@ from crosscheck.findings import (
     make_share_check,
     make_unfinished_check,
 )
-from crosscheck.identification.engines import describe_disagreement, describe_engine
+from crosscheck.identification.engines import describe_disagreement, describe_engines
 from crosscheck.models.arm.planets import usual_switches
 from crosscheck.models.experiment.scenario import switches
 from crosscheck.models.loading import Case, load_arm, load_scenario
@@ -354,7 +354,9 @@ def test_of_engines_on_a_recording_the_worst_is_told():
 
     fine, near, far = beside("a", 2e-13), beside("b", 3e-12, "b."), beside("c", 4.44e-9, "c.")
     lost = make_failed_check(replace(fine.about, key=replace(fine.about.key, right="d")), "d died")
-    assert list(map(describe_engine, (fine, far, lost))) == [
+    (line,) = describe_engines((fine, fine))
+    assert line.startswith("all engines agree; the furthest of 2 comparisons is a: 2.0e-13")
+    assert list(describe_engines((fine, far, lost))) == [
         "a agrees with one: 2.0e-13 of the torques' terms apart, at most 1.0e-12 is rounding",
         "c DIFFERS from one: 4.4e-09 of the torques' terms apart, at most 1.0e-12 is rounding",
         "d DIFFERS from one: d died",

@@ -178,8 +178,7 @@ def test_a_guess_is_the_likeliest_error_and_two_more_at_most():
     assert guess(*errors[2:]).endswith("; or a and 3 are exchanged, and 1 more?")
     bare = EntryMismatch(place, 1.0, difference=(Term("2", "cos", "q"), *[Term("3")] * 4))
     assert messages.guess(bare) == (
-        "yours minus right is 2 cos(q) + 3 + 3 + 3 + 1 more;"
-        " no change of its terms explains it"
+        "yours minus right is 2 cos(q) + 3 + 3 + 3 + 1 more; no change of its terms explains it"
     )
 
 
