@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass
-from typing import Any
+from typing import Any, NamedTuple
 
 import numpy as np
 
@@ -97,6 +97,16 @@ class UnfollowedNumber:
     goes_with: Mapping[str, int]
 
 
+class TrialVerdict(NamedTuple):
+    """What is wrong, or with what all agrees, without names of equations and mechanism.
+
+    is_predicate: whether it continues a sentence that begins with these names.
+    """
+
+    text: str
+    is_predicate: bool = False
+
+
 @dataclass(frozen=True)
 class TrialAnswer:
     """What a trial has to say.
@@ -107,7 +117,7 @@ class TrialAnswer:
         description: Lines that describe it.
         level: The level that the equations are, or are closest to; '' of geared ones.
         coordinates: Names of the coordinates in which entries are named.
-        headline: What is wrong, or with what all agrees.
+        verdict: What is wrong, or with what all agrees.
         change: What must change in the user's source, where a small edit corrects it.
         causes: What else explains it, the likeliest first.
         wrong: Entries that are not right.
@@ -126,7 +136,7 @@ class TrialAnswer:
     description: tuple[str, ...]
     level: str
     coordinates: tuple[str, ...]
-    headline: str
+    verdict: TrialVerdict
     change: SourceAnswer | None
     causes: tuple[str, ...]
     wrong: tuple[EntryError, ...]
@@ -156,9 +166,10 @@ class TrialAnswer:
         yield describe_tally(self.agreement)
 
     @property
-    def verdict(self) -> str:
-        """The headline without the names that a title has."""
-        return self.headline.removeprefix(f"{self.name} on {self.mechanism}").lstrip(": ")
+    def headline(self) -> str:
+        """The verdict behind the names of equations and mechanism."""
+        link = " " if self.verdict.is_predicate else ": "
+        return f"{self.name} on {self.mechanism}{link}{self.verdict.text}"
 
     @property
     def failures(self) -> Iterator[str]:

@@ -10,6 +10,7 @@ from crosscheck.report.trials.answer import (
     LevelDeviation,
     PartDeviation,
     TrialAnswer,
+    TrialVerdict,
     describe_wrong,
 )
 from crosscheck.trial.changes.search import list_equals
@@ -31,7 +32,7 @@ def answer_robot_trial(trial: RobotTrial) -> TrialAnswer:
         description=tuple(repr(trial.robot).splitlines()),
         level=trial.level,
         coordinates=tuple(trial.robot.coordinate_names),
-        headline=_describe_verdict(trial, wrong),
+        verdict=_describe_verdict(trial, wrong),
         change=trial.source_answer,
         causes=tuple(_describe_causes(trial)),
         wrong=wrong,
@@ -55,19 +56,18 @@ def _make_wrong(trial: RobotTrial, entry: RobotEntry) -> EntryError:
     return EntryError(entry.name, entry.part, entry.share, entry.remark, row, column, source=source)
 
 
-def _describe_verdict(trial: RobotTrial, wrong: tuple[EntryError, ...]) -> str:
-    """The sentence on what is wrong, or with what all agrees."""
-    about, diagnosis = f"{trial.name} on {trial.robot.name}", trial.diagnosis
+def _describe_verdict(trial: RobotTrial, wrong: tuple[EntryError, ...]) -> TrialVerdict:
+    """What is wrong, or with what all agrees."""
+    readings = trial.diagnosis.readings
     if not trial.parts:
-        return f"{about}: no part answered"
-    if diagnosis.readings:
-        return (
-            f"{about} is right in {' or in '.join(diagnosis.readings)}, and not in the robot's own"
-            " coordinates"
-        )
+        return TrialVerdict("no part answered")
+    if readings:
+        words = f"is right in {' or in '.join(readings)}, and not in the robot's own coordinates"
+        return TrialVerdict(words, is_predicate=True)
     if wrong:
-        return f"{about}: {describe_wrong(wrong)}; compared with {trial.level}"
-    return f"{about} agrees with {_format_levels(trial)}, to {trial.largest:.1e}"
+        return TrialVerdict(f"{describe_wrong(wrong)}; compared with {trial.level}")
+    words = f"agrees with {_format_levels(trial)}, to {trial.largest:.1e}"
+    return TrialVerdict(words, is_predicate=True)
 
 
 def _format_levels(trial: RobotTrial) -> str:

@@ -11,6 +11,7 @@ from crosscheck.report.trials.answer import (
     LevelDeviation,
     PartDeviation,
     TrialAnswer,
+    TrialVerdict,
     UnfollowedNumber,
     describe_wrong,
 )
@@ -43,7 +44,7 @@ def answer_arm_trial(trial: Trial) -> TrialAnswer:
         description=problem.case.arm.described,
         level=trial.level,
         coordinates=tuple(names),
-        headline=_describe_verdict(trial, wrong),
+        verdict=_describe_verdict(trial, wrong),
         change=trial.source_answer,
         causes=tuple(_describe_causes(trial)),
         wrong=wrong,
@@ -88,25 +89,25 @@ def _list_wrong(trial: Trial, mismatches: Sequence[EntryMismatch]) -> Iterator[E
         )
 
 
-def _describe_verdict(trial: Trial, wrong: Sequence[EntryError]) -> str:
-    """The sentence on what is wrong, or with what all agrees."""
-    problem = trial.problem
-    arm = problem.case.arm
-    about = f"{problem.name} on {arm.name}"
+def _describe_verdict(trial: Trial, wrong: Sequence[EntryError]) -> TrialVerdict:
+    """What is wrong, or with what all agrees."""
+    problem, level = trial.problem, trial.level
     if trial.readings:
         words = " or in ".join(
             f"{reading.words}{f' ({reading.statement})' * bool(reading.statement)}"
             for reading in trial.readings
         )
-        return f"{about} is right in {words}, and not in {', '.join(problem.frame.names)}"
-    kind = f"geared equations, planets {problem.gearing}"
-    if trial.level:
-        kind = f"the {RIGID_ARM}" if is_rigid_arm(arm) else f"{trial.level} ({LEVELS[trial.level]})"
-    if wrong:
-        return f"{about}: {describe_wrong(wrong)}; compared with {kind.partition(' (')[0]}"
-    if trial.exit_code:
-        return f"{about}: not all checks agree; compared with {kind.partition(' (')[0]}"
-    return f"{about} agrees with {kind}"
+        names = ", ".join(problem.frame.names)
+        return TrialVerdict(f"is right in {words}, and not in {names}", is_predicate=True)
+    kind = description = f"geared equations, planets {problem.gearing}"
+    if level and is_rigid_arm(problem.case.arm):
+        kind = description = f"the {RIGID_ARM}"
+    elif level:
+        kind, description = level, f"{level} ({LEVELS[level]})"
+    if wrong or trial.exit_code:
+        fault = describe_wrong(wrong) if wrong else "not all checks agree"
+        return TrialVerdict(f"{fault}; compared with {kind}")
+    return TrialVerdict(f"agrees with {description}", is_predicate=True)
 
 
 def _describe_causes(trial: Trial) -> Iterator[str]:

@@ -6,7 +6,7 @@ acceleration asks for, joint by joint and body by body, and the gyroscopic torqu
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Iterator, Sequence
+from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
 from typing import NamedTuple
 
@@ -46,11 +46,6 @@ def list_spinners(robot: Robot) -> list[Spinner]:
         names = f"the sun of {joint}", f"the planets of {joint}"
         spinners += map(Spinner, names, stage_rotors(robot, stage))
     return spinners
-
-
-def add_terms(several: Iterable[DynamicsTerms]) -> DynamicsTerms:
-    """The sum of several terms."""
-    return DynamicsTerms(*(np.sum(each, axis=0) for each in zip(*several, strict=True)))
 
 
 @dataclass(frozen=True)
