@@ -50,6 +50,7 @@ from crosscheck.trial.coordinates.readings import Reading
 from crosscheck.trial.input.equations import Equations
 from crosscheck.trial.input.supplied import SuppliedEquations, bind_equations
 from crosscheck.trial.judge import suite
+from crosscheck.trial.judge.checks import COMPARED, SelfCheck, find_idle_motors, judge_answers
 from crosscheck.trial.judge.entries import EntryMismatch, deviations
 from crosscheck.trial.judge.questions import (
     QUESTIONS,
@@ -69,7 +70,7 @@ if TYPE_CHECKING:
     from crosscheck.report.trials.answer import TrialAnswer
 
 JUDGING_S = 60.0  # rough cost
-PARTS = {*suite.COMPARED}
+PARTS = {*COMPARED}
 RUNNABLE = {"mass_matrix", "bias", "force"}
 # Enough states to distinguish all the waves and signals that an entry may contain.
 STATES, QUICK_STATES = 300, 150
@@ -127,6 +128,7 @@ class Trial(TrialResult):
         missing: Parts that were not supplied.
         unit_mistakes: Parts that become right after a change of unit or of element order.
         traces: Tracebacks, by part, of parts that raised.
+        self_checks: What the equations owe to themselves, judged.
         left_out: Names of all numbers that the equations do not follow, errors or not.
         idle_joints: Joints, from 0, whose motor's torque changes no force of the equations.
         readings: Other coordinates in which all is right; then no other reason is looked for.
@@ -149,6 +151,7 @@ class Trial(TrialResult):
     unit_mistakes: tuple[UnitMistake, ...]
     traces: dict[str, str]
     left_out: tuple[str, ...]
+    self_checks: tuple[SelfCheck, ...]
     idle_joints: tuple[int, ...] = ()
     readings: tuple[Reading, ...] = ()
     point_masses: tuple[str, ...] = ()
@@ -224,10 +227,9 @@ def list_tasks(
     problem: VerificationProblem, probes: Sequence[VerificationProblem], request: TrialRequest
 ) -> list[ModelTask]:
     """All tasks of a trial: of the equations, and of the models that they are compared with."""
-    planned = list(_plan_comparisons(problem, request))
-    return list(
-        dict.fromkeys([*comparison.collect_tasks(planned), *_entry_tasks((problem, *probes))])
-    )
+    planned = list(_plan_comparisons(problem, request, problem.levels))
+    questions = [*suite.list_questions(problem), *_entry_tasks((problem, *probes))]
+    return list(dict.fromkeys([*comparison.collect_tasks(planned), *questions]))
 
 
 def _require_runnable(request: TrialRequest, bound: SuppliedEquations) -> None:
@@ -291,25 +293,12 @@ def build_problem(request: TrialRequest) -> VerificationProblem:
 
 
 def _plan_comparisons(
-    problem: VerificationProblem,
-    request: TrialRequest,
-    level: str | None = None,
-    results: Results | None = None,
+    problem: VerificationProblem, request: TrialRequest, levels: Sequence[str]
 ) -> Iterator[Comparison]:
-    """Every comparison; binding are those of a level, or of all levels where none is chosen.
-
-    results: if they are given, an unclaimed level has only comparisons whose answers are there, for
-    a part that failed fails once, at the claimed level.
-    """
-    yield from suite.plan_self_checks(problem)
-    for each in problem.levels:
-        binding = level is None or each == level
-        for planned in suite.plan_engine_comparisons(problem, each, binding=binding):
-            user_tasks = (task for task in planned.needs if task.model == problem.name)
-            if binding or results is None or all(results.get(t) is not None for t in user_tasks):
-                yield planned
-        for scenario in request.scenarios if binding else ():
-            yield from suite.plan_run_comparisons(problem, scenario, each)
+    """The comparisons of runs at levels, and the balances."""
+    for level in levels:
+        for scenario in request.scenarios:
+            yield from suite.plan_run_comparisons(problem, scenario, level)
     yield from suite.plan_balance_checks(problem)
 
 
@@ -326,17 +315,22 @@ def _judge_trial(
     reading_level, readings = "", list[Reading]()
     wrong_parts = {wrong.place.part for wrong in here.wrong_entries}
     if "mass_matrix" in wrong_parts or (wrong_parts and "mass_matrix" not in problem.has):
-        answers = {part: results.get(problem.ask_equations(part)) for part in problem.has & PARTS}
-        user_values = {part: each for part, each in answers.items() if each is not None}
+        given = {part: results.get(problem.ask_equations(part)) for part in problem.has & PARTS}
+        user_values = {part: each for part, each in given.items() if each is not None}
         reading_level, readings = find_readings(problem, user_values)
     level = reading_level or level
     if wrong_parts == {"acceleration"} and not readings:
         level = _select_explained_level(problem, probes, level, results)
-    comparisons = list(_plan_comparisons(problem, request, level, results))
+    comparisons = list(_plan_comparisons(problem, request, [level]))
+    answers = suite.collect_answers(problem, results)
+    self_checks = tuple(judge_answers(answers))
     check, cases = make_cross_check_request(request), cases_by_run(comparisons)
     settings = check.arm, check.seed, check.quick, check.scenarios, check.chosen
     record = record_provenance(*settings, packages=packages(), model=check.model)
-    agreement = Agreement(list(comparison.judge_comparisons(comparisons, results)), record)
+    findings = [check.finding for check in self_checks]
+    findings += suite.judge_engines(problem, answers, results, level)
+    findings += comparison.judge_comparisons(comparisons, results)
+    agreement = Agreement(findings, record)
     runs = {key: run for key, run in runs_by_key(results).items() if key in cases}
     here, *there = (
         compare_entries(each, level, list_entry_quantities(each), results)
@@ -358,7 +352,7 @@ def _judge_trial(
         hidden_entries=tuple(wrong for wrong in diagnosis.wrong_entries if wrong.shown_on),
         ignored_numbers=tuple(each for each in diagnosis.ignored_numbers if each.parts),
         probes=tuple(probe.case.arm.name for probe in probes),
-        missing=tuple(part for part in suite.COMPARED if part in suite.WHOLE - problem.has),
+        missing=tuple(part for part in COMPARED if part in suite.WHOLE - problem.has),
         unit_mistakes=find_unit_mistakes(
             here.user_values, here.reference_values, problem.equations.table
         ),
@@ -366,7 +360,8 @@ def _judge_trial(
         left_out=tuple(
             each.name for each in (*diagnosis.ignored_numbers, *diagnosis.uncertain) if each.parts
         ),
-        idle_joints=_find_idle_joints(problem, results),
+        idle_joints=find_idle_motors(answers, problem.motors),
+        self_checks=self_checks,
         readings=tuple(readings),
     )
 
@@ -477,7 +472,7 @@ def _select_explained_level(
 def _largest_difference(problem: VerificationProblem, results: Results, level: str) -> float:
     """Largest difference of the parts that answer from a level's, relative to their sizes."""
     sizes, differences = suite.compute_natural_sizes(problem, results, level), [0.0]
-    for part in suite.COMPARED:
+    for part in COMPARED:
         user_values = results.get(problem.ask_equations(part)) if part in problem.has else None
         if user_values is not None:
             reference_values = results.need(problem.ask(problem.reference(level), part))
@@ -485,14 +480,6 @@ def _largest_difference(problem: VerificationProblem, results: Results, level: s
                 float(deviations(user_values, reference_values, sizes.entry_sizes(part)).max())
             )
     return max(differences)
-
-
-def _find_idle_joints(problem: VerificationProblem, results: Results) -> tuple[int, ...]:
-    """The joints of motors whose torque changes no force, from 0."""
-    forces = results.get(problem.ask_equations("by_torques")) if problem.motors else None
-    if forces is None:
-        return ()
-    return tuple(j for j in problem.motors if (forces[:, 1 + j] == forces[:, 0]).all())
 
 
 def _traces(problem: VerificationProblem, results: Results) -> dict[str, str]:

@@ -214,6 +214,7 @@ SIZES = NaturalSizes(
     force=np.array([3.0, 6.0]),
     acceleration=np.array([7.0, 9.0]),
     gravity=np.array([1.0, 2.0]),
+    gravity_slopes=np.ones((2, 2)),
     roundings=40.0,
     solving=1e3,
 )

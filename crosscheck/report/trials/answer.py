@@ -12,6 +12,7 @@ from crosscheck.findings import Agreement
 from crosscheck.report.finding_groups import describe_by_reason
 from crosscheck.report.formatting import describe_tally, format_percent
 from crosscheck.trial.input.source_lines import SourceLines
+from crosscheck.trial.judge.checks import SelfCheck
 from crosscheck.trial.judge.entries import Explanation
 from crosscheck.trial.source.source_edit import SourceAnswer
 
@@ -221,6 +222,16 @@ def name_entries(part: PartDeviation, names: Sequence[str]) -> Iterator[tuple[st
                 yield f"{part.title}[{words[0]}] of {square}", value
         else:
             yield f"{part.title}[{', '.join(words)}]", value
+
+
+def describe_faults(checks: Sequence[SelfCheck]) -> Iterator[str]:
+    """Lines on what equations owe to themselves and do not keep.
+
+    What follows from wrong entries alone, as a bias from a wrong M, is left out.
+    """
+    for check in checks:
+        if check.finding.verdict == "differ" and check.fault:
+            yield f"{check.fault}{f' ({check.finding.note})' if check.finding.note else ''}"
 
 
 def describe_wrong(wrong: Sequence[EntryError]) -> str:

@@ -11,6 +11,7 @@ from crosscheck.report.trials.answer import (
     PartDeviation,
     TrialAnswer,
     TrialVerdict,
+    describe_faults,
     describe_wrong,
 )
 from crosscheck.trial.changes.search import list_equals
@@ -86,6 +87,8 @@ def _describe_causes(trial: RobotTrial) -> Iterator[str]:
     diagnosis = trial.diagnosis
     if has_engine_conflict(trial.checks.findings):
         yield "the engines differ on this robot: `crosscheck cost` shows where"
+    parts = {entry.part for entry in diagnosis.entries}
+    yield from describe_faults([each for each in trial.self_checks if each.part not in parts])
     first, *others = diagnosis.explanations or [""]
     if first:
         yield f"yours are the equations of {trial.level} with {first}"

@@ -13,6 +13,7 @@ from crosscheck.report.trials.answer import (
     TrialAnswer,
     TrialVerdict,
     UnfollowedNumber,
+    describe_faults,
     describe_wrong,
 )
 from crosscheck.trial.changes.arms.dependence import IgnoredNumber
@@ -24,14 +25,6 @@ from crosscheck.trial.judge.unit_mistakes import DEGREES, UnitMistake
 from crosscheck.trial.trial import Trial
 
 PART_TITLES = {"mass_matrix": "M", "rate_terms": "bias"}
-# By checks of equations with themselves: what is wrong where they fail. What follows from wrong
-# entries alone, as a bias from a wrong M, is left out.
-SELF_FAULTS = {
-    "symmetric": "M is not symmetric",
-    "positive-definite": "M is not positive definite",
-    "bias-quadratic": "the bias is not quadratic in the rates",
-    "linear-in-torques": "force is not linear in the torques",
-}
 
 
 def answer_arm_trial(trial: Trial) -> TrialAnswer:
@@ -113,13 +106,7 @@ def _describe_verdict(trial: Trial, wrong: Sequence[EntryError]) -> TrialVerdict
 def _describe_causes(trial: Trial) -> Iterator[str]:
     """Lines on what equations owe to themselves, on wrong units, then on wrong entries."""
     names = trial.problem.frame.names
-    for finding in trial.agreement.disagreeing:
-        again, _, part = finding.quantity.partition("repeatable-")
-        if finding.verdict == "differ" and part and not again:
-            yield f"{part} changes from one call to the next with the same arguments"
-        elif finding.verdict == "differ" and finding.quantity in SELF_FAULTS:
-            places = f" ({finding.note})" if finding.note else ""
-            yield f"{SELF_FAULTS[finding.quantity]}{places}"
+    yield from describe_faults(trial.self_checks)
     yield from (describe_unit_mistake(each, names) for each in trial.unit_mistakes)
     yield from describe_errors(trial)
 

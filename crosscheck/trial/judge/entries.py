@@ -5,13 +5,13 @@ from __future__ import annotations
 from collections.abc import Iterator, Sequence
 from contextlib import suppress
 from dataclasses import dataclass, field, replace
-from typing import Literal
+from typing import Any, Literal
 
 import numpy as np
 
 from crosscheck.checks.states import EPS, LOOSEST, ROUNDINGS, component_sizes
 from crosscheck.models.errors import InputError
-from crosscheck.trial.coordinates.differences import TURN_RAD, turns
+from crosscheck.trial.coordinates.differences import TURN_RAD, difference_steps, turns
 from crosscheck.trial.coordinates.frame import Frame
 from crosscheck.trial.coordinates.states import UserState
 
@@ -20,7 +20,7 @@ WRITTEN = 10  # tolerance in roundings, for states and answers written with fewe
 LARGEST_POWER = 200  # largest power of ten between the numbers of two units
 SLOPES = 2 / TURN_RAD  # largest error of slopes of M, over the error of M itself
 SOLVED = 10  # roundings of a solution by elimination, times the condition number of the matrix
-Part = Literal["mass_matrix", "bias", "gravity", "force", "acceleration"]
+Part = Literal["mass_matrix", "bias", "gravity", "inverse_dynamics", "force", "acceleration"]
 ErrorKind = Literal["sign", "factor", "dropped", "swapped", "angle", "extra", "exchanged"]
 SHOWN = 8  # places of a list that are shown; the report has them all
 PARTS: dict[str, Part] = {
@@ -37,6 +37,8 @@ PARTS: dict[str, Part] = {
 class NaturalSizes:
     """Natural sizes in a user's coordinates: mass (n, n); rate_terms (n, n, n); rows of each part.
 
+    gravity_slopes (n, n): of derivatives by x, over SLOPES.
+
     roundings: of the map, how many a difference may hold; solving: what solving by M makes of one;
     precision: relative rounding of answers from a file, 0 for that of double precision.
     """
@@ -47,6 +49,7 @@ class NaturalSizes:
     force: np.ndarray
     acceleration: np.ndarray
     gravity: np.ndarray
+    gravity_slopes: np.ndarray
     roundings: float
     solving: float
     precision: float = 0.0
@@ -73,7 +76,7 @@ class NaturalSizes:
 
     def scale_by(self, factor: float) -> NaturalSizes:
         """The sizes of equations whose numbers are this many times as large."""
-        sizes = ("mass", "rate_terms", "bias", "force", "acceleration", "gravity")
+        sizes = ("mass", "rate_terms", "bias", "force", "acceleration", "gravity", "gravity_slopes")
         return replace(self, **{name: factor * getattr(self, name) for name in sizes})
 
     def entry_sizes(self, quantity: str) -> np.ndarray:
@@ -111,6 +114,9 @@ def compute_sizes(
         diagonal, np.max([turns(J, frame.layout.angular) for J in jacobians], axis=0)
     )
     moving = np.einsum("ijk,j,k->i", summed, of_rates, of_rates)
+    weights = _rows(gravity, diagonal)
+    steps = np.min([difference_steps(J, frame.layout.angular) for J in jacobians], axis=0)
+    sloped = np.outer(weights, TURN_RAD / steps)
     return NaturalSizes(
         mass=np.outer(diagonal, diagonal),
         rate_terms=np.maximum(
@@ -119,7 +125,8 @@ def compute_sizes(
         bias=np.maximum(diagonal * lively, moving),
         force=_rows(force, diagonal),
         acceleration=_rows(acceleration, 1 / diagonal),
-        gravity=_rows(gravity, diagonal),
+        gravity=weights,
+        gravity_slopes=np.maximum(sloped, sloped.T),
         roundings=max(
             _skeel_condition(mass, moved, jacobians, inverses),
             _cancellation_factor(moved, jacobians, diagonal),
@@ -321,10 +328,10 @@ def find_wrong_entries(
 
 
 def entry_place(quantity: str, index: tuple[int, ...]) -> EntryPlace:
-    """The place of an entry of a part's array."""
-    part, row = PARTS[quantity], index[0]
-    if quantity == "mass_matrix":
-        return EntryPlace(part, row, column=index[1])
-    if quantity == "rate_terms":
-        return EntryPlace(part, row, rates=(index[1], index[2]))
-    return EntryPlace(part, row)
+    """The place of an entry of an array of a part, or of its terms."""
+    part: Any = PARTS.get(quantity, quantity)
+    if part == "mass_matrix":
+        return EntryPlace(part, index[0], column=index[1])
+    if len(index) == 3:
+        return EntryPlace(part, index[0], rates=(index[1], index[2]))
+    return EntryPlace(part, index[0])

@@ -38,7 +38,12 @@ from crosscheck.runner.progress_update import ProgressCallback
 from crosscheck.runner.tasks import Evaluation, Simulation, build_model
 from crosscheck.runner.workers import Workers
 from crosscheck.trial.coordinates.build import build_frame
-from crosscheck.trial.coordinates.differences import christoffel_terms, difference_steps, rate_terms
+from crosscheck.trial.coordinates.differences import (
+    christoffel_terms,
+    difference_steps,
+    find_slopes,
+    rate_terms,
+)
 from crosscheck.trial.coordinates.frame import Frame, describe_coordinate_count
 from crosscheck.trial.coordinates.states import UserState, draw_states
 from crosscheck.trial.input.calls import describe_failure
@@ -184,6 +189,12 @@ def _christoffel(source: Source, state: UserState, a: np.ndarray) -> np.ndarray:
     return christoffel_terms(source.mass_matrix, state.x, steps, curved=frame.matrix is None)
 
 
+def _gravity_slopes(source: Source, state: UserState, a: np.ndarray) -> np.ndarray:
+    frame = source.frame
+    steps = difference_steps(frame.jacobian(state.x), frame.layout.angular)
+    return find_slopes(source.gravity, state.x, steps, curved=frame.matrix is None)
+
+
 def _bias_at_other_speeds(source: Source, state: UserState, a: np.ndarray) -> np.ndarray:
     """The bias at other speeds, h(x, s u) / s^2, then h(x, 0): shape (speeds + 1, n)."""
     moving = [source.bias(state.x, speed * state.u) / speed**2 for speed in SPEEDS]
@@ -218,6 +229,7 @@ QUESTIONS: dict[str, Answer] = {
     **{f"{part}{AGAIN}": ask for part, ask in REPEATED.items()},
     "rate_terms": _rate_terms,
     "christoffel": _christoffel,
+    "gravity_slopes": _gravity_slopes,
     "other_speeds": _bias_at_other_speeds,
     "by_torques": _forces_by_torque,
     "inverse_dynamics": _inverse_dynamics,
@@ -414,6 +426,7 @@ def skip_dependent_tasks(
         "rate_terms": bias,
         "other_speeds": bias,
         "gravity": ("gravity",),
+        "gravity_slopes": ("gravity",),
         "acceleration": whole,
         "inverse_dynamics": ("inverse_dynamics", *mass, *bias),
     }

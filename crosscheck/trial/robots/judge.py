@@ -12,28 +12,30 @@ import numpy as np
 from crosscheck.analytic.robot.model import AnalyticRobot
 from crosscheck.checks.robots.sizes import RobotSizes
 from crosscheck.checks.robots.states import RandomStates
-from crosscheck.findings import (
-    ComparisonKey,
-    Finding,
-    Subject,
-    make_check,
-    make_failed_check,
-    make_unfinished_check,
-)
-from crosscheck.models.errors import format_line
+from crosscheck.findings import Finding
 from crosscheck.models.robot.interface import RobotModel
 from crosscheck.models.robot.robot import Level, Robot
 from crosscheck.registry import build_robot_model, find_level_engines
-from crosscheck.runner.outcomes import Failure
+from crosscheck.runner.outcomes import Failure, failure_from_error
 from crosscheck.trial.changes.problem import ChangeProblem
-from crosscheck.trial.robots.answers import SPEEDS, RobotAnswers
-from crosscheck.trial.robots.consistency import SLOPES, SelfDifference
+from crosscheck.trial.judge.checks import (
+    AGAINST,
+    CHRISTOFFEL,
+    GRADIENT,
+    INVERSE,
+    JUDGED,
+    Answers,
+    Identity,
+    PartSize,
+    judge_engine,
+    make_part_size,
+    make_second_law,
+)
+from crosscheck.trial.robots.answers import RobotAnswers
+from crosscheck.trial.robots.consistency import SlopeSides
 
 SINGLE = ("mass_matrix", "bias", "gravity")  # elementary parts, from which the others are composed
-JUDGED = (*SINGLE, "inverse_dynamics", "force", "acceleration")
 LETTERS = {"mass_matrix": "M"}
-OWN, AGAINST = "trial-own", "trial-states"
-METRIC = "largest difference of an entry over the random states, over its natural size"
 
 
 @dataclass(frozen=True)
@@ -66,7 +68,8 @@ class RobotProblem:
     """Equations of a robot, by name, and their answers at states.
 
     sizes: by level, of each that equations may be of; stated: the level that these are to be of;
-    self_differences: by part, how far it is from what the equations owe to themselves; friction
+    self_differences: by part, what it owes to the slopes of others; by_torques: by part, as in
+    Answers; lost: parts that did not answer where these were asked; friction
     (states, n): the torques that it takes, which those of the states are without; stiffness (n, n):
     of springs, whose torques stand beside the weights.
     """
@@ -77,7 +80,9 @@ class RobotProblem:
     sizes: Mapping[Level, RobotSizes]
     answers: RobotAnswers
     stated: str
-    self_differences: Mapping[str, SelfDifference] = field(default_factory=dict)
+    self_differences: Mapping[str, SlopeSides] = field(default_factory=dict)
+    by_torques: Mapping[str, np.ndarray] = field(default_factory=dict)
+    lost: Mapping[str, Failure] = field(default_factory=dict)
     friction: np.ndarray = field(default_factory=lambda: np.zeros(1))
     stiffness: np.ndarray = field(default_factory=lambda: np.zeros((1, 1)))
 
@@ -164,23 +169,53 @@ class RobotProblem:
 
     def find_self_places(self, part: str, level: Level) -> list[tuple[int, ...]]:
         """The entries of a part that do not keep what the equations owe to themselves."""
-        if part not in self.self_differences:
-            return []
-        sizes = self._self_sizes(part, level)
-        tolerance = SLOPES * self.sizes[level].tolerance(part)
-        return self.self_differences[part].find_places(sizes, tolerance)
+        is_judged = part in self.self_differences
+        return self._identify(part, self._size_parts(level)).places if is_judged else []
 
-    def _self_sizes(self, part: str, level: Level) -> np.ndarray:
-        """Sizes of what a part is compared with: of bias (states, n), of gravity's slopes too."""
-        count = len(self.self_differences[part].values)
-        sizes = self.sizes[level].entry_sizes(part, self.answers.sources[part])[:count]
-        return sizes if part == "bias" else np.maximum(sizes[:, :, None], sizes[:, None, :])
+    def _size_parts(self, level: Level) -> dict[str, PartSize]:
+        sizes, sources = self.sizes[level], self.answers.sources
+        return {part: make_part_size(sizes, part, sources[part]) for part in self.parts}
 
-    def self_error(self, part: str, level: Level) -> float:
-        """The largest difference of a part from what it owes, beyond what may be, over its size."""
-        difference = self.self_differences[part]
-        beyond = np.maximum(np.abs(difference.values) - difference.allowed, 0.0)
-        return float((beyond / self._self_sizes(part, level)).max())
+    def _identify(self, part: str, sizes: Mapping[str, PartSize]) -> Identity:
+        """What a part owes to slopes of answers."""
+        sides, size = self.self_differences[part], sizes[part].scale_to_slopes()
+        rows = size.entries[: len(sides.left)]
+        if part == "bias":
+            return Identity(*CHRISTOFFEL, size._replace(entries=rows), *sides)
+        pairs = np.maximum(rows[:, :, None], rows[:, None, :])
+        return Identity(*GRADIENT, size._replace(entries=pairs), *sides, axes=2)
+
+    def collect_answers(self, level: Level) -> Answers:
+        """The answers, to be judged by the sizes of a level."""
+        answers, values = self.answers, {part: self.answers.values[part] for part in self.parts}
+        sizes = self._size_parts(level)
+        identities = [self._identify(part, sizes) for part in self.self_differences]
+        if {"mass_matrix", "bias"} <= set(values):
+            weights = values.get("gravity", 0.0)
+            if "inverse_dynamics" in values:
+                moving = np.einsum("sij,sj->si", values["mass_matrix"], self.states.a)
+                expected = moving + values["bias"] + (0.0 if answers.weightless else weights)
+                sides = values["inverse_dynamics"], expected
+                identities.append(Identity(*INVERSE, sizes["inverse_dynamics"], *sides))
+            if {"force", "acceleration"} <= set(values):
+                size = sizes["acceleration"]._replace(entries=self.sizes[level].balance)
+                force = values["force"] - (self.loads_in_force - self.states.torques)
+                held = weights if answers.driven else 0.0
+                identities.append(make_second_law(size, values, held, force))
+        return Answers(
+            name=self.name,
+            mechanism=self.robot.name,
+            names=self.names,
+            states=f"{len(self.states.q)} random states",
+            values=values,
+            sizes=sizes,
+            symmetry=sizes.get("mass_matrix"),
+            repeated=answers.again,
+            failures={**self.lost, **answers.failures},
+            other_speeds=answers.other_speeds,
+            by_torques=self.by_torques,
+            identities=identities,
+        )
 
     def find_indefinite_states(self, level: Level) -> list[int]:
         """The states at which the symmetric part of M has an eigenvalue that is not positive."""
@@ -248,95 +283,15 @@ def select_entry(values: np.ndarray, place: tuple[int, ...]) -> np.ndarray:
     return entry
 
 
-def collect_findings(problem: RobotProblem, level: Level) -> list[Finding]:
-    """All checks: what the equations owe to themselves, then to every engine of the level."""
-    lost = problem.answers.failures
-    parts = [_failure_finding(problem, part, why) for part, why in lost.items()]
-    self_checks = [*_self_checks(problem, level), *_own_checks(problem, level)]
-    return [*parts, *self_checks, *_engine_findings(problem, level)]
-
-
-def _failure_finding(problem: RobotProblem, part: str, why: Failure) -> Finding:
-    about = _make_subject(problem, OWN, f"answers-{part}", "an answer at every state")
-    return (make_unfinished_check if why.unfinished else make_failed_check)(about, f"{part}: {why}")
-
-
-def _make_subject(
-    problem: RobotProblem, family: str, quantity: str, against: str, engine: str = ""
-) -> Subject:
-    key = ComparisonKey(family, problem.robot.name, quantity, problem.name, engine)
-    return Subject(key, "1", METRIC, against)
-
-
-def _self_checks(problem: RobotProblem, level: Level) -> Iterator[Finding]:
-    """Checks without an engine: the levels lend their sizes alone."""
-    answers, sizes = problem.answers, problem.sizes[level]
-    for part, again in answers.again.items():
-        relative_errors = (answers.values[part] - again) / sizes.entry_sizes(
-            part, answers.sources[part]
-        )
-        yield _check_errors(problem, f"repeatable-{part}", part, relative_errors, sizes)
-    if "mass_matrix" in answers.values:
-        mass = answers.values["mass_matrix"]
-        relative_errors = (mass - mass.swapaxes(1, 2)) / sizes.mass_matrix
-        yield _check_errors(problem, "symmetric", "mass_matrix", relative_errors, sizes)
-        about = _make_subject(problem, OWN, "positive-definite", "first principles")
-        if indefinite := len(problem.find_indefinite_states(level)):
-            yield make_failed_check(about, f"an eigenvalue is not positive at {indefinite} states")
-        else:
-            yield make_check(about, measured=0.0, tolerance=0.0, basis="all eigenvalues positive")
-    if answers.speeds is not None and "bias" in answers.values:
-        size = sizes.entry_sizes("bias", answers.sources["bias"])[:, None]
-        squares = np.array(SPEEDS)[:, None] ** 2
-        relative_errors = (
-            (answers.speeds - squares * answers.speeds[:, :1]) / size / np.maximum(squares, 1.0)
-        )
-        yield _check_errors(
-            problem, "bias-quadratic", "bias", relative_errors.swapaxes(1, 2), sizes
-        )
-
-
-def _own_checks(problem: RobotProblem, level: Level) -> Iterator[Finding]:
-    """Checks of the bias against M, and of gravity as a gradient."""
-    names = {"bias": "bias-from-inertia", "gravity": "gravity-is-a-gradient"}
-    sizes = problem.sizes[level]
-    for part in problem.self_differences:
-        about = _make_subject(problem, OWN, names[part], "first principles")
-        measured, tolerance = problem.self_error(part, level), SLOPES * sizes.tolerance(part)
-        basis = f"{sizes.basis(part)}, {SLOPES:.3g} times for differences of answers"
-        yield make_check(about, measured=measured, tolerance=tolerance, basis=basis)
-
-
-def _check_errors(
-    problem: RobotProblem, quantity: str, part: str, relative_errors: np.ndarray, sizes: RobotSizes
-) -> Finding:
-    about = _make_subject(problem, OWN, quantity, "first principles")
-    measured, tolerance = float(np.abs(relative_errors).max()), sizes.tolerance(part)
-    return make_check(about, measured=measured, tolerance=tolerance, basis=sizes.basis(part))
-
-
-def _engine_findings(problem: RobotProblem, level: Level) -> Iterator[Finding]:
+def judge_engines(problem: RobotProblem, answers: Answers, level: Level) -> Iterator[Finding]:
     """Every part compared with every engine; one that raises fails there."""
-    sizes = problem.sizes[level]
     for engine in find_level_engines(level):
+        values: Mapping[str, np.ndarray | Failure]
         try:
-            relative_errors = problem.relative_errors(
-                level, problem.evaluate_model(build_robot_model(engine, problem.robot, level))
-            )
+            values = problem.evaluate_model(build_robot_model(engine, problem.robot, level))
         except Exception as error:  # whatever an engine raises is reported as a failure
-            message = format_line(f"{engine} raised {type(error).__name__}: {error}")
-            yield from (
-                make_failed_check(_make_subject(problem, AGAINST, part, "", engine), message)
-                for part in problem.parts
-            )
-            continue
-        for part, errors in relative_errors.items():
-            yield make_check(
-                _make_subject(problem, AGAINST, part, "", engine),
-                measured=float(np.abs(errors).max()),
-                tolerance=sizes.tolerance(part),
-                basis=sizes.basis(part),
-            )
+            values = dict.fromkeys(problem.parts, failure_from_error(error))
+        yield from judge_engine(answers, engine, values, answers.sizes)
 
 
 def has_engine_conflict(findings: Sequence[Finding]) -> bool:

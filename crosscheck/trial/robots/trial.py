@@ -23,6 +23,7 @@ from crosscheck.runner.workers import Workers
 from crosscheck.trial.input.calls import LOADS
 from crosscheck.trial.input.equations import Equations
 from crosscheck.trial.input.loading import require_robot_equations
+from crosscheck.trial.judge.checks import SelfCheck, find_idle_motors, judge_answers
 from crosscheck.trial.result import TrialResult
 from crosscheck.trial.robots.answer_keys import make_robot_answer_keys
 from crosscheck.trial.robots.answers import (
@@ -41,7 +42,8 @@ from crosscheck.trial.robots.answers import (
 )
 from crosscheck.trial.robots.consistency import (
     SOURCES,
-    SelfDifference,
+    STATES,
+    SlopeSides,
     compare_with_itself,
     make_slope_states,
 )
@@ -52,7 +54,7 @@ from crosscheck.trial.robots.judge import (
     SINGLE,
     LevelDistance,
     RobotProblem,
-    collect_findings,
+    judge_engines,
 )
 from crosscheck.trial.robots.rates import (
     BiasTerms,
@@ -77,7 +79,8 @@ class RobotTrial(TrialResult):
     equations were read; not_judged: what was not judged, with the reason, in words; distances:
     of each level, the nearest first; failures: by part that did not answer; checks: all of them;
     relative_errors: by part, how far each entry is from the diagnosis' level at most, of its size;
-    allowed: how far it may be; seed: of the states; source_answer: what must change in the user's
+    allowed: how far it may be; seed: of the states; self_checks: what the equations owe to
+    themselves; source_answer: what must change in the user's
     source, where a small edit mends it.
     """
 
@@ -96,6 +99,7 @@ class RobotTrial(TrialResult):
     allowed: Mapping[str, float]
     seed: int
     source_answer: SourceAnswer | None = None
+    self_checks: tuple[SelfCheck, ...] = ()
 
     @property
     def agreement(self) -> Agreement:
@@ -240,11 +244,11 @@ def _run_trial(
     level = questions.level
     with register(name, questions.entry), Workers(jobs) as workers:
         answers = ask(name, robot, states, sizes[level], friction, workers, progress)
-        self_differences = _ask_about_itself(name, robot, states, answers, workers, progress)
+        second = _ask_about_itself(questions, answers, workers, progress)
         taken = friction.torques(states.v)
         pushed = states._replace(torques=states.torques - taken)
         problem = RobotProblem(
-            name, robot, pushed, sizes, answers, equations.level, self_differences, taken, stiffness
+            name, robot, pushed, sizes, answers, equations.level, *second, taken, stiffness
         )
 
         def rates() -> BiasTerms | None:
@@ -270,7 +274,7 @@ def _run_trial(
         if distances:
             diagnosis = diagnose(problem, distances, rates)
         if equations.drive is None and not {each.part for each in diagnosis.entries} & set(SINGLE):
-            idle = _find_idle_joints(problem, states, motors, diagnosis, workers, progress)
+            idle = find_idle_motors(problem.collect_answers(diagnosis.level), motors)
             notes = _describe_idle_joints(problem.names, motors, idle, equations)
             diagnosis = replace(diagnosis, notes=(*diagnosis.notes, *notes))
     relative_errors = problem.relative_errors(
@@ -281,6 +285,10 @@ def _run_trial(
         make_answer_keys = partial(
             make_robot_answer_keys, problem, diagnosis.level, given, equations
         )
+    judged = problem.collect_answers(diagnosis.level)
+    self_checks = tuple(judge_answers(judged))
+    findings = [check.finding for check in self_checks]
+    findings += judge_engines(problem, judged, diagnosis.level)
     record = record_provenance(given, seed, quick=False, packages=packages(), model=name)
     trial = RobotTrial(
         name=name,
@@ -296,67 +304,43 @@ def _run_trial(
         distances=distances,
         diagnosis=diagnosis,
         failures=answers.failures,
-        checks=Agreement(collect_findings(problem, diagnosis.level), record),
+        checks=Agreement(findings, record),
         relative_errors={part: np.abs(off).max(axis=0) for part, off in relative_errors.items()},
         allowed={part: sizes[diagnosis.level].tolerance(part) for part in problem.parts},
         seed=seed,
+        self_checks=self_checks,
     )
     return trial, make_answer_keys
 
 
 def _ask_about_itself(
-    name: str,
-    robot: Robot,
-    states: RandomStates,
-    answers: RobotAnswers,
-    workers: Workers,
-    progress: ProgressCallback,
-) -> dict[str, SelfDifference]:
-    """How far the equations are from what they owe to themselves, of functions that answer."""
-    parts = [part for part in SOURCES if answers.sources.get(part) == part]
-    if not parts:
-        return {}
-    moved = make_slope_states(robot, states)
-    slopes = call_functions(dict.fromkeys(parts, moved), name, workers, progress)
+    questions: RobotQuestions, answers: RobotAnswers, workers: Workers, progress: ProgressCallback
+) -> tuple[dict[str, SlopeSides], dict[str, np.ndarray], dict[str, Failure]]:
+    """What functions that answer owe to slopes of others; parts by torques; parts that fail."""
+    robot, states = questions.robot, questions.states
+    slopes, torques = make_slope_states(robot, states), make_torque_states(states, questions.motors)
+    asked = {part: slopes for part in SOURCES if answers.sources.get(part) == part}
+    asked |= {part: torques for part in LOADS if part in answers.values and questions.motors}
+    outcomes = call_functions(asked, questions.name, workers, progress) if asked else {}
+    failures = {part: each for part, each in outcomes.items() if isinstance(each, Failure)}
+    by_torques = {
+        part: np.stack(np.split(each, len(torques)), axis=1)
+        for part, each in outcomes.items()
+        if part in LOADS and not isinstance(each, Failure)
+    }
     values = dict(answers.values)
-    if answers.speeds is not None and answers.sources["bias"] == "bias":
+    if answers.other_speeds is not None and answers.sources["bias"] == "bias":
         # The bias at rest is reported separately.
-        values["bias"] = values["bias"] - answers.speeds[:, -1]
-    return compare_with_itself(robot, states, values, slopes)
+        values["bias"] = values["bias"] - answers.other_speeds[:, -1]
+    return compare_with_itself(robot, states, values, outcomes), by_torques, failures
 
 
 def make_torque_states(states: RandomStates, motors: Sequence[int]) -> list[RandomStates]:
-    """The states with another torque of each motor in turn."""
-    changed = []
-    for motor in motors:
-        torques = states.torques.copy()
-        torques[:, motor] += 1 + np.abs(torques[:, motor])
-        changed.append(states._replace(torques=torques))
-    return changed
-
-
-def _find_idle_joints(
-    problem: RobotProblem,
-    states: RandomStates,
-    motors: Sequence[int],
-    diagnosis: RobotDiagnosis,
-    workers: Workers,
-    progress: ProgressCallback,
-) -> list[int]:
-    """The coordinates whose motor's torque changes nothing of the parts that are wrong."""
-    wrong = {each.part for each in diagnosis.entries} & set(LOADS) & set(problem.answers.again)
-    changed = make_torque_states(states, motors)
-    if not wrong or not changed:
-        return []
-    answers = call_functions(dict.fromkeys(wrong, changed), problem.name, workers, progress)
-    idle = set(motors)
-    for part, answer in answers.items():
-        if isinstance(answer, Failure):
-            return []
-        for motor, values in zip(motors, np.split(answer, len(changed)), strict=True):
-            if (values != problem.answers.values[part]).any():
-                idle.discard(motor)
-    return sorted(idle)
+    """The first states at no torque, each alone, twice each alone, and all together."""
+    few = states.first(STATES)
+    alone = [np.isin(np.arange(few.q.shape[1]), motor) for motor in motors]
+    factors = [0.0, *alone, *(2 * each for each in alone), 1.0]
+    return [few._replace(torques=factor * few.torques) for factor in factors]
 
 
 def _list_remarks(
