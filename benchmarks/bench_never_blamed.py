@@ -18,7 +18,8 @@ from crosscheck.models.arm.arm import Arm
 from crosscheck.planning.sizing import make_unequal_gains_scenario
 from crosscheck.trial.coordinates.build import LAYOUTS
 from crosscheck.trial.input.equations import Coordinates
-from crosscheck.trial.trial import TrialRequest, run_trial
+from crosscheck.trial.request import TrialRequest
+from crosscheck.trial.trial import run_arm_trial
 from tests.arms import random_arm
 from tests.trial.test_trial import equations_of, in_frame
 
@@ -105,7 +106,7 @@ def find_false_alarms(pair: Pair) -> list[str]:
     """The checks that are red and the entries that are called wrong."""
     moved = in_frame(pair.model, pair.coordinates, pair.arm, make_unequal_gains_scenario(pair.arm))
     equations = replace(equations_of(moved), coordinates=pair.coordinates)
-    trial = run_trial(TrialRequest("yours", equations, pair.arm, quick=True))
+    trial = run_arm_trial(TrialRequest("yours", equations, pair.arm, quick=True))
     return [finding.id for finding in trial.agreement.disagreeing] + [
         str(w.place) for w in trial.wrong_entries
     ]

@@ -18,8 +18,9 @@ import numpy as np
 
 from crosscheck.models.robot.robot import Robot
 from crosscheck.trial.input.loading import build_robot_equations
-from crosscheck.trial.robots.trial import RobotTrial, run_robot_trial
+from crosscheck.trial.robots.trial import RobotTrial
 from tests.robots import chains, test_trial_motors, two_link
+from tests.robots.trials import run_robot_trial
 
 TWO_LINK = """
 m1, m2, L, c1, c2 = 5.0, 3.0, 1.0, 0.5, 0.3
@@ -248,7 +249,7 @@ def try_text(kind: str, replaced: tuple[tuple[str, str], ...] = ()) -> RobotTria
     exec(compile(text, f"<{kind}>", "exec"), names)
     parts = ("mass_matrix", "bias", "gravity", "acceleration", "drive", "viscous_friction")
     own = {name: names[name] for name in parts if name in names}
-    return run_robot_trial(build_robot_equations(SimpleNamespace(**own), robot, kind), robot)
+    return run_robot_trial(build_robot_equations(SimpleNamespace(**own), robot, None, kind), robot)
 
 
 def score_slip(slip: Slip) -> Score:

@@ -18,7 +18,6 @@ from crosscheck.models.experiment.scenario import (
     PdDrive,
     Scenario,
     SinusoidDrive,
-    Switches,
     expand_to_joints,
 )
 from crosscheck.models.loading import Case
@@ -47,7 +46,6 @@ from crosscheck.trial.changes.arms.segments import build_reference_terms
 from crosscheck.trial.changes.arms.waves import minimum_state_count
 from crosscheck.trial.coordinates.build import build_frame
 from crosscheck.trial.coordinates.readings import Reading
-from crosscheck.trial.input.equations import Equations
 from crosscheck.trial.input.supplied import SuppliedEquations, bind_equations
 from crosscheck.trial.judge import suite
 from crosscheck.trial.judge.checks import COMPARED, SelfCheck, find_idle_motors, judge_answers
@@ -61,6 +59,7 @@ from crosscheck.trial.judge.questions import (
 )
 from crosscheck.trial.judge.unit_mistakes import UnitMistake, find_unit_mistakes
 from crosscheck.trial.model import make_registry_entry, select_switches
+from crosscheck.trial.request import TrialRequest
 from crosscheck.trial.result import TrialResult
 from crosscheck.trial.source.code import find_code
 from crosscheck.trial.source.search import find_source_answer
@@ -77,22 +76,6 @@ STATES, QUICK_STATES = 300, 150
 LEAST_STATES = 20
 _trial_lock = threading.Lock()
 MOST_BYTES = 300_000_000  # memory for a bias's terms at all states, of which a trial holds several
-
-
-@dataclass(frozen=True)
-class TrialRequest:
-    """A user's request for a trial of equations on an arm.
-
-    scenarios: to be run, none for a trial by states alone; chosen: laws, None for the usual.
-    """
-
-    name: str
-    equations: Equations
-    arm: Arm
-    scenarios: tuple[Scenario, ...] = ()
-    chosen: Switches | None = None
-    quick: bool = False
-    seed: int = 0
 
 
 @dataclass(frozen=True)
@@ -170,20 +153,18 @@ class Trial(TrialResult):
         return answer_arm_trial(self)
 
 
-def run_trial(
-    request: TrialRequest, *, jobs: int = 1, progress: ProgressCallback = ignore_progress
-) -> Trial:
+def run_arm_trial(request: TrialRequest, progress: ProgressCallback = ignore_progress) -> Trial:
     """Judge supplied equations; of several threads one after the other, for models have names.
 
     Raises InputError for what cannot be tried at all, and Unfinished where the models that they are
     compared with do not answer.
     """
     with _trial_lock:
-        trial = _run_trial(request, jobs, progress)
-        points = find_negligible_inertias(request.arm, trial.left_out)
+        trial = _run_trial(request, progress)
+        points = find_negligible_inertias(request.mechanism, trial.left_out)
         if points:
-            arm = replace_numbers(request.arm, dict.fromkeys(points, 0.0))
-            trial = _run_trial(replace(request, arm=arm), jobs, progress)
+            arm = replace_numbers(request.mechanism, dict.fromkeys(points, 0.0))
+            trial = _run_trial(replace(request, mechanism=arm), progress)
         answer = _find_source_answer(trial, progress)
         return replace(trial, point_masses=points, source_answer=answer)
 
@@ -198,12 +179,12 @@ def _find_source_answer(trial: Trial, progress: ProgressCallback) -> SourceAnswe
     return find_source_answer(code, partial(make_arm_answer_keys, *given), progress)
 
 
-def _run_trial(request: TrialRequest, jobs: int, progress: ProgressCallback) -> Trial:
+def _run_trial(request: TrialRequest, progress: ProgressCallback) -> Trial:
     with track_foreign_code(request.name):
         problem = build_problem(request)
         probes = build_probe_problems(problem)
     entry = make_registry_entry(problem.name, problem.equations, problem.has)
-    with register(problem.name, entry), Workers(jobs) as workers:
+    with register(problem.name, entry), Workers(request.jobs) as workers:
         failed_parts = run_first_calls(problem, workers, progress)
 
         def perform(tasks: Sequence[ModelTask]) -> Results:
@@ -239,8 +220,8 @@ def _require_runnable(request: TrialRequest, bound: SuppliedEquations) -> None:
         if missing:
             reason = f"needs {missing}, which the equations have not"
             raise InputError("--scenario", "", scenario.name, reason)
-        idle = sorted(set(range(len(request.arm.joints))) - set(bound.motors))
-        driven = [str(joint + 1) for joint in idle if _is_driven(scenario, joint, request.arm)]
+        idle = sorted(set(range(len(bound.arm.joints))) - set(bound.motors))
+        driven = [str(joint + 1) for joint in idle if _is_driven(scenario, joint, bound.arm)]
         if driven:
             which = "joint" if len(driven) == 1 else "joints"
             reason = f"drives {which} {', '.join(driven)}; the equations take no torque there"
@@ -268,22 +249,23 @@ def _entry_tasks(problems: Sequence[VerificationProblem]) -> Iterator[ModelTask]
 def build_problem(request: TrialRequest) -> VerificationProblem:
     """The supplied equations, with coordinates and states already made. Raises InputError."""
     make_cross_check_request(request)  # refuses scenarios that cannot stand side by side
-    laws = select_switches(request.equations, request.arm, request.chosen)
+    arm: Arm = request.mechanism
+    laws = select_switches(request.equations, arm, request.switches)
     count = QUICK_STATES if request.quick else STATES
-    scenario = make_experiment(request.arm, range(len(request.arm.joints)))
-    equations = request.equations.adapt_to_arm(request.arm, scenario)
-    bound = bind_equations(equations, request.arm, build_frame(equations.coordinates, request.arm))
-    if len(bound.motors) < len(request.arm.joints):
-        scenario = make_experiment(request.arm, bound.motors)
-        equations = request.equations.adapt_to_arm(request.arm, scenario)
+    scenario = make_experiment(arm, range(len(arm.joints)))
+    equations = request.equations.adapt_to_arm(arm, scenario)
+    bound = bind_equations(equations, arm, build_frame(equations.coordinates, arm))
+    if len(bound.motors) < len(arm.joints):
+        scenario = make_experiment(arm, bound.motors)
+        equations = request.equations.adapt_to_arm(arm, scenario)
     _require_runnable(request, bound)
-    case = Case(request.arm, scenario, laws)
+    case = Case(arm, scenario, laws)
     problem = VerificationProblem(
         request.name, equations, bound.has, case, count, request.seed, bound.motors
     )
     if problem.frame.matrix is not None:
         terms = build_reference_terms(
-            problem.frame, request.arm, laws, problem.levels[-1], has_gravity=problem.has_gravity
+            problem.frame, arm, laws, problem.levels[-1], has_gravity=problem.has_gravity
         )
         count = max(count, minimum_state_count(terms))
     affordable = MOST_BYTES // (8 * len(problem.frame.names) ** 3)
@@ -368,9 +350,9 @@ def _judge_trial(
 
 def make_cross_check_request(request: TrialRequest) -> CrossCheckRequest:
     """Request for the cross-check behind a trial, with the laws that the equations follow."""
-    laws = select_switches(request.equations, request.arm, request.chosen)
+    laws = select_switches(request.equations, request.mechanism, request.switches)
     return CrossCheckRequest(
-        request.arm, request.quick, request.seed, request.scenarios, laws, request.name
+        request.mechanism, request.quick, request.seed, request.scenarios, laws, request.name
     )
 
 

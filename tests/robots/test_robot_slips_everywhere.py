@@ -18,8 +18,8 @@ from crosscheck.planning.springs import stage_rotors
 from crosscheck.trial.changes.numbers import put_value
 from crosscheck.trial.input.equations import Equations
 from crosscheck.trial.robots.explain import RobotDiagnosis
-from crosscheck.trial.robots.trial import run_robot_trial
 from tests.robots import chains
+from tests.robots.trials import run_robot_trial
 
 
 def diagnosis_of(robot: Robot, used: Robot, hold: Callable = lambda q: q) -> RobotDiagnosis:

@@ -26,10 +26,11 @@ from crosscheck.trial.changes.mistakes import (
 from crosscheck.trial.changes.numbers import RobotNumber, list_numbers, put_value
 from crosscheck.trial.input.equations import Equations
 from crosscheck.trial.robots.explain import RobotDiagnosis
-from crosscheck.trial.robots.trial import RobotTrial, run_robot_trial
+from crosscheck.trial.robots.trial import RobotTrial
 from tests.draws import DRAWS, SAMPLE, fresh_seed
 from tests.loops import require_items
 from tests.robots import chains
+from tests.robots.trials import run_robot_trial
 from tests.tool.test_bad_input import assert_one_line
 
 PLANTED = 2 if DRAWS == SAMPLE else DRAWS

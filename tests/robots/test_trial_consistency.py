@@ -8,9 +8,10 @@ from crosscheck.models.robot.file import load_robot
 from crosscheck.trial.input.equations import Equations
 from crosscheck.trial.judge.checks import Identity, PartSize
 from crosscheck.trial.robots.consistency import compare_with_itself, make_slope_states
-from crosscheck.trial.robots.trial import RobotTrial, run_robot_trial
+from crosscheck.trial.robots.trial import RobotTrial
 from tests.robots import chains, two_link
 from tests.robots.test_trial import equations
+from tests.robots.trials import run_robot_trial
 
 TWO_LINK = two_link.robot()
 

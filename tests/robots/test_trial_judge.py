@@ -17,10 +17,11 @@ from crosscheck.models.robot.robot import Robot
 from crosscheck.runner import cpu_limit
 from crosscheck.trial.input.equations import Coordinates, Equations
 from crosscheck.trial.input.loading import extract_equations, load_equations
-from crosscheck.trial.robots.trial import RobotTrial, run_robot_trial
+from crosscheck.trial.robots.trial import RobotTrial
 from tests.loops import require_items
 from tests.robots import two_link
 from tests.robots.test_trial import equations
+from tests.robots.trials import run_robot_trial
 from tests.tool.test_bad_input import assert_one_line
 
 TOLERANCE = 1e-10  # of an entry's size, as the docs say

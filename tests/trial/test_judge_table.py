@@ -27,7 +27,8 @@ from crosscheck.trial.judge import suite
 from crosscheck.trial.judge.checks import judge_answers
 from crosscheck.trial.judge.questions import VerificationProblem, skip_dependent_tasks
 from crosscheck.trial.model import make_registry_entry
-from crosscheck.trial.trial import TrialRequest, build_problem
+from crosscheck.trial.request import TrialRequest
+from crosscheck.trial.trial import build_problem
 from tests.loops import require_items
 from tests.trial.test_trial import equations_of, in_frame
 from tests.trial.unit_ratios import wrong_unit_ratios

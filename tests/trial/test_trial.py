@@ -17,7 +17,8 @@ from crosscheck.trial.coordinates.frame import Frame
 from crosscheck.trial.input.equations import Coordinates, Equations
 from crosscheck.trial.input.loading import build_equations
 from crosscheck.trial.judge.questions import TransformedModel
-from crosscheck.trial.trial import Trial, TrialRequest, run_trial
+from crosscheck.trial.request import TrialRequest
+from crosscheck.trial.trial import Trial, run_arm_trial
 from tests.arms import random_arm
 
 LEVELS = ("links", "carriers", "armature", "coupled")
@@ -51,7 +52,7 @@ def equations_of(moved: TransformedModel, **errors: object) -> Equations:
 def trial_of(factory: object, arm: Arm, name: str = "yours", **asked: object) -> Trial:
     """Of a factory of an arm and a scenario."""
     equations = build_equations(factory, arm, load_scenario("pd"), name)
-    return run_trial(TrialRequest(name, equations, arm, quick=True, **asked))
+    return run_arm_trial(TrialRequest(name, equations, arm, quick=True, **asked))
 
 
 def of_project(model: str, coordinates: Coordinates):

@@ -17,11 +17,13 @@ from crosscheck.models.experiment.scenario import Scenario
 from crosscheck.models.loading import load_scenario
 from crosscheck.report.trials import output
 from crosscheck.trial.input.equations import Coordinates, Equations
+from crosscheck.trial.request import TrialRequest
 from crosscheck.trial.result import TrialResult
-from crosscheck.trial.robots.trial import RobotTrial, run_robot_trial
-from crosscheck.trial.trial import Trial, TrialRequest, run_trial
+from crosscheck.trial.robots.trial import RobotTrial
+from crosscheck.trial.trial import Trial, run_arm_trial
 from tests.faults.views import Views, cell_text, finding_problems, rows_of
 from tests.robots import two_link
+from tests.robots.trials import run_robot_trial
 from tests.trial.test_judge_table import two_link as two_link_arm
 from tests.trial.test_trial import equations_of, in_frame
 
@@ -51,7 +53,7 @@ def tried_arm() -> Trial:
     """The trial of these equations."""
     arm = two_link_arm()
     own = wrong_equations(arm, load_scenario("pd"))
-    return run_trial(TrialRequest(NAME, own, arm, quick=True))
+    return run_arm_trial(TrialRequest(NAME, own, arm, quick=True))
 
 
 kept_arm = lru_cache(tried_arm)

@@ -82,7 +82,7 @@ def _make_answer_key(
     }
 
     def bind(source: Any) -> Answer:
-        made = build_robot_equations(source, robot, problem.name)
+        made = build_robot_equations(source, robot, None, problem.name)
         made = replace(made, drive=equations.drive)
         calls: dict[str, Any] = bind_functions(made, problem.robot)[1]
         frame = read_frame(made.coordinates, problem.robot, problem.name)

@@ -33,7 +33,7 @@ from crosscheck.trial.input.calls import (
 from crosscheck.trial.input.equations import Equations
 from crosscheck.trial.input.loading import FRICTION
 
-STATES = 12
+STATES, QUICK_STATES = 12, 8
 FASTEST = 2.0  # rad/s or m/s of a state, whatever the joint's limit: equations hold beyond it
 CALL_S = 2e-3  # [s] that a user's Python takes over one answer, at most
 LARGEST = 1e50  # largest number that can be compared
@@ -158,9 +158,9 @@ class RobotAnswers:
     friction_in_bias: bool = False
 
 
-def draw_states(robot: Robot, seed: int, motors: Sequence[int]) -> RandomStates:
+def draw_states(robot: Robot, count: int, seed: int, motors: Sequence[int]) -> RandomStates:
     """The random states at which equations are asked; torques of these joints' motors alone."""
-    states, rng = sample_states(robot, STATES, seed), np.random.default_rng([seed, 1])
+    states, rng = sample_states(robot, count, seed), np.random.default_rng([seed, 1])
     driven = np.isin(np.arange(states.q.shape[1]), motors)
     return states._replace(
         v=rng.uniform(-FASTEST, FASTEST, states.v.shape), torques=states.torques * driven

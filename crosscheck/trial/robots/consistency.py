@@ -12,7 +12,7 @@ from crosscheck.models.robot.robot import Robot
 from crosscheck.runner.outcomes import Failure
 from crosscheck.trial.coordinates.differences import CENTRAL, TURN_RAD
 
-STATES = 4  # number of states, the first ones
+FEW_STATES = 4  # number of states, the first ones
 # Step of a sliding joint [m]; M and gravity are quadratic in it, so differences are exact.
 SHIFT_M = 0.01
 REACH = 4  # steps to either side of a state, of differences of order 8
@@ -31,7 +31,7 @@ class SlopeSides(NamedTuple):
 
 def make_slope_states(robot: Robot, states: RandomStates) -> list[RandomStates]:
     """The first states, changed along each coordinate by -4 to 4 steps; itself is left out."""
-    few = RandomStates(*(each[:STATES] for each in states))
+    few = RandomStates(*(each[:FEW_STATES] for each in states))
     moved = []
     for number, step in enumerate(_steps(robot)):
         for far in range(-REACH, REACH + 1):
@@ -70,9 +70,9 @@ def compare_with_itself(
     }
     differences = {}
     if "mass_matrix" in slopes and "bias" in values:
-        v, (slope, uncertain) = states.v[:STATES], slopes["mass_matrix"]
+        v, (slope, uncertain) = states.v[:FEW_STATES], slopes["mass_matrix"]
         demanded, doubt = _christoffel(slope, v), _christoffel_doubt(uncertain, v)
-        sides = values["bias"][:STATES], demanded, TRUNCATED * doubt
+        sides = values["bias"][:FEW_STATES], demanded, TRUNCATED * doubt
         differences["bias"] = SlopeSides(*sides)
     if "gravity" in slopes:
         slope, uncertain = (each.swapaxes(0, 1) for each in slopes["gravity"])

@@ -34,6 +34,7 @@ CHRISTOFFEL = {  # factors of M' v and of d(v' M v)/dq
     (0.0, 0.5): "+1/2 d(v' M v)/dq alone, as of Christoffel's C transposed",
 }
 CoordinateChange = tuple[str, np.ndarray, np.ndarray]  # words, q and v (states, n)
+AT_ONCE = 200  # changes whose models are evaluated together, which takes memory
 
 
 def describe_pieces(search: CauseSearch, part: str, *, are_usual: bool = True) -> Iterator[str]:
@@ -183,8 +184,9 @@ def describe_friction(
 def describe_coordinates(problem: RobotProblem, level: Level, part: str) -> Iterator[str]:
     """Sentences on a coordinate, or its rate, that M, bias or gravity takes for another one."""
     changes = list(_list_coordinate_changes(problem, by_rates=part == "bias"))
-    for words in _find_equals(problem, level, part, changes):
-        yield f"{part}: {words}"
+    for begin in range(0, len(changes), AT_ONCE):
+        for words in _find_equals(problem, level, part, changes[begin : begin + AT_ONCE]):
+            yield f"{part}: {words}"
     if part == "gravity":
         yield from _describe_small_angles(problem, level)
     yield from _describe_exchanges(problem, level, part)

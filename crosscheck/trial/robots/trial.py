@@ -24,11 +24,14 @@ from crosscheck.trial.input.calls import LOADS
 from crosscheck.trial.input.equations import Equations
 from crosscheck.trial.input.loading import require_robot_equations
 from crosscheck.trial.judge.checks import SelfCheck, find_idle_motors, judge_answers
+from crosscheck.trial.request import TrialRequest
 from crosscheck.trial.result import TrialResult
 from crosscheck.trial.robots.answer_keys import make_robot_answer_keys
 from crosscheck.trial.robots.answers import (
     BY_RATES,
     NONLINEAR,
+    QUICK_STATES,
+    STATES,
     PartTask,
     RobotAnswers,
     ask,
@@ -41,8 +44,8 @@ from crosscheck.trial.robots.answers import (
     read_friction,
 )
 from crosscheck.trial.robots.consistency import (
+    FEW_STATES,
     SOURCES,
-    STATES,
     SlopeSides,
     compare_with_itself,
     make_slope_states,
@@ -131,13 +134,7 @@ class RobotTrial(TrialResult):
 
 
 def run_robot_trial(
-    equations: Equations,
-    robot: Robot,
-    *,
-    name: str = "yours",
-    seed: int = 0,
-    jobs: int = 1,
-    progress: ProgressCallback = ignore_progress,
+    request: TrialRequest, progress: ProgressCallback = ignore_progress
 ) -> RobotTrial:
     """Judge a user's equations of a robot.
 
@@ -145,17 +142,17 @@ def run_robot_trial(
     is tried with one motor, at the joint at which the fewest entries differ. Raises InputError for
     equations that cannot be judged, and for answers of another shape.
     """
-    settings = robot, name, seed, jobs, progress
+    equations = request.equations
     loads = [part for part in LOADS if getattr(equations, part) is not None and not equations.table]
     try:
-        whole = _run_trial(equations, *settings)
+        whole = _run_trial(request, progress)
     except InputError:
-        single = _run_with_one_motor(equations, settings) if loads else []
+        single = _run_with_one_motor(request, progress) if loads else []
         if not single:
             raise
     else:
         failed = [part for part in loads if part in whole[0].failures]
-        single = (_run_with_one_motor(equations, settings) if failed else []) or [whole]
+        single = (_run_with_one_motor(request, progress) if failed else []) or [whole]
     trial, make_answer_keys = min(single, key=lambda each: len(each[0].diagnosis.entries))
     code = find_code(equations) if make_answer_keys else None
     if code is None or make_answer_keys is None:
@@ -163,12 +160,13 @@ def run_robot_trial(
     return replace(trial, source_answer=find_source_answer(code, make_answer_keys, progress))
 
 
-def _run_with_one_motor(equations: Equations, settings: tuple[Any, ...]) -> list[RunTrial]:
+def _run_with_one_motor(request: TrialRequest, progress: ProgressCallback) -> list[RunTrial]:
     """The trials with a motor at one joint in which every function of torques answers."""
-    trials, joints = list[RunTrial](), len(settings[0].coordinates)
-    for joint in range(joints if equations.drive is None and joints > 1 else 0):
+    trials, joints = list[RunTrial](), len(request.mechanism.coordinates)
+    for joint in range(joints if request.equations.drive is None and joints > 1 else 0):
+        equations = replace(request.equations, drive=[joint + 1])
         with suppress(InputError):
-            trials.append(_run_trial(replace(equations, drive=[joint + 1]), *settings))
+            trials.append(_run_trial(replace(request, equations=equations), progress))
     return [each for each in trials if not set(each[0].failures) & set(LOADS)]
 
 
@@ -205,14 +203,15 @@ class RobotQuestions:
         return [make_part_task(self.name, part, blocks) for blocks in rounds]
 
 
-def prepare_questions(equations: Equations, robot: Robot, name: str, seed: int) -> RobotQuestions:
+def prepare_questions(request: TrialRequest) -> RobotQuestions:
     """Prepare the calls of a robot's equations. Raises InputError."""
+    name, equations, robot = request.name, request.equations, request.mechanism
     motors, calls = bind_functions(equations, robot)
     table = equations.table
     again = calls if table is None else bind_functions(table.again, robot)[1]
     frame = read_frame(equations.coordinates, robot, name)
     functions: list[dict[str, Any]] = [dict(calls), dict(again)]
-    states = draw_states(robot, seed, motors)
+    states = draw_states(robot, QUICK_STATES if request.quick else STATES, request.seed, motors)
     if frame is not None:
         functions = [map_calls(each, frame, name) for each in functions]
         states = place_states(states, frame)
@@ -224,14 +223,8 @@ def prepare_questions(equations: Equations, robot: Robot, name: str, seed: int) 
     )
 
 
-def _run_trial(
-    equations: Equations,
-    robot: Robot,
-    name: str,
-    seed: int,
-    jobs: int,
-    progress: ProgressCallback,
-) -> RunTrial:
+def _run_trial(request: TrialRequest, progress: ProgressCallback) -> RunTrial:
+    name, equations, robot = request.name, request.equations, request.mechanism
     require_robot_equations(equations, name)
     given, stated, stiffness = robot, equations.level, np.zeros((1, 1))
     if stated == ELASTIC:
@@ -239,10 +232,11 @@ def _run_trial(
         equations = drive_motors(equations, robot)
     friction = read_friction(equations, robot, name)
     is_rubbing, robot = bool(robot.friction.any()), remove_friction(robot)
-    questions = prepare_questions(equations, robot, name, seed)
+    asked = replace(request, equations=equations, mechanism=robot)
+    questions = prepare_questions(asked)
     motors, states, sizes = questions.motors, questions.states, questions.sizes
     level = questions.level
-    with register(name, questions.entry), Workers(jobs) as workers:
+    with register(name, questions.entry), Workers(request.jobs) as workers:
         answers = ask(name, robot, states, sizes[level], friction, workers, progress)
         second = _ask_about_itself(questions, answers, workers, progress)
         taken = friction.torques(states.v)
@@ -289,7 +283,8 @@ def _run_trial(
     self_checks = tuple(judge_answers(judged))
     findings = [check.finding for check in self_checks]
     findings += judge_engines(problem, judged, diagnosis.level)
-    record = record_provenance(given, seed, quick=False, packages=packages(), model=name)
+    settings = given, request.seed, request.quick
+    record = record_provenance(*settings, packages=packages(), model=name)
     trial = RobotTrial(
         name=name,
         equations=equations,
@@ -307,7 +302,7 @@ def _run_trial(
         checks=Agreement(findings, record),
         relative_errors={part: np.abs(off).max(axis=0) for part, off in relative_errors.items()},
         allowed={part: sizes[diagnosis.level].tolerance(part) for part in problem.parts},
-        seed=seed,
+        seed=request.seed,
         self_checks=self_checks,
     )
     return trial, make_answer_keys
@@ -337,7 +332,7 @@ def _ask_about_itself(
 
 def make_torque_states(states: RandomStates, motors: Sequence[int]) -> list[RandomStates]:
     """The first states at no torque, each alone, twice each alone, and all together."""
-    few = states.first(STATES)
+    few = states.first(FEW_STATES)
     alone = [np.isin(np.arange(few.q.shape[1]), motor) for motor in motors]
     factors = [0.0, *alone, *(2 * each for each in alone), 1.0]
     return [few._replace(torques=factor * few.torques) for factor in factors]
