@@ -80,6 +80,7 @@ def write_article(run: Path, out: Path) -> None:
         block_end_string="%>",
         comment_start_string="<#",
         trim_blocks=True,
+        keep_trailing_newline=True,
     )
     for name in ("content.tex", "metadata.yaml"):
         (out / name).write_text(templates.get_template(name).render(given), encoding="utf-8")
@@ -131,7 +132,8 @@ def convert_html(fragment: str) -> str:
             tex += "\n\n"
         elif tag[2] in TAGS:
             tex += "}" if tag[1] else rf"\{TAGS[tag[2]]}{{"
-    return tex.strip()
+    quoted = re.sub(r'"([^"]*)"', r"``\1''", tex)
+    return re.sub(r"\n\s*\n", "\n\n", quoted).strip()
 
 
 def convert_table(markdown: str, widths: Sequence[float]) -> str:
@@ -150,7 +152,7 @@ def format_table(rows: Iterable[Sequence[str]], widths: Sequence[float]) -> str:
     columns = "".join(rf"p{{{width:.2f}\linewidth}}" for width in widths)
     heads, *lines = [" & ".join(row[: len(widths)]) + r" \\" for row in rows]
     body = "\n".join([heads, r"\hline", *lines])
-    return f"\n\n{{\\small\\noindent\\begin{{tabular}}{{{columns}}}\n{body}\n\\end{{tabular}}}}\n\n"
+    return f"{{\\small\\noindent\\begin{{tabular}}{{{columns}}}\n{body}\n\\end{{tabular}}}}"
 
 
 def escape(text: str) -> str:
@@ -163,4 +165,7 @@ def escape(text: str) -> str:
 
 
 if __name__ == "__main__":
-    write_article(Path(sys.argv[1]), Path(sys.argv[2]))
+    try:
+        write_article(Path(sys.argv[1]), Path(sys.argv[2]))
+    except InputError as error:
+        sys.exit(f"write_article: {error}")
