@@ -79,9 +79,9 @@ def audit() -> PaperAudit:
 
 def test_every_claim_has_its_verdict_at_both_steps(audit):
     assert {one.claim.id: one.verdict.kind for one in audit.judgements} == {
-        "11.3-01": VerdictKind.FAILS,
-        "11.3-02": VerdictKind.HOLDS,
-        "11.3-03": VerdictKind.HOLDS,
+        "14.3-01": VerdictKind.FAILS,
+        "14.3-02": VerdictKind.HOLDS,
+        "14.3-03": VerdictKind.HOLDS,
     }
     assert {len(one.answers) for one in audit.judgements} == {2}
 
@@ -170,9 +170,9 @@ def test_the_command_writes_the_verdicts(audit, monkeypatch, tmp_path, capsys):
     for _ in range(2):  # its own file it may replace
         run_folder_command(ACROBOT, [], tmp_path, 1, True)
     written = json.loads((tmp_path / "verdicts.json").read_text(encoding="utf-8"))
-    assert [claim["id"] for claim in written["claims"]] == ["11.3-01", "11.3-02", "11.3-03"]
+    assert [claim["id"] for claim in written["claims"]] == ["14.3-01", "14.3-02", "14.3-03"]
     assert written["equations"] == audit.lines[4:]
-    assert "11.3-01: does not hold (2 no)" in capsys.readouterr().out
+    assert "14.3-01: does not hold (2 no)" in capsys.readouterr().out
 
 
 def test_code_runs_only_where_that_is_allowed(tmp_path):
@@ -184,15 +184,15 @@ def test_code_runs_only_where_that_is_allowed(tmp_path):
 @pytest.mark.parametrize(
     ("old", "new", "message"),
     [
-        ('id = "11.3-02"', 'id = "11.3-01"', "is the id of two"),
-        ('claims = ["11.3-01"]', 'claims = ["9-09"]', "named by no sentence"),
-        ('claims = ["11.3-01"]', 'claims = ["11.3-01", "9-09"]', "is no claim"),
+        ('id = "14.3-02"', 'id = "14.3-01"', "is the id of two"),
+        ('claims = ["14.3-01"]', 'claims = ["9-09"]', "named by no sentence"),
+        ('claims = ["14.3-01"]', 'claims = ["14.3-01", "9-09"]', "is no claim"),
         ('experiment = "pumped"', 'experiment = "pump"', "allowed: plain, pumped, spinning"),
         ("below = 1.0", "", "nothing is judged"),
         ('"bias", "acc', '"gravity_of_it", "acc', "is no part; allowed: mass_matrix"),
         (
-            'claims = ["11.3-01"]',
-            'claims = ["11.3-01"], none = "both"',
+            'claims = ["14.3-01"]',
+            'claims = ["14.3-01"], none = "both"',
             "or else a reason for none",
         ),
     ],
