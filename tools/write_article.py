@@ -24,6 +24,7 @@ from tools import case_study
 
 ARGUMENT = ROOT / "docs" / "case-study" / "argument.md"
 REFERENCES = ROOT / "docs" / "references.bib"
+CELL = r"<t[hd].*?>(.*?)</t[hd]>"
 TAGS = {"b": "textbf", "i": "emph", "code": "texttt"}
 GREEK = {"θ": "theta", "ζ": "zeta", "φ": "varphi", "ω": "omega", "π": "pi", "√": "surd"}
 # What is no letter of the journal's fonts, or a command of LaTeX, in text.
@@ -94,6 +95,7 @@ def read_arguments(file: Path, answers: Mapping[str, str | None]) -> list[str]:
         if answers.get(name) != quoted:
             raise InputError(str(file), name, quoted, f"the run says {answers.get(name)}")
     text = re.sub(r"^`verdict/.*\n", "", text, flags=re.M)
+    text = re.sub(r" \(\[[^\]]*\]\([^)]*\)\)", "", text)  # a link that no sentence needs
     text = re.sub(r"\[([^\]]*)\]\([^)]*\)", r"\1", text)
     text = re.sub(r"`([^`]*)`", r"<code>\1</code>", text)
     return [convert_html(section) for section in re.split(r"^## .*$", text, flags=re.M)[1:]]
@@ -123,11 +125,9 @@ def convert_html(fragment: str) -> str:
         if tag is None:
             tex += escape(html.unescape(piece))
         elif tag[2] == "table":
-            rows = [
-                re.findall(r"<t[hd].*?>(.*?)</t[hd]>", row) for row in piece.split("</tr>")[:-1]
-            ]
-            widths = [0.9 / len(rows[0])] * len(rows[0])
-            tex += format_table(([convert_html(cell) for cell in row] for row in rows), widths)
+            lines = piece.split("</tr>")[:-1]
+            rows = [list(map(convert_html, re.findall(CELL, line))) for line in lines]
+            tex += format_table(rows, [0.9 / len(rows[0])] * len(rows[0]))
         elif tag[2] == "p":
             tex += "\n\n"
         elif tag[2] in TAGS:
