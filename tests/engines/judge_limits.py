@@ -583,23 +583,28 @@ def wrong_records() -> Iterator[str]:
 
 def _unlike_planets() -> Iterator[str]:
     """Of planets that count as one, and of which one is elsewhere than the others, or faster."""
-    arm = ARMS["geared"]()
     changes = {"duration_s": 1e-4, "step_s": 1e-6, "record_every": 10}
     scenario = load_scenario("constant-torque").model_copy(update=changes)
-    made = build("analytic:physical", arm, scenario, usual_switches(arm))
-    run = made.simulate()
-    radius = max(j.module_m * j.ring_teeth / 2 for j in arm.joints if j.planet_count)
-    limits = {
-        "x_pr": 1000 * EPS * radius * (1 + float(np.abs(run["theta"]).max())),
-        "x_sp_dot": 1e-9 * float(np.nanmax(np.abs(run["x_sp_dot"]))),
-    }
-    for (name, limit), part in product(limits.items(), (ABOVE, BELOW)):
-        wrong = run.copy(deep=True)
-        wrong[name].values[:, 0, 1] += part * limit
-        if (part > 1) != _is_refused(
-            partial(records.require_consistent, wrong, made, constrained=False)
-        ):
-            yield f"{name} of a planet by {part}"
+    for length_m, constrained in ((1.0, False), (1000.0, True)):
+        arm = ARMS["geared"]()
+        links = tuple(link.model_copy(update={"length_m": length_m}) for link in arm.links)
+        arm = arm.model_copy(update={"links": links})
+        made = build("analytic:physical", arm, scenario, usual_switches(arm))
+        run = made.simulate()
+        radius = max(j.module_m * j.ring_teeth / 2 for j in arm.joints if j.planet_count)
+        angle, rate = (float(np.abs(run[name]).max()) for name in ("theta", "theta_dot"))
+        placed = 3 * EPS * length_m * len(links) * constrained
+        limits = {
+            "x_pr": max(1000 * EPS * radius * (1 + angle), placed),
+            "x_sp_dot": max(1e-9 * float(np.nanmax(np.abs(run["x_sp_dot"]))), placed * rate),
+        }
+        for (name, limit), part in product(limits.items(), (ABOVE, BELOW)):
+            wrong = run.copy(deep=True)
+            wrong[name].values[:, 0, 1] += part * limit
+            if (part > 1) != _is_refused(
+                partial(records.require_consistent, wrong, made, constrained=constrained)
+            ):
+                yield f"{name} of a planet by {part}, links of {length_m} m"
 
 
 def _is_refused(asked: Callable[[], None]) -> bool:
