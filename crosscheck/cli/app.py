@@ -335,6 +335,12 @@ def cost(
     motion: Annotated[
         File, Option(help="CSV, MAT, HDF5 or NetCDF file of a motion; sines by default.")
     ] = None,
+    ratio: Annotated[
+        float | None, Option(help="Gear ratio of each joint whose files state none.")
+    ] = None,
+    rotor_inertia: Annotated[
+        float | None, Option(help="Rotor inertia [kg m^2] of each joint whose files state none.")
+    ] = None,
     seed: Annotated[
         int, Option(min=0, max=LARGEST_SEED, help="Seed of the motion and the states.")
     ] = 0,
@@ -345,7 +351,9 @@ def cost(
     """Show what leaving out a robot's rotors, or their coupling, costs in torque and at its tip."""
     from crosscheck.cli.cost import cost_command
 
-    raise typer.Exit(cost_command(robot, motion, seed, quick, json_file, out))
+    raise typer.Exit(
+        cost_command(robot, motion, (ratio, rotor_inertia), seed, quick, json_file, out)
+    )
 
 
 @app.command()
