@@ -423,25 +423,16 @@ def _tabulate_agreement(costs: ShortcutCosts) -> Iterator[AgreementRow]:
 
 
 def draw_shares(costs: ShortcutCosts) -> Figure:
-    """Dots at each joint's largest error in per cent of its largest torque, a row for each joint.
+    """Dots at each joint's largest error in per cent of its largest torque."""
+    from crosscheck.report.plots.dots import draw_dots
 
-    A share of 0 has no place on the logarithmic axis, so it has no dot.
-    """
-    from matplotlib.figure import Figure
-
-    figure = Figure(figsize=(5.4, 0.28 * len(costs.names) + 1.1), layout="constrained")
-    axes, rows = figure.subplots(), range(len(costs.names))
-    for level, label in SHORTCUT_LABELS.items():
-        shares = [100 * each.share for each in costs.by_joint if each.level == level]
-        axes.plot(shares, rows, "o", color=COLOURS[level], label=label)
-    axes.set_yticks(rows, costs.names, parse_math=False)
-    axes.invert_yaxis()
-    axes.set_xscale("log")
-    axes.xaxis.set_major_formatter("{x:g}")
-    axes.set_xlabel("largest torque error [% of the joint's largest torque]")
-    axes.grid(alpha=0.4)
-    figure.legend(loc="outside upper center", ncols=2, frameon=False)
-    return figure
+    shares = {
+        label: [100 * each.share for each in costs.by_joint if each.level == level]
+        for level, label in SHORTCUT_LABELS.items()
+    }
+    colours = [COLOURS[level] for level in SHORTCUT_LABELS]
+    axis_label = "largest torque error [% of the joint's largest torque]"
+    return draw_dots(costs.names, shares, colours, axis_label)
 
 
 def draw_torques(costs: ShortcutCosts) -> Figure:
