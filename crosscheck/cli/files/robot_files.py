@@ -86,7 +86,7 @@ def _complete_rotors(
 
     What the URDF states, by joint, comes before ratio and inertia.
     """
-    geared = {each.joint for each in (*robot.rotors, *robot.stages)}
+    geared = {r.joint for r in robot.rotors} | {s.joint for s in robot.stages}
     tables, lacks = {}, dict[str, list[str]]()
     for joint in (robot.joints[n] for n in robot.coordinates if n not in geared):
         own = stated.get(joint.name, StatedGear())
