@@ -39,15 +39,15 @@ GROUPS: dict[str, dict[str, str]] = {
 }
 # Types as people call them; a switch has none, and an argument's name says enough.
 TYPES = {
-    "<bool>": "",
-    "<path>": "FILE",
-    "<list[Path]>": "FILE",
-    "<str>": "TEXT",
-    "<list[str]>": "TEXT",
-    "<int>": "NUMBER",
-    "<int range>": "NUMBER",
-    "<list[int]>": "NUMBER",
-    "<float>": "NUMBER",
+    "bool": "",
+    "path": "FILE",
+    "list[Path]": "FILE",
+    "str": "TEXT",
+    "list[str]": "TEXT",
+    "int": "NUMBER",
+    "int range": "NUMBER",
+    "list[int]": "NUMBER",
+    "float": "NUMBER",
 }
 HELP_NAMES = ["-h", "--help"]
 
@@ -85,7 +85,8 @@ def _simplify_type(parameter: Any) -> None:
     def describe_type(ctx: typer.Context) -> str:
         if parameter.param_type_name == "argument":
             return ""
-        word = TYPES.get(show(ctx), show(ctx)) if show else ""
+        label = show(ctx=ctx).strip("<>") if show else ""
+        word = TYPES.get(label, label)
         return "DIR" if word == "FILE" and parameter.help.startswith("Folder") else word
 
     parameter.display_type_rich = describe_type
