@@ -71,8 +71,8 @@ def _describe_command(command: Any, path: str, examples: dict[str, str]) -> None
     if path in examples:
         command.epilog = f"Example: crosscheck {examples[path]}"
     command.context_settings["help_option_names"] = HELP_NAMES
-    own_help = command.get_help_option(typer.Context(command, help_option_names=HELP_NAMES))
-    for parameter in (*command.params, own_help):
+    help_option = command.get_help_option(typer.Context(command, help_option_names=HELP_NAMES))
+    for parameter in (*command.params, help_option):
         _simplify_type(parameter)
     for name, inner in getattr(command, "commands", {}).items():
         _describe_command(inner, f"{path} {name}".strip(), examples)

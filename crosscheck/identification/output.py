@@ -258,7 +258,9 @@ def _draw_ratios(comparison: RecordComparison) -> str:
     from crosscheck.report.plots.dots import draw_dots
     from crosscheck.report.plots.figures import to_svg
 
-    for side in comparison.judged_sides:
+    for side in comparison.sides:
+        if side.judgement is None:
+            continue
         rows = (*side.judgement.levels, *side.judgement.changes)
         names = [
             each.level + (f", {each.parameter.phrase} changed" if each.parameter else "")

@@ -89,9 +89,9 @@ def _complete_rotors(
     geared = {r.joint for r in robot.rotors} | {s.joint for s in robot.stages}
     tables, lacks = {}, dict[str, list[str]]()
     for joint in (robot.joints[n] for n in robot.coordinates if n not in geared):
-        own = stated.get(joint.name, StatedGear())
-        gear = replace(own, ratio=own.ratio or ratio)
-        gear = gear if gear.armature else replace(gear, inertia=own.inertia or inertia)
+        from_urdf = stated.get(joint.name, StatedGear())
+        gear = replace(from_urdf, ratio=from_urdf.ratio or ratio)
+        gear = gear if gear.armature else replace(gear, inertia=gear.inertia or inertia)
         if gear.ratio is not None and gear.rotor_inertia is not None:
             table = {"ratio": gear.ratio.value, "rotor_inertia_kg_m2": gear.rotor_inertia}
             tables[joint.name] = {"kind": "geared", **table}
