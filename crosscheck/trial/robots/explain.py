@@ -29,7 +29,6 @@ from crosscheck.trial.robots.consistency import describe_places
 from crosscheck.trial.robots.elastic import describe_springs
 from crosscheck.trial.robots.forms import (
     describe_accelerations,
-    describe_christoffel,
     describe_coordinates,
     describe_friction,
     describe_pieces,
@@ -127,8 +126,7 @@ def diagnose(
         if is_explained or pieces.get("bias") or causes.get("bias"):  # it is a sum of products
             notes += [UNFOUNDED] if unfounded else []
         elif (terms := rates()) is not None:
-            described = list(describe_christoffel(problem, level))
-            notes += described or _bias_notes(problem, level, terms, unfounded=unfounded)
+            notes += _bias_notes(problem, level, terms, unfounded=unfounded)
             notes += describe_pieces(search, "bias", are_usual=False)
     if "acceleration" in wrong and not is_explained:
         notes += _describe_accelerations(problem, search, entries)

@@ -21,18 +21,8 @@ from crosscheck.trial.changes.steps import FACTORS
 from crosscheck.trial.robots.judge import RobotProblem
 from crosscheck.trial.robots.rates import sample_bias_terms
 
-SLOPE_STEP = 1e-5  # [rad, m], over which slopes of M are taken
-LEAST_SHARE = 1e-5  # largest residual of the fitted slopes, over the largest difference
 RATIO_POWERS = ("multiplied ", "'s square", 2), ("multiplied ", "", 1), ("divided ", "", -1)
 SIZABLE = 1e-9  # smallest piece that can be recognized, relative to an entry's size
-CHRISTOFFEL = {  # factors of M' v and of d(v' M v)/dq
-    (1.0, 0.0): "without -1/2 d(v' M v)/dq: M' v alone",
-    (1.0, 0.5): "with +1/2 d(v' M v)/dq for -1/2",
-    (1.0, -1.0): "with d(v' M v)/dq without its factor 1/2",
-    (0.0, -0.5): "without M' v: -1/2 d(v' M v)/dq alone",
-    (0.5, -0.5): "with M' v half as large",
-    (0.0, 0.5): "+1/2 d(v' M v)/dq alone, as of Christoffel's C transposed",
-}
 CoordinateChange = tuple[str, np.ndarray, np.ndarray]  # words, q and v (states, n)
 
 
@@ -88,49 +78,6 @@ def list_acceleration_pieces(problem: RobotProblem, level: Level) -> dict[str, n
         rates = f"{names[j]}'^2" if j == k else f"{names[j]}' {names[k]}'"
         forces[rates] = -products[:, :, j, k] * (states.v[:, j] * states.v[:, k])[:, None]
     return {name: np.einsum("sij,sj->si", inverse, each) for name, each in forces.items()}
-
-
-def describe_christoffel(problem: RobotProblem, level: Level) -> Iterator[str]:
-    """The sentence on a bias that is M' v and d(v' M v)/dq with other factors than 1 and -1/2."""
-    q, v = problem.states[:2]
-    model = AnalyticRobot(problem.robot, level)
-    slopes = np.stack(
-        [
-            (model.mass_matrix(q + step) - model.mass_matrix(q - step)) / (2 * SLOPE_STEP)
-            for step in SLOPE_STEP * np.eye(q.shape[1])
-        ]
-    )
-    user_values = problem.answers.values["bias"]
-    wrong = np.abs(user_values - problem.reference_values[level]["bias"]).max(axis=0)
-    allowed = LEAST_SHARE * wrong.max()
-    columns = [
-        np.einsum("ksij,sk,sj->si", slopes, v, v),
-        np.einsum("isjk,sj,sk->si", slopes, v, v),
-        np.einsum("jsij,sj->si", slopes, v**2),  # the same of squares of one rate
-        np.einsum("isjj,sj->si", slopes, v**2),
-    ]
-    # Of one row alone that is wrong its products of rates say more.
-    for count in (2, 4) if (wrong > allowed).sum() > 1 else (2,):
-        matrix = np.stack([each.ravel() for each in columns[:count]], axis=1)
-        fit, _, rank, _ = np.linalg.lstsq(matrix, user_values.ravel(), rcond=1e-8)
-        factors = np.pad(np.rint(4 * fit) / 4, (0, 4 - count))  # as sums of Christoffel's are
-        left = np.abs(matrix @ factors[:count] - user_values.ravel()).max()
-        if rank == count and left <= allowed:
-            products, squares = factors[:2], factors[:2] + factors[2:]
-            words = CHRISTOFFEL.get(tuple(products), _describe_factors(products))
-            if not np.array_equal(products, squares):
-                right = "right" if tuple(squares) == (1.0, -0.5) else _describe_factors(squares)
-                words = (
-                    f"{_describe_factors(products)} in products of two rates, {right} in squares"
-                )
-            yield f"bias is M' v - 1/2 d(v' M v)/dq; yours is {words}"
-            return
-
-
-def _describe_factors(factors: np.ndarray) -> str:
-    """Factors of M' v and d(v' M v)/dq in words."""
-    named = zip(factors, ("M' v", "d(v' M v)/dq"), strict=True)
-    return " and ".join(f"{by:g} {what}" for by, what in named if by) or "missing"
 
 
 def describe_friction(
