@@ -103,7 +103,7 @@ SLIPS: dict[str, tuple[Callable[[Arm], Equations], list[str]]] = {
             rates=lambda v: -(v[0] ** 2),
             elbow_rates=lambda v: -2 * v[0] * v[1] - v[1] ** 2,
         ),
-        ["row theta_1 and row theta_2 are exchanged?"],
+        ["bias: the rows of theta_1 and theta_2 are exchanged in it?"],
     ),
     "the masses of both links exchanged": (
         lambda arm: two_links(exchange_masses(arm)),

@@ -84,10 +84,21 @@ class ChangeProblem:
         """Whether nothing but accelerations is known, in which all terms are mixed."""
         return self.parts == [ACCELERATION]
 
+    @property
+    def coordinate_names(self) -> Sequence[str]:
+        """Names of the coordinates that values are of."""
+        return self.names or self.robot.coordinate_names
+
+    def carry(self, part: str, values: np.ndarray) -> np.ndarray:
+        """Values of a part (..., n), or of M (..., n, n), from the joints' own coordinates."""
+        if self.turns is None:
+            return values
+        values = values @ self.turns
+        return self.turns.T @ values if part == "mass_matrix" else values
+
     def format_row(self, row: np.ndarray, suffix: str) -> str:
         """A row (n,) over coordinates of joints as a sum of names with suffixes; 0 of none."""
-        names, turns = self.names or self.robot.coordinate_names, self.turns
-        shown = (row if turns is None else row @ turns).round(9).tolist()
+        names, shown = self.coordinate_names, self.carry("row", row).round(9).tolist()
         fronts = {1.0: "", -1.0: "-"}
         parts = [
             f"{fronts.get(by, f'{by:g} ')}{name}{suffix}"
@@ -102,10 +113,7 @@ class ChangeProblem:
         Accelerations are held in the balance that they make, on which numbers act by at most
         their square as well.
         """
-        mass, bias, gravity = change
-        if self.turns is not None:
-            mass = self.turns.T @ mass @ self.turns
-            bias, gravity = bias @ self.turns, gravity @ self.turns
+        mass, bias, gravity = (self.carry(*each) for each in change._asdict().items())
         held, values = bias + gravity, self.values
         made = {
             "mass_matrix": mass,

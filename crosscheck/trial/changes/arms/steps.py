@@ -3,13 +3,14 @@
 from __future__ import annotations
 
 import re
-from collections.abc import Sequence
+from collections.abc import Callable, Iterator, Sequence
 
 import numpy as np
 
 from crosscheck.checks.robots.states import RandomStates
 from crosscheck.models.robot.planar import build_level_robots
 from crosscheck.trial.changes.arms.comparison import QUANTITIES, EntryComparison
+from crosscheck.trial.changes.forms import exchange_rows, find_forms
 from crosscheck.trial.changes.problem import ChangeProblem
 from crosscheck.trial.changes.search import CauseSearch
 from crosscheck.trial.judge.entries import Part, Term, TermError
@@ -21,16 +22,36 @@ OUT_OF_PLANE = re.compile(r"\bz\b|\bI[xyz]{2}\b")  # what a plane has none of
 
 
 def find_steps(arms: Sequence[EntryComparison], part: Part) -> list[TermError]:
-    """Steps that make all that is wrong in a part, on every arm."""
+    """Steps of a derivation that make all that is wrong in a part, on every arm."""
+
+    def find(problem: ChangeProblem) -> Iterator[str]:
+        search = CauseSearch(problem)
+        yield from (each.words for each in search.find_causes() if each.usual)
+        yield from (cause.words for _, cause in search.find_step_causes([slice(None)]))
+        yield from (f"{part}: {words}" for words in find_forms(problem, part))
+
+    return _find_common(arms, part, find)
+
+
+def find_other_rows(arms: Sequence[EntryComparison], part: Part) -> list[TermError]:
+    """Rows in the place of others that make all that is wrong in a part, on every arm."""
+
+    def find(problem: ChangeProblem) -> Iterator[str]:
+        yield from (f"{part}: {words}" for words in find_forms(problem, part, [exchange_rows]))
+
+    return _find_common(arms, part, find)
+
+
+def _find_common(
+    arms: Sequence[EntryComparison], part: Part, find: Callable[[ChangeProblem], Iterator[str]]
+) -> list[TermError]:
+    """What is found on every arm, in the words of its robot."""
     words = list[str]()
     for number, arm in enumerate(arms):
-        search = CauseSearch(build_change_problem(arm, part))
-        causes = [each for each in search.find_causes() if each.usual]
-        causes += [cause for _, cause in search.find_step_causes([slice(None)])]
-        here = [each.words for each in causes if not OUT_OF_PLANE.search(each.words)]
-        words = [each for each in words if each in here] if number else here
+        there = [w for w in find(build_change_problem(arm, part)) if not OUT_OF_PLANE.search(w)]
+        words = [each for each in words if each in there] if number else there
         if not words:
-            return []
+            break
     described = [NUMBERED.sub(r"\1 \2", each) for each in words[:MOST_MATCHES]]
     return [TermError("swapped", Term(""), each) for each in described]
 
