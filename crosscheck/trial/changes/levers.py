@@ -22,9 +22,9 @@ from crosscheck.trial.changes.problem import DynamicsTerms
 
 VELOCITY, DIRECTION, BOTH = "the velocity", "the direction, not the rate,", "direction and rate"
 SPIN, MOTION = "the angular velocity", "all motion"
-OWN = {
-    what: f"each joint's own {own} where the sum of them belongs, in {what}"
-    for what, own in (
+ALONE = {
+    what: f"each joint's own {quantity} where the sum of them belongs, in {what}"
+    for what, quantity in (
         (VELOCITY, "rate"),
         (DIRECTION, "angle"),
         (BOTH, "angle and rate"),
@@ -119,14 +119,14 @@ class LeverTable:
         terms = {
             each.words: DynamicsTerms(*term) for each, *term in zip(changes, *made, strict=True)
         }
-        own, _ = self._scale(number, self._own_factors(number))
+        joint_alone, _ = self._scale(number, self._joint_factors(number))
         turns = {self._describe(other, SPIN): other.rates for other in self._other_turnings[number]}
         spins = {
             words: self._turn(right, turning, number)
-            for words, turning in (*turns.items(), (MOTION, own))
+            for words, turning in (*turns.items(), (MOTION, joint_alone))
         }
-        both = zip(terms[OWN[BOTH]], spins.pop(MOTION), strict=True)
-        spins[OWN[MOTION]] = DynamicsTerms(*(a + b for a, b in both))
+        both = zip(terms[ALONE[BOTH]], spins.pop(MOTION), strict=True)
+        spins[ALONE[MOTION]] = DynamicsTerms(*(a + b for a, b in both))
         yield from (terms | spins).items()
 
     def _turn_links(self, q: np.ndarray, v: np.ndarray) -> list[Turning]:
@@ -170,12 +170,12 @@ class LeverTable:
         others = [list(each) for each in every]
         for after, joint in enumerate(self.robot.joints):
             if joint.parent != BASE and joint.kind == "revolute":
-                own = self._own_factors(after)
+                factors = self._joint_factors(after)
                 row, right = self._row(after), self._row(joint.parent)
                 turning = self.turnings[after]
                 others[joint.parent] += [
                     OtherTurning(row, right, turning, turning),
-                    OtherTurning(row * own, right, *self._scale(after, own)),
+                    OtherTurning(row * factors, right, *self._scale(after, factors)),
                 ]
         return others
 
@@ -196,7 +196,7 @@ class LeverTable:
             OtherTurning(right * each, right, *self._scale(link, each)) for each in rows.values()
         ]
 
-    def _own_factors(self, link: int) -> np.ndarray:
+    def _joint_factors(self, link: int) -> np.ndarray:
         """By which coordinates a link turns by its own joint alone (n,)."""
         return (self.shares[link] != 0).astype(float)
 
@@ -287,11 +287,11 @@ class LeverTable:
             arm = multiply(turning.rotation, lever)
             rates = turning.rate, turning.rate - before, first
             rows.append(tuple(cross(w, cross(w, arm)) for w in rates))
-        right, own, of_first = np.sum(rows, axis=0)
+        right, of_joint, of_first = np.sum(rows, axis=0)
         every, still = "every centripetal acceleration", np.zeros_like(self.turnings[0].partials)
         changes = {words: (by - 1) * right for by, words in SWINGS.items()}
         changes |= {
-            "by its joint's own rate": own - right,
+            "by its joint's own rate": of_joint - right,
             "by w of the first link": of_first - right,
         }
         for words, change in changes.items():
@@ -303,13 +303,13 @@ class LeverTable:
         """Each joint's own rate, or angle, or both, where the sums of them belong."""
         moved: dict[str, list[LeverMotion]] = {VELOCITY: [], DIRECTION: [], BOTH: []}
         for link, lever in levers:
-            right, (rates, both) = self.turnings[link], self._scale(link, self._own_factors(link))
+            right, (rates, both) = self.turnings[link], self._scale(link, self._joint_factors(link))
             moved[VELOCITY].append(self._move_lever(lever, rates, right))
             moved[DIRECTION].append(self._move_lever(lever, right, both))
             moved[BOTH].append(self._move_lever(lever, both, both))
         for what, motions in moved.items():
             change = add_motions(motions).minus(whole)
-            yield LeverChange(OWN[what], change, what != VELOCITY)
+            yield LeverChange(ALONE[what], change, what != VELOCITY)
 
     def _compute_terms(
         self, right: BodyMotion, change: LeverMotion, weighs: np.ndarray
