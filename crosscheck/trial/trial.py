@@ -46,6 +46,7 @@ from crosscheck.trial.changes.arms.segments import build_reference_terms
 from crosscheck.trial.changes.arms.waves import minimum_state_count
 from crosscheck.trial.coordinates.build import build_frame
 from crosscheck.trial.coordinates.readings import Reading
+from crosscheck.trial.input.arrays import is_single_precision
 from crosscheck.trial.input.supplied import SuppliedEquations, bind_equations
 from crosscheck.trial.judge import suite
 from crosscheck.trial.judge.checks import COMPARED, SelfCheck, find_idle_motors, judge_answers
@@ -69,7 +70,6 @@ if TYPE_CHECKING:
     from crosscheck.report.trials.answer import TrialAnswer
 
 JUDGING_S = 60.0  # rough cost
-PARTS = {*COMPARED}
 RUNNABLE = {"mass_matrix", "bias", "force"}
 # Enough states to distinguish all the waves and signals that an entry may contain.
 STATES, QUICK_STATES = 300, 150
@@ -117,6 +117,7 @@ class Trial(TrialResult):
         readings: Other coordinates in which all is right; then no other reason is looked for.
         point_masses: Inertias of links that the equations leave out and that are next to nothing:
             judged as 0.
+        is_single_precision: Whether a part's answers have no more digits than that.
         source_answer: What must change in the user's source, where a small edit mends it.
     """
 
@@ -138,6 +139,7 @@ class Trial(TrialResult):
     idle_joints: tuple[int, ...] = ()
     readings: tuple[Reading, ...] = ()
     point_masses: tuple[str, ...] = ()
+    is_single_precision: bool = False
     source_answer: SourceAnswer | None = None
 
     @property
@@ -296,15 +298,13 @@ def _judge_trial(
     here = compare_entries(problem, level, list_entry_quantities(problem), results)
     reading_level, readings = "", list[Reading]()
     wrong_parts = {wrong.place.part for wrong in here.wrong_entries}
+    answers = suite.collect_answers(problem, results)
     if "mass_matrix" in wrong_parts or (wrong_parts and "mass_matrix" not in problem.has):
-        given = {part: results.get(problem.ask_equations(part)) for part in problem.has & PARTS}
-        user_values = {part: each for part, each in given.items() if each is not None}
-        reading_level, readings = find_readings(problem, user_values)
+        reading_level, readings = find_readings(problem, answers.values)
     level = reading_level or level
     if wrong_parts == {"acceleration"} and not readings:
         level = _select_explained_level(problem, probes, level, results)
     comparisons = list(_plan_comparisons(problem, request, [level]))
-    answers = suite.collect_answers(problem, results)
     self_checks = tuple(judge_answers(answers))
     check, cases = make_cross_check_request(request), cases_by_run(comparisons)
     settings = check.arm, check.seed, check.quick, check.scenarios, check.chosen
@@ -345,6 +345,7 @@ def _judge_trial(
         idle_joints=find_idle_motors(answers, problem.motors),
         self_checks=self_checks,
         readings=tuple(readings),
+        is_single_precision=any(map(is_single_precision, answers.values.values())),
     )
 
 

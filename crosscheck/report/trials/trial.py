@@ -31,7 +31,7 @@ def answer_arm_trial(trial: Trial) -> TrialAnswer:
     """The answer of a trial on an arm."""
     problem, names = trial.problem, trial.problem.frame.names
     wrong = tuple(_list_wrong(trial, trial.wrong_entries))
-    return TrialAnswer(
+    answer = TrialAnswer(
         name=problem.name,
         mechanism=problem.case.arm.name,
         description=problem.case.arm.described,
@@ -59,6 +59,7 @@ def answer_arm_trial(trial: Trial) -> TrialAnswer:
             for each in trial.ignored_numbers
         ),
     )
+    return answer.attribute_to_single_precision() if trial.is_single_precision else answer
 
 
 def _list_wrong(trial: Trial, mismatches: Sequence[EntryMismatch]) -> Iterator[EntryError]:
