@@ -50,7 +50,12 @@ from crosscheck.trial.input.arrays import is_single_precision
 from crosscheck.trial.input.supplied import SuppliedEquations, bind_equations
 from crosscheck.trial.judge import suite
 from crosscheck.trial.judge.checks import COMPARED, SelfCheck, find_idle_motors, judge_answers
-from crosscheck.trial.judge.entries import EntryMismatch, deviations
+from crosscheck.trial.judge.entries import (
+    EntryMismatch,
+    LevelDistance,
+    measure_distance,
+    sort_distances,
+)
 from crosscheck.trial.judge.questions import (
     QUESTIONS,
     VerificationProblem,
@@ -78,19 +83,6 @@ _trial_lock = threading.Lock()
 MOST_BYTES = 300_000_000  # memory for a bias's terms at all states, of which a trial holds several
 
 
-@dataclass(frozen=True)
-class LevelMismatch:
-    """A rigid level beside a user's equations: how many entries of M differ, and by how much.
-
-    largest, mean: of the differences of all entries, relative to their sizes.
-    """
-
-    level: str
-    entries: int
-    largest: float
-    mean: float
-
-
 @dataclass(frozen=True, repr=False)
 class Trial(TrialResult):
     """Supplied equations, judged.
@@ -99,7 +91,7 @@ class Trial(TrialResult):
         problem: The equations, and what they are compared with.
         cross_check: All findings, as a baseline records them.
         level: The rigid level that the equations are, or are closest to; '' of geared ones.
-        level_mismatches: How far the equations are from each rigid level.
+        distances: How far the equations are from each rigid level, the nearest first.
         relative_errors: By part, how far each entry is from the reference's, relative to its size:
             M (n, n), terms of the bias (n, n, n), force (n,).
         allowed: By part, what of the relative error is no error.
@@ -124,7 +116,7 @@ class Trial(TrialResult):
     problem: VerificationProblem
     cross_check: CrossCheck
     level: str
-    level_mismatches: tuple[LevelMismatch, ...]
+    distances: tuple[LevelDistance, ...]
     relative_errors: dict[str, np.ndarray]
     allowed: dict[str, float]
     wrong_entries: tuple[EntryMismatch, ...]
@@ -293,8 +285,9 @@ def _judge_trial(
     results: Results,
     perform: Perform,
 ) -> Trial:
-    level, level_mismatches = _select_level(problem, results)
-    level = _select_equal_level(problem, probes, level, results)
+    distances = _measure_levels(problem, results)
+    nearest = distances[0].level if distances else ""
+    level = _select_equal_level(problem, probes, nearest, results)
     here = compare_entries(problem, level, list_entry_quantities(problem), results)
     reading_level, readings = "", list[Reading]()
     wrong_parts = {wrong.place.part for wrong in here.wrong_entries}
@@ -327,7 +320,7 @@ def _judge_trial(
         problem=problem,
         cross_check=CrossCheck(check, agreement, cases, runs),
         level=level,
-        level_mismatches=tuple(level_mismatches),
+        distances=tuple(distances),
         relative_errors=here.relative_errors,
         allowed={quantity: here.sizes.tolerance(quantity) for quantity in here.relative_errors},
         wrong_entries=tuple(wrong for wrong in diagnosis.wrong_entries if not wrong.shown_on),
@@ -357,48 +350,19 @@ def make_cross_check_request(request: TrialRequest) -> CrossCheckRequest:
     )
 
 
-def _select_level(
-    problem: VerificationProblem, results: Results
-) -> tuple[str, list[LevelMismatch]]:
-    """The rigid level from which the fewest entries differ, and how far M is from all levels'.
-
-    Of several the one whose M is least apart; without a usable mass matrix the one that the other
-    parts are least apart from.
-    """
-    if problem.gearing != "rigid":
-        return "", []
-    user_values = (
-        results.get(problem.ask_equations("mass_matrix")) if "mass_matrix" in problem.has else None
-    )
-    distinct = [
-        level for level in find_distinct_levels(problem.case.arm) if level in problem.levels
-    ] or problem.levels  # the one that is stated
-    questions = [problem.ask(problem.reference(level), "mass_matrix") for level in distinct]
-    masses = [results.need(question) for question in questions]
-    if user_values is None:
-        return min(problem.levels, key=partial(_largest_difference, problem, results)), []
-    sizes, level_mismatches = suite.compute_natural_sizes(problem, results, problem.levels[-1]), []
-    for level, mass in zip(distinct, masses, strict=True):
-        relative_errors = deviations(user_values, mass, sizes.mass)
-        count = int((~(relative_errors <= sizes.tolerance("mass_matrix"))).sum())
-        level_mismatches.append(
-            LevelMismatch(level, count, float(relative_errors.max()), float(relative_errors.mean()))
-        )
-    counts = {level: _count_wrong_entries(problem, level, results) for level in distinct}
-    nearest = min(level_mismatches, key=lambda each: (counts[each.level], each.entries, each.mean))
-    return nearest.level, level_mismatches
-
-
-def _count_wrong_entries(problem: VerificationProblem, level: str, results: Results) -> int:
-    """Entries that differ from a level's, two of M that mirror each other as one.
-
-    What a level leaves out of M its forces lack, too, where it has weight.
-    """
-    comparison = compare_entries(problem, level, list_entry_quantities(problem), results)
-    places = [each.place for each in comparison.wrong_entries if each.place.part != "acceleration"]
-    return len(
-        {(place.part, place.rates, frozenset((place.row, place.column))) for place in places}
-    )
+def _measure_levels(problem: VerificationProblem, results: Results) -> list[LevelDistance]:
+    """How far the equations are from each rigid level, the nearest first."""
+    arm, distances = problem.case.arm, []
+    distinct = [level for level in find_distinct_levels(arm) if level in problem.levels]
+    for level in (distinct or problem.levels) if problem.gearing == "rigid" else ():
+        compared = compare_entries(problem, level, list_entry_quantities(problem), results)
+        places = {  # two of M that mirror each other are one
+            (place.part, place.rates, frozenset((place.row, place.column)))
+            for place in (each.place for each in compared.wrong_entries)
+        }
+        errors = compared.relative_errors.values()
+        distances.append(measure_distance(level, len(places), errors))
+    return sort_distances(distances)
 
 
 def _select_equal_level(
@@ -450,19 +414,6 @@ def _select_explained_level(
         if wrong and all(w.explanation for w in wrong):
             return each
     return level
-
-
-def _largest_difference(problem: VerificationProblem, results: Results, level: str) -> float:
-    """Largest difference of the parts that answer from a level's, relative to their sizes."""
-    sizes, differences = suite.compute_natural_sizes(problem, results, level), [0.0]
-    for part in COMPARED:
-        user_values = results.get(problem.ask_equations(part)) if part in problem.has else None
-        if user_values is not None:
-            reference_values = results.need(problem.ask(problem.reference(level), part))
-            differences.append(
-                float(deviations(user_values, reference_values, sizes.entry_sizes(part)).max())
-            )
-    return max(differences)
 
 
 def _traces(problem: VerificationProblem, results: Results) -> dict[str, str]:

@@ -132,7 +132,7 @@ def test_what_is_wrong_is_named(sliding, case):
     assert words in found.explanations
     assert found.level == "coupled"
     for entry in require_items(found.entries):  # drawn as they are named
-        assert trial.relative_errors[entry.part][entry.place] == entry.share
+        assert trial.relative_errors[entry.part][entry.place.index] == entry.share
 
 
 def planted(own: Robot, seed: int) -> RobotMistake:

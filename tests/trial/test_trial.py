@@ -110,7 +110,7 @@ def test_the_ladder_says_which_level_a_rigid_model_is(level):
     coordinates = Coordinates("rigid", "absolute")
     trial = trial_of(of_project(f"pinocchio:{level}", coordinates), load_arm("probe"))
     assert trial.level == level
-    assert [rung.level for rung in trial.level_mismatches if rung.entries == 0] == [level]
+    assert [rung.level for rung in trial.distances if rung.entries == 0] == [level]
     assert trial.exit_code == 0
 
 

@@ -246,7 +246,7 @@ def test_entries_beyond_their_tolerance_come_largest_first():
     user[1] = [2e-6, 3e-6]
     found = list(find_wrong_entries("bias", user, right, SIZES))
     assert [each.place.row for each in found] == [0, 1]
-    assert [each.relative for each in found] == pytest.approx([1e-6, 3.75e-7])
+    assert [each.share for each in found] == pytest.approx([1e-6, 3.75e-7])
     by_ten = SIZES.scale_by(10.0)
     for part in ("mass_matrix", "rate_terms", "bias", "force", "acceleration"):
         assert (by_ten.entry_sizes(part) == 10 * SIZES.entry_sizes(part)).all()

@@ -61,22 +61,14 @@ kept_arm = lru_cache(tried_arm)
 
 @lru_cache
 def right_shares(states: int) -> dict[str, np.ndarray]:
-    """By level, how far M is off; and of the force, by their sizes over the trial's states."""
+    """How far M is off, and the force, by their sizes over the trial's states."""
     arm, scenario, problem = two_link_arm(), load_scenario("pd"), kept_arm().problem
     assert states == len(problem.states)
     placed = [np.asarray(state.x) for state in problem.states]
-    masses = {}
-    for level in LEVELS:
-        moved = in_frame(f"analytic:{level}", Coordinates("rigid"), arm, scenario)
-        masses[level] = np.array([moved.mass_matrix(x) for x in placed])
-    own = masses["links"] + np.diag([INERTIA, 0.0])
-
-    def relative(level: str, sized_by: str) -> np.ndarray:
-        root = np.sqrt(masses[sized_by][:, [0, 1], [0, 1]].max(axis=0))
-        return np.abs(own - masses[level]).max(axis=0) / np.outer(root, root)
-
-    # The ladder is by the sizes of the last level.
-    found = {level: relative(level, LEVELS[-1]) for level in LEVELS}
+    moved = in_frame("analytic:links", Coordinates("rigid"), arm, scenario)
+    mass = np.array([moved.mass_matrix(x) for x in placed])
+    own = mass + np.diag([INERTIA, 0.0])
+    root = np.sqrt(mass[:, [0, 1], [0, 1]].max(axis=0))
     model = in_frame("analytic:links", Coordinates("rigid"), arm, problem.case.scenario)
     forces = [
         model.model.generalized_force(state.t, np.asarray(state.x), np.asarray(state.v))
@@ -84,7 +76,8 @@ def right_shares(states: int) -> dict[str, np.ndarray]:
     ]
     rms = np.sqrt((np.array(forces) ** 2).mean(axis=0))
     moments = np.max([np.abs(moment_at(x)) for x in placed], axis=0)
-    return {**found, "M": relative("links", "links"), "force": moments / rms}
+    shares = np.abs(own - mass).max(axis=0) / np.outer(root, root)
+    return {"M": shares, "force": moments / rms}
 
 
 def wrong_arm_views(trial: Trial) -> Iterator[str]:
@@ -92,8 +85,8 @@ def wrong_arm_views(trial: Trial) -> Iterator[str]:
     shares = right_shares(len(trial.problem.states))
     entries = {"M[theta_1, theta_1]": shares["M"][0, 0], "force[theta_2]": shares["force"][1]}
     rows = {"M": shares["M"], "force": shares["force"][:, None]}
-    levels = [(name, int((shares[name] > 1e-10).sum()), shares[name].max()) for name in LEVELS]
-    yield from wrong_views(trial, entries, levels, rows)
+    nearest = "links", len(entries), max(entries.values())
+    yield from wrong_views(trial, entries, [nearest], rows)
     line = f"M[theta_1, theta_1]: yours minus right is {INERTIA:g};"
     if not any(cause.startswith(line) for cause in trial.answer.causes):
         yield f"no {line}"

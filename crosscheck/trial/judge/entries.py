@@ -2,9 +2,9 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Sequence
+from collections.abc import Iterable, Iterator, Sequence
 from contextlib import suppress
-from dataclasses import dataclass, field, replace
+from dataclasses import dataclass, replace
 from typing import Any, Literal
 
 import numpy as np
@@ -220,6 +220,12 @@ class EntryPlace:
     column: int | None = None
     rates: tuple[int, int] | None = None
 
+    @property
+    def index(self) -> tuple[int, ...]:
+        """Where it stands in the array of its part, or of the bias' terms."""
+        beside = self.rates or () if self.column is None else (self.column,)
+        return (self.row, *beside)
+
 
 @dataclass(frozen=True)
 class Term:
@@ -273,16 +279,60 @@ class EntryMismatch:
     """An entry that is wrong: by how much (relative to the entry's natural size), and perhaps why.
 
     difference: yours minus right in numbers, of an entry that nothing explains. latex: the same
-    typeset. shown_on: name of the arm that shows it, where the user's cannot.
+    typeset. shown_on: name of the arm that shows it, where the user's cannot. notes: sentences on
+    what the entry is beside the right one. name: of the entry in its coordinates, of a robot.
     """
 
     place: EntryPlace
-    relative: float
+    share: float
     explanation: Explanation | None = None
     difference: tuple[Term, ...] = ()
     latex: str = ""
     shown_on: str = ""
-    notes: tuple[str, ...] = field(default=())
+    notes: tuple[str, ...] = ()
+    name: str = ""
+
+    @property
+    def part(self) -> str:
+        """The part that it belongs to."""
+        return self.place.part
+
+    @property
+    def remark(self) -> str:
+        """The notes together."""
+        return ", ".join(self.notes)
+
+
+@dataclass(frozen=True)
+class LevelDistance:
+    """A level beside the equations: how many entries differ, their largest and mean deviation.
+
+    Deviations are relative to the sizes of entries.
+    """
+
+    level: Any
+    entries: int
+    largest: float
+    mean: float
+
+
+def measure_distance(level: str, count: int, errors: Iterable[np.ndarray]) -> LevelDistance:
+    """The distance of a level from which so many entries differ; errors: of all entries."""
+    shares = np.concatenate([each.ravel() for each in errors] or [np.zeros(1)])
+    return LevelDistance(level, count, float(shares.max()), float(shares.mean()))
+
+
+def sort_distances(distances: Iterable[LevelDistance], stated: str = "") -> list[LevelDistance]:
+    """The levels, the stated one first, then that of the fewest entries.
+
+    Of as many the one with the least mean; of several that agree the first. One large error must
+    not choose a level from which right entries differ.
+    """
+
+    def order(each: LevelDistance) -> tuple[bool, int, float]:
+        return each.level != stated, each.entries, each.mean if each.entries else 0.0
+
+    return sorted(distances, key=order)
 
 
 def format_entry(place: EntryPlace, names: Sequence[str]) -> str:

@@ -31,36 +31,18 @@ from crosscheck.trial.judge.checks import (
     make_part_size,
     make_second_law,
 )
+from crosscheck.trial.judge.entries import (
+    EntryMismatch,
+    LevelDistance,
+    entry_place,
+    format_entry,
+    measure_distance,
+    sort_distances,
+)
 from crosscheck.trial.robots.answers import RobotAnswers
 from crosscheck.trial.robots.consistency import SlopeSides
 
 SINGLE = ("mass_matrix", "bias", "gravity")  # elementary parts, from which the others are composed
-LETTERS = {"mass_matrix": "M"}
-
-
-@dataclass(frozen=True)
-class RobotEntry:
-    """An entry of a part that differs from the level: by how much of its size, and its place.
-
-    place: row and column of M, the row alone of other parts. Of a symmetric pair of M's entries
-    that differ alike there is the upper one. remark: what the entry is beside the right one.
-    """
-
-    part: str
-    name: str
-    share: float
-    place: tuple[int, ...]
-    remark: str = ""
-
-
-@dataclass(frozen=True)
-class LevelDistance:
-    """A level beside the equations: how many entries differ; largest and mean share of a size."""
-
-    level: Level
-    entries: int
-    largest: float
-    mean: float
 
 
 @dataclass(frozen=True)
@@ -225,7 +207,7 @@ class RobotProblem:
         lowest = np.linalg.eigvalsh((scaled + scaled.swapaxes(1, 2)) / 2)[:, 0]
         return np.flatnonzero(lowest <= 0).tolist()
 
-    def entries(self, level: Level) -> list[RobotEntry]:
+    def entries(self, level: Level) -> list[EntryMismatch]:
         """The entries that differ from a level by more than rounding, the largest share first."""
         wrong_entries = [
             entry
@@ -236,7 +218,7 @@ class RobotProblem:
 
     def _find_wrong_entries(
         self, part: str, relative_errors: np.ndarray, tolerance: float
-    ) -> Iterator[RobotEntry]:
+    ) -> Iterator[EntryMismatch]:
         largest = np.abs(relative_errors).max(axis=0)
         for index in np.argwhere(~(largest <= tolerance)).tolist():
             place = tuple(index)
@@ -247,33 +229,21 @@ class RobotProblem:
                 )
                 if unlike.max() <= tolerance:
                     continue
-            yield RobotEntry(part, self.entry_name(part, place), float(largest[place]), place)
+            name, share = self.entry_name(part, place), float(largest[place])
+            yield EntryMismatch(entry_place(part, place), share, name=name)
 
     def entry_name(self, part: str, place: Sequence[int]) -> str:
         """An entry in words, such as M[shoulder, elbow]."""
-        return f"{LETTERS.get(part, part)}[{', '.join(self.names[n] for n in place)}]"
+        return format_entry(entry_place(part, tuple(place)), self.names)
 
     def distances(self) -> list[LevelDistance]:
-        """Each level beside the equations, the stated one first, then that of the fewest entries.
-
-        Of as many the one with the least mean; of several that agree the first. One large error
-        must not choose a level from which right entries differ.
-        """
+        """Each level beside the equations, the nearest first."""
         distances = []
         for level in self.sizes:
-            relative_errors = self.relative_errors(level, self.reference_values[level])
-            shares = np.concatenate(
-                [np.abs(errors).max(axis=0).ravel() for errors in relative_errors.values()]
-            )
-            mean = float(shares.mean())
-            distances.append(
-                LevelDistance(level, len(self.entries(level)), float(shares.max()), mean)
-            )
-
-        def order(each: LevelDistance) -> tuple[bool, int, float]:
-            return each.level != self.stated, each.entries, each.mean if each.entries else 0.0
-
-        return sorted(distances, key=order)
+            errors = self.relative_errors(level, self.reference_values[level]).values()
+            largest = (np.abs(each).max(axis=0) for each in errors)
+            distances.append(measure_distance(level, len(self.entries(level)), largest))
+        return sort_distances(distances, self.stated)
 
 
 def select_entry(values: np.ndarray, place: tuple[int, ...]) -> np.ndarray:

@@ -25,6 +25,7 @@ from crosscheck.trial.input.calls import LOADS
 from crosscheck.trial.input.equations import Equations
 from crosscheck.trial.input.loading import require_robot_equations
 from crosscheck.trial.judge.checks import SelfCheck, find_idle_motors, judge_answers
+from crosscheck.trial.judge.entries import LevelDistance
 from crosscheck.trial.request import TrialRequest
 from crosscheck.trial.result import TrialResult
 from crosscheck.trial.robots.answer_keys import make_robot_answer_keys
@@ -56,7 +57,6 @@ from crosscheck.trial.robots.elastic import ELASTIC, build_elastic_robot, drive_
 from crosscheck.trial.robots.explain import RobotDiagnosis, diagnose
 from crosscheck.trial.robots.judge import (
     SINGLE,
-    LevelDistance,
     RobotProblem,
     judge_engines,
 )
