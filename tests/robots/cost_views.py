@@ -467,7 +467,7 @@ def wrong_picture(found: ShortcutCosts) -> Iterator[str]:
         wanted = {
             "coupled": torque,
             "links": torque + found.errors["links"][:, joint],
-            "armature less coupled": found.errors["armature"][:, joint],
+            "armature minus coupled": found.errors["armature"][:, joint],
         }
         drawn = {line.get_label(): line for line in (*left.get_lines(), *right.get_lines())}
         if unit != f"[{found.units[joint]}]" or drawn.keys() != wanted.keys():

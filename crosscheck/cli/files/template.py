@@ -1,4 +1,4 @@
-"""`crosscheck init`: a file to begin with, an arm's in the words of the schema, or a robot's."""
+"""`crosscheck init`: a commented file to start from, for an arm or a robot."""
 
 from __future__ import annotations
 
