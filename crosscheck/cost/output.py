@@ -195,36 +195,14 @@ def describe_distances(distances: np.ndarray) -> str:
 
 
 def describe_result(costs: ShortcutCosts) -> Iterator[str]:
-    """The answers, then motion, joints, rotors, and unused elements of the files."""
+    """The answers, then the motion, its excesses, and unused elements of the files."""
     yield from describe_answers(costs)
     yield ""
     if costs.agrees:
-        yield from _describe_details(costs)
+        yield describe_motion(costs)
+        yield from costs.beyond
     for note in (*describe_direct_joints(costs), *costs.robot.notes):
         yield f"note: {note}"
-
-
-def _describe_details(costs: ShortcutCosts) -> Iterator[str]:
-    yield describe_motion(costs)
-    yield from costs.beyond
-    for each in costs.by_joint if costs.ratios else ():
-        unit = unit_of(costs, each.joint)
-        yield (
-            f"{each.level}, {each.joint}: {format_quantity(each.largest, unit)} at most,"
-            f" {format_quantity(each.rms, unit)} rms, {format_percent(each.share)} of its largest"
-            " torque"
-        )
-    for pair in costs.pairs[:MOST_PAIRS]:
-        rms = format_quantity(pair.rms, unit_of(costs, pair.at))
-        yield f"{pair.at} by the acceleration of {pair.by}: {rms} rms, {format_percent(pair.share)}"
-    for rotor in costs.ratios:
-        coupling = "its spin is coupled to no other joint"
-        if rotor.share != 0:
-            coupling = (
-                f"its coupling alone is {format_percent(rotor.share)} in {rotor.at}; below"
-                f" {format_percent(NEGLIGIBLE)} from a ratio of {format_number(rotor.enough)} on"
-            )
-        yield f"rotor of {rotor.joint}, ratio {rotor.ratio:g}: {coupling}"
 
 
 def describe_motion(costs: ShortcutCosts) -> str:
