@@ -1,4 +1,4 @@
-"""`crosscheck trial`: a user's equations of motion, judged: functions, or a table of answers."""
+"""`crosscheck trial`: judges a user's equations of motion, as functions or a table of answers."""
 
 from __future__ import annotations
 
@@ -56,7 +56,7 @@ from crosscheck.trial.tables.state_requests import (
 def make_trial_request(
     model: str, chosen: Selection, *, quick: bool, seed: int, jobs: int = 1
 ) -> TrialRequest:
-    """Request of a command line for a trial; runs the model's code. Raises InputError."""
+    """The request of a command line for a trial; runs the model's code. Raises InputError."""
     remember(Path(model.rpartition(":")[0]))
     what = model.replace(os.sep, "/").rpartition("/")[2], prepare_equations(model, chosen, model)
     return TrialRequest(
@@ -67,7 +67,7 @@ def make_trial_request(
 def run_trial_with_progress(
     request: TrialRequest, chosen: CrossCheckRequest, jobs: int
 ) -> CrossCheck:
-    """Try equations at the seed of what is wanted, with progress; returns the cross-check."""
+    """Try equations with the request's seed, showing progress; returns the cross-check."""
     return _try_equations(replace(request, seed=chosen.seed, jobs=jobs)).cross_check
 
 
@@ -80,7 +80,7 @@ def _try_equations(request: TrialRequest) -> Any:
 class TrialOptions:
     """The options of `crosscheck trial`; names: MODEL and ARM, or ARM where answers are a table.
 
-    jobs: None where the command line says none.
+    jobs: None if the command line does not state it.
     """
 
     names: tuple[str, ...]
@@ -110,7 +110,7 @@ class TrialOptions:
 
     @property
     def files(self) -> tuple[tuple[Path | None, FileType], ...]:
-        """The files to be written, None where one is not wanted, and what each is."""
+        """Paths of the files to write, None if not requested, and their types."""
         return (self.json_file, TRIAL), (self.junit, JUNIT), (self.page, TRIAL_PAGE)
 
     @property
@@ -142,7 +142,7 @@ class TrialOptions:
 
 
 def trial_command(options: TrialOptions) -> int:
-    """Judge supplied equations, or write what is asked of them; returns the exit code."""
+    """Judge supplied equations, or write the states to answer; returns the exit code."""
     _require_compatible(options)
     if not (options.ask and options.fmu):
         given: dict[str, Any] = {"after": options.after, "scenario": options.scenarios}
@@ -155,7 +155,7 @@ def trial_command(options: TrialOptions) -> int:
         chosen = select_mechanism(options.arm, options.scenarios, options.settings)
         unit = None
         if options.fmu is not None:
-            assert options.coordinates is not None  # as was required
+            assert options.coordinates is not None  # required above
             unit = load_unit(options.fmu, options.coordinates, chosen.mechanism, Path(folder))
             is_run = unit.description.kind == "co-simulation"
             where = str(options.fmu)
@@ -172,7 +172,7 @@ def trial_command(options: TrialOptions) -> int:
 def _make_request(
     options: TrialOptions, unit: MappedUnit | None, chosen: Selection
 ) -> TrialRequest:
-    """The equations to be tried: a table's, an FMU's or the model's. Raises InputError."""
+    """The trial of equations from a table, an FMU or the model. Raises InputError."""
     quick, seed, jobs = options.quick, options.seed, options.processes
     if options.answers:
         table = options.table()
@@ -229,12 +229,12 @@ def _report_trial(trial: TrialResult, options: TrialOptions) -> int:
 
 
 def ask(options: TrialOptions) -> None:
-    """Write the folder of what a trial asks, of other arms after first answers. Raises InputError.
+    """Write the folder of states to answer, after first answers those of other arms.
 
-    Where an FMU is to be tried, the folder holds a draft of its mapping. No file is written over
-    another one, which may be a template with somebody's equations in it.
+    For an FMU the folder holds a draft of its mapping. No file is overwritten, since somebody may
+    have filled in a template. Raises InputError.
     """
-    assert options.out is not None  # as was required
+    assert options.out is not None  # required above
     if options.fmu is not None:
         with tempfile.TemporaryDirectory() as folder:  # none of its code is run
             unpack_fmu(options.fmu, Path(folder))
@@ -273,13 +273,13 @@ def _write_new(folder: Path, files: Mapping[str, str | bytes]) -> None:
 def _require_compatible(options: TrialOptions) -> None:
     """Raise InputError for options that do not go together."""
     table = "--ask" if options.ask else "--answers" if options.answers else ""
-    unlike = {
+    conflicts = {
         "--scenario": bool(table and options.scenarios),
         "--json": bool(options.ask and options.json_file),
         "--junit": bool(options.ask and options.junit),
         "--answers": bool(options.ask and options.answers),
     }
-    for name in (name for name, there in unlike.items() if there):
+    for name in (name for name, there in conflicts.items() if there):
         raise InputError(name, "", None, f"cannot be used with {table}")
     if options.fmu is not None and not options.ask:
         if options.coordinates is None:
