@@ -158,7 +158,7 @@ def by_python(planted: Planted, table: TableTrial, folder: Path) -> Trial:
     """The trial of the same equations as functions, of this arm alone."""
     mine = folder / "mine.py"
     mine.write_text(replaced(planted.text, planted.python), encoding="utf-8")
-    own = load_equations(f"{mine}:model", table.arm, None)
+    own = load_equations(f"{mine}:model", table.mechanism, None)
     parts = {part: getattr(own, part) if part in planted.functions else None for part in NAMES}
     return run_arm_trial(
         table.make_request("yours", replace(own, **parts, rebuild=None, any_arm=False))
@@ -178,7 +178,7 @@ def answered_by_octave(planted: Planted, table: TableTrial, folder: Path) -> Pat
     asked = collect_state_request(table)
     for name, content in render_request_files(table, [asked], "").items():
         (folder / name).write_bytes(content if isinstance(content, bytes) else content.encode())
-    (folder / "arm.mat").write_bytes(encode_mat_file({"arm": without_none(table.arm.model_dump())}))
+    (folder / "arm.mat").write_bytes(encode_mat_file({"arm": without_none(table.mechanism.model_dump())}))
     text = (HERE / "octave" / f"{planted.file}.m").read_text(encoding="utf-8")
     (folder / f"{planted.file}.m").write_text(replaced(text, planted.octave), encoding="utf-8")
     template = folder / "answers.m"
