@@ -1,26 +1,40 @@
-"""Slips in a robot's equations, of kinds on record: how many does a trial tell right?
+"""What a trial makes of equations with planted mistakes, and of right ones: one table.
 
-Run as ``python -m benchmarks.bench_robot_slips [WORD]`` from the project's folder: all slips of
-robot_slips.toml, or those whose name has the word.
+Run as ``python -m benchmarks.bench_trial [WORD] [--all]`` from the project's folder: a sample of
+each set in two minutes, or with --all every row; only those whose name has the word, with each that
+is not named. The sets: mistakes of arms (tests/trial/mistakes), slips of robots (robot_slips.toml),
+wrong edits of natural code (source_edits) and right models of random arms in random coordinates.
 """
 
 from __future__ import annotations
 
 import re
 import sys
+import tempfile
+import time
 import tomllib
-from collections.abc import Callable
+from collections.abc import Callable, Iterator
+from dataclasses import replace
 from pathlib import Path
 from types import SimpleNamespace
 from typing import Any, NamedTuple
 
 import numpy as np
 
+from crosscheck.models.arm.arm import Arm
+from crosscheck.models.robot.file import load_robot
 from crosscheck.models.robot.robot import Robot
+from crosscheck.planning.sizing import make_unequal_gains_scenario
+from crosscheck.testing import try_equations
+from crosscheck.trial.coordinates.build import LAYOUTS
+from crosscheck.trial.input.equations import Coordinates
 from crosscheck.trial.input.loading import build_robot_equations
 from crosscheck.trial.robots.trial import RobotTrial
+from tests.arms import random_arm
 from tests.robots import chains, test_trial_motors, two_link
 from tests.robots.trials import run_robot_trial
+from tests.trial.mistakes.score import MISTAKES, scored
+from tests.trial.test_trial import equations_of, in_frame
 
 TWO_LINK = """
 m1, m2, L, c1, c2 = 5.0, 3.0, 1.0, 0.5, 0.3
@@ -209,6 +223,14 @@ TEXTS: dict[str, tuple[str, Callable[[], Robot]]] = {
 }
 
 
+FOLDER = Path(__file__).with_name("source_edits")
+ROBOTS: dict[str, Callable[[], Robot]] = {
+    "puma560": lambda: load_robot("puma560"),
+    "three joints": lambda: chains.robot(LINKS),
+}
+PAIRS = 200  # right models
+
+
 class Slip(NamedTuple):
     """A slip: pieces of a right text, and what stands there instead.
 
@@ -267,19 +289,205 @@ def score_slip(slip: Slip) -> Score:
     )
 
 
-def main(word: str = "") -> None:
-    """Print each slip, and the shares."""
-    for kind in TEXTS:
-        print(f"{kind} as it is: {'agrees' if try_text(kind).agrees else 'IS BLAMED'}")
-    chosen = [slip for slip in SLIPS if word in slip.name]
-    scores = [score_slip(slip) for slip in chosen]
-    for slip, score in zip(chosen, scores, strict=True):
-        marks = "".join("+" if good else "-" for good in score[:3])
-        print(f"{marks} {slip.text}: {slip.name}")
-        if not all(score[:3]):
-            print(*(f"      {line}" for line in score.told[:12]), sep="\n")
-    for place, what in enumerate(("caught", "right entries", "right cause")):
-        print(f"{what}: {sum(score[place] for score in scores)} of {len(scores)}")
+class CodeEdit(NamedTuple):
+    """A wrong edit of a code: the pieces of text."""
+
+    file: str
+    mechanism: str
+    name: str
+    right: str
+    wrong: str
+    held_out: bool = False
+
+    @property
+    def text(self) -> str:
+        """The code with the edit. Raises ValueError for a piece that is not in it."""
+        whole = self.right_text
+        if self.right not in whole:
+            raise ValueError(f"{self.file}: no {self.right!r} in the text")
+        return whole.replace(self.right, self.wrong, 1)
+
+    @property
+    def right_text(self) -> str:
+        """The code as it is right."""
+        return (FOLDER / self.file.partition(":")[0]).read_text(encoding="utf-8")
+
+    @property
+    def lines(self) -> range:
+        """Numbers of the lines that are wrong."""
+        rows = zip(self.text.splitlines(), self.right_text.splitlines(), strict=False)
+        first = next(number for number, (a, b) in enumerate(rows, 1) if a != b)
+        removed = self.right_text.count("\n") - self.text.count("\n")
+        return range(first - removed, first + 1)
+
+
+LEVELS = ("links", "carriers", "armature", "coupled")
+LENGTH_M = 0.05  # of a displacement beside a radian
+WORST = 5  # decades of condition
+
+
+class Pair(NamedTuple):
+    """Right equations: whose, on which arm, in which coordinates, of which kind."""
+
+    kind: str
+    arm: Arm
+    model: str
+    coordinates: Coordinates
+
+
+def draw_pair(seed: int) -> Pair:
+    """One at random."""
+    draw = np.random.default_rng(seed)
+    arm, gearing = random_arm(seed, most_joints=4), str(draw.choice(["rigid", "lumped", "free"]))
+    engines = ["analytic:physical", "pinocchio:gears"]
+    if gearing == "rigid":
+        engines = [f"{engine}:{level}" for engine in ("analytic", "pinocchio") for level in LEVELS]
+    kind = str(draw.choice([*MAPS]))
+    return Pair(kind, arm, str(draw.choice(engines)), MAPS[kind](draw, arm, gearing))
+
+
+def _sizes(arm: Arm, gearing: str) -> np.ndarray:
+    return np.where(LAYOUTS[gearing](arm).angular, 1.0, LENGTH_M)
+
+
+def _draw_rotation(draw: np.random.Generator, n: int) -> np.ndarray:
+    return np.linalg.qr(draw.normal(size=(n, n)))[0]
+
+
+def draw_named(draw: np.random.Generator, arm: Arm, gearing: str) -> Coordinates:
+    """Absolute or relative, displacements or gear angles."""
+    links, gears = draw.choice(["relative", "absolute"]), draw.choice(["displacements", "angles"])
+    return Coordinates(gearing, str(links), str(gears))
+
+
+def draw_matrix(draw: np.random.Generator, arm: Arm, gearing: str) -> Coordinates:
+    """A full matrix of a condition up to 1e5."""
+    sizes = _sizes(arm, gearing)
+    spread = np.geomspace(1, 10 ** -draw.uniform(0, WORST), sizes.size)
+    full = _draw_rotation(draw, sizes.size) * spread @ _draw_rotation(draw, sizes.size)
+    return Coordinates(gearing, matrix=sizes[:, None] * full)
+
+
+def draw_units(draw: np.random.Generator, arm: Arm, gearing: str) -> Coordinates:
+    """Coordinates in millionths and millions."""
+    sizes = _sizes(arm, gearing)
+    lower = np.tril(draw.normal(size=(sizes.size, sizes.size))) + 2 * np.eye(sizes.size)
+    scaled = lower * 10 ** draw.uniform(-6, 6, sizes.size)
+    return Coordinates(gearing, matrix=sizes[:, None] * scaled)
+
+
+def draw_order(draw: np.random.Generator, arm: Arm, gearing: str) -> Coordinates:
+    """The project's, in another order."""
+    n = len(LAYOUTS[gearing](arm))
+    return Coordinates(gearing, matrix=np.eye(n)[draw.permutation(n)])
+
+
+def draw_curved(draw: np.random.Generator, arm: Arm, gearing: str) -> Coordinates:
+    """A function that bends every coordinate and mixes them."""
+    sizes = _sizes(arm, gearing)
+    bends = draw.uniform(0.1, 0.6, sizes.size)
+    mixed = np.eye(sizes.size) + 0.2 * np.tril(draw.normal(size=(sizes.size, sizes.size)), -1)
+    return Coordinates(gearing, function=lambda x: sizes * (mixed @ (x + bends * np.sin(x))))
+
+
+MAPS = {
+    "named": draw_named,
+    "matrix": draw_matrix,
+    "units": draw_units,
+    "order": draw_order,
+    "curved": draw_curved,
+}
+
+
+def find_false_alarms(pair: Pair) -> list[str]:
+    """The checks that are red and the entries that are called wrong."""
+    moved = in_frame(pair.model, pair.coordinates, pair.arm, make_unequal_gains_scenario(pair.arm))
+    equations = replace(equations_of(moved), coordinates=pair.coordinates)
+    answer = try_equations(equations, pair.arm).answer
+    red = [finding.id for finding in answer.agreement.disagreeing]
+    return red + [each.name for each in answer.wrong]
+
+
+class Outcome(NamedTuple):
+    """What a trial made of equations; None where the set does not ask.
+
+    seen: whether the mistake shows; entries: whether none but wrong entries are named; named: the
+    cause, or the line of code; blamed: whether right equations differ.
+    """
+
+    seen: bool | None = None
+    entries: bool | None = None
+    named: bool | None = None
+    blamed: bool | None = None
+
+
+def try_mistake(mistake: Any) -> Outcome:
+    """The outcome of a mistake in an arm's equations."""
+    found = scored(mistake)
+    return Outcome(bool(found.entries), found.entry_right, found.verdict == "right")
+
+
+def try_slip(slip: Slip) -> Outcome:
+    """The outcome of a slip in a robot's equations."""
+    return Outcome(*score_slip(slip)[:3])
+
+
+def list_edits() -> Iterator[CodeEdit]:
+    """All wrong edits of natural code."""
+    rows = tomllib.loads((FOLDER / "slips.toml").read_text(encoding="utf-8"))
+    for code in rows["code"]:
+        for row in code["slips"]:
+            yield CodeEdit(code["file"], code["mechanism"], **row)
+
+
+def try_edit(edit: CodeEdit) -> Outcome:
+    """The outcome of a wrong edit: whether its line is named first."""
+    file, _, name = edit.file.partition(":")
+    mechanism: Any = str(FOLDER / edit.mechanism)
+    if edit.mechanism in ROBOTS:
+        mechanism = ROBOTS[edit.mechanism]()
+    with tempfile.TemporaryDirectory() as folder:
+        path = Path(folder) / file
+        path.write_text(edit.text, encoding="utf-8")
+        trial = try_equations(f"{path}:{name}", mechanism)
+    change = trial.answer.change
+    is_named = change is not None and not change.wrong and change.edits[0].line in edit.lines
+    return Outcome(trial.exit_code != 0, None, is_named)
+
+
+def try_right(seed: int) -> Outcome:
+    """The outcome of right equations."""
+    return Outcome(blamed=bool(find_false_alarms(draw_pair(seed))))
+
+
+SETS: dict[str, tuple[list[Any], Callable[[Any], Outcome], int]] = {  # rows, and a sample's step
+    "arms": (MISTAKES, try_mistake, 10),
+    "robots": (SLIPS, try_slip, 6),
+    "code": (list(list_edits()), try_edit, 10),
+    "right models": (list(range(PAIRS)), try_right, 25),
+    "right texts": ([*TEXTS], lambda kind: Outcome(blamed=not try_text(kind).agrees), 2),
+}
+
+
+def main(*words: str) -> None:
+    """Print the table."""
+    titles = "seen", "entries", "cause or line", "blamed"
+    print(f"{'set':14}{'tried':>6}", *(f"{title:>14}" for title in titles), f"{'s':>7}")
+    for name, (rows, attempt, step) in SETS.items():
+        word = next((each for each in words if each != "--all"), "")
+        chosen = [row for row in rows if word in getattr(row, "name", str(row))]
+        chosen = chosen if word or "--all" in words else chosen[::step]
+        begun = time.perf_counter()
+        outcomes = [attempt(row) for row in chosen]
+        seconds = time.perf_counter() - begun
+        counts = []
+        for values in zip(*outcomes, strict=True):
+            asked = [each for each in values if each is not None]
+            counts.append(f"{sum(asked)} of {len(asked)}" if asked else "")
+        print(f"{name:14}{len(chosen):6}", *(f"{each:>14}" for each in counts), f"{seconds:7.0f}")
+        for row, outcome in zip(chosen, outcomes, strict=True):
+            if False in outcome[:3] or outcome.blamed:
+                print(f"    {getattr(row, 'name', row)}: {outcome}")
 
 
 if __name__ == "__main__":
