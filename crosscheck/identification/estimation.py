@@ -8,7 +8,7 @@ from itertools import pairwise
 from typing import NamedTuple
 
 import numpy as np
-from scipy.fft import rfft
+from scipy.fft import irfft, rfft
 from scipy.linalg import cholesky, qr, solve_triangular
 from scipy.special import stdtrit
 
@@ -260,35 +260,53 @@ def _leave_out_blocks(
 def _pool_variances(
     columns: WeightedColumns, inverse: np.ndarray, remains: np.ndarray, shown: np.ndarray
 ) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
-    """The coefficients' variances (p, p) where a joint's residual is alike all over the record.
+    """The coefficients' variances (p, p) where residuals are alike all over the record.
 
-    Its correlation in a window (Newey and West, 1987) is one for all rows, so that these variances
-    vary less by chance than those of few blocks. Then how many independent values of each joint the
-    coefficients take up, and how many are left (n,).
+    Their correlations in a window, each joint's and between joints, are one for all rows, so that
+    these variances vary less by chance than those of few blocks: an error of one position is in the
+    torques of several joints. Then how many independent values of each joint the coefficients take
+    up, and how many are left (n,).
     """
     rows, count = remains.shape
-    total, taken, left = np.zeros_like(inverse), np.empty(count), np.empty(count)
+    taken, left, independent = np.empty((3, count))
+    lobes = []
     for joint in range(count):
-        basis = (columns.columns[:, joint] * columns.weights[:, joint, None]) @ (
-            inverse / columns.scale[:, None]
-        )
         correlation, first = _correlate(remains[:, joint])
         lags, window = _window(correlation, first)
         alike = max(1 + 2 * window @ correlation[lags] ** 2, ROWS / 2)
+        basis = _whiten(columns, inverse, joint)
         taken[joint] = (basis**2).sum()
-        independent = shown[:, joint].sum() / alike
-        left[joint] = max(independent - taken[joint], LEAST_LEFT)
-        around = np.zeros(2 * rows)
-        around[0] = 1.0
-        around[lags] = around[-lags] = window * correlation[lags]
-        power = np.maximum(rfft(around).real, 0.0)
-        power[1:-1] *= 2  # of both signs of a frequency
-        turned = rfft(basis, 2 * rows, axis=0) * np.sqrt(power)[:, None]
-        variance = (remains[:, joint] ** 2).sum() / max(shown[:, joint].sum(), 1)
-        variance *= independent / left[joint]
-        parts = turned.real.T @ turned.real + turned.imag.T @ turned.imag
-        total += variance / (2 * rows) * parts
-    return total, taken, left
+        independent[joint] = shown[:, joint].sum() / alike
+        left[joint] = max(independent[joint] - taken[joint], LEAST_LEFT)
+        lobes.append(first)
+    # One window for all, of a spectrum that is nowhere negative, keeps variances positive.
+    reach = min(LOBES * max(lobes), rows)
+    share = np.arange(reach) / reach
+    parzen = np.where(share < 0.5, 1 - 6 * share**2 * (1 - share), 2 * (1 - share) ** 3)
+    around = np.zeros(2 * rows)
+    around[:reach] = parzen
+    around[2 * rows - reach + 1 :] = parzen[:0:-1]
+    scale = np.sqrt(independent / left / np.maximum(shown.sum(axis=0), 1))
+    spectra = rfft((remains - remains.mean(axis=0)) * scale, 2 * rows, axis=0)
+    turned = [rfft(_whiten(columns, inverse, joint), 2 * rows, axis=0) for joint in range(count)]
+    both = np.full(rows + 1, 2.0)  # signs of a frequency
+    both[[0, -1]] = 1.0
+    total = np.zeros_like(inverse)
+    for first in range(count):
+        for second in range(first, count):
+            alike = irfft(spectra[:, first] * spectra[:, second].conj(), 2 * rows) * around
+            power = rfft(alike) * both
+            part = (turned[first].conj().T @ (power[:, None] * turned[second])).real
+            total += part if first == second else part + part.T
+    return total / (2 * rows), taken, left
+
+
+def _whiten(columns: WeightedColumns, inverse: np.ndarray, joint: int) -> np.ndarray:
+    """Rows (rows, p) of a joint in the columns' orthonormal basis."""
+    rows: np.ndarray = (columns.columns[:, joint] * columns.weights[:, joint, None]) @ (
+        inverse / columns.scale[:, None]
+    )
+    return rows
 
 
 def choose_blocks(residual: np.ndarray, starts: Sequence[int]) -> np.ndarray:
