@@ -1,217 +1,260 @@
-"""How often stated 95 % intervals of `crosscheck compare` hold the truth.
+"""How often 95 % intervals of `crosscheck compare` hold the truth, on simulated recordings.
 
     python -m benchmarks.bench_coverage [REGIME ...] [--draws 100] [--seed 0]
 
-Each draw is a record of its own motion (sums of sines) and noise, of a mechanism whose numbers are
-known; a regime says how long, how lively and how noisy. A row of the table is a kind of number:
-how many intervals were stated and how many hold the truth, how many estimates depend on the band,
-the rms of the errors in standard errors, and the median of the half-widths over the truth. Without
-a regime all of them are drawn.
+Each draw is a recording of 1 kHz with its own motion (sums of sines) and noise, of a mechanism
+whose numbers are known. A regime says of which mechanism, how long, how noisy (positions and
+torques, in parts of each joint's rms), how lively and with how much friction (in parts of each
+joint's rms torque, half of it Coulomb's). A row of the table is a kind of number in a regime: how
+many intervals were stated, the share that holds the truth, how many estimates depend on the band
+and have none, how many were not named, rms and largest of the errors in standard errors, and the
+median half-width. Regimes are those whose names have all of the words given; REGIME may be several
+words joined by commas.
 """
 
 from __future__ import annotations
 
 import argparse
 import sys
-from collections.abc import Iterator
+from collections import defaultdict
+from collections.abc import Iterator, Mapping
 from dataclasses import dataclass, field, replace
 from functools import cache
+from typing import NamedTuple
 
 import numpy as np
+import pinocchio as pin
 
 from crosscheck.identification import compare
 from crosscheck.identification.mechanism import ComparedMechanism, PlanarArm, SpatialRobot
-from crosscheck.identification.terms import TermEstimate
 from crosscheck.models.loading import load_arm
 from crosscheck.models.robot.file import load_robot
+from crosscheck.models.robot.robot import Level, remove_friction
 from crosscheck.recordings.record import Record
 from crosscheck.registry import build_robot_model
 from tests.measured import robots
 
-FREQUENCIES = np.array([0.2, 0.5, 0.9, 1.3])  # [Hz] of the first joint, a tenth higher for each next
+FREQUENCIES = np.array([0.2, 0.5, 0.9, 1.3])  # [Hz] of the first joint, a tenth more for each next
+STEP_S = 1e-3
+FRICTION = 0.2  # of each joint's rms torque, where a regime has it
+TILT_DEG = 3.0
+COLUMNS = (
+    "regime, band [Hz], number: stated, % hold, on band, not named, rms z, largest z, half-width"
+)
 
 
-@dataclass(frozen=True)
-class Subject:
-    """A mechanism, its file's number that is wrong, and that number's share in what is recorded."""
+class Subject(NamedTuple):
+    """A mechanism, its level, and the factor that is missing in one number of its file."""
 
     mechanism: ComparedMechanism
+    level: Level
     path: str
-    level: str = "coupled"
-    factor: float = 1.02
+    factor: float
 
 
 @cache
 def load_subject(name: str) -> Subject:
-    """The planar arm, or a robot of three or six joints."""
+    """A planar arm of two joints, or a robot of three or six."""
     if name == "arm":
-        return Subject(PlanarArm(load_arm("paper-labelled")), "arm.payload_mass_kg")
-    if name == "three":
-        return Subject(SpatialRobot(robots.arm()), "robot.links.c.mass_kg", "armature", 1.1)
-    return Subject(SpatialRobot(load_robot("six-joint")), "", "armature", 1.1)
+        arm = PlanarArm(load_arm("paper-labelled"))
+        return Subject(arm, "coupled", "arm.payload_mass_kg", 1.02)
+    if name == "tilted-arm":
+        return Subject(PlanarArm(load_arm("three-unlike")), "coupled", "", 1.0)
+    if name == "six":
+        robot = SpatialRobot(load_robot("six-joint"))
+        return Subject(robot, "armature", "robot.links.forearm.mass_kg", 1.1)
+    robot = SpatialRobot(robots.arm())
+    path = "" if name.startswith("tilted") else "robot.links.c.mass_kg"
+    return Subject(robot, "armature", path, 1.1)
 
 
-@dataclass(frozen=True)
-class Regime:
-    """Records of a kind.
-
-    noise: white, of positions and of torques, in parts of each joint's rms; amplitude [rad] and
-    pace: of the motion; coulomb, viscous: friction in parts of each joint's rms torque; tilt: of
-    the base [degrees], in place of the wrong number.
-    """
+class Regime(NamedTuple):
+    """Recordings of a kind: amplitude [rad] and pace of the motion; noise and friction in parts."""
 
     subject: str
-    rows: int = 10_000
-    noise: float = 1e-3
-    amplitude: float = 0.5
-    pace: float = 1.0
-    coulomb: float = 0.0
-    viscous: float = 0.0
-    tilt: float = 0.0
-    step: float = 1e-3
-    torque_noise: float | None = None
-
-
-LIVELY: dict[str, float] = {}
-QUIET: dict[str, float] = {"amplitude": 0.1, "pace": 0.25}
-RUBBING: dict[str, float] = {"coulomb": 0.1, "viscous": 0.1}
+    rows: int
+    noise: float
+    amplitude: float
+    pace: float
+    friction: float
 
 
 def list_regimes() -> Iterator[tuple[str, Regime]]:
-    for subject in ("arm", "three", "six"):
-        for rows in (10_000, 100_000):
-            for noise in (1e-2, 1e-3, 1e-4, 1e-5):
-                for pace, motion in (("lively", LIVELY), ("quiet", QUIET)):
-                    for rubs, friction in (("smooth", {}), ("rubbing", RUBBING)):
-                        name = f"{subject}-{rows:.0e}-{noise:.0e}-{pace}-{rubs}".replace("+0", "")
-                        yield name.replace("-0", "-"), Regime(subject, rows, noise, **motion, **friction)
+    """Every regime by its name."""
+    for subject in ("arm", "three", "six", "tilted-arm", "tilted-robot"):
+        for exponent in (4, 5, 6):
+            for noise in (2, 3, 4, 5):
+                for motion, (amplitude, pace) in (("lively", (0.5, 1.0)), ("quiet", (0.1, 0.25))):
+                    for rubs in ("smooth", "rubbing"):
+                        name = f"{subject},1e{exponent},1e-{noise},{motion},{rubs}"
+                        friction = FRICTION if rubs == "rubbing" else 0.0
+                        yield (
+                            name,
+                            Regime(subject, 10**exponent, 10.0**-noise, amplitude, pace, friction),
+                        )
 
 
 REGIMES = dict(list_regimes())
+USUAL = (
+    *(f"arm,1e4,1e-{noise},lively,rubbing" for noise in (2, 3, 4, 5)),
+    "arm,1e4,1e-3,lively,smooth",
+    "arm,1e4,1e-3,quiet,rubbing",
+    "arm,1e5,1e-2,quiet,rubbing",
+    "arm,1e5,1e-5,quiet,rubbing",
+    *(f"three,1e4,1e-{noise},lively,rubbing" for noise in (2, 3, 5)),
+    "three,1e4,1e-4,quiet,rubbing",
+    "three,1e5,1e-4,quiet,rubbing",
+    "six,1e4,1e-3,lively,rubbing",
+    "tilted-arm,1e4,1e-3,lively,rubbing",
+    "tilted-robot,1e4,1e-3,lively,rubbing",
+)
 
 
-def make_record(regime: Regime, seed: int) -> tuple[Record, dict[str, float]]:
-    """A record, and what is true of it by names of terms and paths of numbers."""
+def make_motion(regime: Regime, joints: int, rng: np.random.Generator) -> tuple[np.ndarray, ...]:
+    """Angles, rates and accelerations (rows, joints)."""
+    time = np.arange(regime.rows) * STEP_S
+    moved = np.zeros((3, regime.rows, joints))
+    for joint in range(joints):
+        for frequency in FREQUENCIES:
+            rate = 2 * np.pi * regime.pace * (1 + 0.1 * joint) * frequency
+            size = regime.amplitude * rng.uniform(0.7, 1.3) / (1 + 3 * frequency)
+            turned = rate * time + rng.uniform(0, 2 * np.pi)
+            moved[0, :, joint] += size * np.sin(turned)
+            moved[1, :, joint] += size * rate * np.cos(turned)
+            moved[2, :, joint] -= size * rate**2 * np.sin(turned)
+    return tuple(moved)
+
+
+def tilt_base(mechanism: ComparedMechanism) -> ComparedMechanism:
+    """The same on a base that is turned about an axis across gravity, the plane's of an arm."""
+    axis = [0.0, 0.0, 1.0] if isinstance(mechanism, PlanarArm) else [0.6, -0.8, 0.0]
+    turned = pin.exp3(np.radians(TILT_DEG) * np.array(axis))
+    return mechanism.turn(turned.T @ mechanism.robot.gravity)
+
+
+def draw_record(regime: Regime, seed: int) -> tuple[Record, dict[str, float]]:
+    """A recording, and what is true of it by names of terms and paths of numbers."""
     rng = np.random.default_rng([seed, 17])
     subject = load_subject(regime.subject)
-    value = {each.path: each.value for each in subject.mechanism.parameters}.get(subject.path, 0.0)
-    truth = {subject.path: subject.factor * value}
-    changed = subject.mechanism.change(truth) if subject.path else subject.mechanism
+    given = {each.path: each.value for each in subject.mechanism.parameters}
+    truth = {subject.path: subject.factor * given[subject.path]} if subject.path else {}
+    changed = subject.mechanism.change(truth) if truth else tilt_base(subject.mechanism)
     (level,) = (each for each in changed.levels if each.name == subject.level)
-    n = len(level.robot.coordinate_names)
-    time = np.arange(regime.rows) * regime.step
-    rates = 2 * np.pi * regime.pace * np.outer(1 + 0.1 * np.arange(n), FREQUENCIES)
-    sizes = regime.amplitude * rng.uniform(0.7, 1.3, rates.shape) / (1 + 3 * FREQUENCIES)
-    phases = rng.uniform(0, 2 * np.pi, rates.shape)
-    angles, speeds, gains = np.zeros((3, regime.rows, n))
-    for joint in range(n):
-        for rate, size, phase in zip(rates[joint], sizes[joint], phases[joint], strict=True):
-            turned = rate * time + phase
-            angles[:, joint] += size * np.sin(turned)
-            speeds[:, joint] += size * rate * np.cos(turned)
-            gains[:, joint] -= size * rate**2 * np.sin(turned)
-    model = build_robot_model("analytic", compare.remove_friction(level.robot), level.level)
-    torques = model.inverse_dynamics(angles, speeds, gains)
-    strength = np.sqrt((torques**2).mean(axis=0))
-    coulomb = regime.coulomb * strength
-    viscous = regime.viscous * strength / np.sqrt((speeds**2).mean(axis=0))
-    torques = torques + coulomb * np.sign(speeds) + viscous * speeds
-    for number, name in enumerate(level.robot.coordinate_names):
+    robot = remove_friction(level.robot)
+    names = robot.coordinate_names
+    q, v, a = make_motion(regime, len(names), rng)
+    torque = build_robot_model("analytic", robot, level.level).inverse_dynamics(q, v, a)
+    strength = np.sqrt((torque**2).mean(axis=0))
+    coulomb = regime.friction / 2 * strength
+    viscous = coulomb / np.sqrt((v**2).mean(axis=0))
+    torque = torque + coulomb * np.sign(v) + viscous * v
+    for number, name in enumerate(names):
         truth |= {f"coulomb of {name}": coulomb[number], f"viscous of {name}": viscous[number]}
-        truth[f"armature of {name}"] = 0.0
-    for rotor in level.robot.rotors:
-        name = level.robot.joints[rotor.joint].name
-        share = 1.0 if level.level == "armature" else (rotor.ratio - 1) / rotor.ratio
-        truth[f"armature of {name}"] = share * rotor.ratio**2 * rotor.inertia
-    truth["delay of all torques"] = 0.0
-    shaken = regime.noise * np.sqrt(((angles - angles.mean(axis=0)) ** 2).mean(axis=0))
-    share = regime.noise if regime.torque_noise is None else regime.torque_noise
-    angles = angles + shaken * rng.normal(size=angles.shape)
-    torques = torques + share * strength * rng.normal(size=torques.shape)
-    return Record("drawn", time, angles, torques), truth
+    for rotor in robot.rotors:
+        truth[f"armature of {robot.joints[rotor.joint].name}"] = rotor.ratio**2 * rotor.inertia
+    truth |= {"delay of all torques": 0.0, "tilt": TILT_DEG}
+    spread = np.sqrt(((q - q.mean(axis=0)) ** 2).mean(axis=0))
+    q = q + regime.noise * spread * rng.normal(size=q.shape)
+    torque = torque + regime.noise * strength * rng.normal(size=q.shape)
+    return Record("drawn", np.arange(regime.rows) * STEP_S, q, torque), truth
 
 
 @dataclass
 class Count:
-    """Of a kind of number: errors in half-widths and in standard errors, relative half-widths."""
+    """Of a kind of number: errors over half-widths and over standard errors, and half-widths."""
 
-    missed: list[float] = field(default_factory=list)
-    errors: list[float] = field(default_factory=list)
+    over_widths: list[float] = field(default_factory=list)
+    over_errors: list[float] = field(default_factory=list)
     widths: list[float] = field(default_factory=list)
-    bands: int = 0
+    band_dependent: int = 0
     unnamed: int = 0
 
-    def add(self, each: TermEstimate, truth: float) -> None:
-        if each.doubled is not None:
-            self.bands += 1
-            return
-        self.missed.append(abs(each.value - truth) / each.half_width)
-        self.errors.append((each.value - truth) / each.error)
-        self.widths.append(each.half_width)
+    def add(self, error: float, standard_error: float, half_width: float) -> None:
+        """Count an interval that is stated."""
+        self.over_widths.append(abs(error) / half_width)
+        self.over_errors.append(error / standard_error)
+        self.widths.append(half_width)
 
     def describe(self) -> str:
-        stated = len(self.missed)
+        """A row of the table."""
+        stated = len(self.widths)
+        row = f"{stated:5d} {{}} {self.band_dependent:4d} {self.unnamed:4d}"
         if not stated:
-            return f"{0:5d} {'':5} {self.bands:5d} {self.unnamed:5d}"
-        held = int((np.array(self.missed) <= 1).sum())
-        rms = float(np.sqrt(np.mean(np.square(self.errors))))
-        return (
-            f"{stated:5d} {100 * held / stated:5.1f} {self.bands:5d} {self.unnamed:5d} {rms:6.2f}"
-            f" {max(map(abs, self.errors)):6.1f} {np.median(self.widths):10.3g}"
-        )
+            return row.format("    -")
+        share = 100 * float((np.array(self.over_widths) <= 1).mean())
+        z = np.abs(self.over_errors)
+        sizes = f"{np.sqrt((z**2).mean()):6.2f} {z.max():5.1f} {np.median(self.widths):9.3g}"
+        return f"{row.format(f'{share:5.1f}')} {sizes}"
 
 
-def estimate(regime: Regime, record: Record) -> compare.SideResult:
-    subject = load_subject(regime.subject)
-    robot = compare.remove_friction(subject.mechanism.robot)
-    n = len(robot.coordinate_names)
-    shared = compare.shared_motors(np.eye(n))
-    samples = compare._BandSamples(robot, [record], [record.motor_torque], shared)
+def count_draw(
+    regime: Regime, record: Record, truth: Mapping[str, float], counts: dict[str, Count]
+) -> float:
+    """Count the intervals that a recording's comparison states; returns its bandwidth [Hz]."""
+    mechanism = load_subject(regime.subject).mechanism
+    robot = remove_friction(mechanism.robot)
+    shared = np.zeros((0, len(robot.coordinate_names)))
+    torques = [record.motor_torque]
+    samples = compare._BandSamples(robot, [record], torques, shared)
     problem = compare._Problem(robot, samples, compare.LINK_KINDS["identified"])
     bandwidth = problem.choose_bandwidth()
-    judged = compare._judge_side(problem, "motor", "identified", bandwidth, compare.NOTHING_ELSE)
-    if subject.path:
-        judgement = compare._judge_file(problem, subject.mechanism, "motor", bandwidth)
-        judged = replace(judged, judgement=judgement)
-    return judged
+    if regime.subject.startswith("tilted"):
+        _, tilt = compare._judge_gravity(problem, torques, "motor", bandwidth)
+        angle = None if tilt is None else tilt.angle_deg
+        if angle is None:
+            counts["tilt"].unnamed += 1
+        else:
+            counts["tilt"].add(angle[0] - truth["tilt"], angle[1] / 2, angle[1])
+        return bandwidth
+    side = compare._judge_side(problem, "motor", "identified", bandwidth, compare.NOTHING_ELSE)
+    judgement = compare._judge_file(problem, mechanism, side)
+    level, path = load_subject(regime.subject).level, load_subject(regime.subject).path
+    named = [
+        replace(each.estimate, term=replace(each.estimate.term, name=path))
+        for each in judgement.changes
+        if each.estimate and each.parameter and (each.level, each.parameter.path) == (level, path)
+    ]
+    counts["number"].unnamed += not named
+    for each in (*side.estimates, *named):
+        if each.term.name not in truth:
+            continue
+        count = counts[each.term.kind]
+        if each.doubled is None:
+            count.add(each.value - truth[each.term.name], each.error, each.half_width)
+        else:
+            count.band_dependent += 1
+    return bandwidth
 
 
-def count_regime(name: str, draws: int, seed: int) -> dict[str, Count]:
-    regime, counts = REGIMES[name], dict[str, Count]()
-    subject = load_subject(regime.subject)
-    for draw in range(seed, seed + draws):
-        print(f"\r{name}: {draw - seed} of {draws}", end="", file=sys.stderr, flush=True)
-        record, truth = make_record(regime, draw)
-        side = estimate(regime, record)
-        for each in side.estimates:
-            kind = each.term.kind
-            if each.term.name in truth:
-                counts.setdefault(kind, Count()).add(each, truth[each.term.name])
-        if side.judgement is not None:
-            number = counts.setdefault("number", Count())
-            for each in side.judgement.changes:
-                if each.level == subject.level and each.parameter.path == subject.path and each.is_fitting:
-                    number.add(each.estimate, truth[subject.path])
-                    break
-            else:
-                number.unnamed += 1
-        counts.setdefault("band", Count()).widths.append(side.bandwidth)
+def describe_regime(name: str, draws: int, seed: int) -> Iterator[str]:
+    """The rows of a regime."""
+    counts, bands = defaultdict[str, Count](Count), []
+    for number in range(draws):
+        print(f"\r{name}: {number} of {draws} ", end="", file=sys.stderr, flush=True)
+        record, truth = draw_record(REGIMES[name], seed + number)
+        bands.append(count_draw(REGIMES[name], record, truth, counts))
     print("\r", end="", file=sys.stderr)
-    return counts
+    for kind, count in counts.items():
+        yield f"{name:36} {np.median(bands):6.3g} {kind:9} {count.describe()}"
 
 
 def main() -> None:
+    """Print the table."""
     parser = argparse.ArgumentParser(description=__doc__)
     parser.add_argument("regimes", nargs="*")
     parser.add_argument("--draws", type=int, default=100)
     parser.add_argument("--seed", type=int, default=0)
     options = parser.parse_args()
-    for name in REGIMES:
-        if not options.regimes or any(part in name for part in options.regimes):
-            counts = count_regime(name, options.draws, options.seed)
-            band = np.median(counts.pop("band").widths)
-            for kind, count in counts.items():
-                print(f"{name:36} {band:5.2f} {kind:10} {count.describe()}", flush=True)
+    asked = [
+        name
+        for name in (REGIMES if options.regimes else USUAL)
+        if not options.regimes
+        or any(set(each.split(",")) <= set(name.split(",")) for each in options.regimes)
+    ]
+    print(COLUMNS)
+    for name in asked:
+        for line in describe_regime(name, options.draws, options.seed):
+            print(line, flush=True)
 
 
 if __name__ == "__main__":

@@ -21,6 +21,7 @@ MOST_BLOCKS, FEWEST_BLOCKS = 100, 20
 CORRELATION_TIMES = 4.0
 TOGETHER = 1000  # rows of columns that are weighted at a time
 LEAST_LEFT = 1.0  # of independent values of a joint, where parameters take up more
+LEAST_FREE = 0.1  # of a residual's power at a frequency that columns leave, where they take more
 LOBES = 8  # of a residual's correlation: the width of the window in which it is summed
 ALIKE = 1e6  # condition number of scaled columns up to which products of them are exact enough
 
@@ -286,16 +287,26 @@ def _pool_variances(
     around = np.zeros(2 * rows)
     around[:reach] = parzen
     around[2 * rows - reach + 1 :] = parzen[:0:-1]
-    scale = np.sqrt(independent / left / np.maximum(shown.sum(axis=0), 1))
-    spectra = rfft((remains - remains.mean(axis=0)) * scale, 2 * rows, axis=0)
+
+    def smooth(power: np.ndarray) -> np.ndarray:
+        smoothed: np.ndarray = rfft(irfft(power, 2 * rows) * around)
+        return smoothed
+
+    number = np.sqrt(np.maximum(shown.sum(axis=0), 1))
+    spectra = rfft((remains - remains.mean(axis=0)) / number, 2 * rows, axis=0).T
     turned = [rfft(_whiten(columns, inverse, joint), 2 * rows, axis=0) for joint in range(count)]
+    # Of residuals the columns have taken their share, most at the frequencies that they have.
+    free = [
+        1 - smooth((np.abs(each) ** 2).sum(axis=1) / n**2).real
+        for each, n in zip(turned, number, strict=True)
+    ]
+    spectra /= np.sqrt(np.maximum(free, LEAST_FREE))
     both = np.full(rows + 1, 2.0)  # signs of a frequency
     both[[0, -1]] = 1.0
     total = np.zeros_like(inverse)
     for first in range(count):
         for second in range(first, count):
-            alike = irfft(spectra[:, first] * spectra[:, second].conj(), 2 * rows) * around
-            power = rfft(alike) * both
+            power = smooth(spectra[first] * spectra[second].conj()) * both
             part = (turned[first].conj().T @ (power[:, None] * turned[second])).real
             total += part if first == second else part + part.T
     return total / (2 * rows), taken, left

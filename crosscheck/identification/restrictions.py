@@ -79,6 +79,17 @@ class Restriction:
         """Whether it leaves no more than any links do."""
         return self.chance >= (SIGNIFICANT if self.parameter is None else PLAUSIBLE)
 
+    @property
+    def estimates(self) -> tuple[TermEstimate, ...]:
+        """All of them, the number's last."""
+        return self.friction if self.estimate is None else (*self.friction, self.estimate)
+
+    def with_estimates(self, estimates: tuple[TermEstimate, ...]) -> Restriction:
+        """The same with others of these terms."""
+        count = len(self.friction)
+        number = next(iter(estimates[count:]), None)
+        return replace(self, friction=estimates[:count], estimate=number)
+
     def compute_friction(self, rates: np.ndarray) -> np.ndarray:
         """Torques (rows, n) of joints' own friction as estimated, at rates (rows, n)."""
         by_name = {each.term.name: each.value for each in self.friction}
@@ -231,6 +242,15 @@ class FileFits:
         falls = (flat.T @ right) ** 2 / np.where(sizes > 0, sizes, np.inf) ** 2
         for place in np.argsort(-falls)[:MOST_NUMBERS].tolist():
             yield self._settle(level, numbers[place], columns[place])
+
+    def repeat(self, restriction: Restriction, levels: Sequence[RigidLevel]) -> Restriction:
+        """A restriction of another band in this one."""
+        (level,) = (each for each in levels if each.name == restriction.level)
+        parameter = restriction.parameter
+        column = None if parameter is None else self._compute_column(level, parameter)
+        if parameter is None or column is None:
+            return self._fit(level, None, None)
+        return self._settle(level, parameter, column)
 
     def _settle(self, level: RigidLevel, parameter: Parameter, column: np.ndarray) -> Restriction:
         """The fit with a number; of a place by Gauss and Newton's steps: moments bend with it."""

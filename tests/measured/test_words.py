@@ -7,7 +7,8 @@ from typing import Any
 import numpy as np
 import pytest
 
-from crosscheck.identification import compare, messages, output
+from crosscheck.identification import messages, output
+from crosscheck.identification.bandwidth import BandResult, combine_bands
 from crosscheck.identification.mechanism import PlanarArm, SpatialRobot
 from crosscheck.identification.restrictions import FileJudgement, Restriction, flag_friction
 from crosscheck.identification.terms import TermEstimate, TorqueTerm
@@ -118,11 +119,11 @@ def test_an_estimate_that_another_band_moves_has_no_interval():
     apart = replace(FACTOR, doubled=1.5)
     assert "(depends on the band: 1.500 1 in twice the band)" in messages.format_estimate(apart)
     for there, is_flagged in ((1.275, True), (1.265, False)):
-        wide = replace(FACTOR, value=there)
-        (flagged,) = compare.flag_band_dependence((FACTOR,), (wide,))
+        wide = BandResult(2.0, (replace(FACTOR, value=there),), is_sound=False)
+        (flagged,) = combine_bands([FACTOR], 1.0, [wide])
         assert (flagged.doubled == there) is is_flagged
-    noisy = replace(FACTOR, value=1.275, half_width=0.03)
-    assert compare.flag_band_dependence((FACTOR,), (noisy,)) == (FACTOR,)
+    noisy = BandResult(2.0, (replace(FACTOR, value=1.275, half_width=0.03),), is_sound=False)
+    assert combine_bands([FACTOR], 1.0, [noisy]) == (FACTOR,)
 
 
 def test_the_part_of_an_error_that_other_bands_make_stands_beside_its_estimate():
