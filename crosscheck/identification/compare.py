@@ -369,9 +369,8 @@ def _judge_file(
             replace(band, estimates=fits.repeat(restriction, levels).estimates)
             for band, fits in others
         ]
-        return restriction.with_estimates(
-            combine_bands(restriction.estimates, judged.bandwidth, again)
-        )
+        estimates = combine_bands(restriction.estimates, judged.bandwidth, again)
+        return replace(restriction, estimates=estimates)
 
     return FileJudgement(
         tuple(map(combine, judgement.levels)), tuple(map(combine, judgement.changes))

@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass, replace
 from math import ceil
-from typing import NamedTuple
+from typing import Any, NamedTuple
 
 import numpy as np
 from scipy.fft import irfft, next_fast_len, rfft, rfftfreq
@@ -140,25 +140,16 @@ def sample(
         weights.append(_weigh_rows(bandwidth * each.step * each.rows, every))
         starts.append(starts[-1] + weights[-1].shape[0])
     names = [name for name in SIGNALS if name != "moving"]
-    dense = dict(zip(names, map(np.concatenate, zip(*parts, strict=True)), strict=True))
+    dense: dict[str, Any] = dict(
+        zip(names, map(np.concatenate, zip(*parts, strict=True)), strict=True)
+    )
     together = csr_array(block_diag(weights))
     rows = {name: together @ value for name, value in dense.items()}
     slow = SLOW * fastest[: rows["v"].shape[1]]
 
-    def gather(signals: dict[str, np.ndarray], band: float, step: float) -> BandSample:
-        return BandSample(
-            bandwidth=band,
-            q=signals["q"],
-            v=signals["v"],
-            a=signals["a"],
-            moving=np.abs(signals["v"]) > slow,
-            direction=signals["direction"],
-            shared_direction=signals["shared_direction"],
-            torque=signals["torque"],
-            torque_rate=signals["torque_rate"],
-            starts=(0, len(signals["v"])),
-            step=step,
-        )
+    def gather(signals: dict[str, Any], band: float, step: float) -> BandSample:
+        moving = np.abs(signals["v"]) > slow
+        return BandSample(band, **signals, moving=moving, starts=(0, len(moving)), step=step)
 
     return replace(
         gather(rows, bandwidth, every * spacing),

@@ -154,7 +154,7 @@ def wrong_chances() -> Iterator[str]:
     right = chi2.sf(-2 * np.log(chances).sum(), 4)
     yield from apart("chance", restrictions.compute_chance(ratios, further, left), right)
     best = kept().judgement.best
-    plain = replace(best, parameter=None, estimate=None, mechanism=kept().comparison.mechanism)
+    plain = replace(best, parameter=None, mechanism=kept().comparison.mechanism)
     for factor, is_within in ((1.01, True), (0.99, False)):
         if replace(plain, chance=factor * 1e-4).explains != is_within:
             yield f"chance {factor} of the limit"

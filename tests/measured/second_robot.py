@@ -217,10 +217,7 @@ def stationary_variances(
     centred = centred - centred.mean(axis=0)
     reach = min(8 * max(map(first_negative, centred.T)), rows)
     lags = np.arange(2 * rows)
-    share = np.minimum(lags, 2 * rows - lags) / reach
-    taper = np.where(
-        share < 0.5, 1 - 6 * share**2 + 6 * share**3, 2 * np.maximum(1 - share, 0) ** 3
-    )
+    taper = parzen(np.minimum(lags, 2 * rows - lags) / reach)
     parts = inverse.reshape(-1, rows, count)
     basis, singular, _ = np.linalg.svd(counted / size, full_matrices=False)
     bases = basis.T[singular > 1e-9 * singular[0]].reshape(-1, rows, count)
@@ -239,6 +236,12 @@ def stationary_variances(
             covariance = (products * taper)[places]
             total += ((parts[:, :, one] @ covariance) * parts[:, :, other]).sum(axis=1)
     return total
+
+
+def parzen(share: np.ndarray) -> np.ndarray:
+    """Parzen's window, by its distance from the middle in parts of its reach."""
+    outer = 2 * np.maximum(1 - share, 0) ** 3
+    return np.where(share < 0.5, 1 - 6 * share**2 + 6 * share**3, outer)
 
 
 def first_negative(signal: np.ndarray) -> int:
@@ -261,12 +264,8 @@ def block_edges(residual: np.ndarray) -> np.ndarray:
 
 
 def rows_alike(signal: np.ndarray) -> float:
-    """For how many rows a signal is alike: its correlation summed to where it is first negative."""
+    """For how many rows a signal is alike: its correlation, lag by lag."""
     centred = signal - signal.mean()
     correlation = np.correlate(centred, centred, "full")[len(signal) - 1 :] / (centred @ centred)
-    total = 0.5
-    for value in correlation[1:]:
-        if value <= 0:
-            break
-        total += value
-    return 2 * total
+    end = min(8 * first_negative(centred), len(signal))
+    return max(2 * float(parzen(np.arange(end) / end) @ correlation[:end]) - 1, 1.0)

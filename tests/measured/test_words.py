@@ -252,15 +252,20 @@ PAYLOAD = next(each for each in LABELLED.parameters if each.path == "arm.payload
 
 
 def restriction(
-    level: str, *, value: float | None = None, surprise: float = 0.0, chance: float = 0.5
+    level: str,
+    *,
+    value: float | None = None,
+    surprise: float = 0.0,
+    chance: float = 0.5,
+    doubled: float | None = None,
 ) -> Restriction:
     """A level, or one with another payload [kg], which no file may hold if it is negative."""
     term = TorqueTerm("number", PAYLOAD.phrase, "kg", PAYLOAD.value)
-    number = None if value is None else TermEstimate(term, value, 0.005, 0.01)
+    number = () if value is None else (TermEstimate(term, value, 0.005, 0.01, doubled=doubled),)
     mechanism = LABELLED if value is None or value > 0 else None
     changed = None if value is None else PAYLOAD
     ratios = np.array([1.5, 1.25])
-    return Restriction(level, changed, number, (), ratios, chance, surprise, mechanism)
+    return Restriction(level, changed, number, ratios, chance, surprise, mechanism)
 
 
 def judge(*levels: Restriction, changes: tuple[Restriction, ...] = ()) -> list[str]:
@@ -282,6 +287,10 @@ VERDICTS: dict[str, tuple[list[str], list[str]]] = {
     "one change": (
         judge(WRONG, changes=(restriction("coupled", value=10.2),)),
         ["coupled) if the payload is 10.2 kg; the file says 10.", "nearest, rigid gears (coupled)"],
+    ),
+    "one of another band": (
+        judge(WRONG, changes=(restriction("coupled", value=10.2, doubled=10.6),)),
+        ["10.200 kg (depends on the band: 10.600 kg in twice the band); the file", "nearest"],
     ),
     "two changes": (
         judge(WRONG, changes=(restriction("coupled", value=10.2), restriction("links", value=9.9))),
@@ -325,7 +334,7 @@ def test_friction_is_flagged_where_it_is_not_the_files():
     values = (own + 0.41, own + 0.39), (0.41, 0.39)
     for term, (more, less) in require_items(zip(terms, values, strict=True)):
         for value, is_flagged in ((more, True), (less, False)):
-            rubs = replace(BEST, friction=(TermEstimate(term, value, 0.1, 0.2),))
+            rubs = replace(BEST, estimates=(TermEstimate(term, value, 0.1, 0.2),))
             assert bool(flag_friction(rubs, robot, 4.0)) is is_flagged
 
 
