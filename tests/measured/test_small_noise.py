@@ -50,8 +50,9 @@ def test_columns_hold_all_of_friction_and_of_inertia():
     signs = -np.sign(np.sin(rate * time + 1e-3))
     given = DecimatedSignals(Record("made", time[:, 0], np.cos(rate * time + 1e-3), signs), signs)
     rows = sampling.sample([given], np.zeros((0, 1)), BAND)
-    assert np.abs(rows.torque - rows.direction).max() < 1e-6
-    assert np.abs(rows.motion.a).max() == pytest.approx(rate**2, rel=1e-4)
+    assert np.abs(rows.torque - rows.direction).max() < 1e-5
+    size = np.median(np.hypot(rows.motion.a, rate * rows.motion.v))
+    assert size == pytest.approx(rate**2, rel=1e-4)
 
 
 @pytest.mark.parametrize(("wider", "is_explained"), [(4.0, True), (1.0, False)])
@@ -59,6 +60,6 @@ def test_a_band_amid_the_motion_leaves_noise_alone(quiet, monkeypatch, wider, is
     """Of white noise the share of the band; filtered motions alone would not explain torques."""
     monkeypatch.setattr(compare, "choose_bandwidth", lambda *given: BAND)
     monkeypatch.setattr(sampling, "MOTION_BAND", wider)
-    side = first_side(arm(), recording(arm(), "armature", seconds=10.0, friction=0.0))
+    side = first_side(arm(), recording(arm(), "armature", friction=0.0))
     noise = robots.TORQUE_NOISE * np.sqrt(2 * BAND * robots.STEP)
     assert bool((side.steps[-1].rms < 1.2 * noise).all()) == is_explained
