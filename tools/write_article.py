@@ -62,15 +62,15 @@ def write_article(run: Path, out: Path) -> None:
             for number, ((title, body), argument) in titled
         ],
         "errata": convert_table(
-            case_study.format_errata(chapters["errata"]), (0.15, 0.27, 0.27, 0.2)
+            case_study.format_errata(chapters["errata"]), (0.13, 0.26, 0.26, 0.17)
         ),
         "claim_count": len(claims),
         "counts": "; ".join(
             ": ".join(row[::2]) for row in split_table(case_study.format_counts(claims))[1:]
         ),
-        "count_table": convert_table(case_study.format_counts(claims), (0.3, 0.3, 0.3)),
+        "count_table": convert_table(case_study.format_counts(claims), (0.28, 0.28, 0.28)),
         "close": escape(case_study.describe_close_verdicts(claims)),
-        "verdicts": convert_table(case_study.format_verdicts(findings), (0.27, 0.5, 0.15)),
+        "verdicts": convert_table(case_study.format_verdicts(findings), (0.25, 0.45, 0.14)),
     }
     templates = Environment(
         loader=FileSystemLoader(Path(__file__).with_name("article")),
@@ -127,7 +127,7 @@ def convert_html(fragment: str) -> str:
         elif tag[2] == "table":
             lines = piece.split("</tr>")[:-1]
             rows = [list(map(convert_html, re.findall(CELL, line))) for line in lines]
-            tex += format_table(rows, [0.9 / len(rows[0])] * len(rows[0]))
+            tex += format_table(rows, [0.84 / len(rows[0])] * len(rows[0]))
         elif tag[2] == "p":
             tex += "\n\n"
         elif tag[2] in TAGS:
