@@ -17,23 +17,12 @@ from crosscheck.identification.bandwidth import (
     measure_error,
 )
 from crosscheck.identification.engines import compare_engines
-from crosscheck.identification.estimation import (
-    ALIKE,
-    CONFIDENCE,
-    LinearFit,
-    fit_linear,
-    fit_part,
-)
+from crosscheck.identification.estimation import ALIKE, CONFIDENCE, LinearFit, fit_linear, fit_part
 from crosscheck.identification.excitation import Excitation, suggest_excitation
 from crosscheck.identification.forward import Window, run_windows
 from crosscheck.identification.gravity import GravityEstimate
 from crosscheck.identification.mechanism import ComparedMechanism
-from crosscheck.identification.refinement import (
-    Knowledge,
-    RecordedTorque,
-    Refinement,
-    refine,
-)
+from crosscheck.identification.refinement import Knowledge, RecordedTorque, Refinement, refine
 from crosscheck.identification.restrictions import (
     SIGNIFICANT,
     FileFits,
@@ -634,7 +623,11 @@ def _judge_side(
         fit = fit_part(part, torque, full)
         steps.append(StepResult(name, part.shape[2], *fit))
     estimates = combine_bands(_select_estimates(problem, columns, full), bandwidth, bands)
-    concerned = _find_concerned(problem.terms, columns, full)
+    concerned, excitation = _find_concerned(problem.terms, columns, full), None
+    if concerned and treatment in ("identified", "none"):
+        excitation = suggest_excitation(
+            problem.robot, samples.q, problem.shared, problem.chosen, problem.measured, full.sigma
+        )
     return SideResult(
         side=side,
         links=treatment,
@@ -658,18 +651,7 @@ def _judge_side(
         samples=samples,
         residual=full.residual,
         shown=full.shown,
-        excitation=(
-            suggest_excitation(
-                problem.robot,
-                samples.q,
-                problem.shared,
-                problem.chosen,
-                problem.measured,
-                full.sigma,
-            )
-            if concerned and treatment in ("identified", "none")
-            else None
-        ),
+        excitation=excitation,
         refinement=(
             refine(_record_torque(problem, samples, full), knowledge)
             if treatment == "identified" and knowledge.is_anything

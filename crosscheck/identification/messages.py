@@ -7,12 +7,7 @@ from math import floor, log10
 
 import numpy as np
 
-from crosscheck.identification.compare import (
-    EXCITED,
-    RecordComparison,
-    Side,
-    SideResult,
-)
+from crosscheck.identification.compare import EXCITED, RecordComparison, Side, SideResult
 from crosscheck.identification.engines import describe_disagreement
 from crosscheck.identification.excitation import DRAWN, Excitation
 from crosscheck.identification.mechanism import ComparedMechanism

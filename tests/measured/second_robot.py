@@ -215,18 +215,16 @@ def stationary_variances(
     inverse = np.linalg.pinv(counted / size, rcond=1e-9) / size[:, None]
     centred = np.where(moving, residual / sigma, 0.0)
     centred = centred - centred.mean(axis=0)
-    reach = min(8 * max(map(first_negative, centred.T)), rows)
-    lags = np.arange(2 * rows)
+    reach, lags = min(8 * max(map(first_negative, centred.T)), rows), np.arange(2 * rows)
     taper = parzen(np.minimum(lags, 2 * rows - lags) / reach)
     parts = inverse.reshape(-1, rows, count)
     basis, singular, _ = np.linalg.svd(counted / size, full_matrices=False)
     bases = basis.T[singular > 1e-9 * singular[0]].reshape(-1, rows, count)
-    shown = moving.sum(axis=0)
     signals = []
-    for joint in range(count):
-        power = (np.abs(np.fft.fft(bases[:, :, joint], 2 * rows)) ** 2).sum(axis=0) / shown[joint]
+    for joint, shown in enumerate(moving.sum(axis=0)):
+        power = (np.abs(np.fft.fft(bases[:, :, joint], 2 * rows)) ** 2).sum(axis=0) / shown
         free = 1 - np.fft.fft(np.fft.ifft(power) * taper).real
-        wave = np.fft.fft(centred[:, joint], 2 * rows) / np.sqrt(shown[joint])
+        wave = np.fft.fft(centred[:, joint], 2 * rows) / np.sqrt(shown)
         signals.append(wave / np.sqrt(np.maximum(free, 0.1)))
     total = np.zeros(len(size))
     places = (np.arange(rows) - np.arange(rows)[:, None]) % (2 * rows)
@@ -240,8 +238,8 @@ def stationary_variances(
 
 def parzen(share: np.ndarray) -> np.ndarray:
     """Parzen's window, by its distance from the middle in parts of its reach."""
-    outer = 2 * np.maximum(1 - share, 0) ** 3
-    return np.where(share < 0.5, 1 - 6 * share**2 + 6 * share**3, outer)
+    inner, outer = 1 - 6 * share**2 + 6 * share**3, 2 * np.maximum(1 - share, 0) ** 3
+    return np.where(share < 0.5, inner, outer)
 
 
 def first_negative(signal: np.ndarray) -> int:

@@ -30,14 +30,7 @@ from crosscheck.registry import RIGID_LEVELS
 from tests.arms import arm_of
 from tests.loops import require_items
 from tests.measured import robots
-from tests.measured.records import (
-    compared,
-    judged,
-    level,
-    list_explanations,
-    motion,
-    record_of,
-)
+from tests.measured.records import compared, judged, level, list_explanations, motion, record_of
 
 PAYLOAD = "arm.payload_mass_kg"
 SHIPPED = ROOT / "examples" / "recordings" / "payload.csv"

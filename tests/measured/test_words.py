@@ -252,16 +252,11 @@ PAYLOAD = next(each for each in LABELLED.parameters if each.path == "arm.payload
 
 
 def restriction(
-    level: str,
-    *,
-    value: float | None = None,
-    surprise: float = 0.0,
-    chance: float = 0.5,
-    doubled: float | None = None,
+    level: str, *, value: float | None = None, surprise: float = 0.0, chance: float = 0.5
 ) -> Restriction:
     """A level, or one with another payload [kg], which no file may hold if it is negative."""
     term = TorqueTerm("number", PAYLOAD.phrase, "kg", PAYLOAD.value)
-    number = () if value is None else (TermEstimate(term, value, 0.005, 0.01, doubled=doubled),)
+    number = () if value is None else (TermEstimate(term, value, 0.005, 0.01),)
     mechanism = LABELLED if value is None or value > 0 else None
     changed = None if value is None else PAYLOAD
     ratios = np.array([1.5, 1.25])
@@ -274,6 +269,8 @@ def judge(*levels: Restriction, changes: tuple[Restriction, ...] = ()) -> list[s
 
 
 BEST, NEXT = restriction("coupled"), restriction("armature", surprise=2 * np.log(1e4), chance=0.0)
+HEAVIER = restriction("coupled", value=10.2)
+MOVED = replace(HEAVIER, estimates=(replace(HEAVIER.estimates[0], doubled=10.6),))
 WRONG = restriction("coupled", surprise=2 * np.log(101.0), chance=0.0)
 VERDICTS: dict[str, tuple[list[str], list[str]]] = {
     "decided": (
@@ -285,15 +282,15 @@ VERDICTS: dict[str, tuple[list[str], list[str]]] = {
     ),
     "two levels": (judge(BEST, restriction("armature")), ["coupled and armature with the file"]),
     "one change": (
-        judge(WRONG, changes=(restriction("coupled", value=10.2),)),
+        judge(WRONG, changes=(HEAVIER,)),
         ["coupled) if the payload is 10.2 kg; the file says 10.", "nearest, rigid gears (coupled)"],
     ),
     "one of another band": (
-        judge(WRONG, changes=(restriction("coupled", value=10.2, doubled=10.6),)),
+        judge(WRONG, changes=(MOVED,)),
         ["10.200 kg (depends on the band: 10.600 kg in twice the band); the file", "nearest"],
     ),
     "two changes": (
-        judge(WRONG, changes=(restriction("coupled", value=10.2), restriction("links", value=9.9))),
+        judge(WRONG, changes=(HEAVIER, restriction("links", value=9.9))),
         ["the payload is 10.2 kg", "does not distinguish", "(links) if the payload is 9.9", "1.5"],
     ),
     "nothing": (
