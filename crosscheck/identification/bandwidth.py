@@ -18,8 +18,7 @@ GAIN = 0.98  # of errors: a band that makes them no less has no information of i
 class BandResult:
     """A bandwidth [Hz], and the estimates in it.
 
-    is_sound: whether these say something of another band's: not where it holds too little of the
-    motion, or where errors are larger as it holds what its model lacks.
+    is_sound: whether it holds enough of the motion for these to say something of another band's.
     """
 
     bandwidth: float
@@ -34,26 +33,29 @@ def combine_bands(
 
     Blocks of rows tell of noise alone: what a filter or friction's sign does is alike in all. Rows
     of one band are part of the other's: by noise estimates are less apart than the worse is wrong.
-    What they are apart beyond that is the systematic part. A wider band's estimate that is beyond
-    both intervals makes the estimate one of the band.
+    What a narrower one is apart beyond that is the systematic part; a wider one holds more of what
+    the model may lack, and makes an estimate that is beyond both intervals one of the band.
     """
     combined = []
     for each in estimates:
-        there = [(band, other) for band in others for other in band.estimates]
-        again = [(band, other) for band, other in there if other.term == each.term]
+        again = [
+            (band.is_sound, band.bandwidth > bandwidth, other)
+            for band in others
+            for other in band.estimates
+            if other.term == each.term
+        ]
         excess = [
             (other.value - each.value) ** 2 - max(other.half_width, each.half_width) ** 2
-            for band, other in again
-            if band.is_sound
+            for is_sound, is_wider, other in again
+            if is_sound and not is_wider
         ]
         systematic = max([0.0, *excess]) ** 0.5
         error = float(np.hypot(each.error, systematic))
         half_width = each.half_width * error / each.error if each.error else 0.0
         beyond = (
             other.value
-            for band, other in again
-            if band.bandwidth > bandwidth
-            and abs(other.value - each.value) > max(half_width, other.half_width)
+            for _, is_wider, other in again
+            if is_wider and abs(other.value - each.value) > max(half_width, other.half_width)
         )
         combined.append(
             replace(

@@ -83,7 +83,6 @@ MOST_BANDS = 4  # whose samples are kept: fits ask for those of the last ones ag
 FEWEST_ROWS = 8  # of torques for a parameter, half of them independent
 NOTHING_ELSE = Knowledge()
 NAMED_KINDS: tuple[TermKind, ...] = (*ROTOR_KINDS, "scale", "gravity", "delay")
-NO_LESS = 1.1  # times the errors of a band: a wider one that makes them more lacks something
 # Of scaled columns: beyond it estimates hang on what motion hardly shows (Gautier and Khalil, 1992,
 # ask for 100).
 EXCITED = 1000.0
@@ -546,16 +545,12 @@ class _Problem:
 
     def estimate_bands(self, bandwidth: float) -> tuple[BandResult, ...]:
         """Estimates at half and twice a bandwidth [Hz], if rows resolve them."""
-        own, bands = self._measure_error(bandwidth), []
+        bands = []
         for band in (bandwidth / 2, bandwidth * 2):
             if band <= highest_bandwidth(self.records):
                 _, columns, fit = self.fit(band)
-                is_sound = (
-                    band >= self.lowest_bandwidth
-                    if band < bandwidth
-                    else self._measure_error(band) <= NO_LESS * own
-                )
-                bands.append(BandResult(band, _select_estimates(self, columns, fit), is_sound))
+                estimates = _select_estimates(self, columns, fit)
+                bands.append(BandResult(band, estimates, band >= self.lowest_bandwidth))
         return tuple(bands)
 
     def fit_file(self, mechanism: ComparedMechanism, bandwidth: float) -> FileFits:
@@ -590,13 +585,8 @@ class _Problem:
 
     def measure(self, bandwidth: float) -> float:
         """Mean error in a band; errors of what the motion hardly shows are no measure."""
-        error = self._measure_error(bandwidth)
-        return error if self._fits[bandwidth].condition <= EXCITED else np.inf
-
-    def _measure_error(self, bandwidth: float) -> float:
-        if bandwidth not in self._fits:
-            self.fit(bandwidth)
-        return measure_error(self._fits[bandwidth])
+        fit = self._fits[bandwidth] if bandwidth in self._fits else self.fit(bandwidth)[2]
+        return measure_error(fit) if fit.condition <= EXCITED else np.inf
 
     def _cut(self, columns: Regressor) -> Regressor:
         """The columns at measured joints alone."""

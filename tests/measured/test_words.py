@@ -119,10 +119,10 @@ def test_an_estimate_that_another_band_moves_has_no_interval():
     apart = replace(FACTOR, doubled=1.5)
     assert "(depends on the band: 1.500 1 in twice the band)" in messages.format_estimate(apart)
     for there, is_flagged in ((1.275, True), (1.265, False)):
-        wide = BandResult(2.0, (replace(FACTOR, value=there),), is_sound=False)
+        wide = BandResult(2.0, (replace(FACTOR, value=there),))
         (flagged,) = combine_bands([FACTOR], 1.0, [wide])
         assert (flagged.doubled == there) is is_flagged
-    noisy = BandResult(2.0, (replace(FACTOR, value=1.275, half_width=0.03),), is_sound=False)
+    noisy = BandResult(2.0, (replace(FACTOR, value=1.275, half_width=0.03),))
     assert combine_bands([FACTOR], 1.0, [noisy]) == (FACTOR,)
 
 
