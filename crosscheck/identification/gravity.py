@@ -57,8 +57,10 @@ class GravityEstimate:
     def describe(self) -> str:
         """The angle, and the gravity that alone explains the torques, in a sentence."""
         angle = self.angle_deg
-        own = f"gravity {_format_vector(self.value, self.half_width)} m/s^2 in the base's frame"
-        tail = f"{own} (the file says {_format_vector(self.in_file)}) alone explains the torques"
+        gravity = f"gravity {_format_vector(self.value, self.half_width)} m/s^2 in the base's frame"
+        tail = (
+            f"{gravity} (the file says {_format_vector(self.in_file)}) alone explains the torques"
+        )
         if angle is None:
             return f"Is the base tilted? With the file's links {tail}."
         digits = max(0, min(6, int(1 - np.floor(np.log10(max(angle[1], 1e-6))))))
