@@ -1,10 +1,9 @@
 """A second program for what `compare` estimates of a robot: NumPy and Pinocchio, no crosscheck.
 
 It filters by a full Fourier matrix's sums, takes accelerations from the same transform, makes rows
-of the band by a matrix of weights, row by row,
-estimates with singular values of all columns (not base parameters), leaves out every block by
-fitting anew, and has a stationary residual's variances by the whole covariance of its rows.
-What links contain is found by the null space of the columns, not by elimination.
+of the band by a matrix of weights, row by row, estimates with singular values of all columns (not
+base parameters), leaves out every block by fitting anew, and has a stationary residual's variances
+by its rows' covariance. What links contain is found by the null space of columns.
 """
 
 from collections.abc import Callable
@@ -220,13 +219,12 @@ def stationary_variances(
     parts = inverse.reshape(-1, rows, count)
     basis, singular, _ = np.linalg.svd(counted / size, full_matrices=False)
     bases = basis.T[singular > 1e-9 * singular[0]].reshape(-1, rows, count)
-    signals = []
+    signals, total = [], np.zeros(len(size))
     for joint, shown in enumerate(moving.sum(axis=0)):
         power = (np.abs(np.fft.fft(bases[:, :, joint], 2 * rows)) ** 2).sum(axis=0) / shown
         free = 1 - np.fft.fft(np.fft.ifft(power) * taper).real
         wave = np.fft.fft(centred[:, joint], 2 * rows) / np.sqrt(shown)
         signals.append(wave / np.sqrt(np.maximum(free, 0.1)))
-    total = np.zeros(len(size))
     places = (np.arange(rows) - np.arange(rows)[:, None]) % (2 * rows)
     for one in range(count):
         for other in range(count):

@@ -440,7 +440,6 @@ def test_what_a_lag_of_one_drive_makes_of_a_delay_depends_on_the_band(robot, lag
         (wide,) = (band for band in side.bands if band.bandwidth > side.bandwidth)
         (there,) = (other for other in wide.estimates if other.term == each.term)
         assert each.doubled == there.value
-        # Friction beside the file's numbers, too.
         assert any(other.doubled is not None for other in side.judgement.levels[0].friction)
         text = format_estimate(each)
         assert "depends on the band" in text
