@@ -58,4 +58,6 @@ def test_a_number_just_above_its_tolerance_differs_and_just_below_agrees(name):
 @pytest.mark.parametrize(("first_m", "rounding"), [(2.29, 0.0), (2.31, EPS)])
 def test_terms_round_where_an_arm_reaches_ten_times_its_shortest_link(first_m, rounding):
     case = Case(direct_arm(first_m), load_scenario("pd"), switches())
-    assert state_suite.SampledModel("", "analytic:carriers", case, 1, 1).setting.rounding == rounding
+    assert (
+        state_suite.SampledModel("", "analytic:carriers", case, 1, 1).setting.rounding == rounding
+    )
