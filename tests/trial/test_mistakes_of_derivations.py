@@ -117,9 +117,8 @@ def with_row(field: str, place: int, row: list[float]) -> Change:
     return change
 
 
-ALONG = "belongs, in {} along link {}"
 MISTAKES = {
-    f"link 2: theta_2' where theta_1' + theta_2' {ALONG.format('the velocity', 2)}": replace_body(
+    "theta_2' where theta_1' + theta_2' belongs, in the velocity along link 2": replace_body(
         1, with_row("rates", 1, [0, 1, 0])
     ),
     "link 3: theta_1 + theta_3 where theta_1 + theta_2 + theta_3 belongs": replace_body(
