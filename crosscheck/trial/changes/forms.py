@@ -12,11 +12,10 @@ from itertools import combinations, permutations
 import numpy as np
 
 from crosscheck.analytic.robot.model import AnalyticRobot, multiply
-from crosscheck.trial.changes.kane import KaneSum
+from crosscheck.trial.changes.kane import FACTORS, KaneSum
 from crosscheck.trial.changes.numbers import ALIKE
 from crosscheck.trial.changes.problem import ACCELERATION, ChangeProblem, DynamicsTerms
 from crosscheck.trial.changes.search import CauseSearch
-from crosscheck.trial.changes.steps import FACTORS
 
 SIZABLE = 1e-9  # smallest piece that can be recognized, relative to an entry's size
 Form = tuple[str, np.ndarray]  # words, and the change of a part's values

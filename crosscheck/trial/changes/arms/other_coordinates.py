@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
 from dataclasses import replace
+from typing import TYPE_CHECKING
 
 import numpy as np
 
@@ -19,9 +20,9 @@ from crosscheck.trial.coordinates.readings import (
     select_first_kind,
 )
 from crosscheck.trial.judge.questions import VerificationProblem
-from crosscheck.trial.robots.answers import RobotAnswers
-from crosscheck.trial.robots.judge import RobotProblem
-from crosscheck.trial.robots.readings import describe_coordinates, select_readings
+
+if TYPE_CHECKING:
+    from crosscheck.trial.robots.judge import RobotProblem
 
 STATES = 8  # number of states at which models are evaluated in other coordinates
 
@@ -36,6 +37,9 @@ def find_readings(
     arm, matrix = problem.case.arm, problem.frame.matrix
     if problem.gearing != "rigid" or matrix is None or not user_values:
         return "", []
+    # A tenth of a second, for equations that are wrong.
+    from crosscheck.trial.robots.readings import describe_coordinates, select_readings
+
     few = {part: values[:STATES] for part, values in user_values.items()}
     robots = build_level_robots(arm)
 
@@ -74,6 +78,9 @@ def _build_robot_problem(
     problem: VerificationProblem, user_values: Mapping[str, np.ndarray], robot: Robot, level: Level
 ) -> RobotProblem:
     """The equations as those of a robot, at coordinates whose meaning is open."""
+    from crosscheck.trial.robots.answers import RobotAnswers
+    from crosscheck.trial.robots.judge import RobotProblem
+
     states = problem.states[:STATES]
     x, u, torques = (np.array([s[place] for s in states]) for place in (1, 2, 5))
     answers = RobotAnswers(
