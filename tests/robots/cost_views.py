@@ -134,7 +134,6 @@ def _notes(found: ShortcutCosts) -> list[str]:
 
 
 def _lines(found: ShortcutCosts) -> Iterator[tuple]:
-    units = dict(zip(found.names, found.units, strict=True))
     for level, head in (
         ("links", f"Leaving the rotors out of {found.robot.name}"),
         ("armature", "Counting them as armature only"),
@@ -176,29 +175,6 @@ def _lines(found: ShortcutCosts) -> Iterator[tuple]:
         r" torque with all ratios ([\d.]+) times as large, if the reflected inertias are kept\.",
         (found.factor, ""),
     )
-    for each in found.by_joint:
-        yield (
-            rf"{each.level}, {each.joint}: ({AMOUNT}) at most, ({AMOUNT}) rms, ({SHARE}) of its"
-            r" largest torque",
-            (each.largest, units[each.joint]),
-            (each.rms, units[each.joint]),
-            (each.share, "%"),
-        )
-    for pair in found.pairs[:6]:
-        yield (
-            rf"{pair.at} by the acceleration of {pair.by}: ({AMOUNT}) rms, ({SHARE})",
-            (pair.rms, units[pair.at]),
-            (pair.share, "%"),
-        )
-    for rotor in found.ratios:
-        told = "its spin is coupled to no other joint"
-        if rotor.share:
-            told = (
-                rf"its coupling alone is ({SHARE}) in {rotor.at}; below 1 % from a ratio of"
-                r" ([\d.]+) on"
-            )
-        numbers = [(rotor.share, "%"), (rotor.enough, "")] if rotor.share else []
-        yield rf"rotor of {rotor.joint}, ratio (\S+): {told}", (f"{rotor.ratio:g}",), *numbers
     assert found.geared
     for mesh in found.geared.meshes:
         yield (
@@ -467,7 +443,7 @@ def wrong_picture(found: ShortcutCosts) -> Iterator[str]:
         wanted = {
             "coupled": torque,
             "links": torque + found.errors["links"][:, joint],
-            "armature less coupled": found.errors["armature"][:, joint],
+            "armature minus coupled": found.errors["armature"][:, joint],
         }
         drawn = {line.get_label(): line for line in (*left.get_lines(), *right.get_lines())}
         if unit != f"[{found.units[joint]}]" or drawn.keys() != wanted.keys():
