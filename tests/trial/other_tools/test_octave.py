@@ -178,7 +178,9 @@ def answered_by_octave(planted: Planted, table: TableTrial, folder: Path) -> Pat
     asked = collect_state_request(table)
     for name, content in render_request_files(table, [asked], "").items():
         (folder / name).write_bytes(content if isinstance(content, bytes) else content.encode())
-    (folder / "arm.mat").write_bytes(encode_mat_file({"arm": without_none(table.mechanism.model_dump())}))
+    (folder / "arm.mat").write_bytes(
+        encode_mat_file({"arm": without_none(table.mechanism.model_dump())})
+    )
     text = (HERE / "octave" / f"{planted.file}.m").read_text(encoding="utf-8")
     (folder / f"{planted.file}.m").write_text(replaced(text, planted.octave), encoding="utf-8")
     template = folder / "answers.m"
