@@ -59,7 +59,7 @@ SUPPLIED = {
         "trial.input.loading:build_equations", "trial.input.loading:build_robot_equations"
     ),
     "build_frame": Supply(
-        "trial.coordinates.build:build_frame", "trial.robots.coordinates:build_robot_frame"
+        "trial.coordinates.build:build_frame", "trial.coordinates.robots:build_robot_frame"
     ),
     "run_trial": Supply("trial.trial:run_arm_trial", "trial.robots.trial:run_robot_trial"),
     "make_table": Supply(

@@ -15,17 +15,11 @@ from crosscheck.trial.result import TrialResult
 
 @dataclass(frozen=True)
 class TrialRequest:
-    """A user's request for a trial.
+    """A user's request for a trial, of an arm or a robot.
 
-    Args:
-        name: What reports call the equations.
-        equations: The equations.
-        mechanism: The arm or robot.
-        scenarios: To be run, of an arm; none for a trial by states alone.
-        switches: Laws of an arm's gears, None for the usual ones.
-        quick: Whether to ask at fewer states.
-        seed: Of the random states.
-        jobs: How many forked processes run side by side.
+    name: what reports call the equations; scenarios: to be run, of an arm, none for a trial by
+    states alone; switches: laws of an arm's gears, None for the usual ones; quick: whether to ask
+    at fewer states; jobs: how many forked processes run side by side.
     """
 
     name: str
@@ -40,13 +34,11 @@ class TrialRequest:
 
 def prepare_equations(source: Any, chosen: Selection, name: str) -> Equations:
     """The equations that a user gave, or named by a text, for a mechanism. Raises InputError."""
-    scenario = chosen.scenarios[0] if chosen.scenarios else None
+    given = chosen.mechanism, chosen.scenarios[0] if chosen.scenarios else None
     if isinstance(source, str):
-        load = supply("load_equations", chosen.mechanism.section)
-        loaded: Equations = load(source, chosen.mechanism, scenario)
+        loaded: Equations = supply("load_equations", chosen.mechanism.section)(source, *given)
         return loaded
-    build = supply("build_equations", chosen.mechanism.section)
-    built: Equations = build(source, chosen.mechanism, scenario, name)
+    built: Equations = supply("build_equations", chosen.mechanism.section)(source, *given, name)
     return built
 
 

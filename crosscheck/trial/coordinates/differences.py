@@ -72,11 +72,11 @@ def rate_terms(
     return terms / np.outer(rates, rates)
 
 
-def christoffel_terms(
-    mass_matrix: Field, x: np.ndarray, steps: np.ndarray, *, curved: bool = False
-) -> np.ndarray:
-    """B (n, n, n), as in rate_terms, that follows from M: dM_ij/dx_k - 1/2 dM_jk/dx_i, paired."""
-    slopes = find_slopes(mass_matrix, x, steps, curved=curved)
+def christoffel_terms(slopes: np.ndarray) -> np.ndarray:
+    """B (n, n, n), as in rate_terms, that follows from M: dM_ij/dx_k - 1/2 dM_jk/dx_i, paired.
+
+    slopes (n, n, n): of M along each coordinate.
+    """
     terms = np.einsum("kij->ijk", slopes) - np.einsum("ijk->ijk", slopes) / 2
     return fold_rate_pairs(terms)
 

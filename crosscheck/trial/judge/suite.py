@@ -5,7 +5,7 @@ from __future__ import annotations
 import math
 from collections.abc import Iterator
 from functools import partial
-from typing import Any, NamedTuple
+from typing import Any
 
 import numpy as np
 
@@ -36,33 +36,13 @@ from crosscheck.trial.judge.checks import (
     make_second_law,
 )
 from crosscheck.trial.judge.entries import NaturalSizes
-from crosscheck.trial.judge.questions import AGAIN, StateQuestion, VerificationProblem
+from crosscheck.trial.judge.questions import AGAIN, PART_OF, StateQuestion, VerificationProblem
 
 WHOLE = frozenset(COMPARED) - {"gravity"}  # parts without which equations are not complete
 RUN = "trial-run"
 RIGID = ("theta", "theta_dot", "kinetic_energy")
 MESH = ("x_sp", "x_pr")
 LOST = Failure("Lost", "no result came back")
-# Parts that questions with other names belong to.
-PART_OF = {
-    "other_speeds": "bias",
-    "rate_terms": "bias",
-    "christoffel": "mass_matrix",
-    "gravity_slopes": "gravity",
-    "by_torques": "force",
-}
-
-
-class TrustedAnswers(NamedTuple):
-    """The reference's M (count, n, n) and vectors (count, n), state by state.
-
-    gravity: None of equations that count the weights in force.
-    """
-
-    mass: np.ndarray
-    force: np.ndarray | None
-    acceleration: np.ndarray | None
-    gravity: np.ndarray | None
 
 
 def make_size_questions(problem: VerificationProblem, level: str) -> list[StateQuestion]:
@@ -76,11 +56,15 @@ def make_size_questions(problem: VerificationProblem, level: str) -> list[StateQ
 
 def get_trusted_answers(
     problem: VerificationProblem, results: Results, level: str
-) -> TrustedAnswers:
-    """The reference's answers that give the sizes. Raises MissingResult without M."""
+) -> tuple[np.ndarray, np.ndarray | None, np.ndarray | None, np.ndarray | None]:
+    """The reference's M (count, n, n), force, acceleration and gravity (count, n), for the sizes.
+
+    None where it has no answer; no gravity of equations that count the weights in force. Raises
+    MissingResult without M.
+    """
     mass, *others = make_size_questions(problem, level)
     force, acceleration, *gravity = map(results.get_if_finished, others)
-    return TrustedAnswers(results.need(mass), force, acceleration, *(gravity or (None,)))
+    return results.need(mass), force, acceleration, *(gravity or (None,))
 
 
 def compute_natural_sizes(

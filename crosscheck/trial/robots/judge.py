@@ -10,11 +10,13 @@ from typing import Any
 import numpy as np
 
 from crosscheck.analytic.robot.model import AnalyticRobot
-from crosscheck.checks.robots.sizes import RobotSizes
+from crosscheck.checks.robots.sizes import RobotSizes, compute_sizes
 from crosscheck.checks.robots.states import RandomStates
 from crosscheck.findings import Finding
+from crosscheck.models.errors import InputError
+from crosscheck.models.robot.integration import conditioning_error
 from crosscheck.models.robot.interface import RobotModel
-from crosscheck.models.robot.robot import Level, Robot
+from crosscheck.models.robot.robot import RIGID, Level, Robot
 from crosscheck.registry import build_robot_model, find_level_engines
 from crosscheck.runner.outcomes import Failure, failure_from_error
 from crosscheck.trial.changes.problem import ChangeProblem
@@ -42,6 +44,7 @@ from crosscheck.trial.judge.entries import (
 from crosscheck.trial.robots.answers import RobotAnswers
 from crosscheck.trial.robots.consistency import SlopeSides
 
+EARTH = 10.0  # m/s^2, of robots that stand in space
 SINGLE = ("mass_matrix", "bias", "gravity")  # elementary parts, from which the others are composed
 
 
@@ -271,3 +274,24 @@ def has_engine_conflict(findings: Sequence[Finding]) -> bool:
         if finding.about.key.family == AGAINST:
             verdicts.setdefault(finding.quantity, set()).add(finding.verdict)
     return any(len(each) > 1 for each in verdicts.values())
+
+
+def compute_sizes_by_level(
+    robot: Robot, stated: str, states: RandomStates
+) -> dict[Level, RobotSizes]:
+    """The sizes at each rigid level.
+
+    Levels whose mass matrix is singular are left out. Raises InputError where none remains, or
+    where the one that equations state is one of them.
+    """
+    sizes: dict[Level, RobotSizes] = {}
+    for level in RIGID:
+        try:
+            mass = AnalyticRobot(robot, level).mass_matrix(states.q)
+            sizes[level] = compute_sizes(robot, mass, states, least_gravity=EARTH)
+        except InputError:
+            if level == stated:
+                raise
+    if not sizes:
+        raise conditioning_error(robot)
+    return sizes

@@ -20,6 +20,7 @@ from crosscheck.registry import Entry, packages, register
 from crosscheck.runner.outcomes import Failure
 from crosscheck.runner.progress_update import ProgressCallback, ignore_progress
 from crosscheck.runner.workers import Workers
+from crosscheck.trial.coordinates.robots import map_calls, place_states, read_frame
 from crosscheck.trial.input.arrays import is_single_precision
 from crosscheck.trial.input.calls import LOADS
 from crosscheck.trial.input.equations import Equations
@@ -52,12 +53,12 @@ from crosscheck.trial.robots.consistency import (
     compare_with_itself,
     make_slope_states,
 )
-from crosscheck.trial.robots.coordinates import map_calls, place_states, read_frame
 from crosscheck.trial.robots.elastic import ELASTIC, build_elastic_robot, drive_motors
 from crosscheck.trial.robots.explain import RobotDiagnosis, diagnose
 from crosscheck.trial.robots.judge import (
     SINGLE,
     RobotProblem,
+    compute_sizes_by_level,
     judge_engines,
 )
 from crosscheck.trial.robots.rates import (
@@ -66,7 +67,6 @@ from crosscheck.trial.robots.rates import (
     make_rate_states,
     select_rate_states,
 )
-from crosscheck.trial.robots.sizes import compute_sizes_by_level
 from crosscheck.trial.source.code import find_code
 from crosscheck.trial.source.search import MakeAnswerKeys, find_source_answer
 from crosscheck.trial.source.source_edit import SourceAnswer
