@@ -461,10 +461,10 @@ def try_right(seed: int) -> Outcome:
 
 
 SETS: dict[str, tuple[list[Any], Callable[[Any], Outcome], int]] = {  # rows, and a sample's step
-    "arms": (MISTAKES, try_mistake, 10),
+    "arms": (MISTAKES, try_mistake, 25),
     "robots": (SLIPS, try_slip, 6),
-    "code": (list(list_edits()), try_edit, 10),
-    "right models": (list(range(PAIRS)), try_right, 25),
+    "code": (list(list_edits()), try_edit, 16),
+    "right models": (list(range(PAIRS)), try_right, 40),
     "right texts": ([*TEXTS], lambda kind: Outcome(blamed=not try_text(kind).agrees), 2),
 }
 

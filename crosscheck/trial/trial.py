@@ -53,6 +53,7 @@ from crosscheck.trial.judge.checks import COMPARED, SelfCheck, find_idle_motors,
 from crosscheck.trial.judge.entries import (
     EntryMismatch,
     LevelDistance,
+    deviations,
     measure_distance,
     sort_distances,
 )
@@ -353,14 +354,19 @@ def make_cross_check_request(request: TrialRequest) -> CrossCheckRequest:
 def _measure_levels(problem: VerificationProblem, results: Results) -> list[LevelDistance]:
     """How far the equations are from each rigid level, the nearest first."""
     arm, distances = problem.case.arm, []
+    if problem.gearing != "rigid":
+        return []
     distinct = [level for level in find_distinct_levels(arm) if level in problem.levels]
-    for level in (distinct or problem.levels) if problem.gearing == "rigid" else ():
+    sizes = suite.compute_natural_sizes(problem, results, problem.levels[-1])  # the same for all
+    for level in distinct or problem.levels:
         compared = compare_entries(problem, level, list_entry_quantities(problem), results)
         places = {  # two of M that mirror each other are one
             (place.part, place.rates, frozenset((place.row, place.column)))
             for place in (each.place for each in compared.wrong_entries)
         }
-        errors = compared.relative_errors.values()
+        right, errors = compared.reference_values, []
+        for part, values in compared.user_values.items():
+            errors.append(deviations(values, right[part], sizes.entry_sizes(part)))
         distances.append(measure_distance(level, len(places), errors))
     return sort_distances(distances)
 

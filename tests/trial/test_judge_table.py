@@ -322,7 +322,7 @@ def test_a_gross_error_elsewhere_hides_none(name):
 @pytest.mark.parametrize(("part", "verdict"), [(ABOVE, "unresolved"), (BELOW, "agree")])
 def test_engines_that_differ_by_more_than_an_error_would_judge_nobody(part, verdict):
     made, name, row = bench("rigid"), ("trial-states", "bias", ENGINES[1]), ENTRIES["bias"]
-    engine = made.comparisons[name].needs[1].key
+    engine = made.problem.ask(ENGINES[1], "bias").key
     answers = np.array(made.outcomes[engine])
     answers[(SPOT, *row.entry)] += part * 1e-4 * row.size()
     assert made.finding(name, {engine: answers}).verdict == verdict
