@@ -146,7 +146,7 @@ def judge_answers(answers: Answers) -> Iterator[SelfCheck]:
     """Judge what equations owe to themselves; a part that did not answer is a failed check."""
     for part, why in answers.failures.items():
         about = answers.make_subject(OWN, f"answers-{part}")
-        yield SelfCheck(part, "", _make_lost_check(about, part, why))
+        yield SelfCheck(part, "", _make_lost_check(about, answers.name, why))
     for identity in _list_identities(answers):
         about = answers.make_subject(OWN, identity.check)
         finding = _judge_safely(about, partial(_judge_identity, answers, identity))
