@@ -328,11 +328,9 @@ def sort_distances(distances: Iterable[LevelDistance], stated: str = "") -> list
     Of as many the one with the least mean; of several that agree the first. One large error must
     not choose a level from which right entries differ.
     """
-
-    def order(each: LevelDistance) -> tuple[bool, int, float]:
-        return each.level != stated, each.entries, each.mean if each.entries else 0.0
-
-    return sorted(distances, key=order)
+    return sorted(
+        distances, key=lambda d: (d.level != stated, d.entries, d.mean if d.entries else 0.0)
+    )
 
 
 def format_entry(place: EntryPlace, names: Sequence[str]) -> str:

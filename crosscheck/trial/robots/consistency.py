@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
-from typing import NamedTuple
 
 import numpy as np
 
@@ -18,15 +17,9 @@ SHIFT_M = 0.01
 REACH = 4  # steps to either side of a state, of differences of order 8
 # Truncation error of order 8, as a share of its distance from the differences of order 6.
 TRUNCATED = 0.1
+# Two sides that are equal, one by slopes of answers, and the doubt of these (states, ...).
+SlopeSides = tuple[np.ndarray, np.ndarray, np.ndarray]
 SOURCES = ("mass_matrix", "gravity")  # parts whose slopes are taken
-
-
-class SlopeSides(NamedTuple):
-    """Two sides that are equal, one by slopes of answers, and the doubt of these (states, ...)."""
-
-    left: np.ndarray
-    right: np.ndarray
-    doubt: np.ndarray
 
 
 def make_slope_states(robot: Robot, states: RandomStates) -> list[RandomStates]:
@@ -68,16 +61,15 @@ def compare_with_itself(
         for part, answer in answers.items()
         if part in SOURCES and isinstance(answer, np.ndarray)
     }
-    differences = {}
+    differences = dict[str, SlopeSides]()
     if "mass_matrix" in slopes and "bias" in values:
         v, (slope, uncertain) = states.v[:FEW_STATES], slopes["mass_matrix"]
         demanded, doubt = _christoffel(slope, v), _christoffel_doubt(uncertain, v)
-        sides = values["bias"][:FEW_STATES], demanded, TRUNCATED * doubt
-        differences["bias"] = SlopeSides(*sides)
+        differences["bias"] = values["bias"][:FEW_STATES], demanded, TRUNCATED * doubt
     if "gravity" in slopes:
         slope, uncertain = (each.swapaxes(0, 1) for each in slopes["gravity"])
         doubt = uncertain + uncertain.swapaxes(1, 2)
-        differences["gravity"] = SlopeSides(slope, slope.swapaxes(1, 2), TRUNCATED * doubt)
+        differences["gravity"] = slope, slope.swapaxes(1, 2), TRUNCATED * doubt
     return differences
 
 

@@ -164,7 +164,7 @@ class RobotProblem:
     def _identify(self, part: str, sizes: Mapping[str, PartSize]) -> Identity:
         """What a part owes to slopes of answers."""
         sides, size = self.self_differences[part], sizes[part].scale_to_slopes()
-        rows = size.entries[: len(sides.left)]
+        rows = size.entries[: len(sides[0])]
         if part == "bias":
             return Identity(*CHRISTOFFEL, size._replace(entries=rows), *sides)
         pairs = np.maximum(rows[:, :, None], rows[:, None, :])

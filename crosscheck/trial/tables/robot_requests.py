@@ -8,7 +8,7 @@ from crosscheck.models.robot.robot import Robot
 from crosscheck.registry import register
 from crosscheck.trial.robots.trial import prepare_questions
 from crosscheck.trial.tables.state_requests import (
-    INVERSE_DYNAMICS,
+    PARTS,
     AnsweredTrial,
     Call,
     StateRequest,
@@ -16,15 +16,13 @@ from crosscheck.trial.tables.state_requests import (
     name_columns,
 )
 
-TOGETHER = ("mass_matrix", "bias", "gravity", "force", "acceleration")
 UNITS = {"revolute": ("rad", "N_m"), "prismatic": ("m", "N")}  # of a coordinate and its torque
 
 
 class RobotTableTrial(AnsweredTrial):
     """A trial of a robot's answers."""
 
-    parts = (*TOGETHER, INVERSE_DYNAMICS)
-    usual = (TOGETHER,)
+    usual = (PARTS[:5],)
     most_coordinates = float("inf")
     least_digits = 12  # a robot's entries are judged to 1e-10 of their sizes
 
@@ -47,7 +45,3 @@ class RobotTableTrial(AnsweredTrial):
         names = tuple(f"x_{number + 1}" for number in range(size)) if mapped else names
         columns = name_columns(names, [unit[0] * (not mapped) for unit in units], torque)
         return build_request(robot, names, columns, self.parts, notes, first)
-
-    def collect_probe_requests(self, parts: Sequence[str], first: int) -> list[StateRequest]:
-        """None: of a robot no other numbers are asked."""
-        return []

@@ -67,7 +67,7 @@ class AnsweredTrial(ABC):
     switches: Switches | None = None
     quick: bool = False
     seed: int = 0
-    parts: ClassVar[tuple[str, ...]]
+    parts: ClassVar[tuple[str, ...]] = PARTS
     usual: ClassVar[tuple[tuple[str, ...], ...]]
     most_coordinates: ClassVar[float]
     least_digits: ClassVar[int]
@@ -84,9 +84,9 @@ class AnsweredTrial(ABC):
         Raises InputError.
         """
 
-    @abstractmethod
     def collect_probe_requests(self, parts: Sequence[str], first: int) -> list[StateRequest]:
-        """States at which parts are asked with numbers that hide nothing, if there are such."""
+        """States at which parts are asked with numbers that hide nothing; none by default."""
+        return []
 
     def equations(self, parts: Iterable[str], answer: Answer) -> Equations:
         """Equations whose parts are what ``answer`` gives for a Call."""
@@ -114,7 +114,6 @@ class AnsweredTrial(ABC):
 class TableTrial(AnsweredTrial):
     """A trial of an arm's answers."""
 
-    parts = PARTS
     usual = ALIKE
     most_coordinates = MOST_COORDINATES
     least_digits = 7
