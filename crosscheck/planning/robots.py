@@ -13,6 +13,14 @@ from typing import cast
 
 import numpy as np
 
+from crosscheck.analytic.robot.springs import (
+    drive_matrix,
+    friction_rate,
+    largest_stable_step,
+    mesh_rates,
+    replace_stages_by_rotors,
+    tooth_springs,
+)
 from crosscheck.checks import robots
 from crosscheck.checks.robots import engines
 from crosscheck.checks.robots.case import LEAST_RUN_S, RobotLevel, SampledRobot
@@ -35,14 +43,6 @@ from crosscheck.planning.comparison import (
     summarise_entries,
 )
 from crosscheck.planning.plan import CrossCheckRequest
-from crosscheck.planning.springs import (
-    drive_matrix,
-    friction_rate,
-    largest_stable_step,
-    mesh_rates,
-    replace_stages_by_rotors,
-    tooth_springs,
-)
 from crosscheck.registry import build_robot_model, find_level_engines, reference_engine
 from crosscheck.runner.tasks import RobotEvaluation
 from crosscheck.runner.workers import Workers, perform_all

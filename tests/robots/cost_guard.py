@@ -8,11 +8,11 @@ from typing import Any
 import numpy as np
 import pytest
 
+from crosscheck.analytic.robot import springs
 from crosscheck.checks.robots import states
 from crosscheck.cost import motion, shortcuts
 from crosscheck.cost.shortcuts import QUICK, ShortcutCosts
 from crosscheck.models.robot.robot import Robot
-from crosscheck.planning import springs
 from crosscheck.recordings.record import Record
 from tests.robots import chains
 from tests.robots.chains import Solid, geared, joint, link, planetary, teeth, urdf

@@ -9,6 +9,7 @@ import pytest
 
 from crosscheck.analytic.robot.ensemble import group_robots
 from crosscheck.analytic.robot.runs import RobotMember
+from crosscheck.analytic.robot.springs import replace_stages_by_rotors
 from crosscheck.checks.robots.states import sample_states
 from crosscheck.cost.meshes import RESOLVED
 from crosscheck.cost.shortcuts import QUICK, compute_costs
@@ -21,7 +22,6 @@ from crosscheck.models.robot.interface import RobotModel
 from crosscheck.models.robot.robot import RIGID, Robot
 from crosscheck.planning.robots import compare_engines
 from crosscheck.planning.sizing import make_rest_scenario
-from crosscheck.planning.springs import replace_stages_by_rotors
 from crosscheck.provenance import ROOT
 from crosscheck.registry import build, build_robot_model
 from crosscheck.robot_experiment import RobotExperiment
