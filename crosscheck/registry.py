@@ -365,10 +365,11 @@ def find_covering_models(role: Role, arm: Arm, chosen: Switches) -> tuple[str, .
 
 def select_covering(among: Sequence[str], arm: Arm, chosen: Switches) -> tuple[str, ...]:
     """Names among the given ones whose models are about an arm under switches."""
-    return tuple(name for name in among if _is_covering(name, arm, chosen))
+    return tuple(name for name in among if is_covering(name, arm, chosen))
 
 
-def _is_covering(name: str, arm: Arm, chosen: Switches) -> bool:
+def is_covering(name: str, arm: Arm, chosen: Switches) -> bool:
+    """Whether a model of arms is about an arm under switches."""
     if MODELS[name].role == "robot":
         return False
     if not is_plugin(name):

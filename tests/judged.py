@@ -4,22 +4,28 @@ from collections.abc import Iterator, Sequence
 
 import xarray as xr
 
-from crosscheck.checks import invariants as laws
 from crosscheck.checks import trajectories
 from crosscheck.checks.answers import evaluate_at_states
+from crosscheck.checks.corners import plan_corners
+from crosscheck.checks.energy import check_energy_over_run
+from crosscheck.checks.engines import plan_pairs
+from crosscheck.checks.invariants import plan_balances
+from crosscheck.checks.refinement import check_refined_runs
+from crosscheck.checks.same_step import SAME_STEP, Pair, check_at_time, check_same_step
+from crosscheck.checks.sampled import SampledArm
 from crosscheck.checks.scales import ReasonedLimit, acceptance_limit
-from crosscheck.checks.trajectories import SAME_STEP, UNITS, Pair
+from crosscheck.checks.trajectories import UNITS
 from crosscheck.findings import ComparisonKey, Finding, Subject
 from crosscheck.models.interface import Model
 from crosscheck.models.loading import Case
+from crosscheck.planning.arms import sample_model
 from crosscheck.planning.comparison import Comparison, Results, collect_tasks, judge_comparisons
-from crosscheck.planning.state_suite import SampledModel, plan_balances, plan_corners, plan_pairs
 from crosscheck.runner.outcomes import Failure, failure_from_error
 
 
-def sampled_model(case: str, model: Model, count: int, seed: int) -> SampledModel:
+def sampled_model(case: str, model: Model, count: int, seed: int) -> SampledArm:
     """A model that a test has built, at random states."""
-    return SampledModel(
+    return sample_model(
         case, model.name, Case(model.arm, model.scenario, model.switches), count, seed
     )
 
@@ -82,9 +88,7 @@ def same_step(
     """Of these quantities those that the left run has, over it all; the pair is any model's."""
     for quantity in _recorded(left, quantities):
         subject = about("same-step", name, quantity, left, right)
-        yield trajectories.check_same_step(
-            subject, left, right, pair, _widest(of, quantity, pair.run)
-        )
+        yield check_same_step(subject, left, right, pair, _widest(of, quantity, pair.run))
 
 
 def at_time(
@@ -94,7 +98,7 @@ def at_time(
     for quantity in _recorded(left, SAME_STEP):
         subject = about("at", name, quantity, left, right)
         widest = _widest(of, quantity, pair.run)
-        yield trajectories.check_at_time(subject, left, right, pair, widest, time_s)
+        yield check_at_time(subject, left, right, pair, widest, time_s)
 
 
 def _recorded(run: xr.Dataset, quantities: Sequence[str]) -> list[str]:
@@ -116,9 +120,9 @@ def refined(
     """Each side's (fine, coarse) runs against the other's."""
     for quantity in quantities:
         subject = about("refined", name, quantity, left[0], right[0])
-        yield trajectories.check_refined_runs(subject, left, right, _widest(of, quantity, left[0]))
+        yield check_refined_runs(subject, left, right, _widest(of, quantity, left[0]))
 
 
 def energy_over_run(case: str, run: xr.Dataset) -> list[Finding]:
     """Energy against work."""
-    return [laws.check_energy_over_run(about("invariants", case, "energy", run), run)]
+    return [check_energy_over_run(about("invariants", case, "energy", run), run)]

@@ -39,7 +39,7 @@ if TYPE_CHECKING:
 MOST_HALVINGS = 4
 # By how much, judged by each of the runs that a comparison will judge by: where in a step contacts
 # are met hangs on the step, so that one of them may be close to the fine run by chance.
-MARGINS: dict[plan.Coarse, float] = {"coarse": 2.0, "coarse-2": 1.1, "coarse-3": 1.1}
+MARGINS = {"coarse": 2.0, "coarse-2": 1.1, "coarse-3": 1.1}
 QueryResult = TypeVar("QueryResult")
 
 

@@ -15,7 +15,7 @@ import numpy as np
 from crosscheck.checks.answers import CORNER_FORCE, States, evaluate_at_states, sample_states
 from crosscheck.checks.corners import sample_corner_states
 from crosscheck.checks.records import require_complete, require_consistent
-from crosscheck.checks.robots.case import RobotLevel, RobotQuestion
+from crosscheck.checks.sampled import RobotLevel, RobotQuestion
 from crosscheck.models.arm.layout import Layout
 from crosscheck.models.interface import Model
 from crosscheck.models.loading import Case
@@ -78,6 +78,10 @@ class Simulation:
         if has_tooth_signals:
             require_consistent(run, model, constrained="constraint_residual" in entry.promises)
         return run
+
+    def ask(self, quantity: str) -> Evaluation:
+        """The task of a question to the model of the run."""
+        return Evaluation(self.model, self.case, quantity)
 
     @property
     def is_precise(self) -> bool:

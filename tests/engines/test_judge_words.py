@@ -12,13 +12,23 @@ import pytest
 import xarray as xr
 
 import crosscheck
-from crosscheck.checks import invariants, modes, trajectories
+from crosscheck.checks import (
+    energy,
+    inertia,
+    invariants,
+    levels,
+    modes,
+    records,
+    refinement,
+    runs,
+    same_step,
+)
 from crosscheck.checks.answers import BadAnswer, require_numbers
 from crosscheck.checks.records import _find_faults
-from crosscheck.checks.robots import runs
-from crosscheck.checks.robots.case import share_of
-from crosscheck.checks.robots.sizes import RobotSizes
+from crosscheck.checks.robot_sizes import RobotSizes
 from crosscheck.checks.scales import ReasonedLimit
+from crosscheck.checks.shares import share_of
+from crosscheck.checks.stability import relax_comparison
 from crosscheck.findings import (
     ComparisonKey,
     Finding,
@@ -34,7 +44,7 @@ from crosscheck.models.arm.planets import usual_switches
 from crosscheck.models.experiment.scenario import switches
 from crosscheck.models.loading import Case, load_arm, load_scenario
 from crosscheck.models.trajectory import recorded_times
-from crosscheck.planning import run_suite
+from crosscheck.planning.arms import plan_experiment_comparisons
 from crosscheck.planning.comparison import (
     Comparison,
     Results,
@@ -64,7 +74,7 @@ def of_joint(number: int) -> Subject:
 
 
 FINE, COARSE, OTHER = run(1.0, 4.0), run(1.0, 4.0 + 2.0**-20), run(1.0, 4.0 + 2.0**-24)
-NUDGED = trajectories.Pair(FINE, run(1.0 + 2.0**-50, 4.0))
+NUDGED = same_step.Pair(FINE, run(1.0 + 2.0**-50, 4.0))
 SAME_STEP_WORDS = (
     "10 sqrt(N) (g + eps s), N = 400 steps, g = 8.9e-16 (what one rounding in the start grows to),"
     " eps s = 8.9e-16 (rounding of the quantity);"
@@ -81,13 +91,13 @@ SLOPES = np.array([[[-4.0, 0.0]], [[-4.0 * (1 + 2e-7) ** 2, 0.0]]])
 # What is said, what it is worth as a part of the quantity's size, and the note.
 SAID: dict[str, tuple[Callable[[], Finding], str, float | None, str]] = {
     "the same steps": (
-        lambda: trajectories.check_same_step(SUBJECT, FINE, OTHER, NUDGED, WIDE),
+        lambda: same_step.check_same_step(SUBJECT, FINE, OTHER, NUDGED, WIDE),
         SAME_STEP_WORDS,
         2.0**-26,
         "",
     ),
     "refined runs": (
-        lambda: trajectories.check_refined_runs(
+        lambda: refinement.check_refined_runs(
             SUBJECT, (FINE, COARSE), (OTHER, run(1.0, 4.0)), WIDE
         ),
         REFINED_WORDS,
@@ -95,7 +105,7 @@ SAID: dict[str, tuple[Callable[[], Finding], str, float | None, str]] = {
         "",
     ),
     "an order": (
-        lambda: trajectories.check_formal_order(
+        lambda: runs.check_formal_order(
             SUBJECT, [run(0.0, by) for by in (9.0, 1.0, 0.5)], 4, "theta"
         ),
         "three grids in the asymptotic range",
@@ -103,7 +113,7 @@ SAID: dict[str, tuple[Callable[[], Finding], str, float | None, str]] = {
         "observed order 4.000 from steps h, h/2, h/4",
     ),
     "an order through impacts": (
-        lambda: trajectories.measure_impact_order(
+        lambda: runs.measure_impact_order(
             SUBJECT, [run(0.0, by) for by in (9.0, 1.0, -1.0)], "theta"
         ),
         "",
@@ -111,31 +121,31 @@ SAID: dict[str, tuple[Callable[[], Finding], str, float | None, str]] = {
         "the dead zone's kink leaves less than the formal order",
     ),
     "a stable step": (
-        lambda: trajectories.check_stable_step(SUBJECT, np.array(1.23456e-5), 2.34567e-6),
+        lambda: records.check_stable_step(SUBJECT, np.array(1.23456e-5), 2.34567e-6),
         "steps of 2.35e-06 s, at most 1.23e-05 s are stable",
         None,
         "",
     ),
     "any step": (
-        lambda: trajectories.check_stable_step(SUBJECT, np.array(np.inf), 2.34567e-6),
+        lambda: records.check_stable_step(SUBJECT, np.array(np.inf), 2.34567e-6),
         "steps of 2.35e-06 s, and steps of any length are stable",
         None,
         "",
     ),
     "a rounding": (
-        lambda: trajectories.measure_sensitivity(SUBJECT, run(1.0, 4.0), run(1.0, 5.0)),
+        lambda: same_step.measure_sensitivity(SUBJECT, run(1.0, 4.0), run(1.0, 5.0)),
         "every angle and displacement started a rounding away",
         1 / 4,
         "",
     ),
     "a deviation": (
-        lambda: trajectories.measure_deviation(of_joint(1), run(1.5, 4.0), run(2.0, 9.0)),
+        lambda: levels.measure_deviation(of_joint(1), run(1.5, 4.0), run(2.0, 9.0)),
         "",
         1 / 4,
         "",
     ),
     "a deviation from rest": (
-        lambda: trajectories.measure_deviation(of_joint(2), run(1.5, 4.0), run(2.0, 0.0)),
+        lambda: levels.measure_deviation(of_joint(2), run(1.5, 4.0), run(2.0, 0.0)),
         "",
         None,
         "",
@@ -147,7 +157,7 @@ SAID: dict[str, tuple[Callable[[], Finding], str, float | None, str]] = {
         "",
     ),
     "an M": (
-        lambda: invariants.check_inertia(
+        lambda: inertia.check_inertia(
             SUBJECT, np.array([np.eye(2), [[4.0, 1.0], [1.0 + 6e-13, 9.0]]])
         ),
         "rounding of sums over bodies; positive definite at every state",
@@ -155,7 +165,7 @@ SAID: dict[str, tuple[Callable[[], Finding], str, float | None, str]] = {
         "",
     ),
     "an M that is not definite": (
-        lambda: invariants.check_inertia(
+        lambda: inertia.check_inertia(
             SUBJECT, np.array([np.eye(2), [[1.0, 1.0], [1.0, 1.0 - 1e-9]], np.eye(2)])
         ),
         "",
@@ -169,7 +179,7 @@ SAID: dict[str, tuple[Callable[[], Finding], str, float | None, str]] = {
         "",
     ),
     "no work": (
-        lambda: invariants.check_energy_over_run(SUBJECT, run(0.0, 1.0)),
+        lambda: energy.check_energy_over_run(SUBJECT, run(0.0, 1.0)),
         "",
         None,
         "the run has no work",
@@ -245,7 +255,7 @@ def test_of_an_unstable_loop_nothing_is_judged_but_what_agrees_or_failed():
     for verdict, finding in found.items():
         assert finding.verdict == verdict
         planned = Comparison(SUBJECT, (), lambda about, results, made=finding: made)
-        relaxed = run_suite.relax_comparison(experiment, planned)
+        relaxed = relax_comparison(experiment, planned)
         judged[verdict] = relaxed.finding(Results({}))
     words = f"not judged, for {growth}; else so"
     measured = partial(make_measurement, SUBJECT, basis=words)
@@ -256,7 +266,7 @@ def test_of_an_unstable_loop_nothing_is_judged_but_what_agrees_or_failed():
         "failed": make_failed_check(SUBJECT, f"no run; {growth}"),
         "unfinished": make_unfinished_check(SUBJECT, f"no time; {growth}"),
     }
-    *_, stability = (c for c in run_suite.plan_experiment_comparisons(experiment) if not c.needs)
+    *_, stability = (c for c in plan_experiment_comparisons(experiment) if not c.needs)
     said = stability.finding(Results({}))
     assert said == make_measurement(stability.about, measured=2.0, note=growth)
     assert stability.about.key.id == "stability/pd/growth-rate/analytic:physical"
@@ -278,16 +288,16 @@ def test_runs_in_the_same_steps_are_compared_whole_and_at_an_instant(monkeypatch
     def note(about: Subject, left: Any, right: Any, pair: Any, widest: Any, *time: float) -> None:
         judged.append((about.key.family, *(time or (None,))))
 
-    monkeypatch.setattr(trajectories, "check_same_step", note)
-    monkeypatch.setattr(trajectories, "check_at_time", note)
-    monkeypatch.setattr(run_suite, "_acceptance_limit", lambda *given: None)
+    monkeypatch.setattr(same_step, "check_same_step", note)
+    monkeypatch.setattr(same_step, "check_at_time", note)
+    monkeypatch.setattr(same_step, "find_acceptance_limit", lambda *given: None)
     arm = load_arm("probe")
     experiment = Experiment("pd", Case(arm, load_scenario("pd"), usual_switches(arm)))
     answers = SimpleNamespace(need=lambda task: task)
-    for comparison in run_suite._plan_fixed_steps(experiment):
+    for comparison in same_step.plan_fixed_steps(experiment):
         comparison.judge(comparison.about, answers)
-    instant = f"at-{run_suite.MIDWAY_S:g}-s"
-    assert set(judged) == {("same-step", None), (instant, run_suite.MIDWAY_S)}
+    instant = f"at-{same_step.MIDWAY_S:g}-s"
+    assert set(judged) == {("same-step", None), (instant, same_step.MIDWAY_S)}
 
 
 def test_an_incomplete_run_is_told_what_it_has_and_what_it_must_have():
@@ -309,13 +319,13 @@ def test_tips_are_apart_by_what_the_joints_have_turned():
     arm = load_arm("probe")
     first, second = (link.length_m for link in arm.links)
     straight, folded = run(0.0, 0.0), run(0.0, np.pi)
-    turned = trajectories.measure_tip_deviation(SUBJECT_OF_TIP, straight, run(np.pi / 2, 0.0), arm)
+    turned = levels.measure_tip_deviation(SUBJECT_OF_TIP, straight, run(np.pi / 2, 0.0), arm)
     assert turned.measured == pytest.approx(np.sqrt(2) * (first + second))
     assert turned.relative == pytest.approx(np.sqrt(2))
-    found = trajectories.measure_tip_deviation(SUBJECT_OF_TIP, folded, straight, arm)
+    found = levels.measure_tip_deviation(SUBJECT_OF_TIP, folded, straight, arm)
     assert found.measured == pytest.approx(2 * second)
     assert found.relative == pytest.approx(2 * second / (first + second))
-    place = trajectories.tip_position(run(0.3, -0.5), arm).values[-1]
+    place = levels.tip_position(run(0.3, -0.5), arm).values[-1]
     expected = first * np.exp(0.3j) + second * np.exp(-0.2j)
     assert complex(*place) == pytest.approx(expected)
 
@@ -327,7 +337,7 @@ def test_a_tip_is_off_by_a_distance_and_not_by_a_component(labelled):
     scenario = pd.model_copy(update={"duration_s": 0.1, "start": start})
     planned = [
         comparison
-        for comparison in run_suite.plan_experiment_comparisons(
+        for comparison in plan_experiment_comparisons(
             Experiment("pd", Case(labelled, scenario, usual_switches(labelled)))
         )
         if (comparison.about.key.quantity, comparison.about.key.left) == ("tip", "pinocchio:links")

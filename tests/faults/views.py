@@ -28,10 +28,10 @@ from crosscheck.models.arm.arm import Arm
 from crosscheck.models.arm.planets import usual_switches
 from crosscheck.models.experiment.scenario import Scenario, Switches
 from crosscheck.models.loading import Case, load_arm, load_scenario
-from crosscheck.planning import state_suite
+from crosscheck.planning import arms
+from crosscheck.planning.arms import plan_experiment_comparisons
 from crosscheck.planning.comparison import Results, collect_tasks, judge_comparisons
 from crosscheck.planning.plan import CrossCheckRequest, Experiment
-from crosscheck.planning.run_suite import plan_experiment_comparisons
 from crosscheck.provenance import record_provenance
 from crosscheck.registry import RIGID_LEVELS
 from crosscheck.report import answers, junit, rendering, terminal
@@ -84,10 +84,8 @@ def records() -> Records:
     """The records of the probe arm, whose numbers are all unequal; made once."""
     arm = printed_arm()
     with pytest.MonkeyPatch.context() as patch:
-        patch.setattr(state_suite, "QUICK_COUNT", STATES)
-        asked = [
-            c for c in state_suite.plan_state_comparisons(arm, True, SEED) if of_views(c.about.key)
-        ]
+        patch.setattr(arms, "QUICK_COUNT", STATES)
+        asked = [c for c in arms.plan_state_comparisons(arm, True, SEED) if of_views(c.about.key)]
         own = plan_experiment_comparisons(Experiment("pd", Case(arm, moving_scenario(), laws(arm))))
         asked += [c for c in own if c.about.key.family in RUN_FAMILIES]
         charts, outcomes = Charts(), dict[Any, Any]()
@@ -149,8 +147,8 @@ def agreement_of(made: Records) -> Agreement:
     by_id = {old.id: new for old, new in anew.items()}
     found = [by_id.get(f.id, f) for f in made.findings]
     with pytest.MonkeyPatch.context() as patch:
-        patch.setattr(state_suite, "QUICK_COUNT", STATES)
-        entries = tuple(state_suite.compute_entry_differences(made.arm, True, SEED, made.results))
+        patch.setattr(arms, "QUICK_COUNT", STATES)
+        entries = tuple(arms.compute_entry_differences(made.arm, True, SEED, made.results))
     return Agreement(found, record_provenance(made.arm, SEED, True), entries=entries)
 
 

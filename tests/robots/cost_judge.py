@@ -10,8 +10,8 @@ from typing import Any
 import numpy as np
 import pytest
 
-from crosscheck.checks.robots import engines, sizes
-from crosscheck.checks.robots.states import RandomStates, sample_states
+from crosscheck.checks import engines, sizes
+from crosscheck.checks.robot_states import RandomStates, sample_states
 from crosscheck.findings import Finding
 from crosscheck.models.robot.interface import RobotModel
 from crosscheck.models.robot.robot import Level, Robot

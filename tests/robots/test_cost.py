@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 
 from crosscheck import file_types
-from crosscheck.checks.robots.states import motion_range
+from crosscheck.checks.robot_states import motion_range
 from crosscheck.cost.motion import find_exceeded_limits, fit_motion, make_excitation
 from crosscheck.cost.output import cost_page, describe_answers
 from crosscheck.cost.shortcuts import QUICK, ShortcutCosts, compute_costs

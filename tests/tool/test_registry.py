@@ -19,11 +19,10 @@ from crosscheck.models.errors import InputError
 from crosscheck.models.experiment.scenario import switches
 from crosscheck.models.loading import Case, load_arm, load_case
 from crosscheck.models.robot.file import load_robot
+from crosscheck.planning.arms import plan_experiment_comparisons, plan_state_comparisons
 from crosscheck.planning.comparison import Plan
 from crosscheck.planning.plan import CrossCheckRequest, Experiment
 from crosscheck.planning.robots import plan_robot
-from crosscheck.planning.run_suite import plan_experiment_comparisons
-from crosscheck.planning.state_suite import plan_state_comparisons
 from crosscheck.provenance import record_provenance
 from crosscheck.run import run_cross_check
 from crosscheck.runner.tasks import Evaluation

@@ -17,8 +17,9 @@ from typing import TYPE_CHECKING, Any, Literal
 import numpy as np
 
 from crosscheck.checks.invariants import torques_at
+from crosscheck.checks.refinement import check_refined_runs
 from crosscheck.checks.scales import acceptance_limit
-from crosscheck.checks.trajectories import UNITS, check_refined_runs, size
+from crosscheck.checks.trajectories import UNITS, size
 from crosscheck.findings import Agreement, ComparisonKey, Finding, Subject
 from crosscheck.models.arm.arm import Arm
 from crosscheck.models.directories import require_private
@@ -34,8 +35,7 @@ from crosscheck.planning.comparison import (
     judge_comparisons,
     make_comparison,
 )
-from crosscheck.planning.plan import Experiment
-from crosscheck.planning.run_suite import sort_engines
+from crosscheck.planning.plan import Experiment, sort_engines
 from crosscheck.provenance import record_provenance
 from crosscheck.registry import build, find_same_integrator_models, packages, reference_model
 from crosscheck.run import run_tasks

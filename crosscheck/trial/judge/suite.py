@@ -10,10 +10,12 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
-from crosscheck.checks.invariants import SYMMETRY
+from crosscheck.checks.inertia import SYMMETRY
+from crosscheck.checks.invariants import plan_balances
+from crosscheck.checks.same_step import Pair, check_same_step
 from crosscheck.checks.scales import acceptance_limit
 from crosscheck.checks.states import LOOSEST, is_usable, scale_mass_matrix
-from crosscheck.checks.trajectories import UNITS, Pair, check_same_step, size
+from crosscheck.checks.trajectories import UNITS, size
 from crosscheck.findings import (
     ComparisonKey,
     Finding,
@@ -23,9 +25,9 @@ from crosscheck.findings import (
     make_measurement,
 )
 from crosscheck.models.experiment.scenario import Scenario
+from crosscheck.planning.arms import sample_model
 from crosscheck.planning.comparison import Comparison, Results, make_comparison
 from crosscheck.planning.plan import perturb_start_by_one_ulp
-from crosscheck.planning.state_suite import SampledModel, plan_balances
 from crosscheck.registry import MODELS, find_same_integrator_models
 from crosscheck.runner.tasks import RunKey, Simulation
 from crosscheck.trial.judge import entries
@@ -280,7 +282,7 @@ def plan_balance_checks(problem: VerificationProblem) -> Iterator[Comparison]:
     rigid = problem.gearing == "rigid"
     if rigid or problem.frame.matrix is None or not problem.has >= WHOLE:
         return
-    sampled = SampledModel(
+    sampled = sample_model(
         problem.case.arm.name, problem.name, problem.case, problem.count, problem.seed
     )
     for balance in plan_balances(sampled):

@@ -1,4 +1,4 @@
-"""Every quantity of every two engines, at each level."""
+"""Every quantity of every two engines, in each case of an arm and at each level of a robot."""
 
 from __future__ import annotations
 
@@ -6,22 +6,27 @@ from collections.abc import Iterator, Sequence
 
 import numpy as np
 
-from crosscheck.checks.robots.case import (
+from crosscheck.checks import states
+from crosscheck.checks.robot_sizes import SIZE_WORDS
+from crosscheck.checks.sampled import (
+    DIFFERENCE,
     RobotLevel,
     RobotQuestion,
+    SampledArm,
     SampledRobot,
+    Subjects,
     ask,
-    check_share,
     pair_models,
-    share_of,
 )
-from crosscheck.checks.robots.sizes import SIZE_WORDS
+from crosscheck.checks.shares import check_share, share_of
 from crosscheck.findings import ComparisonKey, Finding, Subject
+from crosscheck.models.interface import STATE_ABILITIES
 from crosscheck.models.robot.integration import integrate
 from crosscheck.models.robot.interface import RobotModel
-from crosscheck.planning.comparison import Comparison, make_comparison
+from crosscheck.planning.comparison import Comparison, Results, make_comparison
 
 RUNS, STEPS = 3, 5  # number of runs, from the first states; steps of a run
+SWITCHED = "generalized_force", "acceleration"  # what other switches change of an arm
 
 
 def mass_matrix(model: RobotModel, case: RobotLevel) -> np.ndarray:
@@ -85,14 +90,47 @@ QUESTIONS: tuple[RobotQuestion, ...] = (
 )
 
 
-def plan(models: Sequence[SampledRobot]) -> Iterator[Comparison]:
+def plan(subjects: Subjects) -> Iterator[Comparison]:
     """Comparisons of the two models' answers to each question."""
-    for left, right in pair_models(models):
+    yield from plan_pairs([each for each in subjects.arms if each.group != "form"])
+    for left, right in pair_models(subjects.robots):
         for question in QUESTIONS if left.case.has_runs else QUESTIONS[:-1]:
-            yield _plan_pair(left, right, question)
+            yield _plan_robot_pair(left, right, question)
 
 
-def _plan_pair(left: SampledRobot, right: SampledRobot, question: RobotQuestion) -> Comparison:
+def plan_pairs(
+    models: Sequence[SampledArm], quantities: Sequence[str] = STATE_ABILITIES
+) -> Iterator[Comparison]:
+    """A comparison for each quantity and pair of an arm's models in a case.
+
+    M and bias know no switch, so they are not compared under others again.
+    """
+    for left, right in pair_models(models):
+        for quantity in quantities:
+            if quantity in SWITCHED or left.group not in ("switches", "conservative"):
+                yield plan_arm_pair("states", quantity, left, right, states.compare_values)
+
+
+def plan_arm_pair(
+    family: str, quantity: str, left: SampledArm, right: SampledArm, judge: states.Judge
+) -> Comparison:
+    """A comparison of a quantity of two models, sized by the M of either."""
+    key = ComparisonKey(family, left.where, quantity, left.model, right.model)
+    pair = left, right
+
+    def judge_results(about: Subject, results: Results) -> Finding:
+        left_values, right_values = (results.need(each.ask(quantity)) for each in pair)
+        masses = (results.get_if_finished(each.ask("mass_matrix")) for each in pair)
+        sizes = (m for m in masses if m is not None and states.is_usable(m[0]))
+        return judge(about, left_values, right_values, next(sizes, None), left.setting)
+
+    needs = tuple(each.ask(name) for name in ("mass_matrix", quantity) for each in pair)
+    return Comparison(Subject(key, "1", left.over(DIFFERENCE)), needs, judge_results)
+
+
+def _plan_robot_pair(
+    left: SampledRobot, right: SampledRobot, question: RobotQuestion
+) -> Comparison:
     quantity, case = question.__name__, left.case
     is_run = question is run
     family, metric = "states", left.over("largest difference, over its natural size,")

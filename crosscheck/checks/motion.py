@@ -2,37 +2,35 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Sequence
+from collections.abc import Iterator
 
 import numpy as np
 
 from crosscheck.checks.arm_data import mesh_damping
 from crosscheck.checks.energy import ALONG_RAD
-from crosscheck.checks.first_principles.mesh_energy import (
-    POINTS,
-    energy_slope,
-    highest_harmonic,
-    planet_springs,
-)
-from crosscheck.checks.robots.case import (
-    TURN_RAD,
-    WEIGHTS,
-    RobotLevel,
-    SampledRobot,
-    ask,
-    check_share,
-    plan_law,
-    share_of,
-)
-from crosscheck.checks.robots.engines import (
+from crosscheck.checks.engines import (
     bias,
     energy,
     gravity,
     inverse_dynamics,
     mass_matrix,
 )
-from crosscheck.checks.robots.sizes import TOLERANCE
-from crosscheck.checks.robots.weight import ROUNDED
+from crosscheck.checks.first_principles.mesh_energy import (
+    POINTS,
+    energy_slope,
+    highest_harmonic,
+    planet_springs,
+)
+from crosscheck.checks.robot_sizes import TOLERANCE
+from crosscheck.checks.sampled import (
+    TURN_RAD,
+    WEIGHTS,
+    RobotLevel,
+    Subjects,
+    ask,
+)
+from crosscheck.checks.shares import check_share, share_of
+from crosscheck.checks.weight import ROUNDED
 from crosscheck.findings import Finding, Subject
 from crosscheck.models.arm.layout import MESHES
 from crosscheck.models.robot.interface import RobotModel
@@ -67,15 +65,15 @@ def driven_forces(model: RobotModel, case: RobotLevel) -> np.ndarray:
     return ask(model, "inverse_dynamics", q.shape, q, v, a)
 
 
-def plan(models: Sequence[SampledRobot]) -> Iterator[Comparison]:
+def plan(subjects: Subjects) -> Iterator[Comparison]:
     """Comparisons of each model's energies and dynamics with its own M, bias and weights."""
     terms = mass_matrix, bias, gravity
-    for sampled in models:
+    for sampled in subjects.robots:
         questions = mass_matrix, energy, rest_energy
-        yield plan_law(sampled, "kinetic-energy", questions, _check_kinetic_energy)
-        yield plan_law(sampled, "energy-rate", (energy_rate, *terms), _check_energy_rate)
-        yield plan_law(sampled, "inverse-dynamics", (inverse_dynamics, *terms), _check_inverse)
-        yield plan_law(sampled, "forward-dynamics", [driven_forces], _check_forward)
+        yield sampled.plan_own("kinetic-energy", questions, _check_kinetic_energy)
+        yield sampled.plan_own("energy-rate", (energy_rate, *terms), _check_energy_rate)
+        yield sampled.plan_own("inverse-dynamics", (inverse_dynamics, *terms), _check_inverse)
+        yield sampled.plan_own("forward-dynamics", [driven_forces], _check_forward)
 
 
 def _time_steps(case: RobotLevel) -> np.ndarray:

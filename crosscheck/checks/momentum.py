@@ -2,19 +2,17 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Sequence
+from collections.abc import Iterator
 
 import numpy as np
 
-from crosscheck.checks.robots.case import (
+from crosscheck.checks.robot_sizes import TOLERANCE
+from crosscheck.checks.sampled import (
     RobotLevel,
-    SampledRobot,
+    Subjects,
     ask,
-    check_share,
-    plan_law,
-    share_of,
 )
-from crosscheck.checks.robots.sizes import TOLERANCE
+from crosscheck.checks.shares import check_share, share_of
 from crosscheck.findings import Finding, Subject
 from crosscheck.models.robot.interface import RobotModel
 from crosscheck.models.robot.robot import BASE, Robot
@@ -68,13 +66,12 @@ def _carried(robot: Robot, base: int) -> np.ndarray:
     return np.array([_root(robot, number) == base for number in robot.coordinates], dtype=float)
 
 
-def plan(models: Sequence[SampledRobot]) -> Iterator[Comparison | str]:
+def plan(subjects: Subjects) -> Iterator[Comparison | str]:
     """Comparisons of each model's momentum with its M, where no rotor spins beside the links."""
-    has_base_joints = bool(find_base_joints(models[0].case.robot))
-    for sampled in models:
-        if has_base_joints and sampled.case.level == "links":
-            yield plan_law(sampled, "base-momentum", [base_momenta], _check_momenta)
-    if not has_base_joints:
+    for sampled in subjects.robots:
+        if sampled.case.level == "links" and find_base_joints(sampled.case.robot):
+            yield sampled.plan_own("base-momentum", [base_momenta], _check_momenta)
+    if subjects.robots and not find_base_joints(subjects.robots[0].case.robot):
         yield "momentum is not compared with M: a joint on the base leads or follows another"
 
 

@@ -2,22 +2,20 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Sequence
+from collections.abc import Iterator
 
 import numpy as np
 
-from crosscheck.checks.robots.case import (
+from crosscheck.checks.engines import gravity, momentum
+from crosscheck.checks.robot_sizes import TOLERANCE
+from crosscheck.checks.sampled import (
     RobotLevel,
-    SampledRobot,
+    Subjects,
     ask,
-    check_share,
     compute_slopes,
-    plan_law,
-    share_of,
 )
-from crosscheck.checks.robots.engines import gravity, momentum
-from crosscheck.checks.robots.sizes import TOLERANCE
 from crosscheck.checks.scales import EPS
+from crosscheck.checks.shares import check_share, share_of
 from crosscheck.findings import Finding, Subject
 from crosscheck.models.robot.interface import RobotModel
 from crosscheck.planning.comparison import Comparison
@@ -34,16 +32,15 @@ def energy_slopes(model: RobotModel, case: RobotLevel) -> np.ndarray:
     return compute_slopes(energies, case.first.q, case.steps).T
 
 
-def plan(models: Sequence[SampledRobot]) -> Iterator[Comparison | str]:
+def plan(subjects: Subjects) -> Iterator[Comparison | str]:
     """Comparisons of each model's weights with its own energy and momentum."""
-    for sampled in models:
-        if not sampled.case.robot.gravity.any():
-            continue
-        questions = gravity, energy_slopes
-        yield plan_law(sampled, "gravity-from-energy", questions, _check_slopes)
-        questions = gravity, momentum
-        yield plan_law(sampled, "linear-momentum", questions, _check_momentum)
-    if not models[0].case.robot.gravity.any():
+    for sampled in subjects.robots:
+        if sampled.case.robot.gravity.any():
+            questions = gravity, energy_slopes
+            yield sampled.plan_own("gravity-from-energy", questions, _check_slopes)
+            questions = gravity, momentum
+            yield sampled.plan_own("linear-momentum", questions, _check_momentum)
+    if subjects.robots and not subjects.robots[0].case.robot.gravity.any():
         yield "without gravity: no weights to hold against energy and linear momentum"
 
 
