@@ -393,11 +393,6 @@ def reference_model() -> str:
     return select_with_method("reference", model_names("geared"))[0]
 
 
-def select_other_engines(model: str, among: Sequence[str]) -> tuple[str, ...]:
-    """Names among the given ones of models that another package than the model's has."""
-    return tuple(name for name in among if engine_of(name) != engine_of(model))
-
-
 def find_same_integrator_models() -> tuple[str, ...]:
     """Names of the geared models with the reference model's fixed-step integrator, it first."""
     order = MODELS[reference_model()].order

@@ -13,8 +13,7 @@ from crosscheck.checks.first_principles import composite
 from crosscheck.checks.invariants import sun_advance, sun_radius_and_ratio
 from crosscheck.checks.modes import equivalent_mass, mean_stiffness
 from crosscheck.checks.sampled import DIFFERENCE, SampledArm, Subjects
-from crosscheck.checks.scales import geared_joints
-from crosscheck.checks.shares import check_share
+from crosscheck.checks.scales import check_share, geared_joints
 from crosscheck.checks.states import EPS, ROUNDINGS, compare_values
 from crosscheck.findings import Finding, Subject
 from crosscheck.models.arm.arm import Arm
@@ -54,7 +53,7 @@ def _check_inertia(about: Subject, mass: np.ndarray, arm: SampledArm) -> Finding
 
     A rigid model has the joints rolling alone.
     """
-    level, setting, content = arm.entry.level, arm.setting, arm.content
+    level, setting, content = arm.level, arm.setting, arm.content
     parts = composite.build_parts(content, level or "coupled")
     ways, ratios = _joint_motions(setting.layout, content), []
     for q, matrix in zip(setting.states.q, mass, strict=True):
@@ -91,7 +90,7 @@ def _check_force(about: Subject, force: np.ndarray, mass: np.ndarray, arm: Sampl
     joint, and a motor turns the link alone.
     """
     setting, content, scenario = arm.setting, arm.content, arm.case.scenario
-    layout, parts = setting.layout, composite.build_parts(content, arm.entry.level or "coupled")
+    layout, parts = setting.layout, composite.build_parts(content, arm.level or "coupled")
     friction = np.array([float(j.get("friction_N_m_s_per_rad", 0.0)) for j in content["joints"]])
     expected = np.zeros_like(force)
     for row, (t, q, v) in enumerate(zip(*setting.states, strict=True)):

@@ -18,8 +18,7 @@ from crosscheck.checks.answers import CORNER_FORCE, SLIDING_M_PER_S, States, sam
 from crosscheck.checks.arm_data import mesh_damping
 from crosscheck.checks.energy import springs_at
 from crosscheck.checks.sampled import DIFFERENCE, SampledArm, Subjects, pair_models
-from crosscheck.checks.scales import geared_joints
-from crosscheck.checks.shares import check_share
+from crosscheck.checks.scales import check_share, geared_joints
 from crosscheck.checks.states import relative_differences
 from crosscheck.findings import ComparisonKey, Finding, Subject
 from crosscheck.models.arm.arm import Arm

@@ -18,7 +18,7 @@ from crosscheck.checks.sampled import (
     ask,
     pair_models,
 )
-from crosscheck.checks.shares import check_share, share_of
+from crosscheck.checks.scales import check_share, share_of
 from crosscheck.findings import ComparisonKey, Finding, Subject
 from crosscheck.models.interface import STATE_ABILITIES
 from crosscheck.models.robot.integration import integrate

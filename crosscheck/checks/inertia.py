@@ -20,7 +20,7 @@ from crosscheck.checks.sampled import (
     ask,
     compute_slopes,
 )
-from crosscheck.checks.shares import check_share, share_of
+from crosscheck.checks.scales import check_share, share_of
 from crosscheck.checks.states import LOOSEST, Setting, is_usable, scale_mass_matrix
 from crosscheck.findings import Finding, Subject, make_failed_check
 from crosscheck.models.robot.interface import RobotModel

@@ -74,12 +74,12 @@ def plan(subjects: Subjects) -> Iterator[Comparison]:
     """
     for arm in subjects.arms:
         if arm.owes_laws:
-            judge = partial(_check_abilities, promised=arm.entry.promises)
+            judge = partial(_check_abilities, promised=arm.promises)
             metric, against = "abilities missing", "declared capabilities"
             yield arm.plan_law("abilities", [ABILITIES], judge, metric, against)
         if arm.group in ("geared", "free", "form"):
             yield from plan_balances(arm)
-        if arm.group == "geared" and "constraint_residual" in arm.entry.promises:
+        if arm.group == "geared" and "constraint_residual" in arm.promises:
             metric = f"largest gap, rate, acceleration or error of one, {arm.count} random states"
             questions, against = ["constraint_residual"], "closure of its joints"
             yield arm.plan_law("constraints", questions, check_constraints, metric, against)

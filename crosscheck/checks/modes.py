@@ -58,7 +58,7 @@ def plan(subjects: Subjects) -> Iterator[Comparison]:
         case = group[0].case._replace(scenario=rest)
         models = [each for each in group if each.group != "form"]
         yield from plan_poles(where, models)
-        able = [each for each in models if "mesh_modes" in each.entry.promises]
+        able = [each for each in models if "mesh_modes" in each.promises]
         for pair in combinations(able, 2) if geared_joints(case.arm) else ():
             key = ComparisonKey("modes", where, "mesh-mode", pair[0].model, pair[1].model)
             yield _plan_modes(Subject(key, "1", MODE_METRIC), pair, case)
@@ -72,7 +72,7 @@ def plan(subjects: Subjects) -> Iterator[Comparison]:
                     about = Subject(key, "1", MODE_METRIC, "closed form")
                     yield _plan_modes(about, [each], locked, closed)
         for each in group if geared_joints(case.arm) else ():
-            if "simulate" in each.entry.promises and each.entry.order == models[0].entry.order:
+            if "simulate" in each.promises and each.order == models[0].order:
                 yield _plan_stable_step(where, each)
 
 
@@ -86,7 +86,7 @@ def _plan_modes(
 
     def judge(about: Subject, *model_modes: np.ndarray) -> Finding:
         for sampled, frequencies in zip(models, model_modes, strict=True):
-            single = sampled.entry.free_planets or case.switches.planets == "free"
+            single = sampled.free_planets or case.switches.planets == "free"
             planets = [joint.planet_count for joint in case.arm.joints if joint.planet_count]
             expected = sum(1 + (count if single else 1) for count in planets)
             if len(frequencies) != expected:
@@ -120,7 +120,7 @@ def plan_poles(where: str, models: Sequence[SampledArm]) -> Iterator[Comparison]
     linear = case._replace(arm=linearize_teeth(arm))
     able = [each for each in models if each.covers(linear.arm, laws)]
     for left in able:
-        for right in able if "contact_poles" in left.entry.promises else ():
+        for right in able if "contact_poles" in left.promises else ():
             if right != left:
                 tasks = left.evaluate(case, "contact_poles"), *_pole_tasks(right, linear)
                 key = ComparisonKey("modes", where, "contact-poles", left.model, right.model)

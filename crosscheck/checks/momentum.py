@@ -12,7 +12,7 @@ from crosscheck.checks.sampled import (
     Subjects,
     ask,
 )
-from crosscheck.checks.shares import check_share, share_of
+from crosscheck.checks.scales import check_share, share_of
 from crosscheck.findings import Finding, Subject
 from crosscheck.models.robot.interface import RobotModel
 from crosscheck.models.robot.robot import BASE, Robot

@@ -29,7 +29,7 @@ from crosscheck.checks.sampled import (
     Subjects,
     ask,
 )
-from crosscheck.checks.shares import check_share, share_of
+from crosscheck.checks.scales import check_share, share_of
 from crosscheck.checks.weight import ROUNDED
 from crosscheck.findings import Finding, Subject
 from crosscheck.models.arm.layout import MESHES

@@ -43,7 +43,7 @@ def plan(subjects: Subjects) -> Iterator[Comparison]:
         references = [experiment.run(first, f"reference{each}") for each in ("", "-coarse")]
         for other in (models.same[1], *models.other):
             yield from plan_refined(experiment, references, refine(experiment, other))
-        if "precise" in models.entries[first].promises:
+        if models.is_precise:
             precise = [experiment.run(first, f"precise{each}") for each in ("", "-coarse")]
             yield from plan_refined(experiment, precise, refine(experiment, first), "precise")
         for engines, *others in models.levels.values():

@@ -19,7 +19,7 @@ from crosscheck.checks.sampled import (
     ask,
     find_experiments,
 )
-from crosscheck.checks.shares import check_share
+from crosscheck.checks.scales import check_share
 from crosscheck.checks.trajectories import largest_difference
 from crosscheck.findings import ComparisonKey, Finding, Subject, make_check, make_measurement
 from crosscheck.models.robot.integration import integrate
@@ -90,7 +90,7 @@ def plan(subjects: Subjects) -> Iterator[Comparison | str]:
 
 def _plan_order(experiment: Experiment, model: str) -> Comparison:
     """The comparison of an arm's model, smooth or through impacts."""
-    formal = experiment.models.entries[model].order or 0
+    formal = experiment.models.order
     metric = f"observed order in {ORDER_QUANTITY} from steps h, h/2, h/4"
     if experiment.name == "order-smooth":
         metric = f"distance of the observed order in {ORDER_QUANTITY} from the formal one"

@@ -79,7 +79,7 @@ def plan_fixed_steps(experiment: Experiment) -> Iterator[Comparison]:
 def _repetition_runs(experiment: Experiment, model: str) -> tuple[ModelTask, ModelTask]:
     """The reference model's run and one nudged by a rounding, planets as free as the model's."""
     models, lumped = experiment.models, experiment.case.switches.planets == "lumped"
-    is_freed = lumped and models.entries[model].free_planets and has_meshes(experiment)
+    is_freed = lumped and model in models.free_planets and has_meshes(experiment)
     variants = ("free", "free-nudged") if is_freed else ("", "nudged")
     run, nudged = (experiment.run(models.same[0], variant) for variant in variants)
     return run, nudged

@@ -9,7 +9,7 @@ from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, field
 from functools import cached_property, partial
 from itertools import combinations, groupby
-from typing import Any, Literal, NamedTuple, Protocol, TypeVar
+from typing import Any, Literal, NamedTuple, TypeVar
 
 import numpy as np
 
@@ -78,36 +78,23 @@ class SampledModel:
         return make_comparison(Subject(key, unit, metric, against), tasks, judge)
 
 
-class ModelEntry(Protocol):
-    """What checks may know of a model of arms."""
-
-    @property
-    def promises(self) -> frozenset[str]: ...
-
-    @property
-    def order(self) -> int | None: ...
-
-    @property
-    def free_planets(self) -> bool: ...
-
-    @property
-    def level(self) -> str: ...
-
-    def layout(self, arm: Arm, chosen: Switches) -> Layout: ...
-
-
 @dataclass(frozen=True)
 class SampledArm(SampledModel):
     """A model of an arm at random states.
 
     It is evaluated in a case, by a question's name, at so many states of a seed; ``covers`` says
-    whether it is about an arm under switches. content: what the arm's file holds; symbols: of a
-    form, the tasks of its quantities worked out in symbols.
+    whether it is about an arm under switches. promises: methods that it must have; order: of its
+    fixed steps; free_planets: whether every planet moves by itself inside; level: of a rigid model;
+    content: what the arm's file holds; symbols: of a form, the tasks of its quantities in symbols.
     """
 
     case: Case
     seed: int
-    entry: ModelEntry
+    layout: Layout
+    promises: frozenset[str]
+    order: int | None
+    free_planets: bool
+    level: str
     covers: Callable[[Arm, Switches], bool]
     group: Group = "geared"
     content: Content = field(default_factory=dict)
@@ -127,8 +114,7 @@ class SampledArm(SampledModel):
     @cached_property
     def setting(self) -> Setting:
         """The arm, the model's coordinates and its random states."""
-        arm = self.case.arm
-        layout = self.entry.layout(arm, self.case.switches)
+        arm, layout = self.case.arm, self.layout
         return Setting(arm, layout, sample_states(layout, arm, self.count, self.seed))
 
 
@@ -217,9 +203,10 @@ class SampledRobot(SampledModel):
 class RunModels(NamedTuple):
     """Models that run an experiment of an arm, by their part in its comparisons.
 
-    same: those of the reference model's integrator, it first; other: of integrators of their own;
-    constrained: with constraint equations; levels: of each rigid level that differs, those that
-    choose their own steps first; exact: the levels that rigid gears amount to.
+    same: those of the reference model's integrator, it first, of an order; other: of integrators of
+    their own; constrained: with constraint equations; levels: of each rigid level that differs,
+    those that choose their own steps first; exact: the levels that rigid gears amount to;
+    free_planets: those inside which every planet moves by itself.
     """
 
     same: tuple[str, ...]
@@ -228,32 +215,31 @@ class RunModels(NamedTuple):
     forms: tuple[str, ...]
     levels: Mapping[str, tuple[str, ...]]
     exact: tuple[str, ...]
-    entries: Mapping[str, ModelEntry]
+    order: int
+    is_precise: bool
+    free_planets: frozenset[str]
 
 
-class Experiment(Protocol):
-    """An experiment of an arm; ``run`` makes the task of one of a model's runs.
+@dataclass(frozen=True)
+class Experiment:
+    """One scenario with a short name for ids, and what its runs are compared for.
 
-    purpose: whether it is a motion, a short one of fine steps, for the order, or for the energy;
     growth: of an unstable loop.
     """
 
-    @property
-    def name(self) -> str: ...
+    name: str
+    case: Case
+    growth: Any = None
+    purpose: Literal["motion", "short", "order", "energy"] = "motion"
 
     @property
-    def case(self) -> Case: ...
+    def models(self) -> RunModels:
+        """The models that are about its arm under its switches."""
+        raise NotImplementedError
 
-    @property
-    def purpose(self) -> str: ...
-
-    @property
-    def growth(self) -> Any: ...
-
-    @property
-    def models(self) -> RunModels: ...
-
-    def run(self, model: str, variant: Any = "", rtol: float | None = None) -> ModelTask: ...
+    def run(self, model: str, variant: str = "", rtol: float | None = None) -> Any:
+        """The task of one of a model's runs."""
+        raise NotImplementedError
 
 
 class Subjects(NamedTuple):

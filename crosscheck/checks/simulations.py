@@ -14,7 +14,7 @@ from crosscheck.checks.sampled import (
     Subjects,
     pair_models,
 )
-from crosscheck.checks.shares import check_share, share_of
+from crosscheck.checks.scales import check_share, share_of
 from crosscheck.findings import ComparisonKey, Finding, Subject
 from crosscheck.models.errors import Diverged
 from crosscheck.models.experiment.scenario import ConstantDrive, Scenario, Start

@@ -12,10 +12,10 @@ from crosscheck.checks.scales import (
     PLACE_ROUNDINGS,
     ReasonedLimit,
     arm_reach,
+    check_share,
     gear_arc,
     largest_stiffness,
 )
-from crosscheck.checks.shares import check_share
 from crosscheck.findings import Finding, Subject, make_failed_check, make_measurement
 from crosscheck.models.arm.arm import Arm
 from crosscheck.models.arm.layout import Layout

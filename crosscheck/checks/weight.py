@@ -14,8 +14,7 @@ from crosscheck.checks.sampled import (
     ask,
     compute_slopes,
 )
-from crosscheck.checks.scales import EPS
-from crosscheck.checks.shares import check_share, share_of
+from crosscheck.checks.scales import EPS, check_share, share_of
 from crosscheck.findings import Finding, Subject
 from crosscheck.models.robot.interface import RobotModel
 from crosscheck.planning.comparison import Comparison

@@ -43,8 +43,7 @@ from crosscheck.registry import (
     is_covering,
     select_covering,
 )
-from crosscheck.runner.symbols import FORMS, SymbolicEvaluation
-from crosscheck.runner.tasks import Evaluation, Simulation
+from crosscheck.runner.tasks import FORMS, Evaluation, Simulation, SymbolicEvaluation
 from crosscheck.runner.workers import Workers
 
 COUNT, QUICK_COUNT = 200, 20
@@ -175,14 +174,13 @@ def sample_model(
     content: Content | None = None,
 ) -> SampledArm:
     """A model of an arm at random states."""
-    symbols = [
-        SymbolicEvaluation(name, case, quantity, count, seed)
-        for quantity in SYMBOLIC
-        if name in FORMS
-    ]
-    covers, evaluate = partial(is_covering, name), partial(Evaluation, name)
-    own = case, seed, MODELS[name], covers, group, content or {}, symbols
-    return SampledArm(where, name, count, evaluate, *own)
+    entry, covers, evaluate = MODELS[name], partial(is_covering, name), partial(Evaluation, name)
+    layout = entry.layout(case.arm, case.switches)
+    known = entry.promises, entry.order, entry.free_planets, entry.level, covers
+    own = case, seed, layout, *known, group, content or {}
+    forms = SYMBOLIC if name in FORMS else ()
+    symbols = [SymbolicEvaluation(name, case, each, count, seed) for each in forms]
+    return SampledArm(where, name, count, evaluate, *own, symbols)
 
 
 def compute_entry_differences(

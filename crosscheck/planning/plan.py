@@ -5,11 +5,12 @@ from __future__ import annotations
 import json
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
-from typing import Literal, cast
+from typing import cast
 
 import numpy as np
 
 from crosscheck import registry
+from crosscheck.checks import sampled
 from crosscheck.checks.first_principles.composite import Content
 from crosscheck.checks.refinement import COARSE_STEP_RATIOS
 from crosscheck.checks.sampled import RunModels
@@ -75,22 +76,15 @@ RTOL: dict[str, float] = {
 }
 
 
-@dataclass(frozen=True)
-class Experiment:
-    """One scenario of the plan, with a short name for ids; ``growth`` of an unstable loop.
+class Experiment(sampled.Experiment):
+    """An experiment of a cross-check, with models from the registry."""
 
-    purpose: what its runs are compared for.
-    """
-
-    name: str
-    case: Case
-    growth: sizing.GrowingMode | None = None
-    purpose: Literal["motion", "short", "order", "energy"] = "motion"
+    growth: sizing.GrowingMode | None
 
     @property
     def models(self) -> RunModels:
         """The models that are about its arm under its switches."""
-        arm, _, laws = self.case
+        (arm, _, laws), reference = self.case, MODELS[registry.reference_model()]
 
         def select(among: Sequence[str]) -> tuple[str, ...]:
             return registry.select_covering(among, arm, laws)
@@ -102,7 +96,9 @@ class Experiment:
             select(registry.select_with_method("simulate", registry.model_names("form"))),
             {each: select(sort_engines(each)) for each in registry.find_distinct_levels(arm)},
             registry.group_equal_levels(arm)[-1],
-            MODELS,
+            reference.order or 0,
+            "precise" in reference.promises,
+            frozenset(name for name, entry in MODELS.items() if entry.free_planets),
         )
 
     def run(self, model: str, variant: str = "", rtol: float | None = None) -> Simulation:
