@@ -20,7 +20,7 @@ from crosscheck.checks.first_principles.mesh_energy import (
 from crosscheck.checks.first_principles.weights import weight_energy
 from crosscheck.checks.sampled import (
     FIRST_PRINCIPLES,
-    Experiment,
+    ExperimentPlan,
     Subjects,
     find_experiments,
     find_usual,
@@ -78,7 +78,7 @@ def plan(subjects: Subjects) -> Iterator[Comparison]:
         yield from _plan_conservation(experiment)
 
 
-def _plan_conservation(experiment: Experiment) -> Iterator[Comparison]:
+def _plan_conservation(experiment: ExperimentPlan) -> Iterator[Comparison]:
     """Energy balances of an experiment without losses, by its name those of some of the models."""
     same, other, constrained, *_ = experiment.models
     judge = partial(check_energy_conservation, case=experiment.case)
@@ -95,7 +95,7 @@ def _plan_conservation(experiment: Experiment) -> Iterator[Comparison]:
 
 
 def _plan_runs(
-    experiment: Experiment, metric: str, judge: Callable[..., Finding], *runs: ModelTask
+    experiment: ExperimentPlan, metric: str, judge: Callable[..., Finding], *runs: ModelTask
 ) -> Comparison:
     """The energy balance of a run, or the best of several: what a law makes it makes in all."""
     key = ComparisonKey("invariants", experiment.name, "energy", runs[0].model)

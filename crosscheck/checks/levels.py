@@ -10,7 +10,7 @@ import numpy as np
 
 from crosscheck.checks.engines import RUNS, inverse_dynamics
 from crosscheck.checks.sampled import (
-    Experiment,
+    ExperimentPlan,
     RobotLevel,
     SampledRobot,
     Subjects,
@@ -56,7 +56,7 @@ def plan(subjects: Subjects) -> Iterator[Comparison]:
         yield from _plan_robot_levels([some[0] for some in group_models(subjects.robots)])
 
 
-def _plan_rigid_level(experiment: Experiment, engine: str) -> Iterator[Comparison]:
+def _plan_rigid_level(experiment: ExperimentPlan, engine: str) -> Iterator[Comparison]:
     """Measurements of a rigid level beside the geared arm: joints, and tip."""
     first, arm = experiment.models.same[0], experiment.case.arm
     runs = experiment.run(engine), experiment.run(first)

@@ -70,7 +70,7 @@ def plan(subjects: Subjects) -> Iterator[Comparison | str]:
     """Comparisons of each model's momentum with its M, where no rotor spins beside the links."""
     for sampled in subjects.robots:
         if sampled.case.level == "links" and find_base_joints(sampled.case.robot):
-            yield sampled.plan_own("base-momentum", [base_momenta], _check_momenta)
+            yield sampled.plan_case_law("base-momentum", [base_momenta], _check_momenta)
     if subjects.robots and not find_base_joints(subjects.robots[0].case.robot):
         yield "momentum is not compared with M: a joint on the base leads or follows another"
 

@@ -70,10 +70,10 @@ def plan(subjects: Subjects) -> Iterator[Comparison]:
     terms = mass_matrix, bias, gravity
     for sampled in subjects.robots:
         questions = mass_matrix, energy, rest_energy
-        yield sampled.plan_own("kinetic-energy", questions, _check_kinetic_energy)
-        yield sampled.plan_own("energy-rate", (energy_rate, *terms), _check_energy_rate)
-        yield sampled.plan_own("inverse-dynamics", (inverse_dynamics, *terms), _check_inverse)
-        yield sampled.plan_own("forward-dynamics", [driven_forces], _check_forward)
+        yield sampled.plan_case_law("kinetic-energy", questions, _check_kinetic_energy)
+        yield sampled.plan_case_law("energy-rate", (energy_rate, *terms), _check_energy_rate)
+        yield sampled.plan_case_law("inverse-dynamics", (inverse_dynamics, *terms), _check_inverse)
+        yield sampled.plan_case_law("forward-dynamics", [driven_forces], _check_forward)
 
 
 def _time_steps(case: RobotLevel) -> np.ndarray:

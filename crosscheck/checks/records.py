@@ -63,7 +63,7 @@ def plan_records(runs: Sequence[Any]) -> Iterator[Comparison]:
 
 
 def _accept_run(about: Subject, run: xr.Dataset) -> Finding:
-    """The check of a run that is there: none other is handed on, see ``require_complete``."""
+    """The check of a run that is there: no other is passed on, see ``require_complete``."""
     return make_check(about, measured=0.0, tolerance=0.0, basis="a run is whole or it is none")
 
 

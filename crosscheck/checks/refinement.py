@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from crosscheck.checks.sampled import Experiment, Subjects, find_experiments, find_usual
+from crosscheck.checks.sampled import ExperimentPlan, Subjects, find_experiments, find_usual
 from crosscheck.checks.scales import EPS, ReasonedLimit
 from crosscheck.checks.trajectories import (
     MESH,
@@ -56,7 +56,7 @@ def plan(subjects: Subjects) -> Iterator[Comparison]:
             yield from plan_refined(experiment, *sides)
 
 
-def refine(experiment: Experiment, model: str) -> list[ModelTask]:
+def refine(experiment: ExperimentPlan, model: str) -> list[ModelTask]:
     """A model's run and a coarser one to estimate its error; then the reference model's pairs.
 
     These pairs come with models of the same integrator, whose error depends on where in a step the
@@ -69,7 +69,7 @@ def refine(experiment: Experiment, model: str) -> list[ModelTask]:
 
 
 def plan_refined(
-    experiment: Experiment,
+    experiment: ExperimentPlan,
     left: Sequence[ModelTask],
     right: Sequence[ModelTask],
     family: str = "refined",

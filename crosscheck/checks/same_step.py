@@ -14,7 +14,7 @@ from typing import TYPE_CHECKING, NamedTuple
 import numpy as np
 
 from crosscheck.checks.levels import measure_deviation
-from crosscheck.checks.sampled import Experiment, Subjects, find_experiments, find_usual
+from crosscheck.checks.sampled import ExperimentPlan, Subjects, find_experiments, find_usual
 from crosscheck.checks.scales import EPS, ReasonedLimit
 from crosscheck.checks.trajectories import (
     MESH,
@@ -61,7 +61,7 @@ def plan(subjects: Subjects) -> Iterator[Comparison]:
             yield from _plan_planets(experiment)
 
 
-def plan_fixed_steps(experiment: Experiment) -> Iterator[Comparison]:
+def plan_fixed_steps(experiment: ExperimentPlan) -> Iterator[Comparison]:
     """Comparisons of the reference model with each model of its integrator, step by step."""
     first, *others = experiment.models.same
     families: dict[str, float | None] = {"same-step": None}
@@ -76,7 +76,7 @@ def plan_fixed_steps(experiment: Experiment) -> Iterator[Comparison]:
                 yield make_comparison(about, runs, judge)
 
 
-def _repetition_runs(experiment: Experiment, model: str) -> tuple[ModelTask, ModelTask]:
+def _repetition_runs(experiment: ExperimentPlan, model: str) -> tuple[ModelTask, ModelTask]:
     """The reference model's run and one nudged by a rounding, planets as free as the model's."""
     models, lumped = experiment.models, experiment.case.switches.planets == "lumped"
     is_freed = lumped and model in models.free_planets and has_meshes(experiment)
@@ -85,7 +85,7 @@ def _repetition_runs(experiment: Experiment, model: str) -> tuple[ModelTask, Mod
     return run, nudged
 
 
-def _plan_planets(experiment: Experiment) -> Iterator[Comparison]:
+def _plan_planets(experiment: ExperimentPlan) -> Iterator[Comparison]:
     """Comparisons of alike planets, counted as one or each for itself: the same until they part."""
     first, second, *_ = experiment.models.same
     lumped, pair = experiment.run(first), _repetition_runs(experiment, second)
@@ -98,7 +98,7 @@ def _plan_planets(experiment: Experiment) -> Iterator[Comparison]:
 
 
 def _check_same_step(
-    experiment: Experiment,
+    experiment: ExperimentPlan,
     about: Subject,
     left: xr.Dataset,
     right: xr.Dataset,

@@ -1,4 +1,4 @@
-"""What checks are handed: models at random states, experiments, and how to ask both.
+"""What checks are made for: models at random states, experiments, and how to ask both.
 
 No check knows which models there are: planning chooses them.
 """
@@ -192,7 +192,7 @@ class SampledRobot(SampledModel):
 
     case: RobotLevel
 
-    def plan_own(
+    def plan_case_law(
         self, quantity: str, questions: Sequence[RobotQuestion], judge: Callable[..., Finding]
     ) -> Comparison:
         """The comparison with a law; judge takes the subject, the answers and the case."""
@@ -221,7 +221,7 @@ class RunModels(NamedTuple):
 
 
 @dataclass(frozen=True)
-class Experiment:
+class ExperimentPlan:
     """One scenario with a short name for ids, and what its runs are compared for.
 
     growth: of an unstable loop.
@@ -247,15 +247,15 @@ class Subjects(NamedTuple):
 
     arms: Sequence[SampledArm] = ()
     robots: Sequence[SampledRobot] = ()
-    experiments: Sequence[Experiment] = ()
+    experiments: Sequence[ExperimentPlan] = ()
 
 
-def find_experiments(subjects: Subjects, purpose: str) -> Iterator[Experiment]:
+def find_experiments(subjects: Subjects, purpose: str) -> Iterator[ExperimentPlan]:
     """The experiments of a purpose."""
     return (each for each in subjects.experiments if each.purpose == purpose)
 
 
-def find_usual(subjects: Subjects) -> Iterator[Experiment]:
+def find_usual(subjects: Subjects) -> Iterator[ExperimentPlan]:
     """The motions under the usual switches, in which most comparisons are made."""
     for each in find_experiments(subjects, "motion"):
         arm, _, laws = each.case

@@ -6,7 +6,7 @@ from collections.abc import Iterator
 from dataclasses import replace
 from functools import partial
 
-from crosscheck.checks.sampled import Experiment, Subjects
+from crosscheck.checks.sampled import ExperimentPlan, Subjects
 from crosscheck.findings import ComparisonKey, Finding, Subject, make_measurement
 from crosscheck.planning.comparison import Comparison, Results, make_comparison
 
@@ -23,7 +23,7 @@ def plan(subjects: Subjects) -> Iterator[Comparison]:
             yield make_comparison(Subject(key, "1/s", metric, "stability"), (), judge)
 
 
-def relax_comparison(experiment: Experiment, comparison: Comparison) -> Comparison:
+def relax_comparison(experiment: ExperimentPlan, comparison: Comparison) -> Comparison:
     """The comparison, said to mean nothing where an unstable loop alone may have changed it."""
 
     def judge_results(about: Subject, results: Results) -> Finding:

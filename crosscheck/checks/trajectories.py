@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from crosscheck.checks.records import BY_PLANET
-from crosscheck.checks.sampled import Experiment
+from crosscheck.checks.sampled import ExperimentPlan
 from crosscheck.checks.scales import ReasonedLimit, acceptance_limit
 from crosscheck.findings import ComparisonKey, Subject
 from crosscheck.models.arm.layout import lumped_layout
@@ -88,17 +88,19 @@ def relative_value(measured: float, run: xr.Dataset, quantity: str) -> float | N
     return measured / largest if largest > 0 and np.isfinite(measured) else None
 
 
-def has_meshes(experiment: Experiment) -> bool:
+def has_meshes(experiment: ExperimentPlan) -> bool:
     """Whether runs of the experiment's geared models have mesh variables."""
     return bool(lumped_layout(experiment.case.arm).mesh_joints)
 
 
-def recorded_quantities(experiment: Experiment, quantities: Sequence[str] = MESH) -> list[str]:
+def recorded_quantities(experiment: ExperimentPlan, quantities: Sequence[str] = MESH) -> list[str]:
     """Those of some quantities that runs of the experiment's arm have."""
     return [name for name in quantities if has_meshes(experiment) or name not in BY_PLANET]
 
 
-def find_acceptance_limit(experiment: Experiment, about: Subject, run: xr.Dataset) -> ReasonedLimit:
+def find_acceptance_limit(
+    experiment: ExperimentPlan, about: Subject, run: xr.Dataset
+) -> ReasonedLimit:
     """The acceptance limit of an uncertainty of the subject's quantity, as large as in a run."""
     quantity, (arm, scenario, _) = about.key.quantity, experiment.case
     return acceptance_limit(quantity, arm, scenario, size(run, quantity))
@@ -106,7 +108,7 @@ def find_acceptance_limit(experiment: Experiment, about: Subject, run: xr.Datase
 
 def make_subject(
     family: str,
-    experiment: Experiment,
+    experiment: ExperimentPlan,
     quantity: str,
     left: str,
     right: str,

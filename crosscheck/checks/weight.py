@@ -36,9 +36,9 @@ def plan(subjects: Subjects) -> Iterator[Comparison | str]:
     for sampled in subjects.robots:
         if sampled.case.robot.gravity.any():
             questions = gravity, energy_slopes
-            yield sampled.plan_own("gravity-from-energy", questions, _check_slopes)
+            yield sampled.plan_case_law("gravity-from-energy", questions, _check_slopes)
             questions = gravity, momentum
-            yield sampled.plan_own("linear-momentum", questions, _check_momentum)
+            yield sampled.plan_case_law("linear-momentum", questions, _check_momentum)
     if subjects.robots and not subjects.robots[0].case.robot.gravity.any():
         yield "without gravity: no weights to hold against energy and linear momentum"
 

@@ -177,10 +177,10 @@ def sample_model(
     entry, covers, evaluate = MODELS[name], partial(is_covering, name), partial(Evaluation, name)
     layout = entry.layout(case.arm, case.switches)
     known = entry.promises, entry.order, entry.free_planets, entry.level, covers
-    own = case, seed, layout, *known, group, content or {}
+    fields = case, seed, layout, *known, group, content or {}
     forms = SYMBOLIC if name in FORMS else ()
     symbols = [SymbolicEvaluation(name, case, each, count, seed) for each in forms]
-    return SampledArm(where, name, count, evaluate, *own, symbols)
+    return SampledArm(where, name, count, evaluate, *fields, symbols)
 
 
 def compute_entry_differences(

@@ -10,10 +10,9 @@ from typing import cast
 import numpy as np
 
 from crosscheck import registry
-from crosscheck.checks import sampled
 from crosscheck.checks.first_principles.composite import Content
 from crosscheck.checks.refinement import COARSE_STEP_RATIOS
-from crosscheck.checks.sampled import RunModels
+from crosscheck.checks.sampled import ExperimentPlan, RunModels
 from crosscheck.checks.scales import (
     EPS,
     base_radius,
@@ -76,7 +75,7 @@ RTOL: dict[str, float] = {
 }
 
 
-class Experiment(sampled.Experiment):
+class Experiment(ExperimentPlan):
     """An experiment of a cross-check, with models from the registry."""
 
     growth: sizing.GrowingMode | None

@@ -13,6 +13,7 @@ import xarray as xr
 
 import crosscheck
 from crosscheck.checks import (
+    convergence,
     energy,
     inertia,
     invariants,
@@ -20,7 +21,6 @@ from crosscheck.checks import (
     modes,
     records,
     refinement,
-    runs,
     same_step,
 )
 from crosscheck.checks.answers import BadAnswer, require_numbers
@@ -104,7 +104,7 @@ SAID: dict[str, tuple[Callable[[], Finding], str, float | None, str]] = {
         "",
     ),
     "an order": (
-        lambda: runs.check_formal_order(
+        lambda: convergence.check_formal_order(
             SUBJECT, [run(0.0, by) for by in (9.0, 1.0, 0.5)], 4, "theta"
         ),
         "three grids in the asymptotic range",
@@ -112,7 +112,7 @@ SAID: dict[str, tuple[Callable[[], Finding], str, float | None, str]] = {
         "observed order 4.000 from steps h, h/2, h/4",
     ),
     "an order through impacts": (
-        lambda: runs.measure_impact_order(
+        lambda: convergence.measure_impact_order(
             SUBJECT, [run(0.0, by) for by in (9.0, 1.0, -1.0)], "theta"
         ),
         "",
@@ -396,32 +396,32 @@ CASE: Any = SimpleNamespace(sizes=SimpleNamespace(energy=np.array([4.0])))
 
 def test_orders_of_a_robots_runs_are_told_with_two_digits_more_than_their_tolerance():
     """Differences of 16 and 16, then of 2^4.2 and 2^4.1, whose limit is 4.0; and of 2^3 alone."""
-    found = runs._check_order(SUBJECT, ends(*(1 + 16.0**-n for n in range(4))), CASE)
+    found = convergence._check_order(SUBJECT, ends(*(1 + 16.0**-n for n in range(4))), CASE)
     note = "observed order 4.000 of the finest steps, 4.000 of those before"
     assert (found.note, found.measured, found.tolerance) == (note, pytest.approx(0.0), 0.2)
     steps = np.cumsum([0.0, 1.0, 2**-4.2, 2**-8.3])
-    found = runs._check_order(SUBJECT, ends(*(10 + steps)), CASE)
+    found = convergence._check_order(SUBJECT, ends(*(10 + steps)), CASE)
     assert found.note == "observed order 4.100 of the finest steps, 4.200 of those before"
     assert (found.verdict, found.measured) == ("agree", pytest.approx(0.0, abs=1e-9))
-    found = runs._check_order(SUBJECT, ends(*(1 + 8.0**-n for n in range(4))), CASE)
+    found = convergence._check_order(SUBJECT, ends(*(1 + 8.0**-n for n in range(4))), CASE)
     assert (found.verdict, found.measured) == ("differ", pytest.approx(1.0))
-    unsettled = runs._check_order(SUBJECT, ends(1.0, 2.0, 2.5, 2.505), CASE)
+    unsettled = convergence._check_order(SUBJECT, ends(1.0, 2.0, 2.5, 2.505), CASE)
     said = "not asked: the steps' differences are rounding, or too large; orders 1.00, 6.64"
     assert (unsettled.verdict, unsettled.note) == ("measured", said)
-    still = runs._check_order(SUBJECT, ends(1.0, 1.0, 1.0, 1.0), CASE)
+    still = convergence._check_order(SUBJECT, ends(1.0, 1.0, 1.0, 1.0), CASE)
     assert still.note == said.replace("1.00, 6.64", "none")
 
 
 def test_energy_of_a_robots_runs_may_change_by_what_their_last_halving_changes():
     energies = (8.0, 0.0, 0.0, 8.0 + 2e-9, 8.0 + 4e-10)
-    found = runs._check_energy(SUBJECT, ends(1.0, 1.0, 1.0, 1.0, energies=energies), CASE)
+    found = convergence._check_energy(SUBJECT, ends(1.0, 1.0, 1.0, 1.0, energies=energies), CASE)
     assert found.measured == pytest.approx(1e-10, rel=1e-4)
     assert found.tolerance == pytest.approx(1e-10 + 4e-10, rel=1e-4)
     assert found.relative == found.measured
     basis = "1e-10 of the energy's size, and what the last halving of the step changed"
     assert (found.verdict, found.basis) == ("agree", basis)
     energies = (8.0, 0.0, 0.0, 8.0, 8.0 + 4.1e-3)
-    found = runs._check_energy(SUBJECT, ends(1.0, 1.0, 1.0, 1.0, energies=energies), CASE)
+    found = convergence._check_energy(SUBJECT, ends(1.0, 1.0, 1.0, 1.0, energies=energies), CASE)
     note = "not asked: halving the step changes 0.001 of the energy"
     assert (found.verdict, found.note) == ("measured", note)
     assert found.measured == pytest.approx(4.1e-3 / 4)

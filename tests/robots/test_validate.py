@@ -12,7 +12,7 @@ import pytest
 from scipy.integrate import solve_ivp
 
 import crosscheck as package
-from crosscheck.checks import engines, runs, simulations
+from crosscheck.checks import convergence, engines, simulations
 from crosscheck.checks.robot_states import sample_states
 from crosscheck.checks.sampled import Subjects
 from crosscheck.cli.commands import make_request
@@ -243,7 +243,9 @@ def test_an_order_is_judged_by_where_the_orders_of_steps_go(order, next_term, ve
     own = two_link.robot()
     models = sample_models(make_cases(own, sample_states(own, 2, 0), 10))
     planned = next(
-        each for each in runs.plan(Subjects(robots=models)) if each.about.key.family == "order"
+        each
+        for each in convergence.plan(Subjects(robots=models))
+        if each.about.key.family == "order"
     )
     h = 0.2 / 2.0 ** np.arange(4)
     rows = np.zeros((5, 2))
@@ -273,12 +275,14 @@ def test_an_order_that_is_not_the_methods_is_confirmed_by_finer_steps(
         error = h**3 if terms is None else h**4 * np.polyval([*terms[::-1], 1.0], h)
         return q + 1 + error, v
 
-    monkeypatch.setattr(runs, "integrate", integrate)
+    monkeypatch.setattr(convergence, "integrate", integrate)
     model = build_robot_model("analytic", own, sampled.case.level)
-    rows = runs.refined_ends(model, sampled.case)
+    rows = convergence.refined_ends(model, sampled.case)
     assert len(rows) == halvings + 2
     planned = next(
-        each for each in runs.plan(Subjects(robots=[sampled])) if each.about.key.family == "order"
+        each
+        for each in convergence.plan(Subjects(robots=[sampled]))
+        if each.about.key.family == "order"
     )
     results = Results({task.key: rows for task in planned.needs})
     assert planned.finding(results).verdict == verdict

@@ -13,7 +13,7 @@ from crosscheck.checks.engines import STEPS
 from crosscheck.checks.robot_sizes import LARGEST_TOLERANCE, TOLERANCE
 from crosscheck.checks.sampled import (
     FIRST_PRINCIPLES,
-    Experiment,
+    ExperimentPlan,
     RobotLevel,
     Subjects,
     ask,
@@ -88,7 +88,7 @@ def plan(subjects: Subjects) -> Iterator[Comparison | str]:
         )
 
 
-def _plan_order(experiment: Experiment, model: str) -> Comparison:
+def _plan_order(experiment: ExperimentPlan, model: str) -> Comparison:
     """The comparison of an arm's model, smooth or through impacts."""
     formal = experiment.models.order
     metric = f"observed order in {ORDER_QUANTITY} from steps h, h/2, h/4"
