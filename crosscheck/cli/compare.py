@@ -18,11 +18,7 @@ from crosscheck.identification.description import (
 from crosscheck.identification.excitation import format_excitation
 from crosscheck.identification.mechanism import ComparedMechanism
 from crosscheck.identification.messages import EXCITATION_FILE
-from crosscheck.identification.output import (
-    comparison_json,
-    comparison_page,
-    describe_comparison,
-)
+from crosscheck.identification.output import comparison_json, comparison_page, describe_comparison
 from crosscheck.identification.refinement import Knowledge
 from crosscheck.mechanisms import supply
 from crosscheck.models.errors import InputError
@@ -33,7 +29,7 @@ from crosscheck.recordings.smoothing import add_drive_torques, check_rates
 from crosscheck.runner.progress import progress_bar
 
 PAGE = "compare.html"
-DESCRIPTION = ".toml"  # ends the name of a record's description
+DESCRIPTION = ".toml"  # suffix of a description of records
 
 
 def compare_command(
@@ -41,7 +37,7 @@ def compare_command(
     name: str,
     scenario: str | None,
     settings: list[str],
-    stated: list[str],
+    tolerance_texts: list[str],
     topic: str,
     joints: list[str],
     json_file: Path | None,
@@ -56,7 +52,7 @@ def compare_command(
     selection = select_mechanism(name, () if scenario is None else (scenario,), settings)
     adopt = supply("compare", selection.mechanism.section)
     mechanism: ComparedMechanism = adopt(selection.mechanism)
-    tolerances = dict(_tolerance(text) for text in stated)
+    tolerances = dict(_tolerance(text) for text in tolerance_texts)
     mechanism.require_parameters(tolerances)
     page = None if out is None else out / PAGE
     table = None if out is None else out / EXCITATION_FILE

@@ -270,7 +270,7 @@ def verdict_of(measured: float | None, tolerance: float | None, note: str) -> st
 
 def finding_problems(views: Views) -> Iterator[str]:
     """Of the page's, JSON's and JUnit's findings, one by one."""
-    listed = views.page.partition("by pair of models</h3>")[2].partition("<h2>")[0]
+    listed = views.page.partition("by pair of models</h3>")[2].partition("<h2")[0]
     rows = {row[0].split()[0]: row for row in rows_of(listed) if row[-1] != "verdict"}
     yield from group_problems(listed, views.agreement)
     columns = ["check, and where its tolerance comes from", "measured", "tolerance", "share"]

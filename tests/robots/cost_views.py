@@ -5,7 +5,6 @@ import json
 import re
 from collections.abc import Iterator, Sequence
 
-import matplotlib.colors
 import numpy as np
 import pinocchio as pin
 import pytest
@@ -135,7 +134,6 @@ def _notes(found: ShortcutCosts) -> list[str]:
 
 
 def _lines(found: ShortcutCosts) -> Iterator[tuple]:
-    units = dict(zip(found.names, found.units, strict=True))
     for level, head in (
         ("links", f"Leaving the rotors out of {found.robot.name}"),
         ("armature", "Counting them as armature only"),
@@ -177,29 +175,6 @@ def _lines(found: ShortcutCosts) -> Iterator[tuple]:
         r" torque with all ratios ([\d.]+) times as large, if the reflected inertias are kept\.",
         (found.factor, ""),
     )
-    for each in found.by_joint:
-        yield (
-            rf"{each.level}, {each.joint}: ({AMOUNT}) at most, ({AMOUNT}) rms, ({SHARE}) of its"
-            r" largest torque",
-            (each.largest, units[each.joint]),
-            (each.rms, units[each.joint]),
-            (each.share, "%"),
-        )
-    for pair in found.pairs[:6]:
-        yield (
-            rf"{pair.at} by the acceleration of {pair.by}: ({AMOUNT}) rms, ({SHARE})",
-            (pair.rms, units[pair.at]),
-            (pair.share, "%"),
-        )
-    for rotor in found.ratios:
-        told = "its spin is coupled to no other joint"
-        if rotor.share:
-            told = (
-                rf"its coupling alone is ({SHARE}) in {rotor.at}; below 1 % from a ratio of"
-                r" ([\d.]+) on"
-            )
-        numbers = [(rotor.share, "%"), (rotor.enough, "")] if rotor.share else []
-        yield rf"rotor of {rotor.joint}, ratio (\S+): {told}", (f"{rotor.ratio:g}",), *numbers
     assert found.geared
     for mesh in found.geared.meshes:
         yield (
@@ -468,7 +443,7 @@ def wrong_picture(found: ShortcutCosts) -> Iterator[str]:
         wanted = {
             "coupled": torque,
             "links": torque + found.errors["links"][:, joint],
-            "armature less coupled": found.errors["armature"][:, joint],
+            "armature minus coupled": found.errors["armature"][:, joint],
         }
         drawn = {line.get_label(): line for line in (*left.get_lines(), *right.get_lines())}
         if unit != f"[{found.units[joint]}]" or drawn.keys() != wanted.keys():
@@ -482,15 +457,13 @@ def wrong_picture(found: ShortcutCosts) -> Iterator[str]:
     with pytest.MonkeyPatch.context() as patch:
         patch.setattr(output, "MOST_DRAWN", 1)
         (name, _) = output.draw_torques(found).axes[0].get_ylabel().split("\n")
-    (bars,) = output.draw_shares(found).axes
-    names = [label.get_text() for label in bars.get_yticklabels()]
-    for level, drawn_bars in zip(SHORTCUTS, bars.containers, strict=True):
+    (dots,) = output.draw_shares(found).axes
+    names = [label.get_text() for label in dots.get_yticklabels()]
+    for level, line in zip(SHORTCUTS, dots.get_lines(), strict=True):
         own = {each.joint: 100 * each.share for each in found.by_joint if each.level == level}
-        shown = {names[round(bar.get_y() + 0.19)]: bar.get_width() for bar in drawn_bars}
-        if shown != own or {bar.get_facecolor() for bar in drawn_bars} != {
-            matplotlib.colors.to_rgba(output.COLOURS[level])
-        }:
-            yield f"picture: bars of {level}: {shown} for {own}"
+        shown = {names[row]: x for x, row in zip(*line.get_data(), strict=True)}
+        if shown != own or line.get_color() != output.COLOURS[level]:
+            yield f"picture: dots of {level}: {shown} for {own}"
     by = {each.joint: each.share for each in found.by_joint if each.level == "armature"}
     if by[name] != max(by.values()):
         yield f"picture: {name} where there is room for one"
