@@ -416,14 +416,6 @@ def second_engine() -> str:
     return find_same_integrator_models()[1]
 
 
-def find_other_integrator_models() -> tuple[str, ...]:
-    """Names of geared models that simulate by an integrator of their own, without constraints."""
-    able = select_with_method("simulate", model_names("geared"))
-    return tuple(
-        n for n in able if n not in (*find_same_integrator_models(), *find_constrained_models())
-    )
-
-
 def find_constrained_models() -> tuple[str, ...]:
     """Names of the geared models that close joints by constraint equations, and simulate."""
     return select_with_method(

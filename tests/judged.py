@@ -10,11 +10,16 @@ from crosscheck.checks.corners import plan_corners
 from crosscheck.checks.energy import check_energy_over_run
 from crosscheck.checks.engines import plan_pairs
 from crosscheck.checks.invariants import plan_balances
-from crosscheck.checks.refinement import check_refined_runs
-from crosscheck.checks.same_step import SAME_STEP, Pair, check_at_time, check_same_step
 from crosscheck.checks.sampled import SampledArm
 from crosscheck.checks.scales import ReasonedLimit, acceptance_limit
-from crosscheck.checks.trajectories import UNITS
+from crosscheck.checks.trajectories import (
+    SAME_STEP,
+    UNITS,
+    Pair,
+    check_at_time,
+    check_refined_runs,
+    check_same_step,
+)
 from crosscheck.findings import ComparisonKey, Finding, Subject
 from crosscheck.models.interface import Model
 from crosscheck.models.loading import Case

@@ -20,11 +20,17 @@ from pydantic import ValidationError
 from crosscheck import __version__
 from crosscheck.baseline import record
 from crosscheck.checks.records import BY_PLANET
-from crosscheck.checks.refinement import run_rounding
-from crosscheck.checks.same_step import ONE_ROUNDING, Pair, repetition_limit
 from crosscheck.checks.scales import ReasonedLimit, acceptance_limit
 from crosscheck.checks.states import LOOSEST
-from crosscheck.checks.trajectories import RunMismatch, size, uncertainty
+from crosscheck.checks.trajectories import (
+    ONE_ROUNDING,
+    Pair,
+    RunMismatch,
+    repetition_limit,
+    run_rounding,
+    size,
+    uncertainty,
+)
 from crosscheck.findings import Agreement, Finding
 from crosscheck.models.loading import Case
 from crosscheck.registry import reference_model

@@ -10,9 +10,8 @@ import numpy as np
 
 from crosscheck.checks import states
 from crosscheck.checks.engines import plan_arm_pair
-from crosscheck.checks.levels import measure_deviation
 from crosscheck.checks.sampled import DIFFERENCE, Subjects, find_usual
-from crosscheck.checks.trajectories import make_subject
+from crosscheck.checks.trajectories import make_subject, measure_deviation
 from crosscheck.findings import ComparisonKey, Finding, Subject
 from crosscheck.models.interface import STATE_ABILITIES
 from crosscheck.planning.comparison import Comparison, make_comparison

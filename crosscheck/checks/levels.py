@@ -21,9 +21,8 @@ from crosscheck.checks.sampled import (
 from crosscheck.checks.scales import geared_joints
 from crosscheck.checks.trajectories import (
     compute_difference,
-    largest_difference,
     make_subject,
-    relative_value,
+    measure_deviation,
 )
 from crosscheck.findings import ComparisonKey, Finding, Subject, make_measurement
 from crosscheck.models.arm.arm import Arm
@@ -111,21 +110,6 @@ def _plan_torque(sampled: SampledRobot, exact: SampledRobot, column: int) -> Com
         return make_measurement(about, measured=measured, relative=relative)
 
     return make_comparison(about, [each.ask(inverse_dynamics) for each in (sampled, exact)], judge)
-
-
-def measure_deviation(
-    about: Subject, left: xr.Dataset, right: xr.Dataset, basis: str = ""
-) -> Finding:
-    """Measure how far runs are apart that nobody expects to agree; of one joint, where named.
-
-    The relative difference is over the size of the quantity in the right run.
-    """
-    quantity, joint = about.key.quantity, about.key.joint
-    if joint is not None:
-        left, right = (run.sel(joint=[joint]) for run in (left, right))
-    measured = largest_difference(right, left, quantity)
-    relative = relative_value(measured, right, quantity)
-    return make_measurement(about, measured=measured, basis=basis, relative=relative)
 
 
 def measure_tip_deviation(about: Subject, left: xr.Dataset, right: xr.Dataset, arm: Arm) -> Finding:

@@ -1,4 +1,4 @@
-"""Momentum of a whole robot beside that of the joints on its base, by M."""
+"""Momentum of a whole robot: that of the joints on its base, by M, and what weights take of it."""
 
 from __future__ import annotations
 
@@ -6,6 +6,7 @@ from collections.abc import Iterator
 
 import numpy as np
 
+from crosscheck.checks.engines import gravity, momentum
 from crosscheck.checks.robot_sizes import TOLERANCE
 from crosscheck.checks.sampled import (
     RobotLevel,
@@ -71,6 +72,11 @@ def plan(subjects: Subjects) -> Iterator[Comparison | str]:
     for sampled in subjects.robots:
         if sampled.case.level == "links" and find_base_joints(sampled.case.robot):
             yield sampled.plan_case_law("base-momentum", [base_momenta], _check_momenta)
+        if sampled.case.robot.gravity.any():
+            questions = gravity, momentum
+            yield sampled.plan_case_law("linear-momentum", questions, _check_momentum)
+    if subjects.robots and not subjects.robots[0].case.robot.gravity.any():
+        yield "without gravity: no weights to hold against energy and linear momentum"
     if subjects.robots and not find_base_joints(subjects.robots[0].case.robot):
         yield "momentum is not compared with M: a joint on the base leads or follows another"
 
@@ -87,3 +93,15 @@ def _check_momenta(about: Subject, momenta: np.ndarray, case: RobotLevel) -> Fin
         size = size + away * case.sizes.momentum[:, 0]
         worst = max(worst, share_of(conjugate - whole, size))
     return check_share(about, worst, TOLERANCE, f"{TOLERANCE:g} of the momenta that are summed")
+
+
+def _check_momentum(
+    about: Subject, given: np.ndarray, moving: np.ndarray, case: RobotLevel
+) -> Finding:
+    """Weights take the power -g . P from the motion, P the linear momentum."""
+    pull, sizes = case.robot.gravity, case.sizes
+    power = (given * case.states.v).sum(axis=1) + moving[:, :3] @ pull
+    size = sizes.momentum[:, 0] * np.linalg.norm(pull)
+    size = size + (np.abs(given) * np.abs(case.states.v)).sum(axis=1)
+    basis = f"{TOLERANCE:g} of the powers that are summed"
+    return check_share(about, share_of(power, size), TOLERANCE, basis)

@@ -1,18 +1,21 @@
-"""Differences of whole runs, and what comparisons of an experiment's runs are about."""
+"""Whole runs: is the difference of two trajectories inside what their integrators can explain?"""
 
 from __future__ import annotations
 
-from collections.abc import Sequence
-from typing import TYPE_CHECKING
+import math
+from collections.abc import Iterator, Sequence
+from functools import partial
+from typing import TYPE_CHECKING, NamedTuple
 
 import numpy as np
 
 from crosscheck.checks.records import BY_PLANET
-from crosscheck.checks.sampled import ExperimentPlan
-from crosscheck.checks.scales import ReasonedLimit, acceptance_limit
-from crosscheck.findings import ComparisonKey, Subject
+from crosscheck.checks.sampled import ExperimentPlan, Subjects, find_experiments, find_usual
+from crosscheck.checks.scales import EPS, ReasonedLimit, acceptance_limit
+from crosscheck.findings import ComparisonKey, Finding, Subject, make_check, make_measurement
 from crosscheck.models.arm.layout import lumped_layout
 from crosscheck.models.trajectory import VARIABLES, unit_of
+from crosscheck.planning.comparison import Comparison, ModelTask, make_comparison
 
 if TYPE_CHECKING:
     import xarray as xr
@@ -20,10 +23,180 @@ if TYPE_CHECKING:
 UNITS = {**{name: unit_of(name) for name in VARIABLES}, "tip": "m"}
 MESH = ("theta", "x_sp", "x_pr")
 LARGEST, APART = "largest absolute difference", "largest distance"
-
+# RK4 commutes with a linear change of coordinates: two models with the same equations, step and
+# start differ by rounding alone, whatever coordinates they use inside. Every step rounds, and so
+# many roundings add up at random; the factor is for roundings that do more than one in the start.
+SAME_STEP = (
+    *("theta", "x_sp", "x_pr", "F_sp", "F_pr"),
+    *("theta_dot", "theta_ddot", "torque", "kinetic_energy"),
+)
+ROUNDINGS_AT_ONCE = 10
+SENSITIVE = ("theta", "x_sp")
+ONE_ROUNDING = "one-rounding"  # the family of comparisons that measure sensitivity
+MIDWAY_S = 2.0  # instant of longer experiments [s] that the page shows by itself
 # Safety factor of the grid convergence index for two grids (Roache). The order is taken as 1: the
 # dead zone and the clearance's impacts leave no higher one to rely on.
 SAFETY = 3.0
+# Steps of coarser runs, as shares of the fine run's. Each meets contacts elsewhere in a step.
+COARSE_STEP_RATIOS: dict[str, float] = {"coarse": 0.5, "coarse-2": 0.465, "coarse-3": 0.435}
+
+
+def plan(subjects: Subjects) -> Iterator[Comparison]:
+    """Comparisons of runs at the same step, and of runs each beside its own at coarser steps."""
+    yield from _plan_same_step(subjects)
+    yield from _plan_refined_runs(subjects)
+
+
+def _plan_same_step(subjects: Subjects) -> Iterator[Comparison]:
+    """Comparisons of the reference model with each of its integrator, and with itself nudged."""
+    for experiment in find_experiments(subjects, "motion"):
+        yield from plan_fixed_steps(experiment)
+    for experiment in (*find_usual(subjects), *find_experiments(subjects, "short")):
+        first = experiment.models.same[0]
+        pair = experiment.run(first), experiment.run(first, "nudged")
+        for quantity in recorded_quantities(experiment, SENSITIVE):
+            about = make_subject(ONE_ROUNDING, experiment, quantity, first, first)
+            yield make_comparison(about, pair, measure_sensitivity)
+    for experiment in find_usual(subjects):
+        if experiment.case.switches.planets == "lumped" and has_meshes(experiment):
+            yield from _plan_planets(experiment)
+
+
+def plan_fixed_steps(experiment: ExperimentPlan) -> Iterator[Comparison]:
+    """Comparisons of the reference model with each model of its integrator, step by step."""
+    first, *others = experiment.models.same
+    families: dict[str, float | None] = {"same-step": None}
+    if experiment.case.scenario.duration_s > MIDWAY_S:
+        families[f"at-{MIDWAY_S:g}-s"] = MIDWAY_S
+    for other in others:
+        runs = [experiment.run(first), experiment.run(other), *_repetition_runs(experiment, other)]
+        for family, time_s in families.items():
+            judge = partial(_check_same_step, experiment, time_s=time_s)
+            for quantity in recorded_quantities(experiment, SAME_STEP):
+                about = make_subject(family, experiment, quantity, first, other)
+                yield make_comparison(about, runs, judge)
+
+
+def _repetition_runs(experiment: ExperimentPlan, model: str) -> tuple[ModelTask, ModelTask]:
+    """The reference model's run and one nudged by a rounding, planets as free as the model's."""
+    models, lumped = experiment.models, experiment.case.switches.planets == "lumped"
+    is_freed = lumped and model in models.free_planets and has_meshes(experiment)
+    variants = ("free", "free-nudged") if is_freed else ("", "nudged")
+    run, nudged = (experiment.run(models.same[0], variant) for variant in variants)
+    return run, nudged
+
+
+def _plan_planets(experiment: ExperimentPlan) -> Iterator[Comparison]:
+    """Comparisons of alike planets, counted as one or each for itself: the same until they part."""
+    first, second, *_ = experiment.models.same
+    lumped, pair = experiment.run(first), _repetition_runs(experiment, second)
+    for quantity in MESH:
+        about = make_subject("lumped-free", experiment, quantity, first, first)
+        runs = (lumped, pair[0], *pair)
+        yield make_comparison(about, runs, partial(_check_same_step, experiment))
+    about = make_subject(f"{ONE_ROUNDING}-per-planet", experiment, "x_pr", first, first)
+    yield make_comparison(about, pair, measure_sensitivity)
+
+
+def _check_same_step(
+    experiment: ExperimentPlan,
+    about: Subject,
+    left: xr.Dataset,
+    right: xr.Dataset,
+    run: xr.Dataset,
+    nudged: xr.Dataset,
+    time_s: float | None = None,
+) -> Finding:
+    """The check of two runs at the same step, over the whole run or at one instant."""
+    pair, widest = Pair(run, nudged), find_acceptance_limit(experiment, about, run)
+    if time_s is None:
+        return check_same_step(about, left, right, pair, widest)
+    return check_at_time(about, left, right, pair, widest, time_s)
+
+
+def _plan_refined_runs(subjects: Subjects) -> Iterator[Comparison]:
+    """Comparisons with the reference model's adaptive run, and of its precise run.
+
+    Models with constraints are compared with the second engine at the same short step.
+    """
+    for experiment in find_usual(subjects):
+        models = experiment.models
+        first = models.same[0]
+        references = [experiment.run(first, f"reference{each}") for each in ("", "-coarse")]
+        for other in (models.same[1], *models.other):
+            yield from plan_refined(experiment, references, refine(experiment, other))
+        if models.is_precise:
+            precise = [experiment.run(first, f"precise{each}") for each in ("", "-coarse")]
+            yield from plan_refined(experiment, precise, refine(experiment, first), "precise")
+        for engines, *others in models.levels.values():
+            for other in others:
+                sides = refine(experiment, engines), refine(experiment, other)
+                yield from plan_refined(experiment, *sides, quantities=("theta",))
+    for experiment in find_experiments(subjects, "short"):
+        for tier in experiment.models.constrained:
+            sides = refine(experiment, experiment.models.same[1]), refine(experiment, tier)
+            yield from plan_refined(experiment, *sides)
+
+
+def refine(experiment: ExperimentPlan, model: str) -> list[ModelTask]:
+    """A model's run and a coarser one to estimate its error; then the reference model's pairs.
+
+    These pairs come with models of the same integrator, whose error depends on where in a step the
+    teeth meet: two runs may err alike by chance.
+    """
+    runs, same = [experiment.run(model), experiment.run(model, "coarse")], experiment.models.same
+    for variant in COARSE_STEP_RATIOS if model in same else ():
+        runs += [experiment.run(same[0]), experiment.run(same[0], variant)]
+    return runs
+
+
+def plan_refined(
+    experiment: ExperimentPlan,
+    left: Sequence[ModelTask],
+    right: Sequence[ModelTask],
+    family: str = "refined",
+    quantities: Sequence[str] = MESH,
+) -> Iterator[Comparison]:
+    """Comparisons of quantities of two models' runs, each with its own coarser ones."""
+
+    def judge(about: Subject, *runs: xr.Dataset) -> Finding:
+        widest = find_acceptance_limit(experiment, about, runs[0])
+        return check_refined_runs(about, runs[: len(left)], runs[len(left) :], widest)
+
+    for quantity in recorded_quantities(experiment, quantities):
+        about = make_subject(family, experiment, quantity, left[0].model, right[0].model)
+        yield make_comparison(about, (*left, *right), judge)
+
+
+def has_meshes(experiment: ExperimentPlan) -> bool:
+    """Whether runs of the experiment's geared models have mesh variables."""
+    return bool(lumped_layout(experiment.case.arm).mesh_joints)
+
+
+def recorded_quantities(experiment: ExperimentPlan, quantities: Sequence[str] = MESH) -> list[str]:
+    """Those of some quantities that runs of the experiment's arm have."""
+    return [name for name in quantities if has_meshes(experiment) or name not in BY_PLANET]
+
+
+def find_acceptance_limit(
+    experiment: ExperimentPlan, about: Subject, run: xr.Dataset
+) -> ReasonedLimit:
+    """The acceptance limit of an uncertainty of the subject's quantity, as large as in a run."""
+    quantity, (arm, scenario, _) = about.key.quantity, experiment.case
+    return acceptance_limit(quantity, arm, scenario, size(run, quantity))
+
+
+def make_subject(
+    family: str,
+    experiment: ExperimentPlan,
+    quantity: str,
+    left: str,
+    right: str,
+    joint: int | None = None,
+) -> Subject:
+    """The subject of a comparison of two models' runs."""
+    key = ComparisonKey(family, experiment.name, quantity, left, right, joint)
+    return Subject(key, UNITS[quantity], APART if quantity == "tip" else LARGEST)
 
 
 class RunMismatch(ValueError):
@@ -88,32 +261,118 @@ def relative_value(measured: float, run: xr.Dataset, quantity: str) -> float | N
     return measured / largest if largest > 0 and np.isfinite(measured) else None
 
 
-def has_meshes(experiment: ExperimentPlan) -> bool:
-    """Whether runs of the experiment's geared models have mesh variables."""
-    return bool(lumped_layout(experiment.case.arm).mesh_joints)
+class Pair(NamedTuple):
+    """A run, and one from a start that is one rounding away."""
+
+    run: xr.Dataset
+    nudged: xr.Dataset
 
 
-def recorded_quantities(experiment: ExperimentPlan, quantities: Sequence[str] = MESH) -> list[str]:
-    """Those of some quantities that runs of the experiment's arm have."""
-    return [name for name in quantities if has_meshes(experiment) or name not in BY_PLANET]
+def check_same_step(
+    about: Subject, left: xr.Dataset, right: xr.Dataset, pair: Pair, widest: ReasonedLimit
+) -> Finding:
+    """Check runs of two models through the same integrator and step, over the whole run."""
+    quantity = about.key.quantity
+    limit = repetition_limit(pair, quantity)
+    measured = largest_difference(left, right, quantity)
+    return make_check(
+        about,
+        measured=measured,
+        tolerance=limit.value,
+        resolved=limit.value <= widest.value,
+        basis=f"{limit.basis}; {describe_acceptance(widest)}",
+        relative=relative_value(measured, left, quantity),
+    )
 
 
-def find_acceptance_limit(
-    experiment: ExperimentPlan, about: Subject, run: xr.Dataset
-) -> ReasonedLimit:
-    """The acceptance limit of an uncertainty of the subject's quantity, as large as in a run."""
-    quantity, (arm, scenario, _) = about.key.quantity, experiment.case
-    return acceptance_limit(quantity, arm, scenario, size(run, quantity))
+def repetition_limit(pair: Pair, quantity: str) -> ReasonedLimit:
+    """The limit of how far the same steps may lead apart by rounding alone."""
+    grown, rounding = largest_difference(*pair, quantity), EPS * size(pair.run, quantity)
+    steps = step_count(pair.run)
+    basis = (
+        f"{ROUNDINGS_AT_ONCE} sqrt(N) (g + eps s), N = {steps:.0f} steps, g = {grown:.1e} (what one"
+        f" rounding in the start grows to), eps s = {rounding:.1e} (rounding of the quantity)"
+    )
+    return ReasonedLimit(ROUNDINGS_AT_ONCE * math.sqrt(steps) * (grown + rounding), basis)
 
 
-def make_subject(
-    family: str,
-    experiment: ExperimentPlan,
-    quantity: str,
-    left: str,
-    right: str,
-    joint: int | None = None,
-) -> Subject:
-    """The subject of a comparison of two models' runs."""
-    key = ComparisonKey(family, experiment.name, quantity, left, right, joint)
-    return Subject(key, UNITS[quantity], APART if quantity == "tip" else LARGEST)
+def check_at_time(
+    about: Subject,
+    left: xr.Dataset,
+    right: xr.Dataset,
+    pair: Pair,
+    widest: ReasonedLimit,
+    time_s: float,
+) -> Finding:
+    """Check like ``check_same_step``, at one instant: the record there and the one before."""
+
+    def select_records(run: xr.Dataset) -> xr.Dataset:
+        index = int(np.argmin(np.abs(run["time"].values - time_s)))
+        return run.isel(time=slice(max(index - 1, 0), index + 1))
+
+    return check_same_step(about, select_records(left), select_records(right), pair, widest)
+
+
+def measure_sensitivity(about: Subject, run: xr.Dataset, nudged: xr.Dataset) -> Finding:
+    """Measure how far a run moves when its start is changed by a rounding."""
+    return measure_deviation(
+        about, nudged, run, "every angle and displacement started a rounding away"
+    )
+
+
+def check_refined_runs(
+    about: Subject,
+    left: Sequence[xr.Dataset],
+    right: Sequence[xr.Dataset],
+    widest: ReasonedLimit,
+) -> Finding:
+    """Check each side's own best run against the other's.
+
+    A side is a sequence of pairs, fine and coarse, its own first; the pair furthest apart gives its
+    uncertainty. An integrator's error where contacts change depends on where in a step they do, so
+    that one pair may be close together by chance.
+    """
+    quantity = about.key.quantity
+    uncertainties = [
+        max(uncertainty(*pair, quantity) for pair in zip(side[::2], side[1::2], strict=True))
+        for side in (left, right)
+    ]
+    rounding = max(run_rounding(side[0], quantity) for side in (left, right))
+    combined = float(np.hypot(uncertainties[0], uncertainties[1]))
+    measured = largest_difference(left[0], right[0], quantity)
+    return make_check(
+        about,
+        measured=measured,
+        tolerance=combined + rounding,
+        resolved=combined <= widest.value,
+        basis=(
+            f"sqrt(u1^2 + u2^2) + eps s sqrt(N), u1 = {uncertainties[0]:.2g} and u2 ="
+            f" {uncertainties[1]:.2g} by step"
+            f" refinement, eps s sqrt(N) = {rounding:.1g}; {describe_acceptance(widest)}"
+        ),
+        relative=relative_value(measured, left[0], quantity),
+    )
+
+
+def run_rounding(run: xr.Dataset, quantity: str) -> float:
+    """Rounding alone of a quantity over a run: half an ulp a step, added up at random.
+
+    Every step rounds the state that it adds to; over N steps that is sqrt(N) roundings of its
+    size. No refinement can measure less.
+    """
+    return float(EPS * size(run, quantity) * math.sqrt(step_count(run)))
+
+
+def measure_deviation(
+    about: Subject, left: xr.Dataset, right: xr.Dataset, basis: str = ""
+) -> Finding:
+    """Measure how far runs are apart that nobody expects to agree; of one joint, where named.
+
+    The relative difference is over the size of the quantity in the right run.
+    """
+    quantity, joint = about.key.quantity, about.key.joint
+    if joint is not None:
+        left, right = (run.sel(joint=[joint]) for run in (left, right))
+    measured = largest_difference(right, left, quantity)
+    relative = relative_value(measured, right, quantity)
+    return make_measurement(about, measured=measured, basis=basis, relative=relative)

@@ -11,7 +11,6 @@ import numpy as np
 
 from crosscheck import registry
 from crosscheck.checks.first_principles.composite import Content
-from crosscheck.checks.refinement import COARSE_STEP_RATIOS
 from crosscheck.checks.sampled import ExperimentPlan, RunModels
 from crosscheck.checks.scales import (
     EPS,
@@ -21,6 +20,7 @@ from crosscheck.checks.scales import (
     meshes,
     rounding,
 )
+from crosscheck.checks.trajectories import COARSE_STEP_RATIOS
 from crosscheck.models.arm.arm import Arm
 from crosscheck.models.arm.meshes import change_meshes, replace_damping
 from crosscheck.models.arm.planets import usual_switches
@@ -86,13 +86,17 @@ class Experiment(ExperimentPlan):
         (arm, _, laws), reference = self.case, MODELS[registry.reference_model()]
 
         def select(among: Sequence[str]) -> tuple[str, ...]:
-            return registry.select_covering(among, arm, laws)
+            covering = registry.select_covering(among, arm, laws)
+            return registry.select_with_method("simulate", covering)
 
+        same = select(registry.find_same_integrator_models())
+        constrained = select(registry.find_constrained_models())
+        others = (each for each in select(registry.model_names("geared")) if each not in same)
         return RunModels(
-            select(registry.find_same_integrator_models()),
-            select(registry.find_other_integrator_models()),
-            select(registry.find_constrained_models()),
-            select(registry.select_with_method("simulate", registry.model_names("form"))),
+            same,
+            tuple(each for each in others if each not in constrained),
+            constrained,
+            select(registry.model_names("form")),
             {each: select(sort_engines(each)) for each in registry.find_distinct_levels(arm)},
             registry.group_equal_levels(arm)[-1],
             reference.order or 0,

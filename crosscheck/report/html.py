@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from crosscheck.checks.same_step import MIDWAY_S
+from crosscheck.checks.trajectories import MIDWAY_S
 from crosscheck.findings import Finding
 from crosscheck.mechanisms import supply
 from crosscheck.registry import second_engine

@@ -19,9 +19,8 @@ from crosscheck.checks import (
     invariants,
     modes,
     records,
-    refinement,
-    same_step,
     scales,
+    trajectories,
 )
 from crosscheck.checks.answers import CORNER_FORCE
 from crosscheck.checks.sampled import Subjects
@@ -409,7 +408,7 @@ def wrong_runs() -> Iterator[str]:
     """Of runs in the same steps, at one instant, by refinement, of orders and of steps."""
     for quantity in ("theta", "x_sp"):
         size, grown = float(np.abs(made_run()[quantity]).max()), 2.0**-41
-        pair = same_step.Pair(made_run(), made_run(**{f"{quantity}_middle": grown}))
+        pair = trajectories.Pair(made_run(), made_run(**{f"{quantity}_middle": grown}))
         limit = 10 * math.sqrt(500) * (grown + EPS * size)
         wide, narrow = (ReasonedLimit(part * limit, "so") for part in (ABOVE, BELOW))
         for part in (ABOVE, BELOW):
@@ -417,9 +416,9 @@ def wrong_runs() -> Iterator[str]:
                 other = made_run(**{f"{quantity}_{place}": part * limit})
                 for within, widest in (("agree", wide), ("unresolved", narrow)):
                     given = subject(quantity), made_run(), other, pair, widest
-                    found = same_step.check_same_step(*given)
+                    found = trajectories.check_same_step(*given)
                     yield from misjudged(f"{quantity}, {place}", found, part, limit, within)
-                found = same_step.check_at_time(*given[:4], wide, 500 * STEP_S)
+                found = trajectories.check_at_time(*given[:4], wide, 500 * STEP_S)
                 seen = part if place == "last" else 0.0
                 if found.verdict != ("differ" if seen > 1 else "agree"):
                     yield f"{quantity} at the end, by {part} at {place}: {found.verdict}"
@@ -448,7 +447,7 @@ def _wrong_refinement(quantity: str, part: float, size: float) -> Iterator[str]:
     wide, narrow = (ReasonedLimit(by * 3 * unit * math.hypot(4, 2), "so") for by in (ABOVE, BELOW))
     for within, widest in (("agree", wide), ("unresolved", narrow)):
         for sides in ((left, right), (right, left)):
-            found = refinement.check_refined_runs(subject(quantity), *sides, widest)
+            found = trajectories.check_refined_runs(subject(quantity), *sides, widest)
             yield from misjudged(f"{quantity}, refined", found, part, limit, within)
 
 
@@ -649,7 +648,7 @@ def wrong_plan() -> Iterator[str]:
     first = reference_model()
     for other in find_same_integrator_models():
         pair = frozenset((first, other))
-        for quantity in same_step.SAME_STEP if other != first else ():
+        for quantity in trajectories.SAME_STEP if other != first else ():
             right |= {(each, "pd", quantity, pair, None) for each in ("same-step", "at-2-s")}
     for level in RIGID_LEVELS:
         one, *others = plan.sort_engines(level)

@@ -19,10 +19,9 @@ from crosscheck.checks import (
     invariants,
     levels,
     modes,
+    motion,
     records,
-    refinement,
-    same_step,
-    weight,
+    trajectories,
 )
 from crosscheck.checks.answers import BadAnswer, require_numbers
 from crosscheck.checks.records import _find_faults
@@ -74,7 +73,7 @@ def of_joint(number: int) -> Subject:
 
 
 FINE, COARSE, OTHER = run(1.0, 4.0), run(1.0, 4.0 + 2.0**-20), run(1.0, 4.0 + 2.0**-24)
-NUDGED = same_step.Pair(FINE, run(1.0 + 2.0**-50, 4.0))
+NUDGED = trajectories.Pair(FINE, run(1.0 + 2.0**-50, 4.0))
 SAME_STEP_WORDS = (
     "10 sqrt(N) (g + eps s), N = 400 steps, g = 8.9e-16 (what one rounding in the start grows to),"
     " eps s = 8.9e-16 (rounding of the quantity);"
@@ -91,13 +90,13 @@ SLOPES = np.array([[[-4.0, 0.0]], [[-4.0 * (1 + 2e-7) ** 2, 0.0]]])
 # What is said, what it is worth as a part of the quantity's size, and the note.
 SAID: dict[str, tuple[Callable[[], Finding], str, float | None, str]] = {
     "the same steps": (
-        lambda: same_step.check_same_step(SUBJECT, FINE, OTHER, NUDGED, WIDE),
+        lambda: trajectories.check_same_step(SUBJECT, FINE, OTHER, NUDGED, WIDE),
         SAME_STEP_WORDS,
         2.0**-26,
         "",
     ),
     "refined runs": (
-        lambda: refinement.check_refined_runs(
+        lambda: trajectories.check_refined_runs(
             SUBJECT, (FINE, COARSE), (OTHER, run(1.0, 4.0)), WIDE
         ),
         REFINED_WORDS,
@@ -133,19 +132,19 @@ SAID: dict[str, tuple[Callable[[], Finding], str, float | None, str]] = {
         "",
     ),
     "a rounding": (
-        lambda: same_step.measure_sensitivity(SUBJECT, run(1.0, 4.0), run(1.0, 5.0)),
+        lambda: trajectories.measure_sensitivity(SUBJECT, run(1.0, 4.0), run(1.0, 5.0)),
         "every angle and displacement started a rounding away",
         1 / 4,
         "",
     ),
     "a deviation": (
-        lambda: levels.measure_deviation(of_joint(1), run(1.5, 4.0), run(2.0, 9.0)),
+        lambda: trajectories.measure_deviation(of_joint(1), run(1.5, 4.0), run(2.0, 9.0)),
         "",
         1 / 4,
         "",
     ),
     "a deviation from rest": (
-        lambda: levels.measure_deviation(of_joint(2), run(1.5, 4.0), run(2.0, 0.0)),
+        lambda: trajectories.measure_deviation(of_joint(2), run(1.5, 4.0), run(2.0, 0.0)),
         "",
         None,
         "",
@@ -288,16 +287,16 @@ def test_runs_in_the_same_steps_are_compared_whole_and_at_an_instant(monkeypatch
     def note(about: Subject, left: Any, right: Any, pair: Any, widest: Any, *time: float) -> None:
         judged.append((about.key.family, *(time or (None,))))
 
-    monkeypatch.setattr(same_step, "check_same_step", note)
-    monkeypatch.setattr(same_step, "check_at_time", note)
-    monkeypatch.setattr(same_step, "find_acceptance_limit", lambda *given: None)
+    monkeypatch.setattr(trajectories, "check_same_step", note)
+    monkeypatch.setattr(trajectories, "check_at_time", note)
+    monkeypatch.setattr(trajectories, "find_acceptance_limit", lambda *given: None)
     arm = load_arm("probe")
     experiment = Experiment("pd", Case(arm, load_scenario("pd"), usual_switches(arm)))
     answers = SimpleNamespace(need=lambda task: task)
-    for comparison in same_step.plan_fixed_steps(experiment):
+    for comparison in trajectories.plan_fixed_steps(experiment):
         comparison.judge(comparison.about, answers)
-    instant = f"at-{same_step.MIDWAY_S:g}-s"
-    assert set(judged) == {("same-step", None), (instant, same_step.MIDWAY_S)}
+    instant = f"at-{trajectories.MIDWAY_S:g}-s"
+    assert set(judged) == {("same-step", None), (instant, trajectories.MIDWAY_S)}
 
 
 def test_an_incomplete_run_is_told_what_it_has_and_what_it_must_have():
@@ -423,7 +422,7 @@ def test_slopes_of_an_energy_have_the_rounding_of_its_terms(part, verdict):
     sizes = SimpleNamespace(energy=np.array([7.0]), motion=np.array([2.0]), gravity=np.zeros(1))
     case: Any = SimpleNamespace(sizes=sizes, steps=np.array([0.04]))
     slopes = np.array([[3.0 + part * 100 * 2.0**-52 * 5.0 / 0.04]])
-    assert weight._check_slopes(SUBJECT, np.array([[3.0]]), slopes, case).verdict == verdict
+    assert motion._check_slopes(SUBJECT, np.array([[3.0]]), slopes, case).verdict == verdict
 
 
 def test_energy_of_a_robots_runs_may_change_by_what_their_last_halving_changes():

@@ -4,8 +4,7 @@ import numpy as np
 import pytest
 import xarray as xr
 
-from crosscheck.checks.same_step import Pair
-from crosscheck.checks.trajectories import largest_difference
+from crosscheck.checks.trajectories import Pair, largest_difference
 from crosscheck.models.arm.arm import Arm
 from crosscheck.models.experiment.scenario import Scenario, Switches, switches
 from crosscheck.models.loading import Case, load_arm, load_case

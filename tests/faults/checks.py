@@ -6,7 +6,7 @@ from functools import lru_cache
 import numpy as np
 import xarray as xr
 
-from crosscheck.checks.same_step import Pair
+from crosscheck.checks.trajectories import Pair
 from crosscheck.models.arm.planets import usual_switches
 from crosscheck.models.experiment.scenario import Scenario
 from crosscheck.models.exudyn.bodies import contact

@@ -17,9 +17,8 @@ from typing import TYPE_CHECKING, Any, Literal
 import numpy as np
 
 from crosscheck.checks.invariants import torques_at
-from crosscheck.checks.refinement import check_refined_runs
 from crosscheck.checks.scales import acceptance_limit
-from crosscheck.checks.trajectories import UNITS, size
+from crosscheck.checks.trajectories import UNITS, check_refined_runs, size
 from crosscheck.findings import Agreement, ComparisonKey, Finding, Subject
 from crosscheck.models.arm.arm import Arm
 from crosscheck.models.directories import require_private

@@ -12,10 +12,9 @@ import numpy as np
 
 from crosscheck.checks.inertia import SYMMETRY
 from crosscheck.checks.invariants import plan_balances
-from crosscheck.checks.same_step import Pair, check_same_step
 from crosscheck.checks.scales import acceptance_limit
 from crosscheck.checks.states import LOOSEST, is_usable, scale_mass_matrix
-from crosscheck.checks.trajectories import UNITS, size
+from crosscheck.checks.trajectories import UNITS, Pair, check_same_step, size
 from crosscheck.findings import (
     ComparisonKey,
     Finding,
