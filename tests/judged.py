@@ -4,26 +4,19 @@ from collections.abc import Iterator, Sequence
 
 import xarray as xr
 
-from crosscheck.checks import trajectories
+from crosscheck.checks import corners, energy, engines, trajectories
+from crosscheck.checks import invariants as laws
 from crosscheck.checks.answers import evaluate_at_states
-from crosscheck.checks.corners import plan_corners
-from crosscheck.checks.energy import check_energy_over_run
-from crosscheck.checks.engines import plan_pairs
-from crosscheck.checks.invariants import plan_balances
-from crosscheck.checks.sampled import SampledArm
+from crosscheck.checks.first_principles.composite import Content
+from crosscheck.checks.sampled import SampledArm, Subjects
 from crosscheck.checks.scales import ReasonedLimit, acceptance_limit
-from crosscheck.checks.trajectories import (
-    SAME_STEP,
-    UNITS,
-    Pair,
-    check_at_time,
-    check_refined_runs,
-    check_same_step,
-)
+from crosscheck.checks.trajectories import SAME_STEP, UNITS, Pair
 from crosscheck.findings import ComparisonKey, Finding, Subject
+from crosscheck.models.arm.arm import Arm
 from crosscheck.models.interface import Model
 from crosscheck.models.loading import Case
-from crosscheck.planning.arms import sample_model
+from crosscheck.planning.arms import sample_arm, sample_model
+from crosscheck.planning.checks import plan_checks
 from crosscheck.planning.comparison import Comparison, Results, collect_tasks, judge_comparisons
 from crosscheck.runner.outcomes import Failure, failure_from_error
 
@@ -33,6 +26,14 @@ def sampled_model(case: str, model: Model, count: int, seed: int) -> SampledArm:
     return sample_model(
         case, model.name, Case(model.arm, model.scenario, model.switches), count, seed
     )
+
+
+def plan_states(
+    arm: Arm, count: int, seed: int, content: Content | None = None, groups: Sequence[str] = ()
+) -> list[Comparison]:
+    """All comparisons of an arm that need no run, or those of some groups of models."""
+    models = sample_arm(arm, count, seed, content)
+    return plan_checks(Subjects([each for each in models if not groups or each.group in groups]))[0]
 
 
 def judged(comparisons: Sequence[Comparison], models: Sequence[Model]) -> list[Finding]:
@@ -55,19 +56,19 @@ def compare_states(
 ) -> list[Finding]:
     """A Finding per pair of models and quantity."""
     sampled_models = [sampled_model(case, model, count, seed) for model in models]
-    return judged(list(plan_pairs(sampled_models, quantities)), models)
+    return judged(list(engines.plan_pairs(sampled_models, quantities)), models)
 
 
 def compare_corners(case: str, models: Sequence[Model], count: int, seed: int) -> list[Finding]:
     """A Finding per pair of models, of forces at the corners of the mesh laws."""
     sampled_models = [sampled_model(case, model, count, seed) for model in models]
-    return judged(list(plan_corners(sampled_models)), models)
+    return judged(list(corners.plan_corners(sampled_models)), models)
 
 
 def invariants(case: str, models: Sequence[Model], count: int, seed: int) -> list[Finding]:
     """Both balances of every geared model."""
     sampled_models = [sampled_model(case, model, count, seed) for model in models]
-    return judged([c for sampled in sampled_models for c in plan_balances(sampled)], models)
+    return judged([c for sampled in sampled_models for c in laws.plan_balances(sampled)], models)
 
 
 def about(
@@ -93,7 +94,9 @@ def same_step(
     """Of these quantities those that the left run has, over it all; the pair is any model's."""
     for quantity in _recorded(left, quantities):
         subject = about("same-step", name, quantity, left, right)
-        yield check_same_step(subject, left, right, pair, _widest(of, quantity, pair.run))
+        yield trajectories.check_same_step(
+            subject, left, right, pair, _widest(of, quantity, pair.run)
+        )
 
 
 def at_time(
@@ -103,7 +106,7 @@ def at_time(
     for quantity in _recorded(left, SAME_STEP):
         subject = about("at", name, quantity, left, right)
         widest = _widest(of, quantity, pair.run)
-        yield check_at_time(subject, left, right, pair, widest, time_s)
+        yield trajectories.check_at_time(subject, left, right, pair, widest, time_s)
 
 
 def _recorded(run: xr.Dataset, quantities: Sequence[str]) -> list[str]:
@@ -125,9 +128,9 @@ def refined(
     """Each side's (fine, coarse) runs against the other's."""
     for quantity in quantities:
         subject = about("refined", name, quantity, left[0], right[0])
-        yield check_refined_runs(subject, left, right, _widest(of, quantity, left[0]))
+        yield trajectories.check_refined_runs(subject, left, right, _widest(of, quantity, left[0]))
 
 
 def energy_over_run(case: str, run: xr.Dataset) -> list[Finding]:
     """Energy against work."""
-    return [check_energy_over_run(about("invariants", case, "energy", run), run)]
+    return [energy.check_energy_over_run(about("invariants", case, "energy", run), run)]

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Iterator, Sequence
+from dataclasses import dataclass
 
 import numpy as np
 
@@ -29,52 +30,38 @@ RUNS, STEPS = 3, 5  # number of runs, from the first states; steps of a run
 SWITCHED = "generalized_force", "acceleration"  # what other switches change of an arm
 
 
-def mass_matrix(model: RobotModel, case: RobotLevel) -> np.ndarray:
-    """M (states, n, n)."""
-    q = case.states.q
-    return ask(model, "mass_matrix", (*q.shape, q.shape[1]), q)
+@dataclass(frozen=True)
+class MethodQuestion:
+    """A question to a robot's model at all states: a method, and what it is given of the states.
+
+    shape: of the answer at a state, -1 for the number of coordinates.
+    """
+
+    method: str
+    given: tuple[str, ...]
+    shape: tuple[int, ...]
+
+    @property
+    def __name__(self) -> str:
+        return self.method
+
+    def __call__(self, model: RobotModel, case: RobotLevel) -> np.ndarray:
+        """The answers (states, ...)."""
+        count, n = case.states.q.shape
+        shape = count, *(n if size < 0 else size for size in self.shape)
+        return ask(
+            model, self.__name__, shape, *(getattr(case.states, each) for each in self.given)
+        )
 
 
-def bias(model: RobotModel, case: RobotLevel) -> np.ndarray:
-    """Coriolis and centrifugal torques (states, n)."""
-    q, v, *_ = case.states
-    return ask(model, "bias", q.shape, q, v)
-
-
-def gravity(model: RobotModel, case: RobotLevel) -> np.ndarray:
-    """Torques that hold the weights (states, n)."""
-    q = case.states.q
-    return ask(model, "gravity", q.shape, q)
-
-
-def inverse_dynamics(model: RobotModel, case: RobotLevel) -> np.ndarray:
-    """Generalized forces that the states' accelerations need (states, n)."""
-    q, v, a, _ = case.states
-    return ask(model, "inverse_dynamics", q.shape, q, v, a)
-
-
-def forward_dynamics(model: RobotModel, case: RobotLevel) -> np.ndarray:
-    """Accelerations under the states' torques (states, n)."""
-    q, v, _, torques = case.states
-    return ask(model, "forward_dynamics", q.shape, q, v, torques)
-
-
-def energy(model: RobotModel, case: RobotLevel) -> np.ndarray:
-    """Kinetic energy and that of the weights (states,)."""
-    q, v, *_ = case.states
-    return ask(model, "energy", (len(q),), q, v)
-
-
-def momentum(model: RobotModel, case: RobotLevel) -> np.ndarray:
-    """Linear and angular momentum (states, 6)."""
-    q, v, *_ = case.states
-    return ask(model, "momentum", (len(q), 6), q, v)
-
-
-def tip(model: RobotModel, case: RobotLevel) -> np.ndarray:
-    """Places of the tip (states, 3)."""
-    q = case.states.q
-    return ask(model, "tip", (len(q), 3), q)
+mass_matrix = MethodQuestion("mass_matrix", ("q",), (-1, -1))
+bias = MethodQuestion("bias", ("q", "v"), (-1,))
+gravity = MethodQuestion("gravity", ("q",), (-1,))
+inverse_dynamics = MethodQuestion("inverse_dynamics", ("q", "v", "a"), (-1,))
+forward_dynamics = MethodQuestion("forward_dynamics", ("q", "v", "torques"), (-1,))
+energy = MethodQuestion("energy", ("q", "v"), ())
+momentum = MethodQuestion("momentum", ("q", "v"), (6,))
+tip = MethodQuestion("tip", ("q",), (3,))
 
 
 def run(model: RobotModel, case: RobotLevel) -> np.ndarray:

@@ -11,9 +11,8 @@ import numpy as np
 
 from crosscheck.checks.records import BY_PLANET
 from crosscheck.checks.sampled import ExperimentPlan, Subjects, find_experiments, find_usual
-from crosscheck.checks.scales import EPS, ReasonedLimit, acceptance_limit
+from crosscheck.checks.scales import EPS, ReasonedLimit, acceptance_limit, geared_joints
 from crosscheck.findings import ComparisonKey, Finding, Subject, make_check, make_measurement
-from crosscheck.models.arm.layout import lumped_layout
 from crosscheck.models.trajectory import VARIABLES, unit_of
 from crosscheck.planning.comparison import Comparison, ModelTask, make_comparison
 
@@ -58,7 +57,7 @@ def _plan_same_step(subjects: Subjects) -> Iterator[Comparison]:
             about = make_subject(ONE_ROUNDING, experiment, quantity, first, first)
             yield make_comparison(about, pair, measure_sensitivity)
     for experiment in find_usual(subjects):
-        if experiment.case.switches.planets == "lumped" and has_meshes(experiment):
+        if experiment.case.switches.planets == "lumped" and geared_joints(experiment.case.arm):
             yield from _plan_planets(experiment)
 
 
@@ -80,7 +79,7 @@ def plan_fixed_steps(experiment: ExperimentPlan) -> Iterator[Comparison]:
 def _repetition_runs(experiment: ExperimentPlan, model: str) -> tuple[ModelTask, ModelTask]:
     """The reference model's run and one nudged by a rounding, planets as free as the model's."""
     models, lumped = experiment.models, experiment.case.switches.planets == "lumped"
-    is_freed = lumped and model in models.free_planets and has_meshes(experiment)
+    is_freed = lumped and model in models.free_planets and geared_joints(experiment.case.arm)
     variants = ("free", "free-nudged") if is_freed else ("", "nudged")
     run, nudged = (experiment.run(models.same[0], variant) for variant in variants)
     return run, nudged
@@ -99,19 +98,17 @@ def _plan_planets(experiment: ExperimentPlan) -> Iterator[Comparison]:
 
 
 def _check_same_step(
-    experiment: ExperimentPlan,
-    about: Subject,
-    left: xr.Dataset,
-    right: xr.Dataset,
-    run: xr.Dataset,
-    nudged: xr.Dataset,
-    time_s: float | None = None,
+    experiment: ExperimentPlan, about: Subject, *runs: xr.Dataset, time_s: float | None = None
 ) -> Finding:
-    """The check of two runs at the same step, over the whole run or at one instant."""
-    pair, widest = Pair(run, nudged), find_acceptance_limit(experiment, about, run)
+    """The check of two runs at the same step, over the whole run or at one instant.
+
+    Behind them come a run and one from a start a rounding away.
+    """
+    left, right, *repeated = runs
+    widest = find_acceptance_limit(experiment, about, repeated[0])
     if time_s is None:
-        return check_same_step(about, left, right, pair, widest)
-    return check_at_time(about, left, right, pair, widest, time_s)
+        return check_same_step(about, left, right, Pair(*repeated), widest)
+    return check_at_time(about, left, right, Pair(*repeated), widest, time_s)
 
 
 def _plan_refined_runs(subjects: Subjects) -> Iterator[Comparison]:
@@ -168,14 +165,11 @@ def plan_refined(
         yield make_comparison(about, (*left, *right), judge)
 
 
-def has_meshes(experiment: ExperimentPlan) -> bool:
-    """Whether runs of the experiment's geared models have mesh variables."""
-    return bool(lumped_layout(experiment.case.arm).mesh_joints)
-
-
 def recorded_quantities(experiment: ExperimentPlan, quantities: Sequence[str] = MESH) -> list[str]:
     """Those of some quantities that runs of the experiment's arm have."""
-    return [name for name in quantities if has_meshes(experiment) or name not in BY_PLANET]
+    return [
+        name for name in quantities if geared_joints(experiment.case.arm) or name not in BY_PLANET
+    ]
 
 
 def find_acceptance_limit(

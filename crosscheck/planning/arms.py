@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Sequence
+from collections.abc import Iterable, Iterator, Sequence
 from dataclasses import replace
 from functools import partial
 from importlib import import_module
@@ -55,10 +55,8 @@ def plan_arm(request: plan.CrossCheckRequest, workers: Workers) -> Plan:
     """The whole cross-check of an arm. Raises InputError, Unfinished."""
     import_module("xarray")  # of all runs, before workers fork: they share it
     preparation = prepare_experiments(request, workers)
-    comparisons = plan_comparisons(request, preparation)
-    settings = request.arm, request.quick, request.seed
-    entries = partial(compute_entry_differences, *settings)
-    return Plan(comparisons, preparation.remarks, entries)
+    entries = partial(compute_entry_differences, request.arm, list(sample_request(request)))
+    return Plan(plan_comparisons(request, preparation), preparation.remarks, entries)
 
 
 def plan_comparisons(request: plan.CrossCheckRequest, preparation: Preparation) -> list[Comparison]:
@@ -76,14 +74,6 @@ def plan_comparisons(request: plan.CrossCheckRequest, preparation: Preparation) 
     ):
         comparisons += plan_experiment_comparisons(experiment)
     return [*comparisons, *(each.comparison for each in preparation.lost)]
-
-
-def plan_state_comparisons(
-    arm: Arm, quick: bool, seed: int, content: Content | None = None
-) -> list[Comparison]:
-    """All comparisons of one arm that need no run, see ``sample_arm``."""
-    count = QUICK_COUNT if quick else COUNT
-    return plan_checks(Subjects(arms=list(sample_arm(arm, count, seed, content))))[0]
 
 
 def plan_experiment_comparisons(experiment: plan.Experiment) -> list[Comparison]:
@@ -184,13 +174,12 @@ def sample_model(
 
 
 def compute_entry_differences(
-    arm: Arm, quick: bool, seed: int, results: Results
+    arm: Arm, sampled_models: Iterable[SampledArm], results: Results
 ) -> Iterator[EntryDifferences]:
     """The paper's forms and the reference model beside the engines, from what was answered.
 
     A model or an engine without usable answers is left out: its own comparisons fail.
     """
-    sampled_models = sample_arm(arm, QUICK_COUNT if quick else COUNT, seed)
     models = [each for each in sampled_models if each.where == f"{arm.name}/geared"]
     geared = [each for each in models if each.group == "geared"]
     for sampled in (*models[len(geared) :], geared[0]):

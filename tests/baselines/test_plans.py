@@ -20,6 +20,7 @@ from crosscheck.planning.checks import plan_checks
 from crosscheck.planning.comparison import Comparison, collect_tasks
 from crosscheck.planning.robots import plan_robot
 from crosscheck.runner.tasks import Evaluation, Simulation
+from tests.judged import plan_states
 
 HERE = Path(__file__).parent
 LIMIT_S = 1e-5  # of the stable steps
@@ -34,7 +35,7 @@ def arm_plan() -> Iterator[str]:
     first = plan.Experiment("pd", Case(arm, load_scenario("pd"), usual_switches(arm)))
     first = plan.set_stable_step(first, LIMIT_S)
     planned = [
-        *arms.plan_state_comparisons(arm, True, 0),
+        *plan_states(arm, arms.QUICK_COUNT, 0),
         *plan_checks(Subjects(arms=list(arms.sample_switches(arm, 0))))[0],
     ]
     for experiment in (
@@ -47,7 +48,7 @@ def arm_plan() -> Iterator[str]:
         planned += arms.plan_experiment_comparisons(experiment)
     papers = plan.Experiment("papers", Case(load_arm("paper-labelled"), *first.case[1:]))
     beside = [
-        *arms.plan_state_comparisons(papers.case.arm, True, 0),
+        *plan_states(papers.case.arm, arms.QUICK_COUNT, 0),
         *arms.plan_experiment_comparisons(papers),
     ]
     planned += [each for each in beside if each.about.key.family.startswith("form")]

@@ -13,17 +13,8 @@ import numpy as np
 import xarray as xr
 from pydantic import TypeAdapter
 
-from crosscheck.checks import (
-    convergence,
-    energy,
-    invariants,
-    modes,
-    records,
-    scales,
-    trajectories,
-)
+from crosscheck.checks import convergence, energy, invariants, modes, records, scales, trajectories
 from crosscheck.checks.answers import CORNER_FORCE
-from crosscheck.checks.sampled import Subjects
 from crosscheck.checks.scales import ReasonedLimit
 from crosscheck.findings import ComparisonKey, Finding, Subject
 from crosscheck.models.arm.arm import Arm
@@ -34,7 +25,6 @@ from crosscheck.models.experiment.scenario import ConstantDrive, expand_to_joint
 from crosscheck.models.interface import STATE_ABILITIES
 from crosscheck.models.loading import Case, load_arm, load_scenario
 from crosscheck.planning import arms, plan
-from crosscheck.planning.checks import plan_checks
 from crosscheck.planning.comparison import Comparison, ModelTask, Results, collect_tasks
 from crosscheck.registry import (
     MODELS,
@@ -45,6 +35,7 @@ from crosscheck.registry import (
     find_same_integrator_models,
     reference_model,
 )
+from tests.judged import plan_states
 
 STATES, SEED, SPOT = 9, 1, 4  # the one state whose answer is wrong
 ABOVE, BELOW = 1.02, 0.98  # of a tolerance
@@ -110,11 +101,9 @@ class Bench(NamedTuple):
 def bench(name: str) -> Bench:
     """The comparisons of states of an arm by two models, planned anew."""
     arm, both = ARMS[name](), {LEFT[name], RIGHT[name]}
-    models = [each for each in arms.sample_arm(arm, STATES, SEED) if each.model in both]
-    own_groups = [each for each in models if each.group in ("geared", "rigid")]
     planned = [
         each
-        for each in plan_checks(Subjects(arms=own_groups))[0]
+        for each in plan_states(arm, STATES, SEED, groups=("geared", "rigid"))
         if {each.about.key.left, each.about.key.right or each.about.key.left} <= both
         and each.about.key.family in ("states", "invariants", "as-told")
     ]
@@ -631,7 +620,7 @@ def wrong_plan() -> Iterator[str]:
     laws = usual_switches(arm)
     case = Case(arm, load_scenario("pd"), laws)
     planned = [
-        *arms.plan_state_comparisons(arm, True, SEED),
+        *plan_states(arm, 1, SEED),
         *arms.plan_experiment_comparisons(plan.Experiment("pd", case)),
     ]
     keys = [each.about.key for each in planned]

@@ -6,15 +6,13 @@ import pytest
 from hypothesis import Phase, given, settings
 from hypothesis import strategies as st
 
-from crosscheck.checks.sampled import Subjects
 from crosscheck.models.arm.arm import Arm
 from crosscheck.models.experiment.scenario import switches
-from crosscheck.planning.arms import sample_arm
-from crosscheck.planning.checks import plan_checks
 from crosscheck.planning.comparison import Comparison, Results, collect_tasks, judge_comparisons
 from crosscheck.registry import find_constrained_models, find_covering_models
 from tests.any_arms import any_arms
 from tests.arms import PAPER
+from tests.judged import plan_states
 
 JOINTS = range(1, 8)
 # exudyn:bodies solves for joint forces: with as many it would take as long as all the others.
@@ -38,14 +36,8 @@ def closed_by_constraints(comparison: Comparison) -> bool:
 
 def failures(arm: Arm, count: int, wanted: Callable[[Comparison], bool]) -> Iterator[str]:
     """Of the wanted comparisons of the geared and the rigid models, at so many states."""
-    planned = plan_groups(arm, count, "geared", "form", "rigid")
+    planned = plan_states(arm, count, SEED, groups=("geared", "form", "rigid"))
     return disagreeing(comparison for comparison in planned if wanted(comparison))
-
-
-def plan_groups(arm: Arm, count: int, *groups: str) -> list[Comparison]:
-    """The comparisons of some groups of models, at so many states."""
-    models = [each for each in sample_arm(arm, count, SEED) if each.group in groups]
-    return plan_checks(Subjects(arms=models))[0]
 
 
 def disagreeing(comparisons: Iterable[Comparison]) -> Iterator[str]:
@@ -78,7 +70,8 @@ def test_models_agree_on_arms_whose_planets_count_as_one(joints, data):
 @given(data=st.data())
 def test_models_agree_on_springs_that_are_a_potential(joints, data):
     arm = data.draw(any_arms(joints, unlike=True))
-    assert list(disagreeing(plan_groups(arm, STATES_OF_BODIES, "conservative"))) == []
+    planned = plan_states(arm, STATES_OF_BODIES, SEED, groups=("conservative",))
+    assert list(disagreeing(planned)) == []
 
 
 @pytest.mark.slow

@@ -43,6 +43,7 @@ from crosscheck.runner.tasks import Evaluation, RunKey
 from crosscheck.view import scene
 from crosscheck.view.trajectory_file import Run
 from tests.faults.robot_views import robot_report_numbers
+from tests.judged import plan_states
 
 ARM, STATES, SEED = "probe", 3, 0
 STATE_FAMILIES, RUN_FAMILIES = ("states", "form-states"), ("same-step", "form", "deviation")
@@ -83,15 +84,13 @@ def moving_scenario() -> Scenario:
 def records() -> Records:
     """The records of the probe arm, whose numbers are all unequal; made once."""
     arm = printed_arm()
-    with pytest.MonkeyPatch.context() as patch:
-        patch.setattr(arms, "QUICK_COUNT", STATES)
-        asked = [c for c in arms.plan_state_comparisons(arm, True, SEED) if of_views(c.about.key)]
-        own = plan_experiment_comparisons(Experiment("pd", Case(arm, moving_scenario(), laws(arm))))
-        asked += [c for c in own if c.about.key.family in RUN_FAMILIES]
-        charts, outcomes = Charts(), dict[Any, Any]()
-        for task in collect_tasks(asked):
-            outcomes[task.key] = task.perform()
-            charts.show(task.key, outcomes[task.key])
+    asked = [c for c in plan_states(arm, STATES, SEED) if of_views(c.about.key)]
+    own = plan_experiment_comparisons(Experiment("pd", Case(arm, moving_scenario(), laws(arm))))
+    asked += [c for c in own if c.about.key.family in RUN_FAMILIES]
+    charts, outcomes = Charts(), dict[Any, Any]()
+    for task in collect_tasks(asked):
+        outcomes[task.key] = task.perform()
+        charts.show(task.key, outcomes[task.key])
     results = Results(outcomes)
     values = {
         (key.model, key.quantity): outcome
@@ -146,9 +145,8 @@ def agreement_of(made: Records) -> Agreement:
     anew[fourth] = finding_makers.make_failed_check(fourth.about, "made anew")
     by_id = {old.id: new for old, new in anew.items()}
     found = [by_id.get(f.id, f) for f in made.findings]
-    with pytest.MonkeyPatch.context() as patch:
-        patch.setattr(arms, "QUICK_COUNT", STATES)
-        entries = tuple(arms.compute_entry_differences(made.arm, True, SEED, made.results))
+    models = arms.sample_arm(made.arm, STATES, SEED)
+    entries = tuple(arms.compute_entry_differences(made.arm, models, made.results))
     return Agreement(found, record_provenance(made.arm, SEED, True), entries=entries)
 
 
