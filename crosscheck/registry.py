@@ -416,13 +416,6 @@ def second_engine() -> str:
     return find_same_integrator_models()[1]
 
 
-def find_constrained_models() -> tuple[str, ...]:
-    """Names of the geared models that close joints by constraint equations, and simulate."""
-    return select_with_method(
-        "constraint_residual", select_with_method("simulate", model_names("geared"))
-    )
-
-
 def get_entry(name: str, arm: Arm | None = None) -> Entry:
     """The Entry of a model of arms, of any arm. Raises InputError for any other name."""
     if name not in MODELS or MODELS[name].role == "robot":

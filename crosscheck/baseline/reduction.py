@@ -19,18 +19,11 @@ from pydantic import ValidationError
 
 from crosscheck import __version__
 from crosscheck.baseline import record
+from crosscheck.checks import trajectories
 from crosscheck.checks.records import BY_PLANET
 from crosscheck.checks.scales import ReasonedLimit, acceptance_limit
 from crosscheck.checks.states import LOOSEST
-from crosscheck.checks.trajectories import (
-    ONE_ROUNDING,
-    Pair,
-    RunMismatch,
-    repetition_limit,
-    run_rounding,
-    size,
-    uncertainty,
-)
+from crosscheck.checks.trajectories import ONE_ROUNDING, Pair, size
 from crosscheck.findings import Agreement, Finding
 from crosscheck.models.loading import Case
 from crosscheck.registry import reference_model
@@ -201,8 +194,8 @@ def _refinement_uncertainty(
 ) -> float | None:
     """Uncertainty by a coarser run; None where that is missing, or one of the two is spoilt."""
     try:
-        return None if coarse is None else uncertainty(run, coarse, quantity)
-    except RunMismatch:
+        return None if coarse is None else trajectories.uncertainty(run, coarse, quantity)
+    except trajectories.RunMismatch:
         return None
 
 
@@ -224,10 +217,10 @@ def _repetition_limit(pair: Pair | None, run: xr.Dataset, quantity: str) -> Reas
     """The limit of what rounding alone makes of the same steps again, in whichever engine."""
     try:
         if pair is not None and quantity in pair.run:
-            return ReasonedLimit(repetition_limit(pair, quantity).value, BY_ROUNDING)
-    except RunMismatch:
+            return ReasonedLimit(trajectories.repetition_limit(pair, quantity).value, BY_ROUNDING)
+    except trajectories.RunMismatch:
         pass
-    value = UNMEASURED_ROUNDINGS * run_rounding(run, quantity)
+    value = UNMEASURED_ROUNDINGS * trajectories.run_rounding(run, quantity)
     basis = f"{UNMEASURED_ROUNDINGS} x rounding, whose growth could not be measured"
     return ReasonedLimit(value, basis)
 

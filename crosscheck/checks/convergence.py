@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING, NamedTuple
 import numpy as np
 
 from crosscheck.checks.engines import STEPS
-from crosscheck.checks.robot_sizes import LARGEST_TOLERANCE, TOLERANCE
+from crosscheck.checks.robot_states import LARGEST_TOLERANCE, TOLERANCE
 from crosscheck.checks.sampled import (
     FIRST_PRINCIPLES,
     ExperimentPlan,
@@ -72,7 +72,7 @@ def plan(subjects: Subjects) -> Iterator[Comparison | str]:
             continue
         kept = frictionless_ends if case.robot.friction.any() else refined_ends
         metric = f"free motion of {case.run_s:.3g} s in {STEPS} to {STEPS * 2**HALVINGS} steps"
-        where = f"{case.name}/run"
+        where = f"{sampled.where}/run"
         key = ComparisonKey("order", where, "order-of-convergence", sampled.model)
         about = Subject(key, "1", metric, f"order of convergence {FORMAL}")
         yield make_comparison(about, [sampled.ask(refined_ends)], partial(_check_order, case=case))

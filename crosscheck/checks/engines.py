@@ -8,7 +8,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from crosscheck.checks import states
-from crosscheck.checks.robot_sizes import SIZE_WORDS
+from crosscheck.checks.robot_states import SIZE_WORDS
 from crosscheck.checks.sampled import (
     DIFFERENCE,
     RobotLevel,
@@ -123,7 +123,7 @@ def _plan_robot_pair(
     family, metric = "states", left.over("largest difference, over its natural size,")
     if is_run:
         family, metric = "same-step", f"largest difference, over the motion, of {RUNS} short runs"
-    key = ComparisonKey(family, case.name, quantity, left.model, right.model)
+    key = ComparisonKey(family, left.where, quantity, left.model, right.model)
 
     def judge(about: Subject, left_values: np.ndarray, right_values: np.ndarray) -> Finding:
         size = getattr(case.sizes, quantity, None)

@@ -11,7 +11,7 @@ import numpy as np
 from crosscheck.checks import states
 from crosscheck.checks.answers import CHRISTOFFEL
 from crosscheck.checks.engines import bias, mass_matrix
-from crosscheck.checks.robot_sizes import TOLERANCE
+from crosscheck.checks.robot_states import TOLERANCE
 from crosscheck.checks.sampled import (
     DIFFERENCE,
     RobotLevel,

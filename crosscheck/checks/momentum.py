@@ -7,7 +7,7 @@ from collections.abc import Iterator
 import numpy as np
 
 from crosscheck.checks.engines import gravity, momentum
-from crosscheck.checks.robot_sizes import TOLERANCE
+from crosscheck.checks.robot_states import TOLERANCE
 from crosscheck.checks.sampled import (
     RobotLevel,
     Subjects,

@@ -21,7 +21,7 @@ from crosscheck.checks.first_principles.mesh_energy import (
     highest_harmonic,
     planet_springs,
 )
-from crosscheck.checks.robot_sizes import TOLERANCE
+from crosscheck.checks.robot_states import TOLERANCE
 from crosscheck.checks.sampled import (
     TURN_RAD,
     WEIGHTS,

@@ -15,8 +15,7 @@ import numpy as np
 
 from crosscheck.checks.answers import WITHOUT_STATE, require_numbers, sample_states
 from crosscheck.checks.first_principles.composite import Content
-from crosscheck.checks.robot_sizes import RobotSizes
-from crosscheck.checks.robot_states import RandomStates
+from crosscheck.checks.robot_states import RandomStates, RobotSizes
 from crosscheck.checks.states import Setting
 from crosscheck.findings import ComparisonKey, Finding, Subject
 from crosscheck.models.arm.arm import Arm
@@ -136,11 +135,6 @@ class RobotLevel:
     motion_s: float
     motion_steps: int
     scenarios: tuple[Scenario, ...] = ()
-
-    @property
-    def name(self) -> str:
-        """Robot and level, as ids have them."""
-        return f"{self.robot.name}/{self.level}"
 
     @property
     def count(self) -> int:

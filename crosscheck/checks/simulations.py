@@ -103,7 +103,7 @@ def plan(subjects: Subjects) -> Iterator[Comparison | str]:
 
         for question in map(SimulationQuestion, case.scenarios or [make_scenario(case)]):
             name, seconds = question.__name__, question.scenario.duration_s
-            key = ComparisonKey("same-step", case.name, name, left.model, right.model)
+            key = ComparisonKey("same-step", left.where, name, left.model, right.model)
             metric = f"largest difference, over the motion, of a simulation of {seconds:.3g} s"
             tasks = left.ask(question), right.ask(question)
             yield make_comparison(Subject(key, "1", metric), tasks, judge)

@@ -9,7 +9,7 @@ import numpy as np
 
 from crosscheck import __version__
 from crosscheck.analytic.robot.springs import replace_stages_by_rotors
-from crosscheck.checks.robot_sizes import SIZE_WORDS
+from crosscheck.checks.robot_states import SIZE_WORDS
 from crosscheck.cost.meshes import RESOLVED, GearedCost
 from crosscheck.cost.shortcuts import NEGLIGIBLE, ShortcutCosts
 from crosscheck.findings import Finding

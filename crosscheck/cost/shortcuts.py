@@ -7,8 +7,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from crosscheck.analytic.robot.springs import stage_rotors
-from crosscheck.checks.robot_sizes import TOLERANCE
-from crosscheck.checks.robot_states import sample_states
+from crosscheck.checks.robot_states import TOLERANCE, sample_states
 from crosscheck.cost.meshes import GearedCost, compute_geared_cost, tip_distances
 from crosscheck.cost.motion import RobotMotion, State, find_exceeded_limits, make_excitation
 from crosscheck.findings import Finding

@@ -90,8 +90,8 @@ class Experiment(ExperimentPlan):
             return registry.select_with_method("simulate", covering)
 
         same = select(registry.find_same_integrator_models())
-        constrained = select(registry.find_constrained_models())
-        others = (each for each in select(registry.model_names("geared")) if each not in same)
+        others = tuple(each for each in select(registry.model_names("geared")) if each not in same)
+        constrained = registry.select_with_method("constraint_residual", others)
         return RunModels(
             same,
             tuple(each for each in others if each not in constrained),
@@ -253,11 +253,6 @@ def limit_duration(request: CrossCheckRequest, experiment: Experiment) -> Experi
     duration = intervals * scenario.stride * scenario.step_s
     shorter = scenario.model_copy(update={"duration_s": duration})
     return replace(experiment, case=experiment.case._replace(scenario=shorter))
-
-
-def refine_step(experiment: Experiment) -> Experiment:
-    """The experiment at half its step."""
-    return replace(experiment, case=set_step(experiment.case, experiment.case.scenario.step_s / 2))
 
 
 def make_probe_experiment() -> Experiment:

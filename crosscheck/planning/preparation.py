@@ -94,7 +94,8 @@ def refine_until_resolved(request: CrossCheckRequest, experiment: Experiment) ->
     for _ in range(MOST_HALVINGS):
         if _is_fine(experiment):
             break
-        experiment = plan.limit_duration(request, plan.refine_step(experiment))
+        finer = plan.set_step(experiment.case, experiment.case.scenario.step_s / 2)
+        experiment = plan.limit_duration(request, replace(experiment, case=finer))
     return experiment
 
 

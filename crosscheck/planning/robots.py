@@ -20,8 +20,7 @@ from crosscheck.analytic.robot.springs import (
     tooth_springs,
 )
 from crosscheck.checks import engines
-from crosscheck.checks.robot_sizes import compute_sizes
-from crosscheck.checks.robot_states import RandomStates, sample_states
+from crosscheck.checks.robot_states import RandomStates, compute_sizes, sample_states
 from crosscheck.checks.sampled import LEAST_RUN_S, RobotLevel, SampledRobot, Subjects
 from crosscheck.checks.simulations import DEPTH, simulation_start
 from crosscheck.findings import EntryDifferences, Finding
@@ -100,8 +99,9 @@ def compare_engines(robot: Robot, states: RandomStates) -> list[Finding]:
 def sample_models(cases: list[RobotLevel]) -> list[SampledRobot]:
     """The model of each engine that has a case's level."""
     return [
-        SampledRobot(case.name, name, case.count, partial(RobotEvaluation, name, case), case)
+        SampledRobot(where, name, case.count, partial(RobotEvaluation, name, case), case)
         for case in cases
+        for where in [f"{case.robot.name}/{case.level}"]
         for name in (f"{engine}:{case.level}" for engine in find_level_engines(case.level))
     ]
 

@@ -25,7 +25,7 @@ from crosscheck.checks import (
 )
 from crosscheck.checks.answers import BadAnswer, require_numbers
 from crosscheck.checks.records import _find_faults
-from crosscheck.checks.robot_sizes import RobotSizes
+from crosscheck.checks.robot_states import RobotSizes
 from crosscheck.checks.scales import ReasonedLimit, share_of
 from crosscheck.checks.stability import relax_comparison
 from crosscheck.findings import (

@@ -8,8 +8,7 @@ from itertools import combinations
 
 import numpy as np
 
-from crosscheck.checks.robot_sizes import RobotSizes
-from crosscheck.checks.robot_states import RandomStates
+from crosscheck.checks.robot_states import RandomStates, RobotSizes
 
 MOST_CALLS, LEAST_STATES = 600, 3
 
