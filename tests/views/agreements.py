@@ -177,8 +177,8 @@ def _list_counts(findings: Sequence[Finding], owners: tuple[str, ...]) -> Iterat
     for verdict, count in counts.items():
         yield Fact(count, verdict, owners)
     shares = [f.measured / f.tolerance for f in checks if f.measured is not None and f.tolerance]
-    yield Fact(max(shares, default=0.0), "most", owners)
     if owners:
+        yield Fact(max(shares, default=0.0), "most", owners)
         return
     between, red = (
         sum(bool(f.about.key.right) for f in checks),

@@ -34,7 +34,7 @@ VARIED = 0.5  # natural logarithm of the largest factor on a varied number
 COUNTS = ("entries", "steps", "states", "parameters", "blocks")  # that are varied like numbers
 # Fields of records that are no results: what they hold stays as it is.
 KEPT = ("robot", "problem", "mechanism", "request", "provenance", "equations", "motion", "record",
-        "outline", "samples", "structure", "knowledge")  # fmt: skip
+        "outline", "records", "time", "tolerances", "samples", "structure", "knowledge")  # fmt: skip
 
 
 class Fact(NamedTuple):
@@ -233,7 +233,8 @@ def list_pieces(text: str) -> list[Piece]:
 
 def _list_sentences(text: str) -> Iterator[Piece]:
     for sentence in re.split(r"(?<=[a-z)%]\.) (?=[A-Z])", text):
-        yield Piece(sentence, sentence)
+        for part in sentence.split("; "):
+            yield Piece(part, part, outer=sentence)
 
 
 def _list_lines(text: str) -> Iterator[Piece]:
@@ -330,7 +331,9 @@ def list_tokens(view: View, record: Any, text: str, known: Iterable[str]) -> Ite
 
     for number, piece in enumerate(list_pieces(text)):
         place = piece.place or f"piece {number}"
-        if piece.text not in WORDS and (is_quoted(piece.text) or piece.head in SKIPPED):
+        if piece.text not in WORDS and (
+            any(map(is_quoted, filter(None, (piece.text, piece.outer)))) or piece.head in SKIPPED
+        ):
             continue
         head = re.sub(r" *\[.*", "", piece.head)
         head = view.heads.get(head, head.partition(": ")[2] or head)
@@ -371,15 +374,14 @@ def find_facts(
     token: Token, facts: list[tuple[int, Fact]]
 ) -> tuple[list[int], list[tuple[int, Fact]]]:
     """Numbers of the facts that a token shows, and those that it may be of."""
-    for scope in (token.scope, token.outer):
+    near: list[tuple[int, Fact]] = []
+    for scope in filter(None, (token.scope, token.outer)):
         near = [each for each in facts if all(is_mentioned(o, scope) for o in each[1].owners)]
-        if near:
-            break
-    near.sort(key=lambda each: -sum(map(len, each[1].owners)))
-    found = [each for each in near if is_shown(token, each[1])]
-    if found and sum(map(len, found[0][1].owners)) < sum(map(len, near[0][1].owners)):
-        found = []
-    return sorted(number for number, _ in found), near
+        most = max((sum(map(len, fact.owners)) for _, fact in near), default=0)
+        found = [number for number, fact in near if is_shown(token, fact)]
+        if any(sum(map(len, fact.owners)) == most for number, fact in near if number in found):
+            return found, near
+    return [], near
 
 
 def is_shown(token: Token, fact: Fact) -> bool:
