@@ -8,10 +8,10 @@ from jinja2.bccache import Bucket
 
 from crosscheck.report import rendering
 from tests.faults.planting import Seen
-from tests.views import agreements, costs, trials
+from tests.views import agreements, comparisons, costs, others, trials
 from tests.views.walker import walk
 
-VIEWS = agreements.VIEWS | costs.VIEWS | trials.VIEWS
+VIEWS = agreements.VIEWS | costs.VIEWS | trials.VIEWS | comparisons.VIEWS | others.VIEWS
 
 
 class CompiledTexts(BytecodeCache):
@@ -46,5 +46,5 @@ def fresh_templates() -> Iterator[None]:
 def judge_views(seen: Seen) -> str:
     """Whether the views of a kind of record show its numbers; each in turn, until one does not."""
     with fresh_templates():
-        own = (view for name, view in VIEWS.items() if f" of {seen.quantity}" in name)
+        own = (v for name, v in VIEWS.items() if name.partition(" of ")[2].startswith(seen.quantity))
         return "differ" if any(any(walk(view, 1)) for view in own) else "agree"

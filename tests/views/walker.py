@@ -58,7 +58,7 @@ class Piece(NamedTuple):
     """
 
     text: str
-    scope: str
+    scope: str = ""
     head: str = ""
     place: str = ""
     outer: str = ""
@@ -169,7 +169,7 @@ class Page(HTMLParser):
             return
         named = dict(attrs)
         if label := named.get("aria-label"):
-            self.pieces.append(Piece(label, label))
+            self.pieces.append(Piece(label))
         if tag in (*self.BLOCKS, "article", "table", "td", "th"):
             self._end(self.open)
         if tag == "table":
@@ -202,7 +202,7 @@ class Page(HTMLParser):
             text = " ".join(part.split())
             if text and self.open and self.open[-1] in ("h1", "h2", "h3", "caption"):
                 self.heading = text
-            self.pieces += list(_list_sentences(text))
+            self.pieces += [Piece(text)] if text else []
         self.text = ""
 
     def _end_row(self) -> None:
@@ -231,12 +231,6 @@ def list_pieces(text: str) -> list[Piece]:
     return list(_list_lines(text))
 
 
-def _list_sentences(text: str) -> Iterator[Piece]:
-    for sentence in re.split(r"(?<=[a-z)%]\.) (?=[A-Z])", text):
-        for part in sentence.split("; "):
-            yield Piece(part, part, outer=sentence)
-
-
 def _list_lines(text: str) -> Iterator[Piece]:
     """Of lines that begin with a space, the first heads the columns of the others."""
     heads: list[tuple[int, str]] = []
@@ -244,7 +238,7 @@ def _list_lines(text: str) -> Iterator[Piece]:
         columns = [(each.start(), each[0]) for each in re.finditer(r"\S+(?: \S+)*", line)]
         if line[:1] != " " or not columns[1:]:
             heads = []
-            yield from _list_sentences(line)
+            yield Piece(line)
         elif not heads:
             heads = columns
         else:
@@ -281,7 +275,7 @@ def _list_leaves(
             inside = f"{place}[{number}]" if isinstance(each, list) else place
             yield from _list_leaves(each, key, texts, own, inside)
     elif isinstance(value, str) and value not in WORDS:
-        yield from _list_sentences(value)
+        yield Piece(value, outer=key)
     elif value is not None and not isinstance(value, bool):
         outer = " | ".join((*texts, *own, place))
         yield Piece(str(value), " | ".join((*own, place)), key, place, outer)
@@ -324,31 +318,38 @@ def list_tokens(view: View, record: Any, text: str, known: Iterable[str]) -> Ite
     texts = [each for each in strings if re.search(r"\d", each) and not re.fullmatch(NUMBER, each)]
     texts.sort(key=len, reverse=True)
     names = re.compile("|".join([*view.wording, *map(re.escape, texts)]) or "$^")
-    known, whole = set(known), "\0".join(strings)
-
-    def is_quoted(part: str) -> bool:
-        return part in strings or (len(part) > LONGEST_NAME // 3 and part in whole)
-
+    known = set(known)
     for number, piece in enumerate(list_pieces(text)):
-        place = piece.place or f"piece {number}"
-        if piece.text not in WORDS and (
-            any(map(is_quoted, filter(None, (piece.text, piece.outer)))) or piece.head in SKIPPED
-        ):
+        if piece.head in SKIPPED or (piece.text in strings and piece.text not in WORDS):
             continue
         head = re.sub(r" *\[.*", "", piece.head)
         head = view.heads.get(head, head.partition(": ")[2] or head)
         head = view.heads.get(head, head)
         cleaned = names.sub(lambda found: "_" * len(found[0]), piece.text)
         scope = piece.scope if head in known else f"{piece.scope} {piece.head}"
-        labels = dict(_label(view.phrases, cleaned, piece.text))
         word = re.match("|".join(WORDS), piece.text)
         if word and piece.head != "" and not re.match(r"[\w ]*:", piece.text[word.end() :]):
             own = head if word[0] == "\N{CHECK MARK}" else "verdict"
-            yield Token(word[0], "", own, scope, place, piece.outer)
+            yield Token(word[0], "", own, scope, piece.place, piece.outer)
         unit = "".join(re.findall(r"\[(.*)\]", piece.head))
-        for found in re.finditer(QUANTITY, cleaned):
-            own = labels.get(found.start(), head if head in known else "")
-            yield Token(found[1].replace(",", ""), found[2] or unit, own, scope, place, piece.outer)
+        for start, end, sentence in [(0, None, "")] if piece.scope else _split(piece.text):
+            place = piece.place or f"piece {number}, {sentence}"
+            scope, outer = scope if piece.scope else piece.text[start:end], piece.outer or sentence
+            labels = dict(_label(view.phrases, cleaned[start:end]))
+            for found in re.finditer(QUANTITY, cleaned[start:end]):
+                own = labels.get(found.start(), head if head in known else "")
+                shown = found[1].replace(",", "")
+                yield Token(shown, found[2] or unit, own, scope, place, f"{sentence} {outer}")
+
+
+def _split(text: str) -> Iterator[tuple[int, int, str]]:
+    """Where clauses of a text begin and end, with their sentences."""
+    start = 0
+    for sentence in re.split(r"(?<=[a-z)%]\.) (?=[A-Z])", text):
+        for clause in sentence.split("; "):
+            at = text.index(clause, start)
+            start = at + len(clause)
+            yield at, start, sentence
 
 
 @lru_cache
@@ -356,7 +357,7 @@ def _compile(phrase: str) -> re.Pattern[str]:
     return re.compile(phrase.replace("{}", QUANTITY))
 
 
-def _label(phrases: Mapping[str, str], cleaned: str, text: str) -> Iterator[tuple[int, str]]:
+def _label(phrases: Mapping[str, str], cleaned: str) -> Iterator[tuple[int, str]]:
     """Where numbers begin, and their fields; of two phrases the later one of the table holds."""
     for phrase, named in phrases.items():
         for found in _compile(phrase).finditer(cleaned):
