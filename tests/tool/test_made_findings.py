@@ -3,14 +3,12 @@
 import html
 import json
 import re
-from xml.etree import ElementTree
 
 import pytest
 
 from crosscheck.findings import (
     Agreement,
     ComparisonKey,
-    EntryDifferences,
     Finding,
     Subject,
     make_check,
@@ -18,7 +16,6 @@ from crosscheck.findings import (
     make_measurement,
     make_unfinished_check,
 )
-from crosscheck.models.robot.file import load_robot
 from crosscheck.planning.plan import CrossCheckRequest
 from crosscheck.provenance import record_provenance
 from crosscheck.registry import LEVELS, MODELS
@@ -26,11 +23,9 @@ from crosscheck.report.answers import (
     answer_on_equations,
     answer_on_levels,
     answer_on_rigid_arm,
-    answer_on_trust,
     compare_models,
     describe_verdict,
     find_tip_ends,
-    find_wrong_entries,
     format_agreement_json,
     format_amount,
 )
@@ -43,17 +38,15 @@ from crosscheck.report.formatting import (
     format_unit,
 )
 from crosscheck.report.html import render_report_page
-from crosscheck.report.junit import format_junit
 from crosscheck.report.matrix import (
     collect_cells,
     common_digits,
-    fold_cells,
     group_models,
     is_beyond,
 )
-from crosscheck.report.outline import outline_arm, outline_robot
+from crosscheck.report.outline import outline_arm
 from crosscheck.report.plots.charts import Pictures
-from crosscheck.report.terminal import print_agreement, print_report_summary
+from crosscheck.report.terminal import print_agreement
 from crosscheck.run import CrossCheck
 
 LEAD, PRINTED, LINKS = "analytic:physical", "analytic:printed", "pinocchio:links"
@@ -150,48 +143,6 @@ def test_at_most_ten_tightest_kinds_are_listed():
     assert families == [f"kind-{n}" for n in range(12, 2, -1)]
 
 
-def test_findings_are_grouped_by_the_models_that_they_are_of():
-    groups = list_findings(FINDINGS).groups
-    assert [(group.title, group.summary, group.is_open) for group in groups] == [
-        (f"{LEAD} and {BODIES}", "2 failed", True),
-        (f"{LEAD} and {TREE}", "1 differ; at most 20 times of a tolerance", True),
-        (
-            f"{LEAD} and {GEARS}",
-            "1 unfinished, 1 unresolved, 2 agree; at most 50 % of a tolerance",
-            True,
-        ),
-        (f"{TREE} alone", "2 agree; at most 33 % of a tolerance", False),
-        (f"{GEARS} alone", "1 agree; at most 12 % of a tolerance", False),
-        (f"{TREE} and {GEARS}", "1 agree; at most 3.5 % of a tolerance", False),
-        (f"{LEAD} alone", "1 agree; at most 0 % of a tolerance", False),
-        (f"{PRINTED} and {GEARS}", "1 measured", False),
-        (f"{LEAD} and {LINKS}", "1 measured", False),
-    ]
-    third = [(row.finding.quantity, row.tolerance, row.share) for row in groups[2].rows]
-    expected = [("theta", "", ""), ("theta_dot", "0.3", "3.3 %"), ("bias", "1e-12", "50 %")]
-    assert third == [*expected, ("mass_matrix", "1e-12", "3 %")]
-
-
-def test_the_matrix_has_a_line_for_each_pair_and_one_for_all_that_agree_with_one_thing():
-    cells = collect_cells(FINDINGS)
-    listed = [(c.left, c.right, c.between_models, c.verdict, c.checks) for c in cells]
-    pairs = [
-        (LEAD, GEARS, True, "unfinished", 4),
-        (TREE, GEARS, True, "agree", 1),
-        (LEAD, TREE, True, "differ", 1),
-        (LEAD, BODIES, True, "failed", 2),
-        (PRINTED, GEARS, True, "differ", 0),
-    ]
-    rest = (GEARS, "its start", False, "agree", 1)
-    one = (LEAD, "its work", False, "agree", 1), (TREE, "its work", False, "agree", 2)
-    assert listed == [*pairs, *one, rest]
-    folded = [(c.left, c.right, c.between_models, c.verdict, c.checks) for c in fold_cells(cells)]
-    assert folded == [*pairs, ("2 models", "its work", False, "agree", 3), rest]
-    digits = [{family: round(value, 1) for family, value in c.digits.items()} for c in cells[:5]]
-    states = "at states"
-    assert digits == [{states: 12.3}, {states: 13.2}, {"over runs": 9.0}, {}, {states: 1.9}]
-
-
 def test_the_printed_equations_are_allowed_what_the_reference_model_is():
     """1e-12; what two engines are allowed between each other, 2e-12, does not count."""
     subject = FINDINGS[-2].about
@@ -218,47 +169,6 @@ def test_groups_of_models_are_those_that_checks_connect():
     assert group_models(cells) == [["c", "d"], ["a", "b", "g"], ["e", "f", "h"]]
     joined = collect_cells([pair(*ends) for ends in (*names, "ad")])
     assert group_models(joined) == [["e", "f", "h"], ["c", "d", "a", "b", "g"]]
-
-
-def test_the_terminal_prints_the_matrix_and_every_check_that_does_not_agree(capsys, monkeypatch):
-    monkeypatch.setenv("COLUMNS", "200")
-    print_agreement(AGREEMENT)
-    head, *lines = capsys.readouterr().out.splitlines()
-    assert head.split() == ["left", "right", "verdict", "checks", "digits", "in", "common"]
-    assert [" ".join(line.split()) for line in lines] == [
-        f"{LEAD} {GEARS} unfinished 4 12.3 at states",
-        f"{TREE} {GEARS} agree 1 13.2 at states",
-        f"{LEAD} {TREE} differ 1 9.0 over runs",
-        f"{LEAD} {BODIES} failed 2",
-        f"{PRINTED} {GEARS} differ no limit 1.9 at states",
-        "2 models its work agree 3",
-        f"{GEARS} its start agree 1",
-        *RED_LINES,
-        TALLY,
-    ]
-
-
-def test_the_terminal_prints_each_model_and_the_first_of_what_does_not_agree(
-    labelled, capsys, monkeypatch
-):
-    monkeypatch.setenv("COLUMNS", "200")
-    more = [alone(f"m{n}", "pd", 2.0, 1.0) for n in range(6)]
-    print_report_summary(AGREEMENT, labelled)
-    first, _, *lines, last = capsys.readouterr().out.splitlines()
-    assert (first, last) == (OUTCOME, OUTCOME)
-    assert [" ".join(line.split()) for line in lines] == [
-        f"{PRINTED} differ 1.3 %",
-        f"{LEAD} failed 3e-14 no number",
-        "In experiment pd the rigid arm's tip is off by up to 40 mm without the joints' masses"
-        " and the gears' inertia (links).",
-        *RED_LINES,
-        TALLY,
-    ]
-    for count, told in ((5, ""), (6, "... and 1 more on the page")):
-        print_report_summary(Agreement([*FINDINGS, *more[:count]]), labelled)
-        lines = capsys.readouterr().out.splitlines()
-        assert sum(line.startswith("differ energy/") for line in lines) == 5
-        assert [line for line in lines if line.startswith("... and")] == [told] * bool(told)
 
 
 def rows_of(table: str) -> list[str]:
@@ -320,61 +230,6 @@ def test_a_tip_that_is_off_by_nothing_has_its_reason_on_the_first_screen(labelle
     assert card in " ".join(html.unescape(re.sub("<[^>]+>", " ", page)).split())
 
 
-def test_the_pages_tables_have_every_number(page):
-    tables = [rows_of(each) for each in re.findall(r"<table\b.*?</table>", page, re.S)]
-    by_head = {rows[0]: rows[1:] for rows in reversed(tables) if rows}
-    head = "model | verdict | mass matrix | acceleration | joint angle in runs"
-    (models,) = (rows for name, rows in by_head.items() if name.startswith(head))
-    numbers = [row.partition(" | ")[2] for row in models]
-    assert numbers == [
-        f"differ | 1.3 % | - | - | - | {GEARS} |",
-        f"failed | 3e-14 | - | no number | - | {GEARS}, {TREE}, {BODIES} |",
-    ]
-    assert by_head["level | tip [m] |"] == [f"{LINKS} | 0.04 |"]
-    same_step = f"same-step/pd/theta/{LEAD}~{TREE} rounding | 4e-09 rad | 2e-10 | 20 times | differ"
-    unresolved = f"refined/pd/theta_dot/{LEAD}~{GEARS} rounding | 0.01 rad/s | 0.3 | 3.3 %"
-    bias = f"states/{CASE}/bias/{GEARS}~{LEAD} rounding of 8 states | 5e-13 | 1e-12 | 50 % | agree"
-    stopped = f"refined/pd/theta/{LEAD}~{GEARS} stopped | | | | unfinished |"
-    failed = [
-        f"states/{CASE}/{quantity}/{LEAD}~{BODIES} no answer (at state {state}) | | | | failed |"
-        for quantity, state in (("bias", 3), ("force", 5))
-    ]
-    listed = [rows[1:] for rows in tables if rows and rows[0].startswith("check, and where")]
-    wrong, headline, tightest, *groups = listed
-    assert wrong == [*failed, f"{same_step} |", stopped, f"{unresolved} | unresolved |"]
-    assert headline == [f"{same_step} |"]
-    assert tightest[:3] == [f"{same_step} |", f"{unresolved} | unresolved |", f"{bias} |"]
-    assert groups[:2] == [failed, [f"{same_step} |"]]
-    assert groups[2][:3] == [stopped, f"{unresolved} | unresolved |", f"{bias} |"]
-    assert sum(map(len, groups)) == len(FINDINGS)
-    matrix = by_head[f"| {LEAD} | {GEARS} | {TREE} | {BODIES} | {PRINTED} |"]
-    pair = "unfinished 12.3 digits at states 4 checks"
-    differ = "differ 9.0 digits over runs 1 check"
-    assert matrix[0] == f"{LEAD} | - | {pair} | {differ} | failed 2 checks | - |"
-    assert matrix[2].startswith(f"{TREE} | {differ} | agree 13.2 digits at states 1 check | - |")
-    assert matrix[4].startswith(f"{PRINTED} | - | differ 1.9 digits at states no limit | - |")
-    assert f"{LEAD} | its work | agree 1 check |" in [row for rows in tables for row in rows]
-
-
-def test_the_pages_words_have_every_count(page):
-    body = re.sub(r"<(script|style|svg)\b.*?</\1>", "", page, flags=re.S)
-    text = " ".join(html.unescape(re.sub("<[^>]+>", " ", body)).split())
-    for said in (
-        OUTCOME,
-        "Equations failed 2 of 2 models why",
-        "Rigid arm 40 mm off at the tip why",
-        "Checks 7 of 12 agree why",
-        "All 14 findings",
-        "2 failed 1 differ 1 unfinished 1 unresolved 7 agree 2 measured",
-        f"{LEAD} and {GEARS} 1 unfinished, 1 unresolved, 2 agree; at most 50 % of a tolerance",
-    ):
-        assert said in text, said
-    opened = re.findall(r"<details( open)?><summary>(?:<[^>]*>)*([^<]*)", page)
-    assert [name.strip() for is_open, name in opened if is_open and " and " in name] == [
-        f"{LEAD} and {other}" for other in (BODIES, TREE, GEARS)
-    ]
-
-
 def test_only_what_failed_for_one_reason_has_one_line(capsys):
     notes = ("a (x) (at state 3)", "a (y) (at state 3)", "a (x) (at state 5)")
     notes += ("died", "raised", "died", "", "")
@@ -387,33 +242,6 @@ def test_only_what_failed_for_one_reason_has_one_line(capsys):
     ends = [line.partition(": ")[2] for line in lines if line]
     same = "; and so in 1 more check"
     assert ends == [f"{notes[0]}{same}", notes[1], f"died{same}", "raised", "", ""]
-
-
-def test_each_model_is_beside_the_engines_of_other_packages(labelled):
-    rows = compare_models(AGREEMENT, outline_arm(labelled))
-    found = [
-        (row.model, row.against, row.verdict, {q: f.measured for q, f in row.worst.items()})
-        for row in rows
-    ]
-    assert found == [
-        (PRINTED, (GEARS,), "differ", {"mass_matrix": 0.0127}),
-        (LEAD, (GEARS, TREE, BODIES), "failed", {"mass_matrix": 3e-14, "theta": None}),
-    ]
-    assert rows[0].digits is None
-    assert rows[1].digits == pytest.approx(12.3, abs=0.01)
-
-
-def test_what_stands_behind_the_checks_is_counted(labelled):
-    assert describe_verdict(AGREEMENT) == OUTCOME
-    assert answer_on_trust(AGREEMENT, outline_arm(labelled)) == (
-        f"{TALLY}; 2 failed; 1 differ; 1 unresolved. 8 compare two models that share data and no"
-        " formula; 4 compare one model with first principles, its own records or the arm's file."
-        " A tolerance is what rounding, or a run's measured uncertainty, explains. 2 more numbers"
-        " are measured without a limit, such as how far rigid levels and the printed equations are"
-        " off."
-    )
-    robot = load_robot("puma560")
-    assert "rigid levels are off" in answer_on_trust(Agreement(FINDINGS[:3]), outline_robot(robot))
 
 
 @pytest.mark.parametrize(
@@ -447,26 +275,6 @@ def test_json_has_each_models_largest_differences(labelled):
         {"quantity": "mass_matrix", "measured": 3e-14, "unit": "1", "id": FINDINGS[0].id},
         {"quantity": "theta", "measured": None, "unit": "1", "id": FINDINGS[6].id},
     ]
-
-
-def test_junit_has_a_case_for_each_check_and_a_property_for_each_measurement():
-    root = ElementTree.fromstring(format_junit(AGREEMENT, "mine", {"told": 7}))
-    suite = root[0]
-    counts = [root.get(key) for key in ("tests", "failures", "errors", "skipped", "time")]
-    assert counts == ["12", "2", "3", "0", "0"]
-    assert suite.get("name") == "mine"
-    cases = suite.findall("testcase")
-    assert [(case.get("classname"), case.get("name")) for case in cases[:2]] == [
-        (f"states.{CASE}", f"mass_matrix/{LEAD}~{GEARS}"),
-        (f"states.{CASE}", f"bias/{GEARS}~{LEAD}"),
-    ]
-    assert cases[1].findtext("system-out") == (
-        "measured 5e-13, allowed 1e-12; of 8 states (rounding)"
-    )
-    assert cases[4].findtext("system-out") == "no answer (at state 3)"
-    properties = {each.get("name"): each.get("value") for each in root.iter("property")}
-    measured = {FINDINGS[-2].id: "0.0127 1", FINDINGS[-1].id: "0.04 m"}
-    assert properties == {"told": "7", **measured}
 
 
 def tip(case: str, level: str, metres: float, unit: str = "m") -> Finding:
@@ -542,19 +350,6 @@ def test_a_derivation_without_checks_at_states_has_no_digits_to_tell(labelled):
     for findings, digits in (([run], "to rounding"), ([run, FINDINGS[0]], "to 12 digits")):
         said = answer_on_equations(compare_models(Agreement(findings), outline), outline)
         assert said.startswith(f"The derivation agrees with every engine at each level, {digits}")
-
-
-def test_the_largest_of_all_wrong_entries_is_told():
-    def entries(quantity: str, model: str, *relative: tuple[float, ...]) -> EntryDifferences:
-        return EntryDifferences(quantity, model, (TREE,), ("x", "theta"), relative, 1e-10)
-
-    mass = entries("mass_matrix", PRINTED, (0.0, 0.02), (0.03, 0.5))
-    bias = entries("bias", PRINTED, (0.0,), (0.7,))
-    found = find_wrong_entries([mass, entries("bias", LEAD, (0.9,), (0.9,)), bias])
-    expected = [("bias[theta]", 0.7), ("M[theta, theta]", 0.5), ("M[x, theta]", 0.03)]
-    assert [(each.name, each.relative) for each in found] == expected
-    told = "The printed equations are wrong in 3 places (largest bias[theta], 70 %); nothing was"
-    assert describe_verdict(Agreement([], entries=[mass, bias])).startswith(told)
 
 
 NAN = float("nan")

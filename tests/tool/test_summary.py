@@ -25,7 +25,7 @@ from crosscheck.trial.input.loading import load_equations
 from crosscheck.trial.judge.entries import EntryPlace
 from crosscheck.trial.judge.unit_mistakes import UnitMistake
 from crosscheck.trial.trial import LevelMismatch, Trial
-from tests.baselines.short import green, invented_check, measurement, red
+from tests.baselines.short import green, invented_check, red
 from tests.tool.supplied import model_file
 
 NAMES = ("x_sp1", "theta_1")
@@ -98,16 +98,6 @@ def test_a_trial_prints_itself_in_few_lines(trial):
     assert lines[0].endswith("; compared with links")
     assert lines[1].startswith("M[theta_1, theta_1]: ")
     assert lines[-1].endswith("checks agree")
-
-
-def test_a_notebook_shows_a_trial_entry_by_entry(trial):
-    text = trial._repr_html_()
-    assert "<b>" not in text
-    assert "&lt;b&gt; on paper-labelled" in text
-    cells = [cell for cell in Cells(text).texts if cell.strip()]
-    assert len(cells) == 4 + 2  # M and force; of the bias no row is wrong
-    assert [cell.endswith("%") for cell in cells[:4]] == [True, False, False, False]
-    assert set(cells[1:]) == {"✓"}
 
 
 def test_each_part_of_a_trial_has_its_map_and_each_wrong_row_of_the_bias(trial):
@@ -220,42 +210,10 @@ def test_notes_of_a_trial_tell_motors_and_point_masses(trial):
     ]
 
 
-def test_a_trial_has_a_row_for_each_entry(trial):
-    table = trial.to_dataframe()
-    assert list(table.columns) == ["part", "entry", "relative", "tolerance", "agrees", "why"]
-    assert table.groupby("part").size().to_dict() == {"M": 4, "bias": 2 * 3, "force": 2}
-    allowed = {"mass_matrix": 1e-3, "rate_terms": 2e-3, "force": 3e-3}
-    each_its_own = replace(trial, allowed=allowed).to_dataframe()
-    told = each_its_own.groupby("part").tolerance.unique().explode().to_dict()
-    assert told == {"M": 1e-3, "bias": 2e-3, "force": 3e-3}
-    wrong = table[~table.agrees]
-    assert list(wrong.entry) == ["M[theta_1, theta_1]"]
-    assert wrong.why.iloc[0]
-    allowed = dict(zip(trial.allowed, (1e-9, 2e-9, 3e-9), strict=True))
-    shown = replace(trial, allowed=allowed).to_dataframe()
-    assert dict(zip(shown.part, shown.tolerance, strict=True)) == {
-        "M": allowed["mass_matrix"],
-        "bias": allowed["rate_terms"],
-        "force": allowed["force"],
-    }
-
-
 def test_a_trial_writes_what_the_command_writes(trial, tmp_path):
     trial.write_report(tmp_path)
     assert "M[theta_1, theta_1]" in (tmp_path / "trial.html").read_text()
     assert json.loads((tmp_path / "trial.json").read_text())["wrong"]
-
-
-def test_an_agreement_prints_its_verdict_and_what_is_wrong():
-    agreement = crosscheck.CheckResult([green(), measurement("pd")], entries=ENTRIES)
-    assert repr(agreement).splitlines() == [
-        "The printed equations are wrong in 1 place (M[x_sp1, theta_1], 1.3 %);"
-        " the corrected ones agree with every engine (1 of 1 check).",
-        "1 of 1 check agrees; 1 difference measured without a limit",
-        "wrong M[x_sp1, theta_1]: 1.3 %",
-    ]
-    cells = Cells(agreement._repr_html_()).texts
-    assert [cell for cell in cells if cell.strip()] == ["✓", "1.3 %", "1.3 %", "✓", *"✓✓✓✓"]
 
 
 def test_an_agreement_prints_the_first_of_what_does_not_agree():
