@@ -385,18 +385,28 @@ def find_facts(
     return [], near
 
 
+def scale_of(unit: str) -> tuple[str, float]:
+    """A unit without its prefix or per cent, and how many of it those are."""
+    if unit == "%":
+        return "", 1e-2
+    if not re.fullmatch(UNITS, unit) and unit[1:] and unit[0] in PREFIXES:
+        return unit[1:], PREFIXES[unit[0]]
+    return unit, 1.0
+
+
+def scale_number(token: Token) -> float:
+    """A token's number in its unit without a prefix."""
+    return float(token.text) * scale_of(token.unit)[1]
+
+
 def is_shown(token: Token, fact: Fact) -> bool:
     """Whether a token is a fact's word, or its number in a unit and rounded."""
     if isinstance(fact.value, str) or token.text in WORDS:
         return bool(token.text == fact.value)
-    unit, scale = token.unit, 1.0
-    if unit == "%":
-        unit, scale = "", 1e-2
-    elif not re.fullmatch(UNITS, unit) and unit[1:] and unit[0] in PREFIXES:
-        unit, scale = unit[1:], PREFIXES[unit[0]]
+    unit, scale = scale_of(token.unit)
     if fact.unit and unit and unit != fact.unit:
         return False
-    shown, value = float(token.text) * scale, float(fact.value)
+    shown, value = scale_number(token), float(fact.value)
     if isinstance(fact.value, int) or not value:
         return shown == value
     mantissa, _, exponent = token.text.partition("e")
