@@ -38,21 +38,22 @@ LEAD, PRINTED, GEARS, TREE, BODIES = (
     *("analytic:physical", "analytic:printed", "pinocchio:gears", "exudyn:tree", "exudyn:bodies"),
 )
 WORST = WORDS[:5]
-UNITS = {"theta": "rad", "F_sp": "N", "tip": "m", "run": "rad", "theta_dot": "rad s-1"}
+UNITS = {"theta": "rad", "F_sp": "N", "tip": "m", "run": "rad", "energy": "J"}
+LINKS = ("analytic:links", "pinocchio:links")
+FORMS_OF = {"arm": (PRINTED, "analytic:energies"), "robot": ()}
 TICK = WORDS[-1]
-# Of an arm and of a robot: pairs of models, their quantities at states and in runs; each level and
-# the model that it is beside, its quantities.
+# Of an arm and of a robot: pairs of models, quantities by families, levels.
+ROBOTS = product(("links", "coupled"), ("pinocchio", "exudyn"))
 PAIRS = {
-    "arm": [(LEAD, GEARS), (LEAD, TREE), (TREE, GEARS), (BODIES, LEAD), ("analytic:links", "pinocchio:links")],
-    "robot": [(f"analytic:{level}", f"{engine}:{level}") for level in ("links", "coupled") for engine in ("pinocchio", "exudyn")],
-}  # fmt: skip
+    "arm": [(LEAD, GEARS), (LEAD, TREE), (TREE, GEARS), (BODIES, LEAD), LINKS],
+    "robot": [(f"analytic:{level}", f"{engine}:{level}") for level, engine in ROBOTS],
+}
 QUANTITIES = {
-    "arm": [("states", "mass_matrix"), ("states", "acceleration"), ("same-step", "theta"), ("refined", "F_sp")],
-    "robot": [("states", "mass_matrix"), ("states", "forward_dynamics"), ("same-step", "run")],
+    "arm": {"mass_matrix": "states", "acceleration": "states", "theta": "same-step", "F_sp": "refined"},
+    "robot": {"mass_matrix": "states", "forward_dynamics": "states", "run": "same-step"},
 }  # fmt: skip
 LEVELS = {"arm": ("links", "carriers", "coupled"), "robot": ("links", "armature", "coupled")}
 COORDINATES = ("theta_1", "theta_2", "x_sp1")
-Maker = Callable[..., Finding]
 
 
 @lru_cache
@@ -61,80 +62,63 @@ def mechanism_of(kind: str) -> Any:
     return load_arm("paper-labelled") if kind == "arm" else load_robot("sliding")
 
 
+def about(*key: Any, metric: str = "largest", against: str = "") -> Subject:
+    """The subject of a comparison, by the fields of its key."""
+    return Subject(ComparisonKey(*key), UNITS.get(key[2], "1"), metric, against)
+
+
 def make_agreement(kind: str, is_green: bool, seed: int) -> Agreement:
     """Findings of every sort, whose numbers are drawn."""
     rng, mechanism = np.random.default_rng(seed), mechanism_of(kind)
-    case = f"{mechanism.name}/geared"
+    case, is_arm = f"{mechanism.name}/geared", kind == "arm"
     found = []
-    for pair, (family, quantity) in product(PAIRS[kind], QUANTITIES[kind]):
+    for pair, (quantity, family) in product(PAIRS[kind], QUANTITIES[kind].items()):
+        verdict = "agree" if is_green else str(rng.choice(WORST))
         where = case if family == "states" else "pd"
-        about = Subject(
-            ComparisonKey(family, where, quantity, *pair), UNITS.get(quantity, "1"), "largest"
-        )
-        found.append(_draw(about, "agree" if is_green else str(rng.choice(WORST)), rng))
+        found.append(_draw(about(family, where, quantity, *pair), verdict, rng))
     for model, where in product((TREE, GEARS, LEAD), ("pd", "drop")):
-        key = ComparisonKey("energy", where, "energy", model)
-        found.append(_draw(Subject(key, "J", "largest", "its work"), "agree", rng))
+        own = about("energy", where, "energy", model, against="its work")
+        found.append(_draw(own, "agree", rng))
     rng.shuffle(found)  # type: ignore[arg-type]
     found = found[int(rng.integers(0, 4)) :]
-    if kind == "arm":
-        for model, quantity in product(
-            (PRINTED, "analytic:energies"), ("mass_matrix", "acceleration")
-        ):
-            relative = 10 ** rng.uniform(-2, 0)
-            key = ComparisonKey("form-states", case, quantity, model, GEARS)
-            found.append(
-                make_measurement(Subject(key, "1", "largest"), measured=relative, relative=relative)
-            )
-    finest = f"{PAIRS[kind][0][0].partition(':')[0]}:{'geared' if kind == 'robot' else 'physical'}"
-    deviations = list(_draw_deviations(kind, finest, rng))
+    for model, quantity in product(FORMS_OF[kind], ("mass_matrix", "acceleration")):
+        size = 10 ** rng.uniform(-2, 0)
+        own = about("form-states", case, quantity, model, GEARS)
+        found.append(make_measurement(own, measured=size, relative=size))
+    deviations = list(_draw_deviations(kind, rng))
     sizes = rng.permutation(len(COORDINATES) ** 2)
     values = np.where(sizes % 3 > 0, 10 ** rng.uniform(-4, 0, sizes.shape), 1e-15).reshape(3, 3)
-    forms = (
-        [(PRINTED, values), (LEAD, 1e-14 * values)] if kind == "arm" else [("exudyn:links", values)]
-    )
+    forms = {PRINTED: values, LEAD: 1e-14 * values} if is_arm else {"exudyn:links": values}
     entries = tuple(
-        EntryDifferences(
-            "mass_matrix", model, (TREE,), COORDINATES, tuple(map(tuple, own.tolist())), 1e-10
-        )
-        for model, own in forms
-        if not is_green
+        EntryDifferences("mass_matrix", model, (TREE,), COORDINATES, tuple(map(tuple, own)), 1e-10)
+        for model, own in forms.items()
     )
-    return Agreement([*found, *deviations], record_provenance(mechanism, 0, True), entries=entries)
+    record = record_provenance(mechanism, 0, True)
+    return Agreement([*found, *deviations], record, entries=() if is_green else entries)
 
 
-def _draw(about: Subject, verdict: str, rng: np.random.Generator) -> Finding:
+def _draw(subject: Subject, verdict: str, rng: np.random.Generator) -> Finding:
     tolerance, share = 10 ** rng.uniform(-13, -8), rng.uniform(0.01, 0.99)
     if verdict in ("failed", "unfinished"):
         make = make_failed_check if verdict == "failed" else make_unfinished_check
-        return make(about, str(rng.choice(["no answer", "stopped"])))
+        return make(subject, str(rng.choice(["no answer", "stopped"])))
     share = share if verdict != "differ" else 10 ** rng.uniform(0.1, 3)
-    size, is_resolved = share * tolerance, verdict != "unresolved"
-    relative = 10 ** (rng.uniform(-14, -9) - 3 * about.key.left.endswith(":links"))
-    return make_check(about, measured=size, tolerance=tolerance, basis="rounding", relative=relative, resolved=is_resolved)  # fmt: skip
+    relative = 10 ** (rng.uniform(-14, -9) - 3 * subject.key.left.endswith(":links"))
+    own = {"measured": share * tolerance, "tolerance": tolerance, "relative": relative}
+    return make_check(subject, **own, basis="rounding", resolved=verdict != "unresolved")
 
 
-def _draw_deviations(kind: str, finest: str, rng: np.random.Generator) -> Iterator[Finding]:
+def _draw_deviations(kind: str, rng: np.random.Generator) -> Iterator[Finding]:
+    quantity, finest = ("theta", LEAD) if kind == "arm" else ("torque", "analytic:geared")
     for where, level in product(("constant", "drop"), LEVELS[kind]):
         size = 10 ** (rng.uniform(-7, -5.1) if level == "coupled" else rng.uniform(-5, 0.5))
-        tip = "largest distance of the tip after 0.1 s"
-        key = ComparisonKey("deviation", where, "tip", f"pinocchio:{level}", finest)
-        yield make_measurement(Subject(key, "m", tip), measured=size)
+        pair, tip = (f"pinocchio:{level}", finest), "largest distance of the tip after 0.1 s"
+        yield make_measurement(about("deviation", where, "tip", *pair, metric=tip), measured=size)
         for joint in (1, 2):
-            key = ComparisonKey(
-                "deviation",
-                where,
-                "theta" if kind == "arm" else "torque",
-                f"pinocchio:{level}",
-                finest,
-                joint,
-            )
-            about = Subject(
-                key, "rad", f"largest difference of the torque of joint{joint} over states"
-            )
-            yield make_measurement(
-                about, measured=10 ** rng.uniform(-4, 0), relative=rng.uniform(1e-3, 0.9)
-            )
+            metric = f"largest difference of the torque of joint{joint} over states"
+            own = about("deviation", where, quantity, *pair, joint, metric=metric)
+            size, share = 10 ** rng.uniform(-4, 0), rng.uniform(1e-3, 0.9)
+            yield make_measurement(own, measured=size, relative=share)
 
 
 def list_facts(kind: str, agreement: Agreement) -> Iterator[Fact]:
@@ -150,16 +134,13 @@ def list_findings(agreement: Agreement) -> Iterator[Fact]:
     """Facts of each finding, of pairs of models, and counts."""
     for f in agreement.findings:
         unit = "" if f.unit == "1" else f.unit.replace(" s-1", "/s")
-        yield Fact(f.verdict, "verdict", (f.id,))
-        yield Fact(f.about.key.joint, "joint", (f.id,))
-        if f.measured is not None:
-            yield Fact(f.measured, "measured", (f.id,), unit)
-        if f.tolerance is not None:
-            yield Fact(f.tolerance, "tolerance", (f.id,), unit)
-        if f.relative is not None:
-            yield Fact(f.relative, "relative", (f.id,))
+        own: dict[str, Any] = {"verdict": f.verdict, "joint": f.about.key.joint}
+        own |= {name: getattr(f, name) for name in ("measured", "tolerance", "relative")}
         if f.tolerance is not None and f.measured is not None:
-            yield Fact(f.measured / f.tolerance if f.tolerance else 0.0, "share", (f.id,))
+            own["share"] = f.measured / f.tolerance if f.tolerance else 0.0
+        for name, value in own.items():
+            if value is not None:
+                yield Fact(value, name, (f.id,), unit if name in ("measured", "tolerance") else "")
         for listed in (agreement.disagreeing, agreement.disagreeing[:10]):
             same = [each for each in listed if (each.note, each.verdict) == (f.note, "failed")]
             yield Fact(len(same) - 1, "others", (f.id,))
@@ -170,123 +151,88 @@ def list_findings(agreement: Agreement) -> Iterator[Fact]:
 
 
 def _list_counts(findings: Sequence[Finding], owners: tuple[str, ...]) -> Iterator[Fact]:
-    counts, checks = (
-        Counter(f.verdict for f in findings),
-        [f for f in findings if f.kind == "check"],
-    )
-    for verdict, count in counts.items():
-        yield Fact(count, verdict, owners)
+    own, checks = Counter(f.verdict for f in findings), [f for f in findings if f.kind == "check"]
     shares = [f.measured / f.tolerance for f in checks if f.measured is not None and f.tolerance]
+    yield from (Fact(count, verdict, owners) for verdict, count in own.items())
     if owners:
         yield Fact(max(shares, default=0.0), "most", owners)
         return
-    between, red = (
-        sum(bool(f.about.key.right) for f in checks),
-        [f for f in checks if f.verdict != "agree"],
-    )
-    own = {
-        "checks": len(checks),
-        "red": len(red),
-        "findings": len(findings),
-        "measurements": len(findings) - len(checks),
-    }
-    own |= {"between": between, "single": len(checks) - between, "tests": len(checks)}
-    own |= {"agreeing": counts["agree"], "errors": counts["failed"] + counts["unfinished"]}
-    own |= {
-        "failures": counts["differ"] + counts["unresolved"],
-        "more": len(red) - 3,
-        "further": len(red) - 10,
-    }
-    own |= {"time": 0, "skipped": 0}
-    yield from (Fact(count, name) for name, count in own.items())
+    between, red = sum(bool(f.about.key.right) for f in checks), len(checks) - own["agree"]
+    counts = {"checks": len(checks), "tests": len(checks), "red": red, "agreeing": own["agree"]}
+    counts |= {"between": between, "single": len(checks) - between, "findings": len(findings)}
+    counts |= {"measurements": len(findings) - len(checks), "more": red - 3, "further": red - 10}
+    counts |= {"errors": own["failed"] + own["unfinished"], "time": 0, "skipped": 0}
+    counts |= {"failures": own["differ"] + own["unresolved"]}
+    yield from (Fact(count, name) for name, count in counts.items())
 
 
 def _list_pairs(findings: Sequence[Finding]) -> Iterator[Fact]:
     pairs: dict[tuple[str, ...], list[Finding]] = defaultdict(list)
+    alone: Counter[str] = Counter()
     for f in findings:
-        pairs[tuple(sorted((f.left, f.right))) if f.about.key.right else (f.left, "alone")].append(
-            f
-        )
-    agreeing: Counter[str] = Counter()
+        is_pair = bool(f.about.key.right)
+        pairs[tuple(sorted((f.left, f.right))) if is_pair else (f.left, "alone")].append(f)
     for pair, found in pairs.items():
-        title = f"{pair[0]} alone" if pair[1] == "alone" else " and ".join(pair)
-        yield from _list_counts(found, (title,))
+        is_pair, right = pair[1] != "alone", found[0].right
+        yield from _list_counts(found, (" and ".join(pair) if is_pair else " ".join(pair),))
         checks = [f for f in found if f.kind == "check"]
         counted = checks + [f for f in found if f.about.key.family in FORMS]
-        names = pair if pair[1] != "alone" else (pair[0], found[0].right)
-        if pair[1] == "alone":
-            agreeing[found[0].right] += len(checks)
+        names = pair if is_pair else (pair[0], right)
         if counted:
-            forms = "differ" if any(_is_beyond(f, findings) for f in counted) else "agree"
-            yield Fact(
-                min((f.verdict for f in checks), key=WORST.index, default=forms), "verdict", names
-            )
+            yield Fact(_worst(counted, findings), "verdict", names)
             yield Fact(len(checks), "checks of it", names)
         for words in dict.fromkeys(FAMILIES.values()):
-            sizes = [
-                f.relative
-                for f in counted
-                if FAMILIES.get(f.about.key.family) == words and f.relative
-            ]
-            if sizes:
+            own = [f for f in counted if FAMILIES.get(f.about.key.family) == words]
+            if sizes := [f.relative for f in own if f.relative]:
                 yield Fact(min(16.0, -np.log10(max(sizes))), f"digits {words}", names, digits=0)
-    for right, count in agreeing.items():
-        yield Fact(count, "checks of it", ("models", right))
-        yield Fact("agree", "verdict", ("models", right))
-        yield Fact(
-            sum(f"{pair[1]} {found[0].right}" == f"alone {right}" for pair, found in pairs.items()),
-            "models alone",
-        )
+        if not is_pair:
+            alone[right] += 1
+            same = sum(f.right == right and not f.about.key.right for f in findings)
+            yield Fact(same, "checks of it", ("models", right))
+            yield Fact("agree", "verdict", ("models", right))
+    yield from (Fact(count, "models alone") for count in alone.values())
+
+
+def _worst(found: Sequence[Finding], findings: Sequence[Finding]) -> str:
+    """The worst verdict of checks; of measurements alone, whether one is beyond a tolerance."""
+    checks = [f.verdict for f in found if f.kind == "check"]
+    beyond = any(_is_beyond(f, findings) for f in found)
+    return min(checks, key=WORST.index, default="differ" if beyond else "agree")
 
 
 def _is_beyond(finding: Finding, findings: Sequence[Finding]) -> bool:
     """Whether a measurement is beyond what the reference model is allowed at the same states."""
     like = (finding.about.key.case, finding.quantity)
-    allowed = [
-        f.tolerance
-        for f in findings
-        if f.kind == "check"
-        and f.tolerance
-        and LEAD in (f.left, f.right)
-        and (f.about.key.case, f.quantity) == like
-    ]
+    own = [f for f in findings if f.tolerance and (f.about.key.case, f.quantity) == like]
+    allowed = [f.tolerance for f in own if LEAD in (f.left, f.right)]
     return bool(allowed) and (finding.measured or 0.0) > max(allowed)
 
 
 def _list_models(agreement: Agreement, outline: Any) -> Iterator[Fact]:
     verdicts, digits = [], []
+    pairs = [
+        f for f in agreement.findings if f.about.key.right and f.about.key.family != "deviation"
+    ]
+    pairs = [f for f in pairs if f.left.partition(":")[0] != f.right.partition(":")[0]]
     for model, title in outline.models.items():
-        beside = [
-            f
-            for f in agreement.findings
-            if model in (f.left, f.right)
-            and f.about.key.right
-            and f.about.key.family != "deviation"
-        ]
-        beside = [f for f in beside if f.left.partition(":")[0] != f.right.partition(":")[0]]
-        checks = [f for f in beside if f.kind == "check"]
+        beside = [f for f in pairs if model in (f.left, f.right)]
+        # Sentences on printed equations name them by their titles.
+        owners = (model, title[0].upper() + title[1:])[: 1 + (model in outline.forms)]
         for quantity, words in outline.quantities.items():
             own = [f for f in beside if f.quantity == quantity]
             sizes = [np.inf if f.measured is None else f.measured for f in own]
             if own and np.isfinite(max(sizes)):
                 unit = "" if own[0].unit == "1" else own[0].unit
-                # Of sentences on printed equations, which name no other model by its title.
-                for owner in (model, title[0].upper() + title[1:])[: 1 + (model in outline.forms)]:
-                    yield Fact(max(sizes), words, (owner,), unit, 1)
+                yield from (Fact(max(sizes), words, (owner,), unit, 1) for owner in owners)
         if beside:
-            forms = "differ" if any(_is_beyond(f, agreement.findings) for f in beside) else "agree"
-            verdicts.append(min((f.verdict for f in checks), key=WORST.index, default=forms))
+            verdicts.append(_worst(beside, agreement.findings))
             yield Fact(verdicts[-1], "verdict", (model,))
         if model not in outline.forms:
-            digits += [
-                -np.log10(f.relative)
-                for f in checks
-                if f.about.key.family == "states" and f.relative
-            ]
+            states = [f for f in beside if f.about.key.family == "states"]
+            digits += [-np.log10(f.relative) for f in states if f.relative]
     yield Fact(len(verdicts), "models")
-    yield Fact(sum(verdict != "agree" for verdict in verdicts), "differing")
-    if digits:
-        yield Fact(int(min(digits)), "digits")
+    yield Fact(len(verdicts) - verdicts.count("agree"), "differing")
+    yield Fact(int(min(digits, default=0.0)), "digits")
 
 
 def _list_levels(agreement: Agreement) -> Iterator[Fact]:
@@ -301,10 +247,8 @@ def _list_levels(agreement: Agreement) -> Iterator[Fact]:
                 yield Fact(f.measured, "off", (key.case,), "m")
             yield Fact(f.measured, "tip at level", (f"level {level}",), "m")
         if f.quantity == "torque":
-            others = [
-                each.relative for each in off if (each.left, each.quantity) == (f.left, "torque")
-            ]
-            yield Fact(max(each or 0.0 for each in others), "torque at level", (f"level {level}",))
+            same = [each for each in off if (each.left, each.quantity) == (f.left, "torque")]
+            yield Fact(max(e.relative or 0.0 for e in same), "torque at level", (f"level {level}",))
     tips = [f for f in off if f.quantity == "tip" and f.about.key.case == off[-1].about.key.case]
     yield Fact(tips[0].measured, "card", (), "m")
 
@@ -312,9 +256,7 @@ def _list_levels(agreement: Agreement) -> Iterator[Fact]:
 def _list_entries(agreement: Agreement) -> Iterator[Fact]:
     wrong: dict[str, float] = {}
     for each in agreement.entries:
-        title = {PRINTED: "mass matrix, as printed", LEAD: "mass matrix, corrected"}.get(
-            each.model, "mass matrix"
-        )
+        title = "mass matrix" + {PRINTED: ", as printed", LEAD: ", corrected"}.get(each.model, "")
         cells = np.array(each.relative)
         for (row, column), value in np.ndenumerate(cells):
             names = [each.coordinates[place] for place in (row, column)]

@@ -176,7 +176,13 @@ VIEWS = {
         heads=HEADS,
         phrases=PHRASES,
         wording=WORDING,
-        sorted=("estimate", "standard_error", "± (95 %)", "half_of_95_percent_interval", "in the file"),
+        sorted=(
+            "estimate",
+            "standard_error",
+            "± (95 %)",
+            "half_of_95_percent_interval",
+            "in the file",
+        ),
     )
     for name, render in RENDER.items()
 }

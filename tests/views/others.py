@@ -97,9 +97,16 @@ def print_experiments(made: Sizes) -> str:
 def list_experiments(made: Sizes) -> Iterator[Fact]:
     """Facts of an arm's experiments."""
     yield Fact(made.rate, "value", ("rate of the controller",))
-    for title, scenario in (("step of torque", make_step_scenario), ("controlled motion", make_pd_scenario)):
+    for title, scenario in (
+        ("step of torque", make_step_scenario),
+        ("controlled motion", make_pd_scenario),
+    ):
         yield Fact(scenario(made).duration_s, "value", (f"duration of the {title}",))
-    columns = {"inertia of the rigid arm": made.inertia, "step of torque": made.step, "target": made.target}
+    columns = {
+        "inertia of the rigid arm": made.inertia,
+        "step of torque": made.step,
+        "target": made.target,
+    }
     columns |= {"proportional gain": made.proportional, "derivative gain": made.derivative}
     for name, values in columns.items():
         for joint, value in enumerate(values, 1):
@@ -110,7 +117,15 @@ def make_errata(seed: int) -> list[Erratum]:
     """Two errors of equations, with an effect."""
     effects = {"constant-torque": Effect(0.01, 123.0, 0.4), "pd": Effect(0.03, 47.0, 0.07)}
     made = [
-        Erratum(f"eq{n}", where=f"Eq. {n}", printed="a", derived="b", size=0.3 * n, unit="kg", effects=effects)
+        Erratum(
+            f"eq{n}",
+            where=f"Eq. {n}",
+            printed="a",
+            derived="b",
+            size=0.3 * n,
+            unit="kg",
+            effects=effects,
+        )
         for n in (21, 22)
     ]
     return vary(made, seed)
@@ -127,13 +142,13 @@ def list_errata(errata: list[Erratum]) -> Iterator[Fact]:
         yield Fact(len(section.records), "entries", (section.heading,))
 
 
-
-
 def print_errata(errata: list[Erratum]) -> str:
     """What `errata --all` prints, one line for each text."""
     with pytest.MonkeyPatch.context() as patch:
         patch.setattr(errata_texts, "WIDTH", 10_000)
-        return "\n".join(errata_texts.format_sections(errata_texts.list_sections("probe", errata), True))
+        return "\n".join(
+            errata_texts.format_sections(errata_texts.list_sections("probe", errata), True)
+        )
 
 
 def format_errata(errata: list[Erratum]) -> str:
@@ -191,5 +206,9 @@ VIEWS = {
         wording=WORDING,
         given=lambda made: errata_texts.load_notes(),
     )
-    for name, render in (("terminal", print_errata), ("JSON", format_errata), ("page", render_errata))
+    for name, render in (
+        ("terminal", print_errata),
+        ("JSON", format_errata),
+        ("page", render_errata),
+    )
 }

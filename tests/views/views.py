@@ -46,5 +46,7 @@ def fresh_templates() -> Iterator[None]:
 def judge_views(seen: Seen) -> str:
     """Whether the views of a kind of record show its numbers; each in turn, until one does not."""
     with fresh_templates():
-        own = (v for name, v in VIEWS.items() if name.partition(" of ")[2].startswith(seen.quantity))
+        own = (
+            v for name, v in VIEWS.items() if name.partition(" of ")[2].startswith(seen.quantity)
+        )
         return "differ" if any(any(walk(view, 1)) for view in own) else "agree"
