@@ -14,8 +14,7 @@ import pytest
 import xarray as xr
 from matplotlib.figure import Figure
 
-from crosscheck import findings as finding_makers
-from crosscheck.findings import Agreement, Finding
+from crosscheck.findings import Finding
 from crosscheck.models.arm.arm import Arm
 from crosscheck.models.arm.planets import usual_switches
 from crosscheck.models.experiment.scenario import Scenario, Switches
@@ -31,6 +30,7 @@ from crosscheck.run import runs_by_key
 from crosscheck.runner.tasks import Evaluation, RunKey
 from crosscheck.view import scene
 from crosscheck.view.trajectory_file import Run
+from tests.views.agreements import make_agreement
 
 ARM, STATES, SEED = "probe", 3, 0
 STATE_FAMILIES, RUN_FAMILIES = ("states", "form-states"), ("same-step", "form", "deviation")
@@ -106,26 +106,6 @@ def of_views(key: Any) -> bool:
     return key.family in STATE_FAMILIES and key.case in where
 
 
-def agreement_of(made: Records) -> Agreement:
-    """The small run's Agreement, its entries worked out now, with checks of every verdict."""
-    engines = [f for f in made.findings if f.kind == "check" and {f.left, f.right} < {*ENGINES}]
-    first, second, third, fourth = engines[:4]
-    checked = finding_makers.make_check
-    beyond = checked(first.about, measured=3.3e-9, tolerance=2.2e-12, basis="made anew")
-    within = checked(second.about, measured=1.1e-13, tolerance=2.2e-12, basis="made anew")
-    unresolved = checked(
-        third.about, measured=1e-13, tolerance=4.4e-12, basis="made anew", resolved=False
-    )
-    anew = {first: beyond, second: within, third: unresolved}
-    anew[fourth] = finding_makers.make_failed_check(fourth.about, "made anew")
-    by_id = {old.id: new for old, new in anew.items()}
-    found = [by_id.get(f.id, f) for f in made.findings]
-    with pytest.MonkeyPatch.context() as patch:
-        patch.setattr(state_suite, "QUICK_COUNT", STATES)
-        entries = tuple(state_suite.compute_entry_differences(made.arm, True, SEED, made.results))
-    return Agreement(found, entries=entries)
-
-
 def report_numbers(seen: object = None) -> str:
     """Whether verdicts, groups and entries of the small run are those of its values."""
     return "differ" if any(report_problems()) else "agree"
@@ -133,8 +113,7 @@ def report_numbers(seen: object = None) -> str:
 
 def report_problems() -> Iterator[str]:
     """What of the small run's findings does not follow from their numbers, or from the values."""
-    made = records()
-    agreement = agreement_of(made)
+    made, agreement = records(), make_agreement("arm", False, 1)
     for f in agreement.findings:
         if f.verdict != verdict_of(f):
             yield f"{f.id}: {f.verdict}"
@@ -153,9 +132,12 @@ def report_problems() -> Iterator[str]:
                 yield f"{row.finding.id}: {row.reason}"
     if sorted(listed) != sorted(f.id for f in agreement.findings):
         yield "the groups do not hold every finding once"
-    for each in agreement.entries:
+    with pytest.MonkeyPatch.context() as patch:
+        patch.setattr(state_suite, "QUICK_COUNT", STATES)
+        entries = list(state_suite.compute_entry_differences(made.arm, True, SEED, made.results))
+    for each in entries:
         expected = entry_table(made, each.model)
-        if each.quantity == "mass_matrix" and not np.allclose(each.relative, expected, rtol=1e-9, atol=0):
+        if each.quantity == "mass_matrix" and not np.allclose(each.relative, expected, 1e-9, 0):
             yield f"{each.model}: {each.relative}; are {expected}"
     for f in made.findings:
         if (f.about.key.family, f.quantity) == ("deviation", "tip"):
@@ -165,13 +147,10 @@ def report_problems() -> Iterator[str]:
 
 
 def verdict_of(f: Finding) -> str:
-    """The verdict that a finding's numbers demand."""
-    if f.measured is None:
-        return "failed"
-    if f.tolerance is None:
-        return "measured"
-    beyond = f.measured > f.tolerance
-    return "differ" if beyond else "unresolved" if f.verdict == "unresolved" else "agree"
+    """The verdict that a finding's numbers demand; its own where none is judged."""
+    if f.measured is None or f.verdict == "unresolved":
+        return f.verdict
+    return "measured" if f.tolerance is None else "differ" if f.measured > f.tolerance else "agree"
 
 
 def entry_table(made: Records, model: str) -> np.ndarray:

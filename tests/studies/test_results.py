@@ -237,5 +237,3 @@ def test_numbers_of_a_sweep_are_whole_on_a_narrow_terminal(tmp_path, capsys, mon
     words = capsys.readouterr().out.split()
     for number in ("8.25914e-07", "3.10953e-06", "1.04956e-05", "6.8e-21"):
         assert number in words
-
-

@@ -12,13 +12,13 @@ from typing import Any
 import numpy as np
 import pytest
 
+from crosscheck import findings as makers  # of which one may be planted
 from crosscheck.findings import (
     Agreement,
     ComparisonKey,
     EntryDifferences,
     Finding,
     Subject,
-    make_check,
     make_failed_check,
     make_measurement,
     make_unfinished_check,
@@ -53,6 +53,7 @@ QUANTITIES = {
     "robot": {"mass_matrix": "states", "forward_dynamics": "states", "run": "same-step"},
 }  # fmt: skip
 LEVELS = {"arm": ("links", "carriers", "coupled"), "robot": ("links", "armature", "coupled")}
+BASIS = "one rounding of each of the operations that a number is made of"
 COORDINATES = ("theta_1", "theta_2", "x_sp1")
 
 
@@ -105,7 +106,7 @@ def _draw(subject: Subject, verdict: str, rng: np.random.Generator) -> Finding:
     share = share if verdict != "differ" else 10 ** rng.uniform(0.1, 3)
     relative = 10 ** (rng.uniform(-14, -9) - 3 * subject.key.left.endswith(":links"))
     own = {"measured": share * tolerance, "tolerance": tolerance, "relative": relative}
-    return make_check(subject, **own, basis="rounding", resolved=verdict != "unresolved")
+    return makers.make_check(subject, **own, basis=BASIS, resolved=verdict != "unresolved")
 
 
 def _draw_deviations(kind: str, rng: np.random.Generator) -> Iterator[Finding]:
