@@ -8,6 +8,7 @@
 # make lint       style, types and import contracts
 # make bench      measure speed side by side: benchmarks/results.json, results.png
 # make paper      the paper's figures and claims: paper-report/paper.html
+# make article    the article on the last make paper, for the journal's template: article/content.tex
 # make docs       the docs as a site, warnings are errors: build/docs/index.html
 # make lock       compile the dependencies of pyproject.toml into the hashed lock files (needs uv)
 # make clean      remove everything the targets above made
@@ -23,7 +24,7 @@ DRAWS ?= 1000
 # Python keeps what it compiles: without, each process of the suite compiles all of it anew.
 unexport PYTHONDONTWRITEBYTECODE
 
-.PHONY: run test test-fast test-system fuzz octave coverage lint bench paper docs lock clean
+.PHONY: run test test-fast test-system fuzz octave coverage lint bench paper article docs lock clean
 .DELETE_ON_ERROR:
 
 run: .venv/run.stamp
@@ -65,6 +66,9 @@ bench: .venv/dev.stamp
 paper: .venv/run.stamp
 	$(PY) -m crosscheck paper --out paper-report
 
+article: .venv/dev.stamp
+	$(PY) -m tools.write_article paper-report article
+
 docs: .venv/dev.stamp
 	$(PY) -m sphinx -W --keep-going -q -b html docs build/docs
 
@@ -87,5 +91,5 @@ lock:
 	touch $@
 
 clean:
-	rm -rf .venv .coverage* report paper-report docs/generated benchmarks/results.png build dist .pytest_cache .mypy_cache .ruff_cache .import_linter_cache .hypothesis
+	rm -rf .venv .coverage* report paper-report article docs/generated benchmarks/results.png build dist .pytest_cache .mypy_cache .ruff_cache .import_linter_cache .hypothesis
 	find models analytic crosscheck tests benchmarks tools examples -name __pycache__ -type d -prune -exec rm -rf {} + 2>/dev/null || true

@@ -69,10 +69,15 @@ def build_page(folder: Path) -> str:
 
 def extract_findings(html: str) -> Iterator[str]:
     """The articles of the page's first screen without figures and links."""
-    for article in re.findall(r'<article class="finding">(.*?)</article>', html, flags=re.S):
-        plain = re.sub(r"<figure.*?</figure>|<svg.*?</svg>|</?a\b[^>]*>", "", article, flags=re.S)
-        title, rest = re.fullmatch(r"\s*<h3[^>]*>(.*?)</h3>(.*)", plain, flags=re.S).groups()  # type: ignore[union-attr]
-        yield f"### {title}\n\n{' '.join(rest.split())}\n"
+    for title, body in split_findings(html):
+        plain = re.sub(r"<figure.*?</figure>|</?a\b[^>]*>", "", body, flags=re.S)
+        yield f"### {title}\n\n{' '.join(plain.split())}\n"
+
+
+def split_findings(html: str) -> list[tuple[str, str]]:
+    """Title, with its number, and html of every finding of the page."""
+    article = r'<article class="finding">\s*<h3[^>]*>(.*?)</h3>(.*?)</article>'
+    return re.findall(article, html, flags=re.S)
 
 
 def format_verdicts(findings: list[dict[str, Any]]) -> str:

@@ -18,7 +18,7 @@ from typing import Any
 from crosscheck.output import write_files
 from crosscheck.provenance import ROOT
 from crosscheck.report.trials.output import make_trial_maps
-from crosscheck.trial.trial import Trial
+from crosscheck.trial.result import TrialResult
 from tools.notebook import Cell, format_notebook, format_page, read_cells, run_cells
 from tools.readme_picture import draw_maps
 
@@ -44,12 +44,13 @@ class Entry:
 
 @dataclass(frozen=True)
 class Example:
-    """An entry that was run."""
+    """An entry that was run; finding: what it says of the mistake, or prints last."""
 
     entry: Entry
     title: str
     cells: list[Cell]
     picture: str
+    finding: str
 
 
 def read_entries() -> list[Entry]:
@@ -79,8 +80,11 @@ def _run_script(entry: Entry) -> Example:
     cells = run_cells(read_cells(entry.file.read_text(encoding="utf-8")), names)
     title = cells[0].source.partition("\n")[0].removeprefix("# ")
     drawn = [text for cell in cells for kind, text in cell.outputs if kind == "image/svg+xml"]
-    failed = (each for each in names["Out"].values() if isinstance(each, Trial) and each.exit_code)
-    return Example(entry, title, cells, drawn[-1] if drawn else _draw_trial(next(failed)))
+    trials = [each for each in names["Out"].values() if isinstance(each, TrialResult)]
+    if not (failed := [each for each in trials if each.exit_code]):
+        lines = [text for cell in cells for kind, text in cell.outputs if kind == "text/plain"]
+        return Example(entry, title, cells, drawn[-1], lines[-1].splitlines()[-1])
+    return Example(entry, title, cells, _draw_trial(failed[0]), _describe_mistake(failed[0]))
 
 
 def _run_trials(entry: Entry) -> Example:
@@ -109,7 +113,14 @@ def _run_trials(entry: Entry) -> Example:
     change = f"```diff\n-{entry.right}\n+{entry.wrong}\n```"
     cells.append(Cell(f"## {entry.mistake}\n\n{change}\n\nWith this change above, the trial says:"))
     cells.append(Cell("trial", is_code=True, outputs=shown.outputs))
-    return Example(entry, title, cells, _draw_trial(wrong["trial"]))
+    finding = _describe_mistake(wrong["trial"])
+    return Example(entry, title, cells, _draw_trial(wrong["trial"]), finding)
+
+
+def _describe_mistake(trial: TrialResult) -> str:
+    """The cause that a trial names first, or else its verdict."""
+    text = next(iter(trial.answer.causes), trial.answer.verdict.text)
+    return f"the model {text}" if text.startswith("is ") else text
 
 
 def _as_markdown(about: str) -> str:
@@ -118,7 +129,7 @@ def _as_markdown(about: str) -> str:
     return "\n".join(f"```sh\n{x}\n```" if x.startswith("crosscheck ") else x for x in lines)
 
 
-def _draw_trial(trial: Trial) -> str:
+def _draw_trial(trial: TrialResult) -> str:
     """The first map of a trial with an entry that differs."""
     maps = make_trial_maps(trial.answer)
     return draw_maps(

@@ -8,6 +8,7 @@ from multiprocessing import get_context
 from pathlib import Path
 
 from crosscheck.output import write_files
+from tools.animation import write_animation
 from tools.gallery import Entry, read_entries, run_entry, write_example
 from tools.samples import SAMPLES, write_sample
 
@@ -26,15 +27,16 @@ def write_live_pages(folder: Path) -> None:
     """
     entries, samples = read_entries(), folder / "files" / "samples"
     with ProcessPoolExecutor(WORKERS, mp_context=get_context("fork")) as pool:
+        animation = pool.submit(write_animation)
         pages = [pool.submit(write_sample, sample, samples) for sample in SAMPLES]
-        titles = [pool.submit(_write_entry, entry, folder) for entry in entries]
-        for page in pages:
+        captions = [pool.submit(_write_entry, entry, folder) for entry in entries]
+        for page in (animation, *pages):
             page.result()
         examples = [
-            (f"generated/gallery/{entry.name}.html", f"gallery/{entry.name}.svg", title.result())
-            for entry, title in zip(entries, titles, strict=True)
+            (f"generated/gallery/{entry.name}.html", f"gallery/{entry.name}.svg", *words.result())
+            for entry, words in zip(entries, captions, strict=True)
         ]
-    commands = [(f"samples/{each.name}.html", "", each.title) for each in SAMPLES]
+    commands = [(f"samples/{each.name}.html", "", each.title, "") for each in SAMPLES]
     write_files(
         {
             folder / "cards" / "gallery.md": format_cards(examples) + format_contents(entries),
@@ -43,20 +45,22 @@ def write_live_pages(folder: Path) -> None:
     )
 
 
-def _write_entry(entry: Entry, folder: Path) -> str:
-    """Run and write an example; the caption of its card."""
+def _write_entry(entry: Entry, folder: Path) -> tuple[str, str]:
+    """Run and write an example; the mistake and the finding on its card."""
     example = run_entry(entry)
     write_example(example, folder / "gallery", folder / "files" / "gallery")
-    return entry.mistake or example.title
+    return entry.mistake or example.title, example.finding
 
 
-def format_cards(cards: list[tuple[str, str, str]]) -> str:
-    """Cards in HTML, of address, picture or '', and caption of each."""
+def format_cards(cards: list[tuple[str, str, str, str]]) -> str:
+    """Cards in HTML, of address, picture or '', title, and finding or '' of each."""
     shown = [
         f'<a class="card" href="{address}">'
         + (f'<img alt="" loading="lazy" src="{picture}">' if picture else "")
-        + f"<span>{escape(title)}</span></a>"
-        for address, picture, title in cards
+        + f"<strong>{escape(title)}</strong>"
+        + (f"<span>{escape(finding)}</span>" if finding else "")
+        + "</a>"
+        for address, picture, title, finding in cards
     ]
     return f'<div class="cards">{"".join(shown)}</div>\n'
 

@@ -1,4 +1,4 @@
-"""The picture of README: the paper's mass matrix beside an engine's, entry by entry.
+"""The picture of the case study: the paper's mass matrix beside an engine's, entry by entry.
 
 ``python -m tools.readme_picture`` writes docs/mass-matrix.svg.
 """

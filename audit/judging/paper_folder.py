@@ -37,11 +37,12 @@ from crosscheck.models.files import read_toml
 from crosscheck.models.loading import validate_record
 from crosscheck.output import require_files, write_text
 from crosscheck.report.records import format_json
-from crosscheck.studies.api import sweep
-from crosscheck.studies.definition.definition import Definition
-from crosscheck.studies.definition.files import function_names
+from crosscheck.studies.api import measure_study
+from crosscheck.studies.batches.run import ExecutionSettings
+from crosscheck.studies.definition.files import read_study
+from crosscheck.studies.members.members import PreparedStudy
 from crosscheck.trial.input.calls import TAKES
-from crosscheck.trial.trial import Trial
+from crosscheck.trial.result import TrialResult
 
 PAPER, STUDY = "paper.toml", "study.toml"
 START, DIVERGED = "start", "diverged_s"
@@ -85,7 +86,7 @@ class PaperFile(Data):
     experiments: Annotated[dict[str, dict[str, JsonValue]], Field(default_factory=dict)]
     """Settings by the names of experiments beside the plain study."""
     equations: Name | None = None
-    """The paper's equations of motion as a function of the arm: ``file.py:name``, beside this file.
+    """The paper's equations of motion as ``trial`` takes them: ``file.py:name``, beside this file.
 
     Sentences name its parts, such as mass_matrix, as their errata.
     """
@@ -136,7 +137,7 @@ class PaperAudit:
 
     paper: PaperFile
     judgements: tuple[ClaimJudgement, ...]
-    trial: Trial | None
+    trial: TrialResult | None
 
     @property
     def lines(self) -> list[str]:
@@ -147,10 +148,10 @@ class PaperAudit:
             on = f" on {', '.join(verdict.depends_on)}" if verdict.depends_on else ""
             counts = ", ".join(f"{n} {state}" for state, n in verdict.counts._asdict().items() if n)
             verdicts.append(f"{claim.id}: {verdict.kind}{on} ({counts}): {claim.statement}")
-        return [self.paper.title, *verdicts, *(self.trial.answer.lines if self.trial else ())]
+        return [self.paper.title, *verdicts, *self.equation_lines]
 
     def format_json(self) -> str:
-        """The claims with their answers in every setting, as JSON."""
+        """The claims with their answers in every setting, and the trial's lines, as JSON."""
         claims = []
         for judgement in self.judgements:
             claim, verdict = judgement.claim, judgement.verdict
@@ -163,16 +164,20 @@ class PaperAudit:
             record = {"id": claim.id, "statement": claim.statement, "yes_if": yes_if}
             claims.append(record | verdict.to_dict() | {"settings": settings})
         document = {"schema_version": 1, "title": self.paper.title, "claims": claims}
-        return format_json(document)
+        return format_json(document | {"equations": self.equation_lines})
+
+    @property
+    def equation_lines(self) -> list[str]:
+        """What the trial says of the equations, if there are any."""
+        return list(self.trial.answer.lines) if self.trial else []
 
 
 class PaperFolder(NamedTuple):
-    """What a paper's folder says; arm: the study's, a built-in name or a path."""
+    """What a paper's folder says."""
 
     path: Path
     paper: PaperFile
-    study: Definition
-    arm: str
+    study: PreparedStudy
 
 
 def read_folder(folder: Path, run_code: bool = False) -> PaperFolder:
@@ -181,14 +186,10 @@ def read_folder(folder: Path, run_code: bool = False) -> PaperFolder:
     run_code: whether the equations and functions that its files name may run. Raises InputError.
     """
     paper = validate_record(PaperFile, read_toml(folder / PAPER), str(folder / PAPER))
-    study = validate_record(Definition, read_toml(folder / STUDY), str(folder / STUDY))
-    if study.arm is None:
-        raise InputError(str(folder / STUDY), "arm", None, "is required: a paper is of an arm")
-    named = [*filter(None, [paper.equations]), *function_names(study)]
-    if named and not run_code:
+    if paper.equations and not run_code:
         allowed = "its code would be run; allow that with --run-code"
-        raise InputError(str(folder), "function", named[0], allowed)
-    return PaperFolder(folder, paper, study, find_file(study.arm, folder))
+        raise InputError(str(folder), "function", paper.equations, allowed)
+    return PaperFolder(folder, paper, read_study(folder / STUDY, run_code))
 
 
 def run_folder_command(
@@ -230,23 +231,8 @@ def audit_paper(given: PaperFolder, jobs: int = 1) -> PaperAudit:
 
 def run_experiment(given: PaperFolder, settings: Mapping[str, JsonValue], jobs: int) -> xr.Dataset:
     """The study's result with other settings. Raises InputError."""
-    study = given.study
-    return sweep(
-        given.arm,
-        study.axes,
-        scenario=find_file(study.scenario, given.path),
-        measures=study.quantities,
-        switches=study.switches,
-        settings={**study.settings, **settings},
-        samples=dict(study.samples) if study.samples else None,
-        starts=dict(study.starts) if study.starts else None,
-        jobs=jobs,
-    )
-
-
-def find_file(name: str, folder: Path) -> str:
-    """A built-in name, or the path of the file of that name in a folder."""
-    return str(folder / name) if (folder / name).is_file() else name
+    study = read_study(given.path / STUDY, run_code=True, settings=settings)
+    return measure_study(study, ExecutionSettings(jobs))
 
 
 def collect_results(
@@ -302,16 +288,13 @@ def build_quantity(text: ClaimText, measures: Measures, file: Path) -> Quantity:
     return combine_quantities("over", quantity, divisor)
 
 
-def try_transcript(given: PaperFolder, jobs: int) -> Trial | None:
-    """The trial of the paper's equations on the study's arm. Raises InputError."""
-    equations = given.paper.equations
-    if equations is None:
+def try_transcript(given: PaperFolder, jobs: int) -> TrialResult | None:
+    """The trial of the paper's equations on the study's arm or robot. Raises InputError."""
+    if given.paper.equations is None:
         return None
-    trial = testing.try_equations(
-        str(given.path / equations),
-        given.arm,
+    return testing.try_equations(
+        str(given.path / given.paper.equations),
+        given.study.base.mechanism,
         jobs=jobs,
         name="the paper's equations",
     )
-    assert isinstance(trial, Trial)  # the study's arm is no robot
-    return trial

@@ -18,6 +18,7 @@ from typer import Argument, Option
 
 from crosscheck import LARGEST_SEED, __version__
 from crosscheck.cli.environment import closing_code, prepare, require_memory
+from crosscheck.cli.help import arrange_help
 from crosscheck.entry import entry_point_error, load_command
 from crosscheck.models.errors import (
     PROGRAM,
@@ -32,7 +33,7 @@ from crosscheck.runner.interruption import exit_code, exit_message, was_stopped
 
 app = typer.Typer(
     no_args_is_help=True,
-    help="Cross-validate hand-derived equations of motion of geared arms.",
+    help="Check hand-derived equations of motion of any arm or robot against independent engines.",
     pretty_exceptions_enable=False,
 )
 
@@ -74,9 +75,7 @@ Scenarios = Annotated[
 ]
 Settings = Annotated[
     Texts,
-    Option(
-        "--set", metavar="PATH=VALUE", help="Change a value: arm.joints.*.*_mesh.backlash_m=2e-5."
-    ),
+    Option("--set", metavar="PATH=VALUE", help="Change a value of a file: arm.payload_mass_kg=12."),
 ]
 Seed = Annotated[int, Option(min=0, max=LARGEST_SEED, help="Seed of the random states.")]
 TrialModel = Annotated[
@@ -228,15 +227,15 @@ def trial(
     model: Annotated[
         Text,
         Argument(
-            metavar="[MODEL]",
+            metavar="MODEL",
             help="file.py:name, package.module:name or .fmu; its code is run. Not with --answers.",
         ),
     ] = None,
     arm: Annotated[
         Text,
         Argument(
-            metavar="[ARM]",
-            help="Name or TOML file of an arm (paper-labelled) or robot; or a URDF or MJCF.",
+            metavar="ARM",
+            help="Name or TOML file, URDF or MJCF of an arm or robot (default: paper-labelled).",
         ),
     ] = None,
     scenario: Annotated[
@@ -335,6 +334,12 @@ def cost(
     motion: Annotated[
         File, Option(help="CSV, MAT, HDF5 or NetCDF file of a motion; sines by default.")
     ] = None,
+    ratio: Annotated[
+        float | None, Option(help="Gear ratio of each joint whose files state none.")
+    ] = None,
+    rotor_inertia: Annotated[
+        float | None, Option(help="Rotor inertia of each joint whose files state none, in kg m^2.")
+    ] = None,
     seed: Annotated[
         int, Option(min=0, max=LARGEST_SEED, help="Seed of the motion and the states.")
     ] = 0,
@@ -345,7 +350,9 @@ def cost(
     """Show what leaving out a robot's rotors, or their coupling, costs in torque and at its tip."""
     from crosscheck.cli.cost import cost_command
 
-    raise typer.Exit(cost_command(robot, motion, seed, quick, json_file, out))
+    raise typer.Exit(
+        cost_command(robot, motion, (ratio, rotor_inertia), seed, quick, json_file, out)
+    )
 
 
 @app.command()
@@ -496,6 +503,7 @@ def build_commands() -> Any:
             reason = f"is no function that Typer takes: {describe_error(error)}"
             raise entry_point_error(offer, reason) from None
     group.commands.update(installed)
+    arrange_help(group)
     return group
 
 

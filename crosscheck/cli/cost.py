@@ -18,13 +18,20 @@ PAGE = "cost.html"
 
 
 def cost_command(
-    name: str, motion: Path | None, seed: int, quick: bool, json_file: Path | None, out: Path | None
+    name: str,
+    motion: Path | None,
+    rotors: tuple[float | None, float | None],
+    seed: int,
+    quick: bool,
+    json_file: Path | None,
+    out: Path | None,
 ) -> int:
     """Work out what shortcuts in the gears of a robot or an arm cost; returns the exit code.
 
-    It is 0 if the engines agree, else 1. Raises InputError.
+    It is 0 if the engines agree, else 1. rotors: ratio and inertia [kg m^2] where files state none.
+    Raises InputError.
     """
-    robot = load_as_robot(name)
+    robot = load_as_robot(name, *rotors)
     page = None if out is None else out / PAGE
     require_files((json_file, COST), (page, COST_PAGE))
     along = None if motion is None else fit_motion(read_record(motion, len(robot.coordinates)))

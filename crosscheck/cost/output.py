@@ -29,6 +29,7 @@ SENTENCES: dict[Level, str] = {
     "links": "Leaving the rotors out of {}",
     "armature": "Counting them as armature only",
 }
+SHORTCUT_LABELS: dict[Level, str] = {"links": "rotors left out", "armature": "armature only"}
 COLOURS: dict[Level, str] = {"coupled": "C0", "links": "C1", "armature": "C2"}
 COUNTS = {2: "Two", 3: "Three", 4: "Four", 5: "Five"}
 PREFIXES = {"k": 1e3, "": 1.0, "m": 1e-3, "\u00b5": 1e-6, "n": 1e-9}
@@ -84,22 +85,12 @@ def _describe_identity(robot: Robot) -> Iterator[str]:
 
 
 def _describe_lack(costs: ShortcutCosts) -> Iterator[str]:
-    """Lines for a robot without ratios, and on how to state them."""
+    """Lines for a robot whose joints have an armature and no ratio."""
     joints = [joint.name for joint in costs.robot.joints if joint.armature]
-    if joints:
-        yield from _describe_costs(costs, ["links"])
-        yield (
-            f"The cost of armature depends on the ratio of {join_names(joints)}, the only number"
-            " that is missing."
-        )
-    else:
-        yield (
-            f"No joint of {costs.robot.name} has a gear ratio and a rotor inertia:"
-            " nothing to compare."
-        )
+    yield from _describe_costs(costs, ["links"])
     yield (
-        "`crosscheck init robot.toml --urdf FILE` writes a file in which each joint's ratio and"
-        " rotor inertia can be stated, with what FILE states of them."
+        f"The cost of armature depends on the ratio of {join_names(joints)}, the only number that"
+        " is missing: --ratio gives it, or a robot file."
     )
 
 
@@ -404,7 +395,7 @@ def cost_page(costs: ShortcutCosts) -> str:
         plain_number=format_number,
         negligible=format_percent(NEGLIGIBLE),
         scheme=draw_robot(costs.robot),
-        bars=to_svg(draw_shares(costs)) if costs.agrees and costs.ratios else "",
+        shares=to_svg(draw_shares(costs)) if costs.agrees and costs.ratios else "",
         drawing=to_svg(draw_torques(costs)) if costs.agrees else "",
     )
 
@@ -432,22 +423,16 @@ def _tabulate_agreement(costs: ShortcutCosts) -> Iterator[AgreementRow]:
 
 
 def draw_shares(costs: ShortcutCosts) -> Figure:
-    """Bars of each joint's largest error in per cent of its largest torque, by level."""
-    from matplotlib.figure import Figure
+    """Dots at each joint's largest error in per cent of its largest torque."""
+    from crosscheck.report.plots.dots import draw_dots
 
-    figure = Figure(figsize=(9, 0.4 * len(costs.names) + 0.7), layout="constrained")
-    axes, levels = figure.subplots(), list(costs.errors)
-    for offset, level in zip((-0.2, 0.2), levels, strict=True):
-        shares = [100 * each.share for each in costs.by_joint if each.level == level]
-        places = np.arange(len(shares)) + offset
-        axes.barh(places, shares, 0.38, color=COLOURS[level], label=level)
-    axes.set_yticks(range(len(costs.names)), costs.names, parse_math=False)
-    axes.invert_yaxis()
-    axes.set_xscale("log")
-    axes.xaxis.set_major_formatter("{x:g}")
-    axes.set_xlabel("largest error of the torque [% of the largest torque]")
-    figure.legend(loc="outside right upper", fontsize="small")
-    return figure
+    shares = {
+        label: [100 * each.share for each in costs.by_joint if each.level == level]
+        for level, label in SHORTCUT_LABELS.items()
+    }
+    colours = [COLOURS[level] for level in SHORTCUT_LABELS]
+    axis_label = "largest torque error [% of the joint's largest torque]"
+    return draw_dots(costs.names, shares, colours, axis_label)
 
 
 def draw_torques(costs: ShortcutCosts) -> Figure:

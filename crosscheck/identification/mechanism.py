@@ -19,7 +19,7 @@ from crosscheck.models.errors import InputError
 from crosscheck.models.loading import validate_record
 from crosscheck.models.paths import assign, find_paths
 from crosscheck.models.pinocchio.regressor import BODY_PARAMETERS
-from crosscheck.models.robot.planar import build_planar_robot
+from crosscheck.models.robot.planar import build_level_robots, build_planar_robot
 from crosscheck.models.robot.robot import (
     BASE,
     RIGID,
@@ -156,13 +156,7 @@ class PlanarArm(ComparedMechanism):
     @cached_property
     def levels(self) -> tuple[RigidLevel, ...]:
         """Links alone, then with what the joints carry, and with gears that turn."""
-        bare = build_planar_robot(self.arm, has_gears=False)
-        kinds: dict[str, tuple[Robot, Level]] = {
-            "links": (bare, "links"),
-            "carriers": (self.robot, "links"),
-            "armature": (self.robot, "armature"),
-            "coupled": (self.robot, "coupled"),
-        }
+        kinds = build_level_robots(self.arm)
         return tuple(RigidLevel(name, *kinds[name]) for name in find_distinct_levels(self.arm))
 
     def change(self, values: Mapping[str, float]) -> PlanarArm:

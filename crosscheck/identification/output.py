@@ -247,9 +247,30 @@ def comparison_page(comparison: RecordComparison) -> str:
         comparison=comparison,
         answers=messages.describe_answers(comparison),
         words=messages,
+        ratios=_draw_ratios(comparison),
         figures=[draw_residual(side) for side in comparison.sides],
         runs=_draw_runs_figure(comparison) if comparison.windows else "",
     )
+
+
+def _draw_ratios(comparison: RecordComparison) -> str:
+    """SVG text: the first judged side's residuals over those of any links; empty if none is."""
+    from crosscheck.report.plots.dots import draw_dots
+    from crosscheck.report.plots.figures import to_svg
+
+    for side in comparison.sides:
+        if side.judgement is None:
+            continue
+        rows = (*side.judgement.levels, *side.judgement.changes)
+        names = [
+            each.level + (f", {each.parameter.phrase} changed" if each.parameter else "")
+            for each in rows
+        ]
+        by_joint = zip(*(each.ratios for each in rows), strict=True)
+        series = dict(zip(side.measured, by_joint, strict=True))
+        colours = [f"C{number}" for number in range(len(series))]
+        return to_svg(draw_dots(names, series, colours, "residual [times that of free links]"))
+    return ""
 
 
 def _draw_runs_figure(comparison: RecordComparison) -> str:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import re
 from functools import cache
 
 from jinja2 import Environment, PackageLoader, StrictUndefined
@@ -14,6 +15,10 @@ from crosscheck.report.formatting import (
     format_percent,
     format_unit,
 )
+
+LEAST_SECTIONS = 3  # of a page that has a list of contents
+_HEADING = re.compile(r'^<h2(?: id="([^"]*)")?>(.*)</h2>$', re.MULTILINE)
+_BACK = '<a class="back" href="#contents" aria-label="back to the contents">\u2191</a>'
 
 
 @cache
@@ -43,4 +48,23 @@ def load_templates(package: str = "crosscheck.report", lean: bool = False) -> En
 
 def render_page(template: str, **given: object) -> str:
     """A whole page: HTML text. Raises jinja2.UndefinedError for what it asks and is not given."""
-    return load_templates().get_template(f"{template}.html.j2").render(**given)
+    return add_contents(load_templates().get_template(f"{template}.html.j2").render(**given))
+
+
+def add_contents(page: str) -> str:
+    """The page with a list of its sections before the first one, and a link back from each.
+
+    A section begins with a line of its own that holds nothing but a heading of the second level.
+    """
+    sections: list[str] = []
+
+    def link_back(heading: re.Match[str]) -> str:
+        place = heading[1] or f"section-{len(sections) + 1}"
+        sections.append(f'<a href="#{place}">{heading[2]}</a>')
+        return f'<h2 id="{place}">{heading[2]}</h2>{_BACK}'
+
+    linked = _HEADING.sub(link_back, page)
+    if len(sections) < LEAST_SECTIONS:
+        return page
+    contents = f'<nav id="contents" aria-label="contents">{" ".join(sections)}</nav>\n<h2 '
+    return re.sub("^<h2 ", lambda _: contents, linked, count=1, flags=re.MULTILINE)

@@ -35,6 +35,7 @@ class _ReadTask:
         try:
             return self.read()
         except InputError as error:
+            error.__context__ = None  # a package's error, which may be unfit for another process
             return error
 
 

@@ -19,6 +19,7 @@ from crosscheck.studies.batches.run import ExecutionSettings, run_study
 from crosscheck.studies.definition.definition import AxisBase, Definition
 from crosscheck.studies.definition.files import build_study
 from crosscheck.studies.definition.quantities import MeasuredQuantity
+from crosscheck.studies.members.members import PreparedStudy
 
 SCHEMA_VERSION = 1
 
@@ -91,9 +92,16 @@ def sweep(
         else scenario.model_dump(mode="json", exclude_none=True)
     )
     study = build_study(definition, data, Path(), "sweep")
+    return measure_study(study, ExecutionSettings(jobs, scheduler, resume), out)
+
+
+def measure_study(
+    study: PreparedStudy, settings: ExecutionSettings, out: Path | str | None = None
+) -> xr.Dataset:
+    """The result of a study; out: file to keep it in. Raises InputError and Unfinished."""
     with tempfile.TemporaryDirectory() as folder:
         file = Path(folder, "study.nc") if out is None else Path(out)
-        run_study(study, file, ExecutionSettings(jobs, scheduler, resume))
+        run_study(study, file, settings)
         with xr.open_dataset(file, engine="h5netcdf", decode_times=False) as result:
             return result.load()
 

@@ -86,7 +86,7 @@ def _draw(axes: Axes, values: xr.DataArray) -> None:
     single = [dim for dim in values.dims if dim not in (*axis_dims, *REPEAT_DIMENSIONS)]
     values = values.isel(dict.fromkeys(single, 0))
     axes.set_title(_panel_title(values), fontsize=9)
-    if not np.isfinite(values.values).any():
+    if not np.isfinite(values.values).any() and len(axis_dims) != 1:
         axes.text(0.5, 0.5, "undefined in every member", transform=axes.transAxes, ha="center")
     elif not axis_dims:
         _draw_distribution(axes, values)
@@ -103,11 +103,14 @@ def _panel_title(values: xr.DataArray) -> str:
 
 def _axis_label(values: xr.DataArray) -> str:
     """A name in words with its unit, which the names of many fields end with as well."""
-    unit, name = values.attrs.get("units", ""), str(values.name)
-    if unit in ("", "1"):
-        return _cut(name.replace("_", " "))
-    words = name.removesuffix(f"_{unit.replace(' ', '_')}").replace("_", " ")
-    return _cut(f"{words} [{unit}]")
+    name, suffix = str(values.name), f"_{values.attrs.get('units', '').replace(' ', '_')}"
+    return _cut(f"{name.removesuffix(suffix).replace('_', ' ')} {_unit_label(values)}".rstrip())
+
+
+def _unit_label(values: xr.DataArray) -> str:
+    """The unit as people write it, all that an axis needs whose title is the quantity."""
+    unit = values.attrs.get("units", "").replace(" s-1", "/s").replace(" s-2", "/s²")
+    return "" if unit in ("", "1") else _cut(f"[{unit}]")
 
 
 def _cut(text: str) -> str:
@@ -126,7 +129,7 @@ def _draw_distribution(axes: Axes, values: xr.DataArray) -> None:
     """Draw a histogram, and the share of members that are below each value."""
     finite_values = values.values[np.isfinite(values.values)]
     axes.hist(finite_values, bins=min(max(10, math.isqrt(finite_values.size)), 100), color="0.75")
-    axes.set_xlabel(_axis_label(values))
+    axes.set_xlabel(_unit_label(values))
     axes.set_ylabel(f"members, of {values.size:,}")
     _note_undefined(axes, values)
     shares = axes.twinx()
@@ -151,7 +154,9 @@ def _draw_curve(axes: Axes, values: xr.DataArray, axis_dim: str) -> None:
         _draw_state_share(axes, x, repeats)
     _mark(at, axes.set_xscale, axes.set_xticks)
     axes.set_xlabel(_axis_label(at))
-    axes.set_ylabel(_axis_label(values))
+    axes.set_ylabel(_unit_label(values))
+    if not np.isfinite(repeats).any():
+        axes.set_yticks([])
 
 
 def _mark_undefined(axes: Axes, x: np.ndarray, repeats: np.ndarray) -> None:
@@ -169,7 +174,7 @@ def _note_undefined(axes: Axes, values: xr.DataArray) -> None:
     """Say how many members have no value, if any."""
     missing = int(values.size - np.isfinite(values.values).sum())
     if missing:
-        note = f"undefined: {missing:,} of {values.size:,}"
+        note = f"{_cut(values.attrs.get('comment', 'undefined'))}: {missing:,} of {values.size:,}"
         text = axes.text(0.99, 0.98, note, fontsize=8, color="C3", transform=axes.transAxes)
         text.set(ha="right", va="top")
 
@@ -235,7 +240,7 @@ def _draw_map(axes: Axes, values: xr.DataArray, axis_dims: Sequence[str]) -> Non
     axes.set_facecolor("0.85")  # where every member is undefined
     _note_undefined(axes, part)
     bar = axes.figure.colorbar(colours, ax=axes)
-    bar.set_label(_axis_label(values))
+    bar.set_label(_unit_label(values))
 
 
 def _mark(at: xr.DataArray, scale: Callable[[str], Any], ticks: Callable[..., Any]) -> None:

@@ -47,6 +47,7 @@ from crosscheck.trial.changes.arms.segments import build_reference_terms
 from crosscheck.trial.changes.arms.waves import minimum_state_count
 from crosscheck.trial.coordinates.build import build_frame
 from crosscheck.trial.coordinates.readings import Reading
+from crosscheck.trial.input.arrays import is_single_precision
 from crosscheck.trial.input.equations import Equations
 from crosscheck.trial.input.supplied import SuppliedEquations, bind_equations
 from crosscheck.trial.judge import suite
@@ -132,6 +133,7 @@ class Trial(TrialResult):
         readings: Other coordinates in which all is right; then no other reason is looked for.
         point_masses: Inertias of links that the equations leave out and that are next to nothing:
             judged as 0.
+        is_single_precision: Whether a part's answers have no more digits than that.
         source_answer: What must change in the user's source, where a small edit mends it.
     """
 
@@ -152,6 +154,7 @@ class Trial(TrialResult):
     idle_joints: tuple[int, ...] = ()
     readings: tuple[Reading, ...] = ()
     point_masses: tuple[str, ...] = ()
+    is_single_precision: bool = False
     source_answer: SourceAnswer | None = None
 
     @property
@@ -325,9 +328,9 @@ def _judge_trial(
     here = compare_entries(problem, level, list_entry_quantities(problem), results)
     reading_level, readings = "", list[Reading]()
     wrong_parts = {wrong.place.part for wrong in here.wrong_entries}
+    answers = {part: results.get(problem.ask_equations(part)) for part in problem.has & PARTS}
+    user_values = {part: each for part, each in answers.items() if each is not None}
     if "mass_matrix" in wrong_parts or (wrong_parts and "mass_matrix" not in problem.has):
-        answers = {part: results.get(problem.ask_equations(part)) for part in problem.has & PARTS}
-        user_values = {part: each for part, each in answers.items() if each is not None}
         reading_level, readings = find_readings(problem, user_values)
     level = reading_level or level
     if wrong_parts == {"acceleration"} and not readings:
@@ -368,6 +371,7 @@ def _judge_trial(
         ),
         idle_joints=_find_idle_joints(problem, results),
         readings=tuple(readings),
+        is_single_precision=any(map(is_single_precision, user_values.values())),
     )
 
 

@@ -1,7 +1,7 @@
 # %% [markdown]
-# # Is my model right? From Python
+# # The payload at the wrong place
 #
-# A mass matrix with the payload at the wrong place, put right, in other coordinates, and run. A
+# A mass matrix with a mistake, put right, in other coordinates, and run. A
 # trial runs in forked processes, so it works from a notebook as it does from a file.
 
 # %%
@@ -11,18 +11,18 @@ import crosscheck
 from crosscheck.testing import Coordinates, Equations, assert_agrees
 
 
-def two_link(arm, coupling_of_payload=None):
+def two_link(arm, payload_is_at_the_end=True):
     """Two rods and a payload, angles relative to the previous link."""
     one, two = arm.links
     L1, L2, d1, d2 = one.length_m, two.length_m, one.com_m, two.com_m
     m1, m2, J1, J2 = one.mass, two.mass, one.inertia, two.inertia
     m_p = arm.payload_mass_kg
-    arm_of_payload = L2 if coupling_of_payload is None else getattr(two, coupling_of_payload)
+    lever = L2 if payload_is_at_the_end else d2  # d2 is the mistake
 
     def mass_matrix(q):
         c = np.cos(q[1])
         m22 = J2 + m2 * d2**2 + m_p * L2**2
-        m12 = m22 + (m2 * d2 + m_p * arm_of_payload) * L1 * c
+        m12 = m22 + (m2 * d2 + m_p * lever) * L1 * c
         m11 = J1 + m1 * d1**2 + (m2 + m_p) * L1**2 + m22 + 2 * (m2 * d2 + m_p * L2) * L1 * c
         return [[m11, m12], [m12, m22]]
 
@@ -42,7 +42,7 @@ def two_link(arm, coupling_of_payload=None):
 
 # %%
 def mistaken(arm):
-    return two_link(arm, coupling_of_payload="com_m")
+    return two_link(arm, payload_is_at_the_end=False)
 
 
 crosscheck.try_equations(mistaken, "paper-labelled", name="mistaken")

@@ -19,7 +19,6 @@ study = crosscheck.sweep(
     settings={"scenario.record_every": 10},
     starts={"count": 24, "seed": 1},
 )
-print(dict(study.sizes))
 
 # %%
 peak = study["theta_ddot_peak_joint1"]
@@ -31,3 +30,5 @@ axes.set_xscale("log")
 axes.set_yscale("log")
 axes.set_xlabel("damping ratio of the meshes")
 axes.set_ylabel("largest acceleration of joint 1, 1.2 to 2.2 s [rad/s$^2$]")
+spread = float((peak.max("start") / peak.min("start")).max())
+print(f"starts 1e-12 m apart, peaks that differ by up to {spread:.0f} times")

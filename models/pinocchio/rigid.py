@@ -13,7 +13,6 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 import pinocchio as pin
-from scipy.integrate import solve_ivp
 
 from crosscheck.models.arm.arm import Arm, Direct, Planetary
 from crosscheck.models.arm.layout import rigid_layout
@@ -138,6 +137,8 @@ class PinocchioLinks(Model):
 
     def _integrate(self, time: np.ndarray, rtol: float) -> tuple[np.ndarray, np.ndarray]:
         """Coordinates and rates (times, n) at the given times [s]. Raises Diverged."""
+        from scipy.integrate import solve_ivp  # a third of a second, for runs alone
+
         state = np.concatenate(self._start())
         states = np.empty((len(time), len(state)))
         self._evaluations = 0

@@ -12,7 +12,7 @@ from crosscheck.models.arm.gears import PlanetaryStage
 from crosscheck.models.files import format_toml_fields, parse_toml
 from crosscheck.models.loading import validate_record
 from crosscheck.models.robot.file import RobotFile, build_robot
-from crosscheck.models.robot.robot import Robot
+from crosscheck.models.robot.robot import Level, Robot
 
 URDF_HEAD = """\
 <?xml version="1.0"?>
@@ -51,6 +51,20 @@ def build_planar_robot(arm: Arm, *, has_gears: bool = True) -> Robot:
     text = write_arm_as_robot(arm, "arm.urdf", has_gears=has_gears)
     file = validate_record(RobotFile, parse_toml(text.file), arm.name)
     return build_robot(file, text.urdf, arm.name, arm.name)
+
+
+def build_level_robots(arm: Arm) -> dict[str, tuple[Robot, Level]]:
+    """The robot of each rigid level of an arm, and the robot's own level that it is.
+
+    Raises InputError.
+    """
+    bare, whole = (build_planar_robot(arm, has_gears=has_gears) for has_gears in (False, True))
+    return {
+        "links": (bare, "links"),
+        "carriers": (whole, "links"),
+        "armature": (whole, "armature"),
+        "coupled": (whole, "coupled"),
+    }
 
 
 def write_arm_as_robot(arm: Arm, urdf: str, *, has_gears: bool = True) -> RobotText:

@@ -144,29 +144,32 @@ def test_no_claim_holds_that_the_sheet_denies(labelled):
 
 
 COST, ROBOTS = "docs/how-to/cost-of-shortcuts.md", "docs/case-study/robots.md"
+README, PAPER, MADE = "README.md", "docs/case-study/paper.md", "docs/case-study/results.md"
+DECISIONS, RECORDINGS = "docs/project/decisions.md", "docs/how-to/compare-a-recording.md"
+CHECKED = "docs/explanation/verification.md"
 PUMA = r"`puma560` \|[^\n]*?"  # the row of the how-to; in the case study it is the last column
 # Quantities that stand in several places: what is around the number in each.
 SAID_OFTEN = {
-    "M": {"README.md": r"no: M off by {}", "docs/case-study/paper.md": "by up to {}", ".": "mass matrix is off by {}"},
-    "acceleration": {"README.md": r"accelerations by up to {}", ".": "acceleration by up to {}"},
-    "mesh force": {"README.md": r"mesh force by up to {}", ".": r"rad and {} in 3 s"},
-    "starts": {"docs/case-study/paper.md": "from up to {} starts", ".": "of {} starts", "docs/explanation/verification.md": "from {} perturbed"},
-    "Exudyn's starts": {".": "m apart, in {} of 16", "docs/project/decisions.md": "`omega_t` {} of 16"},
-    "verdicts by runs": {"docs/project/decisions.md": "Of {} statements", ".": r"\d+ of {} verdicts"},
-    "error of links": {COST: PUMA + r"{}", ROBOTS: r"`links`: torque error.*\| {}, 100"},
-    "error of armature": {COST: PUMA + r"100 %.*?\| {}", ROBOTS: r"`armature`: torque error.*\| {}, 1.8"},
-    "tip by links": {COST: r"link_6 is {} off", ROBOTS: r"torques of `links`.*\| {}, 0"},
-    "tip by armature": {COST: r"only: .* link_6 is {} off", ROBOTS: r"torques of `armature`.*\| {}, 9"},
-    "rows": {"docs/how-to/compare-a-recording.md": r"more than {} rows", "docs/project/decisions.md": r"rate while it is read\*\*, to {} rows"},
-}  # fmt: skip
+    "M": {README: "no: M off by {}", PAPER: "by up to {}", MADE: "mass matrix is off by {}"},
+    "acceleration": {README: "accelerations by up to {}", MADE: "acceleration by up to {}"},
+    "mesh force": {README: "mesh force by up to {}", MADE: "rad and {} in 3 s"},
+    "starts": {PAPER: "from up to {} starts", MADE: "of {} starts", CHECKED: "from {} perturbed"},
+    "Exudyn's starts": {MADE: "m apart, in {} of 16", DECISIONS: "`omega_t` {} of 16"},
+    "verdicts by runs": {DECISIONS: "Of {} statements", MADE: r"\d+ of {} verdicts"},
+    "error of links": {COST: PUMA + "{}", ROBOTS: r"`links`: torque error.*\| {}, 100"},
+    "error of armature": {COST: PUMA + r"100 %.*?\| {}", ROBOTS: r"`armature`: .*\| {}, 1.8"},
+    "tip by links": {COST: "link_6 is {} off", ROBOTS: r"torques of `links`.*\| {}, 0"},
+    "tip by armature": {COST: "only: .* link_6 is {}", ROBOTS: r"torques of `armature`.*\| {}, 9"},
+    "rows": {RECORDINGS: "more than {} rows", DECISIONS: r"while it is read\*\*, to {} rows"},
+}
 
 
 @pytest.mark.parametrize("quantity", SAID_OFTEN)
 def test_a_quantity_has_one_value_on_all_pages(quantity):
-    """Rounded to the digits of each place; a dot is the results."""
+    """Rounded to the digits of each place."""
     numbers = []
     for page, around in SAID_OFTEN[quantity].items():
-        text = RESULTS if page == "." else (ROOT / page).read_text(encoding="utf-8")
+        text = (ROOT / page).read_text(encoding="utf-8")
         found = re.search(around.replace("{}", QUANTITY), text)
         assert found, (page, around)
         numbers.append(Token(found[1].replace(",", ""), found[2] or "", "", "", "", ""))

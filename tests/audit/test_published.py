@@ -4,10 +4,12 @@ Nothing that the paper speaks of happens in them: what is left is to say so, eve
 """
 
 import re
+from collections import Counter
 from html import unescape
 from pathlib import Path
 
 import pytest
+import yaml
 
 from crosscheck.audit.claims.catalogue import CLAIMS
 from crosscheck.audit.experiments.paper_conditions import READINGS
@@ -15,11 +17,12 @@ from crosscheck.audit.experiments.study import Study
 from crosscheck.audit.figures.chapter import NUMBERS
 from crosscheck.audit.measures.undefined import UNDEFINED
 from crosscheck.audit.page import report
+from crosscheck.models.errors import InputError
 from crosscheck.report.plots import figures
 from tests.audit.markup import SVG, axis_problems, page_problems, uneven_tables
 from tests.audit.published import BRIEF, Published, few_settings
 from tests.loops import require_items
-from tools import case_study
+from tools import case_study, write_article
 
 pytestmark = pytest.mark.slow
 TEX = ("printed_tex", "derived_tex")
@@ -96,6 +99,82 @@ def test_the_docs_page_has_every_finding_erratum_and_claim(published):
     simulated = [claim for claim in claims if not claim["static"]]
     near = [claim["id"] for claim in simulated if claim["turns_within_a_quarter"]]
     assert f"{len(near)} of {len(simulated)} verdicts that runs decide turn within 25 %" in page
+
+
+@pytest.fixture
+def argument(published, monkeypatch, tmp_path) -> Path:
+    """The argument, quoting what this run answers."""
+    records = {record["id"]: record for record in published.chapters["findings"].records}
+    text = write_article.ARGUMENT.read_text(encoding="utf-8")
+    file = tmp_path / "argument.md"
+    quote = r"`(verdict/[\w-]+)`: \*\*.*?\*\*"
+    answered = re.sub(quote, lambda m: f"`{m[1]}`: **{records[m[1]]['verdict']}**", text)
+    file.write_text(answered, encoding="utf-8")
+    monkeypatch.setattr(write_article, "ARGUMENT", file)
+    return file
+
+
+def _list_numbers(text: str) -> set[str]:
+    return set(re.findall(r"\d+(?:\.\d+)?(?:e[-+]\d+)?", text))
+
+
+def _is_recorded(number: str, records: list[float]) -> bool:
+    """Whether a record, or its percentage, is this number to the digits that it has."""
+    mantissa, _, exponent = number.partition("e")
+    half = 0.5000001 * 10.0 ** (int(exponent or 0) - len(mantissa.partition(".")[2]))
+    close = half if "." in number else 0.0
+    return any(abs(by * each - float(number)) <= close for each in records for by in (1, 100))
+
+
+def test_every_number_of_the_article_is_the_runs_or_the_arguments(published, argument, tmp_path):
+    write_article.write_article(published.out, tmp_path / "article")
+    written = (tmp_path / "article" / "content.tex").read_text(encoding="utf-8")
+    plain = re.sub(r"(?m)^%.*|\\supercite\{.*?\}|p\{.*?\\linewidth\}|figures/\S+", "", written)
+    whole = _list_numbers((published.out / "claims.json").read_text(encoding="utf-8"))
+    findings = " ".join(body for _, body in case_study.split_findings(published.html))
+    quoted = _list_numbers(SVG.sub("", findings) + argument.read_text(encoding="utf-8"))
+    other = _list_numbers(plain) - quoted - whole
+    recorded, claims = [float(each) for each in whole], published.json["chapters"]["claims"]
+    recorded += [len(claims), sum(not claim["static"] for claim in claims)]
+    for column in case_study.COLUMNS:
+        kinds = [claim["models"].get(column, claim)["verdict"] for claim in claims]
+        recorded += Counter(kinds).values()
+    assert [each for each in sorted(other) if not _is_recorded(each, recorded)] == []
+    assert len(other) > 0
+
+
+def test_nothing_in_the_articles_own_text_is_a_number():
+    folder = Path(write_article.__file__).with_name("article")
+    text = (folder / "content.tex").read_text(encoding="utf-8")
+    assert re.search(r"\d", re.sub(r"\\supercite\{.*?\}", "", text)) is None
+
+
+def test_the_article_is_whole_and_discloses_what_was_not_seen(published, argument, tmp_path):
+    out = tmp_path / "article"
+    write_article.write_article(published.out, out)
+    written = (out / "content.tex").read_text(encoding="utf-8")
+    assert "Its figures were not seen" in written
+    assert "authors of the original were not asked" in written
+    for opening, closing in ("{}", (r"\begin{", r"\end{")):
+        assert written.count(opening) - written.count(rf"\{opening}") == written.count(closing)
+    assert written.count("$") % 2 == 0
+    assert written.isascii()
+    drawn = set(re.findall(r"figures/([\w-]+)\.pdf", written))
+    assert drawn == {file.stem for file in (out / "figures").iterdir()}
+    assert len(drawn) == 3
+    cited = set(re.findall(r"\\supercite\{(.*?)\}", written))
+    assert cited <= set(re.findall(r"@\w+\{(.*?),", (out / "bibliography.bib").read_text("utf-8")))
+    metadata = yaml.safe_load((out / "metadata.yaml").read_text(encoding="utf-8"))
+    assert metadata["replication"][0]["cite"] == published.json["paper"]["citation"]
+    assert {"authors", "affiliations", "keywords", "code", "data", "review"} <= set(metadata)
+
+
+def test_an_argument_that_quotes_another_answer_is_refused(published, argument, tmp_path):
+    text = argument.read_text(encoding="utf-8")
+    argument.write_text(text.replace("**undefined**", "**no**", 1), encoding="utf-8")
+    with pytest.raises(InputError, match="the run says undefined"):
+        write_article.write_article(published.out, tmp_path / "article")
+    assert not (tmp_path / "article").exists()
 
 
 def test_the_errata_sheet_has_every_entry_and_draws_every_formula(published):

@@ -5,7 +5,8 @@ Sizes and tolerances are worked out here once more, from right answers and the a
 
 import math
 from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
-from functools import lru_cache
+from functools import lru_cache, partial
+from itertools import product
 from typing import Any, NamedTuple
 
 import numpy as np
@@ -338,20 +339,21 @@ def wrong_modes() -> Iterator[str]:
 SLOW, FAST = 700.0, 3000.0  # [rad/s]
 
 
-def springs(softer: float) -> np.ndarray:
+def springs(softer: float, slow: float = SLOW) -> np.ndarray:
     """Slopes of the forces of two masses of 1 kg on springs, one of them softer, twice."""
-    stiff = np.diag([SLOW**2, FAST**2])
+    stiff = np.diag([slow**2, FAST**2])
     again = stiff * (1 - softer) ** 2
     return np.array([np.hstack([-each, 0 * each]) for each in (stiff, again)])
 
 
 def _wrong_poles(part: float) -> Iterator[str]:
-    right = 1j * np.array([SLOW, -SLOW, FAST, -FAST])
-    for place in range(4):
-        wrong = right.copy()
-        wrong[place] *= 1 + part * 1e-7
-        found = modes.check_poles(SUBJECT, wrong, np.eye(2), springs(0.0))
-        yield from misjudged(f"pole {place}", found, part, 1e-7)
+    for slow in (0.3, SLOW):  # slower than a thousandth of the fastest, a pole has the size of that
+        right = 1j * np.array([slow, -slow, FAST, -FAST])
+        for place in range(4):
+            wrong = right.copy()
+            wrong[place] += part * 1e-7j * max(right[place].imag, FAST / 1000, key=abs)
+            found = modes.check_poles(SUBJECT, wrong, np.eye(2), springs(0.0, slow))
+            yield from misjudged(f"pole {place}", found, part, 1e-7)
     wrong = right.copy()
     wrong[0] *= 1 + part * (1e-7 + 3 * 1e-6)
     found = modes.check_poles(SUBJECT, wrong, np.eye(2), springs(1e-6))
@@ -558,17 +560,17 @@ def wrong_records() -> Iterator[str]:
     case = Case(arm, scenario, switches())
     made = build(model, *case)
     run = made.simulate()
-    for name in ("theta_ddot", "torque", "kinetic_energy"):
+    for name, constrained in product(("theta_ddot", "torque", "kinetic_energy"), (False, True)):
         values = run[name].values
-        for part in (ABOVE, BELOW):
-            for place in (0, -1):
-                wrong = run.copy(deep=True)
-                by = part * 1e-9 * float(np.abs(values).max())
-                wrong[name].values[(place, *[1] * (values.ndim - 1))] -= by
-                if (part > 1) != _is_refused(
-                    lambda wrong=wrong: records.require_consistent(wrong, made, constrained=False)
-                ):
-                    yield f"{name} of record {place} by {part}"
+        for part, place in product((ABOVE, BELOW), (0, -1)):
+            wrong = run.copy(deep=True)
+            by = part * (1e-8 if constrained else 1e-9) * float(np.abs(values).max())
+            wrong[name].values[(place, *[1] * (values.ndim - 1))] -= by
+            if (part > 1) != _is_refused(
+                partial(records.require_consistent, wrong, made, constrained=constrained)
+            ):
+                yield f"{name} of record {place} by {part}"
+    yield from _unlike_planets()
     for part in (ABOVE, BELOW):
         times = run["time"].values.copy()
         times[3] += part * 1e-10
@@ -577,6 +579,32 @@ def wrong_records() -> Iterator[str]:
             lambda moved=moved: records.require_complete(moved, model, case, meshing=False)
         ):
             yield f"a time by {part}"
+
+
+def _unlike_planets() -> Iterator[str]:
+    """Of planets that count as one, and of which one is elsewhere than the others, or faster."""
+    changes = {"duration_s": 1e-4, "step_s": 1e-6, "record_every": 10}
+    scenario = load_scenario("constant-torque").model_copy(update=changes)
+    for length_m, constrained in ((1.0, False), (1000.0, True)):
+        arm = ARMS["geared"]()
+        links = tuple(link.model_copy(update={"length_m": length_m}) for link in arm.links)
+        arm = arm.model_copy(update={"links": links})
+        made = build("analytic:physical", arm, scenario, usual_switches(arm))
+        run = made.simulate()
+        radius = max(j.module_m * j.ring_teeth / 2 for j in arm.joints if j.planet_count)
+        angle, rate = (float(np.abs(run[name]).max()) for name in ("theta", "theta_dot"))
+        placed = 3 * EPS * length_m * len(links) * constrained
+        limits = {
+            "x_pr": max(1000 * EPS * radius * (1 + angle), placed),
+            "x_sp_dot": max(1e-9 * float(np.nanmax(np.abs(run["x_sp_dot"]))), placed * rate),
+        }
+        for (name, limit), part in product(limits.items(), (ABOVE, BELOW)):
+            wrong = run.copy(deep=True)
+            wrong[name].values[:, 0, 1] += part * limit
+            if (part > 1) != _is_refused(
+                partial(records.require_consistent, wrong, made, constrained=constrained)
+            ):
+                yield f"{name} of a planet by {part}, links of {length_m} m"
 
 
 def _is_refused(asked: Callable[[], None]) -> bool:

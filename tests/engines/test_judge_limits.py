@@ -6,10 +6,11 @@ import pytest
 
 from crosscheck.models.arm.arm import Arm
 from crosscheck.models.arm.planets import usual_switches
+from crosscheck.models.experiment.scenario import switches
 from crosscheck.models.loading import Case, load_arm, load_scenario
 from crosscheck.planning import energy_suite, plan, run_suite, state_suite
 from crosscheck.planning.comparison import Comparison
-from tests.engines.judge_limits import GUARDS
+from tests.engines.judge_limits import EPS, GUARDS, direct_arm
 
 # The guard that has the limits of each family of checks. What terms a balance has is seen by the
 # planted faults of tests/faults.
@@ -52,3 +53,11 @@ def test_the_guards_have_every_check_of_a_cross_check(name):
 @pytest.mark.parametrize("name", GUARDS)
 def test_a_number_just_above_its_tolerance_differs_and_just_below_agrees(name):
     assert list(GUARDS[name]()) == []
+
+
+@pytest.mark.parametrize(("first_m", "rounding"), [(2.29, 0.0), (2.31, EPS)])
+def test_terms_round_where_an_arm_reaches_ten_times_its_shortest_link(first_m, rounding):
+    case = Case(direct_arm(first_m), load_scenario("pd"), switches())
+    assert (
+        state_suite.SampledModel("", "analytic:carriers", case, 1, 1).setting.rounding == rounding
+    )

@@ -15,7 +15,7 @@ import crosscheck
 from crosscheck.checks import invariants, modes, trajectories
 from crosscheck.checks.answers import BadAnswer, require_numbers
 from crosscheck.checks.records import _find_faults
-from crosscheck.checks.robots import runs
+from crosscheck.checks.robots import runs, weight
 from crosscheck.checks.robots.case import share_of
 from crosscheck.checks.robots.sizes import RobotSizes
 from crosscheck.checks.scales import ReasonedLimit
@@ -401,6 +401,16 @@ def test_orders_of_a_robots_runs_are_told_with_two_digits_more_than_their_tolera
     assert (unsettled.verdict, unsettled.note) == ("measured", said)
     still = runs._check_order(SUBJECT, ends(1.0, 1.0, 1.0, 1.0), CASE)
     assert still.note == said.replace("1.00, 6.64", "none")
+    for least, count in ((1.02e-11, 1), (0.98e-11, 0)):  # of a motion of 1, next to its rounding
+        assert len(runs.observe_order(ends(1.0, 1 + 16 * least, 1 + 17 * least)).orders) == count
+
+
+@pytest.mark.parametrize(("part", "verdict"), [(1.02, "differ"), (0.98, "agree")])
+def test_slopes_of_an_energy_have_the_rounding_of_its_terms(part, verdict):
+    sizes = SimpleNamespace(energy=np.array([7.0]), motion=np.array([2.0]), gravity=np.zeros(1))
+    case: Any = SimpleNamespace(sizes=sizes, steps=np.array([0.04]))
+    slopes = np.array([[3.0 + part * 100 * 2.0**-52 * 5.0 / 0.04]])
+    assert weight._check_slopes(SUBJECT, np.array([[3.0]]), slopes, case).verdict == verdict
 
 
 def test_energy_of_a_robots_runs_may_change_by_what_their_last_halving_changes():

@@ -42,6 +42,7 @@ TEETH = teeth(0.02, 1e6, 100.0, 2e-5)
 TURNED = Solid(1.7, (0.11, -0.04, 0.07), (0.03, 0.004, -0.006, 0.05, 0.002, 0.06), (0.3, -0.2, 0.5))
 # Read while the fault is there: Pinocchio alone reads the URDF itself.
 READ, BARE = "read again", "without what may be left out"
+PLANNED = "planned again"
 
 
 @lru_cache
@@ -155,6 +156,7 @@ ROBOTS: dict[str, Callable[[], Robot]] = {
     "all sprung": all_sprung,
     "staged": staged,
     "parted": parted,
+    PLANNED: parted,
     READ: read_again,
     BARE: bare,
 }
@@ -169,17 +171,28 @@ def robots_agree(seen: Seen) -> str:
     return engines_agree(seen.arm, seen.model)
 
 
+def plan_models(name: str) -> list[SampledRobot]:
+    """The models of a robot with the states at which they are asked.
+
+    They are planned once, unless the reader or the plan itself is harmed.
+    """
+    return (_plan_models.__wrapped__ if name in (READ, BARE, PLANNED) else _plan_models)(name)
+
+
+@lru_cache
+def _plan_models(name: str) -> list[SampledRobot]:
+    own = ROBOTS[name]()
+    return sample_models(make_cases(own, sample_states(own, 3, 0), 10))
+
+
 def engines_agree(name: str, harmed: str, given: Callable[[Robot], Robot] = lambda own: own) -> str:
     """The verdict between engines, where the harmed one is given another robot, or is another."""
-    own = ROBOTS[name]()
-    models = sample_models(make_cases(own, sample_states(own, 3, 0), 10))
-    return _worst(judge(name, list(engines.plan(models)), harmed, given))
+    return _worst(judge(name, list(engines.plan(plan_models(name))), harmed, given))
 
 
 def named_verdict(name: str, harmed: str, quantity: str) -> str:
     """The worst verdict of the checks of a quantity by the harmed engine itself, or with others."""
-    own = ROBOTS[name]()
-    models = sample_models(make_cases(own, sample_states(own, 3, 0), 10))
+    models = plan_models(name)
     own_models = [each for each in models if engine_of(each.model) == harmed]
 
     def select(among: Sequence[SampledRobot]) -> list[Comparison]:

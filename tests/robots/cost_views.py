@@ -2,7 +2,6 @@
 
 from collections.abc import Iterator
 
-import matplotlib.colors
 import numpy as np
 import pytest
 
@@ -37,15 +36,13 @@ def wrong_picture(found: ShortcutCosts) -> Iterator[str]:
     with pytest.MonkeyPatch.context() as patch:
         patch.setattr(output, "MOST_DRAWN", 1)
         (name, _) = output.draw_torques(found).axes[0].get_ylabel().split("\n")
-    (bars,) = output.draw_shares(found).axes
-    names = [label.get_text() for label in bars.get_yticklabels()]
-    for level, drawn_bars in zip(SHORTCUTS, bars.containers, strict=True):
+    (dots,) = output.draw_shares(found).axes
+    names = [label.get_text() for label in dots.get_yticklabels()]
+    for level, line in zip(SHORTCUTS, dots.get_lines(), strict=True):
         own = {each.joint: 100 * each.share for each in found.by_joint if each.level == level}
-        shown = {names[round(bar.get_y() + 0.19)]: bar.get_width() for bar in drawn_bars}
-        if shown != own or {bar.get_facecolor() for bar in drawn_bars} != {
-            matplotlib.colors.to_rgba(output.COLOURS[level])
-        }:
-            yield f"picture: bars of {level}: {shown} for {own}"
+        shown = {names[row]: x for x, row in zip(*line.get_data(), strict=True)}
+        if shown != own or line.get_color() != output.COLOURS[level]:
+            yield f"picture: dots of {level}: {shown} for {own}"
     by = {each.joint: each.share for each in found.by_joint if each.level == "armature"}
     if by[name] != max(by.values()):
         yield f"picture: {name} where there is room for one"

@@ -9,8 +9,9 @@ import pytest
 
 from crosscheck import file_types
 from crosscheck.checks.robots.states import motion_range
+from crosscheck.cli.files.robot_files import load_as_robot
 from crosscheck.cost.motion import find_exceeded_limits, fit_motion, make_excitation
-from crosscheck.cost.output import cost_page, describe_answers
+from crosscheck.cost.output import cost_page
 from crosscheck.cost.shortcuts import QUICK, ShortcutCosts, compute_costs
 from crosscheck.file_types import is_file_of_type
 from crosscheck.models.errors import InputError
@@ -154,14 +155,23 @@ def test_gears_too_unlike_for_the_digits_are_one_line():
         cost(robot(text, {"elbow": planetary(planet_inertia_kg_m2=1e15)}))
 
 
-def test_a_robot_without_gears_loses_nothing():
-    found = cost(robot(parallel().urdf))
-    assert (
-        next(describe_answers(found))
-        == "No joint of tested has a gear ratio and a rotor inertia: nothing to compare."
+def test_a_robot_without_rotors_is_refused_at_once_and_options_state_them(crosscheck, tmp_path):
+    """The refusal names what each joint lacks; options fill in what the URDF does not state."""
+    gear = "<transmission><joint name='elbow'/><mechanicalReduction>50</mechanicalReduction>"
+    (tmp_path / "r.urdf").write_text(
+        parallel().urdf.replace("</robot>", f"{gear}</transmission></robot>")
     )
-    assert all(each.largest == 0 for each in found.by_joint)
-    assert cost_page(found).count("<h2>") == 4
+    answer = crosscheck("cost", tmp_path / "r.urdf")
+    assert (answer.code, answer.out) == (2, "")
+    assert "shoulder: without a ratio and a rotor inertia" in answer.err
+    assert "elbow: without a rotor inertia" in answer.err
+    file = load_as_robot(str(tmp_path / "r.urdf"), 9.0, 1e-4)
+    assert {file.joints[each.joint].name: each.ratio for each in file.rotors} == {
+        "shoulder": 9.0,
+        "elbow": 50.0,
+    }
+    assert "each has a rotor" in crosscheck("cost", "puma560", "--ratio", 4).err
+    assert "--ratio" in crosscheck("cost", tmp_path / "r.urdf", "--ratio", 0).err
 
 
 def test_engines_that_differ_are_told_and_fail_the_command(monkeypatch, crosscheck):

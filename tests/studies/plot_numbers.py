@@ -10,7 +10,7 @@ from matplotlib.axes import Axes
 from crosscheck.studies import plot
 
 ACROSS, DOWN, SAMPLES = np.geomspace(1e-6, 1e-4, 5), np.array([0.1, 0.3, 0.7]), 40
-UNIT, SIZE = "m", "a size"
+UNIT, SIZE, MISSING = "m", "a size", "never settles"
 
 
 def _values(dims: tuple[str, ...], values: np.ndarray) -> xr.DataArray:
@@ -20,7 +20,8 @@ def _values(dims: tuple[str, ...], values: np.ndarray) -> xr.DataArray:
         "joint": ("joint", [1, 2]),
     }
     own = {name: each for name, each in coords.items() if name in dims}
-    return xr.DataArray(values, own, dims, "size", {"units": UNIT, "long_name": SIZE})
+    attributes = {"units": UNIT, "long_name": SIZE, "comment": MISSING}
+    return xr.DataArray(values, own, dims, "size", attributes)
 
 
 def _drawn(values: xr.DataArray) -> list[Axes]:
@@ -55,7 +56,7 @@ def wrong_curves() -> Iterator[str]:
             yield f"undefined points of joint {joint + 1}: {crosses.get_xdata()}"
         if not axes.get_xlim()[1] >= ACROSS[-1]:
             yield f"range of joint {joint + 1}: {axes.get_xlim()}"
-        if [text.get_text() for text in axes.texts] != [f"undefined: {[1, SAMPLES][joint]} of 200"]:
+        if [text.get_text() for text in axes.texts] != [f"{MISSING}: {[1, SAMPLES][joint]} of 200"]:
             yield f"count of undefined members: {axes.texts}"
         for band, rows in zip(axes.collections, ((0, 4), (1, 3)), strict=True):
             points = band.get_paths()[0].vertices
@@ -63,7 +64,7 @@ def wrong_curves() -> Iterator[str]:
                 at = points[np.isclose(points[:, 0], x, rtol=1e-9)][:, 1]
                 if not np.allclose([at.min(), at.max()], [low, high]):
                     yield f"band of joint {joint + 1} at {x}"
-        if (axes.get_xlabel(), axes.get_ylabel()) != ("play [mm]", f"size [{UNIT}]"):
+        if (axes.get_xlabel(), axes.get_ylabel()) != ("play [mm]", f"[{UNIT}]"):
             yield f"labels {axes.get_xlabel()}, {axes.get_ylabel()}"
         if axes.get_title() != f"{SIZE}, joint {joint + 1}" or axes.get_xscale() != "log":
             yield f"title {axes.get_title()}, {axes.get_xscale()}"
@@ -92,7 +93,7 @@ def wrong_maps() -> Iterator[str]:
         if not all(low < at < high for low, at, high in zip(edges, right, edges[1:], strict=False)):
             yield f"places along axis {place}: {edges}"
     labels = axes.get_xlabel(), axes.get_ylabel(), bar.get_ylabel()
-    if labels != ("play [mm]", "mass [kg]", f"size [{UNIT}]"):
+    if labels != ("play [mm]", "mass [kg]", f"[{UNIT}]"):
         yield f"labels of a map: {labels}"
     if (axes.get_xscale(), axes.get_yscale()) != ("log", "linear"):
         yield f"scales of a map: {axes.get_xscale()}, {axes.get_yscale()}"

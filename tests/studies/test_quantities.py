@@ -251,13 +251,13 @@ IN_WORDS = [
     ({"kind": "rigid_deviation", "level": "coupled"}, "theta_rigid_deviation_coupled", "rad"),
 ]
 MEANINGS = (
-    "peak of the joint acceleration",
+    "peak of the joint acceleration, joint 2",
     "band rms of the elastic force of the sun-planet mesh, per planet, without damper",
-    "F_pr first lost",
-    "share of the time without F_sp",
-    "theta within 0.01 rad of its target for good",
-    "theta at the end less its target",
-    "largest distance of theta from the rigid arm's, coupled",
+    "time when contact is first lost (F_pr)",
+    "share of the time without contact (F_sp)",
+    "time until the joint angle stays within 0.01 rad of its target",
+    "joint angle at the end less its target",
+    "largest deviation of the joint angle from the rigid arm's (coupled)",
 )
 RECORDED = {"kind": "trajectories", "signals": ["theta", "F_sp"], "name": "run"}
 CROSSING = {"kind": "crossing", "signal": "theta", "level": 0.25, "side": "above"}
@@ -272,7 +272,8 @@ def test_every_quantity_has_its_unit_its_meaning_and_its_shape():
     assert [each.dims for each in columns] == [(), *6 * [("joint",)]]
     assert [each.shape for each in columns] == [(), *6 * [(2,)]]
     _, crossing, *rest = list_columns(study([], [CROSSING, LINE, RECORDED]))
-    assert (crossing.unit, crossing.meaning) == ("s", "theta first above 0.25")
+    assert crossing.meaning == "time when theta is first above 0.25"
+    assert (crossing.unit, crossing.missing) == ("s", "never above 0.25")
     assert [(each.name, each.unit, each.shape) for each in rest] == [
         ("x_sp_spectral_peak_frequency", "Hz", (2,)),
         ("x_sp_spectral_peak_amplitude", "m", (2,)),

@@ -4,6 +4,7 @@ import errno
 import json
 import os
 import re
+import shlex
 from pathlib import Path
 from types import SimpleNamespace
 
@@ -12,9 +13,11 @@ import pytest
 
 from crosscheck import __version__
 from crosscheck.cli import listing
+from crosscheck.cli.app import build_commands
 from crosscheck.cli.commands import renewal
 from crosscheck.cli.compare import _tolerance as parse_tolerance
 from crosscheck.cli.compare import compare_command
+from crosscheck.cli.help import GROUPS
 from crosscheck.cli.output import print_and_write
 from crosscheck.cli.simulation import describe_joints
 from crosscheck.cli.trial import TrialOptions, trial_command
@@ -23,6 +26,7 @@ from crosscheck.models.exudyn.tree import loads as exudyn_tree_loads
 from crosscheck.models.files import builtin_arms, builtin_robots, builtin_scenarios, builtin_title
 from crosscheck.models.robot.file import load_robot
 from crosscheck.registry import MODELS
+from tests.loops import require_items
 from tests.processes import ENGINES, HEAVY, command_line, modules_loaded_by, warm_command_line
 from tests.tool.supplied import model_file
 
@@ -58,11 +62,18 @@ def test_version_is_printed(crosscheck):
     assert crosscheck("--version") == (0, f"crosscheck {__version__}\n", "")
 
 
-@pytest.mark.parametrize("command", ["run", "simulate", "list", "init", "show"])
-def test_help_of_every_command(crosscheck, command):
-    answer = crosscheck(command, "--help")
-    assert (answer.code, answer.err) == (0, "")
-    assert "Usage:" in answer.out
+def test_help_has_types_of_people_and_an_example_that_the_parser_takes(crosscheck):
+    """Switches have no type; every command is in a group and has an example."""
+    commands = build_commands().commands
+    for name, command in require_items(commands.items()):
+        answer = crosscheck(name, "-h")
+        assert (answer.code, answer.err) == (0, "")
+        assert not re.search("<[a-z]", answer.out)
+        assert command.rich_help_panel in GROUPS
+        program, *words = shlex.split(command.epilog.removeprefix("Example: "))
+        assert (program, words[0]) == ("crosscheck", name)
+        context = command.make_context(name, words[1:])
+        assert not context.args or name in ("baseline", "cache")
 
 
 def test_a_shell_completes_commands():

@@ -1,6 +1,7 @@
 """What the drawings of the meshes show is the arm's geometry, by the signs of Eqs. 2 and 3."""
 
 import math
+import re
 from xml.etree import ElementTree
 
 import numpy as np
@@ -11,7 +12,7 @@ from crosscheck.models.arm.arm import Planetary
 from crosscheck.models.loading import load_arm
 from crosscheck.view.mesh_geometry import MeshGeometry, flank, mesh_geometry
 from tests.loops import require_items
-from tools import drawings
+from tools import animation, drawings
 from tools.drawings import (
     DOCS,
     SIDES,
@@ -114,3 +115,14 @@ def test_drawings_are_written_beside_the_equations(tmp_path, monkeypatch):
     for name in names:
         for folder in (tmp_path, DOCS):
             assert ElementTree.parse(folder / name).getroot().tag.endswith("svg")
+
+
+def test_the_moving_picture_shows_contact_as_the_run_has_it():
+    """A frame is of lost contact where the force is 0; the file in docs is small, and is SVG."""
+    frames, mesh = animation.simulate_contact_loss()
+    style = next(animation.draw_mesh(frames, mesh))
+    lost = re.findall(r"opacity:(\d)", style.partition("@keyframes lose")[2].partition("@")[0])
+    assert lost == [str(int(force == 0)) for force in mesh["force"][frames]]
+    assert set(lost) == {"0", "1"}
+    assert animation.OUT.stat().st_size < 100_000
+    assert ElementTree.parse(animation.OUT).getroot().tag.endswith("svg")

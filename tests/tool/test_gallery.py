@@ -18,7 +18,7 @@ print(1 + 1)
 
 def test_every_entry_has_its_file_and_its_slip_once():
     entries = read_entries()
-    assert 9 <= len(entries) <= 12
+    assert 9 <= len(entries) <= 15
     assert len({entry.name for entry in entries}) == len(entries)
     for entry in entries:
         source = entry.file.read_text(encoding="utf-8")
@@ -33,6 +33,13 @@ def test_cells_are_read_run_and_written():
     ]
     assert "```text\n2\n```" in format_page(cells)
     assert [cell["cell_type"] for cell in format_notebook(cells)["cells"]] == ["markdown", "code"]
+
+
+def test_a_robots_card_names_the_mistake_that_its_trial_finds():
+    (entry,) = (each for each in read_entries() if each.name == "zero_of_the_elbow")
+    example = run_entry(entry)
+    assert "90 degrees" in example.finding
+    assert "<svg" in example.picture
 
 
 def test_a_cell_that_raises_stops_the_build():

@@ -448,6 +448,20 @@ EFFECTS: dict[str, dict[str, Effect]] = {
             None,
             "motion",
         ),
+        "ratio": option(
+            "cost bob.urdf --rotor-inertia 1e-4 --ratio 7",
+            "--ratio 9",
+            asks("compute_costs", lambda given: given.robot.rotors[0].ratio),
+            7.0,
+            9.0,
+        ),
+        "rotor_inertia": option(
+            "cost bob.urdf --ratio 9 --rotor-inertia 1e-4",
+            "--rotor-inertia 2e-4",
+            asks("compute_costs", lambda given: given.robot.rotors[0].inertia),
+            1e-4,
+            2e-4,
+        ),
         "seed": option(
             "cost sliding --quick --json j",
             "--seed 4",

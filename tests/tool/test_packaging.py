@@ -1,6 +1,7 @@
 """Drafts for other ways of installing say what the project says. None is built here."""
 
 import json
+import re
 import tomllib
 
 import yaml
@@ -29,10 +30,27 @@ def test_the_pixi_draft_installs_the_source_distribution_of_this_version():
     assert draft["dependencies"]["python"].startswith(PROJECT["project"]["requires-python"])
 
 
-def test_the_action_installs_the_same_libraries():
+def test_the_action_pins_what_it_installs_and_keeps_its_page_whatever_the_trial_says():
     steps = yaml.safe_load((ROOT / "action.yml").read_text(encoding="utf-8"))["runs"]["steps"]
-    scripts = " ".join(step.get("run", "") for step in steps)
-    assert [each for each in SYSTEM_LIBRARIES.values() if each not in scripts.split()] == []
+    scripts = " ".join(step.get("run", "") for step in steps).split()
+    assert {*SYSTEM_LIBRARIES.values(), "--require-hashes"} <= set(scripts)
+    *_, annotations, upload = steps
+    assert annotations["if"] == upload["if"] == "${{ !cancelled() }}"
+    assert upload["with"]["path"] == "${{ inputs.out }}"
+
+
+def test_the_archive_and_the_paper_say_what_the_project_says():
+    """No author is made up, and each reference of the paper is in its list, with a DOI."""
+    archive = json.loads((ROOT / ".zenodo.json").read_text(encoding="utf-8"))
+    assert archive["license"] == PROJECT["project"]["license"]
+    assert archive["keywords"] == PROJECT["project"]["keywords"]
+    text = (ROOT / "packaging" / "joss" / "paper.md").read_text(encoding="utf-8")
+    listed = (ROOT / "packaging" / "joss" / "paper.bib").read_text(encoding="utf-8")
+    entries = dict(re.findall(r"^@\w+\{(\w+),(.*?)^\}", listed, re.S | re.M))
+    assert set(re.findall(r"\[@(\w+)\]", text)) == set(entries)
+    assert all("doi " in entry for entry in entries.values())
+    head = yaml.safe_load(text.split("---")[1])
+    assert archive["creators"] == head["authors"] == head["affiliations"] == []
 
 
 def test_what_tests_read_is_in_the_source_distribution():

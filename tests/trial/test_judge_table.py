@@ -307,6 +307,15 @@ def test_a_gross_error_elsewhere_hides_none(name):
     assert row.place in found.note
 
 
+@pytest.mark.parametrize(("part", "verdict"), [(ABOVE, "unresolved"), (BELOW, "agree")])
+def test_engines_that_differ_by_more_than_an_error_would_judge_nobody(part, verdict):
+    made, name, row = bench("rigid"), ("trial-states", "bias", ENGINES[1]), ENTRIES["bias"]
+    engine = made.comparisons[name].needs[1].key
+    answers = np.array(made.outcomes[engine])
+    answers[(SPOT, *row.entry)] += part * 1e-4 * row.size()
+    assert made.finding(name, {engine: answers}).verdict == verdict
+
+
 @pytest.mark.parametrize(("below_0", "verdict"), [(1e-9, "failed"), (-1e-9, "agree")])
 def test_a_mass_matrix_just_not_positive_definite_fails(below_0, verdict):
     made = bench("rigid")

@@ -21,7 +21,7 @@ from tests.trial.test_dependence import arm_of
 BODIES = (1.3, 0.5, 0.23, 0.03), (0.9, 0.4, 0.17, 0.012), (0.6, 0.31, 0.14, 0.007)
 OTHERS = (2.1, 0.7, 0.31, 0.05), (1.7, 0.55, 0.2, 0.03), (0.8, 0.42, 0.25, 0.01)
 ARMS = [arm_of(*BODIES, payload=0.35), arm_of(*OTHERS, payload=0.81)]
-X = np.random.default_rng(4).uniform(-3, 3, (12, 3))
+X, RATES = np.random.default_rng(4).uniform(-3, 3, (2, 12, 3))
 
 
 class Point(NamedTuple):
@@ -117,33 +117,35 @@ def with_row(field: str, place: int, row: list[float]) -> Change:
     return change
 
 
-CENTRES = "the centripetal acceleration of the centre about its joint of every link"
+ALONG = "belongs, in {} along link {}"
 MISTAKES = {
-    "theta_2' where theta_1' + theta_2' belongs, in the velocity of d2 of link 2": replace_body(
+    f"link 2: theta_2' where theta_1' + theta_2' {ALONG.format('the velocity', 2)}": replace_body(
         1, with_row("rates", 1, [0, 1, 0])
     ),
-    "theta_1 + theta_3 where theta_1 + theta_2 + theta_3 belongs": replace_body(
+    "link 3: theta_1 + theta_3 where theta_1 + theta_2 + theta_3 belongs": replace_body(
         2, with_row("angles", 2, [1, 0, 1])
     ),
-    "each joint's own rate where the sum of rates belongs, in the velocity of every body": (
+    "every link: each joint's own rate where the sum of them belongs, in the velocity": (
         lambda arm, points: [p._replace(rates=np.eye(3)) for p in points]
     ),
-    "theta_3' where theta_1' + theta_2' + theta_3' belongs, in the angular velocity of link 3": (
+    "link 3: theta_3' where theta_1' + theta_2' + theta_3' belongs, in the angular velocity": (
         replace_body(2, lambda p: p._replace(turn=np.eye(3)[2]))
     ),
 }
 RULES = {
-    "missing term: -1/2 dM_jk/dx_i v_j v_k": lambda points, q: terms_of(slopes_of(points, q)),
-    "missing term: dM_ij/dtheta_3 v_j theta_3'": lambda points, q: terms_of(
+    "every joint: M' v alone, without -1/2 d(v' M v)/dq": lambda points, q: terms_of(
+        slopes_of(points, q)
+    ),
+    "joint 3: -1/2 d(v' M v)/dq alone, without M' v": lambda points, q: terms_of(
         slopes_of(points, q) * [1, 1, 0] - np.einsum("jki->ijk", slopes_of(points, q)) / 2
     ),
-    "theta_1' where the sum of rates belongs, in every centripetal acceleration of every body": (
+    "every link: every centripetal acceleration by w of the first link": (
         lambda points, q: swing_of(points, q, np.array([[1.0, 0, 0]] * 3))
     ),
-    f"theta_1' where the sum of rates belongs, in {CENTRES}": lambda points, q: turn_centres(
-        points, q, SUMS[0]
+    "link 2 and link 3: w of the first link": lambda points, q: turn_centres(points, q, SUMS[0]),
+    "link 2 and link 3: its centre of mass at its joint in its acceleration alone": (
+        lambda points, q: turn_centres(points, q, np.zeros(3))
     ),
-    f"missing term: {CENTRES}": lambda points, q: turn_centres(points, q, np.zeros(3)),
 }
 
 
@@ -156,7 +158,8 @@ def compare(arm: Arm, part: Part, difference: np.ndarray) -> EntryComparison:
         problem=SimpleNamespace(case=SimpleNamespace(arm=arm)),
         level="links",
         values=collect_arm_values(arm),
-        states=[SimpleNamespace(x=x) for x in X],
+        angles=X,
+        rates=RATES,
         sizes=SimpleNamespace(entry_sizes=lambda quantity: size, tolerance=lambda quantity: 0.0),
         user_values={quantity: difference},
         reference_values={quantity: 0 * difference},
@@ -203,4 +206,4 @@ def test_gravity_along_the_other_axis_is_named():
         weigh = [sum(p.mass * np.array(g) @ p.push(q) for p in points) for g in ((-9, 3), (3, -9))]
         off.append(weigh[0] - weigh[1])
     (error, *_) = find_steps([compare(arm, "force", np.array(off))], "force")
-    assert describe_term_error(error) == "g along the other axis where g belongs, in every weight"
+    assert describe_term_error(error) == "x and y of gravity exchanged"

@@ -10,15 +10,19 @@ from crosscheck.models.arm.arm import Arm
 from crosscheck.models.arm.planets import usual_switches
 from crosscheck.models.experiment.scenario import Scenario
 from crosscheck.models.loading import load_arm, load_scenario
+from crosscheck.models.robot.file import load_robot
 from crosscheck.registry import build
+from crosscheck.report.trials.answer import DIGITS
 from crosscheck.trial.changes.arms.probe import draw_probe_arms
 from crosscheck.trial.coordinates.build import build_frame
 from crosscheck.trial.coordinates.frame import Frame
 from crosscheck.trial.input.equations import Coordinates, Equations
 from crosscheck.trial.input.loading import build_equations
 from crosscheck.trial.judge.questions import TransformedModel
+from crosscheck.trial.robots.trial import run_robot_trial
 from crosscheck.trial.trial import Trial, TrialRequest, run_trial
 from tests.arms import random_arm
+from tests.robots.test_trial import equations as equations_of_robot
 
 LEVELS = ("links", "carriers", "armature", "coupled")
 
@@ -207,6 +211,33 @@ def test_what_is_missing_is_said_and_the_rest_judged(labelled):
     trial = trial_of(mass_alone, labelled)
     assert trial.missing == ("bias", "force", "acceleration")
     assert trial.exit_code == 0
+
+
+def shorten_answers(whole: Equations, factor: float) -> Equations:
+    """The same by float32, M times a factor."""
+    return replace(
+        whole,
+        mass_matrix=lambda q: np.float32(factor) * np.float32(whole.mass_matrix(q)),
+        bias=lambda q, v: np.float32(whole.bias(q, v)),
+    )
+
+
+@pytest.mark.parametrize(("factor", "is_rounding"), [(1 + 5.5e-5, True), (1 + 6.5e-5, False)])
+@pytest.mark.parametrize("mechanism", ["arm", "robot"])
+def test_the_rounding_of_single_precision_is_no_error_of_equations(
+    mechanism, factor, is_rounding, labelled
+):
+    if mechanism == "arm":
+        trial = trial_of(lambda arm: shorten_answers(two_links(arm), factor), labelled)
+    else:
+        robot = load_robot("sliding")
+        trial = run_robot_trial(shorten_answers(equations_of_robot(robot), factor), robot)
+    answer = trial.answer
+    assert trial.exit_code == 1
+    assert ("wrong" in answer.headline) == (not is_rounding)
+    assert any("float32" in each for each in answer.causes) == is_rounding
+    assert all((each.cause == DIGITS) == is_rounding for each in answer.wrong)
+    assert len(answer.wrong) > 2
 
 
 def test_a_part_that_raises_costs_its_own_checks_and_its_traceback_is_kept(labelled):

@@ -49,9 +49,10 @@ PAIRS = {
     "robot": [(f"analytic:{level}", f"{engine}:{level}") for level, engine in ROBOTS],
 }
 QUANTITIES = {
-    "arm": {"mass_matrix": "states", "acceleration": "states", "theta": "same-step", "F_sp": "refined"},
+    "arm": {"mass_matrix": "states", "acceleration": "states", "theta": "same-step"},
     "robot": {"mass_matrix": "states", "forward_dynamics": "states", "run": "same-step"},
-}  # fmt: skip
+}
+QUANTITIES["arm"]["F_sp"] = "refined"
 LEVELS = {"arm": ("links", "carriers", "coupled"), "robot": ("links", "armature", "coupled")}
 BASIS = "one rounding of each of the operations that a number is made of"
 COORDINATES = ("theta_1", "theta_2", "x_sp1")
@@ -322,10 +323,8 @@ PHRASES = {
     "and {} more on the page": "further",
     **{f"{{}} {words}": f"digits {words}" for words in FAMILIES.values()},
 }
-HEADS = {
-    "coordinates in runs": "coordinates in runs", "joint angle in runs": "joint angle", "mesh force in runs": "mesh force",
-    "mass matrix": "mass matrix", "checks": "checks of it", "value": "measured",
-}  # fmt: skip
+HEADS = {**{f"{words} in runs": words for words in ("joint angle", "mesh force")}}
+HEADS |= {"checks": "checks of it", "value": "measured"}
 WORDING = {
     r" 1$": "the unit of a plain number",
     r"\b[123]\. (?=[A-Z])": "numbers of sections",
@@ -335,7 +334,7 @@ WORDING = {
     r"of planet 1": "names a planet",
     r"Eqs?\. [-\d]+": "names an equation",
     r"(With --quick|Preliminary\.).*": "limits of a quick run",
-    r"order 8 leave 3e-12|ε = 2\.2e-16|at most 1e-10|1e-10 of|1000 ε|10 √N": "formulas of tolerances",
+    r"order 8 leave 3e-12|ε = 2\.2e-16|at most 1e-10|1e-10 of|1000 ε|10 √N": "tolerances",
     r"Robotica, 2014": "a year",
     r"(?:one|1) \(.*\)": "a joint",
 }

@@ -124,6 +124,7 @@ def _list_estimate(each: TermEstimate, owners: tuple[str, ...] = ()) -> Iterator
     yield Fact(each.systematic / each.error, "of its error", (each.term.name,), digits=0)
 
 
+INTERVALS = ("± (95 %)", "half_of_95_percent_interval")
 PHRASES = {
     "is {} (?=kg|N|m)": "estimate",
     "the file says {}": "in the file",
@@ -146,13 +147,13 @@ PHRASES = {
     "[Uu]p to {}:": "other band",
     ", {} of its error": "of its error",
 }
-HEADS = {
-    "left, weighted": "weighted_rms", "left of blocks as predicted from the others": "weighted_rms_predicted",
-    "from": "from_s", "to": "to_s", "stays within 3 u_val for": "stays_s", "|E| at most 2 u_val at": "within_2_u_val",
-    "E at the end": "last_E", "u_val there": "last_u_val",
-}  # fmt: skip
+HEADS = {"left, weighted": "weighted_rms"}
+HEADS |= {"left of blocks as predicted from the others": "weighted_rms_predicted"}
+HEADS |= {"from": "from_s", "to": "to_s", "stays within 3 u_val for": "stays_s"}
+HEADS |= {"|E| at most 2 u_val at": "within_2_u_val", "E at the end": "last_E"}
+HEADS |= {"u_val there": "last_u_val"}
 WORDING = {
-    r"[(]?\d sigma[)]?|\d u_val|V 20|V&V 20|± \(95 %\)": "what an interval covers",
+    r"At 1 a level|[(]?\d sigma[)]?|\d u_val|V 20|V&V 20|± \(95 %\)": "what an interval covers",
 }
 
 

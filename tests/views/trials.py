@@ -99,9 +99,10 @@ def list_rows(trial: Trial | RobotTrial) -> Iterator[Fact]:
 
 def fail_assertion(trial: Trial | RobotTrial) -> str:
     """What a test says."""
-    with pytest.MonkeyPatch.context() as patch, pytest.raises(AssertionError) as raised:
+    with pytest.MonkeyPatch.context() as patch:
         patch.setattr(testing, "try_equations", lambda *given, **more: trial)
-        testing.assert_agrees(None)
+        with pytest.raises(AssertionError) as raised:
+            testing.assert_agrees(None)
     return str(raised.value)
 
 

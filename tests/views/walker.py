@@ -33,8 +33,10 @@ LONGEST_NAME = 90  # of texts that identify what stands beside them
 VARIED = 0.5  # natural logarithm of the largest factor on a varied number
 COUNTS = ("entries", "steps", "states", "parameters", "blocks")  # that are varied like numbers
 # Fields of records that are no results: what they hold stays as it is.
-KEPT = ("robot", "problem", "mechanism", "request", "provenance", "equations", "motion", "record",
-        "outline", "records", "time", "tolerances", "samples", "structure", "knowledge")  # fmt: skip
+KEPT = (
+    *("robot", "problem", "mechanism", "provenance", "equations", "motion", "record", "records"),
+    *("time", "tolerances", "samples"),
+)
 
 
 class Fact(NamedTuple):
@@ -298,14 +300,14 @@ def walk(view: View, seed: int, other: int | None = None) -> Iterator[str]:
         found, near = find_facts(token, by_field[token.field])
         met.update(found)
         if not found:
-            known = ", ".join(f"{fact.value}" for _, fact in near[:4])
-            yield f"{token.text} {token.unit} as {token.field or 'what?'} in {token.scope[:110]!r}: {known}"
+            values = ", ".join(f"{fact.value}" for _, fact in near[:4])
+            yield f"{token.text} {token.unit}, {token.field}, in {token.scope[:99]!r}: {values}"
         elif token.field not in view.sorted:
             last = places.get((token.place, token.field), -1)
             later = [number for number in found if number >= last]
             places[token.place, token.field] = min(later, default=last)
             if not later:
-                yield f"{token.text} of {token.field} comes too late in {token.scope[:110]!r}"
+                yield f"{token.text} of {token.field} comes too late in {token.scope[:99]!r}"
     plain = " ".join(html.unescape(text).split())
     for number, fact in enumerate(facts):
         if fact.field in view.shown and number not in met and str(fact.value) not in plain:

@@ -3,20 +3,27 @@
 from __future__ import annotations
 
 import json
+from collections.abc import Mapping
 from dataclasses import replace
 from pathlib import Path
 
 from crosscheck.file_types import ROBOT_FILE, URDF_FILE
 from crosscheck.mechanisms import supply
+from crosscheck.models.errors import InputError
 from crosscheck.models.files import format_toml_fields, parse_toml
 from crosscheck.models.loading import validate_record
 from crosscheck.models.mechanism import select_mechanism
-from crosscheck.models.robot.file import RobotFile, build_robot
+from crosscheck.models.robot.file import RobotFile, build_robot, load_urdf, read_text
 from crosscheck.models.robot.planar import RobotText
 from crosscheck.models.robot.robot import Robot, remove_friction
+from crosscheck.models.robot.urdf_gears import StatedGear, StatedNumber, read_gears
 from crosscheck.output import require_file, write_files
 from crosscheck.report.formatting import make_printable
 
+STATE_ROTORS = (
+    "; `crosscheck init` writes a robot file for them; --ratio 101 --rotor-inertia 1e-4 give a"
+    " first answer"
+)
 FRICTIONLESS = "friction of joints left out, which is the same at each level"
 
 
@@ -30,18 +37,68 @@ def export_as_robot(name: str, settings: list[str], out: Path) -> None:
     print(make_printable(f"wrote {out} and {file}: {len(chosen.joints)} joints"))
 
 
-def load_as_robot(name: str) -> Robot:
-    """The robot of a name or file, or an arm as one, without friction. Raises InputError.
+def load_as_robot(
+    name: str, ratio: float | None = None, rotor_inertia: float | None = None
+) -> Robot:
+    """The robot of a name or file, or an arm as one, without friction, with a rotor at least.
 
     Friction is the same at each level of the gears, and is left out with a note.
+
+    Args:
+        name: Built-in name or file.
+        ratio: Of each joint without a rotor whose URDF states no ratio.
+        rotor_inertia: Of each joint without a rotor whose URDF states none [kg m^2].
+
+    Raises:
+        InputError: The file does not fit, or no joint has a rotor or an armature, or each has one
+            and another is given.
     """
+    if ratio == 0:
+        raise InputError("--ratio", "", ratio, "must not be 0")
     mechanism = select_mechanism(name).mechanism
     text = supply("write_as_robot", mechanism.section)(mechanism, "mechanism.urdf")
-    file = validate_record(RobotFile, parse_toml(text.file), name)
-    robot = build_robot(file, text.urdf, name, name)
+    content = parse_toml(text.file)
+    robot = build_robot(validate_record(RobotFile, content, name), text.urdf, name, name)
+    has_rotors = bool(robot.rotors or robot.stages or robot.armature.any())
+    options = [None if v is None else StatedNumber(v, "option") for v in (ratio, rotor_inertia)]
+    is_robot = mechanism.section == "robot"  # whose URDF is read again, with its transmissions
+    urdf = read_text(Path(load_urdf(name)[1])) if is_robot else text.urdf
+    rotors, lacks = _complete_rotors(robot, read_gears(urdf, name)[0], *options)
+    if any(options) and rotors:
+        tables = content.setdefault("joints", {})
+        tables |= {joint: {**tables.get(joint, {}), **rotor} for joint, rotor in rotors.items()}
+        robot = build_robot(validate_record(RobotFile, content, name), text.urdf, name, name)
+    elif any(options) or not has_rotors:
+        allowed = f"{'; '.join(lacks) or 'each has a rotor'}{STATE_ROTORS if lacks else ''}"
+        raise InputError(name, "joints", None, allowed)
     if not robot.friction.any():
         return robot
     return replace(remove_friction(robot), notes=(*robot.notes, FRICTIONLESS))
+
+
+def _complete_rotors(
+    robot: Robot,
+    stated: Mapping[str, StatedGear],
+    ratio: StatedNumber | None,
+    inertia: StatedNumber | None,
+) -> tuple[dict[str, dict[str, object]], list[str]]:
+    """Tables of rotors for joints without one, and lines on what the other ones lack.
+
+    What the URDF states, by joint, comes before ratio and inertia.
+    """
+    geared = {r.joint for r in robot.rotors} | {s.joint for s in robot.stages}
+    tables, lacks = {}, dict[str, list[str]]()
+    for joint in (robot.joints[n] for n in robot.coordinates if n not in geared):
+        from_urdf = stated.get(joint.name, StatedGear())
+        gear = replace(from_urdf, ratio=from_urdf.ratio or ratio)
+        gear = gear if gear.armature else replace(gear, inertia=gear.inertia or inertia)
+        if gear.ratio is not None and gear.rotor_inertia is not None:
+            table = {"ratio": gear.ratio.value, "rotor_inertia_kg_m2": gear.rotor_inertia}
+            tables[joint.name] = {"kind": "geared", **table}
+        missing = ["a ratio"] * (gear.ratio is None)
+        missing += ["a rotor inertia"] * (gear.inertia is None and gear.armature is None)
+        lacks.setdefault(" and ".join(missing) or "a table of its rotor", []).append(joint.name)
+    return tables, [f"{', '.join(names)}: without {lack}" for lack, names in lacks.items()]
 
 
 def write_robot_as_robot(robot: Robot, urdf: str) -> RobotText:

@@ -225,23 +225,45 @@ function show(THREE) {
     var begin = Math.min(Math.max(frame() - Math.round(count / 2), 0), scene.frames - 1 - count);
     return { begin: begin, count: count };
   }
+  var LEFT = 58, BELOW = 20;  // room for the labels of the axes [px]
+  function ticks(from, to, most) {
+    var raw = (to - from) / most || 1, power = Math.pow(10, Math.floor(Math.log10(raw)));
+    var step = power * [1, 2, 5, 10].find(function (n) { return n * power >= raw; }), found = [];
+    for (var n = Math.ceil(from / step - 1e-9); n * step <= to + 1e-9 * step; n++) { found.push(Number((n * step).toPrecision(12))); }
+    return found;
+  }
   function chart(i) {
-    var shown = charted(), span = frames(), canvas = at("strip"), pen = canvas.getContext("2d");
-    var wide = canvas.width, high = canvas.height, low = Infinity, most = -Infinity, columns = [];
+    var shown = charted(), span = frames(), canvas = at("strip"), ratio = Math.min(devicePixelRatio, 2);
+    var wide = canvas.clientWidth - LEFT, high = canvas.clientHeight - BELOW, low = Infinity, most = -Infinity, columns = [];
+    canvas.width = (wide + LEFT) * ratio; canvas.height = (high + BELOW) * ratio;
+    var pen = canvas.getContext("2d");
+    pen.setTransform(ratio, 0, 0, ratio, 0, 0);
     for (var k = 0; k <= span.count; k++) {
-      var x = Math.round((wide - 1) * k / span.count), value = shown.values[span.begin + k], column = columns[x];
+      var x = LEFT + Math.round((wide - 1) * k / span.count), value = shown.values[span.begin + k], column = columns[x];
       low = Math.min(low, value); most = Math.max(most, value);
       columns[x] = column ? [Math.min(column[0], value), Math.max(column[1], value), value] : [value, value, value];
     }
     var bottom = Math.min(low, 0), top = Math.max(most, 0), y = function (v) { return high - 8 - (high - 16) * (v - bottom) / (top - bottom || 1); };
     function line(paint, width, trace) { pen.beginPath(); pen.strokeStyle = colour(paint); pen.lineWidth = width; trace(); pen.stroke(); }
     pen.fillStyle = colour("--raised");
-    pen.fillRect(0, 0, wide, high);
-    line("--soft", 1, function () { pen.moveTo(0, y(0)); pen.lineTo(wide, y(0)); });
+    pen.fillRect(LEFT, 0, wide, high);
+    pen.fillStyle = colour("--soft"); pen.font = "11px system-ui, sans-serif"; pen.textAlign = "right"; pen.textBaseline = "middle";
+    ticks(bottom, top, 4).forEach(function (v) {
+      line("--line", 1, function () { pen.moveTo(LEFT, y(v)); pen.lineTo(LEFT + wide, y(v)); });
+      pen.fillText(Number(v.toPrecision(6)) + shown.unit, LEFT - 5, y(v));
+    });
+    var start = scene.start_s + scene.step_s * span.begin, end = start + scene.step_s * span.count;
+    ticks(start, end, wide / 110).forEach(function (t, n, all) {
+      var x = LEFT + (wide - 1) * (t - start) / (end - start);
+      line("--line", 1, function () { pen.moveTo(x, 0); pen.lineTo(x, high); });
+      pen.textAlign = x > LEFT + wide - 30 ? "right" : "center";
+      pen.fillText(t + (n === all.length - 1 ? " s" : ""), x, high + BELOW / 2 + 1);
+    });
+    line("--soft", 1, function () { pen.moveTo(LEFT, y(0)); pen.lineTo(LEFT + wide, y(0)); });
     line("--ink", 1.5, function () {
       columns.forEach(function (column, x) { pen.lineTo(x, y(column[0])); pen.lineTo(x, y(column[1])); pen.lineTo(x, y(column[2])); });
     });
-    var now = (wide - 1) * (i - span.begin) / span.count;
+    var now = LEFT + (wide - 1) * (i - span.begin) / span.count;
     line("--line-2", 3, function () { pen.moveTo(now, 0); pen.lineTo(now, high); });
     var second = function (n) { return (scene.start_s + scene.step_s * n).toPrecision(4); };
     var plain = function (v) { return Math.abs(v) < 1e-7 * Math.max(-low, most) ? "0" : v.toPrecision(4); };  // float32 rounds so
@@ -314,7 +336,7 @@ function show(THREE) {
   function seek(event) {
     var span = frames(), box = at("strip").getBoundingClientRect();
     play(false);
-    state.time = scene.step_s * (span.begin + span.count * Math.min(Math.max((event.clientX - box.left) / box.width, 0), 1));
+    state.time = scene.step_s * (span.begin + span.count * Math.min(Math.max((event.clientX - box.left - LEFT) / (box.width - LEFT), 0), 1));
     state.dirty = true;
   }
   at("strip").onclick = seek;

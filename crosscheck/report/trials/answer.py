@@ -3,18 +3,21 @@
 from __future__ import annotations
 
 from collections.abc import Iterator, Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import Any, NamedTuple
 
 import numpy as np
 
+from crosscheck.checks.states import ROUNDINGS
 from crosscheck.findings import Agreement
 from crosscheck.report.finding_groups import describe_by_reason
 from crosscheck.report.formatting import describe_tally, format_percent
+from crosscheck.trial.input.equations import SINGLE
 from crosscheck.trial.input.source_lines import SourceLines
 from crosscheck.trial.judge.entries import Explanation
 from crosscheck.trial.source.source_edit import SourceAnswer
 
+DIGITS = f"single precision (float32, {SINGLE:.0e} relative)"
 MOST_CAUSES = 4  # causes that the terminal shows; the JSON file has all
 # Verdicts that no wrong entry accounts for.
 UNACCOUNTED = ("failed", "unfinished", "unresolved")
@@ -148,6 +151,20 @@ class TrialAnswer:
     traces: Mapping[str, str]
     agreement: Agreement
     unfollowed: tuple[UnfollowedNumber, ...] = ()
+
+    def attribute_to_single_precision(self) -> TrialAnswer:
+        """The answer on float32 numbers: differences that their rounding explains are no errors."""
+        if not self.wrong or max(each.share for each in self.wrong) > ROUNDINGS * SINGLE:
+            return self
+        return replace(
+            self,
+            verdict=TrialVerdict(f"differs by the rounding of {DIGITS} alone", is_predicate=True),
+            causes=(f"its answers have {DIGITS}: with float64 in their place, they can be judged",),
+            wrong=tuple(
+                replace(each, cause=DIGITS, explanation=None, difference=(), latex="")
+                for each in self.wrong
+            ),
+        )
 
     @property
     def lines(self) -> Iterator[str]:

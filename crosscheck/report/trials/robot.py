@@ -26,7 +26,7 @@ def answer_robot_trial(trial: RobotTrial) -> TrialAnswer:
     """The answer of a trial on a robot."""
     diagnosis = trial.diagnosis
     wrong = tuple(_make_wrong(trial, each) for each in diagnosis.entries)
-    return TrialAnswer(
+    answer = TrialAnswer(
         name=trial.name,
         mechanism=trial.robot.name,
         description=tuple(repr(trial.robot).splitlines()),
@@ -47,6 +47,7 @@ def answer_robot_trial(trial: RobotTrial) -> TrialAnswer:
         traces={part: why.trace for part, why in trial.failures.items() if why.trace},
         agreement=trial.checks,
     )
+    return answer.attribute_to_single_precision() if trial.is_single_precision else answer
 
 
 def _make_wrong(trial: RobotTrial, entry: RobotEntry) -> EntryError:

@@ -20,17 +20,20 @@ from crosscheck.trial.changes.arms.term_words import group_by_errors, guess
 from crosscheck.trial.input.equations import SINGLE
 from crosscheck.trial.input.source_lines import find_source
 from crosscheck.trial.judge.entries import EntryMismatch, format_entry, format_wrong_entries
+from crosscheck.trial.judge.suite import COMPARED
 from crosscheck.trial.judge.unit_mistakes import DEGREES, UnitMistake
 from crosscheck.trial.trial import Trial
 
 PART_TITLES = {"mass_matrix": "M", "rate_terms": "bias"}
 # By checks of equations with themselves: what is wrong where they fail. What follows from wrong
 # entries alone, as a bias from a wrong M, is left out.
+CHANGES = "changes from one call to the next with the same arguments"
 SELF_FAULTS = {
     "symmetric": "M is not symmetric",
     "positive-definite": "M is not positive definite",
     "bias-quadratic": "the bias is not quadratic in the rates",
     "linear-in-torques": "force is not linear in the torques",
+    **{f"repeatable-{part}": f"{part} {CHANGES}" for part in COMPARED},
 }
 
 
@@ -38,7 +41,7 @@ def answer_arm_trial(trial: Trial) -> TrialAnswer:
     """The answer of a trial on an arm."""
     problem, names = trial.problem, trial.problem.frame.names
     wrong = tuple(_list_wrong(trial, trial.wrong_entries))
-    return TrialAnswer(
+    answer = TrialAnswer(
         name=problem.name,
         mechanism=problem.case.arm.name,
         description=problem.case.arm.described,
@@ -66,6 +69,7 @@ def answer_arm_trial(trial: Trial) -> TrialAnswer:
             for each in trial.ignored_numbers
         ),
     )
+    return answer.attribute_to_single_precision() if trial.is_single_precision else answer
 
 
 def _list_wrong(trial: Trial, mismatches: Sequence[EntryMismatch]) -> Iterator[EntryError]:
@@ -114,10 +118,7 @@ def _describe_causes(trial: Trial) -> Iterator[str]:
     """Lines on what equations owe to themselves, on wrong units, then on wrong entries."""
     names = trial.problem.frame.names
     for finding in trial.agreement.disagreeing:
-        again, _, part = finding.quantity.partition("repeatable-")
-        if finding.verdict == "differ" and part and not again:
-            yield f"{part} changes from one call to the next with the same arguments"
-        elif finding.verdict == "differ" and finding.quantity in SELF_FAULTS:
+        if finding.verdict == "differ" and finding.quantity in SELF_FAULTS:
             places = f" ({finding.note})" if finding.note else ""
             yield f"{SELF_FAULTS[finding.quantity]}{places}"
     yield from (describe_unit_mistake(each, names) for each in trial.unit_mistakes)

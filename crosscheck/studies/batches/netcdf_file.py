@@ -23,6 +23,7 @@ from crosscheck.runner.isolated_reading import read_in_subprocess
 from crosscheck.studies.batches.result_file import SCHEMA_VERSION, STUDY, VERSION
 
 LONGEST = 2000  # characters of a name or an attribute that is looked at
+ATTRIBUTES = ("units", "long_name", "comment")  # of a variable, that are looked at
 MOST_VARIABLES = 5000
 MOST_PACKED = 1_000_000_000  # bytes that compressed variables may become
 OPENING_S, READING_BYTES_PER_S = 3.0, 5e7
@@ -136,7 +137,7 @@ class NetcdfFile:
 
     def _attributes(self, name: str) -> dict[str, str]:
         data = self.file[name]
-        return {key: self._text(data, key) for key in ("units", "long_name") if key in data.attrs}
+        return {key: self._text(data, key) for key in ATTRIBUTES if key in data.attrs}
 
     def _text(self, node: h5py.HLObject, key: str) -> str:
         return self._require_printable(f"{node.name}: {key}", _single_value(node, key))

@@ -237,7 +237,8 @@ class ResultFile:
         )
         if not dims:  # h5py takes no such wishes for a single number: it has its place once written
             made[...] = np.nan
-        made.attrs.update({"units": column.unit, "long_name": column.meaning})
+        comment = {"comment": column.missing} if column.missing else {}
+        made.attrs.update({"units": column.unit, "long_name": column.meaning, **comment})
         beside = [a.name for a in self.study.axes if a.dimension == SAMPLE and SAMPLE in dims]
         if beside:  # by which readers find the samples' values
             made.attrs["coordinates"] = " ".join(beside)

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from pathlib import Path
 from typing import Any
 
@@ -25,12 +25,17 @@ from crosscheck.studies.definition.quantities import Function
 from crosscheck.studies.members.members import PreparedStudy
 
 
-def read_study(file: Path, run_code: bool = False) -> PreparedStudy:
-    """The study of a TOML file. run_code: whether functions that it names may run.
+def read_study(
+    file: Path, run_code: bool = False, settings: Mapping[str, Any] | None = None
+) -> PreparedStudy:
+    """The study of a TOML file.
 
-    Raises InputError naming file, field, value and what is allowed.
+    run_code: whether functions that it names may run; settings: values by path beside the file's,
+    which they replace. Raises InputError naming file, field, value and what is allowed.
     """
     definition = validate_record(Definition, read_toml(file), str(file))
+    changed = {**definition.settings, **(settings or {})}
+    definition = definition.model_copy(update={"settings": changed})
     named = function_names(definition)
     if named and not run_code:
         allowed = "its code would be run; allow that with --run-code"

@@ -18,13 +18,17 @@ SECOND = "s"
 
 @dataclass(frozen=True)
 class Column:
-    """A variable: its name, unit and meaning; dims and shape: those after the members'."""
+    """A variable: its name, unit and meaning; dims and shape: those after the members'.
+
+    missing: in words, why a member that ran to the end has no value, if it can have none.
+    """
 
     name: str
     unit: str
     meaning: str
     dims: tuple[str, ...] = ()
     shape: tuple[int, ...] = ()
+    missing: str = ""
 
 
 def list_columns(study: PreparedStudy) -> list[Column]:
@@ -94,7 +98,19 @@ def _columns(quantity: quantities.Quantity, case: MemberCase) -> Iterator[Column
             yield Column(f"{name}_frequency", "Hz", f"frequency of the {about}", dims, shape)
             yield Column(f"{name}_amplitude", unit, f"amplitude of the {about}", dims, shape)
         else:
-            yield Column(quantity.result_name, *_meaning(quantity), dims, shape)
+            unit, meaning = _meaning(quantity)
+            meaning += "" if every else f", joint {getattr(quantity, 'joint', None)}"
+            missing = _describe_missing(quantity)
+            yield Column(quantity.result_name, unit, meaning, dims, shape, missing)
+
+
+def _describe_missing(quantity: quantities.Quantity) -> str:
+    """Why a member that ran to the end has no value of a quantity; empty if it always has one."""
+    if isinstance(quantity, quantities.Settling):
+        return "does not settle before the end"
+    if isinstance(quantity, quantities.Crossing):
+        return f"never {quantity.side} {quantity.level:g}"
+    return "never loses contact" if isinstance(quantity, quantities.ContactLoss) else ""
 
 
 def _meaning(quantity: quantities.Quantity) -> tuple[str, str]:
@@ -103,14 +119,17 @@ def _meaning(quantity: quantities.Quantity) -> tuple[str, str]:
         kind = quantity.kind.replace("_", " ")
         return unit_of(quantity.signal), f"{kind} of the {meaning_of(quantity.signal)}"
     if isinstance(quantity, quantities.Crossing):
-        return SECOND, f"{quantity.signal} first {quantity.side} {quantity.level:g}"
+        return SECOND, f"time when {quantity.signal} is first {quantity.side} {quantity.level:g}"
     if isinstance(quantity, quantities.ContactLoss):
-        return SECOND, f"{quantity.signal} first lost"
+        return SECOND, f"time when contact is first lost ({quantity.signal})"
     if isinstance(quantity, quantities.NoContactShare):
-        return "1", f"share of the time without {quantity.signal}"
+        return "1", f"share of the time without contact ({quantity.signal})"
     if isinstance(quantity, quantities.Settling):
-        return SECOND, f"theta within {quantity.band_rad:g} rad of its target for good"
+        return (
+            SECOND,
+            f"time until the joint angle stays within {quantity.band_rad:g} rad of its target",
+        )
     if isinstance(quantity, quantities.FinalError):
-        return "rad", "theta at the end less its target"
+        return "rad", "joint angle at the end less its target"
     assert isinstance(quantity, quantities.RigidDeviation)
-    return "rad", f"largest distance of theta from the rigid arm's, {quantity.level}"
+    return "rad", f"largest deviation of the joint angle from the rigid arm's ({quantity.level})"

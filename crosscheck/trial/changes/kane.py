@@ -88,7 +88,7 @@ class KaneSum:
     def __init__(
         self, robot: Robot, q: np.ndarray, v: np.ndarray, parts: Sequence[BodyPart] = ()
     ) -> None:
-        self.robot, self.v = robot, v
+        self.robot, self.q, self.v = robot, q, v
         self.parts = parts or list_whole_bodies(robot)
         self.poses, self.rates = AnalyticRobot(robot, "links").frames(q, v)
         self.still = np.zeros_like(self.poses[0].position)

@@ -227,6 +227,12 @@ def list_frame_mistakes(robot: Robot, level: Level) -> Iterator[RobotMistake]:
         if axis != np.abs(robot.gravity).argmax():
             words = f"gravity along {AXES[axis]}, {sign * size:.6g} m/s^2"
             yield RobotMistake(words, replace(robot, gravity=sign * size * np.eye(3)[axis]))
+    for i, j in combinations(range(3), 2):
+        order = [{i: j, j: i}.get(axis, axis) for axis in range(3)]
+        if abs(robot.gravity[i]) != abs(robot.gravity[j]) and robot.gravity[[i, j]].all():
+            for sign, words in ((1, ""), (-1, ", with the opposite sign")):
+                pulled = replace(robot, gravity=sign * robot.gravity[order])
+                yield RobotMistake(f"{AXES[i]} and {AXES[j]} of gravity exchanged{words}", pulled)
     if level == "coupled":
         yield from _confuse_stators(robot)
     if level != "links":

@@ -6,7 +6,7 @@ change is laid out alike.
 
 from __future__ import annotations
 
-from collections.abc import Collection, Mapping
+from collections.abc import Collection, Mapping, Sequence
 from dataclasses import dataclass
 from functools import cached_property
 from typing import NamedTuple
@@ -53,6 +53,8 @@ class ChangeProblem:
         tolerances: By part, of an entry of right equations, relative to its size.
         is_weightless: Whether inverse_dynamics is without gravity.
         is_driven: Whether force is the motors' torques alone.
+        turns: dq/dx (n, n) where values and sizes are those of other coordinates x.
+        names: Of the coordinates that values are of.
     """
 
     robot: Robot
@@ -64,6 +66,8 @@ class ChangeProblem:
     tolerances: Mapping[str, float]
     is_weightless: bool = False
     is_driven: bool = False
+    turns: np.ndarray | None = None
+    names: Sequence[str] = ()
 
     @property
     def parts(self) -> list[str]:
@@ -80,13 +84,36 @@ class ChangeProblem:
         """Whether nothing but accelerations is known, in which all terms are mixed."""
         return self.parts == [ACCELERATION]
 
+    @property
+    def coordinate_names(self) -> Sequence[str]:
+        """Names of the coordinates that values are of."""
+        return self.names or self.robot.coordinate_names
+
+    def carry(self, part: str, values: np.ndarray) -> np.ndarray:
+        """Values of a part (..., n), or of M (..., n, n), from the joints' own coordinates."""
+        if self.turns is None:
+            return values
+        values = values @ self.turns
+        return self.turns.T @ values if part == "mass_matrix" else values
+
+    def format_row(self, row: np.ndarray, suffix: str) -> str:
+        """A row (n,) over coordinates of joints as a sum of names with suffixes; 0 of none."""
+        names, shown = self.coordinate_names, self.carry("row", row).round(9).tolist()
+        fronts = {1.0: "", -1.0: "-"}
+        parts = [
+            f"{fronts.get(by, f'{by:g} ')}{name}{suffix}"
+            for by, name in zip(shown, names, strict=True)
+            if by
+        ]
+        return " + ".join(parts).replace("+ -", "- ") or "0"
+
     def lay_out(self, change: DynamicsTerms, states: slice = slice(None)) -> np.ndarray:
         """Changes of all parts, in one row (..., places), that follow from those of the terms.
 
         Accelerations are held in the balance that they make, on which numbers act by at most
         their square as well.
         """
-        mass, bias, gravity = change
+        mass, bias, gravity = (self.carry(*each) for each in change._asdict().items())
         held, values = bias + gravity, self.values
         made = {
             "mass_matrix": mass,
@@ -114,12 +141,14 @@ class ChangeProblem:
     def allowed(self) -> np.ndarray:
         """Largest residual that an explanation may have at each place of a row.
 
-        An entry's own difference decides, so that a large one elsewhere hides nothing here.
+        An entry's own difference decides, so that a large one elsewhere hides nothing here; one
+        that is right may stay as wrong as right ones are.
         """
         allowances = list[np.ndarray]()
         for part, wrong in zip(self.parts, self._split(self.difference), strict=True):
-            rounding = self.tolerances[part] if part == ACCELERATION else ROUNDING
-            least = np.maximum(rounding, LEFT * np.abs(wrong).max(axis=0))
+            largest, tolerance = np.abs(wrong).max(axis=0), self.tolerances[part]
+            rounding = np.where(largest <= tolerance, max(tolerance, ROUNDING), ROUNDING)
+            least = np.maximum(tolerance if part == ACCELERATION else rounding, LEFT * largest)
             allowances.append(np.broadcast_to(least, wrong.shape).ravel())
         return np.concatenate(allowances)
 

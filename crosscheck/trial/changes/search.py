@@ -521,8 +521,9 @@ class CauseSearch:
         if (left > 2 * allowed[screened]).any():  # nor do any others leave less
             return [], 0.0
         some = np.abs(fit) > ALIKE if is_free else np.clip(np.rint(fit), 0, 1)
-        picks = np.vstack([np.eye(there.size), np.ones(there.size), some])
-        for pick in picks[[there.size, *range(there.size), -1]] if is_free else picks:
+        single, every = np.eye(there.size), np.ones(there.size)
+        picks = [every, *single] if is_free else [*single, every, *(every - single)]
+        for pick in (*picks, some):
             total = pick @ inside
             square = float(total @ total)
             by = float(total @ wrong) / square if is_free and square else 1.0

@@ -20,13 +20,14 @@ from crosscheck.trial.changes.kane import (
     list_spinners,
     rotate_point,
 )
+from crosscheck.trial.changes.levers import FormatRow, LeverTable
 from crosscheck.trial.changes.mistakes import BodyPart, list_part_mistakes
 from crosscheck.trial.changes.numbers import AXES, get_link_name
 from crosscheck.trial.changes.problem import DynamicsTerms
 
 BOTH = "", " in its Jacobian alone", " in its acceleration alone"
 TORQUES = " in I w' alone", " in w x I w alone"
-MOST_PLACES = 8  # joints, about whose places each column of a Jacobian is tried
+MOST_PLACES = 8  # joints, of whose places and levers each is tried by itself
 SLIDES = {  # whether a joint that slides turns w, and w'
     "its z q' added to w and w x z q' to w', as of a joint that turns": (True, True),
     "its z q' added to w, as of a joint that turns": (True, False),
@@ -40,10 +41,14 @@ Changes = Iterator[tuple[str, BodyMotion]]
 class StepTable:
     """Effect of every mistake in Kane's sum of a robot, by the body or joint where it is made.
 
-    parts: links, or bodies of several links fixed together, in whose names suffix is appended.
+    parts: links, or bodies of several links fixed together, in whose names suffix is appended;
+    format_row: words for a row over the coordinates.
     """
 
-    def __init__(self, kane: KaneSum, parts: Sequence[BodyPart], suffix: str = "") -> None:
+    def __init__(
+        self, kane: KaneSum, parts: Sequence[BodyPart], format_row: FormatRow, suffix: str = ""
+    ) -> None:
+        self.format_row = format_row
         self.kane, self.robot, self.still = kane, kane.robot, kane.still
         self.parts = {f"{part.name}{suffix}": part for part in parts}
         self._rights = {
@@ -71,6 +76,11 @@ class StepTable:
                 steps.setdefault(words, {})[name] = terms
         self._add_joint_steps(steps)
         self._add_column_steps(steps)
+        if len(self.robot.joints) <= MOST_PLACES:
+            levers = LeverTable(self.kane, self.format_row)
+            for name, part in self.parts.items():
+                for words, terms in levers.list_changes(part, self._rights[name]):
+                    steps.setdefault(words, {})[name] = terms
         return steps
 
     def list_rotor_steps(self, level: Level) -> Steps:

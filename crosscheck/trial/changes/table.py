@@ -14,7 +14,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from crosscheck.analytic.robot.model import AnalyticRobot
+from crosscheck.analytic.robot.model import AnalyticRobot, multiply
 from crosscheck.models.robot.robot import Level, Robot, RobotBody, Rotor, compute_point_inertia
 from crosscheck.trial.changes.kane import KaneSum, list_spinners
 from crosscheck.trial.changes.mistakes import (
@@ -32,8 +32,20 @@ from crosscheck.trial.changes.numbers import RobotNumber, list_numbers, set_entr
 from crosscheck.trial.changes.problem import ChangeProblem, DynamicsTerms
 from crosscheck.trial.changes.steps import Steps, StepTable
 from crosscheck.trial.changes.variants import compute_variants
+from crosscheck.trial.coordinates.differences import CENTRAL, TURN_RAD
 
 BODY_SIZE, ROTOR_SIZE = 10, 3  # parameters of each
+RULES = {  # of the bias M' v - 1/2 d(v' M v)/dq: factors of M' v and of d(v' M v)/dq
+    "M' v alone, without -1/2 d(v' M v)/dq": (1.0, 0.0),
+    "+1/2 d(v' M v)/dq for -1/2": (1.0, 0.5),
+    "d(v' M v)/dq without its factor 1/2": (1.0, -1.0),
+    "-1/2 d(v' M v)/dq alone, without M' v": (0.0, -0.5),
+    "M' v half as large": (0.5, -0.5),
+    "M' v twice": (2.0, -0.5),
+    "+1/2 d(v' M v)/dq alone, as of Christoffel's C transposed": (0.0, 0.5),
+    "half as large": (0.5, -0.25),
+    "without every derivative of M": (0.0, 0.0),
+}
 LEAST_ROWS = 12  # rows of one part at which robots are screened
 # Entries of M, at all states, of each step of Kane's sum; and fewest states.
 MOST_ENTRIES, LEAST_STATES = 600, 3
@@ -50,7 +62,7 @@ class ChangeTable:
     """Effect of each change of a robot on its terms at the states, for all levels."""
 
     def __init__(self, problem: ChangeProblem) -> None:
-        self.robot, self.states = problem.robot, problem.states
+        self.problem, self.robot, self.states = problem, problem.robot, problem.states
         self.numbers = list(list_numbers(self.robot))
         count, size = self.states.q.shape
         self.few = slice(min(count, -(-LEAST_ROWS // size)))  # states at which all are screened
@@ -230,7 +242,7 @@ class ChangeTable:
             kane = KaneSum(self.robot, self.states.q[states], self.states.v[states])
         suffixes = "", ", with what is fixed to it"
         pairs = zip(self.part_lists, suffixes, strict=False)
-        return [StepTable(kane, parts, suffix) for parts, suffix in pairs]
+        return [StepTable(kane, parts, self.problem.format_row, suffix) for parts, suffix in pairs]
 
     @cached_property
     def body_steps(self) -> list[Steps]:
@@ -246,6 +258,29 @@ class ChangeTable:
             steps += [(words, each | rotors.pop(words, {})) for words, each in of_bodies.items()]
             steps += rotors.items()
             rotors = {}
+        return [*steps, *self._list_rule_steps(level).items()]
+
+    def _list_rule_steps(self, level: Level) -> Steps:
+        """Lagrange's rule for the bias of M with other factors, by the coordinate of a slope."""
+        q, v = (each[self.several] for each in self.states[:2])
+        model, steps = AnalyticRobot(self.robot, level), Steps()
+        still, (weights, _) = np.zeros_like(v), CENTRAL[1]
+        far = np.arange(len(weights)) - len(weights) // 2
+        turned = TURN_RAD / np.maximum(1.0, np.abs(self.robot.joint_map[0]).sum(axis=0))
+        for place, name in enumerate(self.robot.coordinate_names):
+            unit = np.eye(len(turned))[place]
+            moved = [model.mass_matrix(q + by * turned[place] * unit) for by in far]
+            slope = np.tensordot(weights, moved, 1) / turned[place]
+            rate = v[:, place, None]
+            for squares, words in (False, ""), (True, ", in products of two rates alone"):
+                of = v - squares * v * unit  # the square in dM/dq_k q_k' v is that of q_k'
+                growth = multiply(slope, of) * rate
+                energy = np.einsum("sij,si,sj->s", slope, v, v)
+                energy -= squares * np.einsum("sii,si->s", slope, v**2)
+                for rule, (by_growth, by_energy) in RULES.items():
+                    bias = (by_growth - 1) * growth + (by_energy + 0.5) * np.outer(energy, unit)
+                    terms = DynamicsTerms(np.zeros((*still.shape, len(unit))), bias, still)
+                    steps.setdefault(f"{rule}{words}", {})[f"joint {name}"] = terms
         return steps
 
     @cached_property

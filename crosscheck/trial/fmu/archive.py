@@ -40,6 +40,7 @@ BINARIES = {
 LIBRARIES = (".so", ".dylib")
 EXTRA = f"needs FMPy: {format_install_command('fmu')}"
 LONGEST = 200  # characters of a name that is looked at
+LARGEST_REFERENCE = 2**32 - 1  # fmi2ValueReference is an unsigned int
 Variables = Annotated[tuple[str, ...], Field(min_length=1, max_length=MOST)]
 
 
@@ -153,8 +154,7 @@ def _parse_description(where: str, folder: Path) -> FmuDescription:
         # Vendors' annotations break the schema, and nothing of them is read.
         model_description = read_model_description(str(folder), validate=False)
     except Exception as error:
-        reason = f"is no model description: {describe_error(error)}"
-        raise InputError(where, "", None, reason) from None
+        raise InputError(where, DESCRIPTION, None, _describe_damage(folder, error)) from None
     interface = model_description.modelExchange or model_description.coSimulation
     if interface is None:
         reason = "is neither for Model Exchange nor for Co-Simulation"
@@ -169,16 +169,36 @@ def _parse_description(where: str, folder: Path) -> FmuDescription:
     states = _find_states(where, model_description)
     _require_scalars(where, real_variables, list(states))
     variables = [v for v in real_variables if len(v.name) <= LONGEST and v.name.isprintable()]
+    for v in variables:
+        if not 0 <= v.valueReference <= LARGEST_REFERENCE:
+            allowed = f"must be a whole number from 0 to {LARGEST_REFERENCE}"
+            raise InputError(where, f"{v.name}.valueReference", v.valueReference, allowed)
     return FmuDescription(
         version=int(fmi_version[0]),
         kind="exchange" if model_description.modelExchange else "co-simulation",
         identifier=interface.modelIdentifier,
         token=model_description.guid,
-        references={v.name: int(v.valueReference) for v in variables if not v.dimensions},
+        references={v.name: v.valueReference for v in variables if not v.dimensions},
         inputs=tuple(v.name for v in variables if v.causality == "input"),
         states=tuple(states),
         rates=_find_rates(states, {v.name: v for v in real_variables}),
     )
+
+
+def _describe_damage(folder: Path, error: Exception) -> str:
+    """What FMI does not allow in a description that cannot be read, in the words of its schema."""
+    from fmpy import read_model_description
+
+    if isinstance(error, SyntaxError):
+        return f"is no XML: {error}"
+    try:
+        read_model_description(str(folder), validate=True)
+    except Exception as complaint:  # of the schema, or of what a variable refers to
+        error = complaint
+    for problem in getattr(error, "problems", [str(error)] if type(error) is Exception else []):
+        if "Annotation" not in problem:
+            return re.sub(r"^ERROR \((line \d+), column \d+\)", r"\1", problem)
+    return "refers to variables or types that it does not hold"
 
 
 def _find_states(where: str, model_description: Any) -> dict[str, Any]:

@@ -64,6 +64,13 @@ def _array(answer: Any) -> np.ndarray:
         raise NotNumbers(f"is a {name} that holds {type_names or name}, must be numbers") from None
 
 
+def is_single_precision(numbers: np.ndarray) -> bool:
+    """Whether numbers have no digit beyond single precision, and some have all of its digits."""
+    with np.errstate(over="ignore"):
+        single, half = (numbers.astype(kind) == numbers for kind in (np.float32, np.float16))
+    return bool(single.all() and not half.all())
+
+
 def format_vector(vector: np.ndarray) -> str:
     """A state's numbers as text for an error line."""
     return f"[{', '.join(f'{value:.6g}' for value in vector)}]"

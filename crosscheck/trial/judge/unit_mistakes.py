@@ -19,7 +19,7 @@ FACTORS = tuple(f**power for f in (1000.0, DEGREES) for power in (1, -1, 2, -2))
 NEAR = 0.02  # relative tolerance of a factor: other errors are reported beside it
 MOST = 0.8  # least share of the states at which an entry shows the factor
 SIZABLE = 1e-3  # least value that is compared, relative to its entry's root mean square
-FITS, DIFFERS = 1e-6, 1e-2  # median difference of right and of wrong values, relative to their rms
+FITS = 1e-6  # largest median difference of right values, relative to their rms
 
 
 @dataclass(frozen=True)
@@ -82,7 +82,7 @@ def _find_order_mistake(
 ) -> Iterator[UnitMistake]:
     """The part, if its numbers fit once they are read in another order."""
     size = np.sqrt((reference_values**2).mean()) or 1.0
-    if np.median(np.abs(user_values - reference_values)) < DIFFERS * size:
+    if np.median(np.abs(user_values - reference_values)) < FITS * size:
         return
     values, n = table.values[quantity], reference_values.shape[1]
     if np.isnan(values).any():  # rows were left out: nothing was flattened as a whole

@@ -12,6 +12,7 @@ from crosscheck.analytic.robot.model import AnalyticRobot
 from crosscheck.checks.robots.sizes import TOLERANCE, WITH_WEIGHTS
 from crosscheck.checks.robots.states import RandomStates
 from crosscheck.models.robot.robot import Level
+from crosscheck.trial.changes.forms import describe_pieces, find_forms
 from crosscheck.trial.changes.numbers import (
     ALIKE,
     list_equal_numbers,
@@ -27,14 +28,7 @@ from crosscheck.trial.changes.search import (
 from crosscheck.trial.changes.waves import describe_angle_sum
 from crosscheck.trial.robots.consistency import describe_places
 from crosscheck.trial.robots.elastic import describe_springs
-from crosscheck.trial.robots.forms import (
-    describe_accelerations,
-    describe_christoffel,
-    describe_coordinates,
-    describe_friction,
-    describe_pieces,
-    describe_solution,
-)
+from crosscheck.trial.robots.forms import describe_accelerations, describe_friction
 from crosscheck.trial.robots.judge import (
     SINGLE,
     LevelDistance,
@@ -127,8 +121,7 @@ def diagnose(
         if is_explained or pieces.get("bias") or causes.get("bias"):  # it is a sum of products
             notes += [UNFOUNDED] if unfounded else []
         elif (terms := rates()) is not None:
-            described = list(describe_christoffel(problem, level))
-            notes += described or _bias_notes(problem, level, terms, unfounded=unfounded)
+            notes += _bias_notes(problem, level, terms, unfounded=unfounded)
             notes += describe_pieces(search, "bias", are_usual=False)
     if "acceleration" in wrong and not is_explained:
         notes += _describe_accelerations(problem, search, entries)
@@ -151,8 +144,10 @@ def _describe_accelerations(
     problem: RobotProblem, search: CauseSearch, entries: Sequence[RobotEntry]
 ) -> Iterator[str]:
     """Sentences on accelerations: how they are solved for, else what is wrong in single rows."""
-    solution = list(describe_solution(problem, search.level))
-    yield from solution or describe_pieces(search, "acceleration")
+    solution = list(find_forms(search.problem, "acceleration"))
+    yield from [f"acceleration is {each}" for each in solution] or describe_pieces(
+        search, "acceleration"
+    )
     rows = [entry.place[0] for entry in entries if entry.part == "acceleration"]
     if not solution:
         yield from describe_accelerations(problem, search.level, rows)
@@ -194,7 +189,8 @@ def _describe_wrong_pieces(
     for part in wrong:
         if part in SINGLE:
             pieces = list(describe_pieces(search, part))
-            described[part] = pieces or list(describe_coordinates(problem, search.level, part))
+            forms = () if pieces else find_forms(search.problem, part)
+            described[part] = pieces or [f"{part}: {words}" for words in forms]
     return described
 
 

@@ -20,6 +20,7 @@ from crosscheck.registry import Entry, packages, register
 from crosscheck.runner.outcomes import Failure
 from crosscheck.runner.progress_update import ProgressCallback, ignore_progress
 from crosscheck.runner.workers import Workers
+from crosscheck.trial.input.arrays import is_single_precision
 from crosscheck.trial.input.calls import LOADS
 from crosscheck.trial.input.equations import Equations
 from crosscheck.trial.input.loading import require_robot_equations
@@ -77,8 +78,9 @@ class RobotTrial(TrialResult):
     equations were read; not_judged: what was not judged, with the reason, in words; distances:
     of each level, the nearest first; failures: by part that did not answer; checks: all of them;
     relative_errors: by part, how far each entry is from the diagnosis' level at most, of its size;
-    allowed: how far it may be; seed: of the states; source_answer: what must change in the user's
-    source, where a small edit mends it.
+    allowed: how far it may be; seed: of the states; is_single_precision: whether a function answers
+    in no more digits; source_answer: what must change in the user's source, where a small edit
+    mends it.
     """
 
     name: str
@@ -95,6 +97,7 @@ class RobotTrial(TrialResult):
     relative_errors: Mapping[str, np.ndarray]
     allowed: Mapping[str, float]
     seed: int
+    is_single_precision: bool = False
     source_answer: SourceAnswer | None = None
 
     @property
@@ -300,6 +303,7 @@ def _run_trial(
         relative_errors={part: np.abs(off).max(axis=0) for part, off in relative_errors.items()},
         allowed={part: sizes[diagnosis.level].tolerance(part) for part in problem.parts},
         seed=seed,
+        is_single_precision=any(map(is_single_precision, answers.again.values())),
     )
     return trial, make_answer_keys
 

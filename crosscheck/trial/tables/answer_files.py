@@ -19,6 +19,7 @@ from crosscheck.runner.isolated_reading import (
     read_arrays,
     read_in_subprocess,
 )
+from crosscheck.trial.input.arrays import is_single_precision
 from crosscheck.trial.input.calls import MATRICES
 from crosscheck.trial.input.equations import SINGLE
 from crosscheck.trial.tables.state_requests import (
@@ -103,12 +104,11 @@ def _precision(where: str, values: np.ndarray, least_digits: int) -> float:
     unlike = np.unique(values[np.isfinite(values)])
     if unlike.size < FEW:
         return 0.0
-    with np.errstate(over="ignore"):
-        if (unlike.astype(np.float32).astype(np.float64) == unlike).all():
-            if least_digits > SINGLE_DIGITS:
-                reason = f"answers are of single precision; {least_digits} digits are needed"
-                raise InputError(where, "", None, reason)
-            return SINGLE
+    if is_single_precision(unlike):
+        if least_digits > SINGLE_DIGITS:
+            reason = f"answers are of single precision; {least_digits} digits are needed"
+            raise InputError(where, "", None, reason)
+        return SINGLE
     sample = unlike[:: max(unlike.size // SAMPLE, 1)].tolist()
     digits = 1
     while digits <= MOST_DIGITS and any(float(f"{x:.{digits - 1}e}") != x for x in sample):

@@ -40,7 +40,7 @@ SLIPS = {
         "relative",
         ("h[1] = (m2*L1*d2 + mp*L1*L2)*s2*v[0]**2", "h[1] = h[0]"),
         r"bias\[theta_2\]",
-        r"your bias\[theta_1\] where bias\[theta_2\] belongs",
+        "bias: the row of theta_2 is that of theta_1",
     ),
     "a length in millimetres": (
         "relative",

@@ -594,7 +594,23 @@ UNUSABLE = {
     "no description": (
         zipped({DESCRIPTION: b'<fmiModelDescription fmiVersion="2.0"/>'}),
         RIGID,
-        "is no model description",
+        "modelDescription.xml: line 1: Element 'fmiModelDescription': The attribute 'modelName'",
+    ),
+    "no XML": (described_as(**{"</ModelVariables>": ""}), RIGID, "modelDescription.xml: is no XML"),
+    "a reference in words": (
+        described_as(**{'valueReference="1"': 'valueReference="one"'}),
+        RIGID,
+        "line 12: Element 'ScalarVariable', attribute 'valueReference': 'one'",
+    ),
+    "a reference below 0": (
+        described_as(**{'valueReference="1"': 'valueReference="-1"'}),
+        RIGID,
+        "theta_2.valueReference = -1: must be a whole number from 0 to 4294967295",
+    ),
+    "a variable that is not there": (
+        described_as(**{'index="8"': 'index="800"'}),
+        RIGID,
+        "refers to variables or types that it does not hold",
     ),
     "another version": (
         described_as(**{'fmiVersion="2.0"': 'fmiVersion="1.0"'}),

@@ -17,7 +17,7 @@ from crosscheck.trial.changes.arms.segments import (
     evaluate_entry,
     rate_name,
 )
-from crosscheck.trial.changes.arms.steps import find_steps
+from crosscheck.trial.changes.arms.steps import find_other_rows, find_steps
 from crosscheck.trial.changes.arms.targets import (
     TargetRow,
     make_balance_target,
@@ -40,7 +40,6 @@ from crosscheck.trial.judge.entries import (
     EntryMismatch,
     EntryPlace,
     Explanation,
-    Term,
     TermError,
 )
 from crosscheck.trial.judge.suite import get_trusted_answers
@@ -289,41 +288,26 @@ def _prefer_shared_errors(group: Sequence[EntryMismatch]) -> list[EntryMismatch]
 def _explain_part(
     arms: Sequence[EntryComparison], wrong: Sequence[EntryPlace]
 ) -> dict[EntryPlace, Explanation]:
-    """Explanations of wrong entries of a part: by a copied row; by one change of many entries."""
-    if copied := _find_copied_rows(arms, wrong):
-        return copied
+    """Explanations of wrong entries of a part: by another row; by one change of many entries."""
+    part = wrong[0].part
+    if errors := find_other_rows(arms, part):
+        return _share_errors(wrong, errors)
     target = make_part_target(arms, wrong)
     sets = search_changes(target) if len(target.table.rows) <= MOST_TOGETHER else []
     sets = [changes for changes in sets if len(changes) == 1]
     if sets:
         return dict.fromkeys(wrong, _make_explanation(target, sets))
-    if arms[0].problem.has_gravity and wrong[0].part == "force":
+    if arms[0].problem.has_gravity and part == "force":
         return {}  # without weights there is nothing to derive
-    errors = find_steps(arms, wrong[0].part)
+    return _share_errors(wrong, find_steps(arms, part))
+
+
+def _share_errors(
+    wrong: Sequence[EntryPlace], errors: Sequence[TermError]
+) -> dict[EntryPlace, Explanation]:
+    """Explanations of entries by any of some errors, none where there are none."""
     others = tuple((each,) for each in errors[1:])
     return dict.fromkeys(wrong, Explanation((errors[0],), 0.0, others)) if errors else {}
-
-
-def _find_copied_rows(
-    arms: Sequence[EntryComparison], wrong: Sequence[EntryPlace]
-) -> dict[EntryPlace, Explanation]:
-    """Explanations of the entries of a row that is the user's own of another coordinate."""
-    part, names = wrong[0].part, arms[0].frame.names
-    if part == "mass_matrix":
-        return {}
-    values = [arm.user_values[QUANTITIES[part]] for arm in arms]
-    copied = dict[EntryPlace, Explanation]()
-    for row in dict.fromkeys(place.row for place in wrong):
-        for other in range(len(names)):
-            same = all(
-                np.abs(each[:, row] - each[:, other]).max() <= FITS * np.abs(each[:, row]).max()
-                for each in values
-            )
-            if other != row and same and all(each[:, row].any() for each in values):
-                yours, right = f"your {part}[{names[other]}]", f"{part}[{names[row]}]"
-                explanation = Explanation((TermError("swapped", Term(""), yours, right),), 0.0)
-                copied |= {place: explanation for place in wrong if place.row == row}
-    return copied
 
 
 def _explain_accelerations(

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections import defaultdict
 from collections.abc import Iterator, Mapping, Sequence
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 from functools import cached_property
 from itertools import combinations
 from typing import Any, NamedTuple
@@ -382,7 +382,7 @@ class TermTable:
                 yield Modifier("exchanged", effects, mask, 1.4, first, second)
 
     def _generate_moves(self) -> Iterator[Modifier]:
-        """Terms of the bias before other rates or in another row; two rows exchanged."""
+        """Terms of the bias before other rates or in another row."""
         names, bias = self.terms.names, [place for place, _ in self.rows]
         for here, there in self.swaps:
             allowed = np.array([place == here for place in bias])
@@ -396,13 +396,6 @@ class TermTable:
                 )
                 made = self._move(dict.fromkeys([here], there))
                 yield Modifier("swapped", made, allowed, 1.1, yours, right)
-        for i, j in combinations(range(len(names)), 2):
-            other = {i: j, j: i}
-            swaps = {p: replace(p, row=other[p.row]) for p in set(bias) if p.row in other}
-            if swaps and {*swaps.values()} <= {*self.places}:
-                allowed = np.array([place in swaps for place in bias])
-                words = f"row {names[i]}", f"row {names[j]}"
-                yield Modifier("exchanged", self._move(swaps), allowed, 1.0, *words)
 
     def _move(self, places: Mapping[EntryPlace, EntryPlace]) -> np.ndarray:
         """Effects (P, A, R) of terms that stand in other entries instead."""

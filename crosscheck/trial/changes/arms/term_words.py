@@ -141,14 +141,6 @@ def _format_multiple(monomial: Monomial, name: str) -> str:
     return f"{front}{name}{slash}{below}"
 
 
-def format_row(row: np.ndarray, names: Sequence[str], *, rate: bool = False) -> str:
-    """A row (n,) over coordinates, or their rates, as a sum: theta_1 + theta_2; 0 of none."""
-    once = {1.0: "", -1.0: "-"}
-    entries = zip(row.round(9).tolist(), names, strict=True)
-    parts = (once.get(entry, f"{entry:g} ") + name + "'" * rate for entry, name in entries if entry)
-    return join_terms(parts) or "0"
-
-
 def join_terms(parts: Iterable[str]) -> str:
     """The sum of texts, which may begin with a minus."""
     return " + ".join(parts).replace("+ -", "- ")
@@ -192,6 +184,8 @@ def describe_term_error(error: TermError) -> str:
         return f"extra term: {term}" + f", which stands in {error.right}" * bool(error.right)
     # missing term: m (L2 - d2) L1: where one letter stands for another in one product.
     coefficient, right, yours = error.term.coefficient, error.right, error.yours
+    if not right:  # a step of the derivation, which is no term
+        return yours
     match = re.search(rf"(?<!\S){re.escape(right)}(\^\d+)?(?!\S)", coefficient)
     if match is None or "(" in coefficient or "every" in coefficient or not yours.isidentifier():
         return f"{yours} where {right} belongs" + f", in {term}" * bool(term)

@@ -1,0 +1,36 @@
+"""Dots on a logarithmic axis, where a bar would begin nowhere: a row for each name."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from typing import TYPE_CHECKING
+
+if TYPE_CHECKING:
+    from matplotlib.figure import Figure
+
+
+def draw_dots(
+    names: Sequence[str], series: Mapping[str, Sequence[float]], colours: Sequence[str], label: str
+) -> Figure:
+    """A figure that is read whole on a phone; a value of 0 has no place on its axis and no dot.
+
+    Args:
+        names: Of the rows, from the top.
+        series: By what the legend calls them, a value for each row.
+        colours: Of the series.
+        label: Of the axis, with its unit.
+    """
+    from matplotlib.figure import Figure
+
+    figure, rows = Figure(figsize=(5.4, 0.28 * len(names) + 1.1), layout="constrained"), len(names)
+    axes = figure.subplots()
+    for (legend, values), colour in zip(series.items(), colours, strict=True):
+        axes.plot(values, range(rows), "o", color=colour, label=legend)
+    axes.set_yticks(range(rows), names, parse_math=False)  # a name may hold a dollar
+    axes.invert_yaxis()
+    axes.set_xscale("log")
+    axes.xaxis.set_major_formatter("{x:g}")
+    axes.set_xlabel(label)
+    axes.grid(alpha=0.4)
+    figure.legend(loc="outside upper center", ncols=3, frameon=False)
+    return figure
