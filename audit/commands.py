@@ -43,7 +43,7 @@ def paper(
     ] = 1,
     jobs: Jobs = None,
     run_code: Annotated[
-        bool, typer.Option("--run-code", help="Let the folder's equations and functions run.")
+        bool, typer.Option("--run-code", help="Allow the folder's equations and functions to run.")
     ] = False,
 ) -> None:
     """Reproduce the paper's figures and judge its claims; write paper.html and claims.json.

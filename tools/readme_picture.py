@@ -52,20 +52,27 @@ def compare_mass_matrices() -> Iterator[HeatMap]:
         yield make_heat_map(f"mass matrix, {title}", names, names, relative.tolist(), TOLERANCE)
 
 
+def measure_map(heat_map: HeatMap) -> tuple[int, int]:
+    """Widths of the names at the left of a map, and of a cell, by their letters [pixels]."""
+    rows, columns = (max(map(len, names)) for names in (heat_map.rows, heat_map.columns))
+    return max(LEFT, LETTER * rows + 2), max(CELL, LETTER * columns + 6)
+
+
 def draw_map(heat_map: HeatMap, left: float) -> Iterator[str]:
     """The elements of a map, its names at the left and above."""
-    yield f'<text class="title" x="{left + LEFT}" y="20">{escape(heat_map.title)}</text>'
+    margin, wide = measure_map(heat_map)
+    yield f'<text class="title" x="{left + margin}" y="20">{escape(heat_map.title)}</text>'
     for number, name in enumerate(heat_map.columns):
-        middle = left + LEFT + (number + 0.5) * CELL
+        middle = left + margin + (number + 0.5) * wide
         yield f'<text x="{middle}" y="{TOP - 9}">{escape(name)}</text>'
     for number, (name, cells) in enumerate(zip(heat_map.rows, heat_map.cells, strict=True)):
         top = TOP + number * ROW
-        yield f'<text class="row" x="{left + LEFT - 7}" y="{top + 20}">{escape(name)}</text>'
+        yield f'<text class="row" x="{left + margin - 7}" y="{top + 20}">{escape(name)}</text>'
         for column, cell in enumerate(cells):
-            at = left + LEFT + column * CELL
+            at = left + margin + column * wide
             yield (
-                f'<rect class="s{cell.shade}" x="{at}" y="{top}" width="{CELL}" height="{ROW}"/>'
-                f'<text class="s{cell.shade}" x="{at + CELL / 2}" y="{top + 20}">{cell.text}</text>'
+                f'<rect class="s{cell.shade}" x="{at}" y="{top}" width="{wide}" height="{ROW}"/>'
+                f'<text class="s{cell.shade}" x="{at + wide / 2}" y="{top + 20}">{cell.text}</text>'
             )
 
 
@@ -75,7 +82,8 @@ def draw_maps(maps: Sequence[HeatMap]) -> str:
     left = 0
     for each in maps:
         elements += draw_map(each, left)
-        left += LEFT + max(CELL * len(each.columns), LETTER * len(each.title)) + GAP
+        margin, wide = measure_map(each)
+        left += margin + max(wide * len(each.columns), LETTER * len(each.title)) + GAP
     width, height = left - GAP + 4, TOP + ROW * max(len(each.rows) for each in maps) + 4
     description = "; ".join(each.described for each in maps)
     return (

@@ -71,7 +71,7 @@ JsonFile = Annotated[
 ]
 Scenarios = Annotated[
     Texts,
-    Option("--scenario", help="Run this one, name or file, not the arm's usual ones; repeatable."),
+    Option("--scenario", help="Run this experiment, not the usual ones; name or file, repeatable."),
 ]
 Settings = Annotated[
     Texts,
@@ -190,7 +190,7 @@ def check(
 def simulate(
     arm: MechanismName,
     model: Annotated[
-        str, Option(help="See `crosscheck list`; of a robot ENGINE:LEVEL, analytic:coupled.")
+        str, Option(help="See `crosscheck list`; for a robot ENGINE:LEVEL, as analytic:coupled.")
     ],
     scenario: Annotated[str, Option(help="Built-in name or TOML file.")],
     out: Annotated[Path, Option(help="NetCDF file to write.")],
@@ -239,7 +239,7 @@ def trial(
         ),
     ] = None,
     scenario: Annotated[
-        Texts, Option("--scenario", help="Simulate this too, a name or file; repeatable.")
+        Texts, Option("--scenario", help="Also simulate this experiment; name or file, repeatable.")
     ] = None,
     settings: Settings = None,
     quick: Quick = False,
@@ -258,13 +258,14 @@ def trial(
         Option(help="Judge this CSV or MAT file in place of MODEL; no code is run."),
     ] = None,
     after: Annotated[
-        list[Path] | None, Option(help="With --ask: the first answers; adds states of other arms.")
+        list[Path] | None, Option(help="With --ask: first answers, to add states of other arms.")
     ] = None,
     coordinates: Annotated[
-        File, Option(help="TOML file of a linear map, for --ask and --answers; names of an FMU.")
+        File,
+        Option(help="TOML file of a linear map, with --ask or --answers, or of an FMU's names."),
     ] = None,
     run_code: Annotated[
-        bool, Option("--run-code", help="Let an FMU run, whose binary is code.")
+        bool, Option("--run-code", help="Allow an FMU to run: its binary is code.")
     ] = False,
 ) -> None:
     """Check your own equations of an arm or a robot: which entry is wrong, and why."""
@@ -295,7 +296,7 @@ def compare(
         Path,
         Argument(
             metavar="RECORD",
-            help="CSV, MAT, HDF5 or NetCDF file, ROS bag, or a TOML that says what columns are.",
+            help="CSV, MAT, HDF5 or NetCDF file, ROS bag, or a TOML that describes its columns.",
         ),
     ],
     arm: Annotated[
@@ -329,7 +330,7 @@ def compare(
 @app.command()
 def cost(
     robot: Annotated[
-        str, Argument(metavar="ROBOT", help="Built-in name, TOML file or URDF; or an arm's.")
+        str, Argument(metavar="ROBOT", help="Built-in name, TOML file or URDF of a robot or arm.")
     ],
     motion: Annotated[
         File, Option(help="CSV, MAT, HDF5 or NetCDF file of a motion; sines by default.")
@@ -347,7 +348,7 @@ def cost(
     json_file: JsonFile = None,
     out: Annotated[File, Option(help="Folder of the page, cost.html.")] = None,
 ) -> None:
-    """Show what leaving out a robot's rotors, or their coupling, costs in torque and at its tip."""
+    """Show the errors in torque and at the tip if rotors or their coupling are left out."""
     from crosscheck.cli.cost import cost_command
 
     raise typer.Exit(
@@ -358,15 +359,13 @@ def cost(
 @app.command()
 def export(
     arm: MechanismName,
-    out: Annotated[
-        Path, Option(help="C file, FMU (.fmu), or URDF (.urdf) of the mechanism, to write.")
-    ],
+    out: Annotated[Path, Option(help="File to write: C, FMU (.fmu) or URDF (.urdf).")],
     model: Annotated[
-        Text, Option(help="An analytic one, see `crosscheck list`; of C files and FMUs.")
+        Text, Option(help="Analytic model of a C file or FMU, see `crosscheck list`.")
     ] = None,
     settings: Settings = None,
 ) -> None:
-    """Write equations as C or FMU, or an arm or robot itself as URDF and a robot's TOML file."""
+    """Write a model as C or FMU, or an arm or robot as a URDF with a robot's TOML file."""
     from crosscheck.cli.files.export import export_command
 
     export_command(arm, model, settings or [], out)
@@ -374,7 +373,7 @@ def export(
 
 @app.command()
 def sweep(
-    study: Annotated[Path, Argument(metavar="STUDY.toml", help="What to vary and measure.")],
+    study: Annotated[Path, Argument(metavar="STUDY.toml", help="File of the study.")],
     out: Annotated[Path, Option(help="NetCDF file to write.")],
     jobs: Jobs = None,
     scheduler: Annotated[
@@ -384,14 +383,12 @@ def sweep(
             help="Address of a Dask scheduler, whose workers run the study.",
         ),
     ] = None,
-    resume: Annotated[
-        bool, Option("--resume", help="Go on where an earlier run was stopped.")
-    ] = False,
+    resume: Annotated[bool, Option("--resume", help="Continue a run that was stopped.")] = False,
     run_code: Annotated[
-        bool, Option("--run-code", help="Let the study run the functions that it names.")
+        bool, Option("--run-code", help="Allow the study to run the functions that it names.")
     ] = False,
 ) -> None:
-    """Run a study, many members of one arm or robot and experiment, into a NetCDF file."""
+    """Run a study: one arm or robot and experiment, many values; write a NetCDF file."""
     with require_memory():
         from crosscheck.cli.studies import sweep_command
 
@@ -400,7 +397,7 @@ def sweep(
 
 @app.command()
 def plot(
-    file: Annotated[Path, Argument(metavar="FILE", help="What `crosscheck sweep` wrote.")],
+    file: Annotated[Path, Argument(metavar="FILE", help="Result of `crosscheck sweep`.")],
     quantity: Annotated[Texts, Option(help="Variable to draw; repeatable (default: all).")] = None,
     out: Annotated[File, Option(help="PNG file to write (default: beside FILE).")] = None,
 ) -> None:
@@ -413,11 +410,11 @@ def plot(
 
 @app.command()
 def view(
-    file: Annotated[Path, Argument(metavar="RUN.nc", help="What `crosscheck simulate` wrote.")],
+    file: Annotated[Path, Argument(metavar="RUN.nc", help="Trajectory of `crosscheck simulate`.")],
     out: Annotated[File, Option(help="HTML file to write (default: beside RUN.nc).")] = None,
     open_page: OpenPage = False,
 ) -> None:
-    """Write a page that shows a run in three dimensions, gears and one mesh close up."""
+    """Write a page that plays a run in three dimensions, with one mesh close up."""
     from crosscheck.cli.view import view_command
 
     page = view_command(file, out)
@@ -442,9 +439,11 @@ def init(
     direct: Annotated[
         bool, Option("--direct", help="A plain arm: no gears, no friction, gravity.")
     ] = False,
-    urdf: Annotated[File, Option(help="A robot's file instead, for this URDF or MJCF.")] = None,
+    urdf: Annotated[
+        File, Option(help="Write a robot's file for this URDF or MJCF instead.")
+    ] = None,
 ) -> None:
-    """Write a commented file of an arm, or of a robot, to begin with; never over another file."""
+    """Write a commented file of an arm or a robot to start from; it never overwrites a file."""
     from crosscheck.cli.files.template import init_command, init_robot_command
 
     if urdf is None:
@@ -456,7 +455,7 @@ def init(
 
 @app.command()
 def show(arm: MechanismName) -> None:
-    """Show an arm's values and what follows from them; of a robot, every doubtful inertia."""
+    """Show an arm's values and derived quantities, or a robot and its doubtful inertias."""
     from crosscheck.cli.show import show_command
 
     show_command(arm)
@@ -464,7 +463,7 @@ def show(arm: MechanismName) -> None:
 
 @cache.command()
 def clear() -> None:
-    """Remove all that is kept between runs: simulations and compiled code."""
+    """Remove the files kept between runs: simulations and compiled code."""
     from crosscheck.runner.cache import clear_command
 
     clear_command()
@@ -475,12 +474,12 @@ COMPLETION = "_CROSSCHECK_COMPLETE"  # set by a shell that asks for completions
 TOO_MANY_FILES = (errno.EMFILE, errno.ENFILE)
 DISK_FULL = (errno.ENOSPC, errno.EDQUOT, errno.EFBIG)
 USAGE_ERRORS = (typer.Exit, typer.Abort, typer.BadParameter)
-PARSERS_INTERRUPTED = 130  # its own way to say that there was a KeyboardInterrupt
+PARSERS_INTERRUPTED = 130  # code by which Typer reports a KeyboardInterrupt
 
 
 @lru_cache
 def build_own_commands() -> Any:
-    """The program's own commands as Typer's parser takes them: a twentieth of a second."""
+    """The program's own commands, built for Typer's parser in a twentieth of a second."""
     return typer.main.get_command(app)
 
 
@@ -508,7 +507,7 @@ def build_commands() -> Any:
 
 
 def is_completion() -> bool:
-    """Whether a shell asks what may come next, or a user for the script that makes it ask."""
+    """Whether a shell asks for completions, or a user for the script of completions."""
     return COMPLETION in os.environ or sys.argv[1:2] in (
         ["--install-completion"],
         ["--show-completion"],
@@ -526,7 +525,7 @@ def main() -> NoReturn:
         if not was_stopped():
             _explain(error)
         code = PARSERS_INTERRUPTED
-    except BaseException as error:  # of no command of ours: code that one of them ran has left
+    except BaseException as error:  # not ours: code that a command ran wants to exit
         if is_completion():
             raise
         _fail(f"came to no verdict: code that was run raised {describe_error(error)}", 3)

@@ -36,13 +36,13 @@ from crosscheck.run import CrossCheck, OutcomeCallback, run_cross_check
 from crosscheck.runner.progress import QUIET_S, show_progress
 
 STDERR = Console(stderr=True)
-CrossCheckRunner = Callable[[CrossCheckRequest, int], CrossCheck]  # (what is wanted, processes)
+CrossCheckRunner = Callable[[CrossCheckRequest, int], CrossCheck]  # (request, number of processes)
 
 
 def make_request(
     arm: str, scenarios: list[str] | None, settings: list[str] | None, quick: bool, seed: int
 ) -> CrossCheckRequest:
-    """Request of a command line for a cross-check of an arm or robot. Raises InputError."""
+    """The request of a command line for a cross-check of an arm or robot. Raises InputError."""
     chosen = select_mechanism(arm, scenarios or [], settings or [])
     return request_cross_check(chosen, quick, seed)
 
@@ -56,7 +56,7 @@ def run_command(chosen: CrossCheckRequest, out: Path, jobs: int) -> int:
     charts = Charts()
     result = run_with_progress(chosen, jobs, charts.show)
     from crosscheck.report.html import (
-        render_report_page,  # Matplotlib, which no simulation waits for
+        render_report_page,  # imports Matplotlib, which would delay the simulations
     )
 
     page = render_report_page(result, charts.build_pictures())
@@ -68,13 +68,13 @@ def run_command(chosen: CrossCheckRequest, out: Path, jobs: int) -> int:
 
 
 def run_with_progress(
-    chosen: CrossCheckRequest, jobs: int, shown: OutcomeCallback = lambda key, outcome: None
+    chosen: CrossCheckRequest, jobs: int, on_outcome: OutcomeCallback = lambda key, outcome: None
 ) -> CrossCheck:
-    """Cross-check an arm, with its progress and what a user should know before it."""
+    """Cross-check an arm, showing progress and warnings."""
     about = f"cross-checking {make_printable(chosen.name)}"
     with show_progress(about, QUIET_S if chosen.quick else 0.0) as progress:
         return run_cross_check(
-            chosen, jobs=jobs, progress=progress, on_warning=_print_warning, on_outcome=shown
+            chosen, jobs=jobs, progress=progress, on_warning=_print_warning, on_outcome=on_outcome
         )
 
 
@@ -102,7 +102,7 @@ def prepare_recording(
     """Subject of a baseline, and the function that makes it; runs code. Raises InputError."""
     if not model:
         return make_request(arm, scenarios, settings, quick, 0), run_with_progress
-    from crosscheck.cli.trial import (  # sympy, which nothing else needs
+    from crosscheck.cli.trial import (  # imports SymPy, which no other command needs
         make_trial_request,
         run_trial_with_progress,
     )
@@ -122,10 +122,10 @@ def accept_command(
 ) -> int:
     """Cross-check an arm and record the result; returns the exit code.
 
-    runner: the function that makes the result, where equations are tried instead. Checks that
-    differ are recorded only ``with_differences``, as known ones. Raises InputError, before anything
-    is run, where another arm's record would be replaced, and for uncommitted changes of a checkout
-    that the record would lie in.
+    runner: makes the result, for example a trial of equations. Checks that differ are recorded
+    only ``with_differences``, as known ones. Raises InputError before anything runs if another
+    arm's record would be replaced, or if the checkout that holds the record has uncommitted
+    changes.
     """
     path = baseline_path(folder, chosen)
     require_files((path, RECORD), (junit, JUNIT))
@@ -151,7 +151,7 @@ def accept_command(
 
 
 def _can_be_recorded(result: CrossCheck, with_differences: bool) -> bool:
-    """Whether all was judged, and nothing is wrong or wanted as it is; prints why not."""
+    """Whether a result may be recorded; prints the reason if not."""
     wrong, lost = result.agreement.disagreeing, list(find_unrecorded_runs(result))
     for line in lost:
         print(make_printable(line))
@@ -177,7 +177,7 @@ def check_command(
 ) -> int:
     """Repeat a recorded cross-check and print what changed; returns the exit code.
 
-    renew: the command that records anew; runner: as accept_command has it.
+    renew: the command line that replaces the record; runner: as in accept_command.
 
     Raises InputError, before anything is run, for a record that cannot be compared with this.
     """
@@ -198,7 +198,7 @@ def renewal(
     quick: bool,
     model: str = "",
 ) -> str:
-    """The command line that records anew."""
+    """The command line that replaces a record."""
     parts = ["crosscheck", "baseline", "accept", arm]
     parts += ["--model", model] if model else []
     parts += ["--dir", str(folder)] if folder != Path("baselines") else []

@@ -33,7 +33,7 @@ from crosscheck.recordings.smoothing import add_drive_torques, check_rates
 from crosscheck.runner.progress import progress_bar
 
 PAGE = "compare.html"
-DESCRIPTION = ".toml"  # ends the name of a record's description
+DESCRIPTION = ".toml"  # suffix of a description of records
 
 
 def compare_command(
@@ -41,7 +41,7 @@ def compare_command(
     name: str,
     scenario: str | None,
     settings: list[str],
-    stated: list[str],
+    tolerance_texts: list[str],
     topic: str,
     joints: list[str],
     json_file: Path | None,
@@ -56,7 +56,7 @@ def compare_command(
     selection = select_mechanism(name, () if scenario is None else (scenario,), settings)
     adopt = supply("compare", selection.mechanism.section)
     mechanism: ComparedMechanism = adopt(selection.mechanism)
-    tolerances = dict(_tolerance(text) for text in stated)
+    tolerances = dict(_tolerance(text) for text in tolerance_texts)
     mechanism.require_parameters(tolerances)
     page = None if out is None else out / PAGE
     table = None if out is None else out / EXCITATION_FILE

@@ -32,7 +32,7 @@ def prepare() -> None:
             tolerant = io.TextIOWrapper(
                 io.BufferedWriter(outlet),
                 encoding=getattr(stream, "encoding", "utf-8"),
-                errors="backslashreplace",  # for what the encoding does not have
+                errors="backslashreplace",  # for characters that the encoding lacks
                 line_buffering=descriptor == 2 or outlet.isatty(),
             )
             setattr(sys, name, tolerant)
@@ -40,12 +40,12 @@ def prepare() -> None:
     if columns.isdecimal() and not int(columns):  # some shells' word for an unknown width
         del os.environ["COLUMNS"]
     try:
-        os.getcwd()  # which libraries ask for
+        os.getcwd()  # libraries call it
     except OSError as error:
         raise InputError("working folder", "", None, f"is gone: {error.strerror}") from None
-    # Processes share the work, of many small matrices: threads of the linear algebra only wait.
+    # Processes share the work on many small matrices, where threads of the linear algebra idle.
     os.environ.setdefault("OPENBLAS_NUM_THREADS", "1")
-    # Where Matplotlib's own folders cannot be used it would say so at length.
+    # Matplotlib prints a long warning if its own folders cannot be used.
     if not all(map(is_usable, _matplotlib_folders())):
         os.environ["MPLCONFIGDIR"] = str(prepare_cache_folder() / "matplotlib")
 
@@ -88,7 +88,7 @@ def require_memory() -> Iterator[None]:
 
 
 class _Outlet(io.FileIO):
-    """A descriptor that remembers why it could not be written, and then takes all for nothing."""
+    """A descriptor that remembers its first write error, and then discards everything."""
 
     failure: OSError | None = None
 
@@ -105,7 +105,7 @@ _outlets: dict[int, _Outlet] = {}
 
 
 def occupy_streams() -> None:
-    """Open closed streams, whose numbers the next files would get, and engines print into them."""
+    """Open closed streams: the next files would get their numbers, and engines print into them."""
     for descriptor in range(3):
         try:
             os.fstat(descriptor)

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import re
 from collections import ChainMap
 from typing import Any
 
@@ -41,12 +42,9 @@ GROUPS: dict[str, dict[str, str]] = {
 TYPES = {
     "bool": "",
     "path": "FILE",
-    "list[Path]": "FILE",
+    "Path": "FILE",
     "str": "TEXT",
-    "list[str]": "TEXT",
     "int": "NUMBER",
-    "int range": "NUMBER",
-    "list[int]": "NUMBER",
     "float": "NUMBER",
 }
 HELP_NAMES = ["-h", "--help"]
@@ -85,7 +83,7 @@ def _simplify_type(parameter: Any) -> None:
     def describe_type(ctx: typer.Context) -> str:
         if parameter.param_type_name == "argument":
             return ""
-        label = show(ctx=ctx).strip("<>") if show else ""
+        label = re.sub(r"[<>\]]|list\[| range", "", show(ctx=ctx)) if show else ""
         word = TYPES.get(label, label)
         return "DIR" if word == "FILE" and parameter.help.startswith("Folder") else word
 

@@ -1,4 +1,4 @@
-"""`crosscheck list`: what other commands accept. It waits for no engine and no numbers."""
+"""`crosscheck list`: names that other commands accept. It imports no engine and no NumPy."""
 
 from __future__ import annotations
 

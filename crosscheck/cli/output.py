@@ -10,7 +10,7 @@ from crosscheck.report.formatting import make_printable
 
 FileRequest = tuple[
     Path | None, Callable[[], str]
-]  # a file, None where none is; what makes its text
+]  # a path or None, and the function that makes the text
 
 
 def write_requested(*requests: FileRequest) -> list[str]:
@@ -21,7 +21,7 @@ def write_requested(*requests: FileRequest) -> list[str]:
 
 
 def print_and_write(lines: Iterable[str], *requests: FileRequest) -> None:
-    """Write the files, print the lines and name what was written. Raises InputError."""
+    """Write the files, print the lines and the names of the files. Raises InputError."""
     named = write_requested(*requests)
     for line in (*map(make_printable, lines), *named):
         print(line)

@@ -1,4 +1,4 @@
-"""`crosscheck show`: an arm's values and what follows from them, quantity by quantity."""
+"""`crosscheck show`: an arm's values and derived quantities, or a robot with its doubts."""
 
 from __future__ import annotations
 
@@ -41,7 +41,7 @@ from crosscheck.trial.input.arm_symbols import SYMBOL_OF_FIELD
 
 MOST_LISTED = 6  # numbers of a list that are shown
 OF_THE_FILE = ("schema_version", "name", "title")
-RIGID = 1e-3  # of the fastest eigenvalue: slower ones are the arm's own, or their rounding
+RIGID = 1e-3  # share of the fastest eigenvalue below which one is of the rigid arm, or rounding
 
 
 def show_command(name: str) -> None:
@@ -92,7 +92,7 @@ def show_robot(name: str) -> None:
 
 
 def _list_assumptions(robot: Robot, content: Mapping[str, Any]) -> Iterator[str]:
-    """Lines on what no file of a robot states; content: of its own file, or what stands for it."""
+    """Lines on assumptions that no file of a robot states; content: of the robot's own file."""
     if "gravity_m_per_s2" not in content:
         yield "gravity is assumed, along -z of the root link"
     if "tip" not in content:
@@ -124,7 +124,7 @@ def _tables(arm: Arm) -> Iterator[Table]:
 
 
 def _stated_quantities(record: Data | PlanetMesh) -> Iterator[DerivedQuantity]:
-    """The values of a record itself, not of what it holds, nor of the file around it."""
+    """The values of a record's own fields, without nested records and the file's own fields."""
     for field in describe_fields(Mesh if isinstance(record, PlanetMesh) else type(record)):
         value = getattr(record, field.name)
         if value is not None and not field.records and field.name not in OF_THE_FILE:
@@ -168,7 +168,7 @@ def _format_value(value: float | str | tuple[float, ...]) -> str:
 
 
 class DerivedQuantity(NamedTuple):
-    """A number, or numbers or a word, with what it is, its unit and its symbol without a number."""
+    """A number, numbers or a word, with its name, its unit and its symbol without an index."""
 
     name: str
     value: float | str | tuple[float, ...]
@@ -221,7 +221,7 @@ def derived_mesh(joint: Planetary, named: NamedMesh) -> Iterator[DerivedQuantity
 
 
 def derived_joint(joint: Planetary | Direct) -> Iterator[DerivedQuantity]:
-    """Quantities of a joint's gears, if it has any, and what a rigid arm has of it."""
+    """Quantities of a joint's gears, if it has any, and their part in a rigid arm."""
     if isinstance(joint, Planetary):
         yield from _stage(joint)
         sun, planet, _ = equivalent_masses(joint)
@@ -278,7 +278,7 @@ def derived_arm(arm: Arm) -> Iterator[DerivedQuantity]:
 def _mesh_poles(model: PhysicalModel) -> list[complex]:
     """Eigenvalues [1/s] of the teeth, slowest first: the fastest vibrations, of suns and planets.
 
-    What is damped beyond vibrating, and what the arm's weight lets swing, is not among them.
+    Overdamped modes and swings under gravity are left out.
     """
     poles = model.contact_poles()
     teeth = int((~model.layout.angular).sum())

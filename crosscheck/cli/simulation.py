@@ -30,10 +30,10 @@ class SimulationRequest(SelfKeyedTask):
     case: Case | RobotCase
     force: bool
     rtol: float | None = None
-    cost = 3600.0  # rough seconds; a user may well ask for a run of hours
+    cost = 3600.0  # rough cost [s]: a run may take hours
 
     def perform(self) -> tuple[bytes, str] | InputError | Diverged:
-        """The content of the run's file and what is said of it; or what is wrong."""
+        """The content and the summary of the run's file, or the error."""
         from crosscheck.api import simulate
         from crosscheck.models.trajectory import encode_netcdf
 
@@ -69,7 +69,7 @@ def simulate_command(
 ) -> None:
     """Simulate one model of an arm or a robot into a NetCDF file."""
     case = load_experiment(arm, scenario, switches, settings)
-    supply("find_entry", case[0].section)(model, case[0])  # or an error before anything is run
+    supply("find_entry", case[0].section)(model, case[0])  # raises before anything is run
     request = SimulationRequest(model, case, force, rtol)
     require_file(out, TRAJECTORY, "--out")
     experiment = case.scenario

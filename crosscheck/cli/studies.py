@@ -1,4 +1,4 @@
-"""`crosscheck sweep`, a study's file in and its result out, and `plot`, a picture of one."""
+"""`crosscheck sweep` runs a study's file, and `crosscheck plot` draws the result."""
 
 from __future__ import annotations
 
@@ -30,7 +30,7 @@ LEAST_WIDTH = 80  # columns in which each number of the table has room
 def sweep_command(
     file: Path, out: Path, jobs: int, scheduler: str | None, resume: bool, run_code: bool
 ) -> None:
-    """Run a study into a NetCDF file and print what it found. Raises InputError."""
+    """Run a study into a NetCDF file and print a summary. Raises InputError."""
     study = read_study(file, run_code)
     began = time.monotonic()
     with members_bar() as progress:
@@ -43,7 +43,9 @@ def sweep_command(
 
 def plot_command(file: Path, quantities: Sequence[str], out: Path | None) -> None:
     """Draw quantities of a result into a PNG file. Raises InputError."""
-    from crosscheck.studies.plot import draw_selected  # Matplotlib, which a study needs not
+    from crosscheck.studies.plot import (
+        draw_selected,
+    )  # imports Matplotlib, which a study does not need
 
     remember(file)
     target = require_file(out or file.with_suffix(".png"), PICTURE, "--out")
@@ -52,7 +54,7 @@ def plot_command(file: Path, quantities: Sequence[str], out: Path | None) -> Non
 
 
 def _print_ranges(study: PreparedStudy, out: Path) -> None:
-    """Print the range of every number, and how near a second engine came."""
+    """Print the range of every quantity, and the difference from a second engine."""
     with xr.open_dataset(out, engine="h5netcdf", decode_times=False) as result:
         checked = CHECKED in result.dims
         table = Table(

@@ -1,4 +1,4 @@
-"""`crosscheck trial`: a user's equations of motion, judged: functions, or a table of answers."""
+"""`crosscheck trial`: judges a user's equations of motion, as functions or a table of answers."""
 
 from __future__ import annotations
 
@@ -59,7 +59,7 @@ from crosscheck.trial.trial import TrialRequest, run_trial
 def make_trial_request(
     model: str, arm: str, scenarios: list[str], settings: list[str], *, quick: bool, seed: int
 ) -> TrialRequest:
-    """Request of a command line for a trial; runs the model's code. Raises InputError."""
+    """The request of a command line for a trial; runs the model's code. Raises InputError."""
     chosen = load_selection(arm, scenarios, settings)
     remember(Path(model.rpartition(":")[0]))
     equations = load_equations(model, chosen.arm, chosen.scenarios[0] if chosen.scenarios else None)
@@ -72,7 +72,7 @@ def make_trial_request(
 def run_trial_with_progress(
     request: TrialRequest, chosen: CrossCheckRequest, jobs: int
 ) -> CrossCheck:
-    """Try equations at the seed of what is wanted, with progress; returns the cross-check."""
+    """Try equations with the request's seed, showing progress; returns the cross-check."""
     with show_progress(f"trying {make_printable(request.name)}") as progress:
         return run_trial(
             replace(request, seed=chosen.seed), jobs=jobs, progress=progress
@@ -83,7 +83,7 @@ def run_trial_with_progress(
 class TrialOptions:
     """The options of `crosscheck trial`; names: MODEL and ARM, or ARM where answers are a table.
 
-    jobs: None where the command line says none.
+    jobs: None if the command line does not state it.
     """
 
     names: tuple[str, ...]
@@ -113,7 +113,7 @@ class TrialOptions:
 
     @property
     def files(self) -> tuple[tuple[Path | None, FileType], ...]:
-        """The files to be written, None where one is not wanted, and what each is."""
+        """Paths of the files to write, None if not requested, and their types."""
         return (self.json_file, TRIAL), (self.junit, JUNIT), (self.page, TRIAL_PAGE)
 
     @property
@@ -152,7 +152,7 @@ class TrialOptions:
 
 
 def trial_command(options: TrialOptions) -> int:
-    """Judge supplied equations, or write what is asked of them; returns the exit code."""
+    """Judge supplied equations, or write the states to answer; returns the exit code."""
     _require_compatible(options)
     if is_robot(options.arm) and not (options.ask and options.fmu):
         given: dict[str, Any] = {"after": options.after, "scenario": options.scenarios}
@@ -166,7 +166,7 @@ def trial_command(options: TrialOptions) -> int:
         chosen = load_selection(options.arm, options.scenarios, options.settings)
         unit = None
         if options.fmu is not None:
-            assert options.coordinates is not None  # as was required
+            assert options.coordinates is not None  # required above
             unit = load_unit(options.fmu, options.coordinates, chosen.arm, Path(folder))
             require_running(unit, str(options.fmu))
         if unit is not None and unit.description.kind == "co-simulation":
@@ -180,7 +180,7 @@ def trial_command(options: TrialOptions) -> int:
 
 def _try_robot(options: TrialOptions) -> int:
     """Judge a user's equations of a robot; returns the exit code. Raises InputError."""
-    from crosscheck.trial.robots.trial import run_robot_trial  # with all causes of robots
+    from crosscheck.trial.robots.trial import run_robot_trial  # imports all causes of robots
 
     text = options.answers[0].name if options.answers else options.names[0]
     robot = options.load_robot()
@@ -200,7 +200,7 @@ def _try_robot(options: TrialOptions) -> int:
 
 
 def _load_robots_equations(options: TrialOptions, robot: Robot, folder: Path) -> Equations:
-    """A robot's equations: a table's, of an FMU, unpacked into a folder, or the model's.
+    """A robot's equations: from a table, an FMU that is unpacked into a folder, or the model.
 
     Raises InputError.
     """
@@ -210,7 +210,7 @@ def _load_robots_equations(options: TrialOptions, robot: Robot, folder: Path) ->
     if options.fmu is None:
         remember(Path(options.names[0].rpartition(":")[0]))
         return load_robot_equations(options.names[0], robot)
-    assert options.coordinates is not None  # as was required
+    assert options.coordinates is not None  # required above
     unit = load_unit(options.fmu, options.coordinates, robot, folder)
     if unit.description.kind == "co-simulation":
         reason = "is for Co-Simulation; of a robot a unit for Model Exchange is tried"
@@ -222,7 +222,7 @@ def _load_robots_equations(options: TrialOptions, robot: Robot, folder: Path) ->
 def _make_request(
     options: TrialOptions, unit: MappedUnit | None, chosen: Selection
 ) -> TrialRequest:
-    """The equations to be tried: a table's, an FMU's or the model's. Raises InputError."""
+    """The trial of equations from a table, an FMU or the model. Raises InputError."""
     quick, seed = options.quick, options.seed
     if options.answers:
         table = options.table()
@@ -278,12 +278,12 @@ def _report_trial(trial: TrialResult, options: TrialOptions) -> int:
 
 
 def ask(options: TrialOptions) -> None:
-    """Write the folder of what a trial asks, of other arms after first answers. Raises InputError.
+    """Write the folder of states to answer, after first answers those of other arms.
 
-    Where an FMU is to be tried, the folder holds a draft of its mapping. No file is written over
-    another one, which may be a template with somebody's equations in it.
+    For an FMU the folder holds a draft of its mapping. No file is overwritten, since somebody may
+    have filled in a template. Raises InputError.
     """
-    assert options.out is not None  # as was required
+    assert options.out is not None  # required above
     if options.fmu is not None:
         with tempfile.TemporaryDirectory() as folder:  # none of its code is run
             unpack_fmu(options.fmu, Path(folder))
@@ -322,13 +322,13 @@ def _write_new(folder: Path, files: Mapping[str, str | bytes]) -> None:
 def _require_compatible(options: TrialOptions) -> None:
     """Raise InputError for options that do not go together."""
     table = "--ask" if options.ask else "--answers" if options.answers else ""
-    unlike = {
+    conflicts = {
         "--scenario": bool(table and options.scenarios),
         "--json": bool(options.ask and options.json_file),
         "--junit": bool(options.ask and options.junit),
         "--answers": bool(options.ask and options.answers),
     }
-    for name in (name for name, there in unlike.items() if there):
+    for name in (name for name, there in conflicts.items() if there):
         raise InputError(name, "", None, f"cannot be used with {table}")
     if options.fmu is not None and not options.ask:
         if options.coordinates is None:

@@ -1,4 +1,4 @@
-"""`crosscheck view`: a run's file in, a page out that needs nothing else."""
+"""`crosscheck view`: a self-contained page made from a run's file."""
 
 from __future__ import annotations
 
@@ -24,6 +24,6 @@ def view_command(file: Path, out: Path | None) -> Path:
 
 
 def view_page(run: Run) -> str:
-    """HTML text with the scene and all that draws it."""
+    """HTML text with the scene and the scripts that draw it."""
     three = read_vendored("three.module.min.js")
     return render_page("view", scene=build_scene(run), three=three)

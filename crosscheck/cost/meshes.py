@@ -11,17 +11,17 @@ from crosscheck.models.robot.integration import integrate
 from crosscheck.models.robot.interface import RobotModel
 from crosscheck.planning.springs import mesh_rates, tooth_springs
 
-RESOLVED = 0.4  # [rad] of the fastest swing in a step of a run
+RESOLVED = 0.4  # phase of the fastest vibration in one step of a run [rad]
 
 
 @dataclass(frozen=True)
 class MeshCost:
-    """How the teeth of a mesh give way along a motion, in rad or m at their joint.
+    """How far the teeth of a mesh yield along a motion, in rad or m at their joint.
 
-    name: as `sun mesh of elbow`; backlash: what they add to that of the joint while the motor is
-    held; windup: their largest deflection under the torques of coupled; slowest, fastest [Hz]: of
-    swings on them, as if other joints' meshes were apart; a stage has two, the faster one listed
-    with its sun mesh.
+    name: such as `sun mesh of elbow`; backlash: their part of the joint's while the motor is held;
+    windup: largest deflection of the teeth under the torques of level coupled; slowest, fastest
+    [Hz]: vibrations of the mesh while other joints' meshes are open. A stage has two vibrations,
+    the faster one listed with its sun mesh.
     """
 
     name: str
@@ -37,8 +37,8 @@ class MeshCost:
 class GearedCost:
     """Effects of the level geared that the level coupled omits.
 
-    distances (runs,) [m]: of the end effector from the plan after a second under coupled's torques,
-    infinite where a run diverged; None if the steps that it asks for are more than allowed.
+    distances (runs,) [m]: from the plan to the end effector after a second under the torques of
+    level coupled, infinite where a run diverged; None if a run needs more steps than allowed.
     """
 
     meshes: tuple[MeshCost, ...]
@@ -54,7 +54,7 @@ def compute_geared_cost(
     runs: int,
     most_steps: int,
 ) -> GearedCost:
-    """Effects that coupled omits along a motion; without runs if these take too many steps."""
+    """Effects that level coupled omits along a motion, without runs if they need too many steps."""
     state = motion.at(motion.instants(instants))
     force = _forces(coupled, geared, state)
     masses = geared.mass_matrix(np.hstack([state[0], 0 * force]))
@@ -83,9 +83,9 @@ def compute_geared_cost(
 def _compute_distances(
     coupled: RobotModel, geared: RobotModel, motion: RobotMotion, runs: int, steps: int
 ) -> np.ndarray:
-    """The end effector's distances (runs,) [m] from the plan after a second at the level geared.
+    """Distances (runs,) [m] of the end effector from the plan after a second at level geared.
 
-    Runs start from rest in the mesh, each tooth on the flank that the torques press.
+    In each run the mesh starts at rest, each tooth on the flank that the torque loads.
     """
     starts = motion.instants(runs, before_end=1.0)
     state = motion.at(starts)
@@ -104,14 +104,14 @@ def _compute_distances(
 
 
 def tip_distances(model: RobotModel, ends: np.ndarray, planned: np.ndarray) -> np.ndarray:
-    """Distances (runs,) [m] of the end effector from its plan (runs, 3), infinite where it left."""
+    """Distances (runs,) [m] of the end effector from its plan (runs, 3), infinite if diverged."""
     distances, alive = np.full(len(ends), np.inf), np.isfinite(ends).all(axis=1)
     distances[alive] = np.linalg.norm(model.tip(ends[alive]) - planned[alive], axis=1)
     return distances
 
 
 def _forces(coupled: RobotModel, geared: RobotModel, state: State) -> np.ndarray:
-    """Force (instants, meshes) [N] on each mesh's wheel, teeth rigid: motor's less inertia's."""
+    """Force (instants, meshes) [N] on each mesh's wheel, from motor and inertia; teeth rigid."""
     torques, free = coupled.inverse_dynamics(*state), geared.robot.coordinates
     still = np.zeros((len(torques), len(tooth_springs(geared.robot))))
     q, v, a = (np.hstack([each, still]) for each in state)

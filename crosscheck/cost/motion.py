@@ -15,21 +15,21 @@ from crosscheck.recordings.record import Record
 from crosscheck.recordings.smoothing import DEGREE, place_knots, select_spacing
 
 HARMONICS = 5
-PERIOD = 4.0  # [s], unless efforts ask for a longer one
+PERIOD = 4.0  # period [s], longer where effort limits require it
 SWEPT = 0.8  # largest share of a joint's range that the motion covers
-RATE = 1.0  # [rad/s] or [m/s] of a joint without a velocity limit
-GRID = 2000  # instants in a period at which limits are kept
-LEEWAY = 1.01  # factor on a limit, for instants between these
-LEAST_S = 1.1  # of a given motion, of which each second is run
+RATE = 1.0  # largest rate of a joint without a velocity limit [rad/s] or [m/s]
+GRID = 2000  # instants per period at which limits are enforced
+LEEWAY = 1.01  # factor on a limit, for the instants in between
+LEAST_S = 1.1  # shortest motion that can be given [s]; a run takes one second of it
 State = tuple[np.ndarray, np.ndarray, np.ndarray]  # coordinates, rates, accelerations
 
 
 @dataclass(frozen=True)
 class SineMotion:
-    """A periodic motion: of each joint a sum of sines about its middle.
+    """A periodic motion: each joint follows a sum of sines about a middle position.
 
-    period [s]; middle (n,); sizes, phases (n, harmonics): of the sines; limited_by: the joint whose
-    effort limit asks for the period; none if empty.
+    period [s]; middle (n,); sizes, phases (n, harmonics): of the sines; limited_by: name of the
+    joint whose effort limit sets the period, empty if none does.
     """
 
     seed: int
@@ -44,7 +44,7 @@ class SineMotion:
         return f"sums of sines of seed {self.seed}, period {self.period:.3g} s{why}"
 
     def instants(self, count: int, before_end: float = 0.0) -> np.ndarray:
-        """`count` even times [s] over a period without its end; before_end is of no use here."""
+        """`count` evenly spaced times [s] over a period, end excluded; before_end has no effect."""
         return self.period * np.arange(count) / count
 
     def at(self, time: np.ndarray) -> State:
@@ -76,7 +76,7 @@ class GivenMotion:
         return self.spline(time), self.spline(time, 1), self.spline(time, 2)
 
     def instants(self, count: int, before_end: float = 0.0) -> np.ndarray:
-        """`count` even times [s], the last one at before_end [s] before the motion's end."""
+        """`count` evenly spaced times [s], the last one before_end [s] before the motion's end."""
         return np.linspace(self.first, self.last - before_end, count)
 
 
@@ -84,7 +84,7 @@ RobotMotion = SineMotion | GivenMotion
 
 
 def fit_motion(record: Record) -> GivenMotion:
-    """The motion of a record's angles, their noise left out. Raises InputError if too short."""
+    """The motion of a record's angles, smoothed. Raises InputError if it is too short."""
     lasts = record.time[-1] - record.time[0]
     if lasts < LEAST_S:
         allowed = f"lasts {lasts:.3g} s; must last {LEAST_S:g} s at least"
@@ -98,9 +98,9 @@ def make_excitation(model: RobotModel, seed: int, grid: int = GRID) -> SineMotio
     """A random motion within limits of position, rate and effort.
 
     Args:
-        model: It gives the torques.
-        seed: Of the draw.
-        grid: Instants in a period at which limits are kept.
+        model: The model that gives the torques.
+        seed: Seed of the draw.
+        grid: Number of instants per period at which limits are enforced.
     """
     robot = model.robot
     rng = np.random.default_rng(seed)
@@ -123,9 +123,9 @@ def make_excitation(model: RobotModel, seed: int, grid: int = GRID) -> SineMotio
 
 
 def _find_period_factor(model: RobotModel, motion: State) -> tuple[float, str]:
-    """By what factor the period has to be longer for the effort limits, and for which joint.
+    """The factor by which effort limits lengthen the period, and the joint whose limit does.
 
-    In a period longer by a factor torques are those of the weight and 1 / factor^2 of the rest.
+    Lengthening the period by a factor divides all torques but gravity's by its square.
     """
     q, v, a = motion
     weight = model.gravity(q)
@@ -143,7 +143,7 @@ def _find_period_factor(model: RobotModel, motion: State) -> tuple[float, str]:
 
 
 def find_exceeded_limits(robot: Robot, state: State, torques: np.ndarray) -> list[str]:
-    """A line for every limit of the URDF that a motion, or what it needs, exceeds."""
+    """A line for every limit of the URDF that a motion or its torques exceed."""
     messages = []
     q, v, _ = state
     for column, number in enumerate(robot.coordinates):

@@ -24,7 +24,7 @@ if TYPE_CHECKING:  # drawing libraries are slow to import, and most commands dra
 SCHEMA_VERSION = 1
 MOST_PAIRS = 6
 MOST_DRAWN = 8  # joints of the picture, those that armature costs most
-ALIKE = 0.9  # share of the largest cost from which a joint is named beside the worst one
+NEARLY_WORST = 0.9  # share of the largest cost from which a joint is named beside the worst one
 SENTENCES: dict[Level, str] = {
     "links": "Leaving the rotors out of {}",
     "armature": "Counting them as armature only",
@@ -37,9 +37,9 @@ LEAST_PERCENT = 0.001
 
 
 def describe_answers(costs: ShortcutCosts) -> Iterator[str]:
-    """Lines that answer: what shortcuts cost, do programs agree, what carries it, which ratio.
+    """Lines that answer: cost of the shortcuts, agreement of engines, causes, negligible ratios.
 
-    Where programs disagree nothing else is said: a cost by one of them might be wrong.
+    If engines disagree, no cost is given, since each one of them might be wrong.
     """
     if not costs.agrees:
         yield from _describe_disagreements(costs)
@@ -85,7 +85,7 @@ def _describe_identity(robot: Robot) -> Iterator[str]:
 
 
 def _describe_lack(costs: ShortcutCosts) -> Iterator[str]:
-    """Lines for a robot whose joints have an armature and no ratio."""
+    """Lines for a robot whose joints have an armature but no ratio."""
     joints = [joint.name for joint in costs.robot.joints if joint.armature]
     yield from _describe_costs(costs, ["links"])
     yield (
@@ -102,7 +102,7 @@ def _describe_costs(
         head = SENTENCES[level]
         shares = [each for each in costs.by_joint if each.level == level]
         most = max(each.share for each in shares)
-        worst = [each.joint for each in shares if each.share >= ALIKE * most]
+        worst = [each.joint for each in shares if each.share >= NEARLY_WORST * most]
         torques = f"torque of {worst[0]} is"
         if len(worst) > 1:
             named = "every joint" if len(worst) == len(shares) else join_names(worst)
@@ -195,36 +195,14 @@ def describe_distances(distances: np.ndarray) -> str:
 
 
 def describe_result(costs: ShortcutCosts) -> Iterator[str]:
-    """The first lines, then motion, joints, rotors, and what of the files is not used."""
+    """The answers, then the motion, its excesses, and unused elements of the files."""
     yield from describe_answers(costs)
     yield ""
     if costs.agrees:
-        yield from _describe_details(costs)
+        yield describe_motion(costs)
+        yield from costs.beyond
     for note in (*describe_direct_joints(costs), *costs.robot.notes):
         yield f"note: {note}"
-
-
-def _describe_details(costs: ShortcutCosts) -> Iterator[str]:
-    yield describe_motion(costs)
-    yield from costs.beyond
-    for each in costs.by_joint if costs.ratios else ():
-        unit = unit_of(costs, each.joint)
-        yield (
-            f"{each.level}, {each.joint}: {format_quantity(each.largest, unit)} at most,"
-            f" {format_quantity(each.rms, unit)} rms, {format_percent(each.share)} of its largest"
-            " torque"
-        )
-    for pair in costs.pairs[:MOST_PAIRS]:
-        rms = format_quantity(pair.rms, unit_of(costs, pair.at))
-        yield f"{pair.at} by the acceleration of {pair.by}: {rms} rms, {format_percent(pair.share)}"
-    for rotor in costs.ratios:
-        coupling = "its spin is coupled to no other joint"
-        if rotor.share != 0:
-            coupling = (
-                f"its coupling alone is {format_percent(rotor.share)} in {rotor.at}; below"
-                f" {format_percent(NEGLIGIBLE)} from a ratio of {format_number(rotor.enough)} on"
-            )
-        yield f"rotor of {rotor.joint}, ratio {rotor.ratio:g}: {coupling}"
 
 
 def describe_motion(costs: ShortcutCosts) -> str:
@@ -263,7 +241,7 @@ def join_names(names: Sequence[str]) -> str:
 
 
 def digits_of(difference: float) -> int:
-    """How many digits are alike where values differ by a part of their size; 15 at most."""
+    """How many digits agree where values differ by a share of their size; 15 at most."""
     return 15 if difference < 1e-15 else int(-np.log10(difference))
 
 
@@ -295,9 +273,9 @@ def format_percent(share: float) -> str:
 
 
 def cost_json(costs: ShortcutCosts) -> str:
-    """JSON text of all but the time histories, units in the names; what is infinite is null.
+    """JSON text of all but the time histories, units in the names; infinite numbers are null.
 
-    Where the programs disagree there are no costs.
+    If the engines disagree, there are no costs.
     """
     data = {
         "schema_version": SCHEMA_VERSION,
@@ -401,7 +379,7 @@ def cost_page(costs: ShortcutCosts) -> str:
 
 
 class AgreementRow(NamedTuple):
-    """A quantity on the page: the largest difference at each level, and what is allowed of what."""
+    """A quantity on the page: its largest difference at each level, and the relative tolerance."""
 
     quantity: str
     cells: tuple[str, ...]
@@ -436,7 +414,7 @@ def draw_shares(costs: ShortcutCosts) -> Figure:
 
 
 def draw_torques(costs: ShortcutCosts) -> Figure:
-    """Torques on the left, what armature misses of them on the right; a colour for each level."""
+    """Draw torques on the left and the error of armature on the right, a colour for each level."""
     from matplotlib.figure import Figure
 
     error_shares = np.abs(costs.errors["armature"]).max(axis=0) / np.maximum(costs.largest, 1e-300)
@@ -449,7 +427,7 @@ def draw_torques(costs: ShortcutCosts) -> Figure:
         missed = costs.errors["armature"][:, joint]
         left.plot(costs.time, torque, COLOURS["coupled"], lw=1.2, label="coupled")
         left.plot(costs.time, without, COLOURS["links"], lw=0.8, ls="--", label="links")
-        right.plot(costs.time, missed, COLOURS["armature"], lw=0.8, label="armature less coupled")
+        right.plot(costs.time, missed, COLOURS["armature"], lw=0.8, label="armature minus coupled")
         named = f"{costs.names[joint]}\n[{costs.units[joint]}]"
         left.set_ylabel(named, parse_math=False)  # a name may hold a dollar
     for each, title in zip(axes[0], ("torque", "error of armature"), strict=True):

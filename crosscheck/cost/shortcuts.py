@@ -25,9 +25,9 @@ NEGLIGIBLE = 0.01  # largest negligible cost, over a joint's largest torque
 
 @dataclass(frozen=True)
 class SamplingPlan:
-    """How much is worked out: random states, instants of the motion, runs, their steps a second.
+    """How much is computed: random states, instants of the motion, runs, their steps per second.
 
-    most_steps: the most steps a second that meshes may ask of a run.
+    most_steps: largest number of steps per second for which a run with meshes is made.
     """
 
     states: int
@@ -79,8 +79,8 @@ class CoupledPair:
 class RotorShare:
     """The largest share that a gear's coupling alone has of any joint's largest torque.
 
-    The gear is a rotor, or a stage's sun and planets. at: that joint; enough: the least size of the
-    gear's ratio, its reflected inertia kept, from which on the share is below NEGLIGIBLE.
+    The gear is a rotor, or a stage's sun and planets. at: that joint; enough: the magnitude of the
+    ratio above which the share is below NEGLIGIBLE, at the same reflected inertia.
     """
 
     joint: str
@@ -96,9 +96,9 @@ class ShortcutCosts:
 
     beyond: a line for each limit of the robot that the motion exceeds;
     time (instants,) [s]; torques (instants, n) of the coupled level, N m or N; errors: by shortcut,
-    of the same shape; largest (n,): of the torques; by_rates (n,): rms of what the coupling asks by
-    rates alone; factor: all ratios times this, and the coupling is below NEGLIGIBLE everywhere;
-    geared: None where no rotor has a mesh, or planets move by themselves.
+    of the same shape; largest (n,): of the torques; by_rates (n,): rms of the coupling torque due
+    to rates alone; factor: scale of all ratios at which the coupling is below NEGLIGIBLE in every
+    joint; geared: None if no rotor has a mesh, or if planets move independently.
     """
 
     robot: Robot
@@ -147,9 +147,9 @@ def compute_costs(
     progress: CountCallback,
     given: RobotMotion | None = None,
 ) -> ShortcutCosts:
-    """Compute a robot's shortcut costs by the project's derivation, compared with engines first.
+    """Compute a robot's shortcut costs by the project's derivation, after a check of all engines.
 
-    seed: of the random states, and of the motion where none is given.
+    seed: of the random states, and of the motion if none is given.
     """
     progress("comparing the engines", 0, 4)
     agreement = compare_engines(robot, sample_states(robot, extent.states, seed))
@@ -208,14 +208,14 @@ def _rms(values: np.ndarray) -> np.ndarray:
 
 
 def _share(part: float, whole: float) -> float:
-    """part over whole; 0 where there is none of either."""
+    """The ratio of part to whole, 0 where both are 0."""
     return part / whole if part else 0.0
 
 
 def _find_coupled_pairs(
     coupling: np.ndarray, a: np.ndarray, largest: np.ndarray, names: list[str]
 ) -> list[CoupledPair]:
-    """The pairs of joints that coupling connects, those of the largest share first."""
+    """Pairs of coupled joints, the largest share first."""
     rms = _rms(coupling * a[:, None, :]).tolist()
     pairs = [
         CoupledPair(at, by, rms[i][j], _share(rms[i][j], float(largest[i])))
@@ -231,8 +231,8 @@ def _compute_rotor_shares(
 ) -> tuple[list[RotorShare], float]:
     """Cost of each gear's coupling alone; the factor on all ratios that makes it negligible.
 
-    With ratio k N and inertia J / k^2 the diagonal term stays, and what is linear in the rotor's
-    own spin goes with 1 / k, the rest with 1 / k^2: k = 1 and k = -1 give both.
+    With ratio k N and inertia J / k^2 the diagonal term stays the same, terms linear in the rotor's
+    own spin scale with 1 / k, and all others with 1 / k^2: k = 1 and k = -1 give both.
     """
 
     def coupling(rotors: tuple[Rotor, ...], sign: int) -> np.ndarray:
@@ -250,7 +250,7 @@ def _compute_rotor_shares(
     for rotors in gears:
         rotor, up, down = rotors[0], coupling(rotors, 1), coupling(rotors, -1)
         shares = np.abs(up).max(axis=0)
-        shares[shares < TOLERANCE] = 0.0  # less than this no two engines agree on
+        shares[shares < TOLERANCE] = 0.0  # engines do not agree on less
         linear, square = linear + (up - down) / 2, square + (up + down) / 2
         at = int(shares.argmax())
         enough = abs(rotor.ratio) * _negligible_factor((up - down) / 2, (up + down) / 2)
@@ -265,11 +265,11 @@ def _negligible_factor(linear: np.ndarray, square: np.ndarray) -> float:
     def largest_share(k: float) -> float:
         return float(np.abs(linear / k + square / k**2).max())
 
-    tried = np.geomspace(1e-4, 1e4, 161)
-    beyond = [k for k in tried if largest_share(k) >= NEGLIGIBLE]
+    factors = np.geomspace(1e-4, 1e4, 161)
+    beyond = [k for k in factors if largest_share(k) >= NEGLIGIBLE]
     if not beyond:
         return 0.0
-    below, above = beyond[-1], beyond[-1] * tried[1] / tried[0]
+    below, above = beyond[-1], beyond[-1] * factors[1] / factors[0]
     for _ in range(40):
         middle = float(np.sqrt(below * above))
         below, above = (middle, above) if largest_share(middle) >= NEGLIGIBLE else (below, middle)
@@ -281,7 +281,7 @@ def _compute_tip_costs(
 ) -> list[TipCost]:
     """The end effector's distances after a second under each level's torques, from several starts.
 
-    The coupled level's own distance is what the steps lose.
+    The coupled level's own distance is the integration error.
     """
     starts = motion.instants(extent.runs, before_end=1.0)
     models = {**shortcuts, "coupled": exact}

@@ -69,7 +69,7 @@ def gear_angles(
     """Angles of a stage's gears by Eqs. 2 and 3.
 
     carrier (times,) [rad]; x_sp, x_pr (times, planets) [m]: planets counted as one have one column,
-    and all turn alike.
+    and all turn together.
     """
     radii = stage_geometry(joint)
     arc = radii.r_cp * carrier

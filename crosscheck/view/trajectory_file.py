@@ -1,4 +1,4 @@
-"""A trajectory's file from outside: its arm, and what of its run is drawn."""
+"""A trajectory's file from outside: its arm, and the signals of its run that are drawn."""
 
 from __future__ import annotations
 

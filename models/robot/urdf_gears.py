@@ -49,18 +49,17 @@ class StatedGear:
         )
 
     @property
-    def is_complete(self) -> bool:
-        """Whether a rotor can be made of it."""
-        return self.ratio is not None and self.rotor_inertia is not None
+    def table(self) -> dict[str, object]:
+        """The table of a rotor in a robot's file; empty if not enough is stated for one.
 
-    @property
-    def rotor_inertia(self) -> float | None:
-        """The rotor's own inertia [kg m^2], from the armature where that alone is stated."""
-        if self.inertia is not None:
-            return self.inertia.value
-        if self.ratio is None or self.armature is None:
-            return None
-        return self.armature.value / self.ratio.value**2
+        The rotor's inertia follows from the armature where that alone is stated.
+        """
+        stated = self.inertia or self.armature
+        if self.ratio is None or stated is None:
+            return {}
+        ratio = self.ratio.value
+        inertia = stated.value if self.inertia else stated.value / ratio**2
+        return {"kind": "geared", "ratio": ratio, "rotor_inertia_kg_m2": inertia}
 
 
 def read_gears(text: str, where: str) -> tuple[dict[str, StatedGear], list[str]]:

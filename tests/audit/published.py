@@ -53,7 +53,8 @@ class Published(NamedTuple):
 
 # Numbers of a page that are no results: conditions of runs, words of the paper, ends of a range.
 CONDITIONS = (
-    r"(?:\bb(?: of| =)?|E) [\d.]+(?: to [\d.]+)? µm|k_[ma] [\de+.]+ N/m|100 N m|\d\.?\d* s\b|1e-\d+ m\b"
+    r"(?:\bb(?: of| =)?|E) [\d.]+(?: to [\d.]+)? µm|k_[ma] [\de+.]+ N/m|100 N m"
+    r"|\d\.?\d* s\b|1e-\d+ m\b"
     r"|= 1000 N|25 %|[\d.]+ to [\d.]+ [µm]m|^The paper\. .*|The paper's smallest run is .*"
     r"|some 30 mm|\b52 µm|= 51\.94 µm"  # which statics give by the formula before it
 )

@@ -269,9 +269,26 @@ def test_findings_are_filtered_by_words_and_outcome(opened):
     assert page.locator("#matches").inner_text() == f"{total - int(count)} of {total} shown"
 
 
+def test_a_link_leads_to_each_finding_and_to_each_section_and_back(opened):
+    page = opened("report")
+    link = page.locator("#findings .findings a:not([id])").first
+    link.click()
+    assert page.locator(f"#findings details [id='{link.inner_text()}']").is_visible()
+    places = [each.get_attribute("id") for each in page.locator("h2[id]").all()]
+    links = [each.get_attribute("href") for each in page.locator("#contents a").all()]
+    assert links == [f"#{place}" for place in places]
+    assert page.locator(".back").count() == len(places)
+
+
 @pytest.mark.parametrize(
     ("name", "picture"),
-    [("report", ".heat"), ("robot", ".heat"), ("trial", ".heat"), ("cost", ".first svg")],
+    [
+        ("report", ".heat"),
+        ("robot", ".heat"),
+        ("trial", ".heat"),
+        ("cost", ".first svg"),
+        ("compare", ".first svg"),
+    ],
 )
 def test_the_first_screen_answers_in_few_words(opened, name, picture):
     page = opened(name)

@@ -256,7 +256,7 @@ MEANINGS = (
     "time when contact is first lost (F_pr)",
     "share of the time without contact (F_sp)",
     "time until the joint angle stays within 0.01 rad of its target",
-    "joint angle at the end less its target",
+    "joint angle at the end minus its target",
     "largest deviation of the joint angle from the rigid arm's (coupled)",
 )
 RECORDED = {"kind": "trajectories", "signals": ["theta", "F_sp"], "name": "run"}

@@ -232,8 +232,8 @@ def test_a_name_of_c_is_made_of_any_name(name, c_name):
 
 COMPILERS = {
     "hangs": ("sleep 1000", "TooSlow: stopped after"),
-    "writes nothing": ("exit 0", "what it wrote is no library of this machine"),
-    "writes nonsense": ("echo x > $7", "what it wrote is no library of this machine"),
+    "writes nothing": ("exit 0", "its output is not a library for this machine"),
+    "writes nonsense": ("echo x > $7", "its output is not a library for this machine"),
     "refuses": ("echo no such option >&2; exit 1", ": no such option"),
 }
 

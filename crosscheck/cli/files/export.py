@@ -47,7 +47,7 @@ FIRST_DAY = (1980, 1, 1, 0, 0, 0)  # date of all files in a unit, so that it is 
 class EquationsText(NamedTuple):
     """Equations of a model as text of C, and those of a unit around it: code and description.
 
-    prefix: of the functions' names; content: what they give, in words.
+    prefix: of the functions' names; content: their results, in words.
     """
 
     prefix: str
@@ -61,11 +61,11 @@ def export_command(arm: str, model: str | None, settings: list[str], out: Path) 
     unit = out.suffix == ".fmu"
     if out.suffix == URDF:
         if model is not None:
-            raise InputError("--model", "", model, "must be left out: a URDF is of no model")
+            raise InputError("--model", "", model, "must be left out: a URDF holds no model")
         export_as_robot(arm, settings, out)
         return
     if model is None:
-        raise InputError("--model", "", None, "is missing; C files and FMUs are of a model")
+        raise InputError("--model", "", None, "is missing: C files and FMUs need one")
     require_file(out, FMU_FILE if unit else C_FILE, "--out")
     chosen: EquationsText = supply("export", find_section(arm))(arm, model, settings)
     content = unit_file(chosen.prefix, *chosen.make_unit()) if unit else chosen.text
@@ -149,7 +149,7 @@ def _compile_library(code: str) -> bytes:
 
 
 def _compile(command: list[str], library: Path) -> str:
-    """Run a compiler within limits, in a process of its own; returns what it complains about."""
+    """Run a compiler within limits, in a process of its own; returns its complaint."""
     limit_resources(COMPILER_BYTES, COMPILER_S)
     ended = subprocess.run(
         command, stdin=subprocess.DEVNULL, capture_output=True, text=True, errors="replace"
@@ -159,7 +159,7 @@ def _compile(command: list[str], library: Path) -> str:
     try:
         ctypes.CDLL(str(library)).fmi2Instantiate  # noqa: B018
     except (OSError, AttributeError):
-        return "what it wrote is no library of this machine"
+        return "its output is not a library for this machine"
     return ""
 
 
@@ -183,7 +183,7 @@ def function_prefix(model: AnalyticModel) -> str:
 
 
 def make_c_name(name: str) -> str:
-    """A name of C that is like another name."""
+    """An identifier of C made from a name."""
     return re.sub(r"\W|^(?=\d)", "_", name, flags=re.ASCII)
 
 

@@ -60,16 +60,16 @@ def load_as_robot(
     content = parse_toml(text.file)
     robot = build_robot(validate_record(RobotFile, content, name), text.urdf, name, name)
     has_rotors = bool(robot.rotors or robot.stages or robot.armature.any())
-    options = [None if v is None else StatedNumber(v, "option") for v in (ratio, rotor_inertia)]
+    numbers = [None if v is None else StatedNumber(v, "option") for v in (ratio, rotor_inertia)]
     is_robot = mechanism.section == "robot"  # whose URDF is read again, with its transmissions
     urdf = read_text(Path(load_urdf(name)[1])) if is_robot else text.urdf
-    rotors, lacks = _complete_rotors(robot, read_gears(urdf, name)[0], *options)
-    if any(options) and rotors:
+    rotors, lacks = _complete_rotors(robot, read_gears(urdf, name)[0], StatedGear(*numbers))
+    if any(numbers) and rotors:
         tables = content.setdefault("joints", {})
         tables |= {joint: {**tables.get(joint, {}), **rotor} for joint, rotor in rotors.items()}
         robot = build_robot(validate_record(RobotFile, content, name), text.urdf, name, name)
-    elif any(options) or not has_rotors:
-        allowed = f"{'; '.join(lacks) or 'each has a rotor'}{STATE_ROTORS if lacks else ''}"
+    elif any(numbers) or not has_rotors:
+        allowed = f"{'; '.join(lacks)}{STATE_ROTORS}" if lacks else "each has a rotor"
         raise InputError(name, "joints", None, allowed)
     if not robot.friction.any():
         return robot
@@ -77,24 +77,19 @@ def load_as_robot(
 
 
 def _complete_rotors(
-    robot: Robot,
-    stated: Mapping[str, StatedGear],
-    ratio: StatedNumber | None,
-    inertia: StatedNumber | None,
+    robot: Robot, stated: Mapping[str, StatedGear], given: StatedGear
 ) -> tuple[dict[str, dict[str, object]], list[str]]:
-    """Tables of rotors for joints without one, and lines on what the other ones lack.
+    """Tables of rotors for joints without one, and lines on the numbers that are missing.
 
-    What the URDF states, by joint, comes before ratio and inertia.
+    Numbers that the URDF states, by joint, come before given ones.
     """
     geared = {r.joint for r in robot.rotors} | {s.joint for s in robot.stages}
-    tables, lacks = {}, dict[str, list[str]]()
+    tables, lacks = dict[str, dict[str, object]](), dict[str, list[str]]()
     for joint in (robot.joints[n] for n in robot.coordinates if n not in geared):
-        from_urdf = stated.get(joint.name, StatedGear())
-        gear = replace(from_urdf, ratio=from_urdf.ratio or ratio)
-        gear = gear if gear.armature else replace(gear, inertia=gear.inertia or inertia)
-        if gear.ratio is not None and gear.rotor_inertia is not None:
-            table = {"ratio": gear.ratio.value, "rotor_inertia_kg_m2": gear.rotor_inertia}
-            tables[joint.name] = {"kind": "geared", **table}
+        gear = stated.get(joint.name, StatedGear())
+        inertia = gear.inertia or (None if gear.armature else given.inertia)
+        gear = replace(gear, ratio=gear.ratio or given.ratio, inertia=inertia)
+        tables |= {joint.name: gear.table} if gear.table else {}
         missing = ["a ratio"] * (gear.ratio is None)
         missing += ["a rotor inertia"] * (gear.inertia is None and gear.armature is None)
         lacks.setdefault(" and ".join(missing) or "a table of its rotor", []).append(joint.name)

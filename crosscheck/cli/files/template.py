@@ -1,4 +1,4 @@
-"""`crosscheck init`: a file to begin with, an arm's in the words of the schema, or a robot's."""
+"""`crosscheck init`: a commented file to start from, for an arm or a robot."""
 
 from __future__ import annotations
 
@@ -317,7 +317,7 @@ def init_robot_command(path: Path, urdf: Path) -> None:
     kinds = make_printable(kinds)
     print(f"wrote {make_printable(str(path))}: {len(lines)} joints, {kinds}")
     for joint, gear in gears.items():
-        lack = "" if gear.is_complete else "; not enough for a rotor, left direct"
+        lack = "" if gear.table else "; not enough for a rotor, left direct"
         print(f"  {make_printable(joint)}: {make_printable(gear.elements)}{lack}")
     for line in left_out:
         print(f"  {make_printable(line)}")
@@ -333,9 +333,11 @@ def robot_joint_lines(robot: Robot, gears: Mapping[str, StatedGear]) -> Iterator
             continue
         key = joint.name if re.fullmatch(r"[A-Za-z0-9_-]+", joint.name) else _toml(joint.name)
         line = f'{key} = {{ kind = "direct" }}'
-        if gear is not None and gear.ratio is not None and gear.rotor_inertia is not None:
-            numbers = f"ratio = {gear.ratio.value}, rotor_inertia_kg_m2 = {gear.rotor_inertia}"
-            line = f'{key} = {{ kind = "geared", {numbers} }}'
+        if gear is not None and gear.table:
+            fields = ", ".join(
+                f"{name} = {json.dumps(value)}" for name, value in gear.table.items()
+            )
+            line = f"{key} = {{ {fields} }}"
         yield line if gear is None else f"{line} # {make_printable(gear.elements)}"
 
 

@@ -54,7 +54,7 @@ def to_svg(figure: Figure) -> str:
 
 
 def _place_axes(figure: Figure) -> None:
-    """Lay the axes out for SVG, for which ``savefig`` would draw the whole figure once more."""
+    """Lay the axes out for SVG here: ``savefig`` would draw the whole figure once more."""
     engine, dpi = figure.get_layout_engine(), figure.dpi
     if engine is not None:
         FigureCanvasSVG(figure)
@@ -65,9 +65,9 @@ def _place_axes(figure: Figure) -> None:
 
 
 def fix_links(html: str) -> str:
-    """The page with no two drawings sharing an id, and no link to what is not on it.
+    """The page with unique ids in its drawings, and without links to missing places.
 
-    Ids of the n-th drawing begin with its number; of a link that leads nowhere the text stays.
+    Ids of the n-th drawing begin with its number; a link that leads nowhere becomes plain text.
     """
     numbers = itertools.count(1)
 
@@ -78,7 +78,7 @@ def fix_links(html: str) -> str:
     return _LINK.sub(lambda link: link[0 if link[1] in there else 2], _SVG.sub(rename_ids, html))
 
 
-_IMAGE_ID = re.compile(r'(<image\b[^>]*?) id="[^"]*"')  # like images get like ids
+_IMAGE_ID = re.compile(r'(<image\b[^>]*?) id="[^"]*"')  # equal images get equal ids
 _SVG = re.compile(r"<svg\b.*?</svg>", re.DOTALL)
 _LINK = re.compile(r'<a href="#([^"]+)">(.*?)</a>')
 _ID = re.compile(r'(\bid="|xlink:href="#|url\(#)')
@@ -92,7 +92,7 @@ def make_figure(rows: int, columns: int = 2, height: float = 2.1) -> tuple[Figur
 
 
 def draw_legend(figure: Figure, *axes: Axes) -> None:
-    """Say what the axes' lines are, once below the whole drawing, where no curve can be."""
+    """Draw one legend of all axes' lines below the drawing, where no curve can be."""
     entries: dict[str, Artist] = {}
     for axis in axes:
         for artist, name in zip(*axis.get_legend_handles_labels(), strict=True):
@@ -113,12 +113,12 @@ def draw(axes: Axes, time: np.ndarray, values: np.ndarray, label: str, colour: s
 
 
 def mark_not_reached(axes: Axes) -> None:
-    """Say that nothing is drawn since no run gets there."""
+    """Write in place of curves that no run reaches this part."""
     axes.text(0.5, 0.5, NOT_REACHED, ha="center", va="center", transform=axes.transAxes)
 
 
 def set_log_scale(axes: Axes) -> None:
-    """Set a logarithmic scale if a line has values above zero; else say that no run gets there."""
+    """Set a logarithmic scale if a line has values above zero, else mark the axes as empty."""
     if any((np.asarray(line.get_ydata(), dtype=float) > 0).any() for line in axes.lines):
         axes.set_yscale("log")
     else:
@@ -132,7 +132,7 @@ def _set_power_labels(axes: Axes) -> None:
 
 
 def draw_run_comparison(reference_run: xr.Dataset, other_run: xr.Dataset) -> str:
-    """Two models over one run: what they did on the left, their difference on the right.
+    """Two models over one run: their signals on the left, the difference on the right.
 
     An arm without gears has no meshes, so its runs record and show angles and accelerations alone.
     """

@@ -100,7 +100,7 @@ def collect_signals(
     """The signals of each experiment.
 
     runs: by experiment and model, recorded at the same times; most: numbers for all experiments.
-    The quantities with the fewest come first, and what they leave is for the others.
+    The quantities with the fewest come first, and the others share the rest.
     """
     tables = {name: dict(_values(reference, each)) for name, each in runs.items()}
     sizes: Counter[tuple[str, str]] = Counter()
@@ -169,7 +169,7 @@ def _values(reference: str, runs: Mapping[str, xr.Dataset]) -> Iterator[tuple[Li
 
 
 def first_planet(values: xr.DataArray) -> np.ndarray:
-    """Values of planet 1, (times, joints); those of no planet as they are."""
+    """Values of planet 1, (times, joints); signals without planets are unchanged."""
     return (values.isel(planet=0) if "planet" in values.dims else values).values
 
 

@@ -1,4 +1,4 @@
-"""One batch of a study: consecutive members run side by side, and what is measured of them."""
+"""One batch of a study: consecutive members run side by side, and their quantities."""
 
 from __future__ import annotations
 
@@ -62,7 +62,7 @@ def run_check(text: str, place: int) -> Numbers:
 
 @lru_cache
 def prepare_worker() -> None:
-    """Prepare a worker for its batches, once: import what they need, out of the collector's sight.
+    """Prepare a worker for its batches, once: import modules, and hide them from the collector.
 
     The collector would go through a million objects of the libraries again and again (measured:
     5 %).

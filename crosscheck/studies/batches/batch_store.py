@@ -30,7 +30,7 @@ SPARE = 1.1  # factor on the estimated disk space
 
 
 class BatchStore:
-    """Numbers of batches by key, in a folder whose mark lists what is in it.
+    """Numbers of batches by key, in a folder whose mark lists its content.
 
     keys: those that are listed; mark: descriptor of the list.
     """

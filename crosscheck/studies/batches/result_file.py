@@ -240,12 +240,12 @@ class ResultFile:
         comment = {"comment": column.missing} if column.missing else {}
         made.attrs.update({"units": column.unit, "long_name": column.meaning, **comment})
         beside = [a.name for a in self.study.axes if a.dimension == SAMPLE and SAMPLE in dims]
-        if beside:  # by which readers find the samples' values
+        if beside:  # the attribute by which readers find the samples' values
             made.attrs["coordinates"] = " ".join(beside)
 
 
 class _Sparse(io.RawIOBase):
-    """A file in memory of which only what was written takes room."""
+    """A file in memory in which only written parts take room."""
 
     def __init__(self) -> None:
         self.pages: dict[int, bytearray] = {}

@@ -1,4 +1,4 @@
-"""Running a study: what is kept already is taken over, the rest is run and kept, batch by batch."""
+"""Running a study batch by batch: kept batches are reused, the others are run and kept."""
 
 from __future__ import annotations
 
@@ -114,7 +114,7 @@ class _StudyRun:
     executor: BatchExecutor
 
     def run(self, all_batches: Sequence[MemberBatch]) -> int:
-        """Run all members, or take what is kept of them; returns how many were run."""
+        """Run all members, reusing kept batches; returns how many were run."""
         begins = {batch.key: batch.begin for batch in all_batches}
         work = {make_batch_task(self.study, each): each.end - each.begin for each in all_batches}
         return self._gather(
@@ -137,9 +137,9 @@ class _StudyRun:
     def _gather(
         self, what: str, work: Mapping[FunctionTask, int], take: Callable[[str, Numbers], None]
     ) -> int:
-        """Take what is kept of tasks, run and keep the rest; returns how many members were run.
+        """Reuse kept results of tasks, run and keep the others; returns how many members were run.
 
-        work: the members of each task; take: what is done with numbers, and the key of their task.
+        work: the members of each task; take: receives a task's key and its numbers.
         """
         done, missing = 0, []
         for task, members in work.items():

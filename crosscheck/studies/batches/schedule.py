@@ -1,7 +1,7 @@
-"""Where batches are run, and by which version: on this machine, or on a Dask scheduler's workers.
+"""Executors of batches: on this machine, or on the workers of a Dask scheduler.
 
-Both are functions that take tasks and give each with its result, as they come; what is done with
-them does not know which it is.
+Both are functions that take tasks and yield each with its result, as they finish; their caller
+does not know which of them it has.
 """
 
 from __future__ import annotations
@@ -32,19 +32,19 @@ from crosscheck.runner.workers import Workers
 from crosscheck.studies.batches.batch import prepare_worker
 
 BATCH = "crosscheck.studies.batches.batch"  # module whose code, with all its imports, makes a batch
-CONNECT_TIMEOUT_S = 6.0  # until an unreachable scheduler is given up
-LOOK_S = 5.0  # without a result, until the scheduler is asked for its workers
+CONNECT_TIMEOUT_S = 6.0  # time after which an unreachable scheduler is given up [s]
+LOOK_S = 5.0  # time without a result until the scheduler is asked for its workers [s]
 REJOIN_S = 30.0  # time for a restarted worker to return [s]
-AHEAD = 2  # tasks that wait beyond those that run
+AHEAD = 2  # tasks that are sent beyond the running ones
 ATTEMPTS = 3  # attempts at a batch whose worker dies
-BATCH_S = 60.0  # rough cost of a batch: a user's function may be slow
+BATCH_S = 60.0  # rough cost of a batch [s]: a user's function may be slow
 START = "dask scheduler --port 8786"
 JOIN = "dask worker {address} --nthreads 1"
 
 
 @dataclass(frozen=True)
 class FunctionTask:
-    """A function of a module with its arguments; key: unlike all others', by content."""
+    """A function of a module with its arguments; key: unique, made from the content."""
 
     key: str
     function: Callable[..., Any]
@@ -60,8 +60,8 @@ class FunctionTask:
             return _TaskError(error)
 
 
-# Gives each task with its result, as they come. Raises what a task raised, and Unfinished for one
-# that came to no end.
+# Yields each task with its result, as they finish. Raises the error of a task, and Unfinished for
+# one that did not finish.
 BatchExecutor = Callable[[Iterable[FunctionTask]], Iterator[tuple[FunctionTask, Any]]]
 
 
@@ -146,7 +146,7 @@ def _run_by_futures(
         except Empty:
             require_workers()
             continue
-        except KeyboardInterrupt:  # what is done by now is not lost
+        except KeyboardInterrupt:  # finished results are not lost
             while not done.empty():
                 task, future = done.get()
                 with suppress(Exception):
@@ -270,8 +270,8 @@ def require_same_version(local_fingerprint: str, worker_fingerprint: str, worker
     """Raise InputError unless a worker's fingerprint is the one that is expected."""
     if local_fingerprint != worker_fingerprint:
         pairs = zip(local_fingerprint.split(", "), worker_fingerprint.split(", "), strict=False)
-        unlike = "; ".join(f"{a} here, {b} there" for a, b in pairs if a != b) or "another one"
-        raise InputError("--scheduler", "", worker, f"runs another version: {unlike}")
+        differences = "; ".join(f"{a} here, {b} there" for a, b in pairs if a != b) or "another one"
+        raise InputError("--scheduler", "", worker, f"runs another version: {differences}")
 
 
 def run_with_version(expected: str, function: Callable[..., Any], *arguments: Any) -> Any:

@@ -1,4 +1,4 @@
-"""The axes of a study with their values: which entries each varies, and what they are given."""
+"""The axes of a study: the entries that each one varies, and their values."""
 
 from __future__ import annotations
 
@@ -30,10 +30,10 @@ RESERVED_NAMES = {SAMPLE, START, "joint", "planet", "time", "checked"}  # dimens
 
 @dataclass(frozen=True)
 class VariedAxis:
-    """An axis put into numbers: what each of its entries is given, at each of its places.
+    """An axis in numbers: the value of each of its entries at each of its points.
 
     name: of the result's coordinate; dimension: along which it varies, its own name or SAMPLE;
-    values: (points, 1) where all entries are given the same, else (points, entries).
+    values: (points, 1) where all entries share a value, else (points, entries).
     """
 
     name: str
@@ -47,7 +47,7 @@ class VariedAxis:
         return len(self.values)
 
     def entry_values(self, point: int) -> Sequence[Any]:
-        """What each entry is given at a point of the axis, as a file would have it."""
+        """The value of each entry at a point of the axis, as in a file."""
         row = self.values[point]
         plain = row.tolist() if isinstance(row, np.ndarray) else row
         return plain if len(plain) == len(self.entries) else list(plain) * len(self.entries)

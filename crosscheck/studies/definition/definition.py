@@ -1,4 +1,4 @@
-"""The study's file as data: what is varied over which arm and experiment, and what is measured."""
+"""The study's file as data: its arm or robot, experiment, axes and quantities."""
 
 from __future__ import annotations
 

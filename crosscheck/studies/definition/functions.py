@@ -65,7 +65,7 @@ def load_function(function: str, source: str) -> MeasureFunction:
 
 
 def _call_user_code(call: Callable[[], Any]) -> tuple[Any, str]:
-    """What the user's code returns, and what it raised if anything, in words.
+    """The result of the user's code, and the error that it raised, if any, in words.
 
     The exception itself does not go on: elsewhere nobody may know its class.
     """

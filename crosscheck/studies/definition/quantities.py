@@ -27,7 +27,7 @@ Pair = Field(strict=False)
 
 
 class Rule(Limit):
-    """Metadata of a field: what it may be, in words; ``holds``: what the schema does not see to."""
+    """Metadata of a field: the rule in words; ``holds``: the part the schema does not check."""
 
     def __init__(self, description: str, holds: Callable[[Any], bool] = lambda value: True) -> None:
         self.description, self.holds = description, holds
@@ -41,7 +41,7 @@ class Rule(Limit):
 
 
 def _is_plain(value: object) -> bool:
-    """Whether a name stands in files without quotes; what is no text, the schema refuses."""
+    """Whether a name needs no quotes in files; the schema refuses values that are no text."""
     return not isinstance(value, str) or bool(re.fullmatch(r"[A-Za-z_][\w.+-]{0,79}", value))
 
 
@@ -95,14 +95,14 @@ class SignalQuantity(WindowedQuantity):
 
 
 class Size(SignalQuantity):
-    """A number of a signal: largest magnitude, largest less smallest, mean, RMS or last value."""
+    """A number of a signal: largest magnitude, largest minus smallest, mean, RMS or last value."""
 
     kind: Literal["peak", "peak_to_peak", "mean", "rms", "final"]
     """Which of them."""
 
 
 class BandRms(SignalQuantity):
-    """Root mean square of what lies in a band of frequencies, less the mean; Hann window."""
+    """Root mean square of a signal within a band of frequencies, without the mean; Hann window."""
 
     kind: Literal["band_rms"]
     """Which quantity this is."""
@@ -120,7 +120,7 @@ class SpectralPeak(SignalQuantity):
 
 
 class FinalError(MeasuredQuantity):
-    """Angle at the end less the PD drive's target [rad]."""
+    """Angle at the end minus the PD drive's target [rad]."""
 
     kind: Literal["final_error"]
     """Which quantity this is."""
@@ -129,7 +129,7 @@ class FinalError(MeasuredQuantity):
 
 
 class Crossing(SignalQuantity):
-    """When a signal is first above, or below, a level [s]."""
+    """Time at which a signal is first above, or below, a level [s]."""
 
     kind: Literal["crossing"]
     """Which quantity this is."""
@@ -144,7 +144,7 @@ class Crossing(SignalQuantity):
 
 
 class Settling(WindowedQuantity):
-    """When an angle is within a band about a target for good [s]."""
+    """Time after which an angle stays within a band about a target [s]."""
 
     kind: Literal["settling"]
     """Which quantity this is."""
@@ -155,7 +155,7 @@ class Settling(WindowedQuantity):
 
 
 class ContactLoss(WindowedQuantity):
-    """When a mesh that carried a force first carries none [s]."""
+    """Time at which a mesh that carried a force first carries none [s]."""
 
     kind: Literal["contact_loss"]
     """Which quantity this is."""

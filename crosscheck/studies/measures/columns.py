@@ -1,4 +1,4 @@
-"""The variables of a study's result: what is called how, in which unit, along which dimensions."""
+"""The variables of a study's result: names, units, meanings and dimensions."""
 
 from __future__ import annotations
 
@@ -130,6 +130,6 @@ def _meaning(quantity: quantities.Quantity) -> tuple[str, str]:
             f"time until the joint angle stays within {quantity.band_rad:g} rad of its target",
         )
     if isinstance(quantity, quantities.FinalError):
-        return "rad", "joint angle at the end less its target"
+        return "rad", "joint angle at the end minus its target"
     assert isinstance(quantity, quantities.RigidDeviation)
     return "rad", f"largest deviation of the joint angle from the rigid arm's ({quantity.level})"

@@ -1,9 +1,9 @@
-"""Numbers of signals, gathered while the signals pass by: of many members at once.
+"""Numbers of signals, gathered piece by piece for many members at once.
 
-A fold is shown a signal piece by piece, time (records,) [s] and values (records, *columns), and
-then has one number, or two, for every column. All but those that look at a spectrum keep nothing of
-what has passed but such numbers. What they mean is what ``crosscheck.signals`` says of a whole
-signal; a number is nan where the event did not happen or there was no sample.
+A fold takes pieces of a signal, time (records,) [s] and values (records, *columns), and ends with
+one or two numbers for every column. Except for spectra it keeps no past samples. The numbers are
+defined as in ``crosscheck.signals`` for a whole signal; nan means that the event did not happen, or
+that there was no sample.
 """
 
 from __future__ import annotations
@@ -22,7 +22,7 @@ Numbers = tuple[np.ndarray, ...]
 class Fold(ABC):
     """A number, or two, of every column of a signal, gathered piece by piece.
 
-    parts: what its numbers are called after its name; ends: whether the last record alone counts.
+    parts: suffixes of its numbers' names; ends: whether the last record alone counts.
     """
 
     parts: ClassVar[tuple[str, ...]] = ("",)
@@ -53,7 +53,7 @@ class PeakFold(Fold):
 
 
 class RangeFold(Fold):
-    """Fold for the largest less the smallest value."""
+    """Fold for the largest minus the smallest value."""
 
     def __init__(self, columns: tuple[int, ...]) -> None:
         self.high, self.low = np.full(columns, -np.inf), np.full(columns, np.inf)
@@ -99,15 +99,17 @@ class LastFold(Fold):
 
 
 class FirstTimeFold(Fold):
-    """Fold for the time of the first record at which something is so."""
+    """Fold for the time of the first record that meets a condition."""
 
-    def __init__(self, columns: tuple[int, ...], so: Callable[[np.ndarray], np.ndarray]) -> None:
-        self.so, self.time = so, np.full(columns, np.nan)
+    def __init__(
+        self, columns: tuple[int, ...], condition: Callable[[np.ndarray], np.ndarray]
+    ) -> None:
+        self.condition, self.time = condition, np.full(columns, np.nan)
 
     def take(self, time: np.ndarray, values: np.ndarray) -> None:
-        so = self.so(values)
-        new = np.isnan(self.time) & so.any(axis=0)
-        self.time[new] = time[so.argmax(axis=0)][new]
+        is_met = self.condition(values)
+        new = np.isnan(self.time) & is_met.any(axis=0)
+        self.time[new] = time[is_met.argmax(axis=0)][new]
 
     def numbers(self) -> Numbers:
         return (self.time,)
@@ -199,7 +201,7 @@ class SpectrumFold(Fold):
 
 
 class BandRmsFold(SpectrumFold):
-    """Fold for the root mean square of what lies in a band of frequencies."""
+    """Fold for the root mean square within a band of frequencies."""
 
     def column_numbers(self, time: np.ndarray, signal: np.ndarray) -> tuple[float, ...]:
         return (signals.band_rms(time, signal, *self.band),)

@@ -65,7 +65,7 @@ class _FoldObserver:
         self.planet = getattr(quantity, "planet", 1)
         self.joints = _joints(quantity, cases)
         self.fold, self.less = _make_fold(quantity, cases, self.joints)
-        # Where the last value alone counts, what comes before is not even looked at.
+        # If the last value alone counts, earlier records are skipped.
         scenario = cases[0].scenario
         late = scenario.step_s * (scenario.steps - scenario.stride / 2)
         self.after_s = late if self.fold.ends and self.window is None else -np.inf
@@ -101,7 +101,7 @@ class _DeviationObserver(_FoldObserver):
 
 
 class _SignalRecorder:
-    """Observer that keeps signals as they are, (records, joints, [planets,] members) each."""
+    """Observer that keeps whole signals, (records, joints, [planets,] members) each."""
 
     def __init__(self, names: Sequence[str]) -> None:
         self.time: list[np.ndarray] = []
@@ -157,7 +157,7 @@ class _FunctionObserver(_SignalRecorder):
             return {}
         time, source = np.concatenate(self.time), self.group.sources[self.quantity.function]
         answers: dict[str, list[float]] = {name: [] for name in self.quantity.returns}
-        planets = self.group.cases[0].planet_counts  # of all alike, as they stand side by side
+        planets = self.group.cases[0].planet_counts  # the same for all members of a group
         whole = {name: self.join_signal(name, planets) for name in self.values}
         whole = {name: values for name, values in whole.items() if _is_present(name, values)}
         for place, case in enumerate(self.group.cases):
@@ -172,7 +172,7 @@ class _FunctionObserver(_SignalRecorder):
 def _make_fold(
     quantity: quantities.Quantity, cases: Sequence[MemberCase], joints: slice | int
 ) -> tuple[folds.Fold, np.ndarray | float]:
-    """The fold of a quantity, and what is taken off its number."""
+    """The fold of a quantity, and the value that is subtracted from its number."""
     columns = _columns(joints, cases)
     if isinstance(quantity, quantities.FinalError):
         return folds.LastFold(columns), _targets(cases)[joints]

@@ -50,7 +50,7 @@ class MemberCase:
     signals: names of those that its runs can have; rigid_levels: of models that its runs can be
     compared with; second_model: name of the one that runs spot checks; planet_counts: planets of
     each joint that moves, 0 without a stage; free_planets: of each joint that the scenario lists
-    how many move by themselves; mesh_count: what is worked out in a step, in meshes.
+    how many move by themselves; mesh_count: work of a step, in meshes.
     """
 
     mechanism: Any

@@ -29,7 +29,7 @@ CHECK_LIMIT = 500  # members that are checked before any of them is run
 
 @dataclass(frozen=True)
 class PreparedStudy:
-    """A definition with all that it names: everything that its result depends on besides code.
+    """A definition with all files that it names: all that its result depends on, except code.
 
     data: content of arm and scenario, and switches, settings applied; or of robot and scenario, and
     the text of its URDF. sources: text of the user's

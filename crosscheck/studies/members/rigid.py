@@ -1,4 +1,4 @@
-"""The rigid arm in the experiments of geared ones: what they are compared with."""
+"""The rigid arm in the experiments of geared ones, for comparison."""
 
 from __future__ import annotations
 
@@ -15,7 +15,7 @@ STEP_RATIO = 10  # steps of the geared arm in one of the rigid arm, which is smo
 
 
 def simulate_rigid_angles(level: str, cases: Sequence[MemberCase]) -> tuple[np.ndarray, np.ndarray]:
-    """Angles [rad] of unlike rigid models, (models, records, joints), and each case's, (cases,).
+    """Angles [rad] of distinct rigid models, (models, records, joints), and the model of each case.
 
     They are on the geared runs' own recording grid; nan where a run diverged. Members that differ
     in their meshes alone share a model.
