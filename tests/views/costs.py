@@ -148,7 +148,8 @@ RENDER = {
     "JSON": output.cost_json,
     "page": render_page,
 }
-SHOWN = ("largest", "rms", "backlash", "windup", "note", "enough")
+PARTS = ("largest", "rms", "backlash", "windup", "enough")
+SHOWN = {"terminal": ("backlash", "windup", "note"), "JSON": (*PARTS, "note"), "page": PARTS}
 VIEWS = {
     f"{name} of cost": View(
         make=lambda seed: vary(worked_out(), seed),
@@ -157,7 +158,7 @@ VIEWS = {
         heads=HEADS,
         phrases=PHRASES,
         wording=WORDING,
-        shown=SHOWN if name == "JSON" else SHOWN[:-1] if name == "page" else SHOWN[2:],
+        shown=SHOWN[name],
     )
     for name, render in RENDER.items()
 }
