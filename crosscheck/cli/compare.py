@@ -18,11 +18,7 @@ from crosscheck.identification.description import (
 from crosscheck.identification.excitation import format_excitation
 from crosscheck.identification.mechanism import ComparedMechanism
 from crosscheck.identification.messages import EXCITATION_FILE
-from crosscheck.identification.output import (
-    comparison_json,
-    comparison_page,
-    describe_comparison,
-)
+from crosscheck.identification.output import comparison_json, comparison_page, describe_comparison
 from crosscheck.identification.refinement import Knowledge
 from crosscheck.mechanisms import supply
 from crosscheck.models.errors import InputError

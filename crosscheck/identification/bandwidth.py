@@ -2,14 +2,71 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass, replace
 
 import numpy as np
 
 from crosscheck.identification.estimation import LinearFit
+from crosscheck.identification.terms import TermEstimate
 
 RAISED = 2.0**0.5  # from a tried bandwidth to the next
 GAIN = 0.98  # of errors: a band that makes them no less has no information of its own
+
+
+@dataclass(frozen=True)
+class BandResult:
+    """A bandwidth [Hz], and the estimates in it.
+
+    is_sound: whether it holds enough of the motion for these to say something of another band's.
+    """
+
+    bandwidth: float
+    estimates: tuple[TermEstimate, ...]
+    is_sound: bool = True
+
+
+def combine_bands(
+    estimates: Sequence[TermEstimate], bandwidth: float, others: Sequence[BandResult]
+) -> tuple[TermEstimate, ...]:
+    """Estimates in a band with what those in other bands say of their errors.
+
+    Blocks of rows tell of noise alone: what a filter or friction's sign does is alike in all. Rows
+    of one band are part of the other's: by noise estimates are less apart than the worse is wrong.
+    What a narrower one is apart beyond that is the systematic part; a wider one holds more of what
+    the model may lack, and makes an estimate that is beyond both intervals one of the band.
+    """
+    combined = []
+    for each in estimates:
+        again = [
+            (band.is_sound, band.bandwidth > bandwidth, other)
+            for band in others
+            for other in band.estimates
+            if other.term == each.term
+        ]
+        excess = [
+            (other.value - each.value) ** 2 - max(other.half_width, each.half_width) ** 2
+            for is_sound, is_wider, other in again
+            if is_sound and not is_wider
+        ]
+        systematic = max([0.0, *excess]) ** 0.5
+        error = float(np.hypot(each.error, systematic))
+        half_width = each.half_width * error / each.error if each.error else 0.0
+        beyond = (
+            other.value
+            for _, is_wider, other in again
+            if is_wider and abs(other.value - each.value) > max(half_width, other.half_width)
+        )
+        combined.append(
+            replace(
+                each,
+                error=error,
+                half_width=half_width,
+                systematic=systematic,
+                doubled=next(beyond, None),
+            )
+        )
+    return tuple(combined)
 
 
 def choose_bandwidth(measure: Callable[[float], float], lowest: float, highest: float) -> float:

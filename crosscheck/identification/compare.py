@@ -10,29 +10,24 @@ from typing import Literal
 import numpy as np
 
 from crosscheck.findings import Finding
-from crosscheck.identification.bandwidth import choose_bandwidth, measure_error
-from crosscheck.identification.engines import compare_engines
-from crosscheck.identification.estimation import (
-    ALIKE,
-    CONFIDENCE,
-    LinearFit,
-    fit_linear,
-    fit_part,
+from crosscheck.identification.bandwidth import (
+    BandResult,
+    choose_bandwidth,
+    combine_bands,
+    measure_error,
 )
+from crosscheck.identification.engines import compare_engines
+from crosscheck.identification.estimation import ALIKE, CONFIDENCE, LinearFit, fit_linear, fit_part
 from crosscheck.identification.excitation import Excitation, suggest_excitation
 from crosscheck.identification.forward import Window, run_windows
 from crosscheck.identification.gravity import GravityEstimate
 from crosscheck.identification.mechanism import ComparedMechanism
-from crosscheck.identification.refinement import (
-    Knowledge,
-    RecordedTorque,
-    Refinement,
-    refine,
-)
+from crosscheck.identification.refinement import Knowledge, RecordedTorque, Refinement, refine
 from crosscheck.identification.restrictions import (
     SIGNIFICANT,
     FileFits,
     FileJudgement,
+    Restriction,
     find_worse_joints,
     flag_friction,
 )
@@ -88,7 +83,6 @@ MOST_BANDS = 4  # whose samples are kept: fits ask for those of the last ones ag
 FEWEST_ROWS = 8  # of torques for a parameter, half of them independent
 NOTHING_ELSE = Knowledge()
 NAMED_KINDS: tuple[TermKind, ...] = (*ROTOR_KINDS, "scale", "gravity", "delay")
-NO_LESS = 1.1  # times the errors of a band: a wider one that makes them more lacks something
 # Of scaled columns: beyond it estimates hang on what motion hardly shows (Gautier and Khalil, 1992,
 # ask for 100).
 EXCITED = 1000.0
@@ -109,14 +103,6 @@ class StepResult:
     rms: np.ndarray
     weighted: float
     predicted: float
-
-
-@dataclass(frozen=True)
-class BandResult:
-    """A bandwidth [Hz], and the estimates of rotors in it."""
-
-    bandwidth: float
-    estimates: tuple[TermEstimate, ...]
 
 
 @dataclass(frozen=True)
@@ -336,7 +322,7 @@ def compare(
                 judged = _judge_side(problem, side, treatment, bandwidth, knowledge)
         if treatment == "identified" and not knowledge.is_asked:
             progress("judging the file's numbers", number, len(chosen) + 1)
-            judgement = _judge_file(problem, mechanism, side, bandwidth)
+            judgement = _judge_file(problem, mechanism, judged)
             judged = replace(judged, judgement=judgement)
         sides.append(judged)
         if treatment == "identified":
@@ -358,18 +344,25 @@ def compare(
 
 
 def _judge_file(
-    problem: _Problem, mechanism: ComparedMechanism, side: Side, bandwidth: float
+    problem: _Problem, mechanism: ComparedMechanism, judged: SideResult
 ) -> FileJudgement:
     """What a side says of the files' numbers; behind the gears there are links alone."""
-    samples, columns, full = problem.fit(bandwidth)
-    if full.condition > ALIKE:
-        shown = replace(columns, values=columns.values * full.shown[:, :, None])
-        independent = columns.select(find_basis(shown, problem.kinds).chosen)
-        torque = samples.torque[:, problem.measured]
-        full = fit_linear(independent.values, torque, full.shown, samples.starts)
-    fits = FileFits(mechanism, samples, problem.shared, problem.measured, full)
     behind = [each for each in mechanism.levels if each.level == "links"]
-    return fits.judge(mechanism.levels if side == "motor" else behind)
+    levels = mechanism.levels if judged.side == "motor" else behind
+    judgement = problem.fit_file(mechanism, judged.bandwidth).judge(levels)
+    others = [(each, problem.fit_file(mechanism, each.bandwidth)) for each in judged.bands]
+
+    def combine(restriction: Restriction) -> Restriction:
+        again = [
+            replace(band, estimates=fits.repeat(restriction, levels).estimates)
+            for band, fits in others
+        ]
+        estimates = combine_bands(restriction.estimates, judged.bandwidth, again)
+        return replace(restriction, estimates=estimates)
+
+    return FileJudgement(
+        tuple(map(combine, judgement.levels)), tuple(map(combine, judgement.changes))
+    )
 
 
 def _run_best(comparison: RecordComparison) -> Iterator[Window]:
@@ -527,6 +520,7 @@ class _Problem:
         self.chosen = self.basis.chosen[order]
         self.terms = anything.select(self.chosen).terms
         self.every = anything.terms
+        self._fits: dict[float, LinearFit] = {}
 
     @property
     def names(self) -> tuple[str, ...]:
@@ -544,8 +538,30 @@ class _Problem:
         reached &= np.array([term not in again for term in columns.terms])
         if not reached.all():
             columns = replace(columns.select(np.flatnonzero(reached)), alike=alike)
-        torque = samples.torque[:, self.measured]
-        return samples, columns, fit_linear(columns.values, torque, shown, samples.starts)
+        if bandwidth not in self._fits:
+            torque = samples.torque[:, self.measured]
+            self._fits[bandwidth] = fit_linear(columns.values, torque, shown, samples.starts)
+        return samples, columns, self._fits[bandwidth]
+
+    def estimate_bands(self, bandwidth: float) -> tuple[BandResult, ...]:
+        """Estimates at half and twice a bandwidth [Hz], if rows resolve them."""
+        bands = []
+        for band in (bandwidth / 2, bandwidth * 2):
+            if band <= highest_bandwidth(self.records):
+                _, columns, fit = self.fit(band)
+                estimates = _select_estimates(self, columns, fit)
+                bands.append(BandResult(band, estimates, band >= self.lowest_bandwidth))
+        return tuple(bands)
+
+    def fit_file(self, mechanism: ComparedMechanism, bandwidth: float) -> FileFits:
+        """Fits by a mechanism's files in a band [Hz], beside that of independent terms."""
+        samples, columns, full = self.fit(bandwidth)
+        if full.condition > ALIKE:
+            shown = replace(columns, values=columns.values * full.shown[:, :, None])
+            independent = columns.select(find_basis(shown, self.kinds).chosen)
+            torque = samples.torque[:, self.measured]
+            full = fit_linear(independent.values, torque, full.shown, samples.starts)
+        return FileFits(mechanism, samples, self.shared, self.measured, full)
 
     def _compute_columns(self, samples: BandSample) -> Regressor:
         """Of the terms that are asked for, at measured joints."""
@@ -569,7 +585,7 @@ class _Problem:
 
     def measure(self, bandwidth: float) -> float:
         """Mean error in a band; errors of what the motion hardly shows are no measure."""
-        _, _, fit = self.fit(bandwidth)
+        fit = self._fits[bandwidth] if bandwidth in self._fits else self.fit(bandwidth)[2]
         return measure_error(fit) if fit.condition <= EXCITED else np.inf
 
     def _cut(self, columns: Regressor) -> Regressor:
@@ -585,23 +601,8 @@ def _judge_side(
     knowledge: Knowledge,
 ) -> SideResult:
     # Before all else: their columns are gone where those of the bandwidth itself are made.
-    bands, others = [], []
-    for factor in (0.5, 2.0):
-        if bandwidth * factor <= highest_bandwidth(problem.records):
-            _, other_columns, other = problem.fit(bandwidth * factor)
-            among = _select_estimates(problem, other_columns, other)
-            named = tuple(each for each in among if each.term.kind in NAMED_KINDS)
-            bands.append(BandResult(bandwidth * factor, named))
-            others.append((factor, measure_error(other), among))
+    bands = problem.estimate_bands(bandwidth)
     samples, columns, full = problem.fit(bandwidth)
-    # A narrower band may hold too little of the motion; in a wider one errors are larger where it
-    # holds what its model lacks: neither says anything of this one.
-    lowest, most = problem.lowest_bandwidth, NO_LESS * measure_error(full)
-    sound = [
-        among
-        for factor, error, among in others
-        if (bandwidth * factor >= lowest if factor < 1 else error <= most)
-    ]
     torque = samples.torque[:, problem.measured]
     steps, kinds = [], list(LINK_KINDS[treatment])
     for name, added in STEPS:
@@ -611,11 +612,12 @@ def _judge_side(
         part = columns.values[:, :, : columns.numbers(*kinds).size]
         fit = fit_part(part, torque, full)
         steps.append(StepResult(name, part.shape[2], *fit))
-    estimates = add_systematic_errors(_select_estimates(problem, columns, full), sound)
-    for factor, _, among in others:
-        if factor > 1:
-            estimates = flag_band_dependence(estimates, among)
-    concerned = _find_concerned(problem.terms, columns, full)
+    estimates = combine_bands(_select_estimates(problem, columns, full), bandwidth, bands)
+    concerned, excitation = _find_concerned(problem.terms, columns, full), None
+    if concerned and treatment in ("identified", "none"):
+        excitation = suggest_excitation(
+            problem.robot, samples.q, problem.shared, problem.chosen, problem.measured, full.sigma
+        )
     return SideResult(
         side=side,
         links=treatment,
@@ -630,24 +632,16 @@ def _judge_side(
         condition=full.condition,
         concerned=concerned,
         threshold=find_threshold(estimates, full),
-        bands=tuple(bands),
+        bands=tuple(
+            replace(band, estimates=tuple(e for e in band.estimates if e.term.kind in NAMED_KINDS))
+            for band in bands
+        ),
         taken=full.taken,
         left=full.left,
         samples=samples,
         residual=full.residual,
         shown=full.shown,
-        excitation=(
-            suggest_excitation(
-                problem.robot,
-                samples.q,
-                problem.shared,
-                problem.chosen,
-                problem.measured,
-                full.sigma,
-            )
-            if concerned and treatment in ("identified", "none")
-            else None
-        ),
+        excitation=excitation,
         refinement=(
             refine(_record_torque(problem, samples, full), knowledge)
             if treatment == "identified" and knowledge.is_anything
@@ -683,48 +677,6 @@ def _select_estimates(
         if term.kind != "links" and term not in [first for first, _ in columns.alike]
     ]
     return tuple(sorted(estimates, key=lambda each: problem.every.index(each.term)))
-
-
-def add_systematic_errors(
-    estimates: tuple[TermEstimate, ...], others: Sequence[tuple[TermEstimate, ...]]
-) -> tuple[TermEstimate, ...]:
-    """Estimates whose errors hold what other bands' are apart beyond the noise of that.
-
-    Blocks of rows tell of noise alone: what a filter or friction's sign does is alike in all. Rows
-    of one band are part of the other's: by noise estimates are less apart than the worse is wrong.
-    """
-    widened = []
-    for each in estimates:
-        there = [other for among in others for other in among if other.term == each.term]
-        excess = [
-            (other.value - each.value) ** 2 - max(other.half_width, each.half_width) ** 2
-            for other in there
-        ]
-        systematic = max([0.0, *excess]) ** 0.5
-        error = float(np.hypot(each.error, systematic))
-        widened.append(
-            replace(
-                each,
-                error=error,
-                half_width=each.half_width * error / each.error if each.error else 0.0,
-                systematic=systematic,
-            )
-        )
-    return tuple(widened)
-
-
-def flag_band_dependence(
-    estimates: tuple[TermEstimate, ...], doubled: tuple[TermEstimate, ...]
-) -> tuple[TermEstimate, ...]:
-    """Estimates, with the value in a band twice as wide where that is beyond both intervals."""
-    there = {each.term: each for each in doubled}
-    return tuple(
-        replace(each, doubled=other.value)
-        if (other := there.get(each.term)) is not None
-        and abs(other.value - each.value) > max(each.half_width, other.half_width)
-        else each
-        for each in estimates
-    )
 
 
 def find_threshold(estimates: tuple[TermEstimate, ...], fit: LinearFit) -> float:

@@ -8,8 +8,8 @@ from itertools import pairwise
 from typing import NamedTuple
 
 import numpy as np
-from scipy.fft import rfft
-from scipy.linalg import cholesky, qr, solve_triangular
+from scipy.fft import irfft, rfft
+from scipy.linalg import qr, solve_triangular
 from scipy.special import stdtrit
 
 from crosscheck.identification.sampling import ROWS
@@ -21,8 +21,9 @@ MOST_BLOCKS, FEWEST_BLOCKS = 100, 20
 CORRELATION_TIMES = 4.0
 TOGETHER = 1000  # rows of columns that are weighted at a time
 LEAST_LEFT = 1.0  # of independent values of a joint, where parameters take up more
+LEAST_FREE = 0.1  # of a residual's power at a frequency that columns leave, where they take more
 LOBES = 8  # of a residual's correlation: the width of the window in which it is summed
-ALIKE = 1e6  # condition number of scaled columns up to which products of them are exact enough
+ALIKE = 1e6  # condition number of scaled columns from which on some of them are left out
 
 
 @dataclass(frozen=True)
@@ -88,17 +89,19 @@ def fit_linear(
         starts: First rows of the recordings, then the count of rows.
     """
     torque, count = torque * shown, shown.sum(axis=0)
-    weights = estimate_deviations(columns, torque, shown, WEIGHTINGS - 1)
-    scale = _column_sizes(columns, shown)
-    weighted = WeightedColumns(columns, shown / weights, scale)
-    triangle, inverse, values = _solve(weighted, torque / weights)
-    residual = torque - (columns @ values) * shown
+    scale, deviations = _column_sizes(columns, shown), joint_rms(torque, count)
+    for _ in range(WEIGHTINGS):
+        weights = deviations
+        weighted = WeightedColumns(columns, shown / weights, scale)
+        triangle, inverse, values = _solve(weighted, torque / weights)
+        residual = torque - (columns @ values) * shown
+        deviations = joint_rms(residual, count)
     edges = choose_blocks(residual, starts)
-    deviations, _ = _leave_out_blocks(weighted, inverse, residual / weights, edges)
+    changes, _ = _leave_out_blocks(weighted, inverse, residual / weights, edges)
     blocks = len(edges) - 1
     pooled, taken, left = _pool_variances(weighted, inverse, residual / weights, shown)
     inverse = inverse / scale[:, None]
-    by_blocks = (blocks - 1) / blocks * ((deviations @ inverse.T) ** 2).sum(axis=0)
+    by_blocks = (blocks - 1) / blocks * ((changes @ inverse.T) ** 2).sum(axis=0)
     by_all = np.einsum("ij,jk,ik->i", inverse, pooled, inverse)
     _, singular, directions = np.linalg.svd(triangle)
     return LinearFit(
@@ -109,7 +112,7 @@ def fit_linear(
         left=left,
         freedom=2 * max(blocks - 1, 1),
         shown=shown,
-        sigma=joint_rms(residual, count),
+        sigma=deviations,
         residual=residual,
         condition=float(singular[0] / singular[-1]),
         weakest=directions[-1],
@@ -161,69 +164,13 @@ class WeightedColumns:
             rows = slice(first, first + TOGETHER)
             yield rows, self.select(rows.start, rows.stop)
 
-    def multiply(self, factor: np.ndarray) -> np.ndarray:
-        """Products (p, p) of the columns times a matrix (p, p) with themselves."""
-        total = np.zeros_like(factor)
-        for _, piece in self.pieces():
-            turned = piece @ factor
-            total += turned.T @ turned
-        return total
-
     def project(self, right: np.ndarray) -> np.ndarray:
         """Products (p,) of the columns with a right-hand side (rows, n)."""
         return np.sum([piece.T @ right[rows].ravel() for rows, piece in self.pieces()], axis=0)
 
 
-def estimate_deviations(
-    columns: np.ndarray, torque: np.ndarray, shown: np.ndarray, passes: int = WEIGHTINGS
-) -> np.ndarray:
-    """Root mean squares (n,) of what a fit leaves at each joint, weighted by these themselves.
-
-    Rows of a joint have one weight, so that their products are summed once for all weights.
-
-    Args:
-        columns: Of the unknowns (rows, n, p).
-        torque: What they shall make (rows, n).
-        shown: Which of these count (rows, n).
-        passes: Of weights by residuals, the first by the torques.
-    """
-    count, scale = shown.sum(axis=0), _column_sizes(columns, shown)
-    products, right = [], []
-    for joint, counted in enumerate(shown.T):
-        rows = columns[counted, joint]
-        products.append(rows.T @ rows / np.outer(scale, scale))
-        right.append(rows.T @ torque[counted, joint] / scale)
-    deviations = joint_rms(torque * shown, count)
-    for _ in range(passes):
-        weights = deviations**-2
-        values = np.linalg.lstsq(
-            np.tensordot(weights, np.array(products), 1), weights @ np.array(right), rcond=None
-        )[0]
-        deviations = joint_rms((torque - columns @ (values / scale)) * shown, count)
-    return deviations
-
-
 def factor_columns(columns: WeightedColumns) -> np.ndarray:
-    """The triangle (p, p) that makes columns of an orthonormal basis of theirs.
-
-    By Cholesky's factor of their products, twice (Yamamoto, Nakatsukasa, Yanagisawa and Fukaya,
-    2015): as exact as reflections and several times as quick; by these where they are too alike.
-    """
-    triangle = inverse = np.eye(len(columns.scale))
-    for _ in range(2):
-        try:
-            factor = cholesky(columns.multiply(inverse), check_finite=False)
-        except np.linalg.LinAlgError:
-            return _reflect(columns)
-        if np.linalg.cond(factor) > ALIKE:
-            return _reflect(columns)
-        triangle = factor @ triangle
-        inverse = solve_triangular(triangle, np.eye(len(triangle)))
-    return triangle
-
-
-def _reflect(columns: WeightedColumns) -> np.ndarray:
-    """The same by Householder's reflections."""
+    """The triangle (p, p) that makes columns of an orthonormal basis of theirs."""
     triangle = np.zeros((0, len(columns.scale)))
     for _, piece in columns.pieces():
         rows = np.concatenate([triangle, piece])
@@ -233,9 +180,9 @@ def _reflect(columns: WeightedColumns) -> np.ndarray:
 
 def find_condition(columns: np.ndarray, sigma: np.ndarray) -> float:
     """The condition number of columns (rows, n, p), each scaled to size 1, in weights 1 / sigma."""
-    scale = _column_sizes(columns, np.ones(columns.shape[:2], dtype=bool))
-    weighted = (columns / scale / sigma[:, None]).reshape(-1, columns.shape[2])
-    return float(np.linalg.cond(qr(weighted, mode="r", check_finite=False)[0][: len(scale)]))
+    every = np.ones(columns.shape[:2], dtype=bool)
+    weighted = WeightedColumns(columns, every / sigma, _column_sizes(columns, every))
+    return float(np.linalg.cond(factor_columns(weighted)))
 
 
 def _leave_out_blocks(
@@ -260,35 +207,60 @@ def _leave_out_blocks(
 def _pool_variances(
     columns: WeightedColumns, inverse: np.ndarray, remains: np.ndarray, shown: np.ndarray
 ) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
-    """The coefficients' variances (p, p) where a joint's residual is alike all over the record.
+    """The coefficients' variances (p, p) where residuals are alike all over the record.
 
-    Its correlation in a window (Newey and West, 1987) is one for all rows, so that these variances
-    vary less by chance than those of few blocks. Then how many independent values of each joint the
-    coefficients take up, and how many are left (n,).
+    Their correlations in a window, each joint's and between joints, are one for all rows, so that
+    these variances vary less by chance than those of few blocks: an error of one position is in the
+    torques of several joints. Then how many independent values of each joint the coefficients take
+    up, and how many are left (n,).
     """
     rows, count = remains.shape
-    total, taken, left = np.zeros_like(inverse), np.empty(count), np.empty(count)
+    taken, left, independent = np.empty((3, count))
+    lobes = []
     for joint in range(count):
-        basis = (columns.columns[:, joint] * columns.weights[:, joint, None]) @ (
-            inverse / columns.scale[:, None]
-        )
-        correlation, first = _correlate(remains[:, joint])
-        lags, window = _window(correlation, first)
-        alike = max(1 + 2 * window @ correlation[lags] ** 2, ROWS / 2)
+        correlation, reach = _correlate(remains[:, joint])
+        alike = max(2 * _window(reach) @ correlation[:reach] ** 2 - 1, ROWS / 2)
+        basis = _whiten(columns, inverse, joint)
         taken[joint] = (basis**2).sum()
-        independent = shown[:, joint].sum() / alike
-        left[joint] = max(independent - taken[joint], LEAST_LEFT)
-        around = np.zeros(2 * rows)
-        around[0] = 1.0
-        around[lags] = around[-lags] = window * correlation[lags]
-        power = np.maximum(rfft(around).real, 0.0)
-        power[1:-1] *= 2  # of both signs of a frequency
-        turned = rfft(basis, 2 * rows, axis=0) * np.sqrt(power)[:, None]
-        variance = (remains[:, joint] ** 2).sum() / max(shown[:, joint].sum(), 1)
-        variance *= independent / left[joint]
-        parts = turned.real.T @ turned.real + turned.imag.T @ turned.imag
-        total += variance / (2 * rows) * parts
-    return total, taken, left
+        independent[joint] = shown[:, joint].sum() / alike
+        left[joint] = max(independent[joint] - taken[joint], LEAST_LEFT)
+        lobes.append(reach)
+    # One window for all, of a spectrum that is nowhere negative, keeps variances positive.
+    reach = min(max(lobes), rows)
+    around = np.zeros(2 * rows)
+    around[:reach] = _window(reach)
+    around[2 * rows - reach + 1 :] = around[reach - 1 : 0 : -1]
+
+    def smooth(power: np.ndarray) -> np.ndarray:
+        smoothed: np.ndarray = rfft(irfft(power, 2 * rows) * around)
+        return smoothed
+
+    number = np.sqrt(np.maximum(shown.sum(axis=0), 1))
+    spectra = rfft((remains - remains.mean(axis=0)) / number, 2 * rows, axis=0).T
+    turned = [rfft(_whiten(columns, inverse, joint), 2 * rows, axis=0) for joint in range(count)]
+    # Of residuals the columns have taken their share, most at the frequencies that they have.
+    free = [
+        1 - smooth((np.abs(each) ** 2).sum(axis=1) / n**2).real
+        for each, n in zip(turned, number, strict=True)
+    ]
+    spectra /= np.sqrt(np.maximum(free, LEAST_FREE))
+    both = np.full(rows + 1, 2.0)  # signs of a frequency
+    both[[0, -1]] = 1.0
+    total = np.zeros_like(inverse)
+    for first in range(count):
+        for second in range(first, count):
+            power = smooth(spectra[first] * spectra[second].conj()) * both
+            part = (turned[first].conj().T @ (power[:, None] * turned[second])).real
+            total += part if first == second else part + part.T
+    return total / (2 * rows), taken, left
+
+
+def _whiten(columns: WeightedColumns, inverse: np.ndarray, joint: int) -> np.ndarray:
+    """Rows (rows, p) of a joint in the columns' orthonormal basis."""
+    rows: np.ndarray = (columns.columns[:, joint] * columns.weights[:, joint, None]) @ (
+        inverse / columns.scale[:, None]
+    )
+    return rows
 
 
 def choose_blocks(residual: np.ndarray, starts: Sequence[int]) -> np.ndarray:
@@ -298,7 +270,7 @@ def choose_blocks(residual: np.ndarray, starts: Sequence[int]) -> np.ndarray:
     """
     rows = len(residual)
     length = CORRELATION_TIMES * max(
-        correlation_rows(residual[first:last], joint)
+        count_alike_rows(residual[first:last], joint)
         for first, last in pairwise(starts)
         for joint in range(residual.shape[1])
     )
@@ -310,38 +282,35 @@ def choose_blocks(residual: np.ndarray, starts: Sequence[int]) -> np.ndarray:
     return np.array(edges)
 
 
-def correlation_rows(residual: np.ndarray, joint: int) -> float:
-    """Rows for which a joint's residual is alike: the sum of its correlation to its first zero."""
-    correlation, first = _correlate(residual[:, joint])
-    return float(1 + 2 * correlation[1:first].sum())
-
-
 def count_alike_rows(residual: np.ndarray, joint: int) -> float:
     """By how much a mean of a joint's residual varies more than if its rows were independent.
 
-    The sum of its correlation in a Hann window: of a band of noise the first lobe alone is 1.2
-    times the whole. At least 1.
+    The sum of its correlation in a window: of a band of noise the first lobe alone is 1.2 times the
+    whole. At least 1.
     """
-    correlation, first = _correlate(residual[:, joint])
-    lags, window = _window(correlation, first)
-    return max(float(1 + 2 * window @ correlation[lags]), 1.0)
+    correlation, reach = _correlate(residual[:, joint])
+    return max(float(2 * _window(reach) @ correlation[:reach] - 1), 1.0)
 
 
-def _window(correlation: np.ndarray, first: int) -> tuple[np.ndarray, np.ndarray]:
-    """Rows between those that count in a correlation, some lobes of it, and their weights."""
-    lags = np.arange(1, min(LOBES * first, len(correlation)))
-    return lags, (1 + np.cos(np.pi * lags / (len(lags) + 1))) / 2
+def _window(reach: int) -> np.ndarray:
+    """Parzen's weights of so many lags, from 0 on."""
+    share = np.arange(reach) / reach
+    return np.where(share < 0.5, 1 - 6 * share**2 * (1 - share), 2 * (1 - share) ** 3)
 
 
 def _correlate(signal: np.ndarray) -> tuple[np.ndarray, int]:
-    """A signal's correlation with itself, by rows between them, and where it is first negative."""
+    """A signal's correlation with itself, by rows between them, and how many of these count.
+
+    They are some lobes, of which the first ends where it is first negative.
+    """
     signal = signal - signal.mean()
     power = np.abs(np.fft.rfft(signal, 2 * len(signal))) ** 2
     correlation = np.fft.irfft(power)[: len(signal)]
     if not correlation[0] > 0:
         return np.ones(1), 1
     negative = np.flatnonzero(correlation <= 0)
-    return correlation / correlation[0], int(negative[0]) if negative.size else len(correlation)
+    first = int(negative[0]) if negative.size else len(correlation)
+    return correlation / correlation[0], min(LOBES * first, len(correlation))
 
 
 def joint_rms(values: np.ndarray, count: np.ndarray) -> np.ndarray:

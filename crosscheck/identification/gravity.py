@@ -35,7 +35,8 @@ class GravityEstimate:
         angle = 2 * np.arctan2(np.linalg.norm(ways[0] - ways[1]), np.linalg.norm(ways[0] + ways[1]))
         across = ways[1] - (ways[1] @ ways[0]) * ways[0]
         across = across / (np.linalg.norm(across) or 1.0)
-        return degrees(angle), degrees(float(np.abs(across) @ self.half_width / size))
+        # Components are shown by different torques: their errors are taken for independent.
+        return degrees(angle), degrees(float(np.linalg.norm(across * self.half_width) / size))
 
     @property
     def is_tilted(self) -> bool:
@@ -54,20 +55,22 @@ class GravityEstimate:
         return bool(abs(size - there) <= allowed and angle[0] > angle[1])
 
     def describe(self) -> str:
-        """The estimate and its angle, as the end of a sentence with a question."""
+        """The angle, and the gravity that alone explains the torques, in a sentence."""
         angle = self.angle_deg
-        head = (
-            f"gravity is {_format_vector(self.value, self.half_width)} m/s^2 in the base's frame;"
-            f" the file says {_format_vector(self.in_file)}"
+        gravity = f"gravity {_format_vector(self.value, self.half_width)} m/s^2 in the base's frame"
+        tail = (
+            f"{gravity} (the file says {_format_vector(self.in_file)}) alone explains the torques"
         )
         if angle is None:
-            return f"{head}. Is the base tilted?"
+            return f"Is the base tilted? With the file's links {tail}."
         digits = max(0, min(6, int(1 - np.floor(np.log10(max(angle[1], 1e-6))))))
-        turn = f"{angle[0]:.{digits}f} +- {angle[1]:.{digits}f} degrees"
         # Seen from a base that turns, gravity turns the other way.
         axis = np.cross(self.value, self.in_file)
         about = _format_vector(np.round(axis / np.linalg.norm(axis), 2) + 0.0)
-        return f"{head}. It is tilted by {turn}: is the base tilted about {about}?"
+        return (
+            f"The base is tilted by {angle[0]:.{digits}f} +- {angle[1]:.{digits}f} degrees about"
+            f" {about}: with the file's links {tail}."
+        )
 
 
 def _format_vector(values: np.ndarray, half_width: np.ndarray | None = None) -> str:

@@ -32,12 +32,7 @@ from crosscheck.models.robot.robot import (
 from crosscheck.models.robot.tree import merge_bodies
 from crosscheck.models.robot.urdf import UrdfLink, read_urdf
 from crosscheck.planning.sizing import make_rest_scenario
-from crosscheck.registry import (
-    build,
-    find_covering_models,
-    find_distinct_levels,
-    find_level_models,
-)
+from crosscheck.registry import build, find_covering_models, find_distinct_levels, find_level_models
 
 # Units of numbers on which torques depend linearly, by the ends of their names.
 UNITS = {

@@ -7,12 +7,7 @@ from math import floor, log10
 
 import numpy as np
 
-from crosscheck.identification.compare import (
-    EXCITED,
-    RecordComparison,
-    Side,
-    SideResult,
-)
+from crosscheck.identification.compare import EXCITED, RecordComparison, Side, SideResult
 from crosscheck.identification.engines import describe_disagreement
 from crosscheck.identification.excitation import DRAWN, Excitation
 from crosscheck.identification.mechanism import ComparedMechanism
@@ -52,11 +47,7 @@ def describe_answers(comparison: RecordComparison) -> list[str]:
         return list(describe_disagreement(comparison.engines, comparison.mechanism.noun))
     sentences: list[str] = []
     if comparison.tilt is not None:
-        sentences.append(
-            "Another gravity alone explains the torques with the file's links:"
-            f" {comparison.tilt.describe()}"
-        )
-        sentences.append("What follows holds with that gravity.")
+        sentences += [comparison.tilt.describe(), "What follows holds with that gravity."]
     judged = [(side, side.judgement) for side in comparison.sides if side.judgement is not None]
     for side, judgement in judged:
         sentences += _describe_judgement(comparison.mechanism, side, judgement)
@@ -126,6 +117,8 @@ def _describe_change(mechanism: ComparedMechanism, change: Restriction) -> str:
 
 
 def _format_change(estimate: TermEstimate) -> str:
+    if estimate.doubled is not None:
+        return _format_interval(estimate, estimate.term.unit)
     in_file = estimate.term.value or 0.0
     return f"{format_value(estimate.value, estimate.half_width, in_file)} {estimate.term.unit}"
 

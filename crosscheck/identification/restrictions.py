@@ -54,16 +54,15 @@ ROUNDED = 1e-6
 class Restriction:
     """A level with its file's numbers, or all but one.
 
-    parameter, estimate: the number that is estimated, None if none is; friction: what is estimated
-    beside it; ratios (joints,): rms of each joint's residual over that of any links; chance: that
-    a right one leaves so much more; surprise: twice the logarithm of how much less likely it
-    is than any links; mechanism: with the number estimated; None where no file may hold it.
+    parameter: the number that is estimated, None if none is; estimates: of friction and of it;
+    ratios (joints,): rms of each joint's residual over that of any links; chance: that a right one
+    leaves so much more; surprise: twice the logarithm of how much less likely it is than any links;
+    mechanism: with the number estimated; None where no file may hold it.
     """
 
     level: str
     parameter: Parameter | None
-    estimate: TermEstimate | None
-    friction: tuple[TermEstimate, ...]
+    estimates: tuple[TermEstimate, ...]
     ratios: np.ndarray
     chance: float
     surprise: float
@@ -78,6 +77,16 @@ class Restriction:
     def is_fitting(self) -> bool:
         """Whether it leaves no more than any links do."""
         return self.chance >= (SIGNIFICANT if self.parameter is None else PLAUSIBLE)
+
+    @property
+    def friction(self) -> tuple[TermEstimate, ...]:
+        """Estimates of friction and a delay."""
+        return tuple(each for each in self.estimates if each.term.kind != "number")
+
+    @property
+    def estimate(self) -> TermEstimate | None:
+        """That of the number; None where none is estimated."""
+        return next((each for each in self.estimates if each.term.kind == "number"), None)
 
     def compute_friction(self, rates: np.ndarray) -> np.ndarray:
         """Torques (rows, n) of joints' own friction as estimated, at rates (rows, n)."""
@@ -232,6 +241,15 @@ class FileFits:
         for place in np.argsort(-falls)[:MOST_NUMBERS].tolist():
             yield self._settle(level, numbers[place], columns[place])
 
+    def repeat(self, restriction: Restriction, levels: Sequence[RigidLevel]) -> Restriction:
+        """A restriction of another band in this one."""
+        (level,) = (each for each in levels if each.name == restriction.level)
+        parameter = restriction.parameter
+        column = None if parameter is None else self._compute_column(level, parameter)
+        if parameter is None or column is None:
+            return self._fit(level, None, None)
+        return self._settle(level, parameter, column)
+
     def _settle(self, level: RigidLevel, parameter: Parameter, column: np.ndarray) -> Restriction:
         """The fit with a number; of a place by Gauss and Newton's steps: moments bend with it."""
         fit = self._fit(level, parameter, column)
@@ -252,7 +270,8 @@ class FileFits:
         if fit.estimate is None:
             return fit
         term = replace(fit.estimate.term, value=parameter.value)
-        return replace(fit, parameter=parameter, estimate=replace(fit.estimate, term=term))
+        number = replace(fit.estimate, term=term)
+        return replace(fit, parameter=parameter, estimates=(*fit.friction, number))
 
     def _fit(
         self, level: RigidLevel, parameter: Parameter | None, column: np.ndarray | None
@@ -272,16 +291,14 @@ class FileFits:
         most = np.maximum(full.sigma, self._least)
         ratios = np.maximum(fit.sigma, self._least) / most
         independent = full.taken + full.left
-        estimate = estimates.pop() if parameter is not None else None
         return Restriction(
             level=level.name,
             parameter=parameter,
-            estimate=estimate,
-            friction=tuple(estimates),
+            estimates=tuple(estimates),
             ratios=ratios,
             chance=compute_chance(ratios, full.taken - fit.taken, full.left),
             surprise=float(independent @ np.log(ratios**2)),
-            mechanism=_apply(self._mechanism, parameter, estimate),
+            mechanism=_apply(self._mechanism, parameter, estimates),
         )
 
     def _compute_torques(self, level: RigidLevel) -> np.ndarray:
@@ -331,14 +348,14 @@ def _list_rotors(robot: Robot) -> tuple[object, ...]:
 
 
 def _apply(
-    mechanism: ComparedMechanism, parameter: Parameter | None, estimate: TermEstimate | None
+    mechanism: ComparedMechanism, parameter: Parameter | None, estimates: Sequence[TermEstimate]
 ) -> ComparedMechanism | None:
     """The mechanism with an estimate in place of its file's number; None where it may not be."""
-    if parameter is None or estimate is None:
+    if parameter is None:
         return mechanism
-    value = estimate.value
+    value = estimates[-1].value
     if not parameter.is_signed:
-        if value + estimate.half_width < 0:
+        if value + estimates[-1].half_width < 0:
             return None
         value = max(value, 0.0)
     try:

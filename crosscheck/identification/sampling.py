@@ -5,17 +5,24 @@ from __future__ import annotations
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass, replace
 from math import ceil
-from typing import NamedTuple
+from typing import Any, NamedTuple
 
 import numpy as np
 from scipy.fft import irfft, next_fast_len, rfft, rfftfreq
 from scipy.sparse import block_diag, csr_array
 
-from crosscheck.recordings.decimation import DecimatedSignals, EvenSignals, continue_signal
+from crosscheck.recordings.decimation import (
+    DecimatedSignals,
+    EvenSignals,
+    continue_signal,
+    halve_rows,
+)
 from crosscheck.recordings.record import Record
 
-# Of the Butterworth filter that runs forth and back: its square in size, and no phase.
-ORDER = 4
+# Of the Butterworth filter that runs forth and back: its square in size, and no phase. Half as far
+# as its band it takes 2e-5 of an amplitude; of order 4 it would be 4e-3, which lower bands would
+# make errors of inertia.
+ORDER = 8
 # Torques are no linear functions of motions: what a filter takes from a motion is missing in their
 # products far below the band. So motions pass so many times the band, are put into the columns, and
 # these pass the band itself by the same weights as the torques: that leaves any linear model true.
@@ -24,18 +31,17 @@ TOGETHER = 1000  # rows of which columns are made at a time
 MOST_ROWS = 20_000  # of a long record they stand further apart: estimates need no more
 # Shortest periods that a recording is continued by, turned about its ends: what is beyond them
 # weighs less than 1e-10 in the filter.
-PADDED = 10.0
+PADDED = 20.0
 ROWS = 4.0  # in the shortest period of the band
 DENSE = 2  # rows of motion from a row to the next: twice in the motion's own shortest period
 REACH = 1.0  # shortest periods before and behind a row that count in it
 # Shortest periods of the motion's band that each end loses: what follows after them is missing.
-EDGE = 2.0
+EDGE = 4.0
 # Below this share of its fastest rate a joint stands: friction may then hold any torque.
 SLOW = 0.01
 # Below this share of it a direction counts in parts: less, and signs of rounding count; more, and
-# a joint that turns slowly has its friction too late.
-RAMP = 0.001
-LEAST_CHANGE = 1e-3  # of such a rate from row to row: less, and the row's own sign is as good
+# rows beside a turn do not have the whole friction that their torques have.
+RAMP = 1e-6
 # Of the power of a joint's motion: in a band that holds less, edges and noise are what is left.
 MOTION_SHARE = 0.9
 LEAST_PERIODS = 20.0  # of a band in a recording
@@ -117,7 +123,7 @@ def sample(
         shared: Rates of motors that several joints turn, for rates of joints (shared, n).
         bandwidth: Where the filter, forth and back, lets half of an amplitude pass [Hz].
     """
-    wide = min(MOTION_BAND, *(1 / (ROWS * bandwidth * each.step) for each in recordings))
+    wide = min(MOTION_BAND, *(1 / (ROWS * bandwidth * each.finest.step) for each in recordings))
     signals = [each.select(wide * bandwidth) for each in recordings]
     seconds = sum(each.step * (len(each.position) - 1) for each in signals)
     spacing = 1 / (DENSE * ROWS * bandwidth)
@@ -125,8 +131,8 @@ def sample(
     filtered = [_filter_recording(each, shared, wide * bandwidth, spacing) for each in signals]
     fastest = np.max([np.abs(each.rates).max(axis=0) for each in filtered], axis=0)
     parts, weights, starts = [], [], [0]
-    for each in filtered:
-        direction = _filter_direction(each, fastest, wide * bandwidth)
+    for each, given in zip(filtered, recordings, strict=True):
+        direction = _filter_direction(each, given.finest, fastest, wide * bandwidth)
         count = each.q.shape[1]
         v = each.rates[each.rows, :count]
         sides = direction[:, :count], direction[:, count:]
@@ -134,25 +140,16 @@ def sample(
         weights.append(_weigh_rows(bandwidth * each.step * each.rows, every))
         starts.append(starts[-1] + weights[-1].shape[0])
     names = [name for name in SIGNALS if name != "moving"]
-    dense = dict(zip(names, map(np.concatenate, zip(*parts, strict=True)), strict=True))
+    dense: dict[str, Any] = dict(
+        zip(names, map(np.concatenate, zip(*parts, strict=True)), strict=True)
+    )
     together = csr_array(block_diag(weights))
     rows = {name: together @ value for name, value in dense.items()}
     slow = SLOW * fastest[: rows["v"].shape[1]]
 
-    def gather(signals: dict[str, np.ndarray], band: float, step: float) -> BandSample:
-        return BandSample(
-            bandwidth=band,
-            q=signals["q"],
-            v=signals["v"],
-            a=signals["a"],
-            moving=np.abs(signals["v"]) > slow,
-            direction=signals["direction"],
-            shared_direction=signals["shared_direction"],
-            torque=signals["torque"],
-            torque_rate=signals["torque_rate"],
-            starts=(0, len(signals["v"])),
-            step=step,
-        )
+    def gather(signals: dict[str, Any], band: float, step: float) -> BandSample:
+        moving = np.abs(signals["v"]) > slow
+        return BandSample(band, **signals, moving=moving, starts=(0, len(moving)), step=step)
 
     return replace(
         gather(rows, bandwidth, every * spacing),
@@ -234,28 +231,22 @@ def _filter_recording(
 
 
 def _filter_direction(
-    recording: _FilteredRecording, fastest: np.ndarray, bandwidth: float
+    recording: _FilteredRecording, finest: EvenSignals, fastest: np.ndarray, bandwidth: float
 ) -> np.ndarray:
     """Signs of the rates at the rows kept, between -1 and 1 where they are slow.
 
-    Each is a mean over the time from midway to the row before to midway to the row behind.
+    They are taken at the times of the recorded torques and then lose rows as these do: where in
+    its step a torque changes sign no row of it says.
     """
     slow = RAMP * np.where(fastest > 0, fastest, 1.0)
-    rates = recording.rates / slow
-    between = (rates[1:] + rates[:-1]) / 2
-    signs = np.clip(rates, -1.0, 1.0)
-    change = np.diff(between, axis=0)
-    turned = np.abs(change) > LEAST_CHANGE
-    mean = np.diff(_integrate_clip(between), axis=0) / np.where(turned, change, 1.0)
-    signs[1:-1] = np.where(turned, mean, signs[1:-1])
+    times = finest.step * np.arange(len(finest.torque))
+    known = recording.step * np.arange(len(recording.rates))
+    rates = np.column_stack([np.interp(times, known, each) for each in recording.rates.T])
+    signs = np.clip(rates / slow, -1.0, 1.0)
+    while len(signs) > len(known):
+        signs = halve_rows(signs)
     (direction,) = _filter(signs, recording.step, bandwidth, ((0, recording.rows),))
     return direction
-
-
-def _integrate_clip(rates: np.ndarray) -> np.ndarray:
-    """The integral from 0 of what is cut to -1 and 1."""
-    size = np.abs(rates)
-    return np.where(size < 1, size**2 / 2, size - 0.5)
 
 
 def _filter(

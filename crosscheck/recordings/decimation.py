@@ -46,9 +46,9 @@ class DecimatedSignals:
         self._levels = [EvenSignals(recording.step, *even)]
 
     @property
-    def step(self) -> float:
-        """Time [s] between the rows given."""
-        return self._levels[0].step
+    def finest(self) -> EvenSignals:
+        """All rows."""
+        return self._levels[0]
 
     def select(self, bandwidth: float) -> EvenSignals:
         """The signals with the fewest rows that are enough for a bandwidth [Hz]."""

@@ -109,7 +109,7 @@ def apart(name: str, value: Any, right: Any, relative: float = 1e-6) -> Iterator
 def wrong_estimates() -> Iterator[str]:
     """Of the payload and of a sun, of which one explains the record."""
     arm, side = kept().comparison.mechanism, kept().comparison.sides[0]
-    judgement = compare._judge_file(kept().problem, arm, "motor", side.bandwidth)
+    judgement = kept().problem.fit_file(arm, side.bandwidth).judge(arm.levels)
     best = judgement.best
     if (best.level, best.parameter and best.parameter.path) != (LEVEL, PAYLOAD):
         yield f"explained by {best}"
@@ -126,9 +126,7 @@ def wrong_estimates() -> Iterator[str]:
 def fit_alone(path: str) -> Restriction:
     """A number at the level coupled, whatever it explains."""
     arm, side = kept().comparison.mechanism, kept().comparison.sides[0]
-    samples, _, full = kept().problem.fit(side.bandwidth)
-    none, every = np.zeros((0, 2)), np.ones(2, dtype=bool)
-    fits = compare.FileFits(arm, samples, none, every, full)
+    fits = kept().problem.fit_file(arm, side.bandwidth)
     level = next(each for each in arm.levels if each.name == LEVEL)
     parameter = next(each for each in arm.parameters if each.path == path)
     column = fits._compute_column(level, parameter)
@@ -156,7 +154,7 @@ def wrong_chances() -> Iterator[str]:
     right = chi2.sf(-2 * np.log(chances).sum(), 4)
     yield from apart("chance", restrictions.compute_chance(ratios, further, left), right)
     best = kept().judgement.best
-    plain = replace(best, parameter=None, estimate=None, mechanism=kept().comparison.mechanism)
+    plain = replace(best, parameter=None, mechanism=kept().comparison.mechanism)
     for factor, is_within in ((1.01, True), (0.99, False)):
         if replace(plain, chance=factor * 1e-4).explains != is_within:
             yield f"chance {factor} of the limit"

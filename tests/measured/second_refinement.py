@@ -16,6 +16,7 @@ from tests.measured.second_robot import (
     WEIGHTINGS,
     Signals,
     identifiable,
+    rows_alike,
     sample_rows,
     solve,
     spread_of,
@@ -32,16 +33,7 @@ def find_deviations(signals: Signals) -> np.ndarray:
         values = solve((table / sigma[:, None])[moving], (signals.torque / sigma)[moving])
         residual = np.where(moving, signals.torque - table @ values, 0.0)
         sigma = spread_of(residual, moving)
-    return sigma * np.sqrt([count_again(signal) for signal in residual.T])
-
-
-def count_again(signal: np.ndarray) -> float:
-    """The variance of a signal's mean over that of independent rows, lag by lag."""
-    centred = signal - signal.mean()
-    correlation = np.correlate(centred, centred, "full")[len(signal) - 1 :] / (centred @ centred)
-    end = min(8 * next(lag for lag, value in enumerate(correlation) if value <= 0), len(signal))
-    hann = [np.cos(np.pi * lag / (2 * end)) ** 2 for lag in range(end)]
-    return 2 * float(np.dot(hann, correlation[:end])) - 1
+    return sigma * np.sqrt([rows_alike(signal) for signal in residual.T])
 
 
 def add_rotors(model: pin.Model, table: np.ndarray, ratios: Sequence[float]) -> np.ndarray:

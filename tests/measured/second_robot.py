@@ -1,10 +1,9 @@
 """A second program for what `compare` estimates of a robot: NumPy and Pinocchio, no crosscheck.
 
 It filters by a full Fourier matrix's sums, takes accelerations from the same transform, makes rows
-of the band by a matrix of weights, row by row, and signs' means by lengths of their parts,
-estimates with singular values of all columns (not base parameters), leaves out every block by
-fitting anew, and has a stationary residual's variances by eigenvalues of its correlation as a ring.
-What links contain is found by the null space of the columns, not by elimination.
+of the band by a matrix of weights, row by row, estimates with singular values of all columns (not
+base parameters), leaves out every block by fitting anew, and has a stationary residual's variances
+by its rows' covariance. What links contain is found by the null space of columns.
 """
 
 from collections.abc import Callable
@@ -14,8 +13,8 @@ from typing import NamedTuple
 import numpy as np
 import pinocchio as pin
 
-ORDER, PADDED, ROWS, SLOW, RAMP = 4, 10, 4, 0.01, 0.001
-WIDE, DENSE, EDGE, REACH = 4, 2, 2, 1
+ORDER, PADDED, ROWS, SLOW, RAMP = 8, 20, 4, 0.01, 1e-6
+WIDE, DENSE, EDGE, REACH = 4, 2, 4, 1
 RANK = 1e-4  # of a singular value of scaled columns over random motions
 WEIGHTINGS = 3
 
@@ -119,7 +118,7 @@ def sample_rows(
     wide = bandwidth * min(WIDE, 1 / (ROWS * bandwidth * step))
     q, v, a = low_pass(position, step, wide)
     fastest = np.abs(v).max(axis=0)
-    direction = low_pass(mean_signs(v / (RAMP * fastest)), step, wide)[0]
+    direction = low_pass(np.clip(v / (RAMP * fastest), -1, 1), step, wide)[0]
     torque, slope, _ = low_pass(torque, step, wide)
     edge = int(EDGE / (wide * step))
     rows = np.arange(edge, len(q) - edge, 1 / (DENSE * ROWS * bandwidth * step)).astype(int)
@@ -135,21 +134,6 @@ def sample_rows(
     moving = np.abs(matrix @ v[rows]) > SLOW * fastest
     dense = (each[rows] for each in (q, v, a, direction, slope))
     return Signals(model, *dense, matrix @ torque[rows], moving, matrix)
-
-
-def mean_signs(rates: np.ndarray) -> np.ndarray:
-    """Means of rates, cut to -1 and 1, from midway to the row before to midway to that behind."""
-    signs = np.minimum(1, np.maximum(-1, rates))
-    between = (rates[1:] + rates[:-1]) / 2
-    least, most = np.minimum(between[1:], between[:-1]), np.maximum(between[1:], between[:-1])
-    length = most - least
-    above = np.maximum(most - np.maximum(least, 1), 0)
-    below = np.maximum(np.minimum(most, -1) - least, 0)
-    low, high = np.clip(least, -1, 1), np.clip(most, -1, 1)
-    total = above - below + (high - low) * (high + low) / 2
-    turned = length > 1e-3
-    signs[1:-1][turned] = total[turned] / length[turned]
-    return signs
 
 
 class TableFit(NamedTuple):
@@ -223,32 +207,43 @@ def restrict(signals: Signals, torques: Torques, more: Torques) -> TableFit:
 def stationary_variances(
     table: np.ndarray, residual: np.ndarray, sigma: np.ndarray, moving: np.ndarray
 ) -> np.ndarray:
-    """Of the parameters, where each joint's residual has one correlation at all times."""
+    """Of the parameters, where residuals have one correlation at all times, joint with joint."""
     rows, count, _ = table.shape
     counted = np.where(moving[:, :, None], table / sigma[:, None], 0.0).reshape(rows * count, -1)
     size = lengths(counted)
     inverse = np.linalg.pinv(counted / size, rcond=1e-9) / size[:, None]
-    hat = (inverse.T * counted).sum(axis=1).reshape(rows, count).sum(axis=0)
-    total = np.zeros(len(size))
-    for joint in range(count):
-        signal = np.where(moving[:, joint], residual[:, joint] / sigma[joint], 0.0)
-        centred = signal - signal.mean()
-        every = np.correlate(centred, centred, "full")[rows - 1 :] / (centred @ centred)
-        negative = np.flatnonzero(every <= 0)
-        reach = min(8 * (negative[0] if negative.size else rows), rows)
-        lags = np.arange(reach)
-        tapered = every[:reach] * np.cos(np.pi * lags / reach / 2) ** 2
-        alike = max(1 + 2 * (tapered * every[:reach])[1:].sum(), ROWS / 2)
-        free = max(moving[:, joint].sum() / alike - hat[joint], 1.0)
-        ring = np.zeros((2 * rows, 2 * rows))
-        for lag, value in zip(lags, tapered, strict=True):
-            places = np.arange(2 * rows)
-            ring[places, (places + lag) % (2 * rows)] = value
-            ring[(places + lag) % (2 * rows), places] = value
-        powers, waves = np.linalg.eigh(ring)
-        parts = inverse.reshape(-1, rows, count)[:, :, joint] @ waves[:rows]
-        total += (signal @ signal) / alike / free * (parts**2 @ np.maximum(powers, 0.0))
+    centred = np.where(moving, residual / sigma, 0.0)
+    centred = centred - centred.mean(axis=0)
+    reach, lags = min(8 * max(map(first_negative, centred.T)), rows), np.arange(2 * rows)
+    taper = parzen(np.minimum(lags, 2 * rows - lags) / reach)
+    parts = inverse.reshape(-1, rows, count)
+    basis, singular, _ = np.linalg.svd(counted / size, full_matrices=False)
+    bases = basis.T[singular > 1e-9 * singular[0]].reshape(-1, rows, count)
+    signals, total = [], np.zeros(len(size))
+    for joint, shown in enumerate(moving.sum(axis=0)):
+        power = (np.abs(np.fft.fft(bases[:, :, joint], 2 * rows)) ** 2).sum(axis=0) / shown
+        free = 1 - np.fft.fft(np.fft.ifft(power) * taper).real
+        wave = np.fft.fft(centred[:, joint], 2 * rows) / np.sqrt(shown)
+        signals.append(wave / np.sqrt(np.maximum(free, 0.1)))
+    places = (np.arange(rows) - np.arange(rows)[:, None]) % (2 * rows)
+    for one in range(count):
+        for other in range(count):
+            products = np.fft.ifft(signals[one].conj() * signals[other]).real
+            covariance = (products * taper)[places]
+            total += ((parts[:, :, one] @ covariance) * parts[:, :, other]).sum(axis=1)
     return total
+
+
+def parzen(share: np.ndarray) -> np.ndarray:
+    """Parzen's window, by its distance from the middle in parts of its reach."""
+    inner, outer = 1 - 6 * share**2 + 6 * share**3, 2 * np.maximum(1 - share, 0) ** 3
+    return np.where(share < 0.5, inner, outer)
+
+
+def first_negative(signal: np.ndarray) -> int:
+    """Rows after which a signal's correlation is negative for the first time."""
+    negative = np.correlate(signal, signal, "full")[len(signal) - 1 :] <= 0
+    return int(negative.argmax()) if negative.any() else len(signal)
 
 
 def spread_of(values: np.ndarray, moving: np.ndarray) -> np.ndarray:
@@ -265,12 +260,8 @@ def block_edges(residual: np.ndarray) -> np.ndarray:
 
 
 def rows_alike(signal: np.ndarray) -> float:
-    """For how many rows a signal is alike: its correlation summed to where it is first negative."""
+    """For how many rows a signal is alike: its correlation, lag by lag."""
     centred = signal - signal.mean()
     correlation = np.correlate(centred, centred, "full")[len(signal) - 1 :] / (centred @ centred)
-    total = 0.5
-    for value in correlation[1:]:
-        if value <= 0:
-            break
-        total += value
-    return 2 * total
+    end = min(8 * first_negative(centred), len(signal))
+    return max(2 * float(parzen(np.arange(end) / end) @ correlation[:end]) - 1, 1.0)

@@ -30,14 +30,7 @@ from crosscheck.registry import RIGID_LEVELS
 from tests.arms import arm_of
 from tests.loops import require_items
 from tests.measured import robots
-from tests.measured.records import (
-    compared,
-    judged,
-    level,
-    list_explanations,
-    motion,
-    record_of,
-)
+from tests.measured.records import compared, judged, level, list_explanations, motion, record_of
 
 PAYLOAD = "arm.payload_mass_kg"
 SHIPPED = ROOT / "examples" / "recordings" / "payload.csv"
@@ -290,7 +283,7 @@ def test_gravity_is_asked_before_numbers_where_the_base_is_tilted(degrees):
     np.testing.assert_allclose(tilt.value, right, atol=2 * tilt.half_width.max())
     angle, half_width = tilt.angle_deg
     assert abs(angle - abs(degrees)) < 2 * half_width
-    assert f"is the base tilted about (0, 0, {-1 if degrees > 0 else 1})?" in tilt.describe()
+    assert f"degrees about (0, 0, {-1 if degrees > 0 else 1}): " in tilt.describe()
     assert ("coupled", "") in list_explanations(comparison.sides[0].judgement)
     assert not comparison.is_explained  # by the file's gravity
 

@@ -53,6 +53,13 @@ def test_errors_of_a_constant_in_noise_that_is_alike():
         assert np.std(means) == pytest.approx(right, rel=0.15)
 
 
+def test_errors_that_joints_share_do_not_cancel():
+    """A constant of two joints that have the same noise is as uncertain as one joint's."""
+    noise = np.random.default_rng(0).standard_normal((ROWS, 1)) * np.ones(2)
+    fit = fit_linear(np.ones((ROWS, 2, 1)), noise, np.ones((ROWS, 2), bool), (0, ROWS))
+    assert fit.pooled_errors[0] == pytest.approx(1 / np.sqrt(ROWS), rel=0.15)
+
+
 def test_uneven_times_are_made_even():
     """Rows 1 ms apart, give and take 0.4 ms, of one turn a second: lines are within 2e-5."""
     even = 1e-3 * np.arange(ROWS)

@@ -5,12 +5,7 @@ import pytest
 
 from crosscheck.identification import bodies, engines
 from crosscheck.identification.mechanism import SpatialRobot
-from crosscheck.identification.refinement import (
-    Knowledge,
-    LevelFit,
-    PossibleBodies,
-    Refinement,
-)
+from crosscheck.identification.refinement import Knowledge, LevelFit, PossibleBodies, Refinement
 from crosscheck.identification.structure import draw_samples
 from crosscheck.planning.comparison import Results
 from crosscheck.recordings.decimation import continue_signal

@@ -398,7 +398,8 @@ def test_gravity_is_asked_before_links_where_the_base_is_tilted(robot, degrees):
     angle, half_width = found.tilt.angle_deg
     assert abs(angle - degrees) < 1.5 * half_width < 0.15
     first = describe_answers(found)[0]
-    assert f"the file says (0, 0, -9.81). It is tilted by {angle:.2f}"[:-1] in first
+    assert any(f"is tilted by {angle:.{digits}f} +- " in first for digits in (2, 3))
+    assert "the file says (0, 0, -9.81)" in first
     turned = np.cross(found.tilt.value, robot.gravity)
     assert axis @ turned > 0.99 * np.linalg.norm(turned)
     assert ("armature", "") in list_explanations(found.sides[0].judgement)
@@ -439,6 +440,7 @@ def test_what_a_lag_of_one_drive_makes_of_a_delay_depends_on_the_band(robot, lag
         (wide,) = (band for band in side.bands if band.bandwidth > side.bandwidth)
         (there,) = (other for other in wide.estimates if other.term == each.term)
         assert each.doubled == there.value
+        assert any(other.doubled is not None for other in side.judgement.levels[0].friction)
         text = format_estimate(each)
         assert "depends on the band" in text
         assert "+-" not in text

@@ -4,11 +4,13 @@ import numpy as np
 import pytest
 
 from crosscheck.identification import compare, sampling
+from crosscheck.recordings.decimation import DecimatedSignals
+from crosscheck.recordings.record import Record
 from tests.measured import robots
-from tests.measured.robots import COULOMB, RATIO, ROTOR, VISCOUS, arm, first_side, recording
+from tests.measured.robots import COULOMB, RATIO, ROTOR, STEP, VISCOUS, arm, first_side, recording
 
 SEEDS = range(4)
-BAND = 2.0  # [Hz]
+BAND = 1.5  # [Hz]
 
 
 def find_misses() -> np.ndarray:
@@ -41,11 +43,23 @@ def test_a_sign_that_is_cut_where_joints_turn_slowly_is_seen(quiet, monkeypatch)
     assert np.sqrt((find_misses() ** 2).mean()) > 1.5
 
 
+def test_columns_hold_all_of_friction_and_of_inertia():
+    """A sign at the rows of its torque; an acceleration at half of the motion's band."""
+    time = np.arange(10_000)[:, None] * STEP
+    rate = 2 * np.pi * (BAND * sampling.MOTION_BAND / 2)
+    signs = -np.sign(np.sin(rate * time + 1e-3))
+    given = DecimatedSignals(Record("made", time[:, 0], np.cos(rate * time + 1e-3), signs), signs)
+    rows = sampling.sample([given], np.zeros((0, 1)), BAND)
+    assert np.abs(rows.torque - rows.direction).max() < 1e-5
+    size = np.median(np.hypot(rows.motion.a, rate * rows.motion.v))
+    assert size == pytest.approx(rate**2, rel=1e-4)
+
+
 @pytest.mark.parametrize(("wider", "is_explained"), [(4.0, True), (1.0, False)])
 def test_a_band_amid_the_motion_leaves_noise_alone(quiet, monkeypatch, wider, is_explained):
     """Of white noise the share of the band; filtered motions alone would not explain torques."""
     monkeypatch.setattr(compare, "choose_bandwidth", lambda *given: BAND)
     monkeypatch.setattr(sampling, "MOTION_BAND", wider)
-    side = first_side(arm(), recording(arm(), "armature", seconds=10.0, friction=0.0))
+    side = first_side(arm(), recording(arm(), "armature", friction=0.0))
     noise = robots.TORQUE_NOISE * np.sqrt(2 * BAND * robots.STEP)
     assert bool((side.steps[-1].rms < 1.2 * noise).all()) == is_explained

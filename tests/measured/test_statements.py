@@ -6,7 +6,8 @@ import numpy as np
 import pytest
 from scipy.stats import f, t
 
-from crosscheck.identification.compare import add_systematic_errors, find_threshold
+from crosscheck.identification.bandwidth import BandResult, combine_bands
+from crosscheck.identification.compare import find_threshold
 from crosscheck.identification.estimation import fit_linear
 from crosscheck.identification.terms import TermEstimate, TorqueTerm
 from tests.measured.robots import arm, compared, recording
@@ -33,7 +34,7 @@ def test_a_joint_is_worse_beyond_fishers_chance(by, is_worse):
 def test_what_bands_are_apart_beyond_the_wider_interval_is_an_error(apart, systematic):
     """5^2 = 3^2 + 4^2, of which 3 is the other band's half width."""
     here, there = TermEstimate(ARMATURE, 0.0, 1.0, 2.0), TermEstimate(ARMATURE, apart, 1.5, 3.0)
-    (each,) = add_systematic_errors((here,), [(there,)])
+    (each,) = combine_bands([here], 2.0, [BandResult(1.0, (there,))])
     assert (each.systematic, each.error) == pytest.approx((systematic, np.hypot(1, systematic)))
     assert each.half_width == pytest.approx(2 * np.hypot(1, systematic))
 

@@ -7,7 +7,8 @@ from typing import Any
 import numpy as np
 import pytest
 
-from crosscheck.identification import compare, messages, output
+from crosscheck.identification import messages, output
+from crosscheck.identification.bandwidth import BandResult, combine_bands
 from crosscheck.identification.mechanism import PlanarArm, SpatialRobot
 from crosscheck.identification.restrictions import FileJudgement, Restriction, flag_friction
 from crosscheck.identification.terms import TermEstimate, TorqueTerm
@@ -118,11 +119,11 @@ def test_an_estimate_that_another_band_moves_has_no_interval():
     apart = replace(FACTOR, doubled=1.5)
     assert "(depends on the band: 1.500 1 in twice the band)" in messages.format_estimate(apart)
     for there, is_flagged in ((1.275, True), (1.265, False)):
-        wide = replace(FACTOR, value=there)
-        (flagged,) = compare.flag_band_dependence((FACTOR,), (wide,))
+        wide = BandResult(2.0, (replace(FACTOR, value=there),))
+        (flagged,) = combine_bands([FACTOR], 1.0, [wide])
         assert (flagged.doubled == there) is is_flagged
-    noisy = replace(FACTOR, value=1.275, half_width=0.03)
-    assert compare.flag_band_dependence((FACTOR,), (noisy,)) == (FACTOR,)
+    noisy = BandResult(2.0, (replace(FACTOR, value=1.275, half_width=0.03),))
+    assert combine_bands([FACTOR], 1.0, [noisy]) == (FACTOR,)
 
 
 def test_the_part_of_an_error_that_other_bands_make_stands_beside_its_estimate():
@@ -255,11 +256,11 @@ def restriction(
 ) -> Restriction:
     """A level, or one with another payload [kg], which no file may hold if it is negative."""
     term = TorqueTerm("number", PAYLOAD.phrase, "kg", PAYLOAD.value)
-    number = None if value is None else TermEstimate(term, value, 0.005, 0.01)
+    number = () if value is None else (TermEstimate(term, value, 0.005, 0.01),)
     mechanism = LABELLED if value is None or value > 0 else None
     changed = None if value is None else PAYLOAD
     ratios = np.array([1.5, 1.25])
-    return Restriction(level, changed, number, (), ratios, chance, surprise, mechanism)
+    return Restriction(level, changed, number, ratios, chance, surprise, mechanism)
 
 
 def judge(*levels: Restriction, changes: tuple[Restriction, ...] = ()) -> list[str]:
@@ -268,6 +269,8 @@ def judge(*levels: Restriction, changes: tuple[Restriction, ...] = ()) -> list[s
 
 
 BEST, NEXT = restriction("coupled"), restriction("armature", surprise=2 * np.log(1e4), chance=0.0)
+HEAVIER = restriction("coupled", value=10.2)
+MOVED = replace(HEAVIER, estimates=(replace(HEAVIER.estimates[0], doubled=10.6),))
 WRONG = restriction("coupled", surprise=2 * np.log(101.0), chance=0.0)
 VERDICTS: dict[str, tuple[list[str], list[str]]] = {
     "decided": (
@@ -279,11 +282,15 @@ VERDICTS: dict[str, tuple[list[str], list[str]]] = {
     ),
     "two levels": (judge(BEST, restriction("armature")), ["coupled and armature with the file"]),
     "one change": (
-        judge(WRONG, changes=(restriction("coupled", value=10.2),)),
+        judge(WRONG, changes=(HEAVIER,)),
         ["coupled) if the payload is 10.2 kg; the file says 10.", "nearest, rigid gears (coupled)"],
     ),
+    "one of another band": (
+        judge(WRONG, changes=(MOVED,)),
+        ["10.200 kg (depends on the band: 10.600 kg in twice the band); the file", "nearest"],
+    ),
     "two changes": (
-        judge(WRONG, changes=(restriction("coupled", value=10.2), restriction("links", value=9.9))),
+        judge(WRONG, changes=(HEAVIER, restriction("links", value=9.9))),
         ["the payload is 10.2 kg", "does not distinguish", "(links) if the payload is 9.9", "1.5"],
     ),
     "nothing": (
@@ -324,7 +331,7 @@ def test_friction_is_flagged_where_it_is_not_the_files():
     values = (own + 0.41, own + 0.39), (0.41, 0.39)
     for term, (more, less) in require_items(zip(terms, values, strict=True)):
         for value, is_flagged in ((more, True), (less, False)):
-            rubs = replace(BEST, friction=(TermEstimate(term, value, 0.1, 0.2),))
+            rubs = replace(BEST, estimates=(TermEstimate(term, value, 0.1, 0.2),))
             assert bool(flag_friction(rubs, robot, 4.0)) is is_flagged
 
 
