@@ -17,7 +17,7 @@ from matplotlib.figure import Figure
 from crosscheck.findings import Finding
 from crosscheck.models.arm.arm import Arm
 from crosscheck.models.arm.planets import usual_switches
-from crosscheck.models.experiment.scenario import Scenario, Switches
+from crosscheck.models.experiment.scenario import Scenario
 from crosscheck.models.loading import Case, load_arm, load_scenario
 from crosscheck.planning import state_suite
 from crosscheck.planning.comparison import Results, collect_tasks, judge_comparisons
@@ -70,7 +70,9 @@ def records() -> Records:
         asked = [
             c for c in state_suite.plan_state_comparisons(arm, True, SEED) if of_views(c.about.key)
         ]
-        own = plan_experiment_comparisons(Experiment("pd", Case(arm, moving_scenario(), laws(arm))))
+        own = plan_experiment_comparisons(
+            Experiment("pd", Case(arm, moving_scenario(), usual_switches(arm)))
+        )
         asked += [c for c in own if c.about.key.family in RUN_FAMILIES]
         outcomes = {task.key: task.perform() for task in collect_tasks(asked)}
     results = Results(outcomes)
@@ -93,11 +95,6 @@ def printed_arm() -> Arm:
         ring = joint.ring_mesh.model_copy(update={"static_error_m": -2e-6, "backlash_m": 7e-5})
         joints.append(joint.model_copy(update={**alike, "sun_mesh": sun, "ring_mesh": ring}))
     return own.model_copy(update={"joints": tuple(joints), "gravity_m_per_s2": (0.0, 0.0)})
-
-
-def laws(arm: Arm) -> Switches:
-    """The usual switches."""
-    return usual_switches(arm)
 
 
 def of_views(key: Any) -> bool:

@@ -185,19 +185,6 @@ def test_the_verdict_is_one_sentence(findings, told):
     assert describe_verdict(Agreement(findings)) == told
 
 
-def test_json_has_each_models_largest_differences(labelled):
-    made = Agreement(FINDINGS)
-    models = json.loads(format_agreement_json(made, labelled))["answers"]["equations"]
-    assert [(each["model"], each["against"]) for each in models["models"]] == [
-        (PRINTED, [GEARS]),
-        (LEAD, [GEARS, TREE, BODIES]),
-    ]
-    assert models["models"][1]["differences"] == [
-        {"quantity": "mass_matrix", "measured": 3e-14, "unit": "1", "id": FINDINGS[0].id},
-        {"quantity": "theta", "measured": None, "unit": "rad", "id": FINDINGS[5].id},
-    ]
-
-
 def off(level: str, size: float, case: str = "drop", quantity: str = "tip") -> Finding:
     metric = "largest distance of the tip after 0.1 s"
     if quantity == "torque":

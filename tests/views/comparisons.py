@@ -119,7 +119,7 @@ def _list_estimate(each: TermEstimate, owners: tuple[str, ...] = ()) -> Iterator
     numbers |= {"estimate_in_twice_the_band": each.doubled, "in the file": each.term.value}
     for name, value in numbers.items():
         if value is not None:
-            digits = 0 if name in ("estimate", "± (95 %)") else 2
+            digits = 0 if name in ("estimate", "± (95 %)", "estimate_in_twice_the_band") else 2
             yield Fact(value, name, owners or (each.term.name,), digits=digits)
     yield Fact(each.systematic / each.error, "of its error", (each.term.name,), digits=0)
 
@@ -141,6 +141,7 @@ PHRASES = {
     "by {} blocks": "blocks",
     ": {}, {} times what": "times, times",
     "{} \\+- {}": "estimate, ± (95 %)",
+    "{} \\(depends on the band: {}": "estimate, estimate_in_twice_the_band",
     ": {} parameters leave {}, {} as predicted; {}, {}": (
         "parameters, weighted_rms, weighted_rms_predicted, rms_N_m, rms_N_m"
     ),

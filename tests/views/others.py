@@ -1,22 +1,18 @@
-"""Views of studies, of what changed since a record, of an arm's experiments, and of errata."""
+"""Views of studies, of what changed since a record, and of errata."""
 
 from collections.abc import Iterator
 from dataclasses import replace
-from functools import lru_cache
 from pathlib import Path
 from tempfile import TemporaryDirectory
 
 import numpy as np
 import pytest
 import xarray as xr
-from rich.console import Console
 
 from crosscheck.audit.errata import errata_texts, sheet
 from crosscheck.audit.errata.erratum import Effect, Erratum
-from crosscheck.cli import show, studies
+from crosscheck.cli import studies
 from crosscheck.findings import Agreement
-from crosscheck.models.loading import load_arm
-from crosscheck.planning.sizing import Sizes, compute_sizes, make_pd_scenario, make_step_scenario
 from crosscheck.report import terminal
 from crosscheck.report.records import format_json
 from tests.studies.studies import study
@@ -80,37 +76,6 @@ def list_change(agreement: Agreement) -> Iterator[Fact]:
     """Facts of it."""
     yield from list_findings(agreement)
     yield Fact(len(agreement.accepted_keys), "accepted")
-
-
-@lru_cache
-def sizes() -> Sizes:
-    """Of an arm of three joints."""
-    return compute_sizes(load_arm("three-unlike"))
-
-
-def print_experiments(made: Sizes) -> str:
-    """What `show` prints of them."""
-    table = show._table("experiments", show.derived_experiments(made))
-    return print_with(lambda: Console().print(table))
-
-
-def list_experiments(made: Sizes) -> Iterator[Fact]:
-    """Facts of an arm's experiments."""
-    yield Fact(made.rate, "value", ("rate of the controller",))
-    for title, scenario in (
-        ("step of torque", make_step_scenario),
-        ("controlled motion", make_pd_scenario),
-    ):
-        yield Fact(scenario(made).duration_s, "value", (f"duration of the {title}",))
-    columns = {
-        "inertia of the rigid arm": made.inertia,
-        "step of torque": made.step,
-        "target": made.target,
-    }
-    columns |= {"proportional gain": made.proportional, "derivative gain": made.derivative}
-    for name, values in columns.items():
-        for joint, value in enumerate(values, 1):
-            yield Fact(float(value), "value", (f"joint {joint}: {name}",))
 
 
 def make_errata(seed: int) -> list[Erratum]:
@@ -194,9 +159,6 @@ VIEWS = {
         list_change,
         phrases=CHANGED,
         sorted=("share", "tolerance", "measured"),
-    ),
-    "terminal of experiments": View(
-        lambda seed: vary(sizes(), seed), print_experiments, list_experiments, wording=WORDING
     ),
 } | {
     f"{name} of errata": View(
