@@ -42,7 +42,6 @@ from crosscheck.report.matrix import (
     collect_cells,
     common_digits,
     group_models,
-    is_beyond,
 )
 from crosscheck.report.outline import outline_arm
 from crosscheck.report.plots.charts import Pictures
@@ -88,14 +87,6 @@ def test_at_most_ten_tightest_kinds_are_listed():
     many = [check(about(f"kind-{n}", "pd", "x", LEAD, TREE), n, 20.0) for n in range(1, 13)]
     families = [row.finding.about.key.family for row in list_findings(many).tightest]
     assert families == [f"kind-{n}" for n in range(12, 2, -1)]
-
-
-def test_the_printed_equations_are_allowed_what_the_reference_model_is():
-    """1e-12; what two engines are allowed between each other, 2e-12, does not count."""
-    subject = FINDINGS[-2].about
-    for measured, beyond in ((0.9e-12, False), (1.5e-12, True)):
-        assert is_beyond(make_measurement(subject, measured=measured), FINDINGS) is beyond
-    assert is_beyond(FINDINGS[-1], FINDINGS) is None
 
 
 def test_an_arm_is_told_by_the_printed_forms_the_derivation_and_its_rigid_levels(labelled):
