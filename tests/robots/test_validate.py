@@ -237,6 +237,19 @@ def test_an_order_that_is_not_the_methods_is_confirmed_by_finer_steps(
     assert planned.finding(results).verdict == verdict
 
 
+@pytest.mark.parametrize("change", [0.0102, 0.0098])
+def test_a_run_is_resolved_if_half_its_steps_change_it_by_a_hundredth(monkeypatch, change):
+    own = two_link.robot()
+    case = make_cases(own, sample_states(own, 4, 0), 10)[0]
+
+    def integrate(model, q, v, torques, seconds, steps):
+        return q + 1 + change * (steps == engines.STEPS), v
+
+    monkeypatch.setattr(robots, "integrate", integrate)
+    model = build_robot_model("analytic", own, case.level)
+    assert robots.is_resolved(model, case) == (change < 0.01)
+
+
 def test_runs_of_links_of_very_unequal_masses_are_short_enough_to_say_something(recwarn):
     """A ball of 500 t at the end of two rods of a kilogram: usual runs overflow."""
     ball, rod = Solid(5e5, (0.5, 0, 0), (200.0, 0, 0, 200, 0, 200)), Solid(1.0, (0.2, 0, 0.01))
