@@ -89,15 +89,6 @@ def test_at_most_ten_tightest_kinds_are_listed():
     assert families == [f"kind-{n}" for n in range(12, 2, -1)]
 
 
-def test_an_arm_is_told_by_the_printed_forms_the_derivation_and_its_rigid_levels(labelled):
-    outline = outline_arm(labelled)
-    assert list(outline.models)[-5:] == [
-        LEAD,
-        *(f"analytic:{level}" for level in ("links", "carriers", "armature", "coupled")),
-    ]
-    assert set(outline.models) - set(outline.forms) == set(list(outline.models)[-5:])
-
-
 def test_groups_of_models_are_those_that_checks_connect():
     def pair(left: str, right: str) -> Finding:
         return check(about("states", CASE, "bias", left, right), 0.0, 1.0)

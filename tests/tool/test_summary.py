@@ -2,7 +2,6 @@
 
 import json
 from dataclasses import replace
-from html.parser import HTMLParser
 from typing import Any
 
 import numpy as np
@@ -13,7 +12,6 @@ from crosscheck.findings import Agreement, EntryDifferences
 from crosscheck.models.arm.arm import Link
 from crosscheck.planning.plan import CrossCheckRequest
 from crosscheck.report.heat_map import make_entry_maps, make_heat_map
-from crosscheck.report.trials.output import make_trial_maps
 from crosscheck.report.trials.trial import (
     describe_notes,
     describe_unfollowed,
@@ -35,28 +33,6 @@ ENTRIES = [
     )
     for model, wrong in (("analytic:printed", 0.0127), ("analytic:physical", 1e-14))
 ]
-
-
-class Cells(HTMLParser):
-    """Texts of the cells of tables, with whether each element is closed."""
-
-    def __init__(self, text: str) -> None:
-        super().__init__()
-        self.open: list[str] = []
-        self.texts: list[str] = []
-        self.feed(text)
-        assert not self.open
-
-    def handle_starttag(self, tag: str, attrs: list[tuple[str, str | None]]) -> None:
-        if tag != "br":
-            self.open.append(tag)
-
-    def handle_endtag(self, tag: str) -> None:
-        assert self.open.pop() == tag
-
-    def handle_data(self, data: str) -> None:
-        if self.open and self.open[-1] == "td":
-            self.texts.append(data)
 
 
 def test_a_cell_is_shaded_by_the_decades_of_its_difference_once_it_differs():
@@ -98,23 +74,6 @@ def test_a_trial_prints_itself_in_few_lines(trial):
     assert lines[0].endswith("; compared with links")
     assert lines[1].startswith("M[theta_1, theta_1]: ")
     assert lines[-1].endswith("checks agree")
-
-
-def test_each_part_of_a_trial_has_its_map_and_each_wrong_row_of_the_bias(trial):
-    bias = np.zeros((2, 2, 2))
-    bias[1] = [[0.0, 2e-5], [0.3, 0.004]]
-    found = {"mass_matrix": np.diag([0.0, 0.05]), "rate_terms": bias, "force": np.array([0, 7.0])}
-    shown = replace(trial, relative_errors=found, allowed=dict.fromkeys(found, 1e-9))
-    first, second, third = make_trial_maps(shown.answer)
-    assert [first.title, second.title, third.title] == ["M", "bias of theta_2, by rates", "force"]
-    assert first.rows == first.columns == second.rows == second.columns == third.rows
-    assert third.columns == ("",)
-    texts = [[[cell.text for cell in row] for row in each.cells] for each in (first, second, third)]
-    assert texts[0] == [["\N{CHECK MARK}"] * 2, ["\N{CHECK MARK}", "5 %"]]
-    assert texts[1] == [["\N{CHECK MARK}", "0.002 %"], ["30 %", "0.4 %"]]
-    assert texts[2] == [["\N{CHECK MARK}"], ["700 %"]]
-    raised = replace(trial, traces={"bias": "x", "force": "y"})
-    assert repr(raised).splitlines()[-5:-1] == ["bias raised:", "x", "force raised:", "y"]
 
 
 def ignored(name, value, *parts, **goes_with):

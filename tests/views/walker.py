@@ -40,10 +40,7 @@ KEPT = (
 
 
 class Fact(NamedTuple):
-    """A value of a record, or one that a view may derive.
-
-    owners: names that stand beside it; digits: the fewest that a view shows of it, 0 of any.
-    """
+    """A value of a record, or derived; owners: names beside it; digits: the fewest shown, or 0."""
 
     value: Any
     field: str
@@ -53,10 +50,9 @@ class Fact(NamedTuple):
 
 
 class Piece(NamedTuple):
-    """A piece of a view. head: what a column or a key says that it is; place: its column or list.
+    """A piece of a view, its column's or key's name, and its place, a column or a list.
 
-    scope: the text in which names are looked for; outer: that in which they are looked for where
-    nothing in the scope names any fact.
+    Names of facts are looked for in the scope, then in the outer text.
     """
 
     text: str
