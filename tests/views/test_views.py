@@ -5,7 +5,7 @@ import pytest
 from tests.views.views import VIEWS
 from tests.views.walker import list_tokens, walk
 
-MANY = 20  # numbers of a view, of which most are then measured ones
+MANY = 40  # numbers of a view, of which most are then measured ones
 
 
 @pytest.mark.parametrize("name", VIEWS)
