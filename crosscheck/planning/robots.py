@@ -49,7 +49,6 @@ RUN_S = 0.1  # longest run [s], if few steps of it resolve mesh swings, their de
 FORCE, DEEPEST = 10.0, 0.01
 # Of free motions on all levels: a step of the fastest mesh [rad], and steps at most.
 RESOLVED, MOST_STEPS, QUICK_STEPS, LEAST_STEPS = 0.4, 1000, 100, 50
-CONTROLLED = 0.25  # steps of a controlled run over the largest stable ones
 UNRESOLVED = 0.01  # part of a motion by which halving its steps may change it
 MASS_MATRIX = "mass_matrix"
 
@@ -167,7 +166,7 @@ def begin_scenario(model: RobotModel, case: RobotLevel, scenario: Scenario) -> S
     start, steps = scenario.start, engines.STEPS
     offsets = ("sun_planet_offset_m", "planet_ring_offset_m")
     deep = start.model_copy(update={each: getattr(start, each) or DEPTH for each in offsets})
-    stable_s = CONTROLLED * steps * largest_stable_step(model, scenario)
+    stable_s = steps * largest_stable_step(model, scenario)
     duration = min(case.run_s, stable_s, scenario.duration_s)
     while True:
         update = {"start": deep, "duration_s": duration, "record_every": 1}

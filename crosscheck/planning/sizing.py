@@ -42,8 +42,8 @@ from crosscheck.registry import build, find_level_models, reference_model
 # The controller's rate over that of the lowest mesh mode, and its rate [rad/s] without gears.
 SLOWER, WITHOUT_GEARS = 2000.0, 4.0
 DAMPING_RATIO = 0.7  # damping ratio of the controlled rigid arm: brisk, with hardly any overshoot
-# How far the motion goes [rad], every joint in turn the other way; what a step of torque reaches.
-SWING, STEP_SWING = 0.5, 0.5
+# How far motions go [rad], of a controller every joint in turn the other way.
+SWING = 0.5
 STEP_S, PD_S = 2.0, 8.0  # durations in units of the controller's 1 / rate
 MOST_GAIN_HALVINGS = 40
 COARSEST_STEPS, RECORDS = 4000, 1000
@@ -52,8 +52,8 @@ COARSEST_STEPS, RECORDS = 4000, 1000
 MOST_BENT = 0.1
 FASTEST = 3.0  # joint rate of a check [rad/s]: a damping torque bends teeth no further
 DIGITS = 6  # digits of gains and torques
-# By which gains and targets of a check differ from joint to joint, so that none stands for another.
-LESS_STIFF, LESS_DAMPED, FURTHER = 0.11, 0.075, 0.1
+# By which a check's gains, targets and torques differ from joint to joint: none stands for another.
+UNEQUAL = 0.1
 
 ROUNDING = 1e-9  # largest pole that counts as 0, relative to the fastest one
 TOLERATED = 0.1  # growth over a whole run, as the exponent of e: it changes no verdict
@@ -96,7 +96,7 @@ def compute_sizes(arm: Arm) -> Sizes:
     inertia = np.diag(rigid.mass_matrix(np.zeros(len(arm.joints))))
     held = -weight_moments(arm, np.zeros(inertia.size))
     bearable = bearable_torques(arm)
-    step = _limit_values(Torque, np.minimum(inertia * rate**2 * STEP_SWING, bearable) + held)
+    step = _limit_values(Torque, np.minimum(inertia * rate**2 * SWING, bearable) + held)
     for halvings in range(MOST_GAIN_HALVINGS):
         stiff, damped = _gains(inertia, rate / 2**halvings, bearable)
         P = _limit_values(Gain, stiff + 2 * largest_weights(arm))
@@ -143,16 +143,12 @@ def make_unequal_gains_scenario(arm: Arm) -> Scenario:
     turned = np.diag(inertia(build_parts(content), arm_pose(content, 0.0 * numbers), locked=False))
     lowest = [float(free_modes(joint)[0]) for _, joint in geared_joints(arm)]
     rate = 2 * np.pi * min(lowest) / SLOWER if lowest else WITHOUT_GEARS
-    stiff, damped = _gains(turned, rate, bearable_torques(arm))
-    proportional, derivative = (
-        stiff * (1 - LESS_STIFF * numbers),
-        damped * (1 - LESS_DAMPED * numbers),
-    )
+    gains, less = _gains(turned, rate, bearable_torques(arm)), 1 - UNEQUAL * numbers
     drive = PdDrive(
         kind="pd",
-        target_rad=tuple(map(float, SWING + FURTHER * numbers)),
-        proportional_N_m_per_rad=_limit_values(Gain, proportional),
-        derivative_N_m_s_per_rad=_limit_values(RateGain, derivative),
+        target_rad=tuple(map(float, SWING + UNEQUAL * numbers)),
+        proportional_N_m_per_rad=_limit_values(Gain, gains[0] * less),
+        derivative_N_m_s_per_rad=_limit_values(RateGain, gains[1] * less),
     )
     return load_scenario("pd").model_copy(update={"drive": drive})
 
@@ -204,7 +200,7 @@ def make_bent_scenario(
         step_s=step_s,
         record_every=steps // records,
         start=make_bent_start(torques.size),
-        drive=make_torque_drive(torques * (1 - 0.1 * numbers)),
+        drive=make_torque_drive(torques * (1 - UNEQUAL * numbers)),
     )
 
 

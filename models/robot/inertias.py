@@ -28,8 +28,7 @@ ORDERS = {
 }
 DECADES = (-1, 1, -2, 2, -3, 3)  # powers of ten by which one number may be off
 UNITS = {1e-3: "g m^2", 1e-4: "kg cm^2", 1e-6: "kg mm^2", 1e-7: "g cm^2", 1e-9: "g mm^2"}
-# Volume of a solid cube over its radius of gyration cubed, and density of machines [kg/m^3].
-SOLID, MACHINE = 14.7, 2000.0
+MACHINE = 3e4  # mass over its radius of gyration cubed [kg/m^3], of a solid cube of 2000 kg/m^3
 SIDES = (("left", "right"), ("Left", "Right"), ("LEFT", "RIGHT"), ("l", "r"), ("L", "R"))
 
 
@@ -176,11 +175,10 @@ def _find_twins(name: str) -> Iterator[str]:
 
 
 def _find_unit(mass: float, radius: float) -> str:
-    """The unit in which a solid body's inertia comes closest to a machine's density."""
+    """The unit in which a solid body's inertia comes closest to a machine's."""
 
     def distance(factor: float) -> float:
-        density = mass / (SOLID * (radius * factor**0.5) ** 3)
-        return abs(float(np.log(density / MACHINE)))
+        return abs(float(np.log(mass / (radius * factor**0.5) ** 3 / MACHINE)))
 
     factor = min(UNITS, key=distance)
     return f"the inertia may be in {UNITS[factor]}: times {factor:g}"

@@ -32,7 +32,7 @@ from crosscheck.planning.plan import CrossCheckRequest, Experiment
 from crosscheck.provenance import record_provenance
 from crosscheck.registry import RIGID_LEVELS
 from crosscheck.report.html import render_report_page
-from crosscheck.report.plots.charts import Charts, Pictures
+from crosscheck.report.plots.charts import Charts
 from crosscheck.report.trials.output import render_trial_page
 from crosscheck.run import CrossCheck, cases_by_run, run_tasks, runs_by_key
 from crosscheck.runner.progress_update import ignore_progress
@@ -40,10 +40,10 @@ from crosscheck.runner.tasks import RunKey
 from crosscheck.runner.workers import Workers
 from crosscheck.view.trajectory_file import read_run
 from tests.arms import PAPER
-from tests.faults.robot_views import check_robot
 from tests.loops import require_items
 from tests.measured.records import compared, level, record_of
 from tests.trial.trial_views import kept_arm
+from tests.views.agreements import make_agreement, render_page
 
 pytestmark = pytest.mark.slow
 
@@ -117,7 +117,7 @@ def made(tmp_path_factory: pytest.TempPathFactory) -> Made:
     (folder / "report.html").write_text(
         render_report_page(checked, charts.build_pictures()), encoding="utf-8"
     )
-    robot = render_report_page(check_robot(), Pictures({}))
+    robot = render_page("robot", make_agreement("robot", False, 1))
     (folder / "robot.html").write_text(robot, encoding="utf-8")
     record = record_of(level(arm, "coupled"), rows=1000)
     (folder / "compare.html").write_text(comparison_page(compared(record, arm)), encoding="utf-8")

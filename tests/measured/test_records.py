@@ -187,6 +187,26 @@ BAD = {
 }
 
 
+@pytest.mark.parametrize(
+    ("rows", "gap", "motion", "latest"),
+    [(63, 1.0, 1.0, 1.0), (64, 1.0, 0.98e-6, 1.0), (64, 1.0, 1.0, 1.02e10), (200, 20.4, 1.0, 1.0)],
+)
+def test_a_record_just_beyond_its_limits_is_refused_and_just_within_taken(
+    rows, gap, motion, latest
+):
+    """Rows at least, longest step over the mean one, movement, and latest time."""
+
+    def make(rows, gap, motion, latest):
+        steps = np.ones(rows - 1)
+        steps[5] = gap * (rows - 2) / (rows - 1 - gap)
+        time = latest * np.append(0.0, np.cumsum(steps)) / steps.sum()
+        return Record("made", time, np.linspace(0.0, motion, rows)[:, None])
+
+    with pytest.raises(InputError):
+        make(rows, gap, motion, latest)
+    make(64 if rows < 64 else rows, min(gap, 19.6), max(motion, 1.02e-6), min(latest, 0.98e10))
+
+
 WRITTEN = {  # another way to write the same table
     "a column of words": lambda rows: [",".join([*row[:2], "base_link", *row[2:]]) for row in rows],
     "an empty column": lambda rows: [",".join([*row[:2], "", *row[2:]]) for row in rows],

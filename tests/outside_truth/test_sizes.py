@@ -1,6 +1,7 @@
 """Sizes that tolerances and plans are taken of, and places of tips: closed forms."""
 
 import math
+from types import SimpleNamespace
 
 import numpy as np
 import pytest
@@ -11,7 +12,12 @@ from crosscheck.checks.scales import largest_torques, largest_weights
 from crosscheck.models.experiment.scenario import PdDrive, Start
 from crosscheck.models.loading import load_arm, load_scenario
 from crosscheck.planning import sizing
-from crosscheck.planning.sizing import GrowingMode, bearable_torques, compute_sizes
+from crosscheck.planning.sizing import (
+    GrowingMode,
+    bearable_torques,
+    compute_sizes,
+    find_growing_mode,
+)
 from crosscheck.provenance import ROOT
 from tests.arms import arm_of
 from tests.loops import require_items
@@ -78,6 +84,24 @@ def test_gains_are_of_half_the_rate_as_often_as_a_vibration_grows(gentler, monke
     stiff = np.array(found.inertia) * (found.rate * share) ** 2
     assert found.derivative == pytest.approx(damped, rel=1e-5)  # of six digits
     assert found.proportional == pytest.approx(stiff, rel=1e-5)
+
+
+@pytest.mark.parametrize(
+    ("pole", "is_growing"),
+    [
+        (0.102 + 100.0j, True),  # in the second that the experiment lasts
+        (0.098 + 100.0j, False),
+        (5.0 + 1.02e-5j, True),  # beside a pole of 1e4, whose rounding has no frequency
+        (5.0 + 0.98e-5j, False),
+    ],
+)
+def test_a_loop_is_unstable_if_a_vibration_grows_by_a_tenth(pole, is_growing, monkeypatch):
+    poles = np.array([-1e4, pole, pole.conjugate()])
+    model = SimpleNamespace(contact_poles=lambda: poles)
+    monkeypatch.setattr(sizing, "build", lambda *_: model)
+    scenario = load_scenario("constant-torque").model_copy(update={"duration_s": 1.0})
+    mode = find_growing_mode(load_arm("paper-labelled"), scenario)
+    assert (mode is not None) == is_growing
 
 
 def test_bearable_torques_bend_teeth_by_a_tenth_of_their_module():

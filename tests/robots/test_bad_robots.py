@@ -2,6 +2,7 @@
 
 import re
 import tomllib
+from contextlib import nullcontext
 from pathlib import Path
 
 import numpy as np
@@ -11,8 +12,12 @@ import pytest
 from crosscheck.checks.robot_states import sample_states
 from crosscheck.models.errors import InputError
 from crosscheck.models.loading import load_arm
+from crosscheck.models.robot import tree
 from crosscheck.models.robot.file import load_robot
+from crosscheck.models.robot.inertias import is_negative, is_possible
 from crosscheck.models.robot.robot import Robot
+from crosscheck.models.robot.tree import survey_inertias
+from crosscheck.models.robot.urdf import read_urdf
 from crosscheck.planning.robots import compare_engines
 from crosscheck.registry import build_robot_model
 from tests.robots.chains import ENGINES, LIMIT, Solid, joint, link, robot, urdf
@@ -239,6 +244,38 @@ def test_an_inertia_that_breaks_the_triangle_inequality_is_used_and_told():
     assert own.bodies[0].inertia[2, 2] == 0.03
     (told,) = own.notes
     assert told.startswith("link arm: no body has principal inertias 0.01, 0.01, 0.03 kg m^2")
+
+
+@pytest.mark.parametrize("part", [1.02, 0.98])
+def test_an_inertia_is_rounded_measured_or_wrong_by_how_much_it_is_too_large(part):
+    """By a millionth of itself all bodies' may be, and by a quarter those that were measured."""
+    beyond = part > 1
+    assert is_possible(np.array([1.0, 1.0, 2 * (1 + part * 1e-6)])) != beyond
+    assert is_negative(np.array([-part * 1e-6, 1.0, 1.0])) == beyond
+    large = Solid(inertia=(0.01, 0, 0, 0.01, 0, 0.02 * (1 + part * 0.25)))
+    (doubt,) = survey_inertias(read_urdf(urdf(GROUND, link("arm", large), TURN), "made"), "made")
+    assert doubt.repair.startswith("measured or rounded so") != beyond
+
+
+@pytest.mark.parametrize(("part", "unit"), [(1.1, "kg mm^2"), (0.9, "g cm^2")])
+def test_an_inertia_is_in_the_unit_that_makes_it_a_machines(part, unit):
+    """Of 3e4 kg/m^3, its radius of gyration cubed; between two units, of 10^(3/4) less."""
+    sail = Solid(part * 3e4 * 10**-9.75, (0.01, 0, 0), (1e-9, 0, 0, 1e-9, 0, 1e-9))
+    each = sail.mass * 1.0**2
+    sail = sail._replace(inertia=(each, 0, 0, each, 0, each))
+    (doubt,) = survey_inertias(read_urdf(urdf(GROUND, link("arm", sail), TURN), "made"), "made")
+    assert f"may be in {unit}" in doubt.repair
+
+
+@pytest.mark.parametrize(("part", "is_refused"), [(0.98, True), (1.02, False)])
+def test_a_mass_matrix_is_singular_below_a_trillionth_of_its_diagonal(
+    part, is_refused, monkeypatch
+):
+    near = 1 - part * 1e-12
+    root = np.array([[1.0, near], [0.0, np.sqrt(1 - near**2)]])
+    monkeypatch.setattr(tree, "_root_of_mass_matrix", lambda *_: root)
+    with pytest.raises(InputError) if is_refused else nullcontext():
+        robot(urdf(GROUND, ARM, TURN, joint("bend", "arm", "hand"), link("hand", Solid())))
 
 
 def test_zero_axis_of_a_fixed_joint_and_huge_limits_are_no_error():

@@ -88,18 +88,6 @@ def without_own_columns(q: Vector) -> Vector:
     return total
 
 
-def with_its_own_rate(q: Vector) -> Vector:
-    """M in which the centre of the last link turns about its joint by that joint's own rate."""
-    pose, body = MODEL.frames(q[None], np.zeros((1, 3)))[0][2], ROBOT.bodies[2]
-    turning, moving = pose.angular_partials[0], pose.origin_partials[0]
-    right, own = (
-        moving + np.cross(each, pose.rotation[0] @ body.com, 0, 0, 0)
-        for each in (turning, turning * [0, 0, 1])
-    )
-    total: Vector = mass(q) + body.mass * (own.T @ own - right.T @ right)
-    return total
-
-
 def on_a_tilted_base(q: Vector) -> Vector:
     pulled = replace(ROBOT, gravity=np.array([0.0, 3.0, -4.0]) * np.linalg.norm(ROBOT.gravity) / 5)
     return AnalyticRobot(pulled, "links").gravity(q[None])[0]
@@ -132,11 +120,6 @@ def diagnosis(**parts: Callable) -> RobotDiagnosis:
             " left out of w",
         ),
         (
-            {"mass_matrix": with_its_own_rate},
-            "in mass_matrix alone, as with right: each joint's own rate where the sum of them belongs,"
-            " in the velocity",
-        ),
-        (
             {"bias": lambda q, v: change_of_mass(q, v) - bias(q, v)},
             "in bias alone, as with every joint: +1/2 d(v' M v)/dq alone, as of Christoffel's C"
             " transposed",
@@ -146,7 +129,7 @@ def diagnosis(**parts: Callable) -> RobotDiagnosis:
             "mass_matrix: l is a quarter turn more in it",
         ),
     ],
-    ids=["M' v", "branch", "weight", "columns", "own rates", "C transposed", "quarter"],
+    ids=["M' v", "branch", "weight", "columns", "C transposed", "quarter"],
 )
 def test_a_wrong_term_of_one_part_is_named(parts, words):
     assert words in diagnosis(**parts).notes

@@ -1,8 +1,6 @@
 """A robot is cross-checked as an arm is: verdict, files, page, records, one line for bad input."""
 
-import html
 import json
-import re
 from dataclasses import replace
 from xml.etree import ElementTree
 
@@ -90,47 +88,6 @@ def test_an_engine_that_is_wrong_is_named_and_fails_the_command(crosscheck, monk
     alone = "differ invariants/bob/links/linear-momentum/{}:links"  # by the file's gravity
     assert alone.format("exudyn") in answer.out
     assert alone.format("pinocchio") not in answer.out
-
-
-def test_the_page_has_the_numbers_of_the_findings(crosscheck, tmp_path):
-    answer = crosscheck("run", "sliding", "--quick", "--out", tmp_path)
-    assert answer.code == 0
-    data = json.loads((tmp_path / "agreement.json").read_text())
-    page = (tmp_path / "index.html").read_text()
-    tables = [
-        [
-            [html.unescape(re.sub("<[^>]*>", " ", cell)).split() for cell in cells]
-            for row in re.findall(r"<tr>(.*?)</tr>", table, re.DOTALL)
-            if (cells := re.findall(r"<t[hd][^>]*>(.*?)</t[hd]>", row, re.DOTALL))
-        ]
-        for table in re.findall(r"<table>(.*?)</table>", page, re.DOTALL)
-    ]
-    models, *others = (each for each in tables if each and each[0][0] in (["model"], ["level"]))
-    for row in models[1:]:
-        name = row[0][0]
-        for column, quantity in enumerate(("mass_matrix", "forward_dynamics", "tip", "run"), 2):
-            largest = max(
-                each["measured"]
-                for each in data["findings"]
-                if each["quantity"] == quantity and name in (each["left"], each["right"])
-                if each["family"] in ("states", "same-step")
-            )
-            assert float(row[column][0]) == pytest.approx(largest, rel=0.5, abs=1e-300)
-    deviations = {
-        (each["case"], each["left"], each["joint"]): each["measured"]
-        for each in data["findings"]
-        if each["family"] == "deviation"
-    }
-    assert len(others) == 2
-    shown = [value for table in others for row in table[1:] for value in row[1:]]
-    assert len(shown) == len(deviations)
-    for (words), value in zip(shown, deviations.values(), strict=True):
-        assert float(words[0]) == pytest.approx(value, rel=0.06, abs=1e-300)
-    is_within_backlash = deviations["free-motion", "analytic:links", None] == 0
-    assert ("off at the tip; no teeth touch" in page) is is_within_backlash
-    checks = [each for each in data["findings"] if each["kind"] == "check"]
-    assert f"{len(checks)} of {len(checks)}" in page
-    assert {"geared", "coupled", "armature", "links"} <= set(re.findall(r"<em>(\w+)</em>", page))
 
 
 def free_tip(model: RobotModel, q: np.ndarray, v: np.ndarray, seconds: float) -> np.ndarray:
@@ -278,6 +235,19 @@ def test_an_order_that_is_not_the_methods_is_confirmed_by_finer_steps(
     planned = next(convergence.plan(Subjects(robots=[sampled])))
     results = Results({task.key: rows for task in planned.needs})
     assert planned.finding(results).verdict == verdict
+
+
+@pytest.mark.parametrize("change", [0.0102, 0.0098])
+def test_a_run_is_resolved_if_half_its_steps_change_it_by_a_hundredth(monkeypatch, change):
+    own = two_link.robot()
+    case = make_cases(own, sample_states(own, 4, 0), 10)[0]
+
+    def integrate(model, q, v, torques, seconds, steps):
+        return q + 1 + change * (steps == engines.STEPS), v
+
+    monkeypatch.setattr(robots, "integrate", integrate)
+    model = build_robot_model("analytic", own, case.level)
+    assert robots.is_resolved(model, case) == (change < 0.01)
 
 
 def test_runs_of_links_of_very_unequal_masses_are_short_enough_to_say_something(recwarn):

@@ -185,20 +185,30 @@ def test_what_an_acceleration_alone_leaves_out_is_named(slip):
     assert told in line
 
 
-def test_a_mass_matrix_that_an_acceleration_alone_shows():
-    """M without the inertia of a link in one entry, so in no other part of the equations."""
+@pytest.mark.parametrize(
+    ("solve", "told"),
+    [
+        (
+            lambda mass, load, inertia: np.linalg.solve(mass - inertia * np.diag([1, 0]), load),
+            "missing term: I_l2, in M[theta_1, theta_1], which M x'' shows?",
+        ),
+        (lambda mass, load, inertia: mass @ load, "yours is by M where M^-1 belongs?"),
+    ],
+)
+def test_a_mass_matrix_that_an_acceleration_alone_shows(solve, told):
+    """M without the inertia of a link in one entry, or M for its inverse, in no other part."""
 
     def factory(arm: Arm) -> Equations:
         right, inertia = two_links(arm), arm.links[1].inertia_kg_m2
 
         def accelerate(q: np.ndarray, v: np.ndarray, torque: np.ndarray) -> np.ndarray:
-            mass = right.mass_matrix(q) - [[inertia, 0.0], [0.0, 0.0]]
-            return np.linalg.solve(mass, right.force(q, torque) - right.bias(q, v))
+            load = right.force(q, torque) - right.bias(q, v)
+            return solve(right.mass_matrix(q), load, inertia)
 
         return Equations(acceleration=accelerate)
 
     (line,) = describe_errors(trial_of(factory, arm_of(*UNLIKE)))
-    assert "missing term: I_l2, in M[theta_1, theta_1], which M x'' shows?" in line
+    assert told in line
 
 
 def test_an_inertia_about_the_centre_behind_accelerations_of_one_link():

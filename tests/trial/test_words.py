@@ -12,6 +12,7 @@ from crosscheck.trial.changes.arms import term_words as messages
 from crosscheck.trial.changes.arms.letters import format_power
 from crosscheck.trial.changes.arms.polynomial import Monomial
 from crosscheck.trial.changes.arms.segments import Product, TermKey
+from crosscheck.trial.changes.problem import format_row
 from crosscheck.trial.changes.waves import describe_angle_sum
 from crosscheck.trial.input.arrays import format_vector
 from crosscheck.trial.judge.entries import (
@@ -116,9 +117,9 @@ def test_a_sum_says_what_its_terms_share_and_how_many_more_there_are():
 
 def test_small_texts():
     names = ("q_1", "q_2", "q_3")
-    assert messages.format_row(np.array([1.0, -1.0, 0.5]), names) == "q_1 - q_2 + 0.5 q_3"
-    assert messages.format_row(np.array([0.0, -2.0, 0.0]), names, rate=True) == "-2 q_2'"
-    assert messages.format_row(np.zeros(3), names) == "0"
+    assert format_row(np.array([1.0, -1.0, 0.5]), names) == "q_1 - q_2 + 0.5 q_3"
+    assert format_row(np.array([0.0, -2.0, 0.0]), names, "'") == "-2 q_2'"
+    assert format_row(np.zeros(3), names) == "0"
     latex = {
         "theta_1": r"\theta_{1}",
         "phi_2'": r"\dot{\phi_{2}}",

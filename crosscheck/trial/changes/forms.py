@@ -12,20 +12,18 @@ from itertools import combinations, permutations
 import numpy as np
 
 from crosscheck.analytic.robot.model import AnalyticRobot, multiply
-from crosscheck.trial.changes.kane import KaneSum
+from crosscheck.trial.changes.kane import FACTORS, KaneSum
 from crosscheck.trial.changes.numbers import ALIKE
 from crosscheck.trial.changes.problem import ACCELERATION, ChangeProblem, DynamicsTerms
 from crosscheck.trial.changes.search import CauseSearch
-from crosscheck.trial.changes.steps import FACTORS
 
 SIZABLE = 1e-9  # smallest piece that can be recognized, relative to an entry's size
-Form = tuple[str, np.ndarray]  # words, and the values of a part so
+Form = tuple[str, np.ndarray]  # words, and the change of a part's values
+FormKind = Callable[[ChangeProblem, str], Iterator[Form]]
 CoordinateChange = tuple[str, np.ndarray, np.ndarray]  # words, q and v (states, n)
 
 
-def find_forms(
-    problem: ChangeProblem, part: str, kinds: Sequence[Callable[..., Iterator[Form]]] = ()
-) -> Iterator[str]:
+def find_forms(problem: ChangeProblem, part: str, kinds: Sequence[FormKind] = ()) -> Iterator[str]:
     """Words on each other form of a part that gives the user's values; kinds: of these, or all."""
     wrong = problem.differences[part]
     least = ALIKE * np.abs(wrong).max()
@@ -155,7 +153,9 @@ def solve_otherwise(problem: ChangeProblem, part: str) -> Iterator[Form]:
     if part != ACCELERATION:
         return
     q, v, _, torques = problem.states
-    mass, bias, gravity = AnalyticRobot(problem.robot, problem.level).terms(q, v)
+    terms = AnalyticRobot(problem.robot, problem.level).terms(q, v)
+    named = zip(("mass_matrix", "bias", "gravity", "torques"), (*terms, torques), strict=True)
+    mass, bias, gravity, torques = (problem.carry(*each) for each in named)
     load, diagonal = torques - bias - gravity, np.einsum("sii->si", mass)
     with np.errstate(divide="ignore", invalid="ignore"):
         entries = multiply(np.where(mass, 1 / mass, 0.0), load)

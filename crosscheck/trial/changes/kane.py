@@ -20,6 +20,7 @@ from crosscheck.trial.changes.problem import DynamicsTerms
 
 PLACE_INWARD = "the centripetal acceleration w x (w x r) of the place"
 PLACE_ALONG = "the acceleration w' x r of the place"
+FACTORS = {0.0: "missing", -1.0: "with the opposite sign", 0.5: "half as large", 2.0: "twice"}
 Pieces = dict[str, dict[str, np.ndarray]]  # by kind and by the body or joint that has them
 
 

@@ -15,7 +15,7 @@ import numpy as np
 
 from crosscheck.analytic.robot.model import AnalyticRobot, cross, multiply, project
 from crosscheck.models.robot.robot import BASE
-from crosscheck.trial.changes.kane import BodyMotion, KaneSum
+from crosscheck.trial.changes.kane import FACTORS, BodyMotion, KaneSum
 from crosscheck.trial.changes.mistakes import BodyPart
 from crosscheck.trial.changes.numbers import AXES, get_link_name
 from crosscheck.trial.changes.problem import DynamicsTerms
@@ -31,8 +31,7 @@ ALONE = {
         (MOTION, "angle and rate"),
     )
 }
-ENERGIES = {0.0: "missing", 0.5: "half as large", 2.0: "twice"}
-SWINGS = {0.0: "missing", -1.0: "with the opposite sign", 0.5: "half as large", 2.0: "twice"}
+ENERGIES = {by: words for by, words in FACTORS.items() if by >= 0}
 FormatRow = Callable[[np.ndarray, str], str]  # of a row over coordinates, and what follows a name
 
 
@@ -289,7 +288,7 @@ class LeverTable:
             rows.append(tuple(cross(w, cross(w, arm)) for w in rates))
         right, of_joint, of_first = np.sum(rows, axis=0)
         every, still = "every centripetal acceleration", np.zeros_like(self.turnings[0].partials)
-        changes = {words: (by - 1) * right for by, words in SWINGS.items()}
+        changes = {words: (by - 1) * right for by, words in FACTORS.items()}
         changes |= {
             "by its joint's own rate": of_joint - right,
             "by w of the first link": of_first - right,

@@ -97,15 +97,8 @@ class ChangeProblem:
         return self.turns.T @ values if part == "mass_matrix" else values
 
     def format_row(self, row: np.ndarray, suffix: str) -> str:
-        """A row (n,) over coordinates of joints as a sum of names with suffixes; 0 of none."""
-        names, shown = self.coordinate_names, self.carry("row", row).round(9).tolist()
-        fronts = {1.0: "", -1.0: "-"}
-        parts = [
-            f"{fronts.get(by, f'{by:g} ')}{name}{suffix}"
-            for by, name in zip(shown, names, strict=True)
-            if by
-        ]
-        return " + ".join(parts).replace("+ -", "- ") or "0"
+        """A row (n,) over coordinates of joints, by the coordinates that values are of."""
+        return format_row(self.carry("row", row), self.coordinate_names, suffix)
 
     def lay_out(self, change: DynamicsTerms, states: slice = slice(None)) -> np.ndarray:
         """Changes of all parts, in one row (..., places), that follow from those of the terms.
@@ -198,3 +191,10 @@ class ChangeProblem:
             axes = 3 if part == "mass_matrix" else 2
             rows.append(wrong.reshape(*wrong.shape[: wrong.ndim - axes], -1))
         return np.concatenate(rows, axis=-1)
+
+
+def format_row(row: np.ndarray, names: Sequence[str], suffix: str = "") -> str:
+    """A row (n,) over names as a sum of them, with a suffix each; 0 of none."""
+    fronts, entries = {1.0: "", -1.0: "-"}, zip(row.round(9).tolist(), names, strict=True)
+    parts = (f"{fronts.get(by, f'{by:g} ')}{name}{suffix}" for by, name in entries if by)
+    return " + ".join(parts).replace("+ -", "- ") or "0"

@@ -14,6 +14,7 @@ import numpy as np
 from crosscheck.analytic.robot.model import cross
 from crosscheck.models.robot.robot import BASE, Joint, Level, RobotBody
 from crosscheck.trial.changes.kane import (
+    FACTORS,
     BodyMotion,
     KaneSum,
     WorldBody,
@@ -33,7 +34,6 @@ SLIDES = {  # whether a joint that slides turns w, and w'
     "its z q' added to w, as of a joint that turns": (True, False),
     "its w x z q' added to w', as of a joint that turns": (False, True),
 }
-FACTORS = {0.0: "missing", -1.0: "with the opposite sign", 0.5: "half as large", 2.0: "twice"}
 Steps = dict[str, dict[str, DynamicsTerms]]  # changes of the terms, by words and what has them
 Changes = Iterator[tuple[str, BodyMotion]]
 

@@ -76,14 +76,6 @@ class JointCoordinates:
         return len(self.names)
 
 
-def has_same_values(values: Mapping[str, np.ndarray], expected: Mapping[str, np.ndarray]) -> bool:
-    """Whether answers are the expected ones, by parts, but for rounding."""
-    return all(
-        np.abs(values[part] - right).max() <= FITS * np.abs(right).max()
-        for part, right in expected.items()
-    )
-
-
 def select_first_kind(readings: Sequence[Reading]) -> list[Reading]:
     """The readings of the first one's kind: the others only mirror these."""
     return [each for each in readings if each.kind == readings[0].kind]

@@ -2,12 +2,12 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Sequence
+from collections.abc import Callable, Iterator, Sequence
 
 import numpy as np
 
 from crosscheck.analytic.robot.model import AnalyticRobot
-from crosscheck.checks.robot_states import RandomStates, RobotSizes
+from crosscheck.checks.robot_states import RandomStates
 from crosscheck.models.robot.robot import BASE, Level, Robot
 from crosscheck.trial.coordinates.readings import (
     FITS,
@@ -29,10 +29,8 @@ def find_readings(problem: RobotProblem) -> tuple[Level | None, list[Reading]]:
     levels = [each for each in levels if problem.entries(each)]  # else nothing is misread
     for group in (list_readings(joints), list_pairs(joints)):
         for level in levels:
-            model = AnalyticRobot(problem.robot, level)
-            likely = _screen(group, model, problem) if group else []
-            sizes = problem.sizes[level]
-            if readings := [each for each in likely if _agrees(each, model, problem, sizes)]:
+            tolerance = problem.sizes[level].tolerance
+            if readings := select_readings(problem, level, group, tolerance):
                 return level, select_first_kind(readings)
     return None, []
 
@@ -57,10 +55,25 @@ def describe_coordinates(robot: Robot) -> JointCoordinates:
     return JointCoordinates(robot.coordinate_names, turning, angles, ratios)
 
 
+def select_readings(
+    problem: RobotProblem,
+    level: Level,
+    readings: Sequence[Reading],
+    tolerance: Callable[[str], float],
+) -> list[Reading]:
+    """The readings in which all parts agree with a level; tolerance: of a part's entries."""
+    model = AnalyticRobot(problem.robot, level)
+    likely = _screen(readings, model, problem) if readings else []
+    return [each for each in likely if _agrees(each, model, problem, tolerance)]
+
+
 def _agrees(
-    reading: Reading, model: AnalyticRobot, problem: RobotProblem, sizes: RobotSizes
+    reading: Reading,
+    model: AnalyticRobot,
+    problem: RobotProblem,
+    tolerance: Callable[[str], float],
 ) -> bool:
-    """Whether all parts agree by the verdict's own tolerance, each row by the reading's M."""
+    """Whether all parts agree by a tolerance, each row relative to the reading's M."""
     user_values = problem.answers.values
     for values in _generate_values([reading], model, problem.states, problem):
         mass = values.pop(MASS)[0]
@@ -71,7 +84,7 @@ def _agrees(
             scale = 1 / scale if part == "acceleration" else scale
             right, wrong = each[0] / scale, (user_values[part] - each[0]) / scale
             largest = np.abs(right).max() if part != "mass_matrix" else 1.0
-            agrees &= bool((np.abs(wrong) <= sizes.tolerance(part) * largest).all())
+            agrees &= bool((np.abs(wrong) <= tolerance(part) * largest).all())
         if agrees:
             return True
     return False
@@ -123,9 +136,10 @@ def _generate_values(
         "inverse_dynamics": whole + (0 if problem.answers.weightless else gravity),
     }
     is_driven = bool({"force", "acceleration"} & set(problem.parts))
+    damping = (v * problem.robot.friction) @ rows
     for torques in (states.torques, states.torques @ rows) if is_driven else (states.torques,):
-        values["force"] = torques + held - problem.weights_in_force(gravity)
+        values["force"] = torques + held - damping - problem.weights_in_force(gravity)
         if "acceleration" in problem.parts:
-            pushed = torques - bias - gravity
+            pushed = torques - damping - bias - gravity
             values["acceleration"] = np.linalg.solve(mass, pushed[..., None])[..., 0]
         yield {MASS: mass, **{part: values[part] for part in problem.parts}}

@@ -4,9 +4,9 @@ from __future__ import annotations
 
 import re
 from collections.abc import Callable, Iterable, Iterator, Mapping
-from typing import Any
 
 from crosscheck.models.arm.arm import Arm
+from crosscheck.trial.changes.numbers import Path, get_value, put_value
 
 Powers = Mapping[str, int]  # of numbers, by their names
 # What a number that is 0 becomes where an arm has to have it: it may be left out of equations.
@@ -47,25 +47,15 @@ def list_number_names(arm: Arm) -> Iterator[str]:
 
 def get_number(arm: Arm, name: str) -> float:
     """The number of this name in an arm."""
-    value: Any = arm
-    for step in _steps(name):
-        value = value[step] if isinstance(step, int) else getattr(value, step)
-    return float(value)
+    return float(get_value(arm, _find_path(name)))
 
 
 def replace_numbers(arm: Arm, numbers: Mapping[str, float]) -> Arm:
     """The arm with these numbers, by name. Raises pydantic's ValidationError."""
-    if not numbers:
-        return arm
-    content = arm.model_dump()
-    content["gravity_m_per_s2"] = list(arm.gravity_m_per_s2)
+    changed = arm
     for name, value in numbers.items():
-        *way, last = _steps(name)
-        place: Any = content
-        for step in way:
-            place = place[step]
-        place[last] = value
-    return Arm.model_validate(content)
+        changed = put_value(changed, _find_path(name), value)
+    return Arm.model_validate(changed.model_dump()) if numbers else arm
 
 
 def scale_by_powers(value: float, powers: Powers, factor: Callable[[str], float]) -> float:
@@ -137,6 +127,6 @@ def _link_powers(field: str) -> dict[str, int]:
     return {"inertia_kg_m2": 1} if field == "mass_kg" else {}
 
 
-def _steps(name: str) -> list[str | int]:
-    """The way to a number: field names, and places in lists."""
-    return [int(step) if step.isdigit() else step for step in re.findall(r"\w+", name)]
+def _find_path(name: str) -> Path:
+    """The path of a number: field names, and places in lists."""
+    return tuple(int(key) if key.isdigit() else key for key in re.findall(r"\w+", name))

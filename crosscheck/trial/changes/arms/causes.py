@@ -17,7 +17,7 @@ from crosscheck.trial.changes.arms.segments import (
     evaluate_entry,
     rate_name,
 )
-from crosscheck.trial.changes.arms.steps import find_other_rows, find_steps
+from crosscheck.trial.changes.arms.steps import find_other_forms, find_steps
 from crosscheck.trial.changes.arms.targets import (
     TargetRow,
     make_balance_target,
@@ -34,6 +34,7 @@ from crosscheck.trial.changes.arms.term_words import (
     make_term,
     make_term_error,
 )
+from crosscheck.trial.changes.forms import exchange_rows, solve_otherwise
 from crosscheck.trial.input.equations import Coordinates
 from crosscheck.trial.judge import entries
 from crosscheck.trial.judge.entries import (
@@ -290,8 +291,8 @@ def _explain_part(
 ) -> dict[EntryPlace, Explanation]:
     """Explanations of wrong entries of a part: by another row; by one change of many entries."""
     part = wrong[0].part
-    if errors := find_other_rows(arms, part):
-        return _share_errors(wrong, errors)
+    if errors := find_other_forms(arms, part, [exchange_rows]):
+        return dict.fromkeys(wrong, _explain_by_any(errors))
     target = make_part_target(arms, wrong)
     sets = search_changes(target) if len(target.table.rows) <= MOST_TOGETHER else []
     sets = [changes for changes in sets if len(changes) == 1]
@@ -299,15 +300,14 @@ def _explain_part(
         return dict.fromkeys(wrong, _make_explanation(target, sets))
     if arms[0].problem.has_gravity and part == "force":
         return {}  # without weights there is nothing to derive
-    return _share_errors(wrong, find_steps(arms, part))
+    return (
+        dict.fromkeys(wrong, _explain_by_any(errors)) if (errors := find_steps(arms, part)) else {}
+    )
 
 
-def _share_errors(
-    wrong: Sequence[EntryPlace], errors: Sequence[TermError]
-) -> dict[EntryPlace, Explanation]:
-    """Explanations of entries by any of some errors, none where there are none."""
-    others = tuple((each,) for each in errors[1:])
-    return dict.fromkeys(wrong, Explanation((errors[0],), 0.0, others)) if errors else {}
+def _explain_by_any(errors: Sequence[TermError]) -> Explanation:
+    """The explanation by the first of some errors, of which each makes the difference alone."""
+    return Explanation((errors[0],), 0.0, tuple((each,) for each in errors[1:]))
 
 
 def _explain_accelerations(
@@ -320,6 +320,8 @@ def _explain_accelerations(
     """
     arms = [each for each in (arm, *probes) if "acceleration" in each.user_values]
     explanation = _explain_balances(arms, [_balance_accelerations(each) for each in arms])
+    errors = [] if explanation else find_other_forms(arms, "acceleration", [solve_otherwise])
+    explanation = _explain_by_any(errors) if errors else explanation
     for wrong in _explain_arms(arm, probes):
         yield wrong if wrong.shown_on else replace(wrong, explanation=explanation)
 

@@ -10,7 +10,7 @@ import numpy as np
 from crosscheck.checks.robot_states import RandomStates
 from crosscheck.models.robot.planar import build_level_robots
 from crosscheck.trial.changes.arms.comparison import QUANTITIES, EntryComparison
-from crosscheck.trial.changes.forms import exchange_rows, find_forms
+from crosscheck.trial.changes.forms import FormKind, find_forms
 from crosscheck.trial.changes.problem import ChangeProblem
 from crosscheck.trial.changes.search import CauseSearch
 from crosscheck.trial.judge.entries import Part, Term, TermError
@@ -33,11 +33,13 @@ def find_steps(arms: Sequence[EntryComparison], part: Part) -> list[TermError]:
     return _find_common(arms, part, find)
 
 
-def find_other_rows(arms: Sequence[EntryComparison], part: Part) -> list[TermError]:
-    """Rows in the place of others that make all that is wrong in a part, on every arm."""
+def find_other_forms(
+    arms: Sequence[EntryComparison], part: Part, kinds: Sequence[FormKind]
+) -> list[TermError]:
+    """Other forms of some kinds that make all that is wrong in a part, on every arm."""
 
     def find(problem: ChangeProblem) -> Iterator[str]:
-        yield from (f"{part}: {words}" for words in find_forms(problem, part, [exchange_rows]))
+        yield from (f"{part}: {words}" for words in find_forms(problem, part, kinds))
 
     return _find_common(arms, part, find)
 
@@ -60,6 +62,7 @@ def build_change_problem(arm: EntryComparison, part: Part) -> ChangeProblem:
     """The differences of a part at some states, as changes of the arm's robot must make them.
 
     A geared arm has the bodies of one whose gears are dead weight, for its others only spin.
+    Friction is taken from the torques.
     """
     robot, level = build_level_robots(arm.problem.case.arm)[arm.level or "carriers"]
     matrix, theta = arm.frame.matrix, arm.frame.layout.theta
@@ -71,11 +74,14 @@ def build_change_problem(arm: EntryComparison, part: Part) -> ChangeProblem:
         values = [np.einsum("sijk,sj,sk->si", each, u, u) for each in values]
         sizes = np.einsum("ijk,sj,sk->si", sizes, np.abs(u), np.abs(u))
     sizes = np.where(sizes > 0, sizes, 1.0) + np.zeros_like(values[0])
-    still = np.zeros_like(arm.angles[few])
+    v, still = u @ matrix[theta].T, np.zeros_like(arm.angles[few])
+    torques = still
+    if part == "acceleration":
+        torques = arm.force_states.torque[few] - v * robot.friction
     return ChangeProblem(
         robot=robot,
         level=level,
-        states=RandomStates(arm.angles[few], u @ matrix[theta].T, still, still),
+        states=RandomStates(arm.angles[few], v, still, torques),
         values={part: values[0]},
         right={part: values[1]},
         sizes={part: sizes},
