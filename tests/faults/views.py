@@ -19,10 +19,9 @@ from crosscheck.models.arm.arm import Arm
 from crosscheck.models.arm.planets import usual_switches
 from crosscheck.models.experiment.scenario import Scenario
 from crosscheck.models.loading import Case, load_arm, load_scenario
-from crosscheck.planning import state_suite
+from crosscheck.planning import arms
 from crosscheck.planning.comparison import Results, collect_tasks, judge_comparisons
 from crosscheck.planning.plan import Experiment
-from crosscheck.planning.run_suite import plan_experiment_comparisons
 from crosscheck.registry import RIGID_LEVELS
 from crosscheck.report.finding_groups import list_findings
 from crosscheck.report.plots import figures, signals
@@ -30,6 +29,7 @@ from crosscheck.run import runs_by_key
 from crosscheck.runner.tasks import Evaluation, RunKey
 from crosscheck.view import scene
 from crosscheck.view.trajectory_file import Run
+from tests.judged import plan_states
 from tests.views.agreements import make_agreement
 
 ARM, STATES, SEED = "probe", 3, 0
@@ -65,16 +65,11 @@ def moving_scenario() -> Scenario:
 def records() -> Records:
     """The records of the probe arm, whose numbers are all unequal; made once."""
     arm = printed_arm()
-    with pytest.MonkeyPatch.context() as patch:
-        patch.setattr(state_suite, "QUICK_COUNT", STATES)
-        asked = [
-            c for c in state_suite.plan_state_comparisons(arm, True, SEED) if of_views(c.about.key)
-        ]
-        own = plan_experiment_comparisons(
-            Experiment("pd", Case(arm, moving_scenario(), usual_switches(arm)))
-        )
-        asked += [c for c in own if c.about.key.family in RUN_FAMILIES]
-        outcomes = {task.key: task.perform() for task in collect_tasks(asked)}
+    asked = [c for c in plan_states(arm, STATES, SEED) if of_views(c.about.key)]
+    case = Case(arm, moving_scenario(), usual_switches(arm))
+    own = arms.plan_experiment_comparisons(Experiment("pd", case))
+    asked += [c for c in own if c.about.key.family in RUN_FAMILIES]
+    outcomes = {task.key: task.perform() for task in collect_tasks(asked)}
     results = Results(outcomes)
     values = {
         (key.model, key.quantity): outcome
@@ -129,10 +124,8 @@ def report_problems() -> Iterator[str]:
                 yield f"{row.finding.id}: {row.reason}"
     if sorted(listed) != sorted(f.id for f in agreement.findings):
         yield "the groups do not hold every finding once"
-    with pytest.MonkeyPatch.context() as patch:
-        patch.setattr(state_suite, "QUICK_COUNT", STATES)
-        entries = list(state_suite.compute_entry_differences(made.arm, True, SEED, made.results))
-    for each in entries:
+    models = arms.sample_arm(made.arm, STATES, SEED)
+    for each in arms.compute_entry_differences(made.arm, models, made.results):
         expected = entry_table(made, each.model)
         if each.quantity == "mass_matrix" and not np.allclose(each.relative, expected, 1e-9, 0):
             yield f"{each.model}: {each.relative}; are {expected}"

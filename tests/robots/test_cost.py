@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 
 from crosscheck import file_types
-from crosscheck.checks.robots.states import motion_range
+from crosscheck.checks.robot_states import motion_range
 from crosscheck.cli.files.robot_files import load_as_robot
 from crosscheck.cost.motion import find_exceeded_limits, fit_motion, make_excitation
 from crosscheck.cost.output import cost_page

@@ -7,8 +7,7 @@ from functools import lru_cache
 import numpy as np
 import pytest
 
-from crosscheck.checks.robots.sizes import compute_sizes
-from crosscheck.checks.robots.states import sample_states
+from crosscheck.checks.robot_states import compute_sizes, sample_states
 from crosscheck.cost import output
 from crosscheck.cost.meshes import tip_distances
 from crosscheck.cost.shortcuts import ShortcutCosts

@@ -10,8 +10,9 @@ import pytest
 from scipy.integrate import solve_ivp
 
 import crosscheck as package
-from crosscheck.checks.robots import engines, runs, simulations
-from crosscheck.checks.robots.states import sample_states
+from crosscheck.checks import convergence, engines, simulations
+from crosscheck.checks.robot_states import sample_states
+from crosscheck.checks.sampled import Subjects
 from crosscheck.cli.commands import make_request
 from crosscheck.findings import Finding
 from crosscheck.models.mechanism import adopt_mechanism
@@ -19,11 +20,11 @@ from crosscheck.models.pinocchio.robot import PinocchioRobot
 from crosscheck.models.robot.file import load_robot
 from crosscheck.models.robot.interface import RobotModel
 from crosscheck.planning import robots
+from crosscheck.planning.checks import plan_checks
 from crosscheck.planning.comparison import Results, collect_tasks, judge_comparisons
 from crosscheck.planning.plan import CrossCheckRequest, request_cross_check
 from crosscheck.planning.robots import (
     compute_robot_entries,
-    find_plans,
     make_cases,
     sample_models,
 )
@@ -183,8 +184,7 @@ def test_random_mechanisms_raise_no_false_alarm():
     for seed in require_items(range(first, first + CHAINS)):
         robot = random_chain(seed, MOST_JOINTS)
         models = sample_models(make_cases(robot, sample_states(robot, 4, 0), 10))
-        planned = [each for plan in find_plans() for each in plan(models)]
-        comparisons = [each for each in planned if not isinstance(each, str)]
+        comparisons, _ = plan_checks(Subjects(robots=models))
         outcomes = {task.key: task.perform() for task in collect_tasks(comparisons)}
         findings = judge_comparisons(comparisons, Results(outcomes))
         wrong = [each for each in findings if each.verdict not in ("agree", "measured")]
@@ -199,7 +199,7 @@ def test_an_order_is_judged_by_where_the_orders_of_steps_go(order, next_term, ve
     """Right runs whose errors are h^4 + 6 h^5 have orders 4.47 and 4.31, on their way to 4."""
     own = two_link.robot()
     models = sample_models(make_cases(own, sample_states(own, 2, 0), 10))
-    planned = next(each for each in runs.plan(models) if each.about.key.family == "order")
+    planned = next(convergence.plan(Subjects(robots=models)))
     h = 0.2 / 2.0 ** np.arange(4)
     rows = np.zeros((5, 2))
     rows[1:, 0] = 1 + h**order * (1 + next_term * h)
@@ -228,11 +228,11 @@ def test_an_order_that_is_not_the_methods_is_confirmed_by_finer_steps(
         error = h**3 if terms is None else h**4 * np.polyval([*terms[::-1], 1.0], h)
         return q + 1 + error, v
 
-    monkeypatch.setattr(runs, "integrate", integrate)
+    monkeypatch.setattr(convergence, "integrate", integrate)
     model = build_robot_model("analytic", own, sampled.case.level)
-    rows = runs.refined_ends(model, sampled.case)
+    rows = convergence.refined_ends(model, sampled.case)
     assert len(rows) == halvings + 2
-    planned = next(each for each in runs.plan([sampled]) if each.about.key.family == "order")
+    planned = next(convergence.plan(Subjects(robots=[sampled])))
     results = Results({task.key: rows for task in planned.needs})
     assert planned.finding(results).verdict == verdict
 

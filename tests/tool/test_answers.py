@@ -18,8 +18,8 @@ from crosscheck.findings import (
 from crosscheck.models.loading import load_arm
 from crosscheck.models.robot.file import load_robot
 from crosscheck.planning import arms, robots
+from crosscheck.planning.arms import COUNT, QUICK_COUNT
 from crosscheck.planning.plan import CrossCheckRequest
-from crosscheck.planning.state_suite import COUNT, QUICK_COUNT
 from crosscheck.registry import is_rigid_arm
 from crosscheck.report.answers import (
     answer_on_equations,

@@ -10,7 +10,8 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
-from crosscheck.checks.invariants import SYMMETRY
+from crosscheck.checks.inertia import SYMMETRY
+from crosscheck.checks.invariants import plan_balances
 from crosscheck.checks.scales import acceptance_limit
 from crosscheck.checks.states import LOOSEST, is_usable, scale_mass_matrix
 from crosscheck.checks.trajectories import UNITS, Pair, check_same_step, size
@@ -23,11 +24,11 @@ from crosscheck.findings import (
     make_measurement,
 )
 from crosscheck.models.experiment.scenario import Scenario
+from crosscheck.planning.arms import sample_model
 from crosscheck.planning.comparison import Comparison, Results, make_comparison
 from crosscheck.planning.plan import perturb_start_by_one_ulp
-from crosscheck.planning.state_suite import SampledModel, plan_balances
 from crosscheck.registry import MODELS, find_same_integrator_models
-from crosscheck.runner.tasks import RunKey, Simulation
+from crosscheck.runner.tasks import Evaluation, RunKey, Simulation
 from crosscheck.trial.judge import entries
 from crosscheck.trial.judge.entries import EntryPlace, NaturalSizes
 from crosscheck.trial.judge.questions import AGAIN, StateQuestion, VerificationProblem
@@ -280,9 +281,11 @@ def plan_balance_checks(problem: VerificationProblem) -> Iterator[Comparison]:
     rigid = problem.gearing == "rigid"
     if rigid or problem.frame.matrix is None or not problem.has >= WHOLE:
         return
-    sampled = SampledModel(
-        problem.case.arm.name, problem.name, problem.case, problem.count, problem.seed
+    name, case = problem.name, problem.case
+    reference = sample_model(
+        case.arm.name, problem.reference(""), case, problem.count, problem.seed
     )
+    sampled = replace(reference, model=name, evaluate=partial(Evaluation, name))
     for balance in plan_balances(sampled):
         judge = partial(_judge_balance, problem, balance)
         yield Comparison(balance.about, (*balance.needs, *make_size_questions(problem, "")), judge)

@@ -10,8 +10,7 @@ from typing import Any
 import numpy as np
 
 from crosscheck.analytic.robot.model import AnalyticRobot
-from crosscheck.checks.robots.sizes import RobotSizes
-from crosscheck.checks.robots.states import RandomStates
+from crosscheck.checks.robot_states import RandomStates, RobotSizes
 from crosscheck.findings import (
     ComparisonKey,
     Finding,

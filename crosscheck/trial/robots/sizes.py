@@ -3,8 +3,7 @@
 from __future__ import annotations
 
 from crosscheck.analytic.robot.model import AnalyticRobot
-from crosscheck.checks.robots.sizes import RobotSizes, compute_sizes
-from crosscheck.checks.robots.states import RandomStates
+from crosscheck.checks.robot_states import RandomStates, RobotSizes, compute_sizes
 from crosscheck.models.errors import InputError
 from crosscheck.models.robot.integration import conditioning_error
 from crosscheck.models.robot.robot import RIGID, Level, Robot

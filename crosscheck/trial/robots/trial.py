@@ -10,8 +10,7 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from crosscheck.checks.robots.sizes import WITH_WEIGHTS, RobotSizes
-from crosscheck.checks.robots.states import RandomStates
+from crosscheck.checks.robot_states import WITH_WEIGHTS, RandomStates, RobotSizes
 from crosscheck.findings import Agreement
 from crosscheck.models.errors import InputError
 from crosscheck.models.robot.robot import Level, Robot, remove_friction
