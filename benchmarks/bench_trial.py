@@ -482,8 +482,8 @@ def main(*words: str) -> None:
         seconds = time.perf_counter() - begun
         counts = []
         for values in zip(*outcomes, strict=True):
-            asked = [each for each in values if each is not None]
-            counts.append(f"{sum(asked)} of {len(asked)}" if asked else "")
+            known = [each for each in values if each is not None]
+            counts.append(f"{sum(known)} of {len(known)}" if known else "")
         print(f"{name:14}{len(chosen):6}", *(f"{each:>14}" for each in counts), f"{seconds:7.0f}")
         for row, outcome in zip(chosen, outcomes, strict=True):
             if False in outcome[:3] or outcome.blamed:

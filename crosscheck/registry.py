@@ -365,10 +365,11 @@ def find_covering_models(role: Role, arm: Arm, chosen: Switches) -> tuple[str, .
 
 def select_covering(among: Sequence[str], arm: Arm, chosen: Switches) -> tuple[str, ...]:
     """Names among the given ones whose models are about an arm under switches."""
-    return tuple(name for name in among if _is_covering(name, arm, chosen))
+    return tuple(name for name in among if is_covering(name, arm, chosen))
 
 
-def _is_covering(name: str, arm: Arm, chosen: Switches) -> bool:
+def is_covering(name: str, arm: Arm, chosen: Switches) -> bool:
+    """Whether a model of arms is about an arm under switches."""
     if MODELS[name].role == "robot":
         return False
     if not is_plugin(name):
@@ -392,11 +393,6 @@ def reference_model() -> str:
     return select_with_method("reference", model_names("geared"))[0]
 
 
-def select_other_engines(model: str, among: Sequence[str]) -> tuple[str, ...]:
-    """Names among the given ones of models that another package than the model's has."""
-    return tuple(name for name in among if engine_of(name) != engine_of(model))
-
-
 def find_same_integrator_models() -> tuple[str, ...]:
     """Names of the geared models with the reference model's fixed-step integrator, it first."""
     order = MODELS[reference_model()].order
@@ -418,21 +414,6 @@ def find_level_engines(level: Level) -> tuple[str, ...]:
 def second_engine() -> str:
     """Name of the model that stands for all with the reference model's integrator."""
     return find_same_integrator_models()[1]
-
-
-def find_other_integrator_models() -> tuple[str, ...]:
-    """Names of geared models that simulate by an integrator of their own, without constraints."""
-    able = select_with_method("simulate", model_names("geared"))
-    return tuple(
-        n for n in able if n not in (*find_same_integrator_models(), *find_constrained_models())
-    )
-
-
-def find_constrained_models() -> tuple[str, ...]:
-    """Names of the geared models that close joints by constraint equations, and simulate."""
-    return select_with_method(
-        "constraint_residual", select_with_method("simulate", model_names("geared"))
-    )
 
 
 def get_entry(name: str, arm: Arm | None = None) -> Entry:

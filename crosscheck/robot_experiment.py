@@ -6,6 +6,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
+from crosscheck.analytic.robot.springs import drive_matrix, largest_stable_step
 from crosscheck.models.abilities import STATE_ABILITIES
 from crosscheck.models.experiment.drive import drive_data, torques_along
 from crosscheck.models.experiment.scenario import Scenario
@@ -15,7 +16,6 @@ from crosscheck.models.robot.integration import require_regular
 from crosscheck.models.robot.interface import RobotModel
 from crosscheck.models.robot.start import start_state
 from crosscheck.models.robot.trajectory import build_robot_trajectory
-from crosscheck.planning.springs import drive_matrix, largest_stable_step
 
 if TYPE_CHECKING:
     import xarray as xr

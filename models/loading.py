@@ -14,7 +14,7 @@ from pydantic_core import ErrorDetails
 from crosscheck.models.arm.arm import Arm
 from crosscheck.models.arm.planets import require_alike, usual_switches
 from crosscheck.models.errors import InputError
-from crosscheck.models.experiment.scenario import Scenario, Switches, find_misfit
+from crosscheck.models.experiment.scenario import ConstantDrive, Scenario, Switches, find_misfit
 from crosscheck.models.files import parse_toml, read_raw_arm, read_raw_scenario
 from crosscheck.models.paths import SECTIONS, assign, find_paths, is_path
 
@@ -73,6 +73,12 @@ def load_scenario(name: str) -> Scenario:
             what is allowed.
     """
     return validate_record(Scenario, read_raw_scenario(name), name)
+
+
+def make_rest_scenario() -> Scenario:
+    """An experiment without any torque, for what no drive takes part in."""
+    drive = ConstantDrive(kind="constant", torque_N_m=0.0)
+    return load_scenario("constant-torque").model_copy(update={"drive": drive})
 
 
 def load_case(

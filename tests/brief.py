@@ -2,7 +2,7 @@
 
 import pytest
 
-from crosscheck.planning import energy_suite, plan, state_suite
+from crosscheck.planning import arms, plan
 
 STATES = 4
 
@@ -14,5 +14,5 @@ def brief(patch: pytest.MonkeyPatch, experiment_s: float = 2e-3) -> None:
     patch.setattr(plan, "QUICK_STEPS", 500)
     patch.setattr(plan, "PROBE_S", 1e-3)
     patch.setattr(plan, "SHORT_STEPS", 200)
-    patch.setattr(energy_suite, "STEPS", 200)
-    patch.setattr(state_suite, "QUICK_COUNT", STATES)
+    patch.setattr(plan, "ENERGY_STEPS", 200)
+    patch.setattr(arms, "QUICK_COUNT", STATES)

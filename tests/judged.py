@@ -4,24 +4,36 @@ from collections.abc import Iterator, Sequence
 
 import xarray as xr
 
+from crosscheck.checks import corners, energy, engines, trajectories
 from crosscheck.checks import invariants as laws
-from crosscheck.checks import trajectories
 from crosscheck.checks.answers import evaluate_at_states
+from crosscheck.checks.first_principles.composite import Content
+from crosscheck.checks.sampled import SampledArm, Subjects
 from crosscheck.checks.scales import ReasonedLimit, acceptance_limit
 from crosscheck.checks.trajectories import SAME_STEP, UNITS, Pair
 from crosscheck.findings import ComparisonKey, Finding, Subject
+from crosscheck.models.arm.arm import Arm
 from crosscheck.models.interface import Model
 from crosscheck.models.loading import Case
+from crosscheck.planning.arms import sample_arm, sample_model
+from crosscheck.planning.checks import plan_checks
 from crosscheck.planning.comparison import Comparison, Results, collect_tasks, judge_comparisons
-from crosscheck.planning.state_suite import SampledModel, plan_balances, plan_corners, plan_pairs
 from crosscheck.runner.outcomes import Failure, failure_from_error
 
 
-def sampled_model(case: str, model: Model, count: int, seed: int) -> SampledModel:
+def sampled_model(case: str, model: Model, count: int, seed: int) -> SampledArm:
     """A model that a test has built, at random states."""
-    return SampledModel(
+    return sample_model(
         case, model.name, Case(model.arm, model.scenario, model.switches), count, seed
     )
+
+
+def plan_states(
+    arm: Arm, count: int, seed: int, content: Content | None = None, groups: Sequence[str] = ()
+) -> list[Comparison]:
+    """All comparisons of an arm that need no run, or those of some groups of models."""
+    models = sample_arm(arm, count, seed, content)
+    return plan_checks(Subjects([each for each in models if not groups or each.group in groups]))[0]
 
 
 def judged(comparisons: Sequence[Comparison], models: Sequence[Model]) -> list[Finding]:
@@ -44,19 +56,19 @@ def compare_states(
 ) -> list[Finding]:
     """A Finding per pair of models and quantity."""
     sampled_models = [sampled_model(case, model, count, seed) for model in models]
-    return judged(list(plan_pairs(sampled_models, quantities)), models)
+    return judged(list(engines.plan_pairs(sampled_models, quantities)), models)
 
 
 def compare_corners(case: str, models: Sequence[Model], count: int, seed: int) -> list[Finding]:
     """A Finding per pair of models, of forces at the corners of the mesh laws."""
     sampled_models = [sampled_model(case, model, count, seed) for model in models]
-    return judged(list(plan_corners(sampled_models)), models)
+    return judged(list(corners.plan_corners(sampled_models)), models)
 
 
 def invariants(case: str, models: Sequence[Model], count: int, seed: int) -> list[Finding]:
     """Both balances of every geared model."""
     sampled_models = [sampled_model(case, model, count, seed) for model in models]
-    return judged([c for sampled in sampled_models for c in plan_balances(sampled)], models)
+    return judged([c for sampled in sampled_models for c in laws.plan_balances(sampled)], models)
 
 
 def about(
@@ -121,4 +133,4 @@ def refined(
 
 def energy_over_run(case: str, run: xr.Dataset) -> list[Finding]:
     """Energy against work."""
-    return [laws.check_energy_over_run(about("invariants", case, "energy", run), run)]
+    return [energy.check_energy_over_run(about("invariants", case, "energy", run), run)]

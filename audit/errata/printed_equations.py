@@ -15,13 +15,15 @@ from crosscheck.audit.errata.differences import Matrix
 from crosscheck.audit.errata.erratum import PaperModelFactory, run_model
 from crosscheck.audit.experiments.study import Question, Records
 from crosscheck.audit.measures.undefined import JsonObject
+from crosscheck.checks import forms
+from crosscheck.checks.sampled import Subjects
 from crosscheck.checks.states import LOOSEST
 from crosscheck.checks.trajectories import largest_difference
 from crosscheck.models.arm.arm import Arm
 from crosscheck.models.errors import Diverged
 from crosscheck.models.loading import load_arm, load_scenario
+from crosscheck.planning.arms import COUNT, sample_arm
 from crosscheck.planning.comparison import Results, collect_tasks
-from crosscheck.planning.state_suite import COUNT, plan_geared_comparisons
 
 PRINTED, ENGINE = "analytic:printed", "pinocchio:gears"
 SEED = 0  # of the states, as of a cross-check
@@ -95,7 +97,7 @@ class PrintedEquationsQuestion(Question[EngineComparison]):
         """Largest relative difference as a cross-check measures it; None without a usable one."""
         (comparison,) = (
             candidate
-            for candidate in plan_geared_comparisons(arm, COUNT, SEED, arm.model_dump())
+            for candidate in forms.plan(Subjects(arms=list(sample_arm(arm, COUNT, SEED))))
             if (candidate.about.key.left, candidate.about.key.right) == (PRINTED, ENGINE)
             and candidate.about.key.quantity == quantity
         )

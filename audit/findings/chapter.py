@@ -110,6 +110,7 @@ def build_chapter(context: AuditContext) -> AuditChapter:
         third=third,
         presence=presence,
         in_engine=in_engine,
+        apart_m=f"{engines.APART_M:g}",
         compared=[each for each in compared if each.cell.law.phase == "omega_t"],
         baselines=rigid,
         level=baselines.LEVELS[nearest.level] if nearest else "",

@@ -20,7 +20,7 @@ from crosscheck.audit.statics.teeth import (
     virtual_work,
 )
 from crosscheck.checks.first_principles.weights import joint_mass, link_mass
-from crosscheck.checks.trajectories import tip_position
+from crosscheck.checks.levels import tip_position
 from crosscheck.models.arm.arm import Arm
 from crosscheck.models.experiment.scenario import ConstantDrive, switches
 from crosscheck.models.loading import Case, load_arm, load_case, load_scenario

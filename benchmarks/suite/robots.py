@@ -14,7 +14,7 @@ import pinocchio as pin
 
 from benchmarks.suite.rows import Row, absent_row
 from benchmarks.suite.timing import divide_times, print_progress, processor_s, run_in_turn
-from crosscheck.checks.robots.states import sample_states
+from crosscheck.checks.robot_states import sample_states
 from crosscheck.models.robot.file import RobotFile, build_robot, load_robot
 from crosscheck.models.robot.robot import Robot
 from crosscheck.registry import build_robot_model

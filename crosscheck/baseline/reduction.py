@@ -23,10 +23,9 @@ from crosscheck.checks import trajectories
 from crosscheck.checks.records import BY_PLANET
 from crosscheck.checks.scales import ReasonedLimit, acceptance_limit
 from crosscheck.checks.states import LOOSEST
-from crosscheck.checks.trajectories import Pair, size
+from crosscheck.checks.trajectories import ONE_ROUNDING, Pair, size
 from crosscheck.findings import Agreement, Finding
 from crosscheck.models.loading import Case
-from crosscheck.planning.run_suite import ONE_ROUNDING
 from crosscheck.registry import reference_model
 from crosscheck.report.formatting import describe_outcome
 from crosscheck.run import CrossCheck

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable
+from functools import partial
 from typing import NamedTuple
 
 import numpy as np
@@ -82,13 +83,12 @@ def _mass_matrix(model: Model, t: float, q: np.ndarray, v: np.ndarray) -> np.nda
     return require_numbers(model.mass_matrix(q.copy()), "mass_matrix", (q.size, q.size))
 
 
-def _generalized_force(model: Model, t: float, q: np.ndarray, v: np.ndarray) -> np.ndarray:
-    answer = model.generalized_force(t, q.copy(), v.copy())
-    return require_numbers(answer, "generalized_force", q.shape)
+def _at_time(method: str, model: Model, t: float, q: np.ndarray, v: np.ndarray) -> np.ndarray:
+    return require_numbers(getattr(model, method)(t, q.copy(), v.copy()), method, q.shape)
 
 
-def _acceleration(model: Model, t: float, q: np.ndarray, v: np.ndarray) -> np.ndarray:
-    return require_numbers(model.acceleration(t, q.copy(), v.copy()), "acceleration", q.shape)
+_generalized_force = partial(_at_time, "generalized_force")
+_acceleration = partial(_at_time, "acceleration")
 
 
 def _christoffel(model: Model, t: float, q: np.ndarray, v: np.ndarray) -> np.ndarray:

@@ -2,6 +2,9 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable, Iterator
+from functools import partial
+
 import numpy as np
 
 from crosscheck.checks.answers import States
@@ -9,9 +12,10 @@ from crosscheck.checks.energy import springs_at
 from crosscheck.checks.first_principles import composite
 from crosscheck.checks.invariants import sun_advance, sun_radius_and_ratio
 from crosscheck.checks.modes import equivalent_mass, mean_stiffness
-from crosscheck.checks.scales import geared_joints
-from crosscheck.checks.states import EPS, ROUNDINGS, Setting, compare_values
-from crosscheck.findings import Finding, Subject, make_check
+from crosscheck.checks.sampled import DIFFERENCE, SampledArm, Subjects
+from crosscheck.checks.scales import check_share, geared_joints
+from crosscheck.checks.states import EPS, ROUNDINGS, compare_values
+from crosscheck.findings import Finding, Subject
 from crosscheck.models.arm.arm import Arm
 from crosscheck.models.arm.gears import PlanetaryStage
 from crosscheck.models.arm.layout import MESHES, Layout, Meaning
@@ -23,21 +27,35 @@ from crosscheck.models.experiment.scenario import (
     Switches,
     expand_to_joints,
 )
-from crosscheck.models.loading import Case
+from crosscheck.planning.comparison import Comparison
 
 
-def check_inertia_against_data(
-    about: Subject, mass: np.ndarray, setting: Setting, content: composite.Content, level: str
-) -> Finding:
+def plan(subjects: Subjects) -> Iterator[Comparison]:
+    """Comparisons of each model's force and inertia with the data of arm and experiment.
+
+    The inertia of a form of the paper is none of real bodies.
+    """
+    for arm in subjects.arms:
+        if arm.owes_laws and arm.group != "form":
+            yield _plan(arm, ("mass_matrix",), _check_inertia)
+        if arm.owes_laws:
+            yield _plan(arm, ("generalized_force", "mass_matrix"), _check_force)
+
+
+def _plan(arm: SampledArm, questions: tuple[str, ...], judge: Callable[..., Finding]) -> Comparison:
+    judged, metric = partial(judge, arm=arm), arm.over(DIFFERENCE)
+    against = "the arm's data"
+    return arm.plan_law(questions[0], questions, judged, metric, against, family="as-told")
+
+
+def _check_inertia(about: Subject, mass: np.ndarray, arm: SampledArm) -> Finding:
     """Check M (count, n, n) by the parallel axis theorem, every joint rolling and locked.
 
-    level: that of a rigid model; "" of a geared one, which has the joints locked too.
+    A rigid model has the joints rolling alone.
     """
-    parts, ways = (
-        composite.build_parts(content, level or "coupled"),
-        _joint_motions(setting.layout, content),
-    )
-    ratios = []
+    level, setting, content = arm.level, arm.setting, arm.content
+    parts = composite.build_parts(content, level or "coupled")
+    ways, ratios = _joint_motions(setting.layout, content), []
     for q, matrix in zip(setting.states.q, mass, strict=True):
         pose = composite.arm_pose(content, q[setting.layout.theta])
         expected = composite.inertia(parts, pose, locked=not level)
@@ -47,10 +65,7 @@ def check_inertia_against_data(
         with np.errstate(divide="ignore", invalid="ignore"):  # without a size there is no number
             ratios.append((differences / np.outer(size, size)).max())
     measured = float(np.max(ratios))
-    basis = f"{ROUNDINGS} eps of what is summed"
-    return make_check(
-        about, measured=measured, tolerance=ROUNDINGS * EPS, basis=basis, relative=measured
-    )
+    return check_share(about, measured, ROUNDINGS * EPS, f"{ROUNDINGS} eps of what is summed")
 
 
 def _joint_motions(layout: Layout, content: composite.Content) -> np.ndarray:
@@ -68,22 +83,14 @@ def _joint_motions(layout: Layout, content: composite.Content) -> np.ndarray:
     return np.vstack([rolling, locked])
 
 
-def check_force_against_data(
-    about: Subject,
-    force: np.ndarray,
-    mass: np.ndarray,
-    setting: Setting,
-    case: Case,
-    content: composite.Content,
-    level: str,
-) -> Finding:
+def _check_force(about: Subject, force: np.ndarray, mass: np.ndarray, arm: SampledArm) -> Finding:
     """Check a force (count, n): drive, friction, weight of all that a joint carries, and the teeth.
 
     mass (count, n, n): the same model's M, for sizes. With the teeth at rest no mesh does work on a
-    joint, and a motor turns the link alone. level: that of a rigid model, or "".
+    joint, and a motor turns the link alone.
     """
-    layout, scenario = setting.layout, case.scenario
-    parts = composite.build_parts(content, level or "coupled")
+    setting, content, scenario = arm.setting, arm.content, arm.case.scenario
+    layout, parts = setting.layout, composite.build_parts(content, arm.level or "coupled")
     friction = np.array([float(j.get("friction_N_m_s_per_rad", 0.0)) for j in content["joints"]])
     expected = np.zeros_like(force)
     for row, (t, q, v) in enumerate(zip(*setting.states, strict=True)):
@@ -95,7 +102,7 @@ def check_force_against_data(
             radius, ratio = sun_radius_and_ratio(joint)
             expected[row] += torques[number] / (ratio * radius) * sun_advance(layout, number)
     if layout.mesh_joints:
-        expected += teeth_forces(setting.arm, case.switches, layout, setting.states)
+        expected += teeth_forces(setting.arm, arm.case.switches, layout, setting.states)
     return compare_values(about, expected, force, mass, setting)
 
 

@@ -7,23 +7,66 @@ all. Whether teeth touch depends on x - e, not on x. Every mesh is brought to ea
 
 from __future__ import annotations
 
+from collections.abc import Iterator, Sequence
+from functools import partial
 from itertools import product
 from typing import NamedTuple
 
 import numpy as np
 
-from crosscheck.checks.answers import SLIDING_M_PER_S, States, sample_states
+from crosscheck.checks.answers import CORNER_FORCE, SLIDING_M_PER_S, States, sample_states
 from crosscheck.checks.arm_data import mesh_damping
 from crosscheck.checks.energy import springs_at
-from crosscheck.checks.scales import geared_joints
+from crosscheck.checks.sampled import DIFFERENCE, SampledArm, Subjects, pair_models
+from crosscheck.checks.scales import check_share, geared_joints
+from crosscheck.checks.states import relative_differences
+from crosscheck.findings import ComparisonKey, Finding, Subject
 from crosscheck.models.arm.arm import Arm
 from crosscheck.models.arm.layout import MESHES, Layout
 from crosscheck.models.experiment.scenario import Switches
+from crosscheck.planning.comparison import Comparison, make_comparison
 
 POSES = 32  # random turns of a joint, of which that is taken at which a tooth error is largest
 HALF = 0.5  # share of the way to the next branch, and of the usual sliding rate
 # Largest distance from a corner [m] if no damper, tooth error or clearance sets it.
 FARTHEST_M = 1e-6
+
+
+def plan(subjects: Subjects) -> Iterator[Comparison]:
+    """Comparisons of geared models' forces on each side of every branch of the mesh laws."""
+    return plan_corners([each for each in subjects.arms if each.group not in ("rigid", "form")])
+
+
+def plan_corners(models: Sequence[SampledArm]) -> Iterator[Comparison]:
+    """A comparison for each pair of geared models."""
+    metric = f"{DIFFERENCE} on each side of every branch of the mesh laws"
+    for pair in pair_models(models):
+        left, right = pair
+        key = ComparisonKey("states", left.where, CORNER_FORCE, left.model, right.model)
+        tasks = [each.ask(CORNER_FORCE) for each in pair]
+        tasks += [left.ask(name) for name in ("generalized_force", "mass_matrix")]
+        if left.setting.layout.mesh_joints:
+            judge = partial(_compare_forces, arm=left)
+            yield make_comparison(Subject(key, "1", metric), tasks, judge)
+
+
+def _compare_forces(
+    about: Subject,
+    left: np.ndarray,
+    right: np.ndarray,
+    force: np.ndarray,
+    masses: np.ndarray,
+    arm: SampledArm,
+) -> Finding:
+    """Check two models' forces at the corners of the mesh laws, each (corners, n).
+
+    Teeth that only just touch push by next to nothing, so that differences are measured as those of
+    forces at random states: force (count, n), either model's at those of the setting; masses there.
+    """
+    quantity = "generalized_force"
+    compared = relative_differences(quantity, left, right, masses, arm.setting, force)
+    basis = f"{compared.limit.basis}, of forces at {len(force)} random states"
+    return check_share(about, float(compared.values.max()), compared.limit.value, basis)
 
 
 class Corner(NamedTuple):

@@ -2,7 +2,8 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator
+from functools import partial
 from typing import TYPE_CHECKING
 
 import numpy as np
@@ -17,13 +18,28 @@ from crosscheck.checks.first_principles.mesh_energy import (
     spring_energy,
 )
 from crosscheck.checks.first_principles.weights import weight_energy
+from crosscheck.checks.sampled import (
+    FIRST_PRINCIPLES,
+    ExperimentPlan,
+    Subjects,
+    find_experiments,
+    find_usual,
+)
 from crosscheck.checks.scales import geared_joints, meshes
 from crosscheck.checks.states import Setting
-from crosscheck.findings import Finding, Subject, make_measurement, make_share_check
+from crosscheck.findings import (
+    ComparisonKey,
+    Finding,
+    Subject,
+    make_failed_check,
+    make_measurement,
+    make_share_check,
+)
 from crosscheck.models.arm.arm import Arm, Planetary
 from crosscheck.models.arm.layout import MESHES, Layout
 from crosscheck.models.experiment.scenario import ConstantDrive, Switches, expand_to_joints
 from crosscheck.models.loading import Case
+from crosscheck.planning.comparison import Comparison, ModelTask, make_comparison
 
 if TYPE_CHECKING:
     import xarray as xr
@@ -36,9 +52,61 @@ ALONG_RAD, ALONG_S = 3e-4, 1e-6
 # Of the work turned over. At these steps RK4 leaves 1.4e-10 on the paper's arm, a rule of second
 # order 6e-11, the adaptive reference 2e-11 where teeth meet.
 CLOSES = 1e-9
+# Of the work done: two orders above what the reference integrator asks of each step.
+WORK_TOLERANCE = 1e-9
+# Leaves 2e-11 of the work turned over where teeth meet, 1e-10 leaves 2e-8. One step in some
+# thousand may leap over an edge of play that its error estimate does not see, which costs 1e-8.
+RTOL, FINER_RTOL = 1e-12, 3e-13
+OVER_RUN = "largest difference of energy gained and work done over the run"
+CONSERVED = "largest change of kinetic, spring and weight's energy less the motors' work"
 
 
-def check_energy_rate(
+def plan(subjects: Subjects) -> Iterator[Comparison]:
+    """Comparisons of the energy's rate where springs are a potential, and of what runs make of it.
+
+    A run without losses keeps it, unless a fixed step crosses the edge of the backlash: so these
+    have none, and the adaptive reference, which sees the edge, has. The energy that the paper's law
+    makes out of nothing is measured beside.
+    """
+    for arm in subjects.arms:
+        if arm.group == "conservative":
+            yield invariants.plan_balance(arm, "energy-rate", "W", _check_energy_rate)
+    for experiment in find_usual(subjects):
+        run = experiment.run(experiment.models.same[0], "reference")
+        yield _plan_runs(experiment, OVER_RUN, check_energy_over_run, run)
+    for experiment in find_experiments(subjects, "energy"):
+        yield from _plan_conservation(experiment)
+
+
+def _plan_conservation(experiment: ExperimentPlan) -> Iterator[Comparison]:
+    """Energy balances of an experiment without losses, by its name those of some of the models."""
+    same, other, constrained, *_ = experiment.models
+    judge = partial(check_energy_conservation, case=experiment.case)
+    reference = experiment.run(same[0], "reference", RTOL)
+    if experiment.name == "energy-paper":
+        judge = partial(measure_energy_drift, case=experiment.case)
+        yield _plan_runs(experiment, CONSERVED, judge, reference)
+    elif experiment.name == "energy-impacts":
+        again = experiment.run(same[0], "reference-finer", FINER_RTOL)
+        yield _plan_runs(experiment, CONSERVED, judge, reference, again)
+    else:
+        for model in same if experiment.name == "energy" else (*other, *constrained):
+            yield _plan_runs(experiment, CONSERVED, judge, experiment.run(model))
+
+
+def _plan_runs(
+    experiment: ExperimentPlan, metric: str, judge: Callable[..., Finding], *runs: ModelTask
+) -> Comparison:
+    """The energy balance of a run, or the best of several: what a law makes it makes in all."""
+    key = ComparisonKey("invariants", experiment.name, "energy", runs[0].model)
+
+    def judge_runs(about: Subject, *runs: xr.Dataset) -> Finding:
+        return min((judge(about, each) for each in runs), key=lambda found: found.relative or 0.0)
+
+    return make_comparison(Subject(key, "J", metric, FIRST_PRINCIPLES), runs, judge_runs)
+
+
+def _check_energy_rate(
     about: Subject, given: invariants.StateValues, setting: Setting, case: Case
 ) -> Finding:
     """Check that kinetic and spring energy gain what motors, weight and friction put in."""
@@ -118,3 +186,15 @@ def _motors_work(arm: Arm, case: Case, theta: np.ndarray, advance: np.ndarray) -
             angle = advance[:, number] / (radius * ratio) + angle
         work += torque * (angle - angle[0])
     return work
+
+
+def check_energy_over_run(about: Subject, run: xr.Dataset) -> Finding:
+    """Check kinetic energy gained against work done, over a run that integrated the work along."""
+    absent = [name for name in ("work", "work_turned_over") if name not in run]
+    if absent:
+        return make_failed_check(about, f"the run has no {absent[0]}")
+    gained = run["kinetic_energy"].values - run["kinetic_energy"].values[0]
+    work = run["work"].values
+    size = float(run["work_turned_over"].values[-1])
+    measured = float(np.abs(gained - work).max())
+    return make_share_check(about, measured, WORK_TOLERANCE, size, "the work turned over")

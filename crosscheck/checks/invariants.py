@@ -1,4 +1,4 @@
-"""Invariants of any model of the arm: balances, and a bias that follows from its inertia.
+"""Invariants of any model of an arm: balances of power and momentum, joints that stay closed.
 
 All use a model's own M, bias, force and acceleration on one side and first principles on the other.
 """
@@ -6,33 +6,29 @@ All use a model's own M, bias, force and acceleration on one side and first prin
 from __future__ import annotations
 
 from collections.abc import Callable, Iterator
-from typing import TYPE_CHECKING, NamedTuple
+from functools import partial
+from typing import Any, NamedTuple
 
 import numpy as np
 
-from crosscheck.checks import states
+from crosscheck.checks.answers import ABILITIES
 from crosscheck.checks.first_principles.weights import weight_moments
+from crosscheck.checks.sampled import FIRST_PRINCIPLES, SampledArm, Subjects
 from crosscheck.checks.scales import base_radius, geared_joints
-from crosscheck.checks.states import LOOSEST, Setting, is_usable, scale_mass_matrix
+from crosscheck.checks.states import Setting
 from crosscheck.findings import Finding, Subject, make_check, make_failed_check, make_share_check
 from crosscheck.models.arm.arm import Arm, Planetary
 from crosscheck.models.arm.layout import MESHES, Coordinate, Layout
 from crosscheck.models.experiment.drive import DriveData, drive_data, joint_torque
 from crosscheck.models.experiment.scenario import Scenario
+from crosscheck.models.interface import STATE_ABILITIES
 from crosscheck.models.loading import Case
-
-if TYPE_CHECKING:
-    import xarray as xr
-
+from crosscheck.planning.comparison import Comparison
 
 # Powers of 1e4 N x 0.1 m/s whose forces carry the rounding of displacements (see states).
 TOLERANCE = 1e-10
 BASIS = "rounding of the forces, as for accelerations"
-# Of the work done: two orders above what the reference integrator asks of each step.
-WORK_TOLERANCE = 1e-9
 GAP_TOLERANCE = 1e-12
-# Christoffel's symbols take differences of M, whose rounding their sum over all pairs adds up.
-SYMMETRY = 1e-12
 
 
 class StateValues(NamedTuple):
@@ -69,6 +65,47 @@ class ForcedState(NamedTuple):
 
 
 Balance = Callable[[Subject, StateValues, Setting, Case], Finding]
+
+
+def plan(subjects: Subjects) -> Iterator[Comparison]:
+    """Comparisons of each model with itself: its balances, its joints, and its abilities.
+
+    A model must say of itself all that the registry says of it, for users ask the model.
+    """
+    for arm in subjects.arms:
+        if arm.owes_laws:
+            judge = partial(_check_abilities, promised=arm.promises)
+            metric, against = "abilities missing", "declared capabilities"
+            yield arm.plan_law("abilities", [ABILITIES], judge, metric, against)
+        if arm.group in ("geared", "free", "form"):
+            yield from plan_balances(arm)
+        if arm.group == "geared" and "constraint_residual" in arm.promises:
+            metric = f"largest gap, rate, acceleration or error of one, {arm.count} random states"
+            questions, against = ["constraint_residual"], "closure of its joints"
+            yield arm.plan_law("constraints", questions, check_constraints, metric, against)
+
+
+def plan_balances(arm: SampledArm) -> Iterator[Comparison]:
+    """Comparisons of power and angular momentum, from all that the model says of a state."""
+    yield plan_balance(arm, "power", "W", check_power_balance)
+    yield plan_balance(arm, "angular-momentum-rate", "N m", check_angular_momentum)
+
+
+def plan_balance(arm: SampledArm, name: str, unit: str, law: Balance) -> Comparison:
+    """The comparison of one balance of a model."""
+
+    def judge(about: Subject, *answers: Any) -> Finding:
+        return law(about, StateValues(*answers), arm.setting, arm.case)
+
+    metric = arm.over("largest residual")
+    return arm.plan_law(name, STATE_ABILITIES, judge, metric, FIRST_PRINCIPLES, unit=unit)
+
+
+def _check_abilities(about: Subject, claimed: Any, promised: frozenset[str]) -> Finding:
+    lacking = sorted(promised - set(claimed.tolist()))
+    if lacking:
+        return make_failed_check(about, f"the model does not claim to have {', '.join(lacking)}")
+    return make_check(about, measured=0.0, tolerance=0.0, basis="every promised ability is there")
 
 
 def check_power_balance(
@@ -186,39 +223,6 @@ def sun_radius_and_ratio(joint: Planetary) -> tuple[float, float]:
     return base_radius(joint, joint.sun_teeth), ratio
 
 
-def check_bias(
-    about: Subject, bias: np.ndarray, christoffel: np.ndarray, mass: np.ndarray, setting: Setting
-) -> Finding:
-    """Check the bias against Christoffel's symbols of the model's own M, both (count, n)."""
-    if not is_usable(mass[0]):
-        return make_failed_check(about, "the mass matrix has a diagonal that is not positive")
-    size = states.component_sizes(bias, states.natural_sizes("bias", bias, mass[0], setting))
-    least = states.bias_rounding(mass[0], setting) / LOOSEST
-    measured = float((np.abs(bias - christoffel) / np.maximum(size, least)).max())
-    basis = f"{LOOSEST:g}, as for state checks: differences of M that are exact but for rounding"
-    if (least > size).any():
-        basis += f"; or, where more, {states.CANCELLING['bias']}"
-    return make_check(about, measured=measured, tolerance=LOOSEST, basis=basis, relative=measured)
-
-
-def check_inertia(about: Subject, mass: np.ndarray) -> Finding:
-    """Check that M (count, n, n) is symmetric and positive definite at every state."""
-    for state, matrix in enumerate(mass):
-        lowest = (
-            float(np.linalg.eigvalsh(scale_mass_matrix(matrix)).min())
-            if is_usable(matrix)
-            else -1.0
-        )
-        if lowest <= 0:
-            return make_failed_check(
-                about, f"not positive definite at state {state + 1} of {len(mass)}"
-            )
-    size = np.sqrt(np.einsum("kii,kjj->kij", mass, mass))
-    measured = float((np.abs(mass - mass.swapaxes(1, 2)) / size).max())
-    basis = "rounding of sums over bodies; positive definite at every state"
-    return make_check(about, measured=measured, tolerance=SYMMETRY, basis=basis, relative=measured)
-
-
 def check_constraints(about: Subject, gaps: np.ndarray) -> Finding:
     """Check that joints closed by constraint equations stay closed, at the model's own motion.
 
@@ -227,15 +231,3 @@ def check_constraints(about: Subject, gaps: np.ndarray) -> Finding:
     """
     basis = "rounding of places of a metre, rates and accelerations of their own size"
     return make_check(about, measured=float(gaps.max()), tolerance=GAP_TOLERANCE, basis=basis)
-
-
-def check_energy_over_run(about: Subject, run: xr.Dataset) -> Finding:
-    """Check kinetic energy gained against work done, over a run that integrated the work along."""
-    absent = [name for name in ("work", "work_turned_over") if name not in run]
-    if absent:
-        return make_failed_check(about, f"the run has no {absent[0]}")
-    gained = run["kinetic_energy"].values - run["kinetic_energy"].values[0]
-    work = run["work"].values
-    size = float(run["work_turned_over"].values[-1])
-    measured = float(np.abs(gained - work).max())
-    return make_share_check(about, measured, WORK_TOLERANCE, size, "the work turned over")

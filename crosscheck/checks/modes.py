@@ -2,13 +2,16 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Callable, Iterator, Sequence
+from itertools import combinations
 from typing import Literal
 
 import numpy as np
 
-from crosscheck.checks.scales import base_radius
-from crosscheck.findings import Finding, Subject, make_check
+from crosscheck.checks.answers import FORCE_SLOPES, START_MASS
+from crosscheck.checks.sampled import SampledArm, Subjects, group_models
+from crosscheck.checks.scales import base_radius, geared_joints, stiffness_bound
+from crosscheck.findings import ComparisonKey, Finding, Subject, make_check
 from crosscheck.models.arm.arm import Arm, Planetary
 from crosscheck.models.arm.gears import PlanetaryGears
 from crosscheck.models.arm.mesh import Mesh
@@ -18,6 +21,14 @@ from crosscheck.models.arm.stiffness import (
     SquareStiffness,
     StiffnessLaw,
     TableStiffness,
+)
+from crosscheck.models.experiment.scenario import make_bent_start
+from crosscheck.models.loading import Case, make_rest_scenario
+from crosscheck.planning.comparison import (
+    Comparison,
+    MissingResult,
+    ModelTask,
+    make_comparison,
 )
 
 TOLERANCE = 1e-6
@@ -34,6 +45,99 @@ SLOW = 1e-3  # least size of a pole for relative errors, over the fastest pole
 POLE_BASIS = (
     "1e-7: differences over 1e-4 rad leave 2e-9 of a weight's slope, roundings 1e-9 of a mesh's"
 )
+POLE_METRIC = "largest relative distance of a pole to the nearest of the other model's forces"
+MODE_METRIC = "largest relative distance of a mode to the nearest of the other model"
+STEP_METRIC = "largest stable step over that of its poles, or the other way round"
+
+
+def plan(subjects: Subjects) -> Iterator[Comparison]:
+    """Comparisons of modes and poles with the teeth in contact, and of the step that is stable."""
+    geared = [each for each in subjects.arms if each.group in ("geared", "free", "form")]
+    for group in group_models(geared):
+        where, rest = group[0].where.removesuffix("/geared"), make_rest_scenario()
+        case = group[0].case._replace(scenario=rest)
+        models = [each for each in group if each.group != "form"]
+        yield from plan_poles(where, models)
+        able = [each for each in models if "mesh_modes" in each.promises]
+        for pair in combinations(able, 2) if geared_joints(case.arm) else ():
+            key = ComparisonKey("modes", where, "mesh-mode", pair[0].model, pair[1].model)
+            yield _plan_modes(Subject(key, "1", MODE_METRIC), pair, case)
+        for number, joint in geared_joints(case.arm):
+            locked = case._replace(arm=make_locked_stage(case.arm, number))
+            lumped = case.switches.planets == "lumped"
+            closed = closed_form_modes(joint) if lumped else free_modes(joint)
+            for each in able:
+                if each.covers(locked.arm, case.switches):
+                    key = ComparisonKey("modes", where, "locked-stage", each.model, "", number + 1)
+                    about = Subject(key, "1", MODE_METRIC, "closed form")
+                    yield _plan_modes(about, [each], locked, closed)
+        for each in group if geared_joints(case.arm) else ():
+            if "simulate" in each.promises and each.order == models[0].order:
+                yield _plan_stable_step(where, each)
+
+
+def _plan_modes(
+    about: Subject, models: Sequence[SampledArm], case: Case, *closed: np.ndarray
+) -> Comparison:
+    """The check of two models' modes, or of one's and those of first principles.
+
+    It raises MissingResult if a model has lost some.
+    """
+
+    def judge(about: Subject, *model_modes: np.ndarray) -> Finding:
+        for sampled, frequencies in zip(models, model_modes, strict=True):
+            single = sampled.free_planets or case.switches.planets == "free"
+            planets = [joint.planet_count for joint in case.arm.joints if joint.planet_count]
+            expected = sum(1 + (count if single else 1) for count in planets)
+            if len(frequencies) != expected:
+                raise MissingResult(
+                    f"{sampled.model}: {len(frequencies)} mesh modes, there must be {expected}"
+                )
+        few, many = sorted((*closed, *model_modes), key=len)
+        return check_modes(about, few, many)
+
+    return make_comparison(about, [each.evaluate(case, "mesh_modes") for each in models], judge)
+
+
+def make_locked_stage(arm: Arm, number: int) -> Arm:
+    """An arm of one geared joint, its link too heavy to move, without weight and friction."""
+    free = arm.joints[number].model_copy(update={"friction_N_m_s_per_rad": 0.0})
+    link = arm.links[number]
+    heavier = {
+        name: LOCK * value
+        for name, value in link
+        if name in ("density_kg_per_m3", "mass_kg", "inertia_kg_m2") and value is not None
+    }
+    locked = {"joints": (free,), "links": (link.model_copy(update=heavier),)}
+    return arm.model_copy(update={**locked, "gravity_m_per_s2": (0.0, 0.0)})
+
+
+def plan_poles(where: str, models: Sequence[SampledArm]) -> Iterator[Comparison]:
+    """Comparisons of the loop's poles with teeth in contact, by which it is called unstable."""
+    arm, scenario, laws = models[0].case
+    start = make_bent_start(len(arm.joints))
+    case = Case(arm, scenario.model_copy(update={"start": start}), laws)
+    linear = case._replace(arm=linearize_teeth(arm))
+    able = [each for each in models if each.covers(linear.arm, laws)]
+    for left in able:
+        for right in able if "contact_poles" in left.promises else ():
+            if right != left:
+                tasks = left.evaluate(case, "contact_poles"), *_pole_tasks(right, linear)
+                key = ComparisonKey("modes", where, "contact-poles", left.model, right.model)
+                yield make_comparison(Subject(key, "1", POLE_METRIC), tasks, check_poles)
+
+
+def _plan_stable_step(where: str, sampled: SampledArm) -> Comparison:
+    """A comparison of the largest stable step with a model's own poles, teeth at their stiffest."""
+    stiff = sampled.case._replace(arm=linearize_teeth(sampled.case.arm, stiffness_bound))
+    tasks = sampled.ask("largest_stable_step"), *_pole_tasks(sampled, stiff)
+    key = ComparisonKey("modes", where, "stable-step", sampled.model)
+    return make_comparison(Subject(key, "1", STEP_METRIC, "its poles"), tasks, check_step_limit)
+
+
+def _pole_tasks(sampled: SampledArm, case: Case) -> tuple[ModelTask, ModelTask]:
+    """Tasks for a model's inertia and slopes of its force at the start, of which poles are made."""
+    return sampled.evaluate(case, START_MASS), sampled.evaluate(case, FORCE_SLOPES)
 
 
 def check_modes(about: Subject, few: np.ndarray, many: np.ndarray) -> Finding:

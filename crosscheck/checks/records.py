@@ -2,8 +2,10 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator
-from typing import TYPE_CHECKING
+import math
+from collections.abc import Iterator, Sequence
+from functools import partial
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
@@ -16,11 +18,13 @@ from crosscheck.checks.scales import (
     geared_joints,
     largest_stiffness,
 )
+from crosscheck.findings import ComparisonKey, Finding, Subject, make_check
 from crosscheck.models.arm.layout import MESHES, Layout
 from crosscheck.models.experiment.drive import drive_data
 from crosscheck.models.interface import Model
 from crosscheck.models.loading import Case
 from crosscheck.models.trajectory import recorded_times
+from crosscheck.planning.comparison import Comparison, make_comparison
 
 if TYPE_CHECKING:
     import xarray as xr
@@ -39,6 +43,41 @@ TOLERANCE, TOLERANCE_OF_CONSTRAINTS = 1e-9, 1e-8
 # roundings of the arcs that displacements are read from, or of the places of bodies that joints
 # hold at the arm's reach, and such a part of the largest rate.
 ALIKE_ROUNDINGS, ALIKE_RATES = 1000, 1e-9
+
+
+def plan_records(runs: Sequence[Any]) -> Iterator[Comparison]:
+    """That each of some runs is whole, and that the largest steps of their models are stable.
+
+    runs: tasks, with their case and key; ``ask`` makes the task of a question to the run's model.
+    """
+    for run in runs:
+        key = ComparisonKey("record", run.key.experiment, run.key.variant or "run", run.model)
+        about = Subject(key, "1", "times, joints, planets, variables missing", "complete output")
+        yield make_comparison(about, (run,), _accept_run)
+    by_step = sorted(runs, key=lambda run: run.case.scenario.step_s)
+    for run in {run.model: run for run in by_step}.values():
+        key = ComparisonKey("stable-step", run.key.experiment, "step", run.model)
+        about = Subject(key, "1", "largest step over its limit", "stability limit")
+        judge = partial(check_stable_step, step_s=run.case.scenario.step_s)
+        yield make_comparison(about, (run.ask("largest_stable_step"),), judge)
+
+
+def _accept_run(about: Subject, run: xr.Dataset) -> Finding:
+    """The check of a run that is there: no other is passed on, see ``require_complete``."""
+    return make_check(about, measured=0.0, tolerance=0.0, basis="a run is whole or it is none")
+
+
+def check_stable_step(about: Subject, limit: np.ndarray, step_s: float) -> Finding:
+    """Check the largest step that a plan takes against the model's own limit [s], ()."""
+    limit_s = float(limit)
+    is_limited = math.isfinite(limit_s)
+    limit_text = (
+        f"at most {limit_s:.3g} s are stable"
+        if is_limited
+        else "and steps of any length are stable"
+    )
+    basis = f"steps of {step_s:.3g} s, {limit_text}"
+    return make_check(about, measured=step_s / limit_s, tolerance=1.0, basis=basis)
 
 
 class IncompleteRun(ValueError):

@@ -1,4 +1,4 @@
-"""Sizes that an arm and its drive give to what is compared: no limit stands for itself."""
+"""Sizes that an arm and its drive give to what is compared, of which differences are parts."""
 
 from __future__ import annotations
 
@@ -9,6 +9,7 @@ from typing import NamedTuple
 import numpy as np
 
 from crosscheck.checks.first_principles.weights import weight_moments
+from crosscheck.findings import Finding, Subject, make_check
 from crosscheck.models.arm.arm import Arm, Planetary
 from crosscheck.models.arm.gears import PlanetaryGears
 from crosscheck.models.arm.mesh import PlanetMesh
@@ -148,3 +149,19 @@ def acceptance_limit(quantity: str, arm: Arm, scenario: Scenario, size: float) -
 def rounding(arm: Arm) -> float:
     """Rounding of a mesh displacement [m], which engines read from gears' arcs of a radian."""
     return EPS * gear_arc(arm)
+
+
+def share_of(difference: np.ndarray, size: np.ndarray) -> float:
+    """The largest part of its size that a difference is, 1e300 at most.
+
+    0 for none; no number where a value is none, or two runs diverged; that one did is huge.
+    """
+    difference = np.abs(difference)
+    with np.errstate(invalid="ignore"):
+        parts = np.where(difference == 0, 0.0, difference / np.maximum(size, 1e-300))
+    return float(np.minimum(parts, 1e300).max(initial=0.0))
+
+
+def check_share(about: Subject, measured: float, tolerance: float, basis: str) -> Finding:
+    """The Finding of a difference that is a part of a size."""
+    return make_check(about, measured=measured, tolerance=tolerance, basis=basis, relative=measured)

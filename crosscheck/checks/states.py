@@ -12,10 +12,11 @@ from crosscheck.checks.scales import (
     PLACE_ROUNDINGS,
     ReasonedLimit,
     arm_reach,
+    check_share,
     gear_arc,
     largest_stiffness,
 )
-from crosscheck.findings import Finding, Subject, make_check, make_failed_check, make_measurement
+from crosscheck.findings import Finding, Subject, make_failed_check, make_measurement
 from crosscheck.models.arm.arm import Arm
 from crosscheck.models.arm.layout import Layout
 
@@ -67,10 +68,7 @@ def compare_values(
             about, "no size to measure against: neither model has a usable mass matrix"
         )
     compared = relative_differences(about.key.quantity, left, right, masses, setting)
-    measured, limit = float(compared.values.max()), compared.limit
-    return make_check(
-        about, measured=measured, tolerance=limit.value, basis=limit.basis, relative=measured
-    )
+    return check_share(about, float(compared.values.max()), *compared.limit)
 
 
 class RelativeDifferences(NamedTuple):
@@ -78,26 +76,6 @@ class RelativeDifferences(NamedTuple):
 
     values: np.ndarray
     limit: ReasonedLimit
-
-
-def compare_corner_forces(
-    about: Subject,
-    corners: tuple[np.ndarray, np.ndarray],
-    force: np.ndarray,
-    masses: np.ndarray,
-    setting: Setting,
-) -> Finding:
-    """Check two models' forces at the corners of the mesh laws, each (corners, n).
-
-    Teeth that only just touch push by next to nothing, so that differences are measured as those of
-    forces at random states: force (count, n), either model's at those of the setting; masses there.
-    """
-    compared = relative_differences("generalized_force", *corners, masses, setting, force)
-    measured, limit = float(compared.values.max()), compared.limit
-    basis = f"{limit.basis}, of forces at {len(force)} random states"
-    return make_check(
-        about, measured=measured, tolerance=limit.value, basis=basis, relative=measured
-    )
 
 
 def relative_differences(

@@ -3,21 +3,25 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Sequence
+from collections.abc import Iterator, Sequence
+from functools import partial
 from typing import TYPE_CHECKING, NamedTuple
 
 import numpy as np
 
-from crosscheck.checks.scales import EPS, ReasonedLimit
-from crosscheck.findings import Finding, Subject, make_check, make_measurement
-from crosscheck.models.arm.arm import Arm
+from crosscheck.checks.records import BY_PLANET
+from crosscheck.checks.sampled import ExperimentPlan, Subjects, find_experiments, find_usual
+from crosscheck.checks.scales import EPS, ReasonedLimit, acceptance_limit, geared_joints
+from crosscheck.findings import ComparisonKey, Finding, Subject, make_check, make_measurement
 from crosscheck.models.trajectory import VARIABLES, unit_of
+from crosscheck.planning.comparison import Comparison, ModelTask, make_comparison
 
 if TYPE_CHECKING:
     import xarray as xr
 
 UNITS = {**{name: unit_of(name) for name in VARIABLES}, "tip": "m"}
-
+MESH = ("theta", "x_sp", "x_pr")
+LARGEST, APART = "largest absolute difference", "largest distance"
 # RK4 commutes with a linear change of coordinates: two models with the same equations, step and
 # start differ by rounding alone, whatever coordinates they use inside. Every step rounds, and so
 # many roundings add up at random; the factor is for roundings that do more than one in the start.
@@ -26,11 +30,167 @@ SAME_STEP = (
     *("theta_dot", "theta_ddot", "torque", "kinetic_energy"),
 )
 ROUNDINGS_AT_ONCE = 10
+SENSITIVE = ("theta", "x_sp")
+ONE_ROUNDING = "one-rounding"  # the family of comparisons that measure sensitivity
+MIDWAY_S = 2.0  # instant of longer experiments [s] that the page shows by itself
 # Safety factor of the grid convergence index for two grids (Roache). The order is taken as 1: the
 # dead zone and the clearance's impacts leave no higher one to rely on.
 SAFETY = 3.0
-# Three grids in their asymptotic range give the order to a few per cent of one.
-ORDER_TOLERANCE = 0.2
+# Steps of coarser runs, as shares of the fine run's. Each meets contacts elsewhere in a step.
+COARSE_STEP_RATIOS: dict[str, float] = {"coarse": 0.5, "coarse-2": 0.465, "coarse-3": 0.435}
+
+
+def plan(subjects: Subjects) -> Iterator[Comparison]:
+    """Comparisons of runs at the same step, and of runs each beside its own at coarser steps."""
+    yield from _plan_same_step(subjects)
+    yield from _plan_refined_runs(subjects)
+
+
+def _plan_same_step(subjects: Subjects) -> Iterator[Comparison]:
+    """Comparisons of the reference model with each of its integrator, and with itself nudged."""
+    for experiment in find_experiments(subjects, "motion"):
+        yield from plan_fixed_steps(experiment)
+    for experiment in (*find_usual(subjects), *find_experiments(subjects, "short")):
+        first = experiment.models.same[0]
+        pair = experiment.run(first), experiment.run(first, "nudged")
+        for quantity in recorded_quantities(experiment, SENSITIVE):
+            about = make_subject(ONE_ROUNDING, experiment, quantity, first, first)
+            yield make_comparison(about, pair, measure_sensitivity)
+    for experiment in find_usual(subjects):
+        if experiment.case.switches.planets == "lumped" and geared_joints(experiment.case.arm):
+            yield from _plan_planets(experiment)
+
+
+def plan_fixed_steps(experiment: ExperimentPlan) -> Iterator[Comparison]:
+    """Comparisons of the reference model with each model of its integrator, step by step."""
+    first, *others = experiment.models.same
+    families: dict[str, float | None] = {"same-step": None}
+    if experiment.case.scenario.duration_s > MIDWAY_S:
+        families[f"at-{MIDWAY_S:g}-s"] = MIDWAY_S
+    for other in others:
+        runs = [experiment.run(first), experiment.run(other), *_repetition_runs(experiment, other)]
+        for family, time_s in families.items():
+            judge = partial(_check_same_step, experiment, time_s=time_s)
+            for quantity in recorded_quantities(experiment, SAME_STEP):
+                about = make_subject(family, experiment, quantity, first, other)
+                yield make_comparison(about, runs, judge)
+
+
+def _repetition_runs(experiment: ExperimentPlan, model: str) -> tuple[ModelTask, ModelTask]:
+    """The reference model's run and one nudged by a rounding, planets as free as the model's."""
+    models, lumped = experiment.models, experiment.case.switches.planets == "lumped"
+    is_freed = lumped and model in models.free_planets and geared_joints(experiment.case.arm)
+    variants = ("free", "free-nudged") if is_freed else ("", "nudged")
+    run, nudged = (experiment.run(models.same[0], variant) for variant in variants)
+    return run, nudged
+
+
+def _plan_planets(experiment: ExperimentPlan) -> Iterator[Comparison]:
+    """Comparisons of alike planets, counted as one or each for itself: the same until they part."""
+    first, second, *_ = experiment.models.same
+    lumped, pair = experiment.run(first), _repetition_runs(experiment, second)
+    for quantity in MESH:
+        about = make_subject("lumped-free", experiment, quantity, first, first)
+        runs = (lumped, pair[0], *pair)
+        yield make_comparison(about, runs, partial(_check_same_step, experiment))
+    about = make_subject(f"{ONE_ROUNDING}-per-planet", experiment, "x_pr", first, first)
+    yield make_comparison(about, pair, measure_sensitivity)
+
+
+def _check_same_step(
+    experiment: ExperimentPlan, about: Subject, *runs: xr.Dataset, time_s: float | None = None
+) -> Finding:
+    """The check of two runs at the same step, over the whole run or at one instant.
+
+    Behind them come a run and one from a start a rounding away.
+    """
+    left, right, *repeated = runs
+    widest = find_acceptance_limit(experiment, about, repeated[0])
+    if time_s is None:
+        return check_same_step(about, left, right, Pair(*repeated), widest)
+    return check_at_time(about, left, right, Pair(*repeated), widest, time_s)
+
+
+def _plan_refined_runs(subjects: Subjects) -> Iterator[Comparison]:
+    """Comparisons with the reference model's adaptive run, and of its precise run.
+
+    Models with constraints are compared with the second engine at the same short step.
+    """
+    for experiment in find_usual(subjects):
+        models = experiment.models
+        first = models.same[0]
+        references = [experiment.run(first, f"reference{each}") for each in ("", "-coarse")]
+        for other in (models.same[1], *models.other):
+            yield from plan_refined(experiment, references, refine(experiment, other))
+        if models.is_precise:
+            precise = [experiment.run(first, f"precise{each}") for each in ("", "-coarse")]
+            yield from plan_refined(experiment, precise, refine(experiment, first), "precise")
+        for engines, *others in models.levels.values():
+            for other in others:
+                sides = refine(experiment, engines), refine(experiment, other)
+                yield from plan_refined(experiment, *sides, quantities=("theta",))
+    for experiment in find_experiments(subjects, "short"):
+        for tier in experiment.models.constrained:
+            sides = refine(experiment, experiment.models.same[1]), refine(experiment, tier)
+            yield from plan_refined(experiment, *sides)
+
+
+def refine(experiment: ExperimentPlan, model: str) -> list[ModelTask]:
+    """A model's run and a coarser one to estimate its error; then the reference model's pairs.
+
+    These pairs come with models of the same integrator, whose error depends on where in a step the
+    teeth meet: two runs may err alike by chance.
+    """
+    runs, same = [experiment.run(model), experiment.run(model, "coarse")], experiment.models.same
+    for variant in COARSE_STEP_RATIOS if model in same else ():
+        runs += [experiment.run(same[0]), experiment.run(same[0], variant)]
+    return runs
+
+
+def plan_refined(
+    experiment: ExperimentPlan,
+    left: Sequence[ModelTask],
+    right: Sequence[ModelTask],
+    family: str = "refined",
+    quantities: Sequence[str] = MESH,
+) -> Iterator[Comparison]:
+    """Comparisons of quantities of two models' runs, each with its own coarser ones."""
+
+    def judge(about: Subject, *runs: xr.Dataset) -> Finding:
+        widest = find_acceptance_limit(experiment, about, runs[0])
+        return check_refined_runs(about, runs[: len(left)], runs[len(left) :], widest)
+
+    for quantity in recorded_quantities(experiment, quantities):
+        about = make_subject(family, experiment, quantity, left[0].model, right[0].model)
+        yield make_comparison(about, (*left, *right), judge)
+
+
+def recorded_quantities(experiment: ExperimentPlan, quantities: Sequence[str] = MESH) -> list[str]:
+    """Those of some quantities that runs of the experiment's arm have."""
+    return [
+        name for name in quantities if geared_joints(experiment.case.arm) or name not in BY_PLANET
+    ]
+
+
+def find_acceptance_limit(
+    experiment: ExperimentPlan, about: Subject, run: xr.Dataset
+) -> ReasonedLimit:
+    """The acceptance limit of an uncertainty of the subject's quantity, as large as in a run."""
+    quantity, (arm, scenario, _) = about.key.quantity, experiment.case
+    return acceptance_limit(quantity, arm, scenario, size(run, quantity))
+
+
+def make_subject(
+    family: str,
+    experiment: ExperimentPlan,
+    quantity: str,
+    left: str,
+    right: str,
+    joint: int | None = None,
+) -> Subject:
+    """The subject of a comparison of two models' runs."""
+    key = ComparisonKey(family, experiment.name, quantity, left, right, joint)
+    return Subject(key, UNITS[quantity], APART if quantity == "tip" else LARGEST)
 
 
 class RunMismatch(ValueError):
@@ -43,10 +203,10 @@ def largest_difference(run: xr.Dataset, other_run: xr.Dataset, quantity: str) ->
     Raises RunMismatch unless both runs have the quantity at the very same times, joints and
     planets.
     """
-    return float(np.fmax.reduce(np.abs(_difference(run, other_run, quantity)), axis=None))
+    return float(np.fmax.reduce(np.abs(compute_difference(run, other_run, quantity)), axis=None))
 
 
-def _difference(run: xr.Dataset, other_run: xr.Dataset, quantity: str) -> np.ndarray:
+def compute_difference(run: xr.Dataset, other_run: xr.Dataset, quantity: str) -> np.ndarray:
     """A run's values of a quantity less another's. Raises RunMismatch."""
     for side in (run, other_run):
         if quantity not in side:
@@ -79,6 +239,22 @@ def uncertainty(fine: xr.Dataset, coarse: xr.Dataset, quantity: str) -> float:
     return SAFETY * largest_difference(fine, coarse, quantity)
 
 
+def describe_acceptance(widest: ReasonedLimit) -> str:
+    """The limit that an uncertainty must stay below for a verdict, in words."""
+    return f"acceptance limit of the uncertainty {widest.value:.2g}, {widest.basis}"
+
+
+def step_count(run: xr.Dataset) -> float:
+    """Number of steps that a run has taken, at least 1."""
+    return max(float(run.variables["time"].values[-1]) / float(run.attrs["step_s"]), 1.0)
+
+
+def relative_value(measured: float, run: xr.Dataset, quantity: str) -> float | None:
+    """A difference over the size of the quantity in a run; None where that says nothing."""
+    largest = size(run, quantity)
+    return measured / largest if largest > 0 and np.isfinite(measured) else None
+
+
 class Pair(NamedTuple):
     """A run, and one from a start that is one rounding away."""
 
@@ -99,7 +275,7 @@ def check_same_step(
         tolerance=limit.value,
         resolved=limit.value <= widest.value,
         basis=f"{limit.basis}; {describe_acceptance(widest)}",
-        relative=_relative_value(measured, left, quantity),
+        relative=relative_value(measured, left, quantity),
     )
 
 
@@ -112,16 +288,6 @@ def repetition_limit(pair: Pair, quantity: str) -> ReasonedLimit:
         f" rounding in the start grows to), eps s = {rounding:.1e} (rounding of the quantity)"
     )
     return ReasonedLimit(ROUNDINGS_AT_ONCE * math.sqrt(steps) * (grown + rounding), basis)
-
-
-def describe_acceptance(widest: ReasonedLimit) -> str:
-    """The limit that an uncertainty must stay below for a verdict, in words."""
-    return f"acceptance limit of the uncertainty {widest.value:.2g}, {widest.basis}"
-
-
-def step_count(run: xr.Dataset) -> float:
-    """Number of steps that a run has taken, at least 1."""
-    return max(float(run.variables["time"].values[-1]) / float(run.attrs["step_s"]), 1.0)
 
 
 def check_at_time(
@@ -139,6 +305,13 @@ def check_at_time(
         return run.isel(time=slice(max(index - 1, 0), index + 1))
 
     return check_same_step(about, select_records(left), select_records(right), pair, widest)
+
+
+def measure_sensitivity(about: Subject, run: xr.Dataset, nudged: xr.Dataset) -> Finding:
+    """Measure how far a run moves when its start is changed by a rounding."""
+    return measure_deviation(
+        about, nudged, run, "every angle and displacement started a rounding away"
+    )
 
 
 def check_refined_runs(
@@ -171,7 +344,7 @@ def check_refined_runs(
             f" {uncertainties[1]:.2g} by step"
             f" refinement, eps s sqrt(N) = {rounding:.1g}; {describe_acceptance(widest)}"
         ),
-        relative=_relative_value(measured, left[0], quantity),
+        relative=relative_value(measured, left[0], quantity),
     )
 
 
@@ -182,13 +355,6 @@ def run_rounding(run: xr.Dataset, quantity: str) -> float:
     size. No refinement can measure less.
     """
     return float(EPS * size(run, quantity) * math.sqrt(step_count(run)))
-
-
-def measure_sensitivity(about: Subject, run: xr.Dataset, nudged: xr.Dataset) -> Finding:
-    """Measure how far a run moves when its start is changed by a rounding."""
-    return measure_deviation(
-        about, nudged, run, "every angle and displacement started a rounding away"
-    )
 
 
 def measure_deviation(
@@ -202,66 +368,5 @@ def measure_deviation(
     if joint is not None:
         left, right = (run.sel(joint=[joint]) for run in (left, right))
     measured = largest_difference(right, left, quantity)
-    relative = _relative_value(measured, right, quantity)
+    relative = relative_value(measured, right, quantity)
     return make_measurement(about, measured=measured, basis=basis, relative=relative)
-
-
-def measure_tip_deviation(about: Subject, left: xr.Dataset, right: xr.Dataset, arm: Arm) -> Finding:
-    """Measure the largest distance between the tips of two runs, and its share of the reach."""
-    left_run, right_run = (run.assign(tip=tip_position(run, arm)) for run in (left, right))
-    distances = np.linalg.norm(_difference(left_run, right_run, "tip"), axis=1)
-    measured = float(np.fmax.reduce(distances))
-    relative = measured / sum(link.length_m for link in arm.links)
-    return make_measurement(about, measured=measured, relative=relative)
-
-
-def tip_position(run: xr.Dataset, arm: Arm) -> xr.DataArray:
-    """Position of the tip in the base frame, (time, axis) [m], from relative joint angles."""
-    import xarray as xr
-
-    absolute = run["theta"].cumsum("joint")
-    lengths = xr.DataArray([link.length_m for link in arm.links], dims="joint")
-    axes = [(lengths * turn(absolute)).sum("joint") for turn in (np.cos, np.sin)]
-    return xr.concat(axes, "axis").transpose("time", "axis")
-
-
-def _relative_value(measured: float, run: xr.Dataset, quantity: str) -> float | None:
-    largest = size(run, quantity)
-    return measured / largest if largest > 0 and np.isfinite(measured) else None
-
-
-def observed_order(runs: Sequence[xr.Dataset], quantity: str) -> float:
-    """Observed order p from runs at h, h/2, h/4: differences shrink by 2^p (Richardson)."""
-    coarse, middle, fine = runs
-    first = largest_difference(coarse, middle, quantity)
-    second = largest_difference(middle, fine, quantity)
-    return math.log2(first / second) if first > 0 and second > 0 else math.nan
-
-
-def check_formal_order(
-    about: Subject, runs: Sequence[xr.Dataset], formal: int, quantity: str
-) -> Finding:
-    """Check that runs show the integrator's order in smooth motion."""
-    observed = observed_order(runs, quantity)
-    difference, basis = abs(observed - formal), "three grids in the asymptotic range"
-    note = f"observed order {observed:.3f} from steps h, h/2, h/4"
-    return make_check(about, measured=difference, tolerance=ORDER_TOLERANCE, basis=basis, note=note)
-
-
-def measure_impact_order(about: Subject, runs: Sequence[xr.Dataset], quantity: str) -> Finding:
-    """Measure the order of convergence through impacts."""
-    note = "the dead zone's kink leaves less than the formal order"
-    return make_measurement(about, measured=observed_order(runs, quantity), note=note)
-
-
-def check_stable_step(about: Subject, limit: np.ndarray, step_s: float) -> Finding:
-    """Check the largest step that a plan takes against the model's own limit [s], ()."""
-    limit_s = float(limit)
-    is_limited = math.isfinite(limit_s)
-    limit_text = (
-        f"at most {limit_s:.3g} s are stable"
-        if is_limited
-        else "and steps of any length are stable"
-    )
-    basis = f"steps of {step_s:.3g} s, {limit_text}"
-    return make_check(about, measured=step_s / limit_s, tolerance=1.0, basis=basis)

@@ -6,10 +6,10 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from crosscheck.analytic.robot.springs import mesh_rates, tooth_springs
 from crosscheck.cost.motion import RobotMotion, State
 from crosscheck.models.robot.integration import integrate
 from crosscheck.models.robot.interface import RobotModel
-from crosscheck.planning.springs import mesh_rates, tooth_springs
 
 RESOLVED = 0.4  # phase of the fastest vibration in one step of a run [rad]
 

@@ -7,7 +7,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 from scipy.interpolate import BSpline, make_lsq_spline
 
-from crosscheck.checks.robots.states import motion_range
+from crosscheck.checks.robot_states import motion_range
 from crosscheck.models.errors import InputError
 from crosscheck.models.robot.interface import RobotModel
 from crosscheck.models.robot.robot import Robot

@@ -8,13 +8,13 @@ from typing import TYPE_CHECKING, NamedTuple
 import numpy as np
 
 from crosscheck import __version__
-from crosscheck.checks.robots.sizes import SIZE_WORDS
+from crosscheck.analytic.robot.springs import replace_stages_by_rotors
+from crosscheck.checks.robot_states import SIZE_WORDS
 from crosscheck.cost.meshes import RESOLVED, GearedCost
 from crosscheck.cost.shortcuts import NEGLIGIBLE, ShortcutCosts
 from crosscheck.findings import Finding
 from crosscheck.models.robot.identity import find_identity_joints
 from crosscheck.models.robot.robot import LEVELS, Level, Robot
-from crosscheck.planning.springs import replace_stages_by_rotors
 from crosscheck.registry import engine_of
 from crosscheck.report.records import format_json, to_json_value
 

@@ -6,8 +6,8 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from crosscheck.checks.robots.sizes import TOLERANCE
-from crosscheck.checks.robots.states import sample_states
+from crosscheck.analytic.robot.springs import stage_rotors
+from crosscheck.checks.robot_states import TOLERANCE, sample_states
 from crosscheck.cost.meshes import GearedCost, compute_geared_cost, tip_distances
 from crosscheck.cost.motion import RobotMotion, State, find_exceeded_limits, make_excitation
 from crosscheck.findings import Finding
@@ -15,7 +15,6 @@ from crosscheck.models.robot.integration import integrate
 from crosscheck.models.robot.interface import RobotModel
 from crosscheck.models.robot.robot import Level, Robot, Rotor
 from crosscheck.planning.robots import compare_engines
-from crosscheck.planning.springs import stage_rotors
 from crosscheck.registry import build_robot_model, reference_engine
 from crosscheck.runner.progress_update import CountCallback
 

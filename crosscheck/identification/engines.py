@@ -15,7 +15,7 @@ from typing import Protocol
 import numpy as np
 
 from crosscheck.checks.answers import require_numbers
-from crosscheck.checks.robots.case import check_share, share_of
+from crosscheck.checks.scales import check_share, share_of
 from crosscheck.findings import ComparisonKey, Finding, Subject
 from crosscheck.identification.mechanism import ComparedMechanism, RigidLevel
 from crosscheck.models.pinocchio.regressor import LinkRegressor

@@ -16,7 +16,7 @@ import numpy as np
 from crosscheck.models.arm.arm import Arm
 from crosscheck.models.arm.planets import usual_switches
 from crosscheck.models.errors import InputError
-from crosscheck.models.loading import validate_record
+from crosscheck.models.loading import make_rest_scenario, validate_record
 from crosscheck.models.paths import assign, find_paths
 from crosscheck.models.pinocchio.regressor import BODY_PARAMETERS
 from crosscheck.models.robot.planar import build_level_robots, build_planar_robot
@@ -31,7 +31,6 @@ from crosscheck.models.robot.robot import (
 )
 from crosscheck.models.robot.tree import merge_bodies
 from crosscheck.models.robot.urdf import UrdfLink, read_urdf
-from crosscheck.planning.sizing import make_rest_scenario
 from crosscheck.registry import build, find_covering_models, find_distinct_levels, find_level_models
 
 # Units of numbers on which torques depend linearly, by the ends of their names.

@@ -1,24 +1,62 @@
-"""The cross-check of an arm: every comparison of its models, of states and of experiments."""
+"""The cross-check of an arm: its models at random states, and its experiments."""
 
 from __future__ import annotations
 
+from collections.abc import Iterable, Iterator, Sequence
+from dataclasses import replace
 from functools import partial
 from importlib import import_module
+from itertools import product
 
-from crosscheck.planning import energy_suite, plan, run_suite, state_suite
-from crosscheck.planning.comparison import Comparison, Plan
+from crosscheck.checks import states
+from crosscheck.checks.first_principles.composite import Content
+from crosscheck.checks.records import plan_records
+from crosscheck.checks.sampled import Group, SampledArm, Subjects
+from crosscheck.checks.scales import geared_joints
+from crosscheck.checks.stability import relax_comparison
+from crosscheck.findings import SYMBOLS, EntryDifferences
+from crosscheck.models.arm.arm import Arm
+from crosscheck.models.arm.meshes import replace_damping
+from crosscheck.models.arm.planets import usual_switches
+from crosscheck.models.experiment.scenario import Switches, switches
+from crosscheck.models.files import read_raw_arm
+from crosscheck.models.loading import Case, load_arm
+from crosscheck.planning import plan
+from crosscheck.planning.checks import plan_checks
+from crosscheck.planning.comparison import (
+    Comparison,
+    Plan,
+    Results,
+    collect_tasks,
+    get_answers,
+    summarise_entries,
+)
 from crosscheck.planning.preparation import Preparation, prepare_experiments
+from crosscheck.planning.sizing import make_unequal_gains_scenario
+from crosscheck.registry import (
+    MODELS,
+    Role,
+    engine_of,
+    find_covering_models,
+    find_distinct_levels,
+    find_level_models,
+    is_covering,
+    select_covering,
+)
+from crosscheck.runner.tasks import FORMS, Evaluation, Simulation, SymbolicEvaluation
 from crosscheck.runner.workers import Workers
+
+COUNT, QUICK_COUNT = 200, 20
+SYMBOLIC = "mass_matrix", "bias"  # what the forms' symbols give by themselves
+SWITCH_COUNT = 20  # number of states of a switch setting
 
 
 def plan_arm(request: plan.CrossCheckRequest, workers: Workers) -> Plan:
     """The whole cross-check of an arm. Raises InputError, Unfinished."""
     import_module("xarray")  # of all runs, before workers fork: they share it
     preparation = prepare_experiments(request, workers)
-    comparisons = plan_comparisons(request, preparation)
-    settings = request.arm, request.quick, request.seed
-    entries = partial(state_suite.compute_entry_differences, *settings)
-    return Plan(comparisons, preparation.remarks, entries)
+    entries = partial(compute_entry_differences, request.arm, list(sample_request(request)))
+    return Plan(plan_comparisons(request, preparation), preparation.remarks, entries)
 
 
 def plan_comparisons(request: plan.CrossCheckRequest, preparation: Preparation) -> list[Comparison]:
@@ -26,20 +64,164 @@ def plan_comparisons(request: plan.CrossCheckRequest, preparation: Preparation) 
 
     Raises InputError.
     """
-    arm, quick, seed = request.arm, request.quick, request.seed
-    comparisons: list[Comparison] = []
-    for reading, arm_file_json in plan.arm_variants(request):
-        comparisons += state_suite.plan_state_comparisons(reading, quick, seed, arm_file_json)
-    comparisons += state_suite.plan_probe_comparisons(arm, quick, seed)
-    for experiment in preparation.experiments:
-        comparisons += run_suite.plan_experiment_comparisons(experiment)
-    first = preparation.experiments[0]
-    for experiment in plan.make_short_experiments(arm, first, preparation.limit_s):
-        comparisons += run_suite.plan_short_comparisons(experiment)
-    comparisons += energy_suite.plan_energy_comparisons(arm, first, preparation.limit_s)
-    for case in plan.make_order_cases(arm, first, preparation.limit_s):
-        comparisons += run_suite.plan_order_comparisons(case)
+    settings = request.arm, preparation.experiments[0], preparation.limit_s
+    comparisons, _ = plan_checks(Subjects(arms=list(sample_request(request))))
+    for experiment in (
+        *preparation.experiments,
+        *plan.make_short_experiments(*settings),
+        *plan.make_energy_experiments(*settings),
+        *plan.make_order_experiments(*settings),
+    ):
+        comparisons += plan_experiment_comparisons(experiment)
     return [*comparisons, *(each.comparison for each in preparation.lost)]
+
+
+def plan_experiment_comparisons(experiment: plan.Experiment) -> list[Comparison]:
+    """Every comparison of this experiment's runs, and each run's own completeness."""
+    comparisons, _ = plan_checks(Subjects(experiments=[experiment]))
+    if experiment.growth is not None:
+        comparisons = [relax_comparison(experiment, comparison) for comparison in comparisons]
+    if experiment.purpose == "energy":
+        return comparisons
+    runs = [task for task in collect_tasks(comparisons) if isinstance(task, Simulation)]
+    return [*plan_records(runs), *comparisons]
+
+
+def sample_request(request: plan.CrossCheckRequest) -> Iterator[SampledArm]:
+    """The models of a request's arm, and of the probe arm, of unequal numbers, also by switches."""
+    count, seed = QUICK_COUNT if request.quick else COUNT, request.seed
+    for arm, content in plan.arm_variants(request):
+        yield from sample_arm(arm, count, seed, content)
+    probe = load_arm("probe")
+    if request.arm != probe:
+        if request.arm.name == probe.name:  # a user's own of that name
+            probe = probe.model_copy(update={"name": "built-in-probe"})
+        yield from sample_arm(probe, count, seed, read_raw_arm("probe"))
+    if not request.quick:
+        yield from sample_switches(probe, seed)
+
+
+def sample_arm(
+    arm: Arm, count: int, seed: int, content: Content | None = None
+) -> Iterator[SampledArm]:
+    """The models of an arm: geared, the paper's forms, of rigid levels, and of single planets.
+
+    Springs that are a potential have undamped meshes, so that all but drive, friction and weight
+    is a function of state. content: what the arm's file holds; its own fields where there is none.
+    """
+    usual, few = usual_switches(arm), min(count, SWITCH_COUNT)
+    content = content or arm.model_dump()
+    sample = partial(_sample_group, seed=seed, content=content)
+    yield from sample("geared", arm, usual, count)
+    yield from sample("form", arm, switches(), count, where="geared")
+    for level in find_distinct_levels(arm):
+        names = select_covering(find_level_models(level), arm, usual)
+        yield from sample("rigid", arm, usual, count, where=level, names=names)
+    if geared_joints(arm):
+        free = usual_switches(arm, planets="free")
+        if usual.planets == "lumped":
+            yield from sample("free", arm, free, few)
+        springs = free.model_copy(update={"mesh_work": "conservative"})
+        yield from sample("conservative", replace_damping(arm, 0.0), springs, few)
+
+
+def sample_switches(arm: Arm, seed: int) -> Iterator[SampledArm]:
+    """The geared models of an arm under all switch settings."""
+    for chosen in switch_combinations():
+        # The paper's own way with planets and springs goes without saying.
+        laws: list[str] = [chosen.phase, chosen.ring_rate, chosen.dead_zone, chosen.damping]
+        laws += ["free"] if chosen.planets == "free" else []
+        laws += ["conservative"] if chosen.mesh_work == "conservative" else []
+        yield from _sample_group("switches", arm, chosen, SWITCH_COUNT, seed, where="-".join(laws))
+
+
+def _sample_group(
+    group: Group,
+    arm: Arm,
+    chosen: Switches,
+    count: int,
+    seed: int,
+    content: Content | None = None,
+    *,
+    where: str = "",
+    names: Sequence[str] | None = None,
+) -> Iterator[SampledArm]:
+    """The models of a group, or those of some names; where: what ids have behind the arm's name."""
+    case = Case(arm, make_unequal_gains_scenario(arm), chosen)
+    role: Role = "form" if group == "form" else "geared"
+    for name in find_covering_models(role, arm, chosen) if names is None else names:
+        place = f"{arm.name}/{where or group}"
+        yield sample_model(place, name, case, count, seed, group, content)
+
+
+def sample_model(
+    where: str,
+    name: str,
+    case: Case,
+    count: int,
+    seed: int,
+    group: Group = "geared",
+    content: Content | None = None,
+) -> SampledArm:
+    """A model of an arm at random states."""
+    entry, covers, evaluate = MODELS[name], partial(is_covering, name), partial(Evaluation, name)
+    layout = entry.layout(case.arm, case.switches)
+    known = entry.promises, entry.order, entry.free_planets, entry.level, covers
+    fields = case, seed, layout, *known, group, content or {}
+    forms = SYMBOLIC if name in FORMS else ()
+    symbols = [SymbolicEvaluation(name, case, each, count, seed) for each in forms]
+    return SampledArm(where, name, count, evaluate, *fields, symbols)
+
+
+def compute_entry_differences(
+    arm: Arm, sampled_models: Iterable[SampledArm], results: Results
+) -> Iterator[EntryDifferences]:
+    """The paper's forms and the reference model beside the engines, from what was answered.
+
+    A model or an engine without usable answers is left out: its own comparisons fail.
+    """
+    models = [each for each in sampled_models if each.where == f"{arm.name}/geared"]
+    geared = [each for each in models if each.group == "geared"]
+    for sampled in (*models[len(geared) :], geared[0]):
+        others = (each for each in geared if engine_of(each.model) != engine_of(sampled.model))
+        engines = [replace(each, case=sampled.case) for each in others]
+        for quantity in SYMBOLS:
+            yield from _compare_entries(quantity, sampled, engines, results)
+
+
+def _compare_entries(
+    quantity: str, sampled: SampledArm, engines: Sequence[SampledArm], results: Results
+) -> Iterator[EntryDifferences]:
+    """The differences of one quantity, if the model and an engine have answered."""
+    values, mass = (results.get(sampled.ask(each)) for each in (quantity, "mass_matrix"))
+    answers = get_answers(results, [engine.ask(quantity) for engine in engines])
+    if values is None or mass is None or not answers or not states.is_usable(mass[0]):
+        return
+    setting = sampled.setting
+    compared = {
+        name: states.relative_differences(quantity, values, answer, mass, setting)
+        for name, answer in answers.items()
+    }
+    tolerance = next(iter(compared.values())).limit.value
+    differences = {name: each.values for name, each in compared.items()}
+    names = setting.layout.names
+    yield summarise_entries(quantity, sampled.model, names, differences, tolerance)
+
+
+def switch_combinations() -> list[Switches]:
+    """The sixteen combinations of the paper's four switches, and those that others change."""
+    fields = ("phase", "ring_rate", "dead_zone", "damping")
+    values = (("angle", "omega_t"), ("eq13", "corrected"), ("exact", "tanh"), ("always", "contact"))
+    papers: list[dict[str, str]] = [
+        dict(zip(fields, chosen, strict=True)) for chosen in product(*values)
+    ]
+    single = [{**each, "planets": "free"} for each in papers if each["ring_rate"] == "corrected"]
+    springs = [
+        {**each, "mesh_work": "conservative"}
+        for each in (*papers, *single)
+        if (each["phase"], each["dead_zone"]) == ("angle", "exact")
+    ]
+    return [switches(**chosen) for chosen in (*papers, *single, *springs)]
 
 
 def describe_quick_limits(request: plan.CrossCheckRequest) -> str:
@@ -53,7 +235,6 @@ def describe_quick_limits(request: plan.CrossCheckRequest) -> str:
     elif request.needs_sizes:
         runs = f"{runs}, a full cross-check takes up to {plan.FULL_STEPS}"
     return (
-        f"With --quick {runs}, and models are compared at {state_suite.QUICK_COUNT} random states"
-        f" where a full cross-check takes {state_suite.COUNT}. What happens later in the runs is"
-        " not judged here."
+        f"With --quick {runs}, and models are compared at {QUICK_COUNT} random states where a full"
+        f" cross-check takes {COUNT}. What happens later in the runs is not judged here."
     )

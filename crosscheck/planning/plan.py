@@ -3,12 +3,15 @@
 from __future__ import annotations
 
 import json
+from collections.abc import Sequence
 from dataclasses import dataclass, replace
-from typing import Literal, cast
+from typing import cast
 
 import numpy as np
 
+from crosscheck import registry
 from crosscheck.checks.first_principles.composite import Content
+from crosscheck.checks.sampled import ExperimentPlan, RunModels
 from crosscheck.checks.scales import (
     EPS,
     base_radius,
@@ -17,8 +20,9 @@ from crosscheck.checks.scales import (
     meshes,
     rounding,
 )
+from crosscheck.checks.trajectories import COARSE_STEP_RATIOS
 from crosscheck.models.arm.arm import Arm
-from crosscheck.models.arm.meshes import change_meshes
+from crosscheck.models.arm.meshes import change_meshes, replace_damping
 from crosscheck.models.arm.planets import usual_switches
 from crosscheck.models.errors import InputError
 from crosscheck.models.experiment.scenario import (
@@ -52,23 +56,18 @@ REFERENCE_RTOL, COARSE_RTOL = 1e-10, 1e-8
 RIGID_COARSE_RTOL = 1e-11
 # Three steps of which the largest turns the fastest mesh mode by a sixth of a radian: there the
 # order shows. Teeth that start so far apart, of the sun's radius, leave rounding far below.
-ORDER_RESOLVED, ORDER_STEPS, ORDER_LEVELS, ORDER_OFFSET = 16, 512, 3, 1e-3
-SHORT_STEPS, SHORT_RECORDS = 5000, 50
+ORDER_RESOLVED, ORDER_STEPS, ORDER_OFFSET = 16, 512, 1e-3
+SHORT_STEPS, ENERGY_STEPS, SHORT_RECORDS = 5000, 2000, 50
 PROBE_S = 0.05
 # Longer runs than this nobody waits for: an arm that needs them is refused beforehand.
 MOST_STEPS = 20_000_000
 PAPER_PHASE = switches(phase="omega_t")
-# Of the experiments that stand beside a user's own, those of energy_suite among them.
+# Of the experiments that stand beside a user's own.
 RESERVED_NAMES = (
     *("probe", "order-smooth", "order-impact", "short-contact", "short-crossing"),
     *("energy", "energy-fine", "energy-impacts", "energy-paper"),
 )
 
-Adaptive = Literal["reference", "reference-coarse", "precise", "precise-coarse"]
-Coarse = Literal["coarse", "coarse-2", "coarse-3"]
-Variant = Literal["", "nudged", "free", "free-nudged"] | Coarse | Adaptive
-# Steps of coarser runs, as shares of the fine run's. Each meets contacts elsewhere in a step.
-COARSE_STEP_RATIOS: dict[Coarse, float] = {"coarse": 0.5, "coarse-2": 0.465, "coarse-3": 0.435}
 # Of runs that choose their own steps.
 RTOL: dict[str, float] = {
     **dict.fromkeys(("reference", "precise"), REFERENCE_RTOL),
@@ -76,25 +75,50 @@ RTOL: dict[str, float] = {
 }
 
 
-@dataclass(frozen=True)
-class Experiment:
-    """One scenario of the plan, with a short name for ids; ``growth`` of an unstable loop."""
+class Experiment(ExperimentPlan):
+    """An experiment of a cross-check, with models from the registry."""
 
-    name: str
-    case: Case
-    growth: sizing.GrowingMode | None = None
+    growth: sizing.GrowingMode | None
 
-    def run(self, model: str, variant: Variant = "") -> Simulation:
+    @property
+    def models(self) -> RunModels:
+        """The models that are about its arm under its switches."""
+        (arm, _, laws), reference = self.case, MODELS[registry.reference_model()]
+
+        def select(among: Sequence[str]) -> tuple[str, ...]:
+            covering = registry.select_covering(among, arm, laws)
+            return registry.select_with_method("simulate", covering)
+
+        same = select(registry.find_same_integrator_models())
+        others = tuple(each for each in select(registry.model_names("geared")) if each not in same)
+        constrained = registry.select_with_method("constraint_residual", others)
+        return RunModels(
+            same,
+            tuple(each for each in others if each not in constrained),
+            constrained,
+            select(registry.model_names("form")),
+            {each: select(sort_engines(each)) for each in registry.find_distinct_levels(arm)},
+            registry.group_equal_levels(arm)[-1],
+            reference.order or 0,
+            "precise" in reference.promises,
+            frozenset(name for name, entry in MODELS.items() if entry.free_planets),
+        )
+
+    def run(self, model: str, variant: str = "", rtol: float | None = None) -> Simulation:
         """One of a model's runs: at its step, at about twice that, or from a start a rounding away.
 
         An adaptive model has a looser tolerance instead of a step twice as long; ``reference``
         is an adaptive run of a model that otherwise takes fixed steps, and ``precise`` one whose
         steps end where contacts change; ``free`` has a coordinate for every planet, whatever the
-        experiment says.
+        experiment says; ``level-1`` has half the step, ``level-2`` a quarter. rtol: of an adaptive
+        run that is to keep another tolerance.
         """
         key = RunKey(self.name, model, variant)
-        if variant in RTOL:
-            return Simulation(key, self.case, RTOL[variant])
+        if rtol or variant in RTOL:
+            return Simulation(key, self.case, rtol or RTOL[variant])
+        if variant.startswith("level-"):
+            step = self.case.scenario.step_s / 2 ** int(variant.removeprefix("level-"))
+            return Simulation(key, set_step(self.case, step))
         if MODELS[model].order is None:
             return Simulation(key, self.case, RIGID_COARSE_RTOL if variant == "coarse" else None)
         case = set_step(self.case, self._step(model))
@@ -117,6 +141,12 @@ class Experiment:
         interval = scenario.step_s * scenario.stride
         longest = min(RIGID_STEP_S, scenario.duration_s / RIGID_STEPS)
         return interval / (2 * max(1, np.ceil(interval / (2 * longest) - 1e-9)))
+
+
+def sort_engines(level: str) -> list[str]:
+    """Names of a level's rigid models that simulate, those that choose their own steps first."""
+    able = registry.select_with_method("simulate", registry.find_level_models(level))
+    return sorted(able, key=lambda name: MODELS[name].order is not None)
 
 
 @dataclass(frozen=True)
@@ -225,11 +255,6 @@ def limit_duration(request: CrossCheckRequest, experiment: Experiment) -> Experi
     return replace(experiment, case=experiment.case._replace(scenario=shorter))
 
 
-def refine_step(experiment: Experiment) -> Experiment:
-    """The experiment at half its step."""
-    return replace(experiment, case=set_step(experiment.case, experiment.case.scenario.step_s / 2))
-
-
 def make_probe_experiment() -> Experiment:
     """An experiment of the probe arm: a drive that depends on time, differently on each joint."""
     sizes, rates = (150.0, 90.0), (300.0, 170.0)
@@ -256,7 +281,8 @@ def make_short_experiments(arm: Arm, first: Experiment, limit_s: float) -> list[
     experiments = []
     for name, sign in (("short-contact", 1.0), ("short-crossing", -1.0)):
         scenario = sizing.make_bent_scenario(name, SHORT_STEPS, SHORT_RECORDS, step, sign * torques)
-        experiments.append(Experiment(name, Case(arm, scenario, usual_switches(arm))))
+        case = Case(arm, scenario, usual_switches(arm))
+        experiments.append(Experiment(name, case, purpose="short"))
     return experiments
 
 
@@ -277,24 +303,7 @@ def resolved_step(first: Experiment, limit_s: float, times: int) -> float:
     return float(f"{0.97 * longest:.1e}")
 
 
-@dataclass(frozen=True)
-class OrderCase:
-    """A short run repeated at h, h/2, h/4 to see the order of an integrator."""
-
-    name: str
-    case: Case
-    smooth: bool
-
-    def runs(self, model: str) -> tuple[Simulation, ...]:
-        """A model's run at each of the steps, the largest first."""
-        simulations, step = [], self.case.scenario.step_s
-        for level in range(ORDER_LEVELS):
-            key = RunKey(self.name, model, f"level-{level}")
-            simulations.append(Simulation(key, set_step(self.case, step / 2**level)))
-        return tuple(simulations)
-
-
-def make_order_cases(arm: Arm, first: Experiment, limit_s: float) -> list[OrderCase]:
+def make_order_experiments(arm: Arm, first: Experiment, limit_s: float) -> list[Experiment]:
     """Runs for the order: teeth without clearance, whose force has no kink, and with backlash.
 
     An arm without teeth has none: its motion is so smooth that rounding hides the order.
@@ -314,10 +323,41 @@ def make_order_cases(arm: Arm, first: Experiment, limit_s: float) -> list[OrderC
         start=start,
         drive=sizing.make_torque_drive(largest_torques(arm, first.case.scenario)),
     )
+    arms = {"order-smooth": remove_backlash(arm), "order-impact": arm}
     return [
-        OrderCase("order-smooth", Case(remove_backlash(arm), scenario, usual_switches(arm)), True),
-        OrderCase("order-impact", Case(arm, scenario, usual_switches(arm)), False),
+        Experiment(name, Case(each, scenario, usual_switches(arm)), purpose="order")
+        for name, each in arms.items()
     ]
+
+
+def make_energy_experiments(arm: Arm, first: Experiment, limit_s: float) -> list[Experiment]:
+    """Runs without losses: without backlash, also finer and shorter, with it, by the paper's law.
+
+    first: the experiment whose torques are tried; limit_s: largest stable step [s] of the arm's
+    models. An arm without teeth has none.
+    """
+    if not geared_joints(arm):
+        return []
+    step = resolved_step(first, limit_s, SHORT_RESOLVED)
+    torques = largest_torques(arm, first.case.scenario)
+    scenario = sizing.make_bent_scenario("energy", ENERGY_STEPS, SHORT_RECORDS, step, torques)
+    smooth_joints = tuple(
+        joint.model_copy(update={"friction_N_m_s_per_rad": 0.0})
+        for joint in replace_damping(arm, 0.0).joints
+    )
+    lossless = arm.model_copy(update={"joints": smooth_joints})
+    free = usual_switches(arm, planets="free")
+    springs = free.model_copy(update={"mesh_work": "conservative"})
+    smooth = Case(remove_backlash(lossless), scenario, springs)
+    # For integrators of second order: half as long, at a quarter of the step.
+    half = {"duration_s": scenario.duration_s / 2, "step_s": scenario.step_s / 4}
+    cases = {
+        "energy": smooth,
+        "energy-fine": smooth._replace(scenario=scenario.model_copy(update=half)),
+        "energy-impacts": Case(lossless, scenario, springs),
+        "energy-paper": Case(lossless, scenario, free),
+    }
+    return [Experiment(name, case, purpose="energy") for name, case in cases.items()]
 
 
 def remove_backlash(arm: Arm) -> Arm:

@@ -39,7 +39,7 @@ if TYPE_CHECKING:
 MOST_HALVINGS = 4
 # By how much, judged by each of the runs that a comparison will judge by: where in a step contacts
 # are met hangs on the step, so that one of them may be close to the fine run by chance.
-MARGINS: dict[plan.Coarse, float] = {"coarse": 2.0, "coarse-2": 1.1, "coarse-3": 1.1}
+MARGINS = {"coarse": 2.0, "coarse-2": 1.1, "coarse-3": 1.1}
 QueryResult = TypeVar("QueryResult")
 
 
@@ -94,7 +94,8 @@ def refine_until_resolved(request: CrossCheckRequest, experiment: Experiment) ->
     for _ in range(MOST_HALVINGS):
         if _is_fine(experiment):
             break
-        experiment = plan.limit_duration(request, plan.refine_step(experiment))
+        finer = plan.set_step(experiment.case, experiment.case.scenario.step_s / 2)
+        experiment = plan.limit_duration(request, replace(experiment, case=finer))
     return experiment
 
 

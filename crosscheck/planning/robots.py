@@ -3,30 +3,34 @@
 from __future__ import annotations
 
 import os
-import pkgutil
-from collections.abc import Callable, Iterator, Sequence
+from collections.abc import Iterator, Sequence
 from contextlib import suppress
 from dataclasses import replace
 from functools import partial
-from importlib import import_module
 from typing import cast
 
 import numpy as np
 
-from crosscheck.checks import robots
-from crosscheck.checks.robots import engines
-from crosscheck.checks.robots.case import LEAST_RUN_S, RobotLevel, SampledRobot
-from crosscheck.checks.robots.simulations import DEPTH, simulation_start
-from crosscheck.checks.robots.sizes import compute_sizes
-from crosscheck.checks.robots.states import RandomStates, sample_states
+from crosscheck.analytic.robot.springs import (
+    drive_matrix,
+    friction_rate,
+    largest_stable_step,
+    mesh_rates,
+    replace_stages_by_rotors,
+    tooth_springs,
+)
+from crosscheck.checks import engines
+from crosscheck.checks.robot_states import RandomStates, compute_sizes, sample_states
+from crosscheck.checks.sampled import LEAST_RUN_S, RobotLevel, SampledRobot, Subjects
+from crosscheck.checks.simulations import DEPTH, simulation_start
 from crosscheck.findings import EntryDifferences, Finding
 from crosscheck.models.errors import Diverged
 from crosscheck.models.experiment.scenario import Scenario
 from crosscheck.models.robot.integration import integrate
 from crosscheck.models.robot.interface import RobotModel
 from crosscheck.models.robot.robot import WITH_ROTORS, Level, Robot
+from crosscheck.planning.checks import plan_checks
 from crosscheck.planning.comparison import (
-    Comparison,
     Plan,
     Results,
     collect_tasks,
@@ -35,14 +39,6 @@ from crosscheck.planning.comparison import (
     summarise_entries,
 )
 from crosscheck.planning.plan import CrossCheckRequest
-from crosscheck.planning.springs import (
-    drive_matrix,
-    friction_rate,
-    largest_stable_step,
-    mesh_rates,
-    replace_stages_by_rotors,
-    tooth_springs,
-)
 from crosscheck.registry import build_robot_model, find_level_engines, reference_engine
 from crosscheck.runner.tasks import RobotEvaluation
 from crosscheck.runner.workers import Workers, perform_all
@@ -70,9 +66,7 @@ def plan_robot(request: CrossCheckRequest, workers: Workers | None = None) -> Pl
         QUICK_STEPS if request.quick else MOST_STEPS,
     )
     models = sample_models([add_scenarios(case, request.scenarios) for case in cases])
-    planned = [each for plan in find_plans() for each in plan(models)]
-    comparisons = [each for each in planned if isinstance(each, Comparison)]
-    remarks = [each for each in planned if isinstance(each, str)]
+    comparisons, remarks = plan_checks(Subjects(robots=models))
     remarks += [
         f"without {engine} at {case.level}: it does not have this level"
         for case in cases
@@ -92,17 +86,11 @@ def describe_quick_limits(request: CrossCheckRequest) -> str:
     )
 
 
-def find_plans() -> Iterator[Callable[[list[SampledRobot]], Iterator[Comparison | str]]]:
-    """The plan of each check that lies in the folder of robots' checks."""
-    for module in pkgutil.iter_modules(robots.__path__):
-        plan = getattr(import_module(f"{robots.__name__}.{module.name}"), "plan", None)
-        if plan is not None:
-            yield plan
-
-
 def compare_engines(robot: Robot, states: RandomStates) -> list[Finding]:
     """Every two engines compared at each level. Raises InputError as ``plan_robot``."""
-    comparisons = list(engines.plan(sample_models(make_cases(robot, states, QUICK_STEPS))))
+    comparisons = list(
+        engines.plan(Subjects(robots=sample_models(make_cases(robot, states, QUICK_STEPS))))
+    )
     outcomes = perform_all(collect_tasks(comparisons), os.cpu_count() or 1, lambda key: None)
     return list(judge_comparisons(comparisons, Results(outcomes)))
 
@@ -110,8 +98,9 @@ def compare_engines(robot: Robot, states: RandomStates) -> list[Finding]:
 def sample_models(cases: list[RobotLevel]) -> list[SampledRobot]:
     """The model of each engine that has a case's level."""
     return [
-        SampledRobot(name, case, partial(RobotEvaluation, name, case))
+        SampledRobot(where, name, case.count, partial(RobotEvaluation, name, case), case)
         for case in cases
+        for where in [f"{case.robot.name}/{case.level}"]
         for name in (f"{engine}:{case.level}" for engine in find_level_engines(case.level))
     ]
 

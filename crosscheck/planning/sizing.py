@@ -34,6 +34,7 @@ from crosscheck.models.experiment.scenario import (
     Scenario,
     Start,
     expand_to_joints,
+    make_bent_start,
 )
 from crosscheck.models.loading import load_scenario, validate_record
 from crosscheck.registry import build, find_level_models, reference_model
@@ -152,12 +153,6 @@ def make_unequal_gains_scenario(arm: Arm) -> Scenario:
     return load_scenario("pd").model_copy(update={"drive": drive})
 
 
-def make_rest_scenario() -> Scenario:
-    """An experiment without any torque, for what no drive takes part in."""
-    drive = ConstantDrive(kind="constant", torque_N_m=0.0)
-    return load_scenario("constant-torque").model_copy(update={"drive": drive})
-
-
 def make_step_scenario(sizes: Sizes) -> Scenario:
     """An experiment: a step of torque on every joint, beside what holds the stretched arm."""
     drive = ConstantDrive(kind="constant", torque_N_m=sizes.step)
@@ -207,11 +202,6 @@ def make_bent_scenario(
         start=make_bent_start(torques.size),
         drive=make_torque_drive(torques * (1 - UNEQUAL * numbers)),
     )
-
-
-def make_bent_start(joints: int) -> Start:
-    """A start at rest, every joint at another angle."""
-    return Start(theta_rad=tuple(0.4 - 0.7 * number for number in range(joints)))
 
 
 def make_torque_drive(torques: Iterable[float]) -> ConstantDrive:

@@ -13,6 +13,7 @@ from crosscheck.report.formatting import (
     format_count,
     format_number,
     format_percent,
+    format_rounded,
     format_unit,
 )
 from crosscheck.report.matrix import WORST_FIRST
@@ -82,7 +83,7 @@ def format_share(share: float) -> str:
     """A part of a tolerance for reading: in per cent, or how many times it far beyond it."""
     if share <= MOST_PERCENT:
         return format_percent(share)
-    return f"{share:.2g} times" if math.isfinite(share) else "no number"
+    return f"{format_rounded(share)} times" if math.isfinite(share) else "no number"
 
 
 def sort_findings(findings: Iterable[Finding]) -> list[Finding]:

@@ -2,9 +2,9 @@
 
 from __future__ import annotations
 
+from crosscheck.checks.trajectories import MIDWAY_S
 from crosscheck.findings import Finding
 from crosscheck.mechanisms import supply
-from crosscheck.planning.run_suite import MIDWAY_S
 from crosscheck.registry import second_engine
 from crosscheck.report.answers import (
     answer_questions,

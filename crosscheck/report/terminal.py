@@ -13,11 +13,7 @@ from crosscheck.findings import Agreement, Finding
 from crosscheck.models.mechanism import Mechanism
 from crosscheck.report.answers import answer_questions
 from crosscheck.report.finding_groups import describe_by_reason, tolerance_share
-from crosscheck.report.formatting import (
-    describe_tally,
-    format_count,
-    make_printable,
-)
+from crosscheck.report.formatting import describe_tally, format_count, format_unit, make_printable
 from crosscheck.report.matrix import collect_cells, fold_cells
 
 MOST = 40  # lines; a real change concerns everything at once, and the largest say enough
@@ -100,7 +96,8 @@ def print_changed(agreement: Agreement) -> None:
         change = ""
         if finding.measured is not None and finding.tolerance:
             times = f"{tolerance_share(finding):.3g} x the allowed {finding.tolerance:.3g}"
-            change = f"changed by {finding.measured:.3g} {finding.unit}, {times}; "
+            size = f"{finding.measured:.3g} {format_unit(finding.unit)}".rstrip()
+            change = f"changed by {size}, {times}; "
         print(make_printable(f"{finding.id}: {change}{finding.note}"))
     if len(beyond) > MOST:
         print(f"... and {format_count(len(beyond) - MOST, 'smaller one')} (all are in --junit)")

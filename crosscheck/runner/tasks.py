@@ -15,7 +15,7 @@ import numpy as np
 from crosscheck.checks.answers import CORNER_FORCE, States, evaluate_at_states, sample_states
 from crosscheck.checks.corners import sample_corner_states
 from crosscheck.checks.records import require_complete, require_consistent
-from crosscheck.checks.robots.case import RobotLevel, RobotQuestion
+from crosscheck.checks.sampled import RobotLevel, RobotQuestion
 from crosscheck.models.arm.layout import Layout
 from crosscheck.models.interface import Model
 from crosscheck.models.loading import Case
@@ -26,6 +26,7 @@ if TYPE_CHECKING:
     import xarray as xr
 
 
+FORMS = "analytic:energies", "analytic:printed"  # forms whose symbols are available
 PRECISE = "precise"  # how the names of such runs begin
 
 
@@ -79,6 +80,10 @@ class Simulation:
             require_consistent(run, model, constrained="constraint_residual" in entry.promises)
         return run
 
+    def ask(self, quantity: str) -> Evaluation:
+        """The task of a question to the model of the run."""
+        return Evaluation(self.model, self.case, quantity)
+
     @property
     def is_precise(self) -> bool:
         """Whether the run is a precise one, whose steps end where contacts change."""
@@ -121,6 +126,42 @@ class Evaluation(SelfKeyedTask):
         """The answers, state by state along the first axis, or a Failure where there are none."""
         model = build_model(self.model, self.case)
         return evaluate_at_states(model, self.layout, self.quantity, self.states)
+
+
+@dataclass(frozen=True)
+class SymbolicEvaluation(SelfKeyedTask):
+    """A task: work out a form of the paper in symbols, at the states that its model answers."""
+
+    form: str
+    case: Case
+    quantity: str
+    count: int
+    seed: int
+    cost = 1.0  # rough seconds
+
+    @property
+    def model(self) -> str:
+        """Name of what answers: the model's symbols."""
+        return f"{self.form} in symbols"
+
+    @return_failures
+    def perform(self) -> np.ndarray:
+        """M (count, n, n) or the bias (count, n), or why there is none."""
+        import sympy as sp  # half a second, for this alone
+
+        from crosscheck.analytic.derivation.symbols import parameter_values
+        from crosscheck.analytic.paper.energies import build_energies_form
+        from crosscheck.analytic.paper.printed import build_printed_form
+
+        forms = dict(zip(FORMS, (build_energies_form, build_printed_form), strict=True))
+        form, arm = forms[self.form](), self.case.arm
+        layout = MODELS[self.form].layout(arm, self.case.switches)
+        drawn = sample_states(layout, arm, self.count, self.seed)
+        numbers = {s: sp.Float(float(x), 17) for s, x in parameter_values(arm).items()}
+        entries = getattr(form, self.quantity).xreplace(numbers)
+        evaluate = sp.lambdify((form.q, form.v), entries, "numpy")
+        values = [np.array(evaluate(q, v), dtype=float) for _, q, v in zip(*drawn, strict=True)]
+        return np.array([v[:, 0] if v.shape[1] == 1 else v for v in values])
 
 
 class RobotKey(NamedTuple):

@@ -7,16 +7,13 @@ from pathlib import Path
 
 import pytest
 
+from crosscheck.checks.engines import plan_pairs
+from crosscheck.checks.invariants import plan_balances
 from crosscheck.models.arm.planets import usual_switches
-from crosscheck.models.interface import STATE_ABILITIES
 from crosscheck.models.loading import Case, load_arm
+from crosscheck.planning.arms import sample_model
 from crosscheck.planning.comparison import Results, collect_tasks, judge_comparisons
-from crosscheck.planning.state_suite import (
-    SampledModel,
-    make_unequal_gains_scenario,
-    plan_balances,
-    plan_pairs,
-)
+from crosscheck.planning.sizing import make_unequal_gains_scenario
 from crosscheck.registry import MODELS, reference_model
 
 ARMS = ("paper-labelled", "probe", "planets-apart", "three-unlike", "direct-between")
@@ -38,9 +35,9 @@ def red(arm_name: str, **chosen: str) -> list[str]:
     arm = load_arm(arm_name)
     case = Case(arm, make_unequal_gains_scenario(arm), usual_switches(arm, **chosen))
     sampled_models = [
-        SampledModel("example", name, case, 5, 0) for name in (reference_model(), "mujoco:gears")
+        sample_model("example", name, case, 5, 0) for name in (reference_model(), "mujoco:gears")
     ]
-    comparisons = list(plan_pairs(sampled_models, STATE_ABILITIES))
+    comparisons = list(plan_pairs(sampled_models))
     if case.switches.mesh_work == "paper":
         comparisons += plan_balances(sampled_models[1])
     results = Results({task.key: task.perform() for task in collect_tasks(comparisons)})

@@ -111,6 +111,11 @@ class Start(Data):
     """Of each planet, one list for each joint: added to its x_pr and taken from its x_sp."""
 
 
+def make_bent_start(joints: int) -> Start:
+    """A start at rest, every joint at another angle."""
+    return Start(theta_rad=tuple(0.4 - 0.7 * number for number in range(joints)))
+
+
 class Scenario(Data):
     """One experiment on an arm.
 

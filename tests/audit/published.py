@@ -1,5 +1,6 @@
 """Everything that is published, made for real from runs of a few milliseconds."""
 
+import re
 from collections.abc import Iterator
 from contextlib import contextmanager
 from dataclasses import replace
@@ -13,6 +14,7 @@ from crosscheck.audit.experiments.samples import Scale
 from crosscheck.audit.experiments.study import Study
 from crosscheck.audit.page.chapter import AuditChapter
 from tests.audit.markup import strict_json
+from tests.views.walker import QUANTITY, Fact, Page, Token, is_shown, scale_number
 
 BRIEF = Scale(longest_s=0.002, most_starts=2)
 FEW = study_plan.StudyPlan(
@@ -47,3 +49,35 @@ class Published(NamedTuple):
     @property
     def json(self) -> dict[str, Any]:
         return strict_json((self.out / "claims.json").read_text(encoding="utf-8"))
+
+
+# Numbers of a page that are no results: conditions of runs, words of the paper, ends of a range.
+CONDITIONS = (
+    r"(?:\bb(?: of| =)?|E) [\d.]+(?: to [\d.]+)? µm|k_[ma] [\de+.]+ N/m|100 N m"
+    r"|\d\.?\d* s\b|1e-\d+ m\b"
+    r"|= 1000 N|25 %|[\d.]+ to [\d.]+ [µm]m|^The paper\. .*|The paper's smallest run is .*"
+    r"|some 30 mm|\b52 µm|= 51\.94 µm"  # which statics give by the formula before it
+)
+
+
+def list_unrecorded(html: str, records: Any) -> Iterator[str]:
+    """Quantities of a page's chapter that are in none of its records, as numbers or in words."""
+    known = [Fact(value, "", digits=1) for value in list_numbers(records)]
+    for piece in Page(html).pieces:
+        text = re.sub(CONDITIONS, "", piece.text)
+        for found in re.finditer(QUANTITY, text):
+            token = Token(found[1].replace(",", ""), found[2] or "", "", "", "", "")
+            if token.unit and not any(is_shown(token, fact) for fact in known):
+                yield f"{found[0]} in {text[max(found.start() - 60, 0) : found.end() + 20]}"
+
+
+def list_numbers(value: Any) -> Iterator[float]:
+    """All numbers of records, also those in words, without prefixes of their units."""
+    if isinstance(value, dict | list | tuple):
+        for each in value.values() if isinstance(value, dict) else value:
+            yield from list_numbers(each)
+    elif isinstance(value, str):
+        for found in re.finditer(QUANTITY, value):
+            yield scale_number(Token(found[1].replace(",", ""), found[2] or "", "", "", "", ""))
+    elif isinstance(value, int | float) and not isinstance(value, bool):
+        yield float(value)

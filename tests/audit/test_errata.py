@@ -234,17 +234,13 @@ def test_every_simulated_effect_is_resolved(found):
 
 def test_the_terminal_has_the_count_first_and_formulas_whole_in_80_columns():
     right = "J_r2*dtheta_1**2/2 + 3*I_p2*(dtheta_1 - dtheta_p2)**2/2 + M_s2*r_s2**2*dtheta_1**2/2"
-    effect = Effect(theta_rad=2.1e-3, mesh_force_N=0.5, impulse_N_s=1.25e-3)
-    one = Erratum(
-        "e", where="Eq. 18", printed="0", derived=right, size=5e3, unit="N", effects={"pd": effect}
-    )
+    one = Erratum("e", where="Eq. 18", printed="0", derived=right)
     sections = list_sections("mine", [one])
     lines, whole = (list(format_sections(sections, every)) for every in (False, True))
     assert lines[0] == "Errors of equations: 1"
     assert max(map(len, [*lines, *whole])) < 80
     told, all_told = (" ".join(" ".join(each).split()) for each in (lines, whole))
-    assert f"should read: {right} size: 5000 N effect" in told
-    assert "PD control: angle 0.0021 rad, force 0.5 N, impulse 0.0013 N s" in told
+    assert f"should read: {right}" in told
     for section in sections[1:]:
         assert f"{section.heading}: {len(section.records)}" in told
         for record in section.records:

@@ -20,7 +20,7 @@ from crosscheck.audit.page import report
 from crosscheck.models.errors import InputError
 from crosscheck.report.plots import figures
 from tests.audit.markup import SVG, axis_problems, page_problems, uneven_tables
-from tests.audit.published import BRIEF, Published, few_settings
+from tests.audit.published import BRIEF, Published, few_settings, list_unrecorded
 from tests.loops import require_items
 from tools import case_study, write_article
 
@@ -75,6 +75,14 @@ def test_the_records_are_strict_json_and_those_of_the_chapters(published):
     assert len(chapters["claims"]) == len(CLAIMS)
     named = {name for sentence in published.json["sentences"] for name in sentence["claims"]}
     assert named == {claim["id"] for claim in chapters["claims"]}
+
+
+def test_every_quantity_of_a_chapter_is_in_its_records(published):
+    """Findings also have effects of errata."""
+    beside = {"findings": published.chapters["errata"].records}
+    for name, chapter in published.chapters.items():
+        records = [*chapter.records, *beside.get(name, ())]
+        assert list(list_unrecorded(chapter.html, records)) == []
 
 
 def test_the_page_is_short(published):

@@ -23,9 +23,9 @@ from crosscheck.findings import (
 from crosscheck.models.arm.arm import Arm
 from crosscheck.models.experiment.scenario import switches
 from crosscheck.models.loading import Case, load_arm, load_scenario
+from crosscheck.planning.arms import plan_experiment_comparisons
 from crosscheck.planning.comparison import Comparison, Results, collect_tasks, judge_comparisons
 from crosscheck.planning.plan import CrossCheckRequest, Experiment
-from crosscheck.planning.run_suite import plan_experiment_comparisons
 from crosscheck.provenance import record_provenance
 from crosscheck.registry import MODELS
 from crosscheck.run import CrossCheck, cases_by_run, runs_by_key

@@ -10,15 +10,17 @@ from typing import Any
 import numpy as np
 import pytest
 
+from crosscheck.checks.sampled import Subjects
 from crosscheck.models.arm.planets import usual_switches
 from crosscheck.models.experiment.drive import drive_data
 from crosscheck.models.loading import Case, load_arm, load_scenario
 from crosscheck.models.robot.file import load_robot
-from crosscheck.planning import plan, run_suite, state_suite
+from crosscheck.planning import arms, plan
+from crosscheck.planning.checks import plan_checks
 from crosscheck.planning.comparison import Comparison, collect_tasks
-from crosscheck.planning.energy_suite import plan_energy_comparisons
 from crosscheck.planning.robots import plan_robot
 from crosscheck.runner.tasks import Evaluation, Simulation
+from tests.judged import plan_states
 
 HERE = Path(__file__).parent
 LIMIT_S = 1e-5  # of the stable steps
@@ -33,21 +35,21 @@ def arm_plan() -> Iterator[str]:
     first = plan.Experiment("pd", Case(arm, load_scenario("pd"), usual_switches(arm)))
     first = plan.set_stable_step(first, LIMIT_S)
     planned = [
-        *state_suite.plan_state_comparisons(arm, True, 0),
-        *state_suite.plan_switch_comparisons(arm, 0),
-        *run_suite.plan_experiment_comparisons(first),
-        *plan_energy_comparisons(arm, first, LIMIT_S),
+        *plan_states(arm, arms.QUICK_COUNT, 0),
+        *plan_checks(Subjects(arms=list(arms.sample_switches(arm, 0))))[0],
     ]
-    for short in plan.make_short_experiments(arm, first, LIMIT_S):
-        planned += run_suite.plan_short_comparisons(short)
-    for order in plan.make_order_cases(arm, first, LIMIT_S):
-        planned += run_suite.plan_order_comparisons(order)
-    probe = plan.make_probe_experiment()
-    planned += run_suite.plan_experiment_comparisons(probe)
+    for experiment in (
+        first,
+        plan.make_probe_experiment(),
+        *plan.make_energy_experiments(arm, first, LIMIT_S),
+        *plan.make_short_experiments(arm, first, LIMIT_S),
+        *plan.make_order_experiments(arm, first, LIMIT_S),
+    ):
+        planned += arms.plan_experiment_comparisons(experiment)
     papers = plan.Experiment("papers", Case(load_arm("paper-labelled"), *first.case[1:]))
     beside = [
-        *state_suite.plan_state_comparisons(papers.case.arm, True, 0),
-        *run_suite.plan_experiment_comparisons(papers),
+        *plan_states(papers.case.arm, arms.QUICK_COUNT, 0),
+        *arms.plan_experiment_comparisons(papers),
     ]
     planned += [each for each in beside if each.about.key.family.startswith("form")]
     yield from describe_comparisons(planned)

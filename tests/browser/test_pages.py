@@ -10,6 +10,7 @@ import numpy as np
 import pytest
 import xarray as xr
 
+from crosscheck.checks.sampled import Subjects
 from crosscheck.cli.view import view_page
 from crosscheck.cost.output import cost_page
 from crosscheck.cost.shortcuts import QUICK, compute_costs
@@ -19,14 +20,19 @@ from crosscheck.models.experiment.scenario import switches
 from crosscheck.models.loading import Case, load_scenario
 from crosscheck.models.robot.file import load_robot
 from crosscheck.models.trajectory import encode_netcdf
-from crosscheck.planning import state_suite
+from crosscheck.planning.arms import (
+    QUICK_COUNT,
+    compute_entry_differences,
+    plan_experiment_comparisons,
+    sample_arm,
+)
+from crosscheck.planning.checks import plan_checks
 from crosscheck.planning.comparison import collect_tasks, judge_comparisons
 from crosscheck.planning.plan import CrossCheckRequest, Experiment
-from crosscheck.planning.run_suite import plan_experiment_comparisons
 from crosscheck.provenance import record_provenance
 from crosscheck.registry import RIGID_LEVELS
 from crosscheck.report.html import render_report_page
-from crosscheck.report.plots.charts import Charts, Pictures
+from crosscheck.report.plots.charts import Charts
 from crosscheck.report.trials.output import render_trial_page
 from crosscheck.run import CrossCheck, cases_by_run, run_tasks, runs_by_key
 from crosscheck.runner.progress_update import ignore_progress
@@ -34,10 +40,10 @@ from crosscheck.runner.tasks import RunKey
 from crosscheck.runner.workers import Workers
 from crosscheck.view.trajectory_file import read_run
 from tests.arms import PAPER
-from tests.faults.robot_views import check_robot
 from tests.loops import require_items
 from tests.measured.records import compared, level, record_of
 from tests.trial.trial_views import kept_arm
+from tests.views.agreements import make_agreement, render_page
 
 pytestmark = pytest.mark.slow
 
@@ -95,7 +101,8 @@ def made(tmp_path_factory: pytest.TempPathFactory) -> Made:
     wanted = CrossCheckRequest(arm, quick=True)
     of_runs = plan_experiment_comparisons(Experiment("pd", Case(arm, scenario, switches())))
     asked = [each for each in of_runs if each.about.key.family in FAMILIES]
-    of_states = state_suite.plan_state_comparisons(arm, True, 0, "")
+    models = list(sample_arm(arm, QUICK_COUNT, 0))
+    of_states, _ = plan_checks(Subjects(arms=models))
     asked += [each for each in of_states if each.about.key.quantity == "mass_matrix"]
     charts = Charts()
     with Workers(1) as workers:
@@ -103,14 +110,14 @@ def made(tmp_path_factory: pytest.TempPathFactory) -> Made:
     agreement = Agreement(
         list(judge_comparisons(asked, results)),
         record_provenance(arm, 0, True),
-        entries=tuple(state_suite.compute_entry_differences(arm, True, 0, results)),
+        entries=tuple(compute_entry_differences(arm, models, results)),
     )
     checked = CrossCheck(wanted, agreement, cases_by_run(asked), runs_by_key(results))
     folder = tmp_path_factory.mktemp("pages")
     (folder / "report.html").write_text(
         render_report_page(checked, charts.build_pictures()), encoding="utf-8"
     )
-    robot = render_report_page(check_robot(), Pictures({}))
+    robot = render_page("robot", make_agreement("robot", False, 1))
     (folder / "robot.html").write_text(robot, encoding="utf-8")
     record = record_of(level(arm, "coupled"), rows=1000)
     (folder / "compare.html").write_text(comparison_page(compared(record, arm)), encoding="utf-8")

@@ -13,7 +13,7 @@ import numpy as np
 import xarray as xr
 from pydantic import TypeAdapter
 
-from crosscheck.checks import energy, invariants, modes, records, scales, trajectories
+from crosscheck.checks import convergence, energy, invariants, modes, records, scales, trajectories
 from crosscheck.checks.answers import CORNER_FORCE
 from crosscheck.checks.scales import ReasonedLimit
 from crosscheck.findings import ComparisonKey, Finding, Subject
@@ -24,7 +24,7 @@ from crosscheck.models.arm.stiffness import SineStiffness, StiffnessLaw
 from crosscheck.models.experiment.scenario import ConstantDrive, expand_to_joints, switches
 from crosscheck.models.interface import STATE_ABILITIES
 from crosscheck.models.loading import Case, load_arm, load_scenario
-from crosscheck.planning import plan, run_suite, state_suite
+from crosscheck.planning import arms, plan
 from crosscheck.planning.comparison import Comparison, ModelTask, Results, collect_tasks
 from crosscheck.registry import (
     MODELS,
@@ -35,6 +35,7 @@ from crosscheck.registry import (
     find_same_integrator_models,
     reference_model,
 )
+from tests.judged import plan_states
 
 STATES, SEED, SPOT = 9, 1, 4  # the one state whose answer is wrong
 ABOVE, BELOW = 1.02, 0.98  # of a tolerance
@@ -100,11 +101,9 @@ class Bench(NamedTuple):
 def bench(name: str) -> Bench:
     """The comparisons of states of an arm by two models, planned anew."""
     arm, both = ARMS[name](), {LEFT[name], RIGHT[name]}
-    how = state_suite.plan_geared_comparisons
-    how = how if LEFT[name] == reference_model() else state_suite.plan_rigid_comparisons
     planned = [
         each
-        for each in how(arm, STATES, SEED, arm.model_dump())
+        for each in plan_states(arm, STATES, SEED, groups=("geared", "rigid"))
         if {each.about.key.left, each.about.key.right or each.about.key.left} <= both
         and each.about.key.family in ("states", "invariants", "as-told")
     ]
@@ -124,7 +123,7 @@ def right_answers(tasks: tuple[ModelTask, ...]) -> dict[Any, Any]:
 def random_states(made: Bench, name: str) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
     """Which coordinates are angles, and the coordinates and rates of the states."""
     case = Case(made.arm, load_scenario("pd"), usual_switches(made.arm))
-    setting = state_suite.SampledModel("", LEFT[name], case, STATES, SEED).setting
+    setting = arms.sample_model("", LEFT[name], case, STATES, SEED).setting
     return setting.layout.angular, setting.states.q, setting.states.v
 
 
@@ -279,7 +278,7 @@ def wrong_balances() -> Iterator[str]:
             kinetic[place] += part * 1e-9 * turned[-1]
             names = {"kinetic_energy": kinetic, "work": work, "work_turned_over": turned}
             run = xr.Dataset({name: ("time", values) for name, values in names.items()})
-            found = invariants.check_energy_over_run(SUBJECT, run)
+            found = energy.check_energy_over_run(SUBJECT, run)
             yield from misjudged(f"work at {place}", found, part, 1e-9 * 11.0)
         yield from _wrong_conservation(part)
 
@@ -416,12 +415,12 @@ def wrong_runs() -> Iterator[str]:
     for order, sign, part in ((4, 1, ABOVE), (4, -1, ABOVE), (2, 1, BELOW), (2, -1, BELOW)):
         shrink = 2.0 ** (order + sign * 0.2 * part)
         runs = [made_run(x_sp_last=by) for by in (1e-6 + 1e-6 / shrink, 1e-6 / shrink, 0.0)]
-        found = trajectories.check_formal_order(subject("x_sp"), runs, order, "x_sp")
+        found = convergence.check_formal_order(subject("x_sp"), runs, order, "x_sp")
         yield from misjudged(f"order {order}", found, part, 0.2)
     for part in (ABOVE, BELOW):
-        found = trajectories.check_stable_step(SUBJECT, np.array(1e-5), part * 1e-5)
+        found = records.check_stable_step(SUBJECT, np.array(1e-5), part * 1e-5)
         yield from misjudged("stable step", found, part, 1.0)
-    if trajectories.check_stable_step(SUBJECT, np.array(np.inf), 1.0).verdict != "agree":
+    if records.check_stable_step(SUBJECT, np.array(np.inf), 1.0).verdict != "agree":
         yield "a step of a model that bears any"
 
 
@@ -621,8 +620,8 @@ def wrong_plan() -> Iterator[str]:
     laws = usual_switches(arm)
     case = Case(arm, load_scenario("pd"), laws)
     planned = [
-        *state_suite.plan_state_comparisons(arm, True, SEED),
-        *run_suite.plan_experiment_comparisons(plan.Experiment("pd", case)),
+        *plan_states(arm, 1, SEED),
+        *arms.plan_experiment_comparisons(plan.Experiment("pd", case)),
     ]
     keys = [each.about.key for each in planned]
     told = {(k.family, k.case, k.quantity, frozenset((k.left, k.right)), k.joint) for k in keys}
@@ -641,7 +640,7 @@ def wrong_plan() -> Iterator[str]:
         for quantity in trajectories.SAME_STEP if other != first else ():
             right |= {(each, "pd", quantity, pair, None) for each in ("same-step", "at-2-s")}
     for level in RIGID_LEVELS:
-        one, *others = run_suite.sort_engines(level)
+        one, *others = plan.sort_engines(level)
         right |= {("refined", "pd", "theta", frozenset((one, each)), None) for each in others}
         pair = frozenset((one, first))
         right |= {("deviation", "pd", q, pair, j) for q in ("theta", "theta_dot") for j in (1, 2)}

@@ -9,14 +9,10 @@ from hypothesis import strategies as st
 from crosscheck.models.arm.arm import Arm
 from crosscheck.models.experiment.scenario import switches
 from crosscheck.planning.comparison import Comparison, Results, collect_tasks, judge_comparisons
-from crosscheck.planning.state_suite import (
-    plan_conservative_comparisons,
-    plan_geared_comparisons,
-    plan_rigid_comparisons,
-)
-from crosscheck.registry import find_constrained_models, find_covering_models
+from crosscheck.registry import MODELS, find_covering_models
 from tests.any_arms import any_arms
 from tests.arms import PAPER
+from tests.judged import plan_states
 
 JOINTS = range(1, 8)
 # exudyn:bodies solves for joint forces: with as many it would take as long as all the others.
@@ -35,16 +31,12 @@ def disagreements(arm: Arm) -> list[str]:
 
 def closed_by_constraints(comparison: Comparison) -> bool:
     """Whether it needs a model that closes its joints by constraint equations."""
-    return any(task.model in find_constrained_models() for task in comparison.needs)
+    return any("constraint_residual" in MODELS[task.model].promises for task in comparison.needs)
 
 
 def failures(arm: Arm, count: int, wanted: Callable[[Comparison], bool]) -> Iterator[str]:
     """Of the wanted comparisons of the geared and the rigid models, at so many states."""
-    content = arm.model_dump()
-    planned = [
-        *plan_geared_comparisons(arm, count, SEED, content),
-        *plan_rigid_comparisons(arm, count, SEED, content),
-    ]
+    planned = plan_states(arm, count, SEED, groups=("geared", "form", "rigid"))
     return disagreeing(comparison for comparison in planned if wanted(comparison))
 
 
@@ -78,7 +70,8 @@ def test_models_agree_on_arms_whose_planets_count_as_one(joints, data):
 @given(data=st.data())
 def test_models_agree_on_springs_that_are_a_potential(joints, data):
     arm = data.draw(any_arms(joints, unlike=True))
-    assert list(disagreeing(plan_conservative_comparisons(arm, STATES_OF_BODIES, SEED))) == []
+    planned = plan_states(arm, STATES_OF_BODIES, SEED, groups=("conservative",))
+    assert list(disagreeing(planned)) == []
 
 
 @pytest.mark.slow

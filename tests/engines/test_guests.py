@@ -11,7 +11,7 @@ from crosscheck.models.experiment.scenario import Switches
 from crosscheck.models.loading import load_arm, load_scenario
 from crosscheck.models.pinocchio.tree import base_radii, equivalent_masses
 from crosscheck.models.plugin import Motors, gear_numbers, link_mass, tooth_contacts
-from crosscheck.planning.state_suite import switch_combinations
+from crosscheck.planning.arms import switch_combinations
 from crosscheck.registry import build
 from tests.loops import require_items
 

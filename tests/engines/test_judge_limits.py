@@ -8,8 +8,9 @@ from crosscheck.models.arm.arm import Arm
 from crosscheck.models.arm.planets import usual_switches
 from crosscheck.models.experiment.scenario import switches
 from crosscheck.models.loading import Case, load_arm, load_scenario
-from crosscheck.planning import energy_suite, plan, run_suite, state_suite
+from crosscheck.planning import arms, plan
 from crosscheck.planning.comparison import Comparison
+from crosscheck.planning.preparation import Preparation
 from tests.engines.judge_limits import EPS, GUARDS, direct_arm
 
 # The guard that has the limits of each family of checks. What terms a balance has is seen by the
@@ -32,13 +33,8 @@ def planned(arm: Arm) -> Iterator[Comparison]:
     """All comparisons of an arm, with the experiments of the paper."""
     laws, limit = usual_switches(arm), 1e-5
     first = plan.Experiment("pd", Case(arm, load_scenario("pd"), laws))
-    yield from state_suite.plan_state_comparisons(arm, True, 0)
-    yield from run_suite.plan_experiment_comparisons(first)
-    for short in plan.make_short_experiments(arm, first, limit):
-        yield from run_suite.plan_short_comparisons(short)
-    for order in plan.make_order_cases(arm, first, limit):
-        yield from run_suite.plan_order_comparisons(order)
-    yield from energy_suite.plan_energy_comparisons(arm, first, limit)
+    request = plan.CrossCheckRequest(arm, quick=True)
+    yield from arms.plan_comparisons(request, Preparation([first], limit, ()))
 
 
 @pytest.mark.parametrize("name", ["paper-labelled", "probe", "direct-between"])
@@ -58,6 +54,4 @@ def test_a_number_just_above_its_tolerance_differs_and_just_below_agrees(name):
 @pytest.mark.parametrize(("first_m", "rounding"), [(2.29, 0.0), (2.31, EPS)])
 def test_terms_round_where_an_arm_reaches_ten_times_its_shortest_link(first_m, rounding):
     case = Case(direct_arm(first_m), load_scenario("pd"), switches())
-    assert (
-        state_suite.SampledModel("", "analytic:carriers", case, 1, 1).setting.rounding == rounding
-    )
+    assert arms.sample_model("", "analytic:carriers", case, 1, 1).setting.rounding == rounding

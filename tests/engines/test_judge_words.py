@@ -12,13 +12,22 @@ import pytest
 import xarray as xr
 
 import crosscheck
-from crosscheck.checks import invariants, modes, trajectories
+from crosscheck.checks import (
+    convergence,
+    energy,
+    inertia,
+    invariants,
+    levels,
+    modes,
+    motion,
+    records,
+    trajectories,
+)
 from crosscheck.checks.answers import BadAnswer, require_numbers
 from crosscheck.checks.records import _find_faults
-from crosscheck.checks.robots import runs, weight
-from crosscheck.checks.robots.case import share_of
-from crosscheck.checks.robots.sizes import RobotSizes
-from crosscheck.checks.scales import ReasonedLimit
+from crosscheck.checks.robot_states import RobotSizes
+from crosscheck.checks.scales import ReasonedLimit, share_of
+from crosscheck.checks.stability import relax_comparison
 from crosscheck.findings import (
     ComparisonKey,
     Finding,
@@ -34,7 +43,7 @@ from crosscheck.models.arm.planets import usual_switches
 from crosscheck.models.experiment.scenario import switches
 from crosscheck.models.loading import Case, load_arm, load_scenario
 from crosscheck.models.trajectory import recorded_times
-from crosscheck.planning import run_suite
+from crosscheck.planning.arms import plan_experiment_comparisons
 from crosscheck.planning.comparison import (
     Comparison,
     Results,
@@ -95,7 +104,7 @@ SAID: dict[str, tuple[Callable[[], Finding], str, float | None, str]] = {
         "",
     ),
     "an order": (
-        lambda: trajectories.check_formal_order(
+        lambda: convergence.check_formal_order(
             SUBJECT, [run(0.0, by) for by in (9.0, 1.0, 0.5)], 4, "theta"
         ),
         "three grids in the asymptotic range",
@@ -103,7 +112,7 @@ SAID: dict[str, tuple[Callable[[], Finding], str, float | None, str]] = {
         "observed order 4.000 from steps h, h/2, h/4",
     ),
     "an order through impacts": (
-        lambda: trajectories.measure_impact_order(
+        lambda: convergence.measure_impact_order(
             SUBJECT, [run(0.0, by) for by in (9.0, 1.0, -1.0)], "theta"
         ),
         "",
@@ -111,13 +120,13 @@ SAID: dict[str, tuple[Callable[[], Finding], str, float | None, str]] = {
         "the dead zone's kink leaves less than the formal order",
     ),
     "a stable step": (
-        lambda: trajectories.check_stable_step(SUBJECT, np.array(1.23456e-5), 2.34567e-6),
+        lambda: records.check_stable_step(SUBJECT, np.array(1.23456e-5), 2.34567e-6),
         "steps of 2.35e-06 s, at most 1.23e-05 s are stable",
         None,
         "",
     ),
     "any step": (
-        lambda: trajectories.check_stable_step(SUBJECT, np.array(np.inf), 2.34567e-6),
+        lambda: records.check_stable_step(SUBJECT, np.array(np.inf), 2.34567e-6),
         "steps of 2.35e-06 s, and steps of any length are stable",
         None,
         "",
@@ -147,7 +156,7 @@ SAID: dict[str, tuple[Callable[[], Finding], str, float | None, str]] = {
         "",
     ),
     "an M": (
-        lambda: invariants.check_inertia(
+        lambda: inertia.check_inertia(
             SUBJECT, np.array([np.eye(2), [[4.0, 1.0], [1.0 + 6e-13, 9.0]]])
         ),
         "rounding of sums over bodies; positive definite at every state",
@@ -155,7 +164,7 @@ SAID: dict[str, tuple[Callable[[], Finding], str, float | None, str]] = {
         "",
     ),
     "an M that is not definite": (
-        lambda: invariants.check_inertia(
+        lambda: inertia.check_inertia(
             SUBJECT, np.array([np.eye(2), [[1.0, 1.0], [1.0, 1.0 - 1e-9]], np.eye(2)])
         ),
         "",
@@ -169,7 +178,7 @@ SAID: dict[str, tuple[Callable[[], Finding], str, float | None, str]] = {
         "",
     ),
     "no work": (
-        lambda: invariants.check_energy_over_run(SUBJECT, run(0.0, 1.0)),
+        lambda: energy.check_energy_over_run(SUBJECT, run(0.0, 1.0)),
         "",
         None,
         "the run has no work",
@@ -245,7 +254,7 @@ def test_of_an_unstable_loop_nothing_is_judged_but_what_agrees_or_failed():
     for verdict, finding in found.items():
         assert finding.verdict == verdict
         planned = Comparison(SUBJECT, (), lambda about, results, made=finding: made)
-        relaxed = run_suite.relax_comparison(experiment, planned)
+        relaxed = relax_comparison(experiment, planned)
         judged[verdict] = relaxed.finding(Results({}))
     words = f"not judged, for {growth}; else so"
     measured = partial(make_measurement, SUBJECT, basis=words)
@@ -256,7 +265,7 @@ def test_of_an_unstable_loop_nothing_is_judged_but_what_agrees_or_failed():
         "failed": make_failed_check(SUBJECT, f"no run; {growth}"),
         "unfinished": make_unfinished_check(SUBJECT, f"no time; {growth}"),
     }
-    *_, stability = (c for c in run_suite.plan_experiment_comparisons(experiment) if not c.needs)
+    *_, stability = (c for c in plan_experiment_comparisons(experiment) if not c.needs)
     said = stability.finding(Results({}))
     assert said == make_measurement(stability.about, measured=2.0, note=growth)
     assert stability.about.key.id == "stability/pd/growth-rate/analytic:physical"
@@ -280,14 +289,14 @@ def test_runs_in_the_same_steps_are_compared_whole_and_at_an_instant(monkeypatch
 
     monkeypatch.setattr(trajectories, "check_same_step", note)
     monkeypatch.setattr(trajectories, "check_at_time", note)
-    monkeypatch.setattr(run_suite, "_acceptance_limit", lambda *given: None)
+    monkeypatch.setattr(trajectories, "find_acceptance_limit", lambda *given: None)
     arm = load_arm("probe")
     experiment = Experiment("pd", Case(arm, load_scenario("pd"), usual_switches(arm)))
     answers = SimpleNamespace(need=lambda task: task)
-    for comparison in run_suite._plan_fixed_steps(experiment):
+    for comparison in trajectories.plan_fixed_steps(experiment):
         comparison.judge(comparison.about, answers)
-    instant = f"at-{run_suite.MIDWAY_S:g}-s"
-    assert set(judged) == {("same-step", None), (instant, run_suite.MIDWAY_S)}
+    instant = f"at-{trajectories.MIDWAY_S:g}-s"
+    assert set(judged) == {("same-step", None), (instant, trajectories.MIDWAY_S)}
 
 
 def test_an_incomplete_run_is_told_what_it_has_and_what_it_must_have():
@@ -309,13 +318,13 @@ def test_tips_are_apart_by_what_the_joints_have_turned():
     arm = load_arm("probe")
     first, second = (link.length_m for link in arm.links)
     straight, folded = run(0.0, 0.0), run(0.0, np.pi)
-    turned = trajectories.measure_tip_deviation(SUBJECT_OF_TIP, straight, run(np.pi / 2, 0.0), arm)
+    turned = levels.measure_tip_deviation(SUBJECT_OF_TIP, straight, run(np.pi / 2, 0.0), arm)
     assert turned.measured == pytest.approx(np.sqrt(2) * (first + second))
     assert turned.relative == pytest.approx(np.sqrt(2))
-    found = trajectories.measure_tip_deviation(SUBJECT_OF_TIP, folded, straight, arm)
+    found = levels.measure_tip_deviation(SUBJECT_OF_TIP, folded, straight, arm)
     assert found.measured == pytest.approx(2 * second)
     assert found.relative == pytest.approx(2 * second / (first + second))
-    place = trajectories.tip_position(run(0.3, -0.5), arm).values[-1]
+    place = levels.tip_position(run(0.3, -0.5), arm).values[-1]
     expected = first * np.exp(0.3j) + second * np.exp(-0.2j)
     assert complex(*place) == pytest.approx(expected)
 
@@ -327,7 +336,7 @@ def test_a_tip_is_off_by_a_distance_and_not_by_a_component(labelled):
     scenario = pd.model_copy(update={"duration_s": 0.1, "start": start})
     planned = [
         comparison
-        for comparison in run_suite.plan_experiment_comparisons(
+        for comparison in plan_experiment_comparisons(
             Experiment("pd", Case(labelled, scenario, usual_switches(labelled)))
         )
         if (comparison.about.key.quantity, comparison.about.key.left) == ("tip", "pinocchio:links")
@@ -387,22 +396,25 @@ CASE: Any = SimpleNamespace(sizes=SimpleNamespace(energy=np.array([4.0])))
 
 def test_orders_of_a_robots_runs_are_told_with_two_digits_more_than_their_tolerance():
     """Differences of 16 and 16, then of 2^4.2 and 2^4.1, whose limit is 4.0; and of 2^3 alone."""
-    found = runs._check_order(SUBJECT, ends(*(1 + 16.0**-n for n in range(4))), CASE)
+    found = convergence._check_order(SUBJECT, ends(*(1 + 16.0**-n for n in range(4))), CASE)
     note = "observed order 4.000 of the finest steps, 4.000 of those before"
     assert (found.note, found.measured, found.tolerance) == (note, pytest.approx(0.0), 0.2)
     steps = np.cumsum([0.0, 1.0, 2**-4.2, 2**-8.3])
-    found = runs._check_order(SUBJECT, ends(*(10 + steps)), CASE)
+    found = convergence._check_order(SUBJECT, ends(*(10 + steps)), CASE)
     assert found.note == "observed order 4.100 of the finest steps, 4.200 of those before"
     assert (found.verdict, found.measured) == ("agree", pytest.approx(0.0, abs=1e-9))
-    found = runs._check_order(SUBJECT, ends(*(1 + 8.0**-n for n in range(4))), CASE)
+    found = convergence._check_order(SUBJECT, ends(*(1 + 8.0**-n for n in range(4))), CASE)
     assert (found.verdict, found.measured) == ("differ", pytest.approx(1.0))
-    unsettled = runs._check_order(SUBJECT, ends(1.0, 2.0, 2.5, 2.505), CASE)
+    unsettled = convergence._check_order(SUBJECT, ends(1.0, 2.0, 2.5, 2.505), CASE)
     said = "not asked: the steps' differences are rounding, or too large; orders 1.00, 6.64"
     assert (unsettled.verdict, unsettled.note) == ("measured", said)
-    still = runs._check_order(SUBJECT, ends(1.0, 1.0, 1.0, 1.0), CASE)
+    still = convergence._check_order(SUBJECT, ends(1.0, 1.0, 1.0, 1.0), CASE)
     assert still.note == said.replace("1.00, 6.64", "none")
     for least, count in ((1.02e-11, 1), (0.98e-11, 0)):  # of a motion of 1, next to its rounding
-        assert len(runs.observe_order(ends(1.0, 1 + 16 * least, 1 + 17 * least)).orders) == count
+        assert (
+            len(convergence.observe_order(ends(1.0, 1 + 16 * least, 1 + 17 * least)).orders)
+            == count
+        )
 
 
 @pytest.mark.parametrize(("part", "verdict"), [(1.02, "differ"), (0.98, "agree")])
@@ -410,19 +422,19 @@ def test_slopes_of_an_energy_have_the_rounding_of_its_terms(part, verdict):
     sizes = SimpleNamespace(energy=np.array([7.0]), motion=np.array([2.0]), gravity=np.zeros(1))
     case: Any = SimpleNamespace(sizes=sizes, steps=np.array([0.04]))
     slopes = np.array([[3.0 + part * 100 * 2.0**-52 * 5.0 / 0.04]])
-    assert weight._check_slopes(SUBJECT, np.array([[3.0]]), slopes, case).verdict == verdict
+    assert motion._check_slopes(SUBJECT, np.array([[3.0]]), slopes, case).verdict == verdict
 
 
 def test_energy_of_a_robots_runs_may_change_by_what_their_last_halving_changes():
     energies = (8.0, 0.0, 0.0, 8.0 + 2e-9, 8.0 + 4e-10)
-    found = runs._check_energy(SUBJECT, ends(1.0, 1.0, 1.0, 1.0, energies=energies), CASE)
+    found = convergence._check_energy(SUBJECT, ends(1.0, 1.0, 1.0, 1.0, energies=energies), CASE)
     assert found.measured == pytest.approx(1e-10, rel=1e-4)
     assert found.tolerance == pytest.approx(1e-10 + 4e-10, rel=1e-4)
     assert found.relative == found.measured
     basis = "1e-10 of the energy's size, and what the last halving of the step changed"
     assert (found.verdict, found.basis) == ("agree", basis)
     energies = (8.0, 0.0, 0.0, 8.0, 8.0 + 4.1e-3)
-    found = runs._check_energy(SUBJECT, ends(1.0, 1.0, 1.0, 1.0, energies=energies), CASE)
+    found = convergence._check_energy(SUBJECT, ends(1.0, 1.0, 1.0, 1.0, energies=energies), CASE)
     note = "not asked: halving the step changes 0.001 of the energy"
     assert (found.verdict, found.note) == ("measured", note)
     assert found.measured == pytest.approx(4.1e-3 / 4)

@@ -6,9 +6,8 @@ import pytest
 from crosscheck.checks import modes
 from crosscheck.findings import ComparisonKey, Finding, Subject
 from crosscheck.models.arm.arm import Arm
-from crosscheck.models.arm.planets import usual_switches
+from crosscheck.planning.arms import sample_arm
 from crosscheck.planning.comparison import Results, collect_tasks, judge_comparisons
-from crosscheck.planning.mode_suite import plan_pole_comparisons
 from tests.arms import PAPER
 
 HALF, GEARS = 0.05, 2e-4  # metres
@@ -30,7 +29,9 @@ def shrunk(arm: Arm, length_m: float, module_m: float) -> Arm:
 
 
 def found(arm: Arm, planets: str) -> list[Finding]:
-    comparisons = list(plan_pole_comparisons(arm.name, arm, usual_switches(arm, planets=planets)))
+    group = "geared" if planets == "lumped" else planets
+    models = [each for each in sample_arm(arm, 1, 0) if each.group == group]
+    comparisons = list(modes.plan_poles(arm.name, models))
     outcomes = {task.key: task.perform() for task in collect_tasks(comparisons)}
     return list(judge_comparisons(comparisons, Results(outcomes)))
 

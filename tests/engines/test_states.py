@@ -15,8 +15,8 @@ from crosscheck.models.experiment.scenario import Switches, switches
 from crosscheck.models.files import builtin_arms
 from crosscheck.models.interface import STATE_ABILITIES
 from crosscheck.models.loading import Case, load_arm, load_scenario
+from crosscheck.planning.arms import sample_model
 from crosscheck.planning.plan import remove_backlash
-from crosscheck.planning.state_suite import SampledModel
 from crosscheck.registry import RIGID_LEVELS, build, model_names, reference_model
 from tests.arms import PAPER, arm_of
 from tests.judged import compare_states
@@ -147,7 +147,7 @@ def test_a_force_or_an_acceleration_beyond_its_tolerance_is_seen_in_every_compon
     arm, reference = load_arm(name), reference_model()
     case = Case(arm, load_scenario("pd"), usual_switches(arm))
     model = build(reference, *case)
-    setting = SampledModel("test", reference, case, COUNT, SEED).setting
+    setting = sample_model("test", reference, case, COUNT, SEED).setting
     masses, forces, accelerations = (
         evaluate_at_states(model, setting.layout, quantity, setting.states)
         for quantity in ("mass_matrix", "generalized_force", "acceleration")

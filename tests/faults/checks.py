@@ -38,6 +38,7 @@ from tests.studies.observed import wrong_signals
 from tests.studies.plot_numbers import wrong_drawings
 from tests.trial import trial_views
 from tests.trial.unit_ratios import wrong_unit_ratios
+from tests.views.views import judge_views
 
 STATES, SEED = 5, 0
 DRIVES = {
@@ -314,10 +315,11 @@ CHECKS: dict[str, Callable[[Seen], str]] = {
     "study signals": lambda seen: "differ" if any(wrong_signals()) else "agree",
     "study drawings": lambda seen: "differ" if any(wrong_drawings()) else "agree",
     **VIEW_CHECKS,
+    "walk": judge_views,
 }
 # These need compiled functions, or have none.
 COMPILED = (
     *("refined", "bits", "fused", "robots", "traced", "cost", "measured", "judge", "trial"),
-    *("study drawings", "study signals"),
+    *("study drawings", "study signals", "walk"),
     *VIEW_CHECKS,
 )

@@ -42,9 +42,6 @@ GUARDS: dict[str, Callable[[str], Iterator[str]]] = {
     "steps": lambda name: wrong_steps(),
     "verdicts": lambda name: wrong_verdicts(),
     "condition": lambda name: wrong_condition(),
-    "terminal": lambda name: cost_views.wrong_terminal(right_cost(name)),
-    "JSON": lambda name: cost_views.wrong_json(right_cost(name)),
-    "page": lambda name: cost_views.wrong_page(right_cost(name)),
     "picture": lambda name: cost_views.wrong_picture(right_cost(name)),
 }
 

@@ -89,7 +89,6 @@ STAGES: dict[str, Callable[[], Iterator[str]]] = {
     "estimates": guards.wrong_estimates,
     "chances": guards.wrong_chances,
     "runs": guards.wrong_runs,
-    "views": guards.wrong_views,
     "drive": guards.wrong_torques_of_a_drive,
     "choice": guards.wrong_choice,
     "reading": _reading,

@@ -10,15 +10,16 @@ import pytest
 from crosscheck.analytic.kernel import program
 from crosscheck.analytic.robot import structure
 from crosscheck.analytic.robot.model import AnalyticRobot
-from crosscheck.checks.robots import engines
-from crosscheck.checks.robots.case import SampledRobot
-from crosscheck.checks.robots.states import sample_states
+from crosscheck.checks import engines
+from crosscheck.checks.robot_states import sample_states
+from crosscheck.checks.sampled import SampledRobot, Subjects
 from crosscheck.findings import Finding
 from crosscheck.models.robot import file
 from crosscheck.models.robot.interface import RobotModel
 from crosscheck.models.robot.robot import Level, Robot
+from crosscheck.planning.checks import plan_checks
 from crosscheck.planning.comparison import Comparison, Results, collect_tasks, judge_comparisons
-from crosscheck.planning.robots import find_plans, make_cases, sample_models
+from crosscheck.planning.robots import make_cases, sample_models
 from crosscheck.registry import engine_of
 from crosscheck.runner import tasks
 from crosscheck.runner.outcomes import Outcome
@@ -187,7 +188,9 @@ def _plan_models(name: str) -> list[SampledRobot]:
 
 def engines_agree(name: str, harmed: str, given: Callable[[Robot], Robot] = lambda own: own) -> str:
     """The verdict between engines, where the harmed one is given another robot, or is another."""
-    return _worst(judge(name, list(engines.plan(plan_models(name))), harmed, given))
+    return _worst(
+        judge(name, list(engines.plan(Subjects(robots=plan_models(name)))), harmed, given)
+    )
 
 
 def named_verdict(name: str, harmed: str, quantity: str) -> str:
@@ -196,12 +199,8 @@ def named_verdict(name: str, harmed: str, quantity: str) -> str:
     own_models = [each for each in models if engine_of(each.model) == harmed]
 
     def select(among: Sequence[SampledRobot]) -> list[Comparison]:
-        planned = (each for plan in find_plans() for each in plan(list(among)))
-        return [
-            each
-            for each in planned
-            if not isinstance(each, str) and each.about.key.quantity == quantity
-        ]
+        planned, _ = plan_checks(Subjects(robots=among))
+        return [each for each in planned if each.about.key.quantity == quantity]
 
     forget_texts()
     verdict = _worst(judge(name, select(own_models) or select(models), harmed))

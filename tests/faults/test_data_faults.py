@@ -17,11 +17,12 @@ from crosscheck.models.arm.planets import usual_switches
 from crosscheck.models.files import read_raw_arm
 from crosscheck.models.interface import Model
 from crosscheck.models.loading import Case, load_arm
-from crosscheck.planning import state_suite
+from crosscheck.planning.arms import QUICK_COUNT
 from crosscheck.planning.comparison import Comparison, Results, collect_tasks, judge_comparisons
 from crosscheck.planning.sizing import make_unequal_gains_scenario
 from crosscheck.registry import MODELS, build, find_covering_models, model_names
 from crosscheck.runner.tasks import Evaluation
+from tests.judged import plan_states
 
 OFF, UNLIKE, DIRECT, APART = 1.001, "three-unlike", "direct-between", "planets-apart"
 JUDGES = ("as-told", "invariants", "form-symbols")
@@ -113,9 +114,7 @@ def harmed(case: Case, fault: Wrong) -> Case:
 def plan_of(name: str) -> list[Comparison]:
     """All comparisons that look at one model alone, of the arm as its file has it."""
     arm = load_arm(name)
-    with pytest.MonkeyPatch.context() as patch:
-        patch.setattr(state_suite, "QUICK_COUNT", STATES)
-        found = state_suite.plan_state_comparisons(arm, True, 0, read_raw_arm(name))
+    found = plan_states(arm, STATES, 0, read_raw_arm(name))
     where = f"{arm.name}/geared", *(f"{arm.name}/{e.level}" for e in MODELS.values() if e.level)
     return [
         c
@@ -179,7 +178,7 @@ def test_an_arm_that_is_not_what_its_file_says_is_seen(name):
     heavier = arm.model_copy(update={"payload_mass_kg": OFF * arm.payload_mass_kg})
     judged = [
         c
-        for c in state_suite.plan_state_comparisons(heavier, True, 0, read_raw_arm(name))
+        for c in plan_states(heavier, QUICK_COUNT, 0, read_raw_arm(name))
         if c.about.key.family == "as-told" and c.about.key.quantity == "mass_matrix"
     ]
     outcomes = {t.key: t.perform() for t in collect_tasks(judged)}

@@ -12,7 +12,7 @@ from typing import Any, NamedTuple
 import numpy as np
 from matplotlib.figure import Figure
 
-from crosscheck.identification import compare, forward, messages, output, restrictions
+from crosscheck.identification import compare, forward, output, restrictions
 from crosscheck.identification.compare import RecordComparison
 from crosscheck.identification.forward import Window
 from crosscheck.identification.mechanism import PlanarArm
@@ -199,39 +199,6 @@ def wrong_runs() -> Iterator[str]:
             yield from apart("E in the picture", line.get_ydata(), right["E"][:, joint], 1e-5)
             corners = band.get_paths()[0].vertices[1 : len(right["E"]) + 1, 1]
             yield from apart("u_val", np.abs(corners), 2 * right["u_val"][:, joint], 1e-5)
-
-
-def wrong_views() -> Iterator[str]:
-    """Of the terminal, the page and the JSON file; the last run is cut: no mean is right."""
-    whole = kept().comparison
-    window = whole.windows[0]
-    rows = slice(2 * len(window.time) // 3)
-    cut = Window(*(getattr(window, name)[rows] for name in vars(window)))
-    comparison = replace(whole, windows=(*whole.windows, cut))
-    data = json.loads(output.comparison_json(comparison))
-    lines = list(output.describe_comparison(comparison))
-    if lines[: lines.index("")] != data["answer"]:
-        yield "the terminal begins with other words than the JSON file"
-    best = kept().judgement.best
-    assert best.estimate is not None
-    (change, *_) = data["sides"][0]["with_the_files_numbers"]["single_numbers"]
-    numbers = {"estimate": best.estimate.value, "standard_error": best.estimate.error}
-    numbers |= {"half_of_95_percent_interval": best.estimate.half_width, "in_the_file": 5.0}
-    for name, value in numbers.items():
-        yield from apart(name, change["number"][name], value)
-    yield from apart("ratios", change["rms_over_that_of_any_links"], best.ratios)
-    estimate = messages.format_value(best.estimate.value, best.estimate.half_width, 5.0)
-    if not data["answer"][0].endswith(f"the payload is {estimate} kg; the file says 5."):
-        yield data["answer"][0]
-    stays = np.median([each["stays_s"] for each in data["windows"]])
-    long = np.median([each["to_s"] - each["from_s"] for each in data["windows"]])
-    share = 100 * np.mean([each["within_2_u_val"] for each in data["windows"]])
-    if f"{stays:.3g} s of {long:.3g} s (median); {share:.0f} %" not in data["answer"][-1]:
-        yield data["answer"][-1]
-    page = output.comparison_page(comparison)
-    for text in (f"{best.estimate.value:.6g}", f"{best.estimate.half_width:.2g}", "the payload"):
-        if f">{text}</td>" not in page:
-            yield f"the page has no {text}"
 
 
 def wrong_torques_of_a_drive() -> Iterator[str]:

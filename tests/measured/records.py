@@ -7,7 +7,7 @@ from crosscheck.identification.mechanism import ComparedMechanism, PlanarArm
 from crosscheck.identification.restrictions import FileJudgement
 from crosscheck.models.arm.arm import Arm
 from crosscheck.models.interface import Model
-from crosscheck.planning.sizing import make_rest_scenario
+from crosscheck.models.loading import make_rest_scenario
 from crosscheck.recordings.record import Record
 from crosscheck.registry import build
 

@@ -11,7 +11,6 @@ from tests.measured import guards
         guards.wrong_estimates,
         guards.wrong_chances,
         guards.wrong_runs,
-        guards.wrong_views,
         guards.wrong_torques_of_a_drive,
         guards.wrong_choice,
     ],

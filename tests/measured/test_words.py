@@ -335,16 +335,10 @@ def test_friction_is_flagged_where_it_is_not_the_files():
             assert bool(flag_friction(rubs, robot, 4.0)) is is_flagged
 
 
-def test_runs_say_how_long_they_stay():
-    windows = [
-        made(stays_s=stays, time=[1.0, 1.0 + long], within=within)
-        for stays, long, within in ((0.1, 2.0, 0.5), (0.4, 3.0, 1.0), (0.3, 2.5, 0.84))
-    ]
-    (line,) = messages._describe_runs(made(windows=windows))
-    assert "3 recorded states, it leaves" in line
-    assert "after 0.3 s of 2.5 s (median); 78 %" in line
-    window = made(stays_s=2.0, time=[1.0, 3.0], within=1.0)
-    (line,) = messages._describe_runs(made(windows=[window]))
-    assert "1 recorded state, it stays" in line
-    assert "for 2 s of 2 s; 100 %" in line
+def test_runs_say_whether_they_stay():
+    for stays, word in ((0.3, "leaves"), (2.0, "stays")):
+        window = made(stays_s=stays, time=[1.0, 3.0], within=1.0)
+        (line,) = messages._describe_runs(made(windows=[window]))
+        assert f"1 recorded state, it {word}" in line
+        assert "median" not in line
     assert list(messages._describe_runs(made(windows=[]))) == []

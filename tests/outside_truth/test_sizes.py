@@ -7,8 +7,8 @@ import numpy as np
 import pytest
 import xarray as xr
 
+from crosscheck.checks.levels import tip_position
 from crosscheck.checks.scales import largest_torques, largest_weights
-from crosscheck.checks.trajectories import tip_position
 from crosscheck.models.experiment.scenario import PdDrive, Start
 from crosscheck.models.loading import load_arm, load_scenario
 from crosscheck.planning import sizing

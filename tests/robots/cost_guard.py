@@ -8,11 +8,11 @@ from typing import Any
 import numpy as np
 import pytest
 
-from crosscheck.checks.robots import states
+from crosscheck.analytic.robot import springs
+from crosscheck.checks import robot_states
 from crosscheck.cost import motion, shortcuts
 from crosscheck.cost.shortcuts import QUICK, ShortcutCosts
 from crosscheck.models.robot.robot import Robot
-from crosscheck.planning import springs
 from crosscheck.recordings.record import Record
 from tests.robots import chains
 from tests.robots.chains import Solid, geared, joint, link, planetary, teeth, urdf
@@ -272,7 +272,7 @@ def wrong_limits() -> Iterator[str]:
 def wrong_states() -> Iterator[str]:
     """Whether drawn states fill each joint's range and rates, and are within them."""
     own, count = robot("oblique"), 400
-    drawn = states.sample_states(own, count, 1)
+    drawn = robot_states.sample_states(own, count, 1)
     for column, number in enumerate(own.coordinates):
         joint, limits = own.joints[number], own.joints[number].limits
         most = min(limits.velocity, 2.0)

@@ -10,8 +10,8 @@ from typing import Any
 import numpy as np
 import pytest
 
-from crosscheck.checks.robots import engines, sizes
-from crosscheck.checks.robots.states import RandomStates, sample_states
+from crosscheck.checks import engines, robot_states
+from crosscheck.checks.robot_states import RandomStates, sample_states
 from crosscheck.findings import Finding
 from crosscheck.models.robot.interface import RobotModel
 from crosscheck.models.robot.robot import Level, Robot
@@ -199,7 +199,7 @@ def wrong_condition() -> Iterator[str]:
     own = chains.robot(text)
     with pytest.MonkeyPatch.context() as patch:
         patch.setattr(robots, "perform_all", chains.perform_here)
-        patch.setattr(sizes, "TOLERANCE", 1e-13)
+        patch.setattr(robot_states, "TOLERANCE", 1e-13)
         two = REFERENCE_ENGINE, "pinocchio"
         patch.setattr(robots, "find_level_engines", lambda level: two)
         found = robots.compare_engines(own, sample_states(own, 2, 0))

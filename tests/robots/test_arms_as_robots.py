@@ -8,10 +8,9 @@ from crosscheck.models.arm.arm import Arm
 from crosscheck.models.arm.layout import geared_layout
 from crosscheck.models.arm.planets import usual_switches
 from crosscheck.models.files import builtin_arms, format_toml_fields, parse_toml
-from crosscheck.models.loading import load_selection
+from crosscheck.models.loading import load_selection, make_rest_scenario
 from crosscheck.models.robot.file import load_robot
 from crosscheck.models.robot.robot import RIGID, Robot
-from crosscheck.planning.sizing import make_rest_scenario
 from crosscheck.registry import build, build_robot_model
 from tests.robots.chains import ENGINES
 from tests.tool.test_bad_input import assert_one_line

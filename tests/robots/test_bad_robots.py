@@ -9,7 +9,7 @@ import numpy as np
 import pinocchio as pin
 import pytest
 
-from crosscheck.checks.robots.states import sample_states
+from crosscheck.checks.robot_states import sample_states
 from crosscheck.models.errors import InputError
 from crosscheck.models.loading import load_arm
 from crosscheck.models.robot import tree

@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 
 from crosscheck import file_types
-from crosscheck.checks.robots.states import motion_range
+from crosscheck.checks.robot_states import motion_range
 from crosscheck.cli.files.robot_files import load_as_robot
 from crosscheck.cost.motion import find_exceeded_limits, fit_motion, make_excitation
 from crosscheck.cost.output import cost_page
@@ -199,8 +199,6 @@ def test_the_command_writes_json_and_a_page(crosscheck, tmp_path):
     assert is_file_of_type(tmp_path / "cost.html", file_types.COST_PAGE)
     data = json.loads((tmp_path / "cost.json").read_text())
     assert [each["joint"] for each in data["joints"]] == ["swivel", "slide", "tilt"]
-    assert [each["unit"] for each in data["joints"]] == ["N m", "N", "N m"]
-    assert len(data["engines"]) == 9 * 4 * 3
     (mesh,) = data["geared"]["meshes"]
     assert (mesh["joint"], mesh["unit"], data["geared"]["distances_m"]) == ("tilt", "rad", None)
     assert "No run of the level geared" in answer.out

@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from crosscheck.checks.robots.states import sample_states
+from crosscheck.checks.robot_states import sample_states
 from crosscheck.findings import Finding
 from crosscheck.models.robot.file import load_robot
 from crosscheck.models.robot.robot import LEVELS, Robot

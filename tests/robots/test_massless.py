@@ -5,7 +5,7 @@ from collections.abc import Sequence
 import numpy as np
 import pytest
 
-from crosscheck.checks.robots.states import sample_states
+from crosscheck.checks.robot_states import sample_states
 from crosscheck.models.robot.case import load_changed_robot
 from crosscheck.models.robot.robot import Robot
 from crosscheck.planning.robots import compare_engines

@@ -6,7 +6,7 @@ from math import cos, pi, sin, sqrt
 import numpy as np
 import pytest
 
-from crosscheck.checks.robots.states import sample_states
+from crosscheck.checks.robot_states import sample_states
 from crosscheck.cost.shortcuts import QUICK, compute_costs
 from crosscheck.models.errors import InputError
 from crosscheck.models.robot.integration import integrate

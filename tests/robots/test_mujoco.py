@@ -6,7 +6,7 @@ from importlib.metadata import EntryPoint
 import pytest
 
 from crosscheck import registry
-from crosscheck.checks.robots.states import sample_states
+from crosscheck.checks.robot_states import sample_states
 from crosscheck.cli.listing import list_command
 from crosscheck.cost.output import describe_answers
 from crosscheck.cost.shortcuts import QUICK, compute_costs

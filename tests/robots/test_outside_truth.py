@@ -8,14 +8,13 @@ import numpy as np
 import pinocchio as pin
 import pytest
 
-from crosscheck.checks.robots.states import sample_states
+from crosscheck.checks.robot_states import sample_states
 from crosscheck.models.arm.arm import Arm, Planetary
 from crosscheck.models.files import read_raw_robot
-from crosscheck.models.loading import load_arm, validate_record
+from crosscheck.models.loading import load_arm, make_rest_scenario, validate_record
 from crosscheck.models.robot.file import Geared, RobotFile, load_robot
 from crosscheck.models.robot.interface import RobotModel
 from crosscheck.models.robot.robot import RIGID
-from crosscheck.planning.sizing import make_rest_scenario
 from crosscheck.provenance import ROOT
 from crosscheck.registry import build, build_robot_model
 from tests.loops import require_items

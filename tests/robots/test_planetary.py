@@ -9,19 +9,18 @@ import pytest
 
 from crosscheck.analytic.robot.ensemble import group_robots
 from crosscheck.analytic.robot.runs import RobotMember
-from crosscheck.checks.robots.states import sample_states
+from crosscheck.analytic.robot.springs import replace_stages_by_rotors
+from crosscheck.checks.robot_states import sample_states
 from crosscheck.cost.meshes import RESOLVED
 from crosscheck.cost.shortcuts import QUICK, compute_costs
 from crosscheck.models.errors import InputError
 from crosscheck.models.experiment.scenario import ConstantDrive, Start, switches
-from crosscheck.models.loading import load_arm, require_fit
+from crosscheck.models.loading import load_arm, make_rest_scenario, require_fit
 from crosscheck.models.robot.case import load_changed_robot
 from crosscheck.models.robot.file import load_robot
 from crosscheck.models.robot.interface import RobotModel
 from crosscheck.models.robot.robot import RIGID, Robot
 from crosscheck.planning.robots import compare_engines
-from crosscheck.planning.sizing import make_rest_scenario
-from crosscheck.planning.springs import replace_stages_by_rotors
 from crosscheck.provenance import ROOT
 from crosscheck.registry import build, build_robot_model
 from crosscheck.robot_experiment import RobotExperiment

@@ -12,9 +12,9 @@ from scipy.spatial.transform import Rotation
 
 from benchmarks.bench_trial import LINKS
 from crosscheck.analytic.robot.model import AnalyticRobot
+from crosscheck.analytic.robot.springs import stage_rotors
 from crosscheck.models.robot.file import load_robot
 from crosscheck.models.robot.robot import Placement, Robot
-from crosscheck.planning.springs import stage_rotors
 from crosscheck.trial.changes.numbers import put_value
 from crosscheck.trial.input.equations import Equations
 from crosscheck.trial.robots.explain import RobotDiagnosis

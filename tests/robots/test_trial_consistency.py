@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from crosscheck.checks.robots.states import sample_states
+from crosscheck.checks.robot_states import sample_states
 from crosscheck.models.robot.file import load_robot
 from crosscheck.trial.input.equations import Equations
 from crosscheck.trial.judge.checks import Identity, PartSize

@@ -12,7 +12,7 @@ import numpy as np
 import pytest
 
 from crosscheck.analytic.robot.model import AnalyticRobot
-from crosscheck.checks.robots.states import sample_states
+from crosscheck.checks.robot_states import sample_states
 from crosscheck.models.robot.robot import RIGID, Placement, Robot
 from crosscheck.trial.changes.mistakes import list_frame_mistakes
 from crosscheck.trial.changes.table import ChangeTable

@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 from crosscheck.analytic.robot.model import AnalyticRobot
-from crosscheck.checks.robots.states import RandomStates, sample_states
+from crosscheck.checks.robot_states import RandomStates, sample_states
 from crosscheck.models.robot.file import load_robot
 from crosscheck.models.robot.robot import RobotBody
 from crosscheck.trial.changes.mistakes import exchange_fields

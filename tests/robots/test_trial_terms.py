@@ -7,7 +7,7 @@ import numpy as np
 import pytest
 
 from crosscheck.analytic.robot.model import AnalyticRobot
-from crosscheck.checks.robots.states import sample_states
+from crosscheck.checks.robot_states import sample_states
 from crosscheck.models.robot.robot import Robot
 from crosscheck.trial.input.equations import Equations
 from crosscheck.trial.robots.explain import RobotDiagnosis

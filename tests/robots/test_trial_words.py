@@ -1,7 +1,6 @@
 """What a robot's trial says of what it found: each line, and JSON, from a made trial."""
 
 from dataclasses import replace
-from pathlib import Path
 from typing import Any
 
 import numpy as np
@@ -14,7 +13,6 @@ from crosscheck.findings import (
     make_check,
     make_failed_check,
 )
-from crosscheck.report.trials.output import format_trial_json
 from crosscheck.runner.outcomes import Failure
 from crosscheck.trial.changes.search import list_equals
 from crosscheck.trial.input.equations import Equations
@@ -22,7 +20,6 @@ from crosscheck.trial.judge.entries import EntryMismatch, EntryPlace, LevelDista
 from crosscheck.trial.robots.consistency import describe_places
 from crosscheck.trial.robots.explain import RobotDiagnosis, describe_ratio
 from crosscheck.trial.robots.trial import RobotTrial
-from tests.processes import command_line
 from tests.robots import two_link
 
 ENTRIES = tuple(
@@ -148,29 +145,6 @@ def test_of_many_causes_the_terminal_has_the_first():
     causes = tuple(map(str, range(14)))
     shown = list(trial(diagnosis=RobotDiagnosis("armature", ENTRIES, causes)).answer.lines)
     assert shown[1:6] == [*"0123", "and 10 more, all in --json and on the page"]
-
-
-def test_a_trial_shows_itself():
-    """In a notebook the lines of the terminal, and a map of each part."""
-    wrong = trial(diagnosis=RobotDiagnosis("armature", ENTRIES, explanations=("a < b",)))
-    assert repr(wrong).splitlines() == list(wrong.answer.lines)
-    page = wrong._repr_html_()
-    assert "a &lt; b" in page
-    assert page.count("<table") == len(wrong.relative_errors)
-
-
-def test_a_trial_is_annotated(tmp_path):
-    wrong = trial(diagnosis=RobotDiagnosis("armature", ENTRIES, ("a note",), ("a cause",)))
-    (tmp_path / "trial.json").write_text(format_trial_json(wrong.answer), encoding="utf-8")
-    script = Path(__file__).parents[2] / "tools/annotate_trial.py"
-    answer = command_line(script, tmp_path / "trial.json", "mine.py", python=())
-    lines = answer.stdout.splitlines()
-    assert lines[:2] == [
-        "::error file=mine.py,title=Wrong entry::bias[j1]: twice",
-        "::error file=mine.py,title=Wrong entry::gravity[j2]: differs",
-    ]
-    assert len(lines) == len(ENTRIES) + 2 + len(wrong.robot.notes)
-    assert len([line for line in lines if line.endswith(("a note", "a cause"))]) == 2
 
 
 def test_places_are_told_by_the_first_few():

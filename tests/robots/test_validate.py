@@ -1,8 +1,6 @@
 """A robot is cross-checked as an arm is: verdict, files, page, records, one line for bad input."""
 
-import html
 import json
-import re
 from dataclasses import replace
 from xml.etree import ElementTree
 
@@ -12,8 +10,9 @@ import pytest
 from scipy.integrate import solve_ivp
 
 import crosscheck as package
-from crosscheck.checks.robots import engines, runs, simulations
-from crosscheck.checks.robots.states import sample_states
+from crosscheck.checks import convergence, engines, simulations
+from crosscheck.checks.robot_states import sample_states
+from crosscheck.checks.sampled import Subjects
 from crosscheck.cli.commands import make_request
 from crosscheck.findings import Finding
 from crosscheck.models.mechanism import adopt_mechanism
@@ -21,11 +20,11 @@ from crosscheck.models.pinocchio.robot import PinocchioRobot
 from crosscheck.models.robot.file import load_robot
 from crosscheck.models.robot.interface import RobotModel
 from crosscheck.planning import robots
+from crosscheck.planning.checks import plan_checks
 from crosscheck.planning.comparison import Results, collect_tasks, judge_comparisons
 from crosscheck.planning.plan import CrossCheckRequest, request_cross_check
 from crosscheck.planning.robots import (
     compute_robot_entries,
-    find_plans,
     make_cases,
     sample_models,
 )
@@ -89,47 +88,6 @@ def test_an_engine_that_is_wrong_is_named_and_fails_the_command(crosscheck, monk
     alone = "differ invariants/bob/links/linear-momentum/{}:links"  # by the file's gravity
     assert alone.format("exudyn") in answer.out
     assert alone.format("pinocchio") not in answer.out
-
-
-def test_the_page_has_the_numbers_of_the_findings(crosscheck, tmp_path):
-    answer = crosscheck("run", "sliding", "--quick", "--out", tmp_path)
-    assert answer.code == 0
-    data = json.loads((tmp_path / "agreement.json").read_text())
-    page = (tmp_path / "index.html").read_text()
-    tables = [
-        [
-            [html.unescape(re.sub("<[^>]*>", " ", cell)).split() for cell in cells]
-            for row in re.findall(r"<tr>(.*?)</tr>", table, re.DOTALL)
-            if (cells := re.findall(r"<t[hd][^>]*>(.*?)</t[hd]>", row, re.DOTALL))
-        ]
-        for table in re.findall(r"<table>(.*?)</table>", page, re.DOTALL)
-    ]
-    models, *others = (each for each in tables if each and each[0][0] in (["model"], ["level"]))
-    for row in models[1:]:
-        name = row[0][0]
-        for column, quantity in enumerate(("mass_matrix", "forward_dynamics", "tip", "run"), 2):
-            largest = max(
-                each["measured"]
-                for each in data["findings"]
-                if each["quantity"] == quantity and name in (each["left"], each["right"])
-                if each["family"] in ("states", "same-step")
-            )
-            assert float(row[column][0]) == pytest.approx(largest, rel=0.5, abs=1e-300)
-    deviations = {
-        (each["case"], each["left"], each["joint"]): each["measured"]
-        for each in data["findings"]
-        if each["family"] == "deviation"
-    }
-    assert len(others) == 2
-    shown = [value for table in others for row in table[1:] for value in row[1:]]
-    assert len(shown) == len(deviations)
-    for (words), value in zip(shown, deviations.values(), strict=True):
-        assert float(words[0]) == pytest.approx(value, rel=0.06, abs=1e-300)
-    is_within_backlash = deviations["free-motion", "analytic:links", None] == 0
-    assert ("off at the tip; no teeth touch" in page) is is_within_backlash
-    checks = [each for each in data["findings"] if each["kind"] == "check"]
-    assert f"{len(checks)} of {len(checks)}" in page
-    assert {"geared", "coupled", "armature", "links"} <= set(re.findall(r"<em>(\w+)</em>", page))
 
 
 def free_tip(model: RobotModel, q: np.ndarray, v: np.ndarray, seconds: float) -> np.ndarray:
@@ -226,8 +184,7 @@ def test_random_mechanisms_raise_no_false_alarm():
     for seed in require_items(range(first, first + CHAINS)):
         robot = random_chain(seed, MOST_JOINTS)
         models = sample_models(make_cases(robot, sample_states(robot, 4, 0), 10))
-        planned = [each for plan in find_plans() for each in plan(models)]
-        comparisons = [each for each in planned if not isinstance(each, str)]
+        comparisons, _ = plan_checks(Subjects(robots=models))
         outcomes = {task.key: task.perform() for task in collect_tasks(comparisons)}
         findings = judge_comparisons(comparisons, Results(outcomes))
         wrong = [each for each in findings if each.verdict not in ("agree", "measured")]
@@ -242,7 +199,7 @@ def test_an_order_is_judged_by_where_the_orders_of_steps_go(order, next_term, ve
     """Right runs whose errors are h^4 + 6 h^5 have orders 4.47 and 4.31, on their way to 4."""
     own = two_link.robot()
     models = sample_models(make_cases(own, sample_states(own, 2, 0), 10))
-    planned = next(each for each in runs.plan(models) if each.about.key.family == "order")
+    planned = next(convergence.plan(Subjects(robots=models)))
     h = 0.2 / 2.0 ** np.arange(4)
     rows = np.zeros((5, 2))
     rows[1:, 0] = 1 + h**order * (1 + next_term * h)
@@ -271,11 +228,11 @@ def test_an_order_that_is_not_the_methods_is_confirmed_by_finer_steps(
         error = h**3 if terms is None else h**4 * np.polyval([*terms[::-1], 1.0], h)
         return q + 1 + error, v
 
-    monkeypatch.setattr(runs, "integrate", integrate)
+    monkeypatch.setattr(convergence, "integrate", integrate)
     model = build_robot_model("analytic", own, sampled.case.level)
-    rows = runs.refined_ends(model, sampled.case)
+    rows = convergence.refined_ends(model, sampled.case)
     assert len(rows) == halvings + 2
-    planned = next(each for each in runs.plan([sampled]) if each.about.key.family == "order")
+    planned = next(convergence.plan(Subjects(robots=[sampled])))
     results = Results({task.key: rows for task in planned.needs})
     assert planned.finding(results).verdict == verdict
 

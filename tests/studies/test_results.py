@@ -237,35 +237,3 @@ def test_numbers_of_a_sweep_are_whole_on_a_narrow_terminal(tmp_path, capsys, mon
     words = capsys.readouterr().out.split()
     for number in ("8.25914e-07", "3.10953e-06", "1.04956e-05", "6.8e-21"):
         assert number in words
-
-
-def test_a_sweep_prints_the_range_of_every_number(tmp_path, capsys, monkeypatch):
-    """Of a result written by hand: one member diverged, one number is not defined anywhere."""
-    monkeypatch.setenv("COLUMNS", "200")
-    values = {"path": "arm.payload_mass_kg", "kind": "list", "values": [1.0, 2.0, 3.0, 4.0]}
-    measured = [{"kind": "peak", "signal": "theta"}, {"kind": "contact_loss", "signal": "F_sp"}]
-    recorded = {"kind": "trajectories", "signals": ["theta"]}
-    made = study([values], [*measured, recorded])
-    peaks = [[1.5, 3.0], [np.nan, np.nan], [2.0, -7.0], [12.0, 0.25]]
-    result = xr.Dataset(
-        {
-            "diverged_s": ("payload", [np.nan, 0.5, np.nan, np.nan]),
-            "theta_peak": (("payload", "joint"), peaks),
-            "F_sp_contact_loss": (("payload", "joint"), np.full((4, 2), np.nan)),
-            "theta_peak_difference": (("checked", "joint"), [[1e-9, 3e-9], [np.nan, 2e-9]]),
-            "theta_peak_difference_over_spread": (("checked", "joint"), [[1e-3, 4e-3], [0, 0]]),
-        },
-        {"checked": [0, 2]},
-    )
-    for given in (result, result.drop_dims("checked")):
-        given.to_netcdf(tmp_path / "out.nc", engine="h5netcdf")
-        cli_studies._print_ranges(made, tmp_path / "out.nc")
-        first, head, *rows = capsys.readouterr().out.splitlines()
-        assert first == "1 of 4 members diverged and have no numbers"
-        has_check = "checked" in given.dims
-        assert head.split()[:6] == ["quantity", "unit", "undefined", "least", "median", "largest"]
-        assert ("second engine off by" in head) == has_check
-        assert [" ".join(row.split()) for row in rows] == [
-            "theta_peak rad 2 of 8 -7 1.75 12" + " 3e-09 (0.004 of the spread)" * has_check,
-            "F_sp_contact_loss s 8 of 8" + " undefined" * has_check,
-        ]

@@ -9,8 +9,7 @@ import pytest
 from crosscheck.models.arm.planets import usual_switches
 from crosscheck.models.files import HERE
 from crosscheck.models.loading import Case, load_scenario
-from crosscheck.planning.energy_suite import plan_energy_comparisons
-from crosscheck.planning.plan import RESERVED_NAMES, Experiment
+from crosscheck.planning.plan import RESERVED_NAMES, Experiment, make_energy_experiments
 from tests.obstacles import OBSTACLES
 from tests.processes import Answer
 
@@ -124,7 +123,7 @@ def test_arguments_are_refused_in_one_line_and_nothing_is_written(
 
 def test_a_scenario_cannot_take_the_name_of_an_experiment_on_energy(labelled):
     first = Experiment("pd", Case(labelled, load_scenario("pd"), usual_switches(labelled)))
-    planned = {each.about.key.case for each in plan_energy_comparisons(labelled, first, 1e-5)}
+    planned = {each.name for each in make_energy_experiments(labelled, first, 1e-5)}
     assert len(planned) == 4
     assert planned <= set(RESERVED_NAMES)
 

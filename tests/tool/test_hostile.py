@@ -18,7 +18,7 @@ import scipy.io
 import typer
 
 from crosscheck.audit.errata import command as audit_command
-from crosscheck.checks.robots import engines
+from crosscheck.checks import engines
 from crosscheck.cli import cost as cost_command
 from crosscheck.cli.app import main
 from crosscheck.cost.shortcuts import SamplingPlan

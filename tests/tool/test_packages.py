@@ -8,8 +8,7 @@ from pathlib import Path
 import pytest
 
 from crosscheck import registry
-from crosscheck.checks.robots.sizes import SIZE_WORDS
-from crosscheck.checks.robots.states import sample_states
+from crosscheck.checks.robot_states import SIZE_WORDS, sample_states
 from crosscheck.cli.listing import _format_model
 from crosscheck.models.errors import InputError
 from crosscheck.models.experiment.scenario import switches

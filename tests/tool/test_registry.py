@@ -19,15 +19,15 @@ from crosscheck.models.errors import InputError
 from crosscheck.models.experiment.scenario import switches
 from crosscheck.models.loading import Case, load_arm, load_case
 from crosscheck.models.robot.file import load_robot
+from crosscheck.planning.arms import plan_experiment_comparisons
 from crosscheck.planning.comparison import Plan
 from crosscheck.planning.plan import CrossCheckRequest, Experiment
 from crosscheck.planning.robots import plan_robot
-from crosscheck.planning.run_suite import plan_experiment_comparisons
-from crosscheck.planning.state_suite import plan_state_comparisons
 from crosscheck.provenance import record_provenance
 from crosscheck.run import run_cross_check
 from crosscheck.runner.tasks import Evaluation
 from crosscheck.runner.workers import perform_all
+from tests.judged import plan_states
 from tests.loops import require_items
 from tests.processes import command_line
 
@@ -168,7 +168,7 @@ def experiment() -> Experiment:
 def test_a_geared_guest_that_promises_states_alone():
     with registry.register("mine", replace(registry.MODELS["pinocchio:gears"])):
         assert registry.model_names("geared")[-1] == "mine"
-        assert compared(plan_state_comparisons(ARM, True, 0), "mine") >= {"states", "modes"}
+        assert compared(plan_states(ARM, 1, 0), "mine") >= {"states", "modes"}
         assert compared(plan_experiment_comparisons(experiment()), "mine") == set()
 
 
@@ -190,7 +190,7 @@ def test_a_rigid_guest_is_compared_with_its_level(promises):
     before = {c.about.key.id for c in plan_experiment_comparisons(experiment())}
     with registry.register("mine", replace(TWICE, promises=promises)):
         found = plan_experiment_comparisons(experiment())
-        assert compared(plan_state_comparisons(ARM, True, 0), "mine") == {"states"}
+        assert compared(plan_states(ARM, 1, 0), "mine") == {"states"}
         runs = "simulate" in promises
         assert compared(found, "mine") == ({"refined"} if runs else set())
     assert before <= {c.about.key.id for c in found}
@@ -204,7 +204,7 @@ def test_a_guest_is_asked_about_what_it_covers_alone():
         free = usual_switches(ARM, planets="free")
         assert "mine" in registry.find_covering_models("geared", ARM, usual_switches(ARM))
         assert "mine" not in registry.find_covering_models("geared", ARM, free)
-        tasks = [task for c in plan_state_comparisons(ARM, True, 0) for task in c.needs]
+        tasks = [task for c in plan_states(ARM, 1, 0) for task in c.needs]
         asked = {task.case.switches.planets for task in tasks if task.model == "mine"}
         assert asked == {"lumped"}
 

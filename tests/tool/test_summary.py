@@ -2,7 +2,6 @@
 
 import json
 from dataclasses import replace
-from html.parser import HTMLParser
 from typing import Any
 
 import numpy as np
@@ -13,7 +12,6 @@ from crosscheck.findings import Agreement, EntryDifferences
 from crosscheck.models.arm.arm import Link
 from crosscheck.planning.plan import CrossCheckRequest
 from crosscheck.report.heat_map import make_entry_maps, make_heat_map
-from crosscheck.report.trials.output import make_trial_maps
 from crosscheck.report.trials.trial import (
     describe_notes,
     describe_unfollowed,
@@ -25,7 +23,7 @@ from crosscheck.trial.input.loading import load_equations
 from crosscheck.trial.judge.entries import EntryPlace, LevelDistance
 from crosscheck.trial.judge.unit_mistakes import UnitMistake
 from crosscheck.trial.trial import Trial
-from tests.baselines.short import green, invented_check, measurement, red
+from tests.baselines.short import green, invented_check, red
 from tests.tool.supplied import model_file
 
 NAMES = ("x_sp1", "theta_1")
@@ -35,28 +33,6 @@ ENTRIES = [
     )
     for model, wrong in (("analytic:printed", 0.0127), ("analytic:physical", 1e-14))
 ]
-
-
-class Cells(HTMLParser):
-    """Texts of the cells of tables, with whether each element is closed."""
-
-    def __init__(self, text: str) -> None:
-        super().__init__()
-        self.open: list[str] = []
-        self.texts: list[str] = []
-        self.feed(text)
-        assert not self.open
-
-    def handle_starttag(self, tag: str, attrs: list[tuple[str, str | None]]) -> None:
-        if tag != "br":
-            self.open.append(tag)
-
-    def handle_endtag(self, tag: str) -> None:
-        assert self.open.pop() == tag
-
-    def handle_data(self, data: str) -> None:
-        if self.open and self.open[-1] == "td":
-            self.texts.append(data)
 
 
 def test_a_cell_is_shaded_by_the_decades_of_its_difference_once_it_differs():
@@ -98,33 +74,6 @@ def test_a_trial_prints_itself_in_few_lines(trial):
     assert lines[0].endswith("; compared with links")
     assert lines[1].startswith("M[theta_1, theta_1]: ")
     assert lines[-1].endswith("checks agree")
-
-
-def test_a_notebook_shows_a_trial_entry_by_entry(trial):
-    text = trial._repr_html_()
-    assert "<b>" not in text
-    assert "&lt;b&gt; on paper-labelled" in text
-    cells = [cell for cell in Cells(text).texts if cell.strip()]
-    assert len(cells) == 4 + 2  # M and force; of the bias no row is wrong
-    assert [cell.endswith("%") for cell in cells[:4]] == [True, False, False, False]
-    assert set(cells[1:]) == {"✓"}
-
-
-def test_each_part_of_a_trial_has_its_map_and_each_wrong_row_of_the_bias(trial):
-    bias = np.zeros((2, 2, 2))
-    bias[1] = [[0.0, 2e-5], [0.3, 0.004]]
-    found = {"mass_matrix": np.diag([0.0, 0.05]), "rate_terms": bias, "force": np.array([0, 7.0])}
-    shown = replace(trial, relative_errors=found, allowed=dict.fromkeys(found, 1e-9))
-    first, second, third = make_trial_maps(shown.answer)
-    assert [first.title, second.title, third.title] == ["M", "bias of theta_2, by rates", "force"]
-    assert first.rows == first.columns == second.rows == second.columns == third.rows
-    assert third.columns == ("",)
-    texts = [[[cell.text for cell in row] for row in each.cells] for each in (first, second, third)]
-    assert texts[0] == [["\N{CHECK MARK}"] * 2, ["\N{CHECK MARK}", "5 %"]]
-    assert texts[1] == [["\N{CHECK MARK}", "0.002 %"], ["30 %", "0.4 %"]]
-    assert texts[2] == [["\N{CHECK MARK}"], ["700 %"]]
-    raised = replace(trial, traces={"bias": "x", "force": "y"})
-    assert repr(raised).splitlines()[-5:-1] == ["bias raised:", "x", "force raised:", "y"]
 
 
 def ignored(name, value, *parts, **goes_with):
@@ -220,42 +169,10 @@ def test_notes_of_a_trial_tell_motors_and_point_masses(trial):
     ]
 
 
-def test_a_trial_has_a_row_for_each_entry(trial):
-    table = trial.to_dataframe()
-    assert list(table.columns) == ["part", "entry", "relative", "tolerance", "agrees", "why"]
-    assert table.groupby("part").size().to_dict() == {"M": 4, "bias": 2 * 3, "force": 2}
-    allowed = {"mass_matrix": 1e-3, "rate_terms": 2e-3, "force": 3e-3}
-    each_its_own = replace(trial, allowed=allowed).to_dataframe()
-    told = each_its_own.groupby("part").tolerance.unique().explode().to_dict()
-    assert told == {"M": 1e-3, "bias": 2e-3, "force": 3e-3}
-    wrong = table[~table.agrees]
-    assert list(wrong.entry) == ["M[theta_1, theta_1]"]
-    assert wrong.why.iloc[0]
-    allowed = dict(zip(trial.allowed, (1e-9, 2e-9, 3e-9), strict=True))
-    shown = replace(trial, allowed=allowed).to_dataframe()
-    assert dict(zip(shown.part, shown.tolerance, strict=True)) == {
-        "M": allowed["mass_matrix"],
-        "bias": allowed["rate_terms"],
-        "force": allowed["force"],
-    }
-
-
 def test_a_trial_writes_what_the_command_writes(trial, tmp_path):
     trial.write_report(tmp_path)
     assert "M[theta_1, theta_1]" in (tmp_path / "trial.html").read_text()
     assert json.loads((tmp_path / "trial.json").read_text())["wrong"]
-
-
-def test_an_agreement_prints_its_verdict_and_what_is_wrong():
-    agreement = crosscheck.CheckResult([green(), measurement("pd")], entries=ENTRIES)
-    assert repr(agreement).splitlines() == [
-        "The printed equations are wrong in 1 place (M[x_sp1, theta_1], 1.3 %);"
-        " the corrected ones agree with every engine (1 of 1 check).",
-        "1 of 1 check agrees; 1 difference measured without a limit",
-        "wrong M[x_sp1, theta_1]: 1.3 %",
-    ]
-    cells = Cells(agreement._repr_html_()).texts
-    assert [cell for cell in cells if cell.strip()] == ["✓", "1.3 %", "1.3 %", "✓", *"✓✓✓✓"]
 
 
 def test_an_agreement_prints_the_first_of_what_does_not_agree():

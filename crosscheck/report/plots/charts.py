@@ -10,7 +10,7 @@ from typing import Any
 
 import xarray as xr
 
-from crosscheck.planning.run_suite import sort_engines
+from crosscheck.planning.plan import sort_engines
 from crosscheck.registry import RIGID_LEVELS, find_same_integrator_models, model_names
 from crosscheck.report.plots.signals import Signals, collect_signals
 from crosscheck.runner.tasks import RunKey

@@ -13,8 +13,8 @@ from typing import NamedTuple
 import numpy as np
 
 from crosscheck.analytic.robot.model import AnalyticRobot, cross, multiply, project
+from crosscheck.analytic.robot.springs import stage_rotors
 from crosscheck.models.robot.robot import BASE, Level, Robot, RobotBody, Rotor
-from crosscheck.planning.springs import stage_rotors
 from crosscheck.trial.changes.mistakes import BodyPart, list_whole_bodies
 from crosscheck.trial.changes.problem import DynamicsTerms
 

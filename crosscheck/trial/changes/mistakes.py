@@ -12,6 +12,7 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
+from crosscheck.analytic.robot.springs import stage_rotors
 from crosscheck.models.robot import inertias
 from crosscheck.models.robot.robot import (
     BASE,
@@ -25,7 +26,6 @@ from crosscheck.models.robot.robot import (
     compute_point_inertia,
 )
 from crosscheck.models.robot.urdf import read_urdf, roll_pitch_yaw
-from crosscheck.planning.springs import stage_rotors
 from crosscheck.trial.changes.numbers import (
     AXES,
     INERTIA,

@@ -14,7 +14,7 @@ from typing import TYPE_CHECKING, NamedTuple
 
 import numpy as np
 
-from crosscheck.checks.robots.sizes import TOLERANCE
+from crosscheck.checks.robot_states import TOLERANCE
 from crosscheck.models.robot.robot import Robot
 from crosscheck.trial.changes.numbers import RobotNumber, merge_records
 from crosscheck.trial.changes.problem import Places

@@ -14,7 +14,7 @@ from typing import NamedTuple
 import numpy as np
 
 from crosscheck.analytic.robot.model import AnalyticRobot, multiply
-from crosscheck.checks.robots.states import RandomStates
+from crosscheck.checks.robot_states import RandomStates
 from crosscheck.models.robot.robot import Level, Robot
 
 # What an explanation may leave of each entry's largest difference; and of its size, by rounding.

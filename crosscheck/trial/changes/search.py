@@ -11,7 +11,7 @@ from typing import NamedTuple
 import numpy as np
 
 from crosscheck.analytic.robot.model import AnalyticRobot
-from crosscheck.checks.robots.sizes import TOLERANCE
+from crosscheck.checks.robot_states import TOLERANCE
 from crosscheck.models.robot.robot import Robot, RobotBody
 from crosscheck.trial.changes.mistakes import RobotMistake, list_frame_mistakes
 from crosscheck.trial.changes.numbers import (

@@ -9,7 +9,7 @@ from typing import Any
 import numpy as np
 import sympy as sp
 
-from crosscheck.checks.robots.states import RandomStates
+from crosscheck.checks.robot_states import RandomStates
 from crosscheck.models.arm.layout import Coordinate, Layout
 from crosscheck.models.errors import InputError
 from crosscheck.models.robot.robot import Robot

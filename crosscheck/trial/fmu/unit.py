@@ -35,8 +35,7 @@ from crosscheck.planning.comparison import (
     judge_comparisons,
     make_comparison,
 )
-from crosscheck.planning.plan import Experiment
-from crosscheck.planning.run_suite import sort_engines
+from crosscheck.planning.plan import Experiment, sort_engines
 from crosscheck.provenance import record_provenance
 from crosscheck.registry import build, find_same_integrator_models, packages, reference_model
 from crosscheck.run import run_tasks

@@ -1,6 +1,6 @@
 """All checks of answers at states: what equations owe to themselves, and each engine.
 
-Equations of arms and of robots are judged by the same arrays: whoever asks fills in ``Answers``.
+Equations of arms and of robots are judged by the same arrays: whoever asks fills in ``AnswerSet``.
 """
 
 from __future__ import annotations
@@ -82,7 +82,7 @@ class Identity(NamedTuple):
 
 
 @dataclass(frozen=True)
-class Answers:
+class AnswerSet:
     """Answers of equations at states, and what they are judged by.
 
     Args:
@@ -142,7 +142,7 @@ def make_second_law(
     return Identity("second-law", "force", size, left + values["bias"] + gravity, force)
 
 
-def judge_answers(answers: Answers) -> Iterator[SelfCheck]:
+def judge_answers(answers: AnswerSet) -> Iterator[SelfCheck]:
     """Judge what equations owe to themselves; a part that did not answer is a failed check."""
     for part, why in answers.failures.items():
         about = answers.make_subject(OWN, f"answers-{part}")
@@ -158,7 +158,7 @@ def judge_answers(answers: Answers) -> Iterator[SelfCheck]:
 
 
 def judge_engine(
-    answers: Answers,
+    answers: AnswerSet,
     engine: str,
     engine_values: Mapping[str, np.ndarray | Failure],
     sizes: Mapping[str, PartSize],
@@ -201,7 +201,7 @@ def judge_engine(
         )
 
 
-def find_idle_motors(answers: Answers, motors: Sequence[int]) -> tuple[int, ...]:
+def find_idle_motors(answers: AnswerSet, motors: Sequence[int]) -> tuple[int, ...]:
     """The motors, by their coordinate from 0, whose torque changes no answer."""
     if not answers.by_torques:
         return ()
@@ -212,7 +212,7 @@ def find_idle_motors(answers: Answers, motors: Sequence[int]) -> tuple[int, ...]
     )
 
 
-def _list_identities(answers: Answers) -> Iterator[Identity]:
+def _list_identities(answers: AnswerSet) -> Iterator[Identity]:
     values, sizes = answers.values, answers.sizes
     for part, repeated in answers.repeated.items():
         fault, axes = CHANGES.format(part), values[part].ndim - 1
@@ -240,7 +240,7 @@ def _list_identities(answers: Answers) -> Iterator[Identity]:
 def _compute_nonlinearity(answers: np.ndarray) -> np.ndarray:
     """Deviation from sums of each torque's effect, proportional to it (torques + 1, states, n).
 
-    answers (states, 2 m + 2, n): as ``Answers.by_torques``.
+    answers (states, 2 m + 2, n): as ``AnswerSet.by_torques``.
     """
     none, *single, together = answers.swapaxes(0, 1)
     half = len(single) // 2
@@ -263,7 +263,7 @@ def _judge_safely(about: Subject, judge: Callable[[Subject], Finding]) -> Findin
         return make_failed_check(about, str(failure_from_error(error)))
 
 
-def _judge_identity(answers: Answers, identity: Identity, about: Subject) -> Finding:
+def _judge_identity(answers: AnswerSet, identity: Identity, about: Subject) -> Finding:
     return make_check(
         about,
         measured=float(identity.errors.max()),
@@ -273,7 +273,7 @@ def _judge_identity(answers: Answers, identity: Identity, about: Subject) -> Fin
     )
 
 
-def _format_places(answers: Answers, identity: Identity) -> str:
+def _format_places(answers: AnswerSet, identity: Identity) -> str:
     """The entries that deviate, in words, the largest deviation first."""
     errors = identity.errors
     indices = sorted(identity.places, key=lambda index: -errors[index])

@@ -21,9 +21,9 @@ from crosscheck.models.arm.arm import Arm
 from crosscheck.models.errors import InputError
 from crosscheck.models.experiment.scenario import PdDrive, Scenario
 from crosscheck.models.interface import Model
-from crosscheck.models.loading import Case
+from crosscheck.models.loading import Case, make_rest_scenario
 from crosscheck.planning.comparison import ModelTask
-from crosscheck.planning.sizing import make_rest_scenario, make_unequal_gains_scenario
+from crosscheck.planning.sizing import make_unequal_gains_scenario
 from crosscheck.registry import (
     MODELS,
     RIGID_LEVELS,

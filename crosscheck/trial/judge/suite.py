@@ -4,23 +4,25 @@ from __future__ import annotations
 
 import math
 from collections.abc import Iterator
+from dataclasses import replace
 from functools import partial
 from typing import Any
 
 import numpy as np
 
-from crosscheck.checks.invariants import SYMMETRY
+from crosscheck.checks.inertia import SYMMETRY
+from crosscheck.checks.invariants import plan_balances
 from crosscheck.checks.scales import acceptance_limit
 from crosscheck.checks.states import LOOSEST
 from crosscheck.checks.trajectories import UNITS, Pair, check_same_step, size
 from crosscheck.findings import ComparisonKey, Finding, Subject, make_check
 from crosscheck.models.experiment.scenario import Scenario
+from crosscheck.planning.arms import sample_model
 from crosscheck.planning.comparison import Comparison, Results, make_comparison
 from crosscheck.planning.plan import perturb_start_by_one_ulp
-from crosscheck.planning.state_suite import SampledModel, plan_balances
 from crosscheck.registry import MODELS, find_same_integrator_models
 from crosscheck.runner.outcomes import Failure
-from crosscheck.runner.tasks import RunKey, Simulation
+from crosscheck.runner.tasks import Evaluation, RunKey, Simulation
 from crosscheck.trial.input.calls import LOADS
 from crosscheck.trial.judge import entries
 from crosscheck.trial.judge.checks import (
@@ -28,7 +30,7 @@ from crosscheck.trial.judge.checks import (
     COMPARED,
     GRADIENT,
     INVERSE,
-    Answers,
+    AnswerSet,
     Identity,
     PartSize,
     judge_engine,
@@ -94,7 +96,7 @@ def _list_quantities(problem: VerificationProblem) -> list[str]:
     has, equations = problem.has, problem.equations
     parts = [part for part in COMPARED if part in has]
     supplied = [p for p in parts if p not in LOADS or getattr(equations, p) is not None]
-    is_asked = {
+    is_there = {
         "other_speeds": "bias" in has,
         "rate_terms": {"mass_matrix", "bias"} <= has,
         "christoffel": {"mass_matrix", "bias"} <= has,
@@ -102,11 +104,11 @@ def _list_quantities(problem: VerificationProblem) -> list[str]:
         "inverse_dynamics": equations.inverse_dynamics is not None,
         "by_torques": equations.force is not None and bool(problem.motors),
     }
-    more = [quantity for quantity, asked in is_asked.items() if asked]
+    more = [quantity for quantity, there in is_there.items() if there]
     return [*parts, *(f"{part}{AGAIN}" for part in supplied), *more]
 
 
-def collect_answers(problem: VerificationProblem, results: Results) -> Answers:
+def collect_answers(problem: VerificationProblem, results: Results) -> AnswerSet:
     """The answers of the equations, to be judged. Raises MissingResult without a reference's M."""
     values, failures = dict[str, np.ndarray](), dict[str, Failure]()
     for quantity in _list_quantities(problem):
@@ -140,7 +142,7 @@ def collect_answers(problem: VerificationProblem, results: Results) -> Answers:
     if problem.equations.acceleration is not None and set(parts) >= WHOLE:
         gravity = parts.get("gravity", 0.0)
         identities.append(make_second_law(sizes["force"], parts, gravity, parts["force"]))
-    return Answers(
+    return AnswerSet(
         name=problem.name,
         mechanism=problem.case.arm.name,
         names=problem.frame.names,
@@ -157,7 +159,7 @@ def collect_answers(problem: VerificationProblem, results: Results) -> Answers:
 
 
 def judge_engines(
-    problem: VerificationProblem, answers: Answers, results: Results, level: str
+    problem: VerificationProblem, answers: AnswerSet, results: Results, level: str
 ) -> Iterator[Finding]:
     """Compare every part with every engine: they must agree at this level."""
 
@@ -201,9 +203,11 @@ def plan_balance_checks(problem: VerificationProblem) -> Iterator[Comparison]:
     rigid = problem.gearing == "rigid"
     if rigid or problem.frame.matrix is None or not problem.has >= WHOLE:
         return
-    sampled = SampledModel(
-        problem.case.arm.name, problem.name, problem.case, problem.count, problem.seed
+    name, case = problem.name, problem.case
+    reference = sample_model(
+        case.arm.name, problem.reference(""), case, problem.count, problem.seed
     )
+    sampled = replace(reference, model=name, evaluate=partial(Evaluation, name))
     for balance in plan_balances(sampled):
         judge = partial(_judge_balance, problem, balance)
         yield Comparison(balance.about, (*balance.needs, *make_size_questions(problem, "")), judge)

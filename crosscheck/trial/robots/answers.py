@@ -10,8 +10,7 @@ import numpy as np
 
 from crosscheck.analytic.robot.model import AnalyticRobot
 from crosscheck.checks.answers import BadAnswer
-from crosscheck.checks.robots.sizes import TOLERANCE, RobotSizes
-from crosscheck.checks.robots.states import RandomStates, sample_states
+from crosscheck.checks.robot_states import TOLERANCE, RandomStates, RobotSizes, sample_states
 from crosscheck.models.errors import InputError
 from crosscheck.models.robot.robot import Robot
 from crosscheck.registry import MODELS, Entry

@@ -6,7 +6,7 @@ from collections.abc import Mapping, Sequence
 
 import numpy as np
 
-from crosscheck.checks.robots.states import RandomStates
+from crosscheck.checks.robot_states import RandomStates
 from crosscheck.models.robot.robot import Robot
 from crosscheck.runner.outcomes import Failure
 from crosscheck.trial.coordinates.differences import CENTRAL, TURN_RAD

@@ -9,8 +9,7 @@ from itertools import islice, product
 import numpy as np
 
 from crosscheck.analytic.robot.model import AnalyticRobot
-from crosscheck.checks.robots.sizes import TOLERANCE, WITH_WEIGHTS
-from crosscheck.checks.robots.states import RandomStates
+from crosscheck.checks.robot_states import TOLERANCE, WITH_WEIGHTS, RandomStates
 from crosscheck.models.robot.robot import Level
 from crosscheck.trial.changes.forms import describe_pieces, find_forms
 from crosscheck.trial.changes.numbers import (

@@ -10,8 +10,7 @@ from typing import Any
 import numpy as np
 
 from crosscheck.analytic.robot.model import AnalyticRobot
-from crosscheck.checks.robots.sizes import RobotSizes, compute_sizes
-from crosscheck.checks.robots.states import RandomStates
+from crosscheck.checks.robot_states import RandomStates, RobotSizes, compute_sizes
 from crosscheck.findings import Finding
 from crosscheck.models.errors import InputError
 from crosscheck.models.robot.integration import conditioning_error
@@ -26,7 +25,7 @@ from crosscheck.trial.judge.checks import (
     GRADIENT,
     INVERSE,
     JUDGED,
-    Answers,
+    AnswerSet,
     Identity,
     PartSize,
     judge_engine,
@@ -54,7 +53,7 @@ class RobotProblem:
 
     sizes: by level, of each that equations may be of; stated: the level that these are to be of;
     self_differences: by part, what it owes to the slopes of others; by_torques: by part, as in
-    Answers; lost: parts that did not answer where these were asked; friction
+    AnswerSet; lost: parts that did not answer where these were asked; friction
     (states, n): the torques that it takes, which those of the states are without; stiffness (n, n):
     of springs, whose torques stand beside the weights.
     """
@@ -170,7 +169,7 @@ class RobotProblem:
         pairs = np.maximum(rows[:, :, None], rows[:, None, :])
         return Identity(*GRADIENT, size._replace(entries=pairs), *sides, axes=2)
 
-    def collect_answers(self, level: Level) -> Answers:
+    def collect_answers(self, level: Level) -> AnswerSet:
         """The answers, to be judged by the sizes of a level."""
         answers, values = self.answers, {part: self.answers.values[part] for part in self.parts}
         sizes = self._size_parts(level)
@@ -187,7 +186,7 @@ class RobotProblem:
                 force = values["force"] - (self.loads_in_force - self.states.torques)
                 held = weights if answers.driven else 0.0
                 identities.append(make_second_law(size, values, held, force))
-        return Answers(
+        return AnswerSet(
             name=self.name,
             mechanism=self.robot.name,
             names=self.names,
@@ -256,7 +255,7 @@ def select_entry(values: np.ndarray, place: tuple[int, ...]) -> np.ndarray:
     return entry
 
 
-def judge_engines(problem: RobotProblem, answers: Answers, level: Level) -> Iterator[Finding]:
+def judge_engines(problem: RobotProblem, answers: AnswerSet, level: Level) -> Iterator[Finding]:
     """Every part compared with every engine; one that raises fails there."""
     for engine in find_level_engines(level):
         values: Mapping[str, np.ndarray | Failure]

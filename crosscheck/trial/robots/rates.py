@@ -8,8 +8,7 @@ from itertools import combinations
 
 import numpy as np
 
-from crosscheck.checks.robots.sizes import RobotSizes
-from crosscheck.checks.robots.states import RandomStates
+from crosscheck.checks.robot_states import RandomStates, RobotSizes
 
 MOST_CALLS, LEAST_STATES = 600, 3
 

@@ -7,7 +7,7 @@ from collections.abc import Callable, Iterator, Sequence
 import numpy as np
 
 from crosscheck.analytic.robot.model import AnalyticRobot
-from crosscheck.checks.robots.states import RandomStates
+from crosscheck.checks.robot_states import RandomStates
 from crosscheck.models.robot.robot import BASE, Level, Robot
 from crosscheck.trial.coordinates.readings import (
     FITS,

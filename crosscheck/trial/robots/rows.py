@@ -6,7 +6,7 @@ from collections.abc import Iterator, Sequence
 
 import numpy as np
 
-from crosscheck.checks.robots.sizes import TOLERANCE
+from crosscheck.checks.robot_states import TOLERANCE
 from crosscheck.models.robot.robot import BASE, Level, Robot
 from crosscheck.trial.changes.numbers import get_link_name
 from crosscheck.trial.robots.judge import RobotProblem

@@ -10,8 +10,7 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from crosscheck.checks.robots.sizes import WITH_WEIGHTS, RobotSizes
-from crosscheck.checks.robots.states import RandomStates
+from crosscheck.checks.robot_states import WITH_WEIGHTS, RandomStates, RobotSizes
 from crosscheck.findings import Agreement
 from crosscheck.models.errors import InputError
 from crosscheck.models.robot.robot import Level, Robot, remove_friction
@@ -234,8 +233,7 @@ def _run_trial(request: TrialRequest, progress: ProgressCallback) -> RunTrial:
         equations = drive_motors(equations, robot)
     friction = read_friction(equations, robot, name)
     is_rubbing, robot = bool(robot.friction.any()), remove_friction(robot)
-    asked = replace(request, equations=equations, mechanism=robot)
-    questions = prepare_questions(asked)
+    questions = prepare_questions(replace(request, equations=equations, mechanism=robot))
     motors, states, sizes = questions.motors, questions.states, questions.sizes
     level = questions.level
     with register(name, questions.entry), Workers(request.jobs) as workers:
@@ -317,9 +315,9 @@ def _ask_about_itself(
     """What functions that answer owe to slopes of others; parts by torques; parts that fail."""
     robot, states = questions.robot, questions.states
     slopes, torques = make_slope_states(robot, states), make_torque_states(states, questions.motors)
-    asked = {part: slopes for part in SOURCES if answers.sources.get(part) == part}
-    asked |= {part: torques for part in LOADS if part in answers.values and questions.motors}
-    outcomes = call_functions(asked, questions.name, workers, progress) if asked else {}
+    calls = {part: slopes for part in SOURCES if answers.sources.get(part) == part}
+    calls |= {part: torques for part in LOADS if part in answers.values and questions.motors}
+    outcomes = call_functions(calls, questions.name, workers, progress) if calls else {}
     failures = {part: each for part, each in outcomes.items() if isinstance(each, Failure)}
     by_torques = {
         part: np.stack(np.split(each, len(torques)), axis=1)

@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from crosscheck.checks.robots.states import RandomStates
+from crosscheck.checks.robot_states import RandomStates
 from crosscheck.models.arm.arm import Planetary
 from crosscheck.models.robot.planar import build_level_robots
 from crosscheck.models.robot.robot import Level, Robot

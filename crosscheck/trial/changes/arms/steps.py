@@ -7,7 +7,7 @@ from collections.abc import Callable, Iterator, Sequence
 
 import numpy as np
 
-from crosscheck.checks.robots.states import RandomStates
+from crosscheck.checks.robot_states import RandomStates
 from crosscheck.models.robot.planar import build_level_robots
 from crosscheck.trial.changes.arms.comparison import QUANTITIES, EntryComparison
 from crosscheck.trial.changes.forms import FormKind, find_forms

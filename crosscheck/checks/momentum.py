@@ -1,20 +1,19 @@
-"""Momentum of a whole robot beside that of the joints on its base, by M."""
+"""Momentum of a whole robot: that of the joints on its base, by M, and what weights take of it."""
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Sequence
+from collections.abc import Iterator
 
 import numpy as np
 
-from crosscheck.checks.robots.case import (
+from crosscheck.checks.engines import gravity, momentum
+from crosscheck.checks.robot_states import TOLERANCE
+from crosscheck.checks.sampled import (
     RobotLevel,
-    SampledRobot,
+    Subjects,
     ask,
-    check_share,
-    plan_law,
-    share_of,
 )
-from crosscheck.checks.robots.sizes import TOLERANCE
+from crosscheck.checks.scales import check_share, share_of
 from crosscheck.findings import Finding, Subject
 from crosscheck.models.robot.interface import RobotModel
 from crosscheck.models.robot.robot import BASE, Robot
@@ -68,13 +67,17 @@ def _carried(robot: Robot, base: int) -> np.ndarray:
     return np.array([_root(robot, number) == base for number in robot.coordinates], dtype=float)
 
 
-def plan(models: Sequence[SampledRobot]) -> Iterator[Comparison | str]:
+def plan(subjects: Subjects) -> Iterator[Comparison | str]:
     """Comparisons of each model's momentum with its M, where no rotor spins beside the links."""
-    has_base_joints = bool(find_base_joints(models[0].case.robot))
-    for sampled in models:
-        if has_base_joints and sampled.case.level == "links":
-            yield plan_law(sampled, "base-momentum", [base_momenta], _check_momenta)
-    if not has_base_joints:
+    for sampled in subjects.robots:
+        if sampled.case.level == "links" and find_base_joints(sampled.case.robot):
+            yield sampled.plan_case_law("base-momentum", [base_momenta], _check_momenta)
+        if sampled.case.robot.gravity.any():
+            questions = gravity, momentum
+            yield sampled.plan_case_law("linear-momentum", questions, _check_momentum)
+    if subjects.robots and not subjects.robots[0].case.robot.gravity.any():
+        yield "without gravity: no weights to hold against energy and linear momentum"
+    if subjects.robots and not find_base_joints(subjects.robots[0].case.robot):
         yield "momentum is not compared with M: a joint on the base leads or follows another"
 
 
@@ -90,3 +93,15 @@ def _check_momenta(about: Subject, momenta: np.ndarray, case: RobotLevel) -> Fin
         size = size + away * case.sizes.momentum[:, 0]
         worst = max(worst, share_of(conjugate - whole, size))
     return check_share(about, worst, TOLERANCE, f"{TOLERANCE:g} of the momenta that are summed")
+
+
+def _check_momentum(
+    about: Subject, given: np.ndarray, moving: np.ndarray, case: RobotLevel
+) -> Finding:
+    """Weights take the power -g . P from the motion, P the linear momentum."""
+    pull, sizes = case.robot.gravity, case.sizes
+    power = (given * case.states.v).sum(axis=1) + moving[:, :3] @ pull
+    size = sizes.momentum[:, 0] * np.linalg.norm(pull)
+    size = size + (np.abs(given) * np.abs(case.states.v)).sum(axis=1)
+    basis = f"{TOLERANCE:g} of the powers that are summed"
+    return check_share(about, share_of(power, size), TOLERANCE, basis)

@@ -2,20 +2,19 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Sequence
+from collections.abc import Iterator
 from dataclasses import dataclass
 
 import numpy as np
 
 from crosscheck.checks.answers import require_numbers
-from crosscheck.checks.robots.case import (
+from crosscheck.checks.engines import STEPS, motion_sizes
+from crosscheck.checks.sampled import (
     RobotLevel,
-    SampledRobot,
-    check_share,
+    Subjects,
     pair_models,
-    share_of,
 )
-from crosscheck.checks.robots.engines import STEPS, motion_sizes
+from crosscheck.checks.scales import check_share, share_of
 from crosscheck.findings import ComparisonKey, Finding, Subject
 from crosscheck.models.errors import Diverged
 from crosscheck.models.experiment.scenario import ConstantDrive, Scenario, Start
@@ -84,12 +83,12 @@ def make_scenario(case: RobotLevel) -> Scenario:
     )
 
 
-def plan(models: Sequence[SampledRobot]) -> Iterator[Comparison | str]:
+def plan(subjects: Subjects) -> Iterator[Comparison | str]:
     """Comparisons of two models' simulations in equal steps."""
-    still = {each.case.level: each.case for each in models if not each.case.has_runs}
+    still = {each.case.level: each.case for each in subjects.robots if not each.case.has_runs}
     for level, case in still.items():
         yield f"{level}: no runs, since steps of {case.run_s / STEPS:.2g} s are below rounding"
-    for left, right in pair_models(models):
+    for left, right in pair_models(subjects.robots):
         case = left.case
         if not case.has_runs:
             continue
@@ -104,7 +103,7 @@ def plan(models: Sequence[SampledRobot]) -> Iterator[Comparison | str]:
 
         for question in map(SimulationQuestion, case.scenarios or [make_scenario(case)]):
             name, seconds = question.__name__, question.scenario.duration_s
-            key = ComparisonKey("same-step", case.name, name, left.model, right.model)
+            key = ComparisonKey("same-step", left.where, name, left.model, right.model)
             metric = f"largest difference, over the motion, of a simulation of {seconds:.3g} s"
             tasks = left.ask(question), right.ask(question)
             yield make_comparison(Subject(key, "1", metric), tasks, judge)

@@ -2,43 +2,42 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Sequence
+from collections.abc import Iterator
 
 import numpy as np
 
 from crosscheck.checks.arm_data import mesh_damping
 from crosscheck.checks.energy import ALONG_RAD
-from crosscheck.checks.first_principles.mesh_energy import (
-    POINTS,
-    energy_slope,
-    highest_harmonic,
-    planet_springs,
-)
-from crosscheck.checks.robots.case import (
-    TURN_RAD,
-    WEIGHTS,
-    RobotLevel,
-    SampledRobot,
-    ask,
-    check_share,
-    plan_law,
-    share_of,
-)
-from crosscheck.checks.robots.engines import (
+from crosscheck.checks.engines import (
     bias,
     energy,
     gravity,
     inverse_dynamics,
     mass_matrix,
 )
-from crosscheck.checks.robots.sizes import TOLERANCE
-from crosscheck.checks.robots.weight import ROUNDED
+from crosscheck.checks.first_principles.mesh_energy import (
+    POINTS,
+    energy_slope,
+    highest_harmonic,
+    planet_springs,
+)
+from crosscheck.checks.robot_states import TOLERANCE
+from crosscheck.checks.sampled import (
+    TURN_RAD,
+    WEIGHTS,
+    RobotLevel,
+    Subjects,
+    ask,
+    compute_slopes,
+)
+from crosscheck.checks.scales import EPS, check_share, share_of
 from crosscheck.findings import Finding, Subject
 from crosscheck.models.arm.layout import MESHES
 from crosscheck.models.robot.interface import RobotModel
 from crosscheck.models.robot.robot import JointStage
 from crosscheck.planning.comparison import Comparison
 
+ROUNDED = 100 * EPS  # rounding error of an energy, which sums masses at their heights
 LONGEST_S = 0.01  # longest half step along a motion [s]
 
 
@@ -46,6 +45,15 @@ def rest_energy(model: RobotModel, case: RobotLevel) -> np.ndarray:
     """Energy of the weights alone (states,)."""
     q = case.states.q
     return ask(model, "energy", (len(q),), q, 0 * q)
+
+
+def energy_slopes(model: RobotModel, case: RobotLevel) -> np.ndarray:
+    """Slopes of the energy at rest (first states, n)."""
+
+    def energies(q: np.ndarray) -> np.ndarray:
+        return ask(model, "energy", (len(q),), q, 0 * q)
+
+    return compute_slopes(energies, case.first.q, case.steps).T
 
 
 def energy_rate(model: RobotModel, case: RobotLevel) -> np.ndarray:
@@ -67,15 +75,18 @@ def driven_forces(model: RobotModel, case: RobotLevel) -> np.ndarray:
     return ask(model, "inverse_dynamics", q.shape, q, v, a)
 
 
-def plan(models: Sequence[SampledRobot]) -> Iterator[Comparison]:
+def plan(subjects: Subjects) -> Iterator[Comparison]:
     """Comparisons of each model's energies and dynamics with its own M, bias and weights."""
     terms = mass_matrix, bias, gravity
-    for sampled in models:
+    for sampled in subjects.robots:
+        if sampled.case.robot.gravity.any():
+            heights = gravity, energy_slopes
+            yield sampled.plan_case_law("gravity-from-energy", heights, _check_slopes)
         questions = mass_matrix, energy, rest_energy
-        yield plan_law(sampled, "kinetic-energy", questions, _check_kinetic_energy)
-        yield plan_law(sampled, "energy-rate", (energy_rate, *terms), _check_energy_rate)
-        yield plan_law(sampled, "inverse-dynamics", (inverse_dynamics, *terms), _check_inverse)
-        yield plan_law(sampled, "forward-dynamics", [driven_forces], _check_forward)
+        yield sampled.plan_case_law("kinetic-energy", questions, _check_kinetic_energy)
+        yield sampled.plan_case_law("energy-rate", (energy_rate, *terms), _check_energy_rate)
+        yield sampled.plan_case_law("inverse-dynamics", (inverse_dynamics, *terms), _check_inverse)
+        yield sampled.plan_case_law("forward-dynamics", [driven_forces], _check_forward)
 
 
 def _time_steps(case: RobotLevel) -> np.ndarray:
@@ -91,6 +102,17 @@ def _check_kinetic_energy(
     kinetic = np.einsum("si,sij,sj->s", v, mass, v) / 2
     basis = f"{TOLERANCE:g} of the kinetic energy, and of the weight at the farthest mass"
     return check_share(about, share_of(total - rest - kinetic, case.sizes.energy), TOLERANCE, basis)
+
+
+def _check_slopes(
+    about: Subject, given: np.ndarray, slopes: np.ndarray, case: RobotLevel
+) -> Finding:
+    sizes, count = case.sizes, len(slopes)
+    height = (sizes.energy - sizes.motion**2 / 2)[:count, None]
+    least = ROUNDED * height / case.steps / TOLERANCE
+    size = np.maximum(sizes.gravity[:count], least)
+    basis = f"{TOLERANCE:g} of the torque's natural size, or what rounding leaves in the slopes"
+    return check_share(about, share_of(given[:count] - slopes, size), TOLERANCE, basis)
 
 
 def _check_energy_rate(

@@ -1,29 +1,38 @@
-"""Free motions of each model at finer and finer steps: their order, and their energy."""
+"""Runs at finer and finer steps: their order, and of free motions their energy."""
 
 from __future__ import annotations
 
+import math
 from collections.abc import Iterator, Sequence
 from functools import partial
-from typing import NamedTuple
+from typing import TYPE_CHECKING, NamedTuple
 
 import numpy as np
 
-from crosscheck.checks.robots.case import (
+from crosscheck.checks.engines import STEPS
+from crosscheck.checks.robot_states import LARGEST_TOLERANCE, TOLERANCE
+from crosscheck.checks.sampled import (
     FIRST_PRINCIPLES,
+    ExperimentPlan,
     RobotLevel,
-    SampledRobot,
+    Subjects,
     ask,
-    check_share,
+    find_experiments,
 )
-from crosscheck.checks.robots.engines import STEPS
-from crosscheck.checks.robots.sizes import LARGEST_TOLERANCE, TOLERANCE
-from crosscheck.checks.trajectories import ORDER_TOLERANCE
+from crosscheck.checks.scales import check_share
+from crosscheck.checks.trajectories import largest_difference
 from crosscheck.findings import ComparisonKey, Finding, Subject, make_check, make_measurement
 from crosscheck.models.robot.integration import integrate
 from crosscheck.models.robot.interface import RobotModel
 from crosscheck.models.robot.robot import remove_friction
 from crosscheck.planning.comparison import Comparison, make_comparison
 
+if TYPE_CHECKING:
+    import xarray as xr
+
+# Three grids in their asymptotic range give the order to a few per cent of one.
+ORDER_TOLERANCE = 0.2
+ORDER_LEVELS, ORDER_QUANTITY = 3, "x_sp"  # runs of an arm at h, h/2, h/4, and what shows the order
 FORMAL, HALVINGS, MOST_HALVINGS = 4, 3, 6
 ROUNDED = 1e-11  # largest difference that is rounding grown by M's inverse, over a run's motion
 
@@ -52,28 +61,73 @@ def frictionless_ends(model: RobotModel, case: RobotLevel) -> np.ndarray:
     return refined_ends(type(model)(remove_friction(case.robot), case.level), case)
 
 
-def plan(models: Sequence[SampledRobot]) -> Iterator[Comparison | str]:
-    """Comparisons of each model's runs with the integrator's order, and with their own energy."""
-    for sampled in models:
+def plan(subjects: Subjects) -> Iterator[Comparison | str]:
+    """Comparisons of runs with the integrator's order, and of a robot's with their own energy."""
+    for experiment in find_experiments(subjects, "order"):
+        for model in experiment.models.same:
+            yield _plan_order(experiment, model)
+    for sampled in subjects.robots:
         case = sampled.case
         if case.level == "geared" or not case.has_runs:
             continue
         kept = frictionless_ends if case.robot.friction.any() else refined_ends
         metric = f"free motion of {case.run_s:.3g} s in {STEPS} to {STEPS * 2**HALVINGS} steps"
-        where = f"{case.name}/run"
+        where = f"{sampled.where}/run"
         key = ComparisonKey("order", where, "order-of-convergence", sampled.model)
         about = Subject(key, "1", metric, f"order of convergence {FORMAL}")
         yield make_comparison(about, [sampled.ask(refined_ends)], partial(_check_order, case=case))
         key = ComparisonKey("invariants", where, "energy", sampled.model)
         about = Subject(key, "1", metric, FIRST_PRINCIPLES)
         yield make_comparison(about, [sampled.ask(kept)], partial(_check_energy, case=case))
-    if models[0].case.robot.friction.any():
+    if any(sampled.case.robot.friction.any() for sampled in subjects.robots):
         yield "energy of runs is asked of the robot without its friction"
-    if any(sampled.case.level == "geared" for sampled in models):
+    if any(sampled.case.level == "geared" for sampled in subjects.robots):
         yield (
             "geared: order and energy are not asked of runs, since teeth that part have kinks, and"
             " springs and dampers energy of their own"
         )
+
+
+def _plan_order(experiment: ExperimentPlan, model: str) -> Comparison:
+    """The comparison of an arm's model, smooth or through impacts."""
+    formal = experiment.models.order
+    metric = f"observed order in {ORDER_QUANTITY} from steps h, h/2, h/4"
+    if experiment.name == "order-smooth":
+        metric = f"distance of the observed order in {ORDER_QUANTITY} from the formal one"
+
+    def judge(about: Subject, *runs: xr.Dataset) -> Finding:
+        if experiment.name == "order-smooth":
+            return check_formal_order(about, runs, formal, ORDER_QUANTITY)
+        return measure_impact_order(about, runs, ORDER_QUANTITY)
+
+    key = ComparisonKey("order", experiment.name, "order-of-convergence", model)
+    runs = [experiment.run(model, f"level-{level}") for level in range(ORDER_LEVELS)]
+    about = Subject(key, "1", metric, f"order of convergence {formal}")
+    return make_comparison(about, runs, judge)
+
+
+def observed_order(runs: Sequence[xr.Dataset], quantity: str) -> float:
+    """Observed order p from runs at h, h/2, h/4: differences shrink by 2^p (Richardson)."""
+    coarse, middle, fine = runs
+    first = largest_difference(coarse, middle, quantity)
+    second = largest_difference(middle, fine, quantity)
+    return math.log2(first / second) if first > 0 and second > 0 else math.nan
+
+
+def check_formal_order(
+    about: Subject, runs: Sequence[xr.Dataset], formal: int, quantity: str
+) -> Finding:
+    """Check that runs show the integrator's order in smooth motion."""
+    observed = observed_order(runs, quantity)
+    difference, basis = abs(observed - formal), "three grids in the asymptotic range"
+    note = f"observed order {observed:.3f} from steps h, h/2, h/4"
+    return make_check(about, measured=difference, tolerance=ORDER_TOLERANCE, basis=basis, note=note)
+
+
+def measure_impact_order(about: Subject, runs: Sequence[xr.Dataset], quantity: str) -> Finding:
+    """Measure the order of convergence through impacts."""
+    note = "the dead zone's kink leaves less than the formal order"
+    return make_measurement(about, measured=observed_order(runs, quantity), note=note)
 
 
 class ObservedOrder(NamedTuple):
