@@ -10,6 +10,5 @@ from crosscheck.trial.robots import trial
 
 def run_robot_trial(equations: Equations, robot: Robot, **more: Any) -> trial.RobotTrial:
     """The trial of equations of a robot."""
-    return trial.run_robot_trial(
-        TrialRequest(**{"name": "yours"} | more, equations=equations, mechanism=robot)
-    )
+    given = {"name": "yours", "equations": equations, "mechanism": robot, **more}
+    return trial.run_robot_trial(TrialRequest(**given))
