@@ -139,7 +139,6 @@ def test_what_parts_owe_to_each_other_is_judged(two, check):
     wrong = {part: getattr(two_link, part) for part in PARTS} | BETWEEN[check]
     trial = run_robot_trial(Equations(**wrong), two)
     assert check in {finding.quantity for finding in trial.agreement.disagreeing}
-    assert {each.finding.quantity: each.part for each in trial.self_checks}["second-law"] == "force"
 
 
 DIFFERENCES = 200 / 3  # times the tolerance, of what differences of answers leave

@@ -8,8 +8,7 @@ from crosscheck.trial.request import TrialRequest
 from crosscheck.trial.robots import trial
 
 
-def run_robot_trial(
-    equations: Equations, robot: Robot, *, name: str = "yours", **asked: Any
-) -> trial.RobotTrial:
+def run_robot_trial(equations: Equations, robot: Robot, **more: Any) -> trial.RobotTrial:
     """The trial of equations of a robot."""
-    return trial.run_robot_trial(TrialRequest(name, equations, robot, **asked))
+    given = {"name": "yours", "equations": equations, "mechanism": robot, **more}
+    return trial.run_robot_trial(TrialRequest(**given))

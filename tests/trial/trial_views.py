@@ -22,7 +22,7 @@ from tests.robots.trials import run_robot_trial
 from tests.trial.test_judge_table import two_link as two_link_arm
 from tests.trial.test_trial import equations_of, in_frame
 
-NAME, LEVELS = "yours", ("links", "carriers")  # that differ on an arm with motors and no gears
+NAME = "yours"
 INERTIA, MOMENT, SHARED = 0.0123, 3.7, 0.0045  # that are too much in M and force, and in M[0, 1]
 
 

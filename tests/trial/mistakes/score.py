@@ -1,14 +1,7 @@
-"""What a trial tells of a planted mistake: right, misleading, silent; is the entry right?
-
-``python -m tests.trial.mistakes.score [WORD]`` from the project's folder prints all, or those whose
-name has the word.
-"""
+"""What a trial tells of a planted mistake: right, misleading, silent; is the entry right?"""
 
 import re
-import sys
-import time
 import tomllib
-from collections import Counter
 from collections.abc import Sequence
 from dataclasses import dataclass
 from pathlib import Path
@@ -134,24 +127,3 @@ def texts_of(wrong: EntryMismatch) -> tuple[str, ...]:
     return tuple(
         "; and ".join(map(describe_term_error, each)) for each in (found.errors, *found.others)
     )[:MOST]
-
-
-def main(words: list[str]) -> None:
-    """Print every mistake with what is told of it, and the counts."""
-    chosen = [m for m in MISTAKES if not words or any(word in m.name for word in words)]
-    count: Counter[str] = Counter()
-    start = time.process_time()
-    for mistake in chosen:
-        found = scored(mistake)
-        count[found.verdict] += 1
-        count["entry right"] += found.entry_right
-        entry = "" if found.entry_right else " ENTRY"
-        print(f"{found.verdict:10}{entry} {mistake.name} [{mistake.kind}]")
-        if found.verdict != "right" or words or not found.entry_right:
-            for place, texts in zip(found.entries, found.texts, strict=True):
-                print(f"    {place}: {' | '.join(texts)}")
-    print(f"{len(chosen)}: {dict(count)}, {time.process_time() - start:.1f} CPU s")
-
-
-if __name__ == "__main__":
-    main(sys.argv[1:])

@@ -1,7 +1,7 @@
 """Reported mistakes are told in the right words, never in wrong ones; right texts are not blamed.
 
 A sample in the suite; all of them with CROSSCHECK_DRAWS, as ``make fuzz`` sets it.
-``python -m tests.trial.mistakes.score`` prints what is told of each.
+``python -m benchmarks.bench_trial --all`` tries all of them.
 """
 
 from dataclasses import replace
