@@ -11,21 +11,9 @@ from typing import Any
 from crosscheck.models.arm.arm import Arm
 from crosscheck.models.experiment.scenario import Scenario
 from crosscheck.models.files import is_robot, read_raw_arm
-from crosscheck.models.loading import (
-    Case,
-    Selection,
-    load_case,
-    load_scenario,
-    load_selection,
-    require_fit,
-)
+from crosscheck.models.loading import Selection, load_scenario, load_selection, require_fit
 from crosscheck.models.refusals import refuse
-from crosscheck.models.robot.case import (
-    RobotCase,
-    load_changed_robot,
-    load_robot_case,
-    read_robot_data,
-)
+from crosscheck.models.robot.case import read_robot_data, select_robot
 from crosscheck.models.robot.robot import Robot
 
 Mechanism = Arm | Robot
@@ -37,10 +25,7 @@ def select_mechanism(
     """Mechanism and scenarios by name or file, with ``path=value`` settings. Raises InputError."""
     if not is_robot(name):
         return load_selection(name, scenarios, settings)
-    if not scenarios:
-        return Selection(load_changed_robot(name, settings))
-    cases = [load_robot_case(name, scenario, settings) for scenario in scenarios]
-    return Selection(cases[0].robot, tuple(case.scenario for case in cases))
+    return select_robot(name, scenarios, settings)
 
 
 def adopt_mechanism(given: Mechanism | str, scenarios: Sequence[Scenario | str] = ()) -> Selection:
@@ -54,12 +39,12 @@ def adopt_mechanism(given: Mechanism | str, scenarios: Sequence[Scenario | str] 
 
 def load_experiment(
     name: str, scenario: str, switches: dict[str, str], settings: Sequence[str]
-) -> Case | RobotCase:
+) -> Selection:
     """Mechanism, scenario and switches by name or file, settings applied. Raises InputError."""
     if is_robot(name):
         refuse("robot", "simulate", **switches)
-        return load_robot_case(name, scenario, settings)
-    return load_case(name, scenario, switches, settings)
+    laws = [f"switches.{each}={law}" for each, law in switches.items()]
+    return select_mechanism(name, [scenario], [*laws, *settings])
 
 
 def find_section(given: Mechanism | str) -> str:

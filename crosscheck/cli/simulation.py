@@ -12,9 +12,8 @@ from rich.markup import escape
 from crosscheck.file_types import TRAJECTORY
 from crosscheck.mechanisms import supply
 from crosscheck.models.errors import Diverged, InputError, Unfinished
-from crosscheck.models.loading import Case
+from crosscheck.models.loading import Selection
 from crosscheck.models.mechanism import Mechanism, load_experiment
-from crosscheck.models.robot.case import RobotCase
 from crosscheck.output import require_file, write_files
 from crosscheck.provenance import record_provenance
 from crosscheck.registry import build, require_usable_numbers
@@ -27,7 +26,7 @@ class SimulationRequest(SelfKeyedTask):
     """A run that a user asks for by name; see ``api.simulate``."""
 
     model: str
-    case: Case | RobotCase
+    chosen: Selection
     force: bool
     rtol: float | None = None
     cost = 3600.0  # rough cost [s]: a run may take hours
@@ -37,10 +36,10 @@ class SimulationRequest(SelfKeyedTask):
         from crosscheck.api import simulate
         from crosscheck.models.trajectory import encode_netcdf
 
-        mechanism, *experiment = self.case
+        mechanism, (scenario,), switches, _ = self.chosen
         try:
             with require_usable_numbers(self.model, mechanism):
-                model = build(self.model, mechanism, *experiment)
+                model = build(self.model, mechanism, scenario, switches)
                 run = simulate(model, force=self.force, rtol=self.rtol)
         except (InputError, Diverged) as error:
             return error
@@ -68,11 +67,11 @@ def simulate_command(
     rtol: float | None = None,
 ) -> None:
     """Simulate one model of an arm or a robot into a NetCDF file."""
-    case = load_experiment(arm, scenario, switches, settings)
-    supply("find_entry", case[0].section)(model, case[0])  # raises before anything is run
-    request = SimulationRequest(model, case, force, rtol)
+    chosen = load_experiment(arm, scenario, switches, settings)
+    mechanism, (experiment,), *_ = chosen
+    supply("find_entry", mechanism.section)(model, mechanism)  # raises before anything is run
+    request = SimulationRequest(model, chosen, force, rtol)
     require_file(out, TRAJECTORY, "--out")
-    experiment = case.scenario
     about = escape(f"{model}, {experiment.name}, {experiment.duration_s:g} s")
     with Console(stderr=True).status(about):
         written = perform_all([request], 1, lambda key: None)[request.key]

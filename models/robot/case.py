@@ -1,24 +1,15 @@
-"""A robot in an experiment, from files and ``path=value`` settings."""
+"""A robot and its experiments, from files and ``path=value`` settings."""
 
 from __future__ import annotations
 
 from collections.abc import Sequence
-from typing import Any, NamedTuple
+from typing import Any
 
 from crosscheck.models.experiment.scenario import Scenario
 from crosscheck.models.files import read_raw_scenario
-from crosscheck.models.loading import apply_setting, require_fit, validate_record
+from crosscheck.models.loading import Selection, apply_setting, require_fit, validate_record
 from crosscheck.models.robot.file import fill_masses, read_robot_file, read_source
 from crosscheck.models.robot.robot import Robot
-
-SECTIONS = ("robot", "scenario")
-
-
-class RobotCase(NamedTuple):
-    """A robot in an experiment."""
-
-    robot: Robot
-    scenario: Scenario
 
 
 def read_robot_data(name: str) -> dict[str, Any]:
@@ -32,27 +23,31 @@ def read_robot_data(name: str) -> dict[str, Any]:
     return {"robot": content, "urdf": source.urdf_text}
 
 
-def load_robot_case(name: str, scenario: str, settings: Sequence[str] = ()) -> RobotCase:
-    """Robot and scenario by name or file, settings applied before validation. Raises InputError."""
-    data = {"robot": read_robot_file(name), "scenario": read_raw_scenario(scenario)}
-    robot = _apply_settings(name, data, settings, SECTIONS)
-    chosen = validate_record(Scenario, data["scenario"], scenario)
-    require_fit(chosen, robot, scenario)
-    return RobotCase(robot, chosen)
+def select_robot(
+    name: str, scenarios: Sequence[str] = (), settings: Sequence[str] = ()
+) -> Selection:
+    """Robot and scenarios by name or file, settings applied before validation. Raises InputError.
+
+    A setting of the scenario holds for each.
+    """
+    experiments = []
+    for scenario in scenarios or [""]:
+        data = {"robot": read_robot_file(name)}
+        if scenario:
+            data["scenario"] = read_raw_scenario(scenario)
+        if any(setting.strip().startswith("robot.links.") for setting in settings):
+            source, _ = read_source(name, data["robot"])
+            fill_masses(data["robot"], source.urdf_text, source.file.urdf)
+        for setting in settings:
+            apply_setting(data, setting, tuple(data))
+        _, robot = read_source(name, data["robot"])
+        if scenario:
+            experiments.append(validate_record(Scenario, data["scenario"], scenario))
+            require_fit(experiments[-1], robot, scenario)
+    return Selection(robot, tuple(experiments))
 
 
 def load_changed_robot(name: str, settings: Sequence[str]) -> Robot:
     """A robot by name or file, settings of ``robot`` applied. Raises InputError."""
-    return _apply_settings(name, {"robot": read_robot_file(name)}, settings, SECTIONS[:1])
-
-
-def _apply_settings(
-    name: str, data: dict[str, Any], settings: Sequence[str], sections: Sequence[str]
-) -> Robot:
-    """The robot of changed data. Raises InputError."""
-    if any(setting.strip().startswith("robot.links.") for setting in settings):
-        source, _ = read_source(name, data["robot"])
-        fill_masses(data["robot"], source.urdf_text, source.file.urdf)
-    for setting in settings:
-        apply_setting(data, setting, sections)
-    return read_source(name, data["robot"])[1]
+    robot: Robot = select_robot(name, settings=settings).mechanism
+    return robot

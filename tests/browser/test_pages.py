@@ -20,12 +20,7 @@ from crosscheck.models.experiment.scenario import switches
 from crosscheck.models.loading import Case, load_scenario
 from crosscheck.models.robot.file import load_robot
 from crosscheck.models.trajectory import encode_netcdf
-from crosscheck.planning.arms import (
-    QUICK_COUNT,
-    compute_entry_differences,
-    plan_experiment_comparisons,
-    sample_arm,
-)
+from crosscheck.planning import arms
 from crosscheck.planning.checks import plan_checks
 from crosscheck.planning.comparison import collect_tasks, judge_comparisons
 from crosscheck.planning.plan import CrossCheckRequest, Experiment
@@ -99,9 +94,9 @@ def made(tmp_path_factory: pytest.TempPathFactory) -> Made:
     scenario = load_scenario("pd").model_copy(update={"duration_s": DURATION_S})
     arm = PAPER.model_copy(update={"title": HOSTILE})
     wanted = CrossCheckRequest(arm, quick=True)
-    of_runs = plan_experiment_comparisons(Experiment("pd", Case(arm, scenario, switches())))
+    of_runs = arms.plan_experiment_comparisons(Experiment("pd", Case(arm, scenario, switches())))
     asked = [each for each in of_runs if each.about.key.family in FAMILIES]
-    models = list(sample_arm(arm, QUICK_COUNT, 0))
+    models = list(arms.sample_arm(arm, arms.QUICK_COUNT, 0))
     of_states, _ = plan_checks(Subjects(arms=models))
     asked += [each for each in of_states if each.about.key.quantity == "mass_matrix"]
     charts = Charts()
@@ -110,7 +105,7 @@ def made(tmp_path_factory: pytest.TempPathFactory) -> Made:
     agreement = Agreement(
         list(judge_comparisons(asked, results)),
         record_provenance(arm, 0, True),
-        entries=tuple(compute_entry_differences(arm, models, results)),
+        entries=tuple(arms.compute_entry_differences(arm, models, results)),
     )
     checked = CrossCheck(wanted, agreement, cases_by_run(asked), runs_by_key(results))
     folder = tmp_path_factory.mktemp("pages")

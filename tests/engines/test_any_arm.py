@@ -9,7 +9,7 @@ from hypothesis import strategies as st
 from crosscheck.models.arm.arm import Arm
 from crosscheck.models.experiment.scenario import switches
 from crosscheck.planning.comparison import Comparison, Results, collect_tasks, judge_comparisons
-from crosscheck.registry import MODELS, find_covering_models
+from crosscheck.registry import MODELS, find_covering_models, select_with_method
 from tests.any_arms import any_arms
 from tests.arms import PAPER
 from tests.judged import plan_states
@@ -31,7 +31,8 @@ def disagreements(arm: Arm) -> list[str]:
 
 def closed_by_constraints(comparison: Comparison) -> bool:
     """Whether it needs a model that closes its joints by constraint equations."""
-    return any("constraint_residual" in MODELS[task.model].promises for task in comparison.needs)
+    able = select_with_method("constraint_residual", tuple(MODELS))
+    return any(task.model in able for task in comparison.needs)
 
 
 def failures(arm: Arm, count: int, wanted: Callable[[Comparison], bool]) -> Iterator[str]:

@@ -12,7 +12,7 @@ import pytest
 from crosscheck.api import simulate
 from crosscheck.cli.view import view_page
 from crosscheck.models.errors import InputError
-from crosscheck.models.robot.case import load_robot_case
+from crosscheck.models.robot.case import select_robot
 from crosscheck.models.robot.file import load_robot
 from crosscheck.models.trajectory import encode_netcdf
 from crosscheck.registry import build, build_robot_model
@@ -32,11 +32,11 @@ def read(path: Path) -> Any:
 
 @pytest.fixture(params=["sliding", "six-joint"])
 def written(request, tmp_path) -> tuple[Path, Any]:
-    """A file of a run, and its case."""
-    case = load_robot_case(request.param, "constant-torque", SHORT)
+    """A file of a run, and its robot."""
+    own, (scenario,), *_ = select_robot(request.param, ["constant-torque"], SHORT)
     path = tmp_path / "run.nc"
-    path.write_bytes(encode_netcdf(simulate(build("analytic:coupled", *case))))
-    return path, case
+    path.write_bytes(encode_netcdf(simulate(build("analytic:coupled", own, scenario))))
+    return path, own
 
 
 def numbers(text: str) -> np.ndarray:
@@ -51,7 +51,7 @@ def turned(axis: np.ndarray, angle: float) -> np.ndarray:
 
 def test_nested_frames_lead_to_the_tip(written):
     """As the script nests them: place of the joint, then turn or slide, then the end of a rod."""
-    path, case = written
+    path, own = written
     run = read(path)
     scene, poses = build_scene(run), []
     for joint in scene["joints"]:
@@ -67,8 +67,8 @@ def test_nested_frames_lead_to_the_tip(written):
     rotation, at = poses[-1]
     ends = scene["joints"][-1]["ends"] or [[0.0, 0.0, 0.0]]
     tip = at + rotation @ ends[-1]
-    model = build_robot_model("analytic", case.robot, "links")
-    free = list(case.robot.coordinates)
+    model = build_robot_model("analytic", own, "links")
+    free = list(own.coordinates)
     expected = model.tip(run.signals["theta"][-1:, free])[0]
     assert tip == pytest.approx(expected, abs=1e-6)  # of float32 numbers
 

@@ -7,7 +7,7 @@ import pytest
 
 import crosscheck
 from crosscheck.api import simulate
-from crosscheck.models.robot.case import load_robot_case
+from crosscheck.models.robot.case import select_robot
 from crosscheck.models.robot.file import load_robot
 from crosscheck.registry import build, engine_of, reference_model
 from crosscheck.studies.batches.batch import run_batch, run_check
@@ -71,8 +71,8 @@ def test_members_are_the_runs_of_simulate(tmp_path):
         for mass in (18.9, 25.0):
             varied = [f"robot.joints.elbow.{s}_mesh.backlash_m={backlash}" for s in ("sun", "ring")]
             varied.append(f"robot.links.fore.mass_kg={mass}")
-            case = load_robot_case(ARM, "pd", settings + varied)
-            run = simulate(build("analytic:geared", *case))
+            robot, (scenario,), *_ = select_robot(ARM, ["pd"], settings + varied)
+            run = simulate(build("analytic:geared", robot, scenario))
             # Bit for bit the same kernel; forces of a run are evaluated by other formulas.
             assert np.array_equal(numbers["theta_dot_final"][member], run["theta_dot"].values[-1])
             for name in ("F_sp", "F_pr"):
@@ -83,11 +83,11 @@ def test_members_are_the_runs_of_simulate(tmp_path):
 
 
 def test_the_mass_of_a_link_is_the_one_that_the_engines_have():
-    heavier = load_robot_case(ARM, "pd", ["robot.links.fore.mass_kg=28.9"])
-    (plain, changed) = (sum(b.mass for b in r.bodies) for r in (load_robot(ARM), heavier.robot))
+    heavier = select_robot(ARM, settings=["robot.links.fore.mass_kg=28.9"]).mechanism
+    (plain, changed) = (sum(b.mass for b in r.bodies) for r in (load_robot(ARM), heavier))
     assert changed - plain == pytest.approx(10, rel=1e-12)
     pin = pytest.importorskip("pinocchio")
-    model = pin.buildModelFromXML(heavier.robot.urdf)  # its own reader
+    model = pin.buildModelFromXML(heavier.urdf)  # its own reader
     assert sum(body.mass for body in model.inertias) == pytest.approx(changed, rel=1e-12)
 
 

@@ -17,7 +17,7 @@ from crosscheck.cli.simulation import SimulationRequest
 from crosscheck.models.arm.planets import usual_switches
 from crosscheck.models.errors import InputError
 from crosscheck.models.experiment.scenario import switches
-from crosscheck.models.loading import Case, load_arm, load_case
+from crosscheck.models.loading import Case, Selection, load_arm, load_case
 from crosscheck.models.robot.file import load_robot
 from crosscheck.planning.arms import plan_experiment_comparisons
 from crosscheck.planning.comparison import Plan
@@ -127,7 +127,7 @@ def test_provenance_has_what_was_asked_and_a_guests_distributions(monkeypatch):
     with registry.register("mine:twice", TWICE):
         whole = run_cross_check(request, jobs=1).agreement.provenance
         short = scenario.model_copy(update={"duration_s": 2 * scenario.step_s})
-        run = SimulationRequest("mine:twice", Case(ARM, short, usual_switches(ARM)), True).perform()
+        run = SimulationRequest("mine:twice", Selection(ARM, (short,)), True).perform()
     assert whole is not None
     assert (whole.arm, whole.scenarios, whole.switches) == (ARM, (scenario,), laws)
     assert (whole.quick, whole.seed, whole.remarks) == (True, 7, remarks)
