@@ -116,15 +116,10 @@ def _check_slopes(
 
 
 def _check_energy_rate(
-    about: Subject,
-    rate: np.ndarray,
-    mass: np.ndarray,
-    bias_torques: np.ndarray,
-    weights: np.ndarray,
-    case: RobotLevel,
+    about: Subject, rate: np.ndarray, *terms: np.ndarray, case: RobotLevel
 ) -> Finding:
     """The energy grows by the power of all generalized forces, v . (M a + bias + gravity)."""
-    _, v, a, _ = case.states
+    (mass, bias_torques, weights), (_, v, a, _) = terms, case.states
     force = np.einsum("sij,sj->si", mass, a) + bias_torques + weights
     summed = (
         np.einsum("sij,sj->si", np.abs(mass), np.abs(a)) + np.abs(bias_torques) + np.abs(weights)
@@ -137,14 +132,10 @@ def _check_energy_rate(
 
 
 def _check_inverse(
-    about: Subject,
-    given: np.ndarray,
-    mass: np.ndarray,
-    bias_torques: np.ndarray,
-    weights: np.ndarray,
-    case: RobotLevel,
+    about: Subject, given: np.ndarray, *terms: np.ndarray, case: RobotLevel
 ) -> Finding:
     """Inverse dynamics is M a + bias + gravity, and what holds meshes' springs, and friction."""
+    mass, bias_torques, weights = terms
     rest = given - np.einsum("sij,sj->si", mass, case.states.a) - bias_torques - weights
     rest -= held_friction(case)
     if case.level == "geared":
