@@ -18,8 +18,9 @@ from crosscheck.models.robot.file import load_robot
 from crosscheck.models.robot.robot import Robot
 from crosscheck.registry import build_robot_model
 from crosscheck.trial.input.equations import Equations
-from crosscheck.trial.robots.trial import RobotTrial, run_robot_trial
+from crosscheck.trial.robots.trial import RobotTrial
 from tests.robots import chains
+from tests.robots.trials import run_robot_trial
 
 JOINTS = 20
 ROWS = [1, 2]  # that are wrong

@@ -52,7 +52,19 @@ SUPPLIED = {
     "group_members": Supply(
         "analytic.ensemble:group_models", "analytic.robot.ensemble:group_robots"
     ),
-    "try_equations": Supply("testing:try_arm", "testing:try_robot"),
+    "load_equations": Supply(
+        "trial.input.loading:load_equations", "trial.input.loading:load_robot_equations"
+    ),
+    "build_equations": Supply(
+        "trial.input.loading:build_equations", "trial.input.loading:build_robot_equations"
+    ),
+    "build_frame": Supply(
+        "trial.coordinates.build:build_frame", "trial.coordinates.robots:build_robot_frame"
+    ),
+    "run_trial": Supply("trial.trial:run_arm_trial", "trial.robots.trial:run_robot_trial"),
+    "make_table": Supply(
+        "trial.tables.state_requests:TableTrial", "trial.tables.robot_requests:RobotTableTrial"
+    ),
 }
 
 

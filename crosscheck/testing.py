@@ -25,7 +25,6 @@ from crosscheck.lazy import make_lazy_names
 
 if TYPE_CHECKING:
     from crosscheck.models.experiment.scenario import Scenario, Switches
-    from crosscheck.models.loading import Selection
     from crosscheck.models.mechanism import Mechanism
     from crosscheck.trial.input.equations import Coordinates, Equations, Level
     from crosscheck.trial.input.symbolic import from_sympy
@@ -100,53 +99,19 @@ def try_equations(
         InputError: The equations cannot be tried at all, or an argument cannot be used.
         Unfinished: The models that the equations are compared with do not answer.
     """
-    from crosscheck.mechanisms import supply
     from crosscheck.models.mechanism import adopt_mechanism
+    from crosscheck.models.refusals import refuse
+    from crosscheck.trial.request import TrialRequest, prepare_equations, run_trial
 
     _require_arguments(arm, scenarios, switches, level, quick, jobs, seed, name)
     chosen = adopt_mechanism(arm, scenarios)._replace(switches=switches)
+    section = chosen.mechanism.section
+    refuse(section, "try_equations", scenarios=chosen.scenarios, switches=switches)
     name = _name_equations(equations) if name == YOURS else name
-    try_chosen = supply("try_equations", chosen.mechanism.section)
-    trial: TrialResult = try_chosen(equations, chosen, level, quick, jobs, seed, name)
-    return trial
-
-
-def try_arm(
-    equations: Any, chosen: Selection, level: Level, quick: bool, jobs: int, seed: int, name: str
-) -> TrialResult:
-    """The trial of an arm's equations. Raises InputError."""
-    from crosscheck.trial.input.loading import build_equations, load_equations
-    from crosscheck.trial.trial import TrialRequest, run_trial
-
-    _, scenarios, switches, _ = chosen
-    arm: Any = chosen.mechanism
-    first = scenarios[0] if scenarios else None
-    if isinstance(equations, str):
-        user_equations = load_equations(equations, arm, first)
-    else:
-        user_equations = build_equations(equations, arm, first, name)
-    user_equations = _declare_level(user_equations, level) if level else user_equations
-    request = TrialRequest(name, user_equations, arm, scenarios, switches, quick=quick, seed=seed)
-    return run_trial(request, jobs=jobs)
-
-
-def try_robot(
-    equations: Any, chosen: Selection, level: Level, quick: bool, jobs: int, seed: int, name: str
-) -> TrialResult:
-    """The trial of a robot's equations, whose states are few. Raises InputError."""
-    from crosscheck.models.refusals import refuse
-    from crosscheck.trial.input.loading import build_robot_equations, load_robot_equations
-    from crosscheck.trial.robots.trial import run_robot_trial
-
-    refuse("robot", "try_equations", scenarios=chosen.scenarios, switches=chosen.switches)
-    robot: Any = chosen.mechanism
-    if isinstance(equations, str):
-        user_equations = load_robot_equations(equations, robot)
-    else:
-        user_equations = build_robot_equations(equations, robot, name)
-    if level:
-        user_equations = replace(user_equations, level=level)
-    return run_robot_trial(user_equations, robot, name=name, seed=seed, jobs=jobs)
+    made = prepare_equations(equations, chosen, name)
+    made = _declare_level(made, level) if level else made
+    what = name, made, chosen.mechanism, chosen.scenarios, switches
+    return run_trial(TrialRequest(*what, quick=quick, seed=seed, jobs=jobs))
 
 
 def assert_agrees(

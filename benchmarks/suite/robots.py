@@ -18,8 +18,8 @@ from crosscheck.checks.robot_states import sample_states
 from crosscheck.models.robot.file import RobotFile, build_robot, load_robot
 from crosscheck.models.robot.robot import Robot
 from crosscheck.registry import build_robot_model
-from crosscheck.trial.robots.trial import run_robot_trial
 from tests.robots.test_trial import equations, is_named, planted
+from tests.robots.trials import run_robot_trial
 
 TABLE = "robots"
 ROBOTS = ("six-joint", "puma560")

@@ -20,6 +20,7 @@ from crosscheck.baseline.reduction import find_uncompared, find_unrecorded_runs,
 from crosscheck.baseline.regression import compare
 from crosscheck.cli.output import write_requested
 from crosscheck.file_types import AGREEMENT, JUNIT, PAGE, RECORD
+from crosscheck.models.loading import load_selection
 from crosscheck.models.mechanism import select_mechanism
 from crosscheck.output import require_files, write_files
 from crosscheck.planning.plan import CrossCheckRequest, request_cross_check
@@ -108,7 +109,8 @@ def prepare_recording(
     )
     from crosscheck.trial.trial import make_cross_check_request
 
-    request = make_trial_request(model, arm, scenarios, settings, quick=quick, seed=0)
+    chosen = load_selection(arm, scenarios, settings)
+    request = make_trial_request(model, chosen, quick=quick, seed=0)
     return make_cross_check_request(request), partial(run_trial_with_progress, request)
 
 

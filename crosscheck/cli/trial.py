@@ -13,13 +13,12 @@ from typing import Any
 
 from crosscheck.cli.output import print_and_write, write_requested
 from crosscheck.file_types import AGREEMENT, JUNIT, TRIAL, TRIAL_PAGE, FileType
+from crosscheck.mechanisms import supply
 from crosscheck.models.errors import InputError
-from crosscheck.models.files import is_robot
 from crosscheck.models.inputs import remember
-from crosscheck.models.loading import Selection, load_selection
+from crosscheck.models.loading import Selection
+from crosscheck.models.mechanism import find_section, select_mechanism
 from crosscheck.models.refusals import refuse
-from crosscheck.models.robot.case import load_changed_robot
-from crosscheck.models.robot.robot import Robot
 from crosscheck.output import require_files, require_writable, write_files
 from crosscheck.planning.plan import CrossCheckRequest
 from crosscheck.report.answers import format_agreement_json
@@ -42,30 +41,26 @@ from crosscheck.trial.fmu.unit import (
     require_running,
 )
 from crosscheck.trial.input.equations import Coordinates, Equations, load_coordinates
-from crosscheck.trial.input.loading import load_equations, load_robot_equations
 from crosscheck.trial.model import select_switches
+from crosscheck.trial.request import TrialRequest, prepare_equations, run_trial
 from crosscheck.trial.result import TrialResult
 from crosscheck.trial.tables.answers import build_table_equations, next_row, read_trial_answers
 from crosscheck.trial.tables.folder import render_probe_files, render_request_files
-from crosscheck.trial.tables.robot_requests import RobotTableTrial
 from crosscheck.trial.tables.state_requests import (
-    TableTrial,
+    AnsweredTrial,
     collect_inverse_requests,
     collect_state_request,
 )
-from crosscheck.trial.trial import TrialRequest, run_trial
 
 
 def make_trial_request(
-    model: str, arm: str, scenarios: list[str], settings: list[str], *, quick: bool, seed: int
+    model: str, chosen: Selection, *, quick: bool, seed: int, jobs: int = 1
 ) -> TrialRequest:
     """The request of a command line for a trial; runs the model's code. Raises InputError."""
-    chosen = load_selection(arm, scenarios, settings)
     remember(Path(model.rpartition(":")[0]))
-    equations = load_equations(model, chosen.arm, chosen.scenarios[0] if chosen.scenarios else None)
-    name = model.replace(os.sep, "/").rpartition("/")[2]
+    what = model.replace(os.sep, "/").rpartition("/")[2], prepare_equations(model, chosen, model)
     return TrialRequest(
-        name, equations, chosen.arm, chosen.scenarios, chosen.switches, quick=quick, seed=seed
+        *what, chosen.mechanism, chosen.scenarios, chosen.switches, quick, seed, jobs
     )
 
 
@@ -73,10 +68,12 @@ def run_trial_with_progress(
     request: TrialRequest, chosen: CrossCheckRequest, jobs: int
 ) -> CrossCheck:
     """Try equations with the request's seed, showing progress; returns the cross-check."""
+    return _try_equations(replace(request, seed=chosen.seed, jobs=jobs)).cross_check
+
+
+def _try_equations(request: TrialRequest) -> Any:
     with show_progress(f"trying {make_printable(request.name)}") as progress:
-        return run_trial(
-            replace(request, seed=chosen.seed), jobs=jobs, progress=progress
-        ).cross_check
+        return run_trial(request, progress)
 
 
 @dataclass(frozen=True)
@@ -128,20 +125,13 @@ class TrialOptions:
         index = 0 if self.answers or (self.ask and not self.fmu) else 1
         return self.names[index] if len(self.names) > index else "paper-labelled"
 
-    def load_robot(self) -> Robot:
-        """The robot with its settings. Raises InputError."""
-        return load_changed_robot(self.arm, self.settings)
-
-    def robot_table(self) -> RobotTableTrial:
-        """The trial of a table of a robot's answers. Raises InputError."""
+    def table(self) -> AnsweredTrial:
+        """The trial of a table of answers. Raises InputError."""
+        chosen = select_mechanism(self.arm, (), self.settings)
         coordinates, level = load_coordinates(self.coordinates)
-        return RobotTableTrial(self.load_robot(), coordinates, level, self.seed)
-
-    def table(self) -> TableTrial:
-        """The trial of a table of an arm's answers. Raises InputError."""
-        chosen = load_selection(self.arm, [], self.settings)
-        coordinates, level = load_coordinates(self.coordinates)
-        return TableTrial(chosen.arm, coordinates, level, chosen.switches, self.quick, self.seed)
+        given = chosen.mechanism, coordinates, level, chosen.switches, self.quick, self.seed
+        table: AnsweredTrial = supply("make_table", chosen.mechanism.section)(*given)
+        return table
 
     def format_shared_options(self) -> str:
         """The options that --ask and --answers must share."""
@@ -154,86 +144,47 @@ class TrialOptions:
 def trial_command(options: TrialOptions) -> int:
     """Judge supplied equations, or write the states to answer; returns the exit code."""
     _require_compatible(options)
-    if is_robot(options.arm) and not (options.ask and options.fmu):
+    if not (options.ask and options.fmu):
         given: dict[str, Any] = {"after": options.after, "scenario": options.scenarios}
-        refuse("robot", "trial", **given, run_code=options.run_code and options.fmu is None)
-        if not options.ask:
-            return _try_robot(options)
+        given["run_code"] = options.run_code and options.fmu is None
+        refuse(find_section(options.arm), "trial", **given)
     if options.ask:
         ask(options)
         return 0
     with tempfile.TemporaryDirectory() as folder:
-        chosen = load_selection(options.arm, options.scenarios, options.settings)
+        chosen = select_mechanism(options.arm, options.scenarios, options.settings)
         unit = None
         if options.fmu is not None:
             assert options.coordinates is not None  # required above
-            unit = load_unit(options.fmu, options.coordinates, chosen.arm, Path(folder))
-            require_running(unit, str(options.fmu))
-        if unit is not None and unit.description.kind == "co-simulation":
-            return _run_beside_engines(options, unit, chosen)
+            unit = load_unit(options.fmu, options.coordinates, chosen.mechanism, Path(folder))
+            is_run = unit.description.kind == "co-simulation"
+            where = str(options.fmu)
+            refuse(chosen.mechanism.section, "trial", where, co_simulation=is_run)
+            require_running(unit, where)
+            if is_run:
+                return _run_beside_engines(options, unit, chosen)
         request = _make_request(options, unit, chosen)
         require_files(*options.files)
-        with show_progress(f"trying {make_printable(request.name)}") as progress:
-            trial = run_trial(request, jobs=options.processes, progress=progress)
+        trial = _try_equations(request)
     return _report_trial(trial, options)
-
-
-def _try_robot(options: TrialOptions) -> int:
-    """Judge a user's equations of a robot; returns the exit code. Raises InputError."""
-    from crosscheck.trial.robots.trial import run_robot_trial  # imports all causes of robots
-
-    text = options.answers[0].name if options.answers else options.names[0]
-    robot = options.load_robot()
-    require_files(*options.files)
-    with tempfile.TemporaryDirectory() as folder:
-        equations = _load_robots_equations(options, robot, Path(folder))
-        with show_progress(f"trying {make_printable(text)}") as progress:
-            trial = run_robot_trial(
-                equations,
-                robot,
-                name=text,
-                seed=options.seed,
-                jobs=options.processes,
-                progress=progress,
-            )
-    return _report_trial(trial, options)
-
-
-def _load_robots_equations(options: TrialOptions, robot: Robot, folder: Path) -> Equations:
-    """A robot's equations: from a table, an FMU that is unpacked into a folder, or the model.
-
-    Raises InputError.
-    """
-    if options.answers:
-        answers = read_trial_answers(options.robot_table(), options.answers)
-        return build_table_equations(answers)
-    if options.fmu is None:
-        remember(Path(options.names[0].rpartition(":")[0]))
-        return load_robot_equations(options.names[0], robot)
-    assert options.coordinates is not None  # required above
-    unit = load_unit(options.fmu, options.coordinates, robot, folder)
-    if unit.description.kind == "co-simulation":
-        reason = "is for Co-Simulation; of a robot a unit for Model Exchange is tried"
-        raise InputError(str(options.fmu), "", None, reason)
-    require_running(unit, str(options.fmu))
-    return build_fmu_equations(unit, robot)
 
 
 def _make_request(
     options: TrialOptions, unit: MappedUnit | None, chosen: Selection
 ) -> TrialRequest:
     """The trial of equations from a table, an FMU or the model. Raises InputError."""
-    quick, seed = options.quick, options.seed
+    quick, seed, jobs = options.quick, options.seed, options.processes
     if options.answers:
         table = options.table()
         equations = build_table_equations(read_trial_answers(table, options.answers))
-        return table.make_request(options.answers[0].name, equations)
+        return replace(table.make_request(options.answers[0].name, equations), jobs=jobs)
     if unit is None:
-        given = options.names[0], options.arm, options.scenarios, options.settings
-        return make_trial_request(*given, quick=quick, seed=seed)
+        return make_trial_request(options.names[0], chosen, quick=quick, seed=seed, jobs=jobs)
     assert options.fmu is not None  # whose unit it is
-    equations, laws = build_fmu_equations(unit, chosen.arm), (chosen.scenarios, chosen.switches)
-    return TrialRequest(options.fmu.name, equations, chosen.arm, *laws, quick=quick, seed=seed)
+    equations, laws = build_fmu_equations(unit, chosen.mechanism), chosen[1:3]
+    return TrialRequest(
+        options.fmu.name, equations, chosen.mechanism, *laws, quick=quick, seed=seed, jobs=jobs
+    )
 
 
 def _run_beside_engines(options: TrialOptions, unit: MappedUnit, chosen: Selection) -> int:
@@ -293,7 +244,7 @@ def ask(options: TrialOptions) -> None:
         )
         print(f"wrote {make_printable(str(options.out / 'map.toml'))}: check every name in it")
         return
-    table = options.robot_table() if is_robot(options.arm) else options.table()
+    table = options.table()
     if options.after:
         first = read_trial_answers(table, options.after)
         states = first.here[0]

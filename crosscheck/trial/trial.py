@@ -18,7 +18,6 @@ from crosscheck.models.experiment.scenario import (
     PdDrive,
     Scenario,
     SinusoidDrive,
-    Switches,
     expand_to_joints,
 )
 from crosscheck.models.loading import Case
@@ -48,10 +47,16 @@ from crosscheck.trial.changes.arms.waves import minimum_state_count
 from crosscheck.trial.coordinates.build import build_frame
 from crosscheck.trial.coordinates.readings import Reading
 from crosscheck.trial.input.arrays import is_single_precision
-from crosscheck.trial.input.equations import Equations
 from crosscheck.trial.input.supplied import SuppliedEquations, bind_equations
 from crosscheck.trial.judge import suite
-from crosscheck.trial.judge.entries import EntryMismatch, deviations
+from crosscheck.trial.judge.checks import COMPARED, SelfCheck, find_idle_motors, judge_answers
+from crosscheck.trial.judge.entries import (
+    EntryMismatch,
+    LevelDistance,
+    deviations,
+    measure_distance,
+    sort_distances,
+)
 from crosscheck.trial.judge.questions import (
     QUESTIONS,
     VerificationProblem,
@@ -61,6 +66,7 @@ from crosscheck.trial.judge.questions import (
 )
 from crosscheck.trial.judge.unit_mistakes import UnitMistake, find_unit_mistakes
 from crosscheck.trial.model import make_registry_entry, select_switches
+from crosscheck.trial.request import TrialRequest
 from crosscheck.trial.result import TrialResult
 from crosscheck.trial.source.code import find_code
 from crosscheck.trial.source.search import find_source_answer
@@ -70,42 +76,12 @@ if TYPE_CHECKING:
     from crosscheck.report.trials.answer import TrialAnswer
 
 JUDGING_S = 60.0  # rough cost
-PARTS = {*suite.COMPARED}
 RUNNABLE = {"mass_matrix", "bias", "force"}
 # Enough states to distinguish all the waves and signals that an entry may contain.
 STATES, QUICK_STATES = 300, 150
 LEAST_STATES = 20
 _trial_lock = threading.Lock()
 MOST_BYTES = 300_000_000  # memory for a bias's terms at all states, of which a trial holds several
-
-
-@dataclass(frozen=True)
-class TrialRequest:
-    """A user's request for a trial of equations on an arm.
-
-    scenarios: to be run, none for a trial by states alone; chosen: laws, None for the usual.
-    """
-
-    name: str
-    equations: Equations
-    arm: Arm
-    scenarios: tuple[Scenario, ...] = ()
-    chosen: Switches | None = None
-    quick: bool = False
-    seed: int = 0
-
-
-@dataclass(frozen=True)
-class LevelMismatch:
-    """A rigid level beside a user's equations: how many entries of M differ, and by how much.
-
-    largest, mean: of the differences of all entries, relative to their sizes.
-    """
-
-    level: str
-    entries: int
-    largest: float
-    mean: float
 
 
 @dataclass(frozen=True, repr=False)
@@ -116,7 +92,7 @@ class Trial(TrialResult):
         problem: The equations, and what they are compared with.
         cross_check: All findings, as a baseline records them.
         level: The rigid level that the equations are, or are closest to; '' of geared ones.
-        level_mismatches: How far the equations are from each rigid level.
+        distances: How far the equations are from each rigid level, the nearest first.
         relative_errors: By part, how far each entry is from the reference's, relative to its size:
             M (n, n), terms of the bias (n, n, n), force (n,).
         allowed: By part, what of the relative error is no error.
@@ -128,6 +104,7 @@ class Trial(TrialResult):
         missing: Parts that were not supplied.
         unit_mistakes: Parts that become right after a change of unit or of element order.
         traces: Tracebacks, by part, of parts that raised.
+        self_checks: What the equations owe to themselves, judged.
         left_out: Names of all numbers that the equations do not follow, errors or not.
         idle_joints: Joints, from 0, whose motor's torque changes no force of the equations.
         readings: Other coordinates in which all is right; then no other reason is looked for.
@@ -140,7 +117,7 @@ class Trial(TrialResult):
     problem: VerificationProblem
     cross_check: CrossCheck
     level: str
-    level_mismatches: tuple[LevelMismatch, ...]
+    distances: tuple[LevelDistance, ...]
     relative_errors: dict[str, np.ndarray]
     allowed: dict[str, float]
     wrong_entries: tuple[EntryMismatch, ...]
@@ -151,6 +128,7 @@ class Trial(TrialResult):
     unit_mistakes: tuple[UnitMistake, ...]
     traces: dict[str, str]
     left_out: tuple[str, ...]
+    self_checks: tuple[SelfCheck, ...]
     idle_joints: tuple[int, ...] = ()
     readings: tuple[Reading, ...] = ()
     point_masses: tuple[str, ...] = ()
@@ -170,20 +148,18 @@ class Trial(TrialResult):
         return answer_arm_trial(self)
 
 
-def run_trial(
-    request: TrialRequest, *, jobs: int = 1, progress: ProgressCallback = ignore_progress
-) -> Trial:
+def run_arm_trial(request: TrialRequest, progress: ProgressCallback = ignore_progress) -> Trial:
     """Judge supplied equations; of several threads one after the other, for models have names.
 
     Raises InputError for what cannot be tried at all, and Unfinished where the models that they are
     compared with do not answer.
     """
     with _trial_lock:
-        trial = _run_trial(request, jobs, progress)
-        points = find_negligible_inertias(request.arm, trial.left_out)
+        trial = _run_trial(request, progress)
+        points = find_negligible_inertias(request.mechanism, trial.left_out)
         if points:
-            arm = replace_numbers(request.arm, dict.fromkeys(points, 0.0))
-            trial = _run_trial(replace(request, arm=arm), jobs, progress)
+            arm = replace_numbers(request.mechanism, dict.fromkeys(points, 0.0))
+            trial = _run_trial(replace(request, mechanism=arm), progress)
         answer = _find_source_answer(trial, progress)
         return replace(trial, point_masses=points, source_answer=answer)
 
@@ -198,12 +174,12 @@ def _find_source_answer(trial: Trial, progress: ProgressCallback) -> SourceAnswe
     return find_source_answer(code, partial(make_arm_answer_keys, *given), progress)
 
 
-def _run_trial(request: TrialRequest, jobs: int, progress: ProgressCallback) -> Trial:
+def _run_trial(request: TrialRequest, progress: ProgressCallback) -> Trial:
     with track_foreign_code(request.name):
         problem = build_problem(request)
         probes = build_probe_problems(problem)
     entry = make_registry_entry(problem.name, problem.equations, problem.has)
-    with register(problem.name, entry), Workers(jobs) as workers:
+    with register(problem.name, entry), Workers(request.jobs) as workers:
         failed_parts = run_first_calls(problem, workers, progress)
 
         def perform(tasks: Sequence[ModelTask]) -> Results:
@@ -227,10 +203,9 @@ def list_tasks(
     problem: VerificationProblem, probes: Sequence[VerificationProblem], request: TrialRequest
 ) -> list[ModelTask]:
     """All tasks of a trial: of the equations, and of the models that they are compared with."""
-    planned = list(_plan_comparisons(problem, request))
-    return list(
-        dict.fromkeys([*comparison.collect_tasks(planned), *_entry_tasks((problem, *probes))])
-    )
+    planned = list(_plan_comparisons(problem, request, problem.levels))
+    questions = [*suite.list_questions(problem), *_entry_tasks((problem, *probes))]
+    return list(dict.fromkeys([*comparison.collect_tasks(planned), *questions]))
 
 
 def _require_runnable(request: TrialRequest, bound: SuppliedEquations) -> None:
@@ -240,8 +215,8 @@ def _require_runnable(request: TrialRequest, bound: SuppliedEquations) -> None:
         if missing:
             reason = f"needs {missing}, which the equations have not"
             raise InputError("--scenario", "", scenario.name, reason)
-        idle = sorted(set(range(len(request.arm.joints))) - set(bound.motors))
-        driven = [str(joint + 1) for joint in idle if _is_driven(scenario, joint, request.arm)]
+        idle = sorted(set(range(len(bound.arm.joints))) - set(bound.motors))
+        driven = [str(joint + 1) for joint in idle if _is_driven(scenario, joint, bound.arm)]
         if driven:
             which = "joint" if len(driven) == 1 else "joints"
             reason = f"drives {which} {', '.join(driven)}; the equations take no torque there"
@@ -269,22 +244,23 @@ def _entry_tasks(problems: Sequence[VerificationProblem]) -> Iterator[ModelTask]
 def build_problem(request: TrialRequest) -> VerificationProblem:
     """The supplied equations, with coordinates and states already made. Raises InputError."""
     make_cross_check_request(request)  # refuses scenarios that cannot stand side by side
-    laws = select_switches(request.equations, request.arm, request.chosen)
+    arm: Arm = request.mechanism
+    laws = select_switches(request.equations, arm, request.switches)
     count = QUICK_STATES if request.quick else STATES
-    scenario = make_experiment(request.arm, range(len(request.arm.joints)))
-    equations = request.equations.adapt_to_arm(request.arm, scenario)
-    bound = bind_equations(equations, request.arm, build_frame(equations.coordinates, request.arm))
-    if len(bound.motors) < len(request.arm.joints):
-        scenario = make_experiment(request.arm, bound.motors)
-        equations = request.equations.adapt_to_arm(request.arm, scenario)
+    scenario = make_experiment(arm, range(len(arm.joints)))
+    equations = request.equations.adapt_to_arm(arm, scenario)
+    bound = bind_equations(equations, arm, build_frame(equations.coordinates, arm))
+    if len(bound.motors) < len(arm.joints):
+        scenario = make_experiment(arm, bound.motors)
+        equations = request.equations.adapt_to_arm(arm, scenario)
     _require_runnable(request, bound)
-    case = Case(request.arm, scenario, laws)
+    case = Case(arm, scenario, laws)
     problem = VerificationProblem(
         request.name, equations, bound.has, case, count, request.seed, bound.motors
     )
     if problem.frame.matrix is not None:
         terms = build_reference_terms(
-            problem.frame, request.arm, laws, problem.levels[-1], has_gravity=problem.has_gravity
+            problem.frame, arm, laws, problem.levels[-1], has_gravity=problem.has_gravity
         )
         count = max(count, minimum_state_count(terms))
     affordable = MOST_BYTES // (8 * len(problem.frame.names) ** 3)
@@ -294,25 +270,12 @@ def build_problem(request: TrialRequest) -> VerificationProblem:
 
 
 def _plan_comparisons(
-    problem: VerificationProblem,
-    request: TrialRequest,
-    level: str | None = None,
-    results: Results | None = None,
+    problem: VerificationProblem, request: TrialRequest, levels: Sequence[str]
 ) -> Iterator[Comparison]:
-    """Every comparison; binding are those of a level, or of all levels where none is chosen.
-
-    results: if they are given, an unclaimed level has only comparisons whose answers are there, for
-    a part that failed fails once, at the claimed level.
-    """
-    yield from suite.plan_self_checks(problem)
-    for each in problem.levels:
-        binding = level is None or each == level
-        for planned in suite.plan_engine_comparisons(problem, each, binding=binding):
-            user_tasks = (task for task in planned.needs if task.model == problem.name)
-            if binding or results is None or all(results.get(t) is not None for t in user_tasks):
-                yield planned
-        for scenario in request.scenarios if binding else ():
-            yield from suite.plan_run_comparisons(problem, scenario, each)
+    """The comparisons of runs at levels, and the balances."""
+    for level in levels:
+        for scenario in request.scenarios:
+            yield from suite.plan_run_comparisons(problem, scenario, level)
     yield from suite.plan_balance_checks(problem)
 
 
@@ -323,23 +286,27 @@ def _judge_trial(
     results: Results,
     perform: Perform,
 ) -> Trial:
-    level, level_mismatches = _select_level(problem, results)
-    level = _select_equal_level(problem, probes, level, results)
+    distances = _measure_levels(problem, results)
+    nearest = distances[0].level if distances else ""
+    level = _select_equal_level(problem, probes, nearest, results)
     here = compare_entries(problem, level, list_entry_quantities(problem), results)
     reading_level, readings = "", list[Reading]()
     wrong_parts = {wrong.place.part for wrong in here.wrong_entries}
-    answers = {part: results.get(problem.ask_equations(part)) for part in problem.has & PARTS}
-    user_values = {part: each for part, each in answers.items() if each is not None}
+    answers = suite.collect_answers(problem, results)
     if "mass_matrix" in wrong_parts or (wrong_parts and "mass_matrix" not in problem.has):
-        reading_level, readings = find_readings(problem, user_values)
+        reading_level, readings = find_readings(problem, answers.values)
     level = reading_level or level
     if wrong_parts == {"acceleration"} and not readings:
         level = _select_explained_level(problem, probes, level, results)
-    comparisons = list(_plan_comparisons(problem, request, level, results))
+    comparisons = list(_plan_comparisons(problem, request, [level]))
+    self_checks = tuple(judge_answers(answers))
     check, cases = make_cross_check_request(request), cases_by_run(comparisons)
     settings = check.arm, check.seed, check.quick, check.scenarios, check.chosen
     record = record_provenance(*settings, packages=packages(), model=check.model)
-    agreement = Agreement(list(comparison.judge_comparisons(comparisons, results)), record)
+    findings = [check.finding for check in self_checks]
+    findings += suite.judge_engines(problem, answers, results, level)
+    findings += comparison.judge_comparisons(comparisons, results)
+    agreement = Agreement(findings, record)
     runs = {key: run for key, run in runs_by_key(results).items() if key in cases}
     here, *there = (
         compare_entries(each, level, list_entry_quantities(each), results)
@@ -354,14 +321,14 @@ def _judge_trial(
         problem=problem,
         cross_check=CrossCheck(check, agreement, cases, runs),
         level=level,
-        level_mismatches=tuple(level_mismatches),
+        distances=tuple(distances),
         relative_errors=here.relative_errors,
         allowed={quantity: here.sizes.tolerance(quantity) for quantity in here.relative_errors},
         wrong_entries=tuple(wrong for wrong in diagnosis.wrong_entries if not wrong.shown_on),
         hidden_entries=tuple(wrong for wrong in diagnosis.wrong_entries if wrong.shown_on),
         ignored_numbers=tuple(each for each in diagnosis.ignored_numbers if each.parts),
         probes=tuple(probe.case.arm.name for probe in probes),
-        missing=tuple(part for part in suite.COMPARED if part in suite.WHOLE - problem.has),
+        missing=tuple(part for part in COMPARED if part in suite.WHOLE - problem.has),
         unit_mistakes=find_unit_mistakes(
             here.user_values, here.reference_values, problem.equations.table
         ),
@@ -369,62 +336,39 @@ def _judge_trial(
         left_out=tuple(
             each.name for each in (*diagnosis.ignored_numbers, *diagnosis.uncertain) if each.parts
         ),
-        idle_joints=_find_idle_joints(problem, results),
+        idle_joints=find_idle_motors(answers, problem.motors),
+        self_checks=self_checks,
         readings=tuple(readings),
-        is_single_precision=any(map(is_single_precision, user_values.values())),
+        is_single_precision=any(map(is_single_precision, answers.values.values())),
     )
 
 
 def make_cross_check_request(request: TrialRequest) -> CrossCheckRequest:
     """Request for the cross-check behind a trial, with the laws that the equations follow."""
-    laws = select_switches(request.equations, request.arm, request.chosen)
+    laws = select_switches(request.equations, request.mechanism, request.switches)
     return CrossCheckRequest(
-        request.arm, request.quick, request.seed, request.scenarios, laws, request.name
+        request.mechanism, request.quick, request.seed, request.scenarios, laws, request.name
     )
 
 
-def _select_level(
-    problem: VerificationProblem, results: Results
-) -> tuple[str, list[LevelMismatch]]:
-    """The rigid level from which the fewest entries differ, and how far M is from all levels'.
-
-    Of several the one whose M is least apart; without a usable mass matrix the one that the other
-    parts are least apart from.
-    """
+def _measure_levels(problem: VerificationProblem, results: Results) -> list[LevelDistance]:
+    """How far the equations are from each rigid level, the nearest first."""
+    arm, distances = problem.case.arm, []
     if problem.gearing != "rigid":
-        return "", []
-    user_values = (
-        results.get(problem.ask_equations("mass_matrix")) if "mass_matrix" in problem.has else None
-    )
-    distinct = [
-        level for level in find_distinct_levels(problem.case.arm) if level in problem.levels
-    ] or problem.levels  # the one that is stated
-    questions = [problem.ask(problem.reference(level), "mass_matrix") for level in distinct]
-    masses = [results.need(question) for question in questions]
-    if user_values is None:
-        return min(problem.levels, key=partial(_largest_difference, problem, results)), []
-    sizes, level_mismatches = suite.compute_natural_sizes(problem, results, problem.levels[-1]), []
-    for level, mass in zip(distinct, masses, strict=True):
-        relative_errors = deviations(user_values, mass, sizes.mass)
-        count = int((~(relative_errors <= sizes.tolerance("mass_matrix"))).sum())
-        level_mismatches.append(
-            LevelMismatch(level, count, float(relative_errors.max()), float(relative_errors.mean()))
-        )
-    counts = {level: _count_wrong_entries(problem, level, results) for level in distinct}
-    nearest = min(level_mismatches, key=lambda each: (counts[each.level], each.entries, each.mean))
-    return nearest.level, level_mismatches
-
-
-def _count_wrong_entries(problem: VerificationProblem, level: str, results: Results) -> int:
-    """Entries that differ from a level's, two of M that mirror each other as one.
-
-    What a level leaves out of M its forces lack, too, where it has weight.
-    """
-    comparison = compare_entries(problem, level, list_entry_quantities(problem), results)
-    places = [each.place for each in comparison.wrong_entries if each.place.part != "acceleration"]
-    return len(
-        {(place.part, place.rates, frozenset((place.row, place.column))) for place in places}
-    )
+        return []
+    distinct = [level for level in find_distinct_levels(arm) if level in problem.levels]
+    sizes = suite.compute_natural_sizes(problem, results, problem.levels[-1])  # the same for all
+    for level in distinct or problem.levels:
+        compared = compare_entries(problem, level, list_entry_quantities(problem), results)
+        places = {  # two of M that mirror each other are one
+            (place.part, place.rates, frozenset((place.row, place.column)))
+            for place in (each.place for each in compared.wrong_entries)
+        }
+        right, errors = compared.reference_values, []
+        for part, values in compared.user_values.items():
+            errors.append(deviations(values, right[part], sizes.entry_sizes(part)))
+        distances.append(measure_distance(level, len(places), errors))
+    return sort_distances(distances)
 
 
 def _select_equal_level(
@@ -476,27 +420,6 @@ def _select_explained_level(
         if wrong and all(w.explanation for w in wrong):
             return each
     return level
-
-
-def _largest_difference(problem: VerificationProblem, results: Results, level: str) -> float:
-    """Largest difference of the parts that answer from a level's, relative to their sizes."""
-    sizes, differences = suite.compute_natural_sizes(problem, results, level), [0.0]
-    for part in suite.COMPARED:
-        user_values = results.get(problem.ask_equations(part)) if part in problem.has else None
-        if user_values is not None:
-            reference_values = results.need(problem.ask(problem.reference(level), part))
-            differences.append(
-                float(deviations(user_values, reference_values, sizes.entry_sizes(part)).max())
-            )
-    return max(differences)
-
-
-def _find_idle_joints(problem: VerificationProblem, results: Results) -> tuple[int, ...]:
-    """The joints of motors whose torque changes no force, from 0."""
-    forces = results.get(problem.ask_equations("by_torques")) if problem.motors else None
-    if forces is None:
-        return ()
-    return tuple(j for j in problem.motors if (forces[:, 1 + j] == forces[:, 0]).all())
 
 
 def _traces(problem: VerificationProblem, results: Results) -> dict[str, str]:

@@ -149,6 +149,7 @@ def test_the_printed_equations_are_off_by_what_the_derivation_says():
 
 
 GIVEN: dict[str, Any] = {
+    "apart_m": "1e-09",
     "printed": Of(
         agrees=False,
         states=200,

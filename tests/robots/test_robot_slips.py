@@ -2,7 +2,7 @@
 
 import pytest
 
-from benchmarks.bench_robot_slips import SLIPS, TEXTS, score_slip, try_text
+from benchmarks.bench_trial import SLIPS, TEXTS, score_slip, try_text
 
 FEW = {
     "link 2 turns with its own rate alone",

@@ -10,7 +10,7 @@ import numpy as np
 import pytest
 from scipy.spatial.transform import Rotation
 
-from benchmarks.bench_robot_slips import LINKS
+from benchmarks.bench_trial import LINKS
 from crosscheck.analytic.robot.model import AnalyticRobot
 from crosscheck.analytic.robot.springs import stage_rotors
 from crosscheck.models.robot.file import load_robot
@@ -18,8 +18,8 @@ from crosscheck.models.robot.robot import Placement, Robot
 from crosscheck.trial.changes.numbers import put_value
 from crosscheck.trial.input.equations import Equations
 from crosscheck.trial.robots.explain import RobotDiagnosis
-from crosscheck.trial.robots.trial import run_robot_trial
 from tests.robots import chains
+from tests.robots.trials import run_robot_trial
 
 
 def diagnosis_of(robot: Robot, used: Robot, hold: Callable = lambda q: q) -> RobotDiagnosis:

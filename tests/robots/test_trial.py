@@ -26,10 +26,11 @@ from crosscheck.trial.changes.mistakes import (
 from crosscheck.trial.changes.numbers import RobotNumber, list_numbers, put_value
 from crosscheck.trial.input.equations import Equations
 from crosscheck.trial.robots.explain import RobotDiagnosis
-from crosscheck.trial.robots.trial import RobotTrial, run_robot_trial
+from crosscheck.trial.robots.trial import RobotTrial
 from tests.draws import DRAWS, SAMPLE, fresh_seed
 from tests.loops import require_items
 from tests.robots import chains
+from tests.robots.trials import run_robot_trial
 from tests.tool.test_bad_input import assert_one_line
 
 PLANTED = 2 if DRAWS == SAMPLE else DRAWS
@@ -131,7 +132,7 @@ def test_what_is_wrong_is_named(sliding, case):
     assert words in found.explanations
     assert found.level == "coupled"
     for entry in require_items(found.entries):  # drawn as they are named
-        assert trial.relative_errors[entry.part][entry.place] == entry.share
+        assert trial.relative_errors[entry.part][entry.place.index] == entry.share
 
 
 def planted(own: Robot, seed: int) -> RobotMistake:

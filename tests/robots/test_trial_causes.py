@@ -13,9 +13,9 @@ from crosscheck.trial.changes.kane import KaneSum
 from crosscheck.trial.changes.problem import DynamicsTerms
 from crosscheck.trial.input.equations import Equations
 from crosscheck.trial.robots.explain import RobotDiagnosis
-from crosscheck.trial.robots.trial import run_robot_trial
 from tests.robots import chains, two_link
 from tests.robots.test_trial import equations, steiner
+from tests.robots.trials import run_robot_trial
 
 OFF = np.array([[0, two_link.J2], [two_link.J2, 0]])
 RIGHT = {"mass_matrix", "bias", "gravity"}

@@ -6,14 +6,12 @@ import pytest
 from crosscheck.checks.robot_states import sample_states
 from crosscheck.models.robot.file import load_robot
 from crosscheck.trial.input.equations import Equations
-from crosscheck.trial.robots.consistency import (
-    SelfDifference,
-    compare_with_itself,
-    make_slope_states,
-)
-from crosscheck.trial.robots.trial import RobotTrial, run_robot_trial
+from crosscheck.trial.judge.checks import Identity, PartSize
+from crosscheck.trial.robots.consistency import compare_with_itself, make_slope_states
+from crosscheck.trial.robots.trial import RobotTrial
 from tests.robots import chains, two_link
 from tests.robots.test_trial import equations
+from tests.robots.trials import run_robot_trial
 
 TWO_LINK = two_link.robot()
 
@@ -34,8 +32,8 @@ def differing(trial: RobotTrial) -> set[str]:
 def test_an_entry_that_breaks_a_law_at_a_single_state_is_named():
     """Allowed are 0.5, and 0.4 of a size 1."""
     off = np.array([[0.0, 0.89], [-0.91, 0.89], [0.0, -0.89]])
-    found = SelfDifference(off, np.full((3, 2), 0.5))
-    assert found.find_places(np.ones((3, 2)), 0.4) == [(0,)]
+    size = PartSize(np.ones((3, 2)), 0.4, "")
+    assert Identity("", "bias", size, off, 0 * off, np.full((3, 2), 0.5)).places == [(0,)]
 
 
 def test_what_two_slopes_may_differ_by_is_the_doubt_of_both():
@@ -48,9 +46,10 @@ def test_what_two_slopes_may_differ_by_is_the_doubt_of_both():
     }
     found = compare_with_itself(TWO_LINK, states, {"bias": np.zeros((5, 2))}, answers)
     gravity, bias = found["gravity"], found["bias"]
-    assert np.array_equal(gravity.values, -gravity.values.swapaxes(1, 2))
-    assert np.array_equal(gravity.allowed, gravity.allowed.swapaxes(1, 2))
-    assert min(gravity.allowed.min(), bias.allowed.min()) > 0
+    left, right, doubt = gravity
+    assert np.array_equal(left, right.swapaxes(1, 2))
+    assert np.array_equal(doubt, doubt.swapaxes(1, 2))
+    assert min(doubt.min(), bias[2].min()) > 0
 
 
 def following(multiplier: float) -> str:

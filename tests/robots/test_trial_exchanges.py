@@ -17,10 +17,10 @@ from crosscheck.models.robot.robot import RIGID, Placement, Robot
 from crosscheck.trial.changes.mistakes import list_frame_mistakes
 from crosscheck.trial.changes.table import ChangeTable
 from crosscheck.trial.input.equations import Equations
-from crosscheck.trial.robots.trial import run_robot_trial
 from tests.loops import require_items
 from tests.robots import chains
 from tests.robots.test_trial import equations
+from tests.robots.trials import run_robot_trial
 
 Change = Callable[[Robot], Robot]
 

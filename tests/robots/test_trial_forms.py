@@ -12,8 +12,9 @@ from crosscheck.models.experiment.scenario import switches
 from crosscheck.testing import assert_agrees, from_sympy
 from crosscheck.trial.input.equations import Coordinates, Equations
 from crosscheck.trial.robots.answers import Friction
-from crosscheck.trial.robots.trial import RobotTrial, run_robot_trial
+from crosscheck.trial.robots.trial import RobotTrial
 from tests.robots import two_link
+from tests.robots.trials import run_robot_trial
 
 TWO = two_link.robot()
 q, v, T = sp.symbols("q1 q2"), sp.symbols("v1 v2"), sp.symbols("T1 T2")

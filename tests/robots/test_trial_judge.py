@@ -17,10 +17,11 @@ from crosscheck.models.robot.robot import Robot
 from crosscheck.runner import cpu_limit
 from crosscheck.trial.input.equations import Coordinates, Equations
 from crosscheck.trial.input.loading import extract_equations, load_equations
-from crosscheck.trial.robots.trial import RobotTrial, run_robot_trial
+from crosscheck.trial.robots.trial import RobotTrial
 from tests.loops import require_items
 from tests.robots import two_link
 from tests.robots.test_trial import equations
+from tests.robots.trials import run_robot_trial
 from tests.tool.test_bad_input import assert_one_line
 
 TOLERANCE = 1e-10  # of an entry's size, as the docs say
@@ -122,6 +123,25 @@ def test_what_equations_owe_to_themselves_is_judged_by_itself(two, check):
     assert run_robot_trial(OWN[check](BELOW), two).exit_code == 0
 
 
+BETWEEN: dict[str, dict[str, object]] = {
+    "inverse-dynamics": {
+        "inverse_dynamics": lambda q, v, a: two_link.inverse_dynamics(q, v, a) + 1e-6 * a * v
+    },
+    "second-law": {"force": lambda q, torque: two_link.force(q, torque) + 1e-6},
+    "acceleration-linear-in-torques": {
+        "acceleration": lambda q, v, torque: two_link.acceleration(q, v, torque) + 1e-6 * torque**2
+    },
+}
+
+
+@pytest.mark.parametrize("check", BETWEEN)
+def test_what_parts_owe_to_each_other_is_judged(two, check):
+    wrong = {part: getattr(two_link, part) for part in PARTS} | BETWEEN[check]
+    trial = run_robot_trial(Equations(**wrong), two)
+    assert check in {finding.quantity for finding in trial.agreement.disagreeing}
+    assert {each.finding.quantity: each.part for each in trial.self_checks}["second-law"] == "force"
+
+
 DIFFERENCES = 200 / 3  # times the tolerance, of what differences of answers leave
 BY_DIFFERENCES = "bias-from-inertia", "gravity-is-a-gradient"
 
@@ -155,17 +175,17 @@ def test_what_parts_owe_to_each_other_is_judged_by_differences_of_answers(two, o
 
 
 SAID = "1e-10 of the entry's natural size, of which rounding explains 1e-15"
-OVER = "largest difference of an entry over the random states, over its natural size"
+OVER = "largest difference of an entry over 12 random states, over its natural size"
 
 
 def test_findings_say_what_is_compared_with_what(two):
     trial = run_robot_trial(Equations(**{part: getattr(two_link, part) for part in PARTS}), two)
-    bases = {"positive-definite": "all eigenvalues positive"}
+    bases = {"positive-definite": "every eigenvalue is positive"}
     bases |= dict.fromkeys(BY_DIFFERENCES, f"{SAID}, 66.7 times for differences of answers")
     limits = {"positive-definite": 0.0}
     limits |= dict.fromkeys(BY_DIFFERENCES, DIFFERENCES * TOLERANCE)
     own = [f"repeatable-{part}" for part in PARTS]
-    own += [*OWN, "positive-definite", *BY_DIFFERENCES]
+    own += [*(OWN | BETWEEN), "linear-in-torques", "positive-definite", *BY_DIFFERENCES]
     ids = {f"trial-own/tested/{name}/yours" for name in own}
     ids |= {
         f"trial-states/tested/{part}/yours~{engine}"

@@ -8,8 +8,9 @@ import pytest
 from crosscheck.models.errors import InputError
 from crosscheck.models.robot.robot import Robot
 from crosscheck.trial.input.equations import Coordinates, Equations
-from crosscheck.trial.robots.trial import RobotTrial, run_robot_trial
+from crosscheck.trial.robots.trial import RobotTrial
 from tests.robots import chains, two_link
+from tests.robots.trials import run_robot_trial
 
 CART, POLE, LENGTH, G = 1.4, 0.3, 0.7, 9.81
 CART_POLE = chains.urdf(

@@ -19,7 +19,8 @@ from crosscheck.trial.changes.pairs import (
     rank_pairs,
 )
 from crosscheck.trial.input.equations import Equations
-from crosscheck.trial.robots.trial import RobotTrial, run_robot_trial
+from crosscheck.trial.robots.trial import RobotTrial
+from tests.robots.trials import run_robot_trial
 
 PUMA, SIX = load_robot("puma560"), load_robot("six-joint")
 

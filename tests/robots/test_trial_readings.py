@@ -8,8 +8,8 @@ from crosscheck.models.errors import InputError
 from crosscheck.models.robot.file import load_robot
 from crosscheck.models.robot.robot import Level, Robot
 from crosscheck.trial.input.equations import Coordinates, Equations
-from crosscheck.trial.robots.trial import run_robot_trial
 from tests.robots import chains, two_link
+from tests.robots.trials import run_robot_trial
 
 TWO = two_link.robot()
 SUMS = np.linalg.inv([[1.0, 0.0], [1.0, 1.0]])

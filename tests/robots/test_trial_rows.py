@@ -5,8 +5,8 @@ import pytest
 
 from crosscheck.models.robot.robot import Robot
 from crosscheck.trial.input.equations import Equations
-from crosscheck.trial.robots.trial import run_robot_trial
 from tests.robots import chains, two_link
+from tests.robots.trials import run_robot_trial
 
 NAMES = "a", "b", "c", "d"
 CHAIN = chains.robot(

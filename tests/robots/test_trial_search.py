@@ -11,7 +11,6 @@ from crosscheck.trial.changes.mistakes import exchange_fields
 from crosscheck.trial.changes.numbers import is_physical, list_numbers, put_value
 from crosscheck.trial.changes.problem import ChangeProblem
 from crosscheck.trial.changes.search import CauseSearch, describe_inertia, find_root, solve_step
-from crosscheck.trial.robots.consistency import SelfDifference
 from crosscheck.trial.robots.rates import BiasTerms, compute_bias_terms, make_rate_states
 from tests.loops import require_items
 
@@ -134,10 +133,3 @@ def test_terms_of_a_bias_are_read_out_of_its_answers():
         for s in range(2)
     ]
     assert right.evaluate(v)[:, 1] == pytest.approx(expected)
-
-
-def test_what_differs_beyond_its_doubt_and_a_part_of_its_size_is_named():
-    values = np.array([[0.0, 3.0, -4.1], [2.0, 3.0, 0.0]])
-    difference = SelfDifference(values, np.full((2, 3), 2.0))
-    assert difference.find_places(np.array([1.0, 10.0, 20.0]), 0.1) == [(2,)]
-    assert difference.find_places(np.array([1.0, 9.0, 22.0]), 0.1) == [(1,)]

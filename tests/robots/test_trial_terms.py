@@ -12,10 +12,10 @@ from crosscheck.models.robot.robot import Robot
 from crosscheck.trial.input.equations import Equations
 from crosscheck.trial.robots.explain import RobotDiagnosis
 from crosscheck.trial.robots.rates import sample_bias_terms
-from crosscheck.trial.robots.trial import run_robot_trial
 from tests.loops import require_items
 from tests.robots import chains
 from tests.robots.test_trial_links import tree
+from tests.robots.trials import run_robot_trial
 
 STEP = 1e-5
 ROBOT = tree("trunk")

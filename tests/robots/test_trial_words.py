@@ -16,14 +16,14 @@ from crosscheck.findings import (
 from crosscheck.runner.outcomes import Failure
 from crosscheck.trial.changes.search import list_equals
 from crosscheck.trial.input.equations import Equations
+from crosscheck.trial.judge.entries import EntryMismatch, EntryPlace, LevelDistance
 from crosscheck.trial.robots.consistency import describe_places
 from crosscheck.trial.robots.explain import RobotDiagnosis, describe_ratio
-from crosscheck.trial.robots.judge import LevelDistance, RobotEntry
 from crosscheck.trial.robots.trial import RobotTrial
 from tests.robots import two_link
 
 ENTRIES = tuple(
-    RobotEntry(part, f"{part}[{name}]", share, (0,), "twice" * (name == "j1"))
+    EntryMismatch(EntryPlace(part, int(name == "j2")), share, notes=("twice",) * (name == "j1"))
     for part, name, share in (
         ("bias", "j1", 0.345678),
         ("gravity", "j2", 0.25),

@@ -194,20 +194,18 @@ def of_requests(command: str, work: str, end: str = "") -> dict[str, Effect]:
         ),
         "settings": row(
             "--set arm.payload_mass_kg=3",
-            lambda given: mechanism(given).payload_mass_kg,
+            lambda given: given.request.mechanism.payload_mass_kg,
             *(PAPER_KG, 3.0),
         ),
         "quick": row("--quick", lambda given: given.request.quick, False, True),
-        "jobs": row("--jobs 3", lambda given: given.jobs, CORES, 3),
+        "jobs": row(
+            "--jobs 3", lambda given: getattr(given, "jobs", 0) or given.request.jobs, CORES, 3
+        ),
     }
 
 
-def mechanism(given: Any) -> Any:
-    return given.request.arm if hasattr(given.request, "arm") else given.request.mechanism
-
-
 def of_checks(command: str) -> dict[str, Effect]:
-    arm = asks("run_cross_check", lambda given: mechanism(given).name)
+    arm = asks("run_cross_check", lambda given: given.request.mechanism.name)
     return {
         **of_requests(command, "run_cross_check"),
         "arm": option(command, "probe", arm, "paper-labelled", "probe"),
@@ -357,7 +355,7 @@ EFFECTS: dict[str, dict[str, Effect]] = {
         "arm": option(
             TRIAL,
             "probe",
-            asks("run_trial", lambda given: given.request.arm.name),
+            asks("run_trial", lambda given: given.request.mechanism.name),
             *("paper-labelled", "probe"),
         ),
         "seed": seed(TRIAL, "run_trial"),

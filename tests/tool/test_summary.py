@@ -20,9 +20,9 @@ from crosscheck.report.trials.trial import (
 from crosscheck.run import CrossCheck
 from crosscheck.trial.changes.arms.dependence import IgnoredNumber
 from crosscheck.trial.input.loading import load_equations
-from crosscheck.trial.judge.entries import EntryPlace
+from crosscheck.trial.judge.entries import EntryPlace, LevelDistance
 from crosscheck.trial.judge.unit_mistakes import UnitMistake
-from crosscheck.trial.trial import LevelMismatch, Trial
+from crosscheck.trial.trial import Trial
 from tests.baselines.short import green, invented_check, red
 from tests.tool.supplied import model_file
 
@@ -136,8 +136,8 @@ def test_a_mistaken_order_is_told(part, word):
 def test_a_trial_says_what_it_judged_and_what_not(trial):
     (judged,) = replace(trial, probes=("a", "b")).answer.scope
     assert judged.startswith("judged in theta_1, theta_2, also on 2 other arms")
-    mismatches = (LevelMismatch("links", 1, 0.25, 0.1), LevelMismatch("coupled", 3, 0.06, 0.03))
-    shown = replace(trial, level_mismatches=mismatches, probes=(), missing=("bias", "force"))
+    distances = (LevelDistance("links", 1, 0.25, 0.1), LevelDistance("coupled", 3, 0.06, 0.03))
+    shown = replace(trial, distances=distances, probes=(), missing=("bias", "force"))
     levels = [(each.level, each.entries, each.largest) for each in shown.answer.levels]
     assert levels == [("links", 1, 0.25), ("coupled", 3, 0.06)]
     judged, missing = shown.answer.scope

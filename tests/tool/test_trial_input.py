@@ -110,9 +110,9 @@ def judged(crosscheck, tmp_path):
     return judgement
 
 
-def verdicts(trial, part: str) -> set[str]:
-    """Of the checks of a part against engines."""
-    found = [f for f in trial["agreement"]["findings"] if f["family"] == "trial-states"]
+def verdicts(trial, part: str, family: str = "trial-states") -> set[str]:
+    """Of the checks of a part against engines, or of another family."""
+    found = [f for f in trial["agreement"]["findings"] if f["family"] == family]
     return {f["verdict"] for f in found if f["quantity"] == part and f["kind"] == "check"}
 
 
@@ -131,7 +131,7 @@ def test_a_part_that_fails_costs_itself_alone(judged, case):
     assert answer.code == 1
     assert answer.err == ""
     assert said in answer.out
-    assert verdicts(trial, "bias") == {"failed"}
+    assert verdicts(trial, "answers-bias", "trial-own") == {"failed"}
     assert verdicts(trial, "mass_matrix") == verdicts(trial, "force") == {"agree"}
     assert trial["level"] == "links"
 

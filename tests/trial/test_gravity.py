@@ -97,6 +97,8 @@ def test_an_error_in_gravity_is_named_there(source, places, words):
     result = trial_of(source, UNLIKE)
     assert {(w.place.part, w.place.row) for w in result.wrong_entries} == places
     assert words in describe_errors(result)[0]
+    laws = {finding.quantity for finding in result.agreement.disagreeing}
+    assert ("gravity-is-a-gradient" in laws) == (source is SecondForgotten)
     record = json.loads(format_trial_json(result.answer))
     assert {each["name"].partition("[")[0] for each in record["wrong"]} == {
         part for part, _ in places

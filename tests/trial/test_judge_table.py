@@ -24,9 +24,11 @@ from crosscheck.runner.outcomes import Failure
 from crosscheck.runner.tasks import Evaluation, Simulation
 from crosscheck.trial.input.equations import Coordinates, Equations
 from crosscheck.trial.judge import suite
+from crosscheck.trial.judge.checks import judge_answers
 from crosscheck.trial.judge.questions import VerificationProblem, skip_dependent_tasks
 from crosscheck.trial.model import make_registry_entry
-from crosscheck.trial.trial import TrialRequest, build_problem
+from crosscheck.trial.request import TrialRequest
+from crosscheck.trial.trial import build_problem
 from tests.loops import require_items
 from tests.trial.test_trial import equations_of, in_frame
 from tests.trial.unit_ratios import wrong_unit_ratios
@@ -55,8 +57,11 @@ def two_link() -> Arm:
     return Arm.model_validate(content)
 
 
+Findings = dict[tuple[str, str, str], Finding]
+
+
 class Bench(NamedTuple):
-    """Right equations of every part, each planned comparison, and right answers to all tasks."""
+    """Right equations of every part, each planned run and balance, right answers to all tasks."""
 
     problem: VerificationProblem
     comparisons: dict[tuple[str, str, str], Comparison]
@@ -70,10 +75,20 @@ class Bench(NamedTuple):
         """The right answers to a question, state by state."""
         return np.array(self.outcomes[self.key(part)])
 
+    def findings(self, changed: dict[Any, Any]) -> Findings:
+        """The findings on answers at states, some of them changed, by kind, quantity and engine."""
+        results, level = Results({**self.outcomes, **changed}), self.problem.levels[0]
+        answers = suite.collect_answers(self.problem, results)
+        found = [check.finding for check in judge_answers(answers)]
+        found += suite.judge_engines(self.problem, answers, results, level)
+        return {(f.about.key.family, f.quantity, f.about.key.right): f for f in found}
+
     def finding(self, name: tuple[str, str, str], changed: dict[Any, Any]) -> Finding:
         """The finding of a comparison with some answers changed."""
         with registered(self.problem):
-            return self.comparisons[name].finding(Results({**self.outcomes, **changed}))
+            if name in self.comparisons:
+                return self.comparisons[name].finding(Results({**self.outcomes, **changed}))
+            return self.findings(changed)[name]
 
 
 @contextmanager
@@ -104,8 +119,6 @@ def bench(gearing: str) -> Bench:
     problem = replace(build_problem(TrialRequest(NAME, own, arm, quick=True)), count=COUNT)
     assert moved.frame.matrix is not None
     planned = [
-        *suite.plan_self_checks(problem),
-        *suite.plan_engine_comparisons(problem, level, binding=True),
         *suite.plan_run_comparisons(problem, RUN, level),
         *suite.plan_balance_checks(problem),
     ]
@@ -115,6 +128,7 @@ def bench(gearing: str) -> Bench:
     }
     with registered(problem):
         tasks = dict.fromkeys(task for each in planned for task in each.needs)
+        tasks |= dict.fromkeys(suite.list_questions(problem))
         outcomes = {task.key: task.perform() for task in tasks}
     return Bench(problem, comparisons, outcomes)
 
@@ -204,7 +218,9 @@ OWN = {
         lambda: float(sizes().terms[0, 0, 1]),
         "bias[theta_1] of theta_1' theta_2'",
     ),
-    "inverse-dynamics": Row("inverse_dynamics", (0, 0), _inverse_dynamics_size, "bias[theta_1]"),
+    "inverse-dynamics": Row(
+        "inverse_dynamics", (0, 0), _inverse_dynamics_size, "inverse_dynamics[theta_1]"
+    ),
     # The answer at twice the first torque, after those at no torque and at each.
     "linear-in-torques": ENTRIES["force"]._replace(part="by_torques", entry=(3, 0)),
     "second-law": ENTRIES["force"],
@@ -237,9 +253,10 @@ def verdicts(name: tuple[str, str, str], row: Row) -> list[str]:
 def test_the_tables_have_every_check_of_a_trial():
     """A new check needs a row here."""
     rigid, geared = bench("rigid").comparisons, bench("lumped").comparisons
-    runs = {name for name in rigid if name[0] == suite.RUN}
-    assert {name[1] for name in runs} == set(suite.RIGID)
-    assert set(rigid) - runs == {*TABLE, *(("trial-own", name, "") for name in OTHERWISE)}
+    assert {name[1] for name in rigid} == set(suite.RIGID)
+    assert {name[0] for name in rigid} == {suite.RUN}
+    own = {*TABLE, *(("trial-own", name, "") for name in OTHERWISE)}
+    assert set(bench("rigid").findings({})) == own
     other = {name[1] for name in geared} - {name[1] for name in rigid}
     assert other == BALANCES | MESH_RUNS
 
@@ -266,20 +283,15 @@ UNLIKE = {
 
 def test_findings_say_what_is_compared_and_by_how_much_it_may_differ():
     made = bench("rigid")
-    largest = {
-        "trial-own": f"largest relative deviation of an entry over {COUNT} random states",
-        "trial-states": f"largest relative difference of an entry over {COUNT} random states",
-        suite.RUN: "largest absolute difference",
-    }
+    over = f"largest difference of an entry over {COUNT} random states, over its natural size"
     against = {"trial-own": "first principles"}
-    for (family, quantity, right), comparison in require_items(made.comparisons.items()):
-        found = made.finding((family, quantity, right), {})
+    for name, comparison in require_items(made.comparisons.items()):
+        assert made.finding(name, {}).about.metric == "largest absolute difference"
+        assert len(comparison.needs) == 3
+    for (family, quantity, right), found in require_items(made.findings({}).items()):
         about = found.about
-        assert about.metric == largest[family]
+        assert about.metric == over
         assert (about.against, about.key.left) == (against.get(family, ""), NAME)
-        if family == suite.RUN:
-            assert len(comparison.needs) == 3
-            continue
         assert about.unit == "1"
         solving = " + 10 eps x" in found.basis
         assert solving == ("acceleration" in quantity)
@@ -310,7 +322,7 @@ def test_a_gross_error_elsewhere_hides_none(name):
 @pytest.mark.parametrize(("part", "verdict"), [(ABOVE, "unresolved"), (BELOW, "agree")])
 def test_engines_that_differ_by_more_than_an_error_would_judge_nobody(part, verdict):
     made, name, row = bench("rigid"), ("trial-states", "bias", ENGINES[1]), ENTRIES["bias"]
-    engine = made.comparisons[name].needs[1].key
+    engine = made.problem.ask(ENGINES[1], "bias").key
     answers = np.array(made.outcomes[engine])
     answers[(SPOT, *row.entry)] += part * 1e-4 * row.size()
     assert made.finding(name, {engine: answers}).verdict == verdict
@@ -373,7 +385,8 @@ def test_a_run_just_beyond_what_rounding_explains_differs(gearing):
 
 def test_a_function_that_does_not_come_back_costs_what_calls_it_alone():
     made = bench("rigid")
-    tasks = list(dict.fromkeys(task for each in made.comparisons.values() for task in each.needs))
+    tasks = [task for each in made.comparisons.values() for task in each.needs]
+    tasks += suite.list_questions(made.problem)
     why = Failure("TooSlow", "stopped")
     skipped = skip_dependent_tasks(made.problem, tasks, {"bias": why})
     assert {task.model for task in skipped} == {NAME}

@@ -84,7 +84,7 @@ def equations_by(law: Law) -> Callable[[Arm, Scenario], Equations]:
 )
 def test_a_law_with_other_corners_is_named_in_every_mesh(law, damping, expected):
     chosen = switches(damping=damping)
-    result = trial_of(equations_by(law), PAPER, chosen=chosen)
+    result = trial_of(equations_by(law), PAPER, switches=chosen)
     wrong = {entry.place.row: entry for entry in result.wrong_entries}
     assert set(wrong) == {0, 1, 3, 4}  # x_sp and x_pr of both joints
     assert {entry.place.part for entry in wrong.values()} == {"force"}
@@ -94,5 +94,5 @@ def test_a_law_with_other_corners_is_named_in_every_mesh(law, damping, expected)
 
 
 def test_the_arms_own_law_agrees():
-    result = trial_of(equations_by(usual), PAPER, chosen=switches(damping="contact"))
+    result = trial_of(equations_by(usual), PAPER, switches=switches(damping="contact"))
     assert result.agreement.exit_code == 0

@@ -14,7 +14,8 @@ from crosscheck.trial.coordinates.build import build_frame
 from crosscheck.trial.input.equations import Equations
 from crosscheck.trial.input.supplied import bind_equations
 from crosscheck.trial.input.symbolic import from_sympy
-from crosscheck.trial.trial import TrialRequest, build_problem
+from crosscheck.trial.request import TrialRequest
+from crosscheck.trial.trial import build_problem
 from tests.trial.test_dependence import UNLIKE, G, arm_of, bodies_of, pendulum
 from tests.trial.test_trial import trial_of
 

@@ -10,7 +10,8 @@ from crosscheck.models.loading import load_arm
 from crosscheck.planning.sizing import make_unequal_gains_scenario
 from crosscheck.trial.coordinates.build import LAYOUTS
 from crosscheck.trial.input.equations import Coordinates, Equations
-from crosscheck.trial.trial import Trial, TrialRequest, run_trial
+from crosscheck.trial.request import TrialRequest
+from crosscheck.trial.trial import Trial, run_arm_trial
 from tests.arms import random_arm
 from tests.trial.test_judge_table import two_link
 from tests.trial.test_trial import equations_of, in_frame, trial_of, two_links
@@ -25,7 +26,7 @@ def in_coordinates(model: str, coordinates: Coordinates, arm: Arm) -> Equations:
 
 
 def judged(equations: Equations, arm: Arm) -> Trial:
-    return run_trial(TrialRequest("yours", equations, arm, quick=True))
+    return run_arm_trial(TrialRequest("yours", equations, arm, quick=True))
 
 
 def turned(n: int, seed: int, condition: float) -> np.ndarray:

@@ -19,10 +19,11 @@ from crosscheck.trial.coordinates.frame import Frame
 from crosscheck.trial.input.equations import Coordinates, Equations
 from crosscheck.trial.input.loading import build_equations
 from crosscheck.trial.judge.questions import TransformedModel
-from crosscheck.trial.robots.trial import run_robot_trial
-from crosscheck.trial.trial import Trial, TrialRequest, run_trial
+from crosscheck.trial.request import TrialRequest
+from crosscheck.trial.trial import Trial, run_arm_trial
 from tests.arms import random_arm
 from tests.robots.test_trial import equations as equations_of_robot
+from tests.robots.trials import run_robot_trial
 
 LEVELS = ("links", "carriers", "armature", "coupled")
 
@@ -55,7 +56,7 @@ def equations_of(moved: TransformedModel, **errors: object) -> Equations:
 def trial_of(factory: object, arm: Arm, name: str = "yours", **asked: object) -> Trial:
     """Of a factory of an arm and a scenario."""
     equations = build_equations(factory, arm, load_scenario("pd"), name)
-    return run_trial(TrialRequest(name, equations, arm, quick=True, **asked))
+    return run_arm_trial(TrialRequest(name, equations, arm, quick=True, **asked))
 
 
 def of_project(model: str, coordinates: Coordinates):
@@ -109,7 +110,7 @@ def test_the_ladder_says_which_level_a_rigid_model_is(level):
     coordinates = Coordinates("rigid", "absolute")
     trial = trial_of(of_project(f"pinocchio:{level}", coordinates), load_arm("probe"))
     assert trial.level == level
-    assert [rung.level for rung in trial.level_mismatches if rung.entries == 0] == [level]
+    assert [rung.level for rung in trial.distances if rung.entries == 0] == [level]
     assert trial.exit_code == 0
 
 
@@ -251,7 +252,7 @@ def test_a_part_that_raises_costs_its_own_checks_and_its_traceback_is_kept(label
     trial = trial_of(factory, labelled)
     verdicts = {f.quantity: f.verdict for f in trial.agreement.findings if f.kind == "check"}
     assert verdicts["symmetric"] == verdicts["mass_matrix"] == "agree"
-    assert verdicts["bias"] == verdicts["bias-quadratic"] == "failed"
+    assert verdicts["answers-bias"] == "failed"
     assert any("ZeroDivisionError: my own" in trace for trace in trial.traces.values())
 
 

@@ -215,6 +215,7 @@ SIZES = NaturalSizes(
     force=np.array([3.0, 6.0]),
     acceleration=np.array([7.0, 9.0]),
     gravity=np.array([1.0, 2.0]),
+    gravity_slopes=np.ones((2, 2)),
     roundings=40.0,
     solving=1e3,
 )
@@ -246,7 +247,7 @@ def test_entries_beyond_their_tolerance_come_largest_first():
     user[1] = [2e-6, 3e-6]
     found = list(find_wrong_entries("bias", user, right, SIZES))
     assert [each.place.row for each in found] == [0, 1]
-    assert [each.relative for each in found] == pytest.approx([1e-6, 3.75e-7])
+    assert [each.share for each in found] == pytest.approx([1e-6, 3.75e-7])
     by_ten = SIZES.scale_by(10.0)
     for part in ("mass_matrix", "rate_terms", "bias", "force", "acceleration"):
         assert (by_ten.entry_sizes(part) == 10 * SIZES.entry_sizes(part)).all()

@@ -14,9 +14,11 @@ from crosscheck.models.arm.arm import Arm
 from crosscheck.models.experiment.scenario import Scenario
 from crosscheck.models.loading import load_scenario
 from crosscheck.trial.input.equations import Coordinates, Equations
-from crosscheck.trial.robots.trial import RobotTrial, run_robot_trial
-from crosscheck.trial.trial import Trial, TrialRequest, run_trial
+from crosscheck.trial.request import TrialRequest
+from crosscheck.trial.robots.trial import RobotTrial
+from crosscheck.trial.trial import Trial, run_arm_trial
 from tests.robots import two_link
+from tests.robots.trials import run_robot_trial
 from tests.trial.test_judge_table import two_link as two_link_arm
 from tests.trial.test_trial import equations_of, in_frame
 
@@ -46,7 +48,7 @@ def tried_arm() -> Trial:
     """The trial of these equations."""
     arm = two_link_arm()
     own = wrong_equations(arm, load_scenario("pd"))
-    return run_trial(TrialRequest(NAME, own, arm, quick=True))
+    return run_arm_trial(TrialRequest(NAME, own, arm, quick=True))
 
 
 kept_arm = lru_cache(tried_arm)
@@ -54,22 +56,14 @@ kept_arm = lru_cache(tried_arm)
 
 @lru_cache
 def right_shares(states: int) -> dict[str, np.ndarray]:
-    """By level, how far M is off; and of the force, by their sizes over the trial's states."""
+    """How far M is off, and the force, by their sizes over the trial's states."""
     arm, scenario, problem = two_link_arm(), load_scenario("pd"), kept_arm().problem
     assert states == len(problem.states)
     placed = [np.asarray(state.x) for state in problem.states]
-    masses = {}
-    for level in LEVELS:
-        moved = in_frame(f"analytic:{level}", Coordinates("rigid"), arm, scenario)
-        masses[level] = np.array([moved.mass_matrix(x) for x in placed])
-    own = masses["links"] + np.diag([INERTIA, 0.0])
-
-    def relative(level: str, sized_by: str) -> np.ndarray:
-        root = np.sqrt(masses[sized_by][:, [0, 1], [0, 1]].max(axis=0))
-        return np.abs(own - masses[level]).max(axis=0) / np.outer(root, root)
-
-    # The ladder is by the sizes of the last level.
-    found = {level: relative(level, LEVELS[-1]) for level in LEVELS}
+    moved = in_frame("analytic:links", Coordinates("rigid"), arm, scenario)
+    mass = np.array([moved.mass_matrix(x) for x in placed])
+    own = mass + np.diag([INERTIA, 0.0])
+    root = np.sqrt(mass[:, [0, 1], [0, 1]].max(axis=0))
     model = in_frame("analytic:links", Coordinates("rigid"), arm, problem.case.scenario)
     forces = [
         model.model.generalized_force(state.t, np.asarray(state.x), np.asarray(state.v))
@@ -77,16 +71,16 @@ def right_shares(states: int) -> dict[str, np.ndarray]:
     ]
     rms = np.sqrt((np.array(forces) ** 2).mean(axis=0))
     moments = np.max([np.abs(moment_at(x)) for x in placed], axis=0)
-    return {**found, "M": relative("links", "links"), "force": moments / rms}
+    shares = np.abs(own - mass).max(axis=0) / np.outer(root, root)
+    return {"M": shares, "force": moments / rms}
 
 
 def wrong_arm(trial: Trial) -> Iterator[str]:
     """Numbers of a trial that are not those of its equations."""
     shares = right_shares(len(trial.problem.states))
-    for each in trial.level_mismatches:
-        right = shares.get(each.level, np.array([each.largest]))
-        if not np.isclose(each.largest, right.max(), rtol=1e-6):
-            yield f"level {each.level}: {each.largest}, must be {right.max()}"
+    nearest, right = trial.distances[0], max(each.max() for each in shares.values())
+    if not np.isclose(nearest.largest, right, rtol=1e-6):
+        yield f"level {nearest.level}: {nearest.largest}, must be {right}"
     for part, name in (("mass_matrix", "M"), ("force", "force")):
         if not np.allclose(trial.relative_errors[part], shares[name], rtol=1e-6, atol=1e-9):
             yield f"{part}: {trial.relative_errors[part]}, must be {shares[name]}"

@@ -54,11 +54,11 @@ def list_facts(trial: Trial | RobotTrial) -> Iterator[Fact]:
             yield from (Fact(float(term.coefficient), "difference") for term in each.difference)
         yield from (Fact(joint + 1, "idle") for joint in trial.idle_joints)
     yield Fact(max(share for _, share, *_ in wrong), "largest share")
-    levels = trial.level_mismatches if isinstance(trial, Trial) else trial.distances
-    for each in levels:
+    for each in trial.distances:
         for owner in (each.level, f"beside level {each.level}"):
             yield Fact(each.entries, "entries", (owner,))
             yield Fact(each.largest, "largest", (owner,))
+            yield Fact(each.mean, "mean", (owner,))
     for part, errors in trial.relative_errors.items():
         title = TITLES.get(part, part)
         yield Fact(trial.allowed[part], f"allowed {title}")
@@ -79,15 +79,11 @@ def equations_of(trial: Trial | RobotTrial) -> Equations:
 
 def list_wrong(trial: Trial | RobotTrial) -> Iterator[tuple[str, float, int, int | None, str]]:
     """Name, share, row, column and part of each entry that is wrong."""
-    if isinstance(trial, RobotTrial):
-        for entry in trial.diagnosis.entries:
-            yield entry.name, entry.share, *(*entry.place, None)[:2], entry.part
-        return
-    names = trial.problem.frame.names
-    for each in trial.wrong_entries:
-        row, column, part = each.place.row, each.place.column, each.place.part
+    is_robot, names = isinstance(trial, RobotTrial), trial.answer.coordinates
+    for each in trial.diagnosis.entries if is_robot else trial.wrong_entries:
+        row, column, part = each.place.row, each.place.column, each.part
         places = ", ".join(names[n] for n in (row, column) if n is not None)
-        yield f"{TITLES.get(part, part)}[{places}]", each.relative, row, column, part
+        yield f"{TITLES.get(part, part)}[{places}]", each.share, row, column, part
 
 
 def list_rows(trial: Trial | RobotTrial) -> Iterator[Fact]:

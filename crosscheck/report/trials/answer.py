@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, replace
 from typing import Any, NamedTuple
 
@@ -12,12 +12,14 @@ from crosscheck.checks.states import ROUNDINGS
 from crosscheck.findings import Agreement
 from crosscheck.report.finding_groups import describe_by_reason
 from crosscheck.report.formatting import describe_tally, format_percent
-from crosscheck.trial.input.equations import SINGLE
-from crosscheck.trial.input.source_lines import SourceLines
-from crosscheck.trial.judge.entries import Explanation
+from crosscheck.trial.input.equations import SINGLE, Equations
+from crosscheck.trial.input.source_lines import SourceLines, find_source
+from crosscheck.trial.judge.checks import SelfCheck
+from crosscheck.trial.judge.entries import EntryMismatch, Explanation, LevelDistance, format_entry
 from crosscheck.trial.source.source_edit import SourceAnswer
 
 DIGITS = f"single precision (float32, {SINGLE:.0e} relative)"
+PART_TITLES = {"mass_matrix": "M", "rate_terms": "bias"}
 MOST_CAUSES = 4  # causes that the terminal shows; the JSON file has all
 # Verdicts that no wrong entry accounts for.
 UNACCOUNTED = ("failed", "unfinished", "unresolved")
@@ -72,15 +74,6 @@ class PartDeviation:
     title: str
     relative: np.ndarray
     allowed: float
-
-
-@dataclass(frozen=True)
-class LevelDeviation:
-    """A level beside the equations: how many entries differ, and the largest relative deviation."""
-
-    level: str
-    entries: int
-    largest: float
 
 
 @dataclass(frozen=True)
@@ -146,7 +139,7 @@ class TrialAnswer:
     hidden: tuple[EntryError, ...]
     scope: tuple[str, ...]
     notes: tuple[str, ...]
-    levels: tuple[LevelDeviation, ...]
+    levels: tuple[LevelDistance, ...]
     parts: tuple[PartDeviation, ...]
     traces: Mapping[str, str]
     agreement: Agreement
@@ -238,6 +231,56 @@ def name_entries(part: PartDeviation, names: Sequence[str]) -> Iterator[tuple[st
                 yield f"{part.title}[{words[0]}] of {square}", value
         else:
             yield f"{part.title}[{', '.join(words)}]", value
+
+
+def list_wrong(
+    wrong: Sequence[EntryMismatch],
+    names: Sequence[str],
+    equations: Equations,
+    explain: Callable[[EntryMismatch], str],
+) -> Iterator[EntryError]:
+    """The wrong entries as views show them; explain: the cause of one, in words."""
+    sources = {part: find_source(equations, part) for part in {each.part for each in wrong}}
+    for each in wrong:
+        yield EntryError(
+            name=format_entry(each.place, names),
+            part=each.part,
+            share=each.share,
+            cause=explain(each),
+            row=each.place.row,
+            column=each.place.column,
+            rates=each.place.rates,
+            difference=each.difference,
+            latex=each.latex,
+            explanation=each.explanation,
+            shown_on=each.shown_on,
+            source=sources[each.part],
+        )
+
+
+def list_deviations(
+    relative_errors: Mapping[str, np.ndarray], allowed: Mapping[str, float]
+) -> Iterator[PartDeviation]:
+    """The parts with the deviation of each entry."""
+    for part, relative in relative_errors.items():
+        yield PartDeviation(part, PART_TITLES.get(part, part), relative, allowed[part])
+
+
+def describe_entry_notes(wrong: Sequence[EntryMismatch], names: Sequence[str]) -> Iterator[str]:
+    """A line for each note on wrong entries, and all entries that it is on."""
+    for note in dict.fromkeys(note for each in wrong for note in each.notes):
+        places = (each.place for each in wrong if note in each.notes)
+        yield f"{', '.join(format_entry(place, names) for place in places)}: {note}"
+
+
+def describe_faults(checks: Sequence[SelfCheck]) -> Iterator[str]:
+    """Lines on what equations owe to themselves and do not keep.
+
+    What follows from wrong entries alone, as a bias from a wrong M, is left out.
+    """
+    for check in checks:
+        if check.finding.verdict == "differ" and check.fault:
+            yield f"{check.fault}{f' ({check.finding.note})' if check.finding.note else ''}"
 
 
 def describe_wrong(wrong: Sequence[EntryError]) -> str:

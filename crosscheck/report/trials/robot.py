@@ -3,20 +3,22 @@
 from __future__ import annotations
 
 from collections.abc import Iterator
+from operator import attrgetter
 
 from crosscheck.models.robot.robot import LEVELS
 from crosscheck.report.trials.answer import (
     EntryError,
-    LevelDeviation,
-    PartDeviation,
     TrialAnswer,
     TrialVerdict,
+    describe_entry_notes,
+    describe_faults,
     describe_wrong,
+    list_deviations,
+    list_wrong,
 )
 from crosscheck.trial.changes.search import list_equals
-from crosscheck.trial.input.source_lines import find_source
 from crosscheck.trial.robots.elastic import ELASTIC
-from crosscheck.trial.robots.judge import LETTERS, RobotEntry, has_engine_conflict
+from crosscheck.trial.robots.judge import has_engine_conflict
 from crosscheck.trial.robots.trial import RobotTrial
 
 NO_CAUSE = "no single number, frame or place explains it"
@@ -25,7 +27,8 @@ NO_CAUSE = "no single number, frame or place explains it"
 def answer_robot_trial(trial: RobotTrial) -> TrialAnswer:
     """The answer of a trial on a robot."""
     diagnosis = trial.diagnosis
-    wrong = tuple(_make_wrong(trial, each) for each in diagnosis.entries)
+    names = trial.robot.coordinate_names
+    wrong = tuple(list_wrong(diagnosis.entries, names, trial.equations, attrgetter("remark")))
     answer = TrialAnswer(
         name=trial.name,
         mechanism=trial.robot.name,
@@ -39,22 +42,12 @@ def answer_robot_trial(trial: RobotTrial) -> TrialAnswer:
         hidden=(),
         scope=tuple(_describe_scope(trial)),
         notes=trial.robot.notes,
-        levels=tuple(LevelDeviation(d.level, d.entries, d.largest) for d in trial.distances),
-        parts=tuple(
-            PartDeviation(part, LETTERS.get(part, part), relative, trial.allowed[part])
-            for part, relative in trial.relative_errors.items()
-        ),
+        levels=trial.distances,
+        parts=tuple(list_deviations(trial.relative_errors, trial.allowed)),
         traces={part: why.trace for part, why in trial.failures.items() if why.trace},
         agreement=trial.checks,
     )
     return answer.attribute_to_single_precision() if trial.is_single_precision else answer
-
-
-def _make_wrong(trial: RobotTrial, entry: RobotEntry) -> EntryError:
-    row, column = (*entry.place, None)[:2]
-    assert row is not None  # of every entry
-    source = find_source(trial.equations, entry.part)
-    return EntryError(entry.name, entry.part, entry.share, entry.remark, row, column, source=source)
 
 
 def _describe_verdict(trial: RobotTrial, wrong: tuple[EntryError, ...]) -> TrialVerdict:
@@ -87,6 +80,8 @@ def _describe_causes(trial: RobotTrial) -> Iterator[str]:
     diagnosis = trial.diagnosis
     if has_engine_conflict(trial.checks.findings):
         yield "the engines differ on this robot: `crosscheck cost` shows where"
+    parts = {entry.part for entry in diagnosis.entries}
+    yield from describe_faults([each for each in trial.self_checks if each.part not in parts])
     first, *others = diagnosis.explanations or [""]
     if first:
         yield f"yours are the equations of {trial.level} with {first}"
@@ -98,17 +93,10 @@ def _describe_causes(trial: RobotTrial) -> Iterator[str]:
     reasons = diagnosis.explanations or diagnosis.links or diagnosis.notes or diagnosis.readings
     if diagnosis.entries and not reasons:
         yield from (
-            _describe_entries(diagnosis.entries)
+            describe_entry_notes(diagnosis.entries, trial.robot.coordinate_names)
             if any(entry.remark for entry in diagnosis.entries)
             else [NO_CAUSE]
         )
-
-
-def _describe_entries(entries: tuple[RobotEntry, ...]) -> Iterator[str]:
-    """A line for each thing that is wrong with entries, and all entries of which it is."""
-    for remark in dict.fromkeys(entry.remark for entry in entries if entry.remark):
-        names = [entry.name for entry in entries if entry.remark == remark]
-        yield f"{', '.join(names)}: {remark}"
 
 
 def _describe_scope(trial: RobotTrial) -> Iterator[str]:

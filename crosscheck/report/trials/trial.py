@@ -8,39 +8,28 @@ from crosscheck.registry import LEVELS, RIGID_ARM, is_rigid_arm
 from crosscheck.report.formatting import format_count
 from crosscheck.report.trials.answer import (
     EntryError,
-    LevelDeviation,
-    PartDeviation,
     TrialAnswer,
     TrialVerdict,
     UnfollowedNumber,
+    describe_entry_notes,
+    describe_faults,
     describe_wrong,
+    list_deviations,
+    list_wrong,
 )
 from crosscheck.trial.changes.arms.dependence import IgnoredNumber
 from crosscheck.trial.changes.arms.term_words import group_by_errors, guess
 from crosscheck.trial.input.equations import SINGLE
-from crosscheck.trial.input.source_lines import find_source
 from crosscheck.trial.judge.entries import EntryMismatch, format_entry, format_wrong_entries
-from crosscheck.trial.judge.suite import COMPARED
 from crosscheck.trial.judge.unit_mistakes import DEGREES, UnitMistake
 from crosscheck.trial.trial import Trial
-
-PART_TITLES = {"mass_matrix": "M", "rate_terms": "bias"}
-# By checks of equations with themselves: what is wrong where they fail. What follows from wrong
-# entries alone, as a bias from a wrong M, is left out.
-CHANGES = "changes from one call to the next with the same arguments"
-SELF_FAULTS = {
-    "symmetric": "M is not symmetric",
-    "positive-definite": "M is not positive definite",
-    "bias-quadratic": "the bias is not quadratic in the rates",
-    "linear-in-torques": "force is not linear in the torques",
-    **{f"repeatable-{part}": f"{part} {CHANGES}" for part in COMPARED},
-}
 
 
 def answer_arm_trial(trial: Trial) -> TrialAnswer:
     """The answer of a trial on an arm."""
     problem, names = trial.problem, trial.problem.frame.names
-    wrong = tuple(_list_wrong(trial, trial.wrong_entries))
+    shown = names, problem.equations, explain_wrong_entry
+    wrong = tuple(list_wrong(trial.wrong_entries, *shown))
     answer = TrialAnswer(
         name=problem.name,
         mechanism=problem.case.arm.name,
@@ -51,17 +40,11 @@ def answer_arm_trial(trial: Trial) -> TrialAnswer:
         change=trial.source_answer,
         causes=tuple(_describe_causes(trial)),
         wrong=wrong,
-        hidden=tuple(_list_wrong(trial, trial.hidden_entries)),
+        hidden=tuple(list_wrong(trial.hidden_entries, *shown)),
         scope=tuple(_describe_scope(trial)),
         notes=tuple(describe_notes(trial)),
-        levels=tuple(
-            LevelDeviation(each.level, each.entries, each.largest)
-            for each in trial.level_mismatches
-        ),
-        parts=tuple(
-            PartDeviation(part, PART_TITLES.get(part, part), relative, trial.allowed[part])
-            for part, relative in trial.relative_errors.items()
-        ),
+        levels=trial.distances,
+        parts=tuple(list_deviations(trial.relative_errors, trial.allowed)),
         traces=trial.traces,
         agreement=trial.cross_check.agreement,
         unfollowed=tuple(
@@ -70,27 +53,6 @@ def answer_arm_trial(trial: Trial) -> TrialAnswer:
         ),
     )
     return answer.attribute_to_single_precision() if trial.is_single_precision else answer
-
-
-def _list_wrong(trial: Trial, mismatches: Sequence[EntryMismatch]) -> Iterator[EntryError]:
-    names, equations = trial.problem.frame.names, trial.problem.equations
-    sources = {part: find_source(equations, part) for part in {m.place.part for m in mismatches}}
-    for each in mismatches:
-        place = each.place
-        yield EntryError(
-            name=format_entry(place, names),
-            part=place.part,
-            share=each.relative,
-            cause=explain_wrong_entry(each),
-            row=place.row,
-            column=place.column,
-            rates=place.rates,
-            difference=each.difference,
-            latex=each.latex,
-            explanation=each.explanation,
-            shown_on=each.shown_on,
-            source=sources[place.part],
-        )
 
 
 def _describe_verdict(trial: Trial, wrong: Sequence[EntryError]) -> TrialVerdict:
@@ -117,10 +79,7 @@ def _describe_verdict(trial: Trial, wrong: Sequence[EntryError]) -> TrialVerdict
 def _describe_causes(trial: Trial) -> Iterator[str]:
     """Lines on what equations owe to themselves, on wrong units, then on wrong entries."""
     names = trial.problem.frame.names
-    for finding in trial.agreement.disagreeing:
-        if finding.verdict == "differ" and finding.quantity in SELF_FAULTS:
-            places = f" ({finding.note})" if finding.note else ""
-            yield f"{SELF_FAULTS[finding.quantity]}{places}"
+    yield from describe_faults(trial.self_checks)
     yield from (describe_unit_mistake(each, names) for each in trial.unit_mistakes)
     yield from describe_errors(trial)
 
@@ -203,9 +162,7 @@ def _describe_entries(wrong: Sequence[EntryMismatch], names: Sequence[str]) -> I
     groups = group_by_errors([each for each in wrong if not each.notes])
     explained = [group for group in groups if group[0].explanation]
     yield from (_describe_group(group, names) for group in explained)
-    for note in dict.fromkeys(note for each in wrong for note in each.notes):
-        places = [each.place for each in wrong if note in each.notes]
-        yield f"{', '.join(format_entry(place, names) for place in places)}: {note}"
+    yield from describe_entry_notes(wrong, names)
     yield from (_describe_group(group, names) for group in groups if group not in explained)
 
 
@@ -251,4 +208,4 @@ def describe_wrong_entry(wrong: EntryMismatch, names: Sequence[str]) -> str:
 
 def explain_wrong_entry(wrong: EntryMismatch) -> str:
     """Notes on a wrong entry, else the guess at its error."""
-    return ", ".join(wrong.notes) or guess(wrong)
+    return wrong.remark or guess(wrong)

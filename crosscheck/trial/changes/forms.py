@@ -20,6 +20,7 @@ from crosscheck.trial.changes.search import CauseSearch
 SIZABLE = 1e-9  # smallest piece that can be recognized, relative to an entry's size
 Form = tuple[str, np.ndarray]  # words, and the change of a part's values
 FormKind = Callable[[ChangeProblem, str], Iterator[Form]]
+AT_ONCE = 300  # states at which a model is asked together; all at once would take gigabytes
 CoordinateChange = tuple[str, np.ndarray, np.ndarray]  # words, q and v (states, n)
 
 
@@ -56,7 +57,10 @@ def change_coordinates(problem: ChangeProblem, part: str) -> Iterator[Form]:
     model, (q, v) = AnalyticRobot(problem.robot, problem.level), problem.states[:2]
 
     def compute(q: np.ndarray, v: np.ndarray) -> np.ndarray:
-        return model.bias(q, v) if part == "bias" else getattr(model, part)(q)
+        rows = [slice(begin, begin + AT_ONCE) for begin in range(0, len(q), AT_ONCE)]
+        if part == "bias":
+            return np.concatenate([model.bias(q[some], v[some]) for some in rows])
+        return np.concatenate([getattr(model, part)(q[some]) for some in rows])
 
     wrong, base = problem.differences[part], compute(q, v)
     least = ALIKE * np.abs(wrong).max()

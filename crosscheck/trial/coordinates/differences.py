@@ -23,7 +23,7 @@ CENTRAL = {
     ),
 }
 ENOUGH = 1e-13  # accuracy of differences at which refinement stops, relative to the values
-Mass = Callable[[np.ndarray], np.ndarray]
+Field = Callable[[np.ndarray], np.ndarray]  # M (n, n) or gravity (n,) at coordinates (n,)
 # Central differences of eighth order; at steps that turn joints by this angle [rad] a mass matrix
 # whose angles come at most twofold is differentiated to 1e-12 of its size.
 WEIGHTS = (4 / 5, -1 / 5, 4 / 105, -1 / 280)
@@ -72,18 +72,23 @@ def rate_terms(
     return terms / np.outer(rates, rates)
 
 
-def christoffel_terms(
-    mass_matrix: Mass, x: np.ndarray, steps: np.ndarray, *, curved: bool = False
-) -> np.ndarray:
+def christoffel_terms(slopes: np.ndarray) -> np.ndarray:
     """B (n, n, n), as in rate_terms, that follows from M: dM_ij/dx_k - 1/2 dM_jk/dx_i, paired.
 
-    steps (n,): by which each coordinate is changed to differentiate. curved: whether M bends by
+    slopes (n, n, n): of M along each coordinate.
+    """
+    terms = np.einsum("kij->ijk", slopes) - np.einsum("ijk->ijk", slopes) / 2
+    return fold_rate_pairs(terms)
+
+
+def find_slopes(values: Field, x: np.ndarray, steps: np.ndarray, *, curved: bool) -> np.ndarray:
+    """The derivatives (n, ...) of values along each coordinate.
+
+    steps (n,): by which each coordinate is changed to differentiate. curved: whether values bend by
     more than the joints' angles, so that smaller steps may be better.
     """
     find = _certain_slope if curved else _slope
-    slopes = np.array([find(mass_matrix, x, k, step) for k, step in enumerate(steps)])
-    terms = np.einsum("kij->ijk", slopes) - np.einsum("ijk->ijk", slopes) / 2
-    return fold_rate_pairs(terms)
+    return np.array([find(values, x, k, step) for k, step in enumerate(steps)])
 
 
 def fold_rate_pairs(terms: np.ndarray) -> np.ndarray:
@@ -108,28 +113,26 @@ def turns(jacobian: np.ndarray, angular: np.ndarray) -> np.ndarray:
     return np.abs(jacobian[angular]).sum(axis=0)
 
 
-def _certain_slope(mass_matrix: Mass, x: np.ndarray, k: int, step: float) -> np.ndarray:
-    """dM/dx_k, shape (n, n), by the best of several steps, none of them wider.
+def _certain_slope(values: Field, x: np.ndarray, k: int, step: float) -> np.ndarray:
+    """The slope along a coordinate, by the best of several steps, none of them wider.
 
-    A step may leave the map's range, where M need not answer; NaN where all do.
+    A step may leave the map's range, where the values need not be; NaN where all do.
     """
-    along = step / 2 * np.eye(x.size)[k]
+    along, shape = step / 2 * np.eye(x.size)[k], values(x).shape
 
     def answer(s: float) -> np.ndarray:
         try:
-            return mass_matrix(x + s * along).ravel()
+            return values(x + s * along).ravel()
         except (ArithmeticError, ValueError):
-            return np.full(x.size**2, np.nan)
+            return np.full(int(np.prod(shape)), np.nan)
 
     slope, uncertain = derivative(answer, 1)
     slope[~np.isfinite(uncertain)] = np.nan
-    return slope.reshape(x.size, x.size) / (step / 2)
+    return slope.reshape(shape) / (step / 2)
 
 
-def _slope(mass_matrix: Mass, x: np.ndarray, k: int, step: float) -> np.ndarray:
-    """dM/dx_k, shape (n, n)."""
-    along = step * np.eye(x.size)[k]
-    total = np.zeros((x.size, x.size))
+def _slope(values: Field, x: np.ndarray, k: int, step: float) -> np.ndarray:
+    along, total = step * np.eye(x.size)[k], np.zeros(1)
     for far, weight in enumerate(WEIGHTS, start=1):
-        total += weight * (mass_matrix(x + far * along) - mass_matrix(x - far * along))
+        total = total + weight * (values(x + far * along) - values(x - far * along))
     return total / step

@@ -17,14 +17,13 @@ from typing import Annotated, Any, Literal
 
 from pydantic import Field
 
-from crosscheck.models.arm.arm import Arm
+from crosscheck.mechanisms import supply
 from crosscheck.models.errors import InputError, describe_error, format_install_command
 from crosscheck.models.files import read_toml
 from crosscheck.models.inputs import read_input
 from crosscheck.models.loading import validate_record
-from crosscheck.models.robot.robot import Robot
+from crosscheck.models.mechanism import Mechanism
 from crosscheck.runner.isolated_reading import read_in_subprocess
-from crosscheck.trial.coordinates.build import build_frame
 from crosscheck.trial.input.equations import MOST, Coordinates, CoordinatesFile, Level
 
 LARGEST_FILE = 200_000_000  # bytes
@@ -327,16 +326,14 @@ class MappedUnit:
         return [self.description.states.index(name) for name in names]
 
 
-def load_unit(path: Path, mapping: Path, subject: Arm | Robot, folder: Path) -> MappedUnit:
+def load_unit(path: Path, mapping: Path, mechanism: Mechanism, folder: Path) -> MappedUnit:
     """The unit with its mapping, unpacked into an empty folder, not run. Raises InputError."""
     mapping_file = validate_record(MappingFile, read_toml(mapping), str(mapping))
     unpack_fmu(path, folder)
     description = read_description(str(path), folder)
     coordinates = Coordinates(**mapping_file.model_dump(exclude={"level", "q", "v", "torque"}))
-    if isinstance(subject, Robot):
-        size = joints = len(subject.coordinates)
-    else:
-        size, joints = len(build_frame(coordinates, subject).names), len(subject.joints)
+    layout = supply("build_frame", mechanism.section)(coordinates, mechanism).layout
+    size, joints = len(layout), len(layout.theta)
     states, kind = description.states, "a continuous state"
     if description.kind == "co-simulation":
         states, kind = tuple(description.references), "a real variable"

@@ -20,13 +20,14 @@ from crosscheck.checks.invariants import torques_at
 from crosscheck.checks.scales import acceptance_limit
 from crosscheck.checks.trajectories import UNITS, check_refined_runs, size
 from crosscheck.findings import Agreement, ComparisonKey, Finding, Subject
+from crosscheck.mechanisms import supply
 from crosscheck.models.arm.arm import Arm
 from crosscheck.models.directories import require_private
 from crosscheck.models.errors import InputError
 from crosscheck.models.experiment.drive import drive_data
 from crosscheck.models.experiment.scenario import Scenario, Switches
 from crosscheck.models.loading import Case
-from crosscheck.models.robot.robot import Robot
+from crosscheck.models.mechanism import Mechanism
 from crosscheck.models.trajectory import build_trajectory, recorded_times
 from crosscheck.planning.comparison import (
     Comparison,
@@ -47,7 +48,6 @@ from crosscheck.runner.workers import Workers
 from crosscheck.trial.coordinates.build import build_frame
 from crosscheck.trial.fmu.archive import MappedUnit
 from crosscheck.trial.input.equations import Equations
-from crosscheck.trial.robots.coordinates import read_frame
 
 if TYPE_CHECKING:
     import xarray as xr
@@ -169,18 +169,13 @@ def _start(unit: MappedUnit) -> None:
         exchange_unit.rates(0.0, q, v, np.zeros(len(unit.torque)))
 
 
-def build_fmu_equations(unit: MappedUnit, subject: Arm | Robot) -> Equations:
+def build_fmu_equations(unit: MappedUnit, mechanism: Mechanism) -> Equations:
     """The equations of a unit for Model Exchange, which runs in workers alone.
 
     With a torque on each coordinate M is what resists them; else there is the acceleration alone.
     """
-    if isinstance(subject, Robot):
-        frame = read_frame(unit.coordinates, subject, "coordinates")
-        count = len(subject.coordinates)
-        theta = np.eye(count) if frame is None else frame.jacobian(np.zeros(count))
-    else:
-        frame = build_frame(unit.coordinates, subject)
-        theta = frame.jacobian(np.zeros(len(frame.names)))[frame.layout.theta]
+    frame = supply("build_frame", mechanism.section)(unit.coordinates, mechanism)
+    theta = frame.jacobian(np.zeros(len(frame.layout)))[frame.layout.theta]
     joints, size = theta.shape
 
     def ask(t: float, x: np.ndarray, v: np.ndarray, torque: np.ndarray) -> np.ndarray:

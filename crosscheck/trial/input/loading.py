@@ -126,24 +126,24 @@ def build_equations(
     return rebuild(arm, scenario)
 
 
-def load_robot_equations(text: str, robot: Robot) -> Equations:
+def load_robot_equations(text: str, robot: Robot, scenario: Scenario | None = None) -> Equations:
     """The equations of a robot that a user names, see handed_over. Raises InputError."""
     with run_user_code(text):
-        return build_robot_equations(
-            import_object(text), robot, text, partial(find_named_code, text)
-        )
+        find_code = partial(find_named_code, text)
+        return build_robot_equations(import_object(text), robot, scenario, text, find_code)
 
 
 def build_robot_equations(
     source: Any,
     robot: Robot,
+    scenario: Scenario | None,
     where: str,
     find_code: Callable[[], UserCode | None] | None = None,
 ) -> Equations:
     """Equations of a robot out of what a user gave, see handed_over.
 
-    A factory takes the robot, or nothing. find_code: finds the source of an object that is named.
-    Raises InputError for whatever is wrong with it.
+    A factory takes the robot, or nothing: no scenario is run. find_code: finds the source of an
+    object that is named. Raises InputError for whatever is wrong with it.
     """
     verb, maker = "is", source
     if _is_factory(source):

@@ -2,16 +2,16 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Sequence
+from collections.abc import Iterable, Iterator, Sequence
 from contextlib import suppress
-from dataclasses import dataclass, field, replace
-from typing import Literal
+from dataclasses import dataclass, replace
+from typing import Any, Literal
 
 import numpy as np
 
 from crosscheck.checks.states import EPS, LOOSEST, ROUNDINGS, component_sizes
 from crosscheck.models.errors import InputError
-from crosscheck.trial.coordinates.differences import TURN_RAD, turns
+from crosscheck.trial.coordinates.differences import TURN_RAD, difference_steps, turns
 from crosscheck.trial.coordinates.frame import Frame
 from crosscheck.trial.coordinates.states import UserState
 
@@ -20,7 +20,7 @@ WRITTEN = 10  # tolerance in roundings, for states and answers written with fewe
 LARGEST_POWER = 200  # largest power of ten between the numbers of two units
 SLOPES = 2 / TURN_RAD  # largest error of slopes of M, over the error of M itself
 SOLVED = 10  # roundings of a solution by elimination, times the condition number of the matrix
-Part = Literal["mass_matrix", "bias", "gravity", "force", "acceleration"]
+Part = Literal["mass_matrix", "bias", "gravity", "inverse_dynamics", "force", "acceleration"]
 ErrorKind = Literal["sign", "factor", "dropped", "swapped", "angle", "extra", "exchanged"]
 SHOWN = 8  # places of a list that are shown; the report has them all
 PARTS: dict[str, Part] = {
@@ -37,6 +37,8 @@ PARTS: dict[str, Part] = {
 class NaturalSizes:
     """Natural sizes in a user's coordinates: mass (n, n); rate_terms (n, n, n); rows of each part.
 
+    gravity_slopes (n, n): of derivatives by x, over SLOPES.
+
     roundings: of the map, how many a difference may hold; solving: what solving by M makes of one;
     precision: relative rounding of answers from a file, 0 for that of double precision.
     """
@@ -47,6 +49,7 @@ class NaturalSizes:
     force: np.ndarray
     acceleration: np.ndarray
     gravity: np.ndarray
+    gravity_slopes: np.ndarray
     roundings: float
     solving: float
     precision: float = 0.0
@@ -73,7 +76,7 @@ class NaturalSizes:
 
     def scale_by(self, factor: float) -> NaturalSizes:
         """The sizes of equations whose numbers are this many times as large."""
-        sizes = ("mass", "rate_terms", "bias", "force", "acceleration", "gravity")
+        sizes = ("mass", "rate_terms", "bias", "force", "acceleration", "gravity", "gravity_slopes")
         return replace(self, **{name: factor * getattr(self, name) for name in sizes})
 
     def entry_sizes(self, quantity: str) -> np.ndarray:
@@ -111,6 +114,9 @@ def compute_sizes(
         diagonal, np.max([turns(J, frame.layout.angular) for J in jacobians], axis=0)
     )
     moving = np.einsum("ijk,j,k->i", summed, of_rates, of_rates)
+    weights = _rows(gravity, diagonal)
+    steps = np.min([difference_steps(J, frame.layout.angular) for J in jacobians], axis=0)
+    sloped = np.outer(weights, TURN_RAD / steps)
     return NaturalSizes(
         mass=np.outer(diagonal, diagonal),
         rate_terms=np.maximum(
@@ -119,7 +125,8 @@ def compute_sizes(
         bias=np.maximum(diagonal * lively, moving),
         force=_rows(force, diagonal),
         acceleration=_rows(acceleration, 1 / diagonal),
-        gravity=_rows(gravity, diagonal),
+        gravity=weights,
+        gravity_slopes=np.maximum(sloped, sloped.T),
         roundings=max(
             _skeel_condition(mass, moved, jacobians, inverses),
             _cancellation_factor(moved, jacobians, diagonal),
@@ -213,6 +220,12 @@ class EntryPlace:
     column: int | None = None
     rates: tuple[int, int] | None = None
 
+    @property
+    def index(self) -> tuple[int, ...]:
+        """Where it stands in the array of its part, or of the bias' terms."""
+        beside = self.rates or () if self.column is None else (self.column,)
+        return (self.row, *beside)
+
 
 @dataclass(frozen=True)
 class Term:
@@ -266,16 +279,58 @@ class EntryMismatch:
     """An entry that is wrong: by how much (relative to the entry's natural size), and perhaps why.
 
     difference: yours minus right in numbers, of an entry that nothing explains. latex: the same
-    typeset. shown_on: name of the arm that shows it, where the user's cannot.
+    typeset. shown_on: name of the arm that shows it, where the user's cannot. notes: sentences on
+    what the entry is beside the right one. name: of the entry in its coordinates, of a robot.
     """
 
     place: EntryPlace
-    relative: float
+    share: float
     explanation: Explanation | None = None
     difference: tuple[Term, ...] = ()
     latex: str = ""
     shown_on: str = ""
-    notes: tuple[str, ...] = field(default=())
+    notes: tuple[str, ...] = ()
+    name: str = ""
+
+    @property
+    def part(self) -> str:
+        """The part that it belongs to."""
+        return self.place.part
+
+    @property
+    def remark(self) -> str:
+        """The notes together."""
+        return ", ".join(self.notes)
+
+
+@dataclass(frozen=True)
+class LevelDistance:
+    """A level beside the equations: how many entries differ, their largest and mean deviation.
+
+    Deviations are relative to the sizes of entries.
+    """
+
+    level: Any
+    entries: int
+    largest: float
+    mean: float
+
+
+def measure_distance(level: str, count: int, errors: Iterable[np.ndarray]) -> LevelDistance:
+    """The distance of a level from which so many entries differ; errors: of all entries."""
+    shares = np.concatenate([each.ravel() for each in errors] or [np.zeros(1)])
+    return LevelDistance(level, count, float(shares.max()), float(shares.mean()))
+
+
+def sort_distances(distances: Iterable[LevelDistance], stated: str = "") -> list[LevelDistance]:
+    """The levels, the stated one first, then that of the fewest entries.
+
+    Of as many the one with the least mean; of several that agree the first. One large error must
+    not choose a level from which right entries differ.
+    """
+    return sorted(
+        distances, key=lambda d: (d.level != stated, d.entries, d.mean if d.entries else 0.0)
+    )
 
 
 def format_entry(place: EntryPlace, names: Sequence[str]) -> str:
@@ -321,10 +376,10 @@ def find_wrong_entries(
 
 
 def entry_place(quantity: str, index: tuple[int, ...]) -> EntryPlace:
-    """The place of an entry of a part's array."""
-    part, row = PARTS[quantity], index[0]
-    if quantity == "mass_matrix":
-        return EntryPlace(part, row, column=index[1])
-    if quantity == "rate_terms":
-        return EntryPlace(part, row, rates=(index[1], index[2]))
-    return EntryPlace(part, row)
+    """The place of an entry of an array of a part, or of its terms."""
+    part: Any = PARTS.get(quantity, quantity)
+    if part == "mass_matrix":
+        return EntryPlace(part, index[0], column=index[1])
+    if len(index) == 3:
+        return EntryPlace(part, index[0], rates=(index[1], index[2]))
+    return EntryPlace(part, index[0])

@@ -38,7 +38,12 @@ from crosscheck.runner.progress_update import ProgressCallback
 from crosscheck.runner.tasks import Evaluation, Simulation, build_model
 from crosscheck.runner.workers import Workers
 from crosscheck.trial.coordinates.build import build_frame
-from crosscheck.trial.coordinates.differences import christoffel_terms, difference_steps, rate_terms
+from crosscheck.trial.coordinates.differences import (
+    christoffel_terms,
+    difference_steps,
+    find_slopes,
+    rate_terms,
+)
 from crosscheck.trial.coordinates.frame import Frame, describe_coordinate_count
 from crosscheck.trial.coordinates.states import UserState, draw_states
 from crosscheck.trial.input.calls import describe_failure
@@ -51,6 +56,14 @@ SPEEDS = (-1.0, 2.0)
 GAINS = ("proportional_N_m_per_rad", "derivative_N_m_s_per_rad")
 AGAIN = "_again"
 BY_RATES = ("rate_terms", "christoffel")
+# Parts that questions with other names belong to.
+PART_OF = {
+    "other_speeds": "bias",
+    "rate_terms": "bias",
+    "christoffel": "mass_matrix",
+    "gravity_slopes": "gravity",
+    "by_torques": "force",
+}
 
 
 @dataclass(frozen=True)
@@ -179,9 +192,16 @@ def _rate_terms(source: Source, state: UserState, a: np.ndarray) -> np.ndarray:
 
 
 def _christoffel(source: Source, state: UserState, a: np.ndarray) -> np.ndarray:
-    frame = source.frame
+    return christoffel_terms(_mass_slopes(source, state, a))
+
+
+def _find_slopes(part: str, source: Source, state: UserState, a: np.ndarray) -> np.ndarray:
+    frame, values = source.frame, getattr(source, part)
     steps = difference_steps(frame.jacobian(state.x), frame.layout.angular)
-    return christoffel_terms(source.mass_matrix, state.x, steps, curved=frame.matrix is None)
+    return find_slopes(values, state.x, steps, curved=frame.matrix is None)
+
+
+_mass_slopes, _gravity_slopes = (partial(_find_slopes, p) for p in ("mass_matrix", "gravity"))
 
 
 def _bias_at_other_speeds(source: Source, state: UserState, a: np.ndarray) -> np.ndarray:
@@ -218,6 +238,7 @@ QUESTIONS: dict[str, Answer] = {
     **{f"{part}{AGAIN}": ask for part, ask in REPEATED.items()},
     "rate_terms": _rate_terms,
     "christoffel": _christoffel,
+    "gravity_slopes": _gravity_slopes,
     "other_speeds": _bias_at_other_speeds,
     "by_torques": _forces_by_torque,
     "inverse_dynamics": _inverse_dynamics,
@@ -409,10 +430,7 @@ def skip_dependent_tasks(
     whole = ("acceleration",) if "acceleration" in given else (*mass, *bias, "gravity", "force")
     calls = {
         "mass_matrix": mass,
-        "christoffel": mass,
         "bias": bias,
-        "rate_terms": bias,
-        "other_speeds": bias,
         "gravity": ("gravity",),
         "acceleration": whole,
         "inverse_dynamics": ("inverse_dynamics", *mass, *bias),
@@ -424,7 +442,8 @@ def skip_dependent_tasks(
         parts = (*whole, *mass)
         if not isinstance(task, Simulation):
             assert isinstance(task, StateQuestion | Evaluation)  # nothing else is asked of it
-            parts = calls.get(task.quantity.removesuffix(AGAIN), ("force",))
+            part = task.quantity.removesuffix(AGAIN)
+            parts = calls.get(PART_OF.get(part, part), ("force",))
         reasons = [failed_parts[part] for part in parts if part in failed_parts]
         if reasons:
             skipped_tasks[task] = reasons[0]

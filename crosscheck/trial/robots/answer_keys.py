@@ -11,13 +11,12 @@ import numpy as np
 
 from crosscheck.models.errors import InputError
 from crosscheck.models.robot.robot import Level, Robot, remove_friction
+from crosscheck.trial.coordinates.robots import map_calls, read_frame
 from crosscheck.trial.input.calls import TAKES, call_part
 from crosscheck.trial.input.equations import Equations
 from crosscheck.trial.input.loading import build_robot_equations
 from crosscheck.trial.robots.answers import NONLINEAR, bind_functions
-from crosscheck.trial.robots.coordinates import map_calls, read_frame
-from crosscheck.trial.robots.judge import RobotProblem
-from crosscheck.trial.robots.sizes import compute_sizes_by_level
+from crosscheck.trial.robots.judge import RobotProblem, compute_sizes_by_level
 from crosscheck.trial.source.answer_key import Answer, AnswerKey, LevelAnswers
 from crosscheck.trial.source.sandbox import freeze
 
@@ -82,7 +81,7 @@ def _make_answer_key(
     }
 
     def bind(source: Any) -> Answer:
-        made = build_robot_equations(source, robot, problem.name)
+        made = build_robot_equations(source, robot, None, problem.name)
         made = replace(made, drive=equations.drive)
         calls: dict[str, Any] = bind_functions(made, problem.robot)[1]
         frame = read_frame(made.coordinates, problem.robot, problem.name)

@@ -32,7 +32,7 @@ from crosscheck.trial.input.calls import (
 from crosscheck.trial.input.equations import Equations
 from crosscheck.trial.input.loading import FRICTION
 
-STATES = 12
+STATES, QUICK_STATES = 12, 8
 FASTEST = 2.0  # rad/s or m/s of a state, whatever the joint's limit: equations hold beyond it
 CALL_S = 2e-3  # [s] that a user's Python takes over one answer, at most
 LARGEST = 1e50  # largest number that can be compared
@@ -139,27 +139,27 @@ class RobotAnswers:
     """Answers of a user's equations by quantity: M (states, n, n), others (states, n).
 
     again: the same, asked a second time in the other order. sources: the part that each comes from.
-    speeds (states, 4, n): the bias at SPEEDS times the rates, None without a bias. failures: by
-    part. weightless: whether inverse_dynamics is M a + bias and leaves the weights out; driven:
-    whether force is the motors' torques alone, the weights on the left of the equation;
-    friction_in_bias: whether a bias held the friction that is stated. Bias and inverse_dynamics are
-    those without friction. A bias that
+    other_speeds (states, 3, n): the bias at -1 and 2 times the rates over the square of these
+    factors, then at rest; None without a bias. failures: by part. weightless: whether
+    inverse_dynamics is M a + bias and leaves the weights out; driven: whether force is the motors'
+    torques alone, the weights on the left of the equation; friction_in_bias: whether a bias held
+    the friction that is stated. Bias and inverse_dynamics are those without friction. A bias that
     is not 0 at rest is NONLINEAR where there is no gravity: what it is at rest is judged as that.
     """
 
     values: Mapping[str, np.ndarray]
     again: Mapping[str, np.ndarray]
     sources: Mapping[str, str]
-    speeds: np.ndarray | None
+    other_speeds: np.ndarray | None
     failures: Mapping[str, Failure]
     weightless: bool
     driven: bool = False
     friction_in_bias: bool = False
 
 
-def draw_states(robot: Robot, seed: int, motors: Sequence[int]) -> RandomStates:
+def draw_states(robot: Robot, count: int, seed: int, motors: Sequence[int]) -> RandomStates:
     """The random states at which equations are asked; torques of these joints' motors alone."""
-    states, rng = sample_states(robot, STATES, seed), np.random.default_rng([seed, 1])
+    states, rng = sample_states(robot, count, seed), np.random.default_rng([seed, 1])
     driven = np.isin(np.arange(states.q.shape[1]), motors)
     return states._replace(
         v=rng.uniform(-FASTEST, FASTEST, states.v.shape), torques=states.torques * driven
@@ -246,10 +246,11 @@ def ask(
         sources["bias"] = "coriolis"
     sources |= dict.fromkeys(nonlinear, NONLINEAR)
     by_rates = answers.get("bias", whole)
-    speeds = None
+    other_speeds = None
     if by_rates is not None:
         rest = by_rates[0.0] if by_rates is whole else 0.0
-        speeds = np.stack([by_rates[speed] - rest for speed in SPEEDS], axis=1)
+        rows = [(by_rates[speed] - rest) / max(speed**2, 1.0) for speed in SPEEDS[1:]]
+        other_speeds = np.stack(rows, axis=1)
     again = {quantity: part_blocks[AGAIN][::-1] for quantity, part_blocks in answers.items()}
     weightless = whole is not None and "gravity" not in derived
     values = derived | values
@@ -259,7 +260,7 @@ def ask(
         (np.abs(values["force"] - torques) <= rounding).all()
     )
     return RobotAnswers(
-        values, again, sources, speeds, failures, weightless, driven, holds_friction
+        values, again, sources, other_speeds, failures, weightless, driven, holds_friction
     )
 
 

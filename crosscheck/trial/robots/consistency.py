@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass
 
 import numpy as np
 
@@ -12,35 +11,20 @@ from crosscheck.models.robot.robot import Robot
 from crosscheck.runner.outcomes import Failure
 from crosscheck.trial.coordinates.differences import CENTRAL, TURN_RAD
 
-STATES = 4  # number of states, the first ones
+FEW_STATES = 4  # number of states, the first ones
 # Step of a sliding joint [m]; M and gravity are quadratic in it, so differences are exact.
 SHIFT_M = 0.01
 REACH = 4  # steps to either side of a state, of differences of order 8
 # Truncation error of order 8, as a share of its distance from the differences of order 6.
 TRUNCATED = 0.1
-SLOPES = 2 / TURN_RAD  # tolerance of a slope, over that of the answers it is taken from
+# Two sides that are equal, one by slopes of answers, and the doubt of these (states, ...).
+SlopeSides = tuple[np.ndarray, np.ndarray, np.ndarray]
 SOURCES = ("mass_matrix", "gravity")  # parts whose slopes are taken
-
-
-@dataclass(frozen=True)
-class SelfDifference:
-    """Violation of an identity within or between parts, and its tolerance, by entries.
-
-    values, allowed: (states, n), or (states, n, n) of gravity's slopes.
-    """
-
-    values: np.ndarray
-    allowed: np.ndarray
-
-    def find_places(self, sizes: np.ndarray, tolerance: float) -> list[tuple[int, ...]]:
-        """The entries that differ by more than is allowed and a part of their sizes."""
-        beyond = np.abs(self.values) > self.allowed + tolerance * sizes
-        return [tuple(place) for place in np.argwhere(beyond.any(axis=0)).tolist()]
 
 
 def make_slope_states(robot: Robot, states: RandomStates) -> list[RandomStates]:
     """The first states, changed along each coordinate by -4 to 4 steps; itself is left out."""
-    few = RandomStates(*(each[:STATES] for each in states))
+    few = RandomStates(*(each[:FEW_STATES] for each in states))
     moved = []
     for number, step in enumerate(_steps(robot)):
         for far in range(-REACH, REACH + 1):
@@ -67,26 +51,25 @@ def compare_with_itself(
     states: RandomStates,
     values: Mapping[str, np.ndarray],
     answers: Mapping[str, np.ndarray | Failure],
-) -> dict[str, SelfDifference]:
-    """Bias less what M demands, and gravity's slopes less their mirror images, of what is there.
+) -> dict[str, SlopeSides]:
+    """Bias and what M demands, gravity's slopes and their mirror images, of what is there.
 
     values: answers at the states; answers: of mass_matrix and gravity at make_slope_states.
     """
     slopes = {
         part: _slopes(robot, answer)
         for part, answer in answers.items()
-        if isinstance(answer, np.ndarray)
+        if part in SOURCES and isinstance(answer, np.ndarray)
     }
-    differences = {}
+    differences = dict[str, SlopeSides]()
     if "mass_matrix" in slopes and "bias" in values:
-        v, (slope, uncertain) = states.v[:STATES], slopes["mass_matrix"]
+        v, (slope, uncertain) = states.v[:FEW_STATES], slopes["mass_matrix"]
         demanded, doubt = _christoffel(slope, v), _christoffel_doubt(uncertain, v)
-        differences["bias"] = SelfDifference(values["bias"][:STATES] - demanded, TRUNCATED * doubt)
+        differences["bias"] = values["bias"][:FEW_STATES], demanded, TRUNCATED * doubt
     if "gravity" in slopes:
         slope, uncertain = (each.swapaxes(0, 1) for each in slopes["gravity"])
-        mirrored = slope - slope.swapaxes(1, 2)
         doubt = uncertain + uncertain.swapaxes(1, 2)
-        differences["gravity"] = SelfDifference(mirrored, TRUNCATED * doubt)
+        differences["gravity"] = slope, slope.swapaxes(1, 2), TRUNCATED * doubt
     return differences
 
 

@@ -25,13 +25,12 @@ from crosscheck.trial.changes.search import (
     describe_causes,
 )
 from crosscheck.trial.changes.waves import describe_angle_sum
+from crosscheck.trial.judge.entries import EntryMismatch, LevelDistance
 from crosscheck.trial.robots.consistency import describe_places
 from crosscheck.trial.robots.elastic import describe_springs
 from crosscheck.trial.robots.forms import describe_accelerations, describe_friction
 from crosscheck.trial.robots.judge import (
     SINGLE,
-    LevelDistance,
-    RobotEntry,
     RobotProblem,
     select_entry,
 )
@@ -63,7 +62,7 @@ class RobotDiagnosis:
     """
 
     level: Level
-    entries: tuple[RobotEntry, ...] = ()
+    entries: tuple[EntryMismatch, ...] = ()
     notes: tuple[str, ...] = ()
     explanations: tuple[str, ...] = ()
     links: tuple[str, ...] = ()
@@ -140,14 +139,14 @@ def diagnose(
 
 
 def _describe_accelerations(
-    problem: RobotProblem, search: CauseSearch, entries: Sequence[RobotEntry]
+    problem: RobotProblem, search: CauseSearch, entries: Sequence[EntryMismatch]
 ) -> Iterator[str]:
     """Sentences on accelerations: how they are solved for, else what is wrong in single rows."""
     solution = list(find_forms(search.problem, "acceleration"))
     yield from [f"acceleration is {each}" for each in solution] or describe_pieces(
         search, "acceleration"
     )
-    rows = [entry.place[0] for entry in entries if entry.part == "acceleration"]
+    rows = [entry.place.row for entry in entries if entry.part == "acceleration"]
     if not solution:
         yield from describe_accelerations(problem, search.level, rows)
         for row in rows:
@@ -156,7 +155,7 @@ def _describe_accelerations(
 
 
 def _describe_lone_product(
-    problem: RobotProblem, search: CauseSearch, entries: Sequence[RobotEntry], rates: Rates
+    problem: RobotProblem, search: CauseSearch, entries: Sequence[EntryMismatch], rates: Rates
 ) -> dict[str, list[str]]:
     """The sentence on the one product of rates that is wrong, or on all of one row.
 
@@ -303,24 +302,25 @@ def _level_notes(problem: RobotProblem, distances: Sequence[LevelDistance]) -> l
     return [f"all parts agree with {level}, not with {problem.stated}" for level in levels]
 
 
-def _wrong_parts(entries: Sequence[RobotEntry]) -> list[str]:
+def _wrong_parts(entries: Sequence[EntryMismatch]) -> list[str]:
     """The parts that are wrong, without those that M, bias and gravity make, if these are wrong."""
     parts = list(dict.fromkeys(entry.part for entry in entries))
     return [part for part in parts if part in SINGLE] or parts
 
 
-def _add_remark(problem: RobotProblem, level: Level, entry: RobotEntry) -> RobotEntry:
+def _add_remark(problem: RobotProblem, level: Level, entry: EntryMismatch) -> EntryMismatch:
     """The entry with words on what it is beside the right one, where a few are enough."""
-    user_values = select_entry(problem.answers.values[entry.part], entry.place)
-    reference_values = select_entry(problem.reference_values[level][entry.part], entry.place)
-    size = select_entry(problem.sizes[level].entry_sizes(entry.part), entry.place)
+    user_values = select_entry(problem.answers.values[entry.part], entry.place.index)
+    reference_values = select_entry(problem.reference_values[level][entry.part], entry.place.index)
+    size = select_entry(problem.sizes[level].entry_sizes(entry.part), entry.place.index)
     ratio_text = describe_ratio(user_values, reference_values, size * TOLERANCE)
     wave, name = "", ""
     if entry.part not in ("bias", "acceleration"):
         wave = _describe_difference(problem, user_values - reference_values)
     if wave and entry.part == "mass_matrix":
-        name = _name_constant(problem, level, entry.place, user_values - reference_values)
-    return replace(entry, remark="; ".join(filter(None, (ratio_text, wave + name))))
+        name = _name_constant(problem, level, entry.place.index, user_values - reference_values)
+    words = "; ".join(filter(None, (ratio_text, wave + name)))
+    return replace(entry, notes=(words,) if words else ())
 
 
 def _describe_difference(problem: RobotProblem, difference: np.ndarray) -> str:
@@ -375,7 +375,7 @@ def _compute_difference(problem: RobotProblem, level: Level, part: str) -> np.nd
 
 
 def _lone_part_notes(
-    entries: Sequence[RobotEntry], wrong: Sequence[str], right: Sequence[str]
+    entries: Sequence[EntryMismatch], wrong: Sequence[str], right: Sequence[str]
 ) -> Iterator[str]:
     """The sentence that one part alone is wrong, or one entry of it, while others are right."""
     if len(wrong) != 1 or not right:
@@ -448,7 +448,7 @@ def _describe_rest(
 
 
 def _self_notes(
-    problem: RobotProblem, level: Level, entries: Sequence[RobotEntry], wrong: Sequence[str]
+    problem: RobotProblem, level: Level, entries: Sequence[EntryMismatch], wrong: Sequence[str]
 ) -> Iterator[str]:
     """Sentences on what the equations owe to themselves and do not keep, or keep although wrong."""
     if words := describe_asymmetry(problem, level):
@@ -543,10 +543,10 @@ def _list_first(terms: Sequence[str]) -> str:
 
 
 def _describe_causes_within(
-    search: CauseSearch, part: str, entries: Sequence[RobotEntry], alone: bool
+    search: CauseSearch, part: str, entries: Sequence[EntryMismatch], alone: bool
 ) -> Iterator[str]:
     """Sentences on what makes the difference of a part in this part alone, or of its entries."""
-    wrong = {each.name: each.place for each in entries if each.part == part}
+    wrong = {each.name: each.place.index for each in entries if each.part == part}
     missing = {each.name for each in entries if each.remark.startswith(MISSING)}
     if not missing >= set(wrong):  # whatever makes an entry nothing explains one that is missing
         for where, causes in search.find_within(part, wrong, missing, alone=alone):

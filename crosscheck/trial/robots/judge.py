@@ -10,54 +10,41 @@ from typing import Any
 import numpy as np
 
 from crosscheck.analytic.robot.model import AnalyticRobot
-from crosscheck.checks.robot_states import RandomStates, RobotSizes
-from crosscheck.findings import (
-    ComparisonKey,
-    Finding,
-    Subject,
-    make_check,
-    make_failed_check,
-    make_unfinished_check,
-)
-from crosscheck.models.errors import format_line
+from crosscheck.checks.robot_states import RandomStates, RobotSizes, compute_sizes
+from crosscheck.findings import Finding
+from crosscheck.models.errors import InputError
+from crosscheck.models.robot.integration import conditioning_error
 from crosscheck.models.robot.interface import RobotModel
-from crosscheck.models.robot.robot import Level, Robot
+from crosscheck.models.robot.robot import RIGID, Level, Robot
 from crosscheck.registry import build_robot_model, find_level_engines
-from crosscheck.runner.outcomes import Failure
+from crosscheck.runner.outcomes import Failure, failure_from_error
 from crosscheck.trial.changes.problem import ChangeProblem
-from crosscheck.trial.robots.answers import SPEEDS, RobotAnswers
-from crosscheck.trial.robots.consistency import SLOPES, SelfDifference
+from crosscheck.trial.judge.checks import (
+    AGAINST,
+    CHRISTOFFEL,
+    GRADIENT,
+    INVERSE,
+    JUDGED,
+    AnswerSet,
+    Identity,
+    PartSize,
+    judge_engine,
+    make_part_size,
+    make_second_law,
+)
+from crosscheck.trial.judge.entries import (
+    EntryMismatch,
+    LevelDistance,
+    entry_place,
+    format_entry,
+    measure_distance,
+    sort_distances,
+)
+from crosscheck.trial.robots.answers import RobotAnswers
+from crosscheck.trial.robots.consistency import SlopeSides
 
+EARTH = 10.0  # m/s^2, of robots that stand in space
 SINGLE = ("mass_matrix", "bias", "gravity")  # elementary parts, from which the others are composed
-JUDGED = (*SINGLE, "inverse_dynamics", "force", "acceleration")
-LETTERS = {"mass_matrix": "M"}
-OWN, AGAINST = "trial-own", "trial-states"
-METRIC = "largest difference of an entry over the random states, over its natural size"
-
-
-@dataclass(frozen=True)
-class RobotEntry:
-    """An entry of a part that differs from the level: by how much of its size, and its place.
-
-    place: row and column of M, the row alone of other parts. Of a symmetric pair of M's entries
-    that differ alike there is the upper one. remark: what the entry is beside the right one.
-    """
-
-    part: str
-    name: str
-    share: float
-    place: tuple[int, ...]
-    remark: str = ""
-
-
-@dataclass(frozen=True)
-class LevelDistance:
-    """A level beside the equations: how many entries differ; largest and mean share of a size."""
-
-    level: Level
-    entries: int
-    largest: float
-    mean: float
 
 
 @dataclass(frozen=True)
@@ -65,7 +52,8 @@ class RobotProblem:
     """Equations of a robot, by name, and their answers at states.
 
     sizes: by level, of each that equations may be of; stated: the level that these are to be of;
-    self_differences: by part, how far it is from what the equations owe to themselves; friction
+    self_differences: by part, what it owes to the slopes of others; by_torques: by part, as in
+    AnswerSet; lost: parts that did not answer where these were asked; friction
     (states, n): the torques that it takes, which those of the states are without; stiffness (n, n):
     of springs, whose torques stand beside the weights.
     """
@@ -76,7 +64,9 @@ class RobotProblem:
     sizes: Mapping[Level, RobotSizes]
     answers: RobotAnswers
     stated: str
-    self_differences: Mapping[str, SelfDifference] = field(default_factory=dict)
+    self_differences: Mapping[str, SlopeSides] = field(default_factory=dict)
+    by_torques: Mapping[str, np.ndarray] = field(default_factory=dict)
+    lost: Mapping[str, Failure] = field(default_factory=dict)
     friction: np.ndarray = field(default_factory=lambda: np.zeros(1))
     stiffness: np.ndarray = field(default_factory=lambda: np.zeros((1, 1)))
 
@@ -163,23 +153,53 @@ class RobotProblem:
 
     def find_self_places(self, part: str, level: Level) -> list[tuple[int, ...]]:
         """The entries of a part that do not keep what the equations owe to themselves."""
-        if part not in self.self_differences:
-            return []
-        sizes = self._self_sizes(part, level)
-        tolerance = SLOPES * self.sizes[level].tolerance(part)
-        return self.self_differences[part].find_places(sizes, tolerance)
+        is_judged = part in self.self_differences
+        return self._identify(part, self._size_parts(level)).places if is_judged else []
 
-    def _self_sizes(self, part: str, level: Level) -> np.ndarray:
-        """Sizes of what a part is compared with: of bias (states, n), of gravity's slopes too."""
-        count = len(self.self_differences[part].values)
-        sizes = self.sizes[level].entry_sizes(part, self.answers.sources[part])[:count]
-        return sizes if part == "bias" else np.maximum(sizes[:, :, None], sizes[:, None, :])
+    def _size_parts(self, level: Level) -> dict[str, PartSize]:
+        sizes, sources = self.sizes[level], self.answers.sources
+        return {part: make_part_size(sizes, part, sources[part]) for part in self.parts}
 
-    def self_error(self, part: str, level: Level) -> float:
-        """The largest difference of a part from what it owes, beyond what may be, over its size."""
-        difference = self.self_differences[part]
-        beyond = np.maximum(np.abs(difference.values) - difference.allowed, 0.0)
-        return float((beyond / self._self_sizes(part, level)).max())
+    def _identify(self, part: str, sizes: Mapping[str, PartSize]) -> Identity:
+        """What a part owes to slopes of answers."""
+        sides, size = self.self_differences[part], sizes[part].scale_to_slopes()
+        rows = size.entries[: len(sides[0])]
+        if part == "bias":
+            return Identity(*CHRISTOFFEL, size._replace(entries=rows), *sides)
+        pairs = np.maximum(rows[:, :, None], rows[:, None, :])
+        return Identity(*GRADIENT, size._replace(entries=pairs), *sides, axes=2)
+
+    def collect_answers(self, level: Level) -> AnswerSet:
+        """The answers, to be judged by the sizes of a level."""
+        answers, values = self.answers, {part: self.answers.values[part] for part in self.parts}
+        sizes = self._size_parts(level)
+        identities = [self._identify(part, sizes) for part in self.self_differences]
+        if {"mass_matrix", "bias"} <= set(values):
+            weights = values.get("gravity", 0.0)
+            if "inverse_dynamics" in values:
+                moving = np.einsum("sij,sj->si", values["mass_matrix"], self.states.a)
+                expected = moving + values["bias"] + (0.0 if answers.weightless else weights)
+                sides = values["inverse_dynamics"], expected
+                identities.append(Identity(*INVERSE, sizes["inverse_dynamics"], *sides))
+            if {"force", "acceleration"} <= set(values):
+                size = sizes["acceleration"]._replace(entries=self.sizes[level].balance)
+                force = values["force"] - (self.loads_in_force - self.states.torques)
+                held = weights if answers.driven else 0.0
+                identities.append(make_second_law(size, values, held, force))
+        return AnswerSet(
+            name=self.name,
+            mechanism=self.robot.name,
+            names=self.names,
+            states=f"{len(self.states.q)} random states",
+            values=values,
+            sizes=sizes,
+            symmetry=sizes.get("mass_matrix"),
+            repeated=answers.again,
+            failures={**self.lost, **answers.failures},
+            other_speeds=answers.other_speeds,
+            by_torques=self.by_torques,
+            identities=identities,
+        )
 
     def find_indefinite_states(self, level: Level) -> list[int]:
         """The states at which the symmetric part of M has an eigenvalue that is not positive."""
@@ -189,7 +209,7 @@ class RobotProblem:
         lowest = np.linalg.eigvalsh((scaled + scaled.swapaxes(1, 2)) / 2)[:, 0]
         return np.flatnonzero(lowest <= 0).tolist()
 
-    def entries(self, level: Level) -> list[RobotEntry]:
+    def entries(self, level: Level) -> list[EntryMismatch]:
         """The entries that differ from a level by more than rounding, the largest share first."""
         wrong_entries = [
             entry
@@ -200,7 +220,7 @@ class RobotProblem:
 
     def _find_wrong_entries(
         self, part: str, relative_errors: np.ndarray, tolerance: float
-    ) -> Iterator[RobotEntry]:
+    ) -> Iterator[EntryMismatch]:
         largest = np.abs(relative_errors).max(axis=0)
         for index in np.argwhere(~(largest <= tolerance)).tolist():
             place = tuple(index)
@@ -211,33 +231,21 @@ class RobotProblem:
                 )
                 if unlike.max() <= tolerance:
                     continue
-            yield RobotEntry(part, self.entry_name(part, place), float(largest[place]), place)
+            name, share = self.entry_name(part, place), float(largest[place])
+            yield EntryMismatch(entry_place(part, place), share, name=name)
 
     def entry_name(self, part: str, place: Sequence[int]) -> str:
         """An entry in words, such as M[shoulder, elbow]."""
-        return f"{LETTERS.get(part, part)}[{', '.join(self.names[n] for n in place)}]"
+        return format_entry(entry_place(part, tuple(place)), self.names)
 
     def distances(self) -> list[LevelDistance]:
-        """Each level beside the equations, the stated one first, then that of the fewest entries.
-
-        Of as many the one with the least mean; of several that agree the first. One large error
-        must not choose a level from which right entries differ.
-        """
+        """Each level beside the equations, the nearest first."""
         distances = []
         for level in self.sizes:
-            relative_errors = self.relative_errors(level, self.reference_values[level])
-            shares = np.concatenate(
-                [np.abs(errors).max(axis=0).ravel() for errors in relative_errors.values()]
-            )
-            mean = float(shares.mean())
-            distances.append(
-                LevelDistance(level, len(self.entries(level)), float(shares.max()), mean)
-            )
-
-        def order(each: LevelDistance) -> tuple[bool, int, float]:
-            return each.level != self.stated, each.entries, each.mean if each.entries else 0.0
-
-        return sorted(distances, key=order)
+            errors = self.relative_errors(level, self.reference_values[level]).values()
+            largest = (np.abs(each).max(axis=0) for each in errors)
+            distances.append(measure_distance(level, len(self.entries(level)), largest))
+        return sort_distances(distances, self.stated)
 
 
 def select_entry(values: np.ndarray, place: tuple[int, ...]) -> np.ndarray:
@@ -247,95 +255,15 @@ def select_entry(values: np.ndarray, place: tuple[int, ...]) -> np.ndarray:
     return entry
 
 
-def collect_findings(problem: RobotProblem, level: Level) -> list[Finding]:
-    """All checks: what the equations owe to themselves, then to every engine of the level."""
-    lost = problem.answers.failures
-    parts = [_failure_finding(problem, part, why) for part, why in lost.items()]
-    self_checks = [*_self_checks(problem, level), *_own_checks(problem, level)]
-    return [*parts, *self_checks, *_engine_findings(problem, level)]
-
-
-def _failure_finding(problem: RobotProblem, part: str, why: Failure) -> Finding:
-    about = _make_subject(problem, OWN, f"answers-{part}", "an answer at every state")
-    return (make_unfinished_check if why.unfinished else make_failed_check)(about, f"{part}: {why}")
-
-
-def _make_subject(
-    problem: RobotProblem, family: str, quantity: str, against: str, engine: str = ""
-) -> Subject:
-    key = ComparisonKey(family, problem.robot.name, quantity, problem.name, engine)
-    return Subject(key, "1", METRIC, against)
-
-
-def _self_checks(problem: RobotProblem, level: Level) -> Iterator[Finding]:
-    """Checks without an engine: the levels lend their sizes alone."""
-    answers, sizes = problem.answers, problem.sizes[level]
-    for part, again in answers.again.items():
-        relative_errors = (answers.values[part] - again) / sizes.entry_sizes(
-            part, answers.sources[part]
-        )
-        yield _check_errors(problem, f"repeatable-{part}", part, relative_errors, sizes)
-    if "mass_matrix" in answers.values:
-        mass = answers.values["mass_matrix"]
-        relative_errors = (mass - mass.swapaxes(1, 2)) / sizes.mass_matrix
-        yield _check_errors(problem, "symmetric", "mass_matrix", relative_errors, sizes)
-        about = _make_subject(problem, OWN, "positive-definite", "first principles")
-        if indefinite := len(problem.find_indefinite_states(level)):
-            yield make_failed_check(about, f"an eigenvalue is not positive at {indefinite} states")
-        else:
-            yield make_check(about, measured=0.0, tolerance=0.0, basis="all eigenvalues positive")
-    if answers.speeds is not None and "bias" in answers.values:
-        size = sizes.entry_sizes("bias", answers.sources["bias"])[:, None]
-        squares = np.array(SPEEDS)[:, None] ** 2
-        relative_errors = (
-            (answers.speeds - squares * answers.speeds[:, :1]) / size / np.maximum(squares, 1.0)
-        )
-        yield _check_errors(
-            problem, "bias-quadratic", "bias", relative_errors.swapaxes(1, 2), sizes
-        )
-
-
-def _own_checks(problem: RobotProblem, level: Level) -> Iterator[Finding]:
-    """Checks of the bias against M, and of gravity as a gradient."""
-    names = {"bias": "bias-from-inertia", "gravity": "gravity-is-a-gradient"}
-    sizes = problem.sizes[level]
-    for part in problem.self_differences:
-        about = _make_subject(problem, OWN, names[part], "first principles")
-        measured, tolerance = problem.self_error(part, level), SLOPES * sizes.tolerance(part)
-        basis = f"{sizes.basis(part)}, {SLOPES:.3g} times for differences of answers"
-        yield make_check(about, measured=measured, tolerance=tolerance, basis=basis)
-
-
-def _check_errors(
-    problem: RobotProblem, quantity: str, part: str, relative_errors: np.ndarray, sizes: RobotSizes
-) -> Finding:
-    about = _make_subject(problem, OWN, quantity, "first principles")
-    measured, tolerance = float(np.abs(relative_errors).max()), sizes.tolerance(part)
-    return make_check(about, measured=measured, tolerance=tolerance, basis=sizes.basis(part))
-
-
-def _engine_findings(problem: RobotProblem, level: Level) -> Iterator[Finding]:
+def judge_engines(problem: RobotProblem, answers: AnswerSet, level: Level) -> Iterator[Finding]:
     """Every part compared with every engine; one that raises fails there."""
-    sizes = problem.sizes[level]
     for engine in find_level_engines(level):
+        values: Mapping[str, np.ndarray | Failure]
         try:
-            relative_errors = problem.relative_errors(
-                level, problem.evaluate_model(build_robot_model(engine, problem.robot, level))
-            )
+            values = problem.evaluate_model(build_robot_model(engine, problem.robot, level))
         except Exception as error:  # whatever an engine raises is reported as a failure
-            message = format_line(f"{engine} raised {type(error).__name__}: {error}")
-            yield from (
-                make_failed_check(_make_subject(problem, AGAINST, part, "", engine), message)
-                for part in problem.parts
-            )
-            continue
-        for part, errors in relative_errors.items():
-            yield make_check(
-                _make_subject(problem, AGAINST, part, "", engine),
-                measured=float(np.abs(errors).max()),
-                tolerance=sizes.tolerance(part),
-                basis=sizes.basis(part),
-            )
+            values = dict.fromkeys(problem.parts, failure_from_error(error))
+        yield from judge_engine(answers, engine, values, answers.sizes)
 
 
 def has_engine_conflict(findings: Sequence[Finding]) -> bool:
@@ -345,3 +273,24 @@ def has_engine_conflict(findings: Sequence[Finding]) -> bool:
         if finding.about.key.family == AGAINST:
             verdicts.setdefault(finding.quantity, set()).add(finding.verdict)
     return any(len(each) > 1 for each in verdicts.values())
+
+
+def compute_sizes_by_level(
+    robot: Robot, stated: str, states: RandomStates
+) -> dict[Level, RobotSizes]:
+    """The sizes at each rigid level.
+
+    Levels whose mass matrix is singular are left out. Raises InputError where none remains, or
+    where the one that equations state is one of them.
+    """
+    sizes: dict[Level, RobotSizes] = {}
+    for level in RIGID:
+        try:
+            mass = AnalyticRobot(robot, level).mass_matrix(states.q)
+            sizes[level] = compute_sizes(robot, mass, states, least_gravity=EARTH)
+        except InputError:
+            if level == stated:
+                raise
+    if not sizes:
+        raise conditioning_error(robot)
+    return sizes

@@ -19,15 +19,21 @@ from crosscheck.registry import Entry, packages, register
 from crosscheck.runner.outcomes import Failure
 from crosscheck.runner.progress_update import ProgressCallback, ignore_progress
 from crosscheck.runner.workers import Workers
+from crosscheck.trial.coordinates.robots import map_calls, place_states, read_frame
 from crosscheck.trial.input.arrays import is_single_precision
 from crosscheck.trial.input.calls import LOADS
 from crosscheck.trial.input.equations import Equations
 from crosscheck.trial.input.loading import require_robot_equations
+from crosscheck.trial.judge.checks import SelfCheck, find_idle_motors, judge_answers
+from crosscheck.trial.judge.entries import LevelDistance
+from crosscheck.trial.request import TrialRequest
 from crosscheck.trial.result import TrialResult
 from crosscheck.trial.robots.answer_keys import make_robot_answer_keys
 from crosscheck.trial.robots.answers import (
     BY_RATES,
     NONLINEAR,
+    QUICK_STATES,
+    STATES,
     PartTask,
     RobotAnswers,
     ask,
@@ -40,19 +46,19 @@ from crosscheck.trial.robots.answers import (
     read_friction,
 )
 from crosscheck.trial.robots.consistency import (
+    FEW_STATES,
     SOURCES,
-    SelfDifference,
+    SlopeSides,
     compare_with_itself,
     make_slope_states,
 )
-from crosscheck.trial.robots.coordinates import map_calls, place_states, read_frame
 from crosscheck.trial.robots.elastic import ELASTIC, build_elastic_robot, drive_motors
 from crosscheck.trial.robots.explain import RobotDiagnosis, diagnose
 from crosscheck.trial.robots.judge import (
     SINGLE,
-    LevelDistance,
     RobotProblem,
-    collect_findings,
+    compute_sizes_by_level,
+    judge_engines,
 )
 from crosscheck.trial.robots.rates import (
     BiasTerms,
@@ -60,7 +66,6 @@ from crosscheck.trial.robots.rates import (
     make_rate_states,
     select_rate_states,
 )
-from crosscheck.trial.robots.sizes import compute_sizes_by_level
 from crosscheck.trial.source.code import find_code
 from crosscheck.trial.source.search import MakeAnswerKeys, find_source_answer
 from crosscheck.trial.source.source_edit import SourceAnswer
@@ -79,7 +84,7 @@ class RobotTrial(TrialResult):
     relative_errors: by part, how far each entry is from the diagnosis' level at most, of its size;
     allowed: how far it may be; seed: of the states; is_single_precision: whether a function answers
     in no more digits; source_answer: what must change in the user's source, where a small edit
-    mends it.
+    mends it; self_checks: what the equations owe to themselves, judged.
     """
 
     name: str
@@ -98,6 +103,7 @@ class RobotTrial(TrialResult):
     seed: int
     is_single_precision: bool = False
     source_answer: SourceAnswer | None = None
+    self_checks: tuple[SelfCheck, ...] = ()
 
     @property
     def agreement(self) -> Agreement:
@@ -129,13 +135,7 @@ class RobotTrial(TrialResult):
 
 
 def run_robot_trial(
-    equations: Equations,
-    robot: Robot,
-    *,
-    name: str = "yours",
-    seed: int = 0,
-    jobs: int = 1,
-    progress: ProgressCallback = ignore_progress,
+    request: TrialRequest, progress: ProgressCallback = ignore_progress
 ) -> RobotTrial:
     """Judge a user's equations of a robot.
 
@@ -143,17 +143,17 @@ def run_robot_trial(
     is tried with one motor, at the joint at which the fewest entries differ. Raises InputError for
     equations that cannot be judged, and for answers of another shape.
     """
-    settings = robot, name, seed, jobs, progress
+    equations = request.equations
     loads = [part for part in LOADS if getattr(equations, part) is not None and not equations.table]
     try:
-        whole = _run_trial(equations, *settings)
+        whole = _run_trial(request, progress)
     except InputError:
-        single = _run_with_one_motor(equations, settings) if loads else []
+        single = _run_with_one_motor(request, progress) if loads else []
         if not single:
             raise
     else:
         failed = [part for part in loads if part in whole[0].failures]
-        single = (_run_with_one_motor(equations, settings) if failed else []) or [whole]
+        single = (_run_with_one_motor(request, progress) if failed else []) or [whole]
     trial, make_answer_keys = min(single, key=lambda each: len(each[0].diagnosis.entries))
     code = find_code(equations) if make_answer_keys else None
     if code is None or make_answer_keys is None:
@@ -161,12 +161,13 @@ def run_robot_trial(
     return replace(trial, source_answer=find_source_answer(code, make_answer_keys, progress))
 
 
-def _run_with_one_motor(equations: Equations, settings: tuple[Any, ...]) -> list[RunTrial]:
+def _run_with_one_motor(request: TrialRequest, progress: ProgressCallback) -> list[RunTrial]:
     """The trials with a motor at one joint in which every function of torques answers."""
-    trials, joints = list[RunTrial](), len(settings[0].coordinates)
-    for joint in range(joints if equations.drive is None and joints > 1 else 0):
+    trials, joints = list[RunTrial](), len(request.mechanism.coordinates)
+    for joint in range(joints if request.equations.drive is None and joints > 1 else 0):
+        equations = replace(request.equations, drive=[joint + 1])
         with suppress(InputError):
-            trials.append(_run_trial(replace(equations, drive=[joint + 1]), *settings))
+            trials.append(_run_trial(replace(request, equations=equations), progress))
     return [each for each in trials if not set(each[0].failures) & set(LOADS)]
 
 
@@ -203,14 +204,15 @@ class RobotQuestions:
         return [make_part_task(self.name, part, blocks) for blocks in rounds]
 
 
-def prepare_questions(equations: Equations, robot: Robot, name: str, seed: int) -> RobotQuestions:
+def prepare_questions(request: TrialRequest) -> RobotQuestions:
     """Prepare the calls of a robot's equations. Raises InputError."""
+    name, equations, robot = request.name, request.equations, request.mechanism
     motors, calls = bind_functions(equations, robot)
     table = equations.table
     again = calls if table is None else bind_functions(table.again, robot)[1]
     frame = read_frame(equations.coordinates, robot, name)
     functions: list[dict[str, Any]] = [dict(calls), dict(again)]
-    states = draw_states(robot, seed, motors)
+    states = draw_states(robot, QUICK_STATES if request.quick else STATES, request.seed, motors)
     if frame is not None:
         functions = [map_calls(each, frame, name) for each in functions]
         states = place_states(states, frame)
@@ -222,14 +224,8 @@ def prepare_questions(equations: Equations, robot: Robot, name: str, seed: int) 
     )
 
 
-def _run_trial(
-    equations: Equations,
-    robot: Robot,
-    name: str,
-    seed: int,
-    jobs: int,
-    progress: ProgressCallback,
-) -> RunTrial:
+def _run_trial(request: TrialRequest, progress: ProgressCallback) -> RunTrial:
+    name, equations, robot = request.name, request.equations, request.mechanism
     require_robot_equations(equations, name)
     given, stated, stiffness = robot, equations.level, np.zeros((1, 1))
     if stated == ELASTIC:
@@ -237,16 +233,16 @@ def _run_trial(
         equations = drive_motors(equations, robot)
     friction = read_friction(equations, robot, name)
     is_rubbing, robot = bool(robot.friction.any()), remove_friction(robot)
-    questions = prepare_questions(equations, robot, name, seed)
+    questions = prepare_questions(replace(request, equations=equations, mechanism=robot))
     motors, states, sizes = questions.motors, questions.states, questions.sizes
     level = questions.level
-    with register(name, questions.entry), Workers(jobs) as workers:
+    with register(name, questions.entry), Workers(request.jobs) as workers:
         answers = ask(name, robot, states, sizes[level], friction, workers, progress)
-        self_differences = _ask_about_itself(name, robot, states, answers, workers, progress)
+        second = _ask_about_itself(questions, answers, workers, progress)
         taken = friction.torques(states.v)
         pushed = states._replace(torques=states.torques - taken)
         problem = RobotProblem(
-            name, robot, pushed, sizes, answers, equations.level, self_differences, taken, stiffness
+            name, robot, pushed, sizes, answers, equations.level, *second, taken, stiffness
         )
 
         def rates() -> BiasTerms | None:
@@ -272,7 +268,7 @@ def _run_trial(
         if distances:
             diagnosis = diagnose(problem, distances, rates)
         if equations.drive is None and not {each.part for each in diagnosis.entries} & set(SINGLE):
-            idle = _find_idle_joints(problem, states, motors, diagnosis, workers, progress)
+            idle = find_idle_motors(problem.collect_answers(diagnosis.level), motors)
             notes = _describe_idle_joints(problem.names, motors, idle, equations)
             diagnosis = replace(diagnosis, notes=(*diagnosis.notes, *notes))
     relative_errors = problem.relative_errors(
@@ -283,7 +279,12 @@ def _run_trial(
         make_answer_keys = partial(
             make_robot_answer_keys, problem, diagnosis.level, given, equations
         )
-    record = record_provenance(given, seed, quick=False, packages=packages(), model=name)
+    judged = problem.collect_answers(diagnosis.level)
+    self_checks = tuple(judge_answers(judged))
+    findings = [check.finding for check in self_checks]
+    findings += judge_engines(problem, judged, diagnosis.level)
+    settings = given, request.seed, request.quick
+    record = record_provenance(*settings, packages=packages(), model=name)
     trial = RobotTrial(
         name=name,
         equations=equations,
@@ -298,68 +299,44 @@ def _run_trial(
         distances=distances,
         diagnosis=diagnosis,
         failures=answers.failures,
-        checks=Agreement(collect_findings(problem, diagnosis.level), record),
+        checks=Agreement(findings, record),
         relative_errors={part: np.abs(off).max(axis=0) for part, off in relative_errors.items()},
         allowed={part: sizes[diagnosis.level].tolerance(part) for part in problem.parts},
-        seed=seed,
+        seed=request.seed,
         is_single_precision=any(map(is_single_precision, answers.again.values())),
+        self_checks=self_checks,
     )
     return trial, make_answer_keys
 
 
 def _ask_about_itself(
-    name: str,
-    robot: Robot,
-    states: RandomStates,
-    answers: RobotAnswers,
-    workers: Workers,
-    progress: ProgressCallback,
-) -> dict[str, SelfDifference]:
-    """How far the equations are from what they owe to themselves, of functions that answer."""
-    parts = [part for part in SOURCES if answers.sources.get(part) == part]
-    if not parts:
-        return {}
-    moved = make_slope_states(robot, states)
-    slopes = call_functions(dict.fromkeys(parts, moved), name, workers, progress)
+    questions: RobotQuestions, answers: RobotAnswers, workers: Workers, progress: ProgressCallback
+) -> tuple[dict[str, SlopeSides], dict[str, np.ndarray], dict[str, Failure]]:
+    """What functions that answer owe to slopes of others; parts by torques; parts that fail."""
+    robot, states = questions.robot, questions.states
+    slopes, torques = make_slope_states(robot, states), make_torque_states(states, questions.motors)
+    calls = {part: slopes for part in SOURCES if answers.sources.get(part) == part}
+    calls |= {part: torques for part in LOADS if part in answers.values and questions.motors}
+    outcomes = call_functions(calls, questions.name, workers, progress) if calls else {}
+    failures = {part: each for part, each in outcomes.items() if isinstance(each, Failure)}
+    by_torques = {
+        part: np.stack(np.split(each, len(torques)), axis=1)
+        for part, each in outcomes.items()
+        if part in LOADS and not isinstance(each, Failure)
+    }
     values = dict(answers.values)
-    if answers.speeds is not None and answers.sources["bias"] == "bias":
+    if answers.other_speeds is not None and answers.sources["bias"] == "bias":
         # The bias at rest is reported separately.
-        values["bias"] = values["bias"] - answers.speeds[:, -1]
-    return compare_with_itself(robot, states, values, slopes)
+        values["bias"] = values["bias"] - answers.other_speeds[:, -1]
+    return compare_with_itself(robot, states, values, outcomes), by_torques, failures
 
 
 def make_torque_states(states: RandomStates, motors: Sequence[int]) -> list[RandomStates]:
-    """The states with another torque of each motor in turn."""
-    changed = []
-    for motor in motors:
-        torques = states.torques.copy()
-        torques[:, motor] += 1 + np.abs(torques[:, motor])
-        changed.append(states._replace(torques=torques))
-    return changed
-
-
-def _find_idle_joints(
-    problem: RobotProblem,
-    states: RandomStates,
-    motors: Sequence[int],
-    diagnosis: RobotDiagnosis,
-    workers: Workers,
-    progress: ProgressCallback,
-) -> list[int]:
-    """The coordinates whose motor's torque changes nothing of the parts that are wrong."""
-    wrong = {each.part for each in diagnosis.entries} & set(LOADS) & set(problem.answers.again)
-    changed = make_torque_states(states, motors)
-    if not wrong or not changed:
-        return []
-    answers = call_functions(dict.fromkeys(wrong, changed), problem.name, workers, progress)
-    idle = set(motors)
-    for part, answer in answers.items():
-        if isinstance(answer, Failure):
-            return []
-        for motor, values in zip(motors, np.split(answer, len(changed)), strict=True):
-            if (values != problem.answers.values[part]).any():
-                idle.discard(motor)
-    return sorted(idle)
+    """The first states at no torque, each alone, twice each alone, and all together."""
+    few = states.first(FEW_STATES)
+    alone = [np.isin(np.arange(few.q.shape[1]), motor) for motor in motors]
+    factors = [0.0, *alone, *(2 * each for each in alone), 1.0]
+    return [few._replace(torques=factor * few.torques) for factor in factors]
 
 
 def _list_remarks(

@@ -88,7 +88,7 @@ def build_table_equations(answers: TrialAnswers) -> Equations:
     }
 
     def select_equations(arm: Arm, scenario: Scenario | None) -> Equations:
-        expected_arm, equations = probe_equations.get(arm.name, (trial.arm, whole))
+        expected_arm, equations = probe_equations.get(arm.name, (trial.mechanism, whole))
         if expected_arm != arm:
             raise InputError(arm.name, "", None, "no answers are there for this arm")
         return equations

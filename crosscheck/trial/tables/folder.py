@@ -11,7 +11,6 @@ import numpy as np
 
 from crosscheck.models.arm.arm import Arm
 from crosscheck.models.files import format_toml_fields
-from crosscheck.models.robot.robot import Robot
 from crosscheck.report.rendering import load_templates
 from crosscheck.trial.tables.state_requests import (
     LETTERS,
@@ -45,7 +44,6 @@ def render_probe_files(
     files: dict[str, str | bytes] = {}
     stems = [f"probe-{number}" for number in range(1, len(probes) + 1)]
     for stem, request in zip(stems, probes, strict=True):
-        assert isinstance(request.arm, Arm)  # of which alone there are probes
         files[f"{stem}.toml"] = format_arm_toml(request.arm)
         files |= _render_tables(request, f"{stem}-")
     return files | _render_texts(trial, probes, shared_options, stems)
@@ -101,7 +99,7 @@ def _render_texts(
     parts = [part for part in trial.parts if any(sheet.needed[part].any() for sheet in sheets)]
     facts = {
         "arm": request.arm.name,
-        "is_robot": isinstance(request.arm, Robot),
+        "is_robot": request.arm.section == "robot",
         "joints": len(request.columns["torque"]),
         "n": n,
         "names": request.names,

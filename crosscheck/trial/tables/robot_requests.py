@@ -3,15 +3,12 @@
 from __future__ import annotations
 
 from collections.abc import Iterable, Sequence
-from dataclasses import dataclass
 
 from crosscheck.models.robot.robot import Robot
 from crosscheck.registry import register
-from crosscheck.trial.input.equations import Coordinates, Level
 from crosscheck.trial.robots.trial import prepare_questions
 from crosscheck.trial.tables.state_requests import (
-    INVERSE_DYNAMICS,
-    USUAL,
+    PARTS,
     AnsweredTrial,
     Call,
     StateRequest,
@@ -19,42 +16,32 @@ from crosscheck.trial.tables.state_requests import (
     name_columns,
 )
 
-TOGETHER = ("mass_matrix", "bias", "gravity", "force", "acceleration")
 UNITS = {"revolute": ("rad", "N_m"), "prismatic": ("m", "N")}  # of a coordinate and its torque
 
 
-@dataclass(frozen=True)
 class RobotTableTrial(AnsweredTrial):
-    """A trial of a robot's answers: coordinates, level, seed of the states."""
+    """A trial of a robot's answers."""
 
-    robot: Robot
-    coordinates: Coordinates = USUAL
-    level: Level = ""
-    seed: int = 0
-    parts = (*TOGETHER, INVERSE_DYNAMICS)
-    usual = (TOGETHER,)
+    usual = (PARTS[:5],)
     most_coordinates = float("inf")
     least_digits = 12  # a robot's entries are judged to 1e-10 of their sizes
 
     def collect_request(self, groups: Iterable[Sequence[str]], first: int) -> StateRequest:
         """The states at which groups of parts are asked. Raises InputError."""
         notes: dict[Call, None] = {}
-        size, name = len(self.robot.coordinates), "what is asked"
+        robot: Robot = self.mechanism
+        size, name = len(robot.coordinates), "what is asked"
         for parts in groups:
             equations = self.record_equations(parts, size, notes)
-            questions = prepare_questions(equations, self.robot, name, self.seed)
+            questions = prepare_questions(self.make_request(name, equations))
             with register(name, questions.entry):
                 for task in (task for part in parts for task in questions.list_tasks(part)):
                     task.perform()
-        joints = [self.robot.joints[number] for number in self.robot.coordinates]
+        joints = [robot.joints[number] for number in robot.coordinates]
         names = tuple(joint.name for joint in joints)
         units = [UNITS[joint.kind] for joint in joints]
         torque = [f"torque_{name}_{unit[1]}" for name, unit in zip(names, units, strict=True)]
         mapped = questions.is_mapped
         names = tuple(f"x_{number + 1}" for number in range(size)) if mapped else names
         columns = name_columns(names, [unit[0] * (not mapped) for unit in units], torque)
-        return build_request(self.robot, names, columns, self.parts, notes, first)
-
-    def collect_probe_requests(self, parts: Sequence[str], first: int) -> list[StateRequest]:
-        """None: of a robot no other numbers are asked."""
-        return []
+        return build_request(robot, names, columns, self.parts, notes, first)

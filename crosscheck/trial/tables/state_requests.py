@@ -16,7 +16,6 @@ import numpy as np
 
 from crosscheck.models.arm.arm import Arm
 from crosscheck.models.experiment.scenario import Switches
-from crosscheck.models.robot.robot import Robot
 from crosscheck.planning.comparison import ModelTask
 from crosscheck.registry import register
 from crosscheck.trial.changes.arms.comparison import list_entry_quantities, list_entry_questions
@@ -28,7 +27,8 @@ from crosscheck.trial.input.calls import MATRICES, TAKES
 from crosscheck.trial.input.equations import AnswerTable, Coordinates, Equations, Function, Level
 from crosscheck.trial.judge.questions import VerificationProblem
 from crosscheck.trial.model import make_registry_entry
-from crosscheck.trial.trial import TrialRequest, build_problem, list_tasks
+from crosscheck.trial.request import TrialRequest
+from crosscheck.trial.trial import build_problem, list_tasks
 
 PARTS = ("mass_matrix", "bias", "gravity", "force", "acceleration", "inverse_dynamics")
 INVERSE_DYNAMICS = "inverse_dynamics"  # it is asked at states of its own, with accelerations
@@ -53,19 +53,29 @@ class Call(NamedTuple):
     arguments: tuple[float, ...]
 
 
+@dataclass(frozen=True)
 class AnsweredTrial(ABC):
-    """A trial of answers: coordinates and level of the equations, and what it asks.
+    """A trial of answers: mechanism, coordinates, level, laws, how many states, and their seed.
 
     parts: that may be answered; usual: groups of parts that are asked together, inverse dynamics
     apart; most_coordinates: up to which that is asked; least_digits: that answers must have.
     """
 
-    coordinates: Coordinates
-    level: Level
-    parts: ClassVar[tuple[str, ...]]
+    mechanism: Any
+    coordinates: Coordinates = USUAL
+    level: Level = ""
+    switches: Switches | None = None
+    quick: bool = False
+    seed: int = 0
+    parts: ClassVar[tuple[str, ...]] = PARTS
     usual: ClassVar[tuple[tuple[str, ...], ...]]
     most_coordinates: ClassVar[float]
     least_digits: ClassVar[int]
+
+    def make_request(self, name: str, equations: Equations) -> TrialRequest:
+        """Request for a trial of these equations."""
+        given = name, equations, self.mechanism
+        return TrialRequest(*given, switches=self.switches, quick=self.quick, seed=self.seed)
 
     @abstractmethod
     def collect_request(self, groups: Iterable[Sequence[str]], first: int) -> StateRequest:
@@ -74,9 +84,9 @@ class AnsweredTrial(ABC):
         Raises InputError.
         """
 
-    @abstractmethod
     def collect_probe_requests(self, parts: Sequence[str], first: int) -> list[StateRequest]:
-        """States at which parts are asked with numbers that hide nothing, if there are such."""
+        """States at which parts are asked with numbers that hide nothing; none by default."""
+        return []
 
     def equations(self, parts: Iterable[str], answer: Answer) -> Equations:
         """Equations whose parts are what ``answer`` gives for a Call."""
@@ -101,26 +111,12 @@ class AnsweredTrial(ABC):
         return self.equations(parts, answer)
 
 
-@dataclass(frozen=True)
 class TableTrial(AnsweredTrial):
-    """A trial of an arm's answers: coordinates, level, laws, how many states."""
+    """A trial of an arm's answers."""
 
-    arm: Arm
-    coordinates: Coordinates = USUAL
-    level: Level = ""
-    chosen: Switches | None = None
-    quick: bool = False
-    seed: int = 0
-    parts = PARTS
     usual = ALIKE
     most_coordinates = MOST_COORDINATES
     least_digits = 7
-
-    def make_request(self, name: str, equations: Equations) -> TrialRequest:
-        """Request for a trial of these equations."""
-        return TrialRequest(
-            name, equations, self.arm, chosen=self.chosen, quick=self.quick, seed=self.seed
-        )
 
     def collect_request(self, groups: Iterable[Sequence[str]], first: int) -> StateRequest:
         """The states at which groups of parts are asked. Raises InputError."""
@@ -136,7 +132,7 @@ class TableTrial(AnsweredTrial):
         Raises InputError where there is no such arm.
         """
         requests = []
-        for arm in draw_probe_arms(self.arm, PROBES):
+        for arm in draw_probe_arms(self.mechanism, PROBES):
             notes: dict[Call, None] = {}
             probe = self._record_calls(parts, notes)[1].adapt_to_arm(arm)
             _perform(probe, list_entry_questions(probe, probe.levels, list_entry_quantities(probe)))
@@ -147,7 +143,7 @@ class TableTrial(AnsweredTrial):
     def _record_calls(
         self, parts: Sequence[str], notes: dict[Call, None]
     ) -> tuple[TrialRequest, VerificationProblem]:
-        size = len(build_frame(self.coordinates, self.arm).names)
+        size = len(build_frame(self.coordinates, self.mechanism).names)
         request = self.make_request("what is asked", self.record_equations(parts, size, notes))
         return request, build_problem(request)
 
@@ -186,7 +182,7 @@ class StateRequest:
     is looked up. row_of: of every call. at (states,) by part: rows of the trial's random states.
     """
 
-    arm: Arm | Robot
+    arm: Any
     names: Sequence[str]
     columns: Mapping[str, Sequence[str]]
     first: int
@@ -237,7 +233,7 @@ def _perform(problem: VerificationProblem, tasks: Iterable[ModelTask]) -> None:
 
 
 def build_request(
-    arm: Arm | Robot,
+    arm: Any,
     names: Sequence[str],
     columns: Mapping[str, Sequence[str]],
     parts: Sequence[str],

@@ -29,7 +29,8 @@ from crosscheck.trial.input.equations import Equations
 from crosscheck.trial.input.loading import build_equations
 from crosscheck.trial.judge.entries import EntryMismatch, format_entry
 from crosscheck.trial.model import make_registry_entry
-from crosscheck.trial.trial import TrialRequest, build_problem
+from crosscheck.trial.request import TrialRequest
+from crosscheck.trial.trial import build_problem
 from tests.trial.mistakes.equations import RIGID, written
 
 GRAVITY, FRICTION = (0.0, -9.81), 1.7

@@ -107,7 +107,7 @@ def test_a_mistake_in_degrees_is_looked_at_in_built_in_coordinates():
         )
 
     asked = supplied("absolute")
-    made_of = build_equations(factory, asked.arm, load_scenario("pd"), "degrees")
+    made_of = build_equations(factory, asked.mechanism, load_scenario("pd"), "degrees")
     (wrong,) = wrong_entries(replace(asked, equations=made_of))
     assert (wrong.place.row, wrong.place.column) == (1, 1)
     said = "missing term: (I_l2 - I_l1); I_l1 where I_l2 belongs, in M[phi_2, phi_2]?"

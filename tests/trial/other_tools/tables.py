@@ -72,7 +72,7 @@ def sheets_of(
 ) -> list[tuple[StateRequest, dict[str, np.ndarray]]]:
     """All that is asked, with a model's answers; on probes too."""
     asked = [collect_state_request(table)]
-    parts = parts_of(bound(equations, table.arm))
+    parts = parts_of(bound(equations, table.mechanism))
     if probes or "inverse_dynamics" in parts:
         asked += collect_inverse_requests(table, asked[0])
     if probes:

@@ -37,7 +37,8 @@ from crosscheck.trial.fmu.unit import build_fmu_equations, compare_unit_runs
 from crosscheck.trial.input.calls import describe_failure
 from crosscheck.trial.input.equations import Coordinates
 from crosscheck.trial.judge.entries import format_entry
-from crosscheck.trial.trial import Trial, TrialRequest, run_trial
+from crosscheck.trial.request import TrialRequest
+from crosscheck.trial.trial import Trial, run_arm_trial
 from tests.robots import chains, two_link
 from tests.tool.test_bad_input import assert_one_line
 
@@ -157,7 +158,7 @@ def mapped(content: bytes, mapping: str, arm: str, folder: Path) -> MappedUnit:
 def judged(content: bytes, mapping: str, arm: str, folder: Path) -> Trial:
     own = load_arm(arm)
     equations = build_fmu_equations(mapped(content, mapping, arm, folder), own)
-    return run_trial(TrialRequest("unit.fmu", equations, own, quick=True))
+    return run_arm_trial(TrialRequest("unit.fmu", equations, own, quick=True))
 
 
 @pytest.mark.slow

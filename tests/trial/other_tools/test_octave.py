@@ -19,7 +19,7 @@ from crosscheck.trial.judge.entries import format_entry
 from crosscheck.trial.tables.answers import build_table_equations, read_trial_answers
 from crosscheck.trial.tables.folder import encode_mat_file, render_request_files
 from crosscheck.trial.tables.state_requests import TableTrial, collect_state_request
-from crosscheck.trial.trial import Trial, run_trial
+from crosscheck.trial.trial import Trial, run_arm_trial
 
 HERE, EXAMPLES = Path(__file__).parent, Path(__file__).parents[3] / "examples"
 OCTAVE = shutil.which("octave-cli")
@@ -125,7 +125,7 @@ def test_octave_is_told_what_python_is(error, tmp_path, monkeypatch):
     table = TableTrial(rubbing(), planted.coordinates, quick=True)
     file = answered_by_octave(planted, table, tmp_path)
     found = said(
-        run_trial(
+        run_arm_trial(
             table.make_request("yours", build_table_equations(read_trial_answers(table, [file])))
         )
     )
@@ -139,7 +139,7 @@ def test_recorded_answers_of_octave_are_told_what_python_is(tmp_path, monkeypatc
     monkeypatch.setattr(trial_module, "QUICK_STATES", 1)
     table = TableTrial(rubbing(), ABSOLUTE, quick=True)
     equations = build_table_equations(read_trial_answers(table, [HERE / "octave" / "answers.mat"]))
-    found = said(run_trial(table.make_request("yours", equations)))
+    found = said(run_arm_trial(table.make_request("yours", equations)))
     assert found == said(by_python(FORCE_ALONE, table, tmp_path))
     assert [entry for entry, _ in found] == ["force[phi_1]"]
 
@@ -158,9 +158,9 @@ def by_python(planted: Planted, table: TableTrial, folder: Path) -> Trial:
     """The trial of the same equations as functions, of this arm alone."""
     mine = folder / "mine.py"
     mine.write_text(replaced(planted.text, planted.python), encoding="utf-8")
-    own = load_equations(f"{mine}:model", table.arm, None)
+    own = load_equations(f"{mine}:model", table.mechanism, None)
     parts = {part: getattr(own, part) if part in planted.functions else None for part in NAMES}
-    return run_trial(
+    return run_arm_trial(
         table.make_request("yours", replace(own, **parts, rebuild=None, any_arm=False))
     )
 
@@ -178,7 +178,9 @@ def answered_by_octave(planted: Planted, table: TableTrial, folder: Path) -> Pat
     asked = collect_state_request(table)
     for name, content in render_request_files(table, [asked], "").items():
         (folder / name).write_bytes(content if isinstance(content, bytes) else content.encode())
-    (folder / "arm.mat").write_bytes(encode_mat_file({"arm": without_none(table.arm.model_dump())}))
+    (folder / "arm.mat").write_bytes(
+        encode_mat_file({"arm": without_none(table.mechanism.model_dump())})
+    )
     text = (HERE / "octave" / f"{planted.file}.m").read_text(encoding="utf-8")
     (folder / f"{planted.file}.m").write_text(replaced(text, planted.octave), encoding="utf-8")
     template = folder / "answers.m"

@@ -328,7 +328,7 @@ def _explain_accelerations(
 
 def _balance_accelerations(comparison: EntryComparison) -> np.ndarray:
     """The force (K, n) that M makes of the differences of accelerations."""
-    mass = get_trusted_answers(comparison.problem, comparison.results, comparison.level).mass
+    mass, *_ = get_trusted_answers(comparison.problem, comparison.results, comparison.level)
     values, right = (
         each["acceleration"] for each in (comparison.user_values, comparison.reference_values)
     )

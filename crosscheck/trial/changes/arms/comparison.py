@@ -191,7 +191,7 @@ class EntryComparison:
 
     def difference(self, place: EntryPlace) -> tuple[np.ndarray, float]:
         """Yours minus right of an entry at every state (K,), and the entry's size."""
-        quantity, index = QUANTITIES[place.part], find_index(place)
+        quantity, index = QUANTITIES[place.part], place.index
         differences = self.user_values[quantity] - self.reference_values[quantity]
         return differences[(slice(None), *index)], float(self.sizes.entry_sizes(quantity)[index])
 
@@ -199,7 +199,7 @@ class EntryComparison:
         """Rounding of an entry's difference."""
         quantity = QUANTITIES[place.part]
         rounding = self.sizes.tolerance(quantity) - entries.LOOSEST
-        return rounding * float(self.sizes.entry_sizes(quantity)[find_index(place)])
+        return rounding * float(self.sizes.entry_sizes(quantity)[place.index])
 
     @cached_property
     def _bases(self) -> dict[str, WaveBasis]:
@@ -236,12 +236,6 @@ class EntryComparison:
         difference, _ = self.difference(place)
         allowed = FOLLOWS * np.abs(difference).max() + self.noise(place)
         return bool(np.abs(difference - total).max() <= allowed)
-
-
-def find_index(place: EntryPlace) -> tuple[int, ...]:
-    """Where an entry stands in the arrays of its part."""
-    beside = place.rates or () if place.column is None else (place.column,)
-    return (place.row, *beside)
 
 
 def _transform_values(quantity: str, values: np.ndarray, S: np.ndarray) -> np.ndarray:

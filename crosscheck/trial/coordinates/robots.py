@@ -103,6 +103,14 @@ def read_frame(coordinates: Coordinates, robot: Robot, where: str) -> Frame | No
     return build_linear_frame(layout, names, matrix, None)
 
 
+def build_robot_frame(coordinates: Coordinates, robot: Robot) -> Frame:
+    """The map of a user's coordinates, also where they are the joints' own. Raises InputError."""
+    size = len(robot.coordinates)
+    layout = Layout(tuple(Coordinate("theta", number + 1) for number in range(size)))
+    own = build_linear_frame(layout, tuple(robot.coordinate_names), np.eye(size), None)
+    return read_frame(coordinates, robot, "coordinates") or own
+
+
 def map_calls(calls: Mapping[str, Call], frame: Frame, where: str) -> dict[str, Call]:
     """The functions of x as functions of q. Raises InputError where a bias has no M beside it."""
     mass, curved = calls.get("mass_matrix"), frame.matrix is None
