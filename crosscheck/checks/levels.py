@@ -19,11 +19,7 @@ from crosscheck.checks.sampled import (
     group_models,
 )
 from crosscheck.checks.scales import geared_joints
-from crosscheck.checks.trajectories import (
-    compute_difference,
-    make_subject,
-    measure_deviation,
-)
+from crosscheck.checks.trajectories import compute_difference, make_subject, measure_deviation
 from crosscheck.findings import ComparisonKey, Finding, Subject, make_measurement
 from crosscheck.models.arm.arm import Arm
 from crosscheck.models.robot.integration import integrate

@@ -8,13 +8,7 @@ import numpy as np
 
 from crosscheck.checks.arm_data import mesh_damping
 from crosscheck.checks.energy import ALONG_RAD
-from crosscheck.checks.engines import (
-    bias,
-    energy,
-    gravity,
-    inverse_dynamics,
-    mass_matrix,
-)
+from crosscheck.checks.engines import bias, energy, gravity, inverse_dynamics, mass_matrix
 from crosscheck.checks.first_principles.mesh_energy import (
     POINTS,
     energy_slope,
@@ -22,14 +16,7 @@ from crosscheck.checks.first_principles.mesh_energy import (
     planet_springs,
 )
 from crosscheck.checks.robot_states import TOLERANCE
-from crosscheck.checks.sampled import (
-    TURN_RAD,
-    WEIGHTS,
-    RobotLevel,
-    Subjects,
-    ask,
-    compute_slopes,
-)
+from crosscheck.checks.sampled import TURN_RAD, WEIGHTS, RobotLevel, Subjects, ask, compute_slopes
 from crosscheck.checks.scales import EPS, check_share, share_of
 from crosscheck.findings import Finding, Subject
 from crosscheck.models.arm.layout import MESHES
