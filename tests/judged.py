@@ -15,7 +15,7 @@ from crosscheck.findings import ComparisonKey, Finding, Subject
 from crosscheck.models.arm.arm import Arm
 from crosscheck.models.interface import Model
 from crosscheck.models.loading import Case
-from crosscheck.planning.arms import sample_arm, sample_model
+from crosscheck.planning import arms
 from crosscheck.planning.checks import plan_checks
 from crosscheck.planning.comparison import Comparison, Results, collect_tasks, judge_comparisons
 from crosscheck.runner.outcomes import Failure, failure_from_error
@@ -23,7 +23,7 @@ from crosscheck.runner.outcomes import Failure, failure_from_error
 
 def sampled_model(case: str, model: Model, count: int, seed: int) -> SampledArm:
     """A model that a test has built, at random states."""
-    return sample_model(
+    return arms.sample_model(
         case, model.name, Case(model.arm, model.scenario, model.switches), count, seed
     )
 
@@ -32,7 +32,7 @@ def plan_states(
     arm: Arm, count: int, seed: int, content: Content | None = None, groups: Sequence[str] = ()
 ) -> list[Comparison]:
     """All comparisons of an arm that need no run, or those of some groups of models."""
-    models = sample_arm(arm, count, seed, content)
+    models = arms.sample_arm(arm, count, seed, content)
     return plan_checks(Subjects([each for each in models if not groups or each.group in groups]))[0]
 
 

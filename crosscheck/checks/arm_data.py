@@ -148,10 +148,8 @@ def teeth_forces(arm: Arm, chosen: Switches, layout: Layout, states: States) -> 
 def mesh_damping(joint: PlanetaryStage, name: Meaning, planet: int) -> float:
     """Damping of one planet's mesh [N s/m]: an N-th of that of N planets alike."""
     sun = name == MESHES[0]
-    mesh, count = (
-        (joint.sun_mesh if sun else joint.ring_mesh).planet_mesh(planet),
-        joint.planet_count,
-    )
+    side, count = joint.sun_mesh if sun else joint.ring_mesh, joint.planet_count
+    mesh = side.planet_mesh(planet)
     if mesh.damping_N_s_per_m is not None:
         return mesh.damping_N_s_per_m / count
     mass = equivalent_mass(joint, "sun") if sun else count * equivalent_mass(joint, "planet")

@@ -50,19 +50,13 @@ def plan_corners(models: Sequence[SampledArm]) -> Iterator[Comparison]:
             yield make_comparison(Subject(key, "1", metric), tasks, judge)
 
 
-def _compare_forces(
-    about: Subject,
-    left: np.ndarray,
-    right: np.ndarray,
-    force: np.ndarray,
-    masses: np.ndarray,
-    arm: SampledArm,
-) -> Finding:
+def _compare_forces(about: Subject, *answers: np.ndarray, arm: SampledArm) -> Finding:
     """Check two models' forces at the corners of the mesh laws, each (corners, n).
 
     Teeth that only just touch push by next to nothing, so that differences are measured as those of
     forces at random states: force (count, n), either model's at those of the setting; masses there.
     """
+    left, right, force, masses = answers
     quantity = "generalized_force"
     compared = relative_differences(quantity, left, right, masses, arm.setting, force)
     basis = f"{compared.limit.basis}, of forces at {len(force)} random states"
@@ -136,10 +130,8 @@ def _move_to_corner(
         pair = pairs[corner.planet]
         inward = -1.0 if corner.touching else 1.0  # where an error makes |x| smaller than |x - e|
         pose = int(np.argmax(-corner.flank * inward * pair[corner.side].gap))
-        q[theta[number]], v[theta[number]] = (
-            poses.q[pose, theta[number]],
-            poses.v[pose, theta[number]],
-        )
+        place = theta[number]
+        q[place], v[place] = poses.q[pose, place], poses.v[pose, place]
         rate = corner.direction * HALF * SLIDING_M_PER_S
         x = []
         for name, spring in zip(MESHES, pair, strict=True):

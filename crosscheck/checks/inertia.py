@@ -69,15 +69,10 @@ def _plan_bias(
 
 def check_inertia(about: Subject, mass: np.ndarray) -> Finding:
     """Check that M (count, n, n) is symmetric and positive definite at every state."""
-    for state, matrix in enumerate(mass):
-        lowest = (
-            float(np.linalg.eigvalsh(scale_mass_matrix(matrix)).min())
-            if is_usable(matrix)
-            else -1.0
-        )
-        if lowest <= 0:
+    for state, matrix in enumerate(mass, 1):
+        if not (is_usable(matrix) and np.linalg.eigvalsh(scale_mass_matrix(matrix)).min() > 0):
             return make_failed_check(
-                about, f"not positive definite at state {state + 1} of {len(mass)}"
+                about, f"not positive definite at state {state} of {len(mass)}"
             )
     size = np.sqrt(np.einsum("kii,kjj->kij", mass, mass))
     measured = float((np.abs(mass - mass.swapaxes(1, 2)) / size).max())

@@ -19,11 +19,7 @@ from crosscheck.checks.sampled import (
     group_models,
 )
 from crosscheck.checks.scales import geared_joints
-from crosscheck.checks.trajectories import (
-    compute_difference,
-    make_subject,
-    measure_deviation,
-)
+from crosscheck.checks.trajectories import compute_difference, make_subject, measure_deviation
 from crosscheck.findings import ComparisonKey, Finding, Subject, make_measurement
 from crosscheck.models.arm.arm import Arm
 from crosscheck.models.robot.integration import integrate
@@ -87,9 +83,8 @@ def _plan_tip(sampled: SampledRobot, finest: SampledRobot) -> Comparison:
     )
 
     def judge(about: Subject, left: np.ndarray, right: np.ndarray) -> Finding:
-        measured, reach = float(np.linalg.norm(left - right, axis=1).max()), case.sizes.tip.max()
-        relative = measured / reach if reach else None
-        return make_measurement(about, measured=measured, relative=relative)
+        distances = np.linalg.norm(left - right, axis=1)
+        return _measure_largest(about, distances, case.sizes.tip)
 
     tasks = sampled.ask(free_tips), finest.ask(free_tips)
     return make_comparison(Subject(key, "m", metric), tasks, judge)
@@ -104,12 +99,16 @@ def _plan_torque(sampled: SampledRobot, exact: SampledRobot, column: int) -> Com
     about = Subject(key, unit, sampled.over(f"largest difference of the torque of {joint.name}"))
 
     def judge(about: Subject, left: np.ndarray, right: np.ndarray) -> Finding:
-        measured = float(np.abs(left - right)[:, column].max())
-        largest = float(np.abs(right[:, column]).max())
-        relative = measured / largest if largest else None
-        return make_measurement(about, measured=measured, relative=relative)
+        return _measure_largest(about, (left - right)[:, column], right[:, column])
 
     return make_comparison(about, [each.ask(inverse_dynamics) for each in (sampled, exact)], judge)
+
+
+def _measure_largest(about: Subject, differences: np.ndarray, sizes: np.ndarray) -> Finding:
+    """Measure the largest of some differences, also as a part of the largest of some sizes."""
+    measured, largest = float(np.abs(differences).max()), float(np.abs(sizes).max())
+    relative = measured / largest if largest else None
+    return make_measurement(about, measured=measured, relative=relative)
 
 
 def measure_tip_deviation(about: Subject, left: xr.Dataset, right: xr.Dataset, arm: Arm) -> Finding:

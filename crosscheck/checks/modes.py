@@ -24,12 +24,7 @@ from crosscheck.models.arm.stiffness import (
 )
 from crosscheck.models.experiment.scenario import make_bent_start
 from crosscheck.models.loading import Case, make_rest_scenario
-from crosscheck.planning.comparison import (
-    Comparison,
-    MissingResult,
-    ModelTask,
-    make_comparison,
-)
+from crosscheck.planning.comparison import Comparison, MissingResult, ModelTask, make_comparison
 
 TOLERANCE = 1e-6
 BASIS = "1e-6: engines linearise by finite differences of forces of 1e4 N at 1e-7 relative steps"

@@ -8,11 +8,7 @@ import numpy as np
 
 from crosscheck.checks.engines import gravity, momentum
 from crosscheck.checks.robot_states import TOLERANCE
-from crosscheck.checks.sampled import (
-    RobotLevel,
-    Subjects,
-    ask,
-)
+from crosscheck.checks.sampled import RobotLevel, Subjects, ask
 from crosscheck.checks.scales import check_share, share_of
 from crosscheck.findings import Finding, Subject
 from crosscheck.models.robot.interface import RobotModel

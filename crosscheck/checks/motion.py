@@ -8,13 +8,7 @@ import numpy as np
 
 from crosscheck.checks.arm_data import mesh_damping
 from crosscheck.checks.energy import ALONG_RAD
-from crosscheck.checks.engines import (
-    bias,
-    energy,
-    gravity,
-    inverse_dynamics,
-    mass_matrix,
-)
+from crosscheck.checks.engines import bias, energy, gravity, inverse_dynamics, mass_matrix
 from crosscheck.checks.first_principles.mesh_energy import (
     POINTS,
     energy_slope,
@@ -22,14 +16,7 @@ from crosscheck.checks.first_principles.mesh_energy import (
     planet_springs,
 )
 from crosscheck.checks.robot_states import TOLERANCE
-from crosscheck.checks.sampled import (
-    TURN_RAD,
-    WEIGHTS,
-    RobotLevel,
-    Subjects,
-    ask,
-    compute_slopes,
-)
+from crosscheck.checks.sampled import TURN_RAD, WEIGHTS, RobotLevel, Subjects, ask, compute_slopes
 from crosscheck.checks.scales import EPS, check_share, share_of
 from crosscheck.findings import Finding, Subject
 from crosscheck.models.arm.layout import MESHES
@@ -116,15 +103,10 @@ def _check_slopes(
 
 
 def _check_energy_rate(
-    about: Subject,
-    rate: np.ndarray,
-    mass: np.ndarray,
-    bias_torques: np.ndarray,
-    weights: np.ndarray,
-    case: RobotLevel,
+    about: Subject, rate: np.ndarray, *terms: np.ndarray, case: RobotLevel
 ) -> Finding:
     """The energy grows by the power of all generalized forces, v . (M a + bias + gravity)."""
-    _, v, a, _ = case.states
+    (mass, bias_torques, weights), (_, v, a, _) = terms, case.states
     force = np.einsum("sij,sj->si", mass, a) + bias_torques + weights
     summed = (
         np.einsum("sij,sj->si", np.abs(mass), np.abs(a)) + np.abs(bias_torques) + np.abs(weights)
@@ -137,14 +119,10 @@ def _check_energy_rate(
 
 
 def _check_inverse(
-    about: Subject,
-    given: np.ndarray,
-    mass: np.ndarray,
-    bias_torques: np.ndarray,
-    weights: np.ndarray,
-    case: RobotLevel,
+    about: Subject, given: np.ndarray, *terms: np.ndarray, case: RobotLevel
 ) -> Finding:
     """Inverse dynamics is M a + bias + gravity, and what holds meshes' springs, and friction."""
+    mass, bias_torques, weights = terms
     rest = given - np.einsum("sij,sj->si", mass, case.states.a) - bias_torques - weights
     rest -= held_friction(case)
     if case.level == "geared":

@@ -69,14 +69,10 @@ def _accept_run(about: Subject, run: xr.Dataset) -> Finding:
 
 def check_stable_step(about: Subject, limit: np.ndarray, step_s: float) -> Finding:
     """Check the largest step that a plan takes against the model's own limit [s], ()."""
-    limit_s = float(limit)
-    is_limited = math.isfinite(limit_s)
-    limit_text = (
-        f"at most {limit_s:.3g} s are stable"
-        if is_limited
-        else "and steps of any length are stable"
-    )
-    basis = f"steps of {step_s:.3g} s, {limit_text}"
+    limit_s, stable = float(limit), "and steps of any length are stable"
+    if math.isfinite(limit_s):
+        stable = f"at most {limit_s:.3g} s are stable"
+    basis = f"steps of {step_s:.3g} s, {stable}"
     return make_check(about, measured=step_s / limit_s, tolerance=1.0, basis=basis)
 
 
@@ -115,9 +111,7 @@ def _find_faults(run: xr.Dataset, case: Case, variables: tuple[str, ...]) -> Ite
     if "x_sp" in variables:
         planets = max(joint.planet_count for joint in case.arm.joints)
         yield from _find_label_faults(run, "planet", planets)
-    yield from (
-        _describe_shape_fault(run, name) for name in variables if _describe_shape_fault(run, name)
-    )
+    yield from filter(None, (_describe_shape_fault(run, name) for name in variables))
     counts = np.array([[joint.planet_count] for joint in case.arm.joints])
     for name in variables:
         finite = np.isfinite(run[name].values)

@@ -87,19 +87,18 @@ def stiffness_bound(law: StiffnessLaw) -> float:
 
 def largest_torques(arm: Arm, scenario: Scenario) -> np.ndarray:
     """Largest torque of the drive plus moment of weight, of every joint [N m], (joints,)."""
-    drive, joints = scenario.drive, len(arm.joints)
+    drive = scenario.drive
+
+    def expand(value: float | tuple[float, ...]) -> np.ndarray:
+        return np.array(expand_to_joints(value, len(arm.joints)))
+
     if isinstance(drive, ConstantDrive):
-        torques = np.abs(expand_to_joints(drive.torque_N_m, joints))
+        torques = np.abs(expand(drive.torque_N_m))
     elif isinstance(drive, PdDrive):
-        away = np.subtract(
-            expand_to_joints(drive.target_rad, joints),
-            expand_to_joints(scenario.start.theta_rad, joints),
-        )
-        torques = np.abs(
-            np.multiply(expand_to_joints(drive.proportional_N_m_per_rad, joints), away)
-        )
+        away = expand(drive.target_rad) - expand(scenario.start.theta_rad)
+        torques = np.abs(expand(drive.proportional_N_m_per_rad) * away)
     elif isinstance(drive, SinusoidDrive):
-        torques = np.abs(expand_to_joints(drive.amplitude_N_m, joints))
+        torques = np.abs(expand(drive.amplitude_N_m))
     else:
         torques = np.abs(drive.torque_N_m).max(axis=1)
     return torques + largest_weights(arm)

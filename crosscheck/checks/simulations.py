@@ -9,11 +9,7 @@ import numpy as np
 
 from crosscheck.checks.answers import require_numbers
 from crosscheck.checks.engines import STEPS, motion_sizes
-from crosscheck.checks.sampled import (
-    RobotLevel,
-    Subjects,
-    pair_models,
-)
+from crosscheck.checks.sampled import RobotLevel, Subjects, pair_models
 from crosscheck.checks.scales import check_share, share_of
 from crosscheck.findings import ComparisonKey, Finding, Subject
 from crosscheck.models.errors import Diverged

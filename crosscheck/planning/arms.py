@@ -55,7 +55,8 @@ def plan_arm(request: plan.CrossCheckRequest, workers: Workers) -> Plan:
     """The whole cross-check of an arm. Raises InputError, Unfinished."""
     import_module("xarray")  # of all runs, before workers fork: they share it
     preparation = prepare_experiments(request, workers)
-    entries = partial(compute_entry_differences, request.arm, list(sample_request(request)))
+    models = list(sample_arm(request.arm, count_states(request), request.seed))
+    entries = partial(compute_entry_differences, request.arm, models)
     return Plan(plan_comparisons(request, preparation), preparation.remarks, entries)
 
 
@@ -87,9 +88,14 @@ def plan_experiment_comparisons(experiment: plan.Experiment) -> list[Comparison]
     return [*plan_records(runs), *comparisons]
 
 
+def count_states(request: plan.CrossCheckRequest) -> int:
+    """How many random states each model is asked at."""
+    return QUICK_COUNT if request.quick else COUNT
+
+
 def sample_request(request: plan.CrossCheckRequest) -> Iterator[SampledArm]:
     """The models of a request's arm, and of the probe arm, of unequal numbers, also by switches."""
-    count, seed = QUICK_COUNT if request.quick else COUNT, request.seed
+    count, seed = count_states(request), request.seed
     for arm, content in plan.arm_variants(request):
         yield from sample_arm(arm, count, seed, content)
     probe = load_arm("probe")

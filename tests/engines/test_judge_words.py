@@ -44,12 +44,7 @@ from crosscheck.models.experiment.scenario import switches
 from crosscheck.models.loading import Case, load_arm, load_scenario
 from crosscheck.models.trajectory import recorded_times
 from crosscheck.planning.arms import plan_experiment_comparisons
-from crosscheck.planning.comparison import (
-    Comparison,
-    Results,
-    collect_tasks,
-    judge_comparisons,
-)
+from crosscheck.planning.comparison import Comparison, Results, collect_tasks, judge_comparisons
 from crosscheck.planning.plan import Experiment
 from crosscheck.planning.preparation import _describe_sizes
 from crosscheck.planning.sizing import GrowingMode, Sizes

@@ -23,11 +23,7 @@ from crosscheck.planning import robots
 from crosscheck.planning.checks import plan_checks
 from crosscheck.planning.comparison import Results, collect_tasks, judge_comparisons
 from crosscheck.planning.plan import CrossCheckRequest, request_cross_check
-from crosscheck.planning.robots import (
-    compute_robot_entries,
-    make_cases,
-    sample_models,
-)
+from crosscheck.planning.robots import compute_robot_entries, make_cases, sample_models
 from crosscheck.provenance import ROOT
 from crosscheck.registry import build_robot_model
 from crosscheck.runner import tasks
