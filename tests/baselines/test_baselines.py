@@ -4,6 +4,7 @@ import json
 import re
 from collections.abc import Callable
 from dataclasses import replace
+from itertools import pairwise
 from pathlib import Path
 from typing import Any
 
@@ -13,7 +14,12 @@ import xarray as xr
 
 import crosscheck.analytic.model
 from crosscheck.baseline.file import baseline_path, read_baseline, write_baseline
-from crosscheck.baseline.reduction import find_uncompared, find_unrecorded_runs, make_baseline
+from crosscheck.baseline.reduction import (
+    checks_by_id,
+    find_uncompared,
+    find_unrecorded_runs,
+    make_baseline,
+)
 from crosscheck.baseline.regression import describe_changes
 from crosscheck.findings import Agreement, ComparisonKey, Subject, make_check
 from crosscheck.models.arm.arm import Arm
@@ -382,6 +388,15 @@ def test_of_two_checks_with_one_id_the_worse_stands(result, recorded):
     assert f"recorded-verdict/{first.id}" in moved(
         held_against(recorded, with_findings(result, twins))
     )
+
+
+@pytest.mark.parametrize(
+    ("better", "worse"), pairwise(("agree", "unresolved", "unfinished", "differ", "failed"))
+)
+def test_a_verdict_that_says_less_is_no_worse_than_one_that_condemns(better, worse):
+    twins = [replace(green(), verdict=verdict) for verdict in (worse, better)]
+    for order in (twins, twins[::-1]):
+        assert checks_by_id(Agreement(order))[green().id].verdict == worse
 
 
 def test_an_unresolved_check_does_not_read_like_a_pass():
