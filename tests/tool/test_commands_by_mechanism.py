@@ -61,6 +61,7 @@ class MechanismFile:
     kind: str
     path: str
     has_meshes: bool
+    is_direct: bool
 
 
 def write_arm(folder: Path, arm: Arm, weight: float = 9.81) -> MechanismFile:
@@ -69,7 +70,7 @@ def write_arm(folder: Path, arm: Arm, weight: float = 9.81) -> MechanismFile:
     file = folder / "mine.toml"
     file.write_text(format_arm_toml(changed))
     geared = any(joint.kind == "planetary" for joint in arm.joints)
-    return MechanismFile(file, "arm", "arm.payload_mass_kg", geared)
+    return MechanismFile(file, "arm", "arm.payload_mass_kg", geared, not geared)
 
 
 def write_robot(folder: Path, **joints: dict[str, Any]) -> MechanismFile:
@@ -85,7 +86,8 @@ def write_robot(folder: Path, **joints: dict[str, Any]) -> MechanismFile:
     fields = {"schema_version": 1, "name": "mine", "urdf": "mine.urdf", "joints": joints}
     file.write_text("\n".join(format_toml_fields(fields)))
     meshed = any("sun_mesh" in transmission for transmission in joints.values())
-    return MechanismFile(file, "robot", f"robot.links.{next(iter(joints))}_link.mass_kg", meshed)
+    varied = f"robot.links.{next(iter(joints))}_link.mass_kg"
+    return MechanismFile(file, "robot", varied, meshed, all(t == DIRECT for t in joints.values()))
 
 
 MECHANISMS: dict[str, Callable[[Path], MechanismFile]] = {
@@ -222,8 +224,9 @@ def test_compare_a_run_of_links(perform):
     perform("compare links.nc mine.toml --json c.json --out .", "c.json", "compare.html")
 
 
-def test_cost(perform):
-    perform("cost mine.toml --quick --json cost.json --out .", "cost.json", "cost.html")
+def test_cost(perform, mechanism):
+    rotors = " --ratio 101 --rotor-inertia 1e-4" * mechanism.is_direct
+    perform(f"cost mine.toml --quick --json cost.json --out .{rotors}", "cost.json", "cost.html")
 
 
 def test_export(perform, mechanism):
