@@ -210,7 +210,8 @@ def test_no_output_takes_the_place_of_an_input(crosscheck, tmp_path):
     (tmp_path / "mine.urdf").write_text(GOOD)
     (tmp_path / "mine.toml").write_text(MINIMAL)
     for name in ("mine.urdf", "mine.toml"):
-        answer = crosscheck("cost", tmp_path / "mine.toml", "--json", tmp_path / name)
+        given = ("--ratio", 101, "--rotor-inertia", 1e-4)
+        answer = crosscheck("cost", tmp_path / "mine.toml", *given, "--json", tmp_path / name)
         assert_one_line(answer, name, "is read by this command")
 
 
