@@ -53,7 +53,7 @@ MOST_BENT = 0.1
 FASTEST = 3.0  # joint rate of a check [rad/s]: a damping torque bends teeth no further
 DIGITS = 6  # digits of gains and torques
 # By which a check's gains, targets and torques differ from joint to joint: none stands for another.
-UNEQUAL = 0.1
+LESS_STIFF, LESS_DAMPED, UNEQUAL = 0.11, 0.075, 0.1
 
 ROUNDING = 1e-9  # largest pole that counts as 0, relative to the fastest one
 TOLERATED = 0.1  # growth over a whole run, as the exponent of e: it changes no verdict
@@ -143,12 +143,12 @@ def make_unequal_gains_scenario(arm: Arm) -> Scenario:
     turned = np.diag(inertia(build_parts(content), arm_pose(content, 0.0 * numbers), locked=False))
     lowest = [float(free_modes(joint)[0]) for _, joint in geared_joints(arm)]
     rate = 2 * np.pi * min(lowest) / SLOWER if lowest else WITHOUT_GEARS
-    gains, less = _gains(turned, rate, bearable_torques(arm)), 1 - UNEQUAL * numbers
+    stiff, damped = _gains(turned, rate, bearable_torques(arm))
     drive = PdDrive(
         kind="pd",
         target_rad=tuple(map(float, SWING + UNEQUAL * numbers)),
-        proportional_N_m_per_rad=_limit_values(Gain, gains[0] * less),
-        derivative_N_m_s_per_rad=_limit_values(RateGain, gains[1] * less),
+        proportional_N_m_per_rad=_limit_values(Gain, stiff * (1 - LESS_STIFF * numbers)),
+        derivative_N_m_s_per_rad=_limit_values(RateGain, damped * (1 - LESS_DAMPED * numbers)),
     )
     return load_scenario("pd").model_copy(update={"drive": drive})
 

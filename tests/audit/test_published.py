@@ -80,7 +80,7 @@ def test_the_records_are_strict_json_and_those_of_the_chapters(published):
 def test_every_quantity_of_a_chapter_is_in_its_records(published):
     """Findings also have effects of errata."""
     beside = {"findings": published.chapters["errata"].records}
-    for name, chapter in published.chapters.items():
+    for name, chapter in require_items(published.chapters.items()):
         records = [*chapter.records, *beside.get(name, ())]
         assert list(list_unrecorded(chapter.html, records)) == []
 

@@ -20,5 +20,4 @@ def test_numbers_of_another_record_do_not_fit_by_chance(name):
     record = view.make(1)
     fields = {fact.field for fact in view.facts(record)}
     tokens = list(list_tokens(view, record, view.render(record), fields))
-    if len(tokens) > MANY:
-        assert len(list(walk(view, 1, other=2))) > 0.45 * len(tokens)
+    assert len(tokens) <= MANY or len(list(walk(view, 1, other=2))) > 0.45 * len(tokens)
