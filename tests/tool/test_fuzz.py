@@ -36,7 +36,8 @@ def accepted(*tasks: object, **_: object) -> None:
     """In place of the work: of a simulation all but the run itself."""
     for task in tasks:
         if isinstance(task, list) and isinstance(task[0], SimulationRequest):
-            model = build(task[0].model, *task[0].case)
+            mechanism, (scenario,), switches, _ = task[0].chosen
+            model = build(task[0].model, mechanism, scenario, switches)
             if not task[0].force:
                 require_stable_step(model)
     raise typer.Exit(0)

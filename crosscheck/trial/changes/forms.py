@@ -160,6 +160,8 @@ def solve_otherwise(problem: ChangeProblem, part: str) -> Iterator[Form]:
     terms = AnalyticRobot(problem.robot, problem.level).terms(q, v)
     named = zip(("mass_matrix", "bias", "gravity", "torques"), (*terms, torques), strict=True)
     mass, bias, gravity, torques = (problem.carry(*each) for each in named)
+    if mass.shape[1] > q.shape[1]:  # displacements of gears, which have no inertia in this robot
+        return
     load, diagonal = torques - bias - gravity, np.einsum("sii->si", mass)
     with np.errstate(divide="ignore", invalid="ignore"):
         entries = multiply(np.where(mass, 1 / mass, 0.0), load)
