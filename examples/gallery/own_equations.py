@@ -55,8 +55,8 @@ crosscheck.try_equations(mistaken, "paper-labelled", name="mistaken")
 
 # %%
 trial = assert_agrees(two_link, "paper-labelled", name="two_link")
-for each in trial.level_mismatches:
-    print(f"{each.level:9} {each.entries} entries of M differ, by up to {each.largest:.1%}")
+for each in trial.distances:
+    print(f"{each.level:9} {each.entries} entries differ, by up to {each.largest:.1%}")
 
 # %% [markdown]
 # ## Other coordinates
