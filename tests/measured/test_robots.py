@@ -12,6 +12,7 @@ import pytest
 
 from crosscheck.identification import compare, output
 from crosscheck.identification.engines import compare_engines
+from crosscheck.identification.gravity import GravityEstimate
 from crosscheck.identification.mechanism import SpatialRobot
 from crosscheck.identification.messages import describe_answers, format_estimate
 from crosscheck.identification.sampling import lowest_bandwidth
@@ -414,6 +415,16 @@ def test_no_other_gravity_is_named_where_it_is_right(robot, level):
     gravity = [each for each in found.gravities[0].estimates if each.term.kind == "gravity"]
     assert len(gravity) == 3
     assert all(abs(each.value) < 2 * each.half_width for each in gravity)
+
+
+@pytest.mark.parametrize(("degrees", "is_tilted"), [(0.9, False), (1.1, True), (-1.1, True)])
+def test_a_tilt_within_its_interval_is_none(degrees, is_tilted):
+    """The interval of a component across gravity, of one degree of it, is that of the angle."""
+    size, one = 9.81, np.radians(1.0)
+    turned = size * np.array([np.sin(np.radians(degrees)), 0.0, -np.cos(np.radians(degrees))])
+    half_width = np.array([size * np.tan(one), 0.0, 0.0])
+    estimate = GravityEstimate(turned, half_width, np.array([0.0, 0.0, -size]))
+    assert estimate.is_tilted == is_tilted
 
 
 def test_heavier_links_are_no_tilt(robot):
