@@ -279,6 +279,11 @@ def test_a_mass_matrix_is_singular_below_a_trillionth_of_its_diagonal(
         robot(urdf(GROUND, ARM, TURN, joint("bend", "arm", "hand"), link("hand", Solid())))
 
 
+def test_a_joint_may_be_locked_by_its_limits():
+    limits = robot(GOOD.replace('lower="-3" upper="3"', 'lower="1" upper="1"')).joints[0].limits
+    assert limits.lower == limits.upper == 1.0
+
+
 def test_zero_axis_of_a_fixed_joint_and_huge_limits_are_no_error():
     fixed = joint("flange", "arm", "hand", "fixed", axis=(0, 0, 0))
     text = urdf(GROUND, ARM, TURN, link("hand"), fixed).replace('upper="3"', 'upper="1e16"')
