@@ -126,12 +126,14 @@ def format_field_tables(page: str) -> str:
 
 
 def format_refusals() -> str:
-    """A table of what commands, and functions of Python's, do not take of a sort of mechanism."""
+    """A table of options and arguments that one kind of mechanism cannot have."""
     rows = [
         f"| `{each.command}` | `{each.option}` | {each.section} | {each.reason} |"
         for each in REFUSALS
     ]
-    return "\n".join(["", "| of | not taken | with | since |", "|---|---|---|---|", *rows, ""])
+    return "\n".join(
+        ["", "| command | option | not for | reason |", "|---|---|---|---|", *rows, ""]
+    )
 
 
 PAGES: dict[str, Callable[[], str]] = {

@@ -139,7 +139,7 @@ def _format_most(restriction: Restriction) -> str:
 
 
 def _describe_runs(comparison: RecordComparison) -> Iterator[str]:
-    """How long runs stay with the record."""
+    """The time that simulated runs stay with the record."""
     windows = comparison.windows
     if not windows:
         return
@@ -183,7 +183,7 @@ def _describe_terms(comparison: RecordComparison) -> Iterator[str]:
 
 
 def _describe_side(side: SideResult) -> Iterator[str]:
-    """Which rotors the torques of one side need, and which they do not show."""
+    """The rotors that the torques of one side need, and those that they do not show."""
     where = SIDE_PHRASES[side.side]
     if not side.is_excited:
         names = ", ".join(side.concerned[:MOST_NAMES])
@@ -227,7 +227,7 @@ def _describe_delay(side: SideResult) -> Iterator[str]:
 
 
 def _describe_refinement(refinement: Refinement, where: str) -> Iterator[str]:
-    """What known links of the file decide, then gains and zeros."""
+    """The decision by known links of the file, then gains and zeros."""
     links, best = refinement.knowledge.links, refinement.best
     if not all(fit.settled for fit in refinement.fits):
         yield f"No estimate by the {where} with these unknowns: the fit does not converge."
@@ -260,7 +260,7 @@ def _describe_bodies(level: Level, bodies: PossibleBodies) -> str:
 
 
 def _describe_prior(refinement: Refinement, links: float) -> str:
-    """Which level is likelier where the file's links are known to a share."""
+    """The likelier level, where the file's links are known to a share."""
     best = refinement.best
     head = f"With the file's links known to {100 * links:.3g} %"
     if refinement.is_surprising:
@@ -286,7 +286,7 @@ def _describe_prior(refinement: Refinement, links: float) -> str:
 
 
 def _describe_excitation(excitation: Excitation) -> str:
-    """Which motion would show the parameters, or that none drawn does."""
+    """A motion that would show the parameters, or the statement that none of those drawn does."""
     head = f"The best of {DRAWN} sums of sines within the joints' limits (seed"
     motion = excitation.motion
     tail = (
@@ -299,7 +299,7 @@ def _describe_excitation(excitation: Excitation) -> str:
 
 
 def _describe_scaled(side: SideResult, identified: SideResult) -> Iterator[str]:
-    """How wrong the file's links are; rotors beside them where links cannot be identified."""
+    """Factors on the file's links; rotors beside them where links cannot be identified."""
     wrong = side.wrong_factors
     if wrong:
         listed = ", ".join(f"{_format_interval(each)} for {each.term.name}" for each in wrong)
@@ -318,7 +318,7 @@ def _describe_scaled(side: SideResult, identified: SideResult) -> Iterator[str]:
 
 
 def _describe_levels(comparison: RecordComparison) -> Iterator[str]:
-    """Which levels are one and the same model."""
+    """Whether coupled and armature are one model."""
     ranks = comparison.ranks
     if ranks.are_equal:
         places = ", if stators are on the links before the joints" if ranks.assumed else ""
@@ -382,7 +382,7 @@ def format_distinct(values: Sequence[float], digits: int = 3) -> list[str]:
 
 
 def _format_ratio(ratio: float) -> str:
-    """How much less likely a level is."""
+    """A likelihood ratio of levels as text."""
     return f"{ratio:.2g}" if ratio < LARGEST_RATIO else f"over {LARGEST_RATIO:g}"
 
 
