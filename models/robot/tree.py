@@ -253,7 +253,7 @@ def _find_held_root(
     )
     if mass and sum(joint.parent == BASE for joint in joints) > 1:
         root = next(iter(frames))
-        yield f"link {root} is fixed to the ground, with its {mass:.3g} kg: a robot's base does not move"
+        yield f"link {root} is fixed to the ground, with its {mass:.3g} kg: bases do not move"
 
 
 def _mimic(
