@@ -209,7 +209,7 @@ def _describe_study(study: Study) -> Iterator[str]:
 
 def _describe_side(side: SideResult, published: Mapping[str, float]) -> Iterator[str]:
     links = {"identified": ", links identified", "scaled": ", links of the file scaled", "none": ""}
-    yield f"### By the {SIDE_PHRASES[side.side]}{links[side.links]}\n"
+    yield f"### Fit of the {SIDE_PHRASES[side.side]}{links[side.links]}\n"
     yield (
         f"Up to {side.bandwidth:.3g} Hz, condition number {side.condition:.3g},"
         f" {side.blocks} blocks.\n"

@@ -142,7 +142,7 @@ def test_the_part_of_an_error_that_other_bands_make_stands_beside_its_estimate()
     )
     head, first, second, *bands = output._describe_side(given, is_brief=False)
     assert "up to 4 Hz by rows 12.3 ms apart, condition number 56.7, errors by 20 blocks" in head
-    assert second == f"{first}, 60% of its error by other bands"
+    assert second == f"{first}, 60% of its error from other bands"
     assert bands == ["  up to 2 Hz: link b 1.250 +- 0.020 1", "  up to 8 Hz: nothing to estimate"]
 
 
