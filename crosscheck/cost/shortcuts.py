@@ -24,7 +24,7 @@ NEGLIGIBLE = 0.01  # largest negligible cost, over a joint's largest torque
 
 @dataclass(frozen=True)
 class SamplingPlan:
-    """How much is computed: random states, instants of the motion, runs, their steps per second.
+    """The amount to compute: random states, instants of the motion, runs, their steps per second.
 
     most_steps: largest number of steps per second for which a run with meshes is made.
     """
