@@ -7,6 +7,7 @@ from collections.abc import Callable, Iterator, Sequence
 
 import numpy as np
 
+from crosscheck.analytic.robot.model import AnalyticRobot
 from crosscheck.checks.robot_states import RandomStates
 from crosscheck.models.robot.planar import build_level_robots
 from crosscheck.trial.changes.arms.comparison import QUANTITIES, EntryComparison
@@ -48,12 +49,15 @@ def _find_common(
     arms: Sequence[EntryComparison], part: Part, find: Callable[[ChangeProblem], Iterator[str]]
 ) -> list[TermError]:
     """What is found on every arm, in the words of its robot."""
-    words = list[str]()
+    words, frame = list[str](), arms[0].frame
+    if part == "acceleration" and len(frame.names) > len(frame.layout.theta):
+        return []  # what gears weigh is none of the robot's
     for number, arm in enumerate(arms):
         there = [w for w in find(build_change_problem(arm, part)) if not OUT_OF_PLANE.search(w)]
         words = [each for each in words if each in there] if number else there
         if not words:
             break
+    words = list(dict.fromkeys(words))
     described = [NUMBERED.sub(r"\1 \2", each) for each in words[:MOST_MATCHES]]
     return [TermError("swapped", Term(""), each) for each in described]
 
@@ -78,13 +82,15 @@ def build_change_problem(arm: EntryComparison, part: Part) -> ChangeProblem:
     torques = still
     if part == "acceleration":
         torques = arm.force_states.torque[few] - v * robot.friction
+        sizes = arm.sizes.force + np.zeros_like(v @ matrix[theta])  # of the balance
+    diagonal = np.einsum("sii->si", AnalyticRobot(robot, level).mass_matrix(arm.angles[few]))
     return ChangeProblem(
         robot=robot,
         level=level,
         states=RandomStates(arm.angles[few], v, still, torques),
         values={part: values[0]},
         right={part: values[1]},
-        sizes={part: sizes},
+        sizes={"mass_matrix": np.sqrt(diagonal[:, :, None] * diagonal[:, None]), part: sizes},
         tolerances={part: arm.sizes.tolerance(quantity)},
         turns=matrix[theta],
         names=arm.frame.names,

@@ -1,4 +1,4 @@
-"""Every change that terms of one entry, or of many, allow, and what it does at the states."""
+"""Every change that terms of one entry allow, and what it does at the states."""
 
 from __future__ import annotations
 
@@ -6,7 +6,6 @@ from collections import defaultdict
 from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from functools import cached_property
-from itertools import combinations
 from typing import Any, NamedTuple
 
 import numpy as np
@@ -20,11 +19,9 @@ from crosscheck.trial.changes.arms.letters import (
     generate_forms,
     generate_spins,
     parse_letter,
-    sort_powers,
 )
-from crosscheck.trial.changes.arms.polynomial import Monomial
 from crosscheck.trial.changes.arms.segments import Product, ReferenceTerms, TermKey, evaluate_wave
-from crosscheck.trial.judge.entries import EntryPlace, ErrorKind, format_rates
+from crosscheck.trial.judge.entries import EntryPlace, ErrorKind
 from crosscheck.trial.judge.unit_mistakes import DEGREES
 
 FACTORS = (2, 1 / 2, 3, 1 / 3, 4, 1 / 4, -2, -1 / 2, 3 / 2, 2 / 3, 6, 1 / 6, 12, 1 / 12)
@@ -41,13 +38,12 @@ HUGE = 1e200  # an effect that fits nothing
 WEIGHT = "the weight of every body"
 MULTIPLES = 3  # number of multiples of a letter, the last of its forms
 MOST_TERMS = 4  # terms that are written out
-MOST_EACH = 200  # terms of many entries that are changed one by one, too
 
 
 class TermSample(NamedTuple):
     """Where terms are evaluated on one arm, whose quantities by name are values.
 
-    angles (K, joints): joint angles; signals (K,) by name; columns (R, K) by entry: what the values
+    angles (R, joints): joint angles; signals (R,) by name; columns (R,) by entry: what the values
     of an entry at the states are multiplied by, nothing where they are taken as they are.
     """
 
@@ -126,28 +122,20 @@ class ChangePool:
 class TermTable:
     """The terms of some entries as columns on several arms, the last with unrelated numbers.
 
-    swaps: pairs of entries, of which terms of the first may stand in the second. has_rows: whether
-    the entries are those of a row of all equations, and not of one part.
+    The entries are one of a part, or those of a row of all equations.
     """
 
     terms: ReferenceTerms
     places: tuple[EntryPlace, ...]
     samples: Sequence[TermSample]
-    swaps: tuple[tuple[EntryPlace, EntryPlace], ...] = ()
-    has_rows: bool = False
 
     @cached_property
     def rows(self) -> list[tuple[EntryPlace, Product]]:
         """The terms with their entries."""
         rows = [(place, each) for place in self.places for each in self.terms.entry(place)]
         # A row times any number has the same accelerations: its torque is taken as right.
-        return [row for row in rows if not (self.has_rows and row[1].key.signal.startswith("T_"))]
-
-    @cached_property
-    def is_shared(self) -> bool:
-        """Whether the entries are of many rows, or of all of a part."""
-        rows = {place.row for place in self.places}
-        return len(self.places) > 1 and not (self.has_rows and len(rows) == 1)
+        is_row = len(self.places) > 1
+        return [row for row in rows if not (is_row and row[1].key.signal.startswith("T_"))]
 
     @cached_property
     def values(self) -> Values:
@@ -179,7 +167,7 @@ class TermTable:
             for sample in self.samples:
                 wave = evaluate_wave(key, sample.angles, unit)
                 wave = wave * sample.signals[key.signal] if key.signal else wave
-                columns.append(sample.columns[place] @ wave if place in sample.columns else wave)
+                columns.append(sample.columns[place] * wave if place in sample.columns else wave)
             self._kept_columns[at] = np.array(columns)
         return self._kept_columns[at]
 
@@ -187,7 +175,7 @@ class TermTable:
         """All changes; keys: waves and signals that may stand where others belong."""
         if not self.rows:
             return None
-        groups = self._list_shared_groups() if self.is_shared else self._list_groups()
+        groups = self._list_groups()
         masks = np.array([group.mask for group in groups])
         extra = np.array([group.cost for group in groups])
         effects, costs = list[np.ndarray](), list[np.ndarray]()
@@ -237,36 +225,6 @@ class TermTable:
         groups += [TermGroup(mask, 0.12) for mask in shared if mask.sum() > 1]
         return list({group.mask.tobytes(): group for group in reversed(groups)}.values())
 
-    def _list_shared_groups(self) -> list[TermGroup]:
-        """Terms of many entries: all; of a part or row, of products of rates, of some letters."""
-        names = self.terms.names
-        groups = [TermGroup(mask, 0.1) for mask in np.eye(len(self.rows), dtype=bool)]
-        groups = groups if len(groups) <= MOST_EACH else []
-        named = [(_find_weight, 0.0), (_find_part, 0.0), (_find_rates, 0.05)]
-        if not self.has_rows:
-            named += [(lambda place, product: (f"every term of row {names[place.row]}",), 0.04)]
-        for name, cost in named:
-            groups += [TermGroup(mask, cost, words) for words, mask in self._collect(name).items()]
-        masks = [(mask, 0.06) for mask in self._collect(_find_letters).values()]
-        masks += [(mask, 0.07) for mask in self._collect(_find_pairs).values()]
-        masks += [(mask, 0.08) for mask in self._collect(_find_segment).values()]
-        groups += [TermGroup(mask, cost, self._name_group(mask)) for mask, cost in masks]
-        return list({group.mask.tobytes(): group for group in reversed(groups)}.values())
-
-    def _name_group(self, mask: np.ndarray) -> str:
-        """Terms by the letters that all of them have, with their least powers."""
-        powers = [dict(self.rows[n][1].monomial.powers) for n in np.flatnonzero(mask).tolist()]
-        shared = {name: min(each.get(name, 0) for each in powers) for name in powers[0]}
-        kept = sort_powers((name, power) for name, power in shared.items() if power > 0)
-        if not kept:
-            return ""
-        words = f"every term with {' '.join(format_power(*each) for each in kept)}"
-        (stem, joint, _), *others = (parse_letter(name) for name, _ in kept)
-        if [each.stem in STEMS_BY_QUANTITY["gravity"] for each in others] == [True]:
-            owner = {"m": f"link {joint}", "m_payload": "the payload"}.get(stem)
-            words += f", the weight of {owner}" if owner else ""
-        return words
-
     def _generate_modifiers(self, keys: Sequence[TermKey]) -> Iterator[Modifier]:
         """Factors; letters by others; waves and signals by others; units of angles."""
         whole = self.coefficients[..., None] * self.waves
@@ -286,18 +244,14 @@ class TermTable:
         letters = self._collect(_find_letters)
         for name, mask in letters.items():
             yield from self._generate_swaps(name, mask, whole)
-            if self.is_shared and name[0] == "m" and f"I_l{name[1:]}" in letters:
+            if name[0] == "m" and f"I_l{name[1:]}" in letters:
                 length = self.values[f"L{name[1:]}"][None, :, None]  # of density and cross-section
                 link = mask | letters[f"I_l{name[1:]}"]
                 made, yours = (1 / length - 1) * whole, f"m{name[1:]}/L{name[1:]}"
                 yield Modifier("swapped", made, link, 1.3, yours, name)
-            if not self.is_shared and self.values[name].all():  # before a bracket
+            if self.values[name].all():  # before a bracket
                 by = self.values[name][None, :, None]
                 yield Modifier("factor", (by - 1) * whole, every, 1.45, name)
-        if self.is_shared:
-            yield from self._generate_exchanges(letters, whole)
-            yield from self._generate_other_gears(whole)
-            yield from self._generate_moves()
         for key in keys:
             other = np.array([self.column(place, key) for place, _ in self.rows])
             signals = np.array([product.key.signal != key.signal for _, product in self.rows])
@@ -367,81 +321,9 @@ class TermTable:
             raised = ratio[None, :] ** powers[:, None].astype(float) - 1
         return np.nan_to_num(raised, nan=HUGE, posinf=HUGE, neginf=HUGE)
 
-    def _generate_exchanges(
-        self, letters: Mapping[str, np.ndarray], whole: np.ndarray
-    ) -> Iterator[Modifier]:
-        """Two letters of a kind, each in the place of the other."""
-        powers = [dict(product.monomial.powers) for _, product in self.rows]
-        for first, second in combinations(letters, 2):
-            if _are_exchangeable(first, second):
-                with np.errstate(divide="ignore", invalid="ignore"):
-                    ratio = self.values[second] / self.values[first]
-                net = np.array([each.get(first, 0) - each.get(second, 0) for each in powers])
-                effects = self._raise(ratio, net)[..., None] * whole
-                mask = letters[first] | letters[second]
-                yield Modifier("exchanged", effects, mask, 1.4, first, second)
-
-    def _generate_moves(self) -> Iterator[Modifier]:
-        """Terms of the bias before other rates or in another row."""
-        names, bias = self.terms.names, [place for place, _ in self.rows]
-        for here, there in self.swaps:
-            allowed = np.array([place == here for place in bias])
-            in_row = here.row == there.row
-            if allowed.any() and (in_row or here.rates == there.rates):
-                yours, right = (
-                    format_rates(each.rates or (0, 0), names)
-                    if in_row
-                    else f"row {names[each.row]}"
-                    for each in (there, here)
-                )
-                made = self._move(dict.fromkeys([here], there))
-                yield Modifier("swapped", made, allowed, 1.1, yours, right)
-
-    def _move(self, places: Mapping[EntryPlace, EntryPlace]) -> np.ndarray:
-        """Effects (P, A, R) of terms that stand in other entries instead."""
-        waves = [
-            self.column(places[place], product.key) - wave if place in places else 0 * wave
-            for (place, product), wave in zip(self.rows, self.waves, strict=True)
-        ]
-        return self.coefficients[..., None] * np.array(waves)
-
-    def _generate_other_gears(self, whole: np.ndarray) -> Iterator[Modifier]:
-        """What the gears of a joint reflect by the numbers of another joint; both exchanged."""
-        reflecting = self._collect(
-            lambda place, product: filter(None, [find_reflecting_joint(product)])
-        )
-        words = "the reflected inertia of joint {}"
-        for here, there in combinations(reflecting, 2):
-            effects = {}
-            for joint, other in ((here, there), (there, here)):
-                effects[joint] = 0 * whole
-                for number in np.flatnonzero(reflecting[joint]).tolist():
-                    product = self.rows[number][1]
-                    powers = tuple(
-                        (f"{parse_letter(n).stem}{other}", p) for n, p in product.monomial.powers
-                    )
-                    value = Monomial(product.monomial.number, powers).value(self.values)
-                    change = (value - self.coefficients[number])[:, None]
-                    effects[joint][number] = change * self.waves[number]
-                yours, right = words.format(other), words.format(joint)
-                yield Modifier("swapped", effects[joint], reflecting[joint], 1.5, yours, right)
-            mask, both = reflecting[here] | reflecting[there], effects[here] + effects[there]
-            yield Modifier("exchanged", both, mask, 1.5, words.format(here), words.format(there))
-
 
 def _find_place(place: EntryPlace, product: Product) -> tuple[EntryPlace]:
     return (place,)
-
-
-def _find_part(place: EntryPlace, product: Product) -> tuple[str]:
-    return (f"the whole {place.part.replace('mass_matrix', 'M')}",)
-
-
-def _find_rates(place: EntryPlace, product: Product) -> Iterator[str]:
-    if place.rates is not None:
-        j, k = place.rates
-        words = "the squares of rates" if j == k else "the products of two rates"
-        yield f"all of {words} in the bias"
 
 
 def _find_weight(place: EntryPlace, product: Product) -> Iterator[str]:
@@ -451,19 +333,6 @@ def _find_weight(place: EntryPlace, product: Product) -> Iterator[str]:
 
 def _find_letters(place: EntryPlace, product: Product) -> tuple[str, ...]:
     return product.letters
-
-
-def _find_pairs(place: EntryPlace, product: Product) -> Iterator[tuple[str, ...]]:
-    """A body's mass and one of its levers."""
-    stems = {name: parse_letter(name).stem for name in product.letters}
-    masses = [name for name, stem in stems.items() if stem in STEMS_BY_QUANTITY["mass"]]
-    yield from ((mass, name) for mass in masses for name in stems if name != mass)
-
-
-def _find_segment(place: EntryPlace, product: Product) -> Iterator[Any]:
-    """A body's mass and levers, in whatever entry they stand."""
-    if len(product.letters) > 1 and not product.key.signal:
-        yield product.monomial.powers
 
 
 def _find_joints(place: EntryPlace, product: Product) -> set[int]:
@@ -487,8 +356,3 @@ def find_reflecting_joint(product: Product) -> int:
     """The joint whose sun or planets a term reflects; 0 of any other term."""
     letters = map(parse_letter, product.letters)
     return next((each.joint for each in letters if each.stem in ("M_s", "M_p")), 0)
-
-
-def _are_exchangeable(first: str, second: str) -> bool:
-    stems = {parse_letter(first).stem, parse_letter(second).stem}
-    return len(stems) == 1 or stems <= {"L", "d"} or stems == {"m", "m_payload"}

@@ -41,7 +41,8 @@ class Target:
     """What changes must make: differences (A, R) on each arm, and what these may be off.
 
     table: the terms of the entries, with one arm more, of unrelated numbers; keys: waves and
-    signals that may stand where others belong; parts: the difference taken apart by waves (A, R).
+    signals that may stand where others belong; parts: the difference taken apart by waves (A, R);
+    states: numbers of the states (R,).
     """
 
     table: TermTable
@@ -49,6 +50,7 @@ class Target:
     tolerance: np.ndarray
     keys: Sequence[TermKey]
     parts: Mapping[TermKey, np.ndarray]
+    states: Sequence[int] | np.ndarray = ()
 
     def find_singles(
         self, pool: ChangePool | None, others: Sequence[TermChange], key: TermKey | None = None

@@ -47,8 +47,6 @@ def make_term_error(change: TermChange, terms: ReferenceTerms) -> TermError:
         keys = dict.fromkeys(product.key for product in change.products if any(product.key.wave))
         right = " and ".join(format_wave(key, terms) for key in keys)
         yours = yours.format(right)
-    elif kind == "exchanged":
-        term = Term("")
     elif kind == "extra" and change.terms:
         right = _find_entry(change, terms)
     return TermError(kind, term, yours, right, change.by)
