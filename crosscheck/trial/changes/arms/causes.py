@@ -25,8 +25,8 @@ from crosscheck.trial.changes.arms.targets import (
     make_entry_target,
     make_target,
 )
-from crosscheck.trial.changes.arms.term_changes import TermChange
-from crosscheck.trial.changes.arms.term_search import FITS, ChangeSet, Target, search_changes
+from crosscheck.trial.changes.arms.term_changes import Target, TermChange
+from crosscheck.trial.changes.arms.term_search import FITS, ChangeSet, find_singles, search_changes
 from crosscheck.trial.changes.arms.term_words import (
     error_signature,
     join_terms,
@@ -195,7 +195,7 @@ def _explain_entry(wrong: EntryMismatch, arms: Sequence[EntryComparison]) -> Ent
 
 def _make_explanation(target: Target, sets: Sequence[ChangeSet], seen_in: str = "") -> Explanation:
     """The first of changes that make the same, and the others beside it."""
-    terms, arms = target.table.terms, len(target.difference)
+    terms, arms = target.terms, len(target.difference)
     first, *others = (tuple(make_term_error(each, terms) for each in changes) for changes in sets)
     made = sum(change.effect[:arms] for change in sets[0])
     size = float(np.linalg.norm(target.difference))
@@ -406,8 +406,7 @@ def explain_linear_rates(arm: EntryComparison) -> Iterator[EntryMismatch]:
             for rate in dict.fromkeys(place.rates or ()) if place.row == row else ():
                 line = TargetRow(odd[:, row], FITS * size, {place: arm.rates[:, rate]})
                 target = make_target([arm], [line], "bias")
-                pool = target.table.build_pool(())
-                singles = target.find_singles(pool, ())
+                singles = find_singles(target, target.list_changes())
                 if extra := [change for (change,) in singles if change.by == 2]:
                     term, names = make_term(extra[0].products, terms), terms.names
                     right = entries.format_rates(place.rates or (0, 0), names)

@@ -10,8 +10,8 @@ import numpy as np
 
 from crosscheck.trial.changes.arms.comparison import EntryComparison
 from crosscheck.trial.changes.arms.letters import draw_unrelated_values
-from crosscheck.trial.changes.arms.term_changes import TermSample, TermTable
-from crosscheck.trial.changes.arms.term_search import FITS, Target
+from crosscheck.trial.changes.arms.term_changes import Target, TermSample
+from crosscheck.trial.changes.arms.term_search import FITS
 from crosscheck.trial.changes.arms.waves import list_keys
 from crosscheck.trial.judge.entries import LOOSEST, EntryPlace
 
@@ -40,7 +40,7 @@ def make_entry_target(arms: Sequence[EntryComparison], place: EntryPlace) -> Tar
     fits = [arm.fit_waves(place) or {} for arm in arms]
     keys = dict.fromkeys(key for fit in fits for key in fit) if fits[0] else {}
     numbers = {key: np.array([[fit.get(key, 0.0)] for fit in fits]) for key in keys}
-    columns = {key: target.table.column(place, key)[: len(arms)] for key in keys}
+    columns = {key: target.column(place, key)[: len(arms)] for key in keys}
     return replace(target, parts={key: numbers[key] * columns[key] for key in keys})
 
 
@@ -85,8 +85,8 @@ def make_target(arms: Sequence[EntryComparison], rows: Sequence[TargetRow], part
     ]
     samples.append(samples[0]._replace(values=draw_unrelated_values(present)))
     terms = terms.drop_letters({*arms[0].values} - {*present})
-    table = TermTable(terms, tuple(samples[0].columns), samples)
     goals = np.array([row.difference[few] for row in rows])
     allowed = FITS * np.abs(goals).max(axis=1) + [row.noise for row in rows]
     keys = list_keys(terms, arms[0].signals, "force" if part == "acceleration" else part)
-    return Target(table, goals, allowed[:, None] + 0 * goals, keys, {}, few)
+    places, tolerance = tuple(samples[0].columns), allowed[:, None] + 0 * goals
+    return Target(terms, places, samples, goals, tolerance, keys, states=few)

@@ -4,8 +4,9 @@ from __future__ import annotations
 
 from collections import defaultdict
 from collections.abc import Iterator, Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from functools import cached_property
+from itertools import compress
 from typing import Any, NamedTuple
 
 import numpy as np
@@ -76,58 +77,31 @@ class TermChange(NamedTuple):
         return tuple(product for _, product in self.terms)
 
 
-class Modifier(NamedTuple):
-    """A change of each term: effects (P, A, R) of terms of which it is one, ``allowed`` (P,)."""
-
-    kind: ErrorKind
-    effects: np.ndarray
-    allowed: np.ndarray
-    cost: float
-    yours: str = ""
-    right: str = ""
-    by: float | None = None
-    key: TermKey | None = None
-
-
-class TermGroup(NamedTuple):
-    """Terms that one change may concern together (P,), how far-fetched that is, and in words."""
-
-    mask: np.ndarray
-    cost: float
-    words: str = ""
-
-
 @dataclass(frozen=True, eq=False)
-class ChangePool:
-    """Changes as rows: effects (C, A, R), costs (C,), and by which modifier of which terms."""
-
-    table: TermTable
-    effects: np.ndarray
-    costs: np.ndarray
-    origins: Sequence[tuple[Modifier, np.ndarray, str]]
-
-    def pick(self, number: int) -> TermChange:
-        """One of the changes."""
-        modifier, mask, words = self.origins[number]
-        terms = tuple(self.table.rows[place] for place in np.flatnonzero(mask))
-        kind, _, _, _, yours, right, by, key = modifier
-        if words != WEIGHT and len({place for place, _ in terms}) == 1:
-            words = "every term" if len(terms) > MOST_TERMS and kind != "dropped" else ""
-            words *= len(terms) == len(self.table.terms.entry(terms[0][0]))
-        cost = float(self.costs[number])
-        return TermChange(kind, terms, self.effects[number], cost, yours, right, by, key, words)
-
-
-@dataclass(frozen=True, eq=False)
-class TermTable:
-    """The terms of some entries as columns on several arms, the last with unrelated numbers.
+class Target:
+    """Differences that changes of the terms of some entries must make on several arms.
 
     The entries are one of a part, or those of a row of all equations.
+
+    Args:
+        terms: The terms of all entries.
+        places: The entries.
+        samples: Where terms are evaluated, with one arm more at the end, of unrelated numbers.
+        difference: What changes must make on each arm but the last (A - 1, R).
+        tolerance: What these may be off (A - 1, R).
+        keys: Waves and signals that may stand where others belong.
+        parts: The difference taken apart by waves.
+        states: Numbers of the states (R,).
     """
 
     terms: ReferenceTerms
     places: tuple[EntryPlace, ...]
     samples: Sequence[TermSample]
+    difference: np.ndarray
+    tolerance: np.ndarray
+    keys: Sequence[TermKey]
+    parts: Mapping[TermKey, np.ndarray] = field(default_factory=dict)
+    states: Sequence[int] | np.ndarray = ()
 
     @cached_property
     def rows(self) -> list[tuple[EntryPlace, Product]]:
@@ -171,28 +145,29 @@ class TermTable:
             self._kept_columns[at] = np.array(columns)
         return self._kept_columns[at]
 
-    def build_pool(self, keys: Sequence[TermKey]) -> ChangePool | None:
-        """All changes; keys: waves and signals that may stand where others belong."""
-        if not self.rows:
-            return None
-        groups = self._list_groups()
-        masks = np.array([group.mask for group in groups])
-        extra = np.array([group.cost for group in groups])
-        effects, costs = list[np.ndarray](), list[np.ndarray]()
-        origins = list[tuple[Modifier, np.ndarray, str]]()
-        for modifier in self._generate_modifiers(keys):
-            chosen = masks & modifier.allowed
+    def list_changes(self) -> list[TermChange]:
+        """All changes of the terms."""
+        groups, changes = self._list_groups(), list[TermChange]()
+        masks, kept = np.array([mask for mask, *_ in groups]), dict[bytes, Any]()
+        for modifier, allowed in self._generate_modifiers() if self.rows else ():
+            chosen = masks & allowed
             there = chosen.any(axis=1)
             if modifier.key is not None:
                 there &= self._has_single_key(chosen)
-            flat = np.nan_to_num(modifier.effects, nan=HUGE, posinf=HUGE, neginf=HUGE)
-            flat = flat.reshape(len(self.rows), -1)
-            made = chosen[there].astype(float) @ flat
-            effects.append(made.reshape(-1, *modifier.effects.shape[1:]))
-            costs.append(modifier.cost + extra[there])
-            numbers = np.flatnonzero(there).tolist()
-            origins += [(modifier, chosen[each], groups[each].words) for each in numbers]
-        return ChangePool(self, np.concatenate(effects), np.concatenate(costs), origins)
+            flat = np.nan_to_num(modifier.effect, nan=HUGE, posinf=HUGE, neginf=HUGE)
+            made = chosen[there].astype(float) @ flat.reshape(len(self.rows), -1)
+            effects = made.reshape(-1, *flat.shape[1:])
+            for number, effect in zip(np.flatnonzero(there).tolist(), effects, strict=True):
+                mask, (_, cost, words) = chosen[number], groups[number]
+                terms = kept.setdefault(mask.tobytes(), tuple(compress(self.rows, mask)))
+                if modifier.kind != "dropped" and len(terms) > MOST_TERMS:
+                    is_entry = len(terms) == len(self.terms.entry(terms[0][0]))
+                    words = words or "every term" * is_entry
+                cost += modifier.cost
+                changes.append(
+                    modifier._replace(terms=terms, effect=effect, cost=cost, group=words)
+                )
+        return changes
 
     def _has_single_key(self, masks: np.ndarray) -> np.ndarray:
         """Which groups have terms before one wave or signal alone."""
@@ -210,27 +185,43 @@ class TermTable:
                 masks[each][number] = True
         return dict(masks)
 
-    def _list_groups(self) -> list[TermGroup]:
-        """Terms of an entry: each; all; of one wave or letter; of a joint's masses."""
+    def _list_groups(self) -> list[tuple[np.ndarray, float, str]]:
+        """Terms that one change may concern together: masks, what these cost, and words.
+
+        Each; all; of one wave or letter; of a joint's masses.
+        """
         by_key = self._collect(lambda place, product: ((place, product.key),))
         by_letter = self._collect(_find_letters)
-        groups = [TermGroup(mask, 0.0) for mask in np.eye(len(self.rows), dtype=bool)]
-        weights = [mask for mask in self._collect(_find_weight).values() if mask.sum() > 1]
-        groups += [TermGroup(mask, 0.01, WEIGHT) for mask in weights]
-        groups += [TermGroup(mask, 0.02) for mask in self._collect(_find_place).values()]
-        groups += [TermGroup(mask, 0.04) for mask in by_key.values()]
-        groups += [TermGroup(mask, 0.06) for mask in by_letter.values()]
         shared = [a & b for a in by_letter.values() for b in by_key.values()]
         shared += self._collect(_find_assemblies).values()
-        groups += [TermGroup(mask, 0.12) for mask in shared if mask.sum() > 1]
-        return list({group.mask.tobytes(): group for group in reversed(groups)}.values())
+        weights = [mask for mask in self._collect(_find_weight).values() if mask.sum() > 1]
+        groups = [
+            *((mask, 0.0, "") for mask in np.eye(len(self.rows), dtype=bool)),
+            *((mask, 0.01, WEIGHT) for mask in weights),
+            *((mask, 0.02, "") for mask in self._collect(lambda place, _: (place,)).values()),
+            *((mask, 0.04, "") for mask in by_key.values()),
+            *((mask, 0.06, "") for mask in by_letter.values()),
+            *((mask, 0.12, "") for mask in shared if mask.sum() > 1),
+        ]
+        return list({group[0].tobytes(): group for group in reversed(groups)}.values())
 
-    def _generate_modifiers(self, keys: Sequence[TermKey]) -> Iterator[Modifier]:
-        """Factors; letters by others; waves and signals by others; units of angles."""
+    def _generate_modifiers(self) -> Iterator[tuple[TermChange, np.ndarray]]:
+        """Changes of each term, with effects (P, A, R), and the terms that may have them (P,).
+
+        Factors; letters by others; waves and signals by others; units of angles.
+        """
         whole = self.coefficients[..., None] * self.waves
-        every = np.ones(len(self.rows), dtype=bool)
+        every, letters = np.ones(len(self.rows), dtype=bool), self._collect(_find_letters)
+
+        def multiply(ratio: Any, powers: Any = 1.0) -> np.ndarray:
+            """Effects of a ratio (A,) to powers (P,) or one."""
+            with np.errstate(divide="ignore", invalid="ignore", over="ignore"):
+                raised = np.asarray(ratio) ** np.reshape(powers, (-1, 1)) - 1
+            effects: np.ndarray = raised[..., None] * whole
+            return effects
+
         for kind, by, cost in PLAIN:
-            yield Modifier(kind, (by - 1) * whole, every, cost, by=by)
+            yield TermChange(kind, (), multiply(by), cost, by=by), every
         concerned = self._collect(_find_joints)
         for name, value in self.values.items():
             stem, joint, _ = parse_letter(name)
@@ -238,92 +229,62 @@ class TermTable:
                 powers = {name: 1.0, f"1/{name}": -1.0, f"{name}^2": 2.0, f"1/{name}^2": -2.0}
                 powers |= {f"sqrt({name})": 0.5, f"1/sqrt({name})": -0.5} if stem == "N" else {}
                 for text, power in powers.items():
-                    by = (value**power)[None, :, None]
                     cost = 1.25 if abs(power) == 1 else 1.3
-                    yield Modifier("factor", (by - 1) * whole, every, cost, text)
-        letters = self._collect(_find_letters)
+                    yield TermChange("factor", (), multiply(value, power), cost, text), every
         for name, mask in letters.items():
-            yield from self._generate_swaps(name, mask, whole)
-            if name[0] == "m" and f"I_l{name[1:]}" in letters:
-                length = self.values[f"L{name[1:]}"][None, :, None]  # of density and cross-section
-                link = mask | letters[f"I_l{name[1:]}"]
-                made, yours = (1 / length - 1) * whole, f"m{name[1:]}/L{name[1:]}"
-                yield Modifier("swapped", made, link, 1.3, yours, name)
+            for other, right, ratio, exponents in self._generate_swaps(name, mask):
+                made, cost = multiply(ratio, exponents), 1.0 + other.cost
+                yield TermChange("swapped", (), made, cost, other.text, right), mask
+            if name[0] == "m" and f"I_l{name[1:]}" in letters:  # density for cross-section
+                link, length = letters[f"I_l{name[1:]}"], f"L{name[1:]}"
+                made, text = multiply(1 / self.values[length]), f"{name}/{length}"
+                yield TermChange("swapped", (), made, 1.3, text, name), mask | link
             if self.values[name].all():  # before a bracket
-                by = self.values[name][None, :, None]
-                yield Modifier("factor", (by - 1) * whole, every, 1.45, name)
-        for key in keys:
-            other = np.array([self.column(place, key) for place, _ in self.rows])
+                yield TermChange("factor", (), multiply(self.values[name]), 1.45, name), every
+        for key in self.keys:
+            other_waves = np.array([self.column(place, key) for place, _ in self.rows])
             signals = np.array([product.key.signal != key.signal for _, product in self.rows])
             for sign, cost in ((1.0, 1.0), (-1.0, 1.2)):
-                made = self.coefficients[..., None] * (sign * other - self.waves)
-                for kind, allowed, more in (("angle", ~signals, 0.0), ("swapped", signals, 0.4)):
-                    if allowed.any():  # rather a term is missing than a signal another
-                        yield Modifier(kind, made, allowed, cost + more, by=sign, key=key)
+                made = self.coefficients[..., None] * (sign * other_waves - self.waves)
+                yield TermChange("angle", (), made, cost, by=sign, key=key), ~signals
+                # Rather a term is missing than a signal another.
+                yield TermChange("swapped", (), made, cost + 0.4, by=sign, key=key), signals
         turned = np.array([any(product.key.wave) for _, product in self.rows])
-        for unit, words in UNITS.items() if turned.any() else ():
-            other = np.array(
-                [self.column(place, product.key, unit) for place, product in self.rows]
-            )
-            made = self.coefficients[..., None] * (other - self.waves)
-            yield Modifier("angle", made, turned, 1.4, words)
+        for unit, words in UNITS.items():
+            columns = [self.column(place, product.key, unit) for place, product in self.rows]
+            made = self.coefficients[..., None] * (np.array(columns) - self.waves)
+            yield TermChange("angle", (), made, 1.4, words), turned
 
-    def _generate_swaps(self, name: str, mask: np.ndarray, whole: np.ndarray) -> Iterator[Modifier]:
-        """A letter by another in all its terms; of more than one power also by one of them."""
+    def _generate_swaps(
+        self, name: str, mask: np.ndarray
+    ) -> Iterator[tuple[Alternative, str, np.ndarray, np.ndarray]]:
+        """What may stand for a letter in all its terms, or for one of its powers.
+
+        With each, what belongs there, the ratio (A,) of both, and its power (P,) in the terms.
+        """
         value = self.values[name]
         powers = np.array([dict(product.monomial.powers).get(name, 0) for _, product in self.rows])
-        sizes = set(powers[mask].tolist())
-        alternatives = [
-            *generate_alternatives(name, self.values),
-            *generate_forms(name, self.values),
-        ]
-        # Of one power throughout, a multiple of the letter is but a factor of the terms.
-        for other in alternatives if len(sizes) > 1 else alternatives[:-MULTIPLES]:
-            yield self._swap(other, name, mask, whole, powers)
-        for belongs, other in generate_spins(name, self.values):
-            radius = f"r_cp{parse_letter(name).joint}"
-            spins = [dict(product.monomial.powers).get(radius, 0) for _, product in self.rows]
-            there = mask & (np.array(spins) != 0)
-            if there.any():
-                ratio = (1 + 0 * value) * other.value
-                yield self._swap(
-                    other._replace(value=ratio), belongs, there, whole, np.array(spins), 1.0
-                )
-        if len(sizes) == 1 and abs(power := sizes.pop()) >= 2:
-            step = int(np.sign(power))
-            named = [each for each in alternatives if each.text in self.values]
-            lower = Alternative("", np.ones_like(value), 0.1)
-            fewer, right = (format_power(name, each) for each in (power - step, power))
-            for other in (lower, *named):
-                text = f"{other.text} {fewer}".strip()
-                alone = other._replace(text=text, cost=other.cost + 0.15)
-                yield self._swap(alone, right, mask, whole, step * (powers != 0), value)
-
-    def _swap(
-        self,
-        other: Alternative,
-        right: str,
-        mask: np.ndarray,
-        whole: np.ndarray,
-        powers: np.ndarray,
-        value: Any = None,
-    ) -> Modifier:
-        """One quantity by another, to these powers, in the terms of a mask."""
-        value = self.values[right] if value is None else value
+        sizes, alternatives = set(powers[mask].tolist()), list(self._list_alternatives(name))
         with np.errstate(divide="ignore", invalid="ignore"):
-            effects = self._raise(np.asarray(other.value) / value, powers)[..., None] * whole
-        effects[~mask] = 0.0
-        return Modifier("swapped", effects, mask, 1.0 + other.cost, other.text, right)
+            # Of one power throughout, a multiple of the letter is but a factor of the terms.
+            for other in alternatives if len(sizes) > 1 else alternatives[:-MULTIPLES]:
+                yield other, name, other.value / value, powers
+            for belongs, other in generate_spins(name, self.values):
+                radius = f"r_cp{parse_letter(name).joint}"
+                spins = [dict(product.monomial.powers).get(radius, 0) for _, product in self.rows]
+                yield other, belongs, other.value, mask * np.array(spins)
+            if len(sizes) == 1 and abs(power := sizes.pop()) >= 2:
+                step = int(np.sign(power))
+                named = [each for each in alternatives if each.text in self.values]
+                fewer, right = (format_power(name, each) for each in (power - step, power))
+                for other in (Alternative("", np.ones_like(value), 0.1), *named):
+                    text, cost = f"{other.text} {fewer}".strip(), other.cost + 0.15
+                    ratio = other.value / value
+                    yield Alternative(text, other.value, cost), right, ratio, step * (powers != 0)
 
-    def _raise(self, ratio: np.ndarray, powers: np.ndarray) -> np.ndarray:
-        """Powers (P,) of a ratio (A,), less 1 (P, A); a power of 0 is one that fits nothing."""
-        with np.errstate(divide="ignore", invalid="ignore", over="ignore"):
-            raised = ratio[None, :] ** powers[:, None].astype(float) - 1
-        return np.nan_to_num(raised, nan=HUGE, posinf=HUGE, neginf=HUGE)
-
-
-def _find_place(place: EntryPlace, product: Product) -> tuple[EntryPlace]:
-    return (place,)
+    def _list_alternatives(self, name: str) -> Iterator[Alternative]:
+        yield from generate_alternatives(name, self.values)
+        yield from generate_forms(name, self.values)
 
 
 def _find_weight(place: EntryPlace, product: Product) -> Iterator[str]:
