@@ -18,7 +18,6 @@ from crosscheck.trial.changes.arms.letters import (
     format_power,
     generate_alternatives,
     generate_forms,
-    generate_spins,
     parse_letter,
 )
 from crosscheck.trial.changes.arms.segments import Product, ReferenceTerms, TermKey, evaluate_wave
@@ -269,10 +268,6 @@ class Target:
             # Of one power throughout, a multiple of the letter is but a factor of the terms.
             for other in alternatives if len(sizes) > 1 else alternatives[:-MULTIPLES]:
                 yield other, name, other.value / value, powers
-            for belongs, other in generate_spins(name, self.values):
-                radius = f"r_cp{parse_letter(name).joint}"
-                spins = [dict(product.monomial.powers).get(radius, 0) for _, product in self.rows]
-                yield other, belongs, other.value, mask * np.array(spins)
             if len(sizes) == 1 and abs(power := sizes.pop()) >= 2:
                 step = int(np.sign(power))
                 named = [each for each in alternatives if each.text in self.values]
