@@ -46,7 +46,6 @@ from crosscheck.trial.judge.entries import (
 from crosscheck.trial.judge.suite import get_trusted_answers
 
 SAME = 1e-12  # tolerance between two readings of a map, relative to its row
-ROUNDING = 1e-10  # largest entry of dy/dx that counts as 0, relative to its row
 FOLLOWS = "follows from the wrong M"
 
 
@@ -64,31 +63,28 @@ def explain_entries(arm: EntryComparison, probes: Sequence[EntryComparison]) -> 
     wrong_entries = _explain_parts((arm, *probes), list(_explain_arms(arm, probes)))
     if arm.problem.equations.coordinates.matrix is None:
         return wrong_entries
-    groups = {(wrong.place.part, wrong.shown_on) for wrong in wrong_entries if not wrong.notes}
+    groups, better = _group_by_part(wrong_entries), dict[object, Explanation]()
     rank = 0 if arm.symbolic is not None else 2
-    short = {
-        group: _explanation_length(_select_group(wrong_entries, *group), rank) for group in groups
-    }
-    spread = any(rank or length[:2] > (0, 1) for length in short.values())
+    lengths = {at: _explanation_length(group, rank) for at, group in groups.items()}
+    is_spread = any(rank or length[:2] > (0, 1) for length in lengths.values())
     gearing = arm.problem.gearing
     built_in = [Coordinates(gearing), Coordinates(gearing, "absolute")]
     if gearing != "rigid":
         built_in += [replace(each, gears="angles") for each in built_in]
-    for coordinates in built_in if spread else ():
+    for coordinates in built_in if is_spread else ():
         seen = arm.transform_to(coordinates)
-        there = list(_explain_arms(seen, [probe.transform_to(coordinates) for probe in probes]))
-        for group, length in short.items():
-            group_entries = _select_group(there, *group)
-            if group_entries and _explanation_length(group_entries, 1) < length:
-                short[group] = _explanation_length(group_entries, 1)
-                chosen = _select_group(wrong_entries, *group)
-                wrong_entries = [
-                    _explain_in_coordinates(wrong, group_entries, seen)
-                    if wrong in chosen
-                    else wrong
-                    for wrong in wrong_entries
-                ]
-    return wrong_entries
+        explained = _explain_arms(seen, [probe.transform_to(coordinates) for probe in probes])
+        for at, group in _group_by_part(list(explained)).items():
+            length = _explanation_length(group, 1)
+            if not length[0] and length < lengths.get(at, ()):
+                lengths[at] = length
+                better[at] = _join_explanations(group, seen.frame.names)
+    return [
+        replace(wrong, explanation=better.get(_part_key(wrong), wrong.explanation))
+        if not wrong.notes
+        else wrong
+        for wrong in wrong_entries
+    ]
 
 
 def _is_same_map(symbolic: sp.ImmutableMatrix, arm: EntryComparison) -> bool:
@@ -101,12 +97,19 @@ def _is_same_map(symbolic: sp.ImmutableMatrix, arm: EntryComparison) -> bool:
     return bool((off <= SAME * np.abs(matrix).max(axis=1, keepdims=True)).all())
 
 
-def _select_group(
-    wrong_entries: Sequence[EntryMismatch], part: str, shown_on: str
-) -> list[EntryMismatch]:
-    return [
-        w for w in wrong_entries if (w.place.part, w.shown_on) == (part, shown_on) and not w.notes
-    ]
+def _part_key(wrong: EntryMismatch) -> tuple[str, str]:
+    return wrong.place.part, wrong.shown_on
+
+
+def _group_by_part(
+    wrong_entries: Sequence[EntryMismatch],
+) -> dict[tuple[str, str], list[EntryMismatch]]:
+    """The wrong entries that do not follow from others, by their part and arm."""
+    groups: dict[tuple[str, str], list[EntryMismatch]] = {}
+    for wrong in wrong_entries:
+        if not wrong.notes:
+            groups.setdefault(_part_key(wrong), []).append(wrong)
+    return groups
 
 
 def _explanation_length(
@@ -122,41 +125,14 @@ def _collect_errors(wrong_entries: Sequence[EntryMismatch]) -> dict[object, entr
     return {error_signature(error): error for each in explanations for error in each.errors}
 
 
-def _explain_in_coordinates(
-    wrong: EntryMismatch, there: Sequence[EntryMismatch], comparison: EntryComparison
-) -> EntryMismatch:
-    """A wrong entry, explained by those entries that make it in other coordinates."""
-    turns = np.abs(comparison.turns)
-    turns = turns > ROUNDING * turns.max(axis=1, keepdims=True)
-    making = [each for each in there if _is_part_of(each.place, wrong.place, turns)]
-    explanations = [each.explanation for each in making if each.explanation]
-    if not making or len(explanations) < len(making):
-        return wrong
-    error_sets = []
-    for way in range(1 + max(len(each.others) for each in explanations)):
-        errors = (  # each error once; of each entry as likely ones as there are
-            error
-            for alternatives in ((each.errors, *each.others) for each in explanations)
-            for error in alternatives[min(way, len(alternatives) - 1)]
-        )
-        error_sets.append(tuple({error_signature(error): error for error in errors}.values()))
+def _join_explanations(group: Sequence[EntryMismatch], names: Sequence[str]) -> Explanation:
+    """What explains all of some entries, and in words which; others only of a single error."""
+    errors = tuple(_collect_errors(group).values())
+    explanations = [wrong.explanation for wrong in group if wrong.explanation]
     left = max(each.left_over for each in explanations)
-    where = ", ".join(entries.format_entry(each.place, comparison.frame.names) for each in making)
-    return replace(
-        wrong, explanation=Explanation(error_sets[0], left, tuple(error_sets[1:]), where)
-    )
-
-
-def _is_part_of(there: EntryPlace, here: EntryPlace, turns: np.ndarray) -> bool:
-    """Whether an entry in y is a part of one in x; turns (n, n): where dy/dx is not 0."""
-    pairs = [(there.row, here.row)]
-    if there.column is not None and here.column is not None:
-        pairs.append((there.column, here.column))
-    if there.rates is not None and here.rates is not None:
-        (j, k), (a, b) = there.rates, here.rates
-        if not (turns[j, a] and turns[k, b]) and not (turns[j, b] and turns[k, a]):
-            return False
-    return all(turns[pair] for pair in pairs)
+    where = ", ".join(entries.format_entry(wrong.place, names) for wrong in group)
+    others = explanations[0].others if len(errors) == 1 else ()
+    return Explanation(errors, left, others, where)
 
 
 def _explain_arms(
