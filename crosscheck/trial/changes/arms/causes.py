@@ -18,7 +18,7 @@ from crosscheck.trial.changes.arms.segments import (
     evaluate_entry,
     rate_name,
 )
-from crosscheck.trial.changes.arms.steps import find_other_forms, find_steps
+from crosscheck.trial.changes.arms.steps import find_steps
 from crosscheck.trial.changes.arms.targets import (
     TargetRow,
     make_balance_target,
@@ -292,7 +292,7 @@ def _explain_part(
 ) -> dict[EntryPlace, Explanation]:
     """Explanations of wrong entries of a part by one change of all of them."""
     part = wrong[0].part
-    if errors := find_other_forms(arms, part, [scale_part, exchange_rows]):
+    if errors := find_steps(arms, part, [scale_part, exchange_rows]):
         return dict.fromkeys(wrong, _explain_by_any(errors))
     if arms[0].problem.has_gravity and part == "force":
         return {}  # without weights there is nothing to derive

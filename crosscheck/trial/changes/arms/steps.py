@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import re
-from collections.abc import Callable, Iterator, Sequence
+from collections.abc import Iterator, Sequence
 
 import numpy as np
 
@@ -22,33 +22,21 @@ NUMBERED = re.compile(r"\b(?:joint )?(link|joint|motor|ring|carrier)_(\d+)")  # 
 OUT_OF_PLANE = re.compile(r"\bz\b|\bI[xyz]{2}\b")  # what a plane has none of
 
 
-def find_steps(arms: Sequence[EntryComparison], part: Part) -> list[TermError]:
-    """Steps of a derivation that make all that is wrong in a part, on every arm."""
-
-    def find(problem: ChangeProblem) -> Iterator[str]:
-        search = CauseSearch(problem)
-        yield from (each.words for each in search.find_causes() if each.usual)
-        yield from (cause.words for _, cause in search.find_step_causes([slice(None)]))
-        yield from (f"{part}: {words}" for words in find_forms(problem, part))
-
-    return _find_common(arms, part, find)
-
-
-def find_other_forms(
-    arms: Sequence[EntryComparison], part: Part, kinds: Sequence[FormKind]
+def find_steps(
+    arms: Sequence[EntryComparison], part: Part, kinds: Sequence[FormKind] = ()
 ) -> list[TermError]:
-    """Other forms of some kinds that make all that is wrong in a part, on every arm."""
+    """Steps of a derivation that make all that is wrong in a part, on every arm.
+
+    They are in the words of the arm's robot. kinds: of other forms, where these alone are asked.
+    """
 
     def find(problem: ChangeProblem) -> Iterator[str]:
+        if not kinds:
+            search = CauseSearch(problem)
+            yield from (each.words for each in search.find_causes() if each.usual)
+            yield from (cause.words for _, cause in search.find_step_causes([slice(None)]))
         yield from (f"{part}: {words}" for words in find_forms(problem, part, kinds))
 
-    return _find_common(arms, part, find)
-
-
-def _find_common(
-    arms: Sequence[EntryComparison], part: Part, find: Callable[[ChangeProblem], Iterator[str]]
-) -> list[TermError]:
-    """What is found on every arm, in the words of its robot."""
     words, frame = list[str](), arms[0].frame
     if part == "acceleration" and len(frame.names) > len(frame.layout.theta):
         return []  # what gears weigh is none of the robot's

@@ -176,8 +176,6 @@ def describe_term_error(error: TermError) -> str:
         return f"yours has {term} times {error.yours or f'{error.by:g}'}"
     if error.kind == "angle":
         return f"yours has {error.yours} where {error.right} belongs, in {term}"
-    if error.kind == "exchanged":
-        return f"{error.yours} and {error.right} are exchanged"
     if error.kind == "extra":
         return f"extra term: {term}" + f", which stands in {error.right}" * bool(error.right)
     # missing term: m (L2 - d2) L1: where one letter stands for another in one product.
