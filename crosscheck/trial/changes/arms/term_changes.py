@@ -12,6 +12,8 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from crosscheck.trial.changes.arms.letters import (
+    GEAR_PARTS,
+    RADII,
     STEMS_BY_QUANTITY,
     Alternative,
     Values,
@@ -221,15 +223,16 @@ class Target:
 
         for kind, by, cost in PLAIN:
             yield TermChange(kind, (), multiply(by), cost, by=by), every
-        concerned = self._collect(_find_joints)
+        geared = self._collect(_find_geared_joints)
         for name, value in self.values.items():
             stem, joint, _ = parse_letter(name)
-            if stem in ("N", "n") and joint in concerned:
+            if stem in ("N", "n") and joint in geared:
                 powers = {name: 1.0, f"1/{name}": -1.0, f"{name}^2": 2.0, f"1/{name}^2": -2.0}
                 powers |= {f"sqrt({name})": 0.5, f"1/sqrt({name})": -0.5} if stem == "N" else {}
                 for text, power in powers.items():
                     cost = 1.25 if abs(power) == 1 else 1.3
-                    yield TermChange("factor", (), multiply(value, power), cost, text), every
+                    made = multiply(value, power)
+                    yield TermChange("factor", (), made, cost, text), geared[joint]
         for name, mask in letters.items():
             for other, right, ratio, exponents in self._generate_swaps(name, mask):
                 made, cost = multiply(ratio, exponents), 1.0 + other.cost
@@ -291,10 +294,12 @@ def _find_letters(place: EntryPlace, product: Product) -> tuple[str, ...]:
     return product.letters
 
 
-def _find_joints(place: EntryPlace, product: Product) -> set[int]:
-    """Joints whose gears may concern a term."""
-    names = (*product.letters, *filter(None, [product.key.signal]))
-    return {parse_letter(name).joint for name in names}
+def _find_geared_joints(place: EntryPlace, product: Product) -> Iterator[int]:
+    """Joints whose gears a term has."""
+    for name in filter(None, (product.key.signal, *product.letters)):
+        stem, joint, _ = parse_letter(name)
+        if name == product.key.signal or stem in GEAR_PARTS | RADII:
+            yield joint
 
 
 def _find_assemblies(place: EntryPlace, product: Product) -> Iterator[Any]:

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import re
 from collections.abc import Iterable, Iterator, Sequence
 from itertools import combinations_with_replacement
 from itertools import product as choices
@@ -10,8 +9,6 @@ from itertools import product as choices
 import numpy as np
 
 from crosscheck.trial.changes.arms.letters import (
-    GEAR_PARTS,
-    RADII,
     STEMS_BY_QUANTITY,
     Values,
     parse_letter,
@@ -31,8 +28,6 @@ UNLIKELY = 1.6  # a cost from which a term too many may be as likely
 FAR_FETCHED = 0.5  # largest cost above the likeliest explanation's that is reported
 MOST_PER_KEY = 8
 MOST_WRONG = 4  # waves and signals that are off, for terms of other entries to be tried
-USUAL_FACTOR = re.compile(r"(?:1/)?[Nn](\d+)(?:\^2)?")  # a number of planets, a ratio
-GEARS = GEAR_PARTS | RADII  # stems of letters
 TIMES = ((1, 0.0), (-1, 0.0), (2, 0.2), (-2, 0.2), (0.5, 0.2), (-0.5, 0.2))
 ChangeSet = tuple[TermChange, ...]
 
@@ -69,13 +64,31 @@ def _stack(target: Target, changes: Sequence[TermChange]) -> np.ndarray:
 
 
 def select_likely(sets: Iterable[ChangeSet]) -> list[ChangeSet]:
-    """Those of the likeliest kinds, each once, for what does the same on all arms is the same."""
+    """Those of the likeliest kinds, each once, for what does the same on all arms is the same.
+
+    Of factors of the same terms that are one number on the first arm there is one: a count or ratio
+    of gears, else the number.
+    """
     unique: dict[object, ChangeSet] = {}
     for changes in sorted(sets, key=cost):
         unique.setdefault(_fingerprint(changes), changes)
-    likely = _merge_equal_factors(list(unique.values()))
-    least = cost(likely[0]) if likely else 0.0
-    return [each for each in likely if cost(each) <= least + FAR_FETCHED][: MOST_OTHERS + 1]
+    likely: dict[object, ChangeSet] = {}
+    for changes in unique.values():
+        first, *others = changes
+        key: object = id(changes)
+        if first.kind == "factor" and not others:
+            key = first.terms, tuple(f"{entry:.8e}" for entry in first.effect[0])
+        if key not in likely or _factor_rank(first) < _factor_rank(likely[key][0]):
+            likely[key] = changes
+    least = cost(next(iter(likely.values()))) if likely else 0.0
+    close = [each for each in likely.values() if cost(each) <= least + FAR_FETCHED]
+    return close[: MOST_OTHERS + 1]
+
+
+def _factor_rank(change: TermChange) -> int:
+    """Rank of a factor by how usual it is, 0 the most usual."""
+    is_root = "sqrt" in change.yours
+    return 1 + is_root if is_root or not change.yours else 0
 
 
 def cost(changes: ChangeSet) -> float:
@@ -89,40 +102,6 @@ def _fingerprint(changes: ChangeSet) -> tuple[str, ...]:
     size = np.abs(total).max()
     kept = np.where(np.abs(total) > ROUNDING * size, total, 0.0)
     return tuple(f"{number:.8e}" for number in kept)
-
-
-def _merge_equal_factors(sets: Sequence[ChangeSet]) -> list[ChangeSet]:
-    """The changes, of factors that are the same number on the arm one alone.
-
-    It is the count or ratio of gears where these are usual, in terms of the same joint's gears, and
-    the plain number elsewhere.
-    """
-    kept: dict[object, ChangeSet] = {}
-    for number, changes in enumerate(sets):
-        key: object = number
-        if len(changes) == 1 and changes[0].kind == "factor":
-            made = changes[0].effect[0]
-            key = changes[0].terms, tuple(f"{entry:.8e}" for entry in made)
-        other = kept.get(key)
-        if other is None or _factor_rank(changes[0]) < _factor_rank(other[0]):
-            kept[key] = changes
-    return list(kept.values())
-
-
-def _factor_rank(change: TermChange) -> int:
-    """Rank of a factor by how usual it is in its terms, 0 the most usual."""
-    if not change.yours:
-        return 1
-    match = USUAL_FACTOR.fullmatch(change.yours)
-    of_gears = [
-        {
-            parse_letter(name).joint
-            for name in (product.key.signal, *product.letters)
-            if name == product.key.signal or parse_letter(name).stem in GEARS
-        }
-        for product in change.products
-    ]
-    return 0 if match and all(int(match[1]) in joints for joints in of_gears) else 2
 
 
 def _find_covers(target: Target, changes: Sequence[TermChange]) -> list[ChangeSet]:
