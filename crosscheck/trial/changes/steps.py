@@ -346,8 +346,10 @@ class StepTable:
                     motions = whole.setdefault(words, {})
                     motions[name] = _add_columns(motions.get(name, right), *columns)
         steps |= last_columns
+        slides = any(joint.kind != "revolute" for joint in self.robot.joints)
+        without = {} if slides else WITHOUT  # a joint that slides has no column in w
         for words, motions in whole.items():
-            steps[WITHOUT.get(words, f"every column of its Jacobian, {words}")] = {
+            steps[without.get(words, f"every column of its Jacobian, {words}")] = {
                 name: motion.compute_terms().minus(self._terms[name])
                 for name, motion in motions.items()
             }
