@@ -140,7 +140,8 @@ class PlanarArm(ComparedMechanism):
     noun = "arm"
 
     def __init__(self, arm: Arm) -> None:
-        self.arm, self.robot = arm, build_planar_robot(arm)
+        self.arm, self._levels = arm, build_level_robots(arm)
+        self.robot, _ = self._levels["coupled"]
 
     @cached_property
     def parameters(self) -> tuple[Parameter, ...]:
@@ -150,8 +151,9 @@ class PlanarArm(ComparedMechanism):
     @cached_property
     def levels(self) -> tuple[RigidLevel, ...]:
         """Links alone, then with what the joints carry, and with gears that turn."""
-        kinds = build_level_robots(self.arm)
-        return tuple(RigidLevel(name, *kinds[name]) for name in find_distinct_levels(self.arm))
+        return tuple(
+            RigidLevel(name, *self._levels[name]) for name in find_distinct_levels(self.arm)
+        )
 
     def change(self, values: Mapping[str, float]) -> PlanarArm:
         """The arm of a changed file."""

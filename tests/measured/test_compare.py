@@ -84,7 +84,7 @@ def test_a_number_of_a_robot_is_named(path):
     but by what a motion of three joints shows."""
     own = SpatialRobot(robots.arm())
     changed = own.change({path: NUMBERS[path]})
-    comparison = compared(robots.recording(changed.robot, "coupled", seconds=10.0), own)
+    comparison = compared(robots.recording(changed.robot, "coupled"), own)
     judgement = comparison.sides[0].judgement
     paths = [each.parameter.path for each in judgement.explanations]
     assert path in paths
