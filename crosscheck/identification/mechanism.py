@@ -19,7 +19,7 @@ from crosscheck.models.errors import InputError
 from crosscheck.models.loading import make_rest_scenario, validate_record
 from crosscheck.models.paths import assign, find_paths
 from crosscheck.models.pinocchio.regressor import BODY_PARAMETERS
-from crosscheck.models.robot.planar import build_level_robots, build_planar_robot
+from crosscheck.models.robot.planar import build_level_robots
 from crosscheck.models.robot.robot import (
     BASE,
     RIGID,
