@@ -43,7 +43,8 @@ class LinkRegressor:
         for row, at in zip(slopes, q @ self._shares.T + self._offset, strict=True):
             place = pin.integrate(self._tree, self._home, at)
             centre = pin.jacobianCenterOfMass(self._tree, self._data, place)
-            np.matmul(self._shares.T, -self._data.mass[0] * centre.T, out=row)
+            weights = -self._data.mass[0] * centre.reshape(3, -1)  # of one joint: a vector
+            np.matmul(self._shares.T, weights.T, out=row)
         return slopes
 
     def compute(self, q: np.ndarray, v: np.ndarray, a: np.ndarray) -> np.ndarray:
