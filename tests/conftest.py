@@ -7,10 +7,10 @@ os.environ.setdefault("OPENBLAS_NUM_THREADS", "1")  # as on the command line
 import ctypes
 import gc
 import sys
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator
 from importlib import import_module
 from importlib.util import find_spec
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
 import pytest
 from hypothesis import settings
@@ -85,6 +85,20 @@ def few_states() -> Iterator[None]:
         patch.setattr(waves, "STATES_PER_NUMBER", 1)
         patch.setattr(search, "RANKS", ())
         yield
+
+
+@pytest.fixture(scope="session", autouse=True)
+def bare_drawings() -> Iterator[Callable[[Any], None]]:
+    """Axes of drawings stay where they were made: room for their labels takes half of the time.
+
+    Yields what gives them room.
+    """
+    from crosscheck.report.plots import figures
+
+    place_axes = figures._place_axes
+    with pytest.MonkeyPatch.context() as patch:
+        patch.setattr(figures, "_place_axes", lambda figure: figure.set_layout_engine(None))
+        yield place_axes
 
 
 @pytest.fixture
