@@ -7,10 +7,11 @@ os.environ.setdefault("OPENBLAS_NUM_THREADS", "1")  # as on the command line
 import ctypes
 import gc
 import sys
-from collections.abc import Callable, Iterator
+from collections.abc import Iterator
+from functools import wraps
 from importlib import import_module
 from importlib.util import find_spec
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING
 
 import pytest
 from hypothesis import settings
@@ -73,8 +74,10 @@ def few_states() -> Iterator[None]:
     """Quick trials look at 8 states, not 150; those in processes of their own at all of them.
 
     Where numbers are fitted, at 20 more than there are, not at 50 more than twice as many. No edit
-    of a source is tried, but for who asks for ``source_search``.
+    of a source is tried, but for who asks for ``source_search``. Axes of drawings stay where they
+    were made: room for their labels takes half of the time.
     """
+    from crosscheck.report.plots import figures
     from crosscheck.trial import trial
     from crosscheck.trial.changes.arms import waves
     from crosscheck.trial.source import search
@@ -84,21 +87,9 @@ def few_states() -> Iterator[None]:
         patch.setattr(waves, "SPARE_STATES", 20)
         patch.setattr(waves, "STATES_PER_NUMBER", 1)
         patch.setattr(search, "RANKS", ())
+        leave_axes = wraps(figures._place_axes)(lambda figure: figure.set_layout_engine(None))
+        patch.setattr(figures, "_place_axes", leave_axes)
         yield
-
-
-@pytest.fixture(scope="session", autouse=True)
-def bare_drawings() -> Iterator[Callable[[Any], None]]:
-    """Axes of drawings stay where they were made: room for their labels takes half of the time.
-
-    Yields what gives them room.
-    """
-    from crosscheck.report.plots import figures
-
-    place_axes = figures._place_axes
-    with pytest.MonkeyPatch.context() as patch:
-        patch.setattr(figures, "_place_axes", lambda figure: figure.set_layout_engine(None))
-        yield place_axes
 
 
 @pytest.fixture

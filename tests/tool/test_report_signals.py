@@ -1,6 +1,7 @@
 """The page's plots and scheme: they hold the run's and the file's own numbers, no peak is lost."""
 
 import base64
+import inspect
 import re
 
 import numpy as np
@@ -374,8 +375,8 @@ def test_windows_hold_what_is_worth_a_look_and_end_with_the_run(runs):
     }
 
 
-def test_axes_leave_each_other_room_for_their_labels(bare_drawings, monkeypatch):
-    monkeypatch.setattr(figures, "_place_axes", bare_drawings)
+def test_axes_leave_each_other_room_for_their_labels(monkeypatch):
+    monkeypatch.setattr(figures, "_place_axes", inspect.unwrap(figures._place_axes))
     figure, axes = figures.make_figure(2)
     for each in axes.flat:
         each.set_ylabel("two lines\nof a label")

@@ -2,9 +2,9 @@
 
 from collections.abc import Iterator
 from contextlib import contextmanager
-from typing import Any
+from tempfile import TemporaryDirectory
 
-from jinja2.bccache import Bucket, BytecodeCache
+from jinja2 import FileSystemBytecodeCache
 
 from crosscheck.report import rendering
 from tests.faults.planting import Seen
@@ -14,22 +14,8 @@ from tests.views.walker import walk
 VIEWS = agreements.VIEWS | costs.VIEWS | trials.VIEWS | comparisons.VIEWS | others.VIEWS
 
 
-class KeptCode(BytecodeCache):
-    """Compiled templates: of most a fault changes nothing."""
-
-    def __init__(self) -> None:
-        self._code: dict[tuple[str, str], Any] = {}
-
-    def load_bytecode(self, bucket: Bucket) -> None:
-        """Code of a template of this name and text."""
-        bucket.code = self._code.get((bucket.key, bucket.checksum))
-
-    def dump_bytecode(self, bucket: Bucket) -> None:
-        """Keep it."""
-        self._code[bucket.key, bucket.checksum] = bucket.code
-
-
-KEPT_CODE = KeptCode()
+FOLDER = TemporaryDirectory()
+COMPILED = FileSystemBytecodeCache(FOLDER.name)  # of most templates a fault changes nothing
 
 
 @contextmanager
@@ -37,7 +23,7 @@ def fresh_templates() -> Iterator[None]:
     """Templates that have the filters as they are, and leave none behind."""
     forget = getattr(rendering.load_templates, "cache_clear", lambda: None)
     forget()
-    rendering.load_templates().bytecode_cache = KEPT_CODE
+    rendering.load_templates().bytecode_cache = COMPILED
     yield
     forget()
 
