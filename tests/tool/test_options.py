@@ -277,6 +277,11 @@ def of_records(command: str) -> dict[str, Effect]:
     }
 
 
+WRITTEN = option(
+    *(f"{TRIAL} --quick", "--json j --junit k --out o", new_files),
+    *(set(), {"j", "k", "o/trial.html"}),
+    real=True,
+)
 EFFECTS: dict[str, dict[str, Effect]] = {
     "": {"version": Effect("list", "--version", says("paper-labelled"), (True, False))},
     "run": {
@@ -360,16 +365,7 @@ EFFECTS: dict[str, dict[str, Effect]] = {
             *("paper-labelled", "probe"),
         ),
         "seed": seed(TRIAL, "run_trial"),
-        **dict.fromkeys(
-            ("json_file", "junit", "out"),
-            option(
-                f"{TRIAL} --quick",
-                "--json j --junit k --out o",
-                new_files,
-                *(set(), {"j", "k", "o/trial.html"}),
-                real=True,
-            ),
-        ),
+        **dict.fromkeys(("json_file", "junit", "out"), WRITTEN),
         "ask": Effect(TRIAL, ASK, called, (["run_trial"], ["collect_state_request"])),
         "answers": Effect(
             "trial --answers p",
