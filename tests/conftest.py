@@ -75,8 +75,9 @@ def few_states() -> Iterator[None]:
 
     Where numbers are fitted, at 20 more than there are, not at 50 more than twice as many. No edit
     of a source is tried, but for who asks for ``source_search``. Axes of drawings stay where they
-    were made: room for their labels takes half of the time.
+    were made: room for their labels takes half of the time. The best of 8 motions is suggested.
     """
+    from crosscheck.identification import excitation
     from crosscheck.report.plots import figures
     from crosscheck.trial import trial
     from crosscheck.trial.changes.arms import waves
@@ -84,6 +85,7 @@ def few_states() -> Iterator[None]:
 
     with pytest.MonkeyPatch.context() as patch:
         patch.setattr(trial, "QUICK_STATES", 8)
+        patch.setattr(excitation, "DRAWN", 8)
         patch.setattr(waves, "SPARE_STATES", 20)
         patch.setattr(waves, "STATES_PER_NUMBER", 1)
         patch.setattr(search, "RANKS", ())

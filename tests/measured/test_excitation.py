@@ -31,14 +31,6 @@ from tests.robots import chains
 SHARED = np.zeros((0, 3))
 
 
-@pytest.fixture(scope="module", autouse=True)
-def few_motions():
-    """The best of 8 motions is suggested, not of 100; of more it is no worse."""
-    with pytest.MonkeyPatch.context() as patch:
-        patch.setattr(excitation, "DRAWN", 8)
-        yield
-
-
 @pytest.fixture(scope="module")
 def robot() -> Robot:
     """The arm with limits, of which those of effort are felt."""

@@ -17,7 +17,6 @@ import pytest
 import xarray as xr
 
 from crosscheck.cli import commands
-from crosscheck.identification import excitation
 from crosscheck.models.arm.arm import Arm
 from crosscheck.models.files import format_toml_fields
 from crosscheck.planning import robots
@@ -112,7 +111,6 @@ def mechanism(request, tmp_path_factory) -> Iterator[MechanismFile]:
         patch.setattr(robots, "QUICK_COUNT", 4)
         patch.setattr(robots, "QUICK_STEPS", 20)
         patch.setattr(robots, "LEAST_STEPS", 10)
-        patch.setattr(excitation, "DRAWN", 8)
         patch.setattr(commands, "run_cross_check", ReplayedCrossCheck())
         yield MECHANISMS[request.param](folder)
 
