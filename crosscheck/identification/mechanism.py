@@ -19,7 +19,7 @@ from crosscheck.models.errors import InputError
 from crosscheck.models.loading import make_rest_scenario, validate_record
 from crosscheck.models.paths import assign, find_paths
 from crosscheck.models.pinocchio.regressor import BODY_PARAMETERS
-from crosscheck.models.robot.planar import build_level_robots, build_planar_robot
+from crosscheck.models.robot.planar import build_level_robots
 from crosscheck.models.robot.robot import (
     BASE,
     RIGID,
@@ -140,7 +140,8 @@ class PlanarArm(ComparedMechanism):
     noun = "arm"
 
     def __init__(self, arm: Arm) -> None:
-        self.arm, self.robot = arm, build_planar_robot(arm)
+        self.arm, self._levels = arm, build_level_robots(arm)
+        self.robot, _ = self._levels["coupled"]
 
     @cached_property
     def parameters(self) -> tuple[Parameter, ...]:
@@ -150,8 +151,9 @@ class PlanarArm(ComparedMechanism):
     @cached_property
     def levels(self) -> tuple[RigidLevel, ...]:
         """Links alone, then with what the joints carry, and with gears that turn."""
-        kinds = build_level_robots(self.arm)
-        return tuple(RigidLevel(name, *kinds[name]) for name in find_distinct_levels(self.arm))
+        return tuple(
+            RigidLevel(name, *self._levels[name]) for name in find_distinct_levels(self.arm)
+        )
 
     def change(self, values: Mapping[str, float]) -> PlanarArm:
         """The arm of a changed file."""

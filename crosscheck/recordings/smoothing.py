@@ -101,17 +101,18 @@ def select_spacing(record: Record) -> int:
         residuals = angles - make_lsq_spline(time, angles, places, DEGREE)(time)
         return (residuals**2).sum(axis=0) / (len(time) - (places.size - DEGREE - 1))
 
-    variances = np.array(
-        [np.mean([residual_variance(part, each) for part in parts], axis=0) for each in possible]
-    )
     # A joint that stands still leaves rounding, which other knots may lower or raise.
     least = (ROUNDING * np.abs(record.position).max(axis=0)) ** 2
-    variances = np.maximum(variances, least)
     scatter = 1 + RAISED * np.sqrt(2 / (len(parts) * taken))
-    enough = (variances <= scatter * variances[0]).all(axis=1)
-    enough &= np.cumprod(enough).astype(bool)  # and every finer one too
-    best = int(np.flatnonzero(enough)[-1])
-    return possible[max(best - 1, 0)]
+    limit, enough = np.full(record.position.shape[1], np.inf), 0
+    for spacing in possible:
+        mean = np.mean([residual_variance(part, spacing) for part in parts], axis=0)
+        variance = np.maximum(mean, least)
+        if not (variance <= limit).all():
+            break
+        limit = limit if enough else scatter * variance
+        enough += 1
+    return possible[max(enough - 2, 0)]
 
 
 def check_rates(record: Record) -> None:
