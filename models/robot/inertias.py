@@ -12,12 +12,12 @@ import numpy as np
 from crosscheck.models.robot.robot import BASE, Joint, LinkFrame, RobotBody
 from crosscheck.models.robot.urdf import UrdfLink
 
-# Of a principal inertia over the largest one: what rounding of printed digits explains.
+# Share of the largest principal inertia that rounding of printed digits explains.
 ROUNDED = 1e-6
 # A body whose radius of gyration is so many times the robot's size, and which is lighter than air
 # would be that filled a cube of it [kg/m^3], is none: mass or inertia is in another unit.
 FARTHEST_OUT, THINNEST = 10.0, 1.0
-HEAVIER = 1000.0  # of a link's mass over the median of the others', where another unit is likely
+HEAVIER = 1000.0  # mass over the median of the others' at which another unit is likely
 MEASURED = 1.25  # a last principal inertia that exceeds the others' sum by less is no slip
 SLOTS, DIAGONAL = ("ixx", "ixy", "ixz", "iyy", "iyz", "izz"), [0, 3, 5]
 # Orders in which the six numbers may have been written, by what then stands in each slot.
