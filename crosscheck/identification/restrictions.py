@@ -116,9 +116,7 @@ class FileJudgement:
 
     @property
     def explanations(self) -> tuple[Restriction, ...]:
-        """Restrictions that explain the record and are not much less likely than the best, it
-        first.
-        """
+        """Restrictions that explain the record, nearly as likely as the best, which is first."""
         able = [each for each in (*self.levels, *self.changes) if each.explains]
         return tuple(each for each in able if self.compare(each, able[0]) < LIKELIHOOD_RATIO)
 

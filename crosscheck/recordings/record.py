@@ -267,11 +267,7 @@ def _read_messages(where: str, bag: Any, topic: str, joints: tuple[str, ...]) ->
         raise InputError(where, "", None, reason)
     clock = stamps if any(stamps) else logged
     columns = {"t_s": np.array([1e-9 * (each - clock[0]) for each in clock])}
-    column_names = (
-        "theta_rad",
-        "theta_dot_rad_per_s",
-        "torque_N_m",
-    )  # names with the units of REP 103
+    column_names = ("theta_rad", "theta_dot_rad_per_s", "torque_N_m")  # units of REP 103
     for kind, values in zip(column_names, zip(*rows, strict=True), strict=False):
         given = [each for each in values if each is not None]
         if given and len(given) < len(values):
