@@ -42,7 +42,7 @@ UNITS = {
 }
 STAGE_UNITS = ("equivalent_mass_kg", "inertia_kg_m2")
 MOMENTS = {"xx": (0, 0), "xy": (0, 1), "xz": (0, 2), "yy": (1, 1), "yz": (1, 2), "zz": (2, 2)}
-LIGHTEST = 1e-6  # of the heaviest body, a link that has a mass of its own
+LIGHTEST = 1e-6  # share of the heaviest body's mass from which on a link counts
 STEP = 2.0**-10  # relative, of a number whose slope is asked; of 0, its own unit
 LEVEL_PHRASES = {
     "links": "links alone (links)",
@@ -201,7 +201,7 @@ def _describe_number(path: str, value: float, bearer: str) -> Parameter:
     return Parameter(path, value, UNITS[ending], phrase)
 
 
-Edit = tuple[str, Any, Callable[[Any, float], Any]]  # of a table's entry, by a new value
+Edit = tuple[str, Any, Callable[[Any, float], Any]]  # edit of a table's entry, by a new value
 
 
 class SpatialRobot(ComparedMechanism):

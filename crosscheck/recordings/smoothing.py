@@ -17,7 +17,7 @@ from crosscheck.models.experiment.drive import drive_data, torques_along
 from crosscheck.models.experiment.scenario import Scenario
 from crosscheck.recordings.record import Record
 
-# What rates are times the slope of the angles, within this share, if one has another unit.
+# Factors of rates over the slope of the angles if one has another unit, and their share.
 FACTORS = {
     "the rates are in degrees per second": 180 / pi,
     "the rates are in revolutions per minute": 30 / pi,
@@ -27,13 +27,13 @@ FACTORS = {
 SAME = 0.02
 DEGREE = 5  # accelerations are cubic in time between knots
 SPACINGS = tuple(2**power for power in range(2, 11))  # samples between knots
-RATE_BLOCKS = 10  # in which stated rates are compared with slopes
+RATE_BLOCKS = 10  # blocks in which stated rates are compared with slopes
 INTERVALS = 64  # between knots in a block, each of which has a spline of its own
 TRIED, MOST_TRIED = 3, 8192  # parts by which the distance of the knots is chosen, and their rows
-# Of a variance, by how much fewer knots may raise it, in standard deviations of its estimate.
+# Rise of a variance that fewer knots may cause, in standard deviations of its estimate.
 RAISED = 3.0
-LEAST_NOISE = 1e-9  # of a signal's size: a simulated one may have less
-ROUNDING = 1e-13  # of a signal's size: what a spline of a constant leaves
+LEAST_NOISE = 1e-9  # noise over a signal's size; a simulated one may have less
+ROUNDING = 1e-13  # residual of a spline of a constant, over a signal's size
 LEAST_SIZE = 1e-3  # [rad, N m], of a signal that is zero or near it
 
 

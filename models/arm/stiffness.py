@@ -18,7 +18,7 @@ from crosscheck.models.arm.quantities import Data
 
 Waves = Field(max_length=50, strict=False)
 Rows = Field(min_length=5, max_length=2000, strict=False)
-SAMPLES_PER_WAVE = 64  # where a sum of waves is looked at: it misses 1e-3 of the highest's size
+SAMPLES_PER_WAVE = 64  # samples of the highest wave, which miss 1e-3 of its size
 
 
 class SineStiffness(Data):
