@@ -7,6 +7,7 @@ import difflib
 import math
 from collections.abc import Iterator, Sequence
 from functools import cache
+from itertools import combinations
 from typing import TypeAlias
 
 from crosscheck.trial.source.site import (
@@ -18,7 +19,7 @@ from crosscheck.trial.source.site import (
     is_sum,
     write_operand,
 )
-from crosscheck.trial.source.syntax import INDEX, LEAF, NUMBER, Kind
+from crosscheck.trial.source.syntax import INDEX, LEAF, MOST_ELEMENTS, NUMBER, Kind
 
 OPPOSITE = {"+": "-", "-": "+"}
 TRIGONOMETRY = {"sin": "cos", "cos": "sin"}
@@ -127,7 +128,7 @@ def list_transposes(site: Site) -> Texts:
 
 
 def list_orders(site: Site) -> Texts:
-    """Factors, arguments, indices or the sides of a difference in another order."""
+    """Factors, arguments, elements or the sides of a difference in another order."""
     node = site.node
     if isinstance(node, ast.BinOp) and isinstance(node.op, ast.MatMult | ast.Sub):
         yield f"{write_operand(node.right)} {get_sign(node.op)} {write_operand(node.left)}"
@@ -136,8 +137,13 @@ def list_orders(site: Site) -> Texts:
         for place in range(len(node.args) - 1):
             swapped = [*args[:place], args[place + 1], args[place], *args[place + 2 :]]
             yield f"{ast.unparse(node.func)}({', '.join(swapped)})"
-    if isinstance(node, ast.Tuple) and len(node.elts) == 2 and isinstance(node.ctx, ast.Load):
-        yield ", ".join(ast.unparse(each) for each in node.elts[::-1])
+    if isinstance(node, ast.Tuple | ast.List) and isinstance(node.ctx, ast.Load):
+        for places in combinations(range(min(len(node.elts), MOST_ELEMENTS)), 2):
+            elements = [ast.unparse(each) for each in node.elts]
+            for place, other in zip(places, places[::-1], strict=True):
+                elements[place] = ast.unparse(node.elts[other])
+            listed = ", ".join(elements)
+            yield f"[{listed}]" if isinstance(node, ast.List) else listed
 
 
 def list_congruences(site: Site) -> Texts:
