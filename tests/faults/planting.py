@@ -34,6 +34,7 @@ INTERPRETED = {
     "exudyn:tree": tuple(
         f"{TREE}.{name}" for name in ("mesh", "tree", "laws", "loads", "parts", "stiffness")
     ),
+    "pinocchio": ("crosscheck.models.robot.planar",),
     "exudyn:bodies": (f"{BODIES}.stiffness", f"{BODIES}.contact"),
 }
 Laws = tuple[tuple[str, str], ...]
