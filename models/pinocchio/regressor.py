@@ -5,12 +5,13 @@ from __future__ import annotations
 import numpy as np
 import pinocchio as pin
 
+from crosscheck.models.pinocchio.robot import PinocchioRobot
 from crosscheck.models.robot.robot import Robot
 
 BODY_PARAMETERS = ("m", "mx", "my", "mz", "Ixx", "Ixy", "Iyy", "Ixz", "Iyz", "Izz")
 
 
-class LinkRegressor:
+class LinkRegressor(PinocchioRobot):
     """The regressor of a robot's links, without rotors.
 
     Args:
@@ -23,41 +24,30 @@ class LinkRegressor:
     """
 
     def __init__(self, robot: Robot) -> None:
-        self._tree = pin.buildModelFromXML(robot.urdf)
-        self._tree.gravity.linear = robot.gravity
-        self._data, self._home = self._tree.createData(), pin.neutral(self._tree)
-        numbers = map(self._tree.getJointId, [joint.name for joint in robot.joints])
-        places = [self._tree.joints[number].idx_v for number in numbers]
-        self._shares = np.zeros((self._tree.nv, len(robot.coordinates)))
-        self._offset = np.zeros(self._tree.nv)
-        self._shares[places], self._offset[places] = robot.joint_map
-        bodies = self._tree.names[1:]
-        self.names = tuple(f"{body}: {name}" for body in bodies for name in BODY_PARAMETERS)
+        super().__init__(robot, "links")
+        self.names = tuple(
+            f"{body}: {name}" for body in self.bodies[1:] for name in BODY_PARAMETERS
+        )
         self.values = np.concatenate(
             [body.toDynamicParameters() for body in list(self._tree.inertias)[1:]]
         )
 
     def gravity_torques(self, q: np.ndarray) -> np.ndarray:
         """Slopes (states, n, 3) of the URDF's links' torques at rest in gravity [m/s^2], at q."""
-        slopes = np.empty((len(q), self._shares.shape[1], 3))
+        slopes = np.empty((len(q), self._given.shape[1], 3))
         given = self._tree.gravity.linear.copy()
-        for row, at in zip(slopes, q @ self._shares.T + self._offset, strict=True):
-            place = pin.integrate(self._tree, self._home, at)
-            for axis, unit in enumerate(np.eye(3)):
-                self._tree.gravity.linear = unit
-                weight = pin.computeGeneralizedGravity(self._tree, self._data, place)
-                row[:, axis] = self._shares.T @ weight
+        for axis, unit in enumerate(np.eye(3)):
+            self._tree.gravity.linear = unit
+            slopes[:, :, axis] = self.gravity(q)
         self._tree.gravity.linear = given
         return slopes
 
     def compute(self, q: np.ndarray, v: np.ndarray, a: np.ndarray) -> np.ndarray:
         """Slopes (states, n, parameters) of the torques, for motions (states, n)."""
         rows = np.empty((len(q), q.shape[1], len(self.names)))
-        shares = self._shares
-        states = zip(q @ shares.T + self._offset, v @ shares.T, a @ shares.T, strict=True)
-        for row, (at, rate, more) in zip(rows, states, strict=True):
-            place = pin.integrate(self._tree, self._home, at)
-            slopes = pin.computeJointTorqueRegressor(self._tree, self._data, place, rate, more)
+        moving = self._configurations(q), v @ self._given.T, a @ self._given.T
+        for row, *motion in zip(rows, *moving, strict=True):
+            slopes = pin.computeJointTorqueRegressor(self._tree, self._data, *motion)
             # A single row reaches Python as a vector.
-            np.matmul(shares.T, slopes.reshape(self._tree.nv, -1), out=row)
+            np.matmul(self._given.T, slopes.reshape(self._tree.nv, -1), out=row)
         return rows

@@ -38,11 +38,11 @@ from crosscheck.models.robot.robot import (
 
 
 class MeshConnection(NamedTuple):
-    """Where a mesh acts: column of its x; places in the tree of rotor and moved joint."""
+    """Where a mesh acts: column of its x; places in the tree of the rotor and of its joint."""
 
     column: int
     rotor_place: int
-    driven_place: int
+    joint_place: int
     ratio: float
     mesh: RotorMesh
 
@@ -91,8 +91,8 @@ class PinocchioRobot(RobotModel):
             self._given[place] = rotor.ratio * self._given[places[rotor.joint]]
             if meshes and rotor.mesh:
                 self._given[place, column] = 1 / rotor.mesh.pinion_base_radius_m
-                driven = places[rotor.joint]
-                self._meshes.append(MeshConnection(column, place, driven, rotor.ratio, rotor.mesh))
+                moving = places[rotor.joint]
+                self._meshes.append(MeshConnection(column, place, moving, rotor.ratio, rotor.mesh))
                 if rotor.joint in free:
                     motors[free.index(rotor.joint)] = 0.0
                     motors[free.index(rotor.joint), place] = 1 / rotor.ratio
@@ -260,10 +260,10 @@ class PinocchioRobot(RobotModel):
     def _passive_forces(self, q: np.ndarray, v: np.ndarray, t: float = 0.0) -> np.ndarray:
         """Generalized forces (states, n) of friction and meshes at time t [s]."""
         efforts = -self._tree.damping * (v @ self._given.T)
-        for column, rotor_place, driven_place, ratio, mesh in self._meshes:
+        for column, rotor_place, joint_place, ratio, mesh in self._meshes:
             force = _tooth_force(mesh, q[:, column], v[:, column])
             efforts[:, rotor_place] -= mesh.pinion_base_radius_m * force
-            efforts[:, driven_place] += ratio * mesh.pinion_base_radius_m * force
+            efforts[:, joint_place] += ratio * mesh.pinion_base_radius_m * force
         still = np.zeros(self._tree.nv)
         for at, rate, effort in zip(q, v, efforts, strict=True) if self._link_places else ():
             if self._laws.mesh_work == "conservative":
