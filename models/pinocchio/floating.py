@@ -91,7 +91,7 @@ class PinocchioFloating(PinocchioCoupled):
         cube = self._base
         base = FLOATING_BASE.format(cube.mass_kg, -cube.side_m / 2, cube.inertia_kg_m2)
         urdf = robot.urdf.replace("</robot>", base)
-        return build_robot(robot.content, urdf, robot.name, robot.name), level
+        return build_robot(robot.content, urdf, robot.name, robot.name, is_bounded=False), level
 
     def driving_torques(self, time: np.ndarray, q: np.ndarray, v: np.ndarray) -> np.ndarray:
         """Output-side torques (states, n) [N m] of the motors; none on the base."""

@@ -51,7 +51,7 @@ def build_planar_robot(arm: Arm, *, has_gears: bool = True) -> Robot:
     """
     text = write_arm_as_robot(arm, "arm.urdf", has_gears=has_gears)
     file = validate_record(RobotFile, parse_toml(text.file), arm.name)
-    return build_robot(file, text.urdf, arm.name, arm.name)
+    return build_robot(file, text.urdf, arm.name, arm.name, is_bounded=False)
 
 
 @lru_cache(maxsize=64)
