@@ -128,3 +128,18 @@ def test_cost_takes_an_arm_as_the_robot_that_is_written_of_it(crosscheck, tmp_pa
     )
     left_out, expected = robots[0] - robots[1], planar[0] - planar[1]
     assert np.abs(left_out - expected).max() <= 1e-9 * np.abs(expected).max()
+
+
+@pytest.mark.parametrize("model", ["pinocchio:gears", "exudyn:tree"])
+def test_engines_have_arms_that_no_robots_file_may_state(model):
+    """A link of 1e10 kg, as checks lock a stage by one."""
+    arm = load_selection("probe").arm
+    link = arm.links[0].model_copy(update={"density_kg_per_m3": 1e13})
+    arm = arm.model_copy(update={"links": (link, *arm.links[1:])})
+    assert link.mass > 1e10
+    q = np.full(6, 1e-4)
+    found, expected = (
+        build(each, arm, make_rest_scenario()).mass_matrix(q)
+        for each in (model, "analytic:physical")
+    )
+    assert np.abs(found - expected).max() <= 1e-12 * np.abs(expected).max()
