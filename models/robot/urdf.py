@@ -176,11 +176,12 @@ class _Reader:
             return UrdfLink(self.name, None)
         placement = self._placement(inertial)
         mass_at, inertia_at = inertial.find("mass"), inertial.find("inertia")
-        mass = self._number(mass_at, "mass.value", required=True)
-        if not 0 <= mass <= (HEAVIEST if is_bounded else np.inf):
+        most, heaviest = (LARGEST, HEAVIEST) if is_bounded else (np.inf, np.inf)
+        mass = self._number(mass_at, "mass.value", required=True, most=most)
+        if not 0 <= mass <= heaviest:
             raise self._error("mass.value", mass, f"must be 0 to {HEAVIEST:g} kg")
         six = tuple(
-            self._number(inertia_at, f"inertia.{key}", required=True)
+            self._number(inertia_at, f"inertia.{key}", required=True, most=most)
             for key in ("ixx", "ixy", "ixz", "iyy", "iyz", "izz")
         )
         if is_bounded and max(map(abs, six)) > LARGEST_INERTIA:
