@@ -165,7 +165,7 @@ _RIGID = Entry(_ANALYTIC, "Rigid", "rigid", RUNS, ANALYTIC_PACKAGES, order=4, ab
 _PAPER = "crosscheck.analytic.paper.model"
 _FORM = Entry(_PAPER, "", "form", RUNS, ANALYTIC_PACKAGES, order=4, covers=_is_papers)
 _PINOCCHIO = Entry(
-    "crosscheck.models.pinocchio.rigid", "Pinocchio", "rigid", BOTH_WAYS, ("pin",), call_s=3e-6
+    "crosscheck.models.pinocchio.arm", "Pinocchio", "rigid", BOTH_WAYS, ("pin",), call_s=3e-6
 )
 
 
@@ -197,7 +197,7 @@ BUILT_IN = {
     **_level_entries("analytic", _RIGID),
     **_level_entries("pinocchio", _PINOCCHIO),
     "pinocchio:gears": Entry(
-        "crosscheck.models.pinocchio.gears",
+        "crosscheck.models.pinocchio.arm",
         "PinocchioGears",
         "geared",
         STATES,

@@ -9,7 +9,6 @@ from benchmarks.suite.rows import Row
 from benchmarks.suite.timing import divide_times, print_progress, run_in_turn
 from crosscheck.models.arm.planets import usual_switches
 from crosscheck.models.exudyn.engine import Engine
-from crosscheck.models.exudyn.tree.parts import build_bodies
 from crosscheck.models.exudyn.tree.tree import ExudynTree
 from crosscheck.models.loading import load_case
 
@@ -39,7 +38,7 @@ class ForceFreeTree(ExudynTree):
 
     @cached_property
     def _driven_engine(self) -> Engine:
-        return Engine(build_bodies(self.arm), None, [0.0], self.arm.gravity_m_per_s2)
+        return Engine(self.bodies, None, [0.0], self.arm.gravity_m_per_s2)
 
 
 REDUCED_TREES: dict[str, type[ExudynTree]] = {

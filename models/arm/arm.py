@@ -2,8 +2,8 @@
 
 Radii, ratios and inertias are worked out by each model on its own side. The arithmetic here decides
 whether a gear set can be assembled at all, and whether numbers of 16 digits can hold the arm's
-inertias beside each other; ``Link.mass`` and ``Link.inertia`` are for users, and no model reads
-them.
+inertias beside each other; ``Link.mass`` and ``Link.inertia`` are for users, and for the robot that
+an arm is written as.
 """
 
 from __future__ import annotations

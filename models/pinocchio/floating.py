@@ -11,13 +11,14 @@ from dataclasses import dataclass
 from typing import TYPE_CHECKING
 
 import numpy as np
-import pinocchio as pin
 
 from crosscheck.models.arm.arm import Arm
 from crosscheck.models.errors import InputError
 from crosscheck.models.experiment.scenario import Scenario
 from crosscheck.models.interface import STATE_ABILITIES
-from crosscheck.models.pinocchio.rigid import PinocchioCoupled
+from crosscheck.models.pinocchio.arm import PinocchioCoupled
+from crosscheck.models.robot.file import build_robot
+from crosscheck.models.robot.robot import Level, Robot
 from crosscheck.models.trajectory import recorded_times, trajectory
 
 if TYPE_CHECKING:
@@ -27,6 +28,19 @@ if TYPE_CHECKING:
 # Of DOP853: keeps the momenta of the paper's runs, of order 100 N s and N m s, to 1e-6.
 RELATIVE_TOLERANCE = 1e-9
 BASE_COORDINATES = ("base_x", "base_y", "base_angle")
+# Two slides and a pin that carry an arm's base, and the cube on it: mass, centre along x, inertia.
+FLOATING_BASE = """\
+<link name="ground"/><link name="slide_x"/><link name="slide_y"/>
+<joint name="base_x" type="prismatic"><parent link="ground"/><child link="slide_x"/>
+  <axis xyz="1 0 0"/><limit lower="-1e9" upper="1e9" effort="1e9" velocity="1e9"/></joint>
+<joint name="base_y" type="prismatic"><parent link="slide_x"/><child link="slide_y"/>
+  <axis xyz="0 1 0"/><limit lower="-1e9" upper="1e9" effort="1e9" velocity="1e9"/></joint>
+<joint name="base_angle" type="continuous"><parent link="slide_y"/><child link="base"/>
+  <axis xyz="0 0 1"/></joint>
+<joint name="to_cube" type="fixed"><parent link="base"/><child link="cube"/></joint>
+<link name="cube"><inertial><origin xyz="{1!r} 0 0"/><mass value="{0!r}"/>
+  <inertia ixx="{2!r}" ixy="0" ixz="0" iyy="{2!r}" iyz="0" izz="{2!r}"/></inertial></link>
+</robot>"""
 
 
 @dataclass(frozen=True)
@@ -59,7 +73,7 @@ class PinocchioFloating(PinocchioCoupled):
             raise InputError(arm.name, "gravity_m_per_s2", gravity, allowed)
         self._base = base
         super().__init__(arm, scenario)
-        self._friction = np.concatenate((np.zeros(3), self._friction))
+        self.order = self._back = np.arange(len(self.coordinates))
 
     @property
     def coordinates(self) -> tuple[str, ...]:
@@ -69,11 +83,19 @@ class PinocchioFloating(PinocchioCoupled):
     @property
     def arm_mass_kg(self) -> float:
         """Mass of all but the cube: links, payload and the joints' gears, rings included."""
-        return float(sum(body.mass for body in self._tree.inertias)) - self._base.mass_kg
+        return float(sum(body.mass for body in self.model.robot.bodies)) - self._base.mass_kg
 
-    def driving_torques(self, t: float, q: np.ndarray, v: np.ndarray) -> np.ndarray:
-        """Output-side torques [N m] of the motors at time t [s], shape (n,); none on the base."""
-        return np.array([0.0, 0.0, 0.0, *super().driving_torques(t, q[3:], v[3:])])
+    def find_robot(self) -> tuple[Robot, Level]:
+        """The robot that the arm is, its base on two slides and a pin. Raises InputError."""
+        robot, level = super().find_robot()
+        cube = self._base
+        base = FLOATING_BASE.format(cube.mass_kg, -cube.side_m / 2, cube.inertia_kg_m2)
+        urdf = robot.urdf.replace("</robot>", base)
+        return build_robot(robot.content, urdf, robot.name, robot.name, is_bounded=False), level
+
+    def driving_torques(self, time: np.ndarray, q: np.ndarray, v: np.ndarray) -> np.ndarray:
+        """Output-side torques (states, n) [N m] of the motors; none on the base."""
+        return np.pad(super().driving_torques(time, q[:, 3:], v[:, 3:]), ((0, 0), (3, 0)))
 
     def simulate(self) -> xr.Dataset:
         """Run the scenario from rest of the base, by DOP853. Raises Diverged.
@@ -83,50 +105,22 @@ class PinocchioFloating(PinocchioCoupled):
         """
         time = recorded_times(self.scenario)
         q, v = self._integrate(time, RELATIVE_TOLERANCE)
-        states = list(zip(time, q, v, strict=True))
+        torque = self.driving_torques(time, q, v)
         run = trajectory(
             self,
             time,
             theta=q[:, 3:],
             theta_dot=v[:, 3:],
-            theta_ddot=np.array([self.acceleration(*state)[3:] for state in states]),
-            torque=np.array([self.driving_torques(*state)[3:] for state in states]),
+            theta_ddot=self.model.forward_dynamics(q, v, torque)[:, 3:],
+            torque=torque[:, 3:],
         )
-        momentum = np.array([self.momentum(*state[1:]) for state in states])
+        # Linear along x and y, angular about z.
+        momentum = self.model.momentum(q, v)[:, [0, 1, 5]]
         return run.assign(
             base=(("time", "coordinate"), q[:, :3]), momentum=(("time", "component"), momentum)
         )
-
-    def momentum(self, q: np.ndarray, v: np.ndarray) -> np.ndarray:
-        """Linear x, y [N s] and angular [N m s] momentum about the inertial origin, shape (3,).
-
-        The base's rows of M v are the momenta along its own coordinates: the joints that carry it
-        slide along the inertial axes and turn about the base frame's origin.
-        """
-        push_x, push_y, turn = (self.mass_matrix(q) @ v)[:3]
-        return np.array([push_x, push_y, turn + q[0] * push_y - q[1] * push_x])
 
     def _start(self) -> tuple[np.ndarray, np.ndarray]:
         """Coordinates and rates (n,) at t = 0: the base is at rest where its frame is inertial."""
         angles, rates = super()._start()
         return np.pad(angles, (3, 0)), np.pad(rates, (3, 0))
-
-    def _build(self) -> pin.Model:
-        """Build the tree of the arm on a body that slides along x and y and turns about z."""
-        tree = pin.Model()
-        tree.gravity.linear = np.zeros(3)
-        body = 0
-        for name, joint in zip(
-            BASE_COORDINATES,
-            (pin.JointModelPX(), pin.JointModelPY(), pin.JointModelRZ()),
-            strict=True,
-        ):
-            body = tree.addJoint(body, joint, pin.SE3.Identity(), name)
-        cube = pin.Inertia(
-            self._base.mass_kg,
-            np.array([-self._base.side_m / 2, 0.0, 0.0]),
-            np.eye(3) * self._base.inertia_kg_m2,
-        )
-        tree.appendBodyToJoint(body, cube, pin.SE3.Identity())
-        shoulder = pin.Frame("shoulder", body, pin.SE3.Identity(), pin.FrameType.OP_FRAME)
-        return pin.appendModel(tree, super()._build(), tree.addFrame(shoulder), pin.SE3.Identity())

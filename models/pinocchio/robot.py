@@ -1,10 +1,10 @@
 """A robot in Pinocchio, which reads the URDF itself; rotors are bodies of its tree.
 
 The tree's joints that are not free (those that mimic, and rotors) follow from the coordinates by a
-constant matrix G: M = G' M_tree G, and so for the torques. A mesh pushes bodies of the tree: rotor
-and stator, and the two that its joint connects. Every planet of a stage is a body on the carrier,
-which sun and ring push at the pitch points. Friction is that of the tree's joints, of which no
-algorithm of Pinocchio's takes notice.
+constant matrix G: M = G' M_tree G, and so for the torques. A rotor's mesh turns it against its
+stator, and the two bodies that its joint connects. Every planet of a stage is a body on the
+carrier, which sun and ring push at the pitch points. Friction is that of the tree's joints, of
+which no algorithm of Pinocchio's takes notice.
 """
 
 from __future__ import annotations
@@ -14,6 +14,7 @@ from typing import NamedTuple
 import numpy as np
 import pinocchio as pin
 
+from crosscheck.models.experiment.scenario import Switches
 from crosscheck.models.pinocchio.meshes import Engagement, MeshForces, find_contacts
 from crosscheck.models.pinocchio.tree import (
     TreeStage,
@@ -37,22 +38,27 @@ from crosscheck.models.robot.robot import (
 
 
 class MeshConnection(NamedTuple):
-    """Where a mesh acts: column of its x; joints of the tree, the rotor's and the one it moves."""
+    """Where a mesh acts: column of its x; places in the tree of the rotor and of its joint."""
 
     column: int
-    rotor_joint: int
-    driven_joint: int
+    rotor_place: int
+    joint_place: int
     ratio: float
     mesh: RotorMesh
 
 
 class PinocchioRobot(RobotModel):
-    """Pinocchio's algorithms on the tree of its own URDF parser."""
+    """Pinocchio's algorithms on the tree of its own URDF parser.
+
+    ``bodies`` are the names of the tree's bodies, each that of its joint, the base first.
+    laws: of the planets' meshes.
+    """
 
     name = "pinocchio"
 
-    def __init__(self, robot: Robot, level: Level) -> None:
+    def __init__(self, robot: Robot, level: Level, laws: Switches = MESH_LAWS) -> None:
         super().__init__(robot, level)
+        self._laws = laws
         self._tree = pin.buildModelFromXML(robot.urdf)
         missing = [j.name for j in robot.joints if not self._tree.existJointName(j.name)]
         if missing or self._tree.njoints != len(robot.joints) + 1:
@@ -66,15 +72,16 @@ class PinocchioRobot(RobotModel):
         free, meshes = robot.coordinates, robot.meshes if level == "geared" else ()
         geared = robot.stages if level in WITH_ROTORS else ()
         stages = [self._add_stage(stage, moving_joints[stage.joint]) for stage in geared]
+        self.bodies = tuple(self._tree.names)
         springs = robot.mesh_coordinates if level == "geared" else 0
         self._offset = np.zeros(self._tree.nv)
         self._given = np.zeros((self._tree.nv, len(free) + springs))  # G
-        self._motors = np.zeros((len(free), self._tree.nv))  # efforts in the tree, per torque
+        motors = np.zeros((len(free), self._tree.nv))  # efforts in the tree, per torque
         self._meshes: list[MeshConnection] = []
         for place, joint in zip(places, robot.joints, strict=True):
             if joint.mimic is None:
                 number = free.index(robot.joints.index(joint))
-                self._given[place, number] = self._motors[number, place] = 1.0
+                self._given[place, number] = motors[number, place] = 1.0
         for place, joint in zip(places, robot.joints, strict=True):
             if joint.mimic is not None:
                 self._given[place] = joint.mimic.multiplier * self._given[places[joint.mimic.joint]]
@@ -84,13 +91,11 @@ class PinocchioRobot(RobotModel):
             self._given[place] = rotor.ratio * self._given[places[rotor.joint]]
             if meshes and rotor.mesh:
                 self._given[place, column] = 1 / rotor.mesh.pinion_base_radius_m
-                connection = MeshConnection(
-                    column, rotor_joint, moving_joints[rotor.joint], rotor.ratio, rotor.mesh
-                )
-                self._meshes.append(connection)
+                moving = places[rotor.joint]
+                self._meshes.append(MeshConnection(column, place, moving, rotor.ratio, rotor.mesh))
                 if rotor.joint in free:
-                    self._motors[free.index(rotor.joint)] = 0.0
-                    self._motors[free.index(rotor.joint), place] = 1 / rotor.ratio
+                    motors[free.index(rotor.joint)] = 0.0
+                    motors[free.index(rotor.joint), place] = 1 / rotor.ratio
         rows: list[np.ndarray] = []  # x of each contact by the coordinates
         for stage, wheels, columns in zip(geared, stages, robot.stage_columns, strict=False):
             gears, link = stage.gears, self._given[places[stage.joint]]
@@ -109,12 +114,16 @@ class PinocchioRobot(RobotModel):
             if level != "geared":
                 continue
             if stage.joint in free:
-                self._motors[free.index(stage.joint)] = 0.0
-                self._motors[free.index(stage.joint), sun] = 1 / sun_turns(gears)
-        self._displacements = np.array(rows)
+                motors[free.index(stage.joint)] = 0.0
+                motors[free.index(stage.joint), sun] = 1 / sun_turns(gears)
+        self._drive = motors @ self._given
+        self._displacements = np.reshape(rows, (len(rows), len(free) + springs))
         elastic = zip(geared, stages, strict=True) if level == "geared" else ()
         contacts = find_contacts((stage.gears, wheels) for stage, wheels in elastic)
-        self._mesh_law = MeshForces(contacts, MESH_LAWS)
+        self._mesh_law = MeshForces(contacts, laws)
+        links = self._mesh_law.meshes.link.tolist()
+        self._axes = np.reshape([self._axis(link) for link in links], (len(links), 3))
+        self._link_places = [self._tree.joints[link].idx_v for link in links]
         armature = np.zeros(self._tree.nv)
         if level != "links":
             armature[places] = [joint.armature for joint in robot.joints]
@@ -132,6 +141,7 @@ class PinocchioRobot(RobotModel):
         self._weightless.gravity.linear = np.zeros(3)
         self._data = self._tree.createData()
         self._home = pin.neutral(self._tree)
+        self._is_depth_first = self._tree.check(self._data)
 
     def _add_rotor(self, rotor: Rotor, number: int) -> int:
         """Add a rotor's body to the tree; returns its joint."""
@@ -143,26 +153,35 @@ class PinocchioRobot(RobotModel):
 
     def _add_stage(self, stage: JointStage, link: int) -> TreeStage:
         """Add sun and planets of a joint of the tree."""
-        axis = np.ravel(self._tree.createData().joints[link].S)[3:]
-        out = np.cross(axis, np.eye(3)[np.argmin(np.abs(axis))])
+        axis = self._axis(link)
+        across = np.argmin(np.abs(axis))
+        out = np.eye(3)[across] - axis[across] * axis
         return add_wheels(self._tree, stage.gears, link, axis, out / np.linalg.norm(out))
 
-    def mass_matrix(self, q: np.ndarray) -> np.ndarray:
-        """Mass matrix (states, n, n), column by column by recursive Newton-Euler.
+    def _axis(self, joint: int) -> np.ndarray:
+        """Axis (3,) of a joint of the tree that turns, in its body's frame."""
+        return np.ravel(self._tree.createData().joints[joint].S)[3:]
 
-        The composite algorithm wants depth-first joints, which the rotors are not.
+    def mass_matrix(self, q: np.ndarray) -> np.ndarray:
+        """Mass matrix (states, n, n), by the composite algorithm if joints are depth-first.
+
+        Rotors may not be; then column by column, by recursive Newton-Euler.
         """
+        configurations = self._configurations(q)
+        if self._is_depth_first:
+            trees = [pin.crba(self._tree, self._data, at).copy() for at in configurations]
+            return self._given.T @ np.array(trees) @ self._given
         still = np.zeros(self._tree.nv)
         columns = [
             [pin.rnea(self._weightless, self._data, at, still, column) for column in self._given.T]
-            for at in self._configurations(q)
+            for at in configurations
         ]
         torques: np.ndarray = np.array(columns).transpose(0, 2, 1)
         return self._given.T @ torques
 
     def bias(self, q: np.ndarray, v: np.ndarray) -> np.ndarray:
-        """Coriolis and centrifugal torques (states, n), by recursive Newton-Euler."""
-        return self._torques(self._weightless, q, v, np.zeros_like(v))
+        """Coriolis and centrifugal torques (states, n), by Pinocchio's nonlinear effects."""
+        return self._holding_torques(self._weightless, q, v)
 
     def gravity(self, q: np.ndarray) -> np.ndarray:
         """Torques that hold the weights (states, n), by Pinocchio's own function for it."""
@@ -174,31 +193,25 @@ class PinocchioRobot(RobotModel):
 
     def inverse_dynamics(self, q: np.ndarray, v: np.ndarray, a: np.ndarray) -> np.ndarray:
         """Generalized forces of a motion (states, n), by recursive Newton-Euler."""
-        return self._torques(self._tree, q, v, a, include_passive=True)
-
-    def forward_dynamics(self, q: np.ndarray, v: np.ndarray, torques: np.ndarray) -> np.ndarray:
-        """Accelerations under torques of motors (states, n).
-
-        By the articulated body algorithm where every joint of the tree is free, else solved with M.
-        """
-        efforts = torques @ self._motors
-        if self._given.shape[0] > self._given.shape[1]:
-            held = self._torques(self._tree, q, v, np.zeros_like(v), include_passive=True)
-            left = efforts @ self._given - held
-            return np.linalg.solve(self.mass_matrix(q), left[:, :, None])[:, :, 0]
-        rates = v @ self._given.T
-        rows = zip(
-            self._configurations(q),
-            rates,
-            efforts - self._tree.damping * rates,
-            self._mesh_wrenches(q, v),
-            strict=True,
-        )
-        solved = [
-            pin.aba(self._tree, self._data, at, rate, effort, *push).copy()
-            for at, rate, effort, push in rows
+        moving = self._configurations(q), v @ self._given.T, a @ self._given.T
+        torques = [
+            pin.rnea(self._tree, self._data, *motion) for motion in zip(*moving, strict=True)
         ]
-        return np.linalg.solve(self._given, np.transpose(solved)).T
+        return np.array(torques) @ self._given - self._passive_forces(q, v)
+
+    def generalized_force(
+        self, t: float, q: np.ndarray, v: np.ndarray, torques: np.ndarray
+    ) -> np.ndarray:
+        """Torques of motors, meshes, friction and weights at time t [s], (states, n)."""
+        return torques @ self._drive + self._passive_forces(q, v, t) - self.gravity(q)
+
+    def forward_dynamics(
+        self, q: np.ndarray, v: np.ndarray, torques: np.ndarray, t: float = 0.0
+    ) -> np.ndarray:
+        """Accelerations under torques of motors (states, n) at time t [s], solved with M."""
+        left = torques @ self._drive + self._passive_forces(q, v, t)
+        left -= self._holding_torques(self._tree, q, v)
+        return np.linalg.solve(self.mass_matrix(q), left[:, :, None])[:, :, 0]
 
     def energy(self, q: np.ndarray, v: np.ndarray) -> np.ndarray:
         """Kinetic energy and that of the weights (states,) [J], by Pinocchio's own functions.
@@ -238,96 +251,83 @@ class PinocchioRobot(RobotModel):
             pin.integrate(self._tree, self._home, each) for each in q @ self._given.T + self._offset
         ]
 
-    def _torques(
-        self,
-        tree: pin.Model,
-        q: np.ndarray,
-        v: np.ndarray,
-        a: np.ndarray,
-        include_passive: bool = False,
-    ) -> np.ndarray:
-        rates = v @ self._given.T
-        mesh_wrenches = self._mesh_wrenches(q, v) if include_passive else [()] * len(q)
-        rows = zip(
-            self._configurations(q),
-            rates,
-            a @ self._given.T,
-            mesh_wrenches,
-            strict=True,
-        )
-        torques = np.array(
-            [pin.rnea(tree, self._data, at, *moving, *push) for at, *moving, push in rows]
-        )
-        if include_passive:
-            torques += self._tree.damping * rates
-        return torques @ self._given
+    def _holding_torques(self, tree: pin.Model, q: np.ndarray, v: np.ndarray) -> np.ndarray:
+        """Generalized forces (states, n) against which no coordinate of a tree accelerates."""
+        states = zip(self._configurations(q), v @ self._given.T, strict=True)
+        torques = [pin.nle(tree, self._data, *state).copy() for state in states]
+        return np.array(torques) @ self._given
 
-    def _mesh_wrenches(self, q: np.ndarray, v: np.ndarray) -> list[tuple[pin.StdVec_Force, ...]]:
-        """Wrenches of the meshes on all bodies, for each state; empty where there is no mesh."""
-        if not self._meshes and not self._displacements.size:
-            return [()] * len(q)
-        state_wrenches = []
-        for at, coordinates, rate in zip(self._configurations(q), q, v, strict=True):
-            pin.forwardKinematics(self._tree, self._data, at)
-            wrenches = pin.StdVec_Force()
-            wrenches.extend([pin.Force.Zero()] * self._tree.njoints)
-            for column, rotor_joint, driven_joint, ratio, mesh in self._meshes:
-                moment = (
-                    _tooth_force(mesh, coordinates[column], rate[column])
-                    * mesh.pinion_base_radius_m
-                )
-                for joint, effort in ((rotor_joint, -moment), (driven_joint, ratio * moment)):
-                    self._turn(joint, effort, wrenches)
-            if self._displacements.size:
-                self._press(coordinates, rate, wrenches)
-            state_wrenches.append((wrenches,))
-        return state_wrenches
+    def _passive_forces(self, q: np.ndarray, v: np.ndarray, t: float = 0.0) -> np.ndarray:
+        """Generalized forces (states, n) of friction and meshes at time t [s]."""
+        efforts = -self._tree.damping * (v @ self._given.T)
+        for column, rotor_place, joint_place, ratio, mesh in self._meshes:
+            force = _tooth_force(mesh, q[:, column], v[:, column])
+            efforts[:, rotor_place] -= mesh.pinion_base_radius_m * force
+            efforts[:, joint_place] += ratio * mesh.pinion_base_radius_m * force
+        still = np.zeros(self._tree.nv)
+        for at, rate, effort in zip(q, v, efforts, strict=True) if self._link_places else ():
+            if self._laws.mesh_work == "conservative":
+                turned = self._mesh_law.phase_torques(self._engage(t, at, rate))
+                np.add.at(effort, self._link_places, turned)
+            pushes = self._local_wrenches(self.contact_wrenches(t, at, rate))
+            # At rest and weightless, the joints must hold what the contacts exert.
+            (pose,) = self._configurations(at[None])
+            effort -= pin.rnea(self._weightless, self._data, pose, still, still, pushes)
+        return efforts @ self._given
 
     def stage_forces(self, q: np.ndarray) -> np.ndarray:
         """Forces (states, meshes) [N] of the springs of all contacts."""
         still = np.zeros(len(self._displacements))
-        forces = [self._mesh_law.forces(self._engage(at), still) for at in q if still.size]
+        forces = [self._mesh_law.forces(self._engage(0.0, at, 0 * at), still) for at in q]
         return np.reshape(forces, (len(q), still.size))
 
-    def _engage(self, q: np.ndarray) -> Engagement:
-        """How the teeth of all contacts stand at coordinates (n,)."""
-        teeth = self._mesh_law.meshes
-        places = [self._tree.joints[link].idx_v for link in teeth.link.tolist()]
-        phase = teeth.rate * (self._given[places] @ q + self._offset[places]) + teeth.phase
-        return self._mesh_law.engage(phase, self._displacements @ q)
+    def contact_wrenches(self, t: float, q: np.ndarray, v: np.ndarray) -> np.ndarray:
+        """Sum of the planets' contact forces on each of ``bodies``, damping included, (bodies, 6).
 
-    def _turn(self, joint: int, effort: float, wrenches: pin.StdVec_Force) -> None:
-        """Add an effort about a joint to the wrenches on its body and the one before."""
-        wrench = pin.Force(self._data.joints[joint].S * effort)
-        wrenches[joint] += wrench
-        wrenches[self._tree.parents[joint]] -= self._data.liMi[joint].act(wrench)
-
-    def _press(self, q: np.ndarray, v: np.ndarray, wrenches: pin.StdVec_Force) -> None:
-        """Add the contacts of planets in a state, at the poses of the tree's data.
-
-        They push along the pitch circles: what they push outwards does no work.
+        At time t [s] in the state q, v (n,). Force [N], and moment about the base's origin [N m],
+        along the base's axes. What teeth push outwards does no work.
         """
-        teeth, poses = self._mesh_law.meshes, self._data.oMi
-        bodies = [column.tolist() for column in (teeth.link, teeth.planet, teeth.central)]
-        engaged = self._engage(q)
-        force = self._mesh_law.forces(engaged, self._displacements @ v)
-        turned = self._mesh_law.phase_torques(engaged)
-        for number, (link, planet, central) in enumerate(zip(*bodies, strict=True)):
-            centre = poses[link].translation
-            line = poses[planet].translation - centre
-            outward = line / np.linalg.norm(line)
-            axis = poses[link].rotation @ np.ravel(self._data.joints[link].S)[3:]
-            push = force[number] * teeth.cosine[number] * (pin.skew(axis) @ outward)
-            point = centre + teeth.pitch[number] * line
-            wrench = pin.Force(push, pin.skew(point) @ push)
-            wrenches[planet] += poses[planet].actInv(wrench)
-            wrenches[central] -= poses[central].actInv(wrench)
-            self._turn(link, turned[number], wrenches)
+        teeth = self._mesh_law.meshes
+        force = self._mesh_law.forces(self._engage(t, q, v), self._displacements @ v)
+        (at,) = self._configurations(q[None])
+        pin.forwardKinematics(self._tree, self._data, at)
+        places, turns = (
+            np.array([getattr(pose, part) for pose in self._data.oMi])
+            for part in ("translation", "rotation")
+        )
+        centre, line = places[teeth.link], places[teeth.planet] - places[teeth.link]
+        outward = line / np.linalg.norm(line, axis=1)[:, None]
+        axes = np.einsum("mij,mj->mi", turns[teeth.link], self._axes)
+        # Pressed on either flank, teeth are driven out of mesh: the planet away from the sun, but
+        # away from the ring towards the axis.
+        along = teeth.cosine * force, teeth.side * teeth.sine * np.abs(force)
+        push = along[0][:, None] * np.cross(axes, outward) + along[1][:, None] * outward
+        contact = centre + teeth.pitch[:, None] * line
+        on_planets = np.hstack([push, np.cross(contact, push)])
+        wrenches = np.zeros((self._tree.njoints, 6))
+        np.add.at(wrenches, teeth.planet, on_planets)
+        np.subtract.at(wrenches, teeth.central, on_planets)
+        return wrenches
+
+    def _local_wrenches(self, wrenches: np.ndarray) -> pin.StdVec_Force:
+        """Wrenches on the bodies in each one's own frame, at the poses of the tree's data."""
+        local = pin.StdVec_Force()
+        for pose, wrench in zip(self._data.oMi, wrenches, strict=True):
+            local.append(pose.actInv(pin.Force(wrench)))
+        return local
+
+    def _engage(self, t: float, q: np.ndarray, v: np.ndarray) -> Engagement:
+        """How the teeth of all contacts stand at time t [s] in a state (n,)."""
+        teeth, places = self._mesh_law.meshes, self._link_places
+        if self._laws.phase == "angle":
+            turned = self._given[places] @ q + self._offset[places]
+        else:
+            turned = self._given[places] @ v * t
+        return self._mesh_law.engage(teeth.rate * turned + teeth.phase, self._displacements @ q)
 
 
-def _tooth_force(mesh: RotorMesh, x: float, rate: float) -> float:
-    """Force of the pinion on the wheel [N], positive where the pinion is ahead."""
-    if abs(x) <= mesh.backlash_m:
-        return 0.0
-    deflection = x - mesh.backlash_m if x > 0 else x + mesh.backlash_m
-    return mesh.stiffness_N_per_m * deflection + mesh.damping_N_s_per_m * rate
+def _tooth_force(mesh: RotorMesh, x: np.ndarray, rate: np.ndarray) -> np.ndarray:
+    """Forces (states,) of the pinion on the wheel [N], positive where the pinion is ahead."""
+    deflection = x - np.clip(x, -mesh.backlash_m, mesh.backlash_m)
+    force = mesh.stiffness_N_per_m * deflection + mesh.damping_N_s_per_m * rate
+    return np.where(np.abs(x) > mesh.backlash_m, force, 0.0)

@@ -1,8 +1,4 @@
-"""The bodies of the geared arm in Pinocchio: links, suns and planets, without meshes or gravity.
-
-The tree's own joint angles (link relative to link, planet relative to its carrier, sun relative to
-the previous link) are mapped linearly to those of a layout (Eqs. 2, 3, 20).
-"""
+"""Suns and planets as bodies of a tree in Pinocchio, without masses: what they turn, and spin."""
 
 from __future__ import annotations
 
@@ -12,78 +8,18 @@ from typing import NamedTuple
 import numpy as np
 import pinocchio as pin
 
-from crosscheck.models.arm.arm import Arm, Direct, Link, Planetary
 from crosscheck.models.arm.gears import PlanetaryGears
-from crosscheck.models.arm.layout import Layout
 
-AXIS_X, _, AXIS = np.eye(3)  # along a planar link, and about which its joint turns
+AXIS = np.array([0.0, 0.0, 1.0])  # about which Pinocchio has a joint of its own
 
 
 class TreeStage(NamedTuple):
-    """Bodies of one joint in the tree; 0 is the base. Body b turns by tree coordinate b - 1.
-
-    ``driven`` is the body that the motor turns against the previous one: the sun or, without gears,
-    the link itself.
-    """
+    """Bodies of one joint in the tree, 0 the base; ``driven`` is the sun."""
 
     previous: int
     link: int
     planets: tuple[int, ...]
     driven: int
-
-
-def build_links(arm: Arm) -> pin.Model:
-    """The links of an arm, body i turned by joint i, and its payload, without gravity."""
-    tree = pin.Model()
-    tree.gravity.linear = np.zeros(3)
-    reach = 0.0
-    for number, link in enumerate(arm.links, 1):
-        add_body(tree, number - 1, (reach, 0.0), f"link_{number}")
-        attach(tree, number, *mass_and_inertia(link), link.com_m)
-        reach = link.length_m
-    attach(tree, len(arm.links), arm.payload_mass_kg, 0.0, reach)
-    return tree
-
-
-def build_tree(arm: Arm) -> tuple[pin.Model, list[TreeStage]]:
-    """The tree without gravity, and every joint's bodies in it, from the base to the tip.
-
-    All links come first, then each joint's gears from the tip inwards: in this order every subtree
-    is complete before the next begins (depth-first).
-    """
-    tree = build_links(arm)
-    stages = []
-    for link, joint in reversed(list(enumerate(arm.joints, 1))):
-        if isinstance(joint, Planetary):
-            stages.append(_add_joint(tree, joint, link))
-        else:
-            attach_motor(tree, link, joint)
-            stages.append(TreeStage(link - 1, link, (), link))
-    return tree, stages[::-1]
-
-
-def map_to_tree(arm: Arm, stages: list[TreeStage], layout: Layout) -> np.ndarray:
-    """Matrix from a layout's coordinates to the tree's angles, shape (angles, coordinates).
-
-    The sun turns by theta_s; the planet, by -theta_p in the previous body, turns by -theta_p -
-    theta in its carrier. Eqs. 2 and 3 give r_p theta_p = x_pr + r_cp theta and r_s theta_s =
-    x_sp + x_pr + 2 r_cp theta, with r_cp = r_s + r_p; ratios of radii are those of tooth numbers.
-    There is one sun: by whichever planet it is reckoned, x_sp + x_pr is the same.
-    """
-    matrix = np.zeros((sum(len({s.link, s.driven, *s.planets}) for s in stages), len(layout)))
-    for i, (joint, stage) in enumerate(zip(arm.joints, stages, strict=True)):
-        theta = layout.at("theta", i)
-        matrix[stage.link - 1, theta] = 1
-        if isinstance(joint, Direct):
-            continue
-        r_s, r_p, _ = base_radii(joint)
-        advance = layout.displacement("x_sp", i, 0) + layout.displacement("x_pr", i, 0)
-        matrix[stage.driven - 1] = advance / r_s
-        matrix[stage.driven - 1, theta] = sun_turns(joint)
-        for number, planet in enumerate(stage.planets):
-            matrix[planet - 1] = -layout.displacement("x_pr", i, number) / r_p
-            matrix[planet - 1, theta] = planet_turns(joint)
-    return matrix
 
 
 def sun_turns(joint: PlanetaryGears) -> float:
@@ -102,23 +38,8 @@ def base_radii(joint: PlanetaryGears) -> tuple[float, float, float]:
     return half * joint.sun_teeth, half * joint.planet_teeth, half * joint.ring_teeth
 
 
-def _add_joint(tree: pin.Model, joint: Planetary, link: int) -> TreeStage:
-    """Add carrier, planets, ring and sun of the joint that turns a link."""
-    attach(tree, link, joint.carrier_mass_kg, carrier_inertia(joint))
-    attach_to_previous(tree, link, joint.ring_mass_kg, joint.ring_inertia_kg_m2)
-    stage = add_wheels(tree, joint, link)
-    for planet in stage.planets:
-        attach(tree, planet, joint.planet_mass_kg, 0.0)
-    attach(tree, stage.driven, joint.sun_mass_kg, 0.0)
-    return stage
-
-
 def add_wheels(
-    tree: pin.Model,
-    gears: PlanetaryGears,
-    link: int,
-    axis: np.ndarray = AXIS,
-    out: np.ndarray = AXIS_X,
+    tree: pin.Model, gears: PlanetaryGears, link: int, axis: np.ndarray, out: np.ndarray
 ) -> TreeStage:
     """Add planets and sun of the joint that turns a link, without masses.
 
@@ -151,13 +72,6 @@ def add_spinning_body(
 def carrier_radius(gears: PlanetaryGears) -> float:
     """Distance [m] of the planets' axes from the sun's."""
     return gears.module_m * (gears.sun_teeth + gears.planet_teeth) / 2
-
-
-def carrier_inertia(joint: Planetary) -> float:
-    """Inertia of the carrier [kg m^2], given or M r^2 of its equivalent mass M."""
-    given, mass = joint.carrier_inertia_kg_m2, joint.carrier_equivalent_mass_kg
-    r_s, r_p, _ = base_radii(joint)
-    return resolve_inertia_form(given, mass, (r_s + r_p) ** 2)
 
 
 def spin_inertias(gears: PlanetaryGears) -> tuple[float, float]:
@@ -193,40 +107,3 @@ def resolve_inertia_form(given: float | None, other: float | None, factor: float
         return given
     assert other is not None  # the arm has one of them
     return other * factor
-
-
-def mass_and_inertia(link: Link) -> tuple[float, float]:
-    """Mass [kg] of a link, and inertia about its centre of mass [kg m^2]; a rod is slender."""
-    if link.mass_kg is not None and link.inertia_kg_m2 is not None:
-        return link.mass_kg, link.inertia_kg_m2
-    assert link.density_kg_per_m3 is not None
-    assert link.cross_section_m2 is not None
-    mass = link.density_kg_per_m3 * link.cross_section_m2 * link.length_m
-    return mass, mass * link.length_m**2 / 12
-
-
-def add_body(tree: pin.Model, parent: int, place: tuple[float, float], name: str) -> int:
-    """Add a body that turns about z at (x, y) [m] of its parent; returns its number."""
-    placement = pin.SE3(np.eye(3), np.array([*place, 0.0]))
-    return tree.addJoint(parent, pin.JointModelRZ(), placement, name)
-
-
-def attach(tree: pin.Model, body: int, mass: float, inertia: float, x: float = 0.0) -> None:
-    """Add mass [kg] at x [m] along a body, with inertia [kg m^2] about z there.
-
-    In the plane only the inertia about z matters.
-    """
-    added = pin.Inertia(mass, np.array([x, 0.0, 0.0]), np.diag([0.0, 0.0, inertia]))
-    tree.appendBodyToJoint(body, added, pin.SE3.Identity())
-
-
-def attach_to_previous(tree: pin.Model, link: int, mass: float, inertia: float) -> None:
-    """Add mass [kg] and inertia [kg m^2] to the body before a link, where that one's joint is."""
-    place = tree.jointPlacements[link].translation[0]
-    attach(tree, tree.parents[link], mass, inertia, place)
-
-
-def attach_motor(tree: pin.Model, link: int, joint: Direct) -> None:
-    """Add the motor's mass to the end of the body before a link, its rotor to the link."""
-    attach(tree, link, 0.0, joint.rotor_inertia_kg_m2)
-    attach_to_previous(tree, link, joint.motor_mass_kg, 0.0)

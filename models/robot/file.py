@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import replace
-from functools import lru_cache
+from functools import lru_cache, partial
 from pathlib import Path
 from typing import Annotated, Any, ClassVar, Literal, get_args
 
@@ -193,19 +193,24 @@ def _urdf_path(name: str, file: RobotFile) -> Path:
     return folder / file.urdf
 
 
-def build_robot(file: RobotFile, text: str, where: str, urdf_where: str) -> Robot:
-    """The robot of its file and its URDF's text; the names are for messages. Raises InputError."""
+def build_robot(
+    file: RobotFile, text: str, where: str, urdf_where: str, *, is_bounded: bool = True
+) -> Robot:
+    """The robot of its file and its URDF's text; the names are for messages. Raises InputError.
+
+    is_bounded: as of ``read_urdf``.
+    """
     masses = {name: link.mass_kg for name, link in file.links.items()}
     is_damped = file.friction == "from-urdf"
-    urdf, (joints, bodies, frames, doubts) = _read_mechanism(text, urdf_where, is_damped=is_damped)
+    read = partial(_read_mechanism, text, urdf_where, is_damped, is_bounded)
+    urdf, (joints, bodies, frames, doubts) = read()
     if masses:
         heavy = [link.name for link in urdf.links if link.body is not None]
         for name in masses:
             if name not in heavy:
                 allowed = f"must be a link that has a mass: {', '.join(heavy)}"
                 raise InputError(where, "links", name, allowed)
-        changed = _read_mechanism(text, urdf_where, tuple(masses.items()), is_damped)
-        urdf, (joints, bodies, frames, doubts) = changed
+        urdf, (joints, bodies, frames, doubts) = read(tuple(masses.items()))
     if file.tip is not None and file.tip not in frames:
         raise InputError(where, "tip", file.tip, f"must be a link of {urdf_where}")
     moving = {joint.name: number for number, joint in enumerate(joints)}
@@ -240,10 +245,14 @@ def build_robot(file: RobotFile, text: str, where: str, urdf_where: str) -> Robo
 
 @lru_cache(maxsize=64)
 def _read_mechanism(
-    text: str, where: str, masses: tuple[tuple[str, float], ...] = (), is_damped: bool = False
+    text: str,
+    where: str,
+    is_damped: bool = False,
+    is_bounded: bool = True,
+    masses: tuple[tuple[str, float], ...] = (),
 ) -> tuple[Urdf, Tree]:
     """A URDF and its tree; kept, for robots of a study mostly share theirs. Raises InputError."""
-    urdf = read_urdf(text, where, dict(masses), include_damping=is_damped)
+    urdf = read_urdf(text, where, dict(masses), include_damping=is_damped, is_bounded=is_bounded)
     return urdf, build_tree(urdf, where)
 
 

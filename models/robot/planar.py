@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Iterator
+from functools import lru_cache
 from typing import NamedTuple
 from xml.sax.saxutils import quoteattr
 
@@ -50,13 +51,14 @@ def build_planar_robot(arm: Arm, *, has_gears: bool = True) -> Robot:
     """
     text = write_arm_as_robot(arm, "arm.urdf", has_gears=has_gears)
     file = validate_record(RobotFile, parse_toml(text.file), arm.name)
-    return build_robot(file, text.urdf, arm.name, arm.name)
+    return build_robot(file, text.urdf, arm.name, arm.name, is_bounded=False)
 
 
+@lru_cache(maxsize=64)
 def build_level_robots(arm: Arm) -> dict[str, tuple[Robot, Level]]:
-    """The robot of each rigid level of an arm, and the robot's own level that it is.
+    """The robot of each level of an arm, and the robot's own level that it is.
 
-    Raises InputError.
+    Kept, since every model of an arm asks for it. Raises InputError.
     """
     bare, whole = (build_planar_robot(arm, has_gears=has_gears) for has_gears in (False, True))
     return {
@@ -64,6 +66,7 @@ def build_level_robots(arm: Arm) -> dict[str, tuple[Robot, Level]]:
         "carriers": (whole, "links"),
         "armature": (whole, "armature"),
         "coupled": (whole, "coupled"),
+        "geared": (whole, "geared"),
     }
 
 

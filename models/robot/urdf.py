@@ -85,10 +85,12 @@ def read_urdf(
     masses: Mapping[str, float] | None = None,
     *,
     include_damping: bool = False,
+    is_bounded: bool = True,
 ) -> Urdf:
     """The links and joints of a URDF; masses [kg]: in place of its own, by links' names.
 
-    include_damping: whether the damping of joints is read. Raises InputError.
+    include_damping: whether the damping of joints is read; is_bounded: whether masses and inertias
+    must be those of robots, which an arm with a locked joint exceeds. Raises InputError.
     """
     root = read_root(text, where)
     for tag in ("link", "joint"):
@@ -101,7 +103,7 @@ def read_urdf(
         mass = (masses or {}).get(link.get("name", ""))
         for element in link.findall("inertial/mass") if mass is not None else ():
             element.set("value", repr(mass))
-    links = tuple(_Reader(where, each).link() for each in root.findall("link"))
+    links = tuple(_Reader(where, each).link(is_bounded) for each in root.findall("link"))
     joints = tuple(_Reader(where, each).joint(include_damping) for each in root.findall("joint"))
     notes = [*_find_unused(root, ("friction",) if include_damping else ("friction", "damping"))]
     notes += [each.get("text", "") for each in root.iterfind("mjcf/note")]
@@ -168,20 +170,21 @@ class _Reader:
         self.where, self.element = where, element
         self.name = element.get("name", "")
 
-    def link(self) -> UrdfLink:
+    def link(self, is_bounded: bool) -> UrdfLink:
         inertial = self.element.find("inertial")
         if inertial is None:
             return UrdfLink(self.name, None)
         placement = self._placement(inertial)
         mass_at, inertia_at = inertial.find("mass"), inertial.find("inertia")
-        mass = self._number(mass_at, "mass.value", required=True)
-        if not 0 <= mass <= HEAVIEST:
+        most, heaviest = (LARGEST, HEAVIEST) if is_bounded else (np.inf, np.inf)
+        mass = self._number(mass_at, "mass.value", required=True, most=most)
+        if not 0 <= mass <= heaviest:
             raise self._error("mass.value", mass, f"must be 0 to {HEAVIEST:g} kg")
         six = tuple(
-            self._number(inertia_at, f"inertia.{key}", required=True)
+            self._number(inertia_at, f"inertia.{key}", required=True, most=most)
             for key in ("ixx", "ixy", "ixz", "iyy", "iyz", "izz")
         )
-        if max(map(abs, six)) > LARGEST_INERTIA:
+        if is_bounded and max(map(abs, six)) > LARGEST_INERTIA:
             allowed = f"must be of at most {LARGEST_INERTIA:g} kg m^2"
             raise self._error("inertia", None, allowed)
         ixx, ixy, ixz, iyy, iyz, izz = six

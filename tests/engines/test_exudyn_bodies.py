@@ -16,7 +16,7 @@ from crosscheck.models.exudyn.bodies.bodies import ExudynBodies
 from crosscheck.models.exudyn.tree.tree import ExudynTree
 from crosscheck.models.interface import STATE_ABILITIES, Model
 from crosscheck.models.loading import load_arm, load_case, load_scenario
-from crosscheck.models.pinocchio.gears import PinocchioGears
+from crosscheck.models.pinocchio.arm import PinocchioGears
 from tests.arms import arm_of
 from tests.engines.bodies_checks import joint_gaps, wrenches
 from tests.faults.checks import probe_scenario

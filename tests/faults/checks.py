@@ -13,7 +13,7 @@ from crosscheck.models.exudyn.bodies import contact
 from crosscheck.models.exudyn.bodies.bodies import ExudynBodies
 from crosscheck.models.interface import Model
 from crosscheck.models.loading import Case, load_arm, load_case
-from crosscheck.models.pinocchio.gears import PinocchioGears
+from crosscheck.models.pinocchio.arm import PinocchioGears
 from crosscheck.planning.plan import perturb_start_by_one_ulp
 from crosscheck.registry import MODELS, build
 from tests import planet_laws

@@ -31,9 +31,11 @@ HERE = Path(__file__).parent
 TREE, BODIES = "crosscheck.models.exudyn.tree", "crosscheck.models.exudyn.bodies"
 INTERPRETED = {
     "analytic": ("crosscheck.analytic",),
-    "exudyn:tree": tuple(
-        f"{TREE}.{name}" for name in ("mesh", "tree", "laws", "loads", "parts", "stiffness")
+    "exudyn:tree": (
+        *(f"{TREE}.{name}" for name in ("mesh", "tree", "laws", "loads", "parts", "stiffness")),
+        "crosscheck.models.robot.planar",
     ),
+    "pinocchio": ("crosscheck.models.robot.planar",),
     "exudyn:bodies": (f"{BODIES}.stiffness", f"{BODIES}.contact"),
 }
 Laws = tuple[tuple[str, str], ...]

@@ -6,7 +6,7 @@ import pytest
 from crosscheck.models.errors import Diverged
 from crosscheck.models.exudyn.tree.laws import build_mesh_law
 from crosscheck.models.exudyn.tree.mesh import elastic_forces
-from crosscheck.models.exudyn.tree.parts import paper_from_tree, tree_from_paper
+from crosscheck.models.exudyn.tree.parts import tree_from_paper
 from crosscheck.models.exudyn.tree.tree import ExudynTree
 from crosscheck.models.loading import load_case
 from tests.one_stage import SPRINGS_ONLY, first_joint_only
@@ -18,15 +18,6 @@ EPSILON = np.finfo(float).eps
 def tree(*settings: str, **switches: str) -> ExudynTree:
     case = load_case("paper-labelled", "constant-torque", switches, settings)
     return ExudynTree(*case)
-
-
-def test_the_map_to_the_tree_and_back_changes_nothing():
-    for planets in ("lumped", "free"):
-        model = tree(planets=planets)
-        arm, layout = model.arm, model.layout
-        back_and_forth = paper_from_tree(arm, layout) @ tree_from_paper(arm, layout)
-        # A handful of products of base radii and their inverses.
-        np.testing.assert_allclose(back_and_forth, np.eye(len(layout)), rtol=0, atol=20 * EPSILON)
 
 
 def test_the_map_holds_the_papers_definitions_of_the_mesh_displacements():
@@ -42,7 +33,8 @@ def test_the_map_holds_the_papers_definitions_of_the_mesh_displacements():
 
 def classic_rk4(model: ExudynTree, h: float, steps: int) -> tuple[np.ndarray, np.ndarray]:
     """The textbook method on the model's own accelerations, its clock k h."""
-    state = np.array([paper_from_tree(model.arm, model.layout) @ part for part in model.start()])
+    from_tree = np.linalg.pinv(tree_from_paper(model.arm, model.layout))
+    state = np.array([from_tree @ part for part in model.start()])
 
     def rate(t: float, s: np.ndarray) -> np.ndarray:
         return np.array([s[1], model.acceleration(t, s[0], s[1])])

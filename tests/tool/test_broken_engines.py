@@ -82,7 +82,7 @@ def _leaving(*state: object) -> None:
 def test_engines_that_crash_or_leave_cost_their_own_checks_alone(monkeypatch):
     """And a model harmed in memory is harmed in every process."""
     from crosscheck.models.exudyn.tree.tree import ExudynTree
-    from crosscheck.models.pinocchio.gears import PinocchioGears
+    from crosscheck.models.pinocchio.arm import PinocchioGears
 
     harmed = {"exudyn:tree": (ExudynTree, _crashing), "pinocchio:gears": (PinocchioGears, _leaving)}
     for model, harm in harmed.values():

@@ -13,7 +13,7 @@ from crosscheck.models.arm.stiffness import FourierStiffness, SineStiffness, Squ
 from crosscheck.models.errors import InputError
 from crosscheck.models.experiment.scenario import Scenario
 from crosscheck.models.loading import load_arm, load_case, load_scenario
-from crosscheck.models.pinocchio import rigid as pinocchio_rigid
+from crosscheck.models.pinocchio import arm as pinocchio_arm
 from crosscheck.registry import build
 from tests.draws import range_of, ranges_of
 from tests.loops import require_items
@@ -203,7 +203,7 @@ def test_recording_that_no_memory_holds_is_refused():
 
 
 def test_adaptive_run_without_end_says_how_far_it_came(short, monkeypatch, tmp_path):
-    monkeypatch.setattr(pinocchio_rigid, "MOST_EVALUATIONS", 100)
+    monkeypatch.setattr(pinocchio_arm, "MOST_EVALUATIONS", 100)
     answer = short("--scenario", "pd", model="pinocchio:links")
     assert_one_line(answer, "duration_s = 3.0", "pinocchio:links came to t = ", "100 evaluations")
     assert list(tmp_path.iterdir()) == []

@@ -16,7 +16,7 @@ from crosscheck.models.exudyn.tree.mesh import GearStage, MeshLaw, StageCoordina
 from crosscheck.models.exudyn.tree.stiffness import build_curve, constant_curve
 
 Side = Literal["sun", "ring"]
-Gear = Literal["sun", "planet", "carrier"]
+Gear = Literal["sun", "planet"]
 
 
 def base_radius(joint: PlanetaryGears, teeth: int) -> float:
@@ -25,7 +25,7 @@ def base_radius(joint: PlanetaryGears, teeth: int) -> float:
 
 
 def inertia(joint: PlanetaryGears, gear: Gear) -> float:
-    """J [kg m^2] of a gear or the carrier, as given or M r^2."""
+    """J [kg m^2] of a gear, as given or M r^2."""
     mass, given, radius = _gear(joint, gear)
     if given is not None:
         return given
@@ -34,7 +34,7 @@ def inertia(joint: PlanetaryGears, gear: Gear) -> float:
 
 
 def equivalent_mass(joint: PlanetaryGears, gear: Gear) -> float:
-    """M [kg] of a gear or the carrier, as given or J / r^2."""
+    """M [kg] of a gear, as given or J / r^2."""
     mass, given, radius = _gear(joint, gear)
     if mass is not None:
         return mass
@@ -43,9 +43,8 @@ def equivalent_mass(joint: PlanetaryGears, gear: Gear) -> float:
 
 
 def _gear(joint: PlanetaryGears, gear: Gear) -> tuple[float | None, float | None, float]:
-    """M or J, whichever is given, and r [m], of the carrier r_c cos(alpha)."""
-    teeth = {"sun": joint.sun_teeth, "planet": joint.planet_teeth}
-    radius = base_radius(joint, teeth.get(gear, joint.sun_teeth + joint.planet_teeth))
+    """M or J, whichever is given, and r [m]."""
+    radius = base_radius(joint, joint.sun_teeth if gear == "sun" else joint.planet_teeth)
     mass = getattr(joint, f"{gear}_equivalent_mass_kg")
     return mass, getattr(joint, f"{gear}_inertia_kg_m2"), radius
 
@@ -53,12 +52,11 @@ def _gear(joint: PlanetaryGears, gear: Gear) -> tuple[float | None, float | None
 def build_gear_stage(
     place: int, bodies: StageCoordinates, joint: PlanetaryStage, chosen: Switches
 ) -> GearStage:
-    """Bodies, planet inertia and mesh laws of a geared joint, the place-th from 0."""
+    """Bodies and mesh laws of a geared joint, the place-th from 0."""
     planets = range(joint.planet_count)
     return GearStage(
         place,
         bodies,
-        inertia(joint, "planet"),
         tuple(build_mesh_law(joint, chosen, "sun", planet) for planet in planets),
         tuple(build_mesh_law(joint, chosen, "ring", planet) for planet in planets),
     )

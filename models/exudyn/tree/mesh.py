@@ -21,8 +21,6 @@ import numpy as np
 from crosscheck.models.exudyn.tree.stiffness import Number, StiffnessCurve, stiffness_at
 from crosscheck.models.numba_cache import njit
 
-EPSILON = float(np.finfo(float).eps)
-ROUNDINGS = 10  # roundings in a deflection: sums of three products, and maps of coordinates before
 NO_SUN = -1  # number in place of a sun's coordinate
 STEP = 1e-50  # of an angle's imaginary part: nothing beside 1, and so is its square beside it
 
@@ -165,14 +163,10 @@ class StageCoordinates(NamedTuple):
 
 
 class GearStage(NamedTuple):
-    """A geared joint, counted from 0, its bodies, a planet's inertia [kg m^2] and its mesh laws.
-
-    sun, ring: of every planet.
-    """
+    """A geared joint, counted from 0, its bodies and its mesh laws; sun, ring: of every planet."""
 
     joint: int
     bodies: StageCoordinates
-    planet_inertia: float
     sun: tuple[MeshLaw, ...]
     ring: tuple[MeshLaw, ...]
 
@@ -280,17 +274,3 @@ def deflection(
     wheel = q[:, stage.driven] if with_sun else 0.0
     turn = law.wheel_radius * (wheel - q[:, stage.link])
     return np.asarray(turn + law.planet_radius * q[:, stage.planets[planet]])
-
-
-def torque_rounding(law: MeshLaw, stage: StageCoordinates, q: np.ndarray, q_t: np.ndarray) -> float:
-    """Largest change of the torque on a planet [N m] by rounding of deflection and rate.
-
-    q, q_t: tree coordinates and rates (bodies,), all planets alike.
-    """
-
-    def path(turned: np.ndarray) -> float:  # what a deflection is the small difference of
-        link, wheel, planet = abs(turned[[stage.link, stage.driven, stage.planets[0]]])
-        return law.wheel_radius * float(link + wheel) + abs(law.planet_radius) * float(planet)
-
-    force = law.curve.mean * path(q) + law.damping * path(q_t)
-    return ROUNDINGS * EPSILON * abs(law.planet_radius) * force

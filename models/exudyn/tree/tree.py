@@ -18,9 +18,8 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from crosscheck.models.arm.arm import Arm, Planetary
-from crosscheck.models.arm.layout import geared_layout
 from crosscheck.models.errors import Diverged
-from crosscheck.models.experiment.drive import drive_data, torques_along
+from crosscheck.models.experiment.drive import torques_along
 from crosscheck.models.experiment.scenario import (
     Scenario,
     Switches,
@@ -32,19 +31,15 @@ from crosscheck.models.exudyn.tree import mesh, parts
 from crosscheck.models.exudyn.tree.laws import bounding_law, build_gear_stage, mean_spring
 from crosscheck.models.exudyn.tree.loads import build_joints, build_load_function
 from crosscheck.models.exudyn.tree.mesh import GearStage, MeshLaw
-from crosscheck.models.interface import STATE_ABILITIES, Model, require_finite
+from crosscheck.models.interface import STATE_ABILITIES, require_finite
+from crosscheck.models.robot.arm_model import ArmModel
 from crosscheck.models.trajectory import recorded_times, trajectory
 
 if TYPE_CHECKING:
     import xarray as xr
 
 
-# Of the largest acceleration, or squared rate: equal planets differ by the rounding of one linear
-# solve, and of centrifugal forces where those are all there is.
-PLANET_TOLERANCE = 1e-9
-
-
-class ExudynTree(Model):
+class ExudynTree(ArmModel):
     """The geared arm as a tree of real bodies: links, suns and every single planet.
 
     Coordinates are the paper's (Eq. 20), all planets of a stage alike, or with free planets as many
@@ -52,17 +47,16 @@ class ExudynTree(Model):
     step) are the engine's.
     """
 
-    name = "exudyn:tree"
+    name, level = "exudyn:tree", "geared"
     abilities = frozenset({*STATE_ABILITIES, "simulate", "mesh_modes"})
 
     def __init__(
         self, arm: Arm, scenario: Scenario, chosen_switches: Switches | None = None
     ) -> None:
         super().__init__(arm, scenario, chosen_switches)
-        self.layout = geared_layout(arm, self.switches)
         self.stages = parts.build_stages(arm)
         self.from_paper = parts.tree_from_paper(arm, self.layout)
-        self.to_paper = parts.paper_from_tree(arm, self.layout)
+        self.bodies = parts.build_bodies(arm, self.find_robot()[0])
         self.gears = [
             build_gear_stage(place, stage, joint, self.switches)
             for place, (stage, joint) in enumerate(zip(self.stages, arm.joints, strict=True))
@@ -72,7 +66,7 @@ class ExudynTree(Model):
     @cached_property
     def _free_engine(self) -> Engine:
         """Engine with the bodies without any force."""
-        return Engine(parts.build_bodies(self.arm), None, [0.0], gravity=(0.0, 0.0))
+        return Engine(self.bodies, None, [0.0], gravity=(0.0, 0.0))
 
     @cached_property
     def _driven_engine(self) -> Engine:
@@ -80,12 +74,11 @@ class ExudynTree(Model):
         return self._engine(self.gears)
 
     def _engine(self, gears: Sequence[GearStage]) -> Engine:
-        bodies, clock = parts.build_bodies(self.arm), [0.0]
-        drive = drive_data(self.scenario, len(self.stages))
+        clock = [0.0]
         joints = build_joints(self.arm, self.stages)
         teeth = mesh.build_gearing(gears, self.switches.mesh_work == "conservative")
-        force = build_load_function(teeth, drive, joints, len(bodies), clock)
-        return Engine(bodies, force, clock, self.arm.gravity_m_per_s2)
+        force = build_load_function(teeth, self._drive, joints, len(self.bodies), clock)
+        return Engine(self.bodies, force, clock, self.arm.gravity_m_per_s2)
 
     def _place_engine(self, engine: Engine, t: float, q: np.ndarray, v: np.ndarray) -> Engine:
         engine.place(t, self.from_paper @ q, self.from_paper @ v)
@@ -108,29 +101,10 @@ class ExudynTree(Model):
         return self.from_paper.T @ force + self.bias(q, v)
 
     def acceleration(self, t: float, q: np.ndarray, v: np.ndarray) -> np.ndarray:
-        """q'' at t [s], shape (n,), of the whole tree.
-
-        Raises ArithmeticError should lumped planets not move alike.
-        """
+        """q'' at t [s], shape (n,), solved with M."""
         engine = self._place_engine(self._driven_engine, t, q, v)
-        tree = np.linalg.solve(engine.mass_matrix(), engine.right_hand_side())
-        paper = self.to_paper @ tree
-        if not self.layout.free:
-            rates = self.from_paper @ v
-            size = max(abs(tree).max(), (rates**2).max())
-            close = PLANET_TOLERANCE * size + self._rounding(self.from_paper @ q, rates)
-            if not np.allclose(self.from_paper @ paper, tree, rtol=0, atol=close):
-                raise ArithmeticError(f"{self.name}: equal planets do not accelerate alike")
-        return paper
-
-    def _rounding(self, q: np.ndarray, q_t: np.ndarray) -> float:
-        """Largest change of a lumped planet's acceleration [rad/s^2] by rounding of mesh forces."""
-        felt = [
-            mesh.torque_rounding(law, gear.bodies, q, q_t) / gear.planet_inertia
-            for gear in self.stiffest_stages
-            for law in (gear.sun[0], gear.ring[0])
-        ]
-        return max(felt, default=0.0)
+        mass = self.from_paper.T @ engine.mass_matrix() @ self.from_paper
+        return np.linalg.solve(mass, self.from_paper.T @ engine.right_hand_side())
 
     def start(self) -> tuple[np.ndarray, np.ndarray]:
         """Tree coordinates and rates at t = 0, shape (bodies,) each; no mesh slides."""
@@ -186,14 +160,13 @@ class ExudynTree(Model):
         q, v, a = states.swapaxes(0, 1)
         links = [stage.link for stage in self.stages]
         theta, theta_dot = q[:, links], v[:, links]
-        drive = drive_data(run, len(links))
         return trajectory(
             self,
             time,
             theta=theta,
             theta_dot=theta_dot,
             theta_ddot=a[:, links],
-            torque=torques_along(drive, time, theta, theta_dot),
+            torque=torques_along(self._drive, time, theta, theta_dot),
             **self._mesh_records(time, q, v),
             kinetic_energy=energy,
         )
@@ -230,18 +203,16 @@ class ExudynTree(Model):
         The engine linearises its own tree, all meshes in contact at their largest stiffness, in the
         start pose.
         """
-        return min(_stable_step(mode) for mode in self._eigenvalues(self.stiffest_stages))
+        return min(
+            _stable_step(mode)
+            for mode in self._eigenvalues(_linear_stages(self.gears, bounding_law))
+        )
 
     def mesh_modes(self) -> np.ndarray:
         """Undamped modes [Hz] in the start pose, ascending: of suns and planets, the fastest."""
         count = sum(1 + joint.planet_count for joint in self.arm.joints if joint.planet_count)
         modes = self._eigenvalues(_linear_stages(self.gears, mean_spring)).imag
         return np.sort(modes)[modes.size - count :] / (2 * np.pi)
-
-    @cached_property
-    def stiffest_stages(self) -> list[GearStage]:
-        """The stages with every mesh in contact at its largest stiffness."""
-        return _linear_stages(self.gears, bounding_law)
 
     def _eigenvalues(self, gears: Sequence[GearStage]) -> np.ndarray:
         """Eigenvalues [1/s] of the engine's own linearisation in the start pose."""
