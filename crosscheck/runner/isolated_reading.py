@@ -9,7 +9,6 @@ from dataclasses import dataclass
 from functools import partial
 from typing import Any
 
-import h5py
 import numpy as np
 
 from crosscheck.models.errors import InputError
@@ -85,6 +84,8 @@ def read_arrays(
         names = _require_affordable(select_names(shapes), shapes)
         variables = scipy.io.loadmat(io.BytesIO(content), variable_names=names)
         return {name: variables[name] for name in names}
+    import h5py  # for recordings alone
+
     with h5py.File(io.BytesIO(content), "r") as file:
         # No link is followed, for it may lead out of the file.
         hard_links = [n for n in file if isinstance(file.get(n, getlink=True), h5py.HardLink)]
