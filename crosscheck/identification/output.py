@@ -56,9 +56,8 @@ def _describe_side(side: SideResult, is_brief: bool) -> Iterator[str]:
     if side.judgement is not None:
         for each in (*side.judgement.levels, *side.judgement.changes):
             number = "" if each.estimate is None else messages.format_estimate(each.estimate)
-            ratios = messages.format_row(each.ratios)
-            what = f"{each.level}, {number or 'the file'}"
-            yield f"  {what}: residual {ratios} times that of any links"
+            head = f"  {each.level}, {number or 'the file'}"
+            yield f"{head}: residual {messages.format_row(each.ratios)} times that of any links"
         if is_brief:
             yield from (
                 f"  {messages.format_estimate(each)}" for each in side.judgement.best.friction
