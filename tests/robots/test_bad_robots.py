@@ -268,7 +268,7 @@ def test_an_inertia_is_rounded_measured_or_wrong_by_how_much_it_is_too_large(par
     assert is_negative(np.array([-part * 1e-6, 1.0, 1.0])) == beyond
     large = Solid(inertia=(0.01, 0, 0, 0.01, 0, 0.02 * (1 + part * 0.25)))
     (doubt,) = survey_inertias(read_urdf(urdf(GROUND, link("arm", large), TURN), "made"), "made")
-    assert doubt.repair.startswith("measured or rounded so") != beyond
+    assert ("measured" in doubt.repair) != beyond
 
 
 @pytest.mark.parametrize(("part", "unit"), [(1.1, "kg mm^2"), (0.9, "g cm^2")])
