@@ -29,7 +29,7 @@ from crosscheck.testing import try_equations
 from crosscheck.trial.coordinates.build import LAYOUTS
 from crosscheck.trial.input.equations import Coordinates
 from crosscheck.trial.input.loading import build_robot_equations
-from crosscheck.trial.robots.trial import RobotTrial
+from crosscheck.trial.result import Trial
 from tests.arms import random_arm
 from tests.robots import chains, test_trial_motors, two_link
 from tests.robots.trials import run_robot_trial
@@ -259,7 +259,7 @@ class Score(NamedTuple):
     told: list[str]
 
 
-def try_text(kind: str, replaced: tuple[tuple[str, str], ...] = ()) -> RobotTrial:
+def try_text(kind: str, replaced: tuple[tuple[str, str], ...] = ()) -> Trial:
     """The trial of a text with pieces replaced, each of which must be in it."""
     text, make_robot = TEXTS[kind]
     for old, new in replaced:

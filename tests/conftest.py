@@ -75,12 +75,12 @@ def few_states() -> Iterator[None]:
     Where numbers are fitted, at 20 more than there are, not at 50 more than twice as many. No edit
     of a source is tried, but for who asks for ``source_search``.
     """
-    from crosscheck.trial import trial
+    from crosscheck.trial.arms import subject
     from crosscheck.trial.changes.arms import waves
     from crosscheck.trial.source import search
 
     with pytest.MonkeyPatch.context() as patch:
-        patch.setattr(trial, "QUICK_STATES", 8)
+        patch.setattr(subject, "QUICK_STATES", 8)
         patch.setattr(waves, "SPARE_STATES", 20)
         patch.setattr(waves, "STATES_PER_NUMBER", 1)
         patch.setattr(search, "RANKS", ())

@@ -17,7 +17,7 @@ from crosscheck.models.robot.robot import Robot
 from crosscheck.runner import cpu_limit
 from crosscheck.trial.input.equations import Coordinates, Equations
 from crosscheck.trial.input.loading import extract_equations, load_equations
-from crosscheck.trial.robots.trial import RobotTrial
+from crosscheck.trial.result import Trial
 from tests.loops import require_items
 from tests.robots import two_link
 from tests.robots.test_trial import equations
@@ -34,7 +34,7 @@ def two() -> Robot:
     return two_link.robot()
 
 
-def verdicts(trial: RobotTrial) -> dict[str, set[str]]:
+def verdicts(trial: Trial) -> dict[str, set[str]]:
     found: dict[str, set[str]] = {}
     for finding in trial.agreement.findings:
         found.setdefault(finding.quantity, set()).add(finding.verdict)
@@ -74,7 +74,7 @@ def test_an_entry_differs_just_beyond_its_tolerance(two, part):
     place = "M[j1, j2]" if part == "mass_matrix" else f"{part}[j2]"
     shares = {entry.name: entry.share for entry in above.diagnosis.entries}
     assert shares[place] == pytest.approx(ABOVE * TOLERANCE, rel=1e-4)
-    assert above.largest == pytest.approx(ABOVE * TOLERANCE, rel=1e-4)
+    assert above.distances[0].largest == pytest.approx(ABOVE * TOLERANCE, rel=1e-4)
     below = run_robot_trial(planted(part, BELOW), two)
     assert below.exit_code == 0
     assert below.diagnosis.entries == ()

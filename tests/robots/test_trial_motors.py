@@ -8,7 +8,7 @@ import pytest
 from crosscheck.models.errors import InputError
 from crosscheck.models.robot.robot import Robot
 from crosscheck.trial.input.equations import Coordinates, Equations
-from crosscheck.trial.robots.trial import RobotTrial
+from crosscheck.trial.result import Trial
 from tests.robots import chains, two_link
 from tests.robots.trials import run_robot_trial
 
@@ -67,7 +67,7 @@ def test_a_cart_pole_agrees_in_its_authors_form(form):
     assert f"motors: {where}" in trial.answer.scope
 
 
-def driven(force: Callable[..., np.ndarray], drive: list[int | str] | None) -> RobotTrial:
+def driven(force: Callable[..., np.ndarray], drive: list[int | str] | None) -> Trial:
     def accelerated(q: np.ndarray, v: np.ndarray, torque: np.ndarray) -> np.ndarray:
         return np.linalg.solve(two_link.mass_matrix(q), force(q, torque) - two_link.bias(q, v))
 

@@ -5,8 +5,8 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
+from crosscheck.trial.arms.unit_mistakes import find_unit_mistakes
 from crosscheck.trial.input.equations import AnswerTable, Equations
-from crosscheck.trial.judge.unit_mistakes import find_unit_mistakes
 
 RIGHT = np.append(np.full(79, 1.0), np.full(21, 2.0))[:, None]  # of one entry at 100 states
 DEGREES = 57.29577951308232

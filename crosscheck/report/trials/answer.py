@@ -2,20 +2,22 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterator, Mapping, Sequence
+from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass, replace
 from typing import Any, NamedTuple
 
 import numpy as np
 
 from crosscheck.checks.states import ROUNDINGS
-from crosscheck.findings import Agreement
+from crosscheck.findings import Agreement, Finding
 from crosscheck.report.finding_groups import describe_by_reason
 from crosscheck.report.formatting import describe_tally, format_percent
+from crosscheck.trial.changes.search import list_equals
 from crosscheck.trial.input.equations import SINGLE, Equations
 from crosscheck.trial.input.source_lines import SourceLines, find_source
-from crosscheck.trial.judge.checks import SelfCheck
-from crosscheck.trial.judge.entries import EntryMismatch, Explanation, LevelDistance, format_entry
+from crosscheck.trial.judge.checks import AGAINST, SelfCheck
+from crosscheck.trial.judge.entries import EntryMismatch, Explanation, LevelDistance
+from crosscheck.trial.result import Trial
 from crosscheck.trial.source.source_edit import SourceAnswer
 
 DIGITS = f"single precision (float32, {SINGLE:.0e} relative)"
@@ -194,14 +196,11 @@ class TrialAnswer:
 
     @property
     def first_error(self) -> str:
-        """The wrong entry that is first, and the change or cause, in one line; '' of none."""
+        """The change or cause that is first, else what is wrong; '' of no wrong entry."""
         if not self.wrong:
             return ""
-        others = f" and {len(self.wrong) - 1} more" if len(self.wrong) > 1 else ""
         changes = self.change.sentences if self.change else ()
-        cause = (*changes, *self.causes, "no single change explains it")[0]
-        name = self.wrong[0].name
-        return f"{name}{others}: {cause.removeprefix(f'{name}: ')}"
+        return (*changes, *self.causes, self.verdict.text)[0]
 
     @property
     def rows(self) -> list[dict[str, Any]]:
@@ -233,20 +232,89 @@ def name_entries(part: PartDeviation, names: Sequence[str]) -> Iterator[tuple[st
             yield f"{part.title}[{', '.join(words)}]", value
 
 
-def list_wrong(
-    wrong: Sequence[EntryMismatch],
-    names: Sequence[str],
-    equations: Equations,
-    explain: Callable[[EntryMismatch], str],
-) -> Iterator[EntryError]:
-    """The wrong entries as views show them; explain: the cause of one, in words."""
+def answer_trial(trial: Trial) -> TrialAnswer:
+    """The answer of a trial."""
+    problem, diagnosis = trial.problem, trial.diagnosis
+    wrong, hidden = (
+        tuple(list_wrong(each, problem.equations)) for each in (diagnosis.entries, diagnosis.hidden)
+    )
+    traces = dict[str, str]()  # each once, of the part that raised it first
+    for part, why in trial.failures.items():
+        traces.setdefault(why.trace, part)
+    answer = TrialAnswer(
+        name=problem.name,
+        mechanism=problem.mechanism.name,
+        description=problem.description,
+        level=trial.level,
+        coordinates=tuple(problem.names),
+        verdict=_describe_verdict(trial, wrong),
+        change=trial.source_answer,
+        causes=tuple(_describe_causes(trial)),
+        wrong=wrong,
+        hidden=hidden,
+        scope=trial.remarks,
+        notes=trial.notes,
+        levels=trial.distances,
+        parts=tuple(list_deviations(trial.relative_errors, trial.allowed)),
+        traces={part: trace for trace, part in traces.items() if trace},
+        agreement=trial.agreement,
+        unfollowed=tuple(
+            UnfollowedNumber(each.name, each.value, each.parts, dict(each.goes_with))
+            for each in diagnosis.ignored_numbers
+        ),
+    )
+    return answer.attribute_to_single_precision() if trial.is_single_precision else answer
+
+
+def _describe_verdict(trial: Trial, wrong: Sequence[EntryError]) -> TrialVerdict:
+    """What is wrong, or with what all agrees."""
+    problem, level = trial.problem, trial.diagnosis.level
+    if readings := trial.diagnosis.readings:
+        words = f"is right in {' or in '.join(readings)}, and not in {', '.join(problem.names)}"
+        return TrialVerdict(words, is_predicate=True)
+    if not trial.relative_errors:
+        return TrialVerdict("no part answered")
+    compared, agreeing = problem.describe_level(level, trial.distances)
+    if wrong or trial.exit_code:
+        fault = describe_wrong(wrong) if wrong else "not all checks agree"
+        return TrialVerdict(f"{fault}; compared with {compared}")
+    return TrialVerdict(f"agrees with {agreeing}", is_predicate=True)
+
+
+def _describe_causes(trial: Trial) -> Iterator[str]:
+    """Sentences on what explains the differences: of all entries, then of single ones."""
+    diagnosis = trial.diagnosis
+    if has_engine_conflict(trial.agreement.findings):
+        yield "the engines differ on this mechanism: `crosscheck run` shows where"
+    yield from describe_faults(trial.self_checks)
+    first, *others = diagnosis.explanations or [""]
+    if first:
+        yield f"yours are the equations of {trial.level} with {first}"
+    if others:
+        yield f"would also be explained by {list_equals(others)}"
+    for link in diagnosis.links:
+        yield f"all of it is in {link}: its mass, centre of mass and inertia together explain it"
+    yield from diagnosis.notes
+
+
+def has_engine_conflict(findings: Sequence[Finding]) -> bool:
+    """Whether engines judge a part in different ways, so that one of them must be wrong."""
+    verdicts: dict[str, set[str]] = {}
+    for finding in findings:
+        if finding.about.key.family == AGAINST and finding.kind == "check":
+            verdicts.setdefault(finding.quantity, set()).add(finding.verdict)
+    return any(len(each) > 1 for each in verdicts.values())
+
+
+def list_wrong(wrong: Sequence[EntryMismatch], equations: Equations) -> Iterator[EntryError]:
+    """The wrong entries as views show them."""
     sources = {part: find_source(equations, part) for part in {each.part for each in wrong}}
     for each in wrong:
         yield EntryError(
-            name=format_entry(each.place, names),
+            name=each.name,
             part=each.part,
             share=each.share,
-            cause=explain(each),
+            cause=each.cause,
             row=each.place.row,
             column=each.place.column,
             rates=each.place.rates,
@@ -266,20 +334,13 @@ def list_deviations(
         yield PartDeviation(part, PART_TITLES.get(part, part), relative, allowed[part])
 
 
-def describe_entry_notes(wrong: Sequence[EntryMismatch], names: Sequence[str]) -> Iterator[str]:
-    """A line for each note on wrong entries, and all entries that it is on."""
-    for note in dict.fromkeys(note for each in wrong for note in each.notes):
-        places = (each.place for each in wrong if note in each.notes)
-        yield f"{', '.join(format_entry(place, names) for place in places)}: {note}"
-
-
 def describe_faults(checks: Sequence[SelfCheck]) -> Iterator[str]:
     """Lines on what equations owe to themselves and do not keep.
 
     What follows from wrong entries alone, as a bias from a wrong M, is left out.
     """
     for check in checks:
-        if check.finding.verdict == "differ" and check.fault:
+        if check.finding.verdict in ("differ", "failed") and check.fault:
             yield f"{check.fault}{f' ({check.finding.note})' if check.finding.note else ''}"
 
 

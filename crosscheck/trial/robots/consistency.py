@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Mapping
 
 import numpy as np
 
@@ -94,9 +94,3 @@ def _christoffel_doubt(uncertain: np.ndarray, v: np.ndarray) -> np.ndarray:
     u = np.abs(v)
     moving = np.einsum("ksij,sk,sj->si", uncertain, u, u)
     return moving + np.einsum("isjk,sj,sk->si", uncertain, u, u) / 2
-
-
-def describe_places(places: Sequence[tuple[int, ...]], names: Sequence[str], most: int) -> str:
-    """Entries of bias, such as bias[j1], bias[j2], the first few by name."""
-    shown = ", ".join(f"bias[{names[row]}]" for (row,) in places[:most])
-    return f"{shown}, ..." if len(places) > most else shown

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Collection, Iterator, Mapping, Sequence
-from dataclasses import dataclass, replace
+from dataclasses import replace
 from itertools import islice, product
 
 import numpy as np
@@ -25,8 +25,14 @@ from crosscheck.trial.changes.search import (
     describe_causes,
 )
 from crosscheck.trial.changes.waves import describe_angle_sum
-from crosscheck.trial.judge.entries import EntryMismatch, LevelDistance
-from crosscheck.trial.robots.consistency import describe_places
+from crosscheck.trial.judge.entries import (
+    EntryMismatch,
+    EntryPlace,
+    LevelDistance,
+    describe_entry_notes,
+    list_entries,
+)
+from crosscheck.trial.result import TrialDiagnosis
 from crosscheck.trial.robots.elastic import describe_springs
 from crosscheck.trial.robots.forms import describe_accelerations, describe_friction
 from crosscheck.trial.robots.judge import (
@@ -40,42 +46,22 @@ from crosscheck.trial.robots.rows import describe_asymmetry, describe_right_rows
 
 RATIOS = {-1.0: "with the opposite sign", 0.5: "half as large", 2.0: "twice as large"}
 SHOWN = 1e-5  # least deviation of a ratio from 1 that is shown: ratios have six digits
-MOST_STATED = 3  # coordinates whose matrix is short enough to be shown
 MOST_SHOWN = 5  # terms of a sentence
 MISSING, EXTRA = "missing", "right is 0"
 MOST_OTHERS = 3  # causes of one part, beyond which they are no more than a coincidence
 ROUNDED = 1e-5  # largest difference, relative to an entry's size, that rounded numbers may cause
+NO_CAUSE = "no single number, frame or place explains it"
 UNFOUNDED = "bias does not follow from mass_matrix, which is right"
 Rates = Callable[[], BiasTerms | None]  # the terms of the user's bias, asked only if it is wrong
 
 
-@dataclass(frozen=True)
-class RobotDiagnosis:
-    """Errors of the equations and their explanations.
-
-    level: that of the fewest entries that differ, or the next at which one change explains all;
-    entries: those that differ from it, most first; notes: sentences on single parts and entries,
-    what the equations owe to themselves first; explanations: words that complete `the equations of
-    the level with ...`, each of which alone explains all; links: where none does and several parts
-    are wrong, those of which all ten inertial parameters together would; readings: coordinates, in
-    words, in which all is right although it is not in the robot's.
-    """
-
-    level: Level
-    entries: tuple[EntryMismatch, ...] = ()
-    notes: tuple[str, ...] = ()
-    explanations: tuple[str, ...] = ()
-    links: tuple[str, ...] = ()
-    readings: tuple[str, ...] = ()
-
-
 def diagnose(
     problem: RobotProblem, distances: Sequence[LevelDistance], rates: Rates
-) -> RobotDiagnosis:
+) -> TrialDiagnosis:
     """Find what makes the difference; distances: of the levels, the nearest first."""
     nearest = distances[0]
     if not nearest.entries:
-        return RobotDiagnosis(nearest.level)
+        return TrialDiagnosis(nearest.level)
     parts = _wrong_parts(problem.entries(nearest.level))
     if parts != ["gravity"] or len(problem.parts) == 1:
         by_coordinates = _diagnose_reading(problem)
@@ -135,7 +121,9 @@ def diagnose(
     words = tuple(cause.words for cause in explanations)
     if wrong == ["gravity"] and len(problem.parts) > 1:  # by another zero of a coordinate
         words += tuple(each.words for each in find_readings(problem)[1])
-    return RobotDiagnosis(level, tuple(entries), tuple(notes), words, links)
+    if not (words or links or notes):
+        notes = list(describe_entry_notes(entries)) or [NO_CAUSE]
+    return TrialDiagnosis(level, tuple(entries), tuple(notes), words, links)
 
 
 def _describe_accelerations(
@@ -192,23 +180,20 @@ def _describe_wrong_pieces(
     return described
 
 
-def _diagnose_reading(problem: RobotProblem) -> RobotDiagnosis | None:
+def _diagnose_reading(problem: RobotProblem) -> TrialDiagnosis | None:
     """Diagnosis if the coordinates alone are wrong."""
     level, readings = find_readings(problem)
     if level is None:
         return None
     entries = [_add_remark(problem, level, entry) for entry in problem.entries(level)]
-    stated = {each.words: each.statement for each in readings}
-    if len(problem.names) > MOST_STATED:
-        stated = dict.fromkeys(stated, "")
-    words = [f"{each} ({how})" if how else each for each, how in stated.items()]
     causes = []
     for each in readings:
         if len(each.joints) == 1:
             causes.append(f"joint {each.joints[0]}: its axis the other way")
         elif len(each.joints) == len(problem.names):
             causes.append("every joint: its axis the other way")
-    return RobotDiagnosis(level, tuple(entries), (), tuple(causes), (), tuple(words))
+    words = tuple(dict.fromkeys(each.described for each in readings))
+    return TrialDiagnosis(level, tuple(entries), (), tuple(causes), readings=words)
 
 
 def _find_explanations(
@@ -453,16 +438,11 @@ def _self_notes(
     """Sentences on what the equations owe to themselves and do not keep, or keep although wrong."""
     if words := describe_asymmetry(problem, level):
         yield words
-    if states := problem.find_indefinite_states(level):
-        yield (
-            f"mass_matrix is not positive definite, at {len(states)} of"
-            f" {len(problem.states.q)} states: some motion would have no kinetic energy, or less"
-        )
     names, places = problem.names, problem.find_self_places("bias", level)
     if "bias" in problem.self_differences and "bias" in wrong:
         which = "" if "mass_matrix" in wrong else ", which is right"
         if places:
-            listed = describe_places(places, names, MOST_SHOWN)
+            listed = list_entries([EntryPlace("bias", row) for (row,) in places], names)
             yield f"bias does not follow from mass_matrix{which}: {listed}"
         elif "mass_matrix" in wrong:
             yield "bias follows from mass_matrix: they are wrong together, by one cause"

@@ -15,12 +15,12 @@ from crosscheck.findings import Finding
 from crosscheck.models.errors import InputError
 from crosscheck.models.robot.integration import conditioning_error
 from crosscheck.models.robot.interface import RobotModel
-from crosscheck.models.robot.robot import RIGID, Level, Robot
+from crosscheck.models.robot.robot import LEVELS, RIGID, Level, Robot
 from crosscheck.registry import build_robot_model, find_level_engines
 from crosscheck.runner.outcomes import Failure, failure_from_error
 from crosscheck.trial.changes.problem import ChangeProblem
+from crosscheck.trial.input.equations import Equations
 from crosscheck.trial.judge.checks import (
-    AGAINST,
     CHRISTOFFEL,
     GRADIENT,
     INVERSE,
@@ -42,6 +42,7 @@ from crosscheck.trial.judge.entries import (
 )
 from crosscheck.trial.robots.answers import RobotAnswers
 from crosscheck.trial.robots.consistency import SlopeSides
+from crosscheck.trial.robots.elastic import ELASTIC
 
 EARTH = 10.0  # m/s^2, of robots that stand in space
 SINGLE = ("mass_matrix", "bias", "gravity")  # elementary parts, from which the others are composed
@@ -55,7 +56,7 @@ class RobotProblem:
     self_differences: by part, what it owes to the slopes of others; by_torques: by part, as in
     AnswerSet; lost: parts that did not answer where these were asked; friction
     (states, n): the torques that it takes, which those of the states are without; stiffness (n, n):
-    of springs, whose torques stand beside the weights.
+    of springs, whose torques stand beside the weights; equations: whose answers they are.
     """
 
     name: str
@@ -69,6 +70,12 @@ class RobotProblem:
     lost: Mapping[str, Failure] = field(default_factory=dict)
     friction: np.ndarray = field(default_factory=lambda: np.zeros(1))
     stiffness: np.ndarray = field(default_factory=lambda: np.zeros((1, 1)))
+    equations: Equations = field(default_factory=Equations)
+
+    @property
+    def mechanism(self) -> Robot:
+        """The robot."""
+        return self.robot
 
     @property
     def parts(self) -> tuple[str, ...]:
@@ -79,6 +86,28 @@ class RobotProblem:
     def names(self) -> list[str]:
         """Names of the coordinates: of the joints that move them."""
         return self.robot.coordinate_names
+
+    joint_names = names
+
+    def name_level(self, level: str) -> str:
+        """The level as reports call it."""
+        return ELASTIC if self.stiffness.any() else level
+
+    @property
+    def description(self) -> tuple[str, ...]:
+        """Lines that describe the robot."""
+        return tuple(repr(self.robot).splitlines())
+
+    def describe_level(self, level: Level, distances: Sequence[LevelDistance]) -> tuple[str, str]:
+        """The level with which equations are compared, and with which they agree, in words."""
+        name, words = self.name_level(level), f"{level} ({LEVELS[level]})"
+        equal = [each.level for each in distances if not each.entries]
+        if name == ELASTIC:
+            words = f"{name} (links, motors on the output side, and springs between them)"
+        elif not self.stated and len(equal) > 1:
+            words = f"{', '.join(equal)}, which are equal in these parts"
+        largest = next((each.largest for each in distances if each.level == level), 0.0)
+        return name, f"{words}, to {largest:.1e}"
 
     @cached_property
     def reference_values(self) -> dict[Level, Mapping[str, np.ndarray]]:
@@ -201,14 +230,6 @@ class RobotProblem:
             identities=identities,
         )
 
-    def find_indefinite_states(self, level: Level) -> list[int]:
-        """The states at which the symmetric part of M has an eigenvalue that is not positive."""
-        if "mass_matrix" not in self.answers.values:
-            return []
-        scaled = self.answers.values["mass_matrix"] / self.sizes[level].mass_matrix
-        lowest = np.linalg.eigvalsh((scaled + scaled.swapaxes(1, 2)) / 2)[:, 0]
-        return np.flatnonzero(lowest <= 0).tolist()
-
     def entries(self, level: Level) -> list[EntryMismatch]:
         """The entries that differ from a level by more than rounding, the largest share first."""
         wrong_entries = [
@@ -238,7 +259,7 @@ class RobotProblem:
         """An entry in words, such as M[shoulder, elbow]."""
         return format_entry(entry_place(part, tuple(place)), self.names)
 
-    def distances(self) -> list[LevelDistance]:
+    def measure_levels(self) -> list[LevelDistance]:
         """Each level beside the equations, the nearest first."""
         distances = []
         for level in self.sizes:
@@ -264,15 +285,6 @@ def judge_engines(problem: RobotProblem, answers: AnswerSet, level: Level) -> It
         except Exception as error:  # whatever an engine raises is reported as a failure
             values = dict.fromkeys(problem.parts, failure_from_error(error))
         yield from judge_engine(answers, engine, values, answers.sizes)
-
-
-def has_engine_conflict(findings: Sequence[Finding]) -> bool:
-    """Whether engines judge a part in different ways, so that one of them must be wrong."""
-    verdicts: dict[str, set[str]] = {}
-    for finding in findings:
-        if finding.about.key.family == AGAINST:
-            verdicts.setdefault(finding.quantity, set()).add(finding.verdict)
-    return any(len(each) > 1 for each in verdicts.values())
 
 
 def compute_sizes_by_level(

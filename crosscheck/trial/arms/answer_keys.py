@@ -8,13 +8,13 @@ from typing import Any
 
 import numpy as np
 
+from crosscheck.trial.arms.questions import QUESTIONS, VerificationProblem, transform_model
 from crosscheck.trial.changes.arms.dependence import IgnoredNumber
 from crosscheck.trial.changes.arms.diagnosis import build_probe_problems
 from crosscheck.trial.input.loading import build_equations
 from crosscheck.trial.input.supplied import bind_equations
 from crosscheck.trial.judge.checks import COMPARED
 from crosscheck.trial.judge.entries import compute_sizes
-from crosscheck.trial.judge.questions import QUESTIONS, VerificationProblem, transform_model
 from crosscheck.trial.source.answer_key import Answer, AnswerKey, LevelAnswers
 
 FEW_STATES = 3

@@ -23,6 +23,7 @@ from crosscheck.planning.plan import perturb_start_by_one_ulp
 from crosscheck.registry import MODELS, find_same_integrator_models
 from crosscheck.runner.outcomes import Failure
 from crosscheck.runner.tasks import Evaluation, RunKey, Simulation
+from crosscheck.trial.arms.questions import AGAIN, PART_OF, StateQuestion, VerificationProblem
 from crosscheck.trial.input.calls import LOADS
 from crosscheck.trial.judge import entries
 from crosscheck.trial.judge.checks import (
@@ -38,7 +39,6 @@ from crosscheck.trial.judge.checks import (
     make_second_law,
 )
 from crosscheck.trial.judge.entries import NaturalSizes
-from crosscheck.trial.judge.questions import AGAIN, PART_OF, StateQuestion, VerificationProblem
 
 WHOLE = frozenset(COMPARED) - {"gravity"}  # parts without which equations are not complete
 RUN = "trial-run"

@@ -1,0 +1,300 @@
+"""A robot's equations in a trial: asked in workers, beside every level."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Mapping, Sequence
+from contextlib import contextmanager, suppress
+from dataclasses import dataclass, replace
+from functools import partial
+from typing import Any
+
+import numpy as np
+
+from crosscheck.checks.robot_states import WITH_WEIGHTS, RandomStates, RobotSizes
+from crosscheck.findings import Finding
+from crosscheck.models.errors import InputError
+from crosscheck.models.robot.robot import Level, Robot, remove_friction
+from crosscheck.registry import Entry, register
+from crosscheck.runner.outcomes import Failure
+from crosscheck.runner.progress_update import ProgressCallback
+from crosscheck.runner.workers import Workers
+from crosscheck.trial.coordinates.robots import map_calls, place_states, read_frame
+from crosscheck.trial.input.calls import LOADS
+from crosscheck.trial.input.loading import require_robot_equations
+from crosscheck.trial.judge.checks import AnswerSet
+from crosscheck.trial.judge.entries import LevelDistance
+from crosscheck.trial.request import TrialRequest
+from crosscheck.trial.result import Trial, TrialDiagnosis
+from crosscheck.trial.robots.answer_keys import make_robot_answer_keys
+from crosscheck.trial.robots.answers import (
+    BY_RATES,
+    NONLINEAR,
+    QUICK_STATES,
+    STATES,
+    Friction,
+    PartTask,
+    RobotAnswers,
+    ask,
+    bind_functions,
+    call_functions,
+    draw_states,
+    make_blocks,
+    make_part_task,
+    make_robot_entry,
+    read_friction,
+)
+from crosscheck.trial.robots.consistency import (
+    FEW_STATES,
+    SOURCES,
+    SlopeSides,
+    compare_with_itself,
+    make_slope_states,
+)
+from crosscheck.trial.robots.elastic import ELASTIC, build_elastic_robot, drive_motors
+from crosscheck.trial.robots.explain import Rates, diagnose
+from crosscheck.trial.robots.judge import (
+    SINGLE,
+    RobotProblem,
+    compute_sizes_by_level,
+    judge_engines,
+)
+from crosscheck.trial.robots.rates import (
+    BiasTerms,
+    compute_bias_terms,
+    make_rate_states,
+    select_rate_states,
+)
+from crosscheck.trial.source.answer_key import AnswerKey
+from crosscheck.trial.trial import RunTrial, TrialSubject
+
+
+@dataclass(frozen=True)
+class RobotSubject(TrialSubject):
+    """Equations of a robot that have answered; rates: asks for the terms of their bias."""
+
+    problem: RobotProblem
+    motors: tuple[int, ...]
+    rates: Rates
+    is_mapped: bool
+    has_file_friction: bool
+    explains_faults = True
+
+    @classmethod
+    @contextmanager
+    def ask(cls, request: TrialRequest, progress: ProgressCallback) -> Iterator[RobotSubject]:
+        """Ask the equations. Raises InputError for answers that can be none of this robot."""
+        name, equations, robot = request.name, request.equations, request.mechanism
+        require_robot_equations(equations, name)
+        stiffness = np.zeros((1, 1))
+        if equations.level == ELASTIC:
+            robot, stiffness = build_elastic_robot(robot, name)
+            equations = drive_motors(equations, robot)
+        friction, is_rubbing = read_friction(equations, robot, name), bool(robot.friction.any())
+        robot = remove_friction(robot)
+        questions = prepare_questions(replace(request, equations=equations, mechanism=robot))
+        motors, states, sizes = questions.motors, questions.states, questions.sizes
+        with register(name, questions.entry), Workers(request.jobs) as workers:
+            size = sizes[questions.level]
+            answers = ask(name, robot, states, size, friction, workers, progress)
+            second = _ask_about_itself(questions, answers, workers, progress)
+            taken = friction.torques(states.v)
+            pushed = states._replace(torques=states.torques - taken)
+            given = name, robot, pushed, sizes, answers, equations.level
+            problem = RobotProblem(*given, *second, taken, stiffness, equations)
+            rates = partial(_ask_bias_terms, questions, answers, friction, workers, progress)
+            yield cls(problem, motors, rates, questions.is_mapped, is_rubbing)
+
+    @staticmethod
+    def run_variants(request: TrialRequest, run: RunTrial) -> Trial:
+        """The trial, or that with the motor at which the fewest entries differ.
+
+        Only where no equations state which joints have a motor, and a function takes no torque for
+        each joint. Raises InputError for equations that cannot be judged.
+        """
+        equations = request.equations
+        loads = [
+            part for part in LOADS if getattr(equations, part) is not None and not equations.table
+        ]
+        try:
+            whole = [run(request)]
+        except InputError:
+            single = _run_with_one_motor(request, run) if loads else []
+            if not single:
+                raise
+        else:
+            failed = [part for part in loads if part in whole[0].failures]
+            single = (_run_with_one_motor(request, run) if failed else []) or whole
+        return min(single, key=lambda each: len(each.diagnosis.entries))
+
+    @staticmethod
+    def make_answer_keys(trial: Trial) -> Iterator[AnswerKey]:
+        """Right answers on the robot, and on one of its structure."""
+        problem, robot = trial.problem, trial.request.mechanism
+        return make_robot_answer_keys(problem, trial.diagnosis.level, robot, problem.equations)
+
+    def measure_levels(self) -> list[LevelDistance]:
+        """How far the equations are from each level, the nearest first."""
+        return self.problem.measure_levels() if self.problem.parts else []
+
+    def diagnose(self, distances: Sequence[LevelDistance]) -> TrialDiagnosis:
+        """Find other coordinates in which all is right, then one change, then single parts."""
+        if not distances:
+            return TrialDiagnosis(self.problem.stated or next(iter(self.problem.sizes)))
+        return diagnose(self.problem, distances, self.rates)
+
+    def collect_answers(self, level: Any) -> AnswerSet:
+        """The answers, to be judged by the sizes of a level."""
+        return self.problem.collect_answers(level)
+
+    def judge_engines(self, answers: AnswerSet, level: Any) -> Iterator[Finding]:
+        """Compare every part with every engine."""
+        return judge_engines(self.problem, answers, level)
+
+    def measure_errors(self, level: Any) -> tuple[dict[str, np.ndarray], dict[str, float]]:
+        """By part, the relative error of each entry from a level, and what is allowed."""
+        problem, sizes = self.problem, self.problem.sizes[level]
+        errors = problem.relative_errors(level, problem.reference_values[level])
+        largest = {part: np.abs(off).max(axis=0) for part, off in errors.items()}
+        return largest, {part: sizes.tolerance(part) for part in errors}
+
+    def list_remarks(self) -> Iterator[str]:
+        """Sentences on how the equations were read, where they may be read in several ways."""
+        answers = self.problem.answers
+        if self.is_mapped:
+            yield "carried from your coordinates to the joints' own, in which entries are named"
+        if answers.sources.get("bias") == NONLINEAR:
+            nonlinear = "read as nonlinear effects, C v + g, of which g is its gravity"
+            yield f"bias is not 0 at rest: {nonlinear}"
+        if answers.driven:
+            yield "force is the motors' torques alone: the weights are read as gravity, on the left"
+        if self.has_file_friction:
+            yield "friction of the joints is that of the robot's file"
+
+    def list_missing(self) -> Iterator[tuple[str, str]]:
+        """The elementary parts that there are not."""
+        failures = self.problem.answers.failures
+        for part in SINGLE:
+            by = "coriolis" if part == "bias" else ""
+            if part not in self.problem.parts and not {part, by, "inverse_dynamics"} & set(
+                failures
+            ):
+                weightless = part == "gravity" and self.problem.answers.weightless
+                yield part, "inverse_dynamics leaves it out" if weightless else "not supplied"
+
+    def list_notes(self, diagnosis: TrialDiagnosis) -> Sequence[str]:
+        """What of the robot's files is not used."""
+        return self.problem.robot.notes
+
+
+def _run_with_one_motor(request: TrialRequest, run: RunTrial) -> list[Trial]:
+    """The trials with a motor at one joint in which every function of torques answers."""
+    trials, joints = list[Trial](), len(request.mechanism.coordinates)
+    for joint in range(joints if request.equations.drive is None and joints > 1 else 0):
+        equations = replace(request.equations, drive=[joint + 1])
+        with suppress(InputError):
+            trials.append(run(replace(request, equations=equations)))
+    return [each for each in trials if not set(each.failures) & set(LOADS)]
+
+
+@dataclass(frozen=True)
+class RobotQuestions:
+    """All calls of a robot's equations in a trial; none depends on an answer.
+
+    entry: the equations' functions in the registry; motors: coordinates, from 0, that have one;
+    sizes: by level, of which ``level`` sets the accelerations at which inverse dynamics is asked.
+    """
+
+    name: str
+    robot: Robot
+    entry: Entry
+    motors: tuple[int, ...]
+    states: RandomStates
+    sizes: Mapping[Level, RobotSizes]
+    level: Level
+    is_mapped: bool
+
+    def list_tasks(self, part: str) -> list[PartTask]:
+        """All that a part may be asked: at the states, and where a wrong part is looked into."""
+        rounds = [list(make_blocks(part, self.states, self.sizes[self.level]).values())]
+        if part in SOURCES:
+            rounds.append(make_slope_states(self.robot, self.states))
+        if part in BY_RATES:
+            rounds.append(make_rate_states(select_rate_states(self.states)))
+        if part in LOADS:
+            rounds.append(make_torque_states(self.states, self.motors))
+        return [make_part_task(self.name, part, blocks) for blocks in rounds]
+
+
+def prepare_questions(request: TrialRequest) -> RobotQuestions:
+    """Prepare the calls of a robot's equations. Raises InputError."""
+    name, equations, robot = request.name, request.equations, request.mechanism
+    motors, calls = bind_functions(equations, robot)
+    table = equations.table
+    again = calls if table is None else bind_functions(table.again, robot)[1]
+    frame = read_frame(equations.coordinates, robot, name)
+    functions: list[dict[str, Any]] = [dict(calls), dict(again)]
+    states = draw_states(robot, QUICK_STATES if request.quick else STATES, request.seed, motors)
+    if frame is not None:
+        functions = [map_calls(each, frame, name) for each in functions]
+        states = place_states(states, frame)
+    sizes = compute_sizes_by_level(robot, equations.level, states)
+    level = next((each for each in sizes if each == equations.level), next(iter(sizes)))
+    entry = make_robot_entry(*functions)
+    return RobotQuestions(
+        name, robot, entry, motors, states, sizes, level, is_mapped=frame is not None
+    )
+
+
+def _ask_bias_terms(
+    questions: RobotQuestions,
+    answers: RobotAnswers,
+    friction: Friction,
+    workers: Workers,
+    progress: ProgressCallback,
+) -> BiasTerms | None:
+    """The bias term by term, of more answers; None if these fail."""
+    source = answers.sources["bias"]
+    states = make_rate_states(select_rate_states(questions.states))
+    part = "bias" if source == NONLINEAR else source
+    (answer,) = call_functions({part: states}, questions.name, workers, progress).values()
+    if isinstance(answer, Failure):
+        return None
+    parts = np.split(answer, len(states))
+    pairs = list(zip(parts, states, strict=True))
+    if part == "inverse_dynamics" or answers.friction_in_bias:
+        parts = [each - friction.torques(at.v) for each, at in pairs]
+    if part == "coriolis":
+        parts = [np.einsum("sij,sj->si", c, each.v) for c, each in pairs]
+    if source in WITH_WEIGHTS:
+        parts = [each - parts[0] for each in parts]
+    return compute_bias_terms(parts)
+
+
+def _ask_about_itself(
+    questions: RobotQuestions, answers: RobotAnswers, workers: Workers, progress: ProgressCallback
+) -> tuple[dict[str, SlopeSides], dict[str, np.ndarray], dict[str, Failure]]:
+    """What functions that answer owe to slopes of others; parts by torques; parts that fail."""
+    robot, states = questions.robot, questions.states
+    slopes, torques = make_slope_states(robot, states), make_torque_states(states, questions.motors)
+    calls = {part: slopes for part in SOURCES if answers.sources.get(part) == part}
+    calls |= {part: torques for part in LOADS if part in answers.values and questions.motors}
+    outcomes = call_functions(calls, questions.name, workers, progress) if calls else {}
+    failures = {part: each for part, each in outcomes.items() if isinstance(each, Failure)}
+    by_torques = {
+        part: np.stack(np.split(each, len(torques)), axis=1)
+        for part, each in outcomes.items()
+        if part in LOADS and not isinstance(each, Failure)
+    }
+    values = dict(answers.values)
+    if answers.other_speeds is not None and answers.sources["bias"] == "bias":
+        # The bias at rest is reported separately.
+        values["bias"] = values["bias"] - answers.other_speeds[:, -1]
+    return compare_with_itself(robot, states, values, outcomes), by_torques, failures
+
+
+def make_torque_states(states: RandomStates, motors: Sequence[int]) -> list[RandomStates]:
+    """The first states at no torque, each alone, twice each alone, and all together."""
+    few = states.first(FEW_STATES)
+    alone = [np.isin(np.arange(few.q.shape[1]), motor) for motor in motors]
+    factors = [0.0, *alone, *(2 * each for each in alone), 1.0]
+    return [few._replace(torques=factor * few.torques) for factor in factors]
