@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass, replace
-from typing import Any, NamedTuple
+from typing import TYPE_CHECKING, Any, NamedTuple
 
 import numpy as np
 
@@ -13,12 +13,15 @@ from crosscheck.findings import Agreement, Finding
 from crosscheck.report.finding_groups import describe_by_reason
 from crosscheck.report.formatting import describe_tally, format_percent
 from crosscheck.trial.changes.search import list_equals
-from crosscheck.trial.input.equations import SINGLE, Equations
+from crosscheck.trial.input.equations import SINGLE
 from crosscheck.trial.input.source_lines import SourceLines, find_source
 from crosscheck.trial.judge.checks import AGAINST, SelfCheck
-from crosscheck.trial.judge.entries import EntryMismatch, Explanation, LevelDistance
+from crosscheck.trial.judge.entries import EntryMismatch, LevelDistance
 from crosscheck.trial.result import Trial
 from crosscheck.trial.source.source_edit import SourceAnswer
+
+if TYPE_CHECKING:
+    from crosscheck.trial.changes.arms.dependence import IgnoredNumber
 
 DIGITS = f"single precision (float32, {SINGLE:.0e} relative)"
 PART_TITLES = {"mass_matrix": "M", "rate_terms": "bias"}
@@ -27,72 +30,13 @@ MOST_CAUSES = 4  # causes that the terminal shows; the JSON file has all
 UNACCOUNTED = ("failed", "unfinished", "unresolved")
 
 
-@dataclass(frozen=True)
-class EntryError:
-    """An entry of equations that is not right.
-
-    Args:
-        name: The entry, such as ``M[theta_1, theta_2]``.
-        part: The part that it belongs to, such as ``mass_matrix``.
-        share: Largest deviation over the states, relative to the entry's natural size.
-        cause: What is wrong with it, in words; '' where nobody knows.
-        row: Its row, from 0.
-        column: Its column in M, from 0.
-        rates: The two coordinates, from 0, whose rates' product it stands before.
-        difference: Yours minus right, term by term, where nothing explains it.
-        latex: The same, typeset.
-        explanation: The errors of terms that make the difference.
-        shown_on: Name of another mechanism that alone shows the error; '' of an error on this one.
-        source: The function that answers the part.
-    """
-
-    name: str
-    part: str
-    share: float
-    cause: str
-    row: int
-    column: int | None = None
-    rates: tuple[int, int] | None = None
-    difference: tuple[Any, ...] = ()
-    latex: str = ""
-    explanation: Explanation | None = None
-    shown_on: str = ""
-    source: SourceLines | None = None
-
-
-@dataclass(frozen=True)
-class PartDeviation:
-    """Deviations of a part from the reference.
-
-    Args:
-        part: Name of the part.
-        title: The part as views call it, such as ``M``.
-        relative: Largest deviation of each entry over the states, relative to its size: (n, n) of
-            M, (n, n, n) of a bias by products of rates, else (n,).
-        allowed: Deviation that rounding explains.
-    """
+class PartDeviation(NamedTuple):
+    """A part, its title in views, largest relative deviations of its entries, what is allowed."""
 
     part: str
     title: str
     relative: np.ndarray
     allowed: float
-
-
-@dataclass(frozen=True)
-class UnfollowedNumber:
-    """A number of the mechanism's file that the equations do not follow.
-
-    Args:
-        name: Its path in the file.
-        value: Its value there.
-        parts: The parts that do not change with it.
-        goes_with: Numbers whose product, each to its power, they take in its place.
-    """
-
-    name: str
-    value: float
-    parts: tuple[str, ...]
-    goes_with: Mapping[str, int]
 
 
 class TrialVerdict(NamedTuple):
@@ -124,6 +68,7 @@ class TrialAnswer:
         notes: Remarks that concern no error.
         levels: How far the equations are from each level.
         unfollowed: Numbers of the file that the equations do not follow.
+        sources: The functions that answer wrong parts.
         parts: The parts, with the deviation of each entry.
         traces: Tracebacks of parts that raised.
         agreement: All checks.
@@ -137,15 +82,16 @@ class TrialAnswer:
     verdict: TrialVerdict
     change: SourceAnswer | None
     causes: tuple[str, ...]
-    wrong: tuple[EntryError, ...]
-    hidden: tuple[EntryError, ...]
+    wrong: tuple[EntryMismatch, ...]
+    hidden: tuple[EntryMismatch, ...]
     scope: tuple[str, ...]
     notes: tuple[str, ...]
     levels: tuple[LevelDistance, ...]
     parts: tuple[PartDeviation, ...]
     traces: Mapping[str, str]
     agreement: Agreement
-    unfollowed: tuple[UnfollowedNumber, ...] = ()
+    unfollowed: tuple[IgnoredNumber, ...]
+    sources: Mapping[str, SourceLines | None]
 
     def attribute_to_single_precision(self) -> TrialAnswer:
         """The answer on float32 numbers: differences that their rounding explains are no errors."""
@@ -156,7 +102,7 @@ class TrialAnswer:
             verdict=TrialVerdict(f"differs by the rounding of {DIGITS} alone", is_predicate=True),
             causes=(f"its answers have {DIGITS}: with float64 in their place, they can be judged",),
             wrong=tuple(
-                replace(each, cause=DIGITS, explanation=None, difference=(), latex="")
+                replace(each, notes=(DIGITS,), explanation=None, difference=(), latex="")
                 for each in self.wrong
             ),
         )
@@ -235,9 +181,7 @@ def name_entries(part: PartDeviation, names: Sequence[str]) -> Iterator[tuple[st
 def answer_trial(trial: Trial) -> TrialAnswer:
     """The answer of a trial."""
     problem, diagnosis = trial.problem, trial.diagnosis
-    wrong, hidden = (
-        tuple(list_wrong(each, problem.equations)) for each in (diagnosis.entries, diagnosis.hidden)
-    )
+    wrong = diagnosis.entries
     traces = dict[str, str]()  # each once, of the part that raised it first
     for part, why in trial.failures.items():
         traces.setdefault(why.trace, part)
@@ -251,22 +195,23 @@ def answer_trial(trial: Trial) -> TrialAnswer:
         change=trial.source_answer,
         causes=tuple(_describe_causes(trial)),
         wrong=wrong,
-        hidden=hidden,
+        hidden=diagnosis.hidden,
         scope=trial.remarks,
         notes=trial.notes,
         levels=trial.distances,
-        parts=tuple(list_deviations(trial.relative_errors, trial.allowed)),
+        parts=tuple(
+            PartDeviation(part, PART_TITLES.get(part, part), relative, trial.allowed[part])
+            for part, relative in trial.relative_errors.items()
+        ),
         traces={part: trace for trace, part in traces.items() if trace},
         agreement=trial.agreement,
-        unfollowed=tuple(
-            UnfollowedNumber(each.name, each.value, each.parts, dict(each.goes_with))
-            for each in diagnosis.ignored_numbers
-        ),
+        unfollowed=diagnosis.ignored_numbers,
+        sources={each.part: find_source(problem.equations, each.part) for each in wrong},
     )
     return answer.attribute_to_single_precision() if trial.is_single_precision else answer
 
 
-def _describe_verdict(trial: Trial, wrong: Sequence[EntryError]) -> TrialVerdict:
+def _describe_verdict(trial: Trial, wrong: Sequence[EntryMismatch]) -> TrialVerdict:
     """What is wrong, or with what all agrees."""
     problem, level = trial.problem, trial.diagnosis.level
     if readings := trial.diagnosis.readings:
@@ -306,34 +251,6 @@ def has_engine_conflict(findings: Sequence[Finding]) -> bool:
     return any(len(each) > 1 for each in verdicts.values())
 
 
-def list_wrong(wrong: Sequence[EntryMismatch], equations: Equations) -> Iterator[EntryError]:
-    """The wrong entries as views show them."""
-    sources = {part: find_source(equations, part) for part in {each.part for each in wrong}}
-    for each in wrong:
-        yield EntryError(
-            name=each.name,
-            part=each.part,
-            share=each.share,
-            cause=each.cause,
-            row=each.place.row,
-            column=each.place.column,
-            rates=each.place.rates,
-            difference=each.difference,
-            latex=each.latex,
-            explanation=each.explanation,
-            shown_on=each.shown_on,
-            source=sources[each.part],
-        )
-
-
-def list_deviations(
-    relative_errors: Mapping[str, np.ndarray], allowed: Mapping[str, float]
-) -> Iterator[PartDeviation]:
-    """The parts with the deviation of each entry."""
-    for part, relative in relative_errors.items():
-        yield PartDeviation(part, PART_TITLES.get(part, part), relative, allowed[part])
-
-
 def describe_faults(checks: Sequence[SelfCheck]) -> Iterator[str]:
     """Lines on what equations owe to themselves and do not keep.
 
@@ -344,7 +261,7 @@ def describe_faults(checks: Sequence[SelfCheck]) -> Iterator[str]:
             yield f"{check.fault}{f' ({check.finding.note})' if check.finding.note else ''}"
 
 
-def describe_wrong(wrong: Sequence[EntryError]) -> str:
+def describe_wrong(wrong: Sequence[EntryMismatch]) -> str:
     """The entry that is wrong, how many others are, and by how much, in words."""
     count, largest = len(wrong), max(each.share for each in wrong)
     others = f" and {count - 1} more {'entry' if count == 2 else 'entries'}" if count > 1 else ""

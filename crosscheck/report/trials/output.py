@@ -11,9 +11,12 @@ from crosscheck.report.heat_map import HeatMap, make_entry_map, make_heat_map
 from crosscheck.report.junit import format_junit
 from crosscheck.report.records import format_json, to_json_value
 from crosscheck.report.rendering import render_page
-from crosscheck.report.trials.answer import EntryError, PartDeviation, TrialAnswer
+from crosscheck.report.trials.answer import PartDeviation, TrialAnswer
+from crosscheck.trial.judge.entries import EntryMismatch
 
 SCHEMA_VERSION = 3
+NUMBER_FIELDS = ("name", "value", "parts", "goes_with")
+ENTRY_FIELDS = ("name", "share", "cause", "difference", "latex", "explanation", "shown_on")
 
 
 def format_trial_json(answer: TrialAnswer) -> str:
@@ -28,22 +31,26 @@ def format_trial_json(answer: TrialAnswer) -> str:
             "headline": answer.headline,
             "change": to_json_value(answer.change),
             "causes": answer.causes,
-            "wrong": [_wrong_record(each) for each in answer.wrong],
-            "hidden": [_wrong_record(each) for each in answer.hidden],
+            "wrong": [_wrong_record(each, answer) for each in answer.wrong],
+            "hidden": [_wrong_record(each, answer) for each in answer.hidden],
             "scope": answer.scope,
             "notes": answer.notes,
             "levels": to_json_value(answer.levels),
-            "unfollowed": to_json_value(answer.unfollowed),
+            "unfollowed": [_select_fields(each, NUMBER_FIELDS) for each in answer.unfollowed],
             "tracebacks": answer.traces,
             "agreement": answer.agreement.to_dict(),
         }
     )
 
 
-def _wrong_record(wrong: EntryError) -> dict[str, Any]:
-    source = wrong.source
-    place = None if source is None else {"file": source.file, "line": source.first}
-    return {**to_json_value(wrong), "source": place}
+def _wrong_record(wrong: EntryMismatch, answer: TrialAnswer) -> dict[str, Any]:
+    source, place = answer.sources.get(wrong.part), to_json_value(wrong.place)
+    where = None if source is None else {"file": source.file, "line": source.first}
+    return {**_select_fields(wrong, ENTRY_FIELDS), **place, "source": where}
+
+
+def _select_fields(record: Any, names: Sequence[str]) -> dict[str, Any]:
+    return {name: to_json_value(getattr(record, name)) for name in names}
 
 
 def format_trial_junit(answer: TrialAnswer) -> str:
@@ -62,7 +69,7 @@ def render_trial_page(answer: TrialAnswer) -> str:
     # Matplotlib sets formulas, for a page alone.
     from crosscheck.report.trials.typesetting import describe_errors, render_formula, render_pairs
 
-    sources = {each.part: each.source for each in answer.wrong if each.source is not None}
+    sources = filter(None, answer.sources.values())
     return render_page(
         "trial",
         answer=answer,
@@ -71,7 +78,7 @@ def render_trial_page(answer: TrialAnswer) -> str:
         typeset=render_formula,
         pairs=render_pairs,
         words=describe_errors,
-        sources=() if answer.change else tuple(sources.values()),
+        sources=() if answer.change else tuple(sources),
         listed=list_findings(answer.agreement.findings),
         provenance=answer.agreement.to_dict()["provenance"],
     )

@@ -40,23 +40,27 @@ from crosscheck.trial.judge.entries import (
     measure_distance,
     sort_distances,
 )
-from crosscheck.trial.robots.answers import RobotAnswers
+from crosscheck.trial.result import TrialDiagnosis
+from crosscheck.trial.robots.answers import NONLINEAR, RobotAnswers
 from crosscheck.trial.robots.consistency import SlopeSides
 from crosscheck.trial.robots.elastic import ELASTIC
+from crosscheck.trial.trial import TrialSubject
 
 EARTH = 10.0  # m/s^2, of robots that stand in space
 SINGLE = ("mass_matrix", "bias", "gravity")  # elementary parts, from which the others are composed
 
 
 @dataclass(frozen=True)
-class RobotProblem:
+class RobotProblem(TrialSubject):
     """Equations of a robot, by name, and their answers at states.
 
     sizes: by level, of each that equations may be of; stated: the level that these are to be of;
     self_differences: by part, what it owes to the slopes of others; by_torques: by part, as in
     AnswerSet; lost: parts that did not answer where these were asked; friction
     (states, n): the torques that it takes, which those of the states are without; stiffness (n, n):
-    of springs, whose torques stand beside the weights; equations: whose answers they are.
+    of springs, whose torques stand beside the weights; equations: whose answers they are; motors:
+    coordinates, from 0, that have one; is_mapped: whether the equations are in other coordinates;
+    has_file_friction: whether the friction is that of the robot's file.
     """
 
     name: str
@@ -71,6 +75,10 @@ class RobotProblem:
     friction: np.ndarray = field(default_factory=lambda: np.zeros(1))
     stiffness: np.ndarray = field(default_factory=lambda: np.zeros((1, 1)))
     equations: Equations = field(default_factory=Equations)
+    motors: tuple[int, ...] = ()
+    is_mapped: bool = False
+    has_file_friction: bool = False
+    explains_faults = True
 
     @property
     def mechanism(self) -> Robot:
@@ -260,13 +268,55 @@ class RobotProblem:
         return format_entry(entry_place(part, tuple(place)), self.names)
 
     def measure_levels(self) -> list[LevelDistance]:
-        """Each level beside the equations, the nearest first."""
+        """How far the equations are from each level, the nearest first."""
         distances = []
-        for level in self.sizes:
+        for level in self.sizes if self.parts else ():
             errors = self.relative_errors(level, self.reference_values[level]).values()
             largest = (np.abs(each).max(axis=0) for each in errors)
             distances.append(measure_distance(level, len(self.entries(level)), largest))
         return sort_distances(distances, self.stated)
+
+    def judge_engines(self, answers: AnswerSet, level: Level) -> Iterator[Finding]:
+        """Every part compared with every engine; one that raises fails there."""
+        for engine in find_level_engines(level):
+            values: Mapping[str, np.ndarray | Failure]
+            try:
+                values = self.evaluate_model(build_robot_model(engine, self.robot, level))
+            except Exception as error:  # whatever an engine raises is reported as a failure
+                values = dict.fromkeys(self.parts, failure_from_error(error))
+            yield from judge_engine(answers, engine, values, answers.sizes)
+
+    def measure_errors(self, level: Any) -> tuple[dict[str, np.ndarray], dict[str, float]]:
+        """By part, the relative error of each entry from a level, and what is allowed."""
+        sizes, errors = self.sizes[level], self.relative_errors(level, self.reference_values[level])
+        largest = {part: np.abs(off).max(axis=0) for part, off in errors.items()}
+        return largest, {part: sizes.tolerance(part) for part in errors}
+
+    def list_remarks(self) -> Iterator[str]:
+        """Sentences on how the equations were read, where they may be read in several ways."""
+        answers = self.answers
+        if self.is_mapped:
+            yield "carried from your coordinates to the joints' own, in which entries are named"
+        if answers.sources.get("bias") == NONLINEAR:
+            nonlinear = "read as nonlinear effects, C v + g, of which g is its gravity"
+            yield f"bias is not 0 at rest: {nonlinear}"
+        if answers.driven:
+            yield "force is the motors' torques alone: the weights are read as gravity, on the left"
+        if self.has_file_friction:
+            yield "friction of the joints is that of the robot's file"
+
+    def list_missing(self) -> Iterator[tuple[str, str]]:
+        """The elementary parts that there are not."""
+        failures = self.answers.failures
+        for part in SINGLE:
+            by = "coriolis" if part == "bias" else ""
+            if part not in self.parts and not {part, by, "inverse_dynamics"} & set(failures):
+                weightless = part == "gravity" and self.answers.weightless
+                yield part, "inverse_dynamics leaves it out" if weightless else "not supplied"
+
+    def list_notes(self, diagnosis: TrialDiagnosis) -> Sequence[str]:
+        """What of the robot's files is not used."""
+        return self.robot.notes
 
 
 def select_entry(values: np.ndarray, place: tuple[int, ...]) -> np.ndarray:
@@ -274,17 +324,6 @@ def select_entry(values: np.ndarray, place: tuple[int, ...]) -> np.ndarray:
     index: tuple[Any, ...] = (slice(None), *place)
     entry: np.ndarray = values[index]
     return entry
-
-
-def judge_engines(problem: RobotProblem, answers: AnswerSet, level: Level) -> Iterator[Finding]:
-    """Every part compared with every engine; one that raises fails there."""
-    for engine in find_level_engines(level):
-        values: Mapping[str, np.ndarray | Failure]
-        try:
-            values = problem.evaluate_model(build_robot_model(engine, problem.robot, level))
-        except Exception as error:  # whatever an engine raises is reported as a failure
-            values = dict.fromkeys(problem.parts, failure_from_error(error))
-        yield from judge_engine(answers, engine, values, answers.sizes)
 
 
 def compute_sizes_by_level(

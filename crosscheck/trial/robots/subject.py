@@ -11,7 +11,6 @@ from typing import Any
 import numpy as np
 
 from crosscheck.checks.robot_states import WITH_WEIGHTS, RandomStates, RobotSizes
-from crosscheck.findings import Finding
 from crosscheck.models.errors import InputError
 from crosscheck.models.robot.robot import Level, Robot, remove_friction
 from crosscheck.registry import Entry, register
@@ -21,7 +20,6 @@ from crosscheck.runner.workers import Workers
 from crosscheck.trial.coordinates.robots import map_calls, place_states, read_frame
 from crosscheck.trial.input.calls import LOADS
 from crosscheck.trial.input.loading import require_robot_equations
-from crosscheck.trial.judge.checks import AnswerSet
 from crosscheck.trial.judge.entries import LevelDistance
 from crosscheck.trial.request import TrialRequest
 from crosscheck.trial.result import Trial, TrialDiagnosis
@@ -53,10 +51,8 @@ from crosscheck.trial.robots.consistency import (
 from crosscheck.trial.robots.elastic import ELASTIC, build_elastic_robot, drive_motors
 from crosscheck.trial.robots.explain import Rates, diagnose
 from crosscheck.trial.robots.judge import (
-    SINGLE,
     RobotProblem,
     compute_sizes_by_level,
-    judge_engines,
 )
 from crosscheck.trial.robots.rates import (
     BiasTerms,
@@ -65,19 +61,19 @@ from crosscheck.trial.robots.rates import (
     select_rate_states,
 )
 from crosscheck.trial.source.answer_key import AnswerKey
-from crosscheck.trial.trial import RunTrial, TrialSubject
+from crosscheck.trial.trial import RunTrial
 
 
 @dataclass(frozen=True)
-class RobotSubject(TrialSubject):
+class RobotSubject(RobotProblem):
     """Equations of a robot that have answered; rates: asks for the terms of their bias."""
 
-    problem: RobotProblem
-    motors: tuple[int, ...]
-    rates: Rates
-    is_mapped: bool
-    has_file_friction: bool
-    explains_faults = True
+    rates: Rates | None = None
+
+    @property
+    def problem(self) -> RobotProblem:  # type: ignore[override]
+        """The equations, and what they are compared with."""
+        return self
 
     @classmethod
     @contextmanager
@@ -99,10 +95,9 @@ class RobotSubject(TrialSubject):
             second = _ask_about_itself(questions, answers, workers, progress)
             taken = friction.torques(states.v)
             pushed = states._replace(torques=states.torques - taken)
-            given = name, robot, pushed, sizes, answers, equations.level
-            problem = RobotProblem(*given, *second, taken, stiffness, equations)
+            given = name, robot, pushed, sizes, answers, equations.level, *second, taken, stiffness
             rates = partial(_ask_bias_terms, questions, answers, friction, workers, progress)
-            yield cls(problem, motors, rates, questions.is_mapped, is_rubbing)
+            yield cls(*given, equations, motors, questions.is_mapped, is_rubbing, rates)
 
     @staticmethod
     def run_variants(request: TrialRequest, run: RunTrial) -> Trial:
@@ -132,58 +127,12 @@ class RobotSubject(TrialSubject):
         problem, robot = trial.problem, trial.request.mechanism
         return make_robot_answer_keys(problem, trial.diagnosis.level, robot, problem.equations)
 
-    def measure_levels(self) -> list[LevelDistance]:
-        """How far the equations are from each level, the nearest first."""
-        return self.problem.measure_levels() if self.problem.parts else []
-
     def diagnose(self, distances: Sequence[LevelDistance]) -> TrialDiagnosis:
         """Find other coordinates in which all is right, then one change, then single parts."""
         if not distances:
-            return TrialDiagnosis(self.problem.stated or next(iter(self.problem.sizes)))
-        return diagnose(self.problem, distances, self.rates)
-
-    def collect_answers(self, level: Any) -> AnswerSet:
-        """The answers, to be judged by the sizes of a level."""
-        return self.problem.collect_answers(level)
-
-    def judge_engines(self, answers: AnswerSet, level: Any) -> Iterator[Finding]:
-        """Compare every part with every engine."""
-        return judge_engines(self.problem, answers, level)
-
-    def measure_errors(self, level: Any) -> tuple[dict[str, np.ndarray], dict[str, float]]:
-        """By part, the relative error of each entry from a level, and what is allowed."""
-        problem, sizes = self.problem, self.problem.sizes[level]
-        errors = problem.relative_errors(level, problem.reference_values[level])
-        largest = {part: np.abs(off).max(axis=0) for part, off in errors.items()}
-        return largest, {part: sizes.tolerance(part) for part in errors}
-
-    def list_remarks(self) -> Iterator[str]:
-        """Sentences on how the equations were read, where they may be read in several ways."""
-        answers = self.problem.answers
-        if self.is_mapped:
-            yield "carried from your coordinates to the joints' own, in which entries are named"
-        if answers.sources.get("bias") == NONLINEAR:
-            nonlinear = "read as nonlinear effects, C v + g, of which g is its gravity"
-            yield f"bias is not 0 at rest: {nonlinear}"
-        if answers.driven:
-            yield "force is the motors' torques alone: the weights are read as gravity, on the left"
-        if self.has_file_friction:
-            yield "friction of the joints is that of the robot's file"
-
-    def list_missing(self) -> Iterator[tuple[str, str]]:
-        """The elementary parts that there are not."""
-        failures = self.problem.answers.failures
-        for part in SINGLE:
-            by = "coriolis" if part == "bias" else ""
-            if part not in self.problem.parts and not {part, by, "inverse_dynamics"} & set(
-                failures
-            ):
-                weightless = part == "gravity" and self.problem.answers.weightless
-                yield part, "inverse_dynamics leaves it out" if weightless else "not supplied"
-
-    def list_notes(self, diagnosis: TrialDiagnosis) -> Sequence[str]:
-        """What of the robot's files is not used."""
-        return self.problem.robot.notes
+            return TrialDiagnosis(self.stated or next(iter(self.sizes)))
+        assert self.rates is not None  # as they are of equations that were asked
+        return diagnose(self, distances, self.rates)
 
 
 def _run_with_one_motor(request: TrialRequest, run: RunTrial) -> list[Trial]:
