@@ -72,7 +72,7 @@ def try_equations(
     """Judge supplied equations: which entry is wrong, and why.
 
     The result prints itself, and a notebook shows it with a heat map of each part; it has
-    ``exit_code``, ``answer`` (a record of all that every view shows), ``to_dataframe()`` and
+    ``exit_code``, ``headline``, ``causes``, ``to_dataframe()`` and
     ``write_report(folder)``.
 
     Args:
@@ -141,9 +141,8 @@ def assert_agrees(
         name=name,
     )
     if trial.exit_code:
-        answer = trial.answer
-        first = answer.first_error or "not all checks agree"
-        raise AssertionError("\n".join((f"{answer.name}: {first}", *answer.lines)))
+        first = trial.first_error or "not all checks agree"
+        raise AssertionError("\n".join((f"{trial.problem.name}: {first}", *trial.lines)))
     return trial
 
 

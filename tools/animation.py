@@ -136,18 +136,17 @@ def draw_mesh(frames: np.ndarray, mesh: dict[str, Any]) -> Iterator[str]:
 
 def draw_cause(trial: Trial) -> Iterator[str]:
     """The wrong line of code, then the verdict, then what must change."""
-    answer = trial.answer
-    if answer.change is None:
+    if trial.change is None:
         raise ValueError(f"{EXAMPLE}: no change of the source explains the mistake")
-    (edit,) = answer.change.edits
+    (edit,) = trial.change.edits
 
     left, steps = STRIP[0] + 30, 20
     lines = [
         ("soft", "Your code:", 0),
         ("code", edit.start.strip() + edit.removed + edit.end, 0),
         ("soft", f"$ crosscheck trial my_model.py:model {ARM} --quick", 3),
-        ("bad", answer.verdict.text.partition(",")[0], 6),
-        ("", next(iter(answer.change.sentences)).partition(";")[0], 9),
+        ("bad", trial.verdict.text.partition(",")[0], 6),
+        ("", next(iter(trial.change.sentences)).partition(";")[0], 9),
     ]
     names = dict.fromkeys(start for _, _, start in lines if start)
     appear = [

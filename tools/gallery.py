@@ -119,7 +119,7 @@ def _run_trials(entry: Entry) -> Example:
 
 def _describe_mistake(trial: Trial) -> str:
     """The cause that a trial names first, or else its verdict."""
-    text = next(iter(trial.answer.causes), trial.answer.verdict.text)
+    text = next(iter(trial.causes), trial.verdict.text)
     return f"the model {text}" if text.startswith("is ") else text
 
 
@@ -131,7 +131,7 @@ def _as_markdown(about: str) -> str:
 
 def _draw_trial(trial: Trial) -> str:
     """The first map of a trial with an entry that differs."""
-    maps = make_trial_maps(trial.answer)
+    maps = make_trial_maps(trial)
     return draw_maps(
         [next(each for each in maps if any(c.shade for row in each.cells for c in row))]
     )

@@ -169,7 +169,7 @@ class PaperAudit:
     @property
     def equation_lines(self) -> list[str]:
         """What the trial says of the equations, if there are any."""
-        return list(self.trial.answer.lines) if self.trial else []
+        return list(self.trial.lines) if self.trial else []
 
 
 class PaperFolder(NamedTuple):

@@ -220,12 +220,11 @@ def _report_trial(trial: Trial, options: TrialOptions) -> int:
         render_trial_page,
     )
 
-    answer = trial.answer
     texts = format_trial_json, format_trial_junit, render_trial_page
     requests = (
-        (path, partial(text, answer)) for (path, _), text in zip(options.files, texts, strict=True)
+        (path, partial(text, trial)) for (path, _), text in zip(options.files, texts, strict=True)
     )
-    print_and_write(answer.lines, *requests)
+    print_and_write(trial.lines, *requests)
     return trial.exit_code
 
 

@@ -120,7 +120,7 @@ def run_trial(request: TrialRequest, progress: ProgressCallback = ignore_progres
         if code is None:
             return trial
         make_keys = partial(subjects.make_answer_keys, trial)
-        return replace(trial, source_answer=find_source_answer(code, make_keys, progress))
+        return replace(trial, change=find_source_answer(code, make_keys, progress))
 
 
 def _get_subjects(request: TrialRequest) -> type[TrialSubject]:
@@ -177,7 +177,7 @@ def _judge_subject(subject: TrialSubject, request: TrialRequest) -> Trial:
         allowed=allowed,
         failures=answers.failures,
         self_checks=tuple(self_checks),
-        remarks=tuple(remarks),
+        scope=tuple(remarks),
         notes=tuple(subject.list_notes(diagnosis)),
         is_single_precision=any(map(is_single_precision, answers.values.values())),
     )

@@ -146,7 +146,7 @@ def test_what_is_not_kept_is_said_in_words(case):
     own, checks, words = WRONG[case]
     trial = trial_of(own)
     assert differing(trial) == checks
-    assert words in trial.answer.causes[:3]
+    assert words in trial.causes[:3]
 
 
 @pytest.mark.parametrize(("half", "empty"), [(np.triu, "below"), (np.tril, "above")])
@@ -185,7 +185,7 @@ def test_nonlinear_effects_are_bias_and_gravity():
     trial = trial_of(own)
     assert trial.agrees
     assert set(trial.relative_errors) == {"mass_matrix", "bias", "gravity", "force"}
-    assert trial.answer.scope[:2] == (
+    assert trial.scope[:2] == (
         "bias is not 0 at rest: read as nonlinear effects, C v + g, of which g is its gravity",
         "force is the motors' torques alone: the weights are read as gravity, on the left",
     )

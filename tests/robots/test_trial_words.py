@@ -62,7 +62,7 @@ def trial(found: TrialDiagnosis, checks: Sequence[Finding] = (), **changes: Any)
         "allowed": {"bias": 1e-10},
         "failures": {},
         "self_checks": (),
-        "remarks": ("a remark",),
+        "scope": ("a remark",),
         "notes": (),
     }
     return Trial(**plain | changes)
@@ -118,27 +118,27 @@ CASES: dict[str, tuple[Trial, str, tuple[str, ...]]] = {
 @pytest.mark.parametrize("name", CASES)
 def test_a_trial_has_a_headline_and_causes(name):
     made, headline, causes = CASES[name]
-    assert (made.answer.headline, made.answer.causes) == (headline, causes)
-    lines = list(made.answer.lines)
+    assert (made.headline, made.causes) == (headline, causes)
+    lines = list(made.lines)
     assert lines[: 1 + len(causes)] == [headline, *causes]
     assert "a remark" in lines
     assert lines[-1].endswith(("agree", "agrees"))
 
 
 def test_a_check_that_no_entry_accounts_for_is_a_line():
-    (line,) = trial(FINE, [finding("symmetric", 0.5)]).answer.failures
+    (line,) = trial(FINE, [finding("symmetric", 0.5)]).failing_checks
     assert line.endswith("measured 0.5, allowed 1e-10")
     wrong = TrialDiagnosis("armature", NAMED)
-    assert list(trial(wrong, [finding("bias", 0.3, "analytic")]).answer.failures) == []
+    assert list(trial(wrong, [finding("bias", 0.3, "analytic")]).failing_checks) == []
     failed = make_failed_check(finding("b", 0.0).about, "bias: it raised")
-    lines = list(trial(wrong, [failed], failures={"bias": LOST}).answer.lines)
+    lines = list(trial(wrong, [failed], failures={"bias": LOST}).lines)
     assert any(line.endswith("bias: it raised") for line in lines)
     assert lines[-4:-1] == ["bias raised:", "line 1", "line 2"]
 
 
 def test_of_many_causes_the_terminal_has_the_first():
     causes = tuple(map(str, range(14)))
-    shown = list(trial(TrialDiagnosis("armature", NAMED, causes)).answer.lines)
+    shown = list(trial(TrialDiagnosis("armature", NAMED, causes)).lines)
     assert shown[1:6] == [*"0123", "and 10 more, all in --json and on the page"]
 
 

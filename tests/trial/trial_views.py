@@ -85,7 +85,7 @@ def wrong_arm(trial: Trial) -> Iterator[str]:
         if not np.allclose(trial.relative_errors[part], shares[name], rtol=1e-6, atol=1e-9):
             yield f"{part}: {trial.relative_errors[part]}, must be {shares[name]}"
     line = f"M[theta_1, theta_1]: yours minus right is {INERTIA:g};"
-    if not any(cause.startswith(line) for cause in trial.answer.causes):
+    if not any(cause.startswith(line) for cause in trial.causes):
         yield f"no {line}"
 
 

@@ -37,7 +37,7 @@ def make_trial(record: Callable[[], Any], seed: int) -> Any:
 def list_facts(trial: Trial) -> Iterator[Fact]:
     """Facts of entries, levels, parts and findings."""
     yield from list_findings(trial.agreement)
-    wrong, names = list(list_wrong(trial)), trial.answer.coordinates
+    wrong, names = list(list_wrong(trial)), trial.problem.names
     for name, share, row, column, part in wrong:
         places = {
             "row": row,
@@ -70,7 +70,7 @@ def list_facts(trial: Trial) -> Iterator[Fact]:
 
 def list_wrong(trial: Trial) -> Iterator[tuple[str, float, int, int | None, str]]:
     """Name, share, row, column and part of each entry that is wrong."""
-    names = trial.answer.coordinates
+    names = trial.problem.names
     for each in trial.diagnosis.entries:
         row, column, part = each.place.row, each.place.column, each.part
         places = ", ".join(names[n] for n in (row, column) if n is not None)
@@ -80,7 +80,7 @@ def list_wrong(trial: Trial) -> Iterator[tuple[str, float, int, int | None, str]
 def list_rows(trial: Trial) -> Iterator[Fact]:
     """Facts of the table of entries."""
     yield from (fact for fact in list_facts(trial) if fact.field == "difference")
-    names = trial.answer.coordinates
+    names = trial.problem.names
     for part, errors in trial.relative_errors.items():
         title = TITLES.get(part, part)
         for place, value in np.ndenumerate(errors):
@@ -108,7 +108,7 @@ def fail_assertion(trial: Trial) -> str:
 def annotate(trial: Trial) -> str:
     """What a workflow says."""
     return "\n".join(
-        format_annotations(json.loads(output.format_trial_json(trial.answer)), Path("mine.py"))
+        format_annotations(json.loads(output.format_trial_json(trial)), Path("mine.py"))
     )
 
 
@@ -129,12 +129,12 @@ PHRASES = {
 }
 RENDER: dict[str, Callable[[Any], str]] = {
     "terminal": repr,
-    "JSON": lambda trial: output.format_trial_json(trial.answer),
-    "page": lambda trial: output.render_trial_page(trial.answer),
+    "JSON": lambda trial: output.format_trial_json(trial),
+    "page": lambda trial: output.render_trial_page(trial),
     "notebook": lambda trial: trial._repr_html_(),
     "assertion": fail_assertion,
     "annotations": annotate,
-    "table": lambda trial: format_json({"rows": trial.answer.rows}),
+    "table": lambda trial: format_json({"rows": trial.rows}),
 }
 VIEWS = {
     f"{name} of a trial of {kind}": View(
@@ -144,7 +144,7 @@ VIEWS = {
         phrases=PHRASES,
         wording={r"\b[12]\. (?=[A-Z])": "numbers of sections"},
         shown={"page": ("off by", "measured"), "table": ("relative",)}.get(name, ()),
-        given=lambda trial: trial.answer.description,
+        given=lambda trial: trial.problem.description,
         sorted=(*WORDS, "measured", "tolerance", "share", "verdict", "most"),
     )
     for (name, render), (kind, record) in product(RENDER.items(), RECORDS.items())

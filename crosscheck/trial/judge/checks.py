@@ -201,6 +201,15 @@ def judge_engine(
         )
 
 
+def has_engine_conflict(findings: Sequence[Finding]) -> bool:
+    """Whether engines judge a part in different ways, so that one of them must be wrong."""
+    verdicts: dict[str, set[str]] = {}
+    for finding in findings:
+        if finding.about.key.family == AGAINST and finding.kind == "check":
+            verdicts.setdefault(finding.quantity, set()).add(finding.verdict)
+    return any(len(each) > 1 for each in verdicts.values())
+
+
 def find_idle_motors(answers: AnswerSet, motors: Sequence[int]) -> tuple[int, ...]:
     """The motors, by their coordinate from 0, whose torque changes no answer."""
     if not answers.by_torques:

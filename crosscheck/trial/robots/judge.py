@@ -44,14 +44,13 @@ from crosscheck.trial.result import TrialDiagnosis
 from crosscheck.trial.robots.answers import NONLINEAR, RobotAnswers
 from crosscheck.trial.robots.consistency import SlopeSides
 from crosscheck.trial.robots.elastic import ELASTIC
-from crosscheck.trial.trial import TrialSubject
 
 EARTH = 10.0  # m/s^2, of robots that stand in space
 SINGLE = ("mass_matrix", "bias", "gravity")  # elementary parts, from which the others are composed
 
 
 @dataclass(frozen=True)
-class RobotProblem(TrialSubject):
+class RobotProblem:
     """Equations of a robot, by name, and their answers at states.
 
     sizes: by level, of each that equations may be of; stated: the level that these are to be of;
@@ -206,7 +205,7 @@ class RobotProblem(TrialSubject):
         pairs = np.maximum(rows[:, :, None], rows[:, None, :])
         return Identity(*GRADIENT, size._replace(entries=pairs), *sides, axes=2)
 
-    def collect_answers(self, level: Level) -> AnswerSet:
+    def collect_answers(self, level: Any) -> AnswerSet:
         """The answers, to be judged by the sizes of a level."""
         answers, values = self.answers, {part: self.answers.values[part] for part in self.parts}
         sizes = self._size_parts(level)
@@ -276,7 +275,7 @@ class RobotProblem(TrialSubject):
             distances.append(measure_distance(level, len(self.entries(level)), largest))
         return sort_distances(distances, self.stated)
 
-    def judge_engines(self, answers: AnswerSet, level: Level) -> Iterator[Finding]:
+    def judge_engines(self, answers: AnswerSet, level: Any) -> Iterator[Finding]:
         """Every part compared with every engine; one that raises fails there."""
         for engine in find_level_engines(level):
             values: Mapping[str, np.ndarray | Failure]

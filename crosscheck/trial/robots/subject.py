@@ -61,17 +61,17 @@ from crosscheck.trial.robots.rates import (
     select_rate_states,
 )
 from crosscheck.trial.source.answer_key import AnswerKey
-from crosscheck.trial.trial import RunTrial
+from crosscheck.trial.trial import RunTrial, TrialSubject
 
 
 @dataclass(frozen=True)
-class RobotSubject(RobotProblem):
+class RobotSubject(RobotProblem, TrialSubject):
     """Equations of a robot that have answered; rates: asks for the terms of their bias."""
 
     rates: Rates | None = None
 
     @property
-    def problem(self) -> RobotProblem:  # type: ignore[override]
+    def problem(self) -> RobotProblem:
         """The equations, and what they are compared with."""
         return self
 

@@ -278,6 +278,6 @@ def test_the_views_show_the_line(tmp_path, arm):
 
 def test_a_robots_views_show_the_line():
     trial = try_equations(forgetful, two_link.robot())
-    edit = json.loads(format_trial_json(trial.answer))["change"]["edits"][0]
+    edit = json.loads(format_trial_json(trial))["change"]["edits"][0]
     assert edit["file"] == "test_trials.py"
-    assert f"{edit['file']}:{edit['line']}" in render_trial_page(trial.answer)
+    assert f"{edit['file']}:{edit['line']}" in render_trial_page(trial)
