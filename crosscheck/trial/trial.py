@@ -40,11 +40,13 @@ _trial_lock = threading.Lock()
 class TrialSubject(ABC):
     """Equations that have answered, as an arm or a robot supplies them to a trial.
 
-    problem: the equations and what they are compared with; motors: joints that have one, from 0.
+    problem: the equations and what they are compared with; motors: joints that have one, from 0;
+    whole: parts without which equations are not complete.
     """
 
     problem: Any
     motors: tuple[int, ...]
+    whole: tuple[str, ...]
     explains_faults = False  # whether notes explain what wrong parts owe to themselves
 
     @classmethod
@@ -92,10 +94,6 @@ class TrialSubject(ABC):
     @abstractmethod
     def list_remarks(self) -> Iterator[str]:
         """Sentences on how the equations were read."""
-
-    @abstractmethod
-    def list_missing(self) -> Iterator[tuple[str, str]]:
-        """Parts that are not judged as there are none, with the reason."""
 
     def list_notes(self, diagnosis: TrialDiagnosis) -> Sequence[str]:
         """Remarks that concern no error."""
@@ -161,8 +159,9 @@ def _judge_subject(subject: TrialSubject, request: TrialRequest) -> Trial:
         ]
     relative_errors, allowed = subject.measure_errors(level)
     remarks = [*subject.list_remarks(), *_describe_motors(problem.joint_names, subject.motors)]
-    reasons = {part: why.kind for part, why in answers.failures.items()}
-    reasons = dict(subject.list_missing()) | reasons
+    missing = [part for part in subject.whole if part not in answers.values]
+    reasons = dict.fromkeys(missing, "not supplied")
+    reasons |= {part: why.kind for part, why in answers.failures.items()}
     reasons |= dict.fromkeys(problem.equations.unused, "no part of equations")
     if reasons:
         listed = ", ".join(f"{part} ({reason})" for part, reason in reasons.items())

@@ -13,15 +13,12 @@ from crosscheck.models.arm.arm import Link
 from crosscheck.planning.plan import CrossCheckRequest
 from crosscheck.report.heat_map import make_entry_maps, make_heat_map
 from crosscheck.run import CrossCheck
-from crosscheck.trial.arms.unit_mistakes import UnitMistake
 from crosscheck.trial.arms.words import (
     describe_point_masses,
     describe_unfollowed,
-    describe_unit_mistake,
 )
 from crosscheck.trial.changes.arms.dependence import IgnoredNumber
 from crosscheck.trial.input.loading import load_equations
-from crosscheck.trial.judge.entries import EntryPlace
 from crosscheck.trial.result import Trial
 from tests.baselines.short import green, invented_check, red
 from tests.tool.supplied import model_file
@@ -104,33 +101,6 @@ END = "The trial went ahead with your values."
 )
 def test_numbers_that_equations_do_not_follow_are_told_in_one_note(numbers, told):
     assert describe_unfollowed(numbers) == told
-
-
-@pytest.mark.parametrize(
-    ("factor", "times"),
-    [
-        (1000.0, "1000"),
-        (1e-3, "(1000)^-1"),
-        (1e6, "(1000)^2"),
-        (1e-6, "(1000)^-2"),
-        (180 / np.pi, "180/pi"),
-        ((180 / np.pi) ** -1, "(180/pi)^-1"),
-        ((180 / np.pi) ** 2, "(180/pi)^2"),
-        ((180 / np.pi) ** -2, "(180/pi)^-2"),
-    ],
-)
-def test_a_mistaken_unit_is_told_by_its_factor(factor, times):
-    places = EntryPlace("force", 1), EntryPlace("mass_matrix", 0, 1)
-    told = describe_unit_mistake(UnitMistake("force", "unit", places, factor), ("q", "x"))
-    said = "times what the models say at every state: another unit?"
-    assert told == f"force[x], M[q, x]: {times} {said}"
-
-
-@pytest.mark.parametrize(("part", "word"), [("mass_matrix", "M"), ("bias", "bias")])
-def test_a_mistaken_order_is_told(part, word):
-    assert describe_unit_mistake(UnitMistake(part, "order"), ()) == (
-        f"{word} agrees once its numbers are read in another order: flattened the other way?"
-    )
 
 
 def test_a_trial_says_what_it_judged_and_what_not(trial):

@@ -37,12 +37,11 @@ from crosscheck.trial.arms.questions import (
     run_first_calls,
     skip_dependent_tasks,
 )
-from crosscheck.trial.arms.unit_mistakes import find_unit_mistakes
+from crosscheck.trial.arms.unit_mistakes import describe_unit_mistakes
 from crosscheck.trial.arms.words import (
     describe_entries,
     describe_point_masses,
     describe_unfollowed,
-    describe_unit_mistake,
     name_entry,
 )
 from crosscheck.trial.changes.arms.arm_numbers import find_negligible_inertias, replace_numbers
@@ -61,7 +60,7 @@ from crosscheck.trial.coordinates.build import build_frame
 from crosscheck.trial.coordinates.readings import Reading
 from crosscheck.trial.input.equations import SINGLE
 from crosscheck.trial.input.supplied import SuppliedEquations, bind_equations
-from crosscheck.trial.judge.checks import AnswerSet
+from crosscheck.trial.judge.checks import WHOLE, AnswerSet
 from crosscheck.trial.judge.entries import (
     LevelDistance,
     deviations,
@@ -95,6 +94,7 @@ class ArmSubject(TrialSubject):
     results: Results
     perform: Perform
     level: str = ""
+    whole = WHOLE
 
     @classmethod
     @contextmanager
@@ -196,9 +196,8 @@ class ArmSubject(TrialSubject):
             found.wrong_entries.extend(explain_linear_rates(here))
         entries = [name_entry(each, names) for each in found.wrong_entries]
         wrong = tuple(each for each in entries if not each.shown_on)
-        table = problem.equations.table
-        units = find_unit_mistakes(here.user_values, here.reference_values, table)
-        notes = [describe_unit_mistake(each, names) for each in units]
+        values = here.user_values, here.reference_values
+        notes = describe_unit_mistakes(*values, problem.equations.table, names)
         numbers = tuple(each for each in found.ignored_numbers if each.parts)
         return TrialDiagnosis(
             level,
@@ -246,11 +245,6 @@ class ArmSubject(TrialSubject):
             single = table.precision == SINGLE
             precision = "single precision" if single else "fewer digits than a double has"
             yield f"answers have {precision}, {table.precision:.2g} relative: the tolerances follow"
-
-    def list_missing(self) -> Iterator[tuple[str, str]]:
-        """Parts without which equations are not complete."""
-        missing = suite.WHOLE - self.problem.has
-        yield from ((part, "not supplied") for part in suite.COMPARED if part in missing)
 
     def list_notes(self, diagnosis: TrialDiagnosis) -> list[str]:
         """Numbers that are not followed, and errors on other arms alone."""

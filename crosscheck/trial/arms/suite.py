@@ -31,6 +31,7 @@ from crosscheck.trial.judge.checks import (
     COMPARED,
     GRADIENT,
     INVERSE,
+    WHOLE,
     AnswerSet,
     Identity,
     PartSize,
@@ -40,7 +41,6 @@ from crosscheck.trial.judge.checks import (
 )
 from crosscheck.trial.judge.entries import NaturalSizes
 
-WHOLE = frozenset(COMPARED) - {"gravity"}  # parts without which equations are not complete
 RUN = "trial-run"
 RIGID = ("theta", "theta_dot", "kinetic_energy")
 MESH = ("x_sp", "x_pr")
@@ -139,7 +139,7 @@ def collect_answers(problem: VerificationProblem, results: Results) -> AnswerSet
         size, slopes = size.scale_to_slopes(), values["gravity_slopes"]
         gradient = Identity(*GRADIENT, size, slopes, slopes.swapaxes(1, 2), axes=2)
         identities.append(gradient)
-    if problem.equations.acceleration is not None and set(parts) >= WHOLE:
+    if problem.equations.acceleration is not None and set(parts) >= {*WHOLE}:
         gravity = parts.get("gravity", 0.0)
         identities.append(make_second_law(sizes["force"], parts, gravity, parts["force"]))
     return AnswerSet(
@@ -201,7 +201,7 @@ def plan_balance_checks(problem: VerificationProblem) -> Iterator[Comparison]:
     There are none if the map is a function: it need not reach every pose that these checks draw.
     """
     rigid = problem.gearing == "rigid"
-    if rigid or problem.frame.matrix is None or not problem.has >= WHOLE:
+    if rigid or problem.frame.matrix is None or not problem.has >= {*WHOLE}:
         return
     name, case = problem.name, problem.case
     reference = sample_model(

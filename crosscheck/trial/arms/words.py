@@ -5,14 +5,13 @@ from __future__ import annotations
 from collections.abc import Iterator, Sequence
 from dataclasses import replace
 
-from crosscheck.trial.arms.unit_mistakes import DEGREES, UnitMistake
+from crosscheck.report.formatting import join_words
 from crosscheck.trial.changes.arms.dependence import IgnoredNumber
 from crosscheck.trial.changes.arms.term_words import group_by_errors, guess
 from crosscheck.trial.judge.entries import (
     EntryMismatch,
     describe_entry_notes,
     format_entry,
-    list_entries,
 )
 
 
@@ -37,18 +36,6 @@ def _describe_group(group: Sequence[EntryMismatch]) -> str:
     return f"{first.name}: {first.cause}{also}"
 
 
-def describe_unit_mistake(mistake: UnitMistake, names: Sequence[str]) -> str:
-    """A line for the user on a part whose numbers seem to have another unit or order."""
-    if mistake.factor is None:
-        part = "M" if mistake.part == "mass_matrix" else mistake.part
-        return f"{part} agrees once its numbers are read in another order: flattened the other way?"
-    power = next(p for p in (1, -1, 2, -2) if mistake.factor in (1000.0**p, DEGREES**p))
-    base = "1000" if mistake.factor == 1000.0**power else "180/pi"
-    times = base if power == 1 else f"({base})^{power}"
-    entries = list_entries(mistake.places, names)
-    return f"{entries}: {times} times what the models say at every state: another unit?"
-
-
 def describe_point_masses(points: Sequence[str]) -> str:
     """The note on inertias of links that are judged as 0."""
     return (
@@ -70,16 +57,11 @@ def describe_unfollowed(unfollowed: Sequence[IgnoredNumber]) -> str:
         verb = "does" if len(parts) == 1 else "do"
         listed_numbers = ", ".join(f"{each.name} = {each.value:.6g}" for each in literal)
         it = "is it" if len(literal) == 1 else "are they"
+        which = join_words(["M" if part == "mass_matrix" else part for part in parts])
         sentences.append(
-            f"Your {_format_parts(parts)} {verb} not change with the file's {listed_numbers}:"
-            f" {it} hard-coded?"
+            f"Your {which} {verb} not change with the file's {listed_numbers}: {it} hard-coded?"
         )
     if tied:
         listed_ties = ", ".join(f"{t.name} from {' and '.join(t.goes_with)}" for t in tied)
         sentences.append(f"Your equations take {listed_ties}, which is right on this arm.")
     return " ".join((*sentences, "The trial went ahead with your values.")) if sentences else ""
-
-
-def _format_parts(parts: Sequence[str]) -> str:
-    words = ["M" if part == "mass_matrix" else part for part in parts]
-    return " and ".join(filter(None, (", ".join(words[:-1]), words[-1])))

@@ -27,6 +27,7 @@ from crosscheck.trial.judge.entries import SLOPES, entry_place, list_entries
 
 OWN, AGAINST = "trial-own", "trial-states"
 COMPARED = ("mass_matrix", "bias", "gravity", "force", "acceleration")
+WHOLE = ("mass_matrix", "bias", "force", "acceleration")  # complete equations of an arm
 JUDGED = (*COMPARED[:3], "inverse_dynamics", *COMPARED[3:])
 MEANINGFUL = 1e-4  # engines further apart, at the end of what numbers can do, judge nobody
 # Checks and their parts.

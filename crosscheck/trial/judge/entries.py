@@ -11,6 +11,7 @@ import numpy as np
 
 from crosscheck.checks.states import EPS, LOOSEST, ROUNDINGS, component_sizes
 from crosscheck.models.errors import InputError
+from crosscheck.report.formatting import list_first
 from crosscheck.trial.coordinates.differences import TURN_RAD, difference_steps, turns
 from crosscheck.trial.coordinates.frame import Frame
 from crosscheck.trial.coordinates.states import UserState
@@ -359,9 +360,7 @@ def format_rates(rates: tuple[int, int], names: Sequence[str]) -> str:
 
 def list_entries(places: Sequence[EntryPlace], names: Sequence[str]) -> str:
     """The entries in words, the first few by name; '' for none."""
-    shown = ", ".join(format_entry(place, names) for place in places[:SHOWN])
-    rest = len(places) - SHOWN
-    return f"{shown} and {rest} more" if rest > 0 else shown
+    return list_first([format_entry(place, names) for place in places], SHOWN)
 
 
 def describe_entry_notes(wrong: Sequence[EntryMismatch]) -> Iterator[str]:

@@ -11,6 +11,7 @@ import numpy as np
 from crosscheck.analytic.robot.model import AnalyticRobot
 from crosscheck.checks.robot_states import TOLERANCE, WITH_WEIGHTS, RandomStates
 from crosscheck.models.robot.robot import Level
+from crosscheck.report.formatting import list_first
 from crosscheck.trial.changes.forms import describe_pieces, find_forms
 from crosscheck.trial.changes.numbers import (
     ALIKE,
@@ -46,7 +47,6 @@ from crosscheck.trial.robots.rows import describe_asymmetry, describe_right_rows
 
 RATIOS = {-1.0: "with the opposite sign", 0.5: "half as large", 2.0: "twice as large"}
 SHOWN = 1e-5  # least deviation of a ratio from 1 that is shown: ratios have six digits
-MOST_SHOWN = 5  # terms of a sentence
 MISSING, EXTRA = "missing", "right is 0"
 MOST_OTHERS = 3  # causes of one part, beyond which they are no more than a coincidence
 ROUNDED = 1e-5  # largest difference, relative to an entry's size, that rounded numbers may cause
@@ -109,7 +109,7 @@ def diagnose(
             notes += describe_pieces(search, "bias", are_usual=False)
     if "acceleration" in wrong and not is_explained:
         notes += _describe_accelerations(problem, search, entries)
-    if "force" in wrong and problem.friction.any():
+    if "force" in wrong:
         difference = _compute_difference(problem, level, "force")
         notes += [words for words, _ in describe_friction(problem, level, "force", difference)]
     if "gravity" in wrong and not explanations:
@@ -388,22 +388,19 @@ def _bias_notes(
     rounding = TOLERANCE * (size + sizes.gravity[few])  # the terms are sums of a few answers each
     model, names = AnalyticRobot(problem.robot, level), problem.names
     difference = _compute_difference(problem, level, "bias")
-    if problem.friction.any():
-        by_friction = list(describe_friction(problem, level, "bias", difference))
-        wrong = (np.abs(difference[few]) > rounding).any(axis=0)
-        if set(np.flatnonzero(wrong)) <= {row for _, rows in by_friction for row in rows}:
-            yield from (words for words, _ in by_friction)
-            return
+    by_friction = list(describe_friction(problem, level, "bias", difference))
+    wrong = (np.abs(difference[few]) > rounding).any(axis=0)
+    if set(np.flatnonzero(wrong)) <= {row for _, rows in by_friction for row in rows}:
+        yield from (words for words, _ in by_friction)
+        return
     left = np.abs(problem.answers.values["bias"][few] - terms.evaluate(states.v))
     if (left > rounding).any():
         yield "bias is no sum of a constant, rates and products of two rates, as it must be"
         return
     if (np.abs(terms.rest) > rounding).any():
         yield _describe_rest(problem, terms, model.gravity(problem.states.q), level)
-    by_friction = []
-    if problem.friction.any():
-        linear = np.einsum("sij,sj->si", terms.linear, states.v)
-        by_friction = list(describe_friction(problem, level, "bias", linear))
+    linear = np.einsum("sij,sj->si", terms.linear, states.v)
+    by_friction = list(describe_friction(problem, level, "bias", linear))
     yield from (words for words, _ in by_friction)
     yield from _linear_notes(terms, size, names, {row for _, rows in by_friction for row in rows})
     sentences, others = _describe_products(problem, level, terms)
@@ -411,7 +408,7 @@ def _bias_notes(
         yield UNFOUNDED
     yield from sentences
     if others:
-        yield f"wrong terms: {_list_first(others)}"
+        yield f"wrong terms: {list_first(others)}"
 
 
 def _describe_rest(
@@ -449,8 +446,8 @@ def _self_notes(
     unlike = [(a, b) for a, b in problem.find_self_places("gravity", level) if a < b]
     for row, column in unlike[:1]:
         a, b = names[row], names[column]
-        pairs = ", ".join(f"{names[i]} and {names[j]}" for i, j in unlike[1:MOST_SHOWN])
-        also = f"; so with {pairs}{', ...' if unlike[MOST_SHOWN:] else ''}" if pairs else ""
+        pairs = [f"{names[i]} and {names[j]}" for i, j in unlike[1:]]
+        also = f"; so with {list_first(pairs)}" if pairs else ""
         yield (
             f"no potential energy gives this gravity vector: d gravity[{a}]/d {b} differs from"
             f" d gravity[{b}]/d {a}{also}"
@@ -469,10 +466,8 @@ def _linear_notes(
             factor = f"{values.mean():.6g} " if constant else ""
             linear_terms.append(f"{factor}{names[column]}' in bias[{names[row]}]")
     if linear_terms:
-        shown = ", ".join(linear_terms[:MOST_SHOWN]) + (
-            ", ..." if len(linear_terms) > MOST_SHOWN else ""
-        )
-        yield f"bias has a part linear in v, {shown}: friction? State it as viscous_friction."
+        listed = list_first(linear_terms)
+        yield f"bias has a part linear in v, {listed}: friction? State it as viscous_friction."
 
 
 def _describe_products(
@@ -513,13 +508,7 @@ def _describe_products(
                 terms_by_words.setdefault(words, []).append(term)
             else:
                 others.append(term)
-    return [f"{_list_first(terms)}: {words}" for words, terms in terms_by_words.items()], others
-
-
-def _list_first(terms: Sequence[str]) -> str:
-    """The first few terms, and how many more."""
-    more = f" and {len(terms) - MOST_SHOWN} more" if len(terms) > MOST_SHOWN else ""
-    return f"{', '.join(terms[:MOST_SHOWN])}{more}"
+    return [f"{list_first(terms)}: {words}" for words, terms in terms_by_words.items()], others
 
 
 def _describe_causes_within(

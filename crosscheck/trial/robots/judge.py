@@ -77,7 +77,7 @@ class RobotProblem:
     motors: tuple[int, ...] = ()
     is_mapped: bool = False
     has_file_friction: bool = False
-    explains_faults = True
+    explains_faults, whole = True, SINGLE
 
     @property
     def mechanism(self) -> Robot:
@@ -301,17 +301,10 @@ class RobotProblem:
             yield f"bias is not 0 at rest: {nonlinear}"
         if answers.driven:
             yield "force is the motors' torques alone: the weights are read as gravity, on the left"
+        if answers.weightless:
+            yield "inverse_dynamics leaves the weights out"
         if self.has_file_friction:
             yield "friction of the joints is that of the robot's file"
-
-    def list_missing(self) -> Iterator[tuple[str, str]]:
-        """The elementary parts that there are not."""
-        failures = self.answers.failures
-        for part in SINGLE:
-            by = "coriolis" if part == "bias" else ""
-            if part not in self.parts and not {part, by, "inverse_dynamics"} & set(failures):
-                weightless = part == "gravity" and self.answers.weightless
-                yield part, "inverse_dynamics leaves it out" if weightless else "not supplied"
 
     def list_notes(self, diagnosis: TrialDiagnosis) -> Sequence[str]:
         """What of the robot's files is not used."""
