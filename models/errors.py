@@ -1,4 +1,4 @@
-"""What can go wrong through no fault of the program: one clear line each."""
+"""Errors that are not the program's fault: one clear line each."""
 
 from __future__ import annotations
 
@@ -36,7 +36,7 @@ class InputError(ValueError):
         super().__init__("".join(_fit(whole, LONGEST_LINE - len(PROGRAM))))
 
     def __reduce__(self) -> tuple[type[InputError], tuple[str, str, object, str]]:
-        """How pickle rebuilds the error, so that one process can send it to another."""
+        """Rebuild the error from a pickle, so that one process can send it to another."""
         return InputError, (self.where, self.field, self.value, self.allowed)
 
 
@@ -53,7 +53,7 @@ class Diverged(ArithmeticError):
         super().__init__(f"{model}: diverged at t = {time_s:.6g} s")
 
     def __reduce__(self) -> tuple[type[Diverged], tuple[str, float]]:
-        """How pickle rebuilds the error, so that one process can send it to another."""
+        """Rebuild the error from a pickle, so that one process can send it to another."""
         return Diverged, (self.model, self.time_s)
 
 
@@ -62,7 +62,7 @@ class Unfinished(RuntimeError):
 
 
 class CannotDo(NotImplementedError):
-    """A model was asked for something outside its abilities."""
+    """A model lacks the ability to answer."""
 
 
 def describe_error(error: BaseException) -> str:

@@ -1,4 +1,4 @@
-"""What an XML file is, by its text, where another kind of file may be expected."""
+"""Recognises XML files by their text, where another kind of file may be expected."""
 
 from __future__ import annotations
 
@@ -13,7 +13,7 @@ _UNEXPANDED = re.compile(r"<xacro:|[\"'][^\"'<>]*\$[{(]")
 
 
 class XmlKind(StrEnum):
-    """What an XML file describes, in the words of a message."""
+    """The content of an XML file, in the words of a message."""
 
     URDF = "a URDF"
     XACRO = "xacro"
@@ -23,7 +23,7 @@ class XmlKind(StrEnum):
 
 
 def describe_xml_kind(text: str) -> XmlKind | None:
-    """What a text is that begins with ``<``; None for any other text.
+    """The content of a text that begins with ``<``; None for any other text.
 
     The text need not be well-formed: its outermost element decides, and for ``robot`` whether
     something of xacro is left in it.

@@ -48,17 +48,17 @@ def builtin_title(folder: Literal["arms", "robots", "scenarios"], name: str) -> 
 
 
 def read_raw_arm(name: str) -> dict[str, Any]:
-    """What the file of an arm holds, not validated. Raises InputError."""
+    """The content of an arm's file, not validated. Raises InputError."""
     return _read(name, "arms")
 
 
 def read_raw_scenario(name: str) -> dict[str, Any]:
-    """What the file of a scenario holds, not validated. Raises InputError."""
+    """The content of a scenario's file, not validated. Raises InputError."""
     return _read(name, "scenarios")
 
 
 def read_raw_robot(name: str) -> dict[str, Any]:
-    """What the file of a robot holds, not validated. Raises InputError."""
+    """The content of a robot's file, not validated. Raises InputError."""
     return _read(name, "robots")
 
 
@@ -120,7 +120,7 @@ def _text(name: str, *folders: str) -> str:
 
 
 def _parse(text: str, where: str, folder: str) -> dict[str, Any]:
-    """The TOML of a text. Raises InputError, which says what the text is if it is XML."""
+    """The TOML of a text. Raises InputError, which names the kind of an XML text."""
     if not text.strip():
         raise InputError(where, "", None, "is empty; a TOML file is expected")
     if kind := describe_xml_kind(text):
@@ -132,7 +132,7 @@ def _parse(text: str, where: str, folder: str) -> dict[str, Any]:
 
 
 def _remedy(kind: XmlKind, folder: str) -> str:
-    """What is expected in place of an XML file, and which commands take it."""
+    """The file to give in place of an XML file, and the commands that take it."""
     expand = f"; {EXPAND}" if kind is XmlKind.XACRO else ""
     if folder == "robots":
         return f"must be a URDF, or a robot's TOML file{expand}"

@@ -48,14 +48,14 @@ def load_experiment(
 
 
 def find_section(given: Mechanism | str) -> str:
-    """What the file of a mechanism is called in paths: arm or robot. Raises InputError."""
+    """The first word of a mechanism's paths: arm or robot. Raises InputError."""
     if isinstance(given, str):
         return "robot" if is_robot(given) else "arm"
     return given.section
 
 
 def read_sections(section: str, given: Mechanism | str) -> dict[str, Any]:
-    """What the file of a mechanism holds, by section, as studies vary it. Raises InputError."""
+    """The content of a mechanism's file, by section, as studies vary it. Raises InputError."""
     if not isinstance(given, str):
         return given.sections
     return read_robot_data(given) if section == "robot" else {"arm": read_raw_arm(given)}

@@ -41,7 +41,7 @@ def njit(*function: Callable[..., Any], cache: bool = False, **options: Any) -> 
 
 
 def _keep(compiled_function: Any) -> Any:
-    """The same function, compiled code of which is kept."""
+    """The same function, with its compiled code kept."""
     if hasattr(
         compiled_function, "py_func"
     ):  # numba hands the function itself back where it compiles nothing
@@ -51,7 +51,7 @@ def _keep(compiled_function: Any) -> Any:
 
 
 class _Locator(_CacheLocator):
-    """Where a function's files are, and the stamp of the sources that they follow."""
+    """The place of a function's files, and the stamp of the sources that they follow."""
 
     def __init__(self, py_func: Any, py_file: str) -> None:
         self._py_file, self._line = py_file, py_func.__code__.co_firstlineno
@@ -85,7 +85,7 @@ class _Implementation(CompileResultCacheImpl):
 
 
 class _Cache(FunctionCache):
-    """What is kept of a function."""
+    """The kept code of a function."""
 
     _impl_class = _Implementation
 

@@ -21,7 +21,7 @@ def is_path(path: str, sections: Sequence[str] = SECTIONS) -> bool:
 
 
 def find_paths(data: dict[str, Any], path: str, option: str) -> list[FieldPath]:
-    """Every entry that a path stands for; there is one at least.
+    """All entries that match a path, one or more.
 
     ``*`` stands for each of a list, and in a name for any text: ``*_mesh`` is both meshes of a
     joint, and none of a joint without gears. The last key need not be in its table yet. option:

@@ -1,4 +1,4 @@
-"""What of a command, or of a function of Python's, one sort of mechanism cannot have, and why."""
+"""Options and arguments that one kind of mechanism cannot have, and why."""
 
 from __future__ import annotations
 
@@ -11,7 +11,7 @@ STATES = "equations of robots are judged at states, and no run is made"
 
 
 class Refusal(NamedTuple):
-    """An option of a command, or an argument of a function, and of which sort it cannot be."""
+    """An option or argument that one kind of mechanism cannot have."""
 
     command: str
     option: str

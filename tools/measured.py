@@ -40,6 +40,7 @@ PAGE = ROOT / "docs" / "case-study" / "measured.md"
 PICTURE = PAGE.with_name("measured.svg")
 DESCRIPTIONS = ROOT / "examples" / "recordings" / "robots"
 PENDULUM = {"A0": "model_design_A.0_model_2.0.yml", "C1": "model_design_C.1_model_1.0.yml"}
+SUBJECT = re.compile(r"(.+?) (?:of the motor of|of|at|that) (.+?)(?: share)?")
 HEAD = Path(__file__).with_name("measured_head.md")
 
 
@@ -89,7 +90,7 @@ def _study_tx40(folder: Path) -> Iterator[Study]:
     steps = comparison.sides[0].steps
     remarks = (
         "The published numbers are those of the source's `TX40_config.yaml`.",
-        f"From links and viscous friction to all terms what is left falls by a factor of"
+        "From links and viscous friction to all terms, the residual falls by a factor of"
         f" {steps[0].weighted / steps[-1].weighted:.2f}.",
     )
     yield Study("Stäubli TX40", comparison, published, remarks)
@@ -131,7 +132,7 @@ def _describe_coulomb(comparison: RecordComparison, published: Mapping[str, floa
         if each.term.kind == "coulomb"
     ]
     band = f"{side.bandwidth:.3g} Hz"
-    return f"Asked up to {band}, Coulomb friction is off the published by {', '.join(ratios)}."
+    return f"Up to {band}, Coulomb friction differs from the published by {', '.join(ratios)}."
 
 
 def _study_kinova(folder: Path) -> Iterator[Study]:
@@ -208,14 +209,13 @@ def _describe_study(study: Study) -> Iterator[str]:
 
 def _describe_side(side: SideResult, published: Mapping[str, float]) -> Iterator[str]:
     links = {"identified": ", links identified", "scaled": ", links of the file scaled", "none": ""}
-    yield f"### By the {SIDE_PHRASES[side.side]}{links[side.links]}\n"
+    yield f"### Fit of the {SIDE_PHRASES[side.side]}{links[side.links]}\n"
     yield (
         f"Up to {side.bandwidth:.3g} Hz, condition number {side.condition:.3g},"
         f" {side.blocks} blocks.\n"
     )
-    units = "rms of {} [N m]"
     yield format_table(
-        ["with", "parameters", "left", "predicted", *map(units.format, side.measured)],
+        ["with", "parameters", "left", "predicted", *side.measured],
         [
             [
                 step.name,
@@ -228,24 +228,49 @@ def _describe_side(side: SideResult, published: Mapping[str, float]) -> Iterator
         ],
     )
     yield ""
-    shown = [each for each in side.estimates if each.term.kind != "offset"]
-    by_band = {band.bandwidth: {e.term.name: e for e in band.estimates} for band in side.bands}
-    yield format_table(
-        ["term", "estimate", "published", *(f"up to {band:.3g} Hz" for band in by_band)],
-        [
-            [
-                f"{each.term.name} {f'[{each.term.unit}]' if each.term.unit else ''}".strip(),
-                _format_interval(each),
-                f"{published[each.term.name]:.4g}" if each.term.name in published else "",
-                *(
-                    _format_interval(band[each.term.name]) if each.term.name in band else ""
-                    for band in by_band.values()
-                ),
-            ]
-            for each in shown
-        ],
-    )
+    bands = {f"up to {band.bandwidth:.3g} Hz": band.estimates for band in side.bands}
+    columns = {"estimate": side.estimates, **bands}
+    cells = {
+        (each.term.name, column): _format_interval(each)
+        for column, estimates in columns.items()
+        for each in estimates
+    }
+    cells |= {(name, "published"): f"{value:.4g}" for name, value in published.items()}
+    names = {
+        each.term.name: each.term.unit for each in side.estimates if each.term.kind != "offset"
+    }
+    yield from format_estimates(names, cells, ["estimate", "published", *bands])
+
+
+def format_estimates(
+    units: Mapping[str, str], cells: Mapping[tuple[str, str], str], columns: Sequence[str]
+) -> Iterator[str]:
+    """A table with a row for each joint, or motor that joints share; then the delay.
+
+    Args:
+        units: The unit of each term, by its name.
+        cells: Texts by a term's name and one of the columns, of which the first is the estimate.
+    """
+    kinds: dict[str, dict[str, str]] = {}  # a kind's heading: its terms by their joints
+    for name, unit in units.items():
+        kind, place = SUBJECT.fullmatch(name).groups()  # type: ignore[union-attr]
+        kinds.setdefault(f"{kind} [{unit}]" if unit else kind, {})[place] = name
+    delays = kinds.pop("delay [s]", {}).values()
+    heads = [
+        (kind, column)
+        for kind, terms in kinds.items()
+        for column in columns
+        if any((name, column) in cells for name in terms.values())
+    ]
+    rows = [
+        [place, *(cells.get((kinds[kind].get(place, ""), column), "") for kind, column in heads)]
+        for place in dict.fromkeys(place for terms in kinds.values() for place in terms)
+    ]
+    yield format_table(["", *(k if column == columns[0] else column for k, column in heads)], rows)
     yield ""
+    for name in delays:
+        others = [f"{each}: {cells[name, each]}" for each in columns[1:] if (name, each) in cells]
+        yield f"{name.capitalize()}: {'; '.join([cells[name, columns[0]], *others])} s.\n"
 
 
 def _format_interval(each: TermEstimate) -> str:

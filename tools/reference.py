@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import inspect
+import re
 from collections.abc import Callable, Iterator
 from functools import cache, partial
 from pathlib import Path
@@ -125,12 +126,14 @@ def format_field_tables(page: str) -> str:
 
 
 def format_refusals() -> str:
-    """A table of what commands, and functions of Python's, do not take of a sort of mechanism."""
+    """A table of options and arguments that one kind of mechanism cannot have."""
     rows = [
         f"| `{each.command}` | `{each.option}` | {each.section} | {each.reason} |"
         for each in REFUSALS
     ]
-    return "\n".join(["", "| of | not taken | with | since |", "|---|---|---|---|", *rows, ""])
+    return "\n".join(
+        ["", "| command | option | not for | reason |", "|---|---|---|---|", *rows, ""]
+    )
 
 
 PAGES: dict[str, Callable[[], str]] = {
@@ -158,23 +161,22 @@ def list_records_below(record: type[Data]) -> list[type[Data]]:
 
 
 def _section(record: type[Data]) -> Iterator[str]:
-    rows = _list_rows(record)
-    model = _find_model(record)
+    """Heading, description and table; a field of one allowed value is a part of the description."""
+    every, model = _list_rows(record), _find_model(record)
+    fixed = {name: cells[2] for name, cells in every.items() if re.fullmatch(r'"\w+"', cells[2])}
+    rows = {name: cells for name, cells in every.items() if name not in fixed}
     shared = [name for name in rows if model and _list_rows(model).get(name) == rows[name]]
-    yield ""
-    yield f"### {HEADINGS[record]}"
-    yield ""
-    yield (inspect.getdoc(record) or "").replace("``", "`")
-    yield ""
-    if model:
+    about = [(inspect.getdoc(record) or "").replace("``", "`")]
+    about += [f"Selected by `{name} = {value}`." for name, value in fixed.items()]
+    if model and shared:
         names = ", ".join(f"`{name}`" for name in shared)
-        yield f"As in {_link(model, _find_places()[record])}: {names}."
-        yield ""
-    yield "| field | meaning | unit | default | allowed |"
-    yield "|---|---|---|---|---|"
-    for name, cells in rows.items():
-        if name not in shared:
-            yield f"| `{name}` | {' | '.join(cells)} |"
+        about.append(f"As in {_link(model, _find_places()[record])}: {names}.")
+    yield "\n" + "\n\n".join([f"### {HEADINGS[record]}", *about])
+    own = {name: cells for name, cells in rows.items() if name not in shared}
+    if own:
+        yield "\n| field | meaning | default | allowed |\n|---|---|---|---|"
+    for name, cells in own.items():
+        yield f"| `{name}` | {' | '.join(cells)} |"
 
 
 @cache
@@ -182,7 +184,7 @@ def _list_rows(record: type[Data]) -> dict[str, tuple[str, ...]]:
     """Cells of every field, by its name."""
     page = _find_places()[record]
     return {
-        field.name: (field.meaning, field.unit, _default(field), _format_allowed(field, page))
+        field.name: (field.meaning, _default(field), _format_allowed(field, page))
         for field in describe_fields(record)
     }
 

@@ -50,7 +50,7 @@ class SteppedEquations(Protocol):
 
 
 class SteppedModel(Protocol):
-    """What a kernel steps: equations in an experiment; edges (meshes,) [m]: half clearances."""
+    """Equations in an experiment that a kernel steps; edges (meshes,) [m]: half clearances."""
 
     @property
     def scenario(self) -> Scenario: ...

@@ -170,7 +170,7 @@ def write_lines(results: Mapping[str, Number]) -> StraightLines:
 
 
 def _list_needed(results: Any) -> list[Expression]:
-    """What results need besides the parts of constants, in the order of their making."""
+    """Parts that results need besides parts of constants, in the order of their making."""
     result: dict[Expression, None] = {}
     left = [value for value in results if isinstance(value, Expression)]
     while left:
@@ -182,7 +182,7 @@ def _list_needed(results: Any) -> list[Expression]:
 
 
 class _Writer:
-    """Text of expressions of which each has been used so often."""
+    """Text of expressions, each with the number of its uses."""
 
     def __init__(self, uses: Mapping[Expression, int]) -> None:
         self._uses = uses

@@ -151,7 +151,7 @@ def _single_mesh_numbers(gears: Gears, mesh: int, name: str, stage: StageShape) 
 
 
 def _pieces(gears: Gears, mesh: int, name: str, count: int) -> Numbers:
-    """Where a table's pieces begin [cycles], and their cubics, constant part first.
+    """Beginnings of a table's pieces [cycles], and their cubics, constant part first.
 
     Filled up to ``count`` by pieces that begin nowhere; cubics are 0 for a mesh without a table.
     """

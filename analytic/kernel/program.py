@@ -296,7 +296,7 @@ class Rows:
         level: int,
         functions: tuple[tuple[str, tuple[Any, ...]], ...],
     ) -> Program:
-        """The program of a text, with these constants and those that say where tables begin."""
+        """The program of a text, with these constants and those that give the begins of tables."""
         row = self.leading_rows + len(self.numbers)
         for name, count in self.tables:
             constants = constants | {name: row}
@@ -359,7 +359,7 @@ _STAGES = {"first": _FIRST, "middle": _MIDDLE, "last": _LAST}
 
 
 def _state_rows(structure: Structure) -> dict[str, dict[str, str]]:
-    """Of each coordinate, the rows of STATE."""
+    """The rows of STATE of each coordinate."""
     n = len(structure.coordinates)
     return {
         x: {name: f"w[{k * n + place}]" for k, name in enumerate(STATE)}

@@ -1,4 +1,4 @@
-"""What the code of a kernel depends on: all of an arm and its experiment but the numbers."""
+"""The structure that fixes a kernel's code: all of an arm and its experiment but the numbers."""
 
 from __future__ import annotations
 

@@ -58,7 +58,7 @@ class Value(NamedTuple):
 
 
 class Signature(NamedTuple):
-    """Kinds of a function's arguments and of what it returns, ``void`` for nothing."""
+    """Kinds of a function's arguments and of its result, ``void`` for nothing."""
 
     arguments: tuple[ValueKind, ...]
     return_kind: ValueKind

@@ -1,4 +1,4 @@
-"""Which arms the paper's own equations are about."""
+"""The arms to which the paper's own equations apply."""
 
 from __future__ import annotations
 

@@ -107,7 +107,9 @@ class BodyPose(NamedTuple):
 
 
 class Rates(NamedTuple):
-    """Of a body in its own frame: angular rate, its derivative, acceleration of the origin, B."""
+    """Motion of a body in its own frame: angular rate, its derivative, acceleration of the origin,
+    B.
+    """
 
     angular: Vector
     angular_rate: Vector
@@ -125,7 +127,7 @@ class Holding(NamedTuple):
 
 
 class MassMoments(NamedTuple):
-    """Of a body, or of one and all that it carries: mass m, its moments m r and m r r'."""
+    """Mass m and moments m r and m r r' of a body, or of one and all that it carries."""
 
     mass: Number
     first: Vector
@@ -295,7 +297,7 @@ class MovingTree:
         return forces, moments
 
     def project(self, forces: Sequence[Vector], moments: Sequence[Vector]) -> list[Number]:
-        """What joints hold of forces at the bodies' origins and moments on them."""
+        """Generalized forces of forces at the bodies' origins and moments on them."""
         forces, moments = list(forces), list(moments)
         held: list[Number] = [0] * len(forces)
         for k in reversed(range(len(forces))):
@@ -340,7 +342,7 @@ class MovingTree:
         return matrix
 
     def _fill_column(self, matrix: list[list[Number]], k: int, carried: MassMoments) -> None:
-        """Column and row of a joint: what its unit rate asks of it and of those before it."""
+        """Column and row of a joint: the forces of its unit rate on it and on those before it."""
         joints, axis = self.mechanism.joints, self.mechanism.joints[k].axis
         if joints[k].slides:
             force, moment = scale(carried.mass, axis), cross(carried.first, axis)
@@ -354,13 +356,15 @@ class MovingTree:
             moment = plus(rotate(pose.rotation, moment), cross(pose.position, force))
 
     def bias(self, v: Sequence[Number]) -> list[Number]:
-        """What joints hold without accelerating, weights too, over all joints moving at v."""
+        """Torques that keep joints moving at v from accelerating, weights included, over all
+        joints.
+        """
         still = self._hold_still(v)
         projected = self.project(still.forces, still.moments)
         return [direct + more for direct, more in zip(still.held, projected, strict=True)]
 
     def _hold_still(self, v: Sequence[Number]) -> Holding:
-        """What it takes that joints moving at v do not accelerate."""
+        """Forces that keep joints moving at v from accelerating."""
         rates = self.rates(v, [0] * len(v))
         forces, moments = self.wrenches(rates)
         held: list[Number] = [0] * len(v)

@@ -1,4 +1,4 @@
-"""What robots that ran side by side did, by the names of a run's signals."""
+"""Runs of robots side by side, by the names of a run's signals."""
 
 from __future__ import annotations
 
@@ -98,7 +98,7 @@ class RobotChunk(RunChunk[RobotMember]):
         return self._planet_values(by_planet)
 
     def _planet_values(self, by_planet: dict[int, list[np.ndarray]]) -> np.ndarray:
-        """Values (records, joints, planets, members); where one stands for all it is alone.
+        """Values (records, joints, planets, members); one planet alone represents all.
 
         If only other joints' planets are free it is repeated.
         """
@@ -128,7 +128,7 @@ def group_robots(models: Sequence[RobotMember]) -> list[RobotGroup]:
 
 
 def _layout(model: RobotMember) -> object:
-    """By which joints records are those of signals."""
+    """The joints that the records of signals belong to."""
     rotors = tuple(rotor.joint for rotor, _ in model.robot.meshes)
     stages = tuple((each.joint, each.coordinates) for each in model.robot.stages)
     return model.level, rotors, stages, tuple(joint.mimic for joint in model.robot.joints)

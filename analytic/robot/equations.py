@@ -35,7 +35,7 @@ class RobotEquations:
 
     @cached_property
     def labels(self) -> tuple[int, ...]:
-        """Of every joint its number from 1 on, free joints first."""
+        """The number of every joint from 1 on, free joints first."""
         free = self.robot.coordinates
         others = [n for n in range(len(self.robot.joints)) if n not in free]
         order = [*free, *others]

@@ -96,7 +96,7 @@ class PlanetMeshLaw(NamedTuple):
 
 
 class PlanetMeshState(NamedTuple):
-    """Of a law in every state: x - e, k, and the slopes of k and e by the phase (states,)."""
+    """A law's values in every state: x - e, k, and the slopes of k and e by the phase (states,)."""
 
     law: PlanetMeshLaw
     gap: np.ndarray
@@ -309,11 +309,11 @@ class AnalyticRobot(RobotModel):
         return total
 
     def _friction_force(self, v: np.ndarray) -> np.ndarray:
-        """What friction of all joints takes of the generalized forces (states, n)."""
+        """The share of friction of all joints in the generalized forces (states, n)."""
         return v @ self._share.T * self._friction @ self._share
 
     def _mesh_force(self, q: np.ndarray, v: np.ndarray) -> np.ndarray:
-        """What the meshes' springs and dampers take of the generalized forces (states, n)."""
+        """The share of the meshes' springs and dampers in the generalized forces (states, n)."""
         total, first = np.zeros_like(q), len(self.robot.coordinates)
         for place, mesh in enumerate(self._meshes, first):
             x, rate, play = q[:, place], v[:, place], mesh.backlash_m
@@ -330,7 +330,7 @@ class AnalyticRobot(RobotModel):
         return total
 
     def _planet_mesh_states(self, q: np.ndarray) -> Iterator[PlanetMeshState]:
-        """How the teeth of every planet that moves by itself stand, sun mesh before ring mesh."""
+        """The states of the teeth of every planet that moves alone, sun mesh before ring mesh."""
         for law in self._teeth:
             mesh = law.mesh
             phase = law.rate * (q @ self._share[law.joint] + self._offset[law.joint]) + law.offset

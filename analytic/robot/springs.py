@@ -1,4 +1,4 @@
-"""Gears of a robot: sizes and swings of what gives way, and rotors that stand for stages."""
+"""Gears of a robot: sizes and swings of elastic parts, and rotors that represent stages."""
 
 from __future__ import annotations
 
@@ -209,7 +209,7 @@ def replace_stages_by_rotors(robot: Robot) -> Robot:
 
 
 def stage_rotors(robot: Robot, stage: JointStage) -> tuple[Rotor, Rotor]:
-    """The two rotors that stand for a stage: the sun, and the planets together."""
+    """The two rotors that represent a stage: the sun, and the planets together."""
     gears, joint = stage.gears, robot.joints[stage.joint]
     geometry, (sun_mass, planet_mass) = stage_geometry(gears), gear_masses(gears)
     stator, frame = next(entry for entry in robot.frames.items() if entry[1].body == joint.parent)

@@ -1,4 +1,4 @@
-"""What the code of a robot's kernel depends on, and the code: algorithms, run on expressions."""
+"""The structure and code of a robot's kernel: algorithms, run on expressions."""
 
 from __future__ import annotations
 

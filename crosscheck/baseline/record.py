@@ -27,7 +27,7 @@ SAME_TIME_S = 1e-9
 
 
 class BoundedRecord(Data):
-    """What a repetition may differ by, in ``unit``, and why; None: it is not compared.
+    """The change that a repetition may make, in ``unit``, and why; None: it is not compared.
 
     ``uncertainty``: numerical uncertainty by step refinement, None where it was not measured.
     ``widest``: the tolerance above which a comparison would mean nothing, where there is one.
@@ -54,7 +54,7 @@ class Measurement(BoundedRecord):
 
 
 class RecordedTable(BoundedRecord):
-    """Numbers of one quantity of a run (planet 1); a row's first entry says what it is about.
+    """Numbers of one quantity of a run (planet 1); a row's first entry names its place.
 
     joints: the numbers of the joints that have the quantity, in their order.
     """
@@ -72,11 +72,11 @@ class SampledQuantity(RecordedTable):
         return list(range(1, len(self.joints) + 1))
 
     def place(self, row: int, column: int) -> str:
-        """Where a value is in the run, in words, such as ``joint 1 at 0.5 s``."""
+        """The place of a value in the run, such as ``joint 1 at 0.5 s``."""
         return f"joint {self.joints[column - 1]} at {self.rows[row][0]:g} s"
 
     def find_row_fault(self, duration_s: float) -> str:
-        """What the rows must be in a run of so many seconds, and are not; empty if nothing."""
+        """The rule that the rows break in a run of so many seconds; empty if none."""
         if any(len(row) != len(self.joints) + 1 for row in self.rows):
             return f"a time and {len(self.joints)} numbers in every row"
         times = [row[0] for row in self.rows]
@@ -97,11 +97,11 @@ class Extremes(RecordedTable):
         return [1, 3]
 
     def place(self, row: int, column: int) -> str:
-        """Where a value is in the run, in words, such as ``minimum of joint 1``."""
+        """The place of a value in the run, such as ``minimum of joint 1``."""
         return f"{'minimum' if column == 1 else 'maximum'} of joint {self.joints[row]}"
 
     def find_row_fault(self, duration_s: float) -> str:
-        """What the rows must be in a run of so many seconds, and are not; empty if nothing."""
+        """The rule that the rows break in a run of so many seconds; empty if none."""
         if any(len(row) != 5 or row[1] > row[3] for row in self.rows):
             return "joint, minimum, its time, maximum, its time in every row"
         if tuple(row[0] for row in self.rows) != self.joints:

@@ -145,12 +145,12 @@ def find_unrecorded_runs(result: CrossCheck) -> Iterator[str]:
 
 
 def is_recorded(key: RunKey) -> bool:
-    """Whether the run of this key is recorded for itself, not for what it says of another."""
+    """Whether the run of this key is recorded as a run of its own."""
     return key.variant in COARSER
 
 
 def compute_bounds(key: RunKey, result: CrossCheck) -> dict[str, Bound]:
-    """How far a repetition of this run may move, by quantity."""
+    """The largest change of this run in a repetition, by quantity."""
     runs = {key: run for key, run in result.runs.items() if not isinstance(run, Failure)}
     case = result.cases[key]
     run, coarse = runs[key], runs.get(replace(key, variant=COARSER[key.variant]))
@@ -214,7 +214,7 @@ def _adaptive_limit(floor: ReasonedLimit, measured: float | None) -> ReasonedLim
 
 
 def _repetition_limit(pair: Pair | None, run: xr.Dataset, quantity: str) -> ReasonedLimit:
-    """The limit of what rounding alone makes of the same steps again, in whichever engine."""
+    """The change that rounding alone makes of the same steps again, in any engine."""
     try:
         if pair is not None and quantity in pair.run:
             return ReasonedLimit(trajectories.repetition_limit(pair, quantity).value, BY_ROUNDING)

@@ -1,4 +1,4 @@
-"""A cross-check compared with a recorded one: what changed, by how much of what it may change."""
+"""A cross-check compared with a recorded one: each change, relative to the allowed one."""
 
 from __future__ import annotations
 
@@ -223,7 +223,7 @@ def _compare_numbers(
     values: tuple[float, float],
     where: str = "",
 ) -> Finding:
-    """The Finding of a number on record against that of now; where: what to say before it."""
+    """The Finding of a recorded number and today's; where: the place to state before it."""
     was, is_now = values
     difference = abs(is_now - was)
     note = f"{where}: {was:.12g} -> {is_now:.12g}".removeprefix(": ")

@@ -146,7 +146,7 @@ def teeth_forces(arm: Arm, chosen: Switches, layout: Layout, states: States) -> 
 
 
 def mesh_damping(joint: PlanetaryStage, name: Meaning, planet: int) -> float:
-    """Damping of one planet's mesh [N s/m]: an N-th of that of N planets alike."""
+    """Damping of one planet's mesh [N s/m]: an N-th of that of N equal planets."""
     sun = name == MESHES[0]
     side, count = joint.sun_mesh if sun else joint.ring_mesh, joint.planet_count
     mesh = side.planet_mesh(planet)

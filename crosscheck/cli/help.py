@@ -1,4 +1,4 @@
-"""What `--help` shows beside each command's own words: groups, examples and types."""
+"""Groups, examples and types that `--help` shows beside each command's own words."""
 
 from __future__ import annotations
 

@@ -213,7 +213,7 @@ def derived_mesh(joint: Planetary, named: NamedMesh) -> Iterator[DerivedQuantity
     largest = float(peak_stiffness(stiffness_data([law]), np.array([mean]), amplitude)[0])
     yield DerivedQuantity("mean stiffness, per planet", mean, "N/m")
     yield DerivedQuantity("largest stiffness, per planet", largest, "N/m")
-    together = f"d_{pair}, damping of x_{pair}, {joint.planet_count} planets alike"
+    together = f"d_{pair}, damping of x_{pair}, {joint.planet_count} planets"
     yield DerivedQuantity(together, named.damping, "N s/m", f"d_{pair}")
     yield DerivedQuantity(f"zeta_{pair}, damping ratio of x_{pair}", ratio)
     if named.mesh.phase_rad is None:

@@ -16,7 +16,7 @@ RESOLVED = 0.4  # phase of the fastest vibration in one step of a run [rad]
 
 @dataclass(frozen=True)
 class MeshCost:
-    """How far the teeth of a mesh yield along a motion, in rad or m at their joint.
+    """The yield of a mesh's teeth along a motion, in rad or m at their joint.
 
     name: such as `sun mesh of elbow`; backlash: their part of the joint's while the motor is held;
     windup: largest deflection of the teeth under the torques of level coupled; slowest, fastest

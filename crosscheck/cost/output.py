@@ -54,7 +54,7 @@ def describe_answers(costs: ShortcutCosts) -> Iterator[str]:
         named = ", ".join(
             f"{pair.at} by {pair.by} ({format_percent(pair.share)})" for pair in costs.pairs[:3]
         )
-        yield f"What armature leaves out, rms, of the largest torque: {named}."
+        yield f"Coupling that armature omits, rms, relative to the largest torque: {named}."
     limit = format_percent(NEGLIGIBLE)
     yield from _describe_identity(costs.robot)
     if costs.factor == 0:
@@ -185,7 +185,7 @@ def quantity_of(finding: Finding) -> str:
 
 
 def describe_distances(distances: np.ndarray) -> str:
-    """How far the end effector is off: median and largest of the runs, or how many diverge."""
+    """The distance of the end effector: median and largest of the runs, or how many diverge."""
     lost = int(np.isinf(distances).sum())
     middle, runs = float(np.median(distances)), f"median of {distances.size} runs"
     if np.isinf(middle):
@@ -241,7 +241,7 @@ def join_names(names: Sequence[str]) -> str:
 
 
 def digits_of(difference: float) -> int:
-    """How many digits agree where values differ by a share of their size; 15 at most."""
+    """The number of digits that agree where values differ by a share of their size; 15 at most."""
     return 15 if difference < 1e-15 else int(-np.log10(difference))
 
 

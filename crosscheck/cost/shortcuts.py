@@ -7,7 +7,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from crosscheck.analytic.robot.springs import stage_rotors
-from crosscheck.checks.robot_states import TOLERANCE, sample_states
+from crosscheck.checks.robot_states import sample_states
 from crosscheck.cost.meshes import GearedCost, compute_geared_cost, tip_distances
 from crosscheck.cost.motion import RobotMotion, State, find_exceeded_limits, make_excitation
 from crosscheck.findings import Finding
@@ -24,7 +24,7 @@ NEGLIGIBLE = 0.01  # largest negligible cost, over a joint's largest torque
 
 @dataclass(frozen=True)
 class SamplingPlan:
-    """How much is computed: random states, instants of the motion, runs, their steps per second.
+    """The amount to compute: random states, instants of the motion, runs, their steps per second.
 
     most_steps: largest number of steps per second for which a run with meshes is made.
     """
@@ -249,7 +249,6 @@ def _compute_rotor_shares(
     for rotors in gears:
         rotor, up, down = rotors[0], coupling(rotors, 1), coupling(rotors, -1)
         shares = np.abs(up).max(axis=0)
-        shares[shares < TOLERANCE] = 0.0  # engines do not agree on less
         linear, square = linear + (up - down) / 2, square + (up + down) / 2
         at = int(shares.argmax())
         enough = abs(rotor.ratio) * _negligible_factor((up - down) / 2, (up + down) / 2)

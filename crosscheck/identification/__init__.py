@@ -1,1 +1,1 @@
-"""What measurements of a robot say of its links, rotors and friction."""
+"""Estimates of a robot's links, rotors and friction from measurements."""

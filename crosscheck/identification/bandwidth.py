@@ -1,4 +1,4 @@
-"""The band of frequencies in which a record's torques say something of the robot."""
+"""Chooses the band of frequencies of a record whose torques are used."""
 
 from __future__ import annotations
 
@@ -29,7 +29,7 @@ class BandResult:
 def combine_bands(
     estimates: Sequence[TermEstimate], bandwidth: float, others: Sequence[BandResult]
 ) -> tuple[TermEstimate, ...]:
-    """Estimates in a band with what those in other bands say of their errors.
+    """Estimates in a band, with errors that also count the estimates in other bands.
 
     Blocks of rows tell of noise alone: what a filter or friction's sign does is alike in all. Rows
     of one band are part of the other's: by noise estimates are less apart than the worse is wrong.

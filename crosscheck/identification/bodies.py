@@ -54,7 +54,7 @@ WEIGHTS = np.linalg.pinv(pseudo_inertias(np.eye(BODY)).reshape(BODY, 16)).T.resh
 
 
 def find_scale(values: np.ndarray) -> BodyScale:
-    """Of links' parameters (10 each); of one without mass or size by the others'."""
+    """The scale of links' parameters (10 each); without mass or size, that of the other links."""
     mass = values.reshape(-1, BODY)[:, 0]
     mass = np.where(mass > 0, mass, LIGHTEST * mass.mean())
     moments = np.trace(_centre(pseudo_inertias(values)), axis1=1, axis2=2)
@@ -66,7 +66,7 @@ def find_scale(values: np.ndarray) -> BodyScale:
 
 
 def find_thickness(values: np.ndarray, scale: BodyScale) -> np.ndarray:
-    """How far bodies (bodies,) are from the border: at most 0 where no body has such parameters.
+    """The distance of bodies (bodies,) from the border; at most 0 if no body has such parameters.
 
     The least of mass and central second moments, in parts of the file's.
     """

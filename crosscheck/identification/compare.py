@@ -1,4 +1,4 @@
-"""Records of a mechanism: whether its files explain them, and which terms they ask for."""
+"""Compares records with a mechanism: whether its files explain them, and which terms they need."""
 
 from __future__ import annotations
 
@@ -91,7 +91,7 @@ CONCERNED = 0.1  # a parameter's part in the direction that motion shows least, 
 
 @dataclass(frozen=True)
 class StepResult:
-    """What is left with the terms of a step and all before it.
+    """The residual of a fit with the terms of a step and all before it.
 
     parameters: how many in all; rms (n,): of each measured joint's residual [N m or N]; weighted
     and predicted: rms in parts of the full model's residual, of what was fitted, and of each block
@@ -107,7 +107,7 @@ class StepResult:
 
 @dataclass(frozen=True)
 class SideResult:
-    """What torques measured on one side of the gears say.
+    """The results of torques measured on one side of the gears.
 
     side: motor, joint, or the motors' less the joints'; names, measured: of all joints, and those
     whose torque is measured; estimates: of all terms but links; contained: terms that links make
@@ -155,7 +155,7 @@ class SideResult:
 
     @property
     def seen(self) -> tuple[TermEstimate, ...]:
-        """Rotors that the record asks for."""
+        """Rotors that the record needs."""
         if not self.is_excited:
             return ()
         return tuple(
@@ -164,7 +164,7 @@ class SideResult:
 
     @property
     def delay(self) -> TermEstimate | None:
-        """A delay of the torques that the record asks for."""
+        """A delay of the torques that the record needs."""
         delays = (each for each in self.estimates if each.term.kind == "delay")
         return next((each for each in delays if abs(each.t) > self.threshold), None)
 
@@ -178,7 +178,7 @@ class SideResult:
         )
 
     def find_worse_joints(self, other: SideResult) -> dict[str, float]:
-        """Joints at which this leaves more than another treatment of links, and how many times."""
+        """Joints whose residual exceeds that of another treatment of links, with the ratio."""
         ratios = self.steps[-1].rms / other.steps[-1].rms
         return find_worse_joints(self.measured, ratios, other.taken - self.taken, other.left)
 
@@ -198,7 +198,7 @@ def _is_shared(each: TermEstimate, side: SideResult) -> bool:
 
 @dataclass(frozen=True)
 class RecordComparison:
-    """What records say of a mechanism.
+    """The results of comparing records with a mechanism.
 
     ranks: of its levels over all motions; sides: nothing where the engines disagree; knowledge:
     what was known of links, and what was asked beside them; gravities: of each side, with the
@@ -247,7 +247,7 @@ class RecordComparison:
 
     @property
     def is_decided(self) -> bool:
-        """Whether the files explain the torques; if more is asked, whether that is determined."""
+        """Whether the files explain the torques; with more questions, whether all are decided."""
         refinements = [side.refinement for side in self.sides if side.refinement]
         if not self.knowledge.is_asked:
             return self.is_explained
@@ -346,7 +346,7 @@ def compare(
 def _judge_file(
     problem: _Problem, mechanism: ComparedMechanism, judged: SideResult
 ) -> FileJudgement:
-    """What a side says of the files' numbers; behind the gears there are links alone."""
+    """The judgement of the files' numbers by a side; behind the gears there are links alone."""
     behind = [each for each in mechanism.levels if each.level == "links"]
     levels = mechanism.levels if judged.side == "motor" else behind
     judgement = problem.fit_file(mechanism, judged.bandwidth).judge(levels)
@@ -393,7 +393,7 @@ def _run_best(comparison: RecordComparison) -> Iterator[Window]:
 def _judge_gravity(
     problem: _Problem, torques: Sequence[np.ndarray], side: Side, bandwidth: float
 ) -> tuple[SideResult, GravityEstimate | None]:
-    """What torques say with the file's links and another gravity, and whether it is a tilt.
+    """The fit with the file's links and another gravity, and whether that is a tilt.
 
     Args:
         problem: With any links and the file's gravity.
@@ -564,7 +564,7 @@ class _Problem:
         return FileFits(mechanism, samples, self.shared, self.measured, full)
 
     def _compute_columns(self, samples: BandSample) -> Regressor:
-        """Of the terms that are asked for, at measured joints."""
+        """The columns of the terms to estimate, at measured joints."""
         return self._cut(build_columns(self.robot, self.shared, samples)).select(self.chosen)
 
     @property
@@ -584,7 +584,7 @@ class _Problem:
         return choose_bandwidth(self.measure, lowest, min(highest, widest))
 
     def measure(self, bandwidth: float) -> float:
-        """Mean error in a band; errors of what the motion hardly shows are no measure."""
+        """The mean error in a band, without errors of terms that the motion hardly shows."""
         fit = self._fits[bandwidth] if bandwidth in self._fits else self.fit(bandwidth)[2]
         return measure_error(fit) if fit.condition <= EXCITED else np.inf
 
@@ -680,7 +680,7 @@ def _select_estimates(
 
 
 def find_threshold(estimates: tuple[TermEstimate, ...], fit: LinearFit) -> float:
-    """How many errors what is named is away from what it would be if it were not there.
+    """The number of standard errors beyond which a term is named.
 
     By Holm's steps (1979), the surest first: one that is there is none of those that may be there
     by chance.

@@ -1,4 +1,4 @@
-"""A record's description: which columns of which files are motion and torque, and of what."""
+"""A record's description: the columns and files of motion and torque, and their meaning."""
 
 from __future__ import annotations
 
@@ -36,11 +36,11 @@ class PositionColumns(Data):
     """Columns that hold the joints' or the motors' positions."""
 
     columns: Columns
-    """Their names, in the order of the robot's joints."""
+    """Names of the columns, in the order of the robot's joints."""
     unit: Literal["rad", "deg", "m"] = "rad"
-    """Of the numbers."""
+    """Unit of the numbers."""
     shaft: Side = "joint"
-    """Whose positions they are: the motors' are turned into joints' by the transmission."""
+    """Shaft of the positions; the transmission converts motors' positions to joints'."""
     zero: Factors | None = None
     """Added to the joints' positions [rad or m]; 0 if left out."""
 
@@ -49,20 +49,20 @@ class TorqueColumns(Data):
     """Columns that hold torques, or the currents that make them."""
 
     columns: Columns
-    """Their names, in the order of the robot's joints."""
+    """Names of the columns, in the order of the robot's joints."""
     gain: Factors | None = None
     """Torque [N m or N] for each unit of the numbers, such as N m/A; 1 if left out."""
     shaft: Side = "joint"
-    """To which shaft the numbers are referred: the motors' are turned into joints' ones."""
+    """Shaft of the torques; motors' torques are converted to joints'."""
 
 
 class Payload(Data):
     """A known body that a link holds, small beside its way from the joints: a point mass."""
 
     link: Column
-    """Of the URDF."""
+    """Link of the URDF."""
     mass_kg: Annotated[float, quantities.NumberRange(1e-9, 1e9, "kg")]
-    """Of the body."""
+    """Mass of the payload."""
     place_m: Annotated[tuple[Factor, Factor, Factor], Field(strict=False)]
     """Its centre of mass in the link's frame [m]."""
 
@@ -75,16 +75,16 @@ class RecordingFiles(Data):
     torque: FileName | None = None
     """CSV file with the torques, row by row with the first; the same if left out."""
     payload: Payload | None = None
-    """What the robot holds and its URDF does not."""
+    """Load that the URDF does not have."""
 
 
 class LinkPrior(Data):
-    """What is known of the robot before it is measured."""
+    """Knowledge of the robot from before it is measured."""
 
     links: Annotated[float, quantities.NumberRange(1e-6, 10)]
     """Relative standard deviation of each link's mass and moments in the robot's file."""
     bodies: Literal["any", "possible"] = "any"
-    """Whether links have to be possible bodies: of no negative mass anywhere."""
+    """Whether links must be possible bodies, without negative mass anywhere."""
 
 
 class RecordDescription(Data):
@@ -93,24 +93,24 @@ class RecordDescription(Data):
     schema_version: quantities.SchemaVersion
     """Version of the file: 1."""
     recordings: Annotated[tuple[RecordingFiles, ...], Field(strict=False, min_length=1)]
-    """All of one robot, estimated together."""
+    """Recordings of one robot, estimated together."""
     time: Column | None = None
     """Column of the times [s]; step_s if left out."""
     step_s: Annotated[float, quantities.NumberRange(1e-7, 10, "s")] | None = None
-    """Time between rows, where no column tells it."""
+    """Time between rows, if no column has times."""
     position: PositionColumns
-    """Where the joints are."""
+    """Positions of the joints."""
     motor_torque: TorqueColumns | None = None
-    """What the motors give: rotors and gears are between it and the links."""
+    """Torques of the motors: rotors and gears are between them and the links."""
     joint_torque: TorqueColumns | None = None
-    """What sensors behind the gears measure: there is no rotor."""
+    """Torques that sensors behind the gears measure: there is no rotor."""
     transmission: Matrix | None = None
     """Rate of each motor (rows) for the rate of each joint; direct or unknown if left out."""
 
     prior: LinkPrior | None = None
-    """How well the file's links are known; not believed at all if left out."""
+    """Accuracy of the file's links; unknown if left out."""
     estimate: Annotated[tuple[Unknown, ...], Field(strict=False, max_length=2)] = ()
-    """What else is unknown: gains of all drives, zeros of all encoders."""
+    """Further unknowns: gains of all drives, zeros of all encoders."""
 
 
 def load_description(path: Path) -> RecordDescription:
@@ -119,7 +119,7 @@ def load_description(path: Path) -> RecordDescription:
 
 
 def find_knowledge(description: RecordDescription, robot: Robot, where: Path) -> Knowledge:
-    """What a description says of links and payloads, and what else it asks for.
+    """The knowledge of links and payloads in a description, and its further questions.
 
     Raises InputError for a payload on no link that moves.
     """
@@ -132,7 +132,7 @@ def find_knowledge(description: RecordDescription, robot: Robot, where: Path) ->
 
 
 def _compute_payload(payload: Payload | None, robot: Robot, where: Path) -> np.ndarray:
-    """What a payload adds to links' parameters, in the regressor's order. Raises InputError."""
+    """The change of links' parameters by a payload, in the regressor's order. Raises InputError."""
     names = LinkRegressor(robot).names
     if payload is None:
         return np.zeros(len(names))

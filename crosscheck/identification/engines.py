@@ -39,7 +39,7 @@ Motion = tuple[np.ndarray, np.ndarray, np.ndarray]  # positions, rates, accelera
 
 
 class TorqueModel(Protocol):
-    """What has torques of motions."""
+    """A model that computes torques of motions."""
 
     def inverse_dynamics(self, q: np.ndarray, v: np.ndarray, a: np.ndarray) -> np.ndarray: ...
 
@@ -122,7 +122,7 @@ def plan_level(
 
 
 def _measure_terms(robot: Robot, motion: Motion) -> np.ndarray:
-    """Sum (rows, n) of the sizes of what each number of a body makes of a torque.
+    """The sums (rows, n) of the magnitudes that each number of a body adds to a torque.
 
     Of a body that is the same all around its joint's axis the torque is nothing but what rounding
     leaves of these.
@@ -145,7 +145,7 @@ def describe_engines(engines: Sequence[Finding]) -> Iterator[str]:
 
 
 def describe_disagreement(engines: Sequence[Finding], what: str) -> Iterator[str]:
-    """Who disagrees on the torques of what, who stands alone, and that nothing more is said."""
+    """The engines that disagree, and the one that differs from all others."""
     wrong = [engine for engine in engines if engine.verdict != "agree"]
     # One that gave no number before those that are apart.
     worst = max(wrong, key=lambda engine: engine.measured or np.inf)
@@ -165,7 +165,7 @@ def describe_disagreement(engines: Sequence[Finding], what: str) -> Iterator[str
 
 
 def format_difference(finding: Finding) -> str:
-    """How far an engine is from the reference, or why there is no number."""
+    """The difference of an engine from the reference, or the reason why there is no number."""
     if finding.measured is None or finding.tolerance is None:
         return finding.note
     return (

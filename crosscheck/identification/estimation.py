@@ -58,12 +58,12 @@ class LinearFit:
         return self.errors * self.quantile((1 + CONFIDENCE) / 2)
 
     def quantile(self, probability: float) -> float:
-        """Of Student's distribution with the fit's degrees of freedom."""
+        """The quantile of Student's distribution with the fit's degrees of freedom."""
         return float(stdtrit(self.freedom, probability))
 
 
 class PartFit(NamedTuple):
-    """What some of the columns leave, weighted and in blocks as those of all.
+    """The residual of a fit with some of the columns, weighted and in blocks as with all.
 
     rms (n,): of each joint's residual; weighted and predicted: of all joints' residuals in parts of
     the full fit's, and of the errors of predicting each block from the others.
@@ -188,7 +188,7 @@ def find_condition(columns: np.ndarray, sigma: np.ndarray) -> float:
 def _leave_out_blocks(
     columns: WeightedColumns, inverse: np.ndarray, remains: np.ndarray, edges: np.ndarray
 ) -> tuple[np.ndarray, np.ndarray]:
-    """What leaving out each block changes of the coefficients; the errors of predicting it.
+    """Changes of the coefficients without each block, and the errors of predicting it.
 
     inverse (p, p): of the triangle, which makes the columns their orthonormal basis.
     """
@@ -207,7 +207,7 @@ def _leave_out_blocks(
 def _pool_variances(
     columns: WeightedColumns, inverse: np.ndarray, remains: np.ndarray, shown: np.ndarray
 ) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
-    """The coefficients' variances (p, p) where residuals are alike all over the record.
+    """The coefficients' variances (p, p), for residuals of one correlation over the record.
 
     Their correlations in a window, each joint's and between joints, are one for all rows, so that
     these variances vary less by chance than those of few blocks: an error of one position is in the
@@ -283,7 +283,7 @@ def choose_blocks(residual: np.ndarray, starts: Sequence[int]) -> np.ndarray:
 
 
 def count_alike_rows(residual: np.ndarray, joint: int) -> float:
-    """By how much a mean of a joint's residual varies more than if its rows were independent.
+    """The variance of a joint's mean residual over that of independent rows.
 
     The sum of its correlation in a window: of a band of noise the first lobe alone is 1.2 times the
     whole. At least 1.

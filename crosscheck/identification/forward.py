@@ -46,7 +46,7 @@ class Window:
 
     @property
     def stays_s(self) -> float:
-        """How long every joint stays within 3 u_val of the record [s]."""
+        """The time for which every joint stays within 3 u_val of the record [s]."""
         outside = (np.abs(self.error) > LEFT * self.validation).any(axis=1)
         last = int(np.argmax(outside)) if outside.any() else len(self.time) - 1
         return float(self.time[last] - self.time[0])

@@ -1,4 +1,4 @@
-"""What is compared with a record: a robot, the rigid levels of its rotors, and its files' numbers.
+"""The mechanism of a comparison: a robot, the rigid levels of its rotors, its files' numbers.
 
 A planar arm is the robot that ``export`` writes of it, with the numbers of its own file.
 """
@@ -84,7 +84,7 @@ class RigidLevel(NamedTuple):
 
 
 class ComparedMechanism(ABC):
-    """What is compared with a record.
+    """A mechanism to compare with a record.
 
     Attributes:
         noun: What messages call its kind.
@@ -96,7 +96,7 @@ class ComparedMechanism(ABC):
 
     @property
     def name(self) -> str:
-        """What messages call it."""
+        """The name in messages."""
         return self.robot.name
 
     @property

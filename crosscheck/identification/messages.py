@@ -1,4 +1,4 @@
-"""What a comparison with records says, sentence by sentence: every view begins with the same."""
+"""The answers of a comparison with records, sentence by sentence; every view begins with them."""
 
 from __future__ import annotations
 
@@ -29,11 +29,11 @@ SIDE_PHRASES: dict[Side, str] = {
 }
 FITS: dict[Side, str] = {
     "motor": "The recording fits",
-    "joint": "By the torques behind the gears the recording fits",
+    "joint": "Judged by the torques behind the gears, the recording fits",
 }
 NONE_FITS: dict[Side, str] = {
     "motor": "No level fits the recording with the file's numbers",
-    "joint": "By the torques behind the gears no level fits with the file's numbers",
+    "joint": "Judged by the torques behind the gears, no level fits with the file's numbers",
 }
 LARGEST_RATIO = 1e12  # that is written out
 MOST_DIGITS = 15
@@ -76,24 +76,24 @@ def _describe_judgement(
     elif judgement.explained:
         names = " and ".join(each.level for each in explanations)
         friction = _add_friction(mechanism, side)
-        yield f"{fits} {names} with the file's numbers{friction} and does not distinguish them."
+        yield f"{fits} {names} with the file's numbers{friction} and cannot distinguish them."
     elif explanations:
         yield f"{fits} {_describe_change(mechanism, best)}{_add_friction(mechanism, side)}."
         if explanations[1:]:
-            yield "The recording does not distinguish these from it:"
+            yield "The recording cannot distinguish these from it:"
             yield from (
                 f"it fits {_describe_change(mechanism, each)}."
                 for each in explanations[1:MOST_NAMES]
             )
         yield f"{none}; the residual of the nearest, {name(least.level)}, is {left}."
     else:
-        yield f"{none}, and no one number explains the rest."
+        yield f"{none}, and no single number explains the rest."
         yield f"The residual of the nearest, {name(least.level)}, is {left}."
         for change in judgement.changes:
             is_likelier = judgement.compare(least, change) > LIKELIHOOD_RATIO
             if change.mechanism is not None and is_likelier:
                 yield (
-                    f"The change that explains most: {_describe_change(mechanism, change)}; its"
+                    f"The best change of a number: {_describe_change(mechanism, change)}; its"
                     f" residual is {_format_most(change)} times that."
                 )
     for change in judgement.changes:
@@ -134,12 +134,12 @@ def _add_friction(mechanism: ComparedMechanism, side: SideResult) -> str:
 
 
 def _format_most(restriction: Restriction) -> str:
-    """How many times more than any links a restriction leaves, at the joint where it is most."""
+    """The residual of a restriction over that of any links, at the joint where it is largest."""
     return format_number(float(restriction.ratios.max()))
 
 
 def _describe_runs(comparison: RecordComparison) -> Iterator[str]:
-    """How long runs stay with the record."""
+    """The time that simulated runs stay with the record."""
     windows = comparison.windows
     if not windows:
         return
@@ -157,7 +157,7 @@ def _describe_runs(comparison: RecordComparison) -> Iterator[str]:
 
 
 def _describe_terms(comparison: RecordComparison) -> Iterator[str]:
-    """Which terms the torques ask for beside any links."""
+    """The terms that the torques need beside any links."""
     for side in comparison.sides:
         if side.links == "scaled":
             identified = next(
@@ -170,26 +170,26 @@ def _describe_terms(comparison: RecordComparison) -> Iterator[str]:
             yield from _describe_side(side)
             pairs = ", ".join(f"{first.name} and {second.name}" for first, second in side.alike)
             if pairs:
-                yield f"By this motion these cannot be distinguished: {pairs}."
+                yield f"This motion cannot distinguish {pairs}."
             if side.refinement is not None:
                 yield from _describe_refinement(side.refinement, SIDE_PHRASES[side.side])
     if comparison.knowledge.lacks_size:
         yield (
-            "Gains of drives cannot be determined: any of them has links that explain the torques."
-            " State how well the file's links are known ([prior] links), or record once more with a"
-            " known payload (payload of recordings)."
+            "The drives' gains cannot be determined: for any gains there are links that explain the"
+            " torques. State how well the file's links are known ([prior] links), or record the"
+            " motion again with a known payload (payload of recordings)."
         )
     yield from _describe_levels(comparison)
 
 
 def _describe_side(side: SideResult) -> Iterator[str]:
-    """What the torques of one side say."""
+    """The rotors that the torques of one side need, and those that they do not show."""
     where = SIDE_PHRASES[side.side]
     if not side.is_excited:
         names = ", ".join(side.concerned[:MOST_NAMES])
         condition, allowed = format_distinct([side.condition, EXCITED], digits=4)
         yield (
-            f"By the {where} rotors and links cannot be distinguished: the motion hardly shows"
+            f"The {where} cannot distinguish rotors from links: the motion hardly shows"
             f" {names} (condition number {condition}, at most {allowed})."
         )
         if side.excitation is not None:
@@ -198,26 +198,26 @@ def _describe_side(side: SideResult) -> Iterator[str]:
     if side.impossible:
         listed = "; ".join(format_estimate(each) for each in side.impossible)
         yield (
-            f"By the {where} no level fits: {listed}, which no rotor has. The model lacks"
-            " something else."
+            f"No level fits the {where}: {listed}, which no rotor can have. Something else is"
+            " missing from the model."
         )
     elif side.seen:
         listed = "; ".join(format_estimate(each) for each in side.seen)
-        yield f"By the {where} links and friction alone are rejected: {listed}."
+        yield f"Links and friction alone do not explain the {where}: {listed}."
         if side.side == "joint":
             yield "Behind gears there is no rotor: are these the motors' torques (motor_torque)?"
         if any(each.term.kind == "shared armature" for each in side.seen):
-            yield "Armature of single joints is rejected, too: they share a motor."
+            yield "Armature of single joints does not explain them either: they share a motor."
     else:
-        yield f"By the {where} links and friction alone are not rejected."
+        yield f"Links and friction alone explain the {where}."
     unseen = [each for each in side.rotors if each not in (*side.seen, *side.impossible)]
     if unseen:
         listed = "; ".join(format_estimate(each) for each in unseen)
-        yield f"Not distinguishable from zero: {listed}."
+        yield f"Too uncertain to be named: {listed}."
     yield from _describe_delay(side)
     contained = [each.name for each in side.contained if each.kind == "armature"]
     if contained and side.links == "identified":
-        yield f"No motion distinguishes from the links: {', '.join(contained)}."
+        yield f"No motion can distinguish from the links: {', '.join(contained)}."
 
 
 def _describe_delay(side: SideResult) -> Iterator[str]:
@@ -227,10 +227,10 @@ def _describe_delay(side: SideResult) -> Iterator[str]:
 
 
 def _describe_refinement(refinement: Refinement, where: str) -> Iterator[str]:
-    """What the torques of a side say with links of the file, then gains and zeros."""
+    """The decision by known links of the file, then gains and zeros."""
     links, best = refinement.knowledge.links, refinement.best
     if not all(fit.settled for fit in refinement.fits):
-        yield f"With what else is asked the {where} have no estimate: its steps do not settle."
+        yield f"No estimate by the {where} with these unknowns: the fit does not converge."
         return
     if links is not None:
         yield _describe_prior(refinement, links)
@@ -239,92 +239,93 @@ def _describe_refinement(refinement: Refinement, where: str) -> Iterator[str]:
                 yield _describe_bodies(fit.level, fit.bodies)
     beside = [each for each in best.estimates if each.term.kind in ("gain", "zero")]
     if beside:
-        yield f"By the {where}: {'; '.join(format_estimate(each) for each in beside)}."
+        yield f"From the {where}: {'; '.join(format_estimate(each) for each in beside)}."
     if best.contained:
-        reason = "what else is unknown" if links is None else "anything"
-        names = ", ".join(best.contained)
-        yield f"No zero of the encoder of {names} can be distinguished from {reason}."
+        reason = " beside the other unknowns" if links is None else ""
+        yield f"The motion does not show the encoder zero of {', '.join(best.contained)}{reason}."
 
 
 def _describe_bodies(level: Level, bodies: PossibleBodies) -> str:
     """Whether possible bodies explain the torques at a level, and which are at the border."""
-    border = f"; at the border: what {', '.join(bodies.border)} move" if bodies.border else ""
+    border = (
+        f"; those moved by {', '.join(bodies.border)} are at the border" if bodies.border else ""
+    )
     if bodies.explain:
         return f"At {level} possible bodies explain the torques as well as any{border}."
     return (
-        f"At {level} no possible bodies explain the torques: what"
-        f" {', '.join(bodies.impossible)} move would be none (possible ones leave"
-        f" {bodies.excess:.4g} more of chi squared{border})."
+        f"At {level} no possible bodies explain the torques: those moved by"
+        f" {', '.join(bodies.impossible)} would be impossible (possible ones have"
+        f" {bodies.excess:.4g} more chi squared{border})."
     )
 
 
 def _describe_prior(refinement: Refinement, links: float) -> str:
-    """Which level is likelier where the file's links are known to a share."""
+    """The likelier level, where the file's links are known to a share."""
     best = refinement.best
     head = f"With the file's links known to {100 * links:.3g} %"
     if refinement.is_surprising:
         return (
-            f"{head} nothing fits: they would be further from the file (chi squared"
-            f" {best.surprise:.4g} of {best.shown} parameters). No level is named."
+            f"{head}, no level fits: the links would be further from the file than that (chi"
+            f" squared {best.surprise:.4g} of {best.shown} parameters)."
         )
     if refinement.is_impossible:
-        return f"{head} no level has possible bodies that explain the torques. None is named."
+        return f"{head}, no level has possible bodies that explain the torques."
     rotors = [each for each in best.estimates if each.term.kind in ("rotors", *ROTOR_KINDS)]
     listed = "; ".join(format_estimate(each) for each in rotors)
     if len(refinement.fits) == 1:
-        return f"{head}: {listed}. The file has no rotors, so coupled is not asked."
+        return f"{head}: {listed}. The file has no rotors, so coupled is not compared."
     fits = refinement.fits
     values = format_distinct([fit.chi_squared for fit in fits], digits=5)
     sizes = " and ".join(f"{each} for {fit.level}" for each, fit in zip(values, fits, strict=True))
     if refinement.level is None:
         return (
-            f"{head} armature and coupled cannot be distinguished (chi squared {sizes}): links"
-            " have to be known to less than inertia times ratio of the rotors."
+            f"{head}, armature and coupled cannot be distinguished (chi squared {sizes}). Links"
+            " must be known to less than the rotors' inertia times ratio."
         )
-    return f"{head} the torques are those of {best.level} (chi squared {sizes}): {listed}."
+    return f"{head}, the torques are those of {best.level} (chi squared {sizes}): {listed}."
 
 
 def _describe_excitation(excitation: Excitation) -> str:
-    """Which motion would show the parameters, or that none drawn does."""
-    head = f"Of {DRAWN} sums of sines within the joints' limits the best (seed"
+    """A motion that would show the parameters, or the statement that none of those drawn does."""
+    head = f"The best of {DRAWN} sums of sines within the joints' limits (seed"
     motion = excitation.motion
     tail = (
         f"{motion.seed}, period {motion.period:.3g} s) has a condition number of"
         f" {excitation.condition:.2g}"
     )
     if excitation.condition > EXCITED:
-        return f"{head} {tail}: none shows them within these limits."
+        return f"{head} {tail}: none of them shows enough."
     return f"{head} {tail}: record that one (--out FOLDER writes it as {EXCITATION_FILE})."
 
 
 def _describe_scaled(side: SideResult, identified: SideResult) -> Iterator[str]:
-    """How far off the file's links are; rotors beside them where links cannot be identified."""
+    """Factors on the file's links; rotors beside them where links cannot be identified."""
     wrong = side.wrong_factors
     if wrong:
         listed = ", ".join(f"{_format_interval(each)} for {each.term.name}" for each in wrong)
         yield (
-            f"The {SIDE_PHRASES[side.side]} ask for factors on the torques of {listed}: the file's"
-            " links or the gains are wrong, and rotors are not judged by these."
+            f"The {SIDE_PHRASES[side.side]} need factors of {listed}: the file's links or the"
+            " gains are wrong, so these torques do not judge rotors."
         )
     if identified.is_excited:
         worse = side.find_worse_joints(identified)
         if worse:
-            listed = ", ".join(f"{ratio:.2f} times at {name}" for name, ratio in worse.items())
-            yield f"Links of the file leave more than identified ones, so they are wrong: {listed}."
+            listed = ", ".join(f"{ratio:.2f} at {name}" for name, ratio in worse.items())
+            yield f"The file's links are wrong: residual over that of identified links {listed}."
         return
     listed = "; ".join(format_estimate(each) for each in side.rotors)
-    yield f"With such factors it would be: {listed}."
+    yield f"Estimates with these factors: {listed}."
 
 
 def _describe_levels(comparison: RecordComparison) -> Iterator[str]:
-    """Which levels are one and the same model."""
+    """Whether coupled and armature are one model."""
     ranks = comparison.ranks
     if ranks.are_equal:
-        places = ", where stators are on the links before the joints" if ranks.assumed else ""
+        places = ", if stators are on the links before the joints" if ranks.assumed else ""
         yield (
-            "Coupled and armature are the same model with other links"
-            f"{places}: no recording distinguishes them unless the links are known otherwise, or"
-            " those of one are no possible bodies ([prior] bodies)."
+            f"Coupled and armature are the same model with other links{places}. No recording can"
+            " distinguish them unless the links are known otherwise, or those of one level are"
+            " impossible bodies ([prior] bodies)."
         )
     else:
         yield (
@@ -381,7 +382,7 @@ def format_distinct(values: Sequence[float], digits: int = 3) -> list[str]:
 
 
 def _format_ratio(ratio: float) -> str:
-    """How much less likely a level is."""
+    """A likelihood ratio of levels as text."""
     return f"{ratio:.2g}" if ratio < LARGEST_RATIO else f"over {LARGEST_RATIO:g}"
 
 

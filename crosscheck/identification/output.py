@@ -57,7 +57,8 @@ def _describe_side(side: SideResult, is_brief: bool) -> Iterator[str]:
         for each in (*side.judgement.levels, *side.judgement.changes):
             number = "" if each.estimate is None else messages.format_estimate(each.estimate)
             ratios = messages.format_row(each.ratios)
-            yield f"  {each.level}, {number or 'the file'}: {ratios} times what any links leave"
+            what = f"{each.level}, {number or 'the file'}"
+            yield f"  {what}: residual {ratios} times that of any links"
         if is_brief:
             yield from (
                 f"  {messages.format_estimate(each)}" for each in side.judgement.best.friction
@@ -65,11 +66,11 @@ def _describe_side(side: SideResult, is_brief: bool) -> Iterator[str]:
             return
     for step in side.steps:
         yield (
-            f"  {step.name}: {step.parameters} parameters leave {step.weighted:.3f},"
-            f" {step.predicted:.3f} as predicted; {messages.format_row(step.rms)} N m rms"
+            f"  {step.name}: {step.parameters} parameters, residual {step.weighted:.3f},"
+            f" {step.predicted:.3f} predicted; {messages.format_row(step.rms)} N m rms"
         )
     for estimate in side.estimates:
-        part = f", {estimate.systematic / estimate.error:.0%} of its error by other bands"
+        part = f", {estimate.systematic / estimate.error:.0%} of its error from other bands"
         yield f"  {messages.format_estimate(estimate)}{part if estimate.systematic else ''}"
     for band in side.bands:
         listed = "; ".join(messages.format_estimate(each) for each in band.estimates)

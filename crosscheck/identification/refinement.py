@@ -50,7 +50,7 @@ PASSES, SETTLED = 20, 1e-7  # of standard errors: a last step of estimates
 
 
 class Knowledge(NamedTuple):
-    """What is known and what is asked beyond a record.
+    """Knowledge beyond a record, and questions beyond the file's numbers.
 
     links: relative standard deviation of what the file says of each link, None where it is not
     believed; unknown: whether gains of drives and zeros of encoders are estimated; are_possible:
@@ -65,18 +65,18 @@ class Knowledge(NamedTuple):
 
     @property
     def lacks_size(self) -> bool:
-        """Whether gains are asked for while nothing has a known size: any gain has its links."""
+        """Whether gains are unknown and nothing has a known size, so any gain has its links."""
         differ = any((each != self.payloads[0]).any() for each in self.payloads)
         return "gains" in self.unknown and self.links is None and not differ
 
     @property
     def is_asked(self) -> bool:
-        """Whether links are known to a share, or more is asked than the files' numbers."""
+        """Whether links are known to a share, or there are questions beyond the files' numbers."""
         return self.links is not None or bool(self.unknown)
 
     @property
     def is_anything(self) -> bool:
-        """Whether a refinement may say something."""
+        """Whether a refinement may have an answer."""
         return self.links is not None or (bool(self.unknown) and not self.lacks_size)
 
 
@@ -102,7 +102,7 @@ class RecordedTorque:
 
     @property
     def deviations(self) -> np.ndarray:
-        """Standard deviations (measured,) that count a row by the number of rows alike."""
+        """Standard deviations (measured,) that divide a row's weight by its number of like rows."""
         alike = [
             max(
                 count_alike_rows(self.residual[first:last], joint)
@@ -115,7 +115,7 @@ class RecordedTorque:
 
 @dataclass(frozen=True)
 class PossibleBodies:
-    """What it costs that links are possible bodies.
+    """The cost of restricting links to possible bodies.
 
     excess: of chi squared over links without this condition; impossible: joints that move bodies
     which these would be no longer; border: joints whose bodies are at the border now.
@@ -155,7 +155,7 @@ class LevelFit:
 
 @dataclass(frozen=True)
 class Refinement:
-    """What torques of a side say with what else is known; fits: of the levels that differ."""
+    """Fits of a side's torques with further knowledge; fits: of the levels that differ."""
 
     knowledge: Knowledge
     fits: tuple[LevelFit, ...]
@@ -167,7 +167,7 @@ class Refinement:
 
     @property
     def is_decided(self) -> bool:
-        """Whether estimates came to rest, and one level is named where two were asked."""
+        """Whether the fits converge, and one level is named if there are two."""
         settled = all(fit.settled for fit in self.fits)
         is_refuted = self.is_surprising or self.is_impossible
         return settled and not is_refuted and (len(self.fits) == 1 or bool(self.level))
@@ -404,7 +404,7 @@ def _fit_level(record: RecordedTorque, knowledge: Knowledge, level: Level) -> Le
 
 
 def _solve(right: np.ndarray, slopes: np.ndarray, state: np.ndarray) -> Solution:
-    """Linear least squares: what is left at a state, and slopes of what the unknowns make."""
+    """Solve linear least squares: the residual at a state, and its slopes by the unknowns."""
     size = np.sqrt((slopes**2).sum(axis=0))
     basis, triangle = qr(slopes / size, mode="economic", check_finite=False)
     step = solve_triangular(triangle, basis.T @ right) / size
@@ -441,7 +441,7 @@ def _position_unit(robot: Robot, place: int) -> str:
 
 
 def _invert(term: TorqueTerm, value: float, error: float, quantile: float) -> TermEstimate:
-    """The estimate of a term; a gain's is one over what torques are times what they were said."""
+    """The estimate of a term; a gain's is the inverse of the factor on the stated torques."""
     if term.kind == "gain":
         value, error = 1 / value, error / value**2
     return TermEstimate(term, value, error, quantile * error)

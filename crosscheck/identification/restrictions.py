@@ -1,4 +1,4 @@
-"""What a mechanism's files say, as restrictions of the fit of all terms.
+"""The numbers of a mechanism's files as restrictions of the fit of all terms.
 
 A rigid level with the numbers of its file makes torques of its own; friction and a delay are
 estimated beside them, and one number of the file, if it alone may be wrong. Such a restriction
@@ -70,12 +70,12 @@ class Restriction:
 
     @property
     def explains(self) -> bool:
-        """Whether it leaves no more than any links do, and is possible."""
+        """Whether it is possible, and fits no worse than any links do."""
         return self.is_fitting and self.mechanism is not None
 
     @property
     def is_fitting(self) -> bool:
-        """Whether it leaves no more than any links do."""
+        """Whether it fits no worse than any links do."""
         return self.chance >= (SIGNIFICANT if self.parameter is None else PLAUSIBLE)
 
     @property
@@ -85,7 +85,7 @@ class Restriction:
 
     @property
     def estimate(self) -> TermEstimate | None:
-        """That of the number; None where none is estimated."""
+        """The estimate of the number; None where none is estimated."""
         return next((each for each in self.estimates if each.term.kind == "number"), None)
 
     def compute_friction(self, rates: np.ndarray) -> np.ndarray:
@@ -101,7 +101,7 @@ class Restriction:
 
 @dataclass(frozen=True)
 class FileJudgement:
-    """What a record says of a mechanism's files.
+    """The judgement of a mechanism's files by a record.
 
     levels: with the files' numbers; changes: where none of these explains the record, with one
     number estimated, those that explain it or the one that comes next; the likeliest first.
@@ -117,7 +117,9 @@ class FileJudgement:
 
     @property
     def explanations(self) -> tuple[Restriction, ...]:
-        """Those that explain the record and are not much less likely than the best, it first."""
+        """Restrictions that explain the record and are not much less likely than the best, it
+        first.
+        """
         able = [each for each in (*self.levels, *self.changes) if each.explains]
         return tuple(each for each in able if self.compare(each, able[0]) < LIKELIHOOD_RATIO)
 
@@ -127,7 +129,7 @@ class FileJudgement:
         return next(iter(self.explanations), self.levels[0])
 
     def compare(self, restriction: Restriction, other: Restriction) -> float:
-        """How much less likely one is than another, up to 1e300."""
+        """The likelihood of one over that of another, up to 1e300."""
         return exp(min((restriction.surprise - other.surprise) / 2, 690.0))
 
 
@@ -137,7 +139,7 @@ def find_worse_joints(
     further: np.ndarray,
     left: np.ndarray,
 ) -> dict[str, float]:
-    """Joints at which a fit leaves more than one with further parameters, and how many times.
+    """Joints whose residual exceeds that of a fit with further parameters, with the ratio.
 
     By Fisher's test of what these take up there, of all joints together at the level SIGNIFICANT.
 
@@ -154,7 +156,7 @@ def find_worse_joints(
 
 
 def compute_chance(ratios: np.ndarray, further: np.ndarray, left: np.ndarray) -> float:
-    """The chance that parameters which say nothing take up so much at all joints together.
+    """The chance that parameters without effect reduce the residual so much at all joints together.
 
     Fisher's test at each joint, whose chances are combined as he does it (1932): many joints that
     leave a little more say as much as one that leaves much more. As for ``find_worse_joints``.
@@ -216,7 +218,7 @@ class FileFits:
         return FileJudgement(_sort(fits), _sort(explaining or nearest))
 
     def _fit_changes(self, level: RigidLevel) -> Iterator[Restriction]:
-        """Fits with each number that leaves least."""
+        """The fits of changed numbers with the smallest residual."""
         numbers, columns = [], []
         for parameter in self._mechanism.parameters:
             if not parameter.is_friction:
@@ -310,7 +312,7 @@ class FileFits:
         return self._torques[key][1]
 
     def _compute_rotors(self, level: RigidLevel) -> np.ndarray:
-        """What a level's rotors add (rows, measured), in the band."""
+        """The torques of a level's rotors (rows, measured), in the band."""
         if level.level == "links":
             return np.zeros_like(self._torque)
         robot = remove_friction(level.robot)
@@ -342,7 +344,7 @@ class FileFits:
 
 
 def _list_rotors(robot: Robot) -> tuple[object, ...]:
-    """What of a robot is beside its links."""
+    """Parts of a robot beside its links."""
     inertias = tuple(rotor.inertia for rotor in robot.rotors)
     return inertias, tuple(stage.gears for stage in robot.stages), tuple(robot.armature.tolist())
 

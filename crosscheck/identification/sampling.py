@@ -252,7 +252,7 @@ def _filter_direction(
 def _filter(
     signals: np.ndarray, step: float, bandwidth: float, asked: Sequence[tuple[int, Rows]]
 ) -> list[np.ndarray]:
-    """Derivatives of filtered signals (rows, n): each of an order, at the rows asked for.
+    """Derivatives of filtered signals (rows, n), each of an order, at given rows.
 
     One signal after the other: all of a long recording's at once would take much memory.
     """

@@ -1,4 +1,4 @@
-"""What can be distinguished: independent terms, over all motions and over a record's own."""
+"""Terms that can be distinguished: independent over all motions, and over a record's own."""
 
 from __future__ import annotations
 

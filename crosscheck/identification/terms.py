@@ -242,7 +242,7 @@ def _joint_columns(
 
 
 def _armatures(robot: Robot) -> list[float | None]:
-    """What the robot's file says of each free joint's armature [kg m^2 or kg]."""
+    """The armature of each free joint in the robot's file [kg m^2 or kg]."""
     values: list[float | None] = [value or None for value in robot.armature.tolist()]
     for rotor in robot.rotors:
         if rotor.joint in robot.coordinates:

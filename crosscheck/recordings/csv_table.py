@@ -50,7 +50,7 @@ class CsvTable:
             raise InputError(self.where, "", None, "has no rows below the names of its columns")
 
     def count_rows(self) -> int:
-        """How many rows there are. Raises InputError."""
+        """The number of rows. Raises InputError."""
         return sum(map(len, self.read_pieces([])))
 
     def select_pieces(self, columns: Sequence[str]) -> Iterator[np.ndarray]:

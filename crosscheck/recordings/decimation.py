@@ -130,5 +130,5 @@ def continue_signal(signal: np.ndarray, before: int, behind: int) -> np.ndarray:
 
 
 def _even_times(time: np.ndarray) -> np.ndarray:
-    """As many times from the first to the last, all the same time apart."""
+    """Evenly spaced times, as many, from the first to the last."""
     return np.linspace(time[0], time[-1], len(time))

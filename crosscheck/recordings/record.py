@@ -90,7 +90,7 @@ class Record:
 
     @property
     def rows(self) -> int:
-        """How many were recorded."""
+        """The number of recorded rows."""
         return self.recorded or len(self.time)
 
     @property
@@ -150,7 +150,7 @@ def read_record(path: Path, joints: int, topic: str = "", named: Sequence[str] =
 
 
 def _is_stated(kind: str, table: np.ndarray) -> bool:
-    """Whether a table of rates or torques says anything; a torque of 0 does."""
+    """Whether a table of rates or torques has information; a torque of 0 does."""
     return bool(np.isfinite(table).any()) and (kind != "theta_dot" or bool(np.any(table)))
 
 
@@ -173,7 +173,7 @@ def _has_known_unit(name: str) -> bool:
 
 
 def _suggest_names(columns: Iterable[str]) -> str:
-    """What a file's columns may have to be called, as the end of a sentence."""
+    """Names that a file's columns may need, as the end of a sentence."""
     names, renamed = [name for name in columns if name], []
     counts: Counter[str] = Counter()
     for name in names:

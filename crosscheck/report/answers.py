@@ -27,7 +27,7 @@ LEVEL_OMISSIONS = {
     "links": "the joints' masses and the gears' inertia",
     "carriers": "the gears' spin",
     "armature": "the coupling of the gears' spin to the links",
-    "coupled": "the give, play and errors of the teeth",
+    "coupled": "the compliance, backlash and errors of the teeth",
 }
 SMALL = 1e-4  # relative differences from here on are shown in per cent
 
@@ -184,11 +184,11 @@ def answer_on_levels(agreement: Agreement) -> str:
                 f" by up to {format_percent(worst.relative or 0.0)} of its largest"
             )
         sentences.append(f"At level {model.partition(':')[2]} {', and '.join(parts)}.")
-    return " ".join(sentences) or "There is one level alone."
+    return " ".join(sentences) or "There is only one level."
 
 
 def _group_tips(agreement: Agreement) -> dict[str, list[Finding]]:
-    """By experiment, how far the tip of each rigid level is off."""
+    """The distances of the rigid levels' tips, by experiment."""
     by_case: dict[str, list[Finding]] = {}
     for finding in agreement.findings:
         key = finding.about.key
@@ -213,7 +213,7 @@ def is_without_contact(finding: Finding) -> bool:
 
 
 def _describe_tip(finding: Finding) -> str:
-    """How far a rigid level's tip is off, and what of the arm that level leaves out."""
+    """The distance of a rigid level's tip, and which inertia of the arm that level omits."""
     off, level = format_length(finding.measured or 0.0), finding.left.partition(":")[2]
     if level not in LEVEL_OMISSIONS:
         return f"{off} at level {level}"
@@ -221,7 +221,7 @@ def _describe_tip(finding: Finding) -> str:
 
 
 def answer_on_trust(agreement: Agreement, outline: ReportOutline) -> str:
-    """The answer to the third question: what was checked, and what stands behind a check."""
+    """The answer to the third question: the number of checks, and how a check decides."""
     alone = sum(not f.about.key.right for f in agreement.checks)
     counts = Counter(f.verdict for f in agreement.checks)
     other_verdicts = "".join(

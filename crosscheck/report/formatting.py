@@ -1,4 +1,4 @@
-"""Words that every view uses: counts, and what a Finding says."""
+"""Phrases that all views share: counts, and a finding in words."""
 
 from __future__ import annotations
 

@@ -11,7 +11,7 @@ COLOURS = ("#1f5fa8", "#d1702c", "#2f8f5b", "#8a4fb0", "#b03050", "#5a6b7a", "#a
 
 
 def render_table(head: Sequence[str], rows: Iterable[Sequence[str]], caption: str = "") -> str:
-    """A table of plain texts, or of Markup, that scrolls by itself where it is too wide."""
+    """A table of plain texts, or of Markup, that scrolls if it is too wide."""
     title = f"<caption>{escape(caption)}</caption>" if caption else ""
     lines = "".join(_render_row(row, "td") for row in rows)
     header = _render_row(head, "th")

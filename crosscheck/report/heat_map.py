@@ -54,7 +54,7 @@ def make_heat_map(
     relative: Sequence[Sequence[float]],
     tolerance: float,
 ) -> HeatMap:
-    """The map of relative differences, by row and column, of which a tolerance is allowed."""
+    """The map of relative differences, by row and column, with the largest that is allowed."""
     cells = tuple(tuple(make_heat_cell(value, tolerance) for value in row) for row in relative)
     return HeatMap(title, tuple(rows), tuple(columns), cells)
 

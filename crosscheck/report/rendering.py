@@ -1,4 +1,4 @@
-"""Templates, filled in: the one place that says how, and which filters they have."""
+"""Renders templates, with the filters that they share."""
 
 from __future__ import annotations
 

@@ -54,7 +54,7 @@ def make_check_result(cross_check: CrossCheck) -> CheckResult:
 
 
 def summarize_agreement(agreement: Agreement) -> list[str]:
-    """The verdict, the count, and the largest of what is wrong, in lines."""
+    """The verdict, the count, and the largest of the failures, in lines."""
     lines = [describe_verdict(agreement)]
     measured = len(agreement.findings) - len(agreement.checks)
     more = f"; {format_count(measured, 'difference')} measured without a limit" if measured else ""

@@ -1,4 +1,4 @@
-"""Studies from Python: what a study's file says, as arguments; the result as a Dataset."""
+"""Studies from Python: the content of a study's file as arguments, the result as a Dataset."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""A study's result drawn as its axes ask for: curves, maps, distributions."""
+"""Drawings of a study's result, chosen by its axes: curves, maps, distributions."""
 
 from __future__ import annotations
 
@@ -79,7 +79,7 @@ def make_study_figure(result: xr.Dataset, names: Sequence[str]) -> Figure:
 
 
 def _draw(axes: Axes, values: xr.DataArray) -> None:
-    """Draw values as their dimensions ask for: one axis a curve, two a map, none a distribution."""
+    """Draw values by their axes: one as a curve, two as a map, none as a distribution."""
     axis_dims = [
         str(dim) for dim in values.dims if dim not in REPEAT_DIMENSIONS and values.sizes[dim] > 1
     ]

@@ -31,7 +31,7 @@ def outline(wheel: Wheel) -> np.ndarray:
 
 @dataclass(frozen=True)
 class Assembly:
-    """How a stage's gears stand at zero angles, so that every tooth meets a gap [rad].
+    """Angles of a stage's gears at zero joint angles, so that every tooth meets a gap [rad].
 
     planets: where each is on the carrier; spins: of the planets, (planets,); ring: of the ring;
     the sun has a tooth on x.
@@ -43,7 +43,7 @@ class Assembly:
 
 
 def gear_assembly(joint: Planetary) -> Assembly:
-    """How the gears of a stage stand whose planets are equally spaced."""
+    """The angles of a stage's gears if its planets are equally spaced."""
     sun, planet, ring = joint.sun_teeth, joint.planet_teeth, joint.ring_teeth
     at = 2 * math.pi * np.arange(joint.planet_count) / joint.planet_count
     # A planet's tooth is half a pitch from the sun's, counted along the pitch circles.

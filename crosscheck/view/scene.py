@@ -47,7 +47,7 @@ def build_scene(run: Run) -> dict[str, Any]:
 
 
 def describe_arm_scene(run: Run) -> dict[str, Any]:
-    """What of the data is an arm's own."""
+    """The part of the page's data that only an arm has."""
     return {
         "drawn": "The arm with its links, carriers, suns, planets and rings in motion. ",
         "ground": None,
@@ -60,7 +60,7 @@ def describe_arm_scene(run: Run) -> dict[str, Any]:
 
 
 def describe_robot_scene(run: Run) -> dict[str, Any]:
-    """What of the data for the page's script is a robot's own."""
+    """The part of the page's data that only a robot has."""
     theta, robot = run.signals["theta"], run.mechanism
     ends = find_rod_ends(robot)
     lengths = [max(np.linalg.norm(end) for end in each) for each in ends.values() if each]

@@ -32,7 +32,7 @@ ROD, BODY = ("cross_section_m2", "density_kg_per_m3"), ("mass_kg", "inertia_kg_m
 
 
 class StageMasses(PlanetaryGears):
-    """What of a stage moves with the links beside it, and friction."""
+    """Masses and inertias of a stage that move with the links beside it, and friction."""
 
     carrier_equivalent_mass_kg: quantities.Mass | None = None
     """J / r^2 of the carrier, r its radius x cos(pressure angle); this or carrier_inertia_kg_m2."""
@@ -117,15 +117,15 @@ class Link(Data):
     """
 
     length_m: quantities.Length
-    """From its joint's axis to the next one's, or to the payload."""
+    """Distance from its joint's axis to the next one's, or to the payload."""
     com_m: quantities.Place
-    """From its joint's axis to the centre of mass, on the line through both ends."""
+    """Distance from its joint's axis to the centre of mass, on the line through both ends."""
     cross_section_m2: quantities.Area | None = None
-    """Of a rod, whose mass is section x density x length, and J = mass x length^2 / 12."""
+    """Section of a rod: mass = section x density x length, J = mass x length^2 / 12."""
     density_kg_per_m3: quantities.Density | None = None
-    """Of a rod."""
+    """Density of a rod."""
     mass_kg: quantities.GearMass | None = None
-    """Of a body that is no rod."""
+    """Mass of a body that is no rod."""
     inertia_kg_m2: quantities.Inertia | None = None
     """J of that body about its centre of mass; 0 of a point mass."""
 
@@ -181,31 +181,31 @@ class Arm(Data):
     gravity_m_per_s2: Annotated[
         tuple[quantities.Acceleration, quantities.Acceleration], Field(strict=False), FailFast()
     ] = (0.0, 0.0)
-    """Along the base's x and y; at zero angles x points along the links."""
+    """Gravity along the base's x and y; at zero angles x points along the links."""
     joints: Annotated[tuple[Joint, ...], UpToSeven, FailFast()]
-    """From the base to the tip."""
+    """Joints from the base to the tip."""
     links: Annotated[tuple[Link, ...], UpToSeven, FailFast()]
-    """One after each joint, in the same order."""
+    """Links, one after each joint."""
 
     def __repr__(self) -> str:
-        """What the arm is, a line for each joint."""
+        """Describe the arm, a line for each joint."""
         return "\n".join((f"Arm {self.name}: {describe_loads(self)}", *self.described))
 
     __str__ = __repr__
 
     @property
     def content(self) -> Arm:
-        """What the arm's file holds."""
+        """The content of the arm's file."""
         return self
 
     @property
     def sections(self) -> dict[str, object]:
-        """What the arm's file holds as plain data, by section."""
+        """The content of the arm's file as plain data, by section."""
         return {"arm": self.model_dump(mode="json", exclude_none=True)}
 
     @property
     def described(self) -> tuple[str, ...]:
-        """What each joint with its link is, a line for each, and the payload."""
+        """Descriptions of each joint with its link, a line for each, and the payload."""
         lines = []
         for number, (joint, link) in enumerate(zip(self.joints, self.links, strict=True), start=1):
             drive = "direct drive"
@@ -241,7 +241,7 @@ class Arm(Data):
 
     @property
     def planet_counts(self) -> list[int]:
-        """Of each joint how many planets it has."""
+        """The number of planets of each joint."""
         return [joint.planet_count for joint in self.joints]
 
     @model_validator(mode="after")
@@ -281,7 +281,7 @@ class Arm(Data):
 
 
 def describe_loads(arm: Arm) -> str:
-    """Which of gravity, friction and gears the arm has, in words."""
+    """The arm's gravity, friction and gears, in words."""
     gravity = "no gravity"
     if any(arm.gravity_m_per_s2):
         gravity = "gravity ({:g}, {:g}) m/s^2".format(*arm.gravity_m_per_s2)

@@ -31,7 +31,7 @@ class PlanetaryGears(Data):
     module_m: quantities.Module
     """Pitch diameter of a gear over its teeth."""
     pressure_angle_deg: quantities.PressureAngle
-    """Between the line of action and the common tangent of the pitch circles."""
+    """Angle between the line of action and the common tangent of the pitch circles."""
     sun_equivalent_mass_kg: quantities.GearMass | None = None
     """J / r^2 of the sun, r its base radius; this or sun_inertia_kg_m2."""
     sun_inertia_kg_m2: quantities.GearInertia | None = None

@@ -1,4 +1,4 @@
-"""What the coordinates of an arm are: asked by every model, check and view."""
+"""The coordinates of an arm, which every model, check and view shares."""
 
 from __future__ import annotations
 
@@ -18,7 +18,7 @@ MESHES: tuple[Meaning, Meaning] = ("x_sp", "x_pr")
 
 @dataclass(frozen=True)
 class Coordinate:
-    """One generalized coordinate: what it means, of which joint (from 1) and planet (from 1).
+    """One generalized coordinate: its meaning, joint (from 1) and planet (from 1).
 
     ``theta`` [rad] is the joint's angle relative to the previous link; ``x_sp`` and ``x_pr`` [m]
     are the mesh displacements of Eqs. 2 and 3, of all planets (planet 0) or of one; ``x_s`` [m] is
@@ -113,7 +113,7 @@ class Layout:
 
 
 def geared_layout(arm: Arm, chosen: Switches) -> Layout:
-    """Coordinates of an arm's geared models: planets lumped or free, as the switch says."""
+    """Coordinates of an arm's geared models, with planets lumped or free by the switch."""
     return free_layout(arm) if chosen.planets == "free" else lumped_layout(arm)
 
 

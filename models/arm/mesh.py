@@ -1,4 +1,4 @@
-"""One of a stage's two kinds of tooth contact as data: of all planets alike, or of each."""
+"""One of a stage's two kinds of tooth contact as data, for all planets or for each."""
 
 from __future__ import annotations
 
@@ -33,9 +33,9 @@ class PlanetMesh:
 
 
 class Mesh(Data):
-    """One of a stage's two kinds of tooth contact: alike for every planet, or a list of each.
+    """One of a stage's two kinds of tooth contact: equal for every planet, or a list of each.
 
-    The phase is added to that of the mesh's sines. Damping counts N planets alike together:
+    The phase is added to that of the mesh's sines. Damping counts all N planets together:
     directly, or as the ratio zeta of 2 zeta sqrt(N k M), k the mean stiffness and M the equivalent
     mass of the sun, or that of all planets for the ring mesh; in a list, each planet damps an N-th.
     """
@@ -49,18 +49,18 @@ class Mesh(Data):
     tooth_error_phase_rad: PerPlanet[quantities.Phase] = 0.0
     """Added to the phase of the tooth error alone."""
     static_error_m: PerPlanet[quantities.Offset] = 0.0
-    """Added to e: a runout that stands still, a planet out of its place."""
+    """Constant part of e: a planet out of its place."""
     phase_rad: quantities.Phases = 0.0
-    """Added to the mesh's phase; from-teeth is what each planet's place and the teeth make it."""
+    """Added to the mesh's phase; from-teeth computes it from the planets' places and teeth."""
     damping_ratio: PerPlanet[quantities.DampingRatio] | None = None
     """zeta of d = 2 zeta sqrt(N k M); this or damping_N_s_per_m."""
     damping_N_s_per_m: PerPlanet[quantities.Damping] | None = None
-    """d itself, of N planets alike together; this or damping_ratio."""
+    """d of all N planets together; this or damping_ratio."""
     tanh_sharpness_per_m: quantities.Sharpness = 1e8
     """Sharpness of the corners of Eq. 6, used with the switch dead_zone = tanh alone."""
 
     def planet_mesh(self, place: int) -> PlanetMesh:
-        """Tooth contact of a planet, counted from 0; damping is of N planets alike together."""
+        """Tooth contact of a planet, counted from 0; damping is that of N such planets."""
         fields = vars(self).items()  # a fifth of the time that a record takes to give them
         values = {
             name: value[place] if isinstance(value, tuple) else value for name, value in fields

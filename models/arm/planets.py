@@ -10,7 +10,7 @@ from crosscheck.models.arm.mesh import FROM_TEETH
 from crosscheck.models.errors import InputError
 from crosscheck.models.experiment.scenario import Scenario, Switches, switches
 
-ALLOWED = "must be alike for all planets, or needs switches.planets = free"
+ALLOWED = "must be equal for all planets, or needs switches.planets = free"
 OUT_OF_PHASE = "puts the planets out of phase and needs switches.planets = free"
 
 

@@ -35,7 +35,7 @@ class Data(BaseModel):
 
 
 class Limit:
-    """Metadata of a type that holds its values to what ``str`` of it says.
+    """Metadata of a type whose values have the limits of ``str`` of it.
 
     The error of another value shows that, and the JSON schema where a field has no other meaning.
     """
@@ -102,7 +102,7 @@ class PrintableText(Limit):
 
 @dataclass(frozen=True)
 class SharedValue:
-    """Metadata of a type: one value stands for all of something, a list for one of each."""
+    """Metadata of a type: one value for all, or a list with one for each."""
 
     what: str
 

@@ -48,7 +48,7 @@ class FourierStiffness(Data):
     cosine_N_per_m: Annotated[tuple[quantities.Wave, ...], Waves, FailFast()] = ()
     """Cosine amplitudes, of the mesh frequency, of twice that, and so on."""
     sine_N_per_m: Annotated[tuple[quantities.Wave, ...], Waves, FailFast()] = ()
-    """Sine amplitudes, likewise; the lists may differ in length."""
+    """Sine amplitudes of the same frequencies; the lists may differ in length."""
 
     @model_validator(mode="after")
     def _check_positive(self) -> Self:
@@ -77,9 +77,9 @@ class SquareStiffness(Data):
     contact_ratio: quantities.ContactRatio
     """Mean number of tooth pairs in contact: two carry for contact_ratio - 1 of a period."""
     least_N_per_m: quantities.Stiffness
-    """While one pair carries."""
+    """Stiffness while one pair carries."""
     largest_N_per_m: quantities.Stiffness
-    """While two pairs carry."""
+    """Stiffness while two pairs carry."""
     harmonics: quantities.Harmonics
     """Terms of the series; the more, the steeper the steps."""
 

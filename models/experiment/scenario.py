@@ -56,7 +56,7 @@ class SinusoidDrive(Data):
     rate_rad_per_s: PerJoint[quantities.DriveRate]
     """Angular frequency; over sqrt(s) instead of s where the argument is sqrt_time."""
     argument: Literal["time", "sqrt_time"]
-    """What the rate is multiplied with: t or its square root."""
+    """Factor of the rate: t or its square root."""
 
 
 class TableDrive(Data):
@@ -65,7 +65,7 @@ class TableDrive(Data):
     kind: Literal["table"]
     """Which drive law this is."""
     time_s: Annotated[tuple[quantities.TableTime, ...], Rows, FailFast()]
-    """Of every row, rising, from 0 or before to the duration or after it."""
+    """Times of the rows, rising, from 0 or before to the duration or after it."""
     torque_N_m: Annotated[
         tuple[Annotated[tuple[quantities.Torque, ...], Rows, FailFast()], ...],
         UpToSeven,
@@ -108,7 +108,7 @@ class Start(Data):
         Field(max_length=7, strict=False),
         FailFast(),
     ] = ()
-    """Of each planet, one list for each joint: added to its x_pr and taken from its x_sp."""
+    """Offsets of the planets, a list for each joint: added to x_pr and subtracted from x_sp."""
 
 
 def make_bent_start(joints: int) -> Start:
@@ -131,7 +131,7 @@ class Scenario(Data):
     title: quantities.Title = ""
     """One line about it."""
     duration_s: quantities.Duration
-    """How long it is simulated."""
+    """Duration of the simulation."""
     step_s: quantities.Step
     """Step of the fixed-step integrators; it divides the duration."""
     record_every: quantities.Count = 10
@@ -223,7 +223,7 @@ def find_misfit(scenario: Scenario, planets: Sequence[int]) -> tuple[str, object
 
 
 class Switches(Data):
-    """Which law each model follows.
+    """The laws that models follow.
 
     phase: ``omega_t`` takes the mesh phase as current mesh frequency times time (Eqs. 8, 14 with
     12, 13), ``angle`` as its integral, proportional to the joint angle.
@@ -256,8 +256,8 @@ class Switches(Data):
     def _check_mesh_work(self) -> Self:
         if self.mesh_work == "conservative" and self.phase == "omega_t":
             raise ValueError(
-                "mesh_work|conservative needs phase = angle: by omega_t the stiffness hangs on time"
-                " and speed, and no potential stands behind it"
+                "mesh_work|conservative needs phase = angle: with omega_t the stiffness depends on"
+                " time and speed, so it has no potential"
             )
         if self.mesh_work == "conservative" and self.dead_zone == "tanh":
             raise ValueError(

@@ -54,11 +54,11 @@ class Geared(Data):
     stator: quantities.Name | None = None
     """Link of the URDF that carries the motor; the joint's parent if left out."""
     rotor_axis: Vector | None = None
-    """In the frame of the stator's link; the joint's axis if both are left out."""
+    """Axis in the frame of the stator's link; the joint's axis if both are left out."""
     mesh: robot.RotorMesh | None = None
     """Teeth that give way, for the level geared; rigid if left out."""
     friction_N_m_s_per_rad: quantities.Friction | None = None
-    """As of a direct joint."""
+    """As for a direct joint."""
 
 
 class PlanetaryTransmission(PlanetaryStage):
@@ -69,19 +69,19 @@ class PlanetaryTransmission(PlanetaryStage):
     """
 
     friction_N_m_s_per_rad: quantities.Friction | None = None
-    """As of a direct joint."""
+    """As for a direct joint."""
     planets: Literal["lumped", "free"] | None = None
-    """Whether all move as one at the level geared, or each by itself; free if they differ."""
+    """Planets at the level geared: as one or each by itself; free if they differ."""
 
 
 Transmission = Annotated[DirectDrive | Geared | PlanetaryTransmission, Field(discriminator="kind")]
 
 
 class LinkChange(Data):
-    """What of a link is not as the URDF has it."""
+    """Numbers of a link that replace those of the URDF."""
 
     mass_kg: quantities.GearMass
-    """In place of the URDF's; centre of mass and inertia stay."""
+    """Mass that replaces the URDF's; centre of mass and inertia stay."""
 
 
 class RobotFile(Data):
@@ -101,19 +101,19 @@ class RobotFile(Data):
         tuple[quantities.Acceleration, quantities.Acceleration, quantities.Acceleration],
         Field(strict=False),
     ] = (0.0, 0.0, -9.81)
-    """In the frame of the URDF's root link."""
+    """Gravity in the frame of the URDF's root link."""
     tip: quantities.Name | None = None
     """Link whose origin is the end effector; a last one with most joints before it if left out."""
     friction: Literal["none", "from-urdf"] = "none"
-    """Of joints that state none themselves: none, or damping of the URDF's dynamics."""
+    """Friction of joints that state none: none, or damping of the URDF's dynamics."""
     joints: dict[str, Transmission] = Field(default_factory=dict)
-    """By the URDF's names of joints; those left out are direct."""
+    """Transmissions by the URDF's names of joints; joints left out are direct."""
     links: dict[str, LinkChange] = Field(default_factory=dict)
-    """By the URDF's names of links that have a mass; those left out are as there."""
+    """Changes by the URDF's names of links that have a mass."""
 
 
 class RobotSource(Data):
-    """A robot as its files say it: what a run's file keeps of it."""
+    """The files of a robot, as the file of a run keeps them."""
 
     file: RobotFile
     """Content of the robot's file, or what stands for it where there is a URDF alone."""
@@ -154,7 +154,9 @@ def load_urdf(name: str) -> tuple[Urdf, str]:
 
 
 def read_robot_file(name: str) -> dict[str, Any]:
-    """What a robot's file holds, not validated, or what stands for it. Raises InputError."""
+    """The content of a robot's file, not validated, or its equivalent for a URDF. Raises
+    InputError.
+    """
     if not is_urdf(name):
         return read_raw_robot(name)
     path = Path(name)
@@ -259,7 +261,7 @@ def _is_geared(given: Transmission | None) -> bool:
 
 
 def _list_motor_notes(urdf: Urdf, joints: Sequence[Joint], file: RobotFile) -> Iterator[str]:
-    """Lines on armatures and gears of joints of which the robot's file states no rotor."""
+    """Lines on armatures and gears of joints without a rotor in the robot's file."""
     direct = [joint for joint in joints if not _is_geared(file.joints.get(joint.name))]
     if names := [joint.name for joint in direct if joint.armature]:
         yield (
@@ -268,7 +270,7 @@ def _list_motor_notes(urdf: Urdf, joints: Sequence[Joint], file: RobotFile) -> I
         )
     names = [joint.name for joint in direct]
     if gears := [words for name, words in urdf.gears if name in names]:
-        yield f"{', '.join(gears)} is not used: crosscheck init takes it"
+        yield f"{', '.join(gears)} is not used: crosscheck init reads it"
 
 
 def _rotor(
@@ -302,7 +304,7 @@ def _stage(number: int, joint: Joint, given: PlanetaryTransmission, where: str) 
     unlike = next(find_unlike_fields(given), None)
     if given.planets == "lumped" and unlike is not None:
         field, value = unlike
-        allowed = "must be alike for all planets, which mesh in phase, or needs planets = free"
+        allowed = "must be equal for all planets, which mesh in phase, or needs planets = free"
         raise InputError(where, f"joints.{joint.name}.{field}", value, allowed)
     has_free_planets = given.planets == "free" or unlike is not None
     return robot.JointStage(number, given, has_free_planets)
@@ -318,7 +320,7 @@ def _default_tip(joints: Sequence[Joint], frames: Mapping[str, LinkFrame]) -> st
 
 
 def read_text(path: Path) -> str:
-    """The text of a URDF, or of the one that stands for an MJCF file. Raises InputError."""
+    """The text of a URDF, or of the URDF made of an MJCF file. Raises InputError."""
     text = _read_xml(path)
     return read_mjcf(path, text).urdf if describe_xml_kind(text) is XmlKind.MJCF else text
 

@@ -1,4 +1,4 @@
-"""Where a rotor that turns as a body is its reflected inertia with other links."""
+"""Links with which a rotor that turns as a body equals its reflected inertia."""
 
 from __future__ import annotations
 

@@ -46,7 +46,7 @@ class InertiaDoubt:
 
 
 def remove_dust(links: Sequence[UrdfLink], size: float) -> tuple[UrdfLink, ...]:
-    """The links, inertias of which are zero that rounding alone makes of their masses.
+    """The links, with inertias set to zero that are rounding beside their masses.
 
     size [m]: of the robot.
     """
@@ -81,7 +81,7 @@ def find_inertia_doubts(
             continue
         values = np.linalg.eigvalsh(link.body.inertia)
         if link.body.mass == 0 and values[-1] > 0:
-            yield InertiaDoubt(link.name, "an inertia without mass; used as it stands")
+            yield InertiaDoubt(link.name, "an inertia without mass; used as given")
         if is_negative(values):
             reason = (
                 f"must not be negative; its principal values are {format_values(values)} kg m^2"
@@ -90,14 +90,14 @@ def find_inertia_doubts(
         elif not is_possible(values):
             reason = (
                 f"no body has principal inertias {format_values(values)} kg m^2, of which the last"
-                " exceeds the others' sum; used as they stand"
+                " exceeds the others' sum; used as given"
             )
             yield InertiaDoubt(link.name, reason, _find_repair(link, links))
         if link.body.mass > 0 and _is_thin(link.body, bodies[frames[link.name].body], size):
             radii = np.sqrt(np.maximum(values, 0.0) / link.body.mass)
             reason = (
                 f"radii of gyration of {format_values(radii, 2)} m on a robot of {size:.2g} m: mass"
-                " and inertia do not belong together; used as they stand"
+                " and inertia do not belong together; used as given"
             )
             yield InertiaDoubt(link.name, reason, _find_unit(link.body.mass, radii[-1]))
 
@@ -110,7 +110,7 @@ def _find_heavy_links(links: Sequence[UrdfLink]) -> Iterator[InertiaDoubt]:
         if mass > HEAVIER * median:
             reason = (
                 f"{mass:.4g} kg is {mass / median:.2g} times the median of the others,"
-                f" {median:.3g} kg; used as it stands"
+                f" {median:.3g} kg; used as given"
             )
             yield InertiaDoubt(name, reason)
 
@@ -165,7 +165,7 @@ def _find_repair(link: UrdfLink, links: Sequence[UrdfLink]) -> str:
 
 
 def _find_twins(name: str) -> Iterator[str]:
-    """What the link on the other side may be called."""
+    """Names that the link on the other side may have."""
     for pair in SIDES:
         for side, other in (pair, pair[::-1]):
             pattern = side if len(side) > 1 else rf"(?<![A-Za-z]){side}(?![A-Za-z])"
@@ -192,7 +192,7 @@ def _is_thin(body: RobotBody, whole: RobotBody, size: float) -> bool:
 
 
 def measure_reach(joints: Sequence[Joint], bodies: Sequence[RobotBody]) -> float:
-    """How far a centre of mass is from the base at most [m], chains stretched, slides at zero."""
+    """The largest distance of a mass centre from the base [m], chains stretched, slides at zero."""
     lengths: list[float] = []
     for joint in joints:
         under = 0.0 if joint.parent == BASE else lengths[joint.parent]

@@ -57,5 +57,5 @@ def require_regular(robot: Robot) -> Iterator[None]:
 
 def conditioning_error(robot: Robot) -> InputError:
     """The error for a robot whose mass matrix cannot be inverted."""
-    allowed = "masses and inertias are too unlike for 16 digits: M cannot be inverted"
+    allowed = "masses and inertias are too different for 16 digits: M cannot be inverted"
     return InputError(robot.name, "", None, allowed)

@@ -1,4 +1,4 @@
-"""What every model of a robot offers, for many states at once."""
+"""The interface of every model of a robot, for many states at once."""
 
 from __future__ import annotations
 

@@ -41,7 +41,7 @@ class Placement:
 
 @dataclass(frozen=True)
 class RobotBody:
-    """What a moving joint carries, all that is fixed to it included.
+    """A body that a moving joint carries, with all that is fixed to it.
 
     In the frame of the link that the joint moves: com (3,) [m], inertia (3, 3) [kg m^2] about com.
     """
@@ -62,7 +62,7 @@ def compute_point_inertia(mass: float, place: np.ndarray) -> np.ndarray:
 
 @dataclass(frozen=True)
 class Mimic:
-    """How a joint follows another: its coordinate is multiplier times that one's, plus offset."""
+    """A law by which a joint follows another: multiplier times its coordinate, plus offset."""
 
     joint: int
     multiplier: float
@@ -109,13 +109,13 @@ class RotorMesh(Data):
     """
 
     pinion_base_radius_m: Length
-    """Of the pinion on the rotor; that of the wheel is the ratio's size times as large."""
+    """Base radius of the pinion on the rotor; the wheel's is the ratio's size times as large."""
     stiffness_N_per_m: Stiffness
-    """k along the line of action."""
+    """Stiffness k along the line of action."""
     damping_N_s_per_m: Damping = 0.0
-    """d along the line of action, while teeth touch."""
+    """Damping d along the line of action, while teeth touch."""
     backlash_m: Play = 0.0
-    """b, half the clearance 2 b between the teeth, along the line of action."""
+    """Half the clearance 2 b between the teeth, along the line of action."""
 
 
 @dataclass(frozen=True)
@@ -155,7 +155,7 @@ class JointStage:
 
     @property
     def groups(self) -> range:
-        """Planets that move by themselves, from 0: the first one where it stands for all."""
+        """Planets that move by themselves, from 0: the first if it represents all."""
         return range(self.gears.planet_count if self.has_free_planets else 1)
 
     @property
@@ -179,7 +179,7 @@ class JointStage:
 
 @dataclass(frozen=True)
 class LinkFrame:
-    """Where a link of the URDF is: its place in the frame of a body, or of BASE."""
+    """The place of a URDF's link in the frame of a body, or of BASE."""
 
     body: int
     placement: Placement
@@ -220,7 +220,7 @@ class Robot:
     section: ClassVar = "robot"
 
     def __repr__(self) -> str:
-        """What the robot is, in five lines."""
+        """Describe the robot in five lines."""
         gravity = ", ".join(f"{part:g}" for part in self.gravity)
         names = ", ".join(self.joints[number].name for number in self.coordinates)
         return "\n".join(
@@ -235,14 +235,14 @@ class Robot:
 
     @property
     def content(self) -> RobotFile:
-        """What the robot's own file holds."""
+        """The content of the robot's own file."""
         from crosscheck.models.robot.file import RobotFile
 
         return RobotFile.model_validate_json(self.file_json)
 
     @property
     def sections(self) -> dict[str, object]:
-        """What the robot's own file and its URDF hold, with a path to every link's mass."""
+        """The content of the robot's own file and its URDF, with a path to every link's mass."""
         from crosscheck.models.robot.file import fill_masses
 
         content = json.loads(self.file_json)
@@ -251,7 +251,7 @@ class Robot:
 
     @property
     def described(self) -> tuple[str, ...]:
-        """What the robot is made of, in lines."""
+        """The parts of the robot, in lines."""
         return tuple(repr(self).splitlines()[1:])
 
     @property
@@ -298,13 +298,13 @@ class Robot:
 
     @property
     def friction(self) -> np.ndarray:
-        """Viscous friction (free,) of what each free coordinate moves [N m s/rad], [N s/m]."""
+        """Viscous friction (free,) on each free coordinate [N m s/rad], [N s/m]."""
         factors, _ = self.joint_map
         return np.array([joint.friction for joint in self.joints]) @ factors**2
 
     @property
     def armature(self) -> np.ndarray:
-        """Armature (free,) of what each free coordinate moves [kg m^2], [kg]."""
+        """Armature (free,) on each free coordinate [kg m^2], [kg]."""
         factors, _ = self.joint_map
         return np.array([joint.armature for joint in self.joints]) @ factors**2
 
@@ -318,7 +318,7 @@ class Robot:
 
     @property
     def stage_columns(self) -> tuple[slice, ...]:
-        """Where each stage's coordinates are at the level geared, among the robot's."""
+        """The columns of each stage's coordinates at the level geared, among the robot's."""
         first, columns = len(self.coordinates) + len(self.meshes), []
         for stage in self.stages:
             columns.append(slice(first, first + len(stage.coordinates)))
@@ -327,13 +327,13 @@ class Robot:
 
     @property
     def planet_counts(self) -> list[int]:
-        """Of each free joint how many planets move by themselves, 0 without any."""
+        """The number of planets of each free joint that move by themselves, 0 without any."""
         counts = {each.joint: len(each.groups) for each in self.stages if each.has_free_planets}
         return [counts.get(number, 0) for number in self.coordinates]
 
     @property
     def mesh_coordinates(self) -> int:
-        """How many coordinates the level geared adds to the joints'."""
+        """The number of coordinates that the level geared adds to the joints'."""
         return len(self.meshes) + sum(len(stage.coordinates) for stage in self.stages)
 
     @property

@@ -247,13 +247,13 @@ def _axis_rotation(axis: np.ndarray, angle: float) -> np.ndarray:
 def _find_held_root(
     urdf: Urdf, frames: dict[str, LinkFrame], joints: Sequence[Joint]
 ) -> Iterator[str]:
-    """A line where a base with mass carries several limbs, as of what walks or flies."""
+    """A line where a base with mass carries several limbs, as that of a walking or flying robot."""
     mass = sum(
         link.body.mass for link in urdf.links if link.body and frames[link.name].body == BASE
     )
     if mass and sum(joint.parent == BASE for joint in joints) > 1:
         root = next(iter(frames))
-        yield f"link {root} is held, with its {mass:.3g} kg: the base of a robot does not move"
+        yield f"link {root} is fixed to the ground, with its {mass:.3g} kg: bases do not move"
 
 
 def _mimic(

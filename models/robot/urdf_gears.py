@@ -29,7 +29,7 @@ class StatedNumber:
 
 @dataclass(frozen=True)
 class StatedGear:
-    """What a URDF states of what turns a joint; None where it states nothing.
+    """The gear of a joint as a URDF states it; None where it states nothing.
 
     ratio: of the motor's rate over the joint's; inertia: of the rotor [kg m^2]; armature: the same
     times the ratio squared, as the joint feels it.
@@ -41,7 +41,7 @@ class StatedGear:
 
     @property
     def elements(self) -> str:
-        """Where all that is stated stands, with the numbers."""
+        """The elements that state the numbers, with the numbers."""
         stated = (("ratio", self.ratio, ""), ("rotor", self.inertia, " kg m^2"))
         parts = [*stated, ("armature", self.armature, " kg m^2")]
         return ", ".join(
@@ -63,7 +63,7 @@ class StatedGear:
 
 
 def read_gears(text: str, where: str) -> tuple[dict[str, StatedGear], list[str]]:
-    """What a URDF states of gears, by the names of joints, and lines on what is left out.
+    """The gears of a URDF by the names of joints, and lines on those left out.
 
     Numbers of 0 count as not stated, as of limits. Raises InputError.
     """
@@ -122,7 +122,7 @@ def _read_number(text: str | None, place: str, where: str) -> StatedNumber | Non
 def _add_number(
     numbers: dict[str, StatedNumber], field: str, number: StatedNumber, where: str
 ) -> None:
-    """Add a number that is stated once, or twice alike. Raises InputError."""
+    """Add a number that is stated once, or twice with one value. Raises InputError."""
     size = abs(number.value) if field == "ratio" else number.value
     least, most = (0.0, LARGEST_RATIO) if field == "ratio" else (LEAST_INERTIA, LARGEST_INERTIA)
     if not least <= size <= most:

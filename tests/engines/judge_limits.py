@@ -380,7 +380,7 @@ def made_run(**changes: float) -> xr.Dataset:
     values = {"theta": theta, "x_sp": x_sp}
     for name, by in changes.items():
         quantity, _, place = name.rpartition("_")
-        at = {"first": (0, 1), "middle": (3, 0), "last": (-1, 1)}[place]
+        at = {"first": (0, 1), "middle": (3, 0), "before": (-2, 0), "last": (-1, 1)}[place]
         values[quantity][(*at, *[2] * (values[quantity].ndim - 2))] += by
     dims = ("time", "joint", "planet")
     labels = {"time": time, "joint": [1, 2], "planet": [1, 2, 3]}
@@ -401,14 +401,14 @@ def wrong_runs() -> Iterator[str]:
         limit = 10 * math.sqrt(500) * (grown + EPS * size)
         wide, narrow = (ReasonedLimit(part * limit, "so") for part in (ABOVE, BELOW))
         for part in (ABOVE, BELOW):
-            for place in ("first", "middle", "last"):
+            for place in ("first", "middle", "before", "last"):
                 other = made_run(**{f"{quantity}_{place}": part * limit})
                 for within, widest in (("agree", wide), ("unresolved", narrow)):
                     given = subject(quantity), made_run(), other, pair, widest
                     found = trajectories.check_same_step(*given)
                     yield from misjudged(f"{quantity}, {place}", found, part, limit, within)
                 found = trajectories.check_at_time(*given[:4], wide, 500 * STEP_S)
-                seen = part if place == "last" else 0.0
+                seen = part if place in ("before", "last") else 0.0
                 if found.verdict != ("differ" if seen > 1 else "agree"):
                     yield f"{quantity} at the end, by {part} at {place}: {found.verdict}"
             yield from _wrong_refinement(quantity, part, size)
@@ -425,13 +425,17 @@ def wrong_runs() -> Iterator[str]:
 
 
 def _wrong_refinement(quantity: str, part: float, size: float) -> Iterator[str]:
-    """Of runs whose coarser ones are 1, 4 and 2 units off, on the left also a further pair."""
+    """Of runs whose coarser ones are 1, 4 and 2 units off, on the left also a further pair.
+
+    Those on the left take 100 times as many steps.
+    """
     unit, last = 2.0**-43, f"{quantity}_last"
-    limit = 3 * unit * math.hypot(4, 2) + EPS * size * math.sqrt(500)
+    limit = 3 * unit * math.hypot(4, 2) + EPS * size * math.sqrt(50_000)
     off = part * limit
     right = made_run(), made_run(**{last: 2 * unit})
     own = made_run(**{last: off}), made_run(**{last: off + unit})
     left = (*own, made_run(), made_run(**{last: 4 * unit}))
+    left = tuple(run.assign_attrs(step_s=STEP_S / 100) for run in left)
     # What is judged is the uncertainty alone, without the rounding.
     wide, narrow = (ReasonedLimit(by * 3 * unit * math.hypot(4, 2), "so") for by in (ABOVE, BELOW))
     for within, widest in (("agree", wide), ("unresolved", narrow)):

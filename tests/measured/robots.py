@@ -41,7 +41,7 @@ def arm(text: str = "", solids: Sequence[chains.Solid] = SOLIDS) -> Robot:
 def draw_arm(share: float, seed: int) -> Robot:
     """An arm whose links' parameters are known to a share by the file of the arm itself.
 
-    Deviations are those that docs/how-to/compare-a-recording.md says of `[prior] links`.
+    Deviations are those of `[prior] links` in docs/explanation/recordings.md.
     """
     rng = np.random.default_rng([seed, 1])
     solids = []

@@ -70,7 +70,7 @@ def test_possible_bodies_decide_where_links_known_to_a_half_do_not(armature):
     assert (moved.bodies.impossible, moved.bodies.border) == (("j3",), ("j3",))
     words = " ".join(messages._describe_refinement(found, "torques"))
     assert "At armature possible bodies explain the torques as well as any." in words
-    assert "At coupled no possible bodies explain the torques: what j3 move would be none" in words
+    assert "At coupled no possible bodies explain the torques: those moved by j3" in words
 
 
 def test_possible_bodies_of_either_level_decide_nothing():

@@ -147,7 +147,7 @@ def test_levels_that_a_record_cannot_distinguish_are_all_named(labelled):
     comparison = compared(record_of(level(labelled, "coupled"), amplitude=0.01), labelled)
     names = [name for name, _ in list_explanations(comparison.sides[0].judgement)]
     assert {"armature", "coupled"} <= set(names)
-    assert "does not distinguish" in describe_answers(comparison)[0]
+    assert "cannot distinguish" in describe_answers(comparison)[0]
 
 
 @pytest.mark.parametrize("noise", [0.0, 1e-3])

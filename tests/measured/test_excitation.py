@@ -165,7 +165,7 @@ def test_the_command_writes_the_motion(crosscheck, robot, tmp_path):
     command = ("compare", tmp_path / "poor.csv", tmp_path / "robot.urdf", "--out", tmp_path)
     answer = crosscheck(*command, "--json", tmp_path / "found.json")
     assert answer.code == 1, answer.err
-    assert "rotors and links cannot be distinguished" in answer.out
+    assert "cannot distinguish rotors from links" in answer.out
     assert "record that one" in answer.out
     (side, _) = json.loads((tmp_path / "found.json").read_text())["sides"]
     assert side["suggested_motion"]["condition_number"] < side["condition_number"]

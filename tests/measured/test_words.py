@@ -59,27 +59,30 @@ def suggest(seed: int, period: float, condition: float) -> Any:
 
 
 SIDES: dict[str, tuple[Any, list[str]]] = {
-    "nothing": (side(), ["not rejected"]),
+    "nothing": (side(), ["alone explain"]),
     "a rotor and others": (
         side(seen=(J3,), rotors=(J1, J2, J3)),
-        [f"are rejected: {TEXT}.", "Not distinguishable from zero: armature of j1"],
+        [
+            f"do not explain the torques of the motors: {TEXT}.",
+            "Too uncertain to be named: armature of j1",
+        ],
     ),
     "a rotor behind gears": (
         side(side="joint", seen=(J3, J2), rotors=(J3, J2)),
-        ["behind the gears links and friction alone are rejected", "(motor_torque)?"],
+        ["do not explain the torques behind the gears", "(motor_torque)?"],
     ),
     "what no rotor has": (
         side(impossible=(J3,), seen=(J2,), rotors=(J2, J3)),
-        [f"no level fits: {TEXT}, which no rotor has"],
+        [f"{TEXT}, which no rotor can have"],
     ),
-    "a lag": (side(delay=DELAY), ["not rejected", "lag behind the motion: delay 0.00150 +- 0.00"]),
+    "a lag": (side(delay=DELAY), ["alone explain", "lag behind the motion: delay 0.00150 +- 0.00"]),
     "the other way round": (
         side(delay=TermEstimate(DELAY.term, -1.5e-3, 1e-4, 2e-4)),
-        ["not rejected", "come before the motion: delay -0.00150"],
+        ["alone explain", "come before the motion: delay -0.00150"],
     ),
     "what links make up": (
         side(contained=(J1.term, TorqueTerm("offset", "offset of j2", "N m"), J2.term)),
-        ["not rejected", "from the links: armature of j1, armature of j2."],
+        ["alone explain", "from the links: armature of j1, armature of j2."],
     ),
     "a motion that shows little": (
         poor("abcdefgh", 1234.5, suggest(17, 6.2832, 45.67)),
@@ -87,7 +90,7 @@ SIDES: dict[str, tuple[Any, list[str]]] = {
     ),
     "a motion of which none shows more": (
         poor("a", 1001.0, suggest(3, 2.0, 2345.6)),
-        ["hardly shows a (condition number 1001", "2.3e+03: none shows them"],
+        ["hardly shows a (condition number 1001", "2.3e+03: none"],
     ),
     "limits that read differently": (poor("m", 1000.4), ["1000.4, at most 1000"]),
 }
@@ -109,7 +112,7 @@ def test_links_of_the_file_say_how_far_off_they_are():
     scaled.find_worse_joints = lambda identified: {"j2": 1.2345, "j3": 2.0}
     factors, worse = messages._describe_scaled(scaled, free)
     assert f"1.250 +- 0.020 for {FACTOR.term.name}" in factors
-    assert "1.23 times at j2, 2.00 times at j3" in worse
+    assert "1.23 at j2, 2.00 at j3" in worse
     free.is_excited, scaled.wrong_factors = False, ()
     (line,) = messages._describe_scaled(scaled, free)
     assert TEXT in line
@@ -139,7 +142,7 @@ def test_the_part_of_an_error_that_other_bands_make_stands_beside_its_estimate()
     )
     head, first, second, *bands = output._describe_side(given, is_brief=False)
     assert "up to 4 Hz by rows 12.3 ms apart, condition number 56.7, errors by 20 blocks" in head
-    assert second == f"{first}, 60% of its error by other bands"
+    assert second == f"{first}, 60% of its error from other bands"
     assert bands == ["  up to 2 Hz: link b 1.250 +- 0.020 1", "  up to 8 Hz: nothing to estimate"]
 
 
@@ -156,9 +159,7 @@ SIZES = "123.46 for armature and 23.457 for coupled"
 PRIORS = {
     f"are those of coupled (chi squared {SIZES}): {TEXT}": prior(),
     f"armature and coupled cannot be distinguished (chi squared {SIZES})": prior(None),
-    "nothing fits: they would be further from the file (chi squared 98.77 of 12": prior(
-        is_surprising=True
-    ),
+    "further from the file than that (chi squared 98.77 of 12": prior(is_surprising=True),
     "no level has possible bodies that explain the torques": prior(is_impossible=True),
     f"{TEXT}. The file has no rotors": prior(fits=(1,)),
 }
@@ -177,17 +178,17 @@ def test_possible_bodies_and_others():
 
     described = messages._describe_bodies
     assert "as well as any." in described("coupled", bodies(True))
-    assert "at the border: what j1, j2 move" in described("coupled", bodies(True, "j1", "j2"))
+    assert "moved by j1, j2 are at the border" in described("coupled", bodies(True, "j1", "j2"))
     none = described("coupled", bodies(False, "j1", "j2"))
-    assert "what a, b move would be none (possible ones leave 1235 more of chi squared" in none
+    assert "moved by a, b would be impossible (possible ones have 1235 more chi squared" in none
 
 
 def test_levels_that_are_one_model_are_said_to_be():
     def levels(**ranks: Any) -> str:
         return " ".join(messages._describe_levels(made(ranks=made(**ranks))))
 
-    assert "where stators are on the links before" in levels(are_equal=True, assumed=True)
-    assert "same model with other links: no" in levels(are_equal=True, assumed=False)
+    assert "if stators are on the links before" in levels(are_equal=True, assumed=True)
+    assert "same model with other links. No" in levels(are_equal=True, assumed=False)
     other = levels(are_equal=False, coupled=30, armature=31, both=33)
     assert "ranks 30, 31, together 33" in other
 
@@ -291,15 +292,15 @@ VERDICTS: dict[str, tuple[list[str], list[str]]] = {
     ),
     "two changes": (
         judge(WRONG, changes=(HEAVIER, restriction("links", value=9.9))),
-        ["the payload is 10.2 kg", "does not distinguish", "(links) if the payload is 9.9", "1.5"],
+        ["the payload is 10.2 kg", "cannot distinguish", "(links) if the payload is 9.9", "1.5"],
     ),
     "nothing": (
         judge(WRONG, changes=(restriction("coupled", value=10.2, chance=1e-3),)),
-        ["no one number explains the rest", "is 1.5 times that", "most: rigid gears (coupled) if"],
+        ["no single number", "is 1.5 times that", "change of a number: rigid gears (coupled) if"],
     ),
     "impossible": (
         judge(WRONG, changes=(restriction("coupled", value=-1.0),)),
-        ["no one number", "1.5 times", "need the payload to be -1 kg, which is impossible"],
+        ["no single number", "1.5 times", "need the payload to be -1 kg, which is impossible"],
     ),
 }
 

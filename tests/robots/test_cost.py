@@ -151,7 +151,7 @@ def test_masses_too_unlike_for_the_digits_are_one_line(crosscheck, tmp_path):
 def test_gears_too_unlike_for_the_digits_are_one_line():
     """A tolerance that grows with M's condition number must not let any answers agree."""
     text = parallel().urdf
-    with pytest.raises(InputError, match="too unlike for 16 digits"):
+    with pytest.raises(InputError, match="too different for 16 digits"):
         cost(robot(text, {"elbow": planetary(planet_inertia_kg_m2=1e15)}))
 
 

@@ -2,8 +2,10 @@
 
 import re
 import tomllib
+from contextlib import nullcontext
 from pathlib import Path
 
+import numpy as np
 import pytest
 
 import crosscheck
@@ -12,7 +14,9 @@ from crosscheck.runner import cpu_limit
 from crosscheck.studies.batches import batch_store
 from crosscheck.studies.definition.files import read_study
 from crosscheck.studies.definition.functions import read_source
+from crosscheck.studies.members.members import require_members
 from tests.obstacles import OBSTACLES
+from tests.studies.studies import study
 
 STUDY = Path(__file__).with_name("right.toml").read_text(encoding="utf-8")
 TABLES = tomllib.loads(Path(__file__).with_name("bad_studies.toml").read_text(encoding="utf-8"))
@@ -47,6 +51,17 @@ def test_values_that_only_together_are_wrong_name_the_member(crosscheck, tmp_pat
     assert (code, err.count("\n")) == (2, 1)
     # 2.0 is no place on a link of 1 m by itself
     assert "arm.links.0.com_m" in err
+
+
+def test_the_largest_of_many_samples_is_tried_before_any_run():
+    """A link that is as long as all but one of 2,001 centres of mass are far."""
+    axis = {"path": "arm.links.0.com_m", "kind": "uniform", "relative_tolerance": 0.5}
+    places = study([axis], samples={"count": 2001}).axes[0].values[:, 0]
+    *_, second, largest = np.sort(places)
+    for length, refusal in ((largest, nullcontext()), (second, pytest.raises(InputError))):
+        settings = {"arm.links.0.length_m": float(length)}
+        with refusal:
+            require_members(study([axis], samples={"count": 2001}, settings=settings))
 
 
 def test_a_planet_that_one_member_lacks_is_refused(crosscheck, tmp_path):

@@ -107,7 +107,7 @@ def of_mesh(joint: dict[str, Any], side: str) -> Shown:
     return {
         "mean stiffness, per planet": (mean, "N/m"),
         "largest stiffness, per planet": (mean + law["amplitude_N_per_m"], "N/m"),
-        f"d_{pair}, damping of x_{pair}, {count} planets alike": (ratio * critical, "N s/m"),
+        f"d_{pair}, damping of x_{pair}, {count} planets": (ratio * critical, "N s/m"),
         f"zeta_{pair}, damping ratio of x_{pair}": (ratio, ""),
     }
 

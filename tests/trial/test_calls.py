@@ -15,6 +15,7 @@ from crosscheck.checks.answers import BadAnswer
 from crosscheck.models.errors import CannotDo, InputError
 from crosscheck.models.loading import load_arm
 from crosscheck.trial.coordinates.build import build_frame
+from crosscheck.trial.input.calls import describe_failure
 from crosscheck.trial.input.equations import Coordinates, Equations
 from crosscheck.trial.input.supplied import SuppliedEquations, bind_equations
 
@@ -200,3 +201,14 @@ FUNCTIONS: dict[str, dict[str, Any]] = {
 def test_bad_functions(reason):
     with pytest.raises(InputError, match=re.escape(reason)):
         of(**FUNCTIONS[reason])
+
+
+def test_an_error_has_its_traceback_where_its_cause_was_never_raised():
+    def raise_chained():
+        raise ValueError("singular here") from KeyError("no entry")
+
+    with pytest.raises(ValueError, match="singular here") as caught:
+        raise_chained()
+    trace = describe_failure(caught.value).trace
+    assert "KeyError" in trace
+    assert "raise_chained" in trace

@@ -95,7 +95,7 @@ def _list_judgement(side: SideResult, judgement: FileJudgement) -> Iterator[Fact
         names = (each.level, "nothing") if parameter is None else (each.level, parameter.phrase)
         keys = (each.level,) if parameter is None else (each.level, parameter.path)
         behind = judgement.compare(each, judgement.best)
-        yield Fact(behind, "less likely than the best by", names)
+        yield Fact(behind, "times less likely than the best", names)
         yield Fact(behind, "likelihood_ratio_of_the_best", keys)
         yield Fact(each.chance, "chance", keys)
         for name, ratio in zip(side.measured, each.ratios, strict=True):
@@ -139,17 +139,17 @@ PHRASES = {
     "to {} by rows {} apart": "bandwidth_hz, rows_apart_s",
     "condition number {}": "condition_number",
     "by {} blocks": "blocks",
-    ": {}, {} times what": "times, times",
+    "residual {}, {} times that of": "times, times",
     "{} \\+- {}": "estimate, ± (95 %)",
     "{} \\(depends on the band: {}": "estimate, estimate_in_twice_the_band",
-    ": {} parameters leave {}, {} as predicted; {}, {}": (
+    ": {} parameters, residual {}, {} predicted; {}, {}": (
         "parameters, weighted_rms, weighted_rms_predicted, rms_N_m, rms_N_m"
     ),
     "[Uu]p to {}:": "other band",
     ", {} of its error": "of its error",
 }
-HEADS = {"left, weighted": "weighted_rms"}
-HEADS |= {"left of blocks as predicted from the others": "weighted_rms_predicted"}
+HEADS = {"residual, weighted": "weighted_rms"}
+HEADS |= {"residual of blocks, predicted from the others": "weighted_rms_predicted"}
 HEADS |= {"from": "from_s", "to": "to_s", "stays within 3 u_val for": "stays_s"}
 HEADS |= {"|E| at most 2 u_val at": "within_2_u_val", "E at the end": "last_E"}
 HEADS |= {"u_val there": "last_u_val"}

@@ -1,4 +1,4 @@
-"""Text of what every form of the equations shares: driving torques and mesh forces."""
+"""Text that every form of the equations shares: driving torques and mesh forces."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""How a study's members are cut into batches: by the study alone, so that a resumed run fits."""
+"""Cuts a study's members into batches, by the study alone, so that a resumed run fits."""
 
 from __future__ import annotations
 

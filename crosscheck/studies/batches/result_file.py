@@ -38,7 +38,7 @@ def expected_bytes(study: PreparedStudy, columns: Sequence[Column]) -> int:
 
 
 def _size(column: Column) -> int:
-    """How many numbers a member has in a column."""
+    """The count of numbers that a member has in a column."""
     return math.prod(column.shape)
 
 

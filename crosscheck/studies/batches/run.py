@@ -43,7 +43,9 @@ RESUME = "the same with --resume goes on where it stopped"
 
 @dataclass(frozen=True)
 class ExecutionSettings:
-    """How a study is run. scheduler: address of Dask's, else ``jobs`` processes of this machine."""
+    """Settings of a study's run. scheduler: address of Dask's, else ``jobs`` processes of this
+    machine.
+    """
 
     jobs: int = 1
     scheduler: str | None = None

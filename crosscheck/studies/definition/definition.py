@@ -31,9 +31,9 @@ class AxisBase(Data):
     """An axis of any kind: the entries that it varies."""
 
     path: Paths
-    """Entries as --set names them; all of a list of paths are given the same."""
+    """Path of an entry, as for --set, or a list of paths that all get the same value."""
     name: PlainName | None = None
-    """What the result calls the axis; the last key of its path."""
+    """Name of the axis in the result; by default the last key of its path."""
 
     @property
     def paths(self) -> tuple[str, ...]:
@@ -51,7 +51,7 @@ class ListAxis(AxisBase):
         Rule("a list of 1 to 100000 values that the entry may have"),
         Field(min_length=1, max_length=100_000, strict=False),
     ]
-    """One after the other."""
+    """The values of the axis."""
 
 
 class GridAxis(AxisBase):
@@ -79,7 +79,7 @@ class SampledAxisBase(AxisBase):
     """An axis of any kind along the study's samples."""
 
     each: bool = False
-    """Whether every entry that the path names draws its own; else one draw serves all."""
+    """Whether every entry of the path has its own draw; else one draw serves all."""
 
 
 class HypercubeAxis(SampledAxisBase):
@@ -88,9 +88,9 @@ class HypercubeAxis(SampledAxisBase):
     kind: Literal["latin_hypercube"]
     """Which sort of axis this is."""
     low: Value
-    """Where the range begins."""
+    """Lower end of the range."""
     high: Value
-    """Where it ends."""
+    """Upper end of the range."""
     spacing: Literal["linear", "log"] = "linear"
     """Parts of equal width, or of equal ratio."""
 
@@ -115,7 +115,7 @@ class NormalAxis(SampledAxisBase):
     relative_sd: Tolerance | None = None
     """Standard deviation over the magnitude of the mean."""
     within_sd: Annotated[float, NumberRange(0.1, 100)] | None = None
-    """Draws further than so many standard deviations off are drawn again."""
+    """Largest distance in standard deviations; other draws are repeated."""
 
     @model_validator(mode="after")
     def _require_single_width(self) -> Self:
@@ -149,12 +149,12 @@ AXIS_KINDS = frozenset({"list", "grid", "latin_hypercube", "normal", "uniform"})
 
 
 class Samples(Data):
-    """How often the axes with a distribution are drawn, all of them at once."""
+    """Draws of the axes with a distribution, all of them at once."""
 
     count: Amount
     """Number of samples."""
     seed: Seed = 0
-    """Of the random numbers."""
+    """Seed of the random numbers."""
 
 
 class StudyStarts(Data):
@@ -163,7 +163,7 @@ class StudyStarts(Data):
     count: Amount
     """How many."""
     seed: Seed = 0
-    """Of the first; the others have those after it."""
+    """Seed of the first start; the others follow."""
     size_m: Perturbation = PERTURBATION_M
     """Largest change of a mesh displacement, added to what the scenario says."""
 
@@ -179,7 +179,7 @@ class Definition(Data):
     schema_version: Annotated[int, NumberRange(1, 1)]
     """Version of the file."""
     name: Name
-    """What progress, results and drawings call the study."""
+    """Name of the study in progress, results and drawings."""
     title: Title = ""
     """One line about it."""
     arm: Path | None = None
@@ -187,7 +187,7 @@ class Definition(Data):
     robot: Path | None = None
     """Built-in name, or TOML or URDF file beside this one; this or arm."""
     level: Level | None = None
-    """What of a robot's gears is modelled; its most detailed level if left out."""
+    """Level of a robot's model; the most detailed if left out."""
     scenario: Path
     """Built-in name, or TOML file beside this one."""
     switches: Annotated[
@@ -197,13 +197,13 @@ class Definition(Data):
     settings: Annotated[dict[str, JsonValue], Field(default_factory=dict), Rule("values by path")]
     """Other values, each by its path in quotes as --set names it."""
     axes: Annotated[tuple[Axis, ...], Field(max_length=50, strict=False)] = ()
-    """What is varied; without any, the study has one member, or one for each start."""
+    """Varied values; without axes the study has one member, or one for each start."""
     samples: Samples | None = None
-    """Needed by axes with a distribution."""
+    """Number of draws, for axes with a distribution."""
     starts: StudyStarts | None = None
     """Perturbed starts; without them each member starts as the scenario says."""
     quantities: Annotated[tuple[Quantity, ...], Field(min_length=1, max_length=200, strict=False)]
-    """What is measured of every member."""
+    """Quantities to measure in every member."""
     spot_checks: Annotated[int, NumberRange(0, 1000)] = 0
     """Members that a second engine runs again, evenly chosen."""
 
@@ -214,7 +214,7 @@ class Definition(Data):
 
     @property
     def section(self) -> str:
-        """What the file of the mechanism is called in paths: arm or robot."""
+        """The first word of the mechanism's paths: arm or robot."""
         return "arm" if self.robot is None else "robot"
 
     @model_validator(mode="after")

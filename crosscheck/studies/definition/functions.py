@@ -87,7 +87,7 @@ def _run_source(file: str, source: str) -> ModuleType:
 
 
 def call_function(quantity: Function, source: str, run: xr.Dataset) -> dict[str, float]:
-    """What the function returns for a run, nan for None. Raises InputError for anything else."""
+    """The function's result for a run, nan for None. Raises InputError for anything else."""
     function = load_function(quantity.function, source)
     answer, raised = _call_user_code(partial(function, run))
     if raised:

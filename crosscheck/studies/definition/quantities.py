@@ -1,4 +1,4 @@
-"""What a study measures of every member, as data: of which signal, where and when."""
+"""Quantities that a study measures of every member, as data: signal, place and time."""
 
 from __future__ import annotations
 
@@ -53,7 +53,7 @@ class MeasuredQuantity(Data):
     """A quantity of any kind: its name in the result."""
 
     name: PlainName | None = None
-    """What the result calls it; made of signal and kind."""
+    """Name in the result; by default made of signal and kind."""
 
     @model_validator(mode="after")
     def _ranges_rise(self) -> Self:
@@ -80,9 +80,9 @@ class WindowedQuantity(MeasuredQuantity):
     """A quantity of a joint, in a part of the run."""
 
     joint: JointNumber | None = None
-    """Number of the joint; without it, of every joint."""
+    """Number of the joint; all joints if left out."""
     window_s: Annotated[tuple[Second, Second], Pair] | None = None
-    """From the first time on, until before the second; the whole run."""
+    """Window from the first time until before the second; by default the whole run."""
 
 
 class SignalQuantity(WindowedQuantity):
@@ -98,7 +98,7 @@ class Size(SignalQuantity):
     """A number of a signal: largest magnitude, largest minus smallest, mean, RMS or last value."""
 
     kind: Literal["peak", "peak_to_peak", "mean", "rms", "final"]
-    """Which of them."""
+    """Kind of size."""
 
 
 class BandRms(SignalQuantity):
@@ -107,7 +107,7 @@ class BandRms(SignalQuantity):
     kind: Literal["band_rms"]
     """Which quantity this is."""
     band_Hz: Annotated[tuple[Hertz, Hertz], Pair]
-    """From the first frequency on, until below the second."""
+    """Band from the first frequency until below the second."""
 
 
 class SpectralPeak(SignalQuantity):
@@ -116,7 +116,7 @@ class SpectralPeak(SignalQuantity):
     kind: Literal["spectral_peak"]
     """Which quantity this is."""
     band_Hz: Annotated[tuple[Hertz, Hertz], Pair] = (0.0, 1e9)
-    """From the first frequency on, until below the second."""
+    """Band from the first frequency until below the second."""
 
 
 class FinalError(MeasuredQuantity):
@@ -125,7 +125,7 @@ class FinalError(MeasuredQuantity):
     kind: Literal["final_error"]
     """Which quantity this is."""
     joint: JointNumber | None = None
-    """Number of the joint; without it, of every joint."""
+    """Number of the joint; all joints if left out."""
 
 
 class Crossing(SignalQuantity):
@@ -134,9 +134,9 @@ class Crossing(SignalQuantity):
     kind: Literal["crossing"]
     """Which quantity this is."""
     level: Level
-    """In the signal's unit."""
+    """Level in the signal's unit."""
     side: Literal["above", "below"]
-    """On which side of the level."""
+    """Side of the level."""
 
     @property
     def words(self) -> tuple[str, ...]:
@@ -151,7 +151,7 @@ class Settling(WindowedQuantity):
     band_rad: Annotated[float, NumberRange(1e-15, 1e4, "rad")]
     """Largest distance from the target."""
     target_rad: Annotated[float, NumberRange(-1e4, 1e4, "rad")] | None = None
-    """In place of the PD drive's target."""
+    """Target that replaces the PD drive's."""
 
 
 class ContactLoss(WindowedQuantity):
@@ -160,7 +160,7 @@ class ContactLoss(WindowedQuantity):
     kind: Literal["contact_loss"]
     """Which quantity this is."""
     signal: MeshForce
-    """Of which mesh: F_sp the sun's, F_pr the ring's, F_mesh a robot's rotor's."""
+    """Force of the mesh: F_sp of the sun, F_pr of the ring, F_mesh of a robot's rotor."""
     planet: Annotated[int, NumberRange(1, 8)] = 1
     """Number of the planet; lumped, all are the same."""
 
@@ -171,7 +171,7 @@ class NoContactShare(WindowedQuantity):
     kind: Literal["apart_share"]
     """Which quantity this is."""
     signal: MeshForce
-    """Of which mesh: F_sp the sun's, F_pr the ring's, F_mesh a robot's rotor's."""
+    """Force of the mesh: F_sp of the sun, F_pr of the ring, F_mesh of a robot's rotor."""
     planet: Annotated[int, NumberRange(1, 8)] = 1
     """Number of the planet; lumped, all are the same."""
 
@@ -182,7 +182,7 @@ class RigidDeviation(WindowedQuantity):
     kind: Literal["rigid_deviation"]
     """Which quantity this is."""
     level: Annotated[str, PrintableText(40)] = "coupled"
-    """What of the gears' inertia the rigid model has: links, carriers, armature or coupled."""
+    """Level of the rigid model: links, carriers, armature or coupled."""
 
     @property
     def words(self) -> tuple[str, ...]:
@@ -195,7 +195,7 @@ class Function(MeasuredQuantity):
     kind: Literal["user_function"]
     """Which quantity this is."""
     function: Annotated[str, PrintableText(200)]
-    """Whose code is run: module:function, or file.py:function beside the study's file."""
+    """Function to run: module:function, or file.py:function beside the study's file."""
     returns: Annotated[dict[PlainName, str], UNITS]
     """The numbers that it returns by name, with their units."""
 
@@ -210,7 +210,7 @@ class Trajectories(MeasuredQuantity):
     kind: Literal["trajectories"]
     """Which quantity this is."""
     signals: Annotated[tuple[Signal, ...], Field(min_length=1, max_length=10, strict=False)]
-    """Which signals are kept whole."""
+    """Signals to keep whole."""
 
     @property
     def words(self) -> tuple[str, ...]:

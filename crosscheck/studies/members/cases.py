@@ -1,4 +1,4 @@
-"""A member of a study: a mechanism in an experiment, and what a study asks of it."""
+"""A member of a study: a mechanism in an experiment, and its part in the study."""
 
 from __future__ import annotations
 
@@ -66,7 +66,7 @@ class MemberCase:
 
     @property
     def experiment(self) -> tuple[Any, Scenario, Any]:
-        """What a model of the case is built of, see ``registry.build``."""
+        """The arguments of ``registry.build`` for a model of the case."""
         return self.mechanism, self.scenario, self.switches
 
     def perturb(self, seed: int, size_m: float) -> MemberCase:

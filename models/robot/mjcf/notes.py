@@ -1,4 +1,4 @@
-"""What an MJCF file states beyond what is made a robot of: a line for each kind, with names."""
+"""Elements of an MJCF file that the robot does not use: a line for each kind, with names."""
 
 from __future__ import annotations
 
@@ -47,7 +47,7 @@ OPTIONS = {
 
 
 def list_notes(mujoco: Any, model: Any, touching: int) -> Iterator[str]:
-    """A line for each kind of what is not used of a compiled model.
+    """A line for each kind of element of a compiled model that is not used.
 
     What the file itself switches off is not named. touching: how many geoms make contact.
     """
@@ -77,7 +77,7 @@ def list_notes(mujoco: Any, model: Any, touching: int) -> Iterator[str]:
 
 
 def count_touching_geoms(spec: Any) -> int:
-    """How many geoms of a file may make contact with others, by themselves or in pairs."""
+    """The number of geoms of a file that may make contact, by themselves or in pairs."""
     names = {name for pair in spec.pairs for name in (pair.geomname1, pair.geomname2)}
     return sum(bool(geom.contype or geom.conaffinity or geom.name in names) for geom in spec.geoms)
 
@@ -94,7 +94,7 @@ def is_active(mujoco: Any, model: Any, equality: int) -> bool:
 
 
 def find_weight_shares(model: Any) -> dict[str, float]:
-    """Of each body that moves and has a mass, which share of its weight acts, by its name."""
+    """The share of its weight that acts on each body that moves and has a mass, by its name."""
     return {
         _name(model, "body", number): 1 - float(model.body_gravcomp[number])
         for number in range(model.nbody)

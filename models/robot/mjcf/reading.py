@@ -35,7 +35,7 @@ CHUNK = 65536
 
 @lru_cache(maxsize=8)
 def read_mjcf(path: Path, text: str) -> MjcfRobot:
-    """The robot of an MJCF file, of which this is the text. Raises InputError."""
+    """The robot of the text of an MJCF file. Raises InputError."""
     if find_spec("mujoco") is None:
         allowed = f"is MJCF, which MuJoCo reads: {format_install_command('mjcf')}"
         raise InputError(str(path), "", None, allowed)
@@ -50,7 +50,7 @@ def read_mjcf(path: Path, text: str) -> MjcfRobot:
 def _run_limited(
     convert: Callable[[], MjcfRobot], folder: str, where: str
 ) -> MjcfRobot | InputError:
-    """What a forked process in a folder makes of a file. Raises InputError if it makes nothing."""
+    """The result of a forked process that reads a file in a folder. Raises InputError if none."""
     receiving, sending = os.pipe()
     child = os.fork()
     if child == 0:
@@ -78,7 +78,7 @@ def _run_limited(
 
 
 def _receive(pipe: int, child: int) -> bytes | None:
-    """What a child sends until it ends; None of one that uses no processor time."""
+    """The output of a child until it ends; None if it uses no processor time."""
     content, used, idle = b"", -1.0, 0.0
     while True:
         if select.select([pipe], [], [], LOOK_S)[0]:

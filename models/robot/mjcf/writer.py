@@ -34,7 +34,7 @@ MOST_BODIES = 10_000  # largest number of bodies of a model that is written as a
 
 
 class MjcfRobot(NamedTuple):
-    """What is taken of an MJCF file: the text of a URDF, and gravity [m/s^2]."""
+    """The result of reading an MJCF file: the text of a URDF, and gravity [m/s^2]."""
 
     urdf: str
     gravity: tuple[float, ...]
@@ -66,7 +66,7 @@ def convert_file(path: str, where: str) -> MjcfRobot:
 
 
 def _find_gravity(mujoco: Any, model: Any) -> tuple[float, ...]:
-    """Gravity (3,) [m/s^2]: none if it is disabled, less where all bodies compensate it alike."""
+    """Gravity (3,) [m/s^2]: none if disabled, less where all bodies compensate it equally."""
     if is_disabled(mujoco, model, "GRAVITY"):
         return (0.0, 0.0, 0.0)
     shares = set(find_weight_shares(model).values())
@@ -146,7 +146,7 @@ class _Writer:
             self._write_inertia(link, number)
 
     def _place_at_zero(self, joint: int) -> Placement:
-        """How a joint places its link in the body's frame at coordinate 0.
+        """The placement of a joint's link in the body's frame at coordinate 0.
 
         As the file has it the coordinate is the joint's ref.
         """

@@ -204,3 +204,18 @@ def test_progress_is_reported(tmp_path):
     code = make_code(tmp_path, ("- 2 * c1", "+ 2 * c1"))
     find_source_answer(code, lambda: [make_answer_key()], updates.append)
     assert [each.what for each in updates] == ["looking for the line that must change"]
+
+
+def test_of_edits_of_one_statement_that_say_the_same_the_likeliest_is_the_answer(tmp_path):
+    """Judged on one mechanism each is an alternative; on unequal numbers they are one answer."""
+    code = make_code(tmp_path, ("- 2 * c1", "+ 2 * c1"))
+    here, unequal = (
+        find_source_answer(code, lambda keys=keys: keys * [make_answer_key()], ignore_progress)
+        for keys in (1, 2)
+    )
+    assert here is not None
+    assert unequal is not None
+    assert here.alternatives
+    assert unequal.is_unequal
+    assert not unequal.alternatives
+    assert unequal.edits == here.edits
