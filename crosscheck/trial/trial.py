@@ -46,7 +46,7 @@ class TrialSubject(ABC):
 
     problem: Any
     motors: tuple[int, ...]
-    whole: tuple[str, ...]
+    whole: tuple[str, ...] = ()
     explains_faults = False  # whether notes explain what wrong parts owe to themselves
 
     @classmethod

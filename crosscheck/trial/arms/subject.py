@@ -196,8 +196,8 @@ class ArmSubject(TrialSubject):
             found.wrong_entries.extend(explain_linear_rates(here))
         entries = [name_entry(each, names) for each in found.wrong_entries]
         wrong = tuple(each for each in entries if not each.shown_on)
-        values = here.user_values, here.reference_values
-        notes = describe_unit_mistakes(*values, problem.equations.table, names)
+        table, right = problem.equations.table, here.reference_values
+        notes = describe_unit_mistakes(here.user_values, right, table, names)
         numbers = tuple(each for each in found.ignored_numbers if each.parts)
         return TrialDiagnosis(
             level,

@@ -40,8 +40,9 @@ def describe_unit_mistakes(
             times = base if power == 1 else f"({base})^{power}"
             entries = list_entries(places, names)
             yield f"{entries}: {times} times what the models say at every state: another unit?"
-        is_ordered = table is not None and quantity in ORDERED
-        if is_ordered and _has_other_order(quantity, values, reference_values[quantity], table):
+        if table is None or quantity not in ORDERED:
+            continue
+        if _has_other_order(quantity, values, reference_values[quantity], table):
             part = "M" if quantity == "mass_matrix" else quantity
             how = "flattened the other way?"
             yield f"{part} agrees once its numbers are read in another order: {how}"

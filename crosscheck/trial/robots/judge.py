@@ -77,7 +77,6 @@ class RobotProblem:
     motors: tuple[int, ...] = ()
     is_mapped: bool = False
     has_file_friction: bool = False
-    explains_faults, whole = True, SINGLE
 
     @property
     def mechanism(self) -> Robot:

@@ -51,6 +51,7 @@ from crosscheck.trial.robots.consistency import (
 from crosscheck.trial.robots.elastic import ELASTIC, build_elastic_robot, drive_motors
 from crosscheck.trial.robots.explain import Rates, diagnose
 from crosscheck.trial.robots.judge import (
+    SINGLE,
     RobotProblem,
     compute_sizes_by_level,
 )
@@ -69,6 +70,7 @@ class RobotSubject(RobotProblem, TrialSubject):
     """Equations of a robot that have answered; rates: asks for the terms of their bias."""
 
     rates: Rates | None = None
+    whole, explains_faults = SINGLE, True
 
     @property
     def problem(self) -> RobotProblem:
