@@ -99,7 +99,7 @@ class TrialSubject(ABC):
         """Remarks that concern no error."""
         return ()
 
-    def list_runs(self) -> tuple[dict[Any, Any], dict[Any, Any]]:
+    def list_runs(self, level: str) -> tuple[dict[Any, Any], dict[Any, Any]]:
         """Cases and runs of scenarios, by key."""
         return {}, {}
 
@@ -169,7 +169,7 @@ def _judge_subject(subject: TrialSubject, request: TrialRequest) -> Trial:
     return Trial(
         request=request,
         problem=problem,
-        cross_check=CrossCheck(check, Agreement(findings, record), *subject.list_runs()),
+        cross_check=CrossCheck(check, Agreement(findings, record), *subject.list_runs(level)),
         distances=tuple(distances),
         diagnosis=diagnosis,
         relative_errors=relative_errors,

@@ -69,7 +69,6 @@ from crosscheck.trial.judge.entries import (
 )
 from crosscheck.trial.request import TrialRequest
 from crosscheck.trial.result import Trial, TrialDiagnosis
-from crosscheck.trial.source.answer_key import AnswerKey
 from crosscheck.trial.trial import RunTrial, TrialSubject, make_cross_check_request
 
 JUDGING_S = 60.0  # rough cost
@@ -80,12 +79,11 @@ LEAST_STATES = 20
 MOST_BYTES = 300_000_000  # memory for a bias's terms at all states, of which a trial holds several
 
 
-@dataclass
+@dataclass(frozen=True)
 class ArmSubject(TrialSubject):
     """Equations of an arm that have answered.
 
-    probes: the same equations on other arms; perform: asks more questions; level: beside which runs
-    are compared.
+    probes: the same equations on other arms; perform: asks more questions.
     """
 
     request: TrialRequest
@@ -93,8 +91,8 @@ class ArmSubject(TrialSubject):
     probes: Sequence[VerificationProblem]
     results: Results
     perform: Perform
-    level: str = ""
     whole = WHOLE
+    make_answer_keys = staticmethod(make_arm_answer_keys)
 
     @classmethod
     @contextmanager
@@ -133,12 +131,6 @@ class ArmSubject(TrialSubject):
         arm = replace_numbers(request.mechanism, dict.fromkeys(points, 0.0))
         trial = run(replace(request, mechanism=arm))
         return replace(trial, notes=(describe_point_masses(points), *trial.notes))
-
-    @staticmethod
-    def make_answer_keys(trial: Trial) -> Iterator[AnswerKey]:
-        """Right answers on the arm, and on one that keeps the numbers not followed."""
-        diagnosis = trial.diagnosis
-        return make_arm_answer_keys(trial.problem, diagnosis.level, diagnosis.ignored_numbers)
 
     @staticmethod
     def select_laws(request: TrialRequest) -> Switches:
@@ -215,14 +207,13 @@ class ArmSubject(TrialSubject):
 
     def judge_engines(self, answers: AnswerSet, level: str) -> Iterator[Finding]:
         """Compare answers with all engines, runs with those of the level, and judge balances."""
-        self.level = level
         yield from suite.judge_engines(self.problem, answers, self.results, level)
-        planned = _plan_comparisons(self.problem, self.request, [level])
-        yield from comparison.judge_comparisons(list(planned), self.results)
+        planned = list(_plan_comparisons(self.problem, self.request, [level]))
+        yield from comparison.judge_comparisons(planned, self.results)
 
-    def list_runs(self) -> tuple[dict[Any, Any], dict[Any, Any]]:
+    def list_runs(self, level: str) -> tuple[dict[Any, Any], dict[Any, Any]]:
         """Cases and runs of scenarios, by key."""
-        cases = cases_by_run(list(_plan_comparisons(self.problem, self.request, [self.level])))
+        cases = cases_by_run(list(_plan_comparisons(self.problem, self.request, [level])))
         runs = runs_by_key(self.results).items()
         return cases, {key: run for key, run in runs if key in cases}
 

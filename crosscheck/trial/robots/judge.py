@@ -175,13 +175,11 @@ class RobotProblem:
         """The weights (states, n), or 0 where force is the motors' torques alone."""
         return 0 * weights if self.answers.driven else weights
 
-    def relative_errors(
-        self, level: Level, reference_values: Mapping[str, np.ndarray]
-    ) -> dict[str, np.ndarray]:
-        """By part, the differences from what is right over their sizes (states, ...)."""
-        sizes, answers = self.sizes[level], self.answers
+    def relative_errors(self, level: Level) -> dict[str, np.ndarray]:
+        """By part, the differences from a level over their sizes (states, ...)."""
+        sizes, answers, right = self.sizes[level], self.answers, self.reference_values[level]
         return {
-            part: (answers.values[part] - reference_values[part])
+            part: (answers.values[part] - right[part])
             / sizes.entry_sizes(part, answers.sources[part])
             for part in self.parts
         }
@@ -240,7 +238,7 @@ class RobotProblem:
         """The entries that differ from a level by more than rounding, the largest share first."""
         wrong_entries = [
             entry
-            for part, errors in self.relative_errors(level, self.reference_values[level]).items()
+            for part, errors in self.relative_errors(level).items()
             for entry in self._find_wrong_entries(part, errors, self.sizes[level].tolerance(part))
         ]
         return sorted(wrong_entries, key=lambda entry: -entry.share)
@@ -269,7 +267,7 @@ class RobotProblem:
         """How far the equations are from each level, the nearest first."""
         distances = []
         for level in self.sizes if self.parts else ():
-            errors = self.relative_errors(level, self.reference_values[level]).values()
+            errors = self.relative_errors(level).values()
             largest = (np.abs(each).max(axis=0) for each in errors)
             distances.append(measure_distance(level, len(self.entries(level)), largest))
         return sort_distances(distances, self.stated)
@@ -286,7 +284,7 @@ class RobotProblem:
 
     def measure_errors(self, level: Any) -> tuple[dict[str, np.ndarray], dict[str, float]]:
         """By part, the relative error of each entry from a level, and what is allowed."""
-        sizes, errors = self.sizes[level], self.relative_errors(level, self.reference_values[level])
+        sizes, errors = self.sizes[level], self.relative_errors(level)
         largest = {part: np.abs(off).max(axis=0) for part, off in errors.items()}
         return largest, {part: sizes.tolerance(part) for part in errors}
 

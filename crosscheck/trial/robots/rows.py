@@ -87,6 +87,6 @@ def _join_places(chosen: np.ndarray) -> str:
 
 def _find_wrong_places(problem: RobotProblem, level: Level, part: str) -> np.ndarray:
     """Which entries of a part, (n,) or (n, n), differ from a level."""
-    errors = problem.relative_errors(level, problem.reference_values[level])[part]
+    errors = problem.relative_errors(level)[part]
     wrong: np.ndarray = ~(np.abs(errors).max(axis=0) <= problem.sizes[level].tolerance(part))
     return wrong

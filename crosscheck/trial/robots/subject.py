@@ -61,7 +61,6 @@ from crosscheck.trial.robots.rates import (
     make_rate_states,
     select_rate_states,
 )
-from crosscheck.trial.source.answer_key import AnswerKey
 from crosscheck.trial.trial import RunTrial, TrialSubject
 
 
@@ -71,6 +70,7 @@ class RobotSubject(RobotProblem, TrialSubject):
 
     rates: Rates | None = None
     whole, explains_faults = SINGLE, True
+    make_answer_keys = staticmethod(make_robot_answer_keys)
 
     @property
     def problem(self) -> RobotProblem:
@@ -122,12 +122,6 @@ class RobotSubject(RobotProblem, TrialSubject):
             failed = [part for part in loads if part in whole[0].failures]
             single = (_run_with_one_motor(request, run) if failed else []) or whole
         return min(single, key=lambda each: len(each.diagnosis.entries))
-
-    @staticmethod
-    def make_answer_keys(trial: Trial) -> Iterator[AnswerKey]:
-        """Right answers on the robot, and on one of its structure."""
-        problem, robot = trial.problem, trial.request.mechanism
-        return make_robot_answer_keys(problem, trial.diagnosis.level, robot, problem.equations)
 
     def diagnose(self, distances: Sequence[LevelDistance]) -> TrialDiagnosis:
         """Find other coordinates in which all is right, then one change, then single parts."""
