@@ -13,7 +13,7 @@ from crosscheck.models.arm.arm import Link
 from crosscheck.planning.plan import CrossCheckRequest
 from crosscheck.report.heat_map import make_entry_maps, make_heat_map
 from crosscheck.run import CrossCheck
-from crosscheck.trial.arms.words import (
+from crosscheck.trial.arms.entry_notes import (
     describe_point_masses,
     describe_unfollowed,
 )

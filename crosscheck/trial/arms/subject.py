@@ -30,6 +30,12 @@ from crosscheck.runner.supervision import track_foreign_code
 from crosscheck.runner.workers import Workers
 from crosscheck.trial.arms import suite
 from crosscheck.trial.arms.answer_keys import make_arm_answer_keys
+from crosscheck.trial.arms.entry_notes import (
+    describe_entries,
+    describe_point_masses,
+    describe_unfollowed,
+    name_entry,
+)
 from crosscheck.trial.arms.model import make_registry_entry, select_switches
 from crosscheck.trial.arms.questions import (
     VerificationProblem,
@@ -38,12 +44,6 @@ from crosscheck.trial.arms.questions import (
     skip_dependent_tasks,
 )
 from crosscheck.trial.arms.unit_mistakes import describe_unit_mistakes
-from crosscheck.trial.arms.words import (
-    describe_entries,
-    describe_point_masses,
-    describe_unfollowed,
-    name_entry,
-)
 from crosscheck.trial.changes.arms.arm_numbers import find_negligible_inertias, replace_numbers
 from crosscheck.trial.changes.arms.causes import explain_entries, explain_linear_rates
 from crosscheck.trial.changes.arms.comparison import (
@@ -182,15 +182,15 @@ class ArmSubject(TrialSubject):
             for each in (problem, *(() if readings else probes))
         )
         if readings:
-            found = Diagnosis(list(here.wrong_entries), [], [])
+            diagnosis = Diagnosis(list(here.wrong_entries), [], [])
         else:
-            found = diagnose(here, there, self.perform)
-            found.wrong_entries.extend(explain_linear_rates(here))
-        entries = [name_entry(each, names) for each in found.wrong_entries]
+            diagnosis = diagnose(here, there, self.perform)
+            diagnosis.wrong_entries.extend(explain_linear_rates(here))
+        entries = [name_entry(each, names) for each in diagnosis.wrong_entries]
         wrong = tuple(each for each in entries if not each.shown_on)
         table, right = problem.equations.table, here.reference_values
         notes = describe_unit_mistakes(here.user_values, right, table, names)
-        numbers = tuple(each for each in found.ignored_numbers if each.parts)
+        numbers = tuple(each for each in diagnosis.ignored_numbers if each.parts)
         return TrialDiagnosis(
             level,
             wrong,
@@ -198,7 +198,7 @@ class ArmSubject(TrialSubject):
             readings=tuple(each.described for each in readings),
             hidden=tuple(each for each in entries if each.shown_on),
             ignored_numbers=numbers,
-            left_out=tuple(each.name for each in (*numbers, *found.uncertain) if each.parts),
+            left_out=tuple(each.name for each in (*numbers, *diagnosis.uncertain) if each.parts),
         )
 
     def collect_answers(self, level: str) -> AnswerSet:
