@@ -40,14 +40,11 @@ class LinkRegressor:
     def gravity_torques(self, q: np.ndarray) -> np.ndarray:
         """Slopes (states, n, 3) of the URDF's links' torques at rest in gravity [m/s^2], at q."""
         slopes = np.empty((len(q), self._shares.shape[1], 3))
-        given = self._tree.gravity.linear.copy()
         for row, at in zip(slopes, q @ self._shares.T + self._offset, strict=True):
             place = pin.integrate(self._tree, self._home, at)
-            for axis, unit in enumerate(np.eye(3)):
-                self._tree.gravity.linear = unit
-                weight = pin.computeGeneralizedGravity(self._tree, self._data, place)
-                row[:, axis] = self._shares.T @ weight
-        self._tree.gravity.linear = given
+            centre = pin.jacobianCenterOfMass(self._tree, self._data, place)
+            weights = -self._data.mass[0] * centre.reshape(3, -1)  # of one joint: a vector
+            np.matmul(self._shares.T, weights.T, out=row)
         return slopes
 
     def compute(self, q: np.ndarray, v: np.ndarray, a: np.ndarray) -> np.ndarray:
