@@ -146,10 +146,10 @@ def _judge_subject(subject: TrialSubject, request: TrialRequest) -> Trial:
     check = make_cross_check_request(request)
     settings = check.mechanism, check.seed, check.quick, check.scenarios, check.chosen
     record = record_provenance(*settings, packages=packages(), model=check.model)
+    notes = [*subject.list_notes(diagnosis)]
     if problem.equations.drive is None:
         idle = find_idle_motors(answers, subject.motors)
-        words = _describe_idle_motors(problem.joint_names, subject.motors, idle, problem.equations)
-        diagnosis = replace(diagnosis, notes=(*diagnosis.notes, *words))
+        notes += _describe_idle_motors(problem.joint_names, subject.motors, idle, problem.equations)
     if subject.explains_faults:
         wrong = {entry.part for entry in diagnosis.entries}
         self_checks = [
@@ -177,7 +177,7 @@ def _judge_subject(subject: TrialSubject, request: TrialRequest) -> Trial:
         failures=answers.failures,
         self_checks=tuple(self_checks),
         scope=tuple(remarks),
-        notes=tuple(subject.list_notes(diagnosis)),
+        notes=tuple(notes),
         is_single_precision=any(map(is_single_precision, answers.values.values())),
     )
 

@@ -98,7 +98,7 @@ def test_a_torque_that_is_nowhere_is_told_with_what_to_state():
     assert not trial.agrees
     assert [e.name for e in trial.diagnosis.entries if e.part == "force"] == ["force[j1]"]
     told = "missing: the torque of j1; where there is no motor, state drive = ['j2']"
-    assert told in trial.diagnosis.notes
+    assert told in trial.notes
 
 
 @pytest.mark.parametrize("drive", [1, [0], [3], ["j3"], [1, "j1"], [True], [[1]]])

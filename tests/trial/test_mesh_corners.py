@@ -87,7 +87,7 @@ def test_a_law_with_other_corners_is_named_in_every_mesh(law, damping, expected)
     wrong = {entry.place.row: entry for entry in result.diagnosis.entries}
     assert set(wrong) == {0, 1, 3, 4}  # x_sp and x_pr of both joints
     assert {entry.place.part for entry in wrong.values()} == {"force"}
-    error, _ = result.diagnosis.notes  # one law of all meshes; the torque is no argument of it
+    (error,) = result.diagnosis.notes  # one law of all meshes
     assert expected in error
     assert all(entry.explanation for entry in wrong.values())
 
