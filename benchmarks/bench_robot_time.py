@@ -18,7 +18,7 @@ from crosscheck.models.robot.file import load_robot
 from crosscheck.models.robot.robot import Robot
 from crosscheck.registry import build_robot_model
 from crosscheck.trial.input.equations import Equations
-from crosscheck.trial.robots.trial import RobotTrial
+from crosscheck.trial.result import Trial
 from tests.robots import chains
 from tests.robots.trials import run_robot_trial
 
@@ -50,7 +50,7 @@ def make_long_chain() -> Robot:
     return chains.robot(chains.urdf(*parts), rotors)
 
 
-def try_wrong(robot: Robot, parts: Sequence[str]) -> RobotTrial:
+def try_wrong(robot: Robot, parts: Sequence[str]) -> Trial:
     """The trial of Pinocchio's equations with a wave that is nobody's mistake in some parts."""
     model = build_robot_model("pinocchio", robot, "coupled")
 
@@ -76,7 +76,7 @@ def _wave(q: np.ndarray) -> float:
     return float(0.1 * np.sin(1.3 * q[0] * q[1]))
 
 
-def measure_seconds(robot: Robot, parts: Sequence[str]) -> tuple[float, RobotTrial]:
+def measure_seconds(robot: Robot, parts: Sequence[str]) -> tuple[float, Trial]:
     """Processor seconds of a trial, of this process and of its workers; and the trial."""
     before = _read_seconds()
     trial = try_wrong(robot, parts)

@@ -29,7 +29,7 @@ from crosscheck.testing import try_equations
 from crosscheck.trial.coordinates.build import LAYOUTS
 from crosscheck.trial.input.equations import Coordinates
 from crosscheck.trial.input.loading import build_robot_equations
-from crosscheck.trial.robots.trial import RobotTrial
+from crosscheck.trial.result import Trial
 from tests.arms import random_arm
 from tests.robots import chains, test_trial_motors, two_link
 from tests.robots.trials import run_robot_trial
@@ -259,7 +259,7 @@ class Score(NamedTuple):
     told: list[str]
 
 
-def try_text(kind: str, replaced: tuple[tuple[str, str], ...] = ()) -> RobotTrial:
+def try_text(kind: str, replaced: tuple[tuple[str, str], ...] = ()) -> Trial:
     """The trial of a text with pieces replaced, each of which must be in it."""
     text, make_robot = TEXTS[kind]
     for old, new in replaced:
@@ -403,9 +403,9 @@ def find_false_alarms(pair: Pair) -> list[str]:
     """The checks that are red and the entries that are called wrong."""
     moved = in_frame(pair.model, pair.coordinates, pair.arm, make_unequal_gains_scenario(pair.arm))
     equations = replace(equations_of(moved), coordinates=pair.coordinates)
-    answer = try_equations(equations, pair.arm).answer
-    red = [finding.id for finding in answer.agreement.disagreeing]
-    return red + [each.name for each in answer.wrong]
+    trial = try_equations(equations, pair.arm)
+    red = [finding.id for finding in trial.agreement.disagreeing]
+    return red + [each.name for each in trial.wrong]
 
 
 class Outcome(NamedTuple):
@@ -450,7 +450,7 @@ def try_edit(edit: CodeEdit) -> Outcome:
         path = Path(folder) / file
         path.write_text(edit.text, encoding="utf-8")
         trial = try_equations(f"{path}:{name}", mechanism)
-    change = trial.answer.change
+    change = trial.change
     is_named = change is not None and not change.wrong and change.edits[0].line in edit.lines
     return Outcome(trial.exit_code != 0, None, is_named)
 

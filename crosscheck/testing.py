@@ -28,14 +28,12 @@ if TYPE_CHECKING:
     from crosscheck.models.mechanism import Mechanism
     from crosscheck.trial.input.equations import Coordinates, Equations, Level
     from crosscheck.trial.input.symbolic import from_sympy
-    from crosscheck.trial.result import TrialResult
-    from crosscheck.trial.trial import Trial
+    from crosscheck.trial.result import Trial
 
 __all__ = [
     "Coordinates",
     "Equations",
     "Trial",
-    "TrialResult",
     "assert_agrees",
     "from_sympy",
     "try_equations",
@@ -47,8 +45,7 @@ if not TYPE_CHECKING:
         {
             "Coordinates": "crosscheck.trial.input.equations",
             "Equations": "crosscheck.trial.input.equations",
-            "Trial": "crosscheck.trial.trial",
-            "TrialResult": "crosscheck.trial.result",
+            "Trial": "crosscheck.trial.result",
             "assert_agrees": __name__,
             "from_sympy": "crosscheck.trial.input.symbolic",
             "try_equations": __name__,
@@ -71,11 +68,11 @@ def try_equations(
     jobs: int = 1,
     seed: int = 0,
     name: str = YOURS,
-) -> TrialResult:
+) -> Trial:
     """Judge supplied equations: which entry is wrong, and why.
 
     The result prints itself, and a notebook shows it with a heat map of each part; it has
-    ``exit_code``, ``answer`` (a record of all that every view shows), ``to_dataframe()`` and
+    ``exit_code``, ``headline``, ``causes``, ``to_dataframe()`` and
     ``write_report(folder)``.
 
     Args:
@@ -101,7 +98,8 @@ def try_equations(
     """
     from crosscheck.models.mechanism import adopt_mechanism
     from crosscheck.models.refusals import refuse
-    from crosscheck.trial.request import TrialRequest, prepare_equations, run_trial
+    from crosscheck.trial.request import TrialRequest, prepare_equations
+    from crosscheck.trial.trial import run_trial
 
     _require_arguments(arm, scenarios, switches, level, quick, jobs, seed, name)
     chosen = adopt_mechanism(arm, scenarios)._replace(switches=switches)
@@ -125,7 +123,7 @@ def assert_agrees(
     jobs: int = 1,
     seed: int = 0,
     name: str = YOURS,
-) -> TrialResult:
+) -> Trial:
     """Raise AssertionError with what `crosscheck trial` prints, unless all that was judged agrees.
 
     Takes the arguments of ``try_equations`` and returns what that returns.
@@ -143,9 +141,8 @@ def assert_agrees(
         name=name,
     )
     if trial.exit_code:
-        answer = trial.answer
-        first = answer.first_error or "not all checks agree"
-        raise AssertionError("\n".join((f"{answer.name}: {first}", *answer.lines)))
+        first = trial.first_error or "not all checks agree"
+        raise AssertionError("\n".join((f"{trial.problem.name}: {first}", *trial.lines)))
     return trial
 
 

@@ -79,12 +79,12 @@ def few_states() -> Iterator[None]:
     """
     from crosscheck.identification import excitation
     from crosscheck.report.plots import figures
-    from crosscheck.trial import trial
+    from crosscheck.trial.arms import subject
     from crosscheck.trial.changes.arms import waves
     from crosscheck.trial.source import search
 
     with pytest.MonkeyPatch.context() as patch:
-        patch.setattr(trial, "QUICK_STATES", 8)
+        patch.setattr(subject, "QUICK_STATES", 8)
         patch.setattr(excitation, "DRAWN", 8)
         patch.setattr(waves, "SPARE_STATES", 20)
         patch.setattr(waves, "STATES_PER_NUMBER", 1)

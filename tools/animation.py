@@ -19,7 +19,7 @@ import numpy as np
 import crosscheck
 from crosscheck.models.experiment.scenario import switches
 from crosscheck.output import write_files
-from crosscheck.trial.result import TrialResult
+from crosscheck.trial.result import Trial
 from crosscheck.view.scene import describe_arm_scene
 from crosscheck.view.trajectory_file import DRAWN_SIGNALS, Run
 
@@ -67,7 +67,7 @@ def simulate_contact_loss() -> tuple[np.ndarray, dict[str, Any]]:
     return np.searchsorted(run.time, shown), mesh
 
 
-def try_example() -> TrialResult:
+def try_example() -> Trial:
     """The trial of an example with a mistake, from a file of its own."""
     text = (ROOT / "examples" / EXAMPLE).read_text(encoding="utf-8")
     with tempfile.TemporaryDirectory() as folder:
@@ -134,20 +134,19 @@ def draw_mesh(frames: np.ndarray, mesh: dict[str, Any]) -> Iterator[str]:
     yield f'<text class="soft" x="8" y="{high - 8}">{words}</text></g>'
 
 
-def draw_cause(trial: TrialResult) -> Iterator[str]:
+def draw_cause(trial: Trial) -> Iterator[str]:
     """The wrong line of code, then the verdict, then what must change."""
-    answer = trial.answer
-    if answer.change is None:
+    if trial.change is None:
         raise ValueError(f"{EXAMPLE}: no change of the source explains the mistake")
-    (edit,) = answer.change.edits
+    (edit,) = trial.change.edits
 
     left, steps = STRIP[0] + 30, 20
     lines = [
         ("soft", "Your code:", 0),
         ("code", edit.start.strip() + edit.removed + edit.end, 0),
         ("soft", f"$ crosscheck trial my_model.py:model {ARM} --quick", 3),
-        ("bad", answer.verdict.text.partition(",")[0], 6),
-        ("", next(iter(answer.change.sentences)).partition(";")[0], 9),
+        ("bad", trial.verdict.text.partition(",")[0], 6),
+        ("", next(iter(trial.change.sentences)).partition(";")[0], 9),
     ]
     names = dict.fromkeys(start for _, _, start in lines if start)
     appear = [

@@ -18,7 +18,7 @@ from typing import Any
 from crosscheck.output import write_files
 from crosscheck.provenance import ROOT
 from crosscheck.report.trials.output import make_trial_maps
-from crosscheck.trial.result import TrialResult
+from crosscheck.trial.result import Trial
 from tools.notebook import Cell, format_notebook, format_page, read_cells, run_cells
 from tools.readme_picture import draw_maps
 
@@ -80,7 +80,7 @@ def _run_script(entry: Entry) -> Example:
     cells = run_cells(read_cells(entry.file.read_text(encoding="utf-8")), names)
     title = cells[0].source.partition("\n")[0].removeprefix("# ")
     drawn = [text for cell in cells for kind, text in cell.outputs if kind == "image/svg+xml"]
-    trials = [each for each in names["Out"].values() if isinstance(each, TrialResult)]
+    trials = [each for each in names["Out"].values() if isinstance(each, Trial)]
     if not (failed := [each for each in trials if each.exit_code]):
         lines = [text for cell in cells for kind, text in cell.outputs if kind == "text/plain"]
         return Example(entry, title, cells, drawn[-1], lines[-1].splitlines()[-1])
@@ -117,9 +117,9 @@ def _run_trials(entry: Entry) -> Example:
     return Example(entry, title, cells, _draw_trial(wrong["trial"]), finding)
 
 
-def _describe_mistake(trial: TrialResult) -> str:
+def _describe_mistake(trial: Trial) -> str:
     """The cause that a trial names first, or else its verdict."""
-    text = next(iter(trial.answer.causes), trial.answer.verdict.text)
+    text = next(iter(trial.causes), trial.verdict.text)
     return f"the model {text}" if text.startswith("is ") else text
 
 
@@ -129,9 +129,9 @@ def _as_markdown(about: str) -> str:
     return "\n".join(f"```sh\n{x}\n```" if x.startswith("crosscheck ") else x for x in lines)
 
 
-def _draw_trial(trial: TrialResult) -> str:
+def _draw_trial(trial: Trial) -> str:
     """The first map of a trial with an entry that differs."""
-    maps = make_trial_maps(trial.answer)
+    maps = make_trial_maps(trial)
     return draw_maps(
         [next(each for each in maps if any(c.shade for row in each.cells for c in row))]
     )

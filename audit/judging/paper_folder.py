@@ -42,7 +42,7 @@ from crosscheck.studies.batches.run import ExecutionSettings
 from crosscheck.studies.definition.files import read_study
 from crosscheck.studies.members.members import PreparedStudy
 from crosscheck.trial.input.calls import TAKES
-from crosscheck.trial.result import TrialResult
+from crosscheck.trial.result import Trial
 
 PAPER, STUDY = "paper.toml", "study.toml"
 START, DIVERGED = "start", "diverged_s"
@@ -137,7 +137,7 @@ class PaperAudit:
 
     paper: PaperFile
     judgements: tuple[ClaimJudgement, ...]
-    trial: TrialResult | None
+    trial: Trial | None
 
     @property
     def lines(self) -> list[str]:
@@ -169,7 +169,7 @@ class PaperAudit:
     @property
     def equation_lines(self) -> list[str]:
         """What the trial says of the equations, if there are any."""
-        return list(self.trial.answer.lines) if self.trial else []
+        return list(self.trial.lines) if self.trial else []
 
 
 class PaperFolder(NamedTuple):
@@ -288,7 +288,7 @@ def build_quantity(text: ClaimText, measures: Measures, file: Path) -> Quantity:
     return combine_quantities("over", quantity, divisor)
 
 
-def try_transcript(given: PaperFolder, jobs: int) -> TrialResult | None:
+def try_transcript(given: PaperFolder, jobs: int) -> Trial | None:
     """The trial of the paper's equations on the study's arm or robot. Raises InputError."""
     if given.paper.equations is None:
         return None

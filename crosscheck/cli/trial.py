@@ -27,6 +27,7 @@ from crosscheck.report.junit import format_junit
 from crosscheck.report.terminal import print_agreement
 from crosscheck.run import CrossCheck
 from crosscheck.runner.progress import show_progress
+from crosscheck.trial.arms.model import select_switches
 from crosscheck.trial.fmu.archive import (
     MappedUnit,
     draft_mapping,
@@ -41,9 +42,8 @@ from crosscheck.trial.fmu.unit import (
     require_running,
 )
 from crosscheck.trial.input.equations import Coordinates, Equations, load_coordinates
-from crosscheck.trial.model import select_switches
-from crosscheck.trial.request import TrialRequest, prepare_equations, run_trial
-from crosscheck.trial.result import TrialResult
+from crosscheck.trial.request import TrialRequest, prepare_equations
+from crosscheck.trial.result import Trial
 from crosscheck.trial.tables.answers import build_table_equations, next_row, read_trial_answers
 from crosscheck.trial.tables.folder import render_probe_files, render_request_files
 from crosscheck.trial.tables.state_requests import (
@@ -51,6 +51,7 @@ from crosscheck.trial.tables.state_requests import (
     collect_inverse_requests,
     collect_state_request,
 )
+from crosscheck.trial.trial import run_trial
 
 
 def make_trial_request(
@@ -211,7 +212,7 @@ def _run_beside_engines(options: TrialOptions, unit: MappedUnit, chosen: Selecti
     return agreement.exit_code
 
 
-def _report_trial(trial: TrialResult, options: TrialOptions) -> int:
+def _report_trial(trial: Trial, options: TrialOptions) -> int:
     """Write and print the answer of a trial; returns the exit code. Raises InputError."""
     from crosscheck.report.trials.output import (
         format_trial_json,
@@ -219,12 +220,11 @@ def _report_trial(trial: TrialResult, options: TrialOptions) -> int:
         render_trial_page,
     )
 
-    answer = trial.answer
     texts = format_trial_json, format_trial_junit, render_trial_page
     requests = (
-        (path, partial(text, answer)) for (path, _), text in zip(options.files, texts, strict=True)
+        (path, partial(text, trial)) for (path, _), text in zip(options.files, texts, strict=True)
     )
-    print_and_write(answer.lines, *requests)
+    print_and_write(trial.lines, *requests)
     return trial.exit_code
 
 

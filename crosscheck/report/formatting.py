@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from collections.abc import Sequence
 from typing import TYPE_CHECKING
 
 if TYPE_CHECKING:  # words for `init` need no results
@@ -12,6 +13,17 @@ if TYPE_CHECKING:  # words for `init` need no results
 def format_count(number: int, noun: str) -> str:
     """A number with its noun, such as `1 check` or `2 checks`."""
     return f"{number} {noun}" if number == 1 else f"{number} {noun}s"
+
+
+def join_words(words: Sequence[str]) -> str:
+    """Words as `a, b and c`."""
+    return " and ".join(filter(None, (", ".join(words[:-1]), *words[-1:])))
+
+
+def list_first(words: Sequence[str], most: int = 5) -> str:
+    """The first few words, and how many more, such as `a, b and 3 more`."""
+    rest = len(words) - most
+    return f"{', '.join(words[:most])}{f' and {rest} more' if rest > 0 else ''}"
 
 
 def describe_tally(agreement: Agreement) -> str:

@@ -8,9 +8,7 @@ from typing import Any
 from crosscheck.mechanisms import supply
 from crosscheck.models.experiment.scenario import Scenario, Switches
 from crosscheck.models.loading import Selection
-from crosscheck.runner.progress_update import ProgressCallback, ignore_progress
 from crosscheck.trial.input.equations import Equations
-from crosscheck.trial.result import TrialResult
 
 
 @dataclass(frozen=True)
@@ -40,13 +38,3 @@ def prepare_equations(source: Any, chosen: Selection, name: str) -> Equations:
         return loaded
     built: Equations = supply("build_equations", chosen.mechanism.section)(source, *given, name)
     return built
-
-
-def run_trial(request: TrialRequest, progress: ProgressCallback = ignore_progress) -> TrialResult:
-    """Judge the equations of a request.
-
-    Raises InputError for what cannot be tried at all, and Unfinished where the models that they are
-    compared with do not answer.
-    """
-    trial: TrialResult = supply("run_trial", request.mechanism.section)(request, progress)
-    return trial

@@ -32,7 +32,7 @@ from crosscheck.models.files import read_toml
 from crosscheck.models.loading import validate_record
 from crosscheck.provenance import ROOT
 from crosscheck.trial.input.loading import load_robot_equations
-from crosscheck.trial.robots.trial import RobotTrial
+from crosscheck.trial.result import Trial
 from tests.loops import require_items
 
 ACROBOT = ROOT / "examples" / "acrobot"
@@ -123,7 +123,7 @@ def _bias_by_dalembert(q: np.ndarray, v: np.ndarray) -> np.ndarray:
 
 
 def test_the_missing_term_is_named_and_is_what_first_principles_ask(audit):
-    assert isinstance(audit.trial, RobotTrial)
+    assert isinstance(audit.trial, Trial)
     assert {entry.part for entry in audit.trial.diagnosis.entries} == {"bias", "acceleration"}
     assert "bias[waist] of hands'^2: missing; yours minus right is -0.5 sin(waist)" in audit.lines
     q, v = np.array([0.4, 0.9]), np.array([1.7, -2.3])

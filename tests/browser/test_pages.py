@@ -118,7 +118,7 @@ def made(tmp_path_factory: pytest.TempPathFactory) -> Made:
     (folder / "compare.html").write_text(comparison_page(compared(record, arm)), encoding="utf-8")
     cost = compute_costs(load_robot("sliding"), 0, QUICK, lambda *doing: None)
     (folder / "cost.html").write_text(cost_page(cost), encoding="utf-8")
-    (folder / "trial.html").write_text(render_trial_page(kept_arm().answer), encoding="utf-8")
+    (folder / "trial.html").write_text(render_trial_page(kept_arm()), encoding="utf-8")
     run = charts.runs[RunKey("pd", REFERENCE)]
     (folder / "run.nc").write_bytes(encode_netcdf(run))
     (folder / "view.html").write_text(view_page(read_run(folder / "run.nc")), encoding="utf-8")

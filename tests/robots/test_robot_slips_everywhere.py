@@ -17,12 +17,12 @@ from crosscheck.models.robot.file import load_robot
 from crosscheck.models.robot.robot import Placement, Robot
 from crosscheck.trial.changes.numbers import put_value
 from crosscheck.trial.input.equations import Equations
-from crosscheck.trial.robots.explain import RobotDiagnosis
+from crosscheck.trial.result import TrialDiagnosis
 from tests.robots import chains
 from tests.robots.trials import run_robot_trial
 
 
-def diagnosis_of(robot: Robot, used: Robot, hold: Callable = lambda q: q) -> RobotDiagnosis:
+def diagnosis_of(robot: Robot, used: Robot, hold: Callable = lambda q: q) -> TrialDiagnosis:
     """Of the equations of another robot; hold: what M takes for q."""
     model = AnalyticRobot(used, "coupled")
     own = Equations(

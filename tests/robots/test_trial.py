@@ -25,8 +25,7 @@ from crosscheck.trial.changes.mistakes import (
 )
 from crosscheck.trial.changes.numbers import RobotNumber, list_numbers, put_value
 from crosscheck.trial.input.equations import Equations
-from crosscheck.trial.robots.explain import RobotDiagnosis
-from crosscheck.trial.robots.trial import RobotTrial
+from crosscheck.trial.result import Trial, TrialDiagnosis
 from tests.draws import DRAWS, SAMPLE, fresh_seed
 from tests.loops import require_items
 from tests.robots import chains
@@ -61,7 +60,7 @@ def test_right_equations_are_never_blamed(engine, level):
     own = robots[(chains.ENGINES.index(engine) + RIGID.index(level)) % 3]
     trial = run_robot_trial(equations(own, level, engine), own)
     assert trial.agrees
-    assert trial.diagnosis == RobotDiagnosis(trial.diagnosis.level)
+    assert trial.diagnosis == TrialDiagnosis(trial.diagnosis.level)
 
 
 def body(number: int, **changed: Callable[[np.ndarray], object]) -> Change:
@@ -150,7 +149,7 @@ def planted(own: Robot, seed: int) -> RobotMistake:
     return RobotMistake(chosen.name, chosen.put(chosen.value + by))
 
 
-def is_named(error: RobotMistake, trial: RobotTrial) -> bool:
+def is_named(error: RobotMistake, trial: Trial) -> bool:
     """Whether an explanation says the words of an error.
 
     One of every part, of which it changes one alone, is named as one of that.

@@ -12,7 +12,7 @@ from crosscheck.models.robot.robot import Robot
 from crosscheck.trial.changes.kane import KaneSum
 from crosscheck.trial.changes.problem import DynamicsTerms
 from crosscheck.trial.input.equations import Equations
-from crosscheck.trial.robots.explain import RobotDiagnosis
+from crosscheck.trial.result import TrialDiagnosis
 from tests.robots import chains, two_link
 from tests.robots.test_trial import equations, steiner
 from tests.robots.trials import run_robot_trial
@@ -227,7 +227,7 @@ def test_the_same_error_in_every_link(inertia, words):
 
 
 def test_right_closed_forms_are_never_blamed(two):
-    assert run_robot_trial(two_link.right(), two).diagnosis == RobotDiagnosis("armature")
+    assert run_robot_trial(two_link.right(), two).diagnosis == TrialDiagnosis("armature")
 
 
 @pytest.mark.parametrize("seed", range(4))

@@ -17,7 +17,7 @@ from crosscheck.models.robot.robot import Robot
 from crosscheck.runner import cpu_limit
 from crosscheck.trial.input.equations import Coordinates, Equations
 from crosscheck.trial.input.loading import extract_equations, load_equations
-from crosscheck.trial.robots.trial import RobotTrial
+from crosscheck.trial.result import Trial
 from tests.loops import require_items
 from tests.robots import two_link
 from tests.robots.test_trial import equations
@@ -34,7 +34,7 @@ def two() -> Robot:
     return two_link.robot()
 
 
-def verdicts(trial: RobotTrial) -> dict[str, set[str]]:
+def verdicts(trial: Trial) -> dict[str, set[str]]:
     found: dict[str, set[str]] = {}
     for finding in trial.agreement.findings:
         found.setdefault(finding.quantity, set()).add(finding.verdict)
@@ -74,7 +74,7 @@ def test_an_entry_differs_just_beyond_its_tolerance(two, part):
     place = "M[j1, j2]" if part == "mass_matrix" else f"{part}[j2]"
     shares = {entry.name: entry.share for entry in above.diagnosis.entries}
     assert shares[place] == pytest.approx(ABOVE * TOLERANCE, rel=1e-4)
-    assert above.largest == pytest.approx(ABOVE * TOLERANCE, rel=1e-4)
+    assert above.distances[0].largest == pytest.approx(ABOVE * TOLERANCE, rel=1e-4)
     below = run_robot_trial(planted(part, BELOW), two)
     assert below.exit_code == 0
     assert below.diagnosis.entries == ()
@@ -267,7 +267,7 @@ def test_right_parts_in_any_form_are_never_blamed(two, form):
     trial = run_robot_trial(Equations(**FORMS[form]), two)
     assert trial.exit_code == 0, [finding.id for finding in trial.agreement.disagreeing]
     wanted = set(FORMS[form]) - {"coriolis"}
-    assert set(trial.parts) >= wanted
+    assert set(trial.relative_errors) >= wanted
 
 
 def position(x: np.ndarray, bend: float) -> np.ndarray:
@@ -324,7 +324,7 @@ def test_right_parts_in_other_coordinates_are_never_blamed(two, form, bend):
     own = Equations(**{part: made[part] for part in FORMS[form]}, coordinates=frame)
     trial = run_robot_trial(own, two)
     assert trial.exit_code == 0, [finding.id for finding in trial.agreement.disagreeing]
-    assert set(trial.parts) >= set(FORMS[form]) - {"coriolis"}
+    assert set(trial.relative_errors) >= set(FORMS[form]) - {"coriolis"}
 
 
 def test_casadi_functions_are_never_blamed(two):
@@ -334,8 +334,8 @@ def test_casadi_functions_are_never_blamed(two):
 
 def test_what_inverse_dynamics_leaves_out_is_said(two):
     trial = run_robot_trial(Equations(**FORMS["inverse dynamics without weights"]), two)
-    assert trial.not_judged == ("gravity (inverse_dynamics leaves it out)",)
-    assert run_robot_trial(Equations(**FORMS["inverse dynamics"]), two).not_judged == ()
+    assert "inverse_dynamics leaves the weights out" in trial.scope
+    assert run_robot_trial(Equations(**FORMS["inverse dynamics"]), two).scope == ()
 
 
 @pytest.mark.parametrize("level", ["links", "armature", "coupled"])
@@ -419,9 +419,9 @@ def test_a_part_that_does_not_answer_costs_that_part_alone(two, impatient, case)
     (lost,) = trial.agreement.disagreeing
     assert (lost.verdict, lost.quantity) == (verdict, "answers-gravity")
     assert words in lost.note
-    assert trial.parts == ("mass_matrix", "bias")
+    assert set(trial.relative_errors) == {"mass_matrix", "bias"}
     assert trial.exit_code == (3 if verdict == "unfinished" else 1)
-    assert trial.not_judged[0].startswith("gravity (")
+    assert trial.scope[-1].startswith("not judged: gravity (")
 
 
 NAMES = {
@@ -454,8 +454,7 @@ def test_other_functions_of_a_model_are_named_as_not_judged(two):
 
     trial = run_robot_trial(extract_equations(Mine(), "mine", "is"), two)
     reasons = ("bias (not supplied)", "gravity (not supplied)", "jacobian (no part of equations)")
-    assert trial.not_judged == reasons
-    assert trial.answer.scope == (f"not judged: {', '.join(reasons)}",)
+    assert trial.scope == (f"not judged: {', '.join(reasons)}",)
 
 
 def test_an_arm_refuses_the_names_that_a_robot_refuses(tmp_path):

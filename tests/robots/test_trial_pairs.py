@@ -19,7 +19,7 @@ from crosscheck.trial.changes.pairs import (
     rank_pairs,
 )
 from crosscheck.trial.input.equations import Equations
-from crosscheck.trial.robots.trial import RobotTrial
+from crosscheck.trial.result import Trial
 from tests.robots.trials import run_robot_trial
 
 PUMA, SIX = load_robot("puma560"), load_robot("six-joint")
@@ -95,7 +95,7 @@ BOTH: dict[str, tuple[Robot, Callable[[Robot], Robot], tuple[str, str]]] = {
 }
 
 
-def try_robot(wrong: Robot, robot: Robot, *, in_gravity_alone: bool = False) -> RobotTrial:
+def try_robot(wrong: Robot, robot: Robot, *, in_gravity_alone: bool = False) -> Trial:
     """The trial of the equations of another robot, or of its gravity beside what is right."""
     model = AnalyticRobot(wrong, "coupled")
     moving = AnalyticRobot(robot, "coupled") if in_gravity_alone else model
@@ -136,7 +136,7 @@ def stretch_all_places(robot: Robot) -> Robot:
     return replace(robot, joints=tuple(joints))
 
 
-NO_PAIR: dict[str, Callable[[], RobotTrial]] = {
+NO_PAIR: dict[str, Callable[[], Trial]] = {
     "places of all joints": lambda: try_robot(stretch_all_places(SIX), SIX),
     "three masses": lambda: try_robot(weigh(weigh(weigh(PUMA, 1, 1.1), 2, 1.3), 3, 0.9), PUMA),
     "two odd masses": lambda: try_robot(weigh(weigh(PUMA, 1, 1.13), 3, 1.07), PUMA),

@@ -67,7 +67,7 @@ def test_other_coordinates_are_said_first(words, form):
     assert not trial.agrees
     assert words in {reading.partition(" (")[0] for reading in trial.diagnosis.readings}
     assert trial.diagnosis.notes == ()
-    assert " is right in " in trial.answer.headline
+    assert " is right in " in trial.headline
 
 
 @pytest.mark.parametrize("words", ["absolute angles", "the sense of j2 reversed"])
@@ -87,7 +87,7 @@ def test_what_is_told_may_be_stated(words, form):
         own = Equations(acceleration=accelerate)
     trial = run_robot_trial(Equations(**{**vars(own), "coordinates": coordinates}), TWO)
     assert trial.agrees
-    assert trial.remarks[0].startswith("carried from your coordinates")
+    assert trial.scope[0].startswith("carried from your coordinates")
 
 
 def test_coordinates_that_are_of_arms_alone_are_refused():

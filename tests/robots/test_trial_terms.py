@@ -10,7 +10,7 @@ from crosscheck.analytic.robot.model import AnalyticRobot
 from crosscheck.checks.robot_states import sample_states
 from crosscheck.models.robot.robot import Robot
 from crosscheck.trial.input.equations import Equations
-from crosscheck.trial.robots.explain import RobotDiagnosis
+from crosscheck.trial.result import TrialDiagnosis
 from crosscheck.trial.robots.rates import sample_bias_terms
 from tests.loops import require_items
 from tests.robots import chains
@@ -93,7 +93,7 @@ def on_a_tilted_base(q: Vector) -> Vector:
     return AnalyticRobot(pulled, "links").gravity(q[None])[0]
 
 
-def diagnosis(**parts: Callable) -> RobotDiagnosis:
+def diagnosis(**parts: Callable) -> TrialDiagnosis:
     right = {"mass_matrix": mass, "bias": bias, "gravity": gravity}
     return run_robot_trial(Equations(**(right | parts)), ROBOT).diagnosis
 

@@ -5,10 +5,11 @@ from typing import Any
 from crosscheck.models.robot.robot import Robot
 from crosscheck.trial.input.equations import Equations
 from crosscheck.trial.request import TrialRequest
-from crosscheck.trial.robots import trial
+from crosscheck.trial.result import Trial
+from crosscheck.trial.trial import run_trial
 
 
-def run_robot_trial(equations: Equations, robot: Robot, **more: Any) -> trial.RobotTrial:
+def run_robot_trial(equations: Equations, robot: Robot, **more: Any) -> Trial:
     """The trial of equations of a robot."""
     given = {"name": "yours", "equations": equations, "mechanism": robot, **more}
-    return trial.run_robot_trial(TrialRequest(**given))
+    return run_trial(TrialRequest(**given))

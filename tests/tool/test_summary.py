@@ -12,17 +12,14 @@ from crosscheck.findings import Agreement, EntryDifferences
 from crosscheck.models.arm.arm import Link
 from crosscheck.planning.plan import CrossCheckRequest
 from crosscheck.report.heat_map import make_entry_maps, make_heat_map
-from crosscheck.report.trials.trial import (
-    describe_notes,
-    describe_unfollowed,
-    describe_unit_mistake,
-)
 from crosscheck.run import CrossCheck
+from crosscheck.trial.arms.entry_notes import (
+    describe_point_masses,
+    describe_unfollowed,
+)
 from crosscheck.trial.changes.arms.dependence import IgnoredNumber
 from crosscheck.trial.input.loading import load_equations
-from crosscheck.trial.judge.entries import EntryPlace, LevelDistance
-from crosscheck.trial.judge.unit_mistakes import UnitMistake
-from crosscheck.trial.trial import Trial
+from crosscheck.trial.result import Trial
 from tests.baselines.short import green, invented_check, red
 from tests.tool.supplied import model_file
 
@@ -106,67 +103,16 @@ def test_numbers_that_equations_do_not_follow_are_told_in_one_note(numbers, told
     assert describe_unfollowed(numbers) == told
 
 
-@pytest.mark.parametrize(
-    ("factor", "times"),
-    [
-        (1000.0, "1000"),
-        (1e-3, "(1000)^-1"),
-        (1e6, "(1000)^2"),
-        (1e-6, "(1000)^-2"),
-        (180 / np.pi, "180/pi"),
-        ((180 / np.pi) ** -1, "(180/pi)^-1"),
-        ((180 / np.pi) ** 2, "(180/pi)^2"),
-        ((180 / np.pi) ** -2, "(180/pi)^-2"),
-    ],
-)
-def test_a_mistaken_unit_is_told_by_its_factor(factor, times):
-    places = EntryPlace("force", 1), EntryPlace("mass_matrix", 0, 1)
-    told = describe_unit_mistake(UnitMistake("force", "unit", places, factor), ("q", "x"))
-    said = "times what the models say at every state: another unit?"
-    assert told == f"force[x], M[q, x]: {times} {said}"
-
-
-@pytest.mark.parametrize(("part", "word"), [("mass_matrix", "M"), ("bias", "bias")])
-def test_a_mistaken_order_is_told(part, word):
-    assert describe_unit_mistake(UnitMistake(part, "order"), ()) == (
-        f"{word} agrees once its numbers are read in another order: flattened the other way?"
-    )
-
-
 def test_a_trial_says_what_it_judged_and_what_not(trial):
-    (judged,) = replace(trial, probes=("a", "b")).answer.scope
-    assert judged.startswith("judged in theta_1, theta_2, also on 2 other arms")
-    distances = (LevelDistance("links", 1, 0.25, 0.1), LevelDistance("coupled", 3, 0.06, 0.03))
-    shown = replace(trial, distances=distances, probes=(), missing=("bias", "force"))
-    levels = [(each.level, each.entries, each.largest) for each in shown.answer.levels]
-    assert levels == [("links", 1, 0.25), ("coupled", 3, 0.06)]
-    judged, missing = shown.answer.scope
-    assert "on this arm alone" in judged
-    assert missing == "not supplied, so not judged: bias, force"
+    (judged,) = trial.scope
+    assert judged.startswith("judged in theta_1, theta_2, on this arm alone")
 
 
-def test_notes_of_a_trial_tell_motors_and_point_masses(trial):
-    problem = trial.problem
-    for motors, told in (
-        ((), "Your equations take no torque: judged as an arm without motors."),
-        ((1,), "Judged as an arm with a motor at joint 2 alone, as drive states."),
-    ):
-        shown = replace(trial, problem=replace(problem, motors=motors), ignored_numbers=())
-        assert next(describe_notes(shown)) == told
-    for idle, told in (
-        ((0,), "Joint 1: no torque in your equations. Has it no motor, state drive = [2]."),
-        ((0, 1), "Joints 1, 2: no torque in your equations. Has it no motor, state drive = []."),
-    ):
-        shown = replace(trial, problem=replace(problem, motors=(0, 1)), idle_joints=idle)
-        assert next(describe_notes(shown)) == told
-    assert list(describe_notes(replace(trial, ignored_numbers=(), idle_joints=()))) == []
-    numbers = (ignored("I_1", 0.5, "mass_matrix"), ignored("g", 9.81, "force"))
-    point = replace(trial, point_masses=("I_1",), ignored_numbers=numbers, idle_joints=())
-    assert list(describe_notes(point))[:2] == [
+def test_point_masses_are_named():
+    assert describe_point_masses(["I_1"]) == (
         "Your equations have no I_1, and the file's are less than 1e-6 of mass x com^2: judged as"
-        " point masses, with 0 in their place.",
-        describe_unfollowed(numbers[1:]),
-    ]
+        " point masses, with 0 in their place."
+    )
 
 
 def test_a_trial_writes_what_the_command_writes(trial, tmp_path):

@@ -11,11 +11,10 @@ from crosscheck.runner.outcomes import Failure
 from crosscheck.runner.progress_update import ProgressCallback
 from crosscheck.runner.tasks import build_model
 from crosscheck.runner.workers import Workers
-from crosscheck.trial import trial
+from crosscheck.trial.arms import questions, subject
+from crosscheck.trial.arms.model import SuppliedModel
+from crosscheck.trial.arms.questions import StateQuestion
 from crosscheck.trial.changes.arms import waves
-from crosscheck.trial.judge import questions
-from crosscheck.trial.judge.questions import StateQuestion
-from crosscheck.trial.model import SuppliedModel
 
 Answers = dict[Hashable, np.ndarray | Failure]
 # Read before the fixture of all tests lowers them.
@@ -35,7 +34,7 @@ def trial_in_this_process(monkeypatch: pytest.MonkeyPatch, kept_answers: Answers
     A module whose equations never come back, or end their process, has a fixture of this name that
     leaves the workers.
     """
-    for module in (trial, questions):
+    for module in (subject, questions):
         monkeypatch.setattr(module, "run_tasks", partial(perform_tasks, kept_answers))
 
 

@@ -10,7 +10,6 @@ import pytest
 
 from crosscheck.models.arm.arm import Arm, Direct
 from crosscheck.models.errors import InputError
-from crosscheck.report.trials.trial import describe_errors, describe_notes
 from crosscheck.testing import assert_agrees
 from crosscheck.trial.changes.arms.arm_numbers import find_negligible_inertias
 from crosscheck.trial.input.equations import Coordinates, Equations
@@ -121,10 +120,10 @@ RIGHT: dict[str, tuple[Arm, Callable[[Arm], Equations], set[str]]] = {
 def test_a_right_model_has_one_note_at_most_and_no_error(kind):
     arm, factory, numbers = RIGHT[kind]
     trial = trial_of(factory, arm)
-    assert (trial.exit_code, trial.wrong_entries, trial.hidden_entries) == (0, (), ())
-    assert {each.name for each in trial.ignored_numbers} == numbers
-    shown = {each.name for each in trial.ignored_numbers if each.value or each.goes_with}
-    notes = list(describe_notes(trial))
+    assert (trial.exit_code, trial.diagnosis.entries, trial.diagnosis.hidden) == (0, (), ())
+    assert {each.name for each in trial.diagnosis.ignored_numbers} == numbers
+    shown = {each.name for each in trial.diagnosis.ignored_numbers if each.value or each.goes_with}
+    notes = list(trial.notes)
     assert len(notes) == bool(shown)
     # Of what is 0 in the file and in the equations nothing is said.
     assert {name for name in numbers if name in "".join(notes)} == shown
@@ -147,7 +146,7 @@ def test_motors_that_the_arm_has_not_are_no_error():
         return pendulum(bodies, arm.gravity_m_per_s2[0], arm.payload_mass_kg)
 
     trial = trial_of(factory, arm_of(*UNLIKE, payload=0.6))
-    assert (trial.exit_code, trial.wrong_entries, trial.hidden_entries) == (0, (), ())
+    assert (trial.exit_code, trial.diagnosis.entries, trial.diagnosis.hidden) == (0, (), ())
 
 
 def test_a_pendulum_whose_mass_cancels_is_not_blamed():
@@ -157,20 +156,20 @@ def test_a_pendulum_whose_mass_cancels_is_not_blamed():
         return Equations(acceleration=lambda q, v: -G / 1.0 * np.sin(q))
 
     trial = trial_of(factory, arm_of((1.0, 1.0, 1.0, 0.0)))
-    assert (trial.exit_code, trial.wrong_entries, trial.hidden_entries) == (0, (), ())
+    assert (trial.exit_code, trial.diagnosis.entries, trial.diagnosis.hidden) == (0, (), ())
 
 
 def test_an_inertia_next_to_nothing_may_be_left_out():
     """The file's stand-in for a point mass, 1e-8 of M, is judged as one, and that is said."""
     bodies = tuple((*body[:3], 1.2e-9) for body in POINTS)
     trial = trial_of(lambda arm: Equations(at_the_ends(arm).mass_matrix), arm_of(*bodies))
-    assert (trial.exit_code, trial.wrong_entries, trial.hidden_entries) == (0, (), ())
-    assert trial.point_masses == ("links[0].inertia_kg_m2", "links[1].inertia_kg_m2")
-    assert "judged as point masses" in next(describe_notes(trial))
+    assert (trial.exit_code, trial.diagnosis.entries, trial.diagnosis.hidden) == (0, (), ())
+    assert "links[0].inertia_kg_m2, links[1].inertia_kg_m2, and the file's" in trial.notes[0]
+    assert "judged as point masses" in trial.notes[0]
     whole = trial_of(
         lambda arm: Equations(pendulum(bodies_of(arm), G).mass_matrix), arm_of(*bodies)
     )
-    assert (whole.exit_code, whole.point_masses) == (0, ())
+    assert (whole.exit_code, whole.notes) == (0, ())
 
 
 def test_next_to_nothing_is_a_millionth_of_what_the_mass_at_its_centre_has():
@@ -184,7 +183,7 @@ def test_a_missing_inertia_stands_first_and_alone():
         return pendulum(bodies_of(arm), arm.gravity_m_per_s2[0], elbow=0.0)
 
     trial = trial_of(factory, arm_of(*UNLIKE))
-    (line,) = describe_errors(trial)
+    (line,) = trial.diagnosis.notes
     assert line.startswith("M[theta_1, theta_2]: missing term: I_l2?; also in")
     assert "M[theta_1, theta_1]" in line
 
@@ -207,14 +206,14 @@ def test_a_slip_is_named_beside_a_literal_and_where_equal_numbers_hide_it(number
     trial = trial_of(factory, arm_of(*numbers, payload=0.6))
     hidden = g is None
     assert trial.exit_code == (not hidden)
-    told = list(describe_notes(trial)) if hidden else describe_errors(trial)
-    assert bool(trial.hidden_entries) == hidden
+    told = list(trial.notes) if hidden else trial.diagnosis.notes
+    assert bool(trial.diagnosis.hidden) == hidden
     assert all("L1 where L2 belongs?" in line for line in told)
     assert len(told) == 1
     if hidden:
         assert told[0].startswith("Right on this arm.")
     else:
-        assert "gravity_m_per_s2[0] = 9.81" in next(describe_notes(trial))
+        assert "gravity_m_per_s2[0] = 9.81" in trial.notes[0]
 
 
 def test_equations_without_torque_are_an_arm_without_motors():
@@ -222,8 +221,8 @@ def test_equations_without_torque_are_an_arm_without_motors():
         return pendulum(bodies_of(arm), arm.gravity_m_per_s2[0], driven=False)
 
     trial = trial_of(factory, arm_of(*UNLIKE, payload=0.0))
-    assert (trial.exit_code, trial.wrong_entries, trial.hidden_entries) == (0, (), ())
-    assert next(describe_notes(trial)).startswith("Your equations take no torque")
+    assert (trial.exit_code, trial.diagnosis.entries, trial.diagnosis.hidden) == (0, (), ())
+    assert "motors: nowhere" in trial.scope
     assert "linear-in-torques" not in {f.quantity for f in trial.agreement.findings}
 
 
@@ -235,8 +234,8 @@ def test_a_joint_without_torque_lacks_that_alone():
         return Equations(*parts, force=lambda q, torque: own.force(q, shoulder * torque))
 
     trial = trial_of(factory, arm_of(*UNLIKE))
-    assert describe_errors(trial) == ["force[theta_2]: missing term: T_2?"]
-    assert "Has it no motor, state drive = [1]." in next(describe_notes(trial))
+    assert trial.causes == ("force[theta_2]: missing term: T_2?",)
+    assert trial.notes[-1].endswith("state drive = ['theta_1']")
 
 
 def test_one_line_where_every_part_raises_the_same():
@@ -282,5 +281,5 @@ def test_levels_that_are_equal_are_one_line():
     """An arm without gears and motors has no four levels to be compared with."""
     arm = arm_of(*UNLIKE)
     result = trial_of(lambda own: pendulum(bodies_of(own), G, own.payload_mass_kg), arm)
-    assert result.answer.headline == "yours on hanging agrees with the rigid arm"
-    assert [(each.level, each.entries) for each in result.answer.levels] == [("links", 0)]
+    assert result.headline == "yours on hanging agrees with the rigid arm"
+    assert [(each.level, each.entries) for each in result.distances] == [("links", 0)]

@@ -14,10 +14,9 @@ from crosscheck.models.experiment.scenario import Scenario
 from crosscheck.models.loading import load_arm, load_scenario
 from crosscheck.provenance import ROOT
 from crosscheck.report.trials.output import format_trial_json, make_trial_maps
-from crosscheck.report.trials.trial import describe_errors
+from crosscheck.trial.arms.questions import TransformedModel
 from crosscheck.trial.input.equations import Coordinates, Equations
 from crosscheck.trial.input.symbolic import from_sympy
-from crosscheck.trial.judge.questions import TransformedModel
 from tests.trial import test_dependence
 from tests.trial.test_dependence import arm_of, bodies_of
 from tests.trial.test_trial import equations_of, in_frame, trial_of
@@ -80,7 +79,7 @@ class WeightTwice(TwoLinks):
 def test_mass_matrix_coriolis_and_gravity_agree_as_a_class_or_what_a_factory_returns(source):
     result = trial_of(source, UNLIKE)
     assert result.exit_code == 0
-    assert result.missing == ()
+    assert "not judged" not in repr(result)
     judged = {f.quantity for f in result.agreement.findings if f.about.key.family == "trial-states"}
     assert judged == {"mass_matrix", "bias", "gravity", "force", "acceleration"}
 
@@ -95,17 +94,17 @@ def test_mass_matrix_coriolis_and_gravity_agree_as_a_class_or_what_a_factory_ret
 )
 def test_an_error_in_gravity_is_named_there(source, places, words):
     result = trial_of(source, UNLIKE)
-    assert {(w.place.part, w.place.row) for w in result.wrong_entries} == places
-    assert words in describe_errors(result)[0]
+    assert {(w.place.part, w.place.row) for w in result.diagnosis.entries} == places
+    assert words in result.diagnosis.notes[0]
     laws = {finding.quantity for finding in result.agreement.disagreeing}
     assert ("gravity-is-a-gradient" in laws) == (source is SecondForgotten)
-    record = json.loads(format_trial_json(result.answer))
+    record = json.loads(format_trial_json(result))
     assert {each["name"].partition("[")[0] for each in record["wrong"]} == {
         part for part, _ in places
     }
     schema = json.loads((ROOT / "crosscheck" / "schema" / "trial.schema.json").read_text())
     jsonschema.validate(record, schema)
-    titles = [heat_map.title for heat_map in make_trial_maps(result.answer)]
+    titles = [heat_map.title for heat_map in make_trial_maps(result)]
     assert titles[0] == "M"
     assert {"gravity", "force"} <= set(titles)
 
@@ -124,14 +123,15 @@ def test_a_constant_of_gravity_in_the_code_is_no_error_beside_another():
         return Equations(gravity=gravity)
 
     result = trial_of(forgetful, make_plain_arm("mine", 2))
-    assert "missing term: -m_payload g_y L2 cos(theta_1 + theta_2)" in describe_errors(result)[0]
-    assert "where g_y belongs" not in " ".join(describe_errors(result))
+    assert "missing term: -m_payload g_y L2 cos(theta_1 + theta_2)" in result.diagnosis.notes[0]
+    assert "where g_y belongs" not in " ".join(result.diagnosis.notes)
 
 
 def test_a_gravity_alone_is_judged_alone():
     result = trial_of(lambda arm: Equations(gravity=TwoLinks(arm).gravity), UNLIKE)
     assert result.exit_code == 0
-    assert set(result.missing) == {"mass_matrix", "bias", "force", "acceleration"}
+    for part in ("mass_matrix", "bias", "force", "acceleration"):
+        assert f"{part} (not supplied)" in result.scope[-1]
 
 
 def test_an_entry_of_gravity_just_beyond_its_tolerance_differs():
@@ -175,7 +175,7 @@ def test_sympys_gravity_is_bound_to_the_arm():
     for row, entries in ((second, set()), (2 * second, {"gravity[q2]"})):
         equations = from_sympy([q1, q2], [v1, v2], gravity=sp.Matrix([first, row]))
         result = trial_of(equations, arm)
-        wrong = json.loads(format_trial_json(result.answer))["wrong"]
+        wrong = json.loads(format_trial_json(result))["wrong"]
         assert {each["name"] for each in wrong} == entries
         assert all("times 2" in each["cause"] for each in wrong)
 

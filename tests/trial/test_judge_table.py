@@ -22,13 +22,13 @@ from crosscheck.planning.comparison import Comparison, Results
 from crosscheck.registry import MODELS, reference_model, register
 from crosscheck.runner.outcomes import Failure
 from crosscheck.runner.tasks import Evaluation, Simulation
+from crosscheck.trial.arms import suite
+from crosscheck.trial.arms.model import make_registry_entry
+from crosscheck.trial.arms.questions import VerificationProblem, skip_dependent_tasks
+from crosscheck.trial.arms.subject import build_problem
 from crosscheck.trial.input.equations import Coordinates, Equations
-from crosscheck.trial.judge import suite
 from crosscheck.trial.judge.checks import judge_answers
-from crosscheck.trial.judge.questions import VerificationProblem, skip_dependent_tasks
-from crosscheck.trial.model import make_registry_entry
 from crosscheck.trial.request import TrialRequest
-from crosscheck.trial.trial import build_problem
 from tests.loops import require_items
 from tests.trial.test_trial import equations_of, in_frame
 from tests.trial.unit_ratios import wrong_unit_ratios
@@ -337,7 +337,7 @@ def test_a_mass_matrix_just_not_positive_definite_fails(below_0, verdict):
     name = ("trial-own", "positive-definite", "")
     found = made.finding(name, {made.key("mass_matrix"): mass})
     assert found.verdict == verdict
-    where = f"not positive definite at state {SPOT + 1} of {COUNT}: "
+    where = f"at 1 of {COUNT} states: "
     assert found.note.startswith(where if verdict == "failed" else "")
 
 

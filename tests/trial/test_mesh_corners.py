@@ -13,7 +13,6 @@ from crosscheck.models.arm.layout import MESHES
 from crosscheck.models.experiment.scenario import Scenario, switches
 from crosscheck.models.loading import load_arm
 from crosscheck.registry import build
-from crosscheck.report.trials.trial import describe_errors
 from crosscheck.trial.input.equations import Coordinates, Equations
 from tests.trial.test_trial import trial_of
 
@@ -85,10 +84,10 @@ def equations_by(law: Law) -> Callable[[Arm, Scenario], Equations]:
 def test_a_law_with_other_corners_is_named_in_every_mesh(law, damping, expected):
     chosen = switches(damping=damping)
     result = trial_of(equations_by(law), PAPER, switches=chosen)
-    wrong = {entry.place.row: entry for entry in result.wrong_entries}
+    wrong = {entry.place.row: entry for entry in result.diagnosis.entries}
     assert set(wrong) == {0, 1, 3, 4}  # x_sp and x_pr of both joints
     assert {entry.place.part for entry in wrong.values()} == {"force"}
-    (error,) = describe_errors(result)  # one law of all meshes
+    (error,) = result.diagnosis.notes  # one law of all meshes
     assert expected in error
     assert all(entry.explanation for entry in wrong.values())
 

@@ -9,13 +9,12 @@ import sympy as sp
 from crosscheck.models.arm.arm import Arm
 from crosscheck.models.errors import InputError
 from crosscheck.models.loading import load_scenario
-from crosscheck.report.trials.trial import describe_notes
+from crosscheck.trial.arms.subject import build_problem
 from crosscheck.trial.coordinates.build import build_frame
 from crosscheck.trial.input.equations import Equations
 from crosscheck.trial.input.supplied import bind_equations
 from crosscheck.trial.input.symbolic import from_sympy
 from crosscheck.trial.request import TrialRequest
-from crosscheck.trial.trial import build_problem
 from tests.trial.test_dependence import UNLIKE, G, arm_of, bodies_of, pendulum
 from tests.trial.test_trial import trial_of
 
@@ -64,9 +63,8 @@ def test_an_acrobot_agrees():
         return Equations(own.mass_matrix, own.bias, force=force, drive=[2])
 
     trial = trial_of(factory, ARM)
-    assert (trial.exit_code, trial.wrong_entries, trial.hidden_entries) == (0, (), ())
-    told = "Judged as an arm with a motor at joint 2 alone, as drive states."
-    assert next(describe_notes(trial)) == told
+    assert (trial.exit_code, trial.diagnosis.entries, trial.diagnosis.hidden) == (0, (), ())
+    assert "motors: at theta_2 alone" in trial.scope
 
 
 @pytest.mark.parametrize("drive", [1, [0], [3], ["theta_3"], [1, 1], [True], [None]])

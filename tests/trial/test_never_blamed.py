@@ -11,7 +11,8 @@ from crosscheck.planning.sizing import make_unequal_gains_scenario
 from crosscheck.trial.coordinates.build import LAYOUTS
 from crosscheck.trial.input.equations import Coordinates, Equations
 from crosscheck.trial.request import TrialRequest
-from crosscheck.trial.trial import Trial, run_arm_trial
+from crosscheck.trial.result import Trial
+from crosscheck.trial.trial import run_trial
 from tests.arms import random_arm
 from tests.trial.test_judge_table import two_link
 from tests.trial.test_trial import equations_of, in_frame, trial_of, two_links
@@ -26,7 +27,7 @@ def in_coordinates(model: str, coordinates: Coordinates, arm: Arm) -> Equations:
 
 
 def judged(equations: Equations, arm: Arm) -> Trial:
-    return run_arm_trial(TrialRequest("yours", equations, arm, quick=True))
+    return run_trial(TrialRequest("yours", equations, arm, quick=True))
 
 
 def turned(n: int, seed: int, condition: float) -> np.ndarray:
@@ -47,7 +48,7 @@ def test_in_coordinates_that_hardly_tell_the_links_apart(seed, condition):
     matrix = lengths(arm, "lumped") * turned(len(LAYOUTS["lumped"](arm)), seed, condition)
     own = in_coordinates("pinocchio:gears", Coordinates("lumped", matrix=matrix), arm)
     trial = judged(own, arm)
-    assert ([finding.id for finding in trial.agreement.disagreeing], trial.wrong_entries) == (
+    assert ([finding.id for finding in trial.agreement.disagreeing], trial.diagnosis.entries) == (
         [],
         (),
     )
@@ -60,7 +61,7 @@ def test_in_units_of_a_millionth_and_of_a_million(model):
     units = np.tril(turned(3, 1, 2.0)) + 2 * np.eye(3)
     coordinates = Coordinates(matrix=units * np.array([1e6, 1e-6, 1.0]))
     trial = judged(in_coordinates(model, coordinates, arm), arm)
-    assert ([finding.id for finding in trial.agreement.disagreeing], trial.wrong_entries) == (
+    assert ([finding.id for finding in trial.agreement.disagreeing], trial.diagnosis.entries) == (
         [],
         (),
     )
@@ -70,7 +71,7 @@ def test_where_a_function_bends_gear_angles(labelled):
     bends = lengths(labelled, "lumped")[:, 0]
     coordinates = Coordinates("lumped", function=lambda x: bends * (x + 0.5 * np.sin(x)))
     trial = judged(in_coordinates("pinocchio:gears", coordinates, labelled), labelled)
-    assert ([finding.id for finding in trial.agreement.disagreeing], trial.wrong_entries) == (
+    assert ([finding.id for finding in trial.agreement.disagreeing], trial.diagnosis.entries) == (
         [],
         (),
     )
@@ -86,7 +87,7 @@ def test_where_a_function_reaches_half_of_all_poses(labelled):
     """And an error is seen there as well."""
     own = in_coordinates("pinocchio:links", Coordinates(function=by_actuator), labelled)
     trial = judged(own, labelled)
-    assert ([finding.id for finding in trial.agreement.disagreeing], trial.wrong_entries) == (
+    assert ([finding.id for finding in trial.agreement.disagreeing], trial.diagnosis.entries) == (
         [],
         (),
     )
@@ -113,7 +114,7 @@ def test_the_level_is_that_of_the_fewest_wrong_entries_of_all_parts():
     wrong = replace(right, mass_matrix=lambda x: moved.model.mass_matrix(x) - missing)
     trial = judged(replace(wrong, acceleration=None), arm)
     assert trial.level == "carriers"
-    assert {each.place.part for each in trial.wrong_entries} == {"mass_matrix"}
+    assert {each.place.part for each in trial.diagnosis.entries} == {"mass_matrix"}
 
 
 def test_equations_that_know_one_arm_alone_are_judged_on_that(labelled):

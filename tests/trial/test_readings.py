@@ -6,7 +6,6 @@ import numpy as np
 import pytest
 
 from crosscheck.models.arm.arm import Arm
-from crosscheck.report.trials.trial import describe_errors
 from crosscheck.trial.input.equations import Coordinates, Equations
 from tests.trial.test_dependence import UNLIKE, arm_of, bodies_of, pendulum
 from tests.trial.test_trial import trial_of
@@ -54,8 +53,8 @@ def test_a_wrong_sign_of_weights_is_no_matter_of_coordinates():
         return pendulum(bodies_of(arm), -arm.gravity_m_per_s2[0])
 
     trial = trial_of(factory, ARM)
-    assert trial.readings == ()
-    assert all("opposite sign" in line for line in describe_errors(trial))
+    assert trial.diagnosis.readings == ()
+    assert all("opposite sign" in line for line in trial.diagnosis.notes)
 
 
 @pytest.mark.parametrize("words", CASES)
@@ -63,8 +62,8 @@ def test_other_coordinates_are_said_first(words):
     factory, told = CASES[words]
     trial = trial_of(factory, ARM)
     assert trial.exit_code == 1
-    readings = [reading.words for reading in trial.readings]
+    readings = [reading.partition(" (")[0] for reading in trial.diagnosis.readings]
     assert words in readings  # of the senses of two joints each is as good as the other
     assert len(readings) == (2 if "sense" in words else 1)
-    assert told in trial.answer.headline
-    assert describe_errors(trial) == []
+    assert told in trial.headline
+    assert trial.diagnosis.notes == ()

@@ -9,7 +9,6 @@ import pytest
 from crosscheck.models.arm.arm import Arm
 from crosscheck.models.experiment.scenario import Scenario
 from crosscheck.models.loading import load_arm, load_scenario
-from crosscheck.report.trials.trial import describe_errors, describe_notes
 from crosscheck.trial.input.equations import Coordinates, Equations
 from tests.trial.test_dependence import UNLIKE, arm_of, bodies_of, pendulum
 from tests.trial.test_trial import equations_of, in_frame, trial_of
@@ -52,7 +51,7 @@ def less(
 def test_a_factor_that_is_a_symbol_and_a_number_is_told_once(term, entries, factor):
     """By the symbol in a term of gears, of which there are three, and by the number elsewhere."""
     result = trial_of(Equations(less(term, 2 / 3, *entries)), PAPER)
-    (error,) = describe_errors(result)
+    (error,) = result.diagnosis.notes
     assert f"times {factor}?" in error
     assert "; or" not in error
 
@@ -61,14 +60,14 @@ def test_an_asymmetric_mass_matrix_is_told_by_both_entries():
     result = trial_of(Equations(less(coupling, 2, (1, 0))), PAPER)
     (symmetric,) = (f for f in result.agreement.findings if f.quantity == "symmetric")
     assert symmetric.note == "wrong: M[theta_1, theta_2], M[theta_2, theta_1]"
-    assert {(w.place.row, w.place.column) for w in result.wrong_entries} == {(1, 0)}
+    assert {(w.place.row, w.place.column) for w in result.diagnosis.entries} == {(1, 0)}
 
 
 def test_what_is_zero_in_the_file_and_in_the_equations_makes_no_note():
     def missing_payload_alone(own: Arm) -> Equations:
         return pendulum(bodies_of(own), 9.8, own.payload_mass_kg, elbow=0.5)
 
-    notes = " ".join(describe_notes(trial_of(missing_payload_alone, arm_of(*UNLIKE))))
+    notes = " ".join(trial_of(missing_payload_alone, arm_of(*UNLIKE)).notes)
     assert "nor has this arm" not in notes
     assert "rotor" not in notes
 
@@ -123,5 +122,5 @@ def test_what_motors_turn_is_divided_by_their_ratios(slip):
     trial = trial_of(
         lambda own, scenario: on_motors(own, scenario, weight, once), load_arm("three-unlike")
     )
-    errors = describe_errors(trial)
+    errors = trial.diagnosis.notes
     assert all(any(words in error for error in errors) for words in told), errors

@@ -7,7 +7,6 @@ import numpy as np
 import pytest
 
 from crosscheck.models.arm.arm import Arm
-from crosscheck.report.trials.trial import describe_errors
 from crosscheck.trial.input.equations import Equations
 from tests.trial.test_dependence import UNLIKE, arm_of, bodies_of
 from tests.trial.test_trial import trial_of
@@ -134,7 +133,7 @@ SLIPS: dict[str, tuple[Callable[[Arm], Equations], list[str]]] = {
 @pytest.mark.parametrize("slip", SLIPS)
 def test_a_slip_of_one_term_is_named(slip):
     factory, told = SLIPS[slip]
-    lines = describe_errors(trial_of(factory, arm_of(*UNLIKE)))
+    lines = trial_of(factory, arm_of(*UNLIKE)).diagnosis.notes
     assert len(lines) == len(told)
     assert all(words in line for words, line in zip(told, lines, strict=True))
 
@@ -151,7 +150,7 @@ def test_one_component_of_a_velocity_in_a_kinetic_energy(by, told):
 
         return Equations(mass_matrix)
 
-    (line,) = describe_errors(trial_of(factory, arm_of(*UNLIKE)))
+    (line,) = trial_of(factory, arm_of(*UNLIKE)).diagnosis.notes
     assert f"link 2: y'^2 of its velocity {told}, in its kinetic energy?" in line
     assert line.count("M[") == 4
 
@@ -184,7 +183,7 @@ def test_what_an_acceleration_alone_leaves_out_is_named(slip):
 
         return Equations(acceleration=accelerate)
 
-    (line,) = describe_errors(trial_of(factory, arm_of(*UNLIKE)))
+    (line,) = trial_of(factory, arm_of(*UNLIKE)).diagnosis.notes
     assert told in line
 
 
@@ -210,7 +209,7 @@ def test_a_mass_matrix_that_an_acceleration_alone_shows(solve, told):
 
         return Equations(acceleration=accelerate)
 
-    (line,) = describe_errors(trial_of(factory, arm_of(*UNLIKE)))
+    (line,) = trial_of(factory, arm_of(*UNLIKE)).diagnosis.notes
     assert told in line
 
 
@@ -227,7 +226,7 @@ def test_an_inertia_about_the_centre_behind_accelerations_of_one_link():
     numbers = {"rotor_inertia_kg_m2": 0.014, "friction_N_m_s_per_rad": 0.41}
     geared = arm.model_copy(update={"joints": (arm.joints[0].model_copy(update=numbers),)})
     trial = trial_of(lambda arm: Equations(acceleration=partial(accelerate, arm)), geared)
-    (line,) = describe_errors(trial)
+    (line,) = trial.diagnosis.notes
     assert trial.level == "carriers"
     assert "missing term: m1 d1^2, in M[theta_1, theta_1], which M x'' shows?" in line
 
@@ -244,5 +243,5 @@ def test_weights_of_the_other_sign_are_no_other_coordinates():
 
         return Equations(acceleration=accelerate)
 
-    (line,) = describe_errors(trial_of(factory, arm_of(*UNLIKE)))
+    (line,) = trial_of(factory, arm_of(*UNLIKE)).diagnosis.notes
     assert "every link: its weight with the opposite sign" in line

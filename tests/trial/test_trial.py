@@ -12,15 +12,15 @@ from crosscheck.models.experiment.scenario import Scenario
 from crosscheck.models.loading import load_arm, load_scenario
 from crosscheck.models.robot.file import load_robot
 from crosscheck.registry import build
-from crosscheck.report.trials.answer import DIGITS
+from crosscheck.trial.arms.questions import TransformedModel
 from crosscheck.trial.changes.arms.probe import draw_probe_arms
 from crosscheck.trial.coordinates.build import build_frame
 from crosscheck.trial.coordinates.frame import Frame
 from crosscheck.trial.input.equations import Coordinates, Equations
 from crosscheck.trial.input.loading import build_equations
-from crosscheck.trial.judge.questions import TransformedModel
 from crosscheck.trial.request import TrialRequest
-from crosscheck.trial.trial import Trial, run_arm_trial
+from crosscheck.trial.result import DIGITS, Trial
+from crosscheck.trial.trial import run_trial
 from tests.arms import random_arm
 from tests.robots.test_trial import equations as equations_of_robot
 from tests.robots.trials import run_robot_trial
@@ -56,7 +56,7 @@ def equations_of(moved: TransformedModel, **errors: object) -> Equations:
 def trial_of(factory: object, arm: Arm, name: str = "yours", **asked: object) -> Trial:
     """Of a factory of an arm and a scenario."""
     equations = build_equations(factory, arm, load_scenario("pd"), name)
-    return run_arm_trial(TrialRequest(name, equations, arm, quick=True, **asked))
+    return run_trial(TrialRequest(name, equations, arm, quick=True, **asked))
 
 
 def of_project(model: str, coordinates: Coordinates):
@@ -85,7 +85,7 @@ def test_right_geared_equations_pass_on_an_arm_of_random_numbers(gearing, gears,
     arm = random_arm(hash_of(gearing, gears, links), most_joints=2)
     trial = trial_of(of_project("analytic:physical", coordinates), arm)
     assert [finding.id for finding in trial.agreement.disagreeing] == []
-    assert trial.wrong_entries == ()
+    assert trial.diagnosis.entries == ()
 
 
 @pytest.mark.parametrize("planets", range(2, 9))
@@ -156,7 +156,8 @@ def rod(link: object) -> tuple[float, float, float, float]:
 def test_two_links_by_hand_pass(labelled):
     trial = trial_of(two_links, labelled)
     assert trial.exit_code == 0
-    assert (trial.level, trial.wrong_entries, trial.missing) == ("links", (), ())
+    assert (trial.level, trial.diagnosis.entries) == ("links", ())
+    assert "not judged" not in repr(trial)
 
 
 def test_a_error_that_equal_joints_make_ambiguous_is_told_by_a_probe(labelled):
@@ -166,12 +167,12 @@ def test_a_error_that_equal_joints_make_ambiguous_is_told_by_a_probe(labelled):
         return two_links(arm, error=True)
 
     trial = trial_of(wrong_equations, labelled)
-    upper, lower = trial.wrong_entries
+    upper, lower = trial.diagnosis.entries
     assert {(upper.place.row, upper.place.column), (lower.place.row, lower.place.column)} == {
         (0, 1),
         (1, 0),
     }
-    for wrong in trial.wrong_entries:
+    for wrong in trial.diagnosis.entries:
         (error,) = wrong.explanation.errors
         assert (error.kind, error.yours, error.right) == ("swapped", "d2", "L2")
         assert error.term.coefficient == "m_payload L1 L2"
@@ -187,8 +188,8 @@ def test_half_a_length_for_a_centre_of_mass_is_a_note(labelled):
         return two_links(arm.model_copy(update={"links": (arm.links[0], outer)}))
 
     trial = trial_of(halves, labelled)
-    assert (trial.exit_code, trial.wrong_entries, trial.hidden_entries) == (0, (), ())
-    (number,) = trial.ignored_numbers
+    assert (trial.exit_code, trial.diagnosis.entries, trial.diagnosis.hidden) == (0, (), ())
+    (number,) = trial.diagnosis.ignored_numbers
     assert (number.name, dict(number.goes_with)) == ("links[1].com_m", {"links[1].length_m": 1})
 
 
@@ -200,8 +201,11 @@ def test_a_bias_that_does_not_follow_from_its_own_inertia_needs_no_engine(labell
     own = {f.quantity: f.verdict for f in trial.agreement.findings if not f.about.key.right}
     assert own["bias-from-inertia"] == "differ"
     assert own["symmetric"] == own["bias-quadratic"] == "agree"
-    assert {(w.place.row, w.place.rates) for w in trial.wrong_entries} == {(0, (1, 1)), (1, (0, 0))}
-    assert {error.by for w in trial.wrong_entries for error in w.explanation.errors} == {2.0}
+    assert {(w.place.row, w.place.rates) for w in trial.diagnosis.entries} == {
+        (0, (1, 1)),
+        (1, (0, 0)),
+    }
+    assert {error.by for w in trial.diagnosis.entries for error in w.explanation.errors} == {2.0}
 
 
 def test_what_is_missing_is_said_and_the_rest_judged(labelled):
@@ -210,7 +214,8 @@ def test_what_is_missing_is_said_and_the_rest_judged(labelled):
         return Equations(whole.mass_matrix, coordinates=whole.coordinates)
 
     trial = trial_of(mass_alone, labelled)
-    assert trial.missing == ("bias", "force", "acceleration")
+    left = ("bias (not supplied)", "force (not supplied)", "acceleration (not supplied)")
+    assert trial.scope[-1] == f"not judged: {', '.join(left)}"
     assert trial.exit_code == 0
 
 
@@ -233,12 +238,11 @@ def test_the_rounding_of_single_precision_is_no_error_of_equations(
     else:
         robot = load_robot("sliding")
         trial = run_robot_trial(shorten_answers(equations_of_robot(robot), factor), robot)
-    answer = trial.answer
     assert trial.exit_code == 1
-    assert ("wrong" in answer.headline) == (not is_rounding)
-    assert any("float32" in each for each in answer.causes) == is_rounding
-    assert all((each.cause == DIGITS) == is_rounding for each in answer.wrong)
-    assert len(answer.wrong) > 2
+    assert ("wrong" in trial.headline) == (not is_rounding)
+    assert any("float32" in each for each in trial.causes) == is_rounding
+    assert all((each.cause == DIGITS) == is_rounding for each in trial.wrong)
+    assert len(trial.wrong) > 2
 
 
 def test_a_part_that_raises_costs_its_own_checks_and_its_traceback_is_kept(labelled):

@@ -5,8 +5,8 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
+from crosscheck.trial.arms.unit_mistakes import describe_unit_mistakes
 from crosscheck.trial.input.equations import AnswerTable, Equations
-from crosscheck.trial.judge.unit_mistakes import find_unit_mistakes
 
 RIGHT = np.append(np.full(79, 1.0), np.full(21, 2.0))[:, None]  # of one entry at 100 states
 DEGREES = 57.29577951308232
@@ -25,22 +25,24 @@ def spoil(right: np.ndarray, states: int) -> np.ndarray:
 
 
 @pytest.mark.parametrize(
-    ("user", "right", "factor"),
+    ("user", "right", "times"),
     [
-        (1000 * RIGHT, RIGHT, 1000.0),
-        (RIGHT / DEGREES**2, RIGHT, DEGREES**-2),
-        (1019.6 * RIGHT, RIGHT, 1000.0),
+        (1000 * RIGHT, RIGHT, "1000"),
+        (RIGHT / 1e6, RIGHT, "(1000)^-2"),
+        (DEGREES * RIGHT, RIGHT, "180/pi"),
+        (RIGHT / DEGREES**2, RIGHT, "(180/pi)^-2"),
+        (1019.6 * RIGHT, RIGHT, "1000"),
         (1020.4 * RIGHT, RIGHT, None),
-        (spoil(RIGHT, 19), RIGHT, 1000.0),
+        (spoil(RIGHT, 19), RIGHT, "1000"),
         (spoil(RIGHT, 21), RIGHT, None),
-        (spoil(make_small(0.98e-3), 30), make_small(0.98e-3), 1000.0),
+        (spoil(make_small(0.98e-3), 30), make_small(0.98e-3), "1000"),
         (spoil(make_small(1.02e-3), 30), make_small(1.02e-3), None),
     ],
 )
-def test_a_factor_is_a_unit_at_four_fifths_of_the_states(user, right, factor):
-    mistakes = find_unit_mistakes({"force": user}, {"force": right}, None)
-    expected = [] if factor is None else [("unit", pytest.approx(factor))]
-    assert [(each.kind, each.factor) for each in mistakes] == expected
+def test_a_factor_is_a_unit_at_four_fifths_of_the_states(user, right, times):
+    lines = list(describe_unit_mistakes({"force": user}, {"force": right}, None, ["q"]))
+    said = f"force[q]: {times} times what the models say at every state: another unit?"
+    assert lines == ([] if times is None else [said])
 
 
 @pytest.mark.parametrize(("part", "count"), [(0.98, 1), (1.02, 0)])
@@ -49,7 +51,8 @@ def test_numbers_that_fit_in_another_order_are_in_that_order(part, count):
     off = right + part * 1e-6 * np.sqrt((right**2).mean())
     written = off.ravel(order="F").reshape(6, 2)
     table = AnswerTable(Equations(), values={"force": written}, at={"force": np.arange(6)})
-    mistakes = find_unit_mistakes({"force": written}, {"force": right}, table)
-    assert [each.kind for each in mistakes] == ["order"] * count
+    lines = list(describe_unit_mistakes({"force": written}, {"force": right}, table, ["q", "x"]))
+    said = "force agrees once its numbers are read in another order: flattened the other way?"
+    assert lines == [said] * count
     plain = replace(table, values={"force": right})
-    assert find_unit_mistakes({"force": right}, {"force": right}, plain) == ()
+    assert not [*describe_unit_mistakes({"force": right}, {"force": right}, plain, ["q", "x"])]

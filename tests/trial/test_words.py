@@ -25,7 +25,7 @@ from crosscheck.trial.judge.entries import (
     entry_place,
     find_wrong_entries,
     format_entry,
-    format_wrong_entries,
+    list_entries,
     power_of_ten,
     unit_ratio,
 )
@@ -197,11 +197,11 @@ def test_an_entry_is_named_by_its_coordinates():
     }
     for text, place in entries.items():
         assert format_entry(place, names) == text
-    assert format_wrong_entries([], names) == ""
+    assert list_entries([], names) == ""
     eight = [EntryPlace("force", 0)] * 7 + [EntryPlace("force", 1)]
-    shown = "wrong: " + "force[a], " * 7 + "force[b]"
-    assert format_wrong_entries(eight, names) == shown
-    assert format_wrong_entries([*eight, *eight[:2]], names) == f"{shown} and 2 more"
+    shown = "force[a], " * 7 + "force[b]"
+    assert list_entries(eight, names) == shown
+    assert list_entries([*eight, *eight[:2]], names) == f"{shown} and 2 more"
 
 
 SIZES = NaturalSizes(

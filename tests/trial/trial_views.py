@@ -15,8 +15,8 @@ from crosscheck.models.experiment.scenario import Scenario
 from crosscheck.models.loading import load_scenario
 from crosscheck.trial.input.equations import Coordinates, Equations
 from crosscheck.trial.request import TrialRequest
-from crosscheck.trial.robots.trial import RobotTrial
-from crosscheck.trial.trial import Trial, run_arm_trial
+from crosscheck.trial.result import Trial
+from crosscheck.trial.trial import run_trial
 from tests.robots import two_link
 from tests.robots.trials import run_robot_trial
 from tests.trial.test_judge_table import two_link as two_link_arm
@@ -48,7 +48,7 @@ def tried_arm() -> Trial:
     """The trial of these equations."""
     arm = two_link_arm()
     own = wrong_equations(arm, load_scenario("pd"))
-    return run_arm_trial(TrialRequest(NAME, own, arm, quick=True))
+    return run_trial(TrialRequest(NAME, own, arm, quick=True))
 
 
 kept_arm = lru_cache(tried_arm)
@@ -85,11 +85,11 @@ def wrong_arm(trial: Trial) -> Iterator[str]:
         if not np.allclose(trial.relative_errors[part], shares[name], rtol=1e-6, atol=1e-9):
             yield f"{part}: {trial.relative_errors[part]}, must be {shares[name]}"
     line = f"M[theta_1, theta_1]: yours minus right is {INERTIA:g};"
-    if not any(cause.startswith(line) for cause in trial.answer.causes):
+    if not any(cause.startswith(line) for cause in trial.causes):
         yield f"no {line}"
 
 
-def tried_robot() -> RobotTrial:
+def tried_robot() -> Trial:
     """Of the pendulum: M[j1, j2] and gravity[j2] are off by known shares of their sizes."""
     zero = np.zeros(2)
 
@@ -109,7 +109,7 @@ def tried_robot() -> RobotTrial:
 kept_robot = lru_cache(tried_robot)
 
 
-def wrong_robot(trial: RobotTrial) -> Iterator[str]:
+def wrong_robot(trial: Trial) -> Iterator[str]:
     """Numbers of a trial that are not those of its equations."""
     entries = {entry.name: entry.share for entry in trial.diagnosis.entries}
     if entries != pytest.approx({"M[j1, j2]": INERTIA, "gravity[j2]": SHARED}):

@@ -14,10 +14,8 @@ import pytest
 from crosscheck import testing
 from crosscheck.report.records import format_json
 from crosscheck.report.trials import output
-from crosscheck.trial.input.equations import Equations
 from crosscheck.trial.input.source_lines import find_source
-from crosscheck.trial.robots.trial import RobotTrial
-from crosscheck.trial.trial import Trial
+from crosscheck.trial.result import Trial
 from tests.trial.trial_views import kept_arm, kept_robot
 from tests.views.agreements import COUNTED, TICK, list_findings
 from tests.views.walker import WORDS, Fact, View, vary
@@ -36,23 +34,21 @@ def make_trial(record: Callable[[], Any], seed: int) -> Any:
     return replace(made, relative_errors=errors)
 
 
-def list_facts(trial: Trial | RobotTrial) -> Iterator[Fact]:
+def list_facts(trial: Trial) -> Iterator[Fact]:
     """Facts of entries, levels, parts and findings."""
     yield from list_findings(trial.agreement)
-    wrong, names = list(list_wrong(trial)), trial.answer.coordinates
+    wrong, names = list(list_wrong(trial)), trial.problem.names
     for name, share, row, column, part in wrong:
         places = {
             "row": row,
             "column": column,
-            "line": find_source(equations_of(trial), part).first,
+            "line": find_source(trial.problem.equations, part).first,
         }
         shares = {"share": share, "off by": share}
         yield from (Fact(value, key, (name,)) for key, value in {**shares, **places}.items())
     yield Fact(len(wrong) - 1, "others")
-    if isinstance(trial, Trial):
-        for each in trial.wrong_entries:
-            yield from (Fact(float(term.coefficient), "difference") for term in each.difference)
-        yield from (Fact(joint + 1, "idle") for joint in trial.idle_joints)
+    for each in trial.diagnosis.entries:
+        yield from (Fact(float(term.coefficient), "difference") for term in each.difference)
     yield Fact(max(share for _, share, *_ in wrong), "largest share")
     for each in trial.distances:
         for owner in (each.level, f"beside level {each.level}"):
@@ -72,24 +68,19 @@ def list_facts(trial: Trial | RobotTrial) -> Iterator[Fact]:
             yield Fact(rows.size, "cells", (own,))
 
 
-def equations_of(trial: Trial | RobotTrial) -> Equations:
-    """The user's."""
-    return trial.equations if isinstance(trial, RobotTrial) else trial.problem.equations
-
-
-def list_wrong(trial: Trial | RobotTrial) -> Iterator[tuple[str, float, int, int | None, str]]:
+def list_wrong(trial: Trial) -> Iterator[tuple[str, float, int, int | None, str]]:
     """Name, share, row, column and part of each entry that is wrong."""
-    is_robot, names = isinstance(trial, RobotTrial), trial.answer.coordinates
-    for each in trial.diagnosis.entries if is_robot else trial.wrong_entries:
+    names = trial.problem.names
+    for each in trial.diagnosis.entries:
         row, column, part = each.place.row, each.place.column, each.part
         places = ", ".join(names[n] for n in (row, column) if n is not None)
         yield f"{TITLES.get(part, part)}[{places}]", each.share, row, column, part
 
 
-def list_rows(trial: Trial | RobotTrial) -> Iterator[Fact]:
+def list_rows(trial: Trial) -> Iterator[Fact]:
     """Facts of the table of entries."""
     yield from (fact for fact in list_facts(trial) if fact.field == "difference")
-    names = trial.answer.coordinates
+    names = trial.problem.names
     for part, errors in trial.relative_errors.items():
         title = TITLES.get(part, part)
         for place, value in np.ndenumerate(errors):
@@ -105,7 +96,7 @@ def list_rows(trial: Trial | RobotTrial) -> Iterator[Fact]:
             yield Fact(trial.allowed[part], "tolerance", (entry,))
 
 
-def fail_assertion(trial: Trial | RobotTrial) -> str:
+def fail_assertion(trial: Trial) -> str:
     """What a test says."""
     with pytest.MonkeyPatch.context() as patch:
         patch.setattr(testing, "try_equations", lambda *given, **more: trial)
@@ -114,10 +105,10 @@ def fail_assertion(trial: Trial | RobotTrial) -> str:
     return str(raised.value)
 
 
-def annotate(trial: Trial | RobotTrial) -> str:
+def annotate(trial: Trial) -> str:
     """What a workflow says."""
     return "\n".join(
-        format_annotations(json.loads(output.format_trial_json(trial.answer)), Path("mine.py"))
+        format_annotations(json.loads(output.format_trial_json(trial)), Path("mine.py"))
     )
 
 
@@ -131,7 +122,6 @@ PHRASES = {
     "of {} entries differ": "cells",
     "{} of {} entries differ": "cells that differ, cells",
     "yours minus right is {}": "difference",
-    "Joints {}, {}: no torque": "idle, idle",
     "measured {}, allowed {}": "measured, tolerance",
     "at most {}(?: times)? of a tolerance": "most",
     "All {} findings": "findings",
@@ -139,12 +129,12 @@ PHRASES = {
 }
 RENDER: dict[str, Callable[[Any], str]] = {
     "terminal": repr,
-    "JSON": lambda trial: output.format_trial_json(trial.answer),
-    "page": lambda trial: output.render_trial_page(trial.answer),
+    "JSON": lambda trial: output.format_trial_json(trial),
+    "page": lambda trial: output.render_trial_page(trial),
     "notebook": lambda trial: trial._repr_html_(),
     "assertion": fail_assertion,
     "annotations": annotate,
-    "table": lambda trial: format_json({"rows": trial.answer.rows}),
+    "table": lambda trial: format_json({"rows": trial.rows}),
 }
 VIEWS = {
     f"{name} of a trial of {kind}": View(
@@ -154,7 +144,7 @@ VIEWS = {
         phrases=PHRASES,
         wording={r"\b[12]\. (?=[A-Z])": "numbers of sections"},
         shown={"page": ("off by", "measured"), "table": ("relative",)}.get(name, ()),
-        given=lambda trial: trial.answer.description,
+        given=lambda trial: trial.problem.description,
         sorted=(*WORDS, "measured", "tolerance", "share", "verdict", "most"),
     )
     for (name, render), (kind, record) in product(RENDER.items(), RECORDS.items())

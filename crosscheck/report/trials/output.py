@@ -1,4 +1,4 @@
-"""The views of a trial's answer: JSON, JUnit, a page, a notebook's summary."""
+"""The views of a trial: JSON, JUnit, a page, a notebook's summary."""
 
 from __future__ import annotations
 
@@ -11,79 +11,90 @@ from crosscheck.report.heat_map import HeatMap, make_entry_map, make_heat_map
 from crosscheck.report.junit import format_junit
 from crosscheck.report.records import format_json, to_json_value
 from crosscheck.report.rendering import render_page
-from crosscheck.report.trials.answer import EntryError, PartDeviation, TrialAnswer
+from crosscheck.trial.judge.entries import EntryMismatch
+from crosscheck.trial.result import PartDeviation, Trial
 
 SCHEMA_VERSION = 3
+NUMBER_FIELDS = ("name", "value", "parts", "goes_with")
+ENTRY_FIELDS = ("name", "share", "cause", "difference", "latex", "explanation", "shown_on")
 
 
-def format_trial_json(answer: TrialAnswer) -> str:
+def format_trial_json(trial: Trial) -> str:
     """Readable JSON as in crosscheck/schema/trial.schema.json, ending in a newline."""
+    problem, diagnosis = trial.problem, trial.diagnosis
+    numbers = diagnosis.ignored_numbers
     return format_json(
         {
             "schema_version": SCHEMA_VERSION,
-            "equations": answer.name,
-            "mechanism": answer.mechanism,
-            "level": answer.level,
-            "coordinates": answer.coordinates,
-            "headline": answer.headline,
-            "change": to_json_value(answer.change),
-            "causes": answer.causes,
-            "wrong": [_wrong_record(each) for each in answer.wrong],
-            "hidden": [_wrong_record(each) for each in answer.hidden],
-            "scope": answer.scope,
-            "notes": answer.notes,
-            "levels": to_json_value(answer.levels),
-            "unfollowed": to_json_value(answer.unfollowed),
-            "tracebacks": answer.traces,
-            "agreement": answer.agreement.to_dict(),
+            "equations": problem.name,
+            "mechanism": problem.mechanism.name,
+            "level": trial.level,
+            "coordinates": problem.names,
+            "headline": trial.headline,
+            "change": to_json_value(trial.change),
+            "causes": trial.causes,
+            "wrong": [_wrong_record(each, trial) for each in trial.wrong],
+            "hidden": [_wrong_record(each, trial) for each in diagnosis.hidden],
+            "scope": trial.scope,
+            "notes": trial.notes,
+            "levels": to_json_value(trial.distances),
+            "unfollowed": [_select_fields(each, NUMBER_FIELDS) for each in numbers],
+            "tracebacks": trial.traces,
+            "agreement": trial.agreement.to_dict(),
         }
     )
 
 
-def _wrong_record(wrong: EntryError) -> dict[str, Any]:
-    source = wrong.source
-    place = None if source is None else {"file": source.file, "line": source.first}
-    return {**to_json_value(wrong), "source": place}
+def _wrong_record(wrong: EntryMismatch, trial: Trial) -> dict[str, Any]:
+    source, place = trial.sources.get(wrong.part), to_json_value(wrong.place)
+    where = None if source is None else {"file": source.file, "line": source.first}
+    return {**_select_fields(wrong, ENTRY_FIELDS), **place, "source": where}
 
 
-def format_trial_junit(answer: TrialAnswer) -> str:
+def _select_fields(record: Any, names: Sequence[str]) -> dict[str, Any]:
+    return {name: to_json_value(getattr(record, name)) for name in names}
+
+
+def format_trial_junit(trial: Trial) -> str:
     """JUnit XML with a test case for each check."""
-    return format_junit(answer.agreement, f"trial {answer.name} {answer.mechanism}")
+    return format_junit(
+        trial.agreement, f"trial {trial.problem.name} {trial.problem.mechanism.name}"
+    )
 
 
-def render_summary(answer: TrialAnswer) -> str:
+def render_summary(trial: Trial) -> str:
     """HTML for notebooks: the lines of the terminal, and a heat map of each part."""
-    lines = [make_printable(line) for line in answer.lines]
-    return render_page("summary", lines=lines, maps=list(make_trial_maps(answer)))
+    lines = [make_printable(line) for line in trial.lines]
+    return render_page("summary", lines=lines, maps=list(make_trial_maps(trial)))
 
 
-def render_trial_page(answer: TrialAnswer) -> str:
+def render_trial_page(trial: Trial) -> str:
     """The page on a trial: HTML text, formulas inlined."""
     # Matplotlib sets formulas, for a page alone.
     from crosscheck.report.trials.typesetting import describe_errors, render_formula, render_pairs
 
-    sources = {each.part: each.source for each in answer.wrong if each.source is not None}
+    sources = filter(None, trial.sources.values())
     return render_page(
         "trial",
-        answer=answer,
-        agreement=answer.agreement,
-        maps=list(make_trial_maps(answer)),
+        trial=trial,
+        agreement=trial.agreement,
+        maps=list(make_trial_maps(trial)),
         typeset=render_formula,
         pairs=render_pairs,
         words=describe_errors,
-        sources=() if answer.change else tuple(sources.values()),
-        listed=list_findings(answer.agreement.findings),
-        provenance=answer.agreement.to_dict()["provenance"],
+        sources=() if trial.change else tuple(sources),
+        listed=list_findings(trial.agreement.findings),
+        provenance=trial.agreement.to_dict()["provenance"],
     )
 
 
-def make_trial_maps(answer: TrialAnswer) -> Iterator[HeatMap]:
+def make_trial_maps(trial: Trial) -> Iterator[HeatMap]:
     """A heat map of each part; of a bias by rates one for each row that deviates."""
-    for part in answer.parts:
+    for part in trial.parts:
         if part.relative.ndim < 3:
-            yield make_entry_map(part.title, answer.coordinates, part.relative, part.allowed)
+            yield make_entry_map(part.title, trial.problem.names, part.relative, part.allowed)
         else:
-            yield from _make_rate_maps(part, answer.coordinates)
+            yield from _make_rate_maps(part, trial.problem.names)
 
 
 def _make_rate_maps(part: PartDeviation, names: Sequence[str]) -> Iterator[HeatMap]:

@@ -16,6 +16,7 @@ FITS = 1e-8  # largest residual of a reading, relative to a part's largest numbe
 DEGREE = np.pi / 180
 QUARTERS = (np.pi / 2, np.pi, -np.pi / 2)
 MOST_FOR_ALL = 4  # coordinates of which all orders and senses are tried
+MOST_STATED = 3  # coordinates whose matrix is short enough to be shown
 MOST_FOR_PAIRS = 3  # coordinates of which two misunderstandings together are tried
 
 
@@ -56,6 +57,12 @@ class Reading:
             return 'coordinates=Coordinates(links="absolute")'
         rows = [[float(f"{value:.12g}") for value in row] for row in self.position.tolist()]
         return f"coordinates=Coordinates(matrix={rows})"
+
+    @property
+    def described(self) -> str:
+        """The reading in words, and how equations state it, unless that is long."""
+        how = self.statement if len(self.position) <= MOST_STATED else ""
+        return f"{self.words} ({how})" if how else self.words
 
 
 @dataclass(frozen=True)

@@ -23,10 +23,11 @@ from crosscheck.findings import (
     make_unfinished_check,
 )
 from crosscheck.runner.outcomes import Failure, failure_from_error
-from crosscheck.trial.judge.entries import SLOPES, entry_place, format_wrong_entries
+from crosscheck.trial.judge.entries import SLOPES, entry_place, list_entries
 
 OWN, AGAINST = "trial-own", "trial-states"
 COMPARED = ("mass_matrix", "bias", "gravity", "force", "acceleration")
+WHOLE = ("mass_matrix", "bias", "force", "acceleration")  # complete equations of an arm
 JUDGED = (*COMPARED[:3], "inverse_dynamics", *COMPARED[3:])
 MEANINGFUL = 1e-4  # engines further apart, at the end of what numbers can do, judge nobody
 # Checks and their parts.
@@ -34,7 +35,7 @@ CHRISTOFFEL = "bias-from-inertia", "bias"
 GRADIENT = "gravity-is-a-gradient", "gravity"
 INVERSE = "inverse-dynamics", "inverse_dynamics"
 CHANGES = "{} changes from one call to the next with the same arguments"
-NO_DIAGONAL = "the diagonal is not positive at every state"
+MOTIONLESS = "some motion would have no kinetic energy, or less"
 
 
 class PartSize(NamedTuple):
@@ -201,6 +202,15 @@ def judge_engine(
         )
 
 
+def has_engine_conflict(findings: Sequence[Finding]) -> bool:
+    """Whether engines judge a part in different ways, so that one of them must be wrong."""
+    verdicts: dict[str, set[str]] = {}
+    for finding in findings:
+        if finding.about.key.family == AGAINST and finding.kind == "check":
+            verdicts.setdefault(finding.quantity, set()).add(finding.verdict)
+    return any(len(each) > 1 for each in verdicts.values())
+
+
 def find_idle_motors(answers: AnswerSet, motors: Sequence[int]) -> tuple[int, ...]:
     """The motors, by their coordinate from 0, whose torque changes no answer."""
     if not answers.by_torques:
@@ -278,17 +288,19 @@ def _format_places(answers: AnswerSet, identity: Identity) -> str:
     errors = identity.errors
     indices = sorted(identity.places, key=lambda index: -errors[index])
     places = dict.fromkeys(entry_place(identity.part, index) for index in indices)
-    return format_wrong_entries(list(places), answers.names)
+    return f"wrong: {list_entries(list(places), answers.names)}" if places else ""
 
 
 def _judge_positive(mass: np.ndarray, about: Subject) -> Finding:
     """Check that M (states, n, n) has positive eigenvalues at every state."""
-    if not all(map(is_usable, mass)):
-        return make_failed_check(about, NO_DIAGONAL)
-    scaled = np.array([scale_mass_matrix((each + each.T) / 2) for each in mass])
-    lowest = np.linalg.eigvalsh(scaled)[:, 0]
-    state = int(np.argmin(lowest))
-    if lowest[state] <= 0:
-        note = f"not positive definite at state {state + 1} of {len(mass)}: {lowest[state]:.3g}"
-        return make_failed_check(about, note)
+    count = sum(not _is_positive(each) for each in mass)
+    if count:
+        return make_failed_check(about, f"at {count} of {len(mass)} states: {MOTIONLESS}")
     return make_check(about, measured=0.0, tolerance=0.0, basis="every eigenvalue is positive")
+
+
+def _is_positive(mass: np.ndarray) -> bool:
+    """Whether the symmetric part of M (n, n) has positive eigenvalues alone."""
+    if not is_usable(mass):
+        return False
+    return bool(np.linalg.eigvalsh(scale_mass_matrix((mass + mass.T) / 2))[0] > 0)

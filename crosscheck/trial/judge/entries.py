@@ -11,6 +11,7 @@ import numpy as np
 
 from crosscheck.checks.states import EPS, LOOSEST, ROUNDINGS, component_sizes
 from crosscheck.models.errors import InputError
+from crosscheck.report.formatting import list_first
 from crosscheck.trial.coordinates.differences import TURN_RAD, difference_steps, turns
 from crosscheck.trial.coordinates.frame import Frame
 from crosscheck.trial.coordinates.states import UserState
@@ -280,7 +281,8 @@ class EntryMismatch:
 
     difference: yours minus right in numbers, of an entry that nothing explains. latex: the same
     typeset. shown_on: name of the arm that shows it, where the user's cannot. notes: sentences on
-    what the entry is beside the right one. name: of the entry in its coordinates, of a robot.
+    what the entry is beside the right one. name: of the entry in its coordinates; guess: at the
+    error, in words.
     """
 
     place: EntryPlace
@@ -291,6 +293,7 @@ class EntryMismatch:
     shown_on: str = ""
     notes: tuple[str, ...] = ()
     name: str = ""
+    guess: str = ""
 
     @property
     def part(self) -> str:
@@ -301,6 +304,11 @@ class EntryMismatch:
     def remark(self) -> str:
         """The notes together."""
         return ", ".join(self.notes)
+
+    @property
+    def cause(self) -> str:
+        """What is wrong with the entry, in words; '' where nobody knows."""
+        return self.remark or self.guess
 
 
 @dataclass(frozen=True)
@@ -350,11 +358,15 @@ def format_rates(rates: tuple[int, int], names: Sequence[str]) -> str:
     return f"{names[j]}'^2" if j == k else f"{names[j]}' {names[k]}'"
 
 
-def format_wrong_entries(places: Sequence[EntryPlace], names: Sequence[str]) -> str:
-    """The wrong entries in words, the first few by name; '' for none."""
-    shown = ", ".join(format_entry(place, names) for place in places[:SHOWN])
-    rest = len(places) - SHOWN
-    return f"wrong: {shown}{f' and {rest} more' if rest > 0 else ''}" if places else ""
+def list_entries(places: Sequence[EntryPlace], names: Sequence[str]) -> str:
+    """The entries in words, the first few by name; '' for none."""
+    return list_first([format_entry(place, names) for place in places], SHOWN)
+
+
+def describe_entry_notes(wrong: Sequence[EntryMismatch]) -> Iterator[str]:
+    """A line for each note on wrong entries, and all entries that it is on."""
+    for note in dict.fromkeys(note for each in wrong for note in each.notes):
+        yield f"{', '.join(each.name for each in wrong if note in each.notes)}: {note}"
 
 
 def deviations(values: np.ndarray, expected: np.ndarray, size: np.ndarray) -> np.ndarray:

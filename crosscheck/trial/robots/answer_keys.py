@@ -13,8 +13,8 @@ from crosscheck.models.errors import InputError
 from crosscheck.models.robot.robot import Joint, Level, Robot, RobotBody, remove_friction
 from crosscheck.trial.coordinates.robots import map_calls, read_frame
 from crosscheck.trial.input.calls import TAKES, call_part
-from crosscheck.trial.input.equations import Equations
 from crosscheck.trial.input.loading import build_robot_equations
+from crosscheck.trial.result import Trial
 from crosscheck.trial.robots.answers import NONLINEAR, bind_functions
 from crosscheck.trial.robots.judge import RobotProblem, compute_sizes_by_level
 from crosscheck.trial.source.answer_key import Answer, AnswerKey, LevelAnswers
@@ -27,16 +27,14 @@ NumberKind = Literal["mass", "com", "inertia", "position"]
 NUMBER_KINDS: tuple[NumberKind, ...] = get_args(NumberKind)
 
 
-def make_robot_answer_keys(
-    problem: RobotProblem, level: Level, robot: Robot, equations: Equations
-) -> Iterator[AnswerKey]:
-    """The answer keys of the robot, and of others of its structure, one for each kind of number.
+def make_robot_answer_keys(trial: Trial) -> Iterator[AnswerKey]:
+    """The answer keys of a trial's robot, and of others of its structure, one for a kind of number.
 
-    Code may take some kinds from the robot and have others of its own. level: the nearest; wrong
-    equations may be of another one. robot: as equations are made of it, with its friction and
-    without the motors of elastic joints.
+    Code may take some kinds from the robot and have others of its own. It is made of the robot with
+    its friction and without the motors of elastic joints.
     """
-    yield _make_answer_key(problem, level, robot, equations)
+    problem, level, robot = trial.problem, trial.diagnosis.level, trial.request.mechanism
+    yield _make_answer_key(problem, level, robot)
     if problem.stiffness.any():  # springs of another robot would be others
         return
     states = problem.states.first(FEW_STATES)
@@ -45,7 +43,7 @@ def make_robot_answer_keys(
         with suppress(InputError):  # where another robot's mass matrix loses its digits
             sizes = compute_sizes_by_level(remove_friction(other), problem.stated, states)
             there = replace(problem, robot=remove_friction(other), states=states, sizes=sizes)
-            yield _make_answer_key(there, level, other, equations)
+            yield _make_answer_key(there, level, other)
 
 
 def draw_probe_robot(robot: Robot, kind: NumberKind) -> Robot:
@@ -75,9 +73,8 @@ def draw_probe_robot(robot: Robot, kind: NumberKind) -> Robot:
     return replace(robot, bodies=tuple(map(change_body, robot.bodies)))
 
 
-def _make_answer_key(
-    problem: RobotProblem, level: Level, robot: Robot, equations: Equations
-) -> AnswerKey:
+def _make_answer_key(problem: RobotProblem, level: Level, robot: Robot) -> AnswerKey:
+    """The answers of the nearest level, and of others of which wrong equations may be."""
     freeze(robot)
     states = problem.states.first(FEW_STATES)
     by_name = {
@@ -90,7 +87,7 @@ def _make_answer_key(
 
     def bind(source: Any) -> Answer:
         made = build_robot_equations(source, robot, None, problem.name)
-        made = replace(made, drive=equations.drive)
+        made = replace(made, drive=problem.equations.drive)
         calls: dict[str, Any] = bind_functions(made, problem.robot)[1]
         frame = read_frame(made.coordinates, problem.robot, problem.name)
         calls = calls if frame is None else map_calls(calls, frame, problem.name)
@@ -106,17 +103,13 @@ def _make_answer_key(
         return answer
 
     levels = dict.fromkeys((level, *([] if problem.stated else problem.sizes)))
-    right = {
-        str(each): _select_answers(problem, each, equations)
-        for each in levels
-        if each in problem.sizes
-    }
+    right = {str(each): _select_answers(problem, each) for each in levels if each in problem.sizes}
     return AnswerKey(bind, right, problem.names)
 
 
-def _select_answers(problem: RobotProblem, level: Level, equations: Equations) -> LevelAnswers:
+def _select_answers(problem: RobotProblem, level: Level) -> LevelAnswers:
     """Answers that a level expects of the functions, before the trial splits them into parts."""
-    answers, sizes = problem.answers, problem.sizes[level]
+    answers, sizes, equations = problem.answers, problem.sizes[level], problem.equations
     friction = problem.friction[:FEW_STATES]
     right = {part: values[:FEW_STATES] for part, values in problem.reference_values[level].items()}
     allowed = {

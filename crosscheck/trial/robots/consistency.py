@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Mapping
 
 import numpy as np
 
@@ -64,7 +64,7 @@ def compare_with_itself(
     differences = dict[str, SlopeSides]()
     if "mass_matrix" in slopes and "bias" in values:
         v, (slope, uncertain) = states.v[:FEW_STATES], slopes["mass_matrix"]
-        demanded, doubt = _christoffel(slope, v), _christoffel_doubt(uncertain, v)
+        demanded, doubt = _christoffel(slope, v), _christoffel(uncertain, np.abs(v), 1)
         differences["bias"] = values["bias"][:FEW_STATES], demanded, TRUNCATED * doubt
     if "gravity" in slopes:
         slope, uncertain = (each.swapaxes(0, 1) for each in slopes["gravity"])
@@ -84,19 +84,7 @@ def _slopes(robot: Robot, answer: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
     return high / by_step, np.abs(high - low) / by_step
 
 
-def _christoffel(slope: np.ndarray, v: np.ndarray) -> np.ndarray:
+def _christoffel(slope: np.ndarray, v: np.ndarray, sign: int = -1) -> np.ndarray:
     """C v (states, n) of dM/dq (n, states, n, n): the change of M by time, less half the slope."""
     moving = np.einsum("ksij,sk,sj->si", slope, v, v)
-    return moving - np.einsum("isjk,sj,sk->si", slope, v, v) / 2
-
-
-def _christoffel_doubt(uncertain: np.ndarray, v: np.ndarray) -> np.ndarray:
-    u = np.abs(v)
-    moving = np.einsum("ksij,sk,sj->si", uncertain, u, u)
-    return moving + np.einsum("isjk,sj,sk->si", uncertain, u, u) / 2
-
-
-def describe_places(places: Sequence[tuple[int, ...]], names: Sequence[str], most: int) -> str:
-    """Entries of bias, such as bias[j1], bias[j2], the first few by name."""
-    shown = ", ".join(f"bias[{names[row]}]" for (row,) in places[:most])
-    return f"{shown}, ..." if len(places) > most else shown
+    return moving + sign * np.einsum("isjk,sj,sk->si", slope, v, v) / 2

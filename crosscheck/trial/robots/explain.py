@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Collection, Iterator, Mapping, Sequence
-from dataclasses import dataclass, replace
+from dataclasses import replace
 from itertools import islice, product
 
 import numpy as np
@@ -11,6 +11,7 @@ import numpy as np
 from crosscheck.analytic.robot.model import AnalyticRobot
 from crosscheck.checks.robot_states import TOLERANCE, WITH_WEIGHTS, RandomStates
 from crosscheck.models.robot.robot import Level
+from crosscheck.report.formatting import list_first
 from crosscheck.trial.changes.forms import describe_pieces, find_forms
 from crosscheck.trial.changes.numbers import (
     ALIKE,
@@ -25,8 +26,14 @@ from crosscheck.trial.changes.search import (
     describe_causes,
 )
 from crosscheck.trial.changes.waves import describe_angle_sum
-from crosscheck.trial.judge.entries import EntryMismatch, LevelDistance
-from crosscheck.trial.robots.consistency import describe_places
+from crosscheck.trial.judge.entries import (
+    EntryMismatch,
+    EntryPlace,
+    LevelDistance,
+    describe_entry_notes,
+    list_entries,
+)
+from crosscheck.trial.result import TrialDiagnosis
 from crosscheck.trial.robots.elastic import describe_springs
 from crosscheck.trial.robots.forms import describe_accelerations, describe_friction
 from crosscheck.trial.robots.judge import (
@@ -40,42 +47,21 @@ from crosscheck.trial.robots.rows import describe_asymmetry, describe_right_rows
 
 RATIOS = {-1.0: "with the opposite sign", 0.5: "half as large", 2.0: "twice as large"}
 SHOWN = 1e-5  # least deviation of a ratio from 1 that is shown: ratios have six digits
-MOST_STATED = 3  # coordinates whose matrix is short enough to be shown
-MOST_SHOWN = 5  # terms of a sentence
 MISSING, EXTRA = "missing", "right is 0"
 MOST_OTHERS = 3  # causes of one part, beyond which they are no more than a coincidence
 ROUNDED = 1e-5  # largest difference, relative to an entry's size, that rounded numbers may cause
+NO_CAUSE = "no single number, frame or place explains it"
 UNFOUNDED = "bias does not follow from mass_matrix, which is right"
 Rates = Callable[[], BiasTerms | None]  # the terms of the user's bias, asked only if it is wrong
 
 
-@dataclass(frozen=True)
-class RobotDiagnosis:
-    """Errors of the equations and their explanations.
-
-    level: that of the fewest entries that differ, or the next at which one change explains all;
-    entries: those that differ from it, most first; notes: sentences on single parts and entries,
-    what the equations owe to themselves first; explanations: words that complete `the equations of
-    the level with ...`, each of which alone explains all; links: where none does and several parts
-    are wrong, those of which all ten inertial parameters together would; readings: coordinates, in
-    words, in which all is right although it is not in the robot's.
-    """
-
-    level: Level
-    entries: tuple[EntryMismatch, ...] = ()
-    notes: tuple[str, ...] = ()
-    explanations: tuple[str, ...] = ()
-    links: tuple[str, ...] = ()
-    readings: tuple[str, ...] = ()
-
-
 def diagnose(
     problem: RobotProblem, distances: Sequence[LevelDistance], rates: Rates
-) -> RobotDiagnosis:
+) -> TrialDiagnosis:
     """Find what makes the difference; distances: of the levels, the nearest first."""
     nearest = distances[0]
     if not nearest.entries:
-        return RobotDiagnosis(nearest.level)
+        return TrialDiagnosis(nearest.level)
     parts = _wrong_parts(problem.entries(nearest.level))
     if parts != ["gravity"] or len(problem.parts) == 1:
         by_coordinates = _diagnose_reading(problem)
@@ -123,7 +109,7 @@ def diagnose(
             notes += describe_pieces(search, "bias", are_usual=False)
     if "acceleration" in wrong and not is_explained:
         notes += _describe_accelerations(problem, search, entries)
-    if "force" in wrong and problem.friction.any():
+    if "force" in wrong:
         difference = _compute_difference(problem, level, "force")
         notes += [words for words, _ in describe_friction(problem, level, "force", difference)]
     if "gravity" in wrong and not explanations:
@@ -135,7 +121,9 @@ def diagnose(
     words = tuple(cause.words for cause in explanations)
     if wrong == ["gravity"] and len(problem.parts) > 1:  # by another zero of a coordinate
         words += tuple(each.words for each in find_readings(problem)[1])
-    return RobotDiagnosis(level, tuple(entries), tuple(notes), words, links)
+    if not (words or links or notes):
+        notes = list(describe_entry_notes(entries)) or [NO_CAUSE]
+    return TrialDiagnosis(level, tuple(entries), tuple(notes), words, links)
 
 
 def _describe_accelerations(
@@ -192,23 +180,20 @@ def _describe_wrong_pieces(
     return described
 
 
-def _diagnose_reading(problem: RobotProblem) -> RobotDiagnosis | None:
+def _diagnose_reading(problem: RobotProblem) -> TrialDiagnosis | None:
     """Diagnosis if the coordinates alone are wrong."""
     level, readings = find_readings(problem)
     if level is None:
         return None
     entries = [_add_remark(problem, level, entry) for entry in problem.entries(level)]
-    stated = {each.words: each.statement for each in readings}
-    if len(problem.names) > MOST_STATED:
-        stated = dict.fromkeys(stated, "")
-    words = [f"{each} ({how})" if how else each for each, how in stated.items()]
     causes = []
     for each in readings:
         if len(each.joints) == 1:
             causes.append(f"joint {each.joints[0]}: its axis the other way")
         elif len(each.joints) == len(problem.names):
             causes.append("every joint: its axis the other way")
-    return RobotDiagnosis(level, tuple(entries), (), tuple(causes), (), tuple(words))
+    words = tuple(dict.fromkeys(each.described for each in readings))
+    return TrialDiagnosis(level, tuple(entries), (), tuple(causes), readings=words)
 
 
 def _find_explanations(
@@ -403,22 +388,19 @@ def _bias_notes(
     rounding = TOLERANCE * (size + sizes.gravity[few])  # the terms are sums of a few answers each
     model, names = AnalyticRobot(problem.robot, level), problem.names
     difference = _compute_difference(problem, level, "bias")
-    if problem.friction.any():
-        by_friction = list(describe_friction(problem, level, "bias", difference))
-        wrong = (np.abs(difference[few]) > rounding).any(axis=0)
-        if set(np.flatnonzero(wrong)) <= {row for _, rows in by_friction for row in rows}:
-            yield from (words for words, _ in by_friction)
-            return
+    by_friction = list(describe_friction(problem, level, "bias", difference))
+    wrong = (np.abs(difference[few]) > rounding).any(axis=0)
+    if set(np.flatnonzero(wrong)) <= {row for _, rows in by_friction for row in rows}:
+        yield from (words for words, _ in by_friction)
+        return
     left = np.abs(problem.answers.values["bias"][few] - terms.evaluate(states.v))
     if (left > rounding).any():
         yield "bias is no sum of a constant, rates and products of two rates, as it must be"
         return
     if (np.abs(terms.rest) > rounding).any():
         yield _describe_rest(problem, terms, model.gravity(problem.states.q), level)
-    by_friction = []
-    if problem.friction.any():
-        linear = np.einsum("sij,sj->si", terms.linear, states.v)
-        by_friction = list(describe_friction(problem, level, "bias", linear))
+    linear = np.einsum("sij,sj->si", terms.linear, states.v)
+    by_friction = list(describe_friction(problem, level, "bias", linear))
     yield from (words for words, _ in by_friction)
     yield from _linear_notes(terms, size, names, {row for _, rows in by_friction for row in rows})
     sentences, others = _describe_products(problem, level, terms)
@@ -426,7 +408,7 @@ def _bias_notes(
         yield UNFOUNDED
     yield from sentences
     if others:
-        yield f"wrong terms: {_list_first(others)}"
+        yield f"wrong terms: {list_first(others)}"
 
 
 def _describe_rest(
@@ -453,24 +435,19 @@ def _self_notes(
     """Sentences on what the equations owe to themselves and do not keep, or keep although wrong."""
     if words := describe_asymmetry(problem, level):
         yield words
-    if states := problem.find_indefinite_states(level):
-        yield (
-            f"mass_matrix is not positive definite, at {len(states)} of"
-            f" {len(problem.states.q)} states: some motion would have no kinetic energy, or less"
-        )
     names, places = problem.names, problem.find_self_places("bias", level)
     if "bias" in problem.self_differences and "bias" in wrong:
         which = "" if "mass_matrix" in wrong else ", which is right"
         if places:
-            listed = describe_places(places, names, MOST_SHOWN)
+            listed = list_entries([EntryPlace("bias", row) for (row,) in places], names)
             yield f"bias does not follow from mass_matrix{which}: {listed}"
         elif "mass_matrix" in wrong:
             yield "bias follows from mass_matrix: they are wrong together, by one cause"
     unlike = [(a, b) for a, b in problem.find_self_places("gravity", level) if a < b]
     for row, column in unlike[:1]:
         a, b = names[row], names[column]
-        pairs = ", ".join(f"{names[i]} and {names[j]}" for i, j in unlike[1:MOST_SHOWN])
-        also = f"; so with {pairs}{', ...' if unlike[MOST_SHOWN:] else ''}" if pairs else ""
+        pairs = [f"{names[i]} and {names[j]}" for i, j in unlike[1:]]
+        also = f"; so with {list_first(pairs)}" if pairs else ""
         yield (
             f"no potential energy gives this gravity vector: d gravity[{a}]/d {b} differs from"
             f" d gravity[{b}]/d {a}{also}"
@@ -489,10 +466,8 @@ def _linear_notes(
             factor = f"{values.mean():.6g} " if constant else ""
             linear_terms.append(f"{factor}{names[column]}' in bias[{names[row]}]")
     if linear_terms:
-        shown = ", ".join(linear_terms[:MOST_SHOWN]) + (
-            ", ..." if len(linear_terms) > MOST_SHOWN else ""
-        )
-        yield f"bias has a part linear in v, {shown}: friction? State it as viscous_friction."
+        listed = list_first(linear_terms)
+        yield f"bias has a part linear in v, {listed}: friction? State it as viscous_friction."
 
 
 def _describe_products(
@@ -533,13 +508,7 @@ def _describe_products(
                 terms_by_words.setdefault(words, []).append(term)
             else:
                 others.append(term)
-    return [f"{_list_first(terms)}: {words}" for words, terms in terms_by_words.items()], others
-
-
-def _list_first(terms: Sequence[str]) -> str:
-    """The first few terms, and how many more."""
-    more = f" and {len(terms) - MOST_SHOWN} more" if len(terms) > MOST_SHOWN else ""
-    return f"{', '.join(terms[:MOST_SHOWN])}{more}"
+    return [f"{list_first(terms)}: {words}" for words, terms in terms_by_words.items()], others
 
 
 def _describe_causes_within(

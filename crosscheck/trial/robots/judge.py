@@ -15,12 +15,12 @@ from crosscheck.findings import Finding
 from crosscheck.models.errors import InputError
 from crosscheck.models.robot.integration import conditioning_error
 from crosscheck.models.robot.interface import RobotModel
-from crosscheck.models.robot.robot import RIGID, Level, Robot
+from crosscheck.models.robot.robot import LEVELS, RIGID, Level, Robot
 from crosscheck.registry import build_robot_model, find_level_engines
 from crosscheck.runner.outcomes import Failure, failure_from_error
 from crosscheck.trial.changes.problem import ChangeProblem
+from crosscheck.trial.input.equations import Equations
 from crosscheck.trial.judge.checks import (
-    AGAINST,
     CHRISTOFFEL,
     GRADIENT,
     INVERSE,
@@ -40,8 +40,10 @@ from crosscheck.trial.judge.entries import (
     measure_distance,
     sort_distances,
 )
-from crosscheck.trial.robots.answers import RobotAnswers
+from crosscheck.trial.result import TrialDiagnosis
+from crosscheck.trial.robots.answers import NONLINEAR, RobotAnswers
 from crosscheck.trial.robots.consistency import SlopeSides
+from crosscheck.trial.robots.elastic import ELASTIC
 
 EARTH = 10.0  # m/s^2, of robots that stand in space
 SINGLE = ("mass_matrix", "bias", "gravity")  # elementary parts, from which the others are composed
@@ -55,7 +57,9 @@ class RobotProblem:
     self_differences: by part, what it owes to the slopes of others; by_torques: by part, as in
     AnswerSet; lost: parts that did not answer where these were asked; friction
     (states, n): the torques that it takes, which those of the states are without; stiffness (n, n):
-    of springs, whose torques stand beside the weights.
+    of springs, whose torques stand beside the weights; equations: whose answers they are; motors:
+    coordinates, from 0, that have one; is_mapped: whether the equations are in other coordinates;
+    has_file_friction: whether the friction is that of the robot's file.
     """
 
     name: str
@@ -69,6 +73,15 @@ class RobotProblem:
     lost: Mapping[str, Failure] = field(default_factory=dict)
     friction: np.ndarray = field(default_factory=lambda: np.zeros(1))
     stiffness: np.ndarray = field(default_factory=lambda: np.zeros((1, 1)))
+    equations: Equations = field(default_factory=Equations)
+    motors: tuple[int, ...] = ()
+    is_mapped: bool = False
+    has_file_friction: bool = False
+
+    @property
+    def mechanism(self) -> Robot:
+        """The robot."""
+        return self.robot
 
     @property
     def parts(self) -> tuple[str, ...]:
@@ -79,6 +92,28 @@ class RobotProblem:
     def names(self) -> list[str]:
         """Names of the coordinates: of the joints that move them."""
         return self.robot.coordinate_names
+
+    joint_names = names
+
+    def name_level(self, level: str) -> str:
+        """The level as reports call it."""
+        return ELASTIC if self.stiffness.any() else level
+
+    @property
+    def description(self) -> tuple[str, ...]:
+        """Lines that describe the robot."""
+        return tuple(repr(self.robot).splitlines())
+
+    def describe_level(self, level: Level, distances: Sequence[LevelDistance]) -> tuple[str, str]:
+        """The level with which equations are compared, and with which they agree, in words."""
+        name, words = self.name_level(level), f"{level} ({LEVELS[level]})"
+        equal = [each.level for each in distances if not each.entries]
+        if name == ELASTIC:
+            words = f"{name} (links, motors on the output side, and springs between them)"
+        elif not self.stated and len(equal) > 1:
+            words = f"{', '.join(equal)}, which are equal in these parts"
+        largest = next((each.largest for each in distances if each.level == level), 0.0)
+        return name, f"{words}, to {largest:.1e}"
 
     @cached_property
     def reference_values(self) -> dict[Level, Mapping[str, np.ndarray]]:
@@ -140,13 +175,11 @@ class RobotProblem:
         """The weights (states, n), or 0 where force is the motors' torques alone."""
         return 0 * weights if self.answers.driven else weights
 
-    def relative_errors(
-        self, level: Level, reference_values: Mapping[str, np.ndarray]
-    ) -> dict[str, np.ndarray]:
-        """By part, the differences from what is right over their sizes (states, ...)."""
-        sizes, answers = self.sizes[level], self.answers
+    def relative_errors(self, level: Level) -> dict[str, np.ndarray]:
+        """By part, the differences from a level over their sizes (states, ...)."""
+        sizes, answers, right = self.sizes[level], self.answers, self.reference_values[level]
         return {
-            part: (answers.values[part] - reference_values[part])
+            part: (answers.values[part] - right[part])
             / sizes.entry_sizes(part, answers.sources[part])
             for part in self.parts
         }
@@ -169,7 +202,7 @@ class RobotProblem:
         pairs = np.maximum(rows[:, :, None], rows[:, None, :])
         return Identity(*GRADIENT, size._replace(entries=pairs), *sides, axes=2)
 
-    def collect_answers(self, level: Level) -> AnswerSet:
+    def collect_answers(self, level: Any) -> AnswerSet:
         """The answers, to be judged by the sizes of a level."""
         answers, values = self.answers, {part: self.answers.values[part] for part in self.parts}
         sizes = self._size_parts(level)
@@ -201,19 +234,11 @@ class RobotProblem:
             identities=identities,
         )
 
-    def find_indefinite_states(self, level: Level) -> list[int]:
-        """The states at which the symmetric part of M has an eigenvalue that is not positive."""
-        if "mass_matrix" not in self.answers.values:
-            return []
-        scaled = self.answers.values["mass_matrix"] / self.sizes[level].mass_matrix
-        lowest = np.linalg.eigvalsh((scaled + scaled.swapaxes(1, 2)) / 2)[:, 0]
-        return np.flatnonzero(lowest <= 0).tolist()
-
     def entries(self, level: Level) -> list[EntryMismatch]:
         """The entries that differ from a level by more than rounding, the largest share first."""
         wrong_entries = [
             entry
-            for part, errors in self.relative_errors(level, self.reference_values[level]).items()
+            for part, errors in self.relative_errors(level).items()
             for entry in self._find_wrong_entries(part, errors, self.sizes[level].tolerance(part))
         ]
         return sorted(wrong_entries, key=lambda entry: -entry.share)
@@ -238,14 +263,49 @@ class RobotProblem:
         """An entry in words, such as M[shoulder, elbow]."""
         return format_entry(entry_place(part, tuple(place)), self.names)
 
-    def distances(self) -> list[LevelDistance]:
-        """Each level beside the equations, the nearest first."""
+    def measure_levels(self) -> list[LevelDistance]:
+        """How far the equations are from each level, the nearest first."""
         distances = []
-        for level in self.sizes:
-            errors = self.relative_errors(level, self.reference_values[level]).values()
+        for level in self.sizes if self.parts else ():
+            errors = self.relative_errors(level).values()
             largest = (np.abs(each).max(axis=0) for each in errors)
             distances.append(measure_distance(level, len(self.entries(level)), largest))
         return sort_distances(distances, self.stated)
+
+    def judge_engines(self, answers: AnswerSet, level: Any) -> Iterator[Finding]:
+        """Every part compared with every engine; one that raises fails there."""
+        for engine in find_level_engines(level):
+            values: Mapping[str, np.ndarray | Failure]
+            try:
+                values = self.evaluate_model(build_robot_model(engine, self.robot, level))
+            except Exception as error:  # whatever an engine raises is reported as a failure
+                values = dict.fromkeys(self.parts, failure_from_error(error))
+            yield from judge_engine(answers, engine, values, answers.sizes)
+
+    def measure_errors(self, level: Any) -> tuple[dict[str, np.ndarray], dict[str, float]]:
+        """By part, the relative error of each entry from a level, and what is allowed."""
+        sizes, errors = self.sizes[level], self.relative_errors(level)
+        largest = {part: np.abs(off).max(axis=0) for part, off in errors.items()}
+        return largest, {part: sizes.tolerance(part) for part in errors}
+
+    def list_remarks(self) -> Iterator[str]:
+        """Sentences on how the equations were read, where they may be read in several ways."""
+        answers = self.answers
+        if self.is_mapped:
+            yield "carried from your coordinates to the joints' own, in which entries are named"
+        if answers.sources.get("bias") == NONLINEAR:
+            nonlinear = "read as nonlinear effects, C v + g, of which g is its gravity"
+            yield f"bias is not 0 at rest: {nonlinear}"
+        if answers.driven:
+            yield "force is the motors' torques alone: the weights are read as gravity, on the left"
+        if answers.weightless:
+            yield "inverse_dynamics leaves the weights out"
+        if self.has_file_friction:
+            yield "friction of the joints is that of the robot's file"
+
+    def list_notes(self, diagnosis: TrialDiagnosis) -> Sequence[str]:
+        """What of the robot's files is not used."""
+        return self.robot.notes
 
 
 def select_entry(values: np.ndarray, place: tuple[int, ...]) -> np.ndarray:
@@ -253,26 +313,6 @@ def select_entry(values: np.ndarray, place: tuple[int, ...]) -> np.ndarray:
     index: tuple[Any, ...] = (slice(None), *place)
     entry: np.ndarray = values[index]
     return entry
-
-
-def judge_engines(problem: RobotProblem, answers: AnswerSet, level: Level) -> Iterator[Finding]:
-    """Every part compared with every engine; one that raises fails there."""
-    for engine in find_level_engines(level):
-        values: Mapping[str, np.ndarray | Failure]
-        try:
-            values = problem.evaluate_model(build_robot_model(engine, problem.robot, level))
-        except Exception as error:  # whatever an engine raises is reported as a failure
-            values = dict.fromkeys(problem.parts, failure_from_error(error))
-        yield from judge_engine(answers, engine, values, answers.sizes)
-
-
-def has_engine_conflict(findings: Sequence[Finding]) -> bool:
-    """Whether engines judge a part in different ways, so that one of them must be wrong."""
-    verdicts: dict[str, set[str]] = {}
-    for finding in findings:
-        if finding.about.key.family == AGAINST:
-            verdicts.setdefault(finding.quantity, set()).add(finding.verdict)
-    return any(len(each) > 1 for each in verdicts.values())
 
 
 def compute_sizes_by_level(

@@ -8,10 +8,9 @@ import numpy as np
 
 from crosscheck.checks.robot_states import TOLERANCE
 from crosscheck.models.robot.robot import BASE, Level, Robot
+from crosscheck.report.formatting import join_words, list_first
 from crosscheck.trial.changes.numbers import get_link_name
 from crosscheck.trial.robots.judge import RobotProblem
-
-MOST_SHOWN = 5  # pairs of M's entries
 
 
 def describe_asymmetry(problem: RobotProblem, level: Level) -> str:
@@ -41,8 +40,7 @@ def describe_asymmetry(problem: RobotProblem, level: Level) -> str:
         also = f"its {lines} {_join_places(right)} are right, {lines} {_join_places(~right)} wrong"
         also += _describe_way(problem.robot, lines, right) if rows.any() != columns.any() else ""
     else:
-        also = ", ".join(problem.entry_name("mass_matrix", each) for each in pairs[:MOST_SHOWN])
-        also += ", ..." if len(pairs) > MOST_SHOWN else ""
+        also = list_first([problem.entry_name("mass_matrix", each) for each in pairs])
     return f"mass_matrix is not symmetric in {len(pairs)} pairs; {also}"
 
 
@@ -58,7 +56,7 @@ def describe_right_rows(problem: RobotProblem, level: Level, wrong: Sequence[str
             parts_by_rows.setdefault(_join_places(right), []).append(part)
     for rows, parts in parts_by_rows.items():
         sentence = "row {} of {} is right" if rows.isdecimal() else "rows {} of {} are right"
-        yield sentence.format(rows, _join_words(parts))
+        yield sentence.format(rows, join_words(parts))
 
 
 def _describe_way(robot: Robot, lines: str, right: np.ndarray) -> str:
@@ -84,16 +82,11 @@ def _join_places(chosen: np.ndarray) -> str:
     numbers, runs = np.flatnonzero(chosen) + 1, list[str]()
     for run in np.split(numbers, np.flatnonzero(np.diff(numbers) > 1) + 1):
         runs += [f"{run[0]} to {run[-1]}"] if len(run) > 2 else [str(each) for each in run]
-    return _join_words(runs)
-
-
-def _join_words(words: Sequence[str]) -> str:
-    """Words as `a, b and c`."""
-    return " and ".join(filter(None, (", ".join(words[:-1]), words[-1])))
+    return join_words(runs)
 
 
 def _find_wrong_places(problem: RobotProblem, level: Level, part: str) -> np.ndarray:
     """Which entries of a part, (n,) or (n, n), differ from a level."""
-    errors = problem.relative_errors(level, problem.reference_values[level])[part]
+    errors = problem.relative_errors(level)[part]
     wrong: np.ndarray = ~(np.abs(errors).max(axis=0) <= problem.sizes[level].tolerance(part))
     return wrong

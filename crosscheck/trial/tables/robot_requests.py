@@ -6,7 +6,7 @@ from collections.abc import Iterable, Sequence
 
 from crosscheck.models.robot.robot import Robot
 from crosscheck.registry import register
-from crosscheck.trial.robots.trial import prepare_questions
+from crosscheck.trial.robots.subject import prepare_questions
 from crosscheck.trial.tables.state_requests import (
     PARTS,
     AnsweredTrial,

@@ -18,6 +18,9 @@ from crosscheck.models.arm.arm import Arm
 from crosscheck.models.experiment.scenario import Switches
 from crosscheck.planning.comparison import ModelTask
 from crosscheck.registry import register
+from crosscheck.trial.arms.model import make_registry_entry
+from crosscheck.trial.arms.questions import VerificationProblem
+from crosscheck.trial.arms.subject import build_problem, list_tasks
 from crosscheck.trial.changes.arms.comparison import list_entry_quantities, list_entry_questions
 from crosscheck.trial.changes.arms.diagnosis import PROBES
 from crosscheck.trial.changes.arms.probe import draw_probe_arms
@@ -25,10 +28,7 @@ from crosscheck.trial.coordinates.build import build_frame
 from crosscheck.trial.coordinates.frame import Frame
 from crosscheck.trial.input.calls import MATRICES, TAKES
 from crosscheck.trial.input.equations import AnswerTable, Coordinates, Equations, Function, Level
-from crosscheck.trial.judge.questions import VerificationProblem
-from crosscheck.trial.model import make_registry_entry
 from crosscheck.trial.request import TrialRequest
-from crosscheck.trial.trial import build_problem, list_tasks
 
 PARTS = ("mass_matrix", "bias", "gravity", "force", "acceleration", "inverse_dynamics")
 INVERSE_DYNAMICS = "inverse_dynamics"  # it is asked at states of its own, with accelerations

@@ -11,6 +11,8 @@ from crosscheck.models.arm.arm import Arm
 from crosscheck.models.loading import load_arm, load_scenario
 from crosscheck.planning.comparison import ModelTask, Results
 from crosscheck.registry import register
+from crosscheck.trial.arms.model import make_registry_entry
+from crosscheck.trial.arms.subject import build_problem
 from crosscheck.trial.changes.arms.comparison import (
     compare_entries,
     list_entry_quantities,
@@ -21,9 +23,7 @@ from crosscheck.trial.changes.arms.term_words import describe_term_error
 from crosscheck.trial.input.equations import Equations
 from crosscheck.trial.input.loading import build_equations
 from crosscheck.trial.judge.entries import EntryMismatch, format_entry
-from crosscheck.trial.model import make_registry_entry
 from crosscheck.trial.request import TrialRequest
-from crosscheck.trial.trial import build_problem
 from tests.trial.mistakes.equations import RIGID, written
 
 GRAVITY, FRICTION = (0.0, -9.81), 1.7

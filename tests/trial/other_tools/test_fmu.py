@@ -29,7 +29,7 @@ from crosscheck.models.errors import InputError
 from crosscheck.models.loading import load_arm, load_scenario
 from crosscheck.runner import cpu_limit
 from crosscheck.runner.progress_update import ignore_progress
-from crosscheck.trial import trial as trial_module
+from crosscheck.trial.arms import subject as trial_module
 from crosscheck.trial.fmu import archive
 from crosscheck.trial.fmu import unit as unit_module
 from crosscheck.trial.fmu.archive import DESCRIPTION, MappedUnit, load_unit, unpack_fmu
@@ -38,7 +38,8 @@ from crosscheck.trial.input.calls import describe_failure
 from crosscheck.trial.input.equations import Coordinates
 from crosscheck.trial.judge.entries import format_entry
 from crosscheck.trial.request import TrialRequest
-from crosscheck.trial.trial import Trial, run_arm_trial
+from crosscheck.trial.result import Trial
+from crosscheck.trial.trial import run_trial
 from tests.robots import chains, two_link
 from tests.tool.test_bad_input import assert_one_line
 
@@ -158,7 +159,7 @@ def mapped(content: bytes, mapping: str, arm: str, folder: Path) -> MappedUnit:
 def judged(content: bytes, mapping: str, arm: str, folder: Path) -> Trial:
     own = load_arm(arm)
     equations = build_fmu_equations(mapped(content, mapping, arm, folder), own)
-    return run_arm_trial(TrialRequest("unit.fmu", equations, own, quick=True))
+    return run_trial(TrialRequest("unit.fmu", equations, own, quick=True))
 
 
 @pytest.mark.slow
@@ -171,7 +172,7 @@ def judged(content: bytes, mapping: str, arm: str, folder: Path) -> Trial:
 )
 def test_right_models_are_not_blamed(arm, model, mapping, level, tmp_path):
     trial = judged(exported(arm, model), mapping, arm, tmp_path)
-    assert (trial.exit_code, trial.wrong_entries, trial.level) == (0, (), level)
+    assert (trial.exit_code, trial.diagnosis.entries, trial.level) == (0, (), level)
 
 
 def test_entry_of_a_wrong_model_is_named(tmp_path):
@@ -179,7 +180,7 @@ def test_entry_of_a_wrong_model_is_named(tmp_path):
     coupling = [(f"mass_{k} = 13.614999999999998", f"mass_{k} = 10.115") for k in (3, 5)]
     content = exported("paper-labelled", "analytic:links", *coupling)
     trial = judged(content, RIGID, "paper-labelled", tmp_path)
-    inertia = [wrong for wrong in trial.wrong_entries if wrong.place.part == "mass_matrix"]
+    inertia = [wrong for wrong in trial.diagnosis.entries if wrong.place.part == "mass_matrix"]
     entries = {format_entry(wrong.place, trial.problem.frame.names) for wrong in inertia}
     assert entries == {"M[theta_1, theta_2]", "M[theta_2, theta_1]"}
     told = {
@@ -380,7 +381,7 @@ def description_3(coordinates: list[str], steps: bool) -> str:
 def test_version_3_agrees_too(tmp_path):
     content = version_3("paper-labelled", "analytic:coupled", tmp_path)
     trial = judged(content, RIGID, "paper-labelled", tmp_path)
-    assert (trial.exit_code, trial.wrong_entries, trial.level) == (0, (), "coupled")
+    assert (trial.exit_code, trial.diagnosis.entries, trial.level) == (0, (), "coupled")
 
 
 @pytest.mark.parametrize("right", [True, False])

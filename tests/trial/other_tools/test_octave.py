@@ -11,15 +11,14 @@ import pytest
 
 from crosscheck.models.arm.arm import Arm
 from crosscheck.models.loading import load_arm
-from crosscheck.report.trials.trial import explain_wrong_entry
-from crosscheck.trial import trial as trial_module
+from crosscheck.trial.arms import subject as trial_module
 from crosscheck.trial.input.equations import Coordinates
 from crosscheck.trial.input.loading import load_equations
-from crosscheck.trial.judge.entries import format_entry
+from crosscheck.trial.result import Trial
 from crosscheck.trial.tables.answers import build_table_equations, read_trial_answers
 from crosscheck.trial.tables.folder import encode_mat_file, render_request_files
 from crosscheck.trial.tables.state_requests import TableTrial, collect_state_request
-from crosscheck.trial.trial import Trial, run_arm_trial
+from crosscheck.trial.trial import run_trial
 
 HERE, EXAMPLES = Path(__file__).parent, Path(__file__).parents[3] / "examples"
 OCTAVE = shutil.which("octave-cli")
@@ -125,7 +124,7 @@ def test_octave_is_told_what_python_is(error, tmp_path, monkeypatch):
     table = TableTrial(rubbing(), planted.coordinates, quick=True)
     file = answered_by_octave(planted, table, tmp_path)
     found = said(
-        run_arm_trial(
+        run_trial(
             table.make_request("yours", build_table_equations(read_trial_answers(table, [file])))
         )
     )
@@ -139,7 +138,7 @@ def test_recorded_answers_of_octave_are_told_what_python_is(tmp_path, monkeypatc
     monkeypatch.setattr(trial_module, "QUICK_STATES", 1)
     table = TableTrial(rubbing(), ABSOLUTE, quick=True)
     equations = build_table_equations(read_trial_answers(table, [HERE / "octave" / "answers.mat"]))
-    found = said(run_arm_trial(table.make_request("yours", equations)))
+    found = said(run_trial(table.make_request("yours", equations)))
     assert found == said(by_python(FORCE_ALONE, table, tmp_path))
     assert [entry for entry, _ in found] == ["force[phi_1]"]
 
@@ -160,17 +159,14 @@ def by_python(planted: Planted, table: TableTrial, folder: Path) -> Trial:
     mine.write_text(replaced(planted.text, planted.python), encoding="utf-8")
     own = load_equations(f"{mine}:model", table.mechanism, None)
     parts = {part: getattr(own, part) if part in planted.functions else None for part in NAMES}
-    return run_arm_trial(
+    return run_trial(
         table.make_request("yours", replace(own, **parts, rebuild=None, any_arm=False))
     )
 
 
 def said(trial: Trial) -> list[tuple[str, str]]:
     """Every wrong entry, and why."""
-    return [
-        (format_entry(wrong.place, trial.problem.frame.names), explain_wrong_entry(wrong))
-        for wrong in trial.wrong_entries
-    ]
+    return [(wrong.name, wrong.cause) for wrong in trial.diagnosis.entries]
 
 
 def answered_by_octave(planted: Planted, table: TableTrial, folder: Path) -> Path:

@@ -17,13 +17,14 @@ from crosscheck.models.arm.arm import Arm
 from crosscheck.models.experiment.scenario import Scenario
 from crosscheck.models.loading import load_arm
 from crosscheck.report.trials.output import format_trial_json
-from crosscheck.trial import trial as trial_module
+from crosscheck.trial.arms import subject as trial_module
 from crosscheck.trial.coordinates.build import build_frame
 from crosscheck.trial.input.equations import Coordinates, Equations
 from crosscheck.trial.input.loading import build_equations, load_equations
+from crosscheck.trial.result import Trial
 from crosscheck.trial.tables import state_requests
 from crosscheck.trial.tables.answers import build_table_equations, read_trial_answers
-from crosscheck.trial.trial import Trial, run_arm_trial
+from crosscheck.trial.trial import run_trial
 from tests.loops import require_items
 from tests.processes import Command
 from tests.tool.supplied import TWO_LINK
@@ -44,7 +45,7 @@ LUMPED = Coordinates("lumped")
 
 def told(trial: Trial) -> dict:
     """All that its JSON says but for where and when it was made, and of the functions' source."""
-    found = json.loads(format_trial_json(trial.answer))
+    found = json.loads(format_trial_json(trial))
     for entry in found["wrong"]:
         del entry["source"]
     del found["agreement"]["provenance"], found["change"]
@@ -70,12 +71,12 @@ def test_judged_as_the_functions_are(example, tmp_path):
     own = replace(own, symbolic=None) if rigid else replace(own, rebuild=None, any_arm=False)
     table = state_requests.TableTrial(arm, own.coordinates, own.level, quick=True)
     file = write_csv(tmp_path / "answers.csv", sheets_of(table, own, own.any_arm))
-    by_table = run_arm_trial(
+    by_table = run_trial(
         table.make_request("yours", build_table_equations(read_trial_answers(table, [file])))
     )
-    assert (by_table.exit_code, by_table.wrong_entries) == (0, ())
+    assert (by_table.exit_code, by_table.diagnosis.entries) == (0, ())
     if rigid:
-        assert told(by_table) == told(run_arm_trial(table.make_request("yours", own)))
+        assert told(by_table) == told(run_trial(table.make_request("yours", own)))
 
 
 # Errors of a newcomer, as replacements in tests.tool.supplied's two_link.
@@ -102,11 +103,11 @@ def test_errors_are_told_in_the_words_that_functions_get(error, tmp_path):
         state_requests.TableTrial(arm, quick=True),
     )
     answers = write_csv(tmp_path / "answers.csv", sheets_of(table, own, True))
-    direct = told(run_arm_trial(table.make_request("yours", own)))
+    direct = told(run_trial(table.make_request("yours", own)))
     assert direct["wrong"]
     assert (
         told(
-            run_arm_trial(
+            run_trial(
                 table.make_request(
                     "yours", build_table_equations(read_trial_answers(table, [answers]))
                 )
@@ -130,10 +131,12 @@ def test_acceleration_beside_the_rest_is_judged_in_both_rounds(tmp_path):
     own = replace(both(arm, None), rebuild=both, any_arm=True)
     table = state_requests.TableTrial(arm, quick=True)
     answers = write_csv(tmp_path / "answers.csv", sheets_of(table, own, True))
-    trial = run_arm_trial(
+    trial = run_trial(
         table.make_request("yours", build_table_equations(read_trial_answers(table, [answers])))
     )
-    assert (trial.exit_code, len(trial.probes), trial.missing) == (0, 2, ())
+    assert trial.exit_code == 0
+    assert "also on 2 other arms" in trial.scope[0]
+    assert "not judged" not in repr(trial)
 
 
 CHANGES = {
@@ -161,7 +164,7 @@ def test_units_and_order_are_told(change, tmp_path):
     made, line = CHANGES[change]
     trial = tried_changed(made, tmp_path / "answers.csv")
     assert trial.exit_code == 1
-    assert line in "\n".join(trial.answer.causes)
+    assert line in "\n".join(trial.causes)
 
 
 @pytest.mark.usefixtures("asked_once")
@@ -171,10 +174,10 @@ def test_single_precision_has_a_tolerance_of_its_own(tmp_path):
 
     trial = tried_changed(rounded, tmp_path / "answers.csv")
     assert trial.exit_code == 0
-    assert "answers have single precision" in "\n".join(trial.answer.scope)
+    assert "answers have single precision" in "\n".join(trial.scope)
     # A thousandth is no rounding of any file.
     off = tried_changed(lambda v: rounded(v | {"force": 1.001 * v["force"]}), tmp_path / "off.csv")
-    assert {wrong.place.part for wrong in off.wrong_entries} == {"force"}
+    assert {wrong.place.part for wrong in off.diagnosis.entries} == {"force"}
 
 
 def test_columns_of_coordinates_in_any_order_have_their_own_units():
@@ -199,7 +202,7 @@ def tried_changed(change: Callable[..., dict[str, np.ndarray]], file: Path) -> T
     sheet = state_requests.collect_state_request(table)
     values = change(answers(bound(own, arm), sheet, everywhere=True))
     write_csv(file, [(sheet, values)])
-    return run_arm_trial(
+    return run_trial(
         table.make_request("yours", build_table_equations(read_trial_answers(table, [file])))
     )
 
@@ -266,9 +269,9 @@ def test_gravity_is_answered_apart_from_the_force(source, tmp_path):
     table = state_requests.TableTrial(arm, quick=True)
     file = write_csv(tmp_path / "answers.csv", sheets_of(table, own, False))
     equations = build_table_equations(read_trial_answers(table, [file]))
-    by_table = run_arm_trial(table.make_request("yours", equations))
+    by_table = run_trial(table.make_request("yours", equations))
     assert by_table.exit_code == (source is SecondForgotten)
-    wrong = [(each.place.part, each.place.row) for each in by_table.wrong_entries]
+    wrong = [(each.place.part, each.place.row) for each in by_table.diagnosis.entries]
     assert wrong == [("gravity", 1)] * (source is SecondForgotten)
 
 

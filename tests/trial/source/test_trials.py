@@ -97,7 +97,7 @@ def test_the_line_is_named_and_nothing_is_written(tmp_path, arm):
     model = write_model(tmp_path, BY_FILE, SQUARE)
     before = {each: each.read_bytes() for each in tmp_path.iterdir()}
     trial = try_equations(model, arm)
-    answer = trial.source_answer
+    answer = trial.change
     assert answer is not None
     assert [each.place for each in answer.edits] == [f"mine.py:{find_line(BY_FILE, 'v[1] ** 2)')}"]
     assert "v[1] ** 2" in answer.edits[0].new
@@ -109,7 +109,7 @@ def test_right_equations_are_not_searched(tmp_path, arm, monkeypatch):
     monkeypatch.setattr(search, "RankTask", None)
     trial = try_equations(write_model(tmp_path, BY_FILE), arm)
     assert trial.exit_code == 0
-    assert trial.source_answer is None
+    assert trial.change is None
 
 
 def test_an_arm_and_a_robot_have_the_same_answer(tmp_path, arm):
@@ -117,7 +117,7 @@ def test_an_arm_and_a_robot_have_the_same_answer(tmp_path, arm):
     urdf = tmp_path / "robot.urdf"
     export_as_robot(str(tmp_path / "arm.toml"), [], urdf)
     robot = load_robot(str(urdf.with_suffix(".toml")))
-    answers = [try_equations(model, machine).source_answer for machine in (arm, robot)]
+    answers = [try_equations(model, machine).change for machine in (arm, robot)]
     of_arm, of_robot = (
         [(each.line, each.old, each.new) for each in answer.edits] for answer in answers
     )
@@ -126,7 +126,7 @@ def test_an_arm_and_a_robot_have_the_same_answer(tmp_path, arm):
 
 
 def test_numbers_that_are_in_the_code_are_said_to_be(tmp_path, arm):
-    answer = try_equations(write_model(tmp_path, LITERAL, SQUARE), arm).source_answer
+    answer = try_equations(write_model(tmp_path, LITERAL, SQUARE), arm).change
     assert answer is not None
     assert not answer.is_unequal
     assert any("these numbers alone" in each for each in answer.sentences)
@@ -158,8 +158,8 @@ def test_functions_inside_a_function_are_edited():
         return sign * two_link.COUPLED * np.sin(q[1]) * squares
 
     given = Equations(mass_matrix=two_link.mass_matrix, bias=bias)
-    assert try_equations(given, two_link.robot()).source_answer is None  # of two files
-    answer = try_equations(Equations(bias=bias), two_link.robot()).source_answer
+    assert try_equations(given, two_link.robot()).change is None  # of two files
+    answer = try_equations(Equations(bias=bias), two_link.robot()).change
     assert answer is not None
     assert answer.edits[0].line == bias.__code__.co_firstlineno + 1
 
@@ -189,7 +189,7 @@ def test_a_forgotten_product_of_another_function_is_offered_and_nothing_that_fit
     model = write_model(tmp_path, WEIGHTS)
     arm = make_plain_arm("mine", 2)
     assert arm.payload_mass_kg == 1.0
-    answer = try_equations(model, arm).source_answer
+    answer = try_equations(model, arm).change
     assert [(each.line, each.new) for each in answer.edits] == [(13, "m2 * d2 + mp * L2")]
     assert answer.is_unequal
     assert not answer.alternatives
@@ -209,7 +209,7 @@ def test_a_cell_of_a_notebook_is_edited(arm):
     linecache.cache["<cell 3>"] = len(text), None, text.splitlines(keepends=True), "<cell 3>"
     names = {"Equations": Equations, "cos": np.cos}
     exec(compile(text, "<cell 3>", "exec"), names)
-    answer = try_equations(names["model"], arm).source_answer
+    answer = try_equations(names["model"], arm).change
     assert answer is not None
     assert answer.edits[0].place == "<cell 3>:6"
 
@@ -217,8 +217,8 @@ def test_a_cell_of_a_notebook_is_edited(arm):
 def test_what_has_no_source_is_left_out():
     names = {"np": np}
     exec("def bias(q, v):\n    return np.array([q[0], q[1]])", names)
-    assert try_equations(Equations(bias=names["bias"]), two_link.robot()).source_answer is None
-    assert try_equations(Equations(bias=lambda q, v: q), two_link.robot()).source_answer is None
+    assert try_equations(Equations(bias=names["bias"]), two_link.robot()).change is None
+    assert try_equations(Equations(bias=lambda q, v: q), two_link.robot()).change is None
 
 
 def test_a_robot_that_edits_would_change_stays_as_it_is():
@@ -242,7 +242,7 @@ def test_a_robot_that_edits_would_change_stays_as_it_is():
 def test_an_edit_that_does_not_end_costs_little(tmp_path, arm, monkeypatch):
     loop = "    h = 0.0\n        k = 0\n        while k < 4:\n            k += 1\n            h = "
     text = BY_FILE.replace("    h = ", loop).replace("2 * v[0]", "v[0]")
-    answer = try_equations(write_model(tmp_path, text), arm).source_answer
+    answer = try_equations(write_model(tmp_path, text), arm).change
     assert answer is not None
     assert [each.line for each in answer.edits] == [find_line(text, "v[0] * v[1]")]
 
@@ -258,7 +258,7 @@ def test_an_edit_that_would_write_a_file_writes_none(tmp_path, arm):
             pass
 """
     text = BY_FILE.replace("\n    def bias(q, v):\n", careful)
-    answer = try_equations(write_model(tmp_path, text, SQUARE), arm).source_answer
+    answer = try_equations(write_model(tmp_path, text, SQUARE), arm).change
     assert answer is not None
     assert (tmp_path / "kept.txt").read_text(encoding="utf-8") == "kept"
 
@@ -278,6 +278,6 @@ def test_the_views_show_the_line(tmp_path, arm):
 
 def test_a_robots_views_show_the_line():
     trial = try_equations(forgetful, two_link.robot())
-    edit = json.loads(format_trial_json(trial.answer))["change"]["edits"][0]
+    edit = json.loads(format_trial_json(trial))["change"]["edits"][0]
     assert edit["file"] == "test_trials.py"
-    assert f"{edit['file']}:{edit['line']}" in render_trial_page(trial.answer)
+    assert f"{edit['file']}:{edit['line']}" in render_trial_page(trial)

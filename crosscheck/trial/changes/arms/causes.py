@@ -10,6 +10,7 @@ from itertools import permutations
 import numpy as np
 import sympy as sp
 
+from crosscheck.trial.arms.suite import get_trusted_answers
 from crosscheck.trial.changes.arms.comparison import QUANTITIES, EntryComparison
 from crosscheck.trial.changes.arms.mesh_forces import compute_signals, list_mesh_laws
 from crosscheck.trial.changes.arms.segments import (
@@ -43,7 +44,6 @@ from crosscheck.trial.judge.entries import (
     Explanation,
     TermError,
 )
-from crosscheck.trial.judge.suite import get_trusted_answers
 
 SAME = 1e-12  # tolerance between two readings of a map, relative to its row
 FOLLOWS = "follows from the wrong M"

@@ -11,6 +11,12 @@ import sympy as sp
 
 from crosscheck.models.arm.arm import Arm
 from crosscheck.planning.comparison import Results
+from crosscheck.trial.arms.questions import StateQuestion, VerificationProblem
+from crosscheck.trial.arms.suite import (
+    compute_natural_sizes,
+    get_trusted_answers,
+    make_size_questions,
+)
 from crosscheck.trial.changes.arms.letters import collect_arm_values
 from crosscheck.trial.changes.arms.mesh_forces import ForceStates, compute_signals
 from crosscheck.trial.changes.arms.segments import (
@@ -34,12 +40,6 @@ from crosscheck.trial.coordinates.states import UserState
 from crosscheck.trial.input.equations import Coordinates
 from crosscheck.trial.judge import entries
 from crosscheck.trial.judge.entries import EntryMismatch, EntryPlace, NaturalSizes
-from crosscheck.trial.judge.questions import StateQuestion, VerificationProblem
-from crosscheck.trial.judge.suite import (
-    compute_natural_sizes,
-    get_trusted_answers,
-    make_size_questions,
-)
 
 # Where each part is looked at entry by entry.
 BY_ENTRY = {

@@ -19,6 +19,7 @@ from crosscheck.models.arm.arm import Arm
 from crosscheck.models.errors import InputError
 from crosscheck.models.loading import Case
 from crosscheck.planning.comparison import MissingResult, ModelTask, Results
+from crosscheck.trial.arms.questions import VerificationProblem
 from crosscheck.trial.changes.arms.arm_numbers import (
     Powers,
     find_natural_powers,
@@ -33,7 +34,6 @@ from crosscheck.trial.changes.arms.comparison import (
     list_entry_questions,
 )
 from crosscheck.trial.judge.entries import PARTS, EntryPlace, Part, entry_place
-from crosscheck.trial.judge.questions import VerificationProblem
 
 FEW_STATES = 3
 FACTORS = (1.23, 0.77)  # factors on a number; the second is used if the first is out of its range

@@ -6,6 +6,7 @@ from collections.abc import Sequence
 from typing import NamedTuple
 
 from crosscheck.models.errors import InputError
+from crosscheck.trial.arms.questions import VerificationProblem
 from crosscheck.trial.changes.arms.causes import explain_entries
 from crosscheck.trial.changes.arms.comparison import (
     EntryComparison,
@@ -20,7 +21,6 @@ from crosscheck.trial.changes.arms.dependence import (
 )
 from crosscheck.trial.changes.arms.probe import NONE_KEPT, draw_probe_arms
 from crosscheck.trial.judge.entries import EntryMismatch
-from crosscheck.trial.judge.questions import VerificationProblem
 
 PROBES = 2
 

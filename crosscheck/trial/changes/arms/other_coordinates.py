@@ -12,6 +12,7 @@ from crosscheck.checks.robot_states import RandomStates
 from crosscheck.models.arm.arm import Planetary
 from crosscheck.models.robot.planar import build_level_robots
 from crosscheck.models.robot.robot import Level, Robot
+from crosscheck.trial.arms.questions import VerificationProblem
 from crosscheck.trial.coordinates.readings import (
     FITS,
     Reading,
@@ -19,7 +20,6 @@ from crosscheck.trial.coordinates.readings import (
     list_readings,
     select_first_kind,
 )
-from crosscheck.trial.judge.questions import VerificationProblem
 
 if TYPE_CHECKING:
     from crosscheck.trial.robots.judge import RobotProblem

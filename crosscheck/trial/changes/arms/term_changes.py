@@ -11,6 +11,7 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
+from crosscheck.trial.arms.unit_mistakes import DEGREES
 from crosscheck.trial.changes.arms.letters import (
     GEAR_PARTS,
     RADII,
@@ -24,7 +25,6 @@ from crosscheck.trial.changes.arms.letters import (
 )
 from crosscheck.trial.changes.arms.segments import Product, ReferenceTerms, TermKey, evaluate_wave
 from crosscheck.trial.judge.entries import EntryPlace, ErrorKind
-from crosscheck.trial.judge.unit_mistakes import DEGREES
 
 FACTORS = (2, 1 / 2, 3, 1 / 3, 4, 1 / 4, -2, -1 / 2, 3 / 2, 2 / 3, 6, 1 / 6, 12, 1 / 12)
 PLAIN: tuple[tuple[ErrorKind, float, float], ...] = (

@@ -23,6 +23,7 @@ from crosscheck.planning.plan import perturb_start_by_one_ulp
 from crosscheck.registry import MODELS, find_same_integrator_models
 from crosscheck.runner.outcomes import Failure
 from crosscheck.runner.tasks import Evaluation, RunKey, Simulation
+from crosscheck.trial.arms.questions import AGAIN, PART_OF, StateQuestion, VerificationProblem
 from crosscheck.trial.input.calls import LOADS
 from crosscheck.trial.judge import entries
 from crosscheck.trial.judge.checks import (
@@ -30,6 +31,7 @@ from crosscheck.trial.judge.checks import (
     COMPARED,
     GRADIENT,
     INVERSE,
+    WHOLE,
     AnswerSet,
     Identity,
     PartSize,
@@ -38,9 +40,7 @@ from crosscheck.trial.judge.checks import (
     make_second_law,
 )
 from crosscheck.trial.judge.entries import NaturalSizes
-from crosscheck.trial.judge.questions import AGAIN, PART_OF, StateQuestion, VerificationProblem
 
-WHOLE = frozenset(COMPARED) - {"gravity"}  # parts without which equations are not complete
 RUN = "trial-run"
 RIGID = ("theta", "theta_dot", "kinetic_energy")
 MESH = ("x_sp", "x_pr")
@@ -139,7 +139,7 @@ def collect_answers(problem: VerificationProblem, results: Results) -> AnswerSet
         size, slopes = size.scale_to_slopes(), values["gravity_slopes"]
         gradient = Identity(*GRADIENT, size, slopes, slopes.swapaxes(1, 2), axes=2)
         identities.append(gradient)
-    if problem.equations.acceleration is not None and set(parts) >= WHOLE:
+    if problem.equations.acceleration is not None and set(parts) >= {*WHOLE}:
         gravity = parts.get("gravity", 0.0)
         identities.append(make_second_law(sizes["force"], parts, gravity, parts["force"]))
     return AnswerSet(
@@ -201,7 +201,7 @@ def plan_balance_checks(problem: VerificationProblem) -> Iterator[Comparison]:
     There are none if the map is a function: it need not reach every pose that these checks draw.
     """
     rigid = problem.gearing == "rigid"
-    if rigid or problem.frame.matrix is None or not problem.has >= WHOLE:
+    if rigid or problem.frame.matrix is None or not problem.has >= {*WHOLE}:
         return
     name, case = problem.name, problem.case
     reference = sample_model(

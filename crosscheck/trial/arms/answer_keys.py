@@ -2,36 +2,34 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Sequence
+from collections.abc import Iterator
 from dataclasses import replace
 from typing import Any
 
 import numpy as np
 
-from crosscheck.trial.changes.arms.dependence import IgnoredNumber
+from crosscheck.trial.arms.questions import QUESTIONS, VerificationProblem, transform_model
 from crosscheck.trial.changes.arms.diagnosis import build_probe_problems
 from crosscheck.trial.input.loading import build_equations
 from crosscheck.trial.input.supplied import bind_equations
 from crosscheck.trial.judge.checks import COMPARED
 from crosscheck.trial.judge.entries import compute_sizes
-from crosscheck.trial.judge.questions import QUESTIONS, VerificationProblem, transform_model
+from crosscheck.trial.result import Trial
 from crosscheck.trial.source.answer_key import Answer, AnswerKey, LevelAnswers
 
 FEW_STATES = 3
 
 
-def make_arm_answer_keys(
-    problem: VerificationProblem, level: str, ignored_numbers: Sequence[IgnoredNumber]
-) -> Iterator[AnswerKey]:
-    """The answer keys of the arm, and of one other that keeps the ignored numbers.
-
-    level: the nearest; wrong equations may be of another one.
-    """
-    for each in (problem, *build_probe_problems(problem, ignored_numbers)[:1]):
-        yield _make_answer_key(replace(each, count=FEW_STATES), level)
+def make_arm_answer_keys(trial: Trial) -> Iterator[AnswerKey]:
+    """The answer keys of a trial's arm, and of one other that keeps the ignored numbers."""
+    diagnosis = trial.diagnosis
+    probes = build_probe_problems(trial.problem, diagnosis.ignored_numbers)
+    for each in (trial.problem, *probes[:1]):
+        yield _make_answer_key(replace(each, count=FEW_STATES), diagnosis.level)
 
 
 def _make_answer_key(problem: VerificationProblem, level: str) -> AnswerKey:
+    """The answers of the nearest level, and of others of which wrong equations may be."""
     arm, scenario, frame, states = *problem.case[:2], problem.frame, problem.states
 
     def bind(source: Any) -> Answer:

@@ -3,60 +3,54 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Iterator, Mapping
-from dataclasses import dataclass
+from collections.abc import Iterator, Mapping, Sequence
 from itertools import permutations
-from typing import Literal
 
 import numpy as np
 
 from crosscheck.trial.input.calls import MATRICES
 from crosscheck.trial.input.equations import AnswerTable
-from crosscheck.trial.judge.entries import PARTS, EntryPlace, Part, entry_place
+from crosscheck.trial.judge.entries import EntryPlace, entry_place, list_entries
 
 DEGREES = 180 / math.pi
 FACTORS = tuple(f**power for f in (1000.0, DEGREES) for power in (1, -1, 2, -2))
 NEAR = 0.02  # relative tolerance of a factor: other errors are reported beside it
 MOST = 0.8  # least share of the states at which an entry shows the factor
 SIZABLE = 1e-3  # least value that is compared, relative to its entry's root mean square
+ORDERED = "mass_matrix", "gravity", "force", "acceleration"  # parts of tables
 FITS = 1e-6  # largest median difference of right values, relative to their rms
 
 
-@dataclass(frozen=True)
-class UnitMistake:
-    """A part whose numbers are right but for their unit or order.
-
-    Its entries at ``places`` are ``factor`` times the right ones, in most states; or its numbers
-    are right in another order than the rows have them (factor None).
-    """
-
-    part: Part
-    kind: Literal["unit", "order"]
-    places: tuple[EntryPlace, ...] = ()
-    factor: float | None = None
-
-
-def find_unit_mistakes(
+def describe_unit_mistakes(
     user_values: Mapping[str, np.ndarray],
     reference_values: Mapping[str, np.ndarray],
     table: AnswerTable | None,
-) -> tuple[UnitMistake, ...]:
-    """Parts that are right but for unit or order.
+    names: Sequence[str],
+) -> Iterator[str]:
+    """Sentences on parts whose numbers are right but for unit or order.
 
     user_values, reference_values: answers (states, ...) by part, and the right ones; table: the
-    answers of files, whose order may be wrong.
+    answers of files, whose order may be wrong; names: of the coordinates.
     """
-    mistakes: list[UnitMistake] = []
     for quantity, values in user_values.items():
-        mistakes += _find_unit_factors(quantity, values, reference_values[quantity])
-        if table is not None and quantity in ("mass_matrix", "gravity", "force", "acceleration"):
-            mistakes += _find_order_mistake(quantity, values, reference_values[quantity], table)
-    return tuple(mistakes)
+        factors = _find_unit_factors(quantity, values, reference_values[quantity])
+        for factor, places in factors.items():
+            power = next(p for p in (1, -1, 2, -2) if factor in (1000.0**p, DEGREES**p))
+            base = "1000" if factor == 1000.0**power else "180/pi"
+            times = base if power == 1 else f"({base})^{power}"
+            entries = list_entries(places, names)
+            yield f"{entries}: {times} times what the models say at every state: another unit?"
+        if table is None or quantity not in ORDERED:
+            continue
+        if _has_other_order(quantity, values, reference_values[quantity], table):
+            part = "M" if quantity == "mass_matrix" else quantity
+            how = "flattened the other way?"
+            yield f"{part} agrees once its numbers are read in another order: {how}"
 
 
 def _find_unit_factors(
     quantity: str, user_values: np.ndarray, reference_values: np.ndarray
-) -> Iterator[UnitMistake]:
+) -> dict[float, list[EntryPlace]]:
     """The entries that are one of FACTORS times the right ones at most states, by factor."""
     by_factor: dict[float, list[EntryPlace]] = {}
     for index in np.ndindex(user_values.shape[1:]):
@@ -73,25 +67,24 @@ def _find_unit_factors(
             factor = next(near, None)
         if factor is not None:
             by_factor.setdefault(factor, []).append(entry_place(quantity, index))
-    for factor, places in by_factor.items():
-        yield UnitMistake(PARTS[quantity], "unit", tuple(places), factor)
+    return by_factor
 
 
-def _find_order_mistake(
+def _has_other_order(
     quantity: str, user_values: np.ndarray, reference_values: np.ndarray, table: AnswerTable
-) -> Iterator[UnitMistake]:
-    """The part, if its numbers fit once they are read in another order."""
+) -> bool:
+    """Whether numbers of a part fit once they are read in another order."""
     size = np.sqrt((reference_values**2).mean()) or 1.0
     if np.median(np.abs(user_values - reference_values)) < FITS * size:
-        return
+        return False
     values, n = table.values[quantity], reference_values.shape[1]
     if np.isnan(values).any():  # rows were left out: nothing was flattened as a whole
-        return
+        return False
     lengths = (len(values), n, n) if quantity in MATRICES else (len(values), n)
     for order in permutations(range(len(lengths))):
         for flat in (values.ravel(), values.ravel(order="F")):
             shape = [lengths[axis] for axis in order]
             read = flat.reshape(shape).transpose(np.argsort(order))[table.at[quantity]]
             if np.median(np.abs(read - reference_values)) < FITS * size:
-                yield UnitMistake(PARTS[quantity], "order")
-                return
+                return True
+    return False

@@ -25,9 +25,12 @@ from crosscheck.models.loading import Case, make_rest_scenario
 from crosscheck.planning.comparison import ModelTask
 from crosscheck.planning.sizing import make_unequal_gains_scenario
 from crosscheck.registry import (
+    LEVELS,
     MODELS,
+    RIGID_ARM,
     RIGID_LEVELS,
     find_level_models,
+    is_rigid_arm,
     model_names,
     reference_model,
     select_with_method,
@@ -37,6 +40,7 @@ from crosscheck.runner.outcomes import Failure, SelfKeyedTask
 from crosscheck.runner.progress_update import ProgressCallback
 from crosscheck.runner.tasks import Evaluation, Simulation, build_model
 from crosscheck.runner.workers import Workers
+from crosscheck.trial.arms.model import CALL_S, SuppliedModel
 from crosscheck.trial.coordinates.build import build_frame
 from crosscheck.trial.coordinates.differences import (
     christoffel_terms,
@@ -50,7 +54,7 @@ from crosscheck.trial.input.calls import describe_failure
 from crosscheck.trial.input.equations import Equations, Gearing
 from crosscheck.trial.input.loading import format_error, format_error_line
 from crosscheck.trial.input.supplied import SuppliedEquations, bind_equations
-from crosscheck.trial.model import CALL_S, SuppliedModel
+from crosscheck.trial.judge.entries import LevelDistance
 
 SPEEDS = (-1.0, 2.0)
 GAINS = ("proportional_N_m_per_rad", "derivative_N_m_s_per_rad")
@@ -274,6 +278,39 @@ class VerificationProblem:
     count: int
     seed: int
     motors: tuple[int, ...]
+
+    @property
+    def mechanism(self) -> Arm:
+        """The arm."""
+        return self.case.arm
+
+    @property
+    def names(self) -> Sequence[str]:
+        """Names of the coordinates."""
+        return self.frame.names
+
+    @property
+    def joint_names(self) -> list[str]:
+        """Names of the joints, as drive may state them."""
+        return [f"theta_{number + 1}" for number in range(len(self.case.arm.joints))]
+
+    @property
+    def description(self) -> tuple[str, ...]:
+        """Lines that describe the arm."""
+        return self.case.arm.described
+
+    def name_level(self, level: str) -> str:
+        """The level as reports call it."""
+        return level
+
+    def describe_level(self, level: str, distances: Sequence[LevelDistance]) -> tuple[str, str]:
+        """The level with which equations are compared, and with which they agree, in words."""
+        if not level:
+            geared = f"geared equations, planets {self.gearing}"
+            return geared, geared
+        if is_rigid_arm(self.case.arm):
+            return f"the {RIGID_ARM}", f"the {RIGID_ARM}"
+        return level, f"{level} ({LEVELS[level]})"
 
     @property
     def has_gravity(self) -> bool:

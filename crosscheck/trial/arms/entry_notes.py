@@ -1,0 +1,67 @@
+"""Sentences of an arm's trial on wrong entries, units, and numbers that are not followed."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Sequence
+from dataclasses import replace
+
+from crosscheck.report.formatting import join_words
+from crosscheck.trial.changes.arms.dependence import IgnoredNumber
+from crosscheck.trial.changes.arms.term_words import group_by_errors, guess
+from crosscheck.trial.judge.entries import (
+    EntryMismatch,
+    describe_entry_notes,
+    format_entry,
+)
+
+
+def name_entry(wrong: EntryMismatch, names: Sequence[str]) -> EntryMismatch:
+    """The entry with its name, and the guess at its error where no note says more."""
+    return replace(wrong, name=format_entry(wrong.place, names), guess=guess(wrong))
+
+
+def describe_entries(wrong: Sequence[EntryMismatch]) -> Iterator[str]:
+    """Errors, one line each, however many entries they appear in; those explained first."""
+    groups = group_by_errors([each for each in wrong if not each.notes])
+    explained = [group for group in groups if group[0].explanation]
+    yield from map(_describe_group, explained)
+    yield from describe_entry_notes(wrong)
+    yield from (_describe_group(group) for group in groups if group not in explained)
+
+
+def _describe_group(group: Sequence[EntryMismatch]) -> str:
+    """Entries with the same error: what is wrong in the first one, and where else it is."""
+    first, *others = group
+    also = f"; also in {', '.join(each.name for each in others)}" if others else ""
+    return f"{first.name}: {first.cause}{also}"
+
+
+def describe_point_masses(points: Sequence[str]) -> str:
+    """The note on inertias of links that are judged as 0."""
+    return (
+        f"Your equations have no {', '.join(points)}, and the file's are less than"
+        " 1e-6 of mass x com^2: judged as point masses, with 0 in their place."
+    )
+
+
+def describe_unfollowed(unfollowed: Sequence[IgnoredNumber]) -> str:
+    """One note on all numbers of the arm's file that the equations do not follow; or ''.
+
+    Of a number that is 0 in the file and in the equations there is nothing to say.
+    """
+    literal = [each for each in unfollowed if each.value and not each.goes_with]
+    tied = [each for each in unfollowed if each.goes_with]
+    sentences = []
+    if literal:
+        parts = list(dict.fromkeys(part for each in literal for part in each.parts))
+        verb = "does" if len(parts) == 1 else "do"
+        listed_numbers = ", ".join(f"{each.name} = {each.value:.6g}" for each in literal)
+        it = "is it" if len(literal) == 1 else "are they"
+        which = join_words(["M" if part == "mass_matrix" else part for part in parts])
+        sentences.append(
+            f"Your {which} {verb} not change with the file's {listed_numbers}: {it} hard-coded?"
+        )
+    if tied:
+        listed_ties = ", ".join(f"{t.name} from {' and '.join(t.goes_with)}" for t in tied)
+        sentences.append(f"Your equations take {listed_ties}, which is right on this arm.")
+    return " ".join((*sentences, "The trial went ahead with your values.")) if sentences else ""

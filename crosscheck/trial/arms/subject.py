@@ -1,0 +1,376 @@
+"""An arm's equations in a trial: asked in workers, beside the models of each level."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Sequence
+from contextlib import contextmanager
+from dataclasses import dataclass, replace
+from typing import Any
+
+import numpy as np
+
+from crosscheck.findings import Finding
+from crosscheck.models.arm.arm import Arm
+from crosscheck.models.errors import InputError, Unfinished
+from crosscheck.models.experiment.scenario import (
+    ConstantDrive,
+    PdDrive,
+    Scenario,
+    SinusoidDrive,
+    Switches,
+    expand_to_joints,
+)
+from crosscheck.models.loading import Case
+from crosscheck.planning import comparison
+from crosscheck.planning.comparison import Comparison, ModelTask, Results
+from crosscheck.registry import find_distinct_levels, group_equal_levels, register
+from crosscheck.run import cases_by_run, run_tasks, runs_by_key
+from crosscheck.runner.progress_update import ProgressCallback
+from crosscheck.runner.supervision import track_foreign_code
+from crosscheck.runner.workers import Workers
+from crosscheck.trial.arms import suite
+from crosscheck.trial.arms.answer_keys import make_arm_answer_keys
+from crosscheck.trial.arms.entry_notes import (
+    describe_entries,
+    describe_point_masses,
+    describe_unfollowed,
+    name_entry,
+)
+from crosscheck.trial.arms.model import make_registry_entry, select_switches
+from crosscheck.trial.arms.questions import (
+    VerificationProblem,
+    make_experiment,
+    run_first_calls,
+    skip_dependent_tasks,
+)
+from crosscheck.trial.arms.unit_mistakes import describe_unit_mistakes
+from crosscheck.trial.changes.arms.arm_numbers import find_negligible_inertias, replace_numbers
+from crosscheck.trial.changes.arms.causes import explain_entries, explain_linear_rates
+from crosscheck.trial.changes.arms.comparison import (
+    compare_entries,
+    list_entry_quantities,
+    list_entry_questions,
+)
+from crosscheck.trial.changes.arms.dependence import Perform
+from crosscheck.trial.changes.arms.diagnosis import Diagnosis, build_probe_problems, diagnose
+from crosscheck.trial.changes.arms.other_coordinates import find_readings
+from crosscheck.trial.changes.arms.segments import build_reference_terms
+from crosscheck.trial.changes.arms.waves import minimum_state_count
+from crosscheck.trial.coordinates.build import build_frame
+from crosscheck.trial.coordinates.readings import Reading
+from crosscheck.trial.input.equations import SINGLE
+from crosscheck.trial.input.supplied import SuppliedEquations, bind_equations
+from crosscheck.trial.judge.checks import WHOLE, AnswerSet
+from crosscheck.trial.judge.entries import (
+    LevelDistance,
+    deviations,
+    measure_distance,
+    sort_distances,
+)
+from crosscheck.trial.request import TrialRequest
+from crosscheck.trial.result import Trial, TrialDiagnosis
+from crosscheck.trial.trial import RunTrial, TrialSubject, make_cross_check_request
+
+JUDGING_S = 60.0  # rough cost
+RUNNABLE = {"mass_matrix", "bias", "force"}
+# Enough states to distinguish all the waves and signals that an entry may contain.
+STATES, QUICK_STATES = 300, 150
+LEAST_STATES = 20
+MOST_BYTES = 300_000_000  # memory for a bias's terms at all states, of which a trial holds several
+
+
+@dataclass(frozen=True)
+class ArmSubject(TrialSubject):
+    """Equations of an arm that have answered.
+
+    probes: the same equations on other arms; perform: asks more questions.
+    """
+
+    request: TrialRequest
+    problem: VerificationProblem
+    probes: Sequence[VerificationProblem]
+    results: Results
+    perform: Perform
+    whole = WHOLE
+    make_answer_keys = staticmethod(make_arm_answer_keys)
+
+    @classmethod
+    @contextmanager
+    def ask(cls, request: TrialRequest, progress: ProgressCallback) -> Iterator[ArmSubject]:
+        """Ask the equations and the models. Raises InputError, and Unfinished."""
+        with track_foreign_code(request.name):
+            problem = build_problem(request)
+            probes = build_probe_problems(problem)
+        entry = make_registry_entry(problem.name, problem.equations, problem.has)
+        with register(problem.name, entry), Workers(request.jobs) as workers:
+            failed_parts = run_first_calls(problem, workers, progress)
+
+            def perform(tasks: Sequence[ModelTask]) -> Results:
+                """Ask what can be asked; a function that does not come back is called no more."""
+                without = skip_dependent_tasks(problem, tasks, failed_parts)
+                new_results = run_tasks(
+                    workers, [task for task in tasks if task not in without], progress
+                )
+                lost_tasks = {task.key: failure for task, failure in without.items()}
+                return Results({**new_results.outcomes, **lost_tasks})
+
+            results = perform(list_tasks(problem, probes, request))
+            try:
+                with track_foreign_code(request.name, JUDGING_S):
+                    yield cls(request, problem, probes, results, perform)
+            except comparison.MissingResult as error:
+                raise Unfinished(f"{problem.name} cannot be judged: {error}") from None
+
+    @staticmethod
+    def run_variants(request: TrialRequest, run: RunTrial) -> Trial:
+        """The trial; again with 0 for inertias that equations leave out and are next to nothing."""
+        trial = run(request)
+        points = find_negligible_inertias(request.mechanism, trial.diagnosis.left_out)
+        if not points:
+            return trial
+        arm = replace_numbers(request.mechanism, dict.fromkeys(points, 0.0))
+        trial = run(replace(request, mechanism=arm))
+        return replace(trial, notes=(describe_point_masses(points), *trial.notes))
+
+    @staticmethod
+    def select_laws(request: TrialRequest) -> Switches:
+        """The laws of gears that the equations follow."""
+        return select_switches(request.equations, request.mechanism, request.switches)
+
+    @property
+    def motors(self) -> tuple[int, ...]:  # type: ignore[override]
+        """Joints that have a motor, from 0."""
+        return self.problem.motors
+
+    def measure_levels(self) -> list[LevelDistance]:
+        """How far the equations are from each rigid level, the nearest first."""
+        problem, results, distances = self.problem, self.results, []
+        if problem.gearing != "rigid":
+            return []
+        levels = find_distinct_levels(problem.mechanism)
+        distinct = [level for level in levels if level in problem.levels]
+        sizes = suite.compute_natural_sizes(problem, results, problem.levels[-1])  # same for all
+        for level in distinct or problem.levels:
+            compared = compare_entries(problem, level, list_entry_quantities(problem), results)
+            places = {  # two of M that mirror each other are one
+                (place.part, place.rates, frozenset((place.row, place.column)))
+                for place in (each.place for each in compared.wrong_entries)
+            }
+            right, errors = compared.reference_values, []
+            for part, values in compared.user_values.items():
+                errors.append(deviations(values, right[part], sizes.entry_sizes(part)))
+            distances.append(measure_distance(level, len(places), errors))
+        return sort_distances(distances)
+
+    def diagnose(self, distances: Sequence[LevelDistance]) -> TrialDiagnosis:
+        """Find the level, then other coordinates in which all is right, then reasons by entry."""
+        problem, probes, results = self.problem, self.probes, self.results
+        quantities, names = list_entry_quantities(problem), problem.names
+        nearest = distances[0].level if distances else ""
+        level = _select_equal_level(problem, probes, nearest, results)
+        here = compare_entries(problem, level, quantities, results)
+        wrong_parts = {wrong.place.part for wrong in here.wrong_entries}
+        reading_level, readings = "", list[Reading]()
+        if "mass_matrix" in wrong_parts or (wrong_parts and "mass_matrix" not in problem.has):
+            values = suite.collect_answers(problem, results).values
+            reading_level, readings = find_readings(problem, values)
+        level = reading_level or level
+        if wrong_parts == {"acceleration"} and not readings:
+            level = _select_explained_level(problem, probes, level, results)
+        here, *there = (
+            compare_entries(each, level, list_entry_quantities(each), results)
+            for each in (problem, *(() if readings else probes))
+        )
+        if readings:
+            diagnosis = Diagnosis(list(here.wrong_entries), [], [])
+        else:
+            diagnosis = diagnose(here, there, self.perform)
+            diagnosis.wrong_entries.extend(explain_linear_rates(here))
+        entries = [name_entry(each, names) for each in diagnosis.wrong_entries]
+        wrong = tuple(each for each in entries if not each.shown_on)
+        table, right = problem.equations.table, here.reference_values
+        notes = describe_unit_mistakes(here.user_values, right, table, names)
+        numbers = tuple(each for each in diagnosis.ignored_numbers if each.parts)
+        return TrialDiagnosis(
+            level,
+            wrong,
+            (*notes, *(() if readings else describe_entries(wrong))),
+            readings=tuple(each.described for each in readings),
+            hidden=tuple(each for each in entries if each.shown_on),
+            ignored_numbers=numbers,
+            left_out=tuple(each.name for each in (*numbers, *diagnosis.uncertain) if each.parts),
+        )
+
+    def collect_answers(self, level: str) -> AnswerSet:
+        """The answers, to be judged by sizes of the user's unit."""
+        return suite.collect_answers(self.problem, self.results)
+
+    def judge_engines(self, answers: AnswerSet, level: str) -> Iterator[Finding]:
+        """Compare answers with all engines, runs with those of the level, and judge balances."""
+        yield from suite.judge_engines(self.problem, answers, self.results, level)
+        planned = list(_plan_comparisons(self.problem, self.request, [level]))
+        yield from comparison.judge_comparisons(planned, self.results)
+
+    def list_runs(self, level: str) -> tuple[dict[Any, Any], dict[Any, Any]]:
+        """Cases and runs of scenarios, by key."""
+        cases = cases_by_run(list(_plan_comparisons(self.problem, self.request, [level])))
+        runs = runs_by_key(self.results).items()
+        return cases, {key: run for key, run in runs if key in cases}
+
+    def measure_errors(self, level: str) -> tuple[dict[str, np.ndarray], dict[str, float]]:
+        """By part, the relative error of each entry from a level, and what is allowed."""
+        quantities = list_entry_quantities(self.problem)
+        here = compare_entries(self.problem, level, quantities, self.results)
+        errors = here.relative_errors
+        return errors, {quantity: here.sizes.tolerance(quantity) for quantity in errors}
+
+    def list_remarks(self) -> Iterator[str]:
+        """Sentences on coordinates, on other arms, and on digits of tables."""
+        where = "on this arm alone: errors that its equal numbers and zeros hide are not seen"
+        if count := len(self.probes):
+            others = f"{count} other arm{'s' * (count > 1)}"
+            where = f"also on {others}, to catch errors that equal values here would hide"
+        yield f"judged in {', '.join(self.problem.names)}, {where}"
+        table = self.problem.equations.table
+        if table is not None and table.precision:
+            single = table.precision == SINGLE
+            precision = "single precision" if single else "fewer digits than a double has"
+            yield f"answers have {precision}, {table.precision:.2g} relative: the tolerances follow"
+
+    def list_notes(self, diagnosis: TrialDiagnosis) -> list[str]:
+        """Numbers that are not followed, and errors on other arms alone."""
+        note = describe_unfollowed(diagnosis.ignored_numbers)
+        lines = describe_entries(diagnosis.hidden)
+        front = "Right on this arm. On others, whose numbers differ, this is wrong: "
+        return [*[note] * bool(note), *(f"{front}{line}" for line in lines)]
+
+
+def list_tasks(
+    problem: VerificationProblem, probes: Sequence[VerificationProblem], request: TrialRequest
+) -> list[ModelTask]:
+    """All tasks of a trial: of the equations, and of the models that they are compared with."""
+    planned = list(_plan_comparisons(problem, request, problem.levels))
+    questions = [*suite.list_questions(problem), *_entry_tasks((problem, *probes))]
+    return list(dict.fromkeys([*comparison.collect_tasks(planned), *questions]))
+
+
+def _require_runnable(request: TrialRequest, bound: SuppliedEquations) -> None:
+    """Raise InputError for a scenario that the equations cannot be run in."""
+    missing = ", ".join(sorted(RUNNABLE - bound.has))
+    for scenario in request.scenarios:
+        if missing:
+            reason = f"needs {missing}, which the equations have not"
+            raise InputError("--scenario", "", scenario.name, reason)
+        idle = sorted(set(range(len(bound.arm.joints))) - set(bound.motors))
+        driven = [str(joint + 1) for joint in idle if _is_driven(scenario, joint, bound.arm)]
+        if driven:
+            which = "joint" if len(driven) == 1 else "joints"
+            reason = f"drives {which} {', '.join(driven)}; the equations take no torque there"
+            raise InputError("--scenario", "", scenario.name, reason)
+
+
+def _is_driven(scenario: Scenario, joint: int, arm: Arm) -> bool:
+    """Whether a scenario has a torque on a joint at any time."""
+    drive, joints = scenario.drive, len(arm.joints)
+    if isinstance(drive, ConstantDrive):
+        return bool(expand_to_joints(drive.torque_N_m, joints)[joint])
+    if isinstance(drive, PdDrive):
+        gains = (drive.proportional_N_m_per_rad, drive.derivative_N_m_s_per_rad)
+        return any(expand_to_joints(gain, joints)[joint] for gain in gains)
+    if isinstance(drive, SinusoidDrive):
+        return bool(expand_to_joints(drive.amplitude_N_m, joints)[joint])
+    return any(drive.torque_N_m[joint])
+
+
+def _entry_tasks(problems: Sequence[VerificationProblem]) -> Iterator[ModelTask]:
+    for each in problems:
+        yield from list_entry_questions(each, each.levels, list_entry_quantities(each))
+
+
+def build_problem(request: TrialRequest) -> VerificationProblem:
+    """The supplied equations, with coordinates and states already made. Raises InputError."""
+    make_cross_check_request(request)  # refuses scenarios that cannot stand side by side
+    arm: Arm = request.mechanism
+    laws = select_switches(request.equations, arm, request.switches)
+    count = QUICK_STATES if request.quick else STATES
+    scenario = make_experiment(arm, range(len(arm.joints)))
+    equations = request.equations.adapt_to_arm(arm, scenario)
+    bound = bind_equations(equations, arm, build_frame(equations.coordinates, arm))
+    if len(bound.motors) < len(arm.joints):
+        scenario = make_experiment(arm, bound.motors)
+        equations = request.equations.adapt_to_arm(arm, scenario)
+    _require_runnable(request, bound)
+    case = Case(arm, scenario, laws)
+    problem = VerificationProblem(
+        request.name, equations, bound.has, case, count, request.seed, bound.motors
+    )
+    if problem.frame.matrix is not None:
+        terms = build_reference_terms(
+            problem.frame, arm, laws, problem.levels[-1], has_gravity=problem.has_gravity
+        )
+        count = max(count, minimum_state_count(terms))
+    affordable = MOST_BYTES // (8 * len(problem.frame.names) ** 3)
+    problem = replace(problem, count=min(count, max(affordable, LEAST_STATES)))
+    _ = problem.states  # made now, so that what is wrong with the coordinates is said first
+    return problem
+
+
+def _plan_comparisons(
+    problem: VerificationProblem, request: TrialRequest, levels: Sequence[str]
+) -> Iterator[Comparison]:
+    """The comparisons of runs at levels, and the balances."""
+    for level in levels:
+        for scenario in request.scenarios:
+            yield from suite.plan_run_comparisons(problem, scenario, level)
+    yield from suite.plan_balance_checks(problem)
+
+
+def _select_equal_level(
+    problem: VerificationProblem,
+    probes: Sequence[VerificationProblem],
+    level: str,
+    results: Results,
+) -> str:
+    """Pick, among levels that are equal on the arm, as without motors, that of the other arms.
+
+    There it is the one from which the fewest entries differ; of as many the given one.
+    """
+    groups = group_equal_levels(problem.case.arm)
+    equal = [
+        each
+        for group in groups
+        if level in group
+        for each in (level, *group)
+        if each in problem.levels
+    ]
+    if len(equal) < 2:
+        return level
+    quantities = list_entry_quantities(problem)
+
+    def count_wrong_entries(each: str) -> int:
+        comparisons = (compare_entries(probe, each, quantities, results) for probe in probes)
+        return sum(len(list(comparison.wrong_entries)) for comparison in comparisons)
+
+    return min(equal, key=count_wrong_entries)
+
+
+def _select_explained_level(
+    problem: VerificationProblem,
+    probes: Sequence[VerificationProblem],
+    level: str,
+    results: Results,
+) -> str:
+    """The first level beside which errors explain wrong accelerations; the given one before others.
+
+    Errors in M may bring accelerations nearer to a level that is not theirs.
+    """
+    for each in dict.fromkeys((level, *problem.levels)):
+        here, *there = (
+            compare_entries(asked, each, ["acceleration"], results) for asked in (problem, *probes)
+        )
+        if here.terms is None:
+            break
+        wrong = [w for w in explain_entries(here, there) if not w.shown_on]
+        if wrong and all(w.explanation for w in wrong):
+            return each
+    return level
