@@ -21,7 +21,7 @@ from crosscheck.models.errors import PROGRAM, format_line
 
 NAME = "geararm-crosscheck"
 OTHERS_READ, OTHERS_WRITE = 0o077, 0o022  # permissions of group and others
-CHECKSUM = 32  # bytes of SHA-256, with which a kept file of code begins
+CHECKSUM = 32  # length of the SHA-256 at the begin of a kept file of code [bytes]
 
 
 class PrivacyError(PermissionError):

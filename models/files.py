@@ -18,7 +18,7 @@ from crosscheck.models.inputs import read_content
 
 HERE = Path(__file__).parent
 BUILTIN_FOLDERS = ("arms", "robots", "scenarios")  # folders of what has built-in names
-LARGEST_FILE = 4_000_000  # bytes; a table of 50,000 rows for seven joints takes as many
+LARGEST_FILE = 4_000_000  # size of a file [bytes]; a table of 50,000 rows for seven joints has it
 LONGEST_BITS = 1000  # bits of the longest whole number; Python shows none of 4300 digits
 URDF = ".urdf"
 TOO_LONG = "a number of too many digits"

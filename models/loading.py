@@ -22,7 +22,7 @@ if TYPE_CHECKING:
     from crosscheck.models.robot.robot import Robot
 
 Record = TypeVar("Record", bound=BaseModel)
-# Of the schema's unions; a record of another room has its own as ``union_tags``.
+# Tags of the schema's unions; a record of another room has its own as ``union_tags``.
 UNION_TAGS = {
     *("constant", "pd", "sinusoid", "table", "number", "list", "word"),
     *("planetary", "direct", "sine", "fourier", "square"),

@@ -28,7 +28,7 @@ from numba.core.caching import (
 from crosscheck.models.directories import prepare_code_folder, read_sealed, seal
 
 FOLDER = "compiled"
-LARGEST = 64 * 2**20  # bytes of a kept file
+LARGEST = 64 * 2**20  # size of a kept file [bytes]
 PACKAGE = Path(__file__).parent  # functions for numba call none outside it
 
 

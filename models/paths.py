@@ -11,7 +11,7 @@ from typing import Any
 from crosscheck.models.errors import InputError
 
 SECTIONS = ("arm", "scenario", "switches")
-FieldPath = tuple[str | int, ...]  # of one entry: keys of tables, indices in lists
+FieldPath = tuple[str | int, ...]  # path of one entry: keys of tables, indices in lists
 
 
 def is_path(path: str, sections: Sequence[str] = SECTIONS) -> bool:

@@ -24,7 +24,7 @@ REFUSALS = (
     Refusal("simulate", "--ring-rate", "robot", TEETH),
     Refusal("trial", "--scenario", "robot", STATES),
     Refusal("trial", "--after", "robot", "its first answers name every term that is judged"),
-    Refusal("trial", "--run-code", "robot", "only an FMU asks for it"),
+    Refusal("trial", "--run-code", "robot", "only an FMU needs it"),
     Refusal("trial", "co_simulation", "robot", f"{STATES}; export the unit for Model Exchange"),
     Refusal("init", "--joints", "robot", "--urdf has its own joints"),
     Refusal("init", "--direct", "robot", "a robot's joints are direct already"),

@@ -8,6 +8,7 @@ import ctypes
 import gc
 import sys
 from collections.abc import Iterator
+from functools import wraps
 from importlib import import_module
 from importlib.util import find_spec
 from typing import TYPE_CHECKING
@@ -73,17 +74,23 @@ def few_states() -> Iterator[None]:
     """Quick trials look at 8 states, not 150; those in processes of their own at all of them.
 
     Where numbers are fitted, at 20 more than there are, not at 50 more than twice as many. No edit
-    of a source is tried, but for who asks for ``source_search``.
+    of a source is tried, but for who asks for ``source_search``. Axes of drawings stay where they
+    were made: room for their labels takes half of the time. The best of 8 motions is suggested.
     """
+    from crosscheck.identification import excitation
+    from crosscheck.report.plots import figures
     from crosscheck.trial import trial
     from crosscheck.trial.changes.arms import waves
     from crosscheck.trial.source import search
 
     with pytest.MonkeyPatch.context() as patch:
         patch.setattr(trial, "QUICK_STATES", 8)
+        patch.setattr(excitation, "DRAWN", 8)
         patch.setattr(waves, "SPARE_STATES", 20)
         patch.setattr(waves, "STATES_PER_NUMBER", 1)
         patch.setattr(search, "RANKS", ())
+        leave_axes = wraps(figures._place_axes)(lambda figure: figure.set_layout_engine(None))
+        patch.setattr(figures, "_place_axes", leave_axes)
         yield
 
 

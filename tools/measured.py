@@ -87,12 +87,7 @@ def _study_tx40(folder: Path) -> Iterator[Study]:
         (published[name],) = _read_numbers(config, field)
     robot = load_robot(str(folder / "tx40_mdh_modified.urdf"))
     comparison = _compare(robot, folder, "tx40")
-    steps = comparison.sides[0].steps
-    remarks = (
-        "The published numbers are those of the source's `TX40_config.yaml`.",
-        "From links and viscous friction to all terms, the residual falls by a factor of"
-        f" {steps[0].weighted / steps[-1].weighted:.2f}.",
-    )
+    remarks = ("The published numbers are those of the source's `TX40_config.yaml`.",)
     yield Study("Stäubli TX40", comparison, published, remarks)
 
 
@@ -118,21 +113,8 @@ def _study_pendulums(folder: Path) -> Iterator[Study]:
             " M12's cosine with the sign changed. A coupled rotor adds N (N - 1) J ="
             f" {ratio * (ratio - 1) * rotor:.5f} kg m² there; with the sign of the source's model"
             f" it is N (N + 1) J = {ratio * (ratio + 1) * rotor:.5f} kg m².",
-            _describe_coulomb(comparison, published),
         )
         yield Study(title, comparison, published, remarks)
-
-
-def _describe_coulomb(comparison: RecordComparison, published: Mapping[str, float]) -> str:
-    """How far estimated Coulomb friction is from the published one."""
-    side = comparison.sides[0]
-    ratios = [
-        f"{each.value / published[each.term.name] - 1:+.0%} ({each.term.name.split()[-1]})"
-        for each in side.estimates
-        if each.term.kind == "coulomb"
-    ]
-    band = f"{side.bandwidth:.3g} Hz"
-    return f"Up to {band}, Coulomb friction differs from the published by {', '.join(ratios)}."
 
 
 def _study_kinova(folder: Path) -> Iterator[Study]:
@@ -247,9 +229,7 @@ def format_estimates(
 ) -> Iterator[str]:
     """A table with a row for each joint, or motor that joints share; then the delay.
 
-    Args:
-        units: The unit of each term, by its name.
-        cells: Texts by a term's name and one of the columns, of which the first is the estimate.
+    units: by a term's name; cells: by it and a column, of which the first is the estimate.
     """
     kinds: dict[str, dict[str, str]] = {}  # a kind's heading: its terms by their joints
     for name, unit in units.items():

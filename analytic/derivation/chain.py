@@ -63,9 +63,7 @@ class Chain:
         return self._gear_rows(joint, advance, 0 * advance)[0]
 
     def planet_rows(self, joint: int) -> list[tuple[Any, np.ndarray]]:
-        """The number of planets that turn together, and the row of their theta_p (Eq. 3): all, or
-        each.
-        """
+        """Numbers of planets that turn together, with the rows of their theta_p (Eq. 3)."""
         stage = self.stages[joint - 1]
         assert isinstance(stage, Stage)
         planets = range(1, int(stage.N) + 1) if self.layout.free else ()

@@ -16,7 +16,7 @@ from crosscheck.models.arm.arm import Arm
 from crosscheck.models.arm.layout import lumped_layout
 
 TermCoefficients = defaultdict[tuple[int, ...], float]
-Numbers = Mapping[sp.Symbol, sp.Rational]  # of parameters
+Numbers = Mapping[sp.Symbol, sp.Rational]  # values of parameters
 
 
 def build_form_terms(form: Form, arm: Arm) -> Terms:

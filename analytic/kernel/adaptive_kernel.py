@@ -384,7 +384,7 @@ def _weighted_sum(weights: Sequence[float] | np.ndarray) -> str:
     return text
 
 
-NEAR_S = 1e-13  # of a change of contact: what it leaves of a step's error is far below rounding
+NEAR_S = 1e-13  # error of a change of contact [s]; its effect on a step is far below rounding
 
 
 class AdaptiveRun(NamedTuple):

@@ -20,7 +20,7 @@ from crosscheck.models.experiment.drive import TABLE, DriveData, table_torques
 from crosscheck.models.experiment.scenario import Scenario
 
 BLOCK_LANES = 8  # lanes of a block: as many numbers as the widest registers hold
-CACHE_LINE = 64  # bytes at whose multiples blocks begin: no load spans two lines of the cache
+CACHE_LINE = 64  # alignment of blocks [bytes]: no load spans two lines of the cache
 
 
 class Records(NamedTuple):

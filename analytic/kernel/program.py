@@ -31,7 +31,7 @@ POINTER, WHOLE, NUMBER = ctypes.c_void_p, ctypes.c_int64, ctypes.c_double
 RUNS, STATES = 2, 0
 COMPILE_LOCK = threading.Lock()  # Python 3.11's parser fails when several threads use it at a time
 Constants = dict[str, int | float]
-# Of each coordinate of a layout, the kernel's own that it is, or the two whose difference it is.
+# For each coordinate of a layout, the kernel's own, or the two whose difference it is.
 RecordMap = tuple[tuple[int, ...], ...]
 STAGE_ARGUMENTS = (POINTER, NUMBER, NUMBER, POINTER, NUMBER, NUMBER)
 
@@ -336,7 +336,7 @@ def find_free_names(
     return tuple(names)
 
 
-# What a stage leaves of every coordinate x, in the rows of STATE: its own state is q_x and v_x.
+# Sums of a stage for every coordinate x, in the rows of STATE: its own state is q_x and v_x.
 _FIRST = {
     "sum_q": "v_{x}",
     "sum_v": "a_{x}",

@@ -107,9 +107,7 @@ class BodyPose(NamedTuple):
 
 
 class Rates(NamedTuple):
-    """Motion of a body in its own frame: angular rate, its derivative, acceleration of the origin,
-    B.
-    """
+    """Motion of a body in its frame: angular rate, its derivative, the origin's acceleration, B."""
 
     angular: Vector
     angular_rate: Vector
@@ -356,9 +354,7 @@ class MovingTree:
             moment = plus(rotate(pose.rotation, moment), cross(pose.position, force))
 
     def bias(self, v: Sequence[Number]) -> list[Number]:
-        """Torques that keep joints moving at v from accelerating, weights included, over all
-        joints.
-        """
+        """Torques that keep all joints moving at v from accelerating, weights included."""
         still = self._hold_still(v)
         projected = self.project(still.forces, still.moments)
         return [direct + more for direct, more in zip(still.held, projected, strict=True)]

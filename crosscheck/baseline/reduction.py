@@ -41,7 +41,7 @@ INTERVALS = 20
 # Runs that are recorded for themselves, and the run that measures the uncertainty of each; all
 # others (another step, a nudged start) are not recorded.
 COARSER = {"": "coarse", "reference": "reference-coarse"}
-# For a measurement whose uncertainty nobody measured: of its own value, and of its quantity's size.
+# Limits for a measurement of unknown uncertainty: of its value, and of its quantity's size.
 UNKNOWN, UNKNOWN_OF_SIZE = 1e-6, 1e-10
 # Growth of one rounding that is assumed where no second run measures it.
 UNMEASURED_ROUNDINGS = 1000

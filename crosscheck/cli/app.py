@@ -44,7 +44,7 @@ app.add_typer(baseline, name="baseline")
 cache = typer.Typer(no_args_is_help=True, help="Show or clear the files kept between runs.")
 app.add_typer(cache, name="cache")
 
-File = Path | None  # of options that may be left out
+File = Path | None  # type of optional file options
 Text = str | None
 Texts = list[str] | None
 ArmName = Annotated[str, Argument(metavar="ARM", help="Built-in name or TOML file.")]

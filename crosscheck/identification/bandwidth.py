@@ -10,8 +10,8 @@ import numpy as np
 from crosscheck.identification.estimation import LinearFit
 from crosscheck.identification.terms import TermEstimate
 
-RAISED = 2.0**0.5  # from a tried bandwidth to the next
-GAIN = 0.98  # of errors: a band that makes them no less has no information of its own
+RAISED = 2.0**0.5  # ratio of successive bandwidths
+GAIN = 0.98  # ratio of errors by which a wider band must improve
 
 
 @dataclass(frozen=True)

@@ -15,13 +15,13 @@ from scipy.linalg import block_diag, solve_triangular
 from scipy.optimize import minimize
 
 BODY = 10  # parameters of a body: m, h, and of I xx, xy, yy, xz, yz, zz
-# Of a body's mass and second moments in its file, the share below which it is at the border.
+# Share of a body's mass and second moments in its file below which it is at the border.
 BORDER = 1e-4
-LIGHTEST = 1e-3  # of the mean mass: of a link whose file states none
-AT_REST = 1e-6  # of half of chi squared, for a unit of logarithms
+LIGHTEST = 1e-3  # mass of a link without one in its file, over the mean mass
+AT_REST = 1e-6  # slope of half of chi squared per unit of logarithms, at rest
 MOST_PASSES = 1000
-LARGEST_STEP = 1.0  # of logarithms: far away there are valleys that never rise again
-ROUNDED = 1e-13  # of the largest curvature in scaled unknowns: what is less shows nothing
+LARGEST_STEP = 1.0  # step of logarithms: far away there are valleys that never rise again
+ROUNDED = 1e-13  # share of the largest curvature below which an unknown is not shown
 DIAGONAL = np.arange(3)
 ABOVE = (0, 1, 0, 0, 1, 2), (1, 2, 2, 3, 3, 3)  # s12, s23, s13, t1, t2, t3
 

@@ -70,7 +70,7 @@ LINK_KINDS: dict[LinkTreatment, tuple[TermKind, ...]] = {
     "fixed": ("gravity",),
     "none": (),
 }
-# What is added step by step, friction before rotors: a rotor is named by what friction leaves.
+# Terms added step by step, friction before rotors: a rotor must explain the residual of friction.
 STEPS: tuple[tuple[str, tuple[TermKind, ...]], ...] = (
     ("viscous friction", ("offset", "viscous")),
     ("Coulomb friction", ("coulomb",)),
@@ -80,11 +80,11 @@ STEPS: tuple[tuple[str, tuple[TermKind, ...]], ...] = (
     ("armature of shared motors", ("shared armature",)),
 )
 MOST_BANDS = 4  # whose samples are kept: fits ask for those of the last ones again
-FEWEST_ROWS = 8  # of torques for a parameter, half of them independent
+FEWEST_ROWS = 8  # rows of torques per parameter, half of them independent
 NOTHING_ELSE = Knowledge()
 NAMED_KINDS: tuple[TermKind, ...] = (*ROTOR_KINDS, "scale", "gravity", "delay")
-# Of scaled columns: beyond it estimates hang on what motion hardly shows (Gautier and Khalil, 1992,
-# ask for 100).
+# Condition number of scaled columns beyond which estimates depend on terms that the motion hardly
+# shows (Gautier and Khalil, 1992, require 100).
 EXCITED = 1000.0
 CONCERNED = 0.1  # a parameter's part in the direction that motion shows least, to be named
 

@@ -33,8 +33,8 @@ from crosscheck.runner.workers import perform_all
 
 ENGINE_ROWS = 1000
 QUANTITY = "inverse_dynamics"
-TOLERANCE = 1e-10  # of the sum of the sizes of a torque's terms, of which rounding explains 1e-15
-REGRESSOR = "regressor"  # of Pinocchio, by which links are estimated
+TOLERANCE = 1e-10  # share of the sum of a torque's terms; rounding explains 1e-15
+REGRESSOR = "regressor"  # name of Pinocchio's regressor, by which links are estimated
 Motion = tuple[np.ndarray, np.ndarray, np.ndarray]  # positions, rates, accelerations (rows, n)
 
 

@@ -15,14 +15,14 @@ from scipy.special import stdtrit
 from crosscheck.identification.sampling import ROWS
 
 WEIGHTINGS = 3  # passes of weights by residuals
-CONFIDENCE = 0.95  # of an interval
+CONFIDENCE = 0.95  # confidence of an interval
 MOST_BLOCKS, FEWEST_BLOCKS = 100, 20
 # Blocks hold so many times for which residuals are alike: their sums are independent.
 CORRELATION_TIMES = 4.0
 TOGETHER = 1000  # rows of columns that are weighted at a time
-LEAST_LEFT = 1.0  # of independent values of a joint, where parameters take up more
-LEAST_FREE = 0.1  # of a residual's power at a frequency that columns leave, where they take more
-LOBES = 8  # of a residual's correlation: the width of the window in which it is summed
+LEAST_LEFT = 1.0  # least number of independent values of a joint
+LEAST_FREE = 0.1  # least share of a residual's power at a frequency beside the columns
+LOBES = 8  # lobes of a residual's correlation in the window that sums it
 ALIKE = 1e6  # condition number of scaled columns from which on some of them are left out
 
 

@@ -14,9 +14,9 @@ from crosscheck.models.robot.robot import Robot
 from crosscheck.registry import build_robot_model, reference_engine
 
 DRAWN = 100  # motions among which the best is suggested
-GRID = 200  # instants in a period: many times the parameters, and 40 in the fastest sine's period
-PERIODS = 10  # that are written: blocks of rows need many
-TABLE_ROWS = 2000  # in a period
+GRID = 200  # instants per period: many times the parameters, 40 in the fastest sine's period
+PERIODS = 10  # periods that are written: blocks of rows need many
+TABLE_ROWS = 2000  # rows in a period
 
 
 @dataclass(frozen=True)

@@ -21,9 +21,9 @@ from crosscheck.recordings.smoothing import Block, select_spacing, smooth_record
 
 MOST_WINDOWS = 10
 COVERED, LEFT = 2.0, 3.0  # of u_val: for 95 % of rows, and for the first row that is outside
-DRAWS = 8  # of the torques' noise
-LONGEST_ROWS = 20_000  # of a window
-STEPS = 1000  # in a window, at least: the record's torques are lines between its rows
+DRAWS = 8  # draws of the torques' noise
+LONGEST_ROWS = 20_000  # rows of a window
+STEPS = 1000  # least steps in a window: the record's torques are lines between its rows
 
 
 @dataclass(frozen=True)
@@ -57,7 +57,7 @@ class Window:
         return float((np.abs(self.error) <= COVERED * self.validation).mean())
 
 
-Friction = Callable[[np.ndarray], np.ndarray]  # of rates (rows, n), as estimated
+Friction = Callable[[np.ndarray], np.ndarray]  # estimated friction at rates (rows, n)
 
 
 def run_windows(

@@ -8,7 +8,7 @@ from math import degrees
 import numpy as np
 
 STANDARD = 9.81  # [m/s^2]
-# Of gravity's size: on Earth it differs by half of that; by more, it is masses and no tilt.
+# Share of gravity's size by which a tilt may change it: on Earth it varies by half of that.
 SIZE_SHARE = 0.01
 
 

@@ -19,7 +19,7 @@ from crosscheck.models.errors import InputError
 from crosscheck.models.loading import make_rest_scenario, validate_record
 from crosscheck.models.paths import assign, find_paths
 from crosscheck.models.pinocchio.regressor import BODY_PARAMETERS
-from crosscheck.models.robot.planar import build_level_robots, build_planar_robot
+from crosscheck.models.robot.planar import build_level_robots
 from crosscheck.models.robot.robot import (
     BASE,
     RIGID,
@@ -42,7 +42,7 @@ UNITS = {
 }
 STAGE_UNITS = ("equivalent_mass_kg", "inertia_kg_m2")
 MOMENTS = {"xx": (0, 0), "xy": (0, 1), "xz": (0, 2), "yy": (1, 1), "yz": (1, 2), "zz": (2, 2)}
-LIGHTEST = 1e-6  # of the heaviest body, a link that has a mass of its own
+LIGHTEST = 1e-6  # share of the heaviest body's mass from which on a link counts
 STEP = 2.0**-10  # relative, of a number whose slope is asked; of 0, its own unit
 LEVEL_PHRASES = {
     "links": "links alone (links)",
@@ -140,7 +140,8 @@ class PlanarArm(ComparedMechanism):
     noun = "arm"
 
     def __init__(self, arm: Arm) -> None:
-        self.arm, self.robot = arm, build_planar_robot(arm)
+        self.arm, self._levels = arm, build_level_robots(arm)
+        self.robot, _ = self._levels["coupled"]
 
     @cached_property
     def parameters(self) -> tuple[Parameter, ...]:
@@ -150,8 +151,9 @@ class PlanarArm(ComparedMechanism):
     @cached_property
     def levels(self) -> tuple[RigidLevel, ...]:
         """Links alone, then with what the joints carry, and with gears that turn."""
-        kinds = build_level_robots(self.arm)
-        return tuple(RigidLevel(name, *kinds[name]) for name in find_distinct_levels(self.arm))
+        return tuple(
+            RigidLevel(name, *self._levels[name]) for name in find_distinct_levels(self.arm)
+        )
 
     def change(self, values: Mapping[str, float]) -> PlanarArm:
         """The arm of a changed file."""
@@ -199,7 +201,7 @@ def _describe_number(path: str, value: float, bearer: str) -> Parameter:
     return Parameter(path, value, UNITS[ending], phrase)
 
 
-Edit = tuple[str, Any, Callable[[Any, float], Any]]  # of a table's entry, by a new value
+Edit = tuple[str, Any, Callable[[Any, float], Any]]  # edit of a table's entry, by a new value
 
 
 class SpatialRobot(ComparedMechanism):

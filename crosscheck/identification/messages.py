@@ -35,7 +35,7 @@ NONE_FITS: dict[Side, str] = {
     "motor": "No level fits the recording with the file's numbers",
     "joint": "Judged by the torques behind the gears, no level fits with the file's numbers",
 }
-LARGEST_RATIO = 1e12  # that is written out
+LARGEST_RATIO = 1e12  # largest likelihood ratio that is written out
 MOST_DIGITS = 15
 MOST_NAMES = 6
 EXCITATION_FILE = "excitation.csv"

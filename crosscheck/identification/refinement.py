@@ -42,9 +42,9 @@ from crosscheck.models.pinocchio.regressor import LinkRegressor
 from crosscheck.models.robot.robot import Level, Robot
 
 Unknown = Literal["gains", "zeros"]
-LESS_LIKELY = 2 * np.log(100.0)  # of chi squared: a level a hundred times less likely is rejected
+LESS_LIKELY = 2 * np.log(100.0)  # excess of chi squared at which a level is rejected
 SURPRISE = 0.001  # chance of links so far from their file, where its uncertainty is right
-NO_SLOPE = 1e-7  # of the largest slope: what is less is rounding
+NO_SLOPE = 1e-7  # share of the largest slope below which one is rounding
 ANGLE = 1e-5  # [rad or m] by which slopes in positions are taken: an error of 1e-10 of them
 PASSES, SETTLED = 20, 1e-7  # of standard errors: a last step of estimates
 

@@ -40,13 +40,12 @@ from crosscheck.registry import build_robot_model, reference_engine
 # Chance that links of any kind leave less at a joint while a restriction of them is right.
 SIGNIFICANT = 1e-4
 PLAUSIBLE = 0.01  # the same of a number's change, which is the best of many
-LEFT_MORE = 1.1  # times what any links leave at a joint: less is no matter of these
-LIKELIHOOD_RATIO = 100.0  # of two levels or numbers, from which on one is named alone
-MOST_NUMBERS = 8  # of a level: those that leave least, which are fitted with intervals
+LEFT_MORE = 1.1  # ratio of residuals at a joint below which the links are not wrong
+LIKELIHOOD_RATIO = 100.0  # likelihood ratio from which on one of two is named alone
+MOST_NUMBERS = 8  # numbers of a level with the least residual, fitted with intervals
 PASSES, SETTLED = 5, 0.01  # of standard errors: a last step of a number
-NO_COLUMN = 1e-6  # of the largest column of a number of the same unit: less is rounding
-# Of the rms of a joint's torque: what filters and lines between rows leave of a record without
-# noise.
+NO_COLUMN = 1e-6  # share of the largest column of the same unit: less is rounding
+# Share of a joint's rms torque that filters and interpolation leave in a record without noise.
 ROUNDED = 1e-6
 
 
@@ -117,9 +116,7 @@ class FileJudgement:
 
     @property
     def explanations(self) -> tuple[Restriction, ...]:
-        """Restrictions that explain the record and are not much less likely than the best, it
-        first.
-        """
+        """Restrictions that explain the record, nearly as likely as the best, which is first."""
         able = [each for each in (*self.levels, *self.changes) if each.explains]
         return tuple(each for each in able if self.compare(each, able[0]) < LIKELIHOOD_RATIO)
 

@@ -19,20 +19,20 @@ from crosscheck.recordings.decimation import (
 )
 from crosscheck.recordings.record import Record
 
-# Of the Butterworth filter that runs forth and back: its square in size, and no phase. Half as far
-# as its band it takes 2e-5 of an amplitude; of order 4 it would be 4e-3, which lower bands would
-# make errors of inertia.
+# Order of the Butterworth filter, which runs forth and back: its square in size, and no phase. At
+# half of its band it removes 2e-5 of an amplitude; order 4 would remove 4e-3, which lower bands
+# would turn into errors of inertia.
 ORDER = 8
 # Torques are no linear functions of motions: what a filter takes from a motion is missing in their
 # products far below the band. So motions pass so many times the band, are put into the columns, and
 # these pass the band itself by the same weights as the torques: that leaves any linear model true.
 MOTION_BAND = 4.0
 TOGETHER = 1000  # rows of which columns are made at a time
-MOST_ROWS = 20_000  # of a long record they stand further apart: estimates need no more
+MOST_ROWS = 20_000  # rows of a long record: estimates need no more
 # Shortest periods that a recording is continued by, turned about its ends: what is beyond them
 # weighs less than 1e-10 in the filter.
 PADDED = 20.0
-ROWS = 4.0  # in the shortest period of the band
+ROWS = 4.0  # rows in the shortest period of the band
 DENSE = 2  # rows of motion from a row to the next: twice in the motion's own shortest period
 REACH = 1.0  # shortest periods before and behind a row that count in it
 # Shortest periods of the motion's band that each end loses: what follows after them is missing.
@@ -42,9 +42,9 @@ SLOW = 0.01
 # Below this share of it a direction counts in parts: less, and signs of rounding count; more, and
 # rows beside a turn do not have the whole friction that their torques have.
 RAMP = 1e-6
-# Of the power of a joint's motion: in a band that holds less, edges and noise are what is left.
+# Share of a joint's motion power that a band must hold: with less, edges and noise dominate.
 MOTION_SHARE = 0.9
-LEAST_PERIODS = 20.0  # of a band in a recording
+LEAST_PERIODS = 20.0  # periods of a band in a recording
 
 
 @dataclass(frozen=True)

@@ -18,14 +18,14 @@ from crosscheck.identification.terms import (
 )
 from crosscheck.models.robot.robot import Robot, Rotor
 
-# Of a column's size, what earlier ones have to leave of it: less is the rounding of printed angles,
-# such as 1.5708 between axes that are parallel, and no motion brings it out.
+# Share of a column that earlier ones must not explain: less is the rounding of printed angles, such
+# as 1.5708 between parallel axes, and no motion shows it.
 INDEPENDENT = 1e-4
-ROUNDED = 1e-12  # of the largest column: one so small is zero but for rounding
+ROUNDED = 1e-12  # share of the largest column below which one is rounding
 MOTIONS = 200  # random ones: rows of torques are many times the parameters
 SEED = 0
 LEAST_RATE = 1e-14  # [rad/s or m/s]
-ASSUMED_RATIO = 50.0  # where files tell of no rotor; ranks are the same for any but 0 and 1
+ASSUMED_RATIO = 50.0  # ratio where files state no rotor; ranks are the same for any but 0 and 1
 
 
 @dataclass(frozen=True)

@@ -17,7 +17,7 @@ import numpy as np
 from crosscheck.models.errors import InputError
 from crosscheck.models.inputs import open_input
 
-LARGEST_FILE = 2_000_000_000  # bytes
+LARGEST_FILE = 2_000_000_000  # size of a file [bytes]
 PIECE = 2**15  # rows that are read at a time
 
 

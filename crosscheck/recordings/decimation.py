@@ -18,8 +18,8 @@ RESOLVED = 32.0
 # Before every second row is left out, what is beyond a quarter of their rate is taken away: six
 # digits of it, by a symmetric filter without phase.
 TAPS, WINDOW = 33, ("kaiser", 12.3)
-MOST_ROWS = 2**19  # of a recording that are kept: a longer one is halved while it is read
-EVEN = 1e-3  # of a step: times so near to even ones are taken for these
+MOST_ROWS = 2**19  # rows that are kept: a longer recording is halved while it is read
+EVEN = 1e-3  # share of a step: times so near to even ones count as even
 
 
 class EvenSignals(NamedTuple):

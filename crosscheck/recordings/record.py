@@ -21,7 +21,7 @@ READING_S, BAG_S = 60.0, 300.0
 BAGS = (".bag", ".db3", ".mcap")
 MESSAGE = "sensor_msgs/msg/JointState"
 MISSING = f"ROS bags need the package rosbags: {format_install_command('ros')}"
-# What a column holds, by the beginning of its name, and what its unit is multiplied by.
+# Factors of a column's units, by the beginning of its name.
 UNITS: dict[str, dict[str, float]] = {
     "t": {"s": 1.0, "ms": 1e-3, "us": 1e-6},
     "theta": {"rad": 1.0, "deg": pi / 180},
@@ -30,7 +30,7 @@ UNITS: dict[str, dict[str, float]] = {
 }
 NUMBERED = re.compile(r"(theta_dot|theta|torque)_(\d+)_(.+)")
 TOGETHER = re.compile(r"(theta_dot|theta|torque)_(.+)")
-# What people call a record's quantities, without units; `rename` in a message is by these.
+# Usual names of a record's quantities, without units, for `rename` in a message.
 LIKELY = {
     "t": re.compile(r"%?(t|time|timestamp|stamp|secs?|seconds)(_\w+)?"),
     "theta_dot": re.compile(r"(dq|qd|q_?dot|v|vel|velocity|rate|omega|dtheta|theta_?dot)_?\d+"),
@@ -43,7 +43,7 @@ TRAJECTORY_NAMES |= {"torque": "torque_N_m"}  # as this program's own trajectori
 LARGEST = {"theta": 1e4, "theta_dot": 1e4, "torque": 1e9}
 LATEST = 1e10
 LEAST_ROWS = 64
-LONGEST_GAP = 20.0  # times the mean step
+LONGEST_GAP = 20.0  # gap over the mean step
 LEAST_MOTION = 1e-6  # [rad or m]
 
 
@@ -267,7 +267,7 @@ def _read_messages(where: str, bag: Any, topic: str, joints: tuple[str, ...]) ->
         raise InputError(where, "", None, reason)
     clock = stamps if any(stamps) else logged
     columns = {"t_s": np.array([1e-9 * (each - clock[0]) for each in clock])}
-    column_names = ("theta_rad", "theta_dot_rad_per_s", "torque_N_m")  # as REP 103 has the units
+    column_names = ("theta_rad", "theta_dot_rad_per_s", "torque_N_m")  # units of REP 103
     for kind, values in zip(column_names, zip(*rows, strict=True), strict=False):
         given = [each for each in values if each is not None]
         if given and len(given) < len(values):

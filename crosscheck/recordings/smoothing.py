@@ -17,7 +17,7 @@ from crosscheck.models.experiment.drive import drive_data, torques_along
 from crosscheck.models.experiment.scenario import Scenario
 from crosscheck.recordings.record import Record
 
-# What rates are times the slope of the angles, within this share, if one has another unit.
+# Factors of rates over the slope of the angles if one has another unit, and their share.
 FACTORS = {
     "the rates are in degrees per second": 180 / pi,
     "the rates are in revolutions per minute": 30 / pi,
@@ -27,13 +27,13 @@ FACTORS = {
 SAME = 0.02
 DEGREE = 5  # accelerations are cubic in time between knots
 SPACINGS = tuple(2**power for power in range(2, 11))  # samples between knots
-RATE_BLOCKS = 10  # in which stated rates are compared with slopes
+RATE_BLOCKS = 10  # blocks in which stated rates are compared with slopes
 INTERVALS = 64  # between knots in a block, each of which has a spline of its own
 TRIED, MOST_TRIED = 3, 8192  # parts by which the distance of the knots is chosen, and their rows
-# Of a variance, by how much fewer knots may raise it, in standard deviations of its estimate.
+# Rise of a variance that fewer knots may cause, in standard deviations of its estimate.
 RAISED = 3.0
-LEAST_NOISE = 1e-9  # of a signal's size: a simulated one may have less
-ROUNDING = 1e-13  # of a signal's size: what a spline of a constant leaves
+LEAST_NOISE = 1e-9  # noise over a signal's size; a simulated one may have less
+ROUNDING = 1e-13  # residual of a spline of a constant, over a signal's size
 LEAST_SIZE = 1e-3  # [rad, N m], of a signal that is zero or near it
 
 
@@ -101,17 +101,18 @@ def select_spacing(record: Record) -> int:
         residuals = angles - make_lsq_spline(time, angles, places, DEGREE)(time)
         return (residuals**2).sum(axis=0) / (len(time) - (places.size - DEGREE - 1))
 
-    variances = np.array(
-        [np.mean([residual_variance(part, each) for part in parts], axis=0) for each in possible]
-    )
     # A joint that stands still leaves rounding, which other knots may lower or raise.
     least = (ROUNDING * np.abs(record.position).max(axis=0)) ** 2
-    variances = np.maximum(variances, least)
     scatter = 1 + RAISED * np.sqrt(2 / (len(parts) * taken))
-    enough = (variances <= scatter * variances[0]).all(axis=1)
-    enough &= np.cumprod(enough).astype(bool)  # and every finer one too
-    best = int(np.flatnonzero(enough)[-1])
-    return possible[max(best - 1, 0)]
+    limit, enough = np.full(record.position.shape[1], np.inf), 0
+    for spacing in possible:
+        mean = np.mean([residual_variance(part, spacing) for part in parts], axis=0)
+        variance = np.maximum(mean, least)
+        if not (variance <= limit).all():
+            break
+        limit = limit if enough else scatter * variance
+        enough += 1
+    return possible[max(enough - 2, 0)]
 
 
 def check_rates(record: Record) -> None:

@@ -16,7 +16,7 @@ from crosscheck.report.formatting import (
     format_unit,
 )
 
-LEAST_SECTIONS = 3  # of a page that has a list of contents
+LEAST_SECTIONS = 3  # sections of a page with a list of contents
 _HEADING = re.compile(r'^<h2(?: id="([^"]*)")?>(.*)</h2>$', re.MULTILINE)
 _BACK = '<a class="back" href="#contents" aria-label="back to the contents">\u2191</a>'
 

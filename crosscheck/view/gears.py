@@ -24,7 +24,7 @@ def outline(wheel: Wheel) -> np.ndarray:
     """Outline of a wheel round its own centre, (points,) [m], the first tooth's middle on x."""
     pitch = 2 * math.pi / wheel.teeth
     half = THICKNESS * pitch / 2
-    single = np.roll(tooth(wheel, -half, half), 1)  # from foot to foot
+    single = np.roll(tooth(wheel, -half, half), 1)  # one tooth from foot to foot
     turns = np.exp(1j * pitch * np.arange(wheel.teeth))
     return np.asarray(turns[:, None] * single).ravel()
 

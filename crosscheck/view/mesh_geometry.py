@@ -16,7 +16,7 @@ from crosscheck.models.arm.arm import Planetary
 
 Side = Literal["sun", "ring"]
 SIDES: tuple[Side, Side] = ("sun", "ring")
-# Of a tooth over the pitch; the missing part is the backlash, far larger than real.
+# Thickness of a tooth over the pitch; the missing part is the backlash, far larger than real.
 THICKNESS = 0.46
 FLANK_POINTS = 9
 

@@ -7,6 +7,7 @@ arithmetic here only decides whether it stays positive.
 from __future__ import annotations
 
 import math
+from functools import lru_cache
 from itertools import pairwise
 from typing import Annotated, Literal, Self
 
@@ -17,7 +18,7 @@ from crosscheck.models.arm.quantities import Data
 
 Waves = Field(max_length=50, strict=False)
 Rows = Field(min_length=5, max_length=2000, strict=False)
-SAMPLES_PER_WAVE = 64  # where a sum of waves is looked at: it misses 1e-3 of the highest's size
+SAMPLES_PER_WAVE = 64  # samples of the highest wave, which miss 1e-3 of its size
 
 
 class SineStiffness(Data):
@@ -52,18 +53,12 @@ class FourierStiffness(Data):
 
     @model_validator(mode="after")
     def _check_positive(self) -> Self:
-        waves = max(len(self.cosine_N_per_m), len(self.sine_N_per_m), 1)
-        least = min(self._stiffness_at(2 * math.pi * place) for place in _sample_cycles(waves))
+        least = self.mean_N_per_m + _waves_minimum(self.cosine_N_per_m, self.sine_N_per_m)
         if least <= 0:
             raise ValueError(
                 f"mean_N_per_m|must keep the stiffness positive; it falls to {least:.3g} N/m"
             )
         return self
-
-    def _stiffness_at(self, phase: float) -> float:
-        cosines = sum(c * math.cos(n * phase) for n, c in enumerate(self.cosine_N_per_m, 1))
-        sines = sum(s * math.sin(n * phase) for n, s in enumerate(self.sine_N_per_m, 1))
-        return self.mean_N_per_m + cosines + sines
 
 
 class SquareStiffness(Data):
@@ -89,23 +84,17 @@ class SquareStiffness(Data):
             raise ValueError(
                 f"largest_N_per_m|must be at least least_N_per_m = {self.least_N_per_m:g}"
             )
-        least = min(
-            self._stiffness_at(2 * math.pi * place) for place in _sample_cycles(self.harmonics)
-        )
+        swing, overlap = self.largest_N_per_m - self.least_N_per_m, self.contact_ratio - 1
+        turns = [(n * math.pi, 2 * n * math.pi * overlap) for n in range(1, self.harmonics + 1)]
+        cosines = tuple(math.sin(lag) / turn for turn, lag in turns)
+        sines = tuple((1 - math.cos(lag)) / turn for turn, lag in turns)
+        least = self.least_N_per_m + swing * (overlap + _waves_minimum(cosines, sines))
         if least <= 0:
             raise ValueError(
                 "least_N_per_m|must keep the series positive, which undershoots it; the stiffness"
                 f" falls to {least:.3g} N/m"
             )
         return self
-
-    def _stiffness_at(self, phase: float) -> float:
-        swing, overlap = self.largest_N_per_m - self.least_N_per_m, self.contact_ratio - 1
-        waves = sum(
-            (math.sin(i * (2 * math.pi * overlap - phase)) + math.sin(i * phase)) / (i * math.pi)
-            for i in range(1, self.harmonics + 1)
-        )
-        return self.least_N_per_m + swing * (overlap + waves)
 
 
 class TableStiffness(Data):
@@ -153,12 +142,19 @@ StiffnessLaw = Annotated[
 ]
 
 
-def _sample_cycles(waves: int) -> list[float]:
-    """Phases [cycles] of the samples over a period, SAMPLES_PER_WAVE for each of so many waves."""
-    count = SAMPLES_PER_WAVE * waves
-    return [place / count for place in range(count)]
+# Files have the same wave in many meshes, and studies vary its size: its shape is sampled once.
+@lru_cache(maxsize=1000)
+def _waves_minimum(cosines: tuple[float, ...], sines: tuple[float, ...]) -> float:
+    """Smallest sum of waves, by SAMPLES_PER_WAVE samples for each of them over a period."""
+    count = SAMPLES_PER_WAVE * max(len(cosines), len(sines), 1)
+    return min(
+        sum(c * math.cos(n * phase) for n, c in enumerate(cosines, 1))
+        + sum(s * math.sin(n * phase) for n, s in enumerate(sines, 1))
+        for phase in (2 * math.pi * (place / count) for place in range(count))
+    )
 
 
+@lru_cache(maxsize=1000)
 def _spline_minimum(cycles: tuple[float, ...], stiffness: tuple[float, ...]) -> float:
     """Smallest value [N/m] of the periodic cubic spline through the rows, by 16 samples a row."""
     from numpy import linspace

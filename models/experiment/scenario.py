@@ -18,8 +18,8 @@ from crosscheck.models.arm.quantities import Data, PerJoint, UpToSeven, format_n
 MOST_STEPS = 1e9  # an hour of the compiled integrator
 # A state takes 430 bytes of a run for the paper's arm, 2.6 kB for seven joints with eight planets.
 MOST_RECORDS = 1e6
-# Of a sinusoid's phase in a step [rad], six steps a period: with fewer the integrators with a fixed
-# step see another drive than the adaptive ones.
+# Phase of a sinusoid in a step [rad], six steps a period: with fewer, integrators with a fixed step
+# see another drive than the adaptive ones.
 MOST_TURN = 1.0
 Rows = Field(min_length=2, max_length=50_000, strict=False)
 

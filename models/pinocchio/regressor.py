@@ -35,11 +35,10 @@ class LinkRegressor(PinocchioRobot):
     def gravity_torques(self, q: np.ndarray) -> np.ndarray:
         """Slopes (states, n, 3) of the URDF's links' torques at rest in gravity [m/s^2], at q."""
         slopes = np.empty((len(q), self._given.shape[1], 3))
-        given = self._tree.gravity.linear.copy()
-        for axis, unit in enumerate(np.eye(3)):
-            self._tree.gravity.linear = unit
-            slopes[:, :, axis] = self.gravity(q)
-        self._tree.gravity.linear = given
+        for row, at in zip(slopes, self._configurations(q), strict=True):
+            centre = pin.jacobianCenterOfMass(self._tree, self._data, at)
+            weights = -self._data.mass[0] * centre.reshape(3, -1)  # of one joint: a vector
+            np.matmul(self._given.T, weights.T, out=row)
         return slopes
 
     def compute(self, q: np.ndarray, v: np.ndarray, a: np.ndarray) -> np.ndarray:

@@ -154,9 +154,7 @@ def load_urdf(name: str) -> tuple[Urdf, str]:
 
 
 def read_robot_file(name: str) -> dict[str, Any]:
-    """The content of a robot's file, not validated, or its equivalent for a URDF. Raises
-    InputError.
-    """
+    """The content of a robot's file, unvalidated, or the same of a URDF. Raises InputError."""
     if not is_urdf(name):
         return read_raw_robot(name)
     path = Path(name)

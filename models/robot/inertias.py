@@ -12,12 +12,12 @@ import numpy as np
 from crosscheck.models.robot.robot import BASE, Joint, LinkFrame, RobotBody
 from crosscheck.models.robot.urdf import UrdfLink
 
-# Of a principal inertia over the largest one: what rounding of printed digits explains.
+# Share of the largest principal inertia that rounding of printed digits explains.
 ROUNDED = 1e-6
 # A body whose radius of gyration is so many times the robot's size, and which is lighter than air
 # would be that filled a cube of it [kg/m^3], is none: mass or inertia is in another unit.
 FARTHEST_OUT, THINNEST = 10.0, 1.0
-HEAVIER = 1000.0  # of a link's mass over the median of the others', where another unit is likely
+HEAVIER = 1000.0  # mass over the median of the others' at which another unit is likely
 MEASURED = 1.25  # a last principal inertia that exceeds the others' sum by less is no slip
 SLOTS, DIAGONAL = ("ixx", "ixy", "ixz", "iyy", "iyz", "izz"), [0, 3, 5]
 # Orders in which the six numbers may have been written, by what then stands in each slot.
@@ -142,25 +142,25 @@ def _find_repair(link: UrdfLink, links: Sequence[UrdfLink]) -> str:
     values = np.linalg.eigvalsh(link.body.inertia) if link.body else np.zeros(3)
     if values[0] > 0 and values[2] < MEASURED * (values[0] + values[1]):
         beyond = 100 * (values[2] / (values[0] + values[1]) - 1)
-        return f"measured or rounded so, by all appearances: {beyond:.2g} % too large"
+        return f"probably measured or rounded: {beyond:.2g} % too large"
     by_name = {each.name: each for each in links}
     for name in _find_twins(link.name):
         twin = by_name.get(name)
         if twin is not None and twin.body is not None and _is_body(twin.six):
             six_of_twin = (f"{slot} {value:g}" for slot, value in zip(SLOTS, twin.six, strict=True))
-            return f"its twin {name} has {', '.join(six_of_twin)}, which a body has"
+            return f"its twin {name} has {', '.join(six_of_twin)}, which is possible"
     for order, slots in ORDERS.items():
         if any(six[[1, 2, 4]]) and _is_body(six[list(slots)]):
-            return f"a body has them if they are {order}"
+            return f"possible if they are {order}"
     for decade, slot in product(DECADES, range(len(SLOTS))):
         changed = six.copy()
         changed[slot] *= 10.0**decade
         if six[slot] and _is_body(changed):
-            return f"a body has them if {SLOTS[slot]} is {changed[slot]:g}"
+            return f"possible if {SLOTS[slot]} is {changed[slot]:g}"
     without_signs = six.copy()
     without_signs[DIAGONAL] = np.abs(six[DIAGONAL])
     if _is_body(without_signs):
-        return "a body has them without the signs of ixx, iyy and izz"
+        return "possible without the signs of ixx, iyy and izz"
     return ""
 
 

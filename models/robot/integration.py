@@ -13,7 +13,7 @@ from crosscheck.models.robot.interface import RobotModel
 from crosscheck.models.robot.robot import Robot
 
 FASTEST = 1e4  # [rad/s] or [m/s]: beyond it a run has diverged
-Torques = Callable[[float], np.ndarray]  # of the time since the start, (runs, n)
+Torques = Callable[[float], np.ndarray]  # torques (runs, n) at a time since the start
 
 
 def integrate(

@@ -26,7 +26,7 @@ LEVELS: dict[Level, str] = {
     "geared": "the same, but where a gear has meshes, their springs alone move the joint",
 }
 WITH_ROTORS: tuple[Level, ...] = ("coupled", "geared")  # levels that have rotors as bodies
-# Of planetary meshes: dampers act in contact, and springs whose stiffness varies do all their work.
+# Laws of planetary meshes: dampers act in contact, and varying springs do all their work.
 MESH_LAWS = switches(damping="contact", mesh_work="conservative")
 RIGID: tuple[Level, ...] = ("links", "armature", "coupled")  # those of every robot
 

@@ -26,7 +26,7 @@ from crosscheck.models.robot.robot import (
 from crosscheck.models.robot.urdf import LARGEST_MULTIPLIER, Urdf, UrdfJoint, UrdfLink
 
 MOST_JOINTS = 64
-SINGULAR = 1e-12  # of an eigenvalue of M, its diagonal scaled to 1: less of it is none
+SINGULAR = 1e-12  # eigenvalue of M, scaled to a unit diagonal, that counts as zero
 WORLD, WORLD_LINK = "world", '<link name="world"/>'
 HOME = Placement(np.eye(3), np.zeros(3))
 

@@ -25,7 +25,7 @@ HEAVIEST = 1e9  # largest mass [kg], as for an arm
 LARGEST_INERTIA, FARTHEST = 1e15, 1e3  # [kg m^2], and of a component of a place, an angle, an axis
 MOST_DAMPING = 1e12  # [N m s/rad], [N s/m], as of an arm's friction
 LARGEST_MULTIPLIER = 1e6  # largest multiplier of a joint that follows another, as for a ratio
-# What urdfdom, which many programs read URDFs with, takes for a number: blanks before it alone.
+# Numbers as urdfdom, which many programs use, reads them: blanks before them alone.
 NUMBER = re.compile(r"[ \t\n\v\f\r]*[+-]?(?:[0-9]+\.?[0-9]*|\.[0-9]+)(?:[eE][+-]?[0-9]+)?")
 
 

@@ -13,7 +13,7 @@ from crosscheck.models.errors import InputError
 from crosscheck.models.robot.urdf import NUMBER, read_root
 
 LARGEST_RATIO, LEAST_INERTIA, LARGEST_INERTIA = 1e6, 1e-24, 1e15
-# What an element of a transmission, whatever program it is for, says of its joint.
+# Elements of a transmission that state numbers of its joint, for any program.
 RATIO_TAGS = ("mechanicalReduction", "mechanical_reduction", "drake:gear_ratio")
 INERTIA_TAGS = ("motorInertia", "motor_inertia", "drake:rotor_inertia")
 

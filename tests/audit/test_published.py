@@ -18,7 +18,6 @@ from crosscheck.audit.figures.chapter import NUMBERS
 from crosscheck.audit.measures.undefined import UNDEFINED
 from crosscheck.audit.page import report
 from crosscheck.models.errors import InputError
-from crosscheck.report.plots import figures
 from tests.audit.markup import SVG, axis_problems, page_problems, uneven_tables
 from tests.audit.published import BRIEF, Published, few_settings, list_unrecorded
 from tests.loops import require_items
@@ -30,13 +29,9 @@ TEX = ("printed_tex", "derived_tex")
 
 @pytest.fixture(scope="module")
 def published(tmp_path_factory: pytest.TempPathFactory, kept: Path) -> Published:
-    """The whole page; every test that looks at it is in this module, so that it is made once.
-
-    Axes stand where they were made: how much room they leave each other is asked by no test of it.
-    """
+    """The whole page; every test that looks at it is in this module, so that it is made once."""
     study, out = Study(kept), tmp_path_factory.mktemp("published")
-    with few_settings(*READINGS), pytest.MonkeyPatch.context() as patch:
-        patch.setattr(figures, "_place_axes", lambda figure: figure.set_layout_engine(None))
+    with few_settings(*READINGS):
         made = report.write_paper(study, out, BRIEF)
     return Published(study, out, {chapter.id: chapter for chapter in made})
 

@@ -13,12 +13,11 @@ from crosscheck.analytic.robot.model import AnalyticRobot
 from crosscheck.checks import engines
 from crosscheck.checks.robot_states import sample_states
 from crosscheck.checks.sampled import SampledRobot, Subjects
-from crosscheck.findings import Finding
 from crosscheck.models.robot import file
 from crosscheck.models.robot.interface import RobotModel
 from crosscheck.models.robot.robot import Level, Robot
 from crosscheck.planning.checks import plan_checks
-from crosscheck.planning.comparison import Comparison, Results, collect_tasks, judge_comparisons
+from crosscheck.planning.comparison import Comparison, Results
 from crosscheck.planning.robots import make_cases, sample_models
 from crosscheck.registry import engine_of
 from crosscheck.runner import tasks
@@ -188,13 +187,11 @@ def _plan_models(name: str) -> list[SampledRobot]:
 
 def engines_agree(name: str, harmed: str, given: Callable[[Robot], Robot] = lambda own: own) -> str:
     """The verdict between engines, where the harmed one is given another robot, or is another."""
-    return _worst(
-        judge(name, list(engines.plan(Subjects(robots=plan_models(name)))), harmed, given)
-    )
+    return judge(name, list(engines.plan(Subjects(robots=plan_models(name)))), harmed, given)
 
 
 def named_verdict(name: str, harmed: str, quantity: str) -> str:
-    """The worst verdict of the checks of a quantity by the harmed engine itself, or with others."""
+    """The verdict of the checks of a quantity by the harmed engine itself, or with others."""
     models = plan_models(name)
     own_models = [each for each in models if engine_of(each.model) == harmed]
 
@@ -203,7 +200,7 @@ def named_verdict(name: str, harmed: str, quantity: str) -> str:
         return [each for each in planned if each.about.key.quantity == quantity]
 
     forget_texts()
-    verdict = _worst(judge(name, select(own_models) or select(models), harmed))
+    verdict = judge(name, select(own_models) or select(models), harmed)
     forget_texts()
     return verdict
 
@@ -221,13 +218,13 @@ def judge(
     comparisons: Sequence[Comparison],
     harmed: str,
     given: Callable[[Robot], Robot] = lambda own: own,
-) -> list[Finding]:
-    """The findings; engines that are not harmed answer once, a harmed one is built once.
+) -> str:
+    """The first verdict that is not agree; a task runs when a comparison first needs it.
 
-    A run is one step between engines: all that it takes is compared too.
+    Engines that are not harmed answer once, a harmed one is built once. A run is one step between
+    engines: all that it takes is compared too.
     """
-    outcomes, right = {}, tasks.build_robot_model
-
+    outcomes, right = dict[RobotKey, Outcome](), tasks.build_robot_model
     built: dict[tuple[str, int, Level], RobotModel] = {}
 
     def build(engine: str, at: Robot, level: Level) -> RobotModel:
@@ -239,19 +236,20 @@ def judge(
     with pytest.MonkeyPatch.context() as patch:
         patch.setattr(engines, "STEPS", 1)
         patch.setattr(tasks, "build_robot_model", build)
-        for task in collect_tasks(comparisons):
-            if engine_of(task.model) == harmed or name in (READ, BARE):
-                outcomes[task.key] = task.perform()
-                continue
-            if (name, task.key) not in KEPT:
-                KEPT[name, task.key] = task.perform()
-            outcomes[task.key] = KEPT[name, task.key]
-        return list(judge_comparisons(comparisons, Results(outcomes)))
-
-
-def _worst(findings: Sequence[Finding]) -> str:
-    verdicts = {each.verdict for each in findings}
-    return next(each for each in ("failed", "differ", "agree") if each in verdicts)
+        for comparison in comparisons:
+            for task in comparison.needs:
+                if task.key in outcomes:
+                    continue
+                if engine_of(task.model) == harmed or name in (READ, BARE):
+                    outcomes[task.key] = task.perform()
+                    continue
+                if (name, task.key) not in KEPT:
+                    KEPT[name, task.key] = task.perform()
+                outcomes[task.key] = KEPT[name, task.key]
+            verdict = comparison.finding(Results(outcomes)).verdict
+            if verdict != "agree":
+                return verdict
+    return "agree"
 
 
 def traced_is_kanes(seen: Seen) -> str:

@@ -74,7 +74,7 @@ def recording(
     level: Level,
     seed: int = 0,
     *,
-    seconds: float = 20.0,
+    seconds: float = 10.0,
     friction: float = 1.0,
     encoder: float = 0.0,
     delay: float = 0.0,

@@ -9,10 +9,12 @@ from dataclasses import replace
 from pathlib import Path
 from unittest.mock import patch
 
+import jsonschema
 import numpy as np
 import pytest
 
 from crosscheck.cli.files.robot_files import export_as_robot
+from crosscheck.file_types import MEASURED, MEASURED_PAGE, is_file_of_type
 from crosscheck.identification.forward import run_windows
 from crosscheck.identification.mechanism import ComparedMechanism, PlanarArm, SpatialRobot
 from crosscheck.identification.messages import describe_answers
@@ -33,6 +35,7 @@ from tests.measured import robots
 from tests.measured.records import compared, judged, level, list_explanations, motion, record_of
 
 PAYLOAD = "arm.payload_mass_kg"
+SCHEMA = ROOT / "crosscheck" / "schema" / "measured.schema.json"
 SHIPPED = ROOT / "examples" / "recordings" / "payload.csv"
 
 
@@ -84,7 +87,7 @@ def test_a_number_of_a_robot_is_named(path):
     but by what a motion of three joints shows."""
     own = SpatialRobot(robots.arm())
     changed = own.change({path: NUMBERS[path]})
-    comparison = compared(robots.recording(changed.robot, "coupled", seconds=10.0), own)
+    comparison = compared(robots.recording(changed.robot, "coupled"), own)
     judgement = comparison.sides[0].judgement
     paths = [each.parameter.path for each in judgement.explanations]
     assert path in paths
@@ -305,17 +308,24 @@ def test_a_tolerance_of_no_number_is_refused(name, section):
 
 
 def test_torques_of_a_scenarios_drive_are_those_of_its_law(crosscheck, labelled, tmp_path):
-    """A run's motion without its torques, which the drive gives again."""
+    """A run's motion without its torques, which the drive gives again; files may be replaced."""
     run = tmp_path / "run.nc"
     given = ("--scenario", "pd", "--t-end", "0.5")
     model = ("--model", "analytic:coupled")
     assert crosscheck("simulate", "paper-labelled", *model, *given, "--out", run).code == 0
     record = read_record(run, 2)
+    assert record.motor_torque.shape == record.rates.shape == record.position.shape
     columns = ["t_s", "theta_1_rad", "theta_2_rad"]
     table = np.column_stack([record.time, record.position])
     bare = tmp_path / "bare.csv"
     np.savetxt(bare, table, delimiter=",", header=",".join(columns), comments="", fmt="%.17g")
-    answer = crosscheck("compare", bare, "paper-labelled", "--scenario", "pd")
+    files = ("--json", tmp_path / "c.json", "--out", tmp_path)
+    answer = crosscheck("compare", bare, "paper-labelled", "--scenario", "pd", *files)
+    data = json.loads((tmp_path / "c.json").read_text())
+    jsonschema.validate(data, json.loads(SCHEMA.read_text()))
+    assert data["sides"][0]["with_the_files_numbers"]["levels"][0]["level"] == "coupled"
+    assert is_file_of_type(tmp_path / "c.json", MEASURED)
+    assert is_file_of_type(tmp_path / "compare.html", MEASURED_PAGE)
     assert "rigid gears (coupled) with the file's numbers" in answer.out.splitlines()[0]
     assert answer.code == 0
     alone = crosscheck("compare", bare, "paper-labelled")

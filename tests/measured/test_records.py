@@ -1,13 +1,11 @@
 """Files of recorded motions: four formats say the same, and what is wrong with one is one line."""
 
-import json
 import os
 from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
 import h5py
-import jsonschema
 import numpy as np
 import pytest
 import scipy.io
@@ -15,13 +13,11 @@ from rosbags.rosbag2 import StoragePlugin, Writer
 from rosbags.typesys import Stores, get_typestore
 
 from crosscheck.models.errors import InputError
-from crosscheck.provenance import ROOT
 from crosscheck.recordings.record import Record, read_record, require_even_enough
 from tests.measured.records import level, record_of
 from tests.tool.test_bad_input import assert_one_line
 
 JOINT_STATE, TIME = "sensor_msgs/msg/JointState", "builtin_interfaces/msg/Time"
-SCHEMA = ROOT / "crosscheck" / "schema" / "measured.schema.json"
 HEADER = "t_s,theta_1_rad,theta_2_rad,torque_1_N_m,torque_2_N_m"
 
 
@@ -77,26 +73,6 @@ def test_units_are_those_of_the_names(record, tmp_path):
     assert found.time == pytest.approx(record.time)
     assert found.position == pytest.approx(record.position)
     assert found.motor_torque == pytest.approx(record.motor_torque)
-
-
-@pytest.mark.slow
-def test_a_trajectory_of_this_program_is_a_record(crosscheck, tmp_path):
-    run = tmp_path / "run.nc"
-    given = "--scenario", "pd", "--t-end", "0.02", "--out", run
-    assert crosscheck("simulate", "paper-labelled", "--model", "analytic:coupled", *given).code == 0
-    found = read_record(run, 2)
-    assert found.rates is not None
-    assert found.motor_torque.shape == found.position.shape == found.rates.shape
-    answer = crosscheck("compare", run, "--json", tmp_path / "c.json", "--out", tmp_path)
-    assert "coupled" in answer.out
-    data = json.loads((tmp_path / "c.json").read_text())
-    jsonschema.validate(data, json.loads(SCHEMA.read_text()))
-    (levels,) = (each["with_the_files_numbers"] for each in data["sides"][:1])
-    assert levels["levels"][0]["level"] == "coupled"
-    page = (tmp_path / "compare.html").read_text()
-    assert "<title>Recording compared with paper-labelled" in page
-    again = crosscheck("compare", run, "--json", tmp_path / "c.json", "--out", tmp_path)
-    assert again.code == answer.code  # its own files are replaced
 
 
 def cell(text: str, row: int, column: int, value: str) -> str:

@@ -12,10 +12,10 @@ REST = "iyy 0.02, iyz 0.002, izz 0.015,"
 SLIPS = {
     "right_arm": (1.0, (*BODY[:5], 0.15), "twin left_arm has ixx 0.01, ixy 0.001, ixz 0, " + REST),
     "order": (1.0, (0.01, 0.02, 0.015, 0.001, 0.0, 0.002), "ixx, iyy, izz, ixy, ixz, iyz"),
-    "decade": (1.0, (0.01, 0.0, 0.0, 0.2, 0.0, 0.015), "a body has them if iyy is 0.02"),
+    "decade": (1.0, (0.01, 0.0, 0.0, 0.2, 0.0, 0.015), "possible if iyy is 0.02"),
     "sign": (1.0, (0.01, 0.0, 0.0, -0.02, 0.0, 0.015), "without the signs of ixx, iyy and izz"),
     "coarse": (1.0, (0.01, 0.0, 0.0, 0.01, 0.0, 0.0249), "24 % too large"),
-    "beyond a quarter": (1.0, (0.01, 0.0, 0.0, 0.01, 0.0, 0.0252), "a body has them if"),
+    "beyond a quarter": (1.0, (0.01, 0.0, 0.0, 0.01, 0.0, 0.0252), "possible if"),
     "unit": (0.00186, (2.32e-3, 0, 0, 7.83e-3, 0, 8.06e-3), "in kg mm^2: times 1e-06"),
 }
 

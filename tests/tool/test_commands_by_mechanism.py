@@ -16,8 +16,6 @@ import numpy as np
 import pytest
 import xarray as xr
 
-import crosscheck as package
-from crosscheck import run
 from crosscheck.cli import commands
 from crosscheck.models.arm.arm import Arm
 from crosscheck.models.files import format_toml_fields
@@ -201,13 +199,6 @@ def test_run(perform, mechanism):
     has_mesh_column = mechanism.has_meshes and mechanism.kind == "arm"
     for view in (answer.out, Path("report/index.html").read_text()):
         assert ("mesh force" in view) == has_mesh_column
-
-
-def test_report_of_the_python_interface(mechanism, monkeypatch):
-    load = package.load_arm if mechanism.kind == "arm" else package.load_robot
-    monkeypatch.setattr(run, "run_cross_check", commands.run_cross_check)
-    package.check(load(str(mechanism.file)), quick=True, jobs=1).write_report("written")
-    require_content(Path("written/index.html"))
 
 
 def test_simulate_and_view_the_finest_level(perform, mechanism):

@@ -70,6 +70,7 @@ class Observed(NamedTuple):
 
 
 See = Callable[[Observed], object]
+DONE: dict[tuple[str, str], Observed] = {}  # command lines whose work was done, and the one before
 
 
 class Effect(NamedTuple):
@@ -276,6 +277,11 @@ def of_records(command: str) -> dict[str, Effect]:
     }
 
 
+WRITTEN = option(
+    *(f"{TRIAL} --quick", "--json j --junit k --out o", new_files),
+    *(set(), {"j", "k", "o/trial.html"}),
+    real=True,
+)
 EFFECTS: dict[str, dict[str, Effect]] = {
     "": {"version": Effect("list", "--version", says("paper-labelled"), (True, False))},
     "run": {
@@ -359,9 +365,7 @@ EFFECTS: dict[str, dict[str, Effect]] = {
             *("paper-labelled", "probe"),
         ),
         "seed": seed(TRIAL, "run_trial"),
-        "json_file": option(f"{TRIAL} --quick", "--json j", new_files, set(), {"j"}, real=True),
-        "junit": option(f"{TRIAL} --quick", "--junit k", new_files, set(), {"k"}, real=True),
-        "out": option(f"{TRIAL} --quick", "--out o", new_files, set(), {"o/trial.html"}, real=True),
+        **dict.fromkeys(("json_file", "junit", "out"), WRITTEN),
         "ask": Effect(TRIAL, ASK, called, (["run_trial"], ["collect_state_request"])),
         "answers": Effect(
             "trial --answers p",
@@ -705,10 +709,16 @@ def observe(
         return Observed(answer, dict(work), files, list(pages))
 
     def observe(effect: Effect, command: str) -> list[object]:
-        if not effect.real:
-            for target, answer in WORK.get(command.partition(" ")[0], {}).items():
-                record(target, answer)
-        return [effect.see(run(words, effect.before)) for words in (effect.usual, effect.other)]
+        recorded = {} if effect.real else WORK.get(command.partition(" ")[0], {})
+        for target, answer in recorded.items():
+            record(target, answer)
+        done = {} if recorded else DONE
+        found = []
+        for words in (effect.usual, effect.other):
+            if (words, effect.before) not in done:
+                done[words, effect.before] = run(words, effect.before)
+            found.append(effect.see(done[words, effect.before]))
+        return found
 
     return observe
 

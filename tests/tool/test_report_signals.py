@@ -1,6 +1,7 @@
 """The page's plots and scheme: they hold the run's and the file's own numbers, no peak is lost."""
 
 import base64
+import inspect
 import re
 
 import numpy as np
@@ -14,7 +15,7 @@ from crosscheck.models.loading import load_arm, load_scenario
 from crosscheck.models.robot.file import load_robot
 from crosscheck.models.trajectory import build_trajectory
 from crosscheck.registry import RIGID_LEVELS, model_names
-from crosscheck.report.plots import scheme
+from crosscheck.report.plots import figures, scheme
 from crosscheck.report.plots.charts import Charts, Pictures
 from crosscheck.report.plots.scheme import draw_arm, draw_robot
 from crosscheck.report.plots.signals import (
@@ -372,3 +373,14 @@ def test_windows_hold_what_is_worth_a_look_and_end_with_the_run(runs):
         "contact on the other side, joint 1": pytest.approx((0.21 - half, 0.21 + half)),
         f"largest difference of {OTHER}, joint 1": pytest.approx((0.399 - half, time[-1])),
     }
+
+
+def test_axes_leave_each_other_room_for_their_labels(monkeypatch):
+    monkeypatch.setattr(figures, "_place_axes", inspect.unwrap(figures._place_axes))
+    figure, axes = figures.make_figure(2)
+    for each in axes.flat:
+        each.set_ylabel("two lines\nof a label")
+        each.set_yticks([0.0, 1.0], ["far to the left of the axis", "1"])
+    assert figures.to_svg(figure).startswith("<svg")
+    boxes = [each.get_tightbbox() for each in axes.flat]
+    assert not any(one.overlaps(other) for n, one in enumerate(boxes) for other in boxes[:n])

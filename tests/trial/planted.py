@@ -1,5 +1,6 @@
 """Errors planted in the reference's own terms, and what is told of them."""
 
+from dataclasses import replace
 from functools import lru_cache
 
 import numpy as np
@@ -15,8 +16,8 @@ from crosscheck.trial.changes.arms.segments import (
     build_reference_terms,
     evaluate_entry,
 )
-from crosscheck.trial.changes.arms.term_changes import TermSample, TermTable
-from crosscheck.trial.changes.arms.term_search import FITS, Target, search_changes
+from crosscheck.trial.changes.arms.term_changes import Target, TermSample
+from crosscheck.trial.changes.arms.term_search import FITS, search_changes
 from crosscheck.trial.changes.arms.term_words import make_term_error
 from crosscheck.trial.changes.arms.waves import WaveBasis, list_keys
 from crosscheck.trial.coordinates.build import build_frame
@@ -54,13 +55,13 @@ def explained(
         tolerance.append(np.full(STATES, FITS * np.abs(off[-1]).max() + 1e-13 * size))
         fits.append(basis.fit(off[-1], size) or {})
     samples.append(samples[0]._replace(values=draw_unrelated_values(samples[0].values)))
-    table = TermTable(known, (place,), samples)
-    keys = dict.fromkeys(key for fit in fits for key in fit)
+    tolerances, keys = np.array(tolerance), dict.fromkeys(key for fit in fits for key in fit)
+    target = Target(known, (place,), samples, np.array(off), tolerances, basis.keys)
     parts = {
-        key: np.array([[fit.get(key, 0.0)] for fit in fits]) * table.column(place, key)[:-1]
+        key: np.array([[fit.get(key, 0.0)] for fit in fits]) * target.column(place, key)[:-1]
         for key in keys
     }
-    target = Target(table, np.array(off), np.array(tolerance), basis.keys, parts)
+    target = replace(target, parts=parts)
     return [
         tuple(make_term_error(change, known) for change in changes)
         for changes in search_changes(target)

@@ -14,7 +14,6 @@ from crosscheck.trial.changes.arms.letters import (
     collect_arm_values,
     draw_unrelated_values,
     generate_alternatives,
-    generate_spins,
 )
 from tests.loops import require_items
 
@@ -65,20 +64,6 @@ def test_each_kind_of_symbol_has_its_alternatives():
     assert made("r_s1") == ["the pitch radius r_s1/cos(alpha)", "r_s1 cos(alpha)"]
     assert made("r_c1")[-1] == "r_c1 cos(alpha)"
     assert made("g_x")[:-1] == [s + g for s in ("-" * (VALUES["g_x"] < 0),) for g in letters.G]
-
-
-@pytest.mark.parametrize("symbol", ["M_s1", "M_p1", "M_s2"])
-def test_a_ratio_is_a_multiple_of_the_right_one(symbol):
-    """A sun turns by z_r / z_s + 1 of its carrier, its planets by z_r / z_p - 1."""
-    right, found = symbol[-1], list(generate_spins(symbol, VALUES))
-    joint, of_sun = int(right), symbol.startswith("M_s")
-    belongs = f"z_r{joint}/z_s{joint} + 1" if of_sun else f"z_r{joint}/z_p{joint} - 1"
-    gear = "sun's" if of_sun else "planets'"
-    for said, each in found:
-        assert said == belongs
-        text = each.text.removeprefix(f"the {gear} ratio ")
-        assert each.value * read(belongs, joint) == pytest.approx(read(text, joint), rel=1e-12)
-    assert list(generate_spins("m1", VALUES)) == []
 
 
 def test_a_symbol_is_confused_with_its_nearest_likes():

@@ -178,29 +178,6 @@ def test_a_bias_follows_from_a_wrong_mass_matrix():
     assert {rates: value for rates, value in of_row.items() if value} == {(1, 1): -3.0}
 
 
-@pytest.mark.parametrize(
-    ("mass", "right", "wrong", "told"),
-    [
-        ("M_s1", lambda s, p, r: 1 + r / s, lambda s, p, r: r / s, "the sun's ratio z_r1/z_s1"),
-        (
-            "M_s1",
-            lambda s, p, r: 1 + r / s,
-            lambda s, p, r: 1 + r // s,
-            "the sun's ratio z_r1//z_s1 + 1",
-        ),
-        ("M_p1", lambda s, p, r: r / p - 1, lambda s, p, r: r / p, "the planets' ratio z_r1/z_p1"),
-    ],
-)
-def test_a_gear_that_spins_by_another_ratio(mass, right, wrong, told):
-    """Its inertia has the ratio squared about the joint, as r_cp^2 of the equivalent mass."""
-    known, place = planted.terms(UNLIKE, planted.RELATIVE), EntryPlace("mass_matrix", 0, 0)
-    teeth = [getattr(UNLIKE.joints[0], f"{gear}_teeth") for gear in ("sun", "planet", "ring")]
-    old = next(p for p in known.entry(place) if {mass, "r_cp1"} <= set(p.letters))
-    by = (wrong(*teeth) / right(*teeth)) ** 2
-    yours = _with(known, place, old, planted.times(old, by))
-    assert planted.explained(known, place, yours, UNLIKE)[0][0].yours == told
-
-
 @pytest.mark.parametrize(("by", "of"), [(1, "theta_1'^2"), (2, "theta_1' theta_2'"), (-0.5, "")])
 def test_a_product_of_rates_that_belongs_to_none_has_a_sum_of_terms(by, of):
     """Its right coefficient is 0; what stands there is that of another product, or a multiple."""

@@ -89,7 +89,7 @@ def test_mass_matrix_coriolis_and_gravity_agree_as_a_class_or_what_a_factory_ret
     ("source", "places", "words"),
     [
         (SecondForgotten, {("gravity", 1)}, "missing term"),
-        (Lifted, {("gravity", 0), ("gravity", 1)}, "weight of every body with the opposite sign"),
+        (Lifted, {("gravity", 0), ("gravity", 1)}, "all of it with the opposite sign"),
         (WeightTwice, {("force", 0), ("force", 1)}, "the weight of every body, which stands in g"),
     ],
 )

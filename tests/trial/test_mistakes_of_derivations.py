@@ -8,7 +8,9 @@ import numpy as np
 import pytest
 
 from crosscheck.models.arm.arm import Arm
+from crosscheck.models.loading import load_arm
 from crosscheck.trial.changes.arms.comparison import EntryComparison
+from crosscheck.trial.changes.arms.letters import collect_arm_values
 from crosscheck.trial.changes.arms.steps import find_steps
 from crosscheck.trial.changes.arms.term_words import describe_term_error
 from crosscheck.trial.coordinates.build import build_frame
@@ -135,14 +137,14 @@ RULES = {
 }
 
 
-def compare(arm: Arm, part: Part, difference: np.ndarray) -> EntryComparison:
+def compare(arm: Arm, part: Part, difference: np.ndarray, level: str = "links") -> EntryComparison:
     """A comparison of a part with this difference (K, ...) at the states."""
     size = np.ones(difference.shape[1:])
     quantity = "rate_terms" if part == "bias" else part
     made: Any = SimpleNamespace(
         frame=build_frame(RELATIVE, arm),
         problem=SimpleNamespace(case=SimpleNamespace(arm=arm)),
-        level="links",
+        level=level,
         angles=X,
         rates=RATES,
         sizes=SimpleNamespace(entry_sizes=lambda quantity: size, tolerance=lambda quantity: 0.0),
@@ -191,3 +193,24 @@ def test_gravity_along_the_other_axis_is_named():
         off.append(weigh[0] - weigh[1])
     (error, *_) = find_steps([compare(arm, "force", np.array(off))], "force")
     assert describe_term_error(error) == "x and y of gravity exchanged"
+
+
+@pytest.mark.parametrize(
+    ("gear", "wrong", "told"),
+    [
+        ("sun", lambda s, p, r: r / s, "its ratio z_r / z_s, that of a carrier held"),
+        ("sun", lambda s, p, r: 1 + r // s, "its sun's ratio rounded down"),
+        ("planet", lambda s, p, r: r / p, "its planets turning as on the carrier"),
+    ],
+)
+def test_a_gear_that_spins_by_another_ratio_is_named(gear, wrong, told):
+    """A sun turns by z_r / z_s + 1 of its carrier, its planets by z_r / z_p - 1."""
+    arm = load_arm("three-unlike")
+    values = collect_arm_values(arm)
+    s, p, r = (values[f"z_{each}1"] for each in "spr")
+    right, count = (1 + r / s, 1) if gear == "sun" else (r / p - 1, values["N1"])
+    inertia = count * values[f"M_{gear[0]}1"] * values[f"r_{gear[0]}1"] ** 2
+    off = np.zeros((12, 3, 3))
+    off[:, 0, 0] = inertia * (wrong(s, p, r) ** 2 - right**2)
+    (error,) = find_steps([compare(arm, "mass_matrix", off, "armature")], "mass_matrix")
+    assert f"stage of joint 1: {told}" in describe_term_error(error)

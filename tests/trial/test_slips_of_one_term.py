@@ -107,7 +107,10 @@ SLIPS: dict[str, tuple[Callable[[Arm], Equations], list[str]]] = {
     ),
     "the masses of both links exchanged": (
         lambda arm: two_links(exchange_masses(arm)),
-        ["m1 and m2 are exchanged?; also in M[theta_2, theta_1]", "follows from the wrong M"],
+        [
+            "link 1 and link 2: mass exchanged?; also in M[theta_2, theta_1]",
+            "follows from the wrong M",
+        ],
     ),
     "the inertia of a rod about its end for that about its centre": (
         lambda arm: two_links(replace_inertia(arm)),
@@ -119,7 +122,7 @@ SLIPS: dict[str, tuple[Callable[[Arm], Equations], list[str]]] = {
             rates=lambda v: v[0] * v[1] + v[1] ** 2 / 2,
             elbow_rates=lambda v: v[0] ** 2 / 2,
         ),
-        ["yours has the whole bias times 0.5"],
+        ["bias: all of it half as large?; also in bias"],
     ),
     "a rate without its square, which at rates of 1 is right": (
         lambda arm: two_links(arm, rates=lambda v: 2 * v[0] * v[1] + v[1]),
@@ -242,4 +245,4 @@ def test_weights_of_the_other_sign_are_no_other_coordinates():
         return Equations(acceleration=accelerate)
 
     (line,) = describe_errors(trial_of(factory, arm_of(*UNLIKE)))
-    assert "the weight of every body with the opposite sign" in line
+    assert "every link: its weight with the opposite sign" in line

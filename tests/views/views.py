@@ -2,6 +2,9 @@
 
 from collections.abc import Iterator
 from contextlib import contextmanager
+from tempfile import TemporaryDirectory
+
+from jinja2 import FileSystemBytecodeCache
 
 from crosscheck.report import rendering
 from tests.faults.planting import Seen
@@ -11,11 +14,16 @@ from tests.views.walker import walk
 VIEWS = agreements.VIEWS | costs.VIEWS | trials.VIEWS | comparisons.VIEWS | others.VIEWS
 
 
+FOLDER = TemporaryDirectory()
+COMPILED = FileSystemBytecodeCache(FOLDER.name)  # of most templates a fault changes nothing
+
+
 @contextmanager
 def fresh_templates() -> Iterator[None]:
     """Templates that have the filters as they are, and leave none behind."""
     forget = getattr(rendering.load_templates, "cache_clear", lambda: None)
     forget()
+    rendering.load_templates().bytecode_cache = COMPILED
     yield
     forget()
 

@@ -27,7 +27,7 @@ ROUNDING = 6755399441055744.0
 PER_LN2 = 1.4426950408889634
 # ln 2 in two parts, the first with so few digits that a whole number of them is exact.
 LN2_HIGH, LN2_LOW = 0.6931471803691238, 1.9082149292705877e-10
-LARGEST = 20.0  # beyond it the hyperbolic tangent is 1 to all digits
+LARGEST = 20.0  # argument beyond which the hyperbolic tangent is 1 to all digits
 # 1 / n! up to x^13 for |x| < ln 2 / 2: the rest is 4e-18.
 EXPONENTIAL = tuple(1 / math.factorial(n) for n in range(14))
 

@@ -17,7 +17,7 @@ from crosscheck.studies.measures.observers import ChunkRecords, MemberGroup, mak
 from crosscheck.studies.members.cases import MemberCase, group_cases
 from crosscheck.studies.members.members import PreparedStudy, load_study
 
-Numbers = dict[str, np.ndarray]  # by column, (members, *the column's shape)
+Numbers = dict[str, np.ndarray]  # arrays (members, *the column's shape) by column
 
 
 def run_batch(text: str, begin: int, end: int) -> Numbers:

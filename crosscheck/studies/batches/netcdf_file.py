@@ -23,9 +23,9 @@ from crosscheck.runner.isolated_reading import read_in_subprocess
 from crosscheck.studies.batches.result_file import SCHEMA_VERSION, STUDY, VERSION
 
 LONGEST = 2000  # characters of a name or an attribute that is looked at
-ATTRIBUTES = ("units", "long_name", "comment")  # of a variable, that are looked at
+ATTRIBUTES = ("units", "long_name", "comment")  # attributes of a variable that are read
 MOST_VARIABLES = 5000
-MOST_PACKED = 1_000_000_000  # bytes that compressed variables may become
+MOST_PACKED = 1_000_000_000  # size limit of decompressed variables [bytes]
 OPENING_S, READING_BYTES_PER_S = 3.0, 5e7
 FILTERS = (h5py.h5z.FILTER_DEFLATE, h5py.h5z.FILTER_SHUFFLE, h5py.h5z.FILTER_FLETCHER32)
 SCALE = "This is a netCDF dimension but not a netCDF variable"

@@ -43,9 +43,7 @@ RESUME = "the same with --resume goes on where it stopped"
 
 @dataclass(frozen=True)
 class ExecutionSettings:
-    """Settings of a study's run. scheduler: address of Dask's, else ``jobs`` processes of this
-    machine.
-    """
+    """Settings of a run. scheduler: address of Dask's, else ``jobs`` processes of this machine."""
 
     jobs: int = 1
     scheduler: str | None = None

@@ -12,7 +12,7 @@ from crosscheck.models.arm.quantities import Data, Limit, NumberRange, Printable
 
 JointSignal = Literal["theta", "theta_dot", "theta_ddot", "torque"]
 MeshSignal = Literal["x_sp", "x_pr", "x_sp_dot", "x_pr_dot", "F_sp", "F_pr"]
-RotorSignal = Literal["x_mesh", "x_mesh_dot", "F_mesh"]  # of robots, whose rotors may have teeth
+RotorSignal = Literal["x_mesh", "x_mesh_dot", "F_mesh"]  # signals of robots' meshes
 MeshForce = Literal["F_sp", "F_pr", "F_mesh"]
 Signal = Literal[JointSignal, MeshSignal, RotorSignal]
 JOINT_SIGNALS: tuple[str, ...] = get_args(JointSignal)

@@ -31,10 +31,10 @@ if TYPE_CHECKING:
 
     from crosscheck.studies.definition.definition import Definition
 
-Raw = dict[str, Any]  # by section, what the files of a mechanism and a scenario hold
+Raw = dict[str, Any]  # content of the mechanism's and scenario's files, by section
 
 RigidModel = tuple[object, Callable[[], Any]]  # equal keys for equal models; what makes one
-# In place of all meshes, which a rigid arm has none of.
+# Mesh that fills the place of a rigid arm's missing ones.
 ANY_MESH = Mesh(
     stiffness=SineStiffness(law="sine", mean_N_per_m=1.0, amplitude_N_per_m=0.0),
     backlash_m=0.0,

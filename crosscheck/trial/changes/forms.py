@@ -34,6 +34,12 @@ def find_forms(problem: ChangeProblem, part: str, kinds: Sequence[FormKind] = ()
                 yield words
 
 
+def scale_part(problem: ChangeProblem, part: str) -> Iterator[Form]:
+    """All of a part by a usual factor."""
+    for factor, words in FACTORS.items():
+        yield f"all of it {words}", (factor - 1) * problem.right[part]
+
+
 def exchange_rows(problem: ChangeProblem, part: str) -> Iterator[Form]:
     """Rows of two coordinates exchanged, or one in the place of the other; of M columns too."""
     right, names, count = problem.right[part], problem.coordinate_names, len(problem.right[part][0])

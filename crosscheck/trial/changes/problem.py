@@ -127,6 +127,7 @@ class ChangeProblem:
         parts = dict(self.differences)
         if ACCELERATION in parts:
             mass = AnalyticRobot(self.robot, self.level).mass_matrix(self.states.q)
+            mass = self.carry("mass_matrix", mass)
             parts[ACCELERATION] = -multiply(mass, parts[ACCELERATION])
         return self._join(parts, slice(None))
 

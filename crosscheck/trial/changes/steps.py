@@ -34,6 +34,12 @@ SLIDES = {  # whether a joint that slides turns w, and w'
     "its z q' added to w, as of a joint that turns": (True, False),
     "its w x z q' added to w', as of a joint that turns": (False, True),
 }
+# A body without all columns of its Jacobian in words, by what these are left out of.
+WITHOUT = {
+    "left out of velocity and w": "left out",
+    "left out of the velocity": "its mass left out, not its inertia about its centre",
+    "left out of w": "its inertia about its centre left out",
+}
 Steps = dict[str, dict[str, DynamicsTerms]]  # changes of the terms, by words and what has them
 Changes = Iterator[tuple[str, BodyMotion]]
 
@@ -340,8 +346,10 @@ class StepTable:
                     motions = whole.setdefault(words, {})
                     motions[name] = _add_columns(motions.get(name, right), *columns)
         steps |= last_columns
+        slides = any(joint.kind != "revolute" for joint in self.robot.joints)
+        without = {} if slides else WITHOUT  # a joint that slides has no column in w
         for words, motions in whole.items():
-            steps[f"every column of its Jacobian, {words}"] = {
+            steps[without.get(words, f"every column of its Jacobian, {words}")] = {
                 name: motion.compute_terms().minus(self._terms[name])
                 for name, motion in motions.items()
             }

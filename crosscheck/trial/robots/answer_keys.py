@@ -5,12 +5,12 @@ from __future__ import annotations
 from collections.abc import Iterator
 from contextlib import suppress
 from dataclasses import replace
-from typing import Any
+from typing import Any, Literal, get_args
 
 import numpy as np
 
 from crosscheck.models.errors import InputError
-from crosscheck.models.robot.robot import Level, Robot, remove_friction
+from crosscheck.models.robot.robot import Joint, Level, Robot, RobotBody, remove_friction
 from crosscheck.trial.coordinates.robots import map_calls, read_frame
 from crosscheck.trial.input.calls import TAKES, call_part
 from crosscheck.trial.input.equations import Equations
@@ -22,29 +22,34 @@ from crosscheck.trial.source.sandbox import freeze
 
 FEW_STATES = 3
 SEED = 7
-FACTORS = 0.7, 1.4  # factors by which numbers of the other robot differ
+FACTORS = 0.7, 1.4  # factors by which numbers of the other robots differ
+NumberKind = Literal["mass", "com", "inertia", "position"]
+NUMBER_KINDS: tuple[NumberKind, ...] = get_args(NumberKind)
 
 
 def make_robot_answer_keys(
     problem: RobotProblem, level: Level, robot: Robot, equations: Equations
 ) -> Iterator[AnswerKey]:
-    """The answer keys of the robot, and of one of its structure.
+    """The answer keys of the robot, and of others of its structure, one for each kind of number.
 
-    level: the nearest; wrong equations may be of another one. robot: as equations are made of it,
-    with its friction and without the motors of elastic joints.
+    Code may take some kinds from the robot and have others of its own. level: the nearest; wrong
+    equations may be of another one. robot: as equations are made of it, with its friction and
+    without the motors of elastic joints.
     """
     yield _make_answer_key(problem, level, robot, equations)
     if problem.stiffness.any():  # springs of another robot would be others
         return
-    other = draw_probe_robot(robot)
-    with suppress(InputError):  # where another robot's mass matrix loses its digits
-        sizes = compute_sizes_by_level(remove_friction(other), problem.stated, problem.states)
-        there = replace(problem, robot=remove_friction(other), sizes=sizes)
-        yield _make_answer_key(there, level, other, equations)
+    states = problem.states.first(FEW_STATES)
+    for kind in NUMBER_KINDS:
+        other = draw_probe_robot(robot, kind)
+        with suppress(InputError):  # where another robot's mass matrix loses its digits
+            sizes = compute_sizes_by_level(remove_friction(other), problem.stated, states)
+            there = replace(problem, robot=remove_friction(other), states=states, sizes=sizes)
+            yield _make_answer_key(there, level, other, equations)
 
 
-def draw_probe_robot(robot: Robot) -> Robot:
-    """A robot of the same structure with other masses, centres of mass, inertias and offsets.
+def draw_probe_robot(robot: Robot, kind: NumberKind) -> Robot:
+    """A robot of the same structure of which all numbers of a kind are others.
 
     Seeded, so the same every time. What is 0 stays so.
     """
@@ -53,18 +58,21 @@ def draw_probe_robot(robot: Robot) -> Robot:
     def draw(*shape: int) -> np.ndarray:
         return generator.uniform(*FACTORS, shape)
 
-    bodies = []
-    for body in robot.bodies:
+    def change_body(body: RobotBody) -> RobotBody:
+        if kind == "mass":
+            return replace(body, mass=body.mass * float(draw()))
+        if kind == "com":
+            return replace(body, com=body.com * draw(3))
         stretch = np.diag(draw(3))  # which leaves an inertia positive
-        inertia = stretch @ body.inertia @ stretch
-        bodies.append(
-            replace(body, mass=body.mass * float(draw()), com=body.com * draw(3), inertia=inertia)
-        )
-    joints = []
-    for joint in robot.joints:
-        place = replace(joint.placement, position=joint.placement.position * draw(3))
-        joints.append(replace(joint, placement=place))
-    return replace(robot, bodies=tuple(bodies), joints=tuple(joints))
+        return replace(body, inertia=stretch @ body.inertia @ stretch)
+
+    def change_joint(joint: Joint) -> Joint:
+        position = joint.placement.position * draw(3)
+        return replace(joint, placement=replace(joint.placement, position=position))
+
+    if kind == "position":
+        return replace(robot, joints=tuple(map(change_joint, robot.joints)))
+    return replace(robot, bodies=tuple(map(change_body, robot.bodies)))
 
 
 def _make_answer_key(

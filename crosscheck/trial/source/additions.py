@@ -38,7 +38,8 @@ def list_further_matrices(site: Site) -> Texts:
     if not is_array or not site.is_value or is_matrix_product(site.parent):
         return
     for other, shape in site.scope.list_leaves():
-        if len(shape) == MATRIX_LENGTH and shape[1] == shape[2]:
+        is_square = len(shape) == MATRIX_LENGTH and shape[1] == shape[2]
+        if is_square and not other.endswith(".T"):
             for matrix in (other, f"{other}.T"):
                 yield f"{matrix} @ {text}"
                 if kind is None or len(kind) == MATRIX_LENGTH:
@@ -55,12 +56,14 @@ def list_further_summands(site: Site, *, outer: bool, written: bool = True) -> T
 
 
 def list_further_cross_products(site: Site, *, of_products: bool) -> Texts:
-    """A sum of vectors with a cross product more, of a name and a name or a product of two."""
-    if site.kind not in (VECTOR, None) or not is_sum(site.node):
+    """A vector with a cross product more, of a name and a name or a product of two.
+
+    Of a matrix times a vector also of the same matrix: I dw + w x (I w).
+    """
+    if site.kind not in (VECTOR, None) or not site.is_sum_place(outer=True):
         return
-    if not site.is_sum_place(outer=True):
-        return
-    calls = (ast.unparse(each.func) for each in site.scope.nodes if isinstance(each, ast.Call))
+    nodes = site.tree.list_all_nodes()
+    calls = (ast.unparse(each.func) for each in nodes if isinstance(each, ast.Call))
     cross = next((text for text in calls if text.endswith("cross")), "")
     names = [text for text, kind in site.scope.list_leaves(written=True) if kind == VECTOR]
 
@@ -68,9 +71,15 @@ def list_further_cross_products(site: Site, *, of_products: bool) -> Texts:
         sides = (node.left, node.right) if is_product(node) else ()
         return bool(sides) and all(map(site.tree.is_leaf, sides))
 
-    others = site.list_products(is_short_product) if of_products else names
-    pairs = ((a, b) for b in dict.fromkeys(others) for a in names if a != b and cross)
-    yield from (f"{site.text} + {cross}({a}, {b})" for a, b in pairs)
+    pairs = list[tuple[str, str]]()
+    if is_sum(site.node):
+        products = site.list_products(is_short_product) if of_products else []
+        others = dict.fromkeys(products or names)
+        pairs += ((a, b) for b in others for a in dict.fromkeys([*names, *products]) if a != b)
+    elif is_matrix_product(site.node) and of_products:
+        matrix = write_operand(site.node.left)
+        pairs += ((name, f"{matrix} @ {name}") for name in names)
+    yield from (f"{site.text} + {cross}({a}, {b})" for a, b in pairs if cross)
 
 
 def list_further_statements(site: Site, *, adding: bool) -> Texts:

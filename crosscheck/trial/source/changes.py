@@ -7,6 +7,7 @@ import difflib
 import math
 from collections.abc import Iterator, Sequence
 from functools import cache
+from itertools import combinations
 from typing import TypeAlias
 
 from crosscheck.trial.source.site import (
@@ -18,7 +19,7 @@ from crosscheck.trial.source.site import (
     is_sum,
     write_operand,
 )
-from crosscheck.trial.source.syntax import INDEX, LEAF, NUMBER, Kind
+from crosscheck.trial.source.syntax import INDEX, LEAF, MOST_ELEMENTS, NUMBER, Kind
 
 OPPOSITE = {"+": "-", "-": "+"}
 TRIGONOMETRY = {"sin": "cos", "cos": "sin"}
@@ -42,12 +43,20 @@ def list_opposites(site: Site) -> Texts:
         yield ast.unparse(node.operand)
 
 
-def list_negatives(site: Site, *, of_products: bool) -> Texts:
-    """A minus before a name or a function, or before a product or a whole sum."""
+def list_negatives(site: Site, *, of_products: bool, inside: bool) -> Texts:
+    """A minus before a name or a function, or before a product or a whole sum.
+
+    inside: of what stands in a formula, or else of an argument or of all that a name is given.
+    """
     is_inner = isinstance(site.parent, ast.BinOp | ast.UnaryOp)
     is_first = not is_inner or (site.name == "left" and is_sum(site.parent))
     is_kind = isinstance(site.node, ast.BinOp) == of_products
-    if is_first and is_kind and site.is_value and not isinstance(site.node, ast.UnaryOp):
+    is_alone = isinstance(site.parent, ast.Call) or (
+        not of_products and isinstance(site.parent, ast.Assign)
+    )
+    if not (is_first and is_kind and site.is_value) or is_alone == inside:
+        return
+    if not isinstance(site.node, ast.UnaryOp):
         text = site.text if is_product(site.node) else write_operand(site.node)
         yield from [] if text.startswith("-") else [f"-{text}"]
 
@@ -119,20 +128,30 @@ def list_transposes(site: Site) -> Texts:
 
 
 def list_orders(site: Site) -> Texts:
-    """Factors, arguments, indices or the sides of a difference in another order."""
+    """Factors, arguments, elements or the sides of a difference in another order."""
     node = site.node
     if isinstance(node, ast.BinOp) and isinstance(node.op, ast.MatMult | ast.Sub):
-        sign, right = get_sign(node.op), write_operand(node.right)
-        yield f"{right} {sign} {write_operand(node.left)}"
-        if is_matrix_product(node.left):  # the outer ones of three
-            yield f"{right} @ {write_operand(node.left.right)} @ {write_operand(node.left.left)}"
+        yield f"{write_operand(node.right)} {get_sign(node.op)} {write_operand(node.left)}"
     if isinstance(node, ast.Call):
         args = [ast.unparse(each) for each in (*node.args, *node.keywords)]
         for place in range(len(node.args) - 1):
             swapped = [*args[:place], args[place + 1], args[place], *args[place + 2 :]]
             yield f"{ast.unparse(node.func)}({', '.join(swapped)})"
-    if isinstance(node, ast.Tuple) and len(node.elts) == 2 and isinstance(node.ctx, ast.Load):
-        yield ", ".join(ast.unparse(each) for each in node.elts[::-1])
+    if isinstance(node, ast.Tuple | ast.List) and isinstance(node.ctx, ast.Load):
+        for places in combinations(range(min(len(node.elts), MOST_ELEMENTS)), 2):
+            elements = [ast.unparse(each) for each in node.elts]
+            for place, other in zip(places, places[::-1], strict=True):
+                elements[place] = ast.unparse(node.elts[other])
+            listed = ", ".join(elements)
+            yield f"[{listed}]" if isinstance(node, ast.List) else listed
+
+
+def list_congruences(site: Site) -> Texts:
+    """The outer ones of three matrices exchanged: R' I R for R I R'."""
+    node = site.node
+    if is_matrix_product(node) and is_matrix_product(node.left):
+        inner, outer = node.left, write_operand(node.right)
+        yield f"{outer} @ {write_operand(inner.right)} @ {write_operand(inner.left)}"
 
 
 def list_parentheses(site: Site) -> Texts:
@@ -175,7 +194,7 @@ def list_powers(site: Site) -> Texts:
     """A square, or none."""
     if is_power(site.node):
         yield ast.unparse(site.node.left)
-    elif site.is_number and not is_power(site.parent):
+    elif (site.is_number or site.is_array) and not is_power(site.parent):
         yield f"{site.text} ** 2"
 
 
@@ -189,9 +208,20 @@ def list_operands(site: Site) -> Texts:
 
 
 def list_steps(site: Site) -> Texts:
-    """An index or the end of a range one further, or one less, or the first."""
+    """An index or the end of a range one further, or one less, or the first; or all up to it."""
     if site.is_leaf and site.is_index and site.kind == INDEX:
         yield from (*(f"{site.text} {sign} 1" for sign in OPPOSITE), "0")
+        if isinstance(site.parent, ast.Subscript | ast.Tuple):
+            yield from (f":{site.text} + 1", f":{site.text}", f"{site.text}:")
+
+
+def list_near_sums(site: Site) -> Texts:
+    """A number of a formula and its like: both joints' rates for one's."""
+    if site.is_number and isinstance(site.parent, ast.BinOp | ast.Call):
+        for other, kind in site.scope.list_leaves(written=True):
+            if site.can_be(kind) and other != site.text and _is_near(site.text, other, kind):
+                yield " + ".join(sorted((site.text, other)))
+                yield f"{site.text} - {other}"
 
 
 def list_assignments(site: Site) -> Texts:

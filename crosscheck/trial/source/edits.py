@@ -5,7 +5,7 @@ from __future__ import annotations
 import ast
 from collections.abc import Callable, Iterator
 from functools import partial
-from typing import NamedTuple
+from typing import Any, NamedTuple
 
 from crosscheck.trial.source.additions import (
     list_arguments,
@@ -19,11 +19,13 @@ from crosscheck.trial.source.changes import (
     Texts,
     list_assignments,
     list_cofunctions,
+    list_congruences,
     list_constants,
     list_distributions,
     list_exchanges,
     list_inverses,
     list_multiples,
+    list_near_sums,
     list_negatives,
     list_neighbours,
     list_operands,
@@ -57,7 +59,10 @@ class Edit(NamedTuple):
     def parse(self) -> ast.expr | ast.stmt:
         """The other node; of several statements one that holds them. Raises SyntaxError."""
         if isinstance(self.node, ast.expr):
-            other: ast.expr | ast.stmt = ast.parse(self.text, mode="eval").body
+            is_slice = self.text.startswith(":") or self.text.endswith(":")
+            text = f"_[{self.text}]" if is_slice else self.text
+            other: Any = ast.parse(text, mode="eval").body
+            other = other.slice if is_slice else other
         else:
             body = ast.parse(self.text).body
             other = body[0] if len(body) == 1 else ast.If(ast.Constant(True), body, [])
@@ -75,21 +80,25 @@ class EditKind(NamedTuple):
 # often by chance; what makes something of one statement before what may make it of any.
 KINDS = (
     EditKind(1, list_opposites),
-    EditKind(1, partial(list_negatives, of_products=False)),
-    EditKind(1, partial(list_negatives, of_products=True)),
+    EditKind(1, partial(list_negatives, of_products=False, inside=True)),
+    EditKind(1, partial(list_negatives, of_products=True, inside=True)),
     EditKind(2, partial(list_exchanges, near=True, written=True)),
     EditKind(2, list_cofunctions),
     EditKind(2, list_operands),
     EditKind(2, list_powers),
     EditKind(2, list_constants),
+    EditKind(2, list_congruences),
     EditKind(2, list_transposes),
     EditKind(2, list_orders),
     EditKind(2, list_parentheses),
     EditKind(2, list_multiples),
     EditKind(2, list_steps),
     EditKind(2, list_assignments),
+    EditKind(2, partial(list_negatives, of_products=False, inside=False)),
+    EditKind(2, partial(list_negatives, of_products=True, inside=False)),
     EditKind(3, partial(list_exchanges, near=True, written=False)),
     EditKind(3, partial(list_exchanges, near=False, written=True)),
+    EditKind(3, list_near_sums),
     EditKind(3, list_neighbours),
     EditKind(3, list_distributions),
     EditKind(3, list_inverses),

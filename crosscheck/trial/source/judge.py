@@ -10,6 +10,8 @@ from collections.abc import Collection, Iterable, Mapping, Sequence
 from functools import cache
 from typing import Any
 
+import numpy as np
+
 from crosscheck.trial.source.answer_key import Answer, AnswerKey, Entry
 from crosscheck.trial.source.code import UserCode
 from crosscheck.trial.source.sandbox import limit_processor_time
@@ -39,7 +41,7 @@ class SourceJudge:
         begun, as_is = time.process_time(), self._bind(here)
         wrong_parts = {part for part, *_ in trusted.find_wrong_entries(as_is, self.parts)}
         self.limit_s = LEAST_S + SLOWER * (time.process_time() - begun)
-        followed = (each for each in others if self._is_followed(each, wrong_parts))
+        followed = (each for each in others if self._is_followed(each, as_is, wrong_parts))
         self.answer_keys = [here, *followed]
         self.wrong = {
             level: self._find_wrong_entries(self.compiled, level)
@@ -90,6 +92,18 @@ class SourceJudge:
             wrong = {level: self._find_wrong_entries(compiled, level) for level in levels}
         return {level: each for level, each in wrong.items() if each < self.wrong[level]}
 
+    def compute_residual(self, compiled: Sequence[Any]) -> np.ndarray:
+        """The answers (k,) of the wrong parts less the right ones, each at one state.
+
+        Raises whatever the code raises, and TooSlow.
+        """
+        here = self.answer_keys[0]
+        right = here.levels[self.level].right
+        with limit_processor_time(self.limit_s):
+            answer = self._bind(here, compiled)
+            off = (answer(part, state) - right[part][state] for part, state in self.states.items())
+            return np.concatenate([np.ravel(each) for each in off])
+
     def format_entries(self, wrong: Wrong) -> tuple[str, ...]:
         """Entries in words, each once."""
         entries = sorted({entry for _, entry in wrong})
@@ -106,16 +120,22 @@ class SourceJudge:
             return False
         return True
 
-    def _is_followed(self, answer_key: AnswerKey, wrong_here: Collection[str]) -> bool:
-        """Whether the code may take its numbers from the mechanism.
+    def _is_followed(
+        self, answer_key: AnswerKey, answer_here: Answer, wrong_here: Collection[str]
+    ) -> bool:
+        """Whether the code may take the numbers that differ from the mechanism.
 
-        It does not if parts that are right here are mostly wrong on another mechanism.
+        It does not if it answers the same on another mechanism, or if parts that are right here are
+        mostly wrong there.
         """
-        parts = [part for part in self.parts if part not in wrong_here]
         if self.level not in answer_key.levels or not self._is_answered(answer_key, self.parts[0]):
             return False
+        answer = self._bind(answer_key)
+        if all(np.array_equal(answer(part, 0), answer_here(part, 0)) for part in self.parts):
+            return False
+        parts = [part for part in self.parts if part not in wrong_here]
         trusted = answer_key.levels[self.level]
-        wrong = trusted.find_wrong_entries(self._bind(answer_key), parts)
+        wrong = trusted.find_wrong_entries(answer, parts)
         return len(wrong) <= IGNORED * sum(trusted.right[part][0].size for part in parts)
 
     def _measure_seconds(self, part: str) -> float:

@@ -13,26 +13,31 @@ from __future__ import annotations
 
 import ast
 import time
-from collections.abc import Callable, Iterable, Sequence
+from collections.abc import Callable, Iterable, Iterator, Sequence
 from dataclasses import dataclass
 from functools import partial
 from itertools import combinations, count
 from operator import attrgetter
 from typing import NamedTuple
 
+import numpy as np
+
 from crosscheck.runner.outcomes import Failure, SelfKeyedTask
 from crosscheck.runner.progress_update import ProgressCallback, ProgressUpdate
 from crosscheck.runner.workers import Workers
 from crosscheck.trial.source.answer_key import AnswerKey
 from crosscheck.trial.source.code import UserCode
-from crosscheck.trial.source.edits import RANKS, Edit, list_edits
+from crosscheck.trial.source.edits import KINDS, RANKS, Edit, list_edits
 from crosscheck.trial.source.judge import SourceJudge, Wrong
 from crosscheck.trial.source.sandbox import enter_sandbox
+from crosscheck.trial.source.site import Site, write_operand
+from crosscheck.trial.source.solving import list_products, read_literal, solve_number, write_number
 from crosscheck.trial.source.source_edit import SourceAnswer, SourceEdit, describe_edit
-from crosscheck.trial.source.syntax import SourceTree
+from crosscheck.trial.source.syntax import NUMBER, SourceTree
 
 BUDGET_S = 10.0  # [s] of processor time, of a whole search
 CLOSING_S = 20  # [s] beyond it, after which the process is ended
+LITERAL_RANK, SUMMAND_RANK = 2, 5  # of edits with numbers that are solved for
 MOST_ALTERNATIVES = 2
 MOST_INCOMPLETE = 12  # edits that mend some entries, of which pairs are tried
 MakeAnswerKeys = Callable[[], Iterable[AnswerKey]]
@@ -75,7 +80,11 @@ class EditSearch:
 
     @property
     def answers(self) -> list[MendingEdit]:
-        """The edits that make all right, the likeliest first."""
+        """The edits that make all right at the trial's level, the likeliest first."""
+        return [each for each in self._list_right() if each.level == self.judge.level]
+
+    def _list_right(self) -> list[MendingEdit]:
+        """The edits that make all right, at any level, the likeliest first."""
         return sorted((each for each in self.mending if not each.wrong), key=get_badness)
 
     @property
@@ -97,6 +106,49 @@ class EditSearch:
                 elsewhere.append(edit)
         for edit in elsewhere if not self.answers else ():
             self._try_edit(edit)
+        solved = {LITERAL_RANK: self._solve_literals, SUMMAND_RANK: self._solve_summands}
+        if rank in solved and self.judge.states and not self.answers:
+            for edit in solved[rank]():
+                self._try_edit(edit)
+
+    def _solve_literals(self) -> Iterator[Edit]:
+        """A number of the code that another one in its place makes right."""
+        for node, site in self._list_sites():
+            start = read_literal(site)
+            value = None if start is None else self._solve(node, "{}", start)
+            if value is not None:
+                yield Edit((LITERAL_RANK, len(KINDS)), node, write_number(value))
+
+    def _solve_summands(self) -> Iterator[Edit]:
+        """Sums that lack the same number at every state, a product of what can be named there."""
+        for node, site in self._list_sites():
+            if site.kind in (NUMBER, None) and site.is_whole_formula:
+                value = self._solve(node, f"{write_operand(node)} + {{}}", 0.0)
+                for product in list_products(site, value) if value else ():
+                    yield Edit((SUMMAND_RANK, len(KINDS)), node, f"{site.text} {product}")
+
+    def _list_sites(self) -> Iterator[tuple[ast.expr, Site]]:
+        """The expressions, as long as there is time."""
+        for node in list(self.tree.list_nodes()):
+            if isinstance(node, ast.expr) and not self.is_spent:
+                yield node, Site(self.tree, node)
+
+    def _solve(self, node: ast.expr, text: str, start: float) -> float | None:
+        """The number that makes the wrong parts right at one state, in a text for an expression."""
+        number = self.tree.statements[id(node)]
+
+        def compute_residual(value: float) -> np.ndarray:
+            self.tree.put(node, Edit((0, 0), node, text.format(f"({value!r})")).parse())
+            compiled = list(self.judge.compiled)
+            compiled[number] = self.code.compile(self.code.statements[number])
+            return self.judge.compute_residual(compiled)
+
+        try:
+            return solve_number(compute_residual, start)
+        except BaseException:  # whatever a number leads to, it is none that mends
+            return None
+        finally:
+            self.tree.put(node, node)
 
     def _try_edit(self, edit: Edit) -> None:
         mending = None if self.is_spent else self._judge([edit])
@@ -146,7 +198,8 @@ class EditSearch:
     def find_answer(self) -> SourceAnswer | None:
         """The answer so far; None where no edit mends anything that says much."""
         is_unequal = self.judge.is_unequal
-        if edits := self.answers:
+        # Equations of another level are right without a rotor, but somebody meant to have it.
+        if edits := self.answers or self._list_right():
             # On unequal numbers all right edits of a statement say the same.
             edits = self._select_by_statement(edits) if is_unequal else edits
             return self._make_answer(edits, is_unequal)
@@ -222,7 +275,9 @@ class RankTask(SelfKeyedTask):
         search.try_rank(self.rank)
         answer = search.find_answer()
         is_over = (
-            answer is not None and not answer.wrong and answer.is_unequal == search.judge.is_unequal
+            answer is not None
+            and not (answer.wrong or answer.level)
+            and answer.is_unequal == search.judge.is_unequal
         )
         return RankOutcome(answer, is_over or search.is_spent)
 

@@ -65,10 +65,21 @@ class Site:
         return self.is_leaf and self.is_value and self.kind in (NUMBER, INDEX)
 
     @property
+    def is_array(self) -> bool:
+        """Whether it is a name, attribute or element that is an array to compute with."""
+        return self.is_leaf and self.is_value and (self.kind or NUMBER)[0] == "array"
+
+    @property
     def is_term(self) -> bool:
         """Whether it is a whole summand, or something else without a factor beside it."""
         is_part = is_product(self.parent) or is_power(self.parent)
         return self.is_value and not is_part and not isinstance(self.node, ast.UnaryOp)
+
+    @property
+    def is_whole_formula(self) -> bool:
+        """Whether it is a sum that is no summand, or a product that is no factor and no summand."""
+        is_formula = is_sum(self.node) or (is_product(self.node) and not is_product(self.parent))
+        return is_formula and self.is_value and not is_sum(self.parent)
 
     def can_be(self, kind: Kind) -> bool:
         """Whether something of a kind may stand here."""

@@ -119,7 +119,10 @@ def describe_edit(tree: SourceTree, edit: Edit, entries: tuple[str, ...]) -> Sou
     removed = ast.get_source_segment(tree.code.text, node) or ""
     pieces = start, removed, f"({new})" if is_inner else new, end
     old, outer = _read_text(tree, node), node
-    while before.count(old) > 1 and isinstance(around, ast.expr):  # else nobody knows which
+    # A part of an element says more with all of it; of several that are equal nobody knows which.
+    while isinstance(around, ast.Subscript) or (
+        before.count(old) > 1 and isinstance(around, ast.expr)
+    ):
         old, new, outer = _read_text(tree, around), _write_edited(tree, edit, around), around
         around = tree.parent(around)
     return SourceEdit(file, outer.lineno, old, new, *pieces, entries, edit.rank)

@@ -21,7 +21,7 @@ class NotedField(NamedTuple):
     switch: str = ""
 
 
-# By what a file without them has, 0 of all of these but of mocap bodies, which are none by -1.
+# Fields that are 0 in a file without them, or -1 for mocap bodies.
 FIELDS = (
     NotedField("body_mocapid", "body", "motion capture"),
     NotedField("body_plugin", "body", "plugin"),

@@ -1,6 +1,7 @@
 """Which edit of a source a search finds: one of every kind, two together, or none."""
 
 import sys
+from collections.abc import Sequence
 from pathlib import Path
 from types import SimpleNamespace
 
@@ -40,7 +41,14 @@ def make():
             p = np.cross(w, p) + R.T @ w
         return total
 
-    return {"weights": weights, "moment": moment}
+    def spin(q):
+        w, levers = np.array([q[0], q[1], 0.4]), np.zeros((3, 3))
+        for i in range(3):
+            levers[: i + 1, i] = w[i]
+        inertia = R @ np.diag([1.3, 2.1, 0.7]) @ R.T
+        return levers @ w, inertia @ levers[0] + np.cross(w, inertia @ w)
+
+    return {"weights": weights, "moment": moment, "spin": spin}
 """
 STATES = ([0.4, -1.1], [-0.7, 0.9], [1.9, 0.3])
 
@@ -59,17 +67,20 @@ def make_code(folder: Path, *replaced: tuple[str, str]) -> UserCode:
     return code
 
 
-def make_answer_key() -> AnswerKey:
-    """What the code as it is answers."""
+def make_answer_key(states: Sequence[Sequence[float]] = STATES) -> AnswerKey:
+    """What the code as it is answers at states, which take a mechanism's place."""
     names: dict = {}
     exec(CODE, names)
 
     def bind(source):
         functions = source()
-        return lambda part, state: np.asarray(functions[part](list(STATES[state])))
+        return lambda part, state: np.asarray(functions[part](list(states[state])))
 
     answer = bind(names["make"])
-    right = {part: np.array([answer(part, k) for k in range(3)]) for part in ("weights", "moment")}
+    right = {
+        part: np.array([answer(part, k) for k in range(3)])
+        for part in ("weights", "moment", "spin")
+    }
     allowed = dict.fromkeys(right, np.array(1e-9))
     return AnswerKey(bind, {"": LevelAnswers(right, allowed)}, ("x", "y", "z"))
 
@@ -107,7 +118,12 @@ def find_answer(folder: Path, *replaced: tuple[str, str]) -> SourceAnswer | None
         ("first = a.mass", "first = 0 * s + a.mass", 0),
         (" + c2\n", "\n", 5),
         ("+ np.cross(p, w)", "", 6),
-        ("sin(q[0] + q[1])", "sin(q[0])", 6),
+        ("sin(q[0] + q[1])", "sin(q[0])", 3),
+        ("R @ np.diag([1.3, 2.1, 0.7]) @ R.T", "R.T @ np.diag([1.3, 2.1, 0.7]) @ R", 2),
+        ("levers[: i + 1, i] =", "levers[i, i] =", 2),
+        ("[1.3, 2.1, 0.7]", "[1.3, 2.6, 0.7]", 2),
+        ("b.mass * c2**2 - 2", "-2", 5),
+        (" + np.cross(w, inertia @ w)", "", 5),
     ],
 )
 def test_an_edit_of_every_kind_is_found(tmp_path, right, wrong, rank):
@@ -208,10 +224,10 @@ def test_progress_is_reported(tmp_path):
 
 def test_of_edits_of_one_statement_that_say_the_same_the_likeliest_is_the_answer(tmp_path):
     """Judged on one mechanism each is an alternative; on unequal numbers they are one answer."""
-    code = make_code(tmp_path, ("- 2 * c1", "+ 2 * c1"))
+    code = make_code(tmp_path, ("R.T @ w", "R @ w"))
     here, unequal = (
-        find_source_answer(code, lambda keys=keys: keys * [make_answer_key()], ignore_progress)
-        for keys in (1, 2)
+        find_source_answer(code, lambda keys=keys: keys, ignore_progress)
+        for keys in ([make_answer_key()], [make_answer_key(), make_answer_key(STATES[::-1])])
     )
     assert here is not None
     assert unequal is not None

@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections import Counter
 from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import replace
+from itertools import permutations
 
 import numpy as np
 import sympy as sp
@@ -17,16 +18,15 @@ from crosscheck.trial.changes.arms.segments import (
     evaluate_entry,
     rate_name,
 )
-from crosscheck.trial.changes.arms.steps import find_other_forms, find_steps
+from crosscheck.trial.changes.arms.steps import find_steps
 from crosscheck.trial.changes.arms.targets import (
     TargetRow,
     make_balance_target,
     make_entry_target,
-    make_part_target,
     make_target,
 )
-from crosscheck.trial.changes.arms.term_changes import TermChange
-from crosscheck.trial.changes.arms.term_search import FITS, ChangeSet, Target, search_changes
+from crosscheck.trial.changes.arms.term_changes import Target, TermChange
+from crosscheck.trial.changes.arms.term_search import FITS, ChangeSet, find_singles, search_changes
 from crosscheck.trial.changes.arms.term_words import (
     error_signature,
     join_terms,
@@ -34,7 +34,7 @@ from crosscheck.trial.changes.arms.term_words import (
     make_term,
     make_term_error,
 )
-from crosscheck.trial.changes.forms import exchange_rows, solve_otherwise
+from crosscheck.trial.changes.forms import exchange_rows, scale_part
 from crosscheck.trial.input.equations import Coordinates
 from crosscheck.trial.judge import entries
 from crosscheck.trial.judge.entries import (
@@ -46,9 +46,7 @@ from crosscheck.trial.judge.entries import (
 from crosscheck.trial.judge.suite import get_trusted_answers
 
 SAME = 1e-12  # tolerance between two readings of a map, relative to its row
-ROUNDING = 1e-10  # largest entry of dy/dx that counts as 0, relative to its row
 FOLLOWS = "follows from the wrong M"
-MOST_TOGETHER = 1500  # terms of a part that are looked at together
 
 
 def explain_entries(arm: EntryComparison, probes: Sequence[EntryComparison]) -> list[EntryMismatch]:
@@ -65,31 +63,28 @@ def explain_entries(arm: EntryComparison, probes: Sequence[EntryComparison]) -> 
     wrong_entries = _explain_parts((arm, *probes), list(_explain_arms(arm, probes)))
     if arm.problem.equations.coordinates.matrix is None:
         return wrong_entries
-    groups = {(wrong.place.part, wrong.shown_on) for wrong in wrong_entries if not wrong.notes}
+    groups, better = _group_by_part(wrong_entries), dict[object, Explanation]()
     rank = 0 if arm.symbolic is not None else 2
-    short = {
-        group: _explanation_length(_select_group(wrong_entries, *group), rank) for group in groups
-    }
-    spread = any(rank or length[:2] > (0, 1) for length in short.values())
+    lengths = {at: _explanation_length(group, rank) for at, group in groups.items()}
+    is_spread = any(rank or length[:2] > (0, 1) for length in lengths.values())
     gearing = arm.problem.gearing
     built_in = [Coordinates(gearing), Coordinates(gearing, "absolute")]
     if gearing != "rigid":
         built_in += [replace(each, gears="angles") for each in built_in]
-    for coordinates in built_in if spread else ():
+    for coordinates in built_in if is_spread else ():
         seen = arm.transform_to(coordinates)
-        there = list(_explain_arms(seen, [probe.transform_to(coordinates) for probe in probes]))
-        for group, length in short.items():
-            group_entries = _select_group(there, *group)
-            if group_entries and _explanation_length(group_entries, 1) < length:
-                short[group] = _explanation_length(group_entries, 1)
-                chosen = _select_group(wrong_entries, *group)
-                wrong_entries = [
-                    _explain_in_coordinates(wrong, group_entries, seen)
-                    if wrong in chosen
-                    else wrong
-                    for wrong in wrong_entries
-                ]
-    return wrong_entries
+        explained = _explain_arms(seen, [probe.transform_to(coordinates) for probe in probes])
+        for at, group in _group_by_part(list(explained)).items():
+            length = _explanation_length(group, 1)
+            if not length[0] and length < lengths.get(at, ()):
+                lengths[at] = length
+                better[at] = _join_explanations(group, seen.frame.names)
+    return [
+        replace(wrong, explanation=better.get(_part_key(wrong), wrong.explanation))
+        if not wrong.notes
+        else wrong
+        for wrong in wrong_entries
+    ]
 
 
 def _is_same_map(symbolic: sp.ImmutableMatrix, arm: EntryComparison) -> bool:
@@ -102,12 +97,19 @@ def _is_same_map(symbolic: sp.ImmutableMatrix, arm: EntryComparison) -> bool:
     return bool((off <= SAME * np.abs(matrix).max(axis=1, keepdims=True)).all())
 
 
-def _select_group(
-    wrong_entries: Sequence[EntryMismatch], part: str, shown_on: str
-) -> list[EntryMismatch]:
-    return [
-        w for w in wrong_entries if (w.place.part, w.shown_on) == (part, shown_on) and not w.notes
-    ]
+def _part_key(wrong: EntryMismatch) -> tuple[str, str]:
+    return wrong.place.part, wrong.shown_on
+
+
+def _group_by_part(
+    wrong_entries: Sequence[EntryMismatch],
+) -> dict[tuple[str, str], list[EntryMismatch]]:
+    """The wrong entries that do not follow from others, by their part and arm."""
+    groups: dict[tuple[str, str], list[EntryMismatch]] = {}
+    for wrong in wrong_entries:
+        if not wrong.notes:
+            groups.setdefault(_part_key(wrong), []).append(wrong)
+    return groups
 
 
 def _explanation_length(
@@ -123,41 +125,14 @@ def _collect_errors(wrong_entries: Sequence[EntryMismatch]) -> dict[object, entr
     return {error_signature(error): error for each in explanations for error in each.errors}
 
 
-def _explain_in_coordinates(
-    wrong: EntryMismatch, there: Sequence[EntryMismatch], comparison: EntryComparison
-) -> EntryMismatch:
-    """A wrong entry, explained by those entries that make it in other coordinates."""
-    turns = np.abs(comparison.turns)
-    turns = turns > ROUNDING * turns.max(axis=1, keepdims=True)
-    making = [each for each in there if _is_part_of(each.place, wrong.place, turns)]
-    explanations = [each.explanation for each in making if each.explanation]
-    if not making or len(explanations) < len(making):
-        return wrong
-    error_sets = []
-    for way in range(1 + max(len(each.others) for each in explanations)):
-        errors = (  # each error once; of each entry as likely ones as there are
-            error
-            for alternatives in ((each.errors, *each.others) for each in explanations)
-            for error in alternatives[min(way, len(alternatives) - 1)]
-        )
-        error_sets.append(tuple({error_signature(error): error for error in errors}.values()))
+def _join_explanations(group: Sequence[EntryMismatch], names: Sequence[str]) -> Explanation:
+    """What explains all of some entries, and in words which; others only of a single error."""
+    errors = tuple(_collect_errors(group).values())
+    explanations = [wrong.explanation for wrong in group if wrong.explanation]
     left = max(each.left_over for each in explanations)
-    where = ", ".join(entries.format_entry(each.place, comparison.frame.names) for each in making)
-    return replace(
-        wrong, explanation=Explanation(error_sets[0], left, tuple(error_sets[1:]), where)
-    )
-
-
-def _is_part_of(there: EntryPlace, here: EntryPlace, turns: np.ndarray) -> bool:
-    """Whether an entry in y is a part of one in x; turns (n, n): where dy/dx is not 0."""
-    pairs = [(there.row, here.row)]
-    if there.column is not None and here.column is not None:
-        pairs.append((there.column, here.column))
-    if there.rates is not None and here.rates is not None:
-        (j, k), (a, b) = there.rates, here.rates
-        if not (turns[j, a] and turns[k, b]) and not (turns[j, b] and turns[k, a]):
-            return False
-    return all(turns[pair] for pair in pairs)
+    where = ", ".join(entries.format_entry(wrong.place, names) for wrong in group)
+    others = explanations[0].others if len(errors) == 1 else ()
+    return Explanation(errors, left, others, where)
 
 
 def _explain_arms(
@@ -196,7 +171,7 @@ def _explain_entry(wrong: EntryMismatch, arms: Sequence[EntryComparison]) -> Ent
 
 def _make_explanation(target: Target, sets: Sequence[ChangeSet], seen_in: str = "") -> Explanation:
     """The first of changes that make the same, and the others beside it."""
-    terms, arms = target.table.terms, len(target.difference)
+    terms, arms = target.terms, len(target.difference)
     first, *others = (tuple(make_term_error(each, terms) for each in changes) for changes in sets)
     made = sum(change.effect[:arms] for change in sets[0])
     size = float(np.linalg.norm(target.difference))
@@ -210,11 +185,7 @@ def _list_whole_weights(
     """The weights in a force, which are a part of their own."""
     if place.part != "force" or any("gravity" not in arm.user_values for arm in arms):
         return []
-    columns = [sample.columns[place] for sample in target.table.samples]
-    weights = [
-        -column @ arm.user_values["gravity"][:, place.row]
-        for arm, column in zip([*arms, arms[0]], columns, strict=True)
-    ]
+    weights = [-arm.user_values["gravity"][target.states, place.row] for arm in (*arms, arms[0])]
     words = "the weight of every body"
     return [TermChange("extra", (), np.array(weights), 1.0, right="gravity", group=words)]
 
@@ -222,7 +193,6 @@ def _list_whole_weights(
 def _list_law_changes(arm: EntryComparison, place: EntryPlace, target: Target) -> list[TermChange]:
     """Other laws of meshes that change an entry of the force."""
     frame, problem = arm.frame, arm.problem
-    column = target.table.samples[0].columns[place]
     rates = {rate_name(name): arm.rates[:, k] for k, name in enumerate(frame.names)}
 
     def evaluate(terms: ReferenceTerms, signals: Mapping[str, np.ndarray]) -> np.ndarray:
@@ -238,7 +208,7 @@ def _list_law_changes(arm: EntryComparison, place: EntryPlace, target: Target) -
             terms = build_reference_terms(frame, law.arm, law.switches, has_gravity=has_gravity)
         states, convention = arm.force_states, law.convention
         signals = compute_signals(law.arm, frame.layout, law.switches, states, convention)
-        effect = column @ (evaluate(terms, signals) - right)
+        effect = (evaluate(terms, signals) - right)[target.states]
         if effect.any():  # laws that do the same here are others elsewhere
             effects, texts = np.array([effect, number * effect]), (law.yours, law.right)
             changes.append(TermChange("swapped", (), effects, 1.0, *texts, group=law.words))
@@ -258,6 +228,8 @@ def _explain_parts(
             continue
         group = _prefer_shared_errors(group)
         explanations |= {w.place: w.explanation for w in group if w.explanation}
+        explanations |= _find_moved_terms(arms, group)
+        group = [replace(each, explanation=explanations.get(each.place)) for each in group]
         if len(_collect_errors(group)) != 1 or not all(wrong.explanation for wrong in group):
             explanations |= _explain_part(arms, [wrong.place for wrong in group])
     return [
@@ -266,6 +238,35 @@ def _explain_parts(
         else replace(wrong, explanation=explanations.get(wrong.place, wrong.explanation))
         for wrong in wrong_entries
     ]
+
+
+def _find_moved_terms(
+    arms: Sequence[EntryComparison], group: Sequence[EntryMismatch]
+) -> dict[EntryPlace, Explanation]:
+    """Terms of the bias that are missing in one entry and too many in another, by both entries.
+
+    They stand before other rates, or in another row.
+    """
+    moved, names = dict[EntryPlace, Explanation](), arms[0].frame.names
+    for wrong, other in permutations(group, 2):
+        here, there, explanation = wrong.place, other.place, wrong.explanation
+        if here.rates is None or there.rates is None or explanation is None:
+            continue
+        in_row, (error, *more) = here.row == there.row, explanation.errors
+        if more or error.kind != "dropped" or not (in_row or here.rates == there.rates):
+            continue
+        sums = [np.abs(arm.difference(here)[0] + arm.difference(there)[0]).max() for arm in arms]
+        least = [FITS * np.abs(arm.difference(here)[0]).max() + arm.noise(here) for arm in arms]
+        if all(off <= allowed for off, allowed in zip(sums, least, strict=True)):
+            yours, right = (
+                entries.format_rates(each.rates or (0, 0), names)
+                if in_row
+                else f"row {names[each.row]}"
+                for each in (there, here)
+            )
+            swapped = TermError("swapped", error.term, yours, right)
+            moved |= dict.fromkeys((here, there), Explanation((swapped,), explanation.left_over))
+    return moved
 
 
 def _prefer_shared_errors(group: Sequence[EntryMismatch]) -> list[EntryMismatch]:
@@ -289,15 +290,10 @@ def _prefer_shared_errors(group: Sequence[EntryMismatch]) -> list[EntryMismatch]
 def _explain_part(
     arms: Sequence[EntryComparison], wrong: Sequence[EntryPlace]
 ) -> dict[EntryPlace, Explanation]:
-    """Explanations of wrong entries of a part: by another row; by one change of many entries."""
+    """Explanations of wrong entries of a part by one change of all of them."""
     part = wrong[0].part
-    if errors := find_other_forms(arms, part, [exchange_rows]):
+    if errors := find_steps(arms, part, [scale_part, exchange_rows]):
         return dict.fromkeys(wrong, _explain_by_any(errors))
-    target = make_part_target(arms, wrong)
-    sets = search_changes(target) if len(target.table.rows) <= MOST_TOGETHER else []
-    sets = [changes for changes in sets if len(changes) == 1]
-    if sets:
-        return dict.fromkeys(wrong, _make_explanation(target, sets))
     if arms[0].problem.has_gravity and part == "force":
         return {}  # without weights there is nothing to derive
     return (
@@ -320,8 +316,9 @@ def _explain_accelerations(
     """
     arms = [each for each in (arm, *probes) if "acceleration" in each.user_values]
     explanation = _explain_balances(arms, [_balance_accelerations(each) for each in arms])
-    errors = [] if explanation else find_other_forms(arms, "acceleration", [solve_otherwise])
-    explanation = _explain_by_any(errors) if errors else explanation
+    if explanation is None or len(explanation.errors) > 1:
+        errors = find_steps(arms, "acceleration")
+        explanation = _explain_by_any(errors) if errors else explanation
     for wrong in _explain_arms(arm, probes):
         yield wrong if wrong.shown_on else replace(wrong, explanation=explanation)
 
@@ -348,20 +345,13 @@ def _explain_balances(
     )
     rows = dict[int, tuple[Target, list[ChangeSet]]]()
     for row in np.flatnonzero(wrong).tolist():
-        target = make_balance_target(arms, balances, [row])
+        target = make_balance_target(arms, balances, row)
         changes = search_changes(target)
         if not changes:
             break
         rows[row] = target, changes
     each = [_make_explanation(*given) for given in rows.values()]
     errors = {error_signature(e): e for explanation in each for e in explanation.errors}
-    if len(rows) < wrong.sum() or len(errors) > 1:
-        target = make_balance_target(arms, balances, range(len(wrong)))
-        changes = search_changes(target)
-        if changes and len(changes[0]) == 1:
-            parts = dict.fromkeys(place.part for place, _ in changes[0][0].terms)
-            where = " and ".join(part.replace("mass_matrix", "M") for part in parts)
-            return _make_explanation(target, changes, f"{where}, which M x'' shows")
     if not rows or len(rows) < wrong.sum():
         return None
     where = ", ".join(_name_places(changes[0], terms) for _, changes in rows.values())
@@ -390,10 +380,9 @@ def explain_linear_rates(arm: EntryComparison) -> Iterator[EntryMismatch]:
             continue
         for place in terms.entries:
             for rate in dict.fromkeys(place.rates or ()) if place.row == row else ():
-                line = TargetRow(odd[:, row], size, FITS * size, {place: arm.rates[:, rate]})
-                target = make_target([arm], [[line]], "bias")
-                pool = target.table.build_pool(())
-                singles = target.find_singles(pool, ())
+                line = TargetRow(odd[:, row], FITS * size, {place: arm.rates[:, rate]})
+                target = make_target([arm], [line], "bias")
+                singles = find_singles(target, target.list_changes())
                 if extra := [change for (change,) in singles if change.by == 2]:
                     term, names = make_term(extra[0].products, terms), terms.names
                     right = entries.format_rates(place.rates or (0, 0), names)

@@ -91,11 +91,6 @@ class EntryComparison:
         return np.linalg.solve(user_matrix, built_in)
 
     @cached_property
-    def turns(self) -> np.ndarray:
-        """dy/dx (n, n) of the coordinates in use by the user's."""
-        return np.linalg.inv(self._coordinate_jacobian(self.frame))
-
-    @cached_property
     def frame(self) -> Frame:
         """The frame of the coordinates in use, its map in symbols where it has any."""
         if self.coordinates is not None:
@@ -107,9 +102,9 @@ class EntryComparison:
         """The states at which both were asked, in the coordinates in use."""
         if self.coordinates is None:
             return self.problem.states
+        turns = np.linalg.inv(self._coordinate_jacobian(self.frame))
         return [
-            state._replace(x=self.turns @ state.x, u=self.turns @ state.u)
-            for state in self.problem.states
+            state._replace(x=turns @ state.x, u=turns @ state.u) for state in self.problem.states
         ]
 
     @cached_property

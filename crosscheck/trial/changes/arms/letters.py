@@ -31,8 +31,6 @@ GEAR_PARTS = frozenset(("N", "n", "m_s", "m_p", "m_c", "m_r", "M_s", "M_p", "M_c
 RADII = frozenset(("r_s", "r_p", "r_c", "r_cp", "r_r"))
 G = ("9.81", "9.8", "9.80665", "10")  # [m/s^2] as people write it
 TEETH = ("z_s", "z_p", "z_r")
-# What spins by a ratio that r_cp has in it: whose ratio, and the right one.
-SPINNING = {"M_s": ("sun's", "z_r/z_s + 1"), "M_p": ("planets'", "z_r/z_p - 1")}
 
 
 class Letter(NamedTuple):
@@ -155,20 +153,6 @@ def generate_forms(name: str, values: Values) -> Iterator[Alternative]:
     multiples = {"1000 {}": 1e3, "{}/1000": 1e-3, "-{}": -1.0, "2 {}": 2.0, "{}/2": 0.5}
     for text, by in multiples.items():
         yield Alternative(text.format(name), by * value, 0.3)
-
-
-def generate_spins(name: str, values: Values) -> Iterator[tuple[str, Alternative]]:
-    """The right ratio by which a gear of this mass spins, and wrong ones as multiples of that."""
-    stem, j, _ = parse_letter(name)
-    if stem not in SPINNING or f"z_s{j}" not in values:
-        return
-    gear, form = SPINNING[stem]
-    belongs, right = _add_joint(form, j), _evaluate_ratio(form, j, values)
-    others = [*_generate_ratios(j, values, form), (f"1/({belongs})", 1 / right)]
-    joints = (each.joint for each in map(parse_letter, values) if each.stem == "z_s")
-    others += [(_add_joint(form, k), _evaluate_ratio(form, k, values)) for k in joints if k != j]
-    for text, ratio in others:
-        yield belongs, Alternative(f"the {gear} ratio {text}", ratio / right, 0.12)
 
 
 def _generate_ratios(joint: int, values: Values, right: str) -> Iterator[tuple[str, Any]]:

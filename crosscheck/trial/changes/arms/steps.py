@@ -3,10 +3,11 @@
 from __future__ import annotations
 
 import re
-from collections.abc import Callable, Iterator, Sequence
+from collections.abc import Iterator, Sequence
 
 import numpy as np
 
+from crosscheck.analytic.robot.model import AnalyticRobot
 from crosscheck.checks.robot_states import RandomStates
 from crosscheck.models.robot.planar import build_level_robots
 from crosscheck.trial.changes.arms.comparison import QUANTITIES, EntryComparison
@@ -21,39 +22,30 @@ NUMBERED = re.compile(r"\b(?:joint )?(link|joint|motor|ring|carrier)_(\d+)")  # 
 OUT_OF_PLANE = re.compile(r"\bz\b|\bI[xyz]{2}\b")  # what a plane has none of
 
 
-def find_steps(arms: Sequence[EntryComparison], part: Part) -> list[TermError]:
-    """Steps of a derivation that make all that is wrong in a part, on every arm."""
-
-    def find(problem: ChangeProblem) -> Iterator[str]:
-        search = CauseSearch(problem)
-        yield from (each.words for each in search.find_causes() if each.usual)
-        yield from (cause.words for _, cause in search.find_step_causes([slice(None)]))
-        yield from (f"{part}: {words}" for words in find_forms(problem, part))
-
-    return _find_common(arms, part, find)
-
-
-def find_other_forms(
-    arms: Sequence[EntryComparison], part: Part, kinds: Sequence[FormKind]
+def find_steps(
+    arms: Sequence[EntryComparison], part: Part, kinds: Sequence[FormKind] = ()
 ) -> list[TermError]:
-    """Other forms of some kinds that make all that is wrong in a part, on every arm."""
+    """Steps of a derivation that make all that is wrong in a part, on every arm.
+
+    They are in the words of the arm's robot. kinds: of other forms, where these alone are asked.
+    """
 
     def find(problem: ChangeProblem) -> Iterator[str]:
+        if not kinds:
+            search = CauseSearch(problem)
+            yield from (each.words for each in search.find_causes() if each.usual)
+            yield from (cause.words for _, cause in search.find_step_causes([slice(None)]))
         yield from (f"{part}: {words}" for words in find_forms(problem, part, kinds))
 
-    return _find_common(arms, part, find)
-
-
-def _find_common(
-    arms: Sequence[EntryComparison], part: Part, find: Callable[[ChangeProblem], Iterator[str]]
-) -> list[TermError]:
-    """What is found on every arm, in the words of its robot."""
-    words = list[str]()
+    words, frame = list[str](), arms[0].frame
+    if part == "acceleration" and len(frame.names) > len(frame.layout.theta):
+        return []  # what gears weigh is none of the robot's
     for number, arm in enumerate(arms):
         there = [w for w in find(build_change_problem(arm, part)) if not OUT_OF_PLANE.search(w)]
         words = [each for each in words if each in there] if number else there
         if not words:
             break
+    words = list(dict.fromkeys(words))
     described = [NUMBERED.sub(r"\1 \2", each) for each in words[:MOST_MATCHES]]
     return [TermError("swapped", Term(""), each) for each in described]
 
@@ -78,13 +70,15 @@ def build_change_problem(arm: EntryComparison, part: Part) -> ChangeProblem:
     torques = still
     if part == "acceleration":
         torques = arm.force_states.torque[few] - v * robot.friction
+        sizes = arm.sizes.force + np.zeros_like(v @ matrix[theta])  # of the balance
+    diagonal = np.einsum("sii->si", AnalyticRobot(robot, level).mass_matrix(arm.angles[few]))
     return ChangeProblem(
         robot=robot,
         level=level,
         states=RandomStates(arm.angles[few], v, still, torques),
         values={part: values[0]},
         right={part: values[1]},
-        sizes={part: sizes},
+        sizes={"mass_matrix": np.sqrt(diagonal[:, :, None] * diagonal[:, None]), part: sizes},
         tolerances={part: arm.sizes.tolerance(quantity)},
         turns=matrix[theta],
         names=arm.frame.names,

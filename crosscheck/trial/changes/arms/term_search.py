@@ -2,68 +2,34 @@
 
 from __future__ import annotations
 
-import re
-from collections.abc import Iterable, Iterator, Mapping, Sequence
-from dataclasses import dataclass
+from collections.abc import Iterable, Iterator, Sequence
 from itertools import combinations_with_replacement
 from itertools import product as choices
 
 import numpy as np
 
 from crosscheck.trial.changes.arms.letters import (
-    GEAR_PARTS,
-    RADII,
     STEMS_BY_QUANTITY,
     Values,
     parse_letter,
 )
 from crosscheck.trial.changes.arms.polynomial import Monomial, Number
 from crosscheck.trial.changes.arms.segments import EntryTerms, Product, TermKey
-from crosscheck.trial.changes.arms.term_changes import LEVERS, ChangePool, TermChange, TermTable
+from crosscheck.trial.changes.arms.term_changes import LEVERS, Target, TermChange
+from crosscheck.trial.changes.pairs import APART, rank_pairs
 from crosscheck.trial.judge.entries import ErrorKind
 
 FITS = 1e-9  # largest residual of a change, relative to the difference
 ROUNDING = 1e-11  # largest part of an effect that counts as 0
 MOST_PAIRED = 1500
+LARGEST = 1e3  # largest effect of a change in a pair, over the difference
 MOST_OTHERS = 6
 UNLIKELY = 1.6  # a cost from which a term too many may be as likely
 FAR_FETCHED = 0.5  # largest cost above the likeliest explanation's that is reported
 MOST_PER_KEY = 8
 MOST_WRONG = 4  # waves and signals that are off, for terms of other entries to be tried
-USUAL_FACTOR = re.compile(r"(?:1/)?[Nn](\d+)(?:\^2)?")  # a number of planets, a ratio
-GEARS = GEAR_PARTS | RADII  # stems of letters
 TIMES = ((1, 0.0), (-1, 0.0), (2, 0.2), (-2, 0.2), (0.5, 0.2), (-0.5, 0.2))
 ChangeSet = tuple[TermChange, ...]
-
-
-@dataclass(frozen=True, eq=False)
-class Target:
-    """What changes must make: differences (A, R) on each arm, and what these may be off.
-
-    table: the terms of the entries, with one arm more, of unrelated numbers; keys: waves and
-    signals that may stand where others belong; parts: the difference taken apart by waves (A, R).
-    """
-
-    table: TermTable
-    difference: np.ndarray
-    tolerance: np.ndarray
-    keys: Sequence[TermKey]
-    parts: Mapping[TermKey, np.ndarray]
-
-    def find_singles(
-        self, pool: ChangePool | None, others: Sequence[TermChange], key: TermKey | None = None
-    ) -> list[ChangeSet]:
-        """Changes of which each makes the difference, or its part before a wave."""
-        goal = self.difference if key is None else self.parts[key]
-
-        def fits(effects: np.ndarray) -> np.ndarray:
-            off = np.abs(effects[..., : len(goal), :] - goal) <= self.tolerance
-            fitting: np.ndarray = off.all(axis=(-1, -2))
-            return fitting
-
-        numbers = np.flatnonzero(fits(pool.effects)).tolist() if pool else []
-        singles = [pool.pick(number) for number in numbers] if pool else []
-        return [(each,) for each in (*singles, *(e for e in others if fits(e.effect)))]
 
 
 def search_changes(target: Target, others: Sequence[TermChange] = ()) -> list[ChangeSet]:
@@ -73,25 +39,56 @@ def search_changes(target: Target, others: Sequence[TermChange] = ()) -> list[Ch
     """
     if not target.difference.any():
         return []
-    pool = target.table.build_pool(target.keys)
-    single = target.find_singles(pool, others)
+    changes = [*target.list_changes(), *others]
+    single = find_singles(target, changes)
     is_open = min(map(cost, single), default=UNLIKELY) >= UNLIKELY
     if is_open and 0 < len(target.parts) <= MOST_WRONG:
-        others = [*others, *_list_extra_terms(target)]
-        single = target.find_singles(pool, others)
-    return select_likely(
-        single or _find_covers(target, pool, others) or _find_pairs(target, pool, others)
-    )
+        changes += list_extra_terms(target)
+        single = find_singles(target, changes)
+    return select_likely(single or _find_covers(target, changes) or _find_pairs(target, changes))
+
+
+def find_singles(
+    target: Target, changes: Sequence[TermChange], key: TermKey | None = None
+) -> list[ChangeSet]:
+    """Changes of which each makes the difference, or its part before a wave."""
+    goal = target.difference if key is None else target.parts[key]
+    off = np.abs(_stack(target, changes) - goal) <= target.tolerance
+    return [(changes[number],) for number in np.flatnonzero(off.all(axis=(1, 2))).tolist()]
+
+
+def _stack(target: Target, changes: Sequence[TermChange]) -> np.ndarray:
+    """What changes make of a target (changes, arms, states)."""
+    effects = [each.effect[: len(target.difference)] for each in changes]
+    return np.array(effects).reshape(-1, *target.difference.shape)
 
 
 def select_likely(sets: Iterable[ChangeSet]) -> list[ChangeSet]:
-    """Those of the likeliest kinds, each once, for what does the same on all arms is the same."""
+    """Those of the likeliest kinds, each once, for what does the same on all arms is the same.
+
+    Of factors of the same terms that are one number on the first arm there is one: a count or ratio
+    of gears, else the number.
+    """
     unique: dict[object, ChangeSet] = {}
     for changes in sorted(sets, key=cost):
         unique.setdefault(_fingerprint(changes), changes)
-    likely = _merge_equal_factors(list(unique.values()))
-    least = cost(likely[0]) if likely else 0.0
-    return [each for each in likely if cost(each) <= least + FAR_FETCHED][: MOST_OTHERS + 1]
+    likely: dict[object, ChangeSet] = {}
+    for changes in unique.values():
+        first, *others = changes
+        key: object = id(changes)
+        if first.kind == "factor" and not others:
+            key = first.terms, tuple(f"{entry:.8e}" for entry in first.effect[0])
+        if key not in likely or _factor_rank(first) < _factor_rank(likely[key][0]):
+            likely[key] = changes
+    least = cost(next(iter(likely.values()))) if likely else 0.0
+    close = [each for each in likely.values() if cost(each) <= least + FAR_FETCHED]
+    return close[: MOST_OTHERS + 1]
+
+
+def _factor_rank(change: TermChange) -> int:
+    """Rank of a factor by how usual it is, 0 the most usual."""
+    is_root = "sqrt" in change.yours
+    return 1 + is_root if is_root or not change.yours else 0
 
 
 def cost(changes: ChangeSet) -> float:
@@ -107,103 +104,52 @@ def _fingerprint(changes: ChangeSet) -> tuple[str, ...]:
     return tuple(f"{number:.8e}" for number in kept)
 
 
-def _merge_equal_factors(sets: Sequence[ChangeSet]) -> list[ChangeSet]:
-    """The changes, of factors that are the same number on the arm one alone.
-
-    It is the count or ratio of gears where these are usual, in terms of the same joint's gears, and
-    the plain number elsewhere.
-    """
-    kept: dict[object, ChangeSet] = {}
-    for number, changes in enumerate(sets):
-        key: object = number
-        if len(changes) == 1 and changes[0].kind == "factor":
-            made = changes[0].effect[0]
-            key = changes[0].terms, tuple(f"{entry:.8e}" for entry in made)
-        other = kept.get(key)
-        if other is None or _factor_rank(changes[0]) < _factor_rank(other[0]):
-            kept[key] = changes
-    return list(kept.values())
-
-
-def _factor_rank(change: TermChange) -> int:
-    """Rank of a factor by how usual it is in its terms, 0 the most usual."""
-    if not change.yours:
-        return 1
-    match = USUAL_FACTOR.fullmatch(change.yours)
-    of_gears = [
-        {
-            parse_letter(name).joint
-            for name in (product.key.signal, *product.letters)
-            if name == product.key.signal or parse_letter(name).stem in GEARS
-        }
-        for product in change.products
-    ]
-    return 0 if match and all(int(match[1]) in joints for joints in of_gears) else 2
-
-
-def _find_covers(
-    target: Target, pool: ChangePool | None, others: Sequence[TermChange]
-) -> list[ChangeSet]:
+def _find_covers(target: Target, changes: Sequence[TermChange]) -> list[ChangeSet]:
     """Sets of changes of which each makes the difference before one wave."""
     if not 1 < len(target.parts) <= MOST_WRONG:
         return []
-    likely = [select_likely(target.find_singles(pool, others, key)) for key in target.parts]
+    likely = [select_likely(find_singles(target, changes, key)) for key in target.parts]
     chosen = [[each for (each,) in sets][:MOST_PER_KEY] for sets in likely]
     if len(chosen) > 3 and all(chosen):
         chosen = [each[:1] for each in chosen]
     return list(choices(*chosen))
 
 
-def _find_pairs(
-    target: Target, pool: ChangePool | None, others: Sequence[TermChange]
-) -> list[ChangeSet]:
-    """Pairs of changes that make the difference together, by sorting what each makes."""
-    goal = target.difference
-    rows = np.array([each.effect[: len(goal)] for each in others]).reshape(-1, *goal.shape)
-    likeliest: list[int] = []
-    if pool is not None:
-        order = np.argsort(pool.costs, kind="stable")[: 6 * MOST_PAIRED]
-        effects = pool.effects[:, : len(goal)]
-        flat = effects[order].reshape(len(order), -1).round(12)
-        likeliest = order[np.sort(np.unique(flat, axis=0, return_index=True)[1])].tolist()
-        likeliest = likeliest[:MOST_PAIRED]
-        rows = np.concatenate([effects[likeliest], rows])
-    at = np.unravel_index(np.abs(goal).argmax(), goal.shape)
-    along, margin = rows[:, at[0], at[1]], target.tolerance[at]
-    sorting = np.argsort(along)
-    low = np.searchsorted(along[sorting], goal[at] - along - margin, "left")
-    high = np.searchsorted(along[sorting], goal[at] - along + margin, "right")
-
-    def pick(number: int) -> TermChange:
-        other = number - len(likeliest)
-        return others[other] if pool is None or other >= 0 else pool.pick(likeliest[number])
-
+def _find_pairs(target: Target, changes: Sequence[TermChange]) -> list[ChangeSet]:
+    """Pairs of the likeliest changes that make the difference together."""
+    likely = sorted(changes, key=lambda change: change.cost)
+    effects, goal = _stack(target, likely), target.difference.ravel()
+    rows = effects.reshape(len(likely), goal.size)
+    is_part = np.abs(rows).max(axis=1, initial=0.0) <= LARGEST * np.abs(goal).max()
+    unique = np.unique(rows[is_part].round(12), axis=0, return_index=True)[1]
+    kept = np.flatnonzero(is_part)[np.sort(unique)][:MOST_PAIRED]
+    are_pairs = np.full((len(kept), len(kept)), APART)
+    pairs, _ = rank_pairs(rows[kept], np.zeros(len(kept), bool), goal, are_pairs)
+    both = [(int(kept[first]), int(kept[second])) for first, second, _ in pairs]
     return [
-        (pick(first), pick(second))
-        for first in np.flatnonzero(high > low).tolist()
-        for second in sorting[low[first] : high[first]].tolist()
-        if second > first and (np.abs(rows[first] + rows[second] - goal) <= target.tolerance).all()
+        (likely[first], likely[second])
+        for first, second in both
+        if (np.abs(rows[first] + rows[second] - goal) <= target.tolerance.ravel()).all()
     ]
 
 
-def _list_extra_terms(target: Target) -> list[TermChange]:
+def list_extra_terms(target: Target) -> list[TermChange]:
     """Terms too many, of any entry of the part or of none, that make what is off before a wave."""
-    table, arms = target.table, len(target.difference)
-    (place,) = table.places
+    (place,), arms = target.places, len(target.difference)
     weighing = place.part in ("force", "gravity")
-    same_part = (entry for at, entry in table.terms.entries.items() if at.part == place.part)
+    same_part = (entry for at, entry in target.terms.entries.items() if at.part == place.part)
     groups = [group for entry in same_part for group in _group_by_wave(entry)]
-    groups += _generate_products(table.values, weighing=weighing)
+    groups += _generate_products(target.values, weighing=weighing)
     unique = {tuple(product.monomial for product in group): None for group in groups}
     extras = []
     for key, part in target.parts.items():
-        column = table.column(place, key)
+        column = target.column(place, key)
         strongest = np.abs(column[:arms]).argmax(axis=1)
         goal, unit = (each[np.arange(arms), strongest] for each in (part, column[:arms]))
         allowed = target.tolerance[:, 0] + FITS * np.abs(goal)
         for monomials in unique:
-            size = sum(each.value(table.values) for each in monomials) + np.zeros(arms + 1)
-            for kind, by, made, cost, yours, right in _list_forms(monomials, size, table.values):
+            size = sum(each.value(target.values) for each in monomials) + np.zeros(arms + 1)
+            for kind, by, made, cost, yours, right in _list_forms(monomials, size, target.values):
                 if (np.abs(made[:arms] * unit - goal) <= allowed).all():
                     terms = tuple(
                         (place, Product(key, Monomial(_multiply(number, by), powers)))

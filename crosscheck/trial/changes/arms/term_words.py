@@ -47,8 +47,6 @@ def make_term_error(change: TermChange, terms: ReferenceTerms) -> TermError:
         keys = dict.fromkeys(product.key for product in change.products if any(product.key.wave))
         right = " and ".join(format_wave(key, terms) for key in keys)
         yours = yours.format(right)
-    elif kind == "exchanged":
-        term = Term("")
     elif kind == "extra" and change.terms:
         right = _find_entry(change, terms)
     return TermError(kind, term, yours, right, change.by)
@@ -178,8 +176,6 @@ def describe_term_error(error: TermError) -> str:
         return f"yours has {term} times {error.yours or f'{error.by:g}'}"
     if error.kind == "angle":
         return f"yours has {error.yours} where {error.right} belongs, in {term}"
-    if error.kind == "exchanged":
-        return f"{error.yours} and {error.right} are exchanged"
     if error.kind == "extra":
         return f"extra term: {term}" + f", which stands in {error.right}" * bool(error.right)
     # missing term: m (L2 - d2) L1: where one letter stands for another in one product.
