@@ -14,6 +14,7 @@ import pytest
 from crosscheck.checks.answers import AT_STATE, sample_states
 from crosscheck.models.arm.arm import Arm
 from crosscheck.models.arm.planets import usual_switches
+from crosscheck.models.errors import InputError
 from crosscheck.models.files import read_raw_arm
 from crosscheck.models.interface import Model
 from crosscheck.models.loading import Case, load_arm
@@ -146,7 +147,12 @@ def test_a_wrong_number_is_seen_in_every_model_that_has_it(fault):
     case = Case(arm, make_unequal_gains_scenario(arm), usual_switches(arm))
     wrong, has_it, unseen = harmed(case, fault), [], []
     for name in (*find_covering_models("geared", arm, case.switches), *model_names("rigid")):
-        answer = cache(partial(answered, name, case, build(name, *wrong)))
+        try:
+            model = build(name, *wrong)
+        except InputError:  # of teeth that do not fit: the arm's robot is validated
+            has_it.append(name)
+            continue
+        answer = cache(partial(answered, name, case, model))
         if not any(_differs(answer(each), right(name, case, each)) for each in QUANTITIES):
             continue
         has_it.append(name)
