@@ -127,7 +127,7 @@ def test_the_missing_term_is_named_and_is_what_first_principles_ask(audit):
     assert {entry.part for entry in audit.trial.diagnosis.entries} == {"bias", "acceleration"}
     assert "bias[waist] of hands'^2: missing; yours minus right is -0.5 sin(waist)" in audit.lines
     q, v = np.array([0.4, 0.9]), np.array([1.7, -2.3])
-    printed = load_robot_equations(f"{ACROBOT / 'equations.py'}:model", audit.trial.robot)
+    printed = load_robot_equations(f"{ACROBOT / 'equations.py'}:model", audit.trial.problem.robot)
     assert printed.bias is not None
     off = printed.bias(q, v) - _bias_by_dalembert(q, v)
     np.testing.assert_allclose(off, [0.0, -0.5 * np.sin(q[1]) * v[0] ** 2], atol=1e-13)

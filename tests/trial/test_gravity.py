@@ -47,6 +47,17 @@ class TwoLinks:
         return np.array([self.pull * (m1 * d1 + m2 * l1) * np.sin(q[0]) + second, second])
 
 
+class InverseDynamicsAlone:
+    """Newton and Euler's answer in gravity, or without."""
+
+    def __init__(self, parts: TwoLinks, *, holds_weights: bool) -> None:
+        self.parts, self.holds_weights = parts, holds_weights
+
+    def inverse_dynamics(self, q: np.ndarray, v: np.ndarray, a: np.ndarray) -> np.ndarray:
+        moving = self.parts.mass_matrix(q) @ a + self.parts.coriolis(q, v) @ v
+        return moving + self.parts.gravity(q) if self.holds_weights else moving
+
+
 class SecondForgotten(TwoLinks):
     """Link 2 weighs nothing at its own joint."""
 
@@ -186,3 +197,20 @@ def test_a_run_goes_by_gravity_as_well():
     assert right.exit_code == 0
     runs = [f.verdict for f in wrong.agreement.findings if f.about.key.family == "trial-run"]
     assert "differ" in runs
+
+
+@pytest.mark.parametrize("holds_weights", [True, False])
+def test_inverse_dynamics_of_an_arm_may_hold_the_weights(holds_weights):
+    """Then gravity is judged too; a weight that is wrong in it is a wrong gravity."""
+    right = InverseDynamicsAlone(TwoLinks(UNLIKE), holds_weights=holds_weights)
+    trial = trial_of(Equations(inverse_dynamics=right.inverse_dynamics), UNLIKE)
+    assert trial.agrees
+    assert any("read as M a + bias + gravity" in line for line in trial.scope) == holds_weights
+    wrong = InverseDynamicsAlone(SecondForgotten(UNLIKE), holds_weights=holds_weights)
+    trial = trial_of(Equations(inverse_dynamics=wrong.inverse_dynamics), UNLIKE)
+    parts = {entry.place.part for entry in trial.diagnosis.entries}
+    assert ("gravity" in parts, "bias" in parts, "mass_matrix" in parts) == (
+        holds_weights,
+        False,
+        False,
+    )

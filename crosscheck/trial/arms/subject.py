@@ -231,7 +231,10 @@ class ArmSubject(TrialSubject):
             others = f"{count} other arm{'s' * (count > 1)}"
             where = f"also on {others}, to catch errors that equal values here would hide"
         yield f"judged in {', '.join(self.problem.names)}, {where}"
-        table = self.problem.equations.table
+        equations = self.problem.equations
+        if self.problem.has_gravity and equations.gravity is None:
+            yield "inverse_dynamics is not 0 at rest: read as M a + bias + gravity"
+        table = equations.table
         if table is not None and table.precision:
             single = table.precision == SINGLE
             precision = "single precision" if single else "fewer digits than a double has"

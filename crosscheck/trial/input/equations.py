@@ -117,7 +117,7 @@ class Equations:
         force: Drive, meshes, dampers and friction, shape (n,), by (t, x, v, torque); and weight,
             where there is no gravity beside it.
         acceleration: x'', shape (n,), by (t, x, v, torque).
-        inverse_dynamics: M a + bias, shape (n,), by (x, v, a).
+        inverse_dynamics: M a + bias, or M a + bias + gravity, shape (n,), by (x, v, a).
         coordinates: What x are; joint angles [rad] relative to the previous link, if not given.
         level: Which rigid level a rigid model is meant to be: ``links``, ``carriers``,
             ``armature`` or ``coupled``; of a robot also ``elastic``, links and motors with springs

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from typing import Any
 
 import numpy as np
@@ -31,8 +31,8 @@ class SuppliedEquations:
     M, bias and gravity without a force are M x'' + h + g = tau: the force is what the torques do.
 
     given: parts that the user's functions are; has: these and what follows from them; motors: the
-    joints that have one, from 0. A method
-    whose part is not there raises CannotDo. Arrays are float64: x, v, a (n,) in the user's
+    joints that have one, from 0; holds_weights: whether inverse_dynamics holds the weights too. A
+    method whose part is not there raises CannotDo. Arrays are float64: x, v, a (n,) in the user's
     coordinates; torque (joints,) [N m] on the output side. Raises BadAnswer for an answer that is
     no array of finite numbers of the right shape, and whatever the user's function raises.
     """
@@ -44,13 +44,14 @@ class SuppliedEquations:
     has: frozenset[str]
     motors: tuple[int, ...]
     calls: Mapping[str, NamedCall | MotorCall] = field(repr=False)
+    holds_weights: bool = False
 
     def mass_matrix(self, x: np.ndarray) -> np.ndarray:
         """M(x), shape (n, n)."""
         if "mass_matrix" in self.given:
             return self._call_part("mass_matrix", x=x)
         zero, units = np.zeros(len(x)), np.eye(len(x))
-        rest = self._call_part("inverse_dynamics", x=x, v=zero, a=zero)
+        rest = self.hold_at_rest(x)
         columns = [
             self._call_part("inverse_dynamics", x=x, v=zero, a=unit) - rest for unit in units
         ]
@@ -62,7 +63,7 @@ class SuppliedEquations:
             return self._call_part("bias", x=x, v=v)
         if "coriolis" in self.given:
             return self._call_part("coriolis", x=x, v=v) @ v
-        return self._call_part("inverse_dynamics", x=x, v=v, a=np.zeros(len(x)))
+        return self.inverse_dynamics(x, v, np.zeros(len(x)))
 
     def force(self, t: float, x: np.ndarray, v: np.ndarray, torque: np.ndarray) -> np.ndarray:
         """Sum of all forces at time t [s], shape (n,), on the right of the equation."""
@@ -78,7 +79,11 @@ class SuppliedEquations:
 
     def gravity(self, x: np.ndarray) -> np.ndarray:
         """Forces that hold the weights, shape (n,), on the left of the equation."""
-        return self._call_part("gravity", x=x)
+        return self.hold_at_rest(x) if self.holds_weights else self._call_part("gravity", x=x)
+
+    def hold_at_rest(self, x: np.ndarray) -> np.ndarray:
+        """The inverse dynamics of no motion, shape (n,)."""
+        return self._call_part("inverse_dynamics", x=x, v=np.zeros(len(x)), a=np.zeros(len(x)))
 
     def acceleration(
         self, t: float, x: np.ndarray, v: np.ndarray, torque: np.ndarray
@@ -104,7 +109,8 @@ class SuppliedEquations:
     def inverse_dynamics(self, x: np.ndarray, v: np.ndarray, a: np.ndarray) -> np.ndarray:
         """M(x) a + bias(x, v), shape (n,)."""
         if "inverse_dynamics" in self.given:
-            return self._call_part("inverse_dynamics", x=x, v=v, a=a)
+            whole = self._call_part("inverse_dynamics", x=x, v=v, a=a)
+            return whole - self.gravity(x) if self.holds_weights else whole
         return self.mass_matrix(x) @ a + self.bias(x, v)
 
     def _call_part(self, part: str, **arguments: Any) -> np.ndarray:
@@ -129,10 +135,25 @@ def bind_equations(equations: Equations, arm: Arm, frame: Frame) -> SuppliedEqua
         has.add("mass_matrix")
     if has >= {"mass_matrix", "bias"}:
         has.add("inverse_dynamics")
-    if has >= {"mass_matrix", "bias", "gravity"} and equations.coordinates.gearing == "rigid":
+    bound = SuppliedEquations(
+        equations, arm, frame, frozenset(given), frozenset(has), motors, motor_calls
+    )
+    is_rigid = equations.coordinates.gearing == "rigid"
+    holds_weights = is_rigid and not has & {"gravity", "force"} and _has_weights(bound)
+    if holds_weights:
+        has.add("gravity")
+    if has >= {"mass_matrix", "bias", "gravity"} and is_rigid:
         has.add("force")
     if has >= {"mass_matrix", "bias", "force"}:
         has.add("acceleration")
-    return SuppliedEquations(
-        equations, arm, frame, frozenset(given), frozenset(has), motors, motor_calls
-    )
+    return replace(bound, has=frozenset(has), holds_weights=holds_weights)
+
+
+def _has_weights(bound: SuppliedEquations) -> bool:
+    """Whether the inverse dynamics of no motion hold something: Newton and Euler's in gravity."""
+    if "inverse_dynamics" not in bound.given or not any(bound.arm.gravity_m_per_s2):
+        return False
+    try:
+        return bool(bound.hold_at_rest(np.linspace(0.3, 0.9, len(bound.frame.names))).any())
+    except Exception:  # of the user's function, which the trial reports
+        return False
