@@ -12,6 +12,7 @@ from itertools import combinations, permutations
 import numpy as np
 
 from crosscheck.analytic.robot.model import AnalyticRobot, multiply
+from crosscheck.report.formatting import join_words
 from crosscheck.trial.changes.kane import FACTORS, KaneSum
 from crosscheck.trial.changes.numbers import ALIKE
 from crosscheck.trial.changes.problem import ACCELERATION, ChangeProblem, DynamicsTerms
@@ -215,8 +216,9 @@ def describe_pieces(search: CauseSearch, part: str, *, are_usual: bool = True) -
                 continue
             names, there = list(pieces), (np.abs(rows).max(axis=1) > SIZABLE).sum()
             whole = len(chosen) == there > 1
-            which = "every one" if whole else " and ".join(names[n] for n in chosen)
-            words = f"{part}, what {kind} of {which} makes: {format_factor(1 + by)}"
+            of_links = f"{kind} of {join_words([names[n] for n in chosen])}"
+            which = kind.replace("the", "every", 1) if whole else of_links
+            words = f"{part}: {which}: {format_factor(1 + by)}"
             described.append((0 if whole else len(chosen), words))
         if described:
             break

@@ -20,7 +20,7 @@ from crosscheck.trial.changes.mistakes import BodyPart
 from crosscheck.trial.changes.numbers import AXES, get_link_name
 from crosscheck.trial.changes.problem import DynamicsTerms
 
-VELOCITY, DIRECTION, BOTH = "the velocity", "the direction, not the rate,", "direction and rate"
+VELOCITY, DIRECTION, BOTH = "the velocity", "the direction alone", "direction and rate"
 SPIN, MOTION = "the angular velocity", "all motion"
 ALONE = {
     what: f"each joint's own {quantity} where the sum of them belongs, in {what}"

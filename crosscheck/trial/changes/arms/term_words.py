@@ -27,7 +27,7 @@ from crosscheck.trial.judge.entries import (
     format_entry,
 )
 
-MOST_EQUAL = 2  # explanations that fit as well as the first
+MOST_EQUAL = 1  # explanations named beside the first that fit as well
 FUNCTIONS = {"cos": r"\cos", "sin": r"\sin", "sqrt": r"\sqrt"}
 GREEK = ("theta", "phi", "alpha", "beta", "gamma", "psi", "omega")
 
@@ -212,7 +212,7 @@ def guess(wrong: EntryMismatch) -> str:
         return f"{difference_text}no change of its terms explains it"
     others = ["; and ".join(map(describe_term_error, errors)) for errors in explanation.others]
     guesses = ["; and ".join(map(describe_term_error, explanation.errors)), *others[:MOST_EQUAL]]
-    more = f", and {len(others) - MOST_EQUAL} more" * (len(others) > MOST_EQUAL)
+    more = f"; {len(others) - MOST_EQUAL} more fit as well" * (len(others) > MOST_EQUAL)
     where = f", in {explanation.seen_in}" * bool(explanation.seen_in)
     return "; or ".join(guesses) + more + where + "?"
 
