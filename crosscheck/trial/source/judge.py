@@ -92,8 +92,8 @@ class SourceJudge:
             wrong = {level: self._find_wrong_entries(compiled, level) for level in levels}
         return {level: each for level, each in wrong.items() if each < self.wrong[level]}
 
-    def compute_residual(self, compiled: Sequence[Any]) -> np.ndarray:
-        """The answers (k,) of the wrong parts less the right ones, each at one state.
+    def compute_residuals(self, compiled: Sequence[Any]) -> list[np.ndarray]:
+        """The answers of each wrong part less the right ones, at one state.
 
         Raises whatever the code raises, and TooSlow.
         """
@@ -101,8 +101,8 @@ class SourceJudge:
         right = here.levels[self.level].right
         with limit_processor_time(self.limit_s):
             answer = self._bind(here, compiled)
-            off = (answer(part, state) - right[part][state] for part, state in self.states.items())
-            return np.concatenate([np.ravel(each) for each in off])
+            states = self.states.items()
+            return [np.ravel(answer(part, state) - right[part][state]) for part, state in states]
 
     def format_entries(self, wrong: Wrong) -> tuple[str, ...]:
         """Entries in words, each once."""

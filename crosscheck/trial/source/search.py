@@ -15,7 +15,7 @@ import ast
 import time
 from collections.abc import Callable, Iterable, Iterator, Sequence
 from dataclasses import dataclass
-from functools import partial
+from functools import cache, partial
 from itertools import combinations, count
 from operator import attrgetter
 from typing import NamedTuple
@@ -112,20 +112,19 @@ class EditSearch:
                 self._try_edit(edit)
 
     def _solve_literals(self) -> Iterator[Edit]:
-        """A number of the code that another one in its place makes right."""
+        """Numbers of the code that others in their place make right."""
         for node, site in self._list_sites():
             start = read_literal(site)
-            value = None if start is None else self._solve(node, "{}", start)
-            if value is not None:
+            for value in [] if start is None else self._solve(node, "{}", start):
                 yield Edit((LITERAL_RANK, len(KINDS)), node, write_number(value))
 
     def _solve_summands(self) -> Iterator[Edit]:
         """Sums that lack the same number at every state, a product of what can be named there."""
         for node, site in self._list_sites():
             if site.kind in (NUMBER, None) and site.is_whole_formula:
-                value = self._solve(node, f"{write_operand(node)} + {{}}", 0.0)
-                for product in list_products(site, value) if value else ():
-                    yield Edit((SUMMAND_RANK, len(KINDS)), node, f"{site.text} {product}")
+                for value in self._solve(node, f"{write_operand(node)} + {{}}", 0.0):
+                    for product in list_products(site, value):
+                        yield Edit((SUMMAND_RANK, len(KINDS)), node, f"{site.text} {product}")
 
     def _list_sites(self) -> Iterator[tuple[ast.expr, Site]]:
         """The expressions, as long as there is time."""
@@ -133,22 +132,32 @@ class EditSearch:
             if isinstance(node, ast.expr) and not self.is_spent:
                 yield node, Site(self.tree, node)
 
-    def _solve(self, node: ast.expr, text: str, start: float) -> float | None:
-        """The number that makes the wrong parts right at one state, in a text for an expression."""
-        number = self.tree.statements[id(node)]
+    def _solve(self, node: ast.expr, text: str, start: float) -> list[float]:
+        """The numbers that make the wrong parts right at one state, all or one, in a text."""
+        number, count = self.tree.statements[id(node)], len(self.judge.states)
 
-        def compute_residual(value: float) -> np.ndarray:
+        @cache
+        def compute_residuals(value: float) -> list[np.ndarray]:
             self.tree.put(node, Edit((0, 0), node, text.format(f"({value!r})")).parse())
             compiled = list(self.judge.compiled)
             compiled[number] = self.code.compile(self.code.statements[number])
-            return self.judge.compute_residual(compiled)
+            return self.judge.compute_residuals(compiled)
+
+        def solve_parts(parts: Sequence[int]) -> float | None:
+            def compute_residual(value: float) -> np.ndarray:
+                return np.concatenate([compute_residuals(value)[part] for part in parts])
+
+            return solve_number(compute_residual, start)
 
         try:
-            return solve_number(compute_residual, start)
+            whole = solve_parts(range(count))
+            is_open = whole is None and count > 1
+            singles = [solve_parts([part]) for part in range(count)] if is_open else []
         except BaseException:  # whatever a number leads to, it is none that mends
-            return None
+            return []
         finally:
             self.tree.put(node, node)
+        return [value for value in (whole, *singles) if value is not None]
 
     def _try_edit(self, edit: Edit) -> None:
         mending = None if self.is_spent else self._judge([edit])
