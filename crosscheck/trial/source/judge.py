@@ -154,18 +154,18 @@ class SourceJudge:
 
     def _list_mended_levels(self, compiled: Sequence[Any]) -> list[str]:
         """The levels beside which a wrong part is mended at one state, and none made worse."""
-        here, levels, is_changed = self.answer_keys[0], list(self.wrong), False
-        answer = self._bind(here, compiled)
+        here, answer = self.answer_keys[0], self._bind(self.answer_keys[0], compiled)
+        levels, mended = list(self.wrong), set[str]()
         for part, state in self.states.items():
             if (answer(part, state) == self.values[part]).all():
                 continue
-            is_changed = True
-            levels = [
-                level
+            before = {level: self.wrong_there[level, part] for level in levels}
+            after = {
+                level: here.levels[level].find_wrong_entries(answer, [part], [state])
                 for level in levels
-                if here.levels[level].find_wrong_entries(answer, [part], [state])
-                < self.wrong_there[level, part]
-            ]
+            }
+            levels = [level for level in levels if after[level] <= before[level]]
+            mended |= {level for level in levels if after[level] < before[level]}
             if not levels:
                 break
-        return levels if is_changed else []
+        return [level for level in levels if level in mended]
