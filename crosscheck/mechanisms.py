@@ -61,7 +61,7 @@ SUPPLIED = {
     "build_frame": Supply(
         "trial.coordinates.build:build_frame", "trial.coordinates.robots:build_robot_frame"
     ),
-    "try": Supply("trial.arms.subject:ArmSubject", "trial.robots.subject:RobotSubject"),
+    "trial_subject": Supply("trial.arms.subject:ArmSubject", "trial.robots.subject:RobotSubject"),
     "make_table": Supply(
         "trial.tables.state_requests:TableTrial", "trial.tables.robot_requests:RobotTableTrial"
     ),

@@ -59,7 +59,7 @@ class TrialSubject(ABC):
     @staticmethod
     @abstractmethod
     def run_variants(request: TrialRequest, run: RunTrial) -> Trial:
-        """The trial of the request, or of what it is found to mean."""
+        """The trial of the request, or of the variant of it that the user must mean."""
 
     @staticmethod
     @abstractmethod
@@ -122,7 +122,7 @@ def run_trial(request: TrialRequest, progress: ProgressCallback = ignore_progres
 
 
 def _get_subjects(request: TrialRequest) -> type[TrialSubject]:
-    subjects: Any = supply("try", request.mechanism.section)
+    subjects: Any = supply("trial_subject", request.mechanism.section)
     kind: type[TrialSubject] = subjects
     return kind
 
