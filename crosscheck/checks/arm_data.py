@@ -45,7 +45,7 @@ def plan(subjects: Subjects) -> Iterator[Comparison]:
 def _plan(arm: SampledArm, questions: tuple[str, ...], judge: Callable[..., Finding]) -> Comparison:
     judged, metric = partial(judge, arm=arm), arm.over(DIFFERENCE)
     against = "the arm's data"
-    return arm.plan_law(questions[0], questions, judged, metric, against, family="as-told")
+    return arm.plan_law(questions[0], questions, judged, metric, against, family="arm-data")
 
 
 def _check_inertia(about: Subject, mass: np.ndarray, arm: SampledArm) -> Finding:

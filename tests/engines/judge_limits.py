@@ -105,7 +105,7 @@ def bench(name: str) -> Bench:
         each
         for each in plan_states(arm, STATES, SEED, groups=("geared", "rigid"))
         if {each.about.key.left, each.about.key.right or each.about.key.left} <= both
-        and each.about.key.family in ("states", "invariants", "as-told")
+        and each.about.key.family in ("states", "invariants", "arm-data")
     ]
     comparisons = {
         (each.about.key.quantity, each.about.key.left * (not each.about.key.right)): each

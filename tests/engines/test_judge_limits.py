@@ -17,7 +17,7 @@ from tests.engines.judge_limits import EPS, GUARDS, direct_arm
 # planted faults of tests/faults.
 JUDGED = {
     **dict.fromkeys(("states", "form-symbols"), "states geared"),
-    "as-told": "data geared",
+    "arm-data": "data geared",
     **dict.fromkeys(("same-step", "at-2-s", "lumped-free"), "runs"),
     **dict.fromkeys(("refined", "precise", "order", "stable-step"), "runs"),
     "record": "records",

@@ -26,7 +26,7 @@ from crosscheck.runner.tasks import Evaluation
 from tests.judged import plan_states
 
 OFF, UNLIKE, DIRECT, APART = 1.001, "three-unlike", "direct-between", "planets-apart"
-JUDGES = ("as-told", "invariants", "form-symbols")
+JUDGES = ("arm-data", "invariants", "form-symbols")
 STATES = 4  # a wrong number shows in each
 QUANTITIES = ("mass_matrix", "generalized_force")
 
@@ -185,7 +185,7 @@ def test_an_arm_that_is_not_what_its_file_says_is_seen(name):
     judged = [
         c
         for c in plan_states(heavier, QUICK_COUNT, 0, read_raw_arm(name))
-        if c.about.key.family == "as-told" and c.about.key.quantity == "mass_matrix"
+        if c.about.key.family == "arm-data" and c.about.key.quantity == "mass_matrix"
     ]
     outcomes = {t.key: t.perform() for t in collect_tasks(judged)}
     verdicts = {f.left: f.verdict for f in judge_comparisons(judged, Results(outcomes))}
