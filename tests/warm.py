@@ -1,4 +1,4 @@
-"""A process that has imported what commands import, and forks for each that it is told.
+"""A process that has imported what commands import, and forks for each that it is asked for.
 
 ``python warm.py``: a line of JSON on standard input asks for a command, a line on standard output
 says how it ended.

@@ -264,7 +264,7 @@ def _is_in_engine(with_clock: Answer, angle: float) -> bool | None:
 
 
 def test_second_engine_supports_if_it_has_the_vibration_and_is_quiet_under_angle():
-    """By itself: how alike both models are is told beside it."""
+    """By itself: how close both models are stands beside it."""
     alike = third(*np.linspace(151.0, 201.0, 16))
     assert _is_in_engine(alike, BELOW * SEVERE) is True
     assert _is_in_engine(third(*np.linspace(300.0, 400.0, 16)), 1.0) is True

@@ -399,7 +399,7 @@ def test_starts_stand_for_others_only_where_they_agree_in_every_number(found, sa
 
 
 def test_starts_that_agree_are_those_that_more_starts_agree_with():
-    """What is left out would have told the same: run it all the same."""
+    """What is left out would have said the same: run it all the same."""
     asked = experiments.build_question(
         experiments.NO_ERROR, Condition(INTEGRAL, 0.05), tuple(range(1, 13))
     )

@@ -261,7 +261,7 @@ def test_a_checkout_is_looked_at_and_not_written(tmp_path, monkeypatch):
     assert Path(".git", "index").read_bytes() == index
 
 
-def test_a_revision_is_that_of_the_checkout_whatever_git_is_told_to_look_at(tmp_path, monkeypatch):
+def test_a_revision_is_that_of_the_checkout_wherever_git_is_made_to_look(tmp_path, monkeypatch):
     """A hook of another repository sets GIT_DIR, and tests of its equations may run there."""
     revisions = []
     for name in ("mine", "other"):

@@ -294,7 +294,7 @@ def test_runs_in_the_same_steps_are_compared_whole_and_at_an_instant(monkeypatch
     assert set(judged) == {("same-step", None), (instant, trajectories.MIDWAY_S)}
 
 
-def test_an_incomplete_run_is_told_what_it_has_and_what_it_must_have():
+def test_an_incomplete_run_is_refused_with_what_it_has_and_what_it_must_have():
     case = Case(load_arm("probe"), load_scenario("constant-torque"), switches())
     times = recorded_times(case.scenario)
     theta = (("joint", "time"), np.zeros((2, 3)))
@@ -351,7 +351,7 @@ def test_a_tip_is_off_by_a_distance_and_not_by_a_component(labelled):
 SUBJECT_OF_TIP = replace(SUBJECT, key=replace(SUBJECT.key, quantity="tip"), unit="m")
 
 
-def test_of_engines_on_a_recording_the_worst_is_told():
+def test_of_engines_on_a_recording_the_worst_is_reported():
     def beside(other: str, measured: float, note: str = "") -> Finding:
         about = Subject(ComparisonKey("recording", "arm/links", "torque", "one", other), "1", "")
         return make_check(about, measured=measured, tolerance=1e-12, basis="", note=note)
@@ -389,7 +389,7 @@ def ends(*last: float, energies: tuple[float, ...] = ()) -> np.ndarray:
 CASE: Any = SimpleNamespace(sizes=SimpleNamespace(energy=np.array([4.0])))
 
 
-def test_orders_of_a_robots_runs_are_told_with_two_digits_more_than_their_tolerance():
+def test_orders_of_a_robots_runs_are_reported_with_two_digits_more_than_their_tolerance():
     """Differences of 16 and 16, then of 2^4.2 and 2^4.1, whose limit is 4.0; and of 2^3 alone."""
     found = convergence._check_order(SUBJECT, ends(*(1 + 16.0**-n for n in range(4))), CASE)
     note = "observed order 4.000 of the finest steps, 4.000 of those before"

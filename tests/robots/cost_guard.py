@@ -245,7 +245,7 @@ def wrong_tip(name: str) -> Iterator[str]:
 
 
 def wrong_limits() -> Iterator[str]:
-    """Whether a motion that reaches, or exceeds, each limit on each side is told so."""
+    """Whether a motion that reaches, or exceeds, each limit on each side is reported."""
     own = robot("oblique")
     still, names = np.zeros((2, 3)), [own.joints[number].name for number in own.coordinates]
     for column, number in enumerate(own.coordinates):

@@ -81,7 +81,7 @@ def test_a_wrong_entry_is_named(crosscheck, tmp_path, puma):
     assert [each["name"] for each in told["wrong"]] == ["M[shoulder, elbow]"]
 
 
-def test_another_answer_to_the_same_state_is_told(crosscheck, tmp_path, puma):
+def test_another_answer_to_the_same_state_is_reported(crosscheck, tmp_path, puma):
     """A state that comes twice has two rows, and both are looked at."""
     states, values = puma
     again = [row for call, row in states.row_of.items() if call.again and call.part == "gravity"]
@@ -92,7 +92,7 @@ def test_another_answer_to_the_same_state_is_told(crosscheck, tmp_path, puma):
     assert "repeatable-gravity" in done.out
 
 
-def test_a_torque_that_is_nowhere_is_told(crosscheck, tmp_path):
+def test_a_torque_that_is_nowhere_is_reported(crosscheck, tmp_path):
     states = ask("sliding")[0]
     values = answer(states, ("mass_matrix", "bias", "force"))
     asked = states.needed["force"]

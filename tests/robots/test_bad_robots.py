@@ -162,7 +162,7 @@ BAD_FILES = {
 
 
 @pytest.mark.parametrize("case", BAD_URDFS)
-def test_a_bad_urdf_is_told_in_one_line(crosscheck, tmp_path, case):
+def test_a_bad_urdf_is_reported_in_one_line(crosscheck, tmp_path, case):
     text, *fragments = BAD_URDFS[case]
     (tmp_path / "mine.urdf").write_text(text, encoding="utf-8")
     (tmp_path / "mine.toml").write_text(MINIMAL)
@@ -173,7 +173,7 @@ def test_a_bad_urdf_is_told_in_one_line(crosscheck, tmp_path, case):
 
 
 @pytest.mark.parametrize("case", BAD_FILES)
-def test_a_bad_robot_file_is_told_in_one_line(crosscheck, tmp_path, case):
+def test_a_bad_robot_file_is_reported_in_one_line(crosscheck, tmp_path, case):
     text, *fragments = BAD_FILES[case]
     (tmp_path / "mine.urdf").write_text(GOOD)
     (tmp_path / "mine.toml").write_text(text)
@@ -215,7 +215,7 @@ def test_no_output_takes_the_place_of_an_input(crosscheck, tmp_path):
         assert_one_line(answer, name, "is read by this command")
 
 
-def test_what_is_not_used_is_told():
+def test_what_is_not_used_is_reported():
     more = '<dynamics damping="0.5" friction="1"/>' + LIMIT
     text = GOOD.replace(LIMIT, more).replace(
         "</robot>", '<gazebo/><transmission name="t"/></robot>'
@@ -252,7 +252,7 @@ def test_of_two_inertials_every_engine_uses_the_first():
         assert mass == pytest.approx(right, rel=1e-14)
 
 
-def test_an_inertia_that_breaks_the_triangle_inequality_is_used_and_told():
+def test_an_inertia_that_breaks_the_triangle_inequality_is_used_and_reported():
     flat = Solid(inertia=(0.01, 0, 0, 0.01, 0, 0.03))
     own = robot(urdf(GROUND, link("arm", flat), TURN))
     assert own.bodies[0].inertia[2, 2] == 0.03
@@ -431,7 +431,7 @@ def test_point_masses_and_thin_rods_are_bodies(solid, axis, mass):
         ) == pytest.approx(mass)
 
 
-def test_an_inertia_of_another_unit_is_told():
+def test_an_inertia_of_another_unit_is_reported():
     """The radii of gyration are the roots of inertia over mass; the robot is 0.1 m long."""
     arm = Solid(1.5, (0.1, 0, 0), (0.001, 0, 0, 0.005, 0, 0.005))
     servo = Solid(0.00186, (-0.0176, 0, 0), (2.32e-3, 0, 0, 7.83e-3, 0, 8.06e-3))
@@ -468,7 +468,7 @@ def test_what_is_far_out_and_lighter_than_air_is_doubted(density, told):
     assert len(robot(urdf(GROUND, link("arm", sail), TURN)).notes) == told
 
 
-def test_a_heavy_base_of_several_limbs_is_told_to_be_held():
+def test_a_heavy_base_of_several_limbs_is_reported_as_held():
     body = link("body", Solid(5.0))
     legs = [joint(name, "body", name) + link(name, Solid()) for name in ("left", "right")]
     (told,) = robot(urdf(body, *legs)).notes

@@ -98,7 +98,7 @@ def test_a_motion_given_in_a_file_is_followed(tmp_path, planar):
     assert found.tips[2].distances.max() < 1e-4
 
 
-def test_a_given_motion_beyond_the_limits_is_told(crosscheck, tmp_path):
+def test_a_given_motion_beyond_the_limits_is_reported(crosscheck, tmp_path):
     time = np.linspace(0, 2, 400)
     angles = np.stack([3 * np.sin(3 * time), 0.3 + 0 * time, 0 * time], axis=1)
     answer = crosscheck("cost", "sliding", "--quick", "--motion", written(tmp_path, time, angles))
@@ -174,7 +174,7 @@ def test_a_robot_without_rotors_is_refused_at_once_and_options_state_them(crossc
     assert "--ratio" in crosscheck("cost", tmp_path / "r.urdf", "--ratio", 0).err
 
 
-def test_engines_that_differ_are_told_and_fail_the_command(monkeypatch, crosscheck):
+def test_engines_that_differ_are_reported_and_fail_the_command(monkeypatch, crosscheck):
     right = tasks.build_robot_model
 
     def wrong(name, own, level):

@@ -136,11 +136,11 @@ def test_states_given_motions_and_steps_are_what_the_page_says(wrong):
     assert list(wrong()) == []
 
 
-def test_limits_that_a_motion_exceeds_are_told():
+def test_limits_that_a_motion_exceeds_are_reported():
     assert list(wrong_limits()) == []
 
 
-def test_runs_that_diverge_are_told():
+def test_runs_that_diverge_are_reported():
     model = build_robot_model("analytic", robot("oblique"), "links")
     ends = np.array([[np.inf, 0.0, 0.0], [0.1, 0.2, 0.3]])
     plan = np.tile(model.tip(ends[1:]) - [0.0, 0.0, 2.0], (2, 1))

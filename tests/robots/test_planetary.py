@@ -185,7 +185,7 @@ def test_forces_of_planets_are_what_holds_their_coordinates(engine):
 
 
 def test_runs_of_unlike_planets_have_displacements_and_forces_of_each():
-    """Of each engine alone, and of the kernel's lanes; the start touches where it is told to."""
+    """Of each engine alone, and of the kernel's lanes; the start touches where it is asked to."""
     own, joints = parted(), 3
     start = {"planet_offset_m": [[1e-6, 0.0, -1e-6], [], []]}
     scenario = make_rest_scenario().model_copy(

@@ -35,7 +35,7 @@ def doubtful(tmp_path):
     return file
 
 
-def test_every_doubtful_inertia_is_told_with_its_repair(crosscheck, doubtful):
+def test_every_doubtful_inertia_is_reported_with_its_repair(crosscheck, doubtful):
     answer = crosscheck("show", doubtful)
     lines = answer.out.splitlines()
     assert [line.split(":")[0] for line in lines] == [f"link {name}" for name in SLIPS]

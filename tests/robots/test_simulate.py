@@ -122,7 +122,7 @@ def test_a_precise_run_is_where_smaller_steps_lead():
     assert errors[1] < 1e-9
 
 
-def test_runs_start_where_teeth_touch_or_where_they_are_told():
+def test_runs_start_where_teeth_touch_or_where_they_are_asked_to():
     for mesh, expected in (("contact", 2e-5), ("centre", 0.0)):
         started = experiment(start={"mesh": mesh, "theta_rad": 0.4})
         run = simulate(build("analytic:geared", ROBOTS["unlike"](), started))

@@ -337,7 +337,7 @@ def test_the_command_names_it_and_writes_all_files(crosscheck, tmp_path):
         assert table.count("<td ") - table.count(heat_map.TICK) == mirrored
 
 
-def test_what_of_a_robots_files_is_not_used_is_told(crosscheck, tmp_path):
+def test_what_of_a_robots_files_is_not_used_is_reported(crosscheck, tmp_path):
     (tmp_path / "mine.py").write_text(CODE)
     urdf = load_robot("sliding").urdf.replace("</robot>", '<transmission name="t"/></robot>')
     (tmp_path / "r.urdf").write_text(urdf)
@@ -402,7 +402,7 @@ def test_a_urdf_alone_is_a_robot_without_rotors(crosscheck, tmp_path):
     assert_one_line(missing, "no.urdf", "cannot be read")
 
 
-def test_a_ratio_is_told_with_the_sign_that_it_has_in_the_file():
+def test_a_ratio_is_reported_with_the_sign_that_it_has_in_the_file():
     """Its square alone counts on one joint, so that no state tells either sign from the other."""
     own = chains.robot(chains.BOB, {"swing": chains.geared(-20.0)})
     other = replace(own, rotors=(replace(own.rotors[0], ratio=-13.0),))

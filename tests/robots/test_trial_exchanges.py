@@ -140,7 +140,7 @@ def test_exchanged_rows_and_rates_are_named(tree):
         assert f"{words} are exchanged in it" in found.notes
 
 
-def test_a_ratio_of_turns_is_told_as_such(tree):
+def test_a_ratio_of_turns_is_reported_as_such(tree):
     used = put("rotors", ratio=lambda ratio: ratio / (2 * np.pi))(tree)
     (words, *_) = run_robot_trial(equations(used), tree).diagnosis.explanations
     assert words.endswith("ratio = -9.5493 (file: -60), 1/(2 pi) of it: turns taken for radians?")

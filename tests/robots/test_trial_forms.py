@@ -206,7 +206,7 @@ def test_curved_coordinates(parts, by):
     assert assert_agrees(replace(CURVED[parts], coordinates=coordinates), TWO).agrees
 
 
-def test_a_wrong_bias_of_curved_coordinates_is_told():
+def test_a_wrong_bias_of_curved_coordinates_is_reported():
     own = Equations(
         bent_mass, lambda x, v: -bent_bias(x, v), coordinates=Coordinates(function=bent)
     )

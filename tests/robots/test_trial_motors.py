@@ -1,4 +1,4 @@
-"""Robots with fewer motors than joints, as textbooks write them: never blamed, and told."""
+"""Robots with fewer motors than joints, as textbooks write them: never blamed, and reported."""
 
 from collections.abc import Callable
 
@@ -93,7 +93,7 @@ def test_a_torque_on_the_wrong_joint_is_seen():
     assert {entry.name for entry in trial.diagnosis.entries} >= {"force[j1]", "force[j2]"}
 
 
-def test_a_torque_that_is_nowhere_is_told_with_what_to_state():
+def test_a_torque_that_is_nowhere_is_reported_with_what_to_state():
     trial = driven(FORMS["a number for each joint"], None)
     assert not trial.agrees
     assert [e.name for e in trial.diagnosis.entries if e.part == "force"] == ["force[j1]"]

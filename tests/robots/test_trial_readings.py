@@ -72,7 +72,7 @@ def test_other_coordinates_are_said_first(words, form):
 
 @pytest.mark.parametrize("words", ["absolute angles", "the sense of j2 reversed"])
 @pytest.mark.parametrize("form", ["parts", "acceleration"])
-def test_what_is_told_may_be_stated(words, form):
+def test_what_is_reported_may_be_stated(words, form):
     """Torques are the joints': of x they are the matrix's transpose times these."""
     matrix = SUMS if words == "absolute angles" else np.diag([1.0, -1.0])
     of_absolute = Coordinates(links="absolute")

@@ -164,7 +164,7 @@ def test_a_function_that_does_not_come_back_ends_the_study(
     assert sorted(path.name for path in tmp_path.iterdir()) == ["mine.py", "study.toml"]
 
 
-def test_python_is_told_the_same():
+def test_python_gets_the_same():
     with pytest.raises(InputError, match="at least"):
         crosscheck.sweep(
             "paper-labelled",

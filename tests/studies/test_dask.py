@@ -170,7 +170,7 @@ def test_no_scheduler_is_said_within_ten_seconds(undisturbed, tmp_path):
     assert not list(tmp_path.iterdir())
 
 
-def test_a_scheduler_without_workers_is_told_how_to_get_one(undisturbed, cluster, tmp_path):
+def test_a_scheduler_without_workers_says_how_to_get_one(undisturbed, cluster, tmp_path):
     cluster.wait(0)
     out = tmp_path / "out.nc"
     code, _, err = finished(sweeping(undisturbed[0], out, "--scheduler", cluster.address))

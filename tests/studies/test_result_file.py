@@ -210,7 +210,7 @@ def test_a_scheduler_whose_workers_are_gone_is_not_waited_for(monkeypatch):
     assert time.monotonic() - began >= 0.1
 
 
-def test_another_version_is_told_by_what_differs():
+def test_another_version_is_named_by_what_differs():
     schedule.require_same_version("a 1, b 2", "a 1, b 2", "w")
     for theirs, told in (("a 1, b 3", "b 2 here, b 3 there"), ("a 1, b 2, c", "another one")):
         with pytest.raises(InputError, match=f"runs another version: {told}"):

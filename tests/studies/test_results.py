@@ -172,7 +172,7 @@ def test_what_cannot_be_drawn_is_said(result, tmp_path, crosscheck):
     assert use_file(result, drawable_names) == ["theta_ddot_peak"]
 
 
-def test_two_states_are_told_from_one():
+def test_two_states_are_distinguished_from_one():
     generator = np.random.default_rng(1)
     one = generator.uniform(size=200)
     assert find_state_boundary(one) is None

@@ -182,7 +182,7 @@ def test_a_folder_of_another_user_is_not_used(sources, own, tmp_path):
     assert list(own.iterdir()) == []
 
 
-def test_all_that_is_kept_is_cleared_and_its_sizes_told(crosscheck, own):
+def test_all_that_is_kept_is_cleared_and_its_sizes_reported(crosscheck, own):
     sizes = {
         own / f"{'a' * 32}.kept": 2_000_000,
         own / "machine-code" / f"{'b' * 32}.o": 300_000,

@@ -227,7 +227,7 @@ def test_the_arm_of_a_trial_is_named_after_its_model(given, arm):
     assert trial_options(**given).arm == arm
 
 
-def test_options_of_a_trial_are_told_as_they_were_given():
+def test_options_of_a_trial_are_reported_as_they_were_given():
     assert trial_options().format_shared_options() == "paper-labelled"
     given = {"names": ("my arm",), "ask": True, "settings": ["a=1"], "quick": True, "seed": 7}
     told = trial_options(**given, coordinates=Path("c.toml")).format_shared_options()

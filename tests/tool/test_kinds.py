@@ -158,7 +158,7 @@ def test_a_result_of_the_same_kind_is_replaced(short, crosscheck, tmp_path, monk
     assert_one_line(crosscheck("errata", "--json", run), "run.nc", "exists")
 
 
-def test_what_a_cross_check_writes_is_told_by_its_content(labelled):
+def test_what_a_cross_check_writes_is_recognised_by_its_content(labelled):
     agreement = Agreement([], record_provenance(labelled, 0, True))
     baselines = ROOT / "baselines"
     assert identify_file_type(agreement.to_json().encode()) is file_types.AGREEMENT

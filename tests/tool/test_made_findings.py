@@ -175,7 +175,7 @@ def off(level: str, size: float, case: str = "drop", quantity: str = "tip") -> F
     return make_measurement(own, measured=size, relative=size)
 
 
-def test_the_first_and_the_last_level_are_told_of_every_experiment():
+def test_the_first_and_the_last_level_are_reported_for_every_experiment():
     last = [off("links", 0.0123), off("armature", 9e-3), off("coupled", 2e-7)]
     lost = make_failed_check(about("deviation", "pd", "tip", "a:armature", LEAD), "none")
     found = Agreement([off("links", 0.5, "constant"), *last, lost])
@@ -204,7 +204,7 @@ def test_a_level_at_which_no_teeth_touch_is_said_to_be_so():
     ("measured", "quantity", "said"),
     [(1e-4, "bias", "0.01 %"), (8e-5, "bias", "8e-05"), (0.0234, "theta", "0.023 rad")],
 )
-def test_a_relative_difference_is_told_in_per_cent_unless_it_is_tiny(measured, quantity, said):
+def test_a_relative_difference_is_reported_in_per_cent_unless_it_is_tiny(measured, quantity, said):
     subject = about("states", CASE, quantity, LEAD, GEARS)
     assert format_amount(make_measurement(subject, measured=measured)) == said
 

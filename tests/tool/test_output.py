@@ -1,4 +1,4 @@
-"""What is written is there whole or not at all; what cannot be written is told beforehand."""
+"""What is written is there whole or not at all; what cannot be written is reported beforehand."""
 
 import errno
 import os

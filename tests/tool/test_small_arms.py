@@ -16,7 +16,7 @@ def test_an_arm_of_one_joint_passes_every_check_on_any_number_of_processes():
 
 
 @pytest.mark.usefixtures("brief_plan")
-def test_arm_called_like_the_probe_is_told_from_it(labelled):
+def test_arm_called_like_the_probe_is_distinguished_from_it(labelled):
     arm = labelled.model_copy(update={"name": "probe"})
     agreement = package.check(arm, quick=True, jobs=2)
     assert [f.id for f in agreement.disagreeing] == []

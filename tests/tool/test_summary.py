@@ -99,7 +99,7 @@ END = "The trial went ahead with your values."
         ),
     ],
 )
-def test_numbers_that_equations_do_not_follow_are_told_in_one_note(numbers, told):
+def test_numbers_that_equations_do_not_follow_are_reported_in_one_note(numbers, told):
     assert describe_unfollowed(numbers) == told
 
 

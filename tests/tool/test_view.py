@@ -223,7 +223,7 @@ def test_another_file_is_refused_in_one_line(tmp_path, crosscheck, kind):
     assert [path.name for path in tmp_path.iterdir()] == ["run.nc"]
 
 
-def test_a_page_that_cannot_be_written_is_told(tmp_path, crosscheck):
+def test_a_page_that_cannot_be_written_is_reported(tmp_path, crosscheck):
     file, mine = tmp_path / "run.nc", tmp_path / "run.html"
     write_files({file: encode_netcdf(a_run())})
     mine.write_text("mine", encoding="utf-8")

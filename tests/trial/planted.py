@@ -1,4 +1,4 @@
-"""Errors planted in the reference's own terms, and what is told of them."""
+"""Errors planted in the reference's own terms, and what is said of them."""
 
 from dataclasses import replace
 from functools import lru_cache

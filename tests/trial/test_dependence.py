@@ -1,4 +1,4 @@
-"""Right models are told of no errors, whatever number of the file they have in their own code."""
+"""Right models are blamed for no error, whatever number of the file they have in their own code."""
 
 import math
 from collections.abc import Callable

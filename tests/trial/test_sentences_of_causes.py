@@ -48,7 +48,7 @@ def less(
     ("term", "entries", "factor"),
     [(planets, ((1, 1),), "1/N2"), (coupling, ((0, 1), (1, 0)), "0.333333")],
 )
-def test_a_factor_that_is_a_symbol_and_a_number_is_told_once(term, entries, factor):
+def test_a_factor_that_is_a_symbol_and_a_number_is_reported_once(term, entries, factor):
     """By the symbol in a term of gears, of which there are three, and by the number elsewhere."""
     result = trial_of(Equations(less(term, 2 / 3, *entries)), PAPER)
     (error,) = result.diagnosis.notes
@@ -56,7 +56,7 @@ def test_a_factor_that_is_a_symbol_and_a_number_is_told_once(term, entries, fact
     assert "; or" not in error
 
 
-def test_an_asymmetric_mass_matrix_is_told_by_both_entries():
+def test_an_asymmetric_mass_matrix_is_reported_by_both_entries():
     result = trial_of(Equations(less(coupling, 2, (1, 0))), PAPER)
     (symmetric,) = (f for f in result.agreement.findings if f.quantity == "symmetric")
     assert symmetric.note == "wrong: M[theta_1, theta_2], M[theta_2, theta_1]"

@@ -160,7 +160,7 @@ def test_two_links_by_hand_pass(labelled):
     assert "not judged" not in repr(trial)
 
 
-def test_a_error_that_equal_joints_make_ambiguous_is_told_by_a_probe(labelled):
+def test_an_error_that_equal_joints_make_ambiguous_is_found_by_a_probe(labelled):
     """d_2 for L_2 on an arm whose links are alike: only other arms tell d_2 from d_1."""
 
     def wrong_equations(arm: Arm) -> Equations:

@@ -20,7 +20,7 @@ RATIOS = [
 
 
 def wrong_unit_ratios() -> Iterator[str]:
-    """A line for every ratio that is not told, of vectors and of matrices by their diagonals."""
+    """A line for every ratio that is not named, of vectors and of matrices by their diagonals."""
     draw = np.random.default_rng(3)
     for times, ratio in RATIOS:
         right = draw.uniform(1, 2, (STATES, len(times)))

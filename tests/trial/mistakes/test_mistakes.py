@@ -71,14 +71,14 @@ SLIPS = {
 
 
 @pytest.mark.parametrize("slip", SLIPS)
-def test_a_slip_is_told_by_its_term(slip):
+def test_a_slip_is_named_by_its_term(slip):
     kind, replaced, entry, term = SLIPS[slip]
     found = scored(Mistake(slip, "", "", kind, (replaced,), entry, term))
     assert (found.entry_right, found.verdict) == (True, "right"), found
 
 
 @pytest.mark.parametrize("name", SAMPLE)
-def test_a_mistake_is_told_in_its_entry_by_its_term(name):
+def test_a_mistake_is_named_in_its_entry_by_its_term(name):
     (mistake,) = (each for each in MISTAKES if each.name == name)
     found = scored(mistake)
     assert (found.entry_right, found.verdict) == (True, "right"), found
@@ -115,7 +115,7 @@ def test_a_mistake_in_degrees_is_looked_at_in_built_in_coordinates():
 
 
 @pytest.mark.campaign
-def test_mistakes_are_told_right_and_nobody_is_misled():
+def test_mistakes_are_named_and_nobody_is_misled():
     """The first ones in the suite; all of them, and all right texts, in a campaign."""
     assert [kind for kind in RIGHT if DRAWS > SAMPLED and wrong_entries(supplied(kind))] == []
     found = [scored(mistake) for mistake in MISTAKES[: DRAWS // 10]]

@@ -118,7 +118,7 @@ NAMES = {
 @pytest.mark.slow
 @pytest.mark.skipif(OCTAVE is None, reason="no octave-cli here")
 @pytest.mark.parametrize("error", ERRORS)
-def test_octave_is_told_what_python_is(error, tmp_path, monkeypatch):
+def test_octave_gets_the_answers_that_python_gets(error, tmp_path, monkeypatch):
     monkeypatch.setattr(trial_module, "QUICK_STATES", 1)
     planted = ERRORS[error]
     table = TableTrial(rubbing(), planted.coordinates, quick=True)
@@ -133,7 +133,7 @@ def test_octave_is_told_what_python_is(error, tmp_path, monkeypatch):
 
 
 @pytest.mark.usefixtures("usual_states")  # as when they were recorded
-def test_recorded_answers_of_octave_are_told_what_python_is(tmp_path, monkeypatch):
+def test_recorded_answers_of_octave_are_judged_as_those_of_python(tmp_path, monkeypatch):
     """What the test above made of ``FORCE_ALONE``, for machines without Octave."""
     monkeypatch.setattr(trial_module, "QUICK_STATES", 1)
     table = TableTrial(rubbing(), ABSOLUTE, quick=True)

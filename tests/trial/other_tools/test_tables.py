@@ -92,7 +92,7 @@ ERRORS = {
 @pytest.mark.slow
 @pytest.mark.usefixtures("asked_once")
 @pytest.mark.parametrize("error", ERRORS)
-def test_errors_are_told_in_the_words_that_functions_get(error, tmp_path):
+def test_errors_are_reported_in_the_words_that_functions_get(error, tmp_path):
     right, wrong = ERRORS[error]
     assert right in TWO_LINK
     file = tmp_path / "mine.py"
@@ -160,7 +160,7 @@ CHANGES = {
 
 @pytest.mark.usefixtures("asked_once")
 @pytest.mark.parametrize("change", CHANGES)
-def test_units_and_order_are_told(change, tmp_path):
+def test_units_and_order_are_reported(change, tmp_path):
     made, line = CHANGES[change]
     trial = tried_changed(made, tmp_path / "answers.csv")
     assert trial.exit_code == 1
