@@ -5,6 +5,7 @@ from __future__ import annotations
 import ast
 import difflib
 import math
+from collections import Counter
 from collections.abc import Iterator, Sequence
 from functools import cache
 from itertools import combinations
@@ -88,6 +89,24 @@ def _is_near(text: str, other: str, kind: Kind) -> bool:
         text[0] == other[0] or text[1:] == other[1:]
     )
     return is_short or difflib.SequenceMatcher(None, text, other).ratio() > SIMILAR
+
+
+def list_repeated_exchanges(site: Site) -> Texts:
+    """Another name, attribute or element wherever a statement has one more than once."""
+    if not isinstance(site.node, ast.Assign | ast.AugAssign):
+        return
+    leaves = [node for node in ast.walk(site.node.value) if site.tree.is_leaf(node)]
+    for text, count in Counter(map(ast.unparse, leaves)).items():
+        repeated = [node for node in leaves if count > 1 and ast.unparse(node) == text]
+        place = Site(site.tree, repeated[0]) if repeated else site
+        for other, kind in site.scope.list_leaves() if repeated else ():
+            if other != text and place.can_be(kind):
+                for node in repeated:
+                    site.tree.put(node, ast.parse(other, mode="eval").body)
+                changed = ast.unparse(site.node)
+                for node in repeated:
+                    site.tree.put(node, node)
+                yield changed
 
 
 def list_cofunctions(site: Site) -> Texts:

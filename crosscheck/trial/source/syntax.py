@@ -19,6 +19,7 @@ MOST_ELEMENTS = 8  # elements of the longest list whose elements may replace eac
 MOST_UNWRITTEN = 80  # elements and attributes of a function's objects that its text does not name
 LEAF = ast.Name | ast.Attribute | ast.Subscript
 FUNCTION = ast.FunctionDef | ast.Lambda
+COMPREHENSIONS = {"<listcomp>", "<genexpr>", "<setcomp>", "<dictcomp>"}
 
 
 @dataclass(eq=False)
@@ -196,8 +197,10 @@ class SourceTree:
                 first, name = frame.f_code.co_firstlineno, frame.f_code.co_name
                 around = top if name == "<module>" else by_line.get(first, top)
                 scope = by_name.get((first, name), around)
-                unwritten = [*elsewhere, *_list_unwritten(frame, indices[id(scope)])]
-                _record_kinds(scope, frame, leaves[id(scope)], unwritten)
+                _record_kinds(scope, frame, leaves[id(scope)])
+                if name not in COMPREHENSIONS:  # whose frames are not the function's
+                    unwritten = [*elsewhere, *_list_unwritten(frame, indices[id(scope)])]
+                    _record_values(scope, frame, unwritten)
             return look
 
         sys.settrace(look)
@@ -226,15 +229,17 @@ def _has_call(node: ast.AST) -> bool:
     return any(isinstance(each, ast.Call) for each in ast.walk(node))
 
 
-def _record_kinds(
-    scope: Scope, frame: FrameType, leaves: dict[str, CodeType], unwritten: Iterable[str]
-) -> None:
-    """Record what names are as a function returns."""
+def _record_kinds(scope: Scope, frame: FrameType, leaves: dict[str, CodeType]) -> None:
+    """Record what names are as a function returns, or a comprehension in it."""
     for text, code in leaves.items():
         if text not in scope.kinds:
             kind = _try_kind(code, frame, frame.f_locals)
             if kind is not None:
                 scope.kinds[text] = kind
+
+
+def _record_values(scope: Scope, frame: FrameType, unwritten: Iterable[str]) -> None:
+    """Record the values of names as a function returns, and the kinds of what it does not name."""
     if scope.values:  # of an earlier call
         return
     scope.values = dict(frame.f_locals)

@@ -46,7 +46,10 @@ def make():
         for i in range(3):
             levers[: i + 1, i] = w[i]
         inertia = R @ np.diag([1.3, 2.1, 0.7]) @ R.T
-        return levers @ w, inertia @ levers[0] + np.cross(w, inertia @ w)
+        torque = inertia @ levers[0] + np.cross(w, inertia @ w)
+        k, n = [each for each in (0.37, 1.9)]
+        scale = k * n**2 + 2 * q[0]
+        return scale * levers @ w, torque
 
     return {"weights": weights, "moment": moment, "spin": spin}
 """
@@ -123,7 +126,9 @@ def find_answer(folder: Path, *replaced: tuple[str, str]) -> SourceAnswer | None
         ("levers[: i + 1, i] =", "levers[i, i] =", 2),
         ("[1.3, 2.1, 0.7]", "[1.3, 2.6, 0.7]", 2),
         ("b.mass * c2**2 - 2", "-2", 5),
+        ("k * n**2 + 2 * q[0]", "2 * q[0]", 5),
         (" + np.cross(w, inertia @ w)", "", 5),
+        ("np.cross(w, inertia @ w)", "np.cross(levers[1], inertia @ levers[1])", 3),
     ],
 )
 def test_an_edit_of_every_kind_is_found(tmp_path, right, wrong, rank):
