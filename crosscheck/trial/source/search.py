@@ -6,15 +6,17 @@ by the right values of its parts. Difficulty: there are tens of thousands of suc
 numbers are equal (a length of 1 m, a zero offset) wrong edits fit by chance. Remedy: the likely
 kinds come first, and the search ends with the rank that has an answer; a part that is wrong is
 asked at one state before all else is asked; and what fits must fit at all states and on another
-mechanism of the same structure, whose numbers are unequal.
+mechanism of the same structure, whose numbers are unequal. Where an edit mends much, but not all,
+it is made, and the search begins once more.
 """
 
 from __future__ import annotations
 
 import ast
+import copy
 import time
 from collections.abc import Callable, Iterable, Iterator, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from functools import cache, partial
 from itertools import combinations, count
 from operator import attrgetter
@@ -64,11 +66,10 @@ class MendingEdit(NamedTuple):
 class EditSearch:
     """The search of one source for edits that make it right, rank by rank.
 
-    It is made in a worker, which it confines. Raises whatever the code raises as it is.
+    It is made in a worker that is confined. Raises whatever the code raises as it is.
     """
 
     def __init__(self, code: UserCode, answer_keys: Sequence[AnswerKey]) -> None:
-        enter_sandbox(int(BUDGET_S) + CLOSING_S)
         self.begun_s = time.process_time()
         self.code, self.judge, self.tree = code, SourceJudge(code, answer_keys), SourceTree(code)
         self.texts = {(each.lineno, ast.unparse(each)) for each in self.tree.list_statements()}
@@ -219,6 +220,18 @@ class EditSearch:
         best = sorted(telling, key=get_badness)[: None if right_here else 1]
         return self._make_answer(best, is_unequal and not right_here)
 
+    def make_edited(self) -> tuple[SourceEdit, UserCode] | None:
+        """The best edit that mends much, but not all, and the code with it; None without any."""
+        incomplete = [each for each in self.mending if each.wrong and self._mends_much(each)]
+        first = min(incomplete, key=get_badness, default=None)
+        if first is None or first.level != self.judge.level:
+            return None
+        statements, number = list(self.code.statements), self.tree.statements[id(first.edit.node)]
+        self.tree.put(first.edit.node, first.edit.parse())
+        statements[number] = copy.deepcopy(statements[number])
+        self.tree.put(first.edit.node, first.edit.node)
+        return self._describe(first), replace(self.code, statements=statements)
+
     def _make_answer(self, edits: Sequence[MendingEdit], is_unequal: bool) -> SourceAnswer | None:
         """The first edit as an answer, others as alternatives; None without any."""
         if not edits:
@@ -264,22 +277,33 @@ class RankOutcome(NamedTuple):
 # forked then. And the searches of this process, if it is such a worker.
 _requests: dict[int, tuple[UserCode, MakeAnswerKeys]] = {}
 _searches: dict[int, EditSearch] = {}
+_answer_keys: dict[int, list[AnswerKey]] = {}
+_seconds: dict[int, tuple[SourceEdit, EditSearch]] = {}  # beside an edit that is made
 _numbers = count()
 
 
 @dataclass(frozen=True)
 class RankTask(SelfKeyedTask):
-    """The task of trying all edits of a rank, in the worker that tried those before."""
+    """The task of trying all edits of a rank, in the worker that tried those before.
+
+    is_second: whether the best edit that does not mend all is made already.
+    """
 
     search: int
     rank: int
+    is_second: bool = False
     cost = BUDGET_S
 
     def perform(self) -> RankOutcome:
         """The outcome. Raises what the code raises as it is."""
         if self.search not in _searches:
             code, make_answer_keys = _requests[self.search]
-            _searches[self.search] = EditSearch(code, list(make_answer_keys()))
+            answer_keys = list(make_answer_keys())
+            enter_sandbox(2 * int(BUDGET_S) + CLOSING_S)
+            _searches[self.search] = EditSearch(code, answer_keys)
+            _answer_keys[self.search] = answer_keys
+        if self.is_second:
+            return self._try_second()
         search = _searches[self.search]
         search.try_rank(self.rank)
         answer = search.find_answer()
@@ -290,6 +314,22 @@ class RankTask(SelfKeyedTask):
         )
         return RankOutcome(answer, is_over or search.is_spent)
 
+    def _try_second(self) -> RankOutcome:
+        """The answer of two edits, if one makes all right beside the one that is made."""
+        if self.search not in _seconds:
+            edited = _searches[self.search].make_edited()
+            if edited is None:
+                return RankOutcome(None, True)
+            first, code = edited
+            _seconds[self.search] = first, EditSearch(code, _answer_keys[self.search])
+        first, search = _seconds[self.search]
+        search.try_rank(self.rank)
+        answer = search.find_answer()
+        if answer is None or answer.wrong or answer.level or len(answer.edits) > 1:
+            return RankOutcome(None, search.is_spent)
+        edits = sorted((first, *answer.edits), key=lambda each: each.line)
+        return RankOutcome(replace(answer, edits=tuple(edits), alternatives=()), True)
+
 
 def find_source_answer(
     code: UserCode, make_answer_keys: MakeAnswerKeys, progress: ProgressCallback
@@ -299,18 +339,24 @@ def find_source_answer(
     make_answer_keys: what it must answer, on the user's mechanism first; called in a worker. No
     file is written, and the code runs in that worker alone.
     """
-    number, answer = next(_numbers), None
+    number = next(_numbers)
+    answer: SourceAnswer | None = None
     _requests[number] = code, make_answer_keys
     try:
         with Workers(1) as workers:
-            for rank in RANKS:
-                progress(ProgressUpdate("looking for the line that must change"))
-                task = RankTask(number, rank)
-                outcome = workers.perform([task], lambda key: None)[task]
-                if isinstance(outcome, Failure):  # the code ended the worker, or raises as it is
-                    break
-                answer = outcome.answer
-                if outcome.is_over:
+            for is_second in (False, True):
+                for rank in RANKS:
+                    progress(ProgressUpdate("looking for the line that must change"))
+                    task = RankTask(number, rank, is_second)
+                    outcome = workers.perform([task], lambda key: None)[task]
+                    if isinstance(
+                        outcome, Failure
+                    ):  # the code ended the worker, or raises as it is
+                        return answer
+                    answer = outcome.answer or answer
+                    if outcome.is_over:
+                        break
+                if answer is None or not answer.wrong:
                     break
     finally:
         del _requests[number]

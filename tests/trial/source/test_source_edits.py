@@ -161,6 +161,14 @@ def test_two_errors_are_one_answer(tmp_path):
     assert sentence.endswith("then all parts agree")
 
 
+def test_an_error_that_another_one_hides_is_found_once_that_is_mended(tmp_path):
+    """Of two in weights, the second mends no entry as long as the first is there."""
+    answer = find_answer(tmp_path, ("- 2 * c1", "+ 2 * c1"), ("s * q[1]", "s * q[0]"))
+    assert answer is not None
+    assert [each.line for each in answer.edits] == [15, 16]
+    assert answer.wrong == ()
+
+
 def test_an_error_beside_one_that_no_edit_mends_is_named(tmp_path):
     answer = find_answer(
         tmp_path, ("- 2 * c1", "+ 2 * c1"), ("w * p[i]", "w**3 * np.exp(p[i] + s)")
