@@ -349,9 +349,8 @@ def find_source_answer(
                     progress(ProgressUpdate("looking for the line that must change"))
                     task = RankTask(number, rank, is_second)
                     outcome = workers.perform([task], lambda key: None)[task]
-                    if isinstance(
-                        outcome, Failure
-                    ):  # the code ended the worker, or raises as it is
+                    # Then the code ended the worker, or raises as it is.
+                    if isinstance(outcome, Failure):
                         return answer
                     answer = outcome.answer or answer
                     if outcome.is_over:
