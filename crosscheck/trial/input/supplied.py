@@ -63,7 +63,7 @@ class SuppliedEquations:
             return self._call_part("bias", x=x, v=v)
         if "coriolis" in self.given:
             return self._call_part("coriolis", x=x, v=v) @ v
-        return self._move(x, v, np.zeros(len(x)))
+        return self._compute_moving_torques(x, v, np.zeros(len(x)))
 
     def force(self, t: float, x: np.ndarray, v: np.ndarray, torque: np.ndarray) -> np.ndarray:
         """Sum of all forces at time t [s], shape (n,), on the right of the equation."""
@@ -109,10 +109,10 @@ class SuppliedEquations:
     def inverse_dynamics(self, x: np.ndarray, v: np.ndarray, a: np.ndarray) -> np.ndarray:
         """M(x) a + bias(x, v), shape (n,)."""
         if "inverse_dynamics" in self.given:
-            return self._move(x, v, a)
+            return self._compute_moving_torques(x, v, a)
         return self.mass_matrix(x) @ a + self.bias(x, v)
 
-    def _move(self, x: np.ndarray, v: np.ndarray, a: np.ndarray) -> np.ndarray:
+    def _compute_moving_torques(self, x: np.ndarray, v: np.ndarray, a: np.ndarray) -> np.ndarray:
         """The user's inverse dynamics without the weights, shape (n,)."""
         whole = self._call_part("inverse_dynamics", x=x, v=v, a=a)
         return whole - self.gravity(x) if self.holds_weights else whole

@@ -17,7 +17,7 @@ import copy
 import time
 from collections.abc import Callable, Iterable, Iterator, Sequence
 from dataclasses import dataclass, replace
-from functools import cache, partial
+from functools import cache, cached_property, partial
 from itertools import combinations, count
 from operator import attrgetter
 from typing import NamedTuple
@@ -33,7 +33,12 @@ from crosscheck.trial.source.edits import KINDS, RANKS, Edit, list_edits
 from crosscheck.trial.source.judge import SourceJudge, Wrong
 from crosscheck.trial.source.sandbox import enter_sandbox
 from crosscheck.trial.source.site import Site, write_operand
-from crosscheck.trial.source.solving import list_products, read_literal, solve_number, write_number
+from crosscheck.trial.source.solving import (
+    list_equal_products,
+    read_literal,
+    solve_number,
+    write_number,
+)
 from crosscheck.trial.source.source_edit import SourceAnswer, SourceEdit, describe_edit
 from crosscheck.trial.source.syntax import NUMBER, SourceTree
 
@@ -71,6 +76,7 @@ class EditSearch:
 
     def __init__(self, code: UserCode, answer_keys: Sequence[AnswerKey]) -> None:
         self.begun_s = time.process_time()
+        self.answer_keys = answer_keys
         self.code, self.judge, self.tree = code, SourceJudge(code, answer_keys), SourceTree(code)
         self.texts = {(each.lineno, ast.unparse(each)) for each in self.tree.list_statements()}
         self.mending = list[MendingEdit]()
@@ -124,7 +130,7 @@ class EditSearch:
         for node, site in self._list_sites():
             if site.kind in (NUMBER, None) and site.is_whole_formula:
                 for value in self._solve(node, f"{write_operand(node)} + {{}}", 0.0):
-                    for product in list_products(site, value):
+                    for product in list_equal_products(site, value):
                         yield Edit((SUMMAND_RANK, len(KINDS)), node, f"{site.text} {product}")
 
     def _list_sites(self) -> Iterator[tuple[ast.expr, Site]]:
@@ -220,8 +226,9 @@ class EditSearch:
         best = sorted(telling, key=get_badness)[: None if right_here else 1]
         return self._make_answer(best, is_unequal and not right_here)
 
-    def make_edited(self) -> tuple[SourceEdit, UserCode] | None:
-        """The best edit that mends much, but not all, and the code with it; None without any."""
+    @cached_property
+    def second(self) -> tuple[SourceEdit, EditSearch] | None:
+        """The best edit that mends much, but not all, and the search of the code with it."""
         incomplete = [each for each in self.mending if each.wrong and self._mends_much(each)]
         first = min(incomplete, key=get_badness, default=None)
         if first is None or first.level != self.judge.level:
@@ -230,7 +237,8 @@ class EditSearch:
         self.tree.put(first.edit.node, first.edit.parse())
         statements[number] = copy.deepcopy(statements[number])
         self.tree.put(first.edit.node, first.edit.node)
-        return self._describe(first), replace(self.code, statements=statements)
+        edited = replace(self.code, statements=statements)
+        return self._describe(first), EditSearch(edited, self.answer_keys)
 
     def _make_answer(self, edits: Sequence[MendingEdit], is_unequal: bool) -> SourceAnswer | None:
         """The first edit as an answer, others as alternatives; None without any."""
@@ -277,8 +285,6 @@ class RankOutcome(NamedTuple):
 # forked then. And the searches of this process, if it is such a worker.
 _requests: dict[int, tuple[UserCode, MakeAnswerKeys]] = {}
 _searches: dict[int, EditSearch] = {}
-_answer_keys: dict[int, list[AnswerKey]] = {}
-_seconds: dict[int, tuple[SourceEdit, EditSearch]] = {}  # beside an edit that is made
 _numbers = count()
 
 
@@ -301,10 +307,9 @@ class RankTask(SelfKeyedTask):
             answer_keys = list(make_answer_keys())
             enter_sandbox(2 * int(BUDGET_S) + CLOSING_S)
             _searches[self.search] = EditSearch(code, answer_keys)
-            _answer_keys[self.search] = answer_keys
-        if self.is_second:
-            return self._try_second()
         search = _searches[self.search]
+        if self.is_second:
+            return self._try_second(search.second)
         search.try_rank(self.rank)
         answer = search.find_answer()
         is_over = (
@@ -314,15 +319,11 @@ class RankTask(SelfKeyedTask):
         )
         return RankOutcome(answer, is_over or search.is_spent)
 
-    def _try_second(self) -> RankOutcome:
+    def _try_second(self, second: tuple[SourceEdit, EditSearch] | None) -> RankOutcome:
         """The answer of two edits, if one makes all right beside the one that is made."""
-        if self.search not in _seconds:
-            edited = _searches[self.search].make_edited()
-            if edited is None:
-                return RankOutcome(None, True)
-            first, code = edited
-            _seconds[self.search] = first, EditSearch(code, _answer_keys[self.search])
-        first, search = _seconds[self.search]
+        if second is None:
+            return RankOutcome(None, True)
+        first, search = second
         search.try_rank(self.rank)
         answer = search.find_answer()
         if answer is None or answer.wrong or answer.level or len(answer.edits) > 1:

@@ -56,7 +56,7 @@ def write_number(value: float) -> str:
     return next(short, repr(value))
 
 
-def list_products(site: Site, value: float) -> Iterator[str]:
+def list_equal_products(site: Site, value: float) -> Iterator[str]:
     """Products of a few numbers that a site can name, with their sign, which have a value."""
     numbers = dict(islice(_list_numbers(site), MOST_NAMES))
     for count in range(1, MOST_FACTORS + 1):
