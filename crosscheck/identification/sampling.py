@@ -9,11 +9,12 @@ from typing import Any, NamedTuple
 
 import numpy as np
 from scipy.fft import irfft, next_fast_len, rfft, rfftfreq
+from scipy.interpolate import CubicSpline
 from scipy.sparse import block_diag, csr_array
 
 from crosscheck.recordings.decimation import (
     DecimatedSignals,
-    EvenSignals,
+    EvenPositions,
     continue_signal,
     halve_rows,
 )
@@ -27,13 +28,16 @@ ORDER = 8
 # products far below the band. So motions pass so many times the band, are put into the columns, and
 # these pass the band itself by the same weights as the torques: that leaves any linear model true.
 MOTION_BAND = 4.0
+# Torques and friction's directions pass so many times the band of motions: what a filter takes from
+# them near the band of motions is still in columns.
+TORQUE_BAND = 2.0
 TOGETHER = 1000  # rows of which columns are made at a time
 MOST_ROWS = 20_000  # rows of a long record: estimates need no more
 # Shortest periods that a recording is continued by, turned about its ends: what is beyond them
 # weighs less than 1e-10 in the filter.
 PADDED = 20.0
 ROWS = 4.0  # rows in the shortest period of the band
-DENSE = 2  # rows of motion from a row to the next: twice in the motion's own shortest period
+DENSE = 4  # rows of motion from a row to the next: twice in the torques' own shortest period
 REACH = 1.0  # shortest periods before and behind a row that count in it
 # Shortest periods of the motion's band that each end loses: what follows after them is missing.
 EDGE = 4.0
@@ -42,6 +46,11 @@ SLOW = 0.01
 # Below this share of it a direction counts in parts: less, and signs of rounding count; more, and
 # rows beside a turn do not have the whole friction that their torques have.
 RAMP = 1e-6
+# Standard deviations of a rate's noise below which its sign is not known.
+UNSURE = 4.0
+# Longest turn in shortest periods of the motion's band: a longer one is a rest.
+TURN = 1 / 4
+CUBIC = 4  # coefficients of the curve over a turn
 # Share of a joint's motion power that a band must hold: with less, edges and noise dominate.
 MOTION_SHARE = 0.9
 LEAST_PERIODS = 20.0  # periods of a band in a recording
@@ -123,20 +132,22 @@ def sample(
         shared: Rates of motors that several joints turn, for rates of joints (shared, n).
         bandwidth: Where the filter, forth and back, lets half of an amplitude pass [Hz].
     """
-    wide = min(MOTION_BAND, *(1 / (ROWS * bandwidth * each.finest.step) for each in recordings))
-    signals = [each.select(wide * bandwidth) for each in recordings]
-    seconds = sum(each.step * (len(each.position) - 1) for each in signals)
-    spacing = 1 / (DENSE * ROWS * bandwidth)
-    every = max(DENSE, ceil(seconds / (MOST_ROWS * spacing)))
-    filtered = [_filter_recording(each, shared, wide * bandwidth, spacing) for each in signals]
-    fastest = np.max([np.abs(each.rates).max(axis=0) for each in filtered], axis=0)
+    step = max(each.step for each in recordings)
+    wide = min(MOTION_BAND, 1 / (ROWS * bandwidth * step))
+    spacing = max(1 / (DENSE * ROWS * bandwidth), step)
+    seconds = sum(each.step * (len(each.torque) - 1) for each in recordings)
+    every = max(round(1 / (ROWS * bandwidth * spacing)), ceil(seconds / (MOST_ROWS * spacing)))
+    motions = [
+        _filter_motion(each.select(wide * bandwidth), shared, wide * bandwidth, spacing)
+        for each in recordings
+    ]
+    fastest = np.max([np.abs(each.rates).max(axis=0) for each in motions], axis=0)
     parts, weights, starts = [], [], [0]
-    for each, given in zip(filtered, recordings, strict=True):
-        direction = _filter_direction(each, given.finest, fastest, wide * bandwidth)
+    for each, given in zip(motions, recordings, strict=True):
         count = each.q.shape[1]
         v = each.rates[each.rows, :count]
-        sides = direction[:, :count], direction[:, count:]
-        parts.append((each.q, v, each.a, *sides, each.torque, each.torque_rate))
+        torques = _filter_torques(each, given, shared, fastest, wide * bandwidth)
+        parts.append((each.q, v, each.a, *torques))
         weights.append(_weigh_rows(bandwidth * each.step * each.rows, every))
         starts.append(starts[-1] + weights[-1].shape[0])
     names = [name for name in SIGNALS if name != "moving"]
@@ -203,11 +214,11 @@ def highest_bandwidth(recordings: Sequence[Record]) -> float:
 Rows = np.ndarray | slice
 
 
-class _FilteredRecording(NamedTuple):
-    """A recording in a band: its step [s], which rows are kept, and signals.
+class _FilteredMotion(NamedTuple):
+    """A recording's motion in a band: its step [s], which rows are kept, and signals.
 
-    q, a, torque, torque_rate (rows kept, n); rates of joints, then of motors that several joints
-    turn, of all rows.
+    q, a (rows kept, n); rates of joints, then of motors that several joints turn, of all rows, and
+    standard deviations of their noise.
     """
 
     step: float
@@ -215,38 +226,80 @@ class _FilteredRecording(NamedTuple):
     q: np.ndarray
     rates: np.ndarray
     a: np.ndarray
-    torque: np.ndarray
-    torque_rate: np.ndarray
+    rate_noise: np.ndarray
 
 
-def _filter_recording(
-    signals: EvenSignals, shared: np.ndarray, bandwidth: float, spacing: float
-) -> _FilteredRecording:
-    step, position, torque = signals
+def _filter_motion(
+    positions: EvenPositions, shared: np.ndarray, bandwidth: float, spacing: float
+) -> _FilteredMotion:
+    step, position = positions
     edge = int(EDGE / (bandwidth * step))
     rows = np.arange(edge, len(position) - edge, spacing / step).astype(int)
-    q, v, a = _filter(position, step, bandwidth, ((0, rows), (1, slice(None)), (2, rows)))
-    torque, slope = _filter(torque, step, bandwidth, ((0, rows), (1, rows)))
-    return _FilteredRecording(step, rows, q, np.hstack([v, v @ shared.T]), a, torque, slope)
+    every = slice(None)
+    q, v, a = _filter(position, step, bandwidth, ((0, every), (1, every), (2, rows)))
+    # White noise has as much in each hertz of the band as beyond it, where there is no motion.
+    beyond = (position - q)[edge : len(q) - edge].var(axis=0) / (1 / (2 * step) - bandwidth)
+    variance = beyond * (2 * np.pi) ** 2 * bandwidth**3 / 3
+    noise = np.sqrt(np.append(variance, shared**2 @ variance))
+    return _FilteredMotion(step, rows, q[rows], np.hstack([v, v @ shared.T]), a, noise)
 
 
-def _filter_direction(
-    recording: _FilteredRecording, finest: EvenSignals, fastest: np.ndarray, bandwidth: float
-) -> np.ndarray:
-    """Signs of the rates at the rows kept, between -1 and 1 where they are slow.
+def _filter_torques(
+    motion: _FilteredMotion,
+    given: DecimatedSignals,
+    shared: np.ndarray,
+    fastest: np.ndarray,
+    bandwidth: float,
+) -> tuple[np.ndarray, ...]:
+    """Signs of joints' and of shared motors' rates at the rows kept, torques and their slopes.
 
-    They are taken at the times of the recorded torques and then lose rows as these do: where in
-    its step a torque changes sign no row of it says.
+    Signs are taken at the times of the recorded torques, and lose rows as these do. While the noise
+    of a rate hides when it changes its sign, a line leads over both.
     """
-    slow = RAMP * np.where(fastest > 0, fastest, 1.0)
-    times = finest.step * np.arange(len(finest.torque))
-    known = recording.step * np.arange(len(recording.rates))
-    rates = np.column_stack([np.interp(times, known, each) for each in recording.rates.T])
-    signs = np.clip(rates / slow, -1.0, 1.0)
-    while len(signs) > len(known):
-        signs = halve_rows(signs)
-    (direction,) = _filter(signs, recording.step, bandwidth, ((0, recording.rows),))
-    return direction
+    fastest = np.where(fastest > 0, fastest, 1.0)
+    times, known = (
+        given.step * np.arange(len(given.torque)),
+        motion.step * np.arange(len(motion.rates)),
+    )
+    rates = CubicSpline(known, motion.rates)(times)
+    unsure = np.clip(UNSURE * motion.rate_noise, RAMP * fastest, SLOW * fastest)
+    most = int(TURN / (bandwidth * given.step))
+    signs = np.clip(rates / (RAMP * fastest), -1.0, 1.0)
+    signals, count = np.hstack([signs, given.torque]), given.torque.shape[1]
+    for turning, hidden in enumerate((np.abs(rates) < unsure).T):
+        # A shared motor's turn is in the torques of all its joints.
+        joints = [turning] if turning < count else np.flatnonzero(shared[turning - count])
+        _bridge_turns(signals, [turning, *(len(fastest) + joint for joint in joints)], hidden, most)
+    while len(signals) > len(known):
+        signals = halve_rows(signals)
+    wide = TORQUE_BAND * bandwidth
+    filtered, slope = _filter(signals, motion.step, wide, ((0, motion.rows), (1, motion.rows)))
+    joints, motors, torque = np.split(filtered, [count, len(fastest)], axis=1)
+    return joints, motors, torque, slope[:, len(fastest) :]
+
+
+def _bridge_turns(
+    signals: np.ndarray, columns: Sequence[int], hidden: np.ndarray, most: int
+) -> None:
+    """Replace rows of some columns, where a turn is hidden, by cubics through rows beside them.
+
+    Args:
+        signals: Changed in place (rows, columns).
+        hidden: Flags of the rows: more than so many in turn are no turn.
+    """
+    edges = np.flatnonzero(np.diff(hidden, prepend=False, append=False))
+    firsts, lengths = edges[::2], edges[1::2] - edges[::2]
+    for length in np.unique(lengths[lengths <= most]):
+        reach = max(CUBIC // 2, (length + 1) // 2)
+        inner = np.arange(length)
+        beside = np.concatenate([np.arange(-reach, 0), length + np.arange(reach)])
+        powers = [np.vander(2 * each / length, CUBIC) for each in (inner, beside)]
+        weights = powers[0] @ np.linalg.pinv(powers[1])
+        begins = firsts[(lengths == length) & (firsts >= reach)]
+        begins = begins[begins + length + reach <= len(signals)]
+        for column in columns:
+            values = signals[begins[:, None] + beside, column]
+            signals[begins[:, None] + inner, column] = values @ weights.T
 
 
 def _filter(

@@ -22,41 +22,39 @@ MOST_ROWS = 2**19  # rows that are kept: a longer recording is halved while it i
 EVEN = 1e-3  # share of a step: times so near to even ones count as even
 
 
-class EvenSignals(NamedTuple):
-    """Rows of position and torque (rows, n) so much time apart [s]."""
+class EvenPositions(NamedTuple):
+    """Rows of position (rows, n) so much time apart [s]."""
 
     step: float
     position: np.ndarray
-    torque: np.ndarray
 
 
 class DecimatedSignals:
-    """A recording's signals at even times, and with half, a quarter, ... of their rows.
+    """A recording's signals at even times, positions with half, a quarter, ... of their rows.
 
     Nothing that is asked of a band is lost: it lies far below the rate of the rows that are left.
 
     Args:
         recording: Times that are not even are made so by lines between rows.
         torque: Of the recording, on one side of the gears (rows, n).
+
+    Attributes:
+        step: Between all rows [s].
+        torque: At all rows.
     """
 
     def __init__(self, recording: Record, torque: np.ndarray) -> None:
+        self.step = recording.step
         given = recording.position, torque
-        even = (next(space_pieces([signal], recording.time)) for signal in given)
-        self._levels = [EvenSignals(recording.step, *even)]
+        position, self.torque = (next(space_pieces([each], recording.time)) for each in given)
+        self._levels = [EvenPositions(self.step, position)]
 
-    @property
-    def finest(self) -> EvenSignals:
-        """All rows."""
-        return self._levels[0]
-
-    def select(self, bandwidth: float) -> EvenSignals:
-        """The signals with the fewest rows that are enough for a bandwidth [Hz]."""
-        level = max(floor(-log2(RESOLVED * bandwidth * self._levels[0].step)), 0)
+    def select(self, bandwidth: float) -> EvenPositions:
+        """The positions with the fewest rows that are enough for a bandwidth [Hz]."""
+        level = max(floor(-log2(RESOLVED * bandwidth * self.step)), 0)
         while len(self._levels) <= level:
-            finest = self._levels[-1]
-            halves = halve_rows(finest.position), halve_rows(finest.torque)
-            self._levels.append(EvenSignals(2 * finest.step, *halves))
+            step, position = self._levels[-1]
+            self._levels.append(EvenPositions(2 * step, halve_rows(position)))
         return self._levels[level]
 
 
