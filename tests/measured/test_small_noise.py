@@ -38,7 +38,7 @@ def test_estimates_miss_by_their_standard_errors(quiet):
 
 
 def test_a_sign_that_is_cut_where_joints_turn_slowly_is_seen(quiet, monkeypatch):
-    monkeypatch.setattr(sampling, "RAMP", 0.1)
+    monkeypatch.setattr(sampling, "RAMP", 0.3)
     assert np.sqrt((find_misses(1) ** 2).mean()) > 1.5
 
 
