@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass, replace
-from math import ceil
+from math import ceil, floor, log2
 from typing import Any, NamedTuple
 
 import numpy as np
@@ -12,12 +12,7 @@ from scipy.fft import irfft, next_fast_len, rfft, rfftfreq
 from scipy.interpolate import CubicSpline
 from scipy.sparse import block_diag, csr_array
 
-from crosscheck.recordings.decimation import (
-    DecimatedSignals,
-    EvenPositions,
-    continue_signal,
-    halve_rows,
-)
+from crosscheck.recordings.decimation import EvenSignals, continue_signal
 from crosscheck.recordings.record import Record
 
 # Order of the Butterworth filter, which runs forth and back: its square in size, and no phase. At
@@ -31,6 +26,9 @@ MOTION_BAND = 4.0
 # Torques and friction's directions pass so many times the band of motions: what a filter takes from
 # them near the band of motions is still in columns.
 TORQUE_BAND = 2.0
+# Rows in the shortest period of the band of motions, at least, of signals that are filtered to it:
+# these have 1e-14 of their amplitude at the highest frequency that the rows resolve.
+RESOLVED = 32.0
 TOGETHER = 1000  # rows of which columns are made at a time
 MOST_ROWS = 20_000  # rows of a long record: estimates need no more
 # Shortest periods that a recording is continued by, turned about its ends: what is beyond them
@@ -122,9 +120,7 @@ SIGNALS = (
 )
 
 
-def sample(
-    recordings: Sequence[DecimatedSignals], shared: np.ndarray, bandwidth: float
-) -> BandSample:
+def sample(recordings: Sequence[EvenSignals], shared: np.ndarray, bandwidth: float) -> BandSample:
     """Filter recordings and take rows of them.
 
     Args:
@@ -137,10 +133,7 @@ def sample(
     spacing = max(1 / (DENSE * ROWS * bandwidth), step)
     seconds = sum(each.step * (len(each.torque) - 1) for each in recordings)
     every = max(round(1 / (ROWS * bandwidth * spacing)), ceil(seconds / (MOST_ROWS * spacing)))
-    motions = [
-        _filter_motion(each.select(wide * bandwidth), shared, wide * bandwidth, spacing)
-        for each in recordings
-    ]
+    motions = [_filter_motion(each, shared, wide * bandwidth, spacing) for each in recordings]
     fastest = np.max([np.abs(each.rates).max(axis=0) for each in motions], axis=0)
     parts, weights, starts = [], [], [0]
     for each, given in zip(motions, recordings, strict=True):
@@ -215,13 +208,15 @@ Rows = np.ndarray | slice
 
 
 class _FilteredMotion(NamedTuple):
-    """A recording's motion in a band: its step [s], which rows are kept, and signals.
+    """A recording's motion in a band: its step [s] and signals.
 
-    q, a (rows kept, n); rates of joints, then of motors that several joints turn, of all rows, and
-    standard deviations of their noise.
+    stride: recorded rows in a step; rows: which steps are kept; q, a (rows kept, n); rates of
+    joints, then of motors that several joints turn, at all steps, and standard deviations of their
+    noise.
     """
 
     step: float
+    stride: int
     rows: np.ndarray
     q: np.ndarray
     rates: np.ndarray
@@ -230,52 +225,46 @@ class _FilteredMotion(NamedTuple):
 
 
 def _filter_motion(
-    positions: EvenPositions, shared: np.ndarray, bandwidth: float, spacing: float
+    given: EvenSignals, shared: np.ndarray, bandwidth: float, spacing: float
 ) -> _FilteredMotion:
-    step, position = positions
+    stride = 2 ** max(floor(-log2(RESOLVED * bandwidth * given.step)), 0)
+    step, taken = stride * given.step, given.position[::stride]
     edge = int(EDGE / (bandwidth * step))
-    rows = np.arange(edge, len(position) - edge, spacing / step).astype(int)
-    every = slice(None)
-    q, v, a = _filter(position, step, bandwidth, ((0, every), (1, every), (2, rows)))
+    rows = np.arange(edge, len(taken) - edge, spacing / step).astype(int)
+    asked = (0, slice(None)), (1, slice(None)), (2, rows)
+    q, v, a = _filter(given.position, given.step, bandwidth, stride, asked)
     # White noise has as much in each hertz of the band as beyond it, where there is no motion.
-    beyond = (position - q)[edge : len(q) - edge].var(axis=0) / (1 / (2 * step) - bandwidth)
+    beyond = (taken - q)[edge : len(q) - edge].var(axis=0) / (1 / (2 * given.step) - bandwidth)
     variance = beyond * (2 * np.pi) ** 2 * bandwidth**3 / 3
     noise = np.sqrt(np.append(variance, shared**2 @ variance))
-    return _FilteredMotion(step, rows, q[rows], np.hstack([v, v @ shared.T]), a, noise)
+    return _FilteredMotion(step, stride, rows, q[rows], np.hstack([v, v @ shared.T]), a, noise)
 
 
 def _filter_torques(
     motion: _FilteredMotion,
-    given: DecimatedSignals,
+    given: EvenSignals,
     shared: np.ndarray,
     fastest: np.ndarray,
     bandwidth: float,
-) -> tuple[np.ndarray, ...]:
+) -> list[np.ndarray]:
     """Signs of joints' and of shared motors' rates at the rows kept, torques and their slopes.
 
-    Signs are taken at the times of the recorded torques, and lose rows as these do. While the noise
-    of a rate hides when it changes its sign, a line leads over both.
+    Signs are taken at the times of the recorded torques. While the noise of a rate hides when it
+    changes its sign, a curve leads over both.
     """
-    fastest = np.where(fastest > 0, fastest, 1.0)
-    times, known = (
-        given.step * np.arange(len(given.torque)),
-        motion.step * np.arange(len(motion.rates)),
-    )
-    rates = CubicSpline(known, motion.rates)(times)
-    unsure = np.clip(UNSURE * motion.rate_noise, RAMP * fastest, SLOW * fastest)
-    most = int(TURN / (bandwidth * given.step))
-    signs = np.clip(rates / (RAMP * fastest), -1.0, 1.0)
-    signals, count = np.hstack([signs, given.torque]), given.torque.shape[1]
-    for turning, hidden in enumerate((np.abs(rates) < unsure).T):
+    size, count, joints = np.where(fastest > 0, fastest, 1.0), len(fastest), given.torque.shape[1]
+    known = motion.step * np.arange(len(motion.rates))
+    rates = CubicSpline(known, motion.rates)(given.step * np.arange(len(given.torque)))
+    hidden = np.abs(rates) < np.clip(UNSURE * motion.rate_noise, RAMP * size, SLOW * size)
+    signals = np.hstack([np.clip(rates / (RAMP * size), -1.0, 1.0), given.torque])
+    for turning in range(count):
         # A shared motor's turn is in the torques of all its joints.
-        joints = [turning] if turning < count else np.flatnonzero(shared[turning - count])
-        _bridge_turns(signals, [turning, *(len(fastest) + joint for joint in joints)], hidden, most)
-    while len(signals) > len(known):
-        signals = halve_rows(signals)
-    wide = TORQUE_BAND * bandwidth
-    filtered, slope = _filter(signals, motion.step, wide, ((0, motion.rows), (1, motion.rows)))
-    joints, motors, torque = np.split(filtered, [count, len(fastest)], axis=1)
-    return joints, motors, torque, slope[:, len(fastest) :]
+        moved = [turning] if turning < joints else np.flatnonzero(shared[turning - joints])
+        columns = [turning, *(count + joint for joint in moved)]
+        _bridge_turns(signals, columns, hidden[:, turning], int(TURN / (bandwidth * given.step)))
+    asked = (0, motion.rows), (1, motion.rows)
+    values, slopes = _filter(signals, given.step, TORQUE_BAND * bandwidth, motion.stride, asked)
+    return [*np.split(values, [joints, count], axis=1), slopes[:, count:]]
 
 
 def _bridge_turns(
@@ -303,31 +292,41 @@ def _bridge_turns(
 
 
 def _filter(
-    signals: np.ndarray, step: float, bandwidth: float, asked: Sequence[tuple[int, Rows]]
+    signals: np.ndarray,
+    step: float,
+    bandwidth: float,
+    stride: int,
+    asked: Sequence[tuple[int, Rows]],
 ) -> list[np.ndarray]:
-    """Derivatives of filtered signals (rows, n), each of an order, at given rows.
+    """Derivatives of filtered signals (rows, n), each of an order, at given ones of their strides.
 
     One signal after the other: all of a long recording's at once would take much memory.
     """
-    columns = [list(_filter_signal(each, step, bandwidth, asked)) for each in signals.T]
+    columns = [list(_filter_signal(each, step, bandwidth, stride, asked)) for each in signals.T]
     return [np.column_stack(parts) for parts in zip(*columns, strict=True)]
 
 
 def _filter_signal(
-    signal: np.ndarray, step: float, bandwidth: float, asked: Sequence[tuple[int, Rows]]
+    signal: np.ndarray,
+    step: float,
+    bandwidth: float,
+    stride: int,
+    asked: Sequence[tuple[int, Rows]],
 ) -> Iterator[np.ndarray]:
     """The same of a single signal (rows,)."""
     rows = len(signal)
-    pad = min(int(PADDED / (bandwidth * step)), rows - 1)
-    behind = min(next_fast_len(rows + 2 * pad, real=True) - rows - pad, rows - 1)
-    long = continue_signal(signal, pad, behind)
+    pad = min(int(PADDED / (bandwidth * step)), rows - 1) // stride * stride
+    whole = stride * next_fast_len(ceil((rows + 2 * pad) / stride), real=True)
+    long = continue_signal(signal, pad, min(whole - rows - pad, rows - 1))
     # Without the line from end to end, what the transform continues periodically has no step.
     slope = (long[-1] - long[0]) / ((len(long) - 1) * step)
     line = long[0] + slope * (step * np.arange(len(long)))
-    frequency = rfftfreq(len(long), step)
-    passed = rfft(long - line) / (1 + (frequency / bandwidth) ** (2 * ORDER))
-    kept = slice(pad, pad + rows)
-    lines = {0: line[kept], 1: np.full(rows, slope), 2: np.zeros(rows)}
+    count = len(long) // stride
+    frequency = rfftfreq(count, stride * step)
+    passed = rfft(long - line)[: len(frequency)] / stride
+    passed /= 1 + (frequency / bandwidth) ** (2 * ORDER)
+    kept = slice(pad // stride, pad // stride + ceil(rows / stride))
+    lines = {0: line[::stride][kept], 1: slope, 2: 0.0}
     for order, at in asked:
-        turned = irfft(passed * (2j * np.pi * frequency) ** order, len(long))[kept]
-        yield turned[at] + lines[order][at]
+        turned = irfft(passed * (2j * np.pi * frequency) ** order, count)
+        yield (turned[kept] + lines[order])[at]

@@ -1,10 +1,10 @@
-"""Signals of a recording at even times, with no more rows than a band of frequencies needs."""
+"""Signals of a recording at even times, and of a long one with fewer rows."""
 
 from __future__ import annotations
 
 from collections.abc import Iterable, Iterator
 from itertools import chain
-from math import ceil, floor, log2
+from math import ceil, log2
 from typing import NamedTuple
 
 import numpy as np
@@ -12,9 +12,6 @@ from scipy.signal import firwin, upfirdn
 
 from crosscheck.recordings.record import Record
 
-# Rows in the shortest period of a band of motions, at least: signals filtered to the band then have
-# 1e-9 of their amplitude at the highest frequency that rows resolve.
-RESOLVED = 32.0
 # Before every second row is left out, what is beyond a quarter of their rate is taken away: six
 # digits of it, by a symmetric filter without phase.
 TAPS, WINDOW = 33, ("kaiser", 12.3)
@@ -22,40 +19,19 @@ MOST_ROWS = 2**19  # rows that are kept: a longer recording is halved while it i
 EVEN = 1e-3  # share of a step: times so near to even ones count as even
 
 
-class EvenPositions(NamedTuple):
-    """Rows of position (rows, n) so much time apart [s]."""
+class EvenSignals(NamedTuple):
+    """Rows of position and torque (rows, n) so much time apart [s]."""
 
     step: float
     position: np.ndarray
+    torque: np.ndarray
 
 
-class DecimatedSignals:
-    """A recording's signals at even times, positions with half, a quarter, ... of their rows.
-
-    Nothing that is asked of a band is lost: it lies far below the rate of the rows that are left.
-
-    Args:
-        recording: Times that are not even are made so by lines between rows.
-        torque: Of the recording, on one side of the gears (rows, n).
-
-    Attributes:
-        step: Between all rows [s].
-        torque: At all rows.
-    """
-
-    def __init__(self, recording: Record, torque: np.ndarray) -> None:
-        self.step = recording.step
-        given = recording.position, torque
-        position, self.torque = (next(space_pieces([each], recording.time)) for each in given)
-        self._levels = [EvenPositions(self.step, position)]
-
-    def select(self, bandwidth: float) -> EvenPositions:
-        """The positions with the fewest rows that are enough for a bandwidth [Hz]."""
-        level = max(floor(-log2(RESOLVED * bandwidth * self.step)), 0)
-        while len(self._levels) <= level:
-            step, position = self._levels[-1]
-            self._levels.append(EvenPositions(2 * step, halve_rows(position)))
-        return self._levels[level]
+def space_signals(recording: Record, torque: np.ndarray) -> EvenSignals:
+    """A recording's positions and a torque of it (rows, n) at even times, by lines between rows."""
+    signals = recording.position, torque
+    even = (next(space_pieces([each], recording.time)) for each in signals)
+    return EvenSignals(recording.step, *even)
 
 
 def condense(
@@ -80,14 +56,11 @@ def condense(
     return time, kept
 
 
-def halve_rows(signal: np.ndarray) -> np.ndarray:
-    """Every second row of a signal (rows, n), the first among them, low-passed before."""
-    halves = np.concatenate(list(halve_pieces([signal])))
-    return halves.astype(signal.dtype, copy=False)
-
-
 def halve_pieces(pieces: Iterable[np.ndarray]) -> Iterator[np.ndarray]:
-    """The same of a signal that comes in pieces (rows, n), the first longer than the taps."""
+    """Every second row of a signal, the first among them, low-passed before.
+
+    It comes in pieces (rows, n), the first longer than the taps.
+    """
     left = iter(pieces)
     first, pad = next(left), TAPS // 2
     taps = firwin(TAPS, 0.5, window=WINDOW)
