@@ -204,9 +204,6 @@ def highest_bandwidth(recordings: Sequence[Record]) -> float:
     return min(1 / (2 * ROWS * each.step) for each in recordings)
 
 
-Rows = np.ndarray | slice
-
-
 class _FilteredMotion(NamedTuple):
     """A recording's motion in a band: its step [s] and signals.
 
@@ -296,37 +293,28 @@ def _filter(
     step: float,
     bandwidth: float,
     stride: int,
-    asked: Sequence[tuple[int, Rows]],
+    asked: Sequence[tuple[int, np.ndarray | slice]],
 ) -> list[np.ndarray]:
     """Derivatives of filtered signals (rows, n), each of an order, at given ones of their strides.
 
     One signal after the other: all of a long recording's at once would take much memory.
     """
-    columns = [list(_filter_signal(each, step, bandwidth, stride, asked)) for each in signals.T]
-    return [np.column_stack(parts) for parts in zip(*columns, strict=True)]
-
-
-def _filter_signal(
-    signal: np.ndarray,
-    step: float,
-    bandwidth: float,
-    stride: int,
-    asked: Sequence[tuple[int, Rows]],
-) -> Iterator[np.ndarray]:
-    """The same of a single signal (rows,)."""
-    rows = len(signal)
+    rows, columns = len(signals), []
     pad = min(int(PADDED / (bandwidth * step)), rows - 1) // stride * stride
     whole = stride * next_fast_len(ceil((rows + 2 * pad) / stride), real=True)
-    long = continue_signal(signal, pad, min(whole - rows - pad, rows - 1))
-    # Without the line from end to end, what the transform continues periodically has no step.
-    slope = (long[-1] - long[0]) / ((len(long) - 1) * step)
-    line = long[0] + slope * (step * np.arange(len(long)))
-    count = len(long) // stride
+    behind = min(whole - rows - pad, rows - 1)
+    count = (rows + pad + behind) // stride
     frequency = rfftfreq(count, stride * step)
-    passed = rfft(long - line)[: len(frequency)] / stride
-    passed /= 1 + (frequency / bandwidth) ** (2 * ORDER)
+    turning = 2j * np.pi * frequency
+    passed = 1 / (stride * (1 + (frequency / bandwidth) ** (2 * ORDER)))
     kept = slice(pad // stride, pad // stride + ceil(rows / stride))
-    lines = {0: line[::stride][kept], 1: slope, 2: 0.0}
-    for order, at in asked:
-        turned = irfft(passed * (2j * np.pi * frequency) ** order, count)
-        yield (turned[kept] + lines[order])[at]
+    for signal in signals.T:
+        long = continue_signal(signal, pad, behind)
+        # Without the line from end to end, what the transform continues periodically has no step.
+        slope = (long[-1] - long[0]) / (len(long) - 1)
+        line = long[0] + slope * np.arange(len(long))
+        spectrum = rfft(long - line)[: len(frequency)] * passed
+        lines = line[::stride][kept], slope / step, 0.0
+        derivatives = ((irfft(spectrum * turning**order, count), order, at) for order, at in asked)
+        columns.append([(each[kept] + lines[order])[at] for each, order, at in derivatives])
+    return [np.column_stack(parts) for parts in zip(*columns, strict=True)]

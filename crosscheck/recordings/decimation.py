@@ -45,7 +45,7 @@ def condense(
     halvings = max(ceil(log2(len(time) / MOST_ROWS)), 0)
     if halvings:
         pieces = space_pieces(pieces, time)
-        time = _even_times(time)[:: 2**halvings]
+        time = np.linspace(time[0], time[-1], len(time))[:: 2**halvings]
     for _ in range(halvings):
         pieces = halve_pieces(pieces)
     kept = np.empty((len(time), count), dtype=np.float32 if halvings else float)
@@ -75,7 +75,7 @@ def halve_pieces(pieces: Iterable[np.ndarray]) -> Iterator[np.ndarray]:
 
 def space_pieces(pieces: Iterable[np.ndarray], time: np.ndarray) -> Iterator[np.ndarray]:
     """Signals (rows, n) at even times by lines between rows, as they are where times are even."""
-    even, step = _even_times(time), (time[-1] - time[0]) / (len(time) - 1)
+    even, step = np.linspace(time[0], time[-1], len(time), retstep=True)
     if np.abs(even - time).max() < EVEN * step:
         yield from pieces
         return
@@ -98,8 +98,3 @@ def continue_signal(signal: np.ndarray, before: int, behind: int) -> np.ndarray:
             2 * signal[-1] - signal[-2 : -behind - 2 : -1],
         ]
     )
-
-
-def _even_times(time: np.ndarray) -> np.ndarray:
-    """Evenly spaced times, as many, from the first to the last."""
-    return np.linspace(time[0], time[-1], len(time))

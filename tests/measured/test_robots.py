@@ -18,7 +18,7 @@ from crosscheck.identification.mechanism import SpatialRobot
 from crosscheck.identification.messages import describe_answers, format_estimate
 from crosscheck.identification.sampling import lowest_bandwidth
 from crosscheck.identification.structure import compare_levels, draw_samples
-from crosscheck.identification.terms import build_columns, build_rotor_columns, shared_motors
+from crosscheck.identification.terms import RotorRegressor, build_columns, shared_motors
 from crosscheck.models.errors import InputError
 from crosscheck.models.robot.robot import Robot
 from crosscheck.recordings import csv_table, decimation
@@ -194,7 +194,7 @@ def test_a_motor_that_two_joints_turn_adds_what_they_share(robot):
 
 def test_rotors_of_the_robots_file_are_columns_of_their_own_size(robot):
     samples = draw_samples(robot, np.zeros((0, 3)))
-    rotors = build_rotor_columns(robot, robot.rotors, samples)
+    rotors = RotorRegressor(robot, robot.rotors).compute(samples)
     state = samples.q, samples.v, samples.a
     apart = [
         build_robot_model("pinocchio", robot, level).inverse_dynamics(*state)
