@@ -12,6 +12,7 @@ from typing import Any, TypeAlias, cast
 import numpy as np
 
 from crosscheck.trial.source.code import UserCode
+from crosscheck.trial.source.edit import Edit
 
 Kind: TypeAlias = tuple[Any, ...]  # ("int",), ("number",), ("array", *shape) or (class,)
 INDEX, NUMBER = ("int",), ("number",)
@@ -98,6 +99,16 @@ class SourceTree:
             setattr(parent, name, other)
         else:
             getattr(parent, name)[index] = other
+
+    def make(self, edit: Edit) -> None:
+        """Let an edit's nodes stand where they belong. Raises SyntaxError."""
+        for node, other in list(edit.list_replacements()):
+            self.put(node, other)
+
+    def undo(self, edit: Edit) -> None:
+        """Let the nodes stand again that an edit replaces."""
+        for node in edit.list_nodes():
+            self.put(node, node)
 
     def list_nodes(self) -> Iterator[ast.AST]:
         """The expressions and statements that ran, but for statements at the top."""

@@ -151,6 +151,42 @@ def test_a_statement_that_was_forgotten_is_added(tmp_path):
     assert answer.edits[0].remedy == "total += u should follow u = w * p[i] + np.cross(p, w)"
 
 
+@pytest.mark.parametrize(
+    ("right", "wrong", "remedy"),
+    [
+        (
+            "            p = np.cross(w, p) + R.T @ w\n        return total",
+            "            p = np.cross(w, p) + R.T @ w\n            return total",
+            "return total should stand after the loop of line 21",
+        ),
+        (
+            "            p = np.cross(w, p) + R.T @ w\n",
+            "        p = np.cross(w, p) + R.T @ w\n",
+            "p = np.cross(w, p) + R.T @ w should stand in the loop of line 21",
+        ),
+        (
+            """            total = total + w * p[i] + np.cross(p, w)
+            p = np.cross(w, p) + R.T @ w
+""",
+            """            p = np.cross(w, p) + R.T @ w
+            total = total + w * p[i] + np.cross(p, w)
+""",
+            "total = total + w * p[i] + np.cross(p, w) should stand before "
+            "p = np.cross(w, p) + R.T @ w",
+        ),
+    ],
+)
+def test_a_statement_at_a_wrong_place_is_moved(tmp_path, right, wrong, remedy):
+    answer = find_answer(tmp_path, (right, wrong))
+    assert answer is not None
+    assert answer.wrong == ()
+    (edit, *_) = answer.edits
+    assert edit.remedy == remedy
+    text = (tmp_path / "mine.py").read_text(encoding="utf-8")
+    assert text.count(edit.removed) == 1
+    assert text.replace(edit.removed, edit.added) == CODE
+
+
 def test_two_errors_are_one_answer(tmp_path):
     answer = find_answer(tmp_path, ("- 2 * c1", "+ 2 * c1"), ("R.T @ w", "R @ w"))
     assert answer is not None
