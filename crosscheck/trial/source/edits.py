@@ -12,6 +12,7 @@ from crosscheck.trial.source.additions import (
     list_further_cross_products,
     list_further_factors,
     list_further_matrices,
+    list_further_products,
     list_further_statements,
     list_further_summands,
 )
@@ -89,6 +90,8 @@ KINDS = (
     EditKind(5, partial(list_further_factors, written=False)),
     EditKind(5, partial(list_further_summands, outer=True, written=False)),
     EditKind(5, partial(list_further_statements, adding=True)),
+    EditKind(5, partial(list_further_products, sign="+")),
+    EditKind(6, partial(list_further_products, sign="-")),
     EditKind(6, partial(list_further_summands, outer=False)),
     EditKind(6, partial(list_further_cross_products, of_products=False)),
 )

@@ -51,7 +51,15 @@ def make():
         scale = k * n**2 + 2 * q[0]
         return scale * levers @ w, torque
 
-    return {"weights": weights, "moment": moment, "spin": spin}
+    def turn(a):
+        return np.array([[0, -a[2], a[1]], [a[2], 0, -a[0]], [-a[1], a[0], 0]])
+
+    def sweep(q):
+        rate, lever = np.array([q[0], q[1], 0.4]), np.array([c1, c2, s])
+        speed = lever + turn(rate) @ lever
+        return turn(speed) @ rate
+
+    return {"weights": weights, "moment": moment, "spin": spin, "sweep": sweep}
 """
 STATES = ([0.4, -1.1], [-0.7, 0.9], [1.9, 0.3])
 
@@ -82,7 +90,7 @@ def make_answer_key(states: Sequence[Sequence[float]] = STATES) -> AnswerKey:
     answer = bind(names["make"])
     right = {
         part: np.array([answer(part, k) for k in range(3)])
-        for part in ("weights", "moment", "spin")
+        for part in ("weights", "moment", "spin", "sweep")
     }
     allowed = dict.fromkeys(right, np.array(1e-9))
     return AnswerKey(bind, {"": LevelAnswers(right, allowed)}, ("x", "y", "z"))
@@ -128,6 +136,7 @@ def find_answer(folder: Path, *replaced: tuple[str, str]) -> SourceAnswer | None
         ("b.mass * c2**2 - 2", "-2", 5),
         ("k * n**2 + 2 * q[0]", "2 * q[0]", 5),
         (" + np.cross(w, inertia @ w)", "", 5),
+        ("lever + turn(rate) @ lever", "lever + 0.0 * rate", 5),
         ("np.cross(w, inertia @ w)", "np.cross(levers[1], inertia @ levers[1])", 3),
     ],
 )
