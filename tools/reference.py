@@ -57,6 +57,7 @@ from crosscheck.studies.definition.quantities import (
 
 DOCS = Path(__file__).parents[1] / "docs" / "reference"
 LEAST_ELSEWHERE = 5  # equal rows for which a reader is sent to another page
+OR_LIST = ", or list"  # a value for each joint or planet in place of one for all
 BEGIN, END = "<!-- fields: made by tools.reference -->\n", "<!-- end of fields -->\n"
 FILES: dict[str, type[Data]] = {
     "arm-file.md": Arm,
@@ -166,8 +167,8 @@ def _section(record: type[Data]) -> Iterator[str]:
     fixed = {name: cells[2] for name, cells in every.items() if re.fullmatch(r'"\w+"', cells[2])}
     rows = {name: cells for name, cells in every.items() if name not in fixed}
     shared = [name for name in rows if model and _list_rows(model).get(name) == rows[name]]
-    about = [(inspect.getdoc(record) or "").replace("``", "`")]
-    about += [f"Selected by `{name} = {value}`." for name, value in fixed.items()]
+    chosen = "".join(f"`{name} = {value}`: " for name, value in fixed.items())
+    about = [chosen + (inspect.getdoc(record) or "").replace("``", "`")]
     if model and shared:
         names = ", ".join(f"`{name}`" for name in shared)
         about.append(f"As in {_link(model, _find_places()[record])}: {names}.")
@@ -204,7 +205,7 @@ def _default(field: FieldDescription) -> str:
     if field.required:
         return "required"
     if field.default is None:
-        return "none"
+        return ""
     return "see there" if field.records else f"`{_value(field.default)}`"
 
 
@@ -212,12 +213,12 @@ def _format_allowed(field: FieldDescription, page: str) -> str:
     """Its range, or the tables that it may be, as linked from a page."""
     links = [_link(record, page) for record in field.records]
     if not links:
-        return field.allowed
+        return field.allowed.replace(field.applies_to or "\0", OR_LIST)
     record_links = " or ".join(", ".join(links).rsplit(", ", 1))
     return (
         f"a list of {field.lists}, each {record_links}"
         if field.lists
-        else record_links + field.applies_to
+        else record_links + OR_LIST * bool(field.applies_to)
     )
 
 
