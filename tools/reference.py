@@ -57,6 +57,7 @@ from crosscheck.studies.definition.quantities import (
 
 DOCS = Path(__file__).parents[1] / "docs" / "reference"
 LEAST_ELSEWHERE = 5  # equal rows for which a reader is sent to another page
+REQUIRED = "\\*"
 OR_LIST = ", or list"  # a value for each joint or planet in place of one for all
 BEGIN, END = "<!-- fields: made by tools.reference -->\n", "<!-- end of fields -->\n"
 FILES: dict[str, type[Data]] = {
@@ -164,7 +165,7 @@ def list_records_below(record: type[Data]) -> list[type[Data]]:
 def _section(record: type[Data]) -> Iterator[str]:
     """Heading, description and table; a field of one allowed value is a part of the description."""
     every, model = _list_rows(record), _find_model(record)
-    fixed = {name: cells[2] for name, cells in every.items() if re.fullmatch(r'"\w+"', cells[2])}
+    fixed = {name: cells[-1] for name, cells in every.items() if re.fullmatch(r'"\w+"', cells[-1])}
     rows = {name: cells for name, cells in every.items() if name not in fixed}
     shared = [name for name in rows if model and _list_rows(model).get(name) == rows[name]]
     chosen = "".join(f"`{name} = {value}`: " for name, value in fixed.items())
@@ -175,9 +176,9 @@ def _section(record: type[Data]) -> Iterator[str]:
     yield "\n" + "\n\n".join([f"### {HEADINGS[record]}", *about])
     own = {name: cells for name, cells in rows.items() if name not in shared}
     if own:
-        yield "\n| field | meaning | default | allowed |\n|---|---|---|---|"
-    for name, cells in own.items():
-        yield f"| `{name}` | {' | '.join(cells)} |"
+        yield "\n| field | meaning | default; allowed |\n|---|---|---|"
+    for name, (mark, *cells) in own.items():
+        yield f"| `{name}`{mark} | {' | '.join(cells)} |"
 
 
 @cache
@@ -185,7 +186,11 @@ def _list_rows(record: type[Data]) -> dict[str, tuple[str, ...]]:
     """Cells of every field, by its name."""
     page = _find_places()[record]
     return {
-        field.name: (field.meaning, _default(field), _format_allowed(field, page))
+        field.name: (
+            REQUIRED * field.required,
+            field.meaning,
+            _format_default(field) + _format_allowed(field, page),
+        )
         for field in describe_fields(record)
     }
 
@@ -201,12 +206,10 @@ def _find_model(record: type[Data]) -> type[Data] | None:
     return model
 
 
-def _default(field: FieldDescription) -> str:
-    if field.required:
-        return "required"
-    if field.default is None:
+def _format_default(field: FieldDescription) -> str:
+    if field.required or field.default is None or field.records:
         return ""
-    return "see there" if field.records else f"`{_value(field.default)}`"
+    return f"`{_value(field.default)}`; "
 
 
 def _format_allowed(field: FieldDescription, page: str) -> str:
