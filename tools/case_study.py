@@ -19,6 +19,7 @@ from tools.site import format_table
 PAGE = Path(__file__).parents[1] / "docs" / "case-study" / "results.md"
 COLUMNS = {"as_modelled": "as modelled in the paper", "as_the_gears_are": "as the gears are"}
 # The verdict in a row: where the event occurs in some settings only, the counts say so.
+UNANIMOUS = ("fails", "holds")
 WORDS = {"does not hold": "fails", "holds where defined": "holds"}
 # What a finding has on the command's page alone.
 OF_THE_PAGE = r"<figure.*?</figure>|</?(?:a|p)\b[^>]*>| class=\"\w+\""
@@ -64,7 +65,7 @@ def build_page(folder: Path) -> str:
     parts += ["## Computed verdicts\n", format_verdicts(chapters["findings"])]
     parts += ["## Errors in the printed equations\n", format_errata(chapters["errata"])]
     parts += ["## Every claim\n", CLAIMS, format_counts(claims), describe_close_verdicts(claims)]
-    parts += [ROWS, format_table(["claim", "statement", "verdict"], map(format_row, claims))]
+    parts += [ROWS, *list_claims(claims)]
     return "\n".join(parts).replace("&#39;", "'")
 
 
@@ -167,8 +168,19 @@ def describe_close_verdicts(claims: list[dict[str, Any]]) -> str:
     )
 
 
+def list_claims(claims: list[dict[str, Any]]) -> Iterator[str]:
+    """Lists of what fails and holds in every setting of both models, and a table of the rest."""
+    rows = [format_row(claim) for claim in claims]
+    for verdict in UNANIMOUS:
+        same = [f"- {name}: {text}" for name, text, each in rows if each == verdict]
+        yield "\n".join([f"### {verdict.capitalize()} in every setting\n", *same, ""])
+    others = [row for row in rows if row[-1] not in UNANIMOUS]
+    yield "### Otherwise\n"
+    yield format_table(["claim", "statement", "verdict"], others)
+
+
 def format_row(claim: dict[str, Any]) -> list[str]:
-    """Of the table of claims; a statement with its reading, where there could be another."""
+    """Name, statement with its reading, where there could be another, and verdict of a claim."""
     reading = f" *{claim['reading']}*" if claim["reading"] else ""
     verdicts = dict.fromkeys(format_verdict(claim, column) for column in COLUMNS)
     return [claim["id"], claim["statement"] + reading, "; ".join(verdicts)]
