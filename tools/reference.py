@@ -57,6 +57,7 @@ from crosscheck.studies.definition.quantities import (
 
 DOCS = Path(__file__).parents[1] / "docs" / "reference"
 LEAST_ELSEWHERE = 5  # equal rows for which a reader is sent to another page
+FIELD_HEAD = "| field | meaning | default; allowed |\n|---|---|---|"
 REQUIRED = "\\*"
 OR_LIST = ", or list"  # a value for each joint or planet in place of one for all
 BEGIN, END = "<!-- fields: made by tools.reference -->\n", "<!-- end of fields -->\n"
@@ -72,40 +73,40 @@ HEADINGS: dict[type[Data], str] = {
     Direct: "Direct joint",
     Link: "Link",
     Mesh: "Mesh",
-    SineStiffness: "Stiffness: sine",
-    FourierStiffness: "Stiffness: Fourier",
-    SquareStiffness: "Stiffness: square",
-    TableStiffness: "Stiffness: table",
+    SineStiffness: "Stiffness",
+    FourierStiffness: "Stiffness",
+    SquareStiffness: "Stiffness",
+    TableStiffness: "Stiffness",
     Scenario: "The scenario",
     Start: "Start",
-    ConstantDrive: "Drive: constant",
-    PdDrive: "Drive: PD",
-    SinusoidDrive: "Drive: sinusoid",
-    TableDrive: "Drive: table",
+    ConstantDrive: "Drive",
+    PdDrive: "Drive",
+    SinusoidDrive: "Drive",
+    TableDrive: "Drive",
     Definition: "The study",
-    ListAxis: "Axis: list",
-    GridAxis: "Axis: grid",
-    HypercubeAxis: "Axis: Latin hypercube",
-    NormalAxis: "Axis: normal",
-    UniformAxis: "Axis: uniform",
+    ListAxis: "Axis",
+    GridAxis: "Axis",
+    HypercubeAxis: "Axis",
+    NormalAxis: "Axis",
+    UniformAxis: "Axis",
     Samples: "Samples of a study",
     StudyStarts: "Starts of a study",
-    Size: "Quantity: size",
-    BandRms: "Quantity: RMS in a band",
-    SpectralPeak: "Quantity: spectral peak",
-    FinalError: "Quantity: final error",
-    Crossing: "Quantity: crossing",
-    Settling: "Quantity: settling",
-    ContactLoss: "Quantity: loss of contact",
-    NoContactShare: "Quantity: share of time apart",
-    RigidDeviation: "Quantity: deviation from a rigid arm",
-    Function: "Quantity: function",
-    Trajectories: "Quantity: trajectories",
+    Size: "Quantity",
+    BandRms: "Quantity",
+    SpectralPeak: "Quantity",
+    FinalError: "Quantity",
+    Crossing: "Quantity",
+    Settling: "Quantity",
+    ContactLoss: "Quantity",
+    NoContactShare: "Quantity",
+    RigidDeviation: "Quantity",
+    Function: "Quantity",
+    Trajectories: "Quantity",
     RobotFile: "The robot",
-    DirectTransmission: "Transmission: direct",
-    Geared: "Transmission: geared",
+    DirectTransmission: "Direct transmission",
+    Geared: "Geared transmission",
     LinkChange: "Change of a link",
-    PlanetaryTransmission: "Transmission: planetary",
+    PlanetaryTransmission: "Planetary transmission",
     RotorMesh: "Mesh of a transmission",
 }
 
@@ -124,7 +125,14 @@ def renew_tables(name: str) -> str:
 def format_field_tables(page: str) -> str:
     """A table for each record of a file, but for those that an earlier page has."""
     records = [record for record, place in _find_places().items() if place == page]
-    return "".join(f"{line}\n" for record in records for line in _section(record))
+    sections: dict[str, list[type[Data]]] = {}
+    for record in records:
+        sections.setdefault(HEADINGS[record], []).append(record)
+    return "".join(
+        f"{line}\n"
+        for heading, kinds in sections.items()
+        for line in (_section(*kinds) if len(kinds) == 1 else _section_of_kinds(heading, kinds))
+    )
 
 
 def format_refusals() -> str:
@@ -169,16 +177,40 @@ def _section(record: type[Data]) -> Iterator[str]:
     rows = {name: cells for name, cells in every.items() if name not in fixed}
     shared = [name for name in rows if model and _list_rows(model).get(name) == rows[name]]
     chosen = "".join(f"`{name} = {value}`: " for name, value in fixed.items())
-    about = [chosen + (inspect.getdoc(record) or "").replace("``", "`")]
+    about = [chosen + _description(record)]
     if model and shared:
         names = ", ".join(f"`{name}`" for name in shared)
         about.append(f"As in {_link(model, _find_places()[record])}: {names}.")
     yield "\n" + "\n\n".join([f"### {HEADINGS[record]}", *about])
     own = {name: cells for name, cells in rows.items() if name not in shared}
     if own:
-        yield "\n| field | meaning | default; allowed |\n|---|---|---|"
+        yield "\n" + FIELD_HEAD
     for name, (mark, *cells) in own.items():
         yield f"| `{name}`{mark} | {' | '.join(cells)} |"
+
+
+def _section_of_kinds(heading: str, kinds: list[type[Data]]) -> Iterator[str]:
+    """Heading, a table of the kinds with the names of their fields, and one of all fields."""
+    choice = next(name for name in ("kind", "law") if name in _list_rows(kinds[0]))
+    yield f"\n### {heading}\n\n| {choice} | meaning | fields |\n|---|---|---|"
+    holders: dict[tuple[str, ...], list[str]] = {}
+    for record in kinds:
+        rows = dict(_list_rows(record))
+        kind = ", ".join(f"`{each}`" for each in re.findall(r'"(\w+)"', rows.pop(choice)[-1]))
+        names = ", ".join(f"`{name}`{mark}" for name, (mark, *_) in rows.items())
+        yield f"| {kind} | {' '.join(_description(record).split())} | {names} |"
+        for name, cells in rows.items():
+            holders.setdefault((name, *cells), []).append(kind)
+    yield "\n" + FIELD_HEAD
+    said = set[str]()
+    for (name, mark, *cells), holding in holders.items():
+        exception = f" of {', '.join(holding)}" if name in said else ""
+        said.add(name)
+        yield f"| `{name}`{mark}{exception} | {' | '.join(cells)} |"
+
+
+def _description(record: type[Data]) -> str:
+    return (inspect.getdoc(record) or "").replace("``", "`")
 
 
 @cache
@@ -214,7 +246,7 @@ def _format_default(field: FieldDescription) -> str:
 
 def _format_allowed(field: FieldDescription, page: str) -> str:
     """Its range, or the tables that it may be, as linked from a page."""
-    links = [_link(record, page) for record in field.records]
+    links = list(dict.fromkeys(_link(record, page) for record in field.records))
     if not links:
         return field.allowed.replace(field.applies_to or "\0", OR_LIST)
     record_links = " or ".join(", ".join(links).rsplit(", ", 1))
@@ -227,7 +259,7 @@ def _format_allowed(field: FieldDescription, page: str) -> str:
 
 def _link(record: type[Data], page: str) -> str:
     heading, place = HEADINGS[record], _find_places()[record]
-    anchor = heading.lower().replace(":", "").replace(" ", "-")
+    anchor = heading.lower().replace(" ", "-")
     return f"[{heading}]({'' if place == page else place}#{anchor})"
 
 
