@@ -67,48 +67,41 @@ FILES: dict[str, type[Data]] = {
     "studies.md": Definition,
     "robot-file.md": RobotFile,
 }
-HEADINGS: dict[type[Data], str] = {
-    Arm: "The arm",
-    Planetary: "Planetary joint",
-    Direct: "Direct joint",
-    Link: "Link",
-    Mesh: "Mesh",
-    SineStiffness: "Stiffness",
-    FourierStiffness: "Stiffness",
-    SquareStiffness: "Stiffness",
-    TableStiffness: "Stiffness",
-    Scenario: "The scenario",
-    Start: "Start",
-    ConstantDrive: "Drive",
-    PdDrive: "Drive",
-    SinusoidDrive: "Drive",
-    TableDrive: "Drive",
-    Definition: "The study",
-    ListAxis: "Axis",
-    GridAxis: "Axis",
-    HypercubeAxis: "Axis",
-    NormalAxis: "Axis",
-    UniformAxis: "Axis",
-    Samples: "Samples of a study",
-    StudyStarts: "Starts of a study",
-    Size: "Quantity",
-    BandRms: "Quantity",
-    SpectralPeak: "Quantity",
-    FinalError: "Quantity",
-    Crossing: "Quantity",
-    Settling: "Quantity",
-    ContactLoss: "Quantity",
-    NoContactShare: "Quantity",
-    RigidDeviation: "Quantity",
-    Function: "Quantity",
-    Trajectories: "Quantity",
-    RobotFile: "The robot",
-    DirectTransmission: "Direct transmission",
-    Geared: "Geared transmission",
-    LinkChange: "Change of a link",
-    PlanetaryTransmission: "Planetary transmission",
-    RotorMesh: "Mesh of a transmission",
+SECTIONS: dict[str, tuple[type[Data], ...]] = {
+    "The arm": (Arm,),
+    "Planetary joint": (Planetary,),
+    "Direct joint": (Direct,),
+    "Link": (Link,),
+    "Mesh": (Mesh,),
+    "Stiffness": (SineStiffness, FourierStiffness, SquareStiffness, TableStiffness),
+    "The scenario": (Scenario,),
+    "Start": (Start,),
+    "Drive": (ConstantDrive, PdDrive, SinusoidDrive, TableDrive),
+    "The study": (Definition,),
+    "Axis": (ListAxis, GridAxis, HypercubeAxis, NormalAxis, UniformAxis),
+    "Samples of a study": (Samples,),
+    "Starts of a study": (StudyStarts,),
+    "Quantity": (
+        Size,
+        BandRms,
+        SpectralPeak,
+        FinalError,
+        Crossing,
+        Settling,
+        ContactLoss,
+        NoContactShare,
+        RigidDeviation,
+        Function,
+        Trajectories,
+    ),
+    "The robot": (RobotFile,),
+    "Direct transmission": (DirectTransmission,),
+    "Geared transmission": (Geared,),
+    "Change of a link": (LinkChange,),
+    "Planetary transmission": (PlanetaryTransmission,),
+    "Mesh of a transmission": (RotorMesh,),
 }
+HEADINGS = {record: heading for heading, records in SECTIONS.items() for record in records}
 
 
 def write_reference() -> None:
@@ -124,13 +117,10 @@ def renew_tables(name: str) -> str:
 
 def format_field_tables(page: str) -> str:
     """A table for each record of a file, but for those that an earlier page has."""
-    records = [record for record, place in _find_places().items() if place == page]
-    sections: dict[str, list[type[Data]]] = {}
-    for record in records:
-        sections.setdefault(HEADINGS[record], []).append(record)
     return "".join(
         f"{line}\n"
-        for heading, kinds in sections.items()
+        for heading, kinds in SECTIONS.items()
+        if _find_places()[kinds[0]] == page
         for line in (_section(*kinds) if len(kinds) == 1 else _section_of_kinds(heading, kinds))
     )
 
@@ -189,7 +179,7 @@ def _section(record: type[Data]) -> Iterator[str]:
         yield f"| `{name}`{mark} | {' | '.join(cells)} |"
 
 
-def _section_of_kinds(heading: str, kinds: list[type[Data]]) -> Iterator[str]:
+def _section_of_kinds(heading: str, kinds: tuple[type[Data], ...]) -> Iterator[str]:
     """Heading, a table of the kinds with the names of their fields, and one of all fields."""
     choice = next(name for name in ("kind", "law") if name in _list_rows(kinds[0]))
     yield f"\n### {heading}\n\n| {choice} | meaning | fields |\n|---|---|---|"
