@@ -11,6 +11,8 @@ import re
 import sys
 from collections import Counter
 from collections.abc import Iterator
+from itertools import groupby
+from operator import itemgetter
 from pathlib import Path
 from typing import Any
 
@@ -19,7 +21,6 @@ from tools.site import format_table
 PAGE = Path(__file__).parents[1] / "docs" / "case-study" / "results.md"
 COLUMNS = {"as_modelled": "as modelled in the paper", "as_the_gears_are": "as the gears are"}
 # The verdict in a row: where the event occurs in some settings only, the counts say so.
-UNANIMOUS = ("fails", "holds")
 WORDS = {"does not hold": "fails", "holds where defined": "holds"}
 # What a finding has on the command's page alone.
 OF_THE_PAGE = r"<figure.*?</figure>|</?(?:a|p)\b[^>]*>| class=\"\w+\""
@@ -41,11 +42,11 @@ settings. A claim *holds* if every setting, both readings of Table I at every da
 yes. *Depends* means that some settings say yes and others no, *bistable* that single starts decide.
 Settings follow from the chosen damping ratios and are no sample of anything.
 """
-ROWS = """\
-The first digits of a claim are the paper's section; italics say how a statement was read. Of two
-verdicts the first is *as modelled*, the second *as the gears are*; one is for both. Counts are of
-settings: yes/no/bistable, with a fourth of those in which the event does not occur; a claim that
-fails or holds with a fourth count does so where it occurs.
+LEGEND = """\
+Italics say how a statement was read. Of two verdicts the first is *as modelled*, the second *as the
+gears are*; one is for both. Counts are of settings: yes/no/bistable, with a fourth of those in
+which the event does not occur; a claim that fails or holds with a fourth count does so where it
+occurs.
 """
 
 
@@ -65,7 +66,9 @@ def build_page(folder: Path) -> str:
     parts += ["## Computed verdicts\n", format_verdicts(chapters["findings"])]
     parts += ["## Errors in the printed equations\n", format_errata(chapters["errata"])]
     parts += ["## Every claim\n", CLAIMS, format_counts(claims), describe_close_verdicts(claims)]
-    parts += [ROWS, *list_claims(claims)]
+    parts.append(LEGEND)
+    for section, listed in groupby(claims, key=itemgetter("section")):
+        parts += [f"### {_section(section)}\n", *map(format_claim, listed), ""]
     return "\n".join(parts).replace("&#39;", "'")
 
 
@@ -168,22 +171,15 @@ def describe_close_verdicts(claims: list[dict[str, Any]]) -> str:
     )
 
 
-def list_claims(claims: list[dict[str, Any]]) -> Iterator[str]:
-    """Lists of what fails and holds in every setting of both models, and a table of the rest."""
-    rows = [format_row(claim) for claim in claims]
-    for verdict in UNANIMOUS:
-        same = [f"- {name}: {text}" for name, text, each in rows if each == verdict]
-        yield "\n".join([f"### {verdict.capitalize()} in every setting\n", *same, ""])
-    others = [row for row in rows if row[-1] not in UNANIMOUS]
-    yield "### Otherwise\n"
-    yield format_table(["claim", "statement", "verdict"], others)
-
-
-def format_row(claim: dict[str, Any]) -> list[str]:
-    """Name, statement with its reading, where there could be another, and verdict of a claim."""
+def format_claim(claim: dict[str, Any]) -> str:
+    """Name, statement with its reading, where there could be another, and verdicts."""
     reading = f" *{claim['reading']}*" if claim["reading"] else ""
     verdicts = dict.fromkeys(format_verdict(claim, column) for column in COLUMNS)
-    return [claim["id"], claim["statement"] + reading, "; ".join(verdicts)]
+    return f"- {claim['id']}: {claim['statement']}{reading} **{'; '.join(verdicts)}**"
+
+
+def _section(name: str) -> str:
+    return name if not name[:1].isdigit() else f"Section {name}"
 
 
 if __name__ == "__main__":

@@ -87,17 +87,10 @@ ARGUMENT, RESULTS = (
     (FOLDER / f"{name}.md").read_text(encoding="utf-8") for name in ("argument", "results")
 )
 QUOTED = re.compile(r"^`(verdict/[\w-]+)`: \*\*(.+?)\*\*", flags=re.M)
-ROWS = (
-    [  # of each claim: its verdicts as modelled and as the gears are, said once where equal
-        (name, *(said.split("; ") * 2)[:2])
-        for name, said in re.findall(r"^\| ([\w.]+-\d\d) \| .* \| ([^|]+) \|$", RESULTS, flags=re.M)
-    ]
-    + [
-        (name, said.lower(), said.lower())
-        for said, listed in re.findall(r"^### (\w+) in every setting\n\n((?:- .*\n)+)", RESULTS, flags=re.M)
-        for name in re.findall(r"^- ([\w.-]+): ", listed, flags=re.M)
-    ]
-)
+ROWS = [  # of each claim: its verdicts as modelled and as the gears are, said once where equal
+    (name, *(said.split("; ") * 2)[:2])
+    for name, said in re.findall(r"^- ([\w.]+-\d\d): .* \*\*(.*)\*\*$", RESULTS, flags=re.M)
+]
 FINDINGS = dict(re.findall(r"^### (\d)\. .*\n\n.*?<b>(.*)$", RESULTS, flags=re.M))
 COMPUTED = re.compile(r"^\| `(verdict/[\w-]+)` \| .* \| (.+?) \|$", flags=re.M)
 
