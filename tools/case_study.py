@@ -33,20 +33,11 @@ Made by `python -m tools.case_study` from `crosscheck paper` of {date}, revision
 {machine}. The command's page has the figures, its `claims.json` every number behind a verdict;
 [the argument](argument.md) gives the reasons.
 """
-CLAIMS = """\
-*As modelled in the paper* runs Eqs. 21 and 22 entry for entry, with lumped planets and the paper's
-law of the mesh phase, beside the rigid arm to which these equations tend. *As the gears are* has
-equations of motion from the energies of all bodies, free planets and the integral of the mesh
-frequency. [How a claim is judged](paper.md#how-a-claim-is-judged) has the rule for starts and
-settings. A claim *holds* if every setting, both readings of Table I at every damping ratio, says
-yes. *Depends* means that some settings say yes and others no, *bistable* that single starts decide.
-Settings follow from the chosen damping ratios and are no sample of anything.
-"""
 LEGEND = """\
-Italics say how a statement was read. Of two verdicts the first is *as modelled*, the second *as the
-gears are*; one is for both. Counts are of settings: yes/no/bistable, with a fourth of those in
-which the event does not occur; a claim that fails or holds with a fourth count does so where it
-occurs.
+[How a claim is judged](paper.md#how-a-claim-is-judged) has the two models and the verdicts. Italics
+say how a statement was read. Of two verdicts the first is *as modelled*, the second *as the gears
+are*; one is for both. Counts are of settings: yes/no/bistable, with a fourth of those in which the
+event does not occur; a claim that fails or holds with a fourth count does so where it occurs.
 """
 
 
@@ -65,8 +56,7 @@ def build_page(folder: Path) -> str:
     parts = [head, "## Six findings\n", *extract_findings(html)]
     parts += ["## Computed verdicts\n", format_verdicts(chapters["findings"])]
     parts += ["## Errors in the printed equations\n", format_errata(chapters["errata"])]
-    parts += ["## Every claim\n", CLAIMS, format_counts(claims), describe_close_verdicts(claims)]
-    parts.append(LEGEND)
+    parts += ["## Every claim\n", LEGEND, format_counts(claims), describe_close_verdicts(claims)]
     for section, listed in groupby(claims, key=itemgetter("section")):
         parts += [f"### {_section(section)}\n", *map(format_claim, listed), ""]
     return "\n".join(parts).replace("&#39;", "'")
