@@ -11,49 +11,14 @@ from pathlib import Path
 from crosscheck.models.arm.arm import Arm, Direct, Link, Planetary
 from crosscheck.models.arm.mesh import Mesh
 from crosscheck.models.arm.quantities import Data, format_number
-from crosscheck.models.arm.stiffness import (
-    FourierStiffness,
-    SineStiffness,
-    SquareStiffness,
-    TableStiffness,
-)
-from crosscheck.models.experiment.scenario import (
-    ConstantDrive,
-    PdDrive,
-    Scenario,
-    SinusoidDrive,
-    Start,
-    TableDrive,
-)
+from crosscheck.models.experiment.scenario import Scenario, Start
 from crosscheck.models.refusals import REFUSALS
 from crosscheck.models.robot.file import DirectDrive as DirectTransmission
 from crosscheck.models.robot.file import Geared, LinkChange, PlanetaryTransmission, RobotFile
 from crosscheck.models.robot.robot import RotorMesh
 from crosscheck.output import write_files
 from crosscheck.schema import FieldDescription, describe_fields
-from crosscheck.studies.definition.definition import (
-    Definition,
-    GridAxis,
-    HypercubeAxis,
-    ListAxis,
-    NormalAxis,
-    Samples,
-    StudyStarts,
-    UniformAxis,
-)
-from crosscheck.studies.definition.quantities import (
-    BandRms,
-    ContactLoss,
-    Crossing,
-    FinalError,
-    Function,
-    NoContactShare,
-    RigidDeviation,
-    Settling,
-    Size,
-    SpectralPeak,
-    Trajectories,
-)
+from crosscheck.studies.definition.definition import Definition, Samples, StudyStarts
 
 DOCS = Path(__file__).parents[1] / "docs" / "reference"
 LEAST_ELSEWHERE = 5  # equal rows for which a reader is sent to another page
@@ -67,33 +32,28 @@ FILES: dict[str, type[Data]] = {
     "studies.md": Definition,
     "robot-file.md": RobotFile,
 }
+
+
+def list_kinds(record: type[Data], name: str) -> tuple[type[Data], ...]:
+    """Records that a field may hold, each chosen by its kind."""
+    return next(field.records for field in describe_fields(record) if field.name == name)
+
+
 SECTIONS: dict[str, tuple[type[Data], ...]] = {
     "The arm": (Arm,),
     "Planetary joint": (Planetary,),
     "Direct joint": (Direct,),
     "Link": (Link,),
     "Mesh": (Mesh,),
-    "Stiffness": (SineStiffness, FourierStiffness, SquareStiffness, TableStiffness),
+    "Stiffness": list_kinds(Mesh, "stiffness"),
     "The scenario": (Scenario,),
     "Start": (Start,),
-    "Drive": (ConstantDrive, PdDrive, SinusoidDrive, TableDrive),
+    "Drive": list_kinds(Scenario, "drive"),
     "The study": (Definition,),
-    "Axis": (ListAxis, GridAxis, HypercubeAxis, NormalAxis, UniformAxis),
+    "Axis": list_kinds(Definition, "axes"),
     "Samples of a study": (Samples,),
     "Starts of a study": (StudyStarts,),
-    "Quantity": (
-        Size,
-        BandRms,
-        SpectralPeak,
-        FinalError,
-        Crossing,
-        Settling,
-        ContactLoss,
-        NoContactShare,
-        RigidDeviation,
-        Function,
-        Trajectories,
-    ),
+    "Quantity": list_kinds(Definition, "quantities"),
     "The robot": (RobotFile,),
     "Direct transmission": (DirectTransmission,),
     "Geared transmission": (Geared,),
