@@ -77,7 +77,7 @@ def _describe_allowed(hint: Any) -> str:
     if hint is bool:
         return "true or false"
     if origin is Literal:
-        return " or ".join(f'"{choice}"' for choice in inner)
+        return " or ".join(", ".join(f'"{choice}"' for choice in inner).rsplit(", ", 1))
     if origin is Annotated:
         base, *metadata = inner
         for entry in metadata:
