@@ -18,7 +18,11 @@ class Data(BaseModel):
     """A frozen record that refuses unknown keys and silent conversions."""
 
     model_config = ConfigDict(
-        frozen=True, extra="forbid", strict=True, use_attribute_docstrings=True
+        frozen=True,
+        extra="forbid",
+        strict=True,
+        use_attribute_docstrings=True,
+        defer_build=True,
     )
     if TYPE_CHECKING:
         _hash: int
