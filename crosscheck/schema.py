@@ -49,6 +49,7 @@ def describe_fields(record: type[Data]) -> tuple[FieldDescription, ...]:
     )
 
 
+@cache
 def _read_meanings(record: type[Data]) -> dict[str, str]:
     """The text below each field of a record in its source, by the field's name."""
     (definition,) = ast.parse(dedent(inspect.getsource(record))).body
