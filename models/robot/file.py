@@ -6,7 +6,7 @@ from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import replace
 from functools import lru_cache, partial
 from pathlib import Path
-from typing import Annotated, Any, ClassVar, Literal, get_args
+from typing import TYPE_CHECKING, Annotated, Any, ClassVar, Literal, get_args
 
 import numpy as np
 from pydantic import Field
@@ -21,10 +21,12 @@ from crosscheck.models.files import HERE, LARGEST_FILE, builtin_robots, is_urdf,
 from crosscheck.models.inputs import read_input
 from crosscheck.models.loading import validate_record
 from crosscheck.models.robot import robot
-from crosscheck.models.robot.mjcf.reading import read_mjcf
 from crosscheck.models.robot.robot import BASE, Joint, LinkFrame, Robot
 from crosscheck.models.robot.tree import Tree, build_tree
 from crosscheck.models.robot.urdf import Urdf, read_urdf
+
+if TYPE_CHECKING:
+    from crosscheck.models.robot.mjcf.reading import MjcfRobot
 
 Ratio = Annotated[float, quantities.NumberRange(-1e6, 1e6)]
 Component = Annotated[float, quantities.NumberRange(-1e3, 1e3)]
@@ -161,7 +163,7 @@ def read_robot_file(name: str) -> dict[str, Any]:
     alone = {"schema_version": 1, "name": path.stem, "urdf": path.name}
     text = _read_xml(path)
     if describe_xml_kind(text) is XmlKind.MJCF:
-        alone["gravity_m_per_s2"] = list(read_mjcf(path, text).gravity)
+        alone["gravity_m_per_s2"] = list(_convert_mjcf(path, text).gravity)
     return alone
 
 
@@ -329,7 +331,13 @@ def _default_tip(joints: Sequence[Joint], frames: Mapping[str, LinkFrame]) -> st
 def read_text(path: Path) -> str:
     """The text of a URDF, or of the URDF made of an MJCF file. Raises InputError."""
     text = _read_xml(path)
-    return read_mjcf(path, text).urdf if describe_xml_kind(text) is XmlKind.MJCF else text
+    return _convert_mjcf(path, text).urdf if describe_xml_kind(text) is XmlKind.MJCF else text
+
+
+def _convert_mjcf(path: Path, text: str) -> MjcfRobot:
+    from crosscheck.models.robot.mjcf.reading import read_mjcf  # for files of that format alone
+
+    return read_mjcf(path, text)
 
 
 def _read_xml(path: Path) -> str:
