@@ -240,6 +240,11 @@ class Arm(Data):
         return np.eye(len(self.joints)), np.zeros(len(self.joints))
 
     @property
+    def motors(self) -> range:
+        """Numbers of the joints that have a motor, from 0: all."""
+        return range(len(self.joints))
+
+    @property
     def planet_counts(self) -> list[int]:
         """The number of planets of each joint."""
         return [joint.planet_count for joint in self.joints]

@@ -85,7 +85,7 @@ class LinkChange(Data):
 
 
 class RobotFile(Data):
-    """A robot: a URDF on a fixed base, with the rotors that it does not describe."""
+    """A robot: a URDF, with the rotors that it does not describe."""
 
     union_tags: ClassVar[frozenset[str]] = frozenset({"direct", "geared"})
 
@@ -218,6 +218,9 @@ def build_robot(
         if name not in moving:
             allowed = f"must be a joint that moves: {', '.join(moving)}"
             raise InputError(where, "joints", name, allowed)
+        if _is_geared(file.joints[name]) and not joints[moving[name]].has_motor:
+            allowed = "must be direct: the URDF says that no motor drives it"
+            raise InputError(where, f"joints.{name}.kind", file.joints[name].kind, allowed)
     rotors = [
         _rotor(moving[name], name, given, urdf, frames, where)
         for name, given in file.joints.items()
@@ -268,7 +271,9 @@ def _is_geared(given: Transmission | None) -> bool:
 
 
 def _list_motor_notes(urdf: Urdf, joints: Sequence[Joint], file: RobotFile) -> Iterator[str]:
-    """Lines on armatures and gears of joints without a rotor in the robot's file."""
+    """Lines on joints without a motor, and armatures and gears without a rotor in the file."""
+    if passive := [joint.name for joint in joints if not joint.has_motor]:
+        yield f"no motor drives {', '.join(passive)}: drives have values for the others alone"
     direct = [joint for joint in joints if not _is_geared(file.joints.get(joint.name))]
     if names := [joint.name for joint in direct if joint.armature]:
         yield (

@@ -53,7 +53,11 @@ def build_tree(urdf: Urdf, where: str) -> Tree:
     moved_links = [children[joint.name] for joint in joints]
     _require_regular(joints, bodies, moved_links, where)
     notes = [f"link {doubt.link}: {doubt.reason}" for doubt in doubts]
-    still = [name for name, body in zip(moved_links, bodies, strict=True) if not _is_solid(body)]
+    still = [
+        name
+        for name, joint, body in zip(moved_links, joints, bodies, strict=True)
+        if joint.has_motor and not _is_solid(body)
+    ]
     if still:
         notes.append(f"link {', '.join(still)} has no mass and inertia of its own")
     return Tree(joints, bodies, frames, (*notes, *_find_held_root(urdf, frames, joints)))
@@ -86,6 +90,7 @@ def _assemble(
             _mimic(joint, moving, numbers, where),
             joint.damping,
             joint.armature,
+            joint.has_motor,
         )
         for joint in moving
     )
@@ -253,7 +258,8 @@ def _find_held_root(
     )
     if mass and sum(joint.parent == BASE for joint in joints) > 1:
         root = next(iter(frames))
-        yield f"link {root} is fixed to the ground, with its {mass:.3g} kg: bases do not move"
+        held = f"link {root} is fixed to the ground, with its {mass:.3g} kg"
+        yield f"{held}: one that moves needs a link before it, and a joint of type floating"
 
 
 def _mimic(
