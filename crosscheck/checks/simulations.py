@@ -70,7 +70,7 @@ def make_scenario(case: RobotLevel) -> Scenario:
             sun_planet_offset_m=DEPTH,
             planet_ring_offset_m=DEPTH,
         ),
-        drive=ConstantDrive(kind="constant", torque_N_m=torques[case.robot.motors].tolist()),
+        drive=ConstantDrive(kind="constant", torque_N_m=torques[case.robot.motors].tolist() or 0.0),
     )
 
 

@@ -3,12 +3,15 @@
 from __future__ import annotations
 
 from dataclasses import dataclass, replace
+from itertools import islice
 
 import numpy as np
-from scipy.interpolate import BSpline, make_lsq_spline
+from scipy.interpolate import BSpline, make_interp_spline, make_lsq_spline
 
 from crosscheck.checks.robot_states import motion_range
 from crosscheck.models.errors import InputError
+from crosscheck.models.experiment.integration import integrate_steps
+from crosscheck.models.robot.integration import FASTEST, require_regular
 from crosscheck.models.robot.interface import RobotModel
 from crosscheck.models.robot.robot import Robot
 from crosscheck.recordings.record import Record
@@ -61,7 +64,10 @@ class SineMotion:
 
 @dataclass(frozen=True)
 class GivenMotion:
-    """A motion from a file, as a spline (n,) of fifth degree over times [s] from first to last."""
+    """A motion as a spline (n,) of fifth degree over times [s] from first to last.
+
+    where: its file, or words on where else it comes from.
+    """
 
     where: str
     spline: BSpline
@@ -117,9 +123,65 @@ def make_excitation(model: RobotModel, seed: int, grid: int = GRID) -> SineMotio
     swept = SWEPT * (ranges[:, 1] - ranges[:, 0]) / (highest - lowest)
     factor = np.minimum(swept, fastest / np.abs(v).max(axis=0))
     middle = ranges.mean(axis=1) - factor * (lowest + highest) / 2
+    if passive := find_passive(robot):
+        middle[passive] = factor[passive] = 0.0
     chosen = SineMotion(seed, PERIOD, middle, sizes * factor[:, None], phases)
     slower, limited_by = _find_period_factor(model, chosen.at(time))
     return replace(chosen, period=PERIOD * slower, limited_by=limited_by)
+
+
+def find_passive(robot: Robot) -> list[int]:
+    """Places among the free coordinates of those without a motor."""
+    return [place for place in range(len(robot.coordinates)) if place not in robot.motors]
+
+
+def release_passive(model: RobotModel, motion: SineMotion, steps: int) -> GivenMotion:
+    """The motion with coordinates that no motor drives as they follow the others, in so many steps.
+
+    They begin where the motion has them, at rates that make their momenta 0. Raises InputError
+    where they come to a pole of their angles.
+    """
+    robot, free = model.robot, find_passive(model.robot)
+    block, step = np.ix_(free, free), motion.period / steps
+
+    def complete(t: float, at: np.ndarray, rate: np.ndarray) -> State:
+        q, v, a = (each[0] for each in motion.at(np.array([t])))
+        q[free], v[free] = at, rate
+        return q, v, a
+
+    def accelerate(t: float, at: np.ndarray, rate: np.ndarray) -> np.ndarray:
+        q, v, a = (each[None] for each in complete(t, at, rate))
+        needed = model.inverse_dynamics(q, v, a)[0, free]
+        return -np.linalg.solve(model.mass_matrix(q)[0][block], needed)
+
+    q, v, _ = complete(0.0, motion.middle[free], 0 * motion.middle[free])
+    mass = model.mass_matrix(q[None])[0]
+    start = q[free], -np.linalg.solve(mass[block], (mass @ v)[free])
+    times = step * np.arange(steps + 1)
+    with require_regular(robot):
+        runs = integrate_steps(
+            accelerate, lambda number: tuple(step * (number + np.array([0, 0.5, 1]))), *start, step
+        )
+        states = [start, *islice(runs, steps)]
+    if not all((np.abs(rates) < FASTEST).all() for _, rates in states):
+        allowed = "come to a pole of their angles or run away; --motion states another motion"
+        names = ", ".join(robot.coordinate_names[place] for place in free)
+        raise InputError(robot.name, "joints", names, allowed)
+    rows = [complete(t, *state)[0] for t, state in zip(times, states, strict=True)]
+    return GivenMotion(f"sums of sines of seed {motion.seed}", make_interp_spline(times, rows, k=5), 0.0, motion.period)
+
+
+def describe_passive(robot: Robot, state: State) -> str:
+    """Words on how far coordinates without a motor move along a motion; empty without any."""
+    joints = [robot.joints[robot.coordinates[place]] for place in find_passive(robot)]
+    ways = np.ptp(state[0], axis=0)[find_passive(robot)]
+    parts = [
+        f"{joint.name} by {np.degrees(way):.3g} degrees"
+        if joint.kind == "revolute"
+        else f"{joint.name} by {way:.3g} m"
+        for joint, way in zip(joints, ways, strict=True)
+    ]
+    return f"moving freely: {', '.join(parts)}" if parts else ""
 
 
 def _find_period_factor(model: RobotModel, motion: State) -> tuple[float, str]:
@@ -131,7 +193,8 @@ def _find_period_factor(model: RobotModel, motion: State) -> tuple[float, str]:
     weight = model.gravity(q)
     rest = model.inverse_dynamics(q, v, a) - weight
     longest, limited_by = 1.0, ""
-    for column, number in enumerate(model.robot.coordinates):
+    for column in model.robot.motors:
+        number = model.robot.coordinates[column]
         joint, held, more = model.robot.joints[number], weight[:, column], rest[:, column]
         effort = joint.limits.effort
         if np.isfinite(effort) and (np.abs(held) < effort).all():
@@ -143,14 +206,14 @@ def _find_period_factor(model: RobotModel, motion: State) -> tuple[float, str]:
 
 
 def find_exceeded_limits(robot: Robot, state: State, torques: np.ndarray) -> list[str]:
-    """A line for every limit of the URDF that a motion or its torques exceed."""
+    """A line for every limit of the URDF that a motion or its motors' torques exceed."""
     messages = []
     q, v, _ = state
-    for column, number in enumerate(robot.coordinates):
-        joint, positions = robot.joints[number], q[:, column]
+    for row, column in enumerate(robot.motors):
+        joint, positions = robot.joints[robot.coordinates[column]], q[:, column]
         for name, most, limit in (
             ("velocity", np.abs(v[:, column]).max(), joint.limits.velocity),
-            ("effort", np.abs(torques[:, column]).max(), joint.limits.effort),
+            ("effort", np.abs(torques[:, row]).max(), joint.limits.effort),
         ):
             if most > LEEWAY * limit:
                 messages.append(

@@ -207,7 +207,8 @@ def describe_result(costs: ShortcutCosts) -> Iterator[str]:
 
 def describe_motion(costs: ShortcutCosts) -> str:
     """The line that names the robot's motion."""
-    return f"motion: {costs.motion}; end effector: {costs.robot.tip}"
+    moving = f"; {costs.passive}" if costs.passive else ""
+    return f"motion: {costs.motion}{moving}; end effector: {costs.robot.tip}"
 
 
 def describe_direct_joints(costs: ShortcutCosts) -> Iterator[str]:
@@ -217,7 +218,7 @@ def describe_direct_joints(costs: ShortcutCosts) -> Iterator[str]:
     direct = [
         joint.name
         for number, joint in enumerate(joints)
-        if number not in geared and not joint.armature
+        if number not in geared and not joint.armature and joint.has_motor
     ]
     if direct:
         yield f"without gears: {', '.join(direct)}"
@@ -323,9 +324,7 @@ def _costs(costs: ShortcutCosts) -> dict[str, object]:
                 "coupling_by_rates_rms": by_rates,
                 "limits": robot.joints[number].limits,
             }
-            for number, (name, unit, largest, by_rates) in zip(
-                robot.coordinates, names, strict=True
-            )
+            for number, (name, unit, largest, by_rates) in zip(costs.joints, names, strict=True)
         ],
         "shortcuts": to_json_value(
             costs.by_joint,

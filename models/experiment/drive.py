@@ -26,9 +26,7 @@ class DriveData(NamedTuple):
     table_torque: np.ndarray
 
 
-def drive_data(
-    scenario: Scenario, joints: int, motors: Sequence[int] | None = None
-) -> DriveData:
+def drive_data(scenario: Scenario, joints: int, motors: Sequence[int] | None = None) -> DriveData:
     """Flatten the scenario's drive for this many joints; motors: those that have one, if not all.
 
     The others have gains and torques of 0.

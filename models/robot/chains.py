@@ -61,7 +61,9 @@ def build_chain(joint: Element, normal: np.ndarray) -> Chain:
             f", where yaw turns about z, then pitch about y, then roll about x; {name}_pitch has"
             f" poles at +-90 degrees, and states have at most {DRAWN_DEG}"
         )
-    if any(value.strip("-+0. ") for each in joint.findall("dynamics") for value in each.attrib.values()):
+    if any(
+        value.strip("-+0. ") for each in joint.findall("dynamics") for value in each.attrib.values()
+    ):
         notes.append(f"dynamics of joint {name}, which is {kind}, are not used")
     return Chain(elements, notes)
 

@@ -113,7 +113,10 @@ def read_urdf(
         if name not in [joint.name for joint in joints]:
             raise InputError(where, "passive_joint", name, "must be a joint of it")
     joints = tuple(replace(each, has_motor=each.name not in passive) for each in joints)
-    notes = [*chain_notes, *_find_unused(root, ("friction",) if include_damping else ("friction", "damping"))]
+    notes = [
+        *chain_notes,
+        *_find_unused(root, ("friction",) if include_damping else ("friction", "damping")),
+    ]
     notes += [each.get("text", "") for each in root.iterfind("mjcf/note")]
     gears = tuple(
         (each.get("joint", ""), f"gear {float(each.get('value', '')):g} of {each.get('of')}")
@@ -392,6 +395,8 @@ def _find_unused(root: Element, dynamics_keys: Sequence[str]) -> Iterator[str]:
     meshes = sum(1 for _ in root.iter("mesh"))
     if meshes:
         yield f"mesh files ({meshes}) are neither needed nor read"
-    others = sorted({each.tag for each in root} - {"link", "joint", "material", "mjcf", "passive_joint"})
+    others = sorted(
+        {each.tag for each in root} - {"link", "joint", "material", "mjcf", "passive_joint"}
+    )
     if others:
         yield f"elements not used: {', '.join(others)}"

@@ -85,7 +85,8 @@ def _complete_rotors(
     """
     geared = {r.joint for r in robot.rotors} | {s.joint for s in robot.stages}
     tables, lacks = dict[str, dict[str, object]](), dict[str, list[str]]()
-    for joint in (robot.joints[n] for n in robot.coordinates if n not in geared):
+    motors = [robot.coordinates[place] for place in robot.motors]
+    for joint in (robot.joints[n] for n in motors if n not in geared):
         gear = stated.get(joint.name, StatedGear())
         inertia = gear.inertia or (None if gear.armature else given.inertia)
         gear = replace(gear, ratio=gear.ratio or given.ratio, inertia=inertia)

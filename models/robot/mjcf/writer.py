@@ -15,6 +15,7 @@ from xml.etree.ElementTree import Element, SubElement, tostring
 import numpy as np
 
 from crosscheck.models.errors import InputError
+from crosscheck.models.robot.chains import UNLIMITED
 from crosscheck.models.robot.mjcf.notes import (
     count_touching_geoms,
     find_weight_shares,
@@ -22,7 +23,6 @@ from crosscheck.models.robot.mjcf.notes import (
     is_disabled,
     list_notes,
 )
-from crosscheck.models.robot.chains import UNLIMITED
 from crosscheck.models.robot.robot import Placement
 from crosscheck.models.robot.urdf import roll_pitch_yaw
 
