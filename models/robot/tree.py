@@ -224,7 +224,7 @@ def _root_of_mass_matrix(joints: Sequence[Joint], bodies: Sequence[RobotBody]) -
         leader, factor = (joint.mimic.joint, joint.mimic.multiplier) if joint.mimic else (number, 1)
         if joint.kind == "revolute":
             motion[3:, free.index(leader)] += factor * axis
-            pose = Placement(_axis_rotation(axis, angle) @ home.rotation, home.position)
+            pose = Placement(rotate_about(axis, angle) @ home.rotation, home.position)
         else:
             motion[:3, free.index(leader)] += factor * axis
             pose = Placement(home.rotation, home.position + angle * axis)
@@ -242,7 +242,7 @@ def _point_motion(motion: np.ndarray, arm: np.ndarray) -> np.ndarray:
     return np.vstack([motion[:3] + np.cross(motion[3:].T, arm).T, motion[3:]])
 
 
-def _axis_rotation(axis: np.ndarray, angle: float) -> np.ndarray:
+def rotate_about(axis: np.ndarray, angle: float) -> np.ndarray:
     """Rotation (3, 3) about a unit vector."""
     cross = np.cross(np.eye(3), -axis)
     rotation: np.ndarray = np.eye(3) + np.sin(angle) * cross + (1 - np.cos(angle)) * cross @ cross

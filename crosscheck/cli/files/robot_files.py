@@ -69,7 +69,8 @@ def load_as_robot(
         tables |= {joint: {**tables.get(joint, {}), **rotor} for joint, rotor in rotors.items()}
         robot = build_robot(validate_record(RobotFile, content, name), text.urdf, name, name)
     elif any(numbers) or not has_rotors:
-        allowed = f"{'; '.join(lacks)}{STATE_ROTORS}" if lacks else "each has a rotor"
+        enough = "each has a rotor" if robot.motors else "no motor drives any"
+        allowed = f"{'; '.join(lacks)}{STATE_ROTORS}" if lacks else enough
         raise InputError(name, "joints", None, allowed)
     if not robot.friction.any():
         return robot

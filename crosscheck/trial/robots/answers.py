@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from typing import Any
 
 import numpy as np
@@ -171,8 +171,10 @@ def bind_functions(
 ) -> tuple[tuple[int, ...], dict[str, NamedCall | MotorCall]]:
     """The coordinates that a motor moves, from 0, and the functions of equations by their part.
 
-    Raises InputError.
+    Joints that the robot's file leaves without a motor have none. Raises InputError.
     """
+    if equations.drive is None and len(robot.motors) < len(robot.coordinates):
+        equations = replace(equations, drive=[place + 1 for place in robot.motors])
     given = {part: getattr(equations, part) for part in TAKES}
     calls = {
         part: make_named_call(function, part, in_order=True)

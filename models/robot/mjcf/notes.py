@@ -66,8 +66,8 @@ def list_notes(mujoco: Any, model: Any, touching: int) -> Iterator[str]:
                 yield f"{field.words} of {field.kind} {', '.join(names)} is not used"
     balls = [
         _name(model, "joint", number)
-        for number in np.flatnonzero(model.jnt_type == mujoco.mjtJoint.mjJNT_BALL)
-        if model.jnt_limited[number]
+        for number in range(model.njnt)
+        if model.jnt_type[number] == mujoco.mjtJoint.mjJNT_BALL and model.jnt_limited[number]
     ]
     if balls:
         yield f"range of ball {', '.join(balls)} is not used"
