@@ -21,7 +21,9 @@ from crosscheck.models.robot.robot import BASE, Placement, Robot
 from crosscheck.models.robot.tree import HOME, compose, rotate_about
 from crosscheck.planning.comparison import Comparison
 
-DRIFT_STEPS = 20  # coarse steps of a run in which momenta are conserved; fine ones are twice as many
+DRIFT_STEPS = (
+    20  # coarse steps of a run in which momenta are conserved; fine ones are twice as many
+)
 CONSERVED = 1e-9  # how far from 1 the eigenvalue of a conserved direction may be
 
 
@@ -192,4 +194,4 @@ def _check_drifts(about: Subject, drifts: np.ndarray, case: RobotLevel) -> Findi
     coarse, fine = drifts
     tolerance = TOLERANCE + float(np.abs(coarse - fine).max()) / 4
     basis = f"{TOLERANCE:g} of the momenta, and a fourth of what halving the steps changes"
-    return check_share(about, share_of((16 * fine - coarse) / 15, 1.0), tolerance, basis)
+    return check_share(about, share_of((16 * fine - coarse) / 15, np.ones(1)), tolerance, basis)

@@ -168,7 +168,12 @@ def release_passive(model: RobotModel, motion: SineMotion, steps: int) -> GivenM
         names = ", ".join(robot.coordinate_names[place] for place in free)
         raise InputError(robot.name, "joints", names, allowed)
     rows = [complete(t, *state)[0] for t, state in zip(times, states, strict=True)]
-    return GivenMotion(f"sums of sines of seed {motion.seed}", make_interp_spline(times, rows, k=5), 0.0, motion.period)
+    return GivenMotion(
+        f"sums of sines of seed {motion.seed}",
+        make_interp_spline(times, rows, k=5),
+        0.0,
+        motion.period,
+    )
 
 
 def describe_passive(robot: Robot, state: State) -> str:

@@ -9,16 +9,22 @@ import pytest
 from scipy.spatial.transform import Rotation
 
 from crosscheck.analytic.robot.springs import largest_stable_step
+from crosscheck.checks.momentum import find_conserved_directions
 from crosscheck.checks.robot_states import sample_states
+from crosscheck.cost.output import describe_result
+from crosscheck.cost.shortcuts import QUICK, compute_costs
+from crosscheck.identification.mechanism import SpatialRobot
 from crosscheck.models.errors import InputError
-from crosscheck.models.experiment.scenario import ConstantDrive, Scenario
+from crosscheck.models.experiment.scenario import ConstantDrive, Scenario, Start
 from crosscheck.models.loading import load_scenario
 from crosscheck.models.robot.file import RobotSource, load_robot
 from crosscheck.models.robot.robot import Robot
 from crosscheck.planning.robots import compare_engines
 from crosscheck.registry import build_robot_experiment, build_robot_model
+from crosscheck.trial.input.equations import Equations
 from tests.loops import require_items
 from tests.robots.chains import ENGINES, Solid, joint, link, robot, urdf
+from tests.robots.trials import run_robot_trial
 
 WEIGHTLESS = {"gravity_m_per_s2": [0, 0, 0]}
 SATELLITE = Solid(40.0, (0.05, 0.02, -0.03), (5, 0.3, -0.2, 6, 0.1, 7))
@@ -247,3 +253,117 @@ def test_ranges_and_dynamics_of_a_ball_are_named(tmp_path):
     assert "range of ball b is not used" in notes
     assert "dynamics of joint b, which is ball, are not used" in notes
     assert not ElementTree.fromstring(load_robot(str(file)).urdf).findall("joint/dynamics")
+
+
+def find_poses(q: np.ndarray) -> list[tuple[np.ndarray, Rotation]]:
+    """Places and rotations of the satellite and its arm's links, by their own kinematics."""
+    turn = Rotation.from_euler("ZYX", q[3:6])
+    upper = turn * Rotation.from_rotvec([0, 0, q[6]])
+    elbow = q[:3] + turn.apply([0.5, 0.1, 0.2])
+    fore = elbow + upper.apply([0.9, 0, 0.1]), upper * Rotation.from_rotvec([0, q[7], 0])
+    return [(q[:3], turn), (elbow, upper), fore]
+
+
+def kinetic_energy(q: np.ndarray, v: np.ndarray, step: float = 1e-5) -> float:
+    """Of bodies that move between two poses, and of rotors that spin on satellite and upper arm."""
+    energy, rates = 0.0, []
+    poses = zip(find_poses(q - step * v), find_poses(q + step * v), strict=True)
+    for solid, ((place, turn), (place_after, turn_after)) in zip(
+        (SATELLITE, UPPER, FORE), poses, strict=True
+    ):
+        speed = place_after + turn_after.apply(solid.com) - place - turn.apply(solid.com)
+        rate = (turn.inv() * turn_after).as_rotvec() / (2 * step)
+        xx, xy, xz, yy, yz, zz = solid.inertia
+        inertia = np.array([[xx, xy, xz], [xy, yy, yz], [xz, yz, zz]])
+        energy += solid.mass * speed @ speed / (2 * step) ** 2 / 2 + rate @ inertia @ rate / 2
+        rates.append(rate)
+    oblique, along = rates[0] @ [0, 0.6, 0.8] + 50 * v[6], rates[1][1] - 80 * v[7]
+    return energy + (3e-4 * oblique**2 + 2e-4 * along**2) / 2
+
+
+def test_kinetic_energy_of_a_satellite_with_rotors_is_that_of_its_bodies():
+    own = free_robot()
+    states = sample_states(own, 10, 0)
+    for name in ENGINES:
+        energies = build_robot_model(name, own, "coupled").energy(states.q, states.v)
+        expected = [kinetic_energy(*each) for each in zip(states.q, states.v, strict=True)]
+        assert energies == pytest.approx(expected, rel=1e-8)  # differences over 1e-5
+
+
+def test_momenta_stay_over_two_seconds():
+    """Linear and angular about the inertial origin, of an arm that its motors drive hard."""
+    own = free_robot()
+    start = Start(theta_dot_rad_per_s=(0.1, 0.2, -0.1, 0.2, 0.1, -0.3, 0.4, -0.5))
+    drive = ConstantDrive(kind="constant", torque_N_m=(3.0, -2.0))
+    scenario = experiment(duration_s=2.0, step_s=1e-3, start=start, drive=drive)
+    model = build_robot_model("analytic", own, "coupled")
+    q, v = model.integrate(scenario)
+    assert np.ptp(q[:, 3]) > 0.15
+    momenta = model.momentum(q, v)
+    size = np.abs(momenta).max()
+    assert size > 10
+    assert np.abs(momenta - momenta[0]).max() < 1e-9 * size
+
+
+def test_joints_accelerate_by_the_reduced_mass_matrix():
+    """H* = H_m - H_bm' H_b^-1 H_bm of a base that is free, against a run's start from rest."""
+    own = free_robot()
+    scenario = experiment(drive=ConstantDrive(kind="constant", torque_N_m=(3.0, -2.0)))
+    for name in require_items(ENGINES):
+        run = build_robot_experiment(f"{name}:coupled", own, scenario, None).simulate()
+        mass = build_robot_model(name, own, "coupled").mass_matrix(np.zeros((1, 8)))[0]
+        reduced = mass[6:, 6:] - mass[6:, :6] @ np.linalg.solve(mass[:6, :6], mass[:6, 6:])
+        accelerations = run["theta_ddot"].values[0, 6:]
+        assert reduced @ accelerations == pytest.approx([3.0, -2.0], rel=1e-11)
+
+
+def test_conserved_directions_are_those_in_which_the_ground_leaves_free():
+    """All six of what floats; two and one in a plane; about a ball's centre; none with friction."""
+    counts = {"floating": 6, "planar": 3, "ball": 3}
+    for kind, count in require_items(counts.items()):
+        place = '<origin xyz="1 2 3"/><axis xyz="0 0 1"/>'
+        directions = find_conserved_directions(free_robot(kind, place))
+        assert directions.shape == (count, 6)
+    centre = np.array([1, 2, 3])
+    for linear, angular in zip(directions[:, :3], directions[:, 3:], strict=True):
+        assert linear == pytest.approx(np.cross(centre, angular), abs=1e-12)
+    rubbing = GEARS | {"base_x": {"kind": "direct", "friction_N_m_s_per_rad": 1.0}}
+    assert not find_conserved_directions(free_robot(gears=rubbing)).size
+    heavy = robot(urdf(link("inertial"), *ARM, moved("floating")))
+    assert not find_conserved_directions(heavy).size
+
+
+def test_cost_is_of_motors_and_says_how_the_base_moves():
+    """In a motion that begins without momentum, in which nothing but the arm moves the base."""
+    own = free_robot()
+    costs = compute_costs(own, 0, QUICK, lambda *progress: None)
+    assert costs.names == ("j1", "j2")
+    assert costs.torques.shape == (QUICK.instants, 2)
+    assert "base_yaw by" in costs.passive
+    state = costs.motion.at(costs.time[10:-10])
+    model = build_robot_model("pinocchio", own, "coupled")
+    forces = np.abs(model.inverse_dynamics(*state)).max(axis=0)
+    assert forces[:6].max() < 1e-4 * forces[6:].min()
+    momenta = np.abs(model.momentum(*state[:2])).max()
+    assert momenta < 1e-5 * np.abs(model.momentum(state[0], state[1] * ([0] * 6 + [1] * 2))).max()
+    words = " ".join(describe_result(costs))
+    assert "moving freely: base_x by" in words
+    assert "without gears: base" not in words
+
+
+def test_compare_needs_a_motor_at_each_joint():
+    with pytest.raises(InputError, match=r"base_x, .*base_roll.*no motor drives these"):
+        SpatialRobot(free_robot())
+
+
+def test_a_trial_takes_torques_of_the_motors():
+    """As a number for each of them; a function without any forgets them."""
+    own = free_robot()
+    model = build_robot_model("analytic", own, "coupled")
+
+    def accelerate(q, v, torque):
+        return model.forward_dynamics(q[None], v[None], np.pad(torque, (6, 0))[None])[0]
+
+    assert run_robot_trial(Equations(acceleration=accelerate), own).agrees
+    forgotten = Equations(acceleration=lambda q, v: accelerate(q, v, np.zeros(2)))
+    assert not run_robot_trial(forgotten, own).agrees
