@@ -8,7 +8,7 @@ from collections.abc import Callable, Iterator
 from functools import cache, partial
 from pathlib import Path
 
-from crosscheck.models.arm.arm import Arm, Direct, Link, Planetary
+from crosscheck.models.arm.arm import Arm, Direct, FreeArm, FreeBase, Link, Planetary
 from crosscheck.models.arm.mesh import Mesh
 from crosscheck.models.arm.quantities import Data, format_number
 from crosscheck.models.arm.stiffness import (
@@ -58,17 +58,19 @@ from crosscheck.studies.definition.quantities import (
 DOCS = Path(__file__).parents[1] / "docs" / "reference"
 LEAST_ELSEWHERE = 5  # equal rows for which a reader is sent to another page
 BEGIN, END = "<!-- fields: made by tools.reference -->\n", "<!-- end of fields -->\n"
-FILES: dict[str, type[Data]] = {
-    "arm-file.md": Arm,
-    "scenario-file.md": Scenario,
-    "studies.md": Definition,
-    "robot-file.md": RobotFile,
+FILES: dict[str, tuple[type[Data], ...]] = {
+    "arm-file.md": (Arm, FreeArm),
+    "scenario-file.md": (Scenario,),
+    "studies.md": (Definition,),
+    "robot-file.md": (RobotFile,),
 }
 HEADINGS: dict[type[Data], str] = {
     Arm: "The arm",
     Planetary: "Planetary joint",
     Direct: "Direct joint",
     Link: "Link",
+    FreeArm: "Arm on a free base",
+    FreeBase: "Free base",
     Mesh: "Mesh",
     SineStiffness: "Stiffness: sine",
     FourierStiffness: "Stiffness: Fourier",
@@ -146,8 +148,9 @@ PAGES: dict[str, Callable[[], str]] = {
 def _find_places() -> dict[type[Data], str]:
     """The page of each record: the first whose file may hold it."""
     places: dict[type[Data], str] = {}
-    for page, top in FILES.items():
-        places |= {each: page for each in list_records_below(top) if each not in places}
+    for page, tops in FILES.items():
+        for top in tops:
+            places |= {each: page for each in list_records_below(top) if each not in places}
     return places
 
 

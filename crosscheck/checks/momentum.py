@@ -21,9 +21,7 @@ from crosscheck.models.robot.robot import BASE, Placement, Robot
 from crosscheck.models.robot.tree import HOME, compose, rotate_about
 from crosscheck.planning.comparison import Comparison
 
-DRIFT_STEPS = (
-    20  # coarse steps of a run in which momenta are conserved; fine ones are twice as many
-)
+DRIFT_STEPS = 20  # of a run with coarse steps, in which momenta are conserved; fine: twice as many
 CONSERVED = 1e-9  # how far from 1 the eigenvalue of a conserved direction may be
 
 

@@ -19,14 +19,14 @@ UNLIMITED = 1e18  # limit of a sliding joint without limits, as in URDFs
 DRAWN_DEG = 70  # largest angle between two others that states have, which are singular at 90
 
 
-class Chain(NamedTuple):
+class JointChain(NamedTuple):
     """A joint's chain, as elements of a URDF: joints, links and passive joints; what to know."""
 
     elements: list[Element]
     notes: list[str]
 
 
-def build_chain(joint: Element, normal: np.ndarray) -> Chain:
+def build_chain(joint: Element, normal: np.ndarray) -> JointChain:
     """The chain of a URDF's joint of several degrees of freedom; normal (3,): of a planar one.
 
     No motor drives its joints. The placement is that of the first, and the last moves the child.
@@ -65,7 +65,7 @@ def build_chain(joint: Element, normal: np.ndarray) -> Chain:
         value.strip("-+0. ") for each in joint.findall("dynamics") for value in each.attrib.values()
     ):
         notes.append(f"dynamics of joint {name}, which is {kind}, are not used")
-    return Chain(elements, notes)
+    return JointChain(elements, notes)
 
 
 def _complete_axes(normal: np.ndarray) -> np.ndarray:

@@ -6,18 +6,27 @@ from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import replace
 from functools import lru_cache, partial
 from pathlib import Path
-from typing import Annotated, Any, ClassVar, Literal, get_args
+from typing import TYPE_CHECKING, Annotated, Any, ClassVar, Literal, get_args
 
 import numpy as np
 from pydantic import Field
 
 from crosscheck.models.arm import quantities
+from crosscheck.models.arm.arm import FreeArm
 from crosscheck.models.arm.gears import PlanetaryStage
 from crosscheck.models.arm.planets import find_unlike_fields
 from crosscheck.models.arm.quantities import Data
 from crosscheck.models.errors import InputError
 from crosscheck.models.file_kind import XmlKind, describe_xml_kind
-from crosscheck.models.files import HERE, LARGEST_FILE, builtin_robots, is_urdf, read_raw_robot
+from crosscheck.models.files import (
+    HERE,
+    LARGEST_FILE,
+    builtin_robots,
+    is_urdf,
+    parse_toml,
+    read_raw_arm,
+    read_raw_robot,
+)
 from crosscheck.models.inputs import read_input
 from crosscheck.models.loading import validate_record
 from crosscheck.models.robot import robot
@@ -26,6 +35,10 @@ from crosscheck.models.robot.robot import BASE, Joint, LinkFrame, Robot
 from crosscheck.models.robot.tree import Tree, build_tree
 from crosscheck.models.robot.urdf import Urdf, read_urdf
 
+if TYPE_CHECKING:
+    from crosscheck.models.robot.planar import RobotText
+
+TOML = ".toml"
 Ratio = Annotated[float, quantities.NumberRange(-1e6, 1e6)]
 Component = Annotated[float, quantities.NumberRange(-1e3, 1e3)]
 _, LINK_MASS = get_args(quantities.GearMass)  # which masses the file may state
@@ -154,10 +167,16 @@ def load_urdf(name: str) -> tuple[Urdf, str]:
 
 
 def read_robot_file(name: str) -> dict[str, Any]:
-    """The content of a robot's file, unvalidated, or the same of a URDF. Raises InputError."""
-    if not is_urdf(name):
-        return read_raw_robot(name)
+    """The content of a robot's file, unvalidated, or the same of a URDF or an arm on a free base.
+
+    Raises InputError.
+    """
     path = Path(name)
+    if not is_urdf(name):
+        content = read_raw_robot(name)
+        if "base" in content and "urdf" not in content:
+            return parse_toml(_write_free_arm(path, content).file)
+        return content
     alone = {"schema_version": 1, "name": path.stem, "urdf": path.name}
     text = _read_xml(path)
     if describe_xml_kind(text) is XmlKind.MJCF:
@@ -332,9 +351,24 @@ def _default_tip(joints: Sequence[Joint], frames: Mapping[str, LinkFrame]) -> st
 
 
 def read_text(path: Path) -> str:
-    """The text of a URDF, or of the URDF made of an MJCF file. Raises InputError."""
+    """The text of a URDF, or of the URDF made of an MJCF file or of an arm on a free base.
+
+    Raises InputError.
+    """
     text = _read_xml(path)
+    if describe_xml_kind(text) is None and path.suffix == TOML:
+        return _write_free_arm(path, read_raw_arm(str(path))).urdf
     return read_mjcf(path, text).urdf if describe_xml_kind(text) is XmlKind.MJCF else text
+
+
+def _write_free_arm(path: Path, content: dict[str, Any]) -> RobotText:
+    """The robot that an arm on a free base is, which names the arm's file as its URDF.
+
+    Raises InputError.
+    """
+    from crosscheck.models.robot.planar import write_arm_as_robot  # which builds robots by this
+
+    return write_arm_as_robot(validate_record(FreeArm, content, str(path)), path.name)
 
 
 def _read_xml(path: Path) -> str:
