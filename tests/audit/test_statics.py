@@ -147,8 +147,6 @@ def test_momenta_stay_zero(scenario):
         model = build_robot_model(engine, _robot(case.arm, 500.0), "coupled")
         brief = case.scenario.model_copy(update={"step_s": 1e-3, "record_every": 10})
         q, v = model.integrate(brief)
-            case.scenario.model_copy(update={"step_s": 1e-3, "record_every": 10})
-        )
         assert np.abs(q[:, :3]).max() > 1e-3  # it does move
         assert np.abs(model.momentum(q, v)).max() < 1e-6  # integration, of order 100
 
