@@ -126,7 +126,7 @@ def largest_stable_step(model: RobotModel, scenario: Scenario) -> float:
     start, _ = start_state(robot, model.level, scenario)
     poses = np.tile(start, (5, 1))
     poses[1:, :free] = QUARTER * np.arange(4)[:, None]
-    for place in set(range(free)) - set(robot.motors):
+    for place in robot.passive:
         limits = robot.joints[robot.coordinates[place]].limits
         poses[1:, place] = np.clip(poses[1:, place], limits.lower, limits.upper)
     still, none = np.zeros_like(poses), np.zeros((5, free))

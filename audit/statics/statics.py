@@ -9,6 +9,7 @@ import numpy as np
 
 from crosscheck.analytic.model import PhysicalModel
 from crosscheck.analytic.paper.model import EnergiesModel, PrintedModel
+from crosscheck.analytic.robot.model import AnalyticRobot
 from crosscheck.audit.experiments.study import Question, Records
 from crosscheck.audit.experiments.variant import Numbers
 from crosscheck.audit.measures.stage import PaperStage, paper_stage
@@ -29,7 +30,6 @@ from crosscheck.models.experiment.scenario import (
 from crosscheck.models.loading import Case, load_arm, load_case, load_scenario
 from crosscheck.models.robot.planar import build_level_robots, build_planar_robot
 from crosscheck.models.robot.robot import Level, Robot
-from crosscheck.registry import build_robot_model
 
 EVERY = "scenario.record_every=1000"  # 10 ms
 LEVEL: Level = "coupled"
@@ -75,14 +75,14 @@ def arm_mass(arm: Arm) -> float:
 
 def tip_path(robot: Robot, scenario: Scenario) -> np.ndarray:
     """The tip in the inertial frame (times, 2) [m] along a scenario, the base begun at rest."""
-    free = len(robot.coordinates) - len(robot.motors)
     start = scenario.start.model_copy(
         update={
-            name: (0.0,) * free + expand_to_joints(getattr(scenario.start, name), len(robot.motors))
+            name: (0.0,) * len(robot.passive)
+            + expand_to_joints(getattr(scenario.start, name), len(robot.motors))
             for name in ("theta_rad", "theta_dot_rad_per_s")
         }
     )
-    model = build_robot_model("analytic", robot, LEVEL)
+    model = AnalyticRobot(robot, LEVEL)
     q, _ = model.integrate(scenario.model_copy(update={"start": start}))
     return model.tip(q)[:, :2]
 

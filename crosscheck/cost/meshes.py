@@ -7,7 +7,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from crosscheck.analytic.robot.springs import mesh_rates, tooth_springs
-from crosscheck.cost.motion import RobotMotion, State, find_passive
+from crosscheck.cost.motion import RobotMotion, State
 from crosscheck.models.robot.integration import integrate
 from crosscheck.models.robot.interface import RobotModel
 
@@ -106,7 +106,7 @@ def _compute_distances(
 def motor_torques(model: RobotModel, state: State) -> np.ndarray:
     """Torques (states, n) of a motion, 0 where no motor exerts them."""
     torques = model.inverse_dynamics(*state)
-    torques[:, find_passive(model.robot)] = 0.0
+    torques[:, model.robot.passive] = 0.0
     return torques
 
 

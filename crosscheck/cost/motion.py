@@ -123,16 +123,10 @@ def make_excitation(model: RobotModel, seed: int, grid: int = GRID) -> SineMotio
     swept = SWEPT * (ranges[:, 1] - ranges[:, 0]) / (highest - lowest)
     factor = np.minimum(swept, fastest / np.abs(v).max(axis=0))
     middle = ranges.mean(axis=1) - factor * (lowest + highest) / 2
-    if passive := find_passive(robot):
-        middle[passive] = factor[passive] = 0.0
+    middle[robot.passive] = factor[robot.passive] = 0.0
     chosen = SineMotion(seed, PERIOD, middle, sizes * factor[:, None], phases)
     slower, limited_by = _find_period_factor(model, chosen.at(time))
     return replace(chosen, period=PERIOD * slower, limited_by=limited_by)
-
-
-def find_passive(robot: Robot) -> list[int]:
-    """Places among the free coordinates of those without a motor."""
-    return [place for place in range(len(robot.coordinates)) if place not in robot.motors]
 
 
 def release_passive(model: RobotModel, motion: SineMotion, steps: int) -> GivenMotion:
@@ -141,7 +135,7 @@ def release_passive(model: RobotModel, motion: SineMotion, steps: int) -> GivenM
     They begin where the motion has them, at rates that make their momenta 0. Raises InputError
     where they come to a pole of their angles.
     """
-    robot, free = model.robot, find_passive(model.robot)
+    robot, free = model.robot, model.robot.passive
     block, step = np.ix_(free, free), motion.period / steps
 
     def complete(t: float, at: np.ndarray, rate: np.ndarray) -> State:
@@ -178,8 +172,8 @@ def release_passive(model: RobotModel, motion: SineMotion, steps: int) -> GivenM
 
 def describe_passive(robot: Robot, state: State) -> str:
     """Words on how far coordinates without a motor move along a motion; empty without any."""
-    joints = [robot.joints[robot.coordinates[place]] for place in find_passive(robot)]
-    ways = np.ptp(state[0], axis=0)[find_passive(robot)]
+    joints = [robot.joints[robot.coordinates[place]] for place in robot.passive]
+    ways = np.ptp(state[0], axis=0)[robot.passive]
     parts = [
         f"{joint.name} by {np.degrees(way):.3g} degrees"
         if joint.kind == "revolute"

@@ -15,7 +15,6 @@ from crosscheck.cost.motion import (
     State,
     describe_passive,
     find_exceeded_limits,
-    find_passive,
     make_excitation,
     release_passive,
 )
@@ -171,7 +170,7 @@ def compute_costs(
     progress("moving the robot", 1, 4)
     exact = build_robot_model(reference_engine(), robot, "coupled")
     motion, motors = given or make_excitation(exact, seed), robot.motors
-    if isinstance(motion, SineMotion) and find_passive(robot):
+    if isinstance(motion, SineMotion) and robot.passive:
         motion = release_passive(exact, motion, extent.instants)
     time = motion.instants(extent.instants)
     state = motion.at(time)

@@ -214,10 +214,10 @@ class SpatialRobot(ComparedMechanism):
 
     def __init__(self, robot: Robot, links: Mapping[str, UrdfLink] | None = None) -> None:
         self.robot = robot
-        passive = [name for n, name in enumerate(robot.coordinate_names) if n not in robot.motors]
-        if passive:
+        if robot.passive:
+            names = ", ".join(robot.coordinate_names[place] for place in robot.passive)
             allowed = "compare needs a torque of each joint, and no motor drives these"
-            raise InputError(robot.name, "joints", ", ".join(passive), allowed)
+            raise InputError(robot.name, "joints", names, allowed)
         if links is None:
             links = {
                 link.name: link

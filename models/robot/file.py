@@ -38,7 +38,6 @@ from crosscheck.models.robot.urdf import Urdf, read_urdf
 if TYPE_CHECKING:
     from crosscheck.models.robot.planar import RobotText
 
-TOML = ".toml"
 Ratio = Annotated[float, quantities.NumberRange(-1e6, 1e6)]
 Component = Annotated[float, quantities.NumberRange(-1e3, 1e3)]
 _, LINK_MASS = get_args(quantities.GearMass)  # which masses the file may state
@@ -356,7 +355,7 @@ def read_text(path: Path) -> str:
     Raises InputError.
     """
     text = _read_xml(path)
-    if describe_xml_kind(text) is None and path.suffix == TOML:
+    if describe_xml_kind(text) is None and "base" in text:
         return _write_free_arm(path, read_raw_arm(str(path))).urdf
     return read_mjcf(path, text).urdf if describe_xml_kind(text) is XmlKind.MJCF else text
 

@@ -276,6 +276,11 @@ class Robot:
         return [n for n, place in enumerate(self.coordinates) if self.joints[place].has_motor]
 
     @property
+    def passive(self) -> list[int]:
+        """Places among the free coordinates of those without a motor."""
+        return [n for n in range(len(self.coordinates)) if n not in self.motors]
+
+    @property
     def coordinate_names(self) -> list[str]:
         """Names of the joints whose coordinates are free."""
         return [self.joints[number].name for number in self.coordinates]

@@ -1,5 +1,6 @@
 """Joints of several degrees of freedom: chains without motors that move as their bodies do."""
 
+from dataclasses import replace
 from xml.etree import ElementTree
 
 import mujoco
@@ -21,7 +22,7 @@ from crosscheck.models.robot.file import RobotSource, load_robot
 from crosscheck.models.robot.robot import Robot
 from crosscheck.planning.robots import compare_engines
 from crosscheck.registry import build_robot_experiment, build_robot_model
-from crosscheck.trial.input.equations import Equations
+from crosscheck.trial.input.equations import Coordinates, Equations
 from tests.loops import require_items
 from tests.robots.chains import ENGINES, Solid, joint, link, robot, urdf
 from tests.robots.trials import run_robot_trial
@@ -71,34 +72,42 @@ def slope(function, q, v, step=1e-5):
     return (function(q + step * v) - function(q - step * v)) / (2 * step)
 
 
-def test_a_floating_base_moves_as_pinocchios_free_flyer():
-    """Twists of a quaternion's joint are S(q) q'; M and bias are then S' M S and S' (h + M S' q').
-
-    Bias by a difference of S: 1e-9 of it.
-    """
-    own = free_robot(gears={})
-    text = urdf(*ARM)
-    tree = pin.buildModelFromXML(text, pin.JointModelFreeFlyer())
+def free_flyer():
+    """Pinocchio's tree of the arm on a free flyer; S(q), by which its velocities are S q'."""
+    tree = pin.buildModelFromXML(urdf(*ARM), pin.JointModelFreeFlyer())
     tree.gravity.linear = np.zeros(3)
-    data = tree.createData()
 
     def twists(q: np.ndarray) -> np.ndarray:
-        """The base's linear velocity is in its own frame too."""
         s = np.eye(8)
         s[:3, :3] = Rotation.from_euler("ZYX", q[3:6]).as_matrix().T
         s[3:6, 3:6] = body_rates(q[3:6])
         return s
 
+    return tree, twists
+
+
+def place(q: np.ndarray) -> np.ndarray:
+    """A configuration of that tree."""
+    return np.concatenate([q[:3], Rotation.from_euler("ZYX", q[3:6]).as_quat(), q[6:]])
+
+
+def symmetric(upper: np.ndarray) -> np.ndarray:
+    return np.triu(upper) + np.triu(upper, 1).T
+
+
+def test_a_floating_base_moves_as_pinocchios_free_flyer():
+    """Twists of a quaternion's joint are S(q) q'; M and bias are then S' M S and S' (h + M S' q').
+
+    Bias by a difference of S: 1e-9 of it.
+    """
+    own, (tree, twists) = free_robot(gears={}), free_flyer()
+    data = tree.createData()
     states = sample_states(own, 10, 0)
     models = [build_robot_model(name, own, "links") for name in ENGINES]
     for q, v in require_items(zip(states.q, states.v, strict=True)):
         s = twists(q)
-        turn = Rotation.from_euler("ZYX", q[3:6]).as_quat()
-        at = np.concatenate([q[:3], turn, q[6:]])
-        full = pin.crba(tree, data, at).copy()
-        full = np.triu(full) + np.triu(full, 1).T
-        mass = s.T @ full @ s
-        force = pin.rnea(tree, data, at, s @ v, slope(twists, q, v) @ v)
+        mass = s.T @ symmetric(pin.crba(tree, data, place(q))) @ s
+        force = pin.rnea(tree, data, place(q), s @ v, slope(twists, q, v) @ v)
         for model in models:
             assert model.mass_matrix(q[None])[0] == pytest.approx(mass, rel=1e-12, abs=1e-12)
             bias = model.bias(q[None], v[None])[0]
@@ -367,3 +376,20 @@ def test_a_trial_takes_torques_of_the_motors():
     assert run_robot_trial(Equations(acceleration=accelerate), own).agrees
     forgotten = Equations(acceleration=lambda q, v: accelerate(q, v, np.zeros(2)))
     assert not run_robot_trial(forgotten, own).agrees
+
+
+def test_equations_in_a_twist_of_the_base_are_carried_to_its_euler_rates():
+    """All of Pinocchio's free flyer; with two of its angular velocities swapped it is wrong."""
+    own, (tree, twists) = free_robot(gears={}), free_flyer()
+    data, still = tree.createData(), np.zeros(8)
+    equations = Equations(
+        mass_matrix=lambda q: symmetric(pin.crba(tree, data, place(q))),
+        bias=lambda q, v: pin.rnea(tree, data, place(q), v, still),
+        inverse_dynamics=lambda q, v, a: pin.rnea(tree, data, place(q), v, a),
+        acceleration=lambda q, v, torque: pin.aba(tree, data, place(q), v, np.pad(torque, (6, 0))),
+        coordinates=Coordinates(velocities=twists),
+        level="links",
+    )
+    assert run_robot_trial(equations, own, quick=True).agrees
+    swapped = Coordinates(velocities=lambda q: twists(q)[[0, 1, 2, 3, 5, 4, 6, 7]])
+    assert not run_robot_trial(replace(equations, coordinates=swapped), own, quick=True).agrees

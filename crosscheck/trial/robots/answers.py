@@ -173,7 +173,7 @@ def bind_functions(
 
     Joints that the robot's file leaves without a motor have none. Raises InputError.
     """
-    if equations.drive is None and len(robot.motors) < len(robot.coordinates):
+    if equations.drive is None and robot.passive:
         equations = replace(equations, drive=[place + 1 for place in robot.motors])
     given = {part: getattr(equations, part) for part in TAKES}
     calls = {
