@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Iterator
 from dataclasses import dataclass, replace
 from itertools import islice
 
@@ -22,6 +23,7 @@ PERIOD = 4.0  # period [s], longer where effort limits require it
 SWEPT = 0.8  # largest share of a joint's range that the motion covers
 RATE = 1.0  # largest rate of a joint without a velocity limit [rad/s] or [m/s]
 GRID = 2000  # instants per period at which limits are enforced
+FREE_STEPS = 800  # steps in which coordinates without a motor move for a period
 LEEWAY = 1.01  # factor on a limit, for the instants in between
 LEAST_S = 1.1  # shortest motion that can be given [s]; a run takes one second of it
 State = tuple[np.ndarray, np.ndarray, np.ndarray]  # coordinates, rates, accelerations
@@ -101,7 +103,7 @@ def fit_motion(record: Record) -> GivenMotion:
 
 
 def make_excitation(model: RobotModel, seed: int, grid: int = GRID) -> SineMotion:
-    """A random motion within limits of position, rate and effort.
+    """A random motion within limits of position, rate and effort; what has no motor stands still.
 
     Args:
         model: The model that gives the torques.
@@ -129,14 +131,16 @@ def make_excitation(model: RobotModel, seed: int, grid: int = GRID) -> SineMotio
     return replace(chosen, period=PERIOD * slower, limited_by=limited_by)
 
 
-def release_passive(model: RobotModel, motion: SineMotion, steps: int) -> GivenMotion:
-    """The motion with coordinates that no motor drives as they follow the others, in so many steps.
+def release_passive(model: RobotModel, motion: SineMotion) -> RobotMotion:
+    """The motion with coordinates that no motor drives, if any, as they follow the others.
 
     They begin where the motion has them, at rates that make their momenta 0. Raises InputError
     where they come to a pole of their angles.
     """
     robot, free = model.robot, model.robot.passive
-    block, step = np.ix_(free, free), motion.period / steps
+    if not free:
+        return motion
+    block, step = np.ix_(free, free), motion.period / FREE_STEPS
 
     def complete(t: float, at: np.ndarray, rate: np.ndarray) -> State:
         q, v, a = (each[0] for each in motion.at(np.array([t])))
@@ -151,12 +155,12 @@ def release_passive(model: RobotModel, motion: SineMotion, steps: int) -> GivenM
     q, v, _ = complete(0.0, motion.middle[free], 0 * motion.middle[free])
     mass = model.mass_matrix(q[None])[0]
     start = q[free], -np.linalg.solve(mass[block], (mass @ v)[free])
-    times = step * np.arange(steps + 1)
+    times = step * np.arange(FREE_STEPS + 1)
     with require_regular(robot):
         runs = integrate_steps(
             accelerate, lambda number: tuple(step * (number + np.array([0, 0.5, 1]))), *start, step
         )
-        states = [start, *islice(runs, steps)]
+        states = [start, *islice(runs, FREE_STEPS)]
     if not all((np.abs(rates) < FASTEST).all() for _, rates in states):
         allowed = "come to a pole of their angles or run away; --motion states another motion"
         names = ", ".join(robot.coordinate_names[place] for place in free)
@@ -164,23 +168,19 @@ def release_passive(model: RobotModel, motion: SineMotion, steps: int) -> GivenM
     rows = [complete(t, *state)[0] for t, state in zip(times, states, strict=True)]
     return GivenMotion(
         f"sums of sines of seed {motion.seed}",
-        make_interp_spline(times, rows, k=5),
+        make_interp_spline(times, rows, k=DEGREE),
         0.0,
         motion.period,
     )
 
 
-def describe_passive(robot: Robot, state: State) -> str:
-    """Words on how far coordinates without a motor move along a motion; empty without any."""
-    joints = [robot.joints[robot.coordinates[place]] for place in robot.passive]
-    ways = np.ptp(state[0], axis=0)[robot.passive]
-    parts = [
-        f"{joint.name} by {np.degrees(way):.3g} degrees"
-        if joint.kind == "revolute"
-        else f"{joint.name} by {way:.3g} m"
-        for joint, way in zip(joints, ways, strict=True)
-    ]
-    return f"moving freely: {', '.join(parts)}" if parts else ""
+def describe_passive(robot: Robot, q: np.ndarray) -> Iterator[str]:
+    """How far each coordinate without a motor moves along a motion's coordinates q (times, n)."""
+    units = {"rad": (np.degrees(1), "degrees"), "m": (1, "m")}
+    for place in robot.passive:
+        name, way = robot.coordinate_names[place], np.ptp(q[:, place])
+        factor, unit = units[robot.joint_units[name]]
+        yield f"{name} by {factor * way:.3g} {unit}"
 
 
 def _find_period_factor(model: RobotModel, motion: State) -> tuple[float, str]:

@@ -11,6 +11,7 @@ from crosscheck import __version__
 from crosscheck.analytic.robot.springs import replace_stages_by_rotors
 from crosscheck.checks.robot_states import SIZE_WORDS
 from crosscheck.cost.meshes import RESOLVED, GearedCost
+from crosscheck.cost.motion import describe_passive
 from crosscheck.cost.shortcuts import NEGLIGIBLE, ShortcutCosts
 from crosscheck.findings import Finding
 from crosscheck.models.robot.identity import find_identity_joints
@@ -207,7 +208,8 @@ def describe_result(costs: ShortcutCosts) -> Iterator[str]:
 
 def describe_motion(costs: ShortcutCosts) -> str:
     """The line that names the robot's motion."""
-    moving = f"; {costs.passive}" if costs.passive else ""
+    free = ", ".join(describe_passive(costs.robot, costs.motion.at(costs.time)[0]))
+    moving = f"; moving freely: {free}" if free else ""
     return f"motion: {costs.motion}{moving}; end effector: {costs.robot.tip}"
 
 

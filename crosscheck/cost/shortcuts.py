@@ -11,9 +11,7 @@ from crosscheck.checks.robot_states import sample_states
 from crosscheck.cost.meshes import GearedCost, compute_geared_cost, motor_torques, tip_distances
 from crosscheck.cost.motion import (
     RobotMotion,
-    SineMotion,
     State,
-    describe_passive,
     find_exceeded_limits,
     make_excitation,
     release_passive,
@@ -101,8 +99,7 @@ class RotorShare:
 class ShortcutCosts:
     """Costs of the shortcuts of a robot along a motion.
 
-    beyond: a line for each limit of the robot that the motion exceeds; passive: words on how far
-    coordinates without a motor move; all else is of the n joints that have one.
+    beyond: a line for each limit of the robot that the motion exceeds; n: of joints with a motor;
     time (instants,) [s]; torques (instants, n) of the coupled level, N m or N; errors: by shortcut,
     of the same shape; largest (n,): of the torques; by_rates (n,): rms of the coupling torque due
     to rates alone; factor: scale of all ratios at which the coupling is below NEGLIGIBLE in every
@@ -114,7 +111,6 @@ class ShortcutCosts:
     extent: SamplingPlan
     motion: RobotMotion
     beyond: tuple[str, ...]
-    passive: str
     agreement: tuple[Finding, ...]
     time: np.ndarray
     torques: np.ndarray
@@ -169,9 +165,7 @@ def compute_costs(
     agreement = compare_engines(robot, sample_states(robot, extent.states, seed))
     progress("moving the robot", 1, 4)
     exact = build_robot_model(reference_engine(), robot, "coupled")
-    motion, motors = given or make_excitation(exact, seed), robot.motors
-    if isinstance(motion, SineMotion) and robot.passive:
-        motion = release_passive(exact, motion, extent.instants)
+    motion, motors = given or release_passive(exact, make_excitation(exact, seed)), robot.motors
     time = motion.instants(extent.instants)
     state = motion.at(time)
     torques = exact.inverse_dynamics(*state)[:, motors]
@@ -203,7 +197,6 @@ def compute_costs(
         extent=extent,
         motion=motion,
         beyond=tuple(find_exceeded_limits(robot, state, torques)),
-        passive=describe_passive(robot, state),
         agreement=tuple(agreement),
         time=time,
         torques=torques,
@@ -308,8 +301,7 @@ def _compute_tip_costs(
 
     def torques(after: float) -> np.ndarray:
         planned = motion.at(starts + after)
-        rows = [motor_torques(model, planned) for model in models.values()]
-        return np.concatenate(rows)
+        return np.concatenate([motor_torques(model, planned) for model in models.values()])
 
     q, v, _ = motion.at(np.tile(starts, len(models)))
     ends, _ = integrate(exact, q, v, torques, 1.0, extent.steps)

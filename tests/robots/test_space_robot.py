@@ -15,7 +15,6 @@ from crosscheck.planning.robots import compare_engines
 from crosscheck.registry import build_robot_model
 from crosscheck.trial.input.loading import load_robot_equations
 from tests.loops import require_items
-from tests.robots.chains import ENGINES
 from tests.robots.trials import run_robot_trial
 
 SPACE = Path(__file__).parents[2] / "examples" / "space"
@@ -111,15 +110,3 @@ def test_equations_of_a_space_robot_are_on_trial(name):
     if name == "lost_reaction":
         words = " ".join(trial.lines)
         assert "link_2: Izz is missing in M[base_yaw, joint_2]" in words
-
-
-def test_the_reduced_matrix_of_the_equations_is_every_engines():
-    """H* = H_m - H_bm' H_b^-1 H_bm is the joints' block of M^-1, inverted."""
-    own = load_robot(str(SPACE / "space-arm.toml"))
-    mass_matrix = load_robot_equations(f"{SPACE / 'equations.py'}:equations", own).mass_matrix
-    q = sample_states(own, 1, 0).q
-    h = mass_matrix(q[0])
-    reduced = h[3:, 3:] - h[3:, :3] @ np.linalg.solve(h[:3, :3], h[:3, 3:])
-    for name in require_items(ENGINES):
-        mass = build_robot_model(name, own, "links").mass_matrix(q)[0]
-        assert np.linalg.inv(mass)[3:, 3:] == pytest.approx(np.linalg.inv(reduced), rel=1e-12)
