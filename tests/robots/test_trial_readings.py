@@ -93,7 +93,7 @@ def test_what_is_reported_may_be_stated(words, form):
 def test_coordinates_that_are_of_arms_alone_are_refused():
     stated = Coordinates(gearing="lumped")
     with pytest.raises(
-        InputError, match=r"coordinates.*may have velocities, matrix, function, order, or links"
+        InputError, match=r"coordinates.*may have matrix, function, order, or links"
     ):
         run_robot_trial(Equations(**{**vars(two_link.right()), "coordinates": stated}), TWO)
 
