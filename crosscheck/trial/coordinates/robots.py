@@ -73,7 +73,7 @@ def read_frame(coordinates: Coordinates, robot: Robot, where: str) -> Frame | No
     size, joint_names = len(robot.coordinates), robot.coordinate_names
     usual = Coordinates()
     if (coordinates.gearing, coordinates.gears) != (usual.gearing, usual.gears):
-        allowed = "of a robot's may have matrix, function, order, or links = absolute, or velocities"
+        allowed = "of a robot's may have matrix, function, order, or links = absolute, velocities"
         raise InputError(where, "coordinates", None, allowed)
     if coordinates.order and sorted(coordinates.order) != sorted(joint_names):
         reason = f"must be all of {', '.join(joint_names)}, each once"
