@@ -36,6 +36,7 @@ from tests.robots.chains import (
     teeth,
     urdf,
 )
+from tests.robots.test_floating import free_robot
 from tests.robots.traced import equations, interpreted_accelerations, random_state
 
 TEETH = teeth(0.02, 1e6, 100.0, 2e-5)
@@ -145,20 +146,6 @@ def bare() -> Robot:
     )
 
 
-@lru_cache
-def free() -> Robot:
-    """A body that floats without weight, and carries two geared links."""
-    base = '<parent link="space"/><child link="hub"/><origin xyz="0.1 0.2 0.3"/>'
-    text = urdf(
-        link("space"),
-        *(link(name, TURNED) for name in ("hub", "a", "b")),
-        f'<joint name="base" type="floating">{base}</joint>',
-        joint("one", "hub", "a", axis=(0.2, 0.3, 0.9), at=(0.3, 0.0, 0.1)),
-        joint("two", "a", "b", axis=(1, 0, 0), at=(0.3, 0.0, 0.1)),
-    )
-    return robot(text, {"one": geared(9.0), "two": geared(-7.0)}, gravity_m_per_s2=[0, 0, 0])
-
-
 def read_again() -> Robot:
     """The unlike robot, from its URDF."""
     file._read_mechanism.cache_clear()
@@ -170,7 +157,7 @@ ROBOTS: dict[str, Callable[[], Robot]] = {
     "all sprung": all_sprung,
     "staged": staged,
     "parted": parted,
-    "free": free,
+    "free": lru_cache(free_robot),
     PLANNED: parted,
     READ: read_again,
     BARE: bare,

@@ -7,7 +7,6 @@ import pytest
 
 from crosscheck.checks.robot_states import sample_states
 from crosscheck.models.errors import InputError
-from crosscheck.models.files import parse_toml
 from crosscheck.models.loading import load_arm
 from crosscheck.models.mechanism import find_section, select_mechanism
 from crosscheck.models.robot.file import load_robot
@@ -44,15 +43,9 @@ def test_an_arm_on_a_free_base_agrees_in_every_engine(name):
 
 
 def test_the_papers_arm_stands_on_its_cube():
-    """Fifty times as heavy as all that it carries, the rest as in the arm's own file."""
+    """Fifty times as heavy as all that it carries."""
     own = load_robot(str(SPACE / "paper-on-satellite.toml"))
     assert sum(body.mass for body in own.bodies) == pytest.approx(51 * 4646 / 50)
-    content = parse_toml((SPACE / "paper-on-satellite.toml").read_text())
-    arm = load_arm("paper-labelled").model_dump(mode="json", exclude_none=True)
-    written = {**content, "base": None, "name": arm["name"], "title": arm["title"]}
-    assert load_arm("paper-labelled").model_validate(
-        {key: value for key, value in written.items() if value is not None}
-    ) == load_arm("paper-labelled")
 
 
 def test_a_cube_is_a_body_half_a_side_behind_the_shoulder(written):
