@@ -175,7 +175,7 @@ def require_fit(scenario: Scenario, mechanism: Arm | Robot, where: str = "") -> 
     if any(scenario.start.planet_offset_m) and not any(planets):
         allowed = f"needs a stage with planets = free, which {mechanism.name} has not"
         raise InputError(where, "start.planet_offset_m", None, allowed)
-    misfit = find_misfit(scenario, planets)
+    misfit = find_misfit(scenario, planets, len(mechanism.motors))
     if misfit is not None:
         raise InputError(where, *misfit)
 

@@ -8,7 +8,7 @@ from collections.abc import Callable, Iterator
 from functools import cache, partial
 from pathlib import Path
 
-from crosscheck.models.arm.arm import Arm, Direct, Link, Planetary
+from crosscheck.models.arm.arm import Arm, Direct, FreeArm, FreeBase, Link, Planetary
 from crosscheck.models.arm.mesh import Mesh
 from crosscheck.models.arm.quantities import Data, format_number
 from crosscheck.models.experiment.scenario import Scenario, Start
@@ -26,11 +26,11 @@ FIELD_HEAD = "| field | meaning | default; allowed |\n|---|---|---|"
 REQUIRED = "\\*"
 OR_LIST = ", or list"  # a value for each joint or planet in place of one for all
 BEGIN, END = "<!-- fields: made by tools.reference -->\n", "<!-- end of fields -->\n"
-FILES: dict[str, type[Data]] = {
-    "arm-file.md": Arm,
-    "scenario-file.md": Scenario,
-    "studies.md": Definition,
-    "robot-file.md": RobotFile,
+FILES: dict[str, tuple[type[Data], ...]] = {
+    "arm-file.md": (Arm, FreeArm),
+    "scenario-file.md": (Scenario,),
+    "studies.md": (Definition,),
+    "robot-file.md": (RobotFile,),
 }
 
 
@@ -44,6 +44,8 @@ SECTIONS: dict[str, tuple[type[Data], ...]] = {
     "Planetary joint": (Planetary,),
     "Direct joint": (Direct,),
     "Link": (Link,),
+    "Arm on a free base": (FreeArm,),
+    "Free base": (FreeBase,),
     "Mesh": (Mesh,),
     "Stiffness": list_kinds(Mesh, "stiffness"),
     "The scenario": (Scenario,),
@@ -106,8 +108,9 @@ PAGES: dict[str, Callable[[], str]] = {
 def _find_places() -> dict[type[Data], str]:
     """The page of each record: the first whose file may hold it."""
     places: dict[type[Data], str] = {}
-    for page, top in FILES.items():
-        places |= {each: page for each in list_records_below(top) if each not in places}
+    for page, tops in FILES.items():
+        for top in tops:
+            places |= {each: page for each in list_records_below(top) if each not in places}
     return places
 
 

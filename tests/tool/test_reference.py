@@ -29,7 +29,7 @@ LOAD = {
     "studies.md": lambda file: read_study(Path(file)).definition,
     "robot-file.md": lambda file: validate_record(RobotFile, read_raw_robot(file), file),
 }
-RECORDS = [record for top in FILES.values() for record in list_records_below(top)]
+RECORDS = [each for tops in FILES.values() for top in tops for each in list_records_below(top)]
 BLOCKS = [
     pytest.param(name, block, id=f"{name} {number}")
     for name in FILES

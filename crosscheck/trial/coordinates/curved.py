@@ -143,6 +143,33 @@ def build_callable_frame(coordinates: Coordinates, layout: Layout, count: str) -
     return frame
 
 
+def build_velocity_frame(
+    velocities: Callable[[np.ndarray], Any], layout: Layout, names: tuple[str, ...]
+) -> Frame:
+    """The frame of the coordinates themselves, with velocities S(q) q' in place of their rates.
+
+    So J is the inverse of S, and none of a function's. Raises InputError.
+    """
+    n = len(layout)
+    if not callable(velocities):
+        kind = type(velocities).__name__
+        raise InputError(WHERE, "velocities", None, f"is a {kind}; must be a function of q")
+
+    def slopes(q: np.ndarray) -> np.ndarray:
+        raw = _call_user_function(velocities, "velocities", q)
+        matrix = _convert_answer(raw, (n, n), "velocities", q)
+        frames.require_invertible(matrix, "velocities", q)
+        return np.linalg.inv(matrix)
+
+    def drift(q: np.ndarray, u: np.ndarray) -> np.ndarray:
+        rates = slopes(q) @ u
+        size = float(np.abs(rates).max()) or 1.0
+        return size * _certain_derivative(1, lambda at: slopes(at) @ u, q, rates / size)
+
+    slopes(np.zeros(n))
+    return Frame(layout, names, "given", position=np.copy, slopes=slopes, drift=drift)
+
+
 def _build_frame_of_function(coordinates: Coordinates, layout: Layout, count: str) -> Frame:
     n, user_function, given = len(layout), coordinates.function, coordinates.jacobian
     names = frames.select_coordinate_names(coordinates, [f"x_{k + 1}" for k in range(n)])
