@@ -3,6 +3,9 @@
 from __future__ import annotations
 
 import ast
+import copy
+from collections.abc import Mapping
+from itertools import permutations
 from typing import TypeGuard
 
 from crosscheck.trial.source.changes import MATRIX_LENGTH, OPPOSITE, SIMPLE, Texts
@@ -55,6 +58,33 @@ def list_further_summands(site: Site, *, outer: bool, written: bool = True) -> T
         yield from (f"{write_operand(site.node)} {sign} {text}" for sign in OPPOSITE)
 
 
+def list_like_summands(site: Site) -> Texts:
+    """A sum with a summand more that is like one of its own, of names with another ending.
+
+    So m2 * y2 of a body has its like, mp * yp, of the payload.
+    """
+    if not is_sum(site.node) or is_sum(site.parent):
+        return
+    names = {text for text, _ in site.scope.list_leaves() if text.isidentifier()}
+    last = site.node.right
+    own = {each.id for each in ast.walk(last) if isinstance(each, ast.Name) and each.id in names}
+    endings = {name[1:] for name in names} | {name[2:] for name in names}
+    for old in {name[-1] for name in own}:
+        for new in sorted(endings - {old, ""}):
+            other = {name: name[:-1] + new for name in own if name.endswith(old)}
+            if set(other.values()) <= names and len(other) > 1:
+                yield f"{site.text} + {_rename(last, other)}"
+
+
+def _rename(node: ast.AST, other: Mapping[str, str]) -> str:
+    """The text of an expression with other names."""
+    renamed = copy.deepcopy(node)
+    for each in ast.walk(renamed):
+        if isinstance(each, ast.Name):
+            each.id = other.get(each.id, each.id)
+    return ast.unparse(renamed)
+
+
 def list_further_cross_products(site: Site, *, of_products: bool) -> Texts:
     """A vector with a cross product more, of a name and a name or a product of two.
 
@@ -80,6 +110,26 @@ def list_further_cross_products(site: Site, *, of_products: bool) -> Texts:
         matrix = write_operand(site.node.left)
         pairs += ((name, f"{matrix} @ {name}") for name in names)
     yield from (f"{site.text} + {cross}({a}, {b})" for a, b in pairs if cross)
+
+
+def list_further_products(site: Site, *, sign: str) -> Texts:
+    """A sum of vectors with a product more, of a function's matrix and a name: crm(v) @ s.
+
+    So are cross products of spatial vectors written. A function that no line names is among them,
+    since the line that is missing may have called it.
+    """
+    kind = site.kind or NUMBER
+    is_vector = kind[0] == "array" and len(kind) == len(VECTOR)
+    if not is_vector or not is_sum(site.node) or not site.is_sum_place(outer=True):
+        return
+    vectors = [text for text, other in site.scope.list_leaves(written=True) if other == kind]
+    loaded = {each.id for each in site.tree.list_all_nodes() if isinstance(each, ast.Name)}
+    for name, scope in site.tree.functions.items():
+        is_matrix = scope.result == ("array", *kind[1:], *kind[1:]) or name not in loaded
+        arguments = getattr(scope.node, "args", None)
+        if is_matrix and arguments is not None and len(arguments.args) == 1:
+            for a, b in permutations(vectors, 2):
+                yield f"{site.text} {sign} {name}({a}) @ {b}"
 
 
 def list_further_statements(site: Site, *, adding: bool) -> Texts:

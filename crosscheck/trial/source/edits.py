@@ -5,15 +5,17 @@ from __future__ import annotations
 import ast
 from collections.abc import Callable, Iterator
 from functools import partial
-from typing import Any, NamedTuple
+from typing import NamedTuple
 
 from crosscheck.trial.source.additions import (
     list_arguments,
     list_further_cross_products,
     list_further_factors,
     list_further_matrices,
+    list_further_products,
     list_further_statements,
     list_further_summands,
+    list_like_summands,
 )
 from crosscheck.trial.source.changes import (
     Texts,
@@ -38,36 +40,10 @@ from crosscheck.trial.source.changes import (
     list_steps,
     list_transposes,
 )
+from crosscheck.trial.source.edit import Edit
+from crosscheck.trial.source.moves import list_moves
 from crosscheck.trial.source.site import Site
 from crosscheck.trial.source.syntax import SourceTree
-
-
-class Edit(NamedTuple):
-    """An edit: other text in the place of a node.
-
-    likelihood: rank of its kind, 1 of the likeliest, and the kind's place among all.
-    """
-
-    likelihood: tuple[int, int]
-    node: ast.expr | ast.stmt
-    text: str
-
-    @property
-    def rank(self) -> int:
-        """Rank of the kind."""
-        return self.likelihood[0]
-
-    def parse(self) -> ast.expr | ast.stmt:
-        """The other node; of several statements one that holds them. Raises SyntaxError."""
-        if isinstance(self.node, ast.expr):
-            is_slice = self.text.startswith(":") or self.text.endswith(":")
-            text = f"_[{self.text}]" if is_slice else self.text
-            other: Any = ast.parse(text, mode="eval").body
-            other = other.slice if is_slice else other
-        else:
-            body = ast.parse(self.text).body
-            other = body[0] if len(body) == 1 else ast.If(ast.Constant(True), body, [])
-        return ast.fix_missing_locations(other)
 
 
 class EditKind(NamedTuple):
@@ -86,6 +62,7 @@ KINDS = (
     EditKind(2, partial(list_exchanges, near=True, written=True)),
     EditKind(2, list_cofunctions),
     EditKind(2, list_operands),
+    EditKind(2, list_near_sums),
     EditKind(2, list_powers),
     EditKind(2, list_constants),
     EditKind(2, list_congruences),
@@ -97,9 +74,9 @@ KINDS = (
     EditKind(2, list_assignments),
     EditKind(2, partial(list_negatives, of_products=False, inside=False)),
     EditKind(2, partial(list_negatives, of_products=True, inside=False)),
+    EditKind(3, list_like_summands),
     EditKind(3, partial(list_exchanges, near=True, written=False)),
     EditKind(3, partial(list_exchanges, near=False, written=True)),
-    EditKind(3, list_near_sums),
     EditKind(3, list_neighbours),
     EditKind(3, list_repeated_exchanges),
     EditKind(3, list_distributions),
@@ -115,10 +92,13 @@ KINDS = (
     EditKind(5, partial(list_further_factors, written=False)),
     EditKind(5, partial(list_further_summands, outer=True, written=False)),
     EditKind(5, partial(list_further_statements, adding=True)),
+    EditKind(5, partial(list_further_products, sign="+")),
+    EditKind(6, partial(list_further_products, sign="-")),
     EditKind(6, partial(list_further_summands, outer=False)),
     EditKind(6, partial(list_further_cross_products, of_products=False)),
 )
 RANKS = sorted({kind.rank for kind in KINDS})
+MOVE_RANK = 2  # rank of moves of a statement, of which there are few
 
 
 def list_edits(tree: SourceTree, rank: int) -> Iterator[Edit]:
@@ -130,3 +110,5 @@ def list_edits(tree: SourceTree, rank: int) -> Iterator[Edit]:
                 if isinstance(site.node, ast.expr | ast.stmt):
                     for text in kind.list_texts(site):
                         yield Edit((rank, place), site.node, text)
+    if rank == MOVE_RANK:
+        yield from list_moves(tree, (rank, len(KINDS)))
