@@ -264,7 +264,7 @@ def test_the_ratio_of_units_is_that_of_most_rows():
     assert [power_of_ten(ratio) for ratio in (990.0, 0.0012, 2.0)] == [1e3, 1e-3, 1.0]
 
 
-def test_a_wave_of_a_robot_is_of_its_angles_and_one_displacement():
+def test_a_wave_of_a_robot_is_of_its_angles_and_one_displacement(monkeypatch):
     robot = load_robot("sliding")
     joints = [robot.joints[number] for number in robot.coordinates]
     turning = [n for n, joint in enumerate(joints) if joint.kind == "revolute"]
@@ -284,9 +284,13 @@ def test_a_wave_of_a_robot_is_of_its_angles_and_one_displacement():
     if first != last:
         both = f"{names[first]} - {names[last]}"
         waves[f"4 sin({both})"] = 4 * np.sin(q[:, first] - q[:, last])
+    most = "crosscheck.trial.changes.waves.MOST_ANGLES"
+    monkeypatch.setattr(most, len(turning))
     for text, values in waves.items():
         assert describe_angle_sum(values, q, robot) == text
     assert describe_angle_sum(np.zeros(40), q, robot) == ""
+    monkeypatch.setattr(most, len(turning) - 1)
+    assert describe_angle_sum(3 * q[:, slide], q, robot) == ""
 
 
 def test_springs_are_named_by_the_joints_that_they_hold():
