@@ -8,6 +8,7 @@ import numpy as np
 import pytest
 
 from crosscheck.models.robot.file import load_robot
+from crosscheck.trial.changes.arms import causes
 from crosscheck.trial.changes.arms import term_words as messages
 from crosscheck.trial.changes.arms.letters import format_power
 from crosscheck.trial.changes.arms.polynomial import Monomial
@@ -252,6 +253,30 @@ def test_entries_beyond_their_tolerance_come_largest_first():
         assert len(set(SIZES.entry_sizes(part).shape)) == 1
     assert SIZES.entry_sizes("force").tolist() == [3.0, 6.0]
     assert SIZES.entry_sizes("acceleration").tolist() == [7.0, 9.0]
+
+
+@pytest.mark.parametrize(
+    ("row", "rates", "off", "words"),
+    [
+        (0, (0, 1), -1.0, ("phi_1' phi_2'", "phi_2'^2")),
+        (1, (1, 1), -1.0, ("row phi_2", "row phi_1")),
+        (1, (0, 1), -1.0, None),
+        (1, (1, 1), -1.0 - 1e-6, None),
+    ],
+)
+def test_a_term_that_is_missing_here_and_too_many_there_is_moved(row, rates, off, words):
+    here, there = EntryPlace("bias", 0, rates=(1, 1)), EntryPlace("bias", row, rates=rates)
+    error: Any = TermError("dropped", None)  # type: ignore[arg-type]
+    arm: Any = SimpleNamespace(
+        frame=ABSOLUTE,
+        difference=lambda place: (np.array([1.0 if place == here else off]),),
+        noise=lambda place: 0.0,
+    )
+    group = [EntryMismatch(here, 1.0, Explanation((error,), 0.0)), EntryMismatch(there, 1.0)]
+    moved = causes._find_moved_terms([arm], group)
+    assert [(each.errors[0].yours, each.errors[0].right) for each in moved.values()] == (
+        [words] * 2 if words else []
+    )
 
 
 def test_the_ratio_of_units_is_that_of_most_rows():
