@@ -109,6 +109,10 @@ BAD = {
         lambda text: text.replace("theta_1_rad", "theta_1"),
         "theta_1: has no unit in its name; must be theta_1_rad or theta_1_deg",
     ),
+    "a joint in two units": (
+        lambda text: text.replace("theta_2_rad", "theta_1_deg"),
+        "theta_1: is there in rad and in deg",
+    ),
     "a joint too many": (
         lambda text: text.replace("theta_2_rad", "theta_3_rad"),
         "theta_3: there are 2 joints",
