@@ -1,5 +1,7 @@
 """The numbers by which a trial looks for a robot's wrong entries, beside closed forms."""
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 
@@ -76,6 +78,21 @@ def test_a_slender_rod_is_a_body(moments, words):
 )
 def test_all_of_a_kind_have_no_names_and_one_has(names, there, words):
     assert search._join_names(names, there).startswith(words)
+
+
+def test_a_unit_is_named_within_its_five_digits_and_nothing_is_ten_reaches_away():
+    robot = load_robot("puma560")
+    mass = next(each for each in list_numbers(robot) if each.unit == "kg" and each.value)
+    for by, words in ((1 + 1.96e-5, "pounds?"), (1 + 2.04e-5, "")):
+        assert mass.describe_unit(2.20462 * by * mass.value).endswith(words)
+        assert bool(mass.describe_unit(2.20462 * by * mass.value)) == bool(words)
+    places = [joint.placement.position for joint in robot.joints] + [b.com for b in robot.bodies]
+    reach = max(np.linalg.norm(each) for each in places)
+    body = robot.bodies[-1]
+    for share, is_near in ((0.98, True), (1.02, False)):
+        far = replace(body, com=np.array([share * 10 * reach, 0.0, 0.0]))
+        moved = replace(robot, bodies=(*robot.bodies[:-1], far))
+        assert is_physical(moved, robot) == is_near
 
 
 def test_nothing_impossible_is_a_cause():

@@ -1,6 +1,7 @@
 """A user's coordinates beside the project's own."""
 
 import math
+from contextlib import nullcontext
 from dataclasses import replace
 
 import numpy as np
@@ -16,7 +17,7 @@ from crosscheck.models.errors import InputError
 from crosscheck.models.loading import load_arm, load_scenario
 from crosscheck.registry import build
 from crosscheck.trial.coordinates.build import build_frame
-from crosscheck.trial.coordinates.frame import Frame
+from crosscheck.trial.coordinates.frame import Frame, require_invertible
 from crosscheck.trial.input.equations import Coordinates
 from tests.arms import random_arm
 
@@ -174,6 +175,14 @@ def test_a_singular_state_is_named():
         frame.jacobian(np.array([0.0, 0.5]))
     with pytest.raises(InputError, match="no x was found"):
         frame.place(np.array([-1.0, 0.0]))
+
+
+@pytest.mark.parametrize(("share", "is_singular"), [(0.98, False), (1.02, True)])
+def test_a_matrix_is_singular_from_a_condition_number_of_1e12(share, is_singular):
+    """However large its rows and columns are."""
+    unlike = np.outer([1e3, 1e-5], [1e7, 1.0]) * [[1.0, 1.0], [1.0, 1.0 + 4e-12 / share]]
+    with pytest.raises(InputError) if is_singular else nullcontext():
+        require_invertible(unlike, "matrix")
 
 
 def raising(x: np.ndarray) -> np.ndarray:
