@@ -73,6 +73,15 @@ def test_a_corrupted_entry_adds_itself_and_no_other(build_form, matrix, row, col
     assert found == known | {(matrix, row, column)}
 
 
+@pytest.mark.parametrize(("matrix", "row", "column"), ENTRIES)
+def test_a_difference_has_the_printed_terms_before_the_derived_ones(matrix, row, column):
+    derived = build_energies_form()
+    printed = _corrupted(derived, matrix, row, column)
+    (found,) = find_entry_differences(printed, derived)
+    off = getattr(printed, matrix)[row, column] - getattr(derived, matrix)[row, column]
+    assert sp.expand(found.printed - found.derived - off) == 0
+
+
 def test_correcting_every_difference_leaves_none():
     form = build_printed_form()
     for difference in find_entry_differences(form, build_energies_form()):

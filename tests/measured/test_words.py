@@ -104,6 +104,23 @@ def test_a_side_says(name):
     assert all(part in line for line, part in zip(lines, words, strict=True))
 
 
+def test_json_has_what_links_with_a_prior_are():
+    bodies = made(excess=1.5, explain=True, impossible=("a",), border=("b",))
+    fit = made(level="links", chi_squared=2.0, surprise=3.0, settled=True, contained=("c",))
+    refinement = made(
+        knowledge=made(links=0.1, unknown=("y", "x"), are_possible=True),
+        level="coupled",
+        is_surprising=False,
+        fits=[fit],
+    )
+    fit.bodies, fit.estimates = bodies, ()
+    content: Any = output._refinement_content(made(refinement=refinement))
+    levels = content.pop("levels")
+    assert [*content.values()] == [0.1, ["x", "y"], True, "coupled", False]
+    assert [*levels[0].pop("possible_bodies").values()] == [1.5, True, ("a",), ("b",)]
+    assert [*levels[0].values()] == ["links", 2.0, 3.0, True, ("c",), []]
+
+
 FACTOR = TermEstimate(TorqueTerm("scale", "link b", "1", 1.0), 1.25, 0.01, 0.02)
 
 
