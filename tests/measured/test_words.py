@@ -2,19 +2,20 @@
 
 from dataclasses import replace
 from types import SimpleNamespace
-from typing import Any
+from typing import Any, get_args
 
 import numpy as np
 import pytest
 
-from crosscheck.identification import messages, output
+from crosscheck.identification import compare, messages, output
 from crosscheck.identification.bandwidth import BandResult, combine_bands
 from crosscheck.identification.mechanism import PlanarArm, SpatialRobot
 from crosscheck.identification.restrictions import FileJudgement, Restriction, flag_friction
-from crosscheck.identification.terms import TermEstimate, TorqueTerm
+from crosscheck.identification.terms import TermEstimate, TermKind, TorqueTerm
 from crosscheck.models.loading import load_arm
 from crosscheck.models.robot.file import load_robot
 from crosscheck.models.robot.planar import build_planar_robot
+from crosscheck.models.robot.urdf import UrdfLink
 from tests.loops import require_items
 from tests.measured.robots import arm
 
@@ -102,6 +103,23 @@ def test_a_side_says(name):
     lines = list(messages._describe_side(given))
     assert len(lines) == len(words)
     assert all(part in line for line, part in zip(lines, words, strict=True))
+
+
+def test_every_kind_of_term_is_estimated_in_one_step_or_with_links():
+    """But for those of a refinement."""
+    steps = [kind for _, kinds in compare.STEPS for kind in kinds]
+    steps += [kind for kinds in compare.LINK_KINDS.values() for kind in kinds]
+    assert sorted([*steps, "rotors", "gain", "zero", "number"]) == sorted(get_args(TermKind))
+
+
+@pytest.mark.parametrize(("share", "is_body"), [(0.98, False), (1.02, True)])
+def test_of_a_frame_next_to_no_mass_there_is_the_mass_alone(share, is_body):
+    robot = load_robot("puma560")
+    mass = share * 1e-6 * max(body.mass for body in robot.bodies)
+    frame = UrdfLink("frame", replace(robot.bodies[0], mass=mass))
+    numbers = SpatialRobot(robot, {"frame": frame}).parameters
+    of_frame = [each.path for each in numbers if each.path.startswith("robot.links.frame")]
+    assert (of_frame[0], len(of_frame) > 1) == ("robot.links.frame.mass_kg", is_body)
 
 
 def test_json_has_what_links_with_a_prior_are():
