@@ -1,6 +1,8 @@
 """The numbers by which a trial looks for a robot's wrong entries, beside closed forms."""
 
 from dataclasses import replace
+from types import SimpleNamespace
+from typing import Any
 
 import numpy as np
 import pytest
@@ -13,7 +15,13 @@ from crosscheck.trial.changes import search
 from crosscheck.trial.changes.mistakes import exchange_fields
 from crosscheck.trial.changes.numbers import is_physical, list_numbers, put_value
 from crosscheck.trial.changes.problem import ChangeProblem
-from crosscheck.trial.changes.search import CauseSearch, describe_inertia, find_root, solve_step
+from crosscheck.trial.changes.search import (
+    Cause,
+    CauseSearch,
+    describe_inertia,
+    find_root,
+    solve_step,
+)
 from crosscheck.trial.robots.rates import BiasTerms, compute_bias_terms, make_rate_states
 from tests.loops import require_items
 
@@ -53,8 +61,8 @@ def test_a_root_is_where_least_is_left():
     ("moments", "words"),
     [
         ((5.6e-4, 5.6e-4, 2e-18), ": a slender rod along z"),
-        ((5.6e-4, 5.6e-4, -1e-16), ": a slender rod along z"),
-        ((5.6e-4, 5.6e-4, -1e-10), "no body has these"),
+        ((1.0, 1.0, -0.98e-9), ": a slender rod along z"),
+        ((1.0, 1.0, -1.02e-9), "no body has these"),
         ((1e-4, 2e-4, 3.1e-4), "no body has these"),
         ((1e-4, 2e-4, 2.9e-4), "(file: 0.1)"),
     ],
@@ -78,6 +86,31 @@ def test_a_slender_rod_is_a_body(moments, words):
 )
 def test_all_of_a_kind_have_no_names_and_one_has(names, there, words):
     assert search._join_names(names, there).startswith(words)
+
+
+@pytest.mark.parametrize("count", [2, 3, 4, 12, 13])
+def test_few_entries_are_named_and_searched_and_inertias_need_three(count):
+    looking, asked = CauseSearch.__new__(CauseSearch), []
+
+    def find(places: object, *more: object) -> list[Cause]:
+        asked.append(places)
+        return []
+
+    looking.problem = SimpleNamespace(  # type: ignore[assignment]
+        select_part=lambda part: part, select_entries=lambda part, places: tuple(places)
+    )
+    for name in ("causes", "joint_moves", "step_causes", "pair_causes"):
+        setattr(looking, f"find_{name}", find)
+    looking.find_inertia_causes = lambda places: find("inertia")  # type: ignore[method-assign]
+    wrong: Any = {f"M{n}": (n, n) for n in range(count)}
+    where = {name for name, _ in looking._generate_within("mass_matrix", wrong, True, True)}
+    assert where - {"mass_matrix"} == {
+        " and ".join(wrong) if count <= 3 else "the wrong entries of mass_matrix"
+    }
+    assert ("inertia" in asked) == (count >= 3)
+    asked.clear()
+    looking.find_within("mass_matrix", wrong, (), alone=False)
+    assert (((0, 0),) in asked) == (count <= 12)
 
 
 def test_a_unit_is_named_within_its_five_digits_and_nothing_is_ten_reaches_away():

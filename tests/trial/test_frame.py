@@ -185,6 +185,19 @@ def test_a_matrix_is_singular_from_a_condition_number_of_1e12(share, is_singular
         require_invertible(unlike, "matrix")
 
 
+@pytest.mark.parametrize(("off", "agrees"), [(0.98e-6, True), (1.02e-6, False)])
+def test_slopes_are_those_of_the_function_to_a_millionth_of_their_row(off, agrees):
+    """Of the largest in the row; differences are closer than a hundredth of that."""
+
+    def near(x: np.ndarray) -> np.ndarray:
+        rows = slopes(x)
+        rows[0, 1] += off * np.abs(rows[0]).max()
+        return rows
+
+    with nullcontext() if agrees else pytest.raises(InputError, match="differences of function"):
+        build_frame(Coordinates(function=curved, jacobian=near), PAPER)
+
+
 def raising(x: np.ndarray) -> np.ndarray:
     return x[np.array([0, 7])]
 
