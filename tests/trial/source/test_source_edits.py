@@ -135,6 +135,8 @@ def find_answer(folder: Path, *replaced: tuple[str, str]) -> SourceAnswer | None
         ("[1.3, 2.1, 0.7]", "[1.3, 2.6, 0.7]", 2),
         ("b.mass * c2**2 - 2", "-2", 5),
         ("k * n**2 + 2 * q[0]", "2 * q[0]", 5),
+        ("k * n**2 + 2 * q[0]", "k * (n**2 + 2)", 3),
+        ("k * n**2 + 2 * q[0]", "(n**2 + 2) * k", 3),
         (" + np.cross(w, inertia @ w)", "", 5),
         ("lever + turn(rate) @ lever", "lever + 0.0 * rate", 5),
         ("np.cross(w, inertia @ w)", "np.cross(levers[1], inertia @ levers[1])", 3),
