@@ -12,7 +12,8 @@ from crosscheck.checks.robot_states import RandomStates, sample_states
 from crosscheck.models.robot.file import load_robot
 from crosscheck.models.robot.robot import RobotBody
 from crosscheck.trial.changes import search
-from crosscheck.trial.changes.mistakes import exchange_fields
+from crosscheck.trial.changes.kane import KaneSum
+from crosscheck.trial.changes.mistakes import exchange_fields, list_body_parts
 from crosscheck.trial.changes.numbers import is_physical, list_numbers, put_value
 from crosscheck.trial.changes.problem import ChangeProblem
 from crosscheck.trial.changes.search import (
@@ -22,8 +23,10 @@ from crosscheck.trial.changes.search import (
     find_root,
     solve_step,
 )
+from crosscheck.trial.changes.steps import StepTable
 from crosscheck.trial.robots.rates import BiasTerms, compute_bias_terms, make_rate_states
 from tests.loops import require_items
+from tests.robots import two_link
 
 LINEAR, SQUARE = np.array([2.0, -1.0, 0.5]), np.array([0.3, 0.7, -0.2])
 
@@ -126,6 +129,18 @@ def test_a_unit_is_named_within_its_five_digits_and_nothing_is_ten_reaches_away(
         far = replace(body, com=np.array([share * 10 * reach, 0.0, 0.0]))
         moved = replace(robot, bodies=(*robot.bodies[:-1], far))
         assert is_physical(moved, robot) == is_near
+
+
+@pytest.mark.parametrize(("verb", "sign"), [("added to", 1.0), ("taken from", -1.0)])
+def test_what_is_added_to_an_inertia_makes_m_larger(verb, sign):
+    """By m |c|^2 of each turning body about the first axis, wherever the second joint is."""
+    robot, parts = two_link.robot(), list_body_parts(two_link.robot())
+    q, v = np.random.default_rng(0).uniform(-1, 1, (2, 3, 2))
+    steps = StepTable(KaneSum(robot, q, v), parts, lambda *row: "").list_steps()
+    by_link = steps[f"m |c|^2 {verb} its inertia about every axis"]
+    for part in require_items(parts):
+        more = sign * part.body.mass * part.body.com @ part.body.com
+        assert by_link[part.name].mass_matrix[:, 0, 0] == pytest.approx(more)
 
 
 def test_nothing_impossible_is_a_cause():
