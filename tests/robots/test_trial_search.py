@@ -11,7 +11,6 @@ from crosscheck.analytic.robot.model import AnalyticRobot
 from crosscheck.checks.robot_states import RandomStates, sample_states
 from crosscheck.models.robot.file import load_robot
 from crosscheck.models.robot.robot import RobotBody
-from crosscheck.trial.changes import search
 from crosscheck.trial.changes.kane import KaneSum
 from crosscheck.trial.changes.mistakes import exchange_fields, list_body_parts
 from crosscheck.trial.changes.numbers import is_physical, list_numbers, put_value
@@ -75,20 +74,6 @@ def test_a_slender_rod_is_a_body(moments, words):
     assert describe_inertia("a", file_body, np.diag(moments), True).endswith(words) or (
         words in describe_inertia("a", file_body, np.diag(moments), True)
     )
-
-
-@pytest.mark.parametrize(
-    ("names", "there", "words"),
-    [
-        (["rotor of j1"], ["j1", "rotor of j1"], "rotor of j1"),
-        (["j1", "j2"], ["j1", "j2", "j3"], "j1 and j2"),
-        (["joint j1", "joint j2"], ["j1", "joint j1", "joint j2"], "every joint"),
-        (["rotor of j1", "rotor of j2"], ["rotor of j1", "rotor of j2", "l"], "every rotor"),
-        (["a, with what is fixed to it", "b"], ["a, with what is fixed to it", "b"], "every link"),
-    ],
-)
-def test_all_of_a_kind_have_no_names_and_one_has(names, there, words):
-    assert search._join_names(names, there).startswith(words)
 
 
 @pytest.mark.parametrize("count", [2, 3, 4, 12, 13])
