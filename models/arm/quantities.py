@@ -17,9 +17,7 @@ from pydantic_core import CoreSchema, PydanticCustomError, core_schema
 class Data(BaseModel):
     """A frozen record that refuses unknown keys and silent conversions."""
 
-    model_config = ConfigDict(
-        frozen=True, extra="forbid", strict=True, use_attribute_docstrings=True
-    )
+    model_config = ConfigDict(frozen=True, extra="forbid", strict=True, defer_build=True)
     if TYPE_CHECKING:
         _hash: int
     __slots__ = ("_hash",)  # in a slot it is neither copied with the record nor pickled

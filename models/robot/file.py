@@ -30,12 +30,12 @@ from crosscheck.models.files import (
 from crosscheck.models.inputs import read_input
 from crosscheck.models.loading import validate_record
 from crosscheck.models.robot import robot
-from crosscheck.models.robot.mjcf.reading import read_mjcf
 from crosscheck.models.robot.robot import BASE, Joint, LinkFrame, Robot
 from crosscheck.models.robot.tree import Tree, build_tree
 from crosscheck.models.robot.urdf import Urdf, read_urdf
 
 if TYPE_CHECKING:
+    from crosscheck.models.robot.mjcf.reading import MjcfRobot
     from crosscheck.models.robot.planar import RobotText
 
 Ratio = Annotated[float, quantities.NumberRange(-1e6, 1e6)]
@@ -179,7 +179,7 @@ def read_robot_file(name: str) -> dict[str, Any]:
     alone = {"schema_version": 1, "name": path.stem, "urdf": path.name}
     text = _read_xml(path)
     if describe_xml_kind(text) is XmlKind.MJCF:
-        alone["gravity_m_per_s2"] = list(read_mjcf(path, text).gravity)
+        alone["gravity_m_per_s2"] = list(_convert_mjcf(path, text).gravity)
     return alone
 
 
@@ -357,7 +357,13 @@ def read_text(path: Path) -> str:
     text = _read_xml(path)
     if describe_xml_kind(text) is None and "base" in text:
         return _write_free_arm(path, read_raw_arm(str(path))).urdf
-    return read_mjcf(path, text).urdf if describe_xml_kind(text) is XmlKind.MJCF else text
+    return _convert_mjcf(path, text).urdf if describe_xml_kind(text) is XmlKind.MJCF else text
+
+
+def _convert_mjcf(path: Path, text: str) -> MjcfRobot:
+    from crosscheck.models.robot.mjcf.reading import read_mjcf  # for files of that format alone
+
+    return read_mjcf(path, text)
 
 
 def _write_free_arm(path: Path, content: dict[str, Any]) -> RobotText:

@@ -5,8 +5,8 @@ from __future__ import annotations
 import math
 from collections.abc import Iterator
 from functools import lru_cache
+from html import escape
 from typing import NamedTuple
-from xml.sax.saxutils import quoteattr
 
 from crosscheck.models.arm.arm import Arm, Direct, FreeArm, Planetary
 from crosscheck.models.arm.gears import PlanetaryStage
@@ -72,7 +72,7 @@ def build_level_robots(arm: Arm) -> dict[str, tuple[Robot, Level]]:
 
 def write_arm_as_robot(arm: Arm, urdf: str, *, has_gears: bool = True) -> RobotText:
     """The texts of an arm as a robot; urdf: name of the URDF."""
-    heads = URDF_HEAD.format(name=quoteattr(arm.name)), FILE_HEAD.format(urdf=urdf)
+    heads = URDF_HEAD.format(name=f'"{escape(arm.name)}"'), FILE_HEAD.format(urdf=urdf)
     lines = _urdf_lines(arm, has_gears), _file_lines(arm, urdf, has_gears)
     pairs = zip(heads, lines, strict=True)
     return RobotText(*("".join([head, "\n".join(each), "\n"]) for head, each in pairs))

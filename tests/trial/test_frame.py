@@ -1,7 +1,9 @@
 """A user's coordinates beside the project's own."""
 
 import math
+from collections.abc import Mapping
 from dataclasses import replace
+from fractions import Fraction
 
 import numpy as np
 import pytest
@@ -63,13 +65,22 @@ def test_named_maps(arm, coordinates, seed):
     np.testing.assert_allclose(rows @ frame.jacobian(x), np.eye(len(q)), atol=1e-9)
 
 
+def find_terms(frame: Frame) -> list[list[Mapping]]:
+    assert frame.symbolic is not None
+    return [[entry.terms for entry in row] for row in frame.symbolic]
+
+
+def find_values(frame: Frame, values: Mapping[str, float]) -> np.ndarray:
+    assert frame.symbolic is not None
+    return np.vectorize(lambda entry: entry.value(values), [float])(frame.symbolic)
+
+
 @settings(max_examples=20)
 @given(ARMS, NAMED)
 def test_symbols_say_what_numbers_say(arm, coordinates):
     frame = build_frame(coordinates, arm)
-    values = {symbol: float(value) for symbol, value in parameter_values(arm).items()}
-    assert frame.symbolic is not None
-    numbers = np.array(frame.symbolic.subs(values), dtype=float)
+    values = {symbol.name: float(value) for symbol, value in parameter_values(arm).items()}
+    numbers = find_values(frame, values)
     np.testing.assert_allclose(numbers, frame.matrix, rtol=1e-12, atol=0)
 
 
@@ -151,16 +162,15 @@ def test_a_straight_function_is_a_matrix():
     assert found.matrix is not None
     assert expected.matrix is not None
     np.testing.assert_allclose(found.matrix[:3], expected.matrix[:3], rtol=1e-14)
-    assert found.symbolic is not None
-    assert found.symbolic[:3, :] == expected.symbolic[:3, :]
+    assert find_terms(found)[:3] == find_terms(expected)[:3]
 
 
 def test_own_matrices():
     frame = build_frame(Coordinates(matrix=[[1, 0], [-1, 1]], names=("a", "b")), PAPER)
     assert frame.names == ("a", "b")
-    assert frame.symbolic == sp.ImmutableMatrix([[1, 0], [-1, 1]])
+    np.testing.assert_array_equal(find_values(frame, {}), [[1, 0], [-1, 1]])
     ratio = build_frame(Coordinates(matrix=np.diag([3 / 14, 0.1])), PAPER)
-    assert ratio.symbolic == sp.ImmutableMatrix([[sp.Rational(3, 14), 0], [0, sp.Rational(1, 10)]])
+    assert find_terms(ratio) == [[{(): Fraction(3, 14)}, {}], [{}, {(): Fraction(1, 10)}]]
     assert build_frame(Coordinates(matrix=np.diag([math.pi, 1])), PAPER).symbolic is None
 
 

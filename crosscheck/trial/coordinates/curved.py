@@ -3,28 +3,28 @@
 from __future__ import annotations
 
 import math
+import sys
 import warnings
 from collections.abc import Callable
 from dataclasses import replace
-from typing import Any
+from fractions import Fraction
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
-import sympy as sp
 
 from crosscheck.models.arm.arm import Arm
 from crosscheck.models.arm.layout import Layout
 from crosscheck.models.errors import InputError
 from crosscheck.runner.interruption import was_stopped
+from crosscheck.trial.changes.arms.polynomial import Polynomial, as_polynomial, letter
 from crosscheck.trial.coordinates import frame as frames
 from crosscheck.trial.coordinates.differences import derivative
 from crosscheck.trial.coordinates.frame import WHERE, Along, Frame, Vector
 from crosscheck.trial.input.arrays import NotNumbers, convert_to_numbers, format_vector
 from crosscheck.trial.input.equations import Coordinates
-from crosscheck.trial.input.symbolic import (
-    express_in_arm_symbols,
-    express_in_numbers,
-    make_plain_symbols,
-)
+
+if TYPE_CHECKING:
+    import sympy as sp
 
 COMPLEX_STEP = 1e-30
 SAMPLES = 3
@@ -36,7 +36,7 @@ def build_curved_frame(coordinates: Coordinates, layout: Layout, arm: Arm) -> Fr
     """The frame of a user's function. Raises InputError."""
     n, function = len(layout), coordinates.function
     count = frames.describe_coordinate_count(coordinates, n, arm)
-    if isinstance(function, sp.MatrixBase):
+    if is_sympy_matrix(function):
         frame = _build_sympy_frame(coordinates, function, layout, arm, count)
     elif callable(function):
         return build_callable_frame(coordinates, layout, count)
@@ -48,6 +48,11 @@ def build_curved_frame(coordinates: Coordinates, layout: Layout, arm: Arm) -> Fr
     return frame
 
 
+def is_sympy_matrix(function: Any) -> bool:
+    """Whether it is a Matrix of sympy, which whoever has one has imported; it takes a while."""
+    return "sympy" in sys.modules and isinstance(function, sys.modules["sympy"].MatrixBase)
+
+
 def _build_sympy_frame(
     coordinates: Coordinates, function: Any, layout: Layout, arm: Arm, count: str
 ) -> Frame:
@@ -55,6 +60,14 @@ def _build_sympy_frame(
 
     A function that turns out linear is a matrix, with the arm's symbols in it.
     """
+    import sympy as sp
+
+    from crosscheck.trial.input.symbolic import (
+        express_in_arm_symbols,
+        express_in_numbers,
+        make_plain_symbols,
+    )
+
     n = len(layout)
     if len(coordinates.symbols) != n or len(function) != n:
         reason = (
@@ -74,7 +87,7 @@ def _build_sympy_frame(
     ):
         matrix = np.array(express_in_numbers(jacobian, arm), dtype=np.float64)
         frames.require_invertible(matrix, "function")
-        return frames.build_linear_frame(layout, names, matrix, jacobian)
+        return frames.build_linear_frame(layout, names, matrix, _convert_to_letters(jacobian))
     u = [sp.Dummy(f"u{k}") for k in range(n)]
     drift = (jacobian * sp.Matrix(u)).jacobian(x) * sp.Matrix(u)
     value, slopes, along = (
@@ -89,6 +102,32 @@ def _build_sympy_frame(
         slopes=lambda x: _convert_answer(slopes(x, x), (n, n), "function's jacobian", x),
         drift=lambda x, u: _convert_answer(along(x, u), (n,), "function's second derivative", x),
     )
+
+
+def _convert_to_letters(matrix: sp.Matrix) -> np.ndarray | None:
+    """A matrix in symbols as Polynomials; None where an entry is no sum of products."""
+    entries = [*map(_make_polynomial, matrix)]
+    return None if None in entries else np.array(entries).reshape(matrix.shape)
+
+
+def _make_polynomial(expression: sp.Expr) -> Polynomial | None:
+    """The polynomial of a sympy expression; None where it is no sum of products."""
+    import sympy as sp
+
+    total = as_polynomial(0)
+    for part in sp.Add.make_args(sp.expand(expression)):
+        product = as_polynomial(1)
+        for factor in sp.Mul.make_args(part):
+            base, power = factor.as_base_exp()
+            if not power.is_Integer or not (base.is_Symbol or base.is_number):
+                return None
+            exact = Fraction(int(base.p), int(base.q)) if base.is_Rational else None
+            number = as_polynomial(exact) if exact is not None else None
+            if number is None:
+                number = letter(base.name) if base.is_Symbol else as_polynomial(float(base))
+            product = product * number ** int(power)
+        total = total + product
+    return total
 
 
 def build_callable_frame(coordinates: Coordinates, layout: Layout, count: str) -> Frame:

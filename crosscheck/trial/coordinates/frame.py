@@ -8,14 +8,13 @@ from fractions import Fraction
 from typing import Any, Literal
 
 import numpy as np
-import sympy as sp
 
 from crosscheck.analytic.derivation.chain import build_exact_chain
 from crosscheck.analytic.derivation.stage import Stage
-from crosscheck.analytic.derivation.symbols import build_arm_chain
 from crosscheck.models.arm.arm import Arm
 from crosscheck.models.arm.layout import Layout
 from crosscheck.models.errors import InputError
+from crosscheck.trial.changes.arms.polynomial import as_polynomial, build_letter_chain
 from crosscheck.trial.input.arrays import format_vector
 from crosscheck.trial.input.equations import Coordinates
 
@@ -37,9 +36,8 @@ class Frame:
 
     position(x): q. slopes(x): dq/dx (n, n); jacobian_source: where it comes from. drift(x, u): J' u
     (n,) at rates u = x', what q'' has beside J x''. They raise InputError where they find none.
-    matrix: where the map is linear, q = matrix @ x. symbolic: the same in symbols of
-    ``analytic.derivation.symbols``, of named maps and of matrices whose numbers are ratios, radii
-    and gear ratios of the arm.
+    matrix: where the map is linear, q = matrix @ x. symbolic: the same in Polynomials of the arm's
+    letters, of named maps and of matrices whose numbers are ratios, radii and gear ratios of it.
     """
 
     layout: Layout
@@ -49,7 +47,7 @@ class Frame:
     slopes: Vector
     drift: Along
     matrix: np.ndarray | None = None
-    symbolic: sp.ImmutableMatrix | None = None
+    symbolic: np.ndarray | None = None
 
     def jacobian(self, x: np.ndarray) -> np.ndarray:
         """J = dq/dx (n, n). Raises InputError where it is singular."""
@@ -108,7 +106,7 @@ class Frame:
 
 
 def build_linear_frame(
-    layout: Layout, names: tuple[str, ...], matrix: np.ndarray, symbolic: sp.ImmutableMatrix | None
+    layout: Layout, names: tuple[str, ...], matrix: np.ndarray, symbolic: np.ndarray | None
 ) -> Frame:
     """The frame of q = matrix @ x."""
     return Frame(
@@ -139,38 +137,37 @@ def select_coordinate_names(coordinates: Coordinates, usual: Sequence[str]) -> t
     return names
 
 
-def express_in_symbols(matrix: np.ndarray, layout: Layout, arm: Arm) -> sp.ImmutableMatrix | None:
+def express_in_letters(matrix: np.ndarray, layout: Layout, arm: Arm) -> np.ndarray | None:
     """The matrix in ratios of whole numbers and the radii and ratios of each row's own joint.
 
     None where some number is none of these; what rounding left of a 0 counts as 0.
     """
-    symbols, numbers = build_arm_chain(arm, layout).stages, build_exact_chain(arm, layout).stages
-    symbolic_entries = []
+    letters, numbers = build_letter_chain(arm, layout).stages, build_exact_chain(arm, layout).stages
+    entries: list[Any] = []
     for row, meant in zip(matrix, layout.coordinates, strict=True):
-        stage, numeric_stage = symbols[meant.joint - 1], numbers[meant.joint - 1]
-        quantity_values: dict[sp.Expr, float] = {}
+        stage, numeric_stage = letters[meant.joint - 1], numbers[meant.joint - 1]
+        quantities: list[tuple[Any, float]] = []
         if isinstance(stage, Stage) and isinstance(numeric_stage, Stage):
-            quantity_values = dict(
-                zip(_quantities(stage), map(float, _quantities(numeric_stage)), strict=True)
-            )
+            values = map(float, _quantities(numeric_stage))
+            quantities = [*zip(_quantities(stage), values, strict=True)]
         nothing = ROUNDING * float(np.abs(row).max())
         for value in row.tolist():
             ratio = Fraction(value).limit_denominator(LARGEST_DENOMINATOR)
-            alike = (
-                f
-                for f, n in quantity_values.items()
+            equal = (
+                f if value * n > 0 else -f
+                for f, n in quantities
                 if abs(abs(value) - abs(n)) <= ROUNDING * abs(n)
             )
-            form = next(alike, None)
+            form = next(equal, None)
             if abs(value) <= nothing:
-                symbolic_entries.append(sp.Integer(0))
+                entries.append(0)
             elif float(ratio) == value and not _is_motors(value, numeric_stage):
-                symbolic_entries.append(sp.Rational(ratio.numerator, ratio.denominator))
+                entries.append(ratio)
             elif form is not None:
-                symbolic_entries.append(form if value * quantity_values[form] > 0 else -form)
+                entries.append(form)
             else:
                 return None
-    return sp.ImmutableMatrix(*matrix.shape, symbolic_entries)
+    return np.array([*map(as_polynomial, entries)]).reshape(matrix.shape)
 
 
 def _is_motors(value: float, stage: Any) -> bool:
@@ -182,7 +179,8 @@ def _quantities(stage: Stage) -> tuple[Any, ...]:
     """Quantities of a stage that people put in a map of its joint, simplest first."""
     r_s, r_p, r_cp, n = stage.r_s, stage.r_p, stage.r_cp, stage.n
     radii = r_s, r_p, r_cp, 2 * r_s, 2 * r_p, 2 * r_cp, r_s + 2 * r_p
-    return *radii, n, 1 / n, 1 / r_s, 1 / r_p, 1 / r_cp, r_p / r_s, r_s / r_p, 2 * r_cp / r_s
+    inverses = (each**-1 for each in (n, r_s, r_p, r_cp))
+    return *radii, n, *inverses, r_p / r_s, r_s / r_p, 2 * r_cp / r_s
 
 
 def require_invertible(matrix: np.ndarray, what: str, x: np.ndarray | None = None) -> None:

@@ -7,13 +7,16 @@ from dataclasses import dataclass, replace
 from typing import Any
 
 import numpy as np
-import sympy as sp
 
 from crosscheck.checks.robot_states import RandomStates
 from crosscheck.models.arm.layout import Coordinate, Layout
 from crosscheck.models.errors import InputError
 from crosscheck.models.robot.robot import Robot
-from crosscheck.trial.coordinates.curved import build_callable_frame, build_velocity_frame
+from crosscheck.trial.coordinates.curved import (
+    build_callable_frame,
+    build_velocity_frame,
+    is_sympy_matrix,
+)
 from crosscheck.trial.coordinates.frame import Frame, build_linear_frame, require_invertible
 from crosscheck.trial.coordinates.readings import list_readings
 from crosscheck.trial.coordinates.states import find_coordinates
@@ -85,7 +88,9 @@ def read_frame(coordinates: Coordinates, robot: Robot, where: str) -> Frame | No
             raise InputError(where, "coordinates.velocities", None, "must stand alone")
         return build_velocity_frame(coordinates.velocities, layout, names)
     if coordinates.function is not None:
-        if isinstance(coordinates.function, sp.MatrixBase):
+        if is_sympy_matrix(coordinates.function):
+            import sympy as sp
+
             entries = sp.lambdify([coordinates.symbols], list(coordinates.function), "numpy")
             coordinates = replace(coordinates, function=lambda x: np.array(entries(x)), symbols=())
         return build_callable_frame(coordinates, layout, f"the {size} joints of {robot.name}")

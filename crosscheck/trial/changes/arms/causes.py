@@ -8,7 +8,6 @@ from dataclasses import replace
 from itertools import permutations
 
 import numpy as np
-import sympy as sp
 
 from crosscheck.trial.arms.suite import get_trusted_answers
 from crosscheck.trial.changes.arms.comparison import QUANTITIES, EntryComparison
@@ -87,13 +86,12 @@ def explain_entries(arm: EntryComparison, probes: Sequence[EntryComparison]) -> 
     ]
 
 
-def _is_same_map(symbolic: sp.ImmutableMatrix, arm: EntryComparison) -> bool:
-    """Whether a map in symbols has the same numbers as the user's map of an arm."""
-    values = {symbol: arm.values[symbol.name] for symbol in symbolic.free_symbols}
+def _is_same_map(symbolic: np.ndarray, arm: EntryComparison) -> bool:
+    """Whether a map in letters has the same numbers as the user's map of an arm."""
     matrix = arm.problem.frame.matrix
     if matrix is None:
         return False
-    off = np.abs(np.array(symbolic.xreplace(values), dtype=float) - matrix)
+    off = np.abs(np.vectorize(lambda entry: entry.value(arm.values), [float])(symbolic) - matrix)
     return bool((off <= SAME * np.abs(matrix).max(axis=1, keepdims=True)).all())
 
 

@@ -7,7 +7,6 @@ from dataclasses import dataclass, replace
 from functools import cached_property
 
 import numpy as np
-import sympy as sp
 
 from crosscheck.models.arm.arm import Arm
 from crosscheck.planning.comparison import Results
@@ -56,7 +55,7 @@ class EntryComparison:
     """A model and the reference on one arm: answers of both for every part, at every state.
 
     coordinates: built-in coordinates in which all of this is, None for the user's. symbolic: the
-    user's map in symbols of the arm.
+    user's map in letters of the arm.
     """
 
     problem: VerificationProblem
@@ -64,7 +63,7 @@ class EntryComparison:
     results: Results
     user_values: Mapping[str, np.ndarray]
     reference_values: Mapping[str, np.ndarray]
-    symbolic: sp.ImmutableMatrix | None = None
+    symbolic: np.ndarray | None = None
     coordinates: Coordinates | None = None
 
     def transform_to(self, coordinates: Coordinates) -> EntryComparison:

@@ -12,7 +12,11 @@ from fractions import Fraction
 from typing import Any, NamedTuple
 
 import numpy as np
-import sympy as sp
+
+from crosscheck.analytic.derivation.chain import Chain
+from crosscheck.analytic.derivation.stage import DirectStage, Stage
+from crosscheck.models.arm.arm import Arm, Planetary
+from crosscheck.models.arm.layout import Layout
 
 Number = int | Fraction | float
 Powers = tuple[tuple[str, int], ...]  # (letter, power), by name; powers may be negative
@@ -42,6 +46,10 @@ class Polynomial:
     def monomials(self) -> Iterator[Monomial]:
         """The polynomial's terms, one by one."""
         return (Monomial(number, powers) for powers, number in self.terms.items())
+
+    def value(self, values: Mapping[str, Any]) -> Any:
+        """The polynomial's value with numbers (or arrays of numbers) for the letters."""
+        return sum(monomial.value(values) for monomial in self.monomials)
 
     def __bool__(self) -> bool:
         return bool(self.terms)
@@ -120,22 +128,16 @@ def as_polynomial(value: Any) -> Polynomial:
     return Polynomial({(): value} if value else {})
 
 
-def from_sympy(expression: sp.Expr) -> Polynomial | None:
-    """The polynomial of a sympy expression; None where it is no sum of products."""
-    total = as_polynomial(0)
-    for part in sp.Add.make_args(sp.expand(expression)):
-        product = as_polynomial(1)
-        for factor in sp.Mul.make_args(part):
-            base, power = factor.as_base_exp()
-            if not power.is_Integer or not (base.is_Symbol or base.is_number):
-                return None
-            exact = Fraction(int(base.p), int(base.q)) if base.is_Rational else None
-            number = as_polynomial(exact) if exact is not None else None
-            if number is None:
-                number = letter(base.name) if base.is_Symbol else as_polynomial(float(base))
-            product = product * number ** int(power)
-        total = total + product
-    return total
+def build_letter_chain(arm: Arm, layout: Layout) -> Chain:
+    """The chain of an arm in letters, in any layout; free planets are counted, not a letter."""
+    stages: list[Stage | DirectStage] = []
+    for number, joint in enumerate(arm.joints, start=1):
+        kind = Stage if isinstance(joint, Planetary) else DirectStage
+        stage = kind(*(letter(f"{name}{number}") for name in kind._fields))
+        if isinstance(stage, Stage) and layout.free:
+            stage = stage._replace(N=joint.planet_count)
+        stages.append(stage)
+    return Chain(tuple(stages), letter("m_payload"), layout)
 
 
 def _multiply_powers(left: Powers, right: Powers) -> Powers:

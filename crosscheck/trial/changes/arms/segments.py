@@ -20,7 +20,6 @@ from crosscheck.analytic.derivation.chain import Chain
 from crosscheck.analytic.derivation.efforts import drive_rows, mesh_rows
 from crosscheck.analytic.derivation.lagrange import build_mass_terms, build_weight_terms
 from crosscheck.analytic.derivation.rigid import rigid_bodies
-from crosscheck.analytic.derivation.stage import DirectStage, Stage
 from crosscheck.models.arm.arm import Arm, Planetary
 from crosscheck.models.arm.layout import MESHES, Layout
 from crosscheck.models.experiment.scenario import Switches
@@ -30,7 +29,7 @@ from crosscheck.trial.changes.arms.polynomial import (
     Polynomial,
     add_polynomials,
     as_polynomial,
-    from_sympy,
+    build_letter_chain,
     letter,
 )
 from crosscheck.trial.coordinates.frame import Frame
@@ -128,43 +127,28 @@ def build_reference_terms(
         for place, products in _group_entries(part).items():
             entries[place] = entries.get(place, ()) + products
     turns, values = np.vectorize(as_polynomial, [object])(turns), collect_arm_values(arm)
-    angles = np.array(
-        [[float(sum(m.value(values) for m in entry.monomials)) for entry in row] for row in turns]
-    )
+    angles = np.array([[float(entry.value(values)) for entry in row] for row in turns])
     return ReferenceTerms(frame.names, turns, angles, entries)
 
 
 def build_letter_bodies(layout: Layout, arm: Arm, level: str) -> tuple[Chain, list[Body]]:
     """The chain in letters, and the bodies of a geared model or of a rigid one at a level."""
-    chain = _build_letter_chain(arm, layout)
+    chain = build_letter_chain(arm, layout)
     return chain, build_bodies(chain) if layout.mesh_joints else rigid_bodies(
         chain, level or "coupled"
     )
-
-
-def _build_letter_chain(arm: Arm, layout: Layout) -> Chain:
-    """The chain of an arm in letters, in any layout; free planets are counted, not a letter."""
-    stages: list[Stage | DirectStage] = []
-    for number, joint in enumerate(arm.joints, start=1):
-        kind = Stage if isinstance(joint, Planetary) else DirectStage
-        stage = kind(*(letter(f"{name}{number}") for name in kind._fields))
-        if isinstance(stage, Stage) and layout.free:
-            stage = stage._replace(N=joint.planet_count)
-        stages.append(stage)
-    return Chain(tuple(stages), letter("m_payload"), layout)
 
 
 def _collect_columns(frame: Frame) -> np.ndarray:
     """The matrix dq/dx (n, n) of numbers or polynomials. Raises ValueError if it is no constant."""
     if frame.matrix is None:
         raise ValueError("the map is not linear")
-    given = [] if frame.symbolic is None else [from_sympy(entry) for entry in frame.symbolic]
-    # A number where it is one.
-    entries: list[Any] = [
-        sum(p.terms.values()) if {*p.terms} <= {()} else p for p in given if p is not None
-    ]
-    if len(entries) < frame.matrix.size:
-        entries = [int(v) if v.is_integer() else v for v in frame.matrix.ravel().tolist()]
+    if frame.symbolic is None:
+        numbers = frame.matrix.ravel().tolist()
+        entries: list[Any] = [int(v) if v.is_integer() else v for v in numbers]
+    else:  # a number where it is one
+        given = frame.symbolic.ravel()
+        entries = [sum(p.terms.values()) if {*p.terms} <= {()} else p for p in given]
     return np.array(entries, dtype=object).reshape(frame.matrix.shape)
 
 
