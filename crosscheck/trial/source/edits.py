@@ -35,6 +35,7 @@ from crosscheck.trial.source.changes import (
     list_powers,
     list_repeated_exchanges,
     list_repetitions,
+    list_slices,
     list_steps,
     list_transposes,
 )
@@ -45,12 +46,14 @@ from crosscheck.trial.source.syntax import SourceTree
 class Edit(NamedTuple):
     """An edit: other text in the place of a node.
 
-    likelihood: rank of its kind, 1 of the likeliest, and the kind's place among all.
+    likelihood: rank of its kind, 1 of the likeliest, and the kind's place among all; is_slice:
+    whether the text is a slice.
     """
 
     likelihood: tuple[int, int]
     node: ast.expr | ast.stmt
     text: str
+    is_slice: bool = False
 
     @property
     def rank(self) -> int:
@@ -60,10 +63,9 @@ class Edit(NamedTuple):
     def parse(self) -> ast.expr | ast.stmt:
         """The other node; of several statements one that holds them. Raises SyntaxError."""
         if isinstance(self.node, ast.expr):
-            is_slice = self.text.startswith(":") or self.text.endswith(":")
-            text = f"_[{self.text}]" if is_slice else self.text
+            text = f"_[{self.text}]" if self.is_slice else self.text
             other: Any = ast.parse(text, mode="eval").body
-            other = other.slice if is_slice else other
+            other = other.slice if self.is_slice else other
         else:
             body = ast.parse(self.text).body
             other = body[0] if len(body) == 1 else ast.If(ast.Constant(True), body, [])
@@ -71,10 +73,14 @@ class Edit(NamedTuple):
 
 
 class EditKind(NamedTuple):
-    """A kind of edits: rank, from 1 of the likeliest, and the texts that may stand at a site."""
+    """A kind of edits: rank, from 1 of the likeliest, and the texts that may stand at a site.
+
+    are_slices: whether these are slices.
+    """
 
     rank: int
     list_texts: Callable[[Site], Texts]
+    are_slices: bool = False
 
 
 # What is a sign or a letter away is likelier than what needs a new expression, which also fits more
@@ -94,6 +100,7 @@ KINDS = (
     EditKind(2, list_parentheses),
     EditKind(2, list_multiples),
     EditKind(2, list_steps),
+    EditKind(2, list_slices, are_slices=True),
     EditKind(2, list_assignments),
     EditKind(2, partial(list_negatives, of_products=False, inside=False)),
     EditKind(2, partial(list_negatives, of_products=True, inside=False)),
@@ -129,4 +136,4 @@ def list_edits(tree: SourceTree, rank: int) -> Iterator[Edit]:
             for site in sites:
                 if isinstance(site.node, ast.expr | ast.stmt):
                     for text in kind.list_texts(site):
-                        yield Edit((rank, place), site.node, text)
+                        yield Edit((rank, place), site.node, text, kind.are_slices)

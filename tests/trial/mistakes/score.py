@@ -30,7 +30,7 @@ GRAVITY, FRICTION = (0.0, -9.81), 1.7
 
 
 class Mistake(NamedTuple):
-    """A mistake in a right text (``equations.RIGHT``): old pieces, and what stands there instead.
+    """A mistake in a right text, by its kind: old pieces, and what stands there instead.
 
     source: where this kind of mistake is reported or corrected, be it of another machine. entry:
     pattern of the entries of the user's that may be blamed (bias and M of the same mistake among
@@ -38,12 +38,12 @@ class Mistake(NamedTuple):
     """
 
     name: str
-    said: str
     source: str
     kind: str
     replaced: tuple[tuple[str, str], ...]
     entry: str
     term: str
+    said: str = ""
 
 
 ROWS = tomllib.loads(Path(__file__).with_name("mistakes.toml").read_text(encoding="utf-8"))

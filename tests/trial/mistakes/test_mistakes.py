@@ -73,7 +73,7 @@ SLIPS = {
 @pytest.mark.parametrize("slip", SLIPS)
 def test_a_slip_is_named_by_its_term(slip):
     kind, replaced, entry, term = SLIPS[slip]
-    found = scored(Mistake(slip, "", "", kind, (replaced,), entry, term))
+    found = scored(Mistake(slip, "", kind, (replaced,), entry, term))
     assert (found.entry_right, found.verdict) == (True, "right"), found
 
 
