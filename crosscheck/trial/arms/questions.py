@@ -1,18 +1,18 @@
 """Questions to the supplied equations: a part at random states, in the user's coordinates.
 
 Each question is a task of its own, so that a part that raises, hangs or takes its process down
-costs that part alone. The first call of every function comes before all else. What can be no
-equation of this arm (a wrong shape, a complex number) is bad input and ends the trial there. A
-function that never returns or takes its process down costs one call, not many.
+costs that part alone. What every function answers comes before all else. What can be no equation of
+this arm (a wrong shape, a complex number) is bad input and ends the trial there. A function that
+fails is asked no more.
 """
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterable, Mapping, Sequence
+import re
+from collections.abc import Callable, Iterable, Iterator, Sequence
 from dataclasses import dataclass, replace
 from functools import cached_property, partial
 from pathlib import Path
-from typing import NamedTuple
 
 import numpy as np
 
@@ -22,7 +22,7 @@ from crosscheck.models.errors import InputError
 from crosscheck.models.experiment.scenario import PdDrive, Scenario
 from crosscheck.models.interface import Model
 from crosscheck.models.loading import Case, make_rest_scenario
-from crosscheck.planning.comparison import ModelTask
+from crosscheck.planning.comparison import ModelTask, Results
 from crosscheck.planning.sizing import make_unequal_gains_scenario
 from crosscheck.registry import (
     LEVELS,
@@ -52,7 +52,6 @@ from crosscheck.trial.coordinates.frame import Frame, describe_coordinate_count
 from crosscheck.trial.coordinates.states import UserState, draw_states
 from crosscheck.trial.input.calls import describe_failure
 from crosscheck.trial.input.equations import Equations, Gearing
-from crosscheck.trial.input.loading import format_error, format_error_line
 from crosscheck.trial.input.supplied import SuppliedEquations, bind_equations
 from crosscheck.trial.judge.entries import LevelDistance
 
@@ -62,6 +61,7 @@ AGAIN = "_again"
 BY_RATES = ("rate_terms", "christoffel")
 # Parts that questions with other names belong to.
 PART_OF = {
+    "coriolis": "bias",
     "other_speeds": "bias",
     "rate_terms": "bias",
     "christoffel": "mass_matrix",
@@ -152,18 +152,23 @@ class StateQuestion(SelfKeyedTask):
         calls = len(self.case.arm.joints) ** 2 if self.quantity in BY_RATES else 1
         return 0.5 + self.count * calls * max(MODELS[self.model].call_s, CALL_S)
 
-    def perform(self) -> np.ndarray | Failure:
-        """The answers, state by state along the first axis, or why there are none."""
+    def perform(self) -> np.ndarray | Failure | BadAnswer:
+        """The answers, state by state along the first axis, or why there are none.
+
+        A BadAnswer if the first is no array of numbers of the right shape.
+        """
+        answers = list[np.ndarray]()
         try:
-            return self._answers()
+            for answer in self._generate_answers():
+                answers.append(answer)
+        except BadAnswer as error:
+            return describe_failure(error) if answers else error
         except BaseException as error:  # also SystemExit and KeyboardInterrupt out of a model
             return describe_failure(error)
+        return np.array(answers[:: -1 if self.quantity.endswith(AGAIN) else 1])
 
-    def _answers(self) -> np.ndarray:
-        """The answers, state by state along the first axis.
-
-        Of what is asked again the last state is asked first.
-        """
+    def _generate_answers(self) -> Iterator[np.ndarray]:
+        """The answers, state by state; of what is asked again the last state first."""
         asker = build_model(self.asker, self.case)
         assert isinstance(asker, SuppliedModel)  # as it was registered
         case, frame = self.case, asker.frame
@@ -175,9 +180,9 @@ class StateQuestion(SelfKeyedTask):
             source = model.repeated_equations if again else model.supplied
         else:
             source = transform_model(self.model, case, frame, "gravity" in asker.supplied.has)
-        order, ask = -1 if again else 1, QUESTIONS[self.quantity]
-        pairs = list(zip(states, [*states[1:], states[0]], strict=True))[::order]
-        return np.array([ask(source, state, other.u) for state, other in pairs][::order])
+        pairs = list(zip(states, [*states[1:], states[0]], strict=True))
+        for state, other in pairs[:: -1 if again else 1]:
+            yield QUESTIONS[self.quantity](source, state, other.u)
 
 
 Source = SuppliedEquations | TransformedModel
@@ -377,84 +382,39 @@ class VerificationProblem:
         return StateQuestion(self.name, model, self.case, quantity, self.count, self.seed)
 
 
-class ErrorReport(NamedTuple):
-    """Exception of a user's function: class, words, and its file and line in brackets."""
-
-    error: str
-    line: str
-
-
-@dataclass(frozen=True)
-class FirstCall(SelfKeyedTask):
-    """A task that calls one of a supplied model's own functions once, at one state."""
-
-    model: str
-    quantity: str
-    case: Case
-    seed: int
-    cost = 0.01
-
-    def perform(self) -> InputError | ErrorReport | None:
-        """The error if the answer is unusable, or what the function raises; None if neither."""
-        asker = build_model(self.model, self.case)
-        assert isinstance(asker, SuppliedModel)  # as it was registered
-        try:
-            state, *_ = draw_states(asker.frame, self.case, 1, self.seed)
-        except InputError:  # a pose that the user's map does not reach
-            return None
-        try:
-            FIRST[self.quantity](asker.supplied, state)
-        except BadAnswer as error:
-            count = describe_coordinate_count(
-                asker.equations.coordinates, len(asker.frame.names), self.case.arm
-            )
-            return InputError(self.model, "", None, f"{error}; x are {count}")
-        except BaseException as error:  # also SystemExit and KeyboardInterrupt out of a model
-            return ErrorReport(
-                format_error(error), format_error_line(error, Path(Path.cwd().anchor))
-            )
-        return None
-
-
-FIRST: dict[str, Callable[[SuppliedEquations, UserState], np.ndarray]] = {
-    "mass_matrix": lambda equations, state: equations.mass_matrix(state.x),
-    "bias": lambda equations, state: equations.bias(state.x, state.u),
-    "coriolis": lambda equations, state: equations.bias(state.x, state.u),
-    "gravity": lambda equations, state: equations.gravity(state.x),
-    "force": lambda equations, state: equations.force_at(state),
-    "acceleration": lambda equations, state: equations.acceleration_at(state),
-    "inverse_dynamics": lambda equations, state: equations.inverse_dynamics(
-        state.x, state.u, state.u
-    ),
-}
-
-
-def run_first_calls(
+def ask_functions(
     problem: VerificationProblem, workers: Workers, progress: ProgressCallback
-) -> dict[str, Failure]:
-    """The parts whose function did not come back, with why; none of a table.
+) -> tuple[Results, dict[str, Failure]]:
+    """What the user's own functions answer, and by part why they do not.
 
     Raises InputError for an answer that cannot be used, and where all parts raise the same.
     """
-    if problem.equations.table is not None:
-        return {}
-    tasks = [
-        FirstCall(problem.name, part, problem.case, problem.seed) for part in _given_parts(problem)
-    ]
-    outcomes: Mapping[object, object] = run_tasks(workers, tasks, progress).outcomes
-    raised = [outcome for outcome in outcomes.values() if isinstance(outcome, ErrorReport)]
-    if len(raised) == len(tasks) and len({each.error for each in raised}) == 1:
-        reason = f"every part raises {raised[0].error}{raised[0].line}"
-        raise InputError(problem.name, "", None, reason)
-    failed_parts = {}
-    for task in tasks:
-        outcome = outcomes[task]
-        if isinstance(outcome, InputError):
-            raise outcome
+    parts = _given_parts(problem)
+    tasks = {part: problem.ask_equations(PART_OF.get(part, part)) for part in parts}
+    results = run_tasks(workers, list(dict.fromkeys(tasks.values())), progress)
+    failed_parts = dict[str, Failure]()
+    for part, task in tasks.items():
+        outcome: object = results.outcomes[task.key]
+        if isinstance(outcome, BadAnswer):
+            coordinates, arm = problem.equations.coordinates, problem.case.arm
+            count = describe_coordinate_count(coordinates, len(problem.names), arm)
+            raise InputError(problem.name, "", None, f"{outcome}; x are {count}")
         if isinstance(outcome, Failure):
-            message = f"{task.quantity}: {outcome.message}"
-            failed_parts[task.quantity] = replace(outcome, message=message)
-    return failed_parts
+            where = "" if outcome.trace else f"{part}: "
+            failed_parts[part] = replace(outcome, message=f"{where}{outcome.message}")
+    traces = [failure.trace for failure in failed_parts.values()]
+    if len(traces) == len(tasks) and len({_find_error(each) for each in traces}) == 1 and traces[0]:
+        frames = re.findall(r'File "(.+)", line (\d+)', traces[0])
+        own = [each for each in frames if "site-packages" not in each[0]]
+        file, line = (own or frames)[-1]
+        reason = f"every part raises {_find_error(traces[0])} ({Path(file).name}, line {line})"
+        raise InputError(problem.name, "", None, reason)
+    return results, failed_parts
+
+
+def _find_error(trace: str) -> str:
+    """The last line of a traceback: the error."""
+    return trace.rstrip().rpartition("\n")[2]
 
 
 def skip_dependent_tasks(

@@ -9,6 +9,7 @@ from typing import Any
 
 import numpy as np
 
+from crosscheck.checks.answers import BadAnswer
 from crosscheck.findings import Finding
 from crosscheck.models.arm.arm import Arm
 from crosscheck.models.errors import InputError, Unfinished
@@ -39,8 +40,8 @@ from crosscheck.trial.arms.entry_notes import (
 from crosscheck.trial.arms.model import make_registry_entry, select_switches
 from crosscheck.trial.arms.questions import (
     VerificationProblem,
+    ask_functions,
     make_experiment,
-    run_first_calls,
     skip_dependent_tasks,
 )
 from crosscheck.trial.arms.unit_mistakes import describe_unit_mistakes
@@ -58,6 +59,7 @@ from crosscheck.trial.changes.arms.segments import build_reference_terms
 from crosscheck.trial.changes.arms.waves import minimum_state_count
 from crosscheck.trial.coordinates.build import build_frame
 from crosscheck.trial.coordinates.readings import Reading
+from crosscheck.trial.input.calls import describe_failure
 from crosscheck.trial.input.equations import SINGLE
 from crosscheck.trial.input.supplied import SuppliedEquations, bind_equations
 from crosscheck.trial.judge.checks import WHOLE, AnswerSet
@@ -103,16 +105,18 @@ class ArmSubject(TrialSubject):
             probes = build_probe_problems(problem)
         entry = make_registry_entry(problem.name, problem.equations, problem.has)
         with register(problem.name, entry), Workers(request.jobs) as workers:
-            failed_parts = run_first_calls(problem, workers, progress)
+            first, failed_parts = ask_functions(problem, workers, progress)
 
             def perform(tasks: Sequence[ModelTask]) -> Results:
-                """Ask what can be asked; a function that does not come back is called no more."""
+                """Ask what can be asked; a function that fails is called no more."""
                 without = skip_dependent_tasks(problem, tasks, failed_parts)
-                new_results = run_tasks(
-                    workers, [task for task in tasks if task not in without], progress
-                )
-                lost_tasks = {task.key: failure for task, failure in without.items()}
-                return Results({**new_results.outcomes, **lost_tasks})
+                new = [each for each in tasks if each not in without]
+                new = [each for each in new if each.key not in first.outcomes]
+                outcomes: dict[Any, Any] = {task.key: why for task, why in without.items()}
+                outcomes |= run_tasks(workers, new, progress).outcomes
+                for key, bad in outcomes.items():
+                    outcomes[key] = describe_failure(bad) if isinstance(bad, BadAnswer) else bad
+                return Results({**outcomes, **first.outcomes})
 
             results = perform(list_tasks(problem, probes, request))
             try:
