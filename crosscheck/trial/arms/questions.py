@@ -13,12 +13,13 @@ from collections.abc import Callable, Iterable, Iterator, Sequence
 from dataclasses import dataclass, replace
 from functools import cached_property, partial
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 
 from crosscheck.checks.answers import BadAnswer
 from crosscheck.models.arm.arm import Arm
-from crosscheck.models.errors import InputError
+from crosscheck.models.errors import InputError, Unfinished
 from crosscheck.models.experiment.scenario import PdDrive, Scenario
 from crosscheck.models.interface import Model
 from crosscheck.models.loading import Case, make_rest_scenario
@@ -36,7 +37,7 @@ from crosscheck.registry import (
     select_with_method,
 )
 from crosscheck.run import run_tasks
-from crosscheck.runner.outcomes import Failure, SelfKeyedTask
+from crosscheck.runner.outcomes import Failure, SelfKeyedTask, failure_from_error
 from crosscheck.runner.progress_update import ProgressCallback
 from crosscheck.runner.tasks import Evaluation, Simulation, build_model
 from crosscheck.runner.workers import Workers
@@ -50,10 +51,10 @@ from crosscheck.trial.coordinates.differences import (
 )
 from crosscheck.trial.coordinates.frame import Frame, describe_coordinate_count
 from crosscheck.trial.coordinates.states import UserState, draw_states
-from crosscheck.trial.input.calls import describe_failure
+from crosscheck.trial.input.calls import LOADS, describe_failure
 from crosscheck.trial.input.equations import Equations, Gearing
 from crosscheck.trial.input.supplied import SuppliedEquations, bind_equations
-from crosscheck.trial.judge.entries import LevelDistance
+from crosscheck.trial.judge.entries import LevelDistance, NaturalSizes, compute_sizes
 
 SPEEDS = (-1.0, 2.0)
 GAINS = ("proportional_N_m_per_rad", "derivative_N_m_s_per_rad")
@@ -134,12 +135,11 @@ def transform_model(name: str, case: Case, frame: Frame, has_gravity: bool) -> T
 
 @dataclass(frozen=True)
 class StateQuestion(SelfKeyedTask):
-    """A part of a model, asked at random states in the coordinates of a supplied model.
+    """A part of supplied equations, asked at random states in their coordinates.
 
-    asker: the supplied model; model: whose answer, its own or another's; seed: of the states.
+    model: the name of the equations; seed: of the states.
     """
 
-    asker: str
     model: str
     case: Case
     quantity: str
@@ -150,39 +150,35 @@ class StateQuestion(SelfKeyedTask):
     def cost(self) -> float:
         """Estimated time that the answers take [s]."""
         calls = len(self.case.arm.joints) ** 2 if self.quantity in BY_RATES else 1
-        return 0.5 + self.count * calls * max(MODELS[self.model].call_s, CALL_S)
+        return 0.5 + self.count * calls * CALL_S
 
     def perform(self) -> np.ndarray | Failure | BadAnswer:
         """The answers, state by state along the first axis, or why there are none.
 
-        A BadAnswer if the first is no array of numbers of the right shape.
+        A BadAnswer if the first is no array of numbers of the right shape. Of what is asked again
+        the last state comes first.
         """
-        answers = list[np.ndarray]()
+        answers, again = list[np.ndarray](), self.quantity.endswith(AGAIN)
         try:
-            for answer in self._generate_answers():
+            model = build_model(self.model, self.case)
+            assert isinstance(model, SuppliedModel)  # as it was registered
+            states = draw_states(model.frame, self.case, self.count, self.seed)
+            source = model.repeated_equations if again else model.supplied
+            for answer in generate_answers(source, self.quantity, states, -1 if again else 1):
                 answers.append(answer)
         except BadAnswer as error:
             return describe_failure(error) if answers else error
         except BaseException as error:  # also SystemExit and KeyboardInterrupt out of a model
             return describe_failure(error)
-        return np.array(answers[:: -1 if self.quantity.endswith(AGAIN) else 1])
+        return np.array(answers[:: -1 if again else 1])
 
-    def _generate_answers(self) -> Iterator[np.ndarray]:
-        """The answers, state by state; of what is asked again the last state first."""
-        asker = build_model(self.asker, self.case)
-        assert isinstance(asker, SuppliedModel)  # as it was registered
-        case, frame = self.case, asker.frame
-        states = draw_states(frame, case, self.count, self.seed)
-        model = build_model(self.model, self.case)
-        again = self.quantity.endswith(AGAIN)
-        source: Source
-        if isinstance(model, SuppliedModel):
-            source = model.repeated_equations if again else model.supplied
-        else:
-            source = transform_model(self.model, case, frame, "gravity" in asker.supplied.has)
-        pairs = list(zip(states, [*states[1:], states[0]], strict=True))
-        for state, other in pairs[:: -1 if again else 1]:
-            yield QUESTIONS[self.quantity](source, state, other.u)
+
+def generate_answers(
+    source: Source, quantity: str, states: Sequence[UserState], order: int = 1
+) -> Iterator[np.ndarray]:
+    """The answers to a quantity, state by state; order: -1 of the last state first."""
+    for state, other in list(zip(states, [*states[1:], states[0]], strict=True))[::order]:
+        yield QUESTIONS[quantity](source, state, other.u)
 
 
 Source = SuppliedEquations | TransformedModel
@@ -375,11 +371,55 @@ class VerificationProblem:
 
     def ask_equations(self, quantity: str) -> StateQuestion:
         """The question of a part of the supplied equations."""
-        return self.ask(self.name, quantity)
+        return StateQuestion(self.name, self.case, quantity, self.count, self.seed)
 
-    def ask(self, model: str, quantity: str) -> StateQuestion:
-        """The question of a part of any model, in the coordinates of the supplied equations."""
-        return StateQuestion(self.name, model, self.case, quantity, self.count, self.seed)
+    @cached_property
+    def _kept(self) -> dict[Any, Any]:
+        return {}
+
+    def evaluate(self, model: str, quantity: str) -> np.ndarray | Failure:
+        """What a model of the project answers at the states (count, ...), or why it does not."""
+        key, made_of = (model, quantity), (self.case, self.frame, self.has_gravity)
+        if key not in self._kept:
+            try:
+                if model not in self._kept:
+                    self._kept[model] = transform_model(model, *made_of)
+                answers = generate_answers(self._kept[model], quantity, self.states)
+                self._kept[key] = np.array(list(answers))
+            except Exception as error:  # whatever an engine raises is reported as a failure
+                self._kept[key] = failure_from_error(error)
+        values: np.ndarray | Failure = self._kept[key]
+        return values
+
+    def find_right(self, level: str, quantity: str) -> np.ndarray | None:
+        """The reference's answers (count, ...) at a level; None where it has none."""
+        values = self.evaluate(self.reference(level), quantity)
+        return None if isinstance(values, Failure) else values
+
+    def list_trusted_answers(
+        self, level: str
+    ) -> tuple[np.ndarray, np.ndarray | None, np.ndarray | None, np.ndarray | None]:
+        """The reference's M (count, n, n), force, acceleration and gravity (count, n).
+
+        None where it has no answer; no gravity of equations that count the weights in force. Raises
+        Unfinished without M.
+        """
+        mass = self.evaluate(self.reference(level), "mass_matrix")
+        if isinstance(mass, Failure):
+            raise Unfinished(f"{self.name} cannot be judged: {self.reference(level)}: {mass}")
+        force, acceleration = (self.find_right(level, part) for part in LOADS)
+        gravity = self.find_right(level, "gravity") if self.has_gravity else None
+        return mass, force, acceleration, gravity
+
+    def compute_sizes(self, level: str) -> NaturalSizes:
+        """Natural sizes by the reference's answers. Raises Unfinished."""
+        key = level, "sizes"
+        if key not in self._kept:
+            precision = self.equations.table.precision if self.equations.table else 0.0
+            answers = self.list_trusted_answers(level)
+            self._kept[key] = compute_sizes(self.frame, self.states, *answers, precision)
+        sizes: NaturalSizes = self._kept[key]
+        return sizes
 
 
 def ask_functions(

@@ -50,7 +50,6 @@ from crosscheck.trial.changes.arms.causes import explain_entries, explain_linear
 from crosscheck.trial.changes.arms.comparison import (
     compare_entries,
     list_entry_quantities,
-    list_entry_questions,
 )
 from crosscheck.trial.changes.arms.dependence import Perform
 from crosscheck.trial.changes.arms.diagnosis import Diagnosis, build_probe_problems, diagnose
@@ -153,7 +152,7 @@ class ArmSubject(TrialSubject):
             return []
         levels = find_distinct_levels(problem.mechanism)
         distinct = [level for level in levels if level in problem.levels]
-        sizes = suite.compute_natural_sizes(problem, results, problem.levels[-1])  # same for all
+        sizes = problem.compute_sizes(problem.levels[-1])  # same for all
         for level in distinct or problem.levels:
             compared = compare_entries(problem, level, list_entry_quantities(problem), results)
             places = {  # two of M that mirror each other are one
@@ -211,7 +210,7 @@ class ArmSubject(TrialSubject):
 
     def judge_engines(self, answers: AnswerSet, level: str) -> Iterator[Finding]:
         """Compare answers with all engines, runs with those of the level, and judge balances."""
-        yield from suite.judge_engines(self.problem, answers, self.results, level)
+        yield from suite.judge_engines(self.problem, answers, level)
         planned = list(_plan_comparisons(self.problem, self.request, [level]))
         yield from comparison.judge_comparisons(planned, self.results)
 
@@ -255,9 +254,11 @@ class ArmSubject(TrialSubject):
 def list_tasks(
     problem: VerificationProblem, probes: Sequence[VerificationProblem], request: TrialRequest
 ) -> list[ModelTask]:
-    """All tasks of a trial: of the equations, and of the models that they are compared with."""
+    """All tasks of a trial: what the equations are asked, and runs."""
     planned = list(_plan_comparisons(problem, request, problem.levels))
-    questions = [*suite.list_questions(problem), *_entry_tasks((problem, *probes))]
+    questions = [problem.ask_equations(quantity) for quantity in suite.list_quantities(problem)]
+    for each in (problem, *probes):
+        questions += map(each.ask_equations, list_entry_quantities(each))
     return list(dict.fromkeys([*comparison.collect_tasks(planned), *questions]))
 
 
@@ -287,11 +288,6 @@ def _is_driven(scenario: Scenario, joint: int, arm: Arm) -> bool:
     if isinstance(drive, SinusoidDrive):
         return bool(expand_to_joints(drive.amplitude_N_m, joints)[joint])
     return any(drive.torque_N_m[joint])
-
-
-def _entry_tasks(problems: Sequence[VerificationProblem]) -> Iterator[ModelTask]:
-    for each in problems:
-        yield from list_entry_questions(each, each.levels, list_entry_quantities(each))
 
 
 def build_problem(request: TrialRequest) -> VerificationProblem:

@@ -14,9 +14,8 @@ from crosscheck.registry import register
 from crosscheck.trial.arms.model import make_registry_entry
 from crosscheck.trial.arms.subject import build_problem
 from crosscheck.trial.changes.arms.comparison import (
-    compare_entries,
+    ask_and_compare,
     list_entry_quantities,
-    list_entry_questions,
 )
 from crosscheck.trial.changes.arms.diagnosis import build_probe_problems, diagnose
 from crosscheck.trial.changes.arms.term_words import describe_term_error
@@ -76,9 +75,7 @@ def wrong_entries(asked: TrialRequest) -> list[EntryMismatch]:
     problems = (problem, *build_probe_problems(problem))
     level, quantities = problem.levels[-1], list_entry_quantities(problem)
     with register(problem.name, make_registry_entry(problem.name, problem.equations, problem.has)):
-        questions = (list_entry_questions(each, [level], quantities) for each in problems)
-        results = perform(list(dict.fromkeys(task for own in questions for task in own)))
-        here, *there = (compare_entries(each, level, quantities, results) for each in problems)
+        here, *there = ask_and_compare(problems, level, quantities, perform)
         return diagnose(here, there, perform).wrong_entries
 
 

@@ -10,7 +10,6 @@ from itertools import permutations
 import numpy as np
 import sympy as sp
 
-from crosscheck.trial.arms.suite import get_trusted_answers
 from crosscheck.trial.changes.arms.comparison import QUANTITIES, EntryComparison
 from crosscheck.trial.changes.arms.mesh_forces import compute_signals, list_mesh_laws
 from crosscheck.trial.changes.arms.segments import (
@@ -325,7 +324,7 @@ def _explain_accelerations(
 
 def _balance_accelerations(comparison: EntryComparison) -> np.ndarray:
     """The force (K, n) that M makes of the differences of accelerations."""
-    mass, *_ = get_trusted_answers(comparison.problem, comparison.results, comparison.level)
+    mass, *_ = comparison.problem.list_trusted_answers(comparison.level)
     values, right = (
         each["acceleration"] for each in (comparison.user_values, comparison.reference_values)
     )

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, replace
 from functools import cached_property
 
@@ -10,13 +10,8 @@ import numpy as np
 import sympy as sp
 
 from crosscheck.models.arm.arm import Arm
-from crosscheck.planning.comparison import Results
-from crosscheck.trial.arms.questions import StateQuestion, VerificationProblem
-from crosscheck.trial.arms.suite import (
-    compute_natural_sizes,
-    get_trusted_answers,
-    make_size_questions,
-)
+from crosscheck.planning.comparison import ModelTask, Results
+from crosscheck.trial.arms.questions import VerificationProblem
 from crosscheck.trial.changes.arms.letters import collect_arm_values
 from crosscheck.trial.changes.arms.mesh_forces import ForceStates, compute_signals
 from crosscheck.trial.changes.arms.segments import (
@@ -48,6 +43,7 @@ BY_ENTRY = {
     "gravity": "gravity",
     "force": "force",
 }
+Perform = Callable[[Sequence[ModelTask]], Results]
 QUANTITIES = {part: quantity for quantity, part in entries.PARTS.items() if quantity != "bias"}
 
 
@@ -116,9 +112,9 @@ class EntryComparison:
     def sizes(self) -> NaturalSizes:
         """Natural sizes of the entries in the coordinates in use."""
         if self.coordinates is None:
-            return compute_natural_sizes(self.problem, self.results, self.level)
+            return self.problem.compute_sizes(self.level)
         S = self._coordinate_jacobian(self.frame)
-        trusted = get_trusted_answers(self.problem, self.results, self.level)
+        trusted = self.problem.list_trusted_answers(self.level)
         parts = ("mass_matrix", "force", "acceleration", "gravity")
         mass, force, acceleration, gravity = (
             None if values is None else _transform_values(part, values, S)
@@ -245,16 +241,6 @@ def _transform_values(quantity: str, values: np.ndarray, S: np.ndarray) -> np.nd
     return values @ S
 
 
-def list_entry_questions(
-    problem: VerificationProblem, levels: Sequence[str], quantities: Sequence[str]
-) -> Iterator[StateQuestion]:
-    """Questions for a look entry by entry: to the equations, and to each level's reference."""
-    for level in levels:
-        yield from make_size_questions(problem, level)
-        yield from (problem.ask(problem.reference(level), part) for part in quantities)
-    yield from map(problem.ask_equations, quantities)
-
-
 def list_entry_quantities(problem: VerificationProblem) -> list[str]:
     """Parts that are compared entry by entry; the acceleration only where nothing else is there."""
     quantities = [quantity for part, quantity in BY_ENTRY.items() if part in problem.has]
@@ -264,15 +250,25 @@ def list_entry_quantities(problem: VerificationProblem) -> list[str]:
 def compare_entries(
     problem: VerificationProblem, level: str, quantities: Sequence[str], results: Results
 ) -> EntryComparison:
-    """Both answers to every part that both answer. Raises MissingResult without a reference's M."""
-    reference = problem.reference(level)
-    user_values: dict[str, np.ndarray] = {}
-    reference_values: dict[str, np.ndarray] = {}
+    """Both answers to every part that both answer."""
+    user_values, reference_values = dict[str, np.ndarray](), dict[str, np.ndarray]()
     for quantity in quantities:
         user_answer = results.get(problem.ask_equations(quantity))
-        reference_answer = results.get_if_finished(problem.ask(reference, quantity))
-        if user_answer is not None and reference_answer is not None:
-            user_values[quantity], reference_values[quantity] = user_answer, reference_answer
+        right = None if user_answer is None else problem.find_right(level, quantity)
+        if user_answer is not None and right is not None:
+            user_values[quantity], reference_values[quantity] = user_answer, right
     return EntryComparison(
         problem, level, results, user_values, reference_values, problem.frame.symbolic
     )
+
+
+def ask_and_compare(
+    problems: Sequence[VerificationProblem],
+    level: str,
+    quantities: Sequence[str],
+    perform: Perform,
+) -> list[EntryComparison]:
+    """The comparison on each arm, of whose equations these quantities are asked now."""
+    asked = [problem.ask_equations(quantity) for problem in problems for quantity in quantities]
+    results = perform(list(dict.fromkeys(asked)))
+    return [compare_entries(each, level, quantities, results) for each in problems]

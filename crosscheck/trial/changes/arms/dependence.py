@@ -6,10 +6,10 @@ because the arm has none of it. That is no error on this arm, and other arms mus
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Mapping, Sequence
 from contextlib import suppress
 from dataclasses import dataclass, field, replace
-from functools import cached_property, partial
+from functools import cached_property
 from itertools import chain, combinations, islice
 
 import numpy as np
@@ -18,7 +18,6 @@ from pydantic import ValidationError
 from crosscheck.models.arm.arm import Arm
 from crosscheck.models.errors import InputError
 from crosscheck.models.loading import Case
-from crosscheck.planning.comparison import MissingResult, ModelTask, Results
 from crosscheck.trial.arms.questions import VerificationProblem
 from crosscheck.trial.changes.arms.arm_numbers import (
     Powers,
@@ -30,15 +29,14 @@ from crosscheck.trial.changes.arms.arm_numbers import (
 )
 from crosscheck.trial.changes.arms.comparison import (
     EntryComparison,
-    compare_entries,
-    list_entry_questions,
+    Perform,
+    ask_and_compare,
 )
 from crosscheck.trial.judge.entries import PARTS, EntryPlace, Part, entry_place
 
 FEW_STATES = 3
 FACTORS = (1.23, 0.77)  # factors on a number; the second is used if the first is out of its range
 MOST_CHOICES = 64  # sets tried of numbers that may scale with another
-Perform = Callable[[Sequence[ModelTask]], Results]
 
 
 @dataclass(frozen=True)
@@ -193,14 +191,10 @@ class Dependence:
     def _compare_on_arms(self, arms: Sequence[Arm]) -> list[EntryComparison | None]:
         """The comparison on each arm at a few states, None where there is no answer."""
         problems = [self._adapt_to_arm(arm) for arm in arms]
-        level, quantities = self.comparison.level, list(self.comparison.user_values)
         answering = [each for each in problems if each is not None]
-        tasks = (
-            task for each in answering for task in list_entry_questions(each, [level], quantities)
-        )
-        results = self.perform(list(dict.fromkeys(tasks)))
-        compare = partial(_compare_if_answered, level, quantities, results)
-        return [None if each is None else compare(each) for each in problems]
+        there = self.comparison.level, list(self.comparison.user_values), self.perform
+        compared = iter(ask_and_compare(answering, *there))
+        return [None if each is None else next(compared) for each in problems]
 
     def _adapt_to_arm(self, arm: Arm) -> VerificationProblem | None:
         """The problem on another arm at few states, the drive as it is."""
@@ -216,15 +210,6 @@ class Dependence:
 def kept_numbers(unfollowed: Sequence[IgnoredNumber]) -> Mapping[str, Powers]:
     """The numbers that other arms must not draw, and what each goes with."""
     return {each.name: each.goes_with for each in unfollowed}
-
-
-def _compare_if_answered(
-    level: str, quantities: Sequence[str], results: Results, problem: VerificationProblem
-) -> EntryComparison | None:
-    try:
-        return compare_entries(problem, level, quantities, results)
-    except MissingResult:
-        return None
 
 
 def _subsets(powers: Powers) -> list[dict[str, int]]:
