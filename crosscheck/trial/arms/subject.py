@@ -13,14 +13,7 @@ from crosscheck.checks.answers import BadAnswer
 from crosscheck.findings import Finding
 from crosscheck.models.arm.arm import Arm
 from crosscheck.models.errors import InputError, Unfinished
-from crosscheck.models.experiment.scenario import (
-    ConstantDrive,
-    PdDrive,
-    Scenario,
-    SinusoidDrive,
-    Switches,
-    expand_to_joints,
-)
+from crosscheck.models.experiment.scenario import Scenario, Switches, expand_to_joints
 from crosscheck.models.loading import Case
 from crosscheck.planning import comparison
 from crosscheck.planning.comparison import Comparison, ModelTask, Results
@@ -49,7 +42,7 @@ from crosscheck.trial.changes.arms.arm_numbers import find_negligible_inertias, 
 from crosscheck.trial.changes.arms.causes import explain_entries, explain_linear_rates
 from crosscheck.trial.changes.arms.comparison import (
     compare_entries,
-    list_entry_quantities,
+    list_entry_questions,
 )
 from crosscheck.trial.changes.arms.dependence import Perform
 from crosscheck.trial.changes.arms.diagnosis import Diagnosis, build_probe_problems, diagnose
@@ -154,7 +147,7 @@ class ArmSubject(TrialSubject):
         distinct = [level for level in levels if level in problem.levels]
         sizes = problem.compute_sizes(problem.levels[-1])  # same for all
         for level in distinct or problem.levels:
-            compared = compare_entries(problem, level, list_entry_quantities(problem), results)
+            compared = compare_entries(problem, level, results)
             places = {  # two of M that mirror each other are one
                 (place.part, place.rates, frozenset((place.row, place.column)))
                 for place in (each.place for each in compared.wrong_entries)
@@ -168,10 +161,9 @@ class ArmSubject(TrialSubject):
     def diagnose(self, distances: Sequence[LevelDistance]) -> TrialDiagnosis:
         """Find the level, then other coordinates in which all is right, then reasons by entry."""
         problem, probes, results = self.problem, self.probes, self.results
-        quantities, names = list_entry_quantities(problem), problem.names
         nearest = distances[0].level if distances else ""
         level = _select_equal_level(problem, probes, nearest, results)
-        here = compare_entries(problem, level, quantities, results)
+        here = compare_entries(problem, level, results)
         wrong_parts = {wrong.place.part for wrong in here.wrong_entries}
         reading_level, readings = "", list[Reading]()
         if "mass_matrix" in wrong_parts or (wrong_parts and "mass_matrix" not in problem.has):
@@ -181,7 +173,7 @@ class ArmSubject(TrialSubject):
         if wrong_parts == {"acceleration"} and not readings:
             level = _select_explained_level(problem, probes, level, results)
         here, *there = (
-            compare_entries(each, level, list_entry_quantities(each), results)
+            compare_entries(each, level, results)
             for each in (problem, *(() if readings else probes))
         )
         if readings:
@@ -189,6 +181,7 @@ class ArmSubject(TrialSubject):
         else:
             diagnosis = diagnose(here, there, self.perform)
             diagnosis.wrong_entries.extend(explain_linear_rates(here))
+        names = problem.names
         entries = [name_entry(each, names) for each in diagnosis.wrong_entries]
         wrong = tuple(each for each in entries if not each.shown_on)
         table, right = problem.equations.table, here.reference_values
@@ -222,8 +215,7 @@ class ArmSubject(TrialSubject):
 
     def measure_errors(self, level: str) -> tuple[dict[str, np.ndarray], dict[str, float]]:
         """By part, the relative error of each entry from a level, and what is allowed."""
-        quantities = list_entry_quantities(self.problem)
-        here = compare_entries(self.problem, level, quantities, self.results)
+        here = compare_entries(self.problem, level, self.results)
         errors = here.relative_errors
         return errors, {quantity: here.sizes.tolerance(quantity) for quantity in errors}
 
@@ -258,7 +250,7 @@ def list_tasks(
     planned = list(_plan_comparisons(problem, request, problem.levels))
     questions = [problem.ask_equations(quantity) for quantity in suite.list_quantities(problem)]
     for each in (problem, *probes):
-        questions += map(each.ask_equations, list_entry_quantities(each))
+        questions += list_entry_questions(each)
     return list(dict.fromkeys([*comparison.collect_tasks(planned), *questions]))
 
 
@@ -278,16 +270,10 @@ def _require_runnable(request: TrialRequest, bound: SuppliedEquations) -> None:
 
 
 def _is_driven(scenario: Scenario, joint: int, arm: Arm) -> bool:
-    """Whether a scenario has a torque on a joint at any time."""
-    drive, joints = scenario.drive, len(arm.joints)
-    if isinstance(drive, ConstantDrive):
-        return bool(expand_to_joints(drive.torque_N_m, joints)[joint])
-    if isinstance(drive, PdDrive):
-        gains = (drive.proportional_N_m_per_rad, drive.derivative_N_m_s_per_rad)
-        return any(expand_to_joints(gain, joints)[joint] for gain in gains)
-    if isinstance(drive, SinusoidDrive):
-        return bool(expand_to_joints(drive.amplitude_N_m, joints)[joint])
-    return any(drive.torque_N_m[joint])
+    """Whether a scenario has a torque on a joint at any time: torques and gains are in N m."""
+    fields = scenario.drive.model_dump().items()
+    factors = [expand_to_joints(each, len(arm.joints)) for name, each in fields if "N_m" in name]
+    return any(np.any(each[joint]) for each in factors)
 
 
 def build_problem(request: TrialRequest) -> VerificationProblem:
@@ -348,10 +334,9 @@ def _select_equal_level(
     ]
     if len(equal) < 2:
         return level
-    quantities = list_entry_quantities(problem)
 
     def count_wrong_entries(each: str) -> int:
-        comparisons = (compare_entries(probe, each, quantities, results) for probe in probes)
+        comparisons = (compare_entries(probe, each, results) for probe in probes)
         return sum(len(list(comparison.wrong_entries)) for comparison in comparisons)
 
     return min(equal, key=count_wrong_entries)
@@ -368,9 +353,7 @@ def _select_explained_level(
     Errors in M may bring accelerations nearer to a level that is not theirs.
     """
     for each in dict.fromkeys((level, *problem.levels)):
-        here, *there = (
-            compare_entries(asked, each, ["acceleration"], results) for asked in (problem, *probes)
-        )
+        here, *there = (compare_entries(asked, each, results) for asked in (problem, *probes))
         if here.terms is None:
             break
         wrong = [w for w in explain_entries(here, there) if not w.shown_on]

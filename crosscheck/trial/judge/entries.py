@@ -264,8 +264,7 @@ class Explanation:
     """Errors that together make a difference, and what they leave of it, relative to that.
 
     others: explanations that fit as well with the arm's numbers (equal lengths, say), likeliest
-    first. seen_in: in words, where the errors are, if not in this entry: entries in other
-    coordinates, in which they are fewer.
+    first. seen_in: in words, the entries where the errors are, if not in this one.
     """
 
     errors: tuple[TermError, ...]

@@ -13,10 +13,7 @@ from crosscheck.planning.comparison import ModelTask, Results
 from crosscheck.registry import register
 from crosscheck.trial.arms.model import make_registry_entry
 from crosscheck.trial.arms.subject import build_problem
-from crosscheck.trial.changes.arms.comparison import (
-    ask_and_compare,
-    list_entry_quantities,
-)
+from crosscheck.trial.changes.arms.comparison import ask_and_compare
 from crosscheck.trial.changes.arms.diagnosis import build_probe_problems, diagnose
 from crosscheck.trial.changes.arms.term_words import describe_term_error
 from crosscheck.trial.input.equations import Equations
@@ -73,9 +70,8 @@ def wrong_entries(asked: TrialRequest) -> list[EntryMismatch]:
     """The wrong entries with their reasons, in this process and without any check."""
     problem = build_problem(asked)
     problems = (problem, *build_probe_problems(problem))
-    level, quantities = problem.levels[-1], list_entry_quantities(problem)
     with register(problem.name, make_registry_entry(problem.name, problem.equations, problem.has)):
-        here, *there = ask_and_compare(problems, level, quantities, perform)
+        here, *there = ask_and_compare(problems, problem.levels[-1], perform)
         return diagnose(here, there, perform).wrong_entries
 
 

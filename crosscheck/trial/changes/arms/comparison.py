@@ -11,7 +11,7 @@ import sympy as sp
 
 from crosscheck.models.arm.arm import Arm
 from crosscheck.planning.comparison import ModelTask, Results
-from crosscheck.trial.arms.questions import VerificationProblem
+from crosscheck.trial.arms.questions import StateQuestion, VerificationProblem
 from crosscheck.trial.changes.arms.letters import collect_arm_values
 from crosscheck.trial.changes.arms.mesh_forces import ForceStates, compute_signals
 from crosscheck.trial.changes.arms.segments import (
@@ -28,11 +28,8 @@ from crosscheck.trial.changes.arms.waves import (
     list_keys,
     minimum_state_count,
 )
-from crosscheck.trial.coordinates.build import build_frame
-from crosscheck.trial.coordinates.differences import fold_rate_pairs
 from crosscheck.trial.coordinates.frame import Frame
 from crosscheck.trial.coordinates.states import UserState
-from crosscheck.trial.input.equations import Coordinates
 from crosscheck.trial.judge import entries
 from crosscheck.trial.judge.entries import EntryMismatch, EntryPlace, NaturalSizes
 
@@ -51,8 +48,7 @@ QUANTITIES = {part: quantity for quantity, part in entries.PARTS.items() if quan
 class EntryComparison:
     """A model and the reference on one arm: answers of both for every part, at every state.
 
-    coordinates: built-in coordinates in which all of this is, None for the user's. symbolic: the
-    user's map in symbols of the arm.
+    symbolic: the user's map in symbols of the arm.
     """
 
     problem: VerificationProblem
@@ -61,67 +57,26 @@ class EntryComparison:
     user_values: Mapping[str, np.ndarray]
     reference_values: Mapping[str, np.ndarray]
     symbolic: sp.ImmutableMatrix | None = None
-    coordinates: Coordinates | None = None
-
-    def transform_to(self, coordinates: Coordinates) -> EntryComparison:
-        """The comparison carried into built-in coordinates. Only of a linear map."""
-        frame = build_frame(coordinates, self.problem.case.arm)
-        S = self._coordinate_jacobian(frame)
-        user_values, reference_values = (
-            {quantity: _transform_values(quantity, values, S) for quantity, values in each.items()}
-            for each in (self.user_values, self.reference_values)
-        )
-        return replace(
-            self,
-            user_values=user_values,
-            reference_values=reference_values,
-            symbolic=frame.symbolic,
-            coordinates=coordinates,
-        )
-
-    def _coordinate_jacobian(self, frame: Frame) -> np.ndarray:
-        """dx/dy (n, n) of the user's x by coordinates y of a frame."""
-        user_matrix, built_in = self.problem.frame.matrix, frame.matrix
-        assert user_matrix is not None  # or nobody asks
-        assert built_in is not None
-        return np.linalg.solve(user_matrix, built_in)
 
     @cached_property
     def frame(self) -> Frame:
-        """The frame of the coordinates in use, its map in symbols where it has any."""
-        if self.coordinates is not None:
-            return build_frame(self.coordinates, self.problem.case.arm)
+        """The frame of the coordinates, its map in symbols where it has any."""
         return replace(self.problem.frame, symbolic=self.symbolic)
 
-    @cached_property
+    @property
     def states(self) -> Sequence[UserState]:
-        """The states at which both were asked, in the coordinates in use."""
-        if self.coordinates is None:
-            return self.problem.states
-        turns = np.linalg.inv(self._coordinate_jacobian(self.frame))
-        return [
-            state._replace(x=turns @ state.x, u=turns @ state.u) for state in self.problem.states
-        ]
+        """The states at which both were asked."""
+        return self.problem.states
 
     @cached_property
     def rates(self) -> np.ndarray:
-        """Rates of the coordinates in use at the states (K, n)."""
+        """Rates of the coordinates at the states (K, n)."""
         return np.array([state.u for state in self.states])
 
-    @cached_property
+    @property
     def sizes(self) -> NaturalSizes:
-        """Natural sizes of the entries in the coordinates in use."""
-        if self.coordinates is None:
-            return self.problem.compute_sizes(self.level)
-        S = self._coordinate_jacobian(self.frame)
-        trusted = self.problem.list_trusted_answers(self.level)
-        parts = ("mass_matrix", "force", "acceleration", "gravity")
-        mass, force, acceleration, gravity = (
-            None if values is None else _transform_values(part, values, S)
-            for part, values in zip(parts, trusted, strict=True)
-        )
-        assert mass is not None  # or it would have been missed
-        return entries.compute_sizes(self.frame, self.states, mass, force, acceleration, gravity)
+        """Natural sizes of the entries."""
+        return self.problem.compute_sizes(self.level)
 
     @property
     def wrong_entries(self) -> Iterator[EntryMismatch]:
@@ -229,30 +184,16 @@ class EntryComparison:
         return bool(np.abs(difference - total).max() <= allowed)
 
 
-def _transform_values(quantity: str, values: np.ndarray, S: np.ndarray) -> np.ndarray:
-    """Values (count, ...) of a part, carried from x to coordinates y; S: dx/dy."""
-    if quantity == "mass_matrix":
-        return np.einsum("sij,ia,jb->sab", values, S, S)
-    if quantity == "rate_terms":
-        turned = np.einsum("sijk,ia,jb,kc->sabc", values, S, S, S, optimize=True)
-        return fold_rate_pairs(turned)
-    if quantity == "acceleration":
-        return values @ np.linalg.inv(S).T
-    return values @ S
-
-
 def list_entry_quantities(problem: VerificationProblem) -> list[str]:
     """Parts that are compared entry by entry; the acceleration only where nothing else is there."""
     quantities = [quantity for part, quantity in BY_ENTRY.items() if part in problem.has]
     return quantities or ["acceleration"]
 
 
-def compare_entries(
-    problem: VerificationProblem, level: str, quantities: Sequence[str], results: Results
-) -> EntryComparison:
+def compare_entries(problem: VerificationProblem, level: str, results: Results) -> EntryComparison:
     """Both answers to every part that both answer."""
     user_values, reference_values = dict[str, np.ndarray](), dict[str, np.ndarray]()
-    for quantity in quantities:
+    for quantity in list_entry_quantities(problem):
         user_answer = results.get(problem.ask_equations(quantity))
         right = None if user_answer is None else problem.find_right(level, quantity)
         if user_answer is not None and right is not None:
@@ -263,12 +204,13 @@ def compare_entries(
 
 
 def ask_and_compare(
-    problems: Sequence[VerificationProblem],
-    level: str,
-    quantities: Sequence[str],
-    perform: Perform,
+    problems: Sequence[VerificationProblem], level: str, perform: Perform
 ) -> list[EntryComparison]:
-    """The comparison on each arm, of whose equations these quantities are asked now."""
-    asked = [problem.ask_equations(quantity) for problem in problems for quantity in quantities]
-    results = perform(list(dict.fromkeys(asked)))
-    return [compare_entries(each, level, quantities, results) for each in problems]
+    """The comparison on each arm, whose equations are asked now."""
+    results = perform([task for each in problems for task in list_entry_questions(each)])
+    return [compare_entries(each, level, results) for each in problems]
+
+
+def list_entry_questions(problem: VerificationProblem) -> list[StateQuestion]:
+    """What equations are asked to be compared entry by entry."""
+    return [problem.ask_equations(quantity) for quantity in list_entry_quantities(problem)]

@@ -192,8 +192,7 @@ class Dependence:
         """The comparison on each arm at a few states, None where there is no answer."""
         problems = [self._adapt_to_arm(arm) for arm in arms]
         answering = [each for each in problems if each is not None]
-        there = self.comparison.level, list(self.comparison.user_values), self.perform
-        compared = iter(ask_and_compare(answering, *there))
+        compared = iter(ask_and_compare(answering, self.comparison.level, self.perform))
         return [None if each is None else next(compared) for each in problems]
 
     def _adapt_to_arm(self, arm: Arm) -> VerificationProblem | None:

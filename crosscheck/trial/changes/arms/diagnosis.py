@@ -80,7 +80,7 @@ def _explain_with_probes(
     """The wrong entries with their reasons, by other arms that keep these numbers."""
     if any(each.parts for each in kept):
         probes = build_probe_problems(here.problem, kept)
-        there = ask_and_compare(probes, here.level, list(here.user_values), perform)
+        there = ask_and_compare(probes, here.level, perform)
     return list(explain_entries(here, there))
 
 
