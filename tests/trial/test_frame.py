@@ -2,6 +2,7 @@
 
 import math
 from dataclasses import replace
+from fractions import Fraction
 
 import numpy as np
 import pytest
@@ -10,11 +11,13 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from crosscheck.analytic.derivation.chain import build_exact_chain
-from crosscheck.analytic.derivation.symbols import parameter_values
 from crosscheck.models.arm.layout import free_layout, lumped_layout, rigid_layout
 from crosscheck.models.errors import InputError
 from crosscheck.models.loading import load_arm, load_scenario
 from crosscheck.registry import build
+from crosscheck.trial.changes.arms.letters import collect_arm_values
+from crosscheck.trial.changes.arms.polynomial import as_polynomial
+from crosscheck.trial.changes.arms.segments import find_columns
 from crosscheck.trial.coordinates.build import build_frame
 from crosscheck.trial.coordinates.frame import Frame
 from crosscheck.trial.input.equations import Coordinates
@@ -67,10 +70,9 @@ def test_named_maps(arm, coordinates, seed):
 @given(ARMS, NAMED)
 def test_symbols_say_what_numbers_say(arm, coordinates):
     frame = build_frame(coordinates, arm)
-    values = {symbol: float(value) for symbol, value in parameter_values(arm).items()}
-    assert frame.symbolic is not None
-    numbers = np.array(frame.symbolic.subs(values), dtype=float)
-    np.testing.assert_allclose(numbers, frame.matrix, rtol=1e-12, atol=0)
+    values, columns = collect_arm_values(arm), find_columns(frame, arm)
+    numbers = [as_polynomial(entry).value(values) for entry in columns.ravel()]
+    np.testing.assert_allclose(np.reshape(numbers, columns.shape), frame.matrix, rtol=1e-12, atol=0)
 
 
 @given(st.lists(SMALL, min_size=2, max_size=2), st.lists(SMALL, min_size=2, max_size=2))
@@ -123,7 +125,7 @@ def test_curved_maps(found_by):
     """However the derivatives come about, they are the same."""
     frame, exact = build_frame(MAPS[found_by], PAPER), build_frame(MAPS["sympy"], PAPER)
     assert frame.jacobian_source == found_by
-    assert frame.matrix is frame.symbolic is None
+    assert frame.matrix is None
     for seed in range(10):
         x, u = states(frame, seed)
         np.testing.assert_allclose(frame.position(x), curved(x), rtol=1e-14)
@@ -151,17 +153,16 @@ def test_a_straight_function_is_a_matrix():
     assert found.matrix is not None
     assert expected.matrix is not None
     np.testing.assert_allclose(found.matrix[:3], expected.matrix[:3], rtol=1e-14)
-    assert found.symbolic is not None
-    assert found.symbolic[:3, :] == expected.symbolic[:3, :]
 
 
 def test_own_matrices():
     frame = build_frame(Coordinates(matrix=[[1, 0], [-1, 1]], names=("a", "b")), PAPER)
     assert frame.names == ("a", "b")
-    assert frame.symbolic == sp.ImmutableMatrix([[1, 0], [-1, 1]])
-    ratio = build_frame(Coordinates(matrix=np.diag([3 / 14, 0.1])), PAPER)
-    assert ratio.symbolic == sp.ImmutableMatrix([[sp.Rational(3, 14), 0], [0, sp.Rational(1, 10)]])
-    assert build_frame(Coordinates(matrix=np.diag([math.pi, 1])), PAPER).symbolic is None
+    assert find_columns(frame, PAPER).tolist() == [[1, 0], [-1, 1]]
+    ratios = [3 / 14, 0.1], [Fraction(3, 14), Fraction(1, 10)]
+    for numbers, found in (ratios, ([math.pi, 1], [math.pi, 1])):
+        ratio = build_frame(Coordinates(matrix=np.diag(numbers)), PAPER)
+        assert np.diag(find_columns(ratio, PAPER)).tolist() == found
 
 
 def saddle(x: np.ndarray) -> np.ndarray:

@@ -6,11 +6,9 @@ from collections import Counter
 from typing import get_args
 
 import numpy as np
-import sympy as sp
 
 from crosscheck.analytic.derivation.chain import Chain, build_exact_chain
 from crosscheck.analytic.derivation.stage import Stage
-from crosscheck.analytic.derivation.symbols import build_arm_chain
 from crosscheck.analytic.paper.kinematics import mesh_displacements
 from crosscheck.models.arm import layout as layouts
 from crosscheck.models.arm.arm import Arm
@@ -22,7 +20,6 @@ from crosscheck.trial.coordinates.frame import (
     Frame,
     build_linear_frame,
     describe_coordinate_count,
-    express_in_symbols,
     require_invertible,
     select_coordinate_names,
 )
@@ -52,7 +49,7 @@ def build_frame(coordinates: Coordinates, arm: Arm) -> Frame:
         raise InputError(WHERE, "matrix", None, reason) from None
     require_invertible(matrix, "matrix")
     names = select_coordinate_names(coordinates, [f"x_{k + 1}" for k in range(n)])
-    return build_linear_frame(layout, names, matrix, express_in_symbols(matrix, layout, arm))
+    return build_linear_frame(layout, names, matrix)
 
 
 def _require_allowed_choices(coordinates: Coordinates) -> None:
@@ -93,10 +90,9 @@ def _build_named_frame(coordinates: Coordinates, layout: Layout, arm: Arm) -> Fr
         reason = f"{' and '.join(wrong)}; must be all of {', '.join(usual)}"
         raise InputError(WHERE, "order", None, reason)
     order = [usual.index(name) for name in ordered]
-    symbolic = _map_rows(build_arm_chain(arm, layout), coordinates)[:, order]
     numbers = _map_rows(build_exact_chain(arm, layout), coordinates)[:, order].astype(np.float64)
     names = select_coordinate_names(coordinates, [usual[place] for place in order])
-    return build_linear_frame(layout, names, numbers, sp.ImmutableMatrix(symbolic))
+    return build_linear_frame(layout, names, numbers)
 
 
 def _coordinate_name(coordinates: Coordinates, meant: Coordinate) -> str:
@@ -110,7 +106,7 @@ def _coordinate_name(coordinates: Coordinates, meant: Coordinate) -> str:
 
 
 def _map_rows(chain: Chain, coordinates: Coordinates) -> np.ndarray:
-    """Rows over x that give q, x in the layout's order; numbers or symbols, as the chain's are."""
+    """Rows over x that give q, x in the layout's order."""
     layout_rows = [chain.row(c.meaning, c.joint, c.planet) for c in chain.layout.coordinates]
     turns = {joint: chain.row("theta", joint) for joint in chain.numbers}
     if coordinates.links == "absolute":

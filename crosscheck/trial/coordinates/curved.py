@@ -74,7 +74,7 @@ def _build_sympy_frame(
     ):
         matrix = np.array(express_in_numbers(jacobian, arm), dtype=np.float64)
         frames.require_invertible(matrix, "function")
-        return frames.build_linear_frame(layout, names, matrix, jacobian)
+        return frames.build_linear_frame(layout, names, matrix)
     u = [sp.Dummy(f"u{k}") for k in range(n)]
     drift = (jacobian * sp.Matrix(u)).jacobian(x) * sp.Matrix(u)
     value, slopes, along = (

@@ -4,15 +4,10 @@ from __future__ import annotations
 
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
-from fractions import Fraction
-from typing import Any, Literal
+from typing import Literal
 
 import numpy as np
-import sympy as sp
 
-from crosscheck.analytic.derivation.chain import build_exact_chain
-from crosscheck.analytic.derivation.stage import Stage
-from crosscheck.analytic.derivation.symbols import build_arm_chain
 from crosscheck.models.arm.arm import Arm
 from crosscheck.models.arm.layout import Layout
 from crosscheck.models.errors import InputError
@@ -21,8 +16,6 @@ from crosscheck.trial.input.equations import Coordinates
 
 WHERE = "coordinates"
 WORST_CONDITION = 1e12  # largest condition number of J with scaled rows and columns
-ROUNDING = 1e-13  # largest entry that was meant to be 0, relative to its matrix row
-LARGEST_DENOMINATOR = 1000  # largest denominator of a ratio of whole numbers
 TRIES = 40
 MOST_HALVED = 20
 PLACED = 1e-9  # accuracy of a state found for given q, before it is polished
@@ -37,9 +30,7 @@ class Frame:
 
     position(x): q. slopes(x): dq/dx (n, n); jacobian_source: where it comes from. drift(x, u): J' u
     (n,) at rates u = x', what q'' has beside J x''. They raise InputError where they find none.
-    matrix: where the map is linear, q = matrix @ x. symbolic: the same in symbols of
-    ``analytic.derivation.symbols``, of named maps and of matrices whose numbers are ratios, radii
-    and gear ratios of the arm.
+    matrix: where the map is linear, q = matrix @ x.
     """
 
     layout: Layout
@@ -49,7 +40,6 @@ class Frame:
     slopes: Vector
     drift: Along
     matrix: np.ndarray | None = None
-    symbolic: sp.ImmutableMatrix | None = None
 
     def jacobian(self, x: np.ndarray) -> np.ndarray:
         """J = dq/dx (n, n). Raises InputError where it is singular."""
@@ -107,9 +97,7 @@ class Frame:
         return x if reached.all() else None
 
 
-def build_linear_frame(
-    layout: Layout, names: tuple[str, ...], matrix: np.ndarray, symbolic: sp.ImmutableMatrix | None
-) -> Frame:
+def build_linear_frame(layout: Layout, names: tuple[str, ...], matrix: np.ndarray) -> Frame:
     """The frame of q = matrix @ x."""
     return Frame(
         layout,
@@ -119,7 +107,6 @@ def build_linear_frame(
         slopes=lambda x: matrix.copy(),
         drift=lambda x, u: np.zeros(len(names)),
         matrix=matrix,
-        symbolic=symbolic,
     )
 
 
@@ -137,52 +124,6 @@ def select_coordinate_names(coordinates: Coordinates, usual: Sequence[str]) -> t
     if not all(isinstance(name, str) and name for name in names) or len(set(names)) < len(names):
         raise InputError(WHERE, "names", names, "must be words unlike each other")
     return names
-
-
-def express_in_symbols(matrix: np.ndarray, layout: Layout, arm: Arm) -> sp.ImmutableMatrix | None:
-    """The matrix in ratios of whole numbers and the radii and ratios of each row's own joint.
-
-    None where some number is none of these; what rounding left of a 0 counts as 0.
-    """
-    symbols, numbers = build_arm_chain(arm, layout).stages, build_exact_chain(arm, layout).stages
-    symbolic_entries = []
-    for row, meant in zip(matrix, layout.coordinates, strict=True):
-        stage, numeric_stage = symbols[meant.joint - 1], numbers[meant.joint - 1]
-        quantity_values: dict[sp.Expr, float] = {}
-        if isinstance(stage, Stage) and isinstance(numeric_stage, Stage):
-            quantity_values = dict(
-                zip(_quantities(stage), map(float, _quantities(numeric_stage)), strict=True)
-            )
-        nothing = ROUNDING * float(np.abs(row).max())
-        for value in row.tolist():
-            ratio = Fraction(value).limit_denominator(LARGEST_DENOMINATOR)
-            alike = (
-                f
-                for f, n in quantity_values.items()
-                if abs(abs(value) - abs(n)) <= ROUNDING * abs(n)
-            )
-            form = next(alike, None)
-            if abs(value) <= nothing:
-                symbolic_entries.append(sp.Integer(0))
-            elif float(ratio) == value and not _is_motors(value, numeric_stage):
-                symbolic_entries.append(sp.Rational(ratio.numerator, ratio.denominator))
-            elif form is not None:
-                symbolic_entries.append(form if value * quantity_values[form] > 0 else -form)
-            else:
-                return None
-    return sp.ImmutableMatrix(*matrix.shape, symbolic_entries)
-
-
-def _is_motors(value: float, stage: Any) -> bool:
-    """Whether a number is what a motor's angle is divided by, rather than a ratio of its own."""
-    return isinstance(stage, Stage) and abs(value) == abs(1 / float(stage.n)) != 1
-
-
-def _quantities(stage: Stage) -> tuple[Any, ...]:
-    """Quantities of a stage that people put in a map of its joint, simplest first."""
-    r_s, r_p, r_cp, n = stage.r_s, stage.r_p, stage.r_cp, stage.n
-    radii = r_s, r_p, r_cp, 2 * r_s, 2 * r_p, 2 * r_cp, r_s + 2 * r_p
-    return *radii, n, 1 / n, 1 / r_s, 1 / r_p, 1 / r_cp, r_p / r_s, r_s / r_p, 2 * r_cp / r_s
 
 
 def require_invertible(matrix: np.ndarray, what: str, x: np.ndarray | None = None) -> None:

@@ -8,10 +8,10 @@ from dataclasses import replace
 from itertools import permutations
 
 import numpy as np
-import sympy as sp
 
 from crosscheck.trial.changes.arms.comparison import QUANTITIES, EntryComparison
 from crosscheck.trial.changes.arms.mesh_forces import compute_signals, list_mesh_laws
+from crosscheck.trial.changes.arms.polynomial import as_polynomial
 from crosscheck.trial.changes.arms.segments import (
     ReferenceTerms,
     build_reference_terms,
@@ -52,20 +52,20 @@ def explain_entries(arm: EntryComparison, probes: Sequence[EntryComparison]) -> 
 
     probes: the same on arms of the same structure and other numbers.
     """
-    if probes and probes[0].symbolic is not None and _is_same_map(probes[0].symbolic, arm):
-        arm = replace(arm, symbolic=probes[0].symbolic)  # equal numbers are no symbol's own
+    if probes and probes[0].columns is not None and _is_same_map(probes[0].columns, arm):
+        arm = replace(arm, columns=probes[0].columns)  # equal numbers are no letter's own
     if set(arm.user_values) == {"acceleration"} and arm.terms is not None:
         return list(_explain_accelerations(arm, probes))
     return _explain_parts((arm, *probes), list(_explain_arms(arm, probes)))
 
 
-def _is_same_map(symbolic: sp.ImmutableMatrix, arm: EntryComparison) -> bool:
-    """Whether a map in symbols has the same numbers as the user's map of an arm."""
-    values = {symbol: arm.values[symbol.name] for symbol in symbolic.free_symbols}
-    matrix = arm.problem.frame.matrix
+def _is_same_map(columns: np.ndarray, arm: EntryComparison) -> bool:
+    """Whether a map in letters has the same numbers as the user's map of an arm."""
+    matrix = arm.frame.matrix
     if matrix is None:
         return False
-    off = np.abs(np.array(symbolic.xreplace(values), dtype=float) - matrix)
+    numbers = [as_polynomial(entry).value(arm.values) for entry in columns.ravel()]
+    off = np.abs(np.reshape(numbers, matrix.shape) - matrix)
     return bool((off <= SAME * np.abs(matrix).max(axis=1, keepdims=True)).all())
 
 
@@ -143,8 +143,8 @@ def _list_law_changes(arm: EntryComparison, place: EntryPlace, target: Target) -
     for number, law in enumerate(laws, start=2):
         terms = arm.terms
         if law.switches != problem.case.switches:
-            has_gravity = problem.has_gravity
-            terms = build_reference_terms(frame, law.arm, law.switches, has_gravity=has_gravity)
+            parts = {"has_gravity": problem.has_gravity, "columns": arm.columns}
+            terms = build_reference_terms(frame, law.arm, law.switches, **parts)
         states, convention = arm.force_states, law.convention
         signals = compute_signals(law.arm, frame.layout, law.switches, states, convention)
         effect = (evaluate(terms, signals) - right)[target.states]

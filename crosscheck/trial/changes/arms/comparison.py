@@ -3,11 +3,10 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Iterator, Mapping, Sequence
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 from functools import cached_property
 
 import numpy as np
-import sympy as sp
 
 from crosscheck.models.arm.arm import Arm
 from crosscheck.planning.comparison import ModelTask, Results
@@ -19,6 +18,7 @@ from crosscheck.trial.changes.arms.segments import (
     TermKey,
     build_reference_terms,
     evaluate_wave,
+    find_columns,
     rate_name,
 )
 from crosscheck.trial.changes.arms.waves import (
@@ -48,7 +48,7 @@ QUANTITIES = {part: quantity for quantity, part in entries.PARTS.items() if quan
 class EntryComparison:
     """A model and the reference on one arm: answers of both for every part, at every state.
 
-    symbolic: the user's map in symbols of the arm.
+    columns: the user's map in letters of the arm; None if it is not linear.
     """
 
     problem: VerificationProblem
@@ -56,12 +56,12 @@ class EntryComparison:
     results: Results
     user_values: Mapping[str, np.ndarray]
     reference_values: Mapping[str, np.ndarray]
-    symbolic: sp.ImmutableMatrix | None = None
+    columns: np.ndarray | None = None
 
-    @cached_property
+    @property
     def frame(self) -> Frame:
-        """The frame of the coordinates, its map in symbols where it has any."""
-        return replace(self.problem.frame, symbolic=self.symbolic)
+        """The frame of the coordinates."""
+        return self.problem.frame
 
     @property
     def states(self) -> Sequence[UserState]:
@@ -102,11 +102,11 @@ class EntryComparison:
 
         They cannot be if the map is not linear, nor at fewer states than an entry may have terms.
         """
-        if self.frame.matrix is None:
+        if self.columns is None:
             return None
         arm, chosen = self.problem.case.arm, self.problem.case.switches
-        has_gravity = self.problem.has_gravity
-        terms = build_reference_terms(self.frame, arm, chosen, self.level, has_gravity=has_gravity)
+        parts = {"has_gravity": self.problem.has_gravity, "columns": self.columns}
+        terms = build_reference_terms(self.frame, arm, chosen, self.level, **parts)
         return terms if self.problem.count >= minimum_state_count(terms) else None
 
     @cached_property
@@ -198,9 +198,9 @@ def compare_entries(problem: VerificationProblem, level: str, results: Results) 
         right = None if user_answer is None else problem.find_right(level, quantity)
         if user_answer is not None and right is not None:
             user_values[quantity], reference_values[quantity] = user_answer, right
-    return EntryComparison(
-        problem, level, results, user_values, reference_values, problem.frame.symbolic
-    )
+    is_linear = problem.frame.matrix is not None
+    columns = find_columns(problem.frame, problem.case.arm) if is_linear else None
+    return EntryComparison(problem, level, results, user_values, reference_values, columns)
 
 
 def ask_and_compare(

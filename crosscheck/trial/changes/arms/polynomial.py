@@ -12,7 +12,6 @@ from fractions import Fraction
 from typing import Any, NamedTuple
 
 import numpy as np
-import sympy as sp
 
 Number = int | Fraction | float
 Powers = tuple[tuple[str, int], ...]  # (letter, power), by name; powers may be negative
@@ -42,6 +41,10 @@ class Polynomial:
     def monomials(self) -> Iterator[Monomial]:
         """The polynomial's terms, one by one."""
         return (Monomial(number, powers) for powers, number in self.terms.items())
+
+    def value(self, values: Mapping[str, Any]) -> float:
+        """The sum with numbers for the letters."""
+        return float(sum(each.value(values) for each in self.monomials))
 
     def __bool__(self) -> bool:
         return bool(self.terms)
@@ -86,6 +89,9 @@ class Polynomial:
     def __rsub__(self, other: Any) -> Any:
         return -self + other
 
+    def __rtruediv__(self, other: Any) -> Any:
+        return other * self**-1
+
     __radd__, __rmul__ = __add__, __mul__
 
     def replace_letter(self, name: str, other: Polynomial) -> Polynomial:
@@ -118,24 +124,6 @@ def as_polynomial(value: Any) -> Polynomial:
         return value
     value = value if isinstance(value, int | Fraction) else float(value)
     return Polynomial({(): value} if value else {})
-
-
-def from_sympy(expression: sp.Expr) -> Polynomial | None:
-    """The polynomial of a sympy expression; None where it is no sum of products."""
-    total = as_polynomial(0)
-    for part in sp.Add.make_args(sp.expand(expression)):
-        product = as_polynomial(1)
-        for factor in sp.Mul.make_args(part):
-            base, power = factor.as_base_exp()
-            if not power.is_Integer or not (base.is_Symbol or base.is_number):
-                return None
-            exact = Fraction(int(base.p), int(base.q)) if base.is_Rational else None
-            number = as_polynomial(exact) if exact is not None else None
-            if number is None:
-                number = letter(base.name) if base.is_Symbol else as_polynomial(float(base))
-            product = product * number ** int(power)
-        total = total + product
-    return total
 
 
 def _multiply_powers(left: Powers, right: Powers) -> Powers:

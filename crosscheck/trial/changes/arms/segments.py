@@ -30,12 +30,13 @@ from crosscheck.trial.changes.arms.polynomial import (
     Polynomial,
     add_polynomials,
     as_polynomial,
-    from_sympy,
     letter,
 )
 from crosscheck.trial.coordinates.frame import Frame
 from crosscheck.trial.judge.entries import EntryPlace, Part
 
+ROUNDING = 1e-13  # largest entry of a map that was meant to be 0, relative to its row
+LARGEST_DENOMINATOR = 1000  # largest denominator of a ratio of whole numbers
 SHORTEST = 1e-13  # largest number that is rounding of a sum, relative to the largest number
 AngleSum = tuple[int, ...]  # whole multiples of the joint angles of q, the first one positive
 
@@ -108,15 +109,21 @@ class ReferenceTerms:
 
 
 def build_reference_terms(
-    frame: Frame, arm: Arm, chosen: Switches, level: str = "", *, has_gravity: bool = False
+    frame: Frame,
+    arm: Arm,
+    chosen: Switches,
+    level: str = "",
+    *,
+    has_gravity: bool = False,
+    columns: np.ndarray | None = None,
 ) -> ReferenceTerms:
     """The reference terms of a geared model, or of a rigid one at a level.
 
     has_gravity: whether the weights are a part of their own, with the opposite sign, and not in the
-    force. Raises ValueError if the map is not linear.
+    force; columns: dq/dx as ``find_columns`` finds it. Raises ValueError if the map is not linear.
     """
     chain, bodies = build_letter_bodies(frame.layout, arm, level)
-    columns = _collect_columns(frame)
+    columns = find_columns(frame, arm) if columns is None else columns
     turns = columns[frame.layout.theta]
     parts = [
         _mass_terms(chain, bodies, columns, turns),
@@ -128,9 +135,7 @@ def build_reference_terms(
         for place, products in _group_entries(part).items():
             entries[place] = entries.get(place, ()) + products
     turns, values = np.vectorize(as_polynomial, [object])(turns), collect_arm_values(arm)
-    angles = np.array(
-        [[float(sum(m.value(values) for m in entry.monomials)) for entry in row] for row in turns]
-    )
+    angles = np.array([[entry.value(values) for entry in row] for row in turns])
     return ReferenceTerms(frame.names, turns, angles, entries)
 
 
@@ -154,18 +159,48 @@ def _build_letter_chain(arm: Arm, layout: Layout) -> Chain:
     return Chain(tuple(stages), letter("m_payload"), layout)
 
 
-def _collect_columns(frame: Frame) -> np.ndarray:
-    """The matrix dq/dx (n, n) of numbers or polynomials. Raises ValueError if it is no constant."""
+def find_columns(frame: Frame, arm: Arm) -> np.ndarray:
+    """The matrix dq/dx (n, n) in ratios of whole numbers and letters of each row's own joint.
+
+    Its numbers where one is none of these; what rounding left of a 0 is 0. Raises ValueError if the
+    map is not linear.
+    """
     if frame.matrix is None:
         raise ValueError("the map is not linear")
-    given = [] if frame.symbolic is None else [from_sympy(entry) for entry in frame.symbolic]
-    # A number where it is one.
-    entries: list[Any] = [
-        sum(p.terms.values()) if {*p.terms} <= {()} else p for p in given if p is not None
-    ]
-    if len(entries) < frame.matrix.size:
+    stages, values = _build_letter_chain(arm, frame.layout).stages, collect_arm_values(arm)
+    entries = list[Any]()
+    for row, meant in zip(frame.matrix, frame.layout.coordinates, strict=True):
+        nothing, stage = ROUNDING * float(np.abs(row).max()), stages[meant.joint - 1]
+        forms = _list_forms(stage) if isinstance(stage, Stage) else []
+        numbers = [(form, form.value(values)) for form in forms]
+        entries += [_find_form(v, numbers) if abs(v) > nothing else 0 for v in row.tolist()]
+    if any(entry is None for entry in entries):
         entries = [int(v) if v.is_integer() else v for v in frame.matrix.ravel().tolist()]
     return np.array(entries, dtype=object).reshape(frame.matrix.shape)
+
+
+def _find_form(value: float, numbers: Sequence[tuple[Polynomial, float]]) -> Any:
+    """A number as a ratio, or a form with its sign; None if it is neither.
+
+    One over a motor's ratio is that, and no ratio of its own.
+    """
+    ratio = Fraction(value).limit_denominator(LARGEST_DENOMINATOR)
+    is_motors = bool(numbers) and abs(value) == abs(numbers[-1][1]) != 1
+    if float(ratio) == value and not is_motors:
+        return ratio
+    equal = (form if value * n > 0 else -form for form, n in numbers if _is_near(value, n))
+    return next(equal, None)
+
+
+def _is_near(value: float, number: float) -> bool:
+    return abs(abs(value) - abs(number)) <= ROUNDING * abs(number)
+
+
+def _list_forms(stage: Stage) -> list[Polynomial]:
+    """Quantities of a stage that people put in a map of its joint, simplest first; last 1/n."""
+    r_s, r_p, r_cp, n = stage.r_s, stage.r_p, stage.r_cp, stage.n
+    radii = [r_s, r_p, r_cp, 2 * r_s, 2 * r_p, 2 * r_cp, r_s + 2 * r_p]
+    return [*radii, n, 1 / r_s, 1 / r_p, 1 / r_cp, r_p / r_s, r_s / r_p, 2 * r_cp / r_s, 1 / n]
 
 
 def _list_places(row: np.ndarray) -> list[int]:
