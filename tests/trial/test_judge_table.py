@@ -22,9 +22,14 @@ from crosscheck.planning.comparison import Comparison, Results
 from crosscheck.registry import MODELS, reference_model, register
 from crosscheck.runner.outcomes import Failure
 from crosscheck.runner.tasks import Evaluation, Simulation
-from crosscheck.trial.arms import suite
+from crosscheck.trial.arms import questions, suite
 from crosscheck.trial.arms.model import make_registry_entry
-from crosscheck.trial.arms.questions import VerificationProblem, skip_dependent_tasks
+from crosscheck.trial.arms.questions import (
+    TransformedModel,
+    VerificationProblem,
+    skip_dependent_tasks,
+    transform_model,
+)
 from crosscheck.trial.arms.subject import build_problem
 from crosscheck.trial.input.equations import Coordinates, Equations
 from crosscheck.trial.judge.checks import judge_answers
@@ -330,6 +335,19 @@ def test_engines_that_differ_by_more_than_an_error_would_judge_nobody(part, verd
         assert made.finding(name, {}).verdict == verdict
     finally:
         bias[(SPOT, *row.entry)] = before
+
+
+def test_an_engine_that_raises_fails_its_own_checks_alone(monkeypatch):
+    def transform(name: str, *given: Any) -> TransformedModel:
+        if name == ENGINES[1]:
+            raise ArithmeticError("no answer")
+        return transform_model(name, *given)
+
+    monkeypatch.setattr(questions, "transform_model", transform)
+    made = bench("rigid")
+    found = made._replace(problem=replace(made.problem)).findings({})
+    failed = {name[2] for name, each in found.items() if each.verdict == "failed"}
+    assert failed == {ENGINES[1]}
 
 
 @pytest.mark.parametrize(("below_0", "verdict"), [(1e-9, "failed"), (-1e-9, "agree")])

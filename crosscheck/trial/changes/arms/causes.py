@@ -6,6 +6,7 @@ from collections import Counter
 from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import replace
 from itertools import permutations
+from typing import Any
 
 import numpy as np
 
@@ -143,7 +144,7 @@ def _list_law_changes(arm: EntryComparison, place: EntryPlace, target: Target) -
     for number, law in enumerate(laws, start=2):
         terms = arm.terms
         if law.switches != problem.case.switches:
-            parts = {"has_gravity": problem.has_gravity, "columns": arm.columns}
+            parts: dict[str, Any] = {"has_gravity": problem.has_gravity, "columns": arm.columns}
             terms = build_reference_terms(frame, law.arm, law.switches, **parts)
         states, convention = arm.force_states, law.convention
         signals = compute_signals(law.arm, frame.layout, law.switches, states, convention)

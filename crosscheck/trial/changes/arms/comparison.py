@@ -105,8 +105,10 @@ class EntryComparison:
         if self.columns is None:
             return None
         arm, chosen = self.problem.case.arm, self.problem.case.switches
-        parts = {"has_gravity": self.problem.has_gravity, "columns": self.columns}
-        terms = build_reference_terms(self.frame, arm, chosen, self.level, **parts)
+        has_gravity, columns = self.problem.has_gravity, self.columns
+        terms = build_reference_terms(
+            self.frame, arm, chosen, self.level, has_gravity=has_gravity, columns=columns
+        )
         return terms if self.problem.count >= minimum_state_count(terms) else None
 
     @cached_property
