@@ -6,7 +6,7 @@ import difflib
 from collections.abc import Callable, Collection, Mapping, Sequence
 from dataclasses import replace
 from fractions import Fraction
-from functools import lru_cache
+from functools import cache, lru_cache
 from numbers import Real
 from typing import Any
 
@@ -291,17 +291,24 @@ def _make_function(
         reason = f"has {', '.join(forbidden_symbols)}; must be of {allowed}"
         raise InputError(WHERE, name, None, reason)
     quantities = tuple(sorted(matrix.free_symbols & set(numbers), key=str))
-    compiled = _compile(matrix, bound.t, (bound.x, bound.v, bound.torque), quantities)
     values = [numbers[symbol] for symbol in quantities]
-    if name == "mass_matrix":
-        return lambda x: compiled(0.0, x, 0 * x, np.zeros(len(bound.torque)), values)
-    if name == "gravity":
-        return lambda x: compiled(0.0, x, 0 * x, np.zeros(len(bound.torque)), values)
+
+    @cache
+    def compile_part() -> Callable[..., np.ndarray]:
+        return _compile(matrix, bound.t, (bound.x, bound.v, bound.torque), quantities)
+
+    def evaluate(t: float, x: Any, v: Any, torque: Any) -> np.ndarray:
+        """The part, compiled when it is first asked for: of an edited source, many are not."""
+        return compile_part()(t, x, v, torque, values)
+
+    no_torque = np.zeros(len(bound.torque))
+    if name in ("mass_matrix", "gravity"):
+        return lambda x: evaluate(0.0, x, 0 * x, no_torque)
     if name == "bias":
-        return lambda x, v: compiled(0.0, x, v, np.zeros(len(bound.torque)), values)
+        return lambda x, v: evaluate(0.0, x, v, no_torque)
     if not bound.torque:
-        return lambda t, x, v: compiled(t, x, v, (), values)
-    return lambda t, x, v, torque: compiled(t, x, v, torque, values)
+        return lambda t, x, v: evaluate(t, x, v, ())
+    return evaluate
 
 
 @lru_cache(maxsize=64)

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import ast
+from itertools import permutations
 from typing import TypeGuard
 
 from crosscheck.trial.source.changes import MATRIX_LENGTH, OPPOSITE, SIMPLE, Texts
@@ -80,6 +81,26 @@ def list_further_cross_products(site: Site, *, of_products: bool) -> Texts:
         matrix = write_operand(site.node.left)
         pairs += ((name, f"{matrix} @ {name}") for name in names)
     yield from (f"{site.text} + {cross}({a}, {b})" for a, b in pairs if cross)
+
+
+def list_further_products(site: Site, *, sign: str) -> Texts:
+    """A sum of vectors with a product more, of a function's matrix and a name: crm(v) @ s.
+
+    So are cross products of spatial vectors written. A function that no line names is among them,
+    since the line that is missing may have called it.
+    """
+    kind = site.kind or NUMBER
+    is_vector = kind[0] == "array" and len(kind) == len(VECTOR)
+    if not is_vector or not is_sum(site.node) or not site.is_sum_place(outer=True):
+        return
+    vectors = [text for text, other in site.scope.list_leaves(written=True) if other == kind]
+    loaded = {each.id for each in site.tree.list_all_nodes() if isinstance(each, ast.Name)}
+    for name, scope in site.tree.functions.items():
+        is_matrix = scope.result == ("array", *kind[1:], *kind[1:]) or name not in loaded
+        arguments = getattr(scope.node, "args", None)
+        if is_matrix and arguments is not None and len(arguments.args) == 1:
+            for a, b in permutations(vectors, 2):
+                yield f"{site.text} {sign} {name}({a}) @ {b}"
 
 
 def list_further_statements(site: Site, *, adding: bool) -> Texts:

@@ -5,13 +5,14 @@ from __future__ import annotations
 import ast
 from collections.abc import Callable, Iterator
 from functools import partial
-from typing import Any, NamedTuple
+from typing import NamedTuple
 
 from crosscheck.trial.source.additions import (
     list_arguments,
     list_further_cross_products,
     list_further_factors,
     list_further_matrices,
+    list_further_products,
     list_further_statements,
     list_further_summands,
 )
@@ -39,37 +40,10 @@ from crosscheck.trial.source.changes import (
     list_steps,
     list_transposes,
 )
+from crosscheck.trial.source.edit import Edit
+from crosscheck.trial.source.moves import list_moves
 from crosscheck.trial.source.site import Site
 from crosscheck.trial.source.syntax import SourceTree
-
-
-class Edit(NamedTuple):
-    """An edit: other text in the place of a node.
-
-    likelihood: rank of its kind, 1 of the likeliest, and the kind's place among all; is_slice:
-    whether the text is a slice.
-    """
-
-    likelihood: tuple[int, int]
-    node: ast.expr | ast.stmt
-    text: str
-    is_slice: bool = False
-
-    @property
-    def rank(self) -> int:
-        """Rank of the kind."""
-        return self.likelihood[0]
-
-    def parse(self) -> ast.expr | ast.stmt:
-        """The other node; of several statements one that holds them. Raises SyntaxError."""
-        if isinstance(self.node, ast.expr):
-            text = f"_[{self.text}]" if self.is_slice else self.text
-            other: Any = ast.parse(text, mode="eval").body
-            other = other.slice if self.is_slice else other
-        else:
-            body = ast.parse(self.text).body
-            other = body[0] if len(body) == 1 else ast.If(ast.Constant(True), body, [])
-        return ast.fix_missing_locations(other)
 
 
 class EditKind(NamedTuple):
@@ -122,10 +96,13 @@ KINDS = (
     EditKind(5, partial(list_further_factors, written=False)),
     EditKind(5, partial(list_further_summands, outer=True, written=False)),
     EditKind(5, partial(list_further_statements, adding=True)),
+    EditKind(5, partial(list_further_products, sign="+")),
+    EditKind(6, partial(list_further_products, sign="-")),
     EditKind(6, partial(list_further_summands, outer=False)),
     EditKind(6, partial(list_further_cross_products, of_products=False)),
 )
 RANKS = sorted({kind.rank for kind in KINDS})
+MOVE_RANK = 2  # rank of moves of a statement, of which there are few
 
 
 def list_edits(tree: SourceTree, rank: int) -> Iterator[Edit]:
@@ -136,4 +113,6 @@ def list_edits(tree: SourceTree, rank: int) -> Iterator[Edit]:
             for site in sites:
                 if isinstance(site.node, ast.expr | ast.stmt):
                     for text in kind.list_texts(site):
-                        yield Edit((rank, place), site.node, text, kind.are_slices)
+                        yield Edit((rank, place), site.node, text, is_slice=kind.are_slices)
+    if rank == MOVE_RANK:
+        yield from list_moves(tree, (rank, len(KINDS)))

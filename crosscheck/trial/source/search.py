@@ -29,7 +29,8 @@ from crosscheck.runner.progress_update import ProgressCallback, ProgressUpdate
 from crosscheck.runner.workers import Workers
 from crosscheck.trial.source.answer_key import AnswerKey
 from crosscheck.trial.source.code import UserCode
-from crosscheck.trial.source.edits import KINDS, RANKS, Edit, list_edits
+from crosscheck.trial.source.edit import Edit
+from crosscheck.trial.source.edits import KINDS, RANKS, list_edits
 from crosscheck.trial.source.judge import SourceJudge, Wrong
 from crosscheck.trial.source.sandbox import enter_sandbox
 from crosscheck.trial.source.site import Site, write_operand
@@ -178,7 +179,7 @@ class EditSearch:
         """Judge edits made together; None if they correct nothing or the code fails with them."""
         try:
             for edit in edits:
-                self.tree.put(edit.node, edit.parse())
+                self.tree.make(edit)
             if len(edits) == 1 and not self._is_new(edits[0]):
                 return None
             compiled = list(self.judge.compiled)
@@ -190,7 +191,7 @@ class EditSearch:
             return None
         finally:
             for edit in edits:
-                self.tree.put(edit.node, edit.node)
+                self.tree.undo(edit)
         by_level = (MendingEdit(edits[0], level, wrong) for level, wrong in mended.items())
         return min(by_level, key=get_badness, default=None)
 
@@ -234,9 +235,9 @@ class EditSearch:
         if first is None or first.level != self.judge.level:
             return None
         statements, number = list(self.code.statements), self.tree.statements[id(first.edit.node)]
-        self.tree.put(first.edit.node, first.edit.parse())
+        self.tree.make(first.edit)
         statements[number] = copy.deepcopy(statements[number])
-        self.tree.put(first.edit.node, first.edit.node)
+        self.tree.undo(first.edit)
         edited = replace(self.code, statements=statements)
         return self._describe(first), EditSearch(edited, self.answer_keys)
 

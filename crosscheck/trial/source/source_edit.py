@@ -3,11 +3,12 @@
 from __future__ import annotations
 
 import ast
+import textwrap
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
 from pathlib import Path
 
-from crosscheck.trial.source.edits import Edit
+from crosscheck.trial.source.edit import Edit
 from crosscheck.trial.source.syntax import SourceTree
 
 MOST_NAMED = 4  # entries of a sentence
@@ -28,6 +29,7 @@ class SourceEdit:
         end: Text of the lines behind it.
         entries: The wrong entries that it mends, in words.
         rank: Likelihood of edits of this kind: 1 of the likeliest.
+        move: Where the old text should stand, '' where it should be another.
     """
 
     file: str
@@ -40,6 +42,7 @@ class SourceEdit:
     end: str
     entries: tuple[str, ...]
     rank: int
+    move: str = ""
 
     @property
     def place(self) -> str:
@@ -49,6 +52,8 @@ class SourceEdit:
     @property
     def remedy(self) -> str:
         """The edit, in words."""
+        if self.move:
+            return f"{self.old} should stand {self.move}"
         if not self.new:
             return f"{self.old} should be left out"
         if not self.removed:
@@ -102,6 +107,8 @@ def describe_edit(tree: SourceTree, edit: Edit, entries: tuple[str, ...]) -> Sou
     node, other, lines = edit.node, edit.parse(), tree.code.text.splitlines()
     file, line, last = Path(tree.code.file).name, node.lineno, node.end_lineno or node.lineno
     before = "\n".join(lines[line - 1 : last])
+    if edit.further or isinstance(node, ast.For | ast.While):
+        return _describe_move(lines, edit, file, entries)
     if isinstance(node, ast.stmt) and not isinstance(other, ast.Assign | ast.AugAssign):
         old, pieces = before.strip(), ("", before, "", "")
         new = ast.unparse(other.body[1]) if isinstance(other, ast.If) else ""
@@ -126,6 +133,33 @@ def describe_edit(tree: SourceTree, edit: Edit, entries: tuple[str, ...]) -> Sou
         old, new, outer = _read_text(tree, around), _write_edited(tree, edit, around), around
         around = tree.parent(around)
     return SourceEdit(file, outer.lineno, old, new, *pieces, entries, edit.rank)
+
+
+def _describe_move(lines: list[str], edit: Edit, file: str, entries: tuple[str, ...]) -> SourceEdit:
+    """The record of an edit that moves a statement."""
+
+    def read(node: ast.stmt) -> str:
+        return "\n".join(lines[node.lineno - 1 : node.end_lineno])
+
+    def shift(text: str, columns: int) -> str:
+        bare = textwrap.dedent(text)
+        return textwrap.indent(bare, " " * (len(text) - len(text.lstrip()) + columns))
+
+    node = edit.node
+    assert isinstance(node, ast.stmt)
+    if not isinstance(node, ast.For | ast.While):
+        assert edit.further is not None  # as it is of statements that change places
+        moved = edit.further[0]
+        where, removed = f"before {read(node).strip()}", f"{read(node)}\n{read(moved)}"
+        added, line = f"{read(moved)}\n{read(node)}", node.lineno
+    else:
+        moved = edit.further[0] if edit.further else node.body[-1]
+        where = f"{'in' if edit.further else 'after'} the loop of line {node.lineno}"
+        depth = node.body[0].col_offset - node.col_offset
+        removed, line = read(moved), moved.lineno
+        added = shift(removed, depth if edit.further else -depth)
+    text = " ".join(read(moved).split())
+    return SourceEdit(file, line, text, text, "", removed, added, "", entries, edit.rank, where)
 
 
 def _write_edited(tree: SourceTree, edit: Edit, around: ast.AST | None) -> str:

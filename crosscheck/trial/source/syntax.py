@@ -12,6 +12,7 @@ from typing import Any, TypeAlias, cast
 import numpy as np
 
 from crosscheck.trial.source.code import UserCode
+from crosscheck.trial.source.edit import Edit
 
 Kind: TypeAlias = tuple[Any, ...]  # ("int",), ("number",), ("array", *shape) or (class,)
 INDEX, NUMBER = ("int",), ("number",)
@@ -27,7 +28,7 @@ class Scope:
     """A function of the source, or all of it: what its names, attributes and elements are.
 
     kinds: by text, of what the code names there; unwritten: of more that it could name there;
-    values: of its names, at the end of its first call.
+    values: of its names, at the end of its first call; result: the kind of what that returned.
     """
 
     node: ast.AST
@@ -36,6 +37,7 @@ class Scope:
     unwritten: dict[str, Kind] = field(default_factory=dict)
     nodes: list[ast.AST] = field(default_factory=list)
     values: dict[str, Any] = field(default_factory=dict)
+    result: Kind | None = None
 
     def kind(self, text: str) -> Kind | None:
         """The kind of what a text names here; None where that is unknown."""
@@ -62,7 +64,7 @@ class Scope:
 class SourceTree:
     """The statements of a user's code with the place of each node, and what ran.
 
-    lines: numbers of those that have run.
+    lines: numbers of those that have run; functions: those that have a name.
     """
 
     def __init__(self, code: UserCode) -> None:
@@ -72,6 +74,7 @@ class SourceTree:
         self.statements: dict[int, int] = {}
         self.lines = set[int]()
         top = Scope(ast.Module([], []), None)
+        self.functions: dict[str, Scope] = {}
         for number, statement in enumerate(code.statements):
             self.scopes[id(statement)], self.statements[id(statement)] = top, number
             self._place(statement, top, number)
@@ -79,6 +82,8 @@ class SourceTree:
     def _place(self, node: ast.AST, scope: Scope, number: int) -> None:
         scope.nodes.append(node)
         inner = Scope(node, scope) if isinstance(node, FUNCTION) else scope
+        if isinstance(node, ast.FunctionDef):
+            self.functions[node.name] = inner
         for name, value in ast.iter_fields(node):
             for index, child in enumerate(value) if isinstance(value, list) else [(None, value)]:
                 if isinstance(child, ast.AST):
@@ -98,6 +103,16 @@ class SourceTree:
             setattr(parent, name, other)
         else:
             getattr(parent, name)[index] = other
+
+    def make(self, edit: Edit) -> None:
+        """Let an edit's nodes stand where they belong. Raises SyntaxError."""
+        for node, other in list(edit.list_replacements()):
+            self.put(node, other)
+
+    def undo(self, edit: Edit) -> None:
+        """Let the nodes stand again that an edit replaces."""
+        for node in edit.list_nodes():
+            self.put(node, node)
 
     def list_nodes(self) -> Iterator[ast.AST]:
         """The expressions and statements that ran, but for statements at the top."""
@@ -158,6 +173,8 @@ class SourceTree:
             name = node.func.attr if isinstance(node.func, ast.Attribute) else node.func.id
             if name in ("cos", "sin", "cross", "sqrt") and node.args:
                 return self.kind(node.args[0])
+            function = self.functions.get(name)
+            return function.result if function else None
         return None
 
     def observe(self, run: Callable[[], object]) -> set[int]:
@@ -199,6 +216,7 @@ class SourceTree:
                 scope = by_name.get((first, name), around)
                 _record_kinds(scope, frame, leaves[id(scope)])
                 if name not in COMPREHENSIONS:  # whose frames are not the function's
+                    scope.result = scope.result or find_kind(argument)
                     unwritten = [*elsewhere, *_list_unwritten(frame, indices[id(scope)])]
                     _record_values(scope, frame, unwritten)
             return look

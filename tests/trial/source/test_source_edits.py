@@ -51,7 +51,15 @@ def make():
         scale = k * n**2 + 2 * q[0]
         return scale * levers @ w, torque
 
-    return {"weights": weights, "moment": moment, "spin": spin}
+    def turn(a):
+        return np.array([[0, -a[2], a[1]], [a[2], 0, -a[0]], [-a[1], a[0], 0]])
+
+    def sweep(q):
+        rate, lever = np.array([q[0], q[1], 0.4]), np.array([c1, c2, s])
+        speed = lever + turn(rate) @ lever
+        return turn(speed) @ rate
+
+    return {"weights": weights, "moment": moment, "spin": spin, "sweep": sweep}
 """
 STATES = ([0.4, -1.1], [-0.7, 0.9], [1.9, 0.3])
 
@@ -82,7 +90,7 @@ def make_answer_key(states: Sequence[Sequence[float]] = STATES) -> AnswerKey:
     answer = bind(names["make"])
     right = {
         part: np.array([answer(part, k) for k in range(3)])
-        for part in ("weights", "moment", "spin")
+        for part in ("weights", "moment", "spin", "sweep")
     }
     allowed = dict.fromkeys(right, np.array(1e-9))
     return AnswerKey(bind, {"": LevelAnswers(right, allowed)}, ("x", "y", "z"))
@@ -128,6 +136,7 @@ def find_answer(folder: Path, *replaced: tuple[str, str]) -> SourceAnswer | None
         ("b.mass * c2**2 - 2", "-2", 5),
         ("k * n**2 + 2 * q[0]", "2 * q[0]", 5),
         (" + np.cross(w, inertia @ w)", "", 5),
+        ("lever + turn(rate) @ lever", "lever + 0.0 * rate", 5),
         ("np.cross(w, inertia @ w)", "np.cross(levers[1], inertia @ levers[1])", 3),
     ],
 )
@@ -149,6 +158,42 @@ def test_a_statement_that_was_forgotten_is_added(tmp_path):
     assert answer is not None
     assert answer.edits[0].new == "total += u"
     assert answer.edits[0].remedy == "total += u should follow u = w * p[i] + np.cross(p, w)"
+
+
+@pytest.mark.parametrize(
+    ("right", "wrong", "remedy"),
+    [
+        (
+            "            p = np.cross(w, p) + R.T @ w\n        return total",
+            "            p = np.cross(w, p) + R.T @ w\n            return total",
+            "return total should stand after the loop of line 21",
+        ),
+        (
+            "            p = np.cross(w, p) + R.T @ w\n",
+            "        p = np.cross(w, p) + R.T @ w\n",
+            "p = np.cross(w, p) + R.T @ w should stand in the loop of line 21",
+        ),
+        (
+            """            total = total + w * p[i] + np.cross(p, w)
+            p = np.cross(w, p) + R.T @ w
+""",
+            """            p = np.cross(w, p) + R.T @ w
+            total = total + w * p[i] + np.cross(p, w)
+""",
+            "total = total + w * p[i] + np.cross(p, w) should stand before "
+            "p = np.cross(w, p) + R.T @ w",
+        ),
+    ],
+)
+def test_a_statement_at_a_wrong_place_is_moved(tmp_path, right, wrong, remedy):
+    answer = find_answer(tmp_path, (right, wrong))
+    assert answer is not None
+    assert answer.wrong == ()
+    (edit, *_) = answer.edits
+    assert edit.remedy == remedy
+    text = (tmp_path / "mine.py").read_text(encoding="utf-8")
+    assert text.count(edit.removed) == 1
+    assert text.replace(edit.removed, edit.added) == CODE
 
 
 def test_two_errors_are_one_answer(tmp_path):
