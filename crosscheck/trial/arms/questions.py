@@ -445,8 +445,8 @@ def ask_functions(
     traces = [failure.trace for failure in failed_parts.values()]
     if len(traces) == len(tasks) and len({_find_error(each) for each in traces}) == 1 and traces[0]:
         frames = re.findall(r'File "(.+)", line (\d+)', traces[0])
-        own = [each for each in frames if "site-packages" not in each[0]]
-        file, line = (own or frames)[-1]
+        user_frames = [each for each in frames if "site-packages" not in each[0]]
+        file, line = (user_frames or frames)[-1]
         reason = f"every part raises {_find_error(traces[0])} ({Path(file).name}, line {line})"
         raise InputError(problem.name, "", None, reason)
     return results, failed_parts

@@ -54,7 +54,7 @@ def explain_entries(arm: EntryComparison, probes: Sequence[EntryComparison]) -> 
     probes: the same on arms of the same structure and other numbers.
     """
     if probes and probes[0].columns is not None and _is_same_map(probes[0].columns, arm):
-        arm = replace(arm, columns=probes[0].columns)  # equal numbers are no letter's own
+        arm = replace(arm, letters=probes[0].columns)  # equal numbers are no letter's own
     if set(arm.user_values) == {"acceleration"} and arm.terms is not None:
         return list(_explain_accelerations(arm, probes))
     return _explain_parts((arm, *probes), list(_explain_arms(arm, probes)))

@@ -48,7 +48,7 @@ QUANTITIES = {part: quantity for quantity, part in entries.PARTS.items() if quan
 class EntryComparison:
     """A model and the reference on one arm: answers of both for every part, at every state.
 
-    columns: the user's map in letters of the arm; None if it is not linear.
+    letters: the user's map in letters, where those of the arm do not decide.
     """
 
     problem: VerificationProblem
@@ -56,7 +56,7 @@ class EntryComparison:
     results: Results
     user_values: Mapping[str, np.ndarray]
     reference_values: Mapping[str, np.ndarray]
-    columns: np.ndarray | None = None
+    letters: np.ndarray | None = None
 
     @property
     def frame(self) -> Frame:
@@ -95,6 +95,13 @@ class EntryComparison:
             )
             for quantity, values in self.user_values.items()
         }
+
+    @cached_property
+    def columns(self) -> np.ndarray | None:
+        """The user's map in letters of the arm; None if it is not linear."""
+        if self.letters is not None or self.frame.matrix is None:
+            return self.letters
+        return find_columns(self.frame, self.problem.case.arm)
 
     @cached_property
     def terms(self) -> ReferenceTerms | None:
@@ -200,9 +207,7 @@ def compare_entries(problem: VerificationProblem, level: str, results: Results) 
         right = None if user_answer is None else problem.find_right(level, quantity)
         if user_answer is not None and right is not None:
             user_values[quantity], reference_values[quantity] = user_answer, right
-    is_linear = problem.frame.matrix is not None
-    columns = find_columns(problem.frame, problem.case.arm) if is_linear else None
-    return EntryComparison(problem, level, results, user_values, reference_values, columns)
+    return EntryComparison(problem, level, results, user_values, reference_values)
 
 
 def ask_and_compare(
