@@ -41,6 +41,7 @@ from crosscheck.trial.arms.unit_mistakes import describe_unit_mistakes
 from crosscheck.trial.changes.arms.arm_numbers import find_negligible_inertias, replace_numbers
 from crosscheck.trial.changes.arms.causes import explain_entries, explain_linear_rates
 from crosscheck.trial.changes.arms.comparison import (
+    EntryComparison,
     compare_entries,
     list_entry_questions,
 )
@@ -140,14 +141,14 @@ class ArmSubject(TrialSubject):
 
     def measure_levels(self) -> list[LevelDistance]:
         """How far the equations are from each rigid level, the nearest first."""
-        problem, results, distances = self.problem, self.results, []
+        problem, distances = self.problem, []
         if problem.gearing != "rigid":
             return []
         levels = find_distinct_levels(problem.mechanism)
         distinct = [level for level in levels if level in problem.levels]
         sizes = problem.compute_sizes(problem.levels[-1])  # same for all
         for level in distinct or problem.levels:
-            compared = compare_entries(problem, level, results)
+            compared = self._compare(level)
             places = {  # two of M that mirror each other are one
                 (place.part, place.rates, frozenset((place.row, place.column)))
                 for place in (each.place for each in compared.wrong_entries)
@@ -160,26 +161,22 @@ class ArmSubject(TrialSubject):
 
     def diagnose(self, distances: Sequence[LevelDistance]) -> TrialDiagnosis:
         """Find the level, then other coordinates in which all is right, then reasons by entry."""
-        problem, probes, results = self.problem, self.probes, self.results
-        nearest = distances[0].level if distances else ""
-        level = _select_equal_level(problem, probes, nearest, results)
-        here = compare_entries(problem, level, results)
+        problem = self.problem
+        level = self._select_equal_level(distances[0].level if distances else "")
+        here = self._compare(level)
         wrong_parts = {wrong.place.part for wrong in here.wrong_entries}
         reading_level, readings = "", list[Reading]()
         if "mass_matrix" in wrong_parts or (wrong_parts and "mass_matrix" not in problem.has):
-            values = suite.collect_answers(problem, results).values
+            values = suite.collect_answers(problem, self.results).values
             reading_level, readings = find_readings(problem, values)
         level = reading_level or level
         if wrong_parts == {"acceleration"} and not readings:
-            level = _select_explained_level(problem, probes, level, results)
-        here, *there = (
-            compare_entries(each, level, results)
-            for each in (problem, *(() if readings else probes))
-        )
+            level = self._select_explained_level(level)
+        here = self._compare(level)
         if readings:
             diagnosis = Diagnosis(list(here.wrong_entries), [], [])
         else:
-            diagnosis = diagnose(here, there, self.perform)
+            diagnosis = diagnose(here, self._compare_probes(level), self.perform)
             diagnosis.wrong_entries.extend(explain_linear_rates(here))
         names = problem.names
         entries = [name_entry(each, names) for each in diagnosis.wrong_entries]
@@ -196,6 +193,43 @@ class ArmSubject(TrialSubject):
             ignored_numbers=numbers,
             left_out=tuple(each.name for each in (*numbers, *diagnosis.uncertain) if each.parts),
         )
+
+    def _compare(self, level: str) -> EntryComparison:
+        return compare_entries(self.problem, level, self.results)
+
+    def _compare_probes(self, level: str) -> list[EntryComparison]:
+        return [compare_entries(each, level, self.results) for each in self.probes]
+
+    def _select_equal_level(self, level: str) -> str:
+        """Pick, among levels that are equal on the arm, as without motors, that of the other arms.
+
+        There it is the one from which the fewest entries differ; of as many the given one.
+        """
+        groups, levels = group_equal_levels(self.problem.case.arm), self.problem.levels
+        equal = [each for group in groups if level in group for each in (level, *group)]
+        equal = [each for each in equal if each in levels]
+        if len(equal) < 2:
+            return level
+
+        def count_wrong_entries(each: str) -> int:
+            return sum(len(list(probe.wrong_entries)) for probe in self._compare_probes(each))
+
+        return min(equal, key=count_wrong_entries)
+
+    def _select_explained_level(self, level: str) -> str:
+        """The first level beside which errors explain wrong accelerations; the given one first.
+
+        Errors in M may bring accelerations nearer to a level that is not theirs.
+        """
+        for each in dict.fromkeys((level, *self.problem.levels)):
+            here = self._compare(each)
+            if here.terms is None:
+                break
+            explained = explain_entries(here, self._compare_probes(each))
+            wrong = [entry for entry in explained if not entry.shown_on]
+            if wrong and all(entry.explanation for entry in wrong):
+                return each
+        return level
 
     def collect_answers(self, level: str) -> AnswerSet:
         """The answers, to be judged by sizes of the user's unit."""
@@ -215,7 +249,7 @@ class ArmSubject(TrialSubject):
 
     def measure_errors(self, level: str) -> tuple[dict[str, np.ndarray], dict[str, float]]:
         """By part, the relative error of each entry from a level, and what is allowed."""
-        here = compare_entries(self.problem, level, self.results)
+        here = self._compare(level)
         errors = here.relative_errors
         return errors, {quantity: here.sizes.tolerance(quantity) for quantity in errors}
 
@@ -312,51 +346,3 @@ def _plan_comparisons(
         for scenario in request.scenarios:
             yield from suite.plan_run_comparisons(problem, scenario, level)
     yield from suite.plan_balance_checks(problem)
-
-
-def _select_equal_level(
-    problem: VerificationProblem,
-    probes: Sequence[VerificationProblem],
-    level: str,
-    results: Results,
-) -> str:
-    """Pick, among levels that are equal on the arm, as without motors, that of the other arms.
-
-    There it is the one from which the fewest entries differ; of as many the given one.
-    """
-    groups = group_equal_levels(problem.case.arm)
-    equal = [
-        each
-        for group in groups
-        if level in group
-        for each in (level, *group)
-        if each in problem.levels
-    ]
-    if len(equal) < 2:
-        return level
-
-    def count_wrong_entries(each: str) -> int:
-        comparisons = (compare_entries(probe, each, results) for probe in probes)
-        return sum(len(list(comparison.wrong_entries)) for comparison in comparisons)
-
-    return min(equal, key=count_wrong_entries)
-
-
-def _select_explained_level(
-    problem: VerificationProblem,
-    probes: Sequence[VerificationProblem],
-    level: str,
-    results: Results,
-) -> str:
-    """The first level beside which errors explain wrong accelerations; the given one before others.
-
-    Errors in M may bring accelerations nearer to a level that is not theirs.
-    """
-    for each in dict.fromkeys((level, *problem.levels)):
-        here, *there = (compare_entries(asked, each, results) for asked in (problem, *probes))
-        if here.terms is None:
-            break
-        wrong = [w for w in explain_entries(here, there) if not w.shown_on]
-        if wrong and all(w.explanation for w in wrong):
-            return each
-    return level

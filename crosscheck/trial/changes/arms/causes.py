@@ -133,13 +133,14 @@ def _list_whole_weights(
 def _list_law_changes(arm: EntryComparison, place: EntryPlace, target: Target) -> list[TermChange]:
     """Other laws of meshes that change an entry of the force."""
     frame, problem = arm.frame, arm.problem
-    rates = {rate_name(name): arm.rates[:, k] for k, name in enumerate(frame.names)}
 
     def evaluate(terms: ReferenceTerms, signals: Mapping[str, np.ndarray]) -> np.ndarray:
-        return evaluate_entry(terms.entry(place), arm.values, arm.angles, {**signals, **rates})
+        return evaluate_entry(
+            terms.entry(place), arm.values, arm.angles, {**arm.signals, **signals}
+        )
 
     assert arm.terms is not None  # else nobody asks
-    right, changes = evaluate(arm.terms, arm.signals), list[TermChange]()
+    right, changes = evaluate(arm.terms, {}), list[TermChange]()
     laws = list_mesh_laws(problem.case.arm, frame.layout, problem.case.switches)
     for number, law in enumerate(laws, start=2):
         terms = arm.terms
@@ -236,9 +237,8 @@ def _explain_part(
         return dict.fromkeys(wrong, _explain_by_any(errors))
     if arms[0].problem.has_gravity and part == "force":
         return {}  # without weights there is nothing to derive
-    return (
-        dict.fromkeys(wrong, _explain_by_any(errors)) if (errors := find_steps(arms, part)) else {}
-    )
+    errors = find_steps(arms, part)
+    return dict.fromkeys(wrong, _explain_by_any(errors)) if errors else {}
 
 
 def _explain_by_any(errors: Sequence[TermError]) -> Explanation:
