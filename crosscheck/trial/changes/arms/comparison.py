@@ -17,6 +17,7 @@ from crosscheck.trial.changes.arms.segments import (
     ReferenceTerms,
     TermKey,
     build_reference_terms,
+    derive_bias,
     evaluate_wave,
     find_columns,
     rate_name,
@@ -24,7 +25,6 @@ from crosscheck.trial.changes.arms.segments import (
 from crosscheck.trial.changes.arms.waves import (
     FOLLOWS,
     WaveBasis,
-    derive_bias_change,
     list_keys,
     minimum_state_count,
 )
@@ -172,25 +172,24 @@ class EntryComparison:
         return self._bases[kind].fit(values, size)
 
     @cached_property
-    def _bias_from_mass(self) -> Mapping[EntryPlace, Mapping[TermKey, float]]:
-        """Differences of the bias that follow from the wrong entries of M, by place."""
-        mass = {
-            (wrong.place.row, wrong.place.column): self.fit_waves(wrong.place) or {}
-            for wrong in self.wrong_entries
-            if wrong.place.column is not None
-        }
+    def _bias_from_mass(self) -> Mapping[tuple[EntryPlace, TermKey], float]:
+        """Differences of the bias that follow from the wrong entries of M."""
+        places = [w.place for w in self.wrong_entries if w.place.column is not None]
+        fits = [(place, self.fit_waves(place) or {}) for place in places]
         assert self.terms is not None  # else nobody asks
-        return derive_bias_change(mass, self.terms.angles)
+        mass = [(place, key, number) for place, fit in fits for key, number in fit.items()]
+        return derive_bias(mass, self.terms.angles)
 
     def is_caused_by_mass(self, place: EntryPlace) -> bool:
         """Whether an entry of the bias is wrong for no other reason than M."""
-        expected = self._bias_from_mass.get(place)
-        if not expected or self.terms is None:
-            return False
-        total = sum(n * evaluate_wave(key, self.angles) for key, n in expected.items())
+        made = [
+            number * evaluate_wave(key, self.angles)
+            for (at, key), number in self._bias_from_mass.items()
+            if at == place
+        ]
         difference, _ = self.difference(place)
         allowed = FOLLOWS * np.abs(difference).max() + self.noise(place)
-        return bool(np.abs(difference - total).max() <= allowed)
+        return bool(made) and bool(np.abs(difference - sum(made)).max() <= allowed)
 
 
 def list_entry_quantities(problem: VerificationProblem) -> list[str]:

@@ -10,7 +10,7 @@ from collections import defaultdict
 from collections.abc import Iterable, Mapping, Sequence, Set
 from dataclasses import dataclass, replace
 from fractions import Fraction
-from functools import cached_property
+from functools import cache, cached_property
 from typing import Any, NamedTuple
 
 import numpy as np
@@ -185,15 +185,11 @@ def _find_form(value: float, numbers: Sequence[tuple[Polynomial, float]]) -> Any
     One over a motor's ratio is that, and no ratio of its own.
     """
     ratio = Fraction(value).limit_denominator(LARGEST_DENOMINATOR)
-    is_motors = bool(numbers) and abs(value) == abs(numbers[-1][1]) != 1
+    is_motors = bool(numbers) and abs(value) == numbers[-1][1] != 1
     if float(ratio) == value and not is_motors:
         return ratio
-    equal = (form if value * n > 0 else -form for form, n in numbers if _is_near(value, n))
-    return next(equal, None)
-
-
-def _is_near(value: float, number: float) -> bool:
-    return abs(abs(value) - abs(number)) <= ROUNDING * abs(number)
+    equal = [form for form, n in numbers if abs(abs(value) - n) <= ROUNDING * n]
+    return None if not equal else equal[0] if value > 0 else -equal[0]
 
 
 def _list_forms(stage: Stage) -> list[Polynomial]:
@@ -218,18 +214,40 @@ def _mass_terms(
             left = coefficient * columns[a, i]
             for j in _list_places(columns[b]):
                 mass[i, j, wave].append(left * columns[b, j])
-    terms: Coefficients = defaultdict(list)
-    bias: defaultdict[tuple[int, tuple[int, int], AngleSum], list[Any]] = defaultdict(list)
-    for (i, j, wave), parts in mass.items():
-        terms[EntryPlace("mass_matrix", i, j), TermKey(wave)] = parts
-        slopes = sum(entry * turns[joint] for joint, entry in enumerate(wave) if entry)
-        for k in _list_places(slopes) if any(wave) else ():
-            slope = -1 * add_polynomials(map(as_polynomial, parts)) * slopes[k]
-            bias[i, (min(j, k), max(j, k)), wave].append(slope)
-            bias[k, (min(i, j), max(i, j)), wave].append(slope * Fraction(-1, 2))
-    for (i, rates, wave), parts in bias.items():
-        terms[EntryPlace("bias", i, rates=rates), TermKey(wave, "sin")] = parts
+    sums = [
+        (EntryPlace("mass_matrix", i, j), TermKey(wave), add_polynomials(map(as_polynomial, parts)))
+        for (i, j, wave), parts in mass.items()
+    ]
+    terms: Coefficients = defaultdict(list, {(place, key): [total] for place, key, total in sums})
+    terms.update((at, [total]) for at, total in derive_bias(sums, turns).items())
     return terms
+
+
+def derive_bias(
+    mass: Iterable[tuple[EntryPlace, TermKey, Any]], turns: np.ndarray
+) -> dict[tuple[EntryPlace, TermKey], Any]:
+    """The bias that Christoffel's symbols make of M, by numbers or polynomials before its waves.
+
+    turns (joints, n): d theta / d x. In row i dM_ij/dx_k counts once, and half of dM_jk/dx_i with
+    the opposite sign.
+    """
+    bias = dict[tuple[EntryPlace, TermKey], Any]()
+
+    @cache
+    def differentiate(wave: AngleSum) -> np.ndarray:
+        slopes: np.ndarray = np.array(wave, dtype=object) @ turns
+        return slopes
+
+    for place, key, coefficient in mass:
+        i, j = place.index
+        sign, function = (-1, "sin") if key.function == "cos" else (1, "cos")
+        other, slopes = key._replace(function=function), differentiate(key.wave)
+        for k in map(int, np.flatnonzero(slopes)):
+            slope = sign * coefficient * slopes[k]
+            for row, rates, value in ((i, (j, k), slope), (k, (i, j), slope / -2)):
+                at = EntryPlace("bias", row, rates=(min(rates), max(rates))), other
+                bias[at] = bias.get(at, 0) + value
+    return bias
 
 
 def _weight_terms(
