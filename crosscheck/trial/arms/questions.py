@@ -347,18 +347,12 @@ class VerificationProblem:
         return (self.equations.level,) if self.equations.level else RIGID_LEVELS
 
     def engines(self, level: str = "") -> tuple[str, ...]:
-        """The models to compare with, the reference model first: geared ones, or those of a rigid
-        level.
-        """
+        """The models to compare with, the reference first: of a rigid level, or geared ones."""
         if level:
-            return tuple(
-                sorted(find_level_models(level), key=lambda name: MODELS[name].order is None)
-            )
-        return tuple(
-            dict.fromkeys(
-                (reference_model(), *select_with_method("mass_matrix", model_names("geared")))
-            )
-        )
+            models = find_level_models(level)
+            return tuple(sorted(models, key=lambda name: MODELS[name].order is None))
+        geared = select_with_method("mass_matrix", model_names("geared"))
+        return tuple(dict.fromkeys((reference_model(), *geared)))
 
     def reference(self, level: str) -> str:
         """The model that entries are compared with one by one."""
