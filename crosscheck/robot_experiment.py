@@ -98,7 +98,7 @@ class RobotExperiment(Model):
     def _torques(self, t: float, q: np.ndarray, v: np.ndarray) -> np.ndarray:
         """Torques of the motors (1, free)."""
         free = len(self.model.robot.coordinates)
-        drive = drive_data(self.scenario, free)
+        drive = drive_data(self.scenario, free, self.model.robot.motors)
         return torques_along(drive, np.array([t]), q[None, :free], v[None, :free])
 
     def _make_trajectory(self, q: np.ndarray, v: np.ndarray) -> xr.Dataset:

@@ -2,8 +2,13 @@
 
 from __future__ import annotations
 
+import ast
+import inspect
 from collections.abc import Iterator
 from dataclasses import dataclass, replace
+from functools import cache
+from itertools import pairwise
+from textwrap import dedent
 from types import NoneType
 from typing import Annotated, Any, Literal, get_args, get_origin, get_type_hints
 
@@ -32,15 +37,33 @@ class FieldDescription:
     applies_to: str = ""
 
 
+@cache
 def describe_fields(record: type[Data]) -> tuple[FieldDescription, ...]:
     """The fields of a record, in their order."""
     hints = get_type_hints(record, include_extras=True)
+    holders = [base for base in reversed(record.__mro__) if issubclass(base, Data)]
+    meanings = {name: text for base in holders for name, text in _read_meanings(base).items()}
     return tuple(
-        _describe_field(name, info, hints[name]) for name, info in record.model_fields.items()
+        _describe_field(name, info, hints[name], meanings.get(name, ""))
+        for name, info in record.model_fields.items()
     )
 
 
-def _describe_field(name: str, info: FieldInfo, hint: Any) -> FieldDescription:
+@cache
+def _read_meanings(record: type[Data]) -> dict[str, str]:
+    """The text below each field of a record in its source, by the field's name."""
+    (definition,) = ast.parse(dedent(inspect.getsource(record))).body
+    assert isinstance(definition, ast.ClassDef)
+    return {
+        ast.unparse(field.target): inspect.cleandoc(str(text.value.value))
+        for field, text in pairwise(definition.body)
+        if isinstance(field, ast.AnnAssign)
+        and isinstance(text, ast.Expr)
+        and isinstance(text.value, ast.Constant)
+    }
+
+
+def _describe_field(name: str, info: FieldInfo, hint: Any, meaning: str) -> FieldDescription:
     units = [limit.unit for limit in _parts(hint) if isinstance(limit, NumberRange)]
     types = [part for part in _parts(hint) if isinstance(part, type)]
     records = [part for part in dict.fromkeys(types) if issubclass(part, Data)]
@@ -52,7 +75,7 @@ def _describe_field(name: str, info: FieldInfo, hint: Any) -> FieldDescription:
     ]
     return FieldDescription(
         name=name,
-        meaning=info.description or "",
+        meaning=meaning,
         unit=next(iter(units), ""),
         required=info.is_required(),
         default=None if info.is_required() else info.get_default(call_default_factory=True),
@@ -77,7 +100,7 @@ def _describe_allowed(hint: Any) -> str:
     if hint is bool:
         return "true or false"
     if origin is Literal:
-        return " or ".join(f'"{choice}"' for choice in inner)
+        return " or ".join(", ".join(f'"{choice}"' for choice in inner).rsplit(", ", 1))
     if origin is Annotated:
         base, *metadata = inner
         for entry in metadata:

@@ -65,14 +65,16 @@ def read_raw_robot(name: str) -> dict[str, Any]:
 def is_robot(name: str) -> bool:
     """Whether a name is a robot's, where an arm's may stand: built-in, XML or a file of one.
 
-    Raises InputError.
+    An arm on a free base is one too. Raises InputError.
     """
     if name in (*builtin_arms(), *builtin_robots()):
         return name in builtin_robots()
     if Path(name).suffix == URDF:
         return True
     text = _text(name, "arms", "robots")
-    return describe_xml_kind(text) is not None or "urdf" in _parse(text, name, "arms")
+    return describe_xml_kind(text) is not None or not {"urdf", "base"}.isdisjoint(
+        _parse(text, name, "arms")
+    )
 
 
 def is_urdf(name: str) -> bool:

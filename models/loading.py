@@ -59,6 +59,16 @@ def load_arm(name: str) -> Arm:
     return validate_record(Arm, read_raw_arm(name), name)
 
 
+def load_paper_arms() -> list[Arm]:
+    """The paper's arm in both readings of Table I."""
+    return [load_arm(f"paper-{name}") for name in ("labelled", "swapped")]
+
+
+def is_the_papers(arm: Arm) -> bool:
+    """Whether this is the paper's arm, in either reading."""
+    return arm in load_paper_arms()
+
+
 def load_scenario(name: str) -> Scenario:
     """Load the scenario of a built-in name or TOML file.
 
@@ -165,7 +175,7 @@ def require_fit(scenario: Scenario, mechanism: Arm | Robot, where: str = "") -> 
     if any(scenario.start.planet_offset_m) and not any(planets):
         allowed = f"needs a stage with planets = free, which {mechanism.name} has not"
         raise InputError(where, "start.planet_offset_m", None, allowed)
-    misfit = find_misfit(scenario, planets)
+    misfit = find_misfit(scenario, planets, len(mechanism.motors))
     if misfit is not None:
         raise InputError(where, *misfit)
 

@@ -190,6 +190,5 @@ def pytest_collection_modifyitems(config: pytest.Config, items: list[pytest.Item
 
 def pytest_collection_finish() -> None:
     """Keep what was imported and collected out of garbage collections, and shared by forks."""
-    gc.collect()
     gc.freeze()
     gc.enable()

@@ -11,6 +11,8 @@ import re
 import sys
 from collections import Counter
 from collections.abc import Iterator
+from itertools import groupby
+from operator import itemgetter
 from pathlib import Path
 from typing import Any
 
@@ -18,23 +20,24 @@ from tools.site import format_table
 
 PAGE = Path(__file__).parents[1] / "docs" / "case-study" / "results.md"
 COLUMNS = {"as_modelled": "as modelled in the paper", "as_the_gears_are": "as the gears are"}
+# The verdict in a row: where the event occurs in some settings only, the counts say so.
+WORDS = {"does not hold": "fails", "holds where defined": "holds"}
+# What a finding has on the command's page alone.
+OF_THE_PAGE = r"<figure.*?</figure>|</?(?:a|p)\b[^>]*>| class=\"\w+\""
 HEAD = """\
 # Results of the audit
 
-{citation} {read}
+{citation} Only its text was read: [its figures were not seen](paper.md).
 
 Made by `python -m tools.case_study` from `crosscheck paper` of {date}, revision {revision},
-{machine}. Its page has the figures, its `claims.json` every number behind a verdict;
+{machine}. The command's page has the figures, its `claims.json` every number behind a verdict;
 [the argument](argument.md) gives the reasons.
-
-*As modelled in the paper* runs Eqs. 21 and 22 entry for entry, with lumped planets and the paper's
-law of the mesh phase, beside the rigid arm to which these equations tend; *as the gears are* has
-equations of motion from the energies of all bodies, free planets and the integral of the mesh
-frequency. A setting says *yes* unless its starts show, with 95 % confidence, that the statement
-would be true in fewer than nine of ten: of 32 starts from 25 on. A claim *holds* if every setting,
-both readings of Table I at every damping ratio, says yes. *Depends* means that some settings give
-yes and others no, *bistable* that single starts decide. Settings follow from the chosen
-damping ratios and are no sample of anything.
+"""
+LEGEND = """\
+[How a claim is judged](paper.md#how-a-claim-is-judged) has the two models and the verdicts. Italics
+say how a statement was read. Of two verdicts the first is *as modelled*, the second *as the gears
+are*; one is for both. Counts are of settings: yes/no/bistable, with a fourth of those in which the
+event does not occur; a claim that fails or holds with a fourth count does so where it occurs.
 """
 
 
@@ -45,33 +48,26 @@ def build_page(folder: Path) -> str:
     made, chapters = result["provenance"], result["chapters"]
     head = HEAD.format(
         citation=result["paper"]["citation"],
-        read=result["paper"]["read"],
         date=made["created"][:10],
         revision=made["revision"],
         machine=made["machine"],
     )
+    claims = chapters["claims"]
     parts = [head, "## Six findings\n", *extract_findings(html)]
     parts += ["## Computed verdicts\n", format_verdicts(chapters["findings"])]
     parts += ["## Errors in the printed equations\n", format_errata(chapters["errata"])]
-    parts += [
-        "## Every claim\n",
-        format_counts(chapters["claims"]),
-        describe_close_verdicts(chapters["claims"]),
-    ]
-    for section in dict.fromkeys(each["section"] for each in chapters["claims"]):
-        rows = [each for each in chapters["claims"] if each["section"] == section]
-        parts += [
-            f"### {_section(section)}\n",
-            format_table(["claim", "statement", *COLUMNS.values()], map(format_row, rows)),
-        ]
+    parts += ["## Every claim\n", LEGEND, format_counts(claims), describe_close_verdicts(claims)]
+    for section, listed in groupby(claims, key=itemgetter("section")):
+        parts += [f"### {_section(section)}\n", *map(format_claim, listed), ""]
     return "\n".join(parts).replace("&#39;", "'")
 
 
 def extract_findings(html: str) -> Iterator[str]:
-    """The articles of the page's first screen without figures and links."""
+    """The articles of the page's first screen without figures, links and classes."""
     for title, body in split_findings(html):
-        plain = re.sub(r"<figure.*?</figure>|</?a\b[^>]*>", "", body, flags=re.S)
-        yield f"### {title}\n\n{' '.join(plain.split())}\n"
+        plain = re.sub(OF_THE_PAGE, "", body, flags=re.S)
+        text = re.sub(r"\s*(<table.*?</table>)\s*", r"\n\n\1\n\n", " ".join(plain.split()))
+        yield f"### {title}\n\n{text}\n"
 
 
 def split_findings(html: str) -> list[tuple[str, str]]:
@@ -100,12 +96,14 @@ def format_errata(rows: list[dict[str, Any]]) -> str:
             each["where"],
             format_formula(each, "printed"),
             format_formula(each, "derived"),
-            format_effect(each),
+            format_effect(each, "constant-torque"),
+            format_effect(each, "pd"),
             each["remark"],
         ]
         for each in equation_errata
     )
-    return format_table(["where", "printed", "right", "effect on a run", "remark"], cells)
+    heads = ["where", "printed", "right", "effect, constant torque", "effect, PD control", "remark"]
+    return format_table(heads, cells)
 
 
 def format_formula(each: dict[str, Any], side: str) -> str:
@@ -117,38 +115,40 @@ def format_formula(each: dict[str, Any], side: str) -> str:
     return "$" + re.sub(r"(\\d+ot\{[^}]*\})_", r"\1{}_", tex) + "$"
 
 
-def format_effect(each: dict[str, Any]) -> str:
-    """On angle and mesh force under constant torque and under PD control."""
-    phrases = []
-    for run, words in (("constant-torque", "constant torque"), ("pd", "PD control")):
-        if effect := each["effects"].get(run):
-            angle, force = effect["theta_rad"], effect["mesh_force_N"]
-            phrases.append(f"{words}: {angle:.1e} rad, {float(f'{force:.2g}'):g} N")
-    return "; ".join(phrases)
+def format_effect(each: dict[str, Any], run: str) -> str:
+    """On angle and mesh force of a run."""
+    effect = each["effects"].get(run)
+    if not effect:
+        return ""
+    force = float(f"{effect['mesh_force_N']:.2g}")
+    return f"{effect['theta_rad']:.1e} rad, {force:g} N"
 
 
 def format_counts(claims: list[dict[str, Any]]) -> str:
     """How many claims have each verdict in each column."""
     verdict_counts = {
-        key: Counter(format_verdict(each, key).split(" (")[0] for each in claims) for key in COLUMNS
+        key: Counter(select_verdict(each, key)["verdict"] for each in claims) for key in COLUMNS
     }
     verdict_names = sorted({kind for column in verdict_counts.values() for kind in column})
     cells = ([kind, *(str(verdict_counts[key][kind]) for key in COLUMNS)] for kind in verdict_names)
     return format_table(["verdict", *COLUMNS.values()], cells)
 
 
+def select_verdict(claim: dict[str, Any], column: str) -> dict[str, Any]:
+    """That of a column, or of the claim where it is decided without a run."""
+    verdict: dict[str, Any] = claim["models"].get(column, claim)
+    return verdict
+
+
 def format_verdict(claim: dict[str, Any], column: str) -> str:
-    """In words, with the counts of settings where they do not all say the same."""
-    model_verdict = claim["models"].get(column)
-    if model_verdict is None:  # decided without a run
-        return str(claim["verdict"])
-    by = model_verdict["counts"]
-    mixed = [f"{by[kind]} {kind}" for kind in by if by[kind]]
-    return (
-        f"{model_verdict['verdict']} ({', '.join(mixed)})"
-        if len(mixed) > 1
-        else str(model_verdict["verdict"])
-    )
+    """In one word, with the counts of settings where they do not all say the same."""
+    verdict = select_verdict(claim, column)
+    word = WORDS.get(verdict["verdict"], verdict["verdict"])
+    if column not in claim["models"]:
+        return word
+    *counts, undefined = verdict["counts"].values()
+    counts += [undefined] if undefined else []
+    return f"{word} {'/'.join(map(str, counts))}" if len(list(filter(None, counts))) > 1 else word
 
 
 def describe_close_verdicts(claims: list[dict[str, Any]]) -> str:
@@ -161,11 +161,11 @@ def describe_close_verdicts(claims: list[dict[str, Any]]) -> str:
     )
 
 
-def format_row(claim: dict[str, Any]) -> list[str]:
-    """Of the table of claims; a statement with its reading, where there could be another."""
-    reading = f" *Read as: {claim['reading']}.*" if claim["reading"] else ""
-    columns = (format_verdict(claim, column) for column in COLUMNS)
-    return [claim["id"], claim["statement"] + reading, *columns]
+def format_claim(claim: dict[str, Any]) -> str:
+    """Name, statement with its reading, where there could be another, and verdicts."""
+    reading = f" *{claim['reading']}*" if claim["reading"] else ""
+    verdicts = dict.fromkeys(format_verdict(claim, column) for column in COLUMNS)
+    return f"- {claim['id']}: {claim['statement']}{reading} **{'; '.join(verdicts)}**"
 
 
 def _section(name: str) -> str:

@@ -62,7 +62,7 @@ def write_article(run: Path, out: Path) -> None:
             for number, ((title, body), argument) in titled
         ],
         "errata": convert_table(
-            case_study.format_errata(chapters["errata"]), (0.13, 0.26, 0.26, 0.17)
+            case_study.format_errata(chapters["errata"]), (0.13, 0.24, 0.24, 0.11, 0.11)
         ),
         "claim_count": len(claims),
         "counts": "; ".join(

@@ -12,7 +12,7 @@ import sympy as sp
 from crosscheck.analytic.derivation.chain import Chain
 from crosscheck.analytic.derivation.stage import DirectStage, Stage, exact_fraction, stage_values
 from crosscheck.models.arm.arm import Arm, Planetary
-from crosscheck.models.arm.layout import Layout, make_layout
+from crosscheck.models.arm.layout import make_layout
 
 m_payload = sp.Symbol("m_payload", positive=True)
 
@@ -67,17 +67,6 @@ def arm_stages(arm: Arm) -> list[Stage | DirectStage]:
             names = (sp.Symbol(f"{name}{number}", positive=True) for name in DirectStage._fields)
             stages.append(DirectStage(*names))
     return stages
-
-
-def build_arm_chain(arm: Arm, layout: Layout) -> Chain:
-    """The chain of an arm in symbols, in any layout; free planets are counted, not a symbol."""
-    stages = arm_stages(arm)
-    if layout.free:
-        stages = [
-            stage._replace(N=sp.Integer(joint.planet_count)) if isinstance(stage, Stage) else stage
-            for stage, joint in zip(stages, arm.joints, strict=True)
-        ]
-    return Chain(tuple(stages), m_payload, layout)
 
 
 def build_symbolic_chain(meshing: Sequence[bool]) -> Chain:

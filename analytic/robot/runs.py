@@ -26,7 +26,7 @@ class RobotMember:
 
     def __init__(self, robot: Robot, level: Level, scenario: Scenario) -> None:
         self.robot, self.level, self.scenario = robot, level, scenario
-        self.drive = drive_data(scenario, len(robot.coordinates))
+        self.drive = drive_data(scenario, len(robot.coordinates), robot.motors)
         self.equations = RobotEquations(robot, level, self.drive)
 
     def start(self) -> tuple[np.ndarray, np.ndarray]:

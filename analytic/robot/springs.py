@@ -120,33 +120,36 @@ def largest_stable_step(model: RobotModel, scenario: Scenario) -> float:
     """The step [s] up to which classical Runge-Kutta is stable on meshes, friction and controller.
 
     By the motion linearised at rest, all teeth in contact at peak stiffness, at the start and in
-    four poses.
+    four poses, to which joints that no motor drives turn only within their ranges.
     """
     robot, free = model.robot, len(model.robot.coordinates)
     start, _ = start_state(robot, model.level, scenario)
     poses = np.tile(start, (5, 1))
     poses[1:, :free] = QUARTER * np.arange(4)[:, None]
+    for place in robot.passive:
+        limits = robot.joints[robot.coordinates[place]].limits
+        poses[1:, place] = np.clip(poses[1:, place], limits.lower, limits.upper)
     still, none = np.zeros_like(poses), np.zeros((5, free))
     inverse = np.linalg.inv(model.mass_matrix(poses))
     begun = model.forward_dynamics(poses, still, none)
     moved = [model.forward_dynamics(poses, still, none + unit) for unit in np.eye(free)]
     driven = np.stack(moved, axis=2) - begun[:, :, None]
-    drive = drive_data(scenario, free)
+    drive = drive_data(scenario, free, robot.motors)
     gains = drive.gains if drive.code == PD else np.zeros((free, 3))
     stiffness, damping = np.zeros((2, start.size, start.size))
     damping[:free, :free] = np.diag(robot.friction)
     for spring in tooth_springs(robot) if start.size > free else ():
         stiffness += spring.stiffest * np.outer(spring.row, spring.row)
         damping += spring.damping * np.outer(spring.row, spring.row)
-    limits = []
+    steps = []
     for per_force, per_torque in zip(inverse, driven, strict=True):
         position, rate = -per_force @ stiffness, -per_force @ damping
         position[:, :free] -= per_torque * gains[:, 1]
         rate[:, :free] -= per_torque * gains[:, 2]
         size = len(position)
         matrix = np.block([[np.zeros((size, size)), np.eye(size)], [position, rate]])
-        limits.append(runge_kutta_limit(np.linalg.eigvals(matrix)))
-    return min(limits)
+        steps.append(runge_kutta_limit(np.linalg.eigvals(matrix)))
+    return min(steps)
 
 
 class MeshRates(NamedTuple):

@@ -11,7 +11,6 @@ from collections.abc import Mapping
 
 import numpy as np
 from scipy.ndimage import uniform_filter1d
-from scipy.signal import find_peaks
 
 from crosscheck import signals
 from crosscheck.analytic.paper.kinematics import stage_geometry
@@ -132,6 +131,8 @@ def _turns_gained(time: np.ndarray, values: np.ndarray) -> float:
     """
     if time[-1] <= HALFWAY_S:
         return np.nan
+    from scipy.signal import find_peaks  # a second, for this alone
+
     counts = []
     for part in (signals.window(time, HALFWAY_S, np.inf), signals.window(time, 0, HALFWAY_S)):
         slow = values[part] - fast_part(time, values, part=part)

@@ -6,10 +6,10 @@ import math
 from dataclasses import dataclass
 
 import numpy as np
-import xarray as xr
 
 from crosscheck.analytic.model import PhysicalModel
 from crosscheck.analytic.paper.model import EnergiesModel, PrintedModel
+from crosscheck.analytic.robot.model import AnalyticRobot
 from crosscheck.audit.experiments.study import Question, Records
 from crosscheck.audit.experiments.variant import Numbers
 from crosscheck.audit.measures.stage import PaperStage, paper_stage
@@ -20,15 +20,20 @@ from crosscheck.audit.statics.teeth import (
     virtual_work,
 )
 from crosscheck.checks.first_principles.weights import joint_mass, link_mass
-from crosscheck.checks.levels import tip_position
-from crosscheck.models.arm.arm import Arm
-from crosscheck.models.experiment.scenario import ConstantDrive, switches
+from crosscheck.models.arm.arm import Arm, FreeArm, FreeBase
+from crosscheck.models.experiment.scenario import (
+    ConstantDrive,
+    Scenario,
+    expand_to_joints,
+    switches,
+)
 from crosscheck.models.loading import Case, load_arm, load_case, load_scenario
-from crosscheck.models.pinocchio.floating import FloatingBase, PinocchioFloating
-from crosscheck.registry import build
+from crosscheck.models.robot.planar import build_level_robots, build_planar_robot
+from crosscheck.models.robot.robot import Level, Robot
 
 EVERY = "scenario.record_every=1000"  # 10 ms
-FIXED_TOLERANCE = 1e-10  # relative, of the fixed arm's run
+LEVEL: Level = "coupled"
+SIDE_M = 2.0  # side of the cube that is the base
 BASE_MASSES = ("5", "50", "500", "5000")  # over the arm's mass
 CONSTANT = "constant-torque"
 # The Earth's gravity parameter [m^3/s^2], and a low orbit's radius [m], 400 km up.
@@ -39,7 +44,7 @@ def compute_base_errors(arm: str) -> Numbers:
     """Largest distance [mm] of the tip from where a fixed base would have it, by the base's mass.
 
     In the inertial frame, over the PD motion and over the constant torque's; the base is a
-    homogeneous 2 m cube that shifts and turns.
+    homogeneous cube that shifts and turns.
     """
     cases = [load_case(arm, scenario, None, [EVERY]) for scenario in ("pd", CONSTANT)]
     errors = np.max([_tip_errors_m(case) for case in cases], axis=0)
@@ -49,25 +54,37 @@ def compute_base_errors(arm: str) -> Numbers:
 
 def _tip_errors_m(case: Case) -> list[float]:
     """The largest error of the tip [m] for every mass of the base."""
-    fixed = build("pinocchio:coupled", *case).reference(FIXED_TOLERANCE)
-    carried = arm_mass(case)
-    bases = [FloatingBase(carried * float(ratio)) for ratio in BASE_MASSES]
-    flights = (PinocchioFloating(case.arm, case.scenario, base).simulate() for base in bases)
-    return [float(tip_error(flight, fixed, case).max()) for flight in flights]
+    fixed, _ = build_level_robots(case.arm)[LEVEL]
+    path, carried = tip_path(fixed, case.scenario), arm_mass(case.arm)
+    bases = [FreeBase(mass_kg=carried * float(ratio), side_m=SIDE_M) for ratio in BASE_MASSES]
+    flights = (tip_path(free_robot(case.arm, base), case.scenario) for base in bases)
+    return [float(np.linalg.norm(flight - path, axis=1).max()) for flight in flights]
 
 
-def arm_mass(case: Case) -> float:
-    """Mass [kg] of all that the base carries."""
-    return PinocchioFloating(case.arm, case.scenario, FloatingBase(1.0)).arm_mass_kg
+def free_robot(arm: Arm, base: FreeBase) -> Robot:
+    """The arm as a robot on a base that floats."""
+    content = arm.model_dump(exclude_none=True)
+    return build_planar_robot(FreeArm.model_validate({**content, "base": base.model_dump()}))
 
 
-def tip_error(free: xr.Dataset, fixed: xr.Dataset, case: Case) -> np.ndarray:
-    """Distance [m] (times,) in the inertial frame between the tips on the two bases."""
-    local = tip_position(free, case.arm).values
-    x, y, angle = free["base"].values.T
-    turn = np.array([[np.cos(angle), -np.sin(angle)], [np.sin(angle), np.cos(angle)]])
-    flying = np.column_stack([x, y]) + np.einsum("ijt,tj->ti", turn, local)
-    return np.linalg.norm(flying - tip_position(fixed, case.arm).values, axis=1)
+def arm_mass(arm: Arm) -> float:
+    """Mass [kg] of all that the base carries: links, payload and the joints' gears with rings."""
+    massive = free_robot(arm, FreeBase(mass_kg=1.0, side_m=SIDE_M))
+    return float(sum(body.mass for body in massive.bodies)) - 1.0
+
+
+def tip_path(robot: Robot, scenario: Scenario) -> np.ndarray:
+    """The tip in the inertial frame (times, 2) [m] along a scenario, the base begun at rest."""
+    start = scenario.start.model_copy(
+        update={
+            name: (0.0,) * len(robot.passive)
+            + expand_to_joints(getattr(scenario.start, name), len(robot.motors))
+            for name in ("theta_rad", "theta_dot_rad_per_s")
+        }
+    )
+    model = AnalyticRobot(robot, LEVEL)
+    q, _ = model.integrate(scenario.model_copy(update={"start": start}))
+    return model.tip(q)[:, :2]
 
 
 def compute_neglected_torques(arm: Arm, stage: PaperStage) -> Numbers:

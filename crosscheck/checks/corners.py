@@ -8,7 +8,7 @@ all. Whether teeth touch depends on x - e, not on x. Every mesh is brought to ea
 from __future__ import annotations
 
 from collections.abc import Iterator, Sequence
-from functools import partial
+from functools import lru_cache, partial
 from itertools import product
 from typing import NamedTuple
 
@@ -103,6 +103,11 @@ def sample_corner_states(layout: Layout, arm: Arm, chosen: Switches, seed: int) 
     Returns:
         A state for each of the corners, in their order.
     """
+    return States(*map(np.copy, _find_corner_states(layout, arm, chosen, seed)))
+
+
+@lru_cache(maxsize=16)  # every model of a layout is asked at the same ones
+def _find_corner_states(layout: Layout, arm: Arm, chosen: Switches, seed: int) -> States:
     corners = list_corners(layout, arm)
     drawn = sample_states(layout, arm, POSES * len(corners), seed)
     if not corners:

@@ -1,4 +1,7 @@
-"""Momentum of a whole robot: that of the joints on its base, by M, and what weights take of it."""
+"""Momentum of a whole robot: that of the joints on its base, by M, and what weights take of it.
+
+Of a robot that floats without weight it is conserved, in so many directions as the ground leaves.
+"""
 
 from __future__ import annotations
 
@@ -10,10 +13,16 @@ from crosscheck.checks.engines import gravity, momentum
 from crosscheck.checks.robot_states import TOLERANCE
 from crosscheck.checks.sampled import RobotLevel, Subjects, ask
 from crosscheck.checks.scales import check_share, share_of
+from crosscheck.checks.simulations import make_scenario
 from crosscheck.findings import Finding, Subject
+from crosscheck.models.errors import Diverged
 from crosscheck.models.robot.interface import RobotModel
-from crosscheck.models.robot.robot import BASE, Robot
+from crosscheck.models.robot.robot import BASE, Placement, Robot
+from crosscheck.models.robot.tree import HOME, compose, rotate_about
 from crosscheck.planning.comparison import Comparison
+
+DRIFT_STEPS = 20  # of a run with coarse steps, in which momenta are conserved; fine: twice as many
+CONSERVED = 1e-12  # largest part of a conserved direction in which the ground may push
 
 
 def base_momenta(model: RobotModel, case: RobotLevel) -> np.ndarray:
@@ -63,6 +72,73 @@ def _carried(robot: Robot, base: int) -> np.ndarray:
     return np.array([_root(robot, number) == base for number in robot.coordinates], dtype=float)
 
 
+def momentum_drifts(model: RobotModel, case: RobotLevel) -> np.ndarray:
+    """Changes of the conserved momenta in a run by coarse and by fine steps (2, records, k).
+
+    Over the most that the kinetic energy allows; infinite where a run diverged.
+    """
+    directions, scenario, drifts = find_conserved_directions(case.robot), make_scenario(case), []
+    factors = np.abs(directions) @ (case.sizes.momentum[0] / case.sizes.motion[0])
+    for steps in (DRIFT_STEPS, 2 * DRIFT_STEPS):
+        step, stride = case.run_s / steps, steps // DRIFT_STEPS
+        try:
+            q, v = model.integrate(
+                scenario.model_copy(update={"step_s": step, "record_every": stride})
+            )
+        except Diverged:
+            return np.full((2, 1, 1), np.inf)
+        momenta = ask(model, "momentum", (len(q), 6), q, v) @ directions.T
+        motion = np.sqrt(2 * ask(model, "energy", (len(q),), q, v)).max()
+        drifts.append((momenta - momenta[0]) / (motion * factors))
+    return np.array(drifts)
+
+
+def find_conserved_directions(robot: Robot) -> np.ndarray:
+    """Orthonormal directions (k, 6) of linear and angular momentum about the base's origin.
+
+    In these the ground exerts nothing on a robot without weight, whatever its motors do: the joints
+    without motor and friction before the first body with mass move it in each, at any state.
+    """
+    chain = _list_root_chain(robot) if not robot.gravity.any() else []
+    pushes = list[np.ndarray]()
+    for coordinates in np.random.default_rng(0).uniform(-1, 1, (2, len(chain))):
+        pose, twists = HOME, list[np.ndarray]()
+        for number, x in zip(chain, coordinates, strict=True):
+            joint = robot.joints[number]
+            pose = compose(pose, joint.placement)
+            axis = pose.rotation @ joint.axis
+            if joint.kind == "revolute":
+                twists.append(np.hstack([np.cross(pose.position, axis), axis]))
+                pose = Placement(rotate_about(axis, x) @ pose.rotation, pose.position)
+            else:
+                twists.append(np.hstack([axis, 0 * axis]))
+                pose = Placement(pose.rotation, pose.position + x * axis)
+        basis = np.linalg.qr(np.reshape(twists, (-1, 6)).T)[0]
+        pushes.append(np.eye(6) - basis @ basis.T)
+    _, sizes, rows = np.linalg.svd(np.vstack(pushes))
+    directions: np.ndarray = rows[sizes < CONSERVED]
+    return directions
+
+
+def _list_root_chain(robot: Robot) -> list[int]:
+    """Joints without motor and friction from the ground to the first body with mass, if alone."""
+    chain, parent = list[int](), BASE
+    leaders = {joint.mimic.joint for joint in robot.joints if joint.mimic}
+    stators = {robot.frames[rotor.stator].body for rotor in robot.rotors}
+    while True:
+        children = [n for n, joint in enumerate(robot.joints) if joint.parent == parent]
+        joint = robot.joints[children[0]] if len(children) == 1 else None
+        if joint is None or joint.has_motor or joint.friction or joint.armature or joint.mimic:
+            return chain
+        (parent,) = children
+        if parent in leaders:
+            return chain
+        chain.append(parent)
+        body = robot.bodies[parent]
+        if body.mass or body.inertia.any() or parent in stators:
+            return chain
+
+
 def plan(subjects: Subjects) -> Iterator[Comparison | str]:
     """Comparisons of each model's momentum with its M, where no rotor spins beside the links."""
     for sampled in subjects.robots:
@@ -71,6 +147,12 @@ def plan(subjects: Subjects) -> Iterator[Comparison | str]:
         if sampled.case.robot.gravity.any():
             questions = gravity, momentum
             yield sampled.plan_case_law("linear-momentum", questions, _check_momentum)
+        if (
+            sampled.case.has_runs
+            and sampled.case.level != "geared"  # where contacts spoil the order of steps
+            and find_conserved_directions(sampled.case.robot).size
+        ):
+            yield sampled.plan_case_law("conserved-momentum", [momentum_drifts], _check_drifts)
     if subjects.robots and not subjects.robots[0].case.robot.gravity.any():
         yield "without gravity: no weights to hold against energy and linear momentum"
     if subjects.robots and not find_base_joints(subjects.robots[0].case.robot):
@@ -101,3 +183,13 @@ def _check_momentum(
     size = size + (np.abs(given) * np.abs(case.states.v)).sum(axis=1)
     basis = f"{TOLERANCE:g} of the powers that are summed"
     return check_share(about, share_of(power, size), TOLERANCE, basis)
+
+
+def _check_drifts(about: Subject, drifts: np.ndarray, case: RobotLevel) -> Finding:
+    """Momenta are conserved but for the steps' error, of fourth order, which two runs show."""
+    if not np.isfinite(drifts).all():
+        return check_share(about, np.inf, TOLERANCE, "the run diverged")
+    coarse, fine = drifts
+    tolerance = TOLERANCE + float(np.abs(coarse - fine).max()) / 4
+    basis = f"{TOLERANCE:g} of the momenta, and a fourth of what halving the steps changes"
+    return check_share(about, share_of((16 * fine - coarse) / 15, np.ones(1)), tolerance, basis)

@@ -20,7 +20,6 @@ from crosscheck.planning.comparison import Comparison, make_comparison
 # Of teeth in each other at the start [m]: on the edge of contact rounding decides who is.
 DEPTH = 1e-6
 BRIEF = "brief"  # name of the scenario of a simulation for which a user chose none
-LISTED = 7  # joints at most that a scenario lists one by one
 
 
 @dataclass(frozen=True)
@@ -46,23 +45,19 @@ class SimulationQuestion:
 def simulation_start(case: RobotLevel) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
     """Joints' coordinates and rates of a simulation's start, its constant torques; each (free,).
 
-    Torques are so large that joints would have about the state's accelerations alone. Of a robot
-    with more joints than a scenario lists, all have the first's start, and the least torque: the
-    first joint's carries the whole robot, and would fling the last ones out of any motion.
+    Torques are so large that joints would have about the state's accelerations alone; those without
+    a motor have none.
     """
     q, v, accelerations = (each[0, : case.free] for each in case.states[:3])
-    torques = np.diagonal(case.sizes.mass_matrix[0])[: case.free] * accelerations
-    if case.free <= LISTED:
-        return q, v, torques
-    q, v, torques = (np.full(case.free, each) for each in (q[0], v[0], min(torques, key=abs)))
+    torques = np.zeros(case.free)
+    motors = case.robot.motors
+    torques[motors] = (np.diagonal(case.sizes.mass_matrix[0])[: case.free] * accelerations)[motors]
     return q, v, torques
 
 
 def make_scenario(case: RobotLevel) -> Scenario:
     """A run of so many steps, all recorded."""
     q, v, torques = simulation_start(case)
-    if case.free > LISTED:
-        q, v, torques = q[0], v[0], torques[0]
     return Scenario(
         schema_version=1,
         name=BRIEF,
@@ -75,7 +70,7 @@ def make_scenario(case: RobotLevel) -> Scenario:
             sun_planet_offset_m=DEPTH,
             planet_ring_offset_m=DEPTH,
         ),
-        drive=ConstantDrive(kind="constant", torque_N_m=torques.tolist()),
+        drive=ConstantDrive(kind="constant", torque_N_m=torques[case.robot.motors].tolist() or 0.0),
     )
 
 

@@ -26,13 +26,12 @@ from crosscheck.models.arm.planets import find_unlike_fields
 from crosscheck.models.arm.quantities import Data
 from crosscheck.models.arm.stiffness import SineStiffness
 from crosscheck.models.errors import InputError
-from crosscheck.models.loading import load_arm, load_scenario
+from crosscheck.models.loading import is_the_papers, load_arm, load_scenario
 from crosscheck.models.mechanism import find_section
 from crosscheck.models.robot.file import load_robot, load_urdf, read_robot_file
 from crosscheck.models.robot.inertias import format_values
 from crosscheck.models.robot.robot import Robot
 from crosscheck.models.robot.tree import survey_inertias
-from crosscheck.planning.plan import is_the_papers
 from crosscheck.planning.sizing import Sizes, compute_sizes, make_pd_scenario, make_step_scenario
 from crosscheck.registry import require_usable_numbers
 from crosscheck.report.formatting import make_printable

@@ -45,7 +45,6 @@ from crosscheck.trial.input.equations import Coordinates, Equations, load_coordi
 from crosscheck.trial.request import TrialRequest, prepare_equations
 from crosscheck.trial.result import Trial
 from crosscheck.trial.tables.answers import build_table_equations, next_row, read_trial_answers
-from crosscheck.trial.tables.folder import render_probe_files, render_request_files
 from crosscheck.trial.tables.state_requests import (
     AnsweredTrial,
     collect_inverse_requests,
@@ -234,6 +233,8 @@ def ask(options: TrialOptions) -> None:
     For an FMU the folder holds a draft of its mapping. No file is overwritten, since somebody may
     have filled in a template. Raises InputError.
     """
+    from crosscheck.trial.tables.folder import render_probe_files, render_request_files
+
     assert options.out is not None  # required above
     if options.fmu is not None:
         with tempfile.TemporaryDirectory() as folder:  # none of its code is run

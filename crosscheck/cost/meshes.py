@@ -96,11 +96,18 @@ def _compute_distances(
         geared,
         np.hstack([state[0], x]),
         np.hstack([state[1], 0 * x]),
-        lambda after: coupled.inverse_dynamics(*motion.at(starts + after)),
+        lambda after: motor_torques(coupled, motion.at(starts + after)),
         1.0,
         steps,
     )
     return tip_distances(geared, ends, coupled.tip(motion.at(starts + 1.0)[0]))
+
+
+def motor_torques(model: RobotModel, state: State) -> np.ndarray:
+    """Torques (states, n) of a motion, 0 where no motor exerts them."""
+    torques = model.inverse_dynamics(*state)
+    torques[:, model.robot.passive] = 0.0
+    return torques
 
 
 def tip_distances(model: RobotModel, ends: np.ndarray, planned: np.ndarray) -> np.ndarray:
@@ -112,7 +119,7 @@ def tip_distances(model: RobotModel, ends: np.ndarray, planned: np.ndarray) -> n
 
 def _forces(coupled: RobotModel, geared: RobotModel, state: State) -> np.ndarray:
     """Force (instants, meshes) [N] on each mesh's wheel, from motor and inertia; teeth rigid."""
-    torques, free = coupled.inverse_dynamics(*state), geared.robot.coordinates
+    torques, free = motor_torques(coupled, state), geared.robot.coordinates
     still = np.zeros((len(torques), len(tooth_springs(geared.robot))))
     q, v, a = (np.hstack([each, still]) for each in state)
     needed = (geared.mass_matrix(q) @ a[:, :, None])[:, :, 0] + geared.bias(q, v)

@@ -2,13 +2,17 @@
 
 from __future__ import annotations
 
+from collections.abc import Iterator
 from dataclasses import dataclass, replace
+from itertools import islice
 
 import numpy as np
-from scipy.interpolate import BSpline, make_lsq_spline
+from scipy.interpolate import BSpline, make_interp_spline, make_lsq_spline
 
 from crosscheck.checks.robot_states import motion_range
 from crosscheck.models.errors import InputError
+from crosscheck.models.experiment.integration import integrate_steps
+from crosscheck.models.robot.integration import FASTEST, require_regular
 from crosscheck.models.robot.interface import RobotModel
 from crosscheck.models.robot.robot import Robot
 from crosscheck.recordings.record import Record
@@ -19,6 +23,7 @@ PERIOD = 4.0  # period [s], longer where effort limits require it
 SWEPT = 0.8  # largest share of a joint's range that the motion covers
 RATE = 1.0  # largest rate of a joint without a velocity limit [rad/s] or [m/s]
 GRID = 2000  # instants per period at which limits are enforced
+FREE_STEPS = 800  # steps in which coordinates without a motor move for a period
 LEEWAY = 1.01  # factor on a limit, for the instants in between
 LEAST_S = 1.1  # shortest motion that can be given [s]; a run takes one second of it
 State = tuple[np.ndarray, np.ndarray, np.ndarray]  # coordinates, rates, accelerations
@@ -61,7 +66,10 @@ class SineMotion:
 
 @dataclass(frozen=True)
 class GivenMotion:
-    """A motion from a file, as a spline (n,) of fifth degree over times [s] from first to last."""
+    """A motion as a spline (n,) of fifth degree over times [s] from first to last.
+
+    where: its file, or words on where else it comes from.
+    """
 
     where: str
     spline: BSpline
@@ -95,7 +103,7 @@ def fit_motion(record: Record) -> GivenMotion:
 
 
 def make_excitation(model: RobotModel, seed: int, grid: int = GRID) -> SineMotion:
-    """A random motion within limits of position, rate and effort.
+    """A random motion within limits of position, rate and effort; what has no motor stands still.
 
     Args:
         model: The model that gives the torques.
@@ -117,9 +125,62 @@ def make_excitation(model: RobotModel, seed: int, grid: int = GRID) -> SineMotio
     swept = SWEPT * (ranges[:, 1] - ranges[:, 0]) / (highest - lowest)
     factor = np.minimum(swept, fastest / np.abs(v).max(axis=0))
     middle = ranges.mean(axis=1) - factor * (lowest + highest) / 2
+    middle[robot.passive] = factor[robot.passive] = 0.0
     chosen = SineMotion(seed, PERIOD, middle, sizes * factor[:, None], phases)
     slower, limited_by = _find_period_factor(model, chosen.at(time))
     return replace(chosen, period=PERIOD * slower, limited_by=limited_by)
+
+
+def release_passive(model: RobotModel, motion: SineMotion) -> RobotMotion:
+    """The motion with coordinates that no motor drives, if any, as they follow the others.
+
+    They begin where the motion has them, at rates that make their momenta 0. Raises InputError
+    where they come to a pole of their angles.
+    """
+    robot, free = model.robot, model.robot.passive
+    if not free:
+        return motion
+    block, step = np.ix_(free, free), motion.period / FREE_STEPS
+
+    def complete(t: float, at: np.ndarray, rate: np.ndarray) -> State:
+        q, v, a = (each[0] for each in motion.at(np.array([t])))
+        q[free], v[free] = at, rate
+        return q, v, a
+
+    def accelerate(t: float, at: np.ndarray, rate: np.ndarray) -> np.ndarray:
+        q, v, a = (each[None] for each in complete(t, at, rate))
+        needed = model.inverse_dynamics(q, v, a)[0, free]
+        return -np.linalg.solve(model.mass_matrix(q)[0][block], needed)
+
+    q, v, _ = complete(0.0, motion.middle[free], 0 * motion.middle[free])
+    mass = model.mass_matrix(q[None])[0]
+    start = q[free], -np.linalg.solve(mass[block], (mass @ v)[free])
+    times = step * np.arange(FREE_STEPS + 1)
+    with require_regular(robot):
+        runs = integrate_steps(
+            accelerate, lambda number: tuple(step * (number + np.array([0, 0.5, 1]))), *start, step
+        )
+        states = [start, *islice(runs, FREE_STEPS)]
+    if not all((np.abs(rates) < FASTEST).all() for _, rates in states):
+        allowed = "come to a pole of their angles or run away; --motion states another motion"
+        names = ", ".join(robot.coordinate_names[place] for place in free)
+        raise InputError(robot.name, "joints", names, allowed)
+    rows = [complete(t, *state)[0] for t, state in zip(times, states, strict=True)]
+    return GivenMotion(
+        f"sums of sines of seed {motion.seed}",
+        make_interp_spline(times, rows, k=DEGREE),
+        0.0,
+        motion.period,
+    )
+
+
+def describe_passive(robot: Robot, q: np.ndarray) -> Iterator[str]:
+    """How far each coordinate without a motor moves along a motion's coordinates q (times, n)."""
+    units = {"rad": (np.degrees(1), "degrees"), "m": (1, "m")}
+    for place in robot.passive:
+        name, way = robot.coordinate_names[place], np.ptp(q[:, place])
+        factor, unit = units[robot.joint_units[name]]
+        yield f"{name} by {factor * way:.3g} {unit}"
 
 
 def _find_period_factor(model: RobotModel, motion: State) -> tuple[float, str]:
@@ -131,7 +192,8 @@ def _find_period_factor(model: RobotModel, motion: State) -> tuple[float, str]:
     weight = model.gravity(q)
     rest = model.inverse_dynamics(q, v, a) - weight
     longest, limited_by = 1.0, ""
-    for column, number in enumerate(model.robot.coordinates):
+    for column in model.robot.motors:
+        number = model.robot.coordinates[column]
         joint, held, more = model.robot.joints[number], weight[:, column], rest[:, column]
         effort = joint.limits.effort
         if np.isfinite(effort) and (np.abs(held) < effort).all():
@@ -143,14 +205,14 @@ def _find_period_factor(model: RobotModel, motion: State) -> tuple[float, str]:
 
 
 def find_exceeded_limits(robot: Robot, state: State, torques: np.ndarray) -> list[str]:
-    """A line for every limit of the URDF that a motion or its torques exceed."""
+    """A line for every limit of the URDF that a motion or its motors' torques exceed."""
     messages = []
     q, v, _ = state
-    for column, number in enumerate(robot.coordinates):
-        joint, positions = robot.joints[number], q[:, column]
+    for row, column in enumerate(robot.motors):
+        joint, positions = robot.joints[robot.coordinates[column]], q[:, column]
         for name, most, limit in (
             ("velocity", np.abs(v[:, column]).max(), joint.limits.velocity),
-            ("effort", np.abs(torques[:, column]).max(), joint.limits.effort),
+            ("effort", np.abs(torques[:, row]).max(), joint.limits.effort),
         ):
             if most > LEEWAY * limit:
                 messages.append(

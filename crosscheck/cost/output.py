@@ -11,6 +11,7 @@ from crosscheck import __version__
 from crosscheck.analytic.robot.springs import replace_stages_by_rotors
 from crosscheck.checks.robot_states import SIZE_WORDS
 from crosscheck.cost.meshes import RESOLVED, GearedCost
+from crosscheck.cost.motion import describe_passive
 from crosscheck.cost.shortcuts import NEGLIGIBLE, ShortcutCosts
 from crosscheck.findings import Finding
 from crosscheck.models.robot.identity import find_identity_joints
@@ -207,7 +208,9 @@ def describe_result(costs: ShortcutCosts) -> Iterator[str]:
 
 def describe_motion(costs: ShortcutCosts) -> str:
     """The line that names the robot's motion."""
-    return f"motion: {costs.motion}; end effector: {costs.robot.tip}"
+    free = ", ".join(describe_passive(costs.robot, costs.motion.at(costs.time)[0]))
+    moving = f"; moving freely: {free}" if free else ""
+    return f"motion: {costs.motion}{moving}; end effector: {costs.robot.tip}"
 
 
 def describe_direct_joints(costs: ShortcutCosts) -> Iterator[str]:
@@ -217,7 +220,7 @@ def describe_direct_joints(costs: ShortcutCosts) -> Iterator[str]:
     direct = [
         joint.name
         for number, joint in enumerate(joints)
-        if number not in geared and not joint.armature
+        if number not in geared and not joint.armature and joint.has_motor
     ]
     if direct:
         yield f"without gears: {', '.join(direct)}"
@@ -323,9 +326,7 @@ def _costs(costs: ShortcutCosts) -> dict[str, object]:
                 "coupling_by_rates_rms": by_rates,
                 "limits": robot.joints[number].limits,
             }
-            for number, (name, unit, largest, by_rates) in zip(
-                robot.coordinates, names, strict=True
-            )
+            for number, (name, unit, largest, by_rates) in zip(costs.joints, names, strict=True)
         ],
         "shortcuts": to_json_value(
             costs.by_joint,

@@ -8,8 +8,14 @@ import numpy as np
 
 from crosscheck.analytic.robot.springs import stage_rotors
 from crosscheck.checks.robot_states import sample_states
-from crosscheck.cost.meshes import GearedCost, compute_geared_cost, tip_distances
-from crosscheck.cost.motion import RobotMotion, State, find_exceeded_limits, make_excitation
+from crosscheck.cost.meshes import GearedCost, compute_geared_cost, motor_torques, tip_distances
+from crosscheck.cost.motion import (
+    RobotMotion,
+    State,
+    find_exceeded_limits,
+    make_excitation,
+    release_passive,
+)
 from crosscheck.findings import Finding
 from crosscheck.models.robot.integration import integrate
 from crosscheck.models.robot.interface import RobotModel
@@ -93,7 +99,7 @@ class RotorShare:
 class ShortcutCosts:
     """Costs of the shortcuts of a robot along a motion.
 
-    beyond: a line for each limit of the robot that the motion exceeds;
+    beyond: a line for each limit of the robot that the motion exceeds; n: of joints with a motor;
     time (instants,) [s]; torques (instants, n) of the coupled level, N m or N; errors: by shortcut,
     of the same shape; largest (n,): of the torques; by_rates (n,): rms of the coupling torque due
     to rates alone; factor: scale of all ratios at which the coupling is below NEGLIGIBLE in every
@@ -118,19 +124,24 @@ class ShortcutCosts:
     geared: GearedCost | None
 
     @property
+    def joints(self) -> tuple[int, ...]:
+        """Numbers of the joints whose torques are judged: free ones that have a motor."""
+        return tuple(self.robot.coordinates[place] for place in self.robot.motors)
+
+    @property
     def names(self) -> tuple[str, ...]:
-        """Names of the free joints."""
-        return tuple(self.robot.joints[number].name for number in self.robot.coordinates)
+        """Names of these joints."""
+        return tuple(self.robot.joints[number].name for number in self.joints)
 
     @property
     def units(self) -> tuple[str, ...]:
-        """The unit of each free joint's torque or force: N m or N."""
-        turns = [self.robot.joints[number].kind == "revolute" for number in self.robot.coordinates]
+        """The unit of each joint's torque or force: N m or N."""
+        turns = [self.robot.joints[number].kind == "revolute" for number in self.joints]
         return tuple("N m" if each else "N" for each in turns)
 
     @property
     def largest(self) -> np.ndarray:
-        """The largest torque of each free joint along the motion, shape (n,) [N m or N]."""
+        """The largest torque of each joint along the motion, shape (n,) [N m or N]."""
         return np.abs(self.torques).max(axis=0)
 
     @property
@@ -154,20 +165,24 @@ def compute_costs(
     agreement = compare_engines(robot, sample_states(robot, extent.states, seed))
     progress("moving the robot", 1, 4)
     exact = build_robot_model(reference_engine(), robot, "coupled")
-    motion = given or make_excitation(exact, seed)
+    motion, motors = given or release_passive(exact, make_excitation(exact, seed)), robot.motors
     time = motion.instants(extent.instants)
     state = motion.at(time)
-    torques = exact.inverse_dynamics(*state)
+    torques = exact.inverse_dynamics(*state)[:, motors]
     shortcuts = {level: build_robot_model(reference_engine(), robot, level) for level in SHORTCUTS}
-    errors = {level: model.inverse_dynamics(*state) - torques for level, model in shortcuts.items()}
+    errors = {
+        level: model.inverse_dynamics(*state)[:, motors] - torques
+        for level, model in shortcuts.items()
+    }
     largest = np.abs(torques).max(axis=0)
-    names = [robot.joints[number].name for number in robot.coordinates]
+    names = [robot.coordinate_names[place] for place in motors]
     progress("running feed-forward", 2, 4)
     tips = _compute_tip_costs(exact, shortcuts, motion, extent)
     progress("varying the ratios", 3, 4)
     ratios, factor = _compute_rotor_shares(robot, state, largest, names)
     coupling = exact.mass_matrix(state[0]) - shortcuts["armature"].mass_matrix(state[0])
-    by_rates = exact.bias(*state[:2]) - shortcuts["armature"].bias(*state[:2])
+    coupling = coupling[:, motors][:, :, motors]
+    by_rates = (exact.bias(*state[:2]) - shortcuts["armature"].bias(*state[:2]))[:, motors]
     geared = None
     if "geared" in robot.levels and not any(stage.has_free_planets for stage in robot.stages):
         model, sizes = (
@@ -193,7 +208,7 @@ def compute_costs(
             for most in [float(np.abs(error).max())]
         ),
         tips=tuple(tips),
-        pairs=tuple(_find_coupled_pairs(coupling, state[2], largest, names)),
+        pairs=tuple(_find_coupled_pairs(coupling, state[2][:, motors], largest, names)),
         by_rates=_rms(by_rates),
         ratios=tuple(ratios),
         factor=factor,
@@ -241,10 +256,10 @@ def _compute_rotor_shares(
             build_robot_model(reference_engine(), alone, "coupled"),
             build_robot_model(reference_engine(), alone, "armature"),
         )
-        exact, short = (model.inverse_dynamics(*state) for model in models)
+        exact, short = (model.inverse_dynamics(*state)[:, robot.motors] for model in models)
         return (exact - short) / np.maximum(largest, 1e-300)
 
-    rotor_shares, linear, square = [], np.zeros_like(state[0]), np.zeros_like(state[0])
+    rotor_shares, linear, square = [], *np.zeros((2, len(state[0]), len(names)))
     gears = [*((rotor,) for rotor in robot.rotors), *(stage_rotors(robot, s) for s in robot.stages)]
     for rotors in gears:
         rotor, up, down = rotors[0], coupling(rotors, 1), coupling(rotors, -1)
@@ -286,7 +301,7 @@ def _compute_tip_costs(
 
     def torques(after: float) -> np.ndarray:
         planned = motion.at(starts + after)
-        return np.concatenate([model.inverse_dynamics(*planned) for model in models.values()])
+        return np.concatenate([motor_torques(model, planned) for model in models.values()])
 
     q, v, _ = motion.at(np.tile(starts, len(models)))
     ends, _ = integrate(exact, q, v, torques, 1.0, extent.steps)

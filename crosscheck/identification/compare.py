@@ -58,7 +58,7 @@ from crosscheck.identification.terms import (
 from crosscheck.models.errors import InputError
 from crosscheck.models.pinocchio.regressor import LinkRegressor
 from crosscheck.models.robot.robot import Robot, remove_friction
-from crosscheck.recordings.decimation import DecimatedSignals
+from crosscheck.recordings.decimation import space_signals
 from crosscheck.recordings.record import Record
 from crosscheck.runner.progress_update import CountCallback
 
@@ -477,7 +477,7 @@ class _BandSamples:
         self.measured = np.isfinite(torques[0]).all(axis=0)
         pairs = zip(records, torques, strict=True)
         self._signals = [
-            DecimatedSignals(each, torque if self.measured.all() else np.nan_to_num(torque))
+            space_signals(each, torque if self.measured.all() else np.nan_to_num(torque))
             for each, torque in pairs
         ]
         self._samples: dict[float, BandSample] = {}

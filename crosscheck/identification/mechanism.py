@@ -214,6 +214,10 @@ class SpatialRobot(ComparedMechanism):
 
     def __init__(self, robot: Robot, links: Mapping[str, UrdfLink] | None = None) -> None:
         self.robot = robot
+        if robot.passive:
+            names = ", ".join(robot.coordinate_names[place] for place in robot.passive)
+            allowed = "compare needs a torque of each joint, and no motor drives these"
+            raise InputError(robot.name, "joints", names, allowed)
         if links is None:
             links = {
                 link.name: link

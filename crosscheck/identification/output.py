@@ -23,7 +23,7 @@ if TYPE_CHECKING:
     from matplotlib.axes import Axes
 
 SCHEMA_VERSION = 4
-MOST_COVERED = 50_000  # rows beyond which intervals hold the truth less often than they say
+MOST_COVERED = 100_000  # rows up to which intervals hold the truth as often as they say
 
 
 def describe_comparison(comparison: RecordComparison) -> Iterator[str]:
@@ -49,7 +49,7 @@ def _list_notes(comparison: RecordComparison) -> Iterator[str]:
         if (record.recorded or record.rows) > MOST_COVERED:
             yield (
                 f"{record.where}: more than {MOST_COVERED:,} rows; intervals may be too narrow,"
-                " since the filter's errors do not shrink with the length of a recording"
+                " since errors by products of noise do not shrink with the length of a recording"
             )
 
 

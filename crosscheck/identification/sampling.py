@@ -4,19 +4,15 @@ from __future__ import annotations
 
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass, replace
-from math import ceil
+from math import ceil, floor, log2
 from typing import Any, NamedTuple
 
 import numpy as np
 from scipy.fft import irfft, next_fast_len, rfft, rfftfreq
+from scipy.interpolate import CubicSpline
 from scipy.sparse import block_diag, csr_array
 
-from crosscheck.recordings.decimation import (
-    DecimatedSignals,
-    EvenSignals,
-    continue_signal,
-    halve_rows,
-)
+from crosscheck.recordings.decimation import EvenSignals, continue_signal
 from crosscheck.recordings.record import Record
 
 # Order of the Butterworth filter, which runs forth and back: its square in size, and no phase. At
@@ -27,13 +23,19 @@ ORDER = 8
 # products far below the band. So motions pass so many times the band, are put into the columns, and
 # these pass the band itself by the same weights as the torques: that leaves any linear model true.
 MOTION_BAND = 4.0
+# Torques and friction's directions pass so many times the band of motions: what a filter takes from
+# them near the band of motions is still in columns.
+TORQUE_BAND = 2.0
+# Rows in the shortest period of the band of motions, at least, of signals that are filtered to it:
+# these have 1e-14 of their amplitude at the highest frequency that the rows resolve.
+RESOLVED = 32.0
 TOGETHER = 1000  # rows of which columns are made at a time
 MOST_ROWS = 20_000  # rows of a long record: estimates need no more
 # Shortest periods that a recording is continued by, turned about its ends: what is beyond them
 # weighs less than 1e-10 in the filter.
 PADDED = 20.0
 ROWS = 4.0  # rows in the shortest period of the band
-DENSE = 2  # rows of motion from a row to the next: twice in the motion's own shortest period
+DENSE = 4  # rows of motion from a row to the next: twice in the torques' own shortest period
 REACH = 1.0  # shortest periods before and behind a row that count in it
 # Shortest periods of the motion's band that each end loses: what follows after them is missing.
 EDGE = 4.0
@@ -42,6 +44,11 @@ SLOW = 0.01
 # Below this share of it a direction counts in parts: less, and signs of rounding count; more, and
 # rows beside a turn do not have the whole friction that their torques have.
 RAMP = 1e-6
+# Standard deviations of a rate's noise below which its sign is not known.
+UNSURE = 4.0
+# Longest turn in shortest periods of the motion's band: a longer one is a rest.
+TURN = 1 / 4
+CUBIC = 4  # coefficients of the curve over a turn
 # Share of a joint's motion power that a band must hold: with less, edges and noise dominate.
 MOTION_SHARE = 0.9
 LEAST_PERIODS = 20.0  # periods of a band in a recording
@@ -113,9 +120,7 @@ SIGNALS = (
 )
 
 
-def sample(
-    recordings: Sequence[DecimatedSignals], shared: np.ndarray, bandwidth: float
-) -> BandSample:
+def sample(recordings: Sequence[EvenSignals], shared: np.ndarray, bandwidth: float) -> BandSample:
     """Filter recordings and take rows of them.
 
     Args:
@@ -123,20 +128,19 @@ def sample(
         shared: Rates of motors that several joints turn, for rates of joints (shared, n).
         bandwidth: Where the filter, forth and back, lets half of an amplitude pass [Hz].
     """
-    wide = min(MOTION_BAND, *(1 / (ROWS * bandwidth * each.finest.step) for each in recordings))
-    signals = [each.select(wide * bandwidth) for each in recordings]
-    seconds = sum(each.step * (len(each.position) - 1) for each in signals)
-    spacing = 1 / (DENSE * ROWS * bandwidth)
-    every = max(DENSE, ceil(seconds / (MOST_ROWS * spacing)))
-    filtered = [_filter_recording(each, shared, wide * bandwidth, spacing) for each in signals]
-    fastest = np.max([np.abs(each.rates).max(axis=0) for each in filtered], axis=0)
+    step = max(each.step for each in recordings)
+    wide = min(MOTION_BAND, 1 / (ROWS * bandwidth * step))
+    spacing = max(1 / (DENSE * ROWS * bandwidth), step)
+    seconds = sum(each.step * (len(each.torque) - 1) for each in recordings)
+    every = max(round(1 / (ROWS * bandwidth * spacing)), ceil(seconds / (MOST_ROWS * spacing)))
+    motions = [_filter_motion(each, shared, wide * bandwidth, spacing) for each in recordings]
+    fastest = np.max([np.abs(each.rates).max(axis=0) for each in motions], axis=0)
     parts, weights, starts = [], [], [0]
-    for each, given in zip(filtered, recordings, strict=True):
-        direction = _filter_direction(each, given.finest, fastest, wide * bandwidth)
+    for each, given in zip(motions, recordings, strict=True):
         count = each.q.shape[1]
         v = each.rates[each.rows, :count]
-        sides = direction[:, :count], direction[:, count:]
-        parts.append((each.q, v, each.a, *sides, each.torque, each.torque_rate))
+        torques = _filter_torques(each, given, shared, fastest, wide * bandwidth)
+        parts.append((each.q, v, each.a, *torques))
         weights.append(_weigh_rows(bandwidth * each.step * each.rows, every))
         starts.append(starts[-1] + weights[-1].shape[0])
     names = [name for name in SIGNALS if name != "moving"]
@@ -200,81 +204,117 @@ def highest_bandwidth(recordings: Sequence[Record]) -> float:
     return min(1 / (2 * ROWS * each.step) for each in recordings)
 
 
-Rows = np.ndarray | slice
+class _FilteredMotion(NamedTuple):
+    """A recording's motion in a band: its step [s] and signals.
 
-
-class _FilteredRecording(NamedTuple):
-    """A recording in a band: its step [s], which rows are kept, and signals.
-
-    q, a, torque, torque_rate (rows kept, n); rates of joints, then of motors that several joints
-    turn, of all rows.
+    stride: recorded rows in a step; rows: which steps are kept; q, a (rows kept, n); rates of
+    joints, then of motors that several joints turn, at all steps, and standard deviations of their
+    noise.
     """
 
     step: float
+    stride: int
     rows: np.ndarray
     q: np.ndarray
     rates: np.ndarray
     a: np.ndarray
-    torque: np.ndarray
-    torque_rate: np.ndarray
+    rate_noise: np.ndarray
 
 
-def _filter_recording(
-    signals: EvenSignals, shared: np.ndarray, bandwidth: float, spacing: float
-) -> _FilteredRecording:
-    step, position, torque = signals
+def _filter_motion(
+    given: EvenSignals, shared: np.ndarray, bandwidth: float, spacing: float
+) -> _FilteredMotion:
+    stride = 2 ** max(floor(-log2(RESOLVED * bandwidth * given.step)), 0)
+    step, taken = stride * given.step, given.position[::stride]
     edge = int(EDGE / (bandwidth * step))
-    rows = np.arange(edge, len(position) - edge, spacing / step).astype(int)
-    q, v, a = _filter(position, step, bandwidth, ((0, rows), (1, slice(None)), (2, rows)))
-    torque, slope = _filter(torque, step, bandwidth, ((0, rows), (1, rows)))
-    return _FilteredRecording(step, rows, q, np.hstack([v, v @ shared.T]), a, torque, slope)
+    rows = np.arange(edge, len(taken) - edge, spacing / step).astype(int)
+    asked = (0, slice(None)), (1, slice(None)), (2, rows)
+    q, v, a = _filter(given.position, given.step, bandwidth, stride, asked)
+    # White noise has as much in each hertz of the band as beyond it, where there is no motion.
+    beyond = (taken - q)[edge : len(q) - edge].var(axis=0) / (1 / (2 * given.step) - bandwidth)
+    variance = beyond * (2 * np.pi) ** 2 * bandwidth**3 / 3
+    noise = np.sqrt(np.append(variance, shared**2 @ variance))
+    return _FilteredMotion(step, stride, rows, q[rows], np.hstack([v, v @ shared.T]), a, noise)
 
 
-def _filter_direction(
-    recording: _FilteredRecording, finest: EvenSignals, fastest: np.ndarray, bandwidth: float
-) -> np.ndarray:
-    """Signs of the rates at the rows kept, between -1 and 1 where they are slow.
+def _filter_torques(
+    motion: _FilteredMotion,
+    given: EvenSignals,
+    shared: np.ndarray,
+    fastest: np.ndarray,
+    bandwidth: float,
+) -> list[np.ndarray]:
+    """Signs of joints' and of shared motors' rates at the rows kept, torques and their slopes.
 
-    They are taken at the times of the recorded torques and then lose rows as these do: where in
-    its step a torque changes sign no row of it says.
+    Signs are taken at the times of the recorded torques. While the noise of a rate hides when it
+    changes its sign, a curve leads over both.
     """
-    slow = RAMP * np.where(fastest > 0, fastest, 1.0)
-    times = finest.step * np.arange(len(finest.torque))
-    known = recording.step * np.arange(len(recording.rates))
-    rates = np.column_stack([np.interp(times, known, each) for each in recording.rates.T])
-    signs = np.clip(rates / slow, -1.0, 1.0)
-    while len(signs) > len(known):
-        signs = halve_rows(signs)
-    (direction,) = _filter(signs, recording.step, bandwidth, ((0, recording.rows),))
-    return direction
+    size, count, joints = np.where(fastest > 0, fastest, 1.0), len(fastest), given.torque.shape[1]
+    known = motion.step * np.arange(len(motion.rates))
+    rates = CubicSpline(known, motion.rates)(given.step * np.arange(len(given.torque)))
+    hidden = np.abs(rates) < np.clip(UNSURE * motion.rate_noise, RAMP * size, SLOW * size)
+    signals = np.hstack([np.clip(rates / (RAMP * size), -1.0, 1.0), given.torque])
+    for turning in range(count):
+        # A shared motor's turn is in the torques of all its joints.
+        moved = [turning] if turning < joints else np.flatnonzero(shared[turning - joints])
+        columns = [turning, *(count + joint for joint in moved)]
+        _bridge_turns(signals, columns, hidden[:, turning], int(TURN / (bandwidth * given.step)))
+    asked = (0, motion.rows), (1, motion.rows)
+    values, slopes = _filter(signals, given.step, TORQUE_BAND * bandwidth, motion.stride, asked)
+    return [*np.split(values, [joints, count], axis=1), slopes[:, count:]]
+
+
+def _bridge_turns(
+    signals: np.ndarray, columns: Sequence[int], hidden: np.ndarray, most: int
+) -> None:
+    """Replace rows of some columns, where a turn is hidden, by cubics through rows beside them.
+
+    Args:
+        signals: Changed in place (rows, columns).
+        hidden: Flags of the rows: more than so many in turn are no turn.
+    """
+    edges = np.flatnonzero(np.diff(hidden, prepend=False, append=False))
+    firsts, lengths = edges[::2], edges[1::2] - edges[::2]
+    for length in np.unique(lengths[lengths <= most]):
+        reach = max(CUBIC // 2, (length + 1) // 2)
+        inner = np.arange(length)
+        beside = np.concatenate([np.arange(-reach, 0), length + np.arange(reach)])
+        powers = [np.vander(2 * each / length, CUBIC) for each in (inner, beside)]
+        weights = powers[0] @ np.linalg.pinv(powers[1])
+        begins = firsts[(lengths == length) & (firsts >= reach)]
+        begins = begins[begins + length + reach <= len(signals)]
+        for column in columns:
+            values = signals[begins[:, None] + beside, column]
+            signals[begins[:, None] + inner, column] = values @ weights.T
 
 
 def _filter(
-    signals: np.ndarray, step: float, bandwidth: float, asked: Sequence[tuple[int, Rows]]
+    signals: np.ndarray,
+    step: float,
+    bandwidth: float,
+    stride: int,
+    asked: Sequence[tuple[int, np.ndarray | slice]],
 ) -> list[np.ndarray]:
-    """Derivatives of filtered signals (rows, n), each of an order, at given rows.
+    """Derivatives of filtered signals (rows, n), each of an order, at given ones of their strides.
 
     One signal after the other: all of a long recording's at once would take much memory.
     """
-    columns = [list(_filter_signal(each, step, bandwidth, asked)) for each in signals.T]
+    rows, columns = len(signals), []
+    pad = min(int(PADDED / (bandwidth * step)), rows - 1) // stride * stride
+    whole = stride * next_fast_len(ceil((rows + 2 * pad) / stride), real=True)
+    behind = min(whole - rows - pad, rows - 1)
+    count = (rows + pad + behind) // stride
+    frequency = rfftfreq(count, stride * step)
+    turning = 2j * np.pi * frequency
+    passed = 1 / (stride * (1 + (frequency / bandwidth) ** (2 * ORDER)))
+    kept = slice(pad // stride, pad // stride + ceil(rows / stride))
+    for signal in signals.T:
+        long = continue_signal(signal, pad, behind)
+        # Without the line from end to end, what the transform continues periodically has no step.
+        slope = (long[-1] - long[0]) / (len(long) - 1)
+        line = long[0] + slope * np.arange(len(long))
+        spectrum = rfft(long - line)[: len(frequency)] * passed
+        lines = line[::stride][kept], slope / step, 0.0
+        derivatives = ((irfft(spectrum * turning**order, count), order, at) for order, at in asked)
+        columns.append([(each[kept] + lines[order])[at] for each, order, at in derivatives])
     return [np.column_stack(parts) for parts in zip(*columns, strict=True)]
-
-
-def _filter_signal(
-    signal: np.ndarray, step: float, bandwidth: float, asked: Sequence[tuple[int, Rows]]
-) -> Iterator[np.ndarray]:
-    """The same of a single signal (rows,)."""
-    rows = len(signal)
-    pad = min(int(PADDED / (bandwidth * step)), rows - 1)
-    behind = min(next_fast_len(rows + 2 * pad, real=True) - rows - pad, rows - 1)
-    long = continue_signal(signal, pad, behind)
-    # Without the line from end to end, what the transform continues periodically has no step.
-    slope = (long[-1] - long[0]) / ((len(long) - 1) * step)
-    line = long[0] + slope * (step * np.arange(len(long)))
-    frequency = rfftfreq(len(long), step)
-    passed = rfft(long - line) / (1 + (frequency / bandwidth) ** (2 * ORDER))
-    kept = slice(pad, pad + rows)
-    lines = {0: line[kept], 1: np.full(rows, slope), 2: np.zeros(rows)}
-    for order, at in asked:
-        turned = irfft(passed * (2j * np.pi * frequency) ** order, len(long))[kept]
-        yield turned[at] + lines[order][at]

@@ -11,10 +11,10 @@ from scipy.linalg import qr
 from crosscheck.identification.sampling import SLOW, BandSample
 from crosscheck.identification.terms import (
     Regressor,
+    RotorRegressor,
     TermKind,
     TorqueTerm,
     build_columns,
-    build_rotor_columns,
 )
 from crosscheck.models.robot.robot import Robot, Rotor
 
@@ -148,7 +148,7 @@ def compare_levels(robot: Robot, shared: np.ndarray) -> LevelRanks:
     every = build_columns(robot, shared, samples)
     links = every.select(every.numbers("links"))
     armature = every.select(every.numbers("links", "armature"))
-    rotors = build_rotor_columns(robot, robot.rotors or assume_rotors(robot), samples)
+    rotors = RotorRegressor(robot, robot.rotors or assume_rotors(robot)).compute(samples)
     coupled = np.concatenate([links.values, rotors.values], axis=2)
     both = np.concatenate([armature.values, rotors.values], axis=2)
     return LevelRanks(

@@ -183,11 +183,6 @@ class RotorRegressor:
         return Regressor(self.terms, np.stack(parts, axis=2) if parts else np.zeros(shape))
 
 
-def build_rotor_columns(robot: Robot, rotors: Sequence[Rotor], samples: BandSample) -> Regressor:
-    """Columns of each rotor as a body."""
-    return RotorRegressor(robot, rotors).compute(samples)
-
-
 def _unit_rotor(rotor: Rotor) -> Rotor:
     """The rotor with a reflected inertia of 1 kg m^2."""
     return replace(rotor, inertia=rotor.ratio**-2, mesh=None)

@@ -35,7 +35,14 @@ from crosscheck.models.experiment.scenario import (
     switches,
 )
 from crosscheck.models.files import read_raw_arm
-from crosscheck.models.loading import Case, Selection, load_arm, load_scenario
+from crosscheck.models.loading import (
+    Case,
+    Selection,
+    is_the_papers,
+    load_arm,
+    load_paper_arms,
+    load_scenario,
+)
 from crosscheck.models.mechanism import Mechanism
 from crosscheck.planning import sizing
 from crosscheck.registry import MODELS
@@ -412,13 +419,3 @@ def arm_variants(request: CrossCheckRequest) -> list[tuple[Arm, Content]]:
     if is_the_papers(request.arm):
         return [(arm, read_raw_arm(arm.name)) for arm in load_paper_arms()]
     return [(request.arm, json.loads(request.arm_file_json or request.arm.model_dump_json()))]
-
-
-def load_paper_arms() -> list[Arm]:
-    """The paper's arm in both readings of Table I."""
-    return [load_arm(f"paper-{name}") for name in ("labelled", "swapped")]
-
-
-def is_the_papers(arm: Arm) -> bool:
-    """Whether this is the paper's arm, in either reading."""
-    return arm in load_paper_arms()

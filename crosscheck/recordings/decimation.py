@@ -1,10 +1,10 @@
-"""Signals of a recording at even times, with no more rows than a band of frequencies needs."""
+"""Signals of a recording at even times, and of a long one with fewer rows."""
 
 from __future__ import annotations
 
 from collections.abc import Iterable, Iterator
 from itertools import chain
-from math import ceil, floor, log2
+from math import ceil, log2
 from typing import NamedTuple
 
 import numpy as np
@@ -12,9 +12,6 @@ from scipy.signal import firwin, upfirdn
 
 from crosscheck.recordings.record import Record
 
-# Rows in the shortest period of a band of motions, at least: signals filtered to the band then have
-# 1e-9 of their amplitude at the highest frequency that rows resolve.
-RESOLVED = 32.0
 # Before every second row is left out, what is beyond a quarter of their rate is taken away: six
 # digits of it, by a symmetric filter without phase.
 TAPS, WINDOW = 33, ("kaiser", 12.3)
@@ -30,34 +27,11 @@ class EvenSignals(NamedTuple):
     torque: np.ndarray
 
 
-class DecimatedSignals:
-    """A recording's signals at even times, and with half, a quarter, ... of their rows.
-
-    Nothing that is asked of a band is lost: it lies far below the rate of the rows that are left.
-
-    Args:
-        recording: Times that are not even are made so by lines between rows.
-        torque: Of the recording, on one side of the gears (rows, n).
-    """
-
-    def __init__(self, recording: Record, torque: np.ndarray) -> None:
-        given = recording.position, torque
-        even = (next(space_pieces([signal], recording.time)) for signal in given)
-        self._levels = [EvenSignals(recording.step, *even)]
-
-    @property
-    def finest(self) -> EvenSignals:
-        """All rows."""
-        return self._levels[0]
-
-    def select(self, bandwidth: float) -> EvenSignals:
-        """The signals with the fewest rows that are enough for a bandwidth [Hz]."""
-        level = max(floor(-log2(RESOLVED * bandwidth * self._levels[0].step)), 0)
-        while len(self._levels) <= level:
-            finest = self._levels[-1]
-            halves = halve_rows(finest.position), halve_rows(finest.torque)
-            self._levels.append(EvenSignals(2 * finest.step, *halves))
-        return self._levels[level]
+def space_signals(recording: Record, torque: np.ndarray) -> EvenSignals:
+    """A recording's positions and a torque of it (rows, n) at even times, by lines between rows."""
+    signals = recording.position, torque
+    even = (next(space_pieces([each], recording.time)) for each in signals)
+    return EvenSignals(recording.step, *even)
 
 
 def condense(
@@ -71,7 +45,7 @@ def condense(
     halvings = max(ceil(log2(len(time) / MOST_ROWS)), 0)
     if halvings:
         pieces = space_pieces(pieces, time)
-        time = _even_times(time)[:: 2**halvings]
+        time = np.linspace(time[0], time[-1], len(time))[:: 2**halvings]
     for _ in range(halvings):
         pieces = halve_pieces(pieces)
     kept = np.empty((len(time), count), dtype=np.float32 if halvings else float)
@@ -82,14 +56,11 @@ def condense(
     return time, kept
 
 
-def halve_rows(signal: np.ndarray) -> np.ndarray:
-    """Every second row of a signal (rows, n), the first among them, low-passed before."""
-    halves = np.concatenate(list(halve_pieces([signal])))
-    return halves.astype(signal.dtype, copy=False)
-
-
 def halve_pieces(pieces: Iterable[np.ndarray]) -> Iterator[np.ndarray]:
-    """The same of a signal that comes in pieces (rows, n), the first longer than the taps."""
+    """Every second row of a signal, the first among them, low-passed before.
+
+    It comes in pieces (rows, n), the first longer than the taps.
+    """
     left = iter(pieces)
     first, pad = next(left), TAPS // 2
     taps = firwin(TAPS, 0.5, window=WINDOW)
@@ -104,7 +75,7 @@ def halve_pieces(pieces: Iterable[np.ndarray]) -> Iterator[np.ndarray]:
 
 def space_pieces(pieces: Iterable[np.ndarray], time: np.ndarray) -> Iterator[np.ndarray]:
     """Signals (rows, n) at even times by lines between rows, as they are where times are even."""
-    even, step = _even_times(time), (time[-1] - time[0]) / (len(time) - 1)
+    even, step = np.linspace(time[0], time[-1], len(time), retstep=True)
     if np.abs(even - time).max() < EVEN * step:
         yield from pieces
         return
@@ -127,8 +98,3 @@ def continue_signal(signal: np.ndarray, before: int, behind: int) -> np.ndarray:
             2 * signal[-1] - signal[-2 : -behind - 2 : -1],
         ]
     )
-
-
-def _even_times(time: np.ndarray) -> np.ndarray:
-    """Evenly spaced times, as many, from the first to the last."""
-    return np.linspace(time[0], time[-1], len(time))

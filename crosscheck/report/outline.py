@@ -6,9 +6,9 @@ from collections.abc import Mapping
 from dataclasses import dataclass
 
 from crosscheck.models.arm.arm import Arm, Planetary
+from crosscheck.models.loading import is_the_papers
 from crosscheck.models.robot.robot import LEVELS as ROBOT_LEVELS
 from crosscheck.models.robot.robot import Robot
-from crosscheck.planning.plan import is_the_papers
 from crosscheck.registry import (
     LEVELS,
     MODELS,

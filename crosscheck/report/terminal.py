@@ -8,7 +8,6 @@ from rich.console import Console
 from rich.table import Table
 from rich.text import Text
 
-from crosscheck.baseline.regression import describe_changes, find_accepted_differences
 from crosscheck.findings import Agreement, Finding
 from crosscheck.models.mechanism import Mechanism
 from crosscheck.report.answers import answer_questions
@@ -90,6 +89,8 @@ def print_changed(agreement: Agreement) -> None:
 
     agreement: as regression.compare returns it.
     """
+    from crosscheck.baseline.regression import describe_changes, find_accepted_differences
+
     beyond = sorted(agreement.disagreeing, key=lambda finding: -tolerance_share(finding))
     accepted_differences = find_accepted_differences(agreement)
     for finding in beyond[:MOST]:

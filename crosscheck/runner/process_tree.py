@@ -11,9 +11,11 @@ import time
 from collections import defaultdict
 from collections.abc import Mapping
 from contextlib import suppress
+from pathlib import Path
 
-import psutil
-
+# Whether the system has a file of each process's children; psutil, which looks at every process
+# there is, and which many commands need not import, finds them elsewhere.
+LISTS_CHILDREN = Path("/proc/thread-self/children").exists()
 PARENT_DEATH_SIGNAL, CHILD_SUBREAPER = 1, 36  # options of Linux's prctl
 ROUNDS = 50  # rounds of ending processes that keep starting others
 MOST_DESCENDANTS = 64  # processes that work may have at once: far more than cores of a workstation
@@ -23,20 +25,20 @@ ProcessorTimes = Mapping[int, float]  # [s], by number of the process
 
 def measure_processor_times() -> ProcessorTimes:
     """Processor time of each child of this process, with all that the child has started."""
-    process_id, child_of, times = os.getpid(), dict[int, int](), defaultdict[int, float](float)
-    for process in psutil.Process().children(recursive=True):  # parents before their children
-        with suppress(psutil.Error), process.oneshot():  # it may have ended since
-            parent, used = process.ppid(), process.cpu_times()
-            child = process.pid if parent == process_id else child_of.get(parent, process.pid)
-            child_of[process.pid] = child
-            # What those used that it waited for is in no other process.
-            times[child] += used.user + used.system + used.children_user + used.children_system
+    import psutil
+
+    times = defaultdict[int, float](float)
+    for child in _list_children(os.getpid()):
+        for process in (*_list_descendants(child), child):
+            with suppress(psutil.Error):  # it may have ended since
+                # What those used that it waited for is in no other process.
+                times[child] += sum(psutil.Process(process).cpu_times()[:4])
     return times
 
 
 def excess_reason(process: int) -> str:
     """Why a process must be stopped that has started too many others; '' while it need not be."""
-    count = len(_descendants(process))
+    count = len(_list_descendants(process))
     if count <= MOST_DESCENDANTS:
         return ""
     return f"stopped with {count} processes of its own; at most {MOST_DESCENDANTS} may run at once"
@@ -75,25 +77,39 @@ FORK_GUARD = ForkGuard()
 def end_descendants(of: int) -> None:
     """End all that a process has started; the process itself must not start more meanwhile."""
     for _ in range(ROUNDS):
-        alive = [each for each in _descendants(of) if not _is_ended(each)]
+        alive = [each for each in _list_descendants(of) if not _is_ended(each)]
         if not alive:
             return
         for each in alive:
-            with suppress(psutil.Error):
-                each.send_signal(signal.SIGKILL)
+            with suppress(ProcessLookupError):
+                os.kill(each, signal.SIGKILL)
         time.sleep(0.002)
 
 
-def _descendants(of: int) -> list[psutil.Process]:
-    """All that a process has started, directly or not, children before parents."""
+def _list_descendants(of: int) -> list[int]:
+    """Numbers of all that a process has started, directly or not, children before parents."""
+    return [each for child in _list_children(of) for each in (*_list_descendants(child), child)]
+
+
+def _list_children(of: int) -> list[int]:
+    """Numbers of the processes that a process has started and not waited for."""
+    if LISTS_CHILDREN:
+        with suppress(OSError):  # it may have ended
+            texts = [file.read_text() for file in Path(f"/proc/{of}/task").glob("*/children")]
+            return [int(number) for text in texts for number in text.split()]
+        return []
+    import psutil
+
     with suppress(psutil.Error):
-        return psutil.Process(of).children(recursive=True)[::-1]
+        return [child.pid for child in psutil.Process(of).children()]
     return []
 
 
-def _is_ended(process: psutil.Process) -> bool:
+def _is_ended(process: int) -> bool:
+    import psutil
+
     with suppress(psutil.Error):
-        return process.status() in (psutil.STATUS_ZOMBIE, psutil.STATUS_DEAD)
+        return psutil.Process(process).status() in (psutil.STATUS_ZOMBIE, psutil.STATUS_DEAD)
     return True
 
 
@@ -102,6 +118,8 @@ def limit_resources(memory: int, processor_s: int | None = None) -> None:
 
     Each process by itself; what exceeds the time is ended by a signal.
     """
+    import psutil
+
     used = psutil.Process().memory_info().vms
     _, most = resource.getrlimit(resource.RLIMIT_AS)
     limit = used + memory if most == resource.RLIM_INFINITY else min(used + memory, most)

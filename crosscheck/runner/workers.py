@@ -23,6 +23,7 @@ from contextlib import suppress
 from dataclasses import dataclass
 from multiprocessing.connection import Connection, wait
 from multiprocessing.context import ForkProcess
+from operator import length_hint
 from types import TracebackType
 from typing import Any, Self
 
@@ -42,6 +43,8 @@ from crosscheck.runner.process_tree import (
 
 FORK = multiprocessing.get_context("fork")
 CLOSING_S = 5.0  # time between the end of a process's pipes and its own end [s]
+# A worker is alone for so much processor time [s], which others take to begin, or so long [s].
+ALONE_S, WAITED_S = 0.5, 3.0
 LEAVING_S = 1.0  # time for an idle worker to exit by itself [s]
 SIGNALS = {signal.SIGINT, signal.SIGTERM}
 
@@ -98,12 +101,17 @@ class _Worker:
 
 
 class Workers:
-    """Up to ``jobs`` forked worker processes; as a context, it leaves none behind."""
+    """Up to ``jobs`` forked worker processes; as a context, it leaves none behind.
+
+    One worker begins alone. Others join it once it has been at work for a while and more is left
+    than done: what takes a second in all is done sooner than they could start.
+    """
 
     def __init__(self, jobs: int) -> None:
-        self.jobs = jobs
+        self.jobs, self.most = jobs, min(jobs, 1)
         self.crew: list[_Worker] = []
-        self.looks = time.monotonic() + cpu_limit.LOOK_S  # when those at work are looked at next
+        self.begun = time.monotonic()
+        self.looks = self.begun + cpu_limit.LOOK_S  # when those at work are looked at next
 
     def __enter__(self) -> Self:
         cleanup_callbacks.append(self._dismiss)
@@ -146,16 +154,19 @@ class Workers:
         some time over it: the workers go on meanwhile. A KeyboardInterrupt is raised once what has
         ended by then is passed on.
         """
-        given = self._employ(waiting)
+        given, done = self._employ(waiting), 0
         while any(worker.task is not None for worker in self.crew):
             for key in given:
                 on_begin(key)
             try:
                 finished = self._wait_for_finished()
             except KeyboardInterrupt:
-                done = [w for w in self.crew if w.task is not None and w.pipe.poll()]
-                yield from [*map(self._take_result, done)]
+                ready = [w for w in self.crew if w.task is not None and w.pipe.poll()]
+                yield from [*map(self._take_result, ready)]
                 raise
+            done += len(finished)
+            if not finished and length_hint(waiting, done + 1) > done:
+                self.most = self.jobs
             ended = [*map(self._take_result, finished)]
             given = self._employ(waiting)
             yield from ended
@@ -170,7 +181,7 @@ class Workers:
         """Give idle workers the next tasks, hire while there are any; returns the tasks' keys."""
         idle = [worker for worker in self.crew if worker.task is None]
         given = []
-        while idle or len(self.crew) < self.jobs:
+        while idle or len(self.crew) < self.most:
             task = next(waiting, None)
             if task is None:
                 break
@@ -196,7 +207,10 @@ class Workers:
         return worker
 
     def _wait_for_finished(self) -> list[_Worker]:
-        """The workers that have a result, are dead, or must be stopped: at least one."""
+        """The workers that have a result, are dead, or must be stopped.
+
+        None where a worker has been at work alone for a while.
+        """
         busy = [worker for worker in self.crew if worker.task is not None]
         events = [w.pipe for w in busy] + [w.process.sentinel for w in busy]
         while True:
@@ -204,6 +218,9 @@ class Workers:
                 times, self.looks = measure_processor_times(), time.monotonic() + cpu_limit.LOOK_S
                 if over := [worker for worker in busy if worker.is_overdue(times)]:
                     return over
+                was_long = sum(times.values()) >= ALONE_S or self.looks > self.begun + WAITED_S
+                if was_long and self.most < self.jobs:
+                    return []
             ready = wait(events, timeout=max(0.0, self.looks - time.monotonic()))
             if ready:
                 return [w for w in busy if w.pipe in ready or w.process.sentinel in ready]

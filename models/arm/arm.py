@@ -240,6 +240,11 @@ class Arm(Data):
         return np.eye(len(self.joints)), np.zeros(len(self.joints))
 
     @property
+    def motors(self) -> range:
+        """Numbers of the joints that have a motor, from 0: all."""
+        return range(len(self.joints))
+
+    @property
     def planet_counts(self) -> list[int]:
         """The number of planets of each joint."""
         return [joint.planet_count for joint in self.joints]
@@ -278,6 +283,51 @@ class Arm(Data):
                     f" joint turns: it has {inertia:.3g} of {load:.3g} kg m^2 about that joint"
                 )
         return self
+
+
+class FreeBase(Data):
+    """A body in the plane that carries an arm and that nothing drives: a homogeneous cube, or any.
+
+    Of a cube the shoulder is in the middle of a face, and x at zero angles points out of it.
+    """
+
+    mass_kg: quantities.GearMass
+    """Mass of the body."""
+    side_m: quantities.Length | None = None
+    """Side of a cube: J = mass x side^2 / 6, its centre half a side behind the shoulder."""
+    inertia_kg_m2: quantities.GearInertia | None = None
+    """J about its centre of mass of a body that is no cube."""
+    com_m: quantities.Place | None = None
+    """Distance of that body's centre of mass behind the shoulder."""
+
+    @model_validator(mode="after")
+    def _check_cube_or_body(self) -> Self:
+        given = self.inertia_kg_m2 is not None, self.com_m is not None
+        if given != (self.side_m is None,) * 2:
+            raise ValueError("side_m|give side_m, or inertia_kg_m2 and com_m")
+        return self
+
+    @property
+    def inertia(self) -> float:
+        """Inertia [kg m^2] about the centre of mass."""
+        if self.side_m is None:
+            return self.inertia_kg_m2 or 0.0
+        return self.mass_kg * self.side_m**2 / 6
+
+    @property
+    def com(self) -> float:
+        """Place [m] of the centre of mass along x from the shoulder."""
+        return -(self.com_m or 0.0) if self.side_m is None else -self.side_m / 2
+
+
+class FreeArm(Arm):
+    """An arm on a free base, which is read as a robot and not by what is for planar arms alone.
+
+    Its URDF has base_x, base_y and base_yaw, which no motor drives, and then joint_1 and so on.
+    """
+
+    base: FreeBase
+    """The body that carries it."""
 
 
 def describe_loads(arm: Arm) -> str:

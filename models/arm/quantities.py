@@ -17,9 +17,7 @@ from pydantic_core import CoreSchema, PydanticCustomError, core_schema
 class Data(BaseModel):
     """A frozen record that refuses unknown keys and silent conversions."""
 
-    model_config = ConfigDict(
-        frozen=True, extra="forbid", strict=True, use_attribute_docstrings=True
-    )
+    model_config = ConfigDict(frozen=True, extra="forbid", strict=True, defer_build=True)
     if TYPE_CHECKING:
         _hash: int
     __slots__ = ("_hash",)  # in a slot it is neither copied with the record nor pickled
@@ -123,12 +121,15 @@ def _form_or_word(value: object) -> str:
     return "word" if isinstance(value, str) else _form(value)
 
 
-UpToSeven = Field(min_length=1, max_length=7, strict=False)  # joints, or what goes by joint
+UpToSeven = Field(min_length=1, max_length=7, strict=False)  # an arm's joints
+OfJoints = Field(
+    min_length=1, max_length=64, strict=False
+)  # what goes by an arm's or robot's joint
 UpToEight = Field(max_length=8, strict=False)  # planets, or what goes by planet
 Number = TypeVar("Number")
 # One number stands for all joints, a list for one number per joint.
 PerJoint = Annotated[
-    Annotated[Number, Tag("number")] | Annotated[tuple[Number, ...], UpToSeven, Tag("list")],
+    Annotated[Number, Tag("number")] | Annotated[tuple[Number, ...], OfJoints, Tag("list")],
     Discriminator(_form),
     SharedValue("joints"),
 ]

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from typing import NamedTuple
 
 import numpy as np
@@ -25,9 +26,12 @@ class DriveData(NamedTuple):
     table_torque: np.ndarray
 
 
-def drive_data(scenario: Scenario, joints: int) -> DriveData:
-    """Flatten the scenario's drive for an arm with this many joints."""
-    drive = scenario.drive
+def drive_data(scenario: Scenario, joints: int, motors: Sequence[int] | None = None) -> DriveData:
+    """Flatten the scenario's drive for this many joints; motors: those that have one, if not all.
+
+    The others have gains and torques of 0.
+    """
+    drive, driven = scenario.drive, list(range(joints) if motors is None else motors)
     table_time, table_torque = np.zeros(1), np.zeros((joints, 1))
     columns: tuple[float | tuple[float, ...], ...] = ()
     if isinstance(drive, experiments.ConstantDrive):
@@ -40,10 +44,11 @@ def drive_data(scenario: Scenario, joints: int) -> DriveData:
         columns = (drive.amplitude_N_m, drive.rate_rad_per_s)
     else:
         code = TABLE
-        table_time, table_torque = np.array(drive.time_s), np.array(drive.torque_N_m)
+        table_time, table_torque = np.array(drive.time_s), np.zeros((joints, len(drive.time_s)))
+        table_torque[driven] = drive.torque_N_m
     gains = np.zeros((joints, 3))
     for column, value in enumerate(columns):
-        gains[:, column] = expand_to_joints(value, joints)
+        gains[driven, column] = expand_to_joints(value, len(driven))
     return DriveData(code, gains, table_time, table_torque)
 
 

@@ -13,7 +13,7 @@ from typing import Annotated, Any, Literal, Self
 from pydantic import FailFast, Field, model_validator
 
 from crosscheck.models.arm import quantities
-from crosscheck.models.arm.quantities import Data, PerJoint, UpToSeven, format_number
+from crosscheck.models.arm.quantities import Data, OfJoints, PerJoint, format_number
 
 MOST_STEPS = 1e9  # an hour of the compiled integrator
 # A state takes 430 bytes of a run for the paper's arm, 2.6 kB for seven joints with eight planets.
@@ -68,7 +68,7 @@ class TableDrive(Data):
     """Times of the rows, rising, from 0 or before to the duration or after it."""
     torque_N_m: Annotated[
         tuple[Annotated[tuple[quantities.Torque, ...], Rows, FailFast()], ...],
-        UpToSeven,
+        OfJoints,
         FailFast(),
     ]
     """T of every row, one list for each joint, on the output side of the gears."""
@@ -105,7 +105,7 @@ class Start(Data):
     """Added to x_pr."""
     planet_offset_m: Annotated[
         tuple[quantities.PlanetValues[quantities.Offset], ...],
-        Field(max_length=7, strict=False),
+        Field(max_length=64, strict=False),
         FailFast(),
     ] = ()
     """Offsets of the planets, a list for each joint: added to x_pr and subtracted from x_sp."""
@@ -203,13 +203,15 @@ def planet_offsets(start: Start, joint: int, planets: int) -> tuple[float, ...]:
     return given[joint] if given else (0.0,) * planets
 
 
-def find_misfit(scenario: Scenario, planets: Sequence[int]) -> tuple[str, object, str] | None:
-    """(field, value, what is allowed) of the first list that does not fit an arm.
+def find_misfit(
+    scenario: Scenario, planets: Sequence[int], motors: int
+) -> tuple[str, object, str] | None:
+    """(field, value, what is allowed) of the first list that does not fit a mechanism.
 
-    planets: how many every joint has.
+    planets: how many every joint has; motors: how many values a drive has.
     """
-    joints = len(planets)
     for section, record in (("drive", scenario.drive), ("start", scenario.start)):
+        joints = motors if section == "drive" else len(planets)
         for field, value in record:
             absent = field == "planet_offset_m" and value == ()
             if not isinstance(value, tuple) or field == "time_s" or absent or len(value) == joints:

@@ -119,17 +119,13 @@ class PinocchioLinks(PinocchioArm):
             kinetic_energy=(theta_dot * momenta[:, :, 0]).sum(axis=1) / 2,
         )
 
-    def _start(self) -> tuple[np.ndarray, np.ndarray]:
-        """Coordinates and rates (n,) at t = 0."""
-        start, joints = self.scenario.start, len(self.arm.joints)
-        angles, rates = start.theta_rad, start.theta_dot_rad_per_s
-        return np.array(expand_to_joints(angles, joints)), np.array(expand_to_joints(rates, joints))
-
     def _integrate(self, time: np.ndarray, rtol: float) -> tuple[np.ndarray, np.ndarray]:
         """Coordinates and rates (times, n) at the given times [s]. Raises Diverged."""
         from scipy.integrate import solve_ivp  # a third of a second, for runs alone
 
-        state = np.concatenate(self._start())
+        start, joints = self.scenario.start, len(self.arm.joints)
+        given = start.theta_rad, start.theta_dot_rad_per_s
+        state = np.concatenate([expand_to_joints(each, joints) for each in given])
         states = np.empty((len(time), len(state)))
         self._evaluations = 0
         for begin, end in pairwise(self._smooth_pieces(time[-1])):

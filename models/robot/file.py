@@ -6,25 +6,37 @@ from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import replace
 from functools import lru_cache, partial
 from pathlib import Path
-from typing import Annotated, Any, ClassVar, Literal, get_args
+from typing import TYPE_CHECKING, Annotated, Any, ClassVar, Literal, get_args
 
 import numpy as np
 from pydantic import Field
 
 from crosscheck.models.arm import quantities
+from crosscheck.models.arm.arm import FreeArm
 from crosscheck.models.arm.gears import PlanetaryStage
 from crosscheck.models.arm.planets import find_unlike_fields
 from crosscheck.models.arm.quantities import Data
 from crosscheck.models.errors import InputError
 from crosscheck.models.file_kind import XmlKind, describe_xml_kind
-from crosscheck.models.files import HERE, LARGEST_FILE, builtin_robots, is_urdf, read_raw_robot
+from crosscheck.models.files import (
+    HERE,
+    LARGEST_FILE,
+    builtin_robots,
+    is_urdf,
+    parse_toml,
+    read_raw_arm,
+    read_raw_robot,
+)
 from crosscheck.models.inputs import read_input
 from crosscheck.models.loading import validate_record
 from crosscheck.models.robot import robot
-from crosscheck.models.robot.mjcf.reading import read_mjcf
 from crosscheck.models.robot.robot import BASE, Joint, LinkFrame, Robot
 from crosscheck.models.robot.tree import Tree, build_tree
 from crosscheck.models.robot.urdf import Urdf, read_urdf
+
+if TYPE_CHECKING:
+    from crosscheck.models.robot.mjcf.reading import MjcfRobot
+    from crosscheck.models.robot.planar import RobotText
 
 Ratio = Annotated[float, quantities.NumberRange(-1e6, 1e6)]
 Component = Annotated[float, quantities.NumberRange(-1e3, 1e3)]
@@ -85,7 +97,7 @@ class LinkChange(Data):
 
 
 class RobotFile(Data):
-    """A robot: a URDF on a fixed base, with the rotors that it does not describe."""
+    """A robot: a URDF, with the rotors that it does not describe."""
 
     union_tags: ClassVar[frozenset[str]] = frozenset({"direct", "geared"})
 
@@ -154,14 +166,20 @@ def load_urdf(name: str) -> tuple[Urdf, str]:
 
 
 def read_robot_file(name: str) -> dict[str, Any]:
-    """The content of a robot's file, unvalidated, or the same of a URDF. Raises InputError."""
-    if not is_urdf(name):
-        return read_raw_robot(name)
+    """The content of a robot's file, unvalidated, or the same of a URDF or an arm on a free base.
+
+    Raises InputError.
+    """
     path = Path(name)
+    if not is_urdf(name):
+        content = read_raw_robot(name)
+        if "base" in content and "urdf" not in content:
+            return parse_toml(_write_free_arm(path, content).file)
+        return content
     alone = {"schema_version": 1, "name": path.stem, "urdf": path.name}
     text = _read_xml(path)
     if describe_xml_kind(text) is XmlKind.MJCF:
-        alone["gravity_m_per_s2"] = list(read_mjcf(path, text).gravity)
+        alone["gravity_m_per_s2"] = list(_convert_mjcf(path, text).gravity)
     return alone
 
 
@@ -218,6 +236,9 @@ def build_robot(
         if name not in moving:
             allowed = f"must be a joint that moves: {', '.join(moving)}"
             raise InputError(where, "joints", name, allowed)
+        if _is_geared(file.joints[name]) and not joints[moving[name]].has_motor:
+            allowed = "must be direct: the URDF says that no motor drives it"
+            raise InputError(where, f"joints.{name}.kind", file.joints[name].kind, allowed)
     rotors = [
         _rotor(moving[name], name, given, urdf, frames, where)
         for name, given in file.joints.items()
@@ -268,7 +289,9 @@ def _is_geared(given: Transmission | None) -> bool:
 
 
 def _list_motor_notes(urdf: Urdf, joints: Sequence[Joint], file: RobotFile) -> Iterator[str]:
-    """Lines on armatures and gears of joints without a rotor in the robot's file."""
+    """Lines on joints without a motor, and armatures and gears without a rotor in the file."""
+    if passive := [joint.name for joint in joints if not joint.has_motor]:
+        yield f"no motor drives {', '.join(passive)}: drives have values for the others alone"
     direct = [joint for joint in joints if not _is_geared(file.joints.get(joint.name))]
     if names := [joint.name for joint in direct if joint.armature]:
         yield (
@@ -327,9 +350,30 @@ def _default_tip(joints: Sequence[Joint], frames: Mapping[str, LinkFrame]) -> st
 
 
 def read_text(path: Path) -> str:
-    """The text of a URDF, or of the URDF made of an MJCF file. Raises InputError."""
+    """The text of a URDF, or of the URDF made of an MJCF file or of an arm on a free base.
+
+    Raises InputError.
+    """
     text = _read_xml(path)
-    return read_mjcf(path, text).urdf if describe_xml_kind(text) is XmlKind.MJCF else text
+    if describe_xml_kind(text) is None and "base" in text:
+        return _write_free_arm(path, read_raw_arm(str(path))).urdf
+    return _convert_mjcf(path, text).urdf if describe_xml_kind(text) is XmlKind.MJCF else text
+
+
+def _convert_mjcf(path: Path, text: str) -> MjcfRobot:
+    from crosscheck.models.robot.mjcf.reading import read_mjcf  # for files of that format alone
+
+    return read_mjcf(path, text)
+
+
+def _write_free_arm(path: Path, content: dict[str, Any]) -> RobotText:
+    """The robot that an arm on a free base is, which names the arm's file as its URDF.
+
+    Raises InputError.
+    """
+    from crosscheck.models.robot.planar import write_arm_as_robot  # which builds robots by this
+
+    return write_arm_as_robot(validate_record(FreeArm, content, str(path)), path.name)
 
 
 def _read_xml(path: Path) -> str:

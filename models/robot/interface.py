@@ -75,7 +75,8 @@ class RobotModel(ABC):
         Diverged.
         """
         free, name = len(self.robot.coordinates), f"{self.name}:{self.level}"
-        drive, start = drive_data(scenario, free), start_state(self.robot, self.level, scenario)
+        drive = drive_data(scenario, free, self.robot.motors)
+        start = start_state(self.robot, self.level, scenario)
 
         def acceleration(t: float, at: np.ndarray, rate: np.ndarray) -> np.ndarray:
             torques = torques_along(drive, np.array([t]), at[None, :free], rate[None, :free])

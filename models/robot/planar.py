@@ -5,10 +5,10 @@ from __future__ import annotations
 import math
 from collections.abc import Iterator
 from functools import lru_cache
+from html import escape
 from typing import NamedTuple
-from xml.sax.saxutils import quoteattr
 
-from crosscheck.models.arm.arm import Arm, Direct, Planetary
+from crosscheck.models.arm.arm import Arm, Direct, FreeArm, Planetary
 from crosscheck.models.arm.gears import PlanetaryStage
 from crosscheck.models.files import format_toml_fields, parse_toml
 from crosscheck.models.loading import validate_record
@@ -72,7 +72,7 @@ def build_level_robots(arm: Arm) -> dict[str, tuple[Robot, Level]]:
 
 def write_arm_as_robot(arm: Arm, urdf: str, *, has_gears: bool = True) -> RobotText:
     """The texts of an arm as a robot; urdf: name of the URDF."""
-    heads = URDF_HEAD.format(name=quoteattr(arm.name)), FILE_HEAD.format(urdf=urdf)
+    heads = URDF_HEAD.format(name=f'"{escape(arm.name)}"'), FILE_HEAD.format(urdf=urdf)
     lines = _urdf_lines(arm, has_gears), _file_lines(arm, urdf, has_gears)
     pairs = zip(heads, lines, strict=True)
     return RobotText(*("".join([head, "\n".join(each), "\n"]) for head, each in pairs))
@@ -80,7 +80,12 @@ def write_arm_as_robot(arm: Arm, urdf: str, *, has_gears: bool = True) -> RobotT
 
 def _urdf_lines(arm: Arm, has_gears: bool) -> Iterator[str]:
     """Lines of a URDF's links and joints, and its end."""
-    yield '  <link name="base"/>'
+    if isinstance(arm, FreeArm):
+        yield '  <link name="inertial_frame"/>'
+        yield from _joint_lines("base", "planar", "inertial_frame", "base", 0.0)
+        yield from _link_lines(UrdfPart("base", arm.base.mass_kg, arm.base.inertia, arm.base.com))
+    else:
+        yield '  <link name="base"/>'
     before, reach = "base", 0.0
     for number, (joint, link) in enumerate(zip(arm.joints, arm.links, strict=True), 1):
         rotor = joint.rotor_inertia_kg_m2 if has_gears and isinstance(joint, Direct) else 0.0

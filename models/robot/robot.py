@@ -87,7 +87,7 @@ class Joint:
     that body's frame; axis (3,): a unit vector in that link's frame; friction: c of the effort -c
     times the joint's rate on the body and of its reaction on the parent [N m s/rad], [N s/m];
     armature [kg m^2], [kg]: reflected inertia of a rotor of which nothing else is known, on the
-    diagonal of M at every level but links.
+    diagonal of M at every level but links; has_motor: False of a passive joint, as of a free base.
     """
 
     name: str
@@ -99,6 +99,7 @@ class Joint:
     mimic: Mimic | None
     friction: float = 0.0
     armature: float = 0.0
+    has_motor: bool = True
 
 
 class RotorMesh(Data):
@@ -268,6 +269,16 @@ class Robot:
     def coordinates(self) -> tuple[int, ...]:
         """Numbers of the joints whose coordinates are free: those that mimic no other."""
         return tuple(n for n, joint in enumerate(self.joints) if joint.mimic is None)
+
+    @property
+    def motors(self) -> list[int]:
+        """Places among the free coordinates of those that have a motor."""
+        return [n for n, place in enumerate(self.coordinates) if self.joints[place].has_motor]
+
+    @property
+    def passive(self) -> list[int]:
+        """Places among the free coordinates of those without a motor."""
+        return [n for n in range(len(self.coordinates)) if n not in self.motors]
 
     @property
     def coordinate_names(self) -> list[str]:

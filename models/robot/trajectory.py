@@ -30,7 +30,7 @@ def build_robot_trajectory(
     """
     robot, time = model.robot, recorded_times(scenario)
     free, count = list(robot.coordinates), len(robot.joints)
-    given = drive_data(scenario, len(free))
+    given = drive_data(scenario, len(free), robot.motors)
     torques = torques_along(given, time, q[:, : len(free)], v[:, : len(free)])
     a = model.forward_dynamics(q, v, torques)
     still = np.zeros_like(q)

@@ -53,7 +53,11 @@ def build_tree(urdf: Urdf, where: str) -> Tree:
     moved_links = [children[joint.name] for joint in joints]
     _require_regular(joints, bodies, moved_links, where)
     notes = [f"link {doubt.link}: {doubt.reason}" for doubt in doubts]
-    still = [name for name, body in zip(moved_links, bodies, strict=True) if not _is_solid(body)]
+    still = [
+        name
+        for name, joint, body in zip(moved_links, joints, bodies, strict=True)
+        if joint.has_motor and not _is_solid(body)
+    ]
     if still:
         notes.append(f"link {', '.join(still)} has no mass and inertia of its own")
     return Tree(joints, bodies, frames, (*notes, *_find_held_root(urdf, frames, joints)))
@@ -86,6 +90,7 @@ def _assemble(
             _mimic(joint, moving, numbers, where),
             joint.damping,
             joint.armature,
+            joint.has_motor,
         )
         for joint in moving
     )
@@ -219,7 +224,7 @@ def _root_of_mass_matrix(joints: Sequence[Joint], bodies: Sequence[RobotBody]) -
         leader, factor = (joint.mimic.joint, joint.mimic.multiplier) if joint.mimic else (number, 1)
         if joint.kind == "revolute":
             motion[3:, free.index(leader)] += factor * axis
-            pose = Placement(_axis_rotation(axis, angle) @ home.rotation, home.position)
+            pose = Placement(rotate_about(axis, angle) @ home.rotation, home.position)
         else:
             motion[:3, free.index(leader)] += factor * axis
             pose = Placement(home.rotation, home.position + angle * axis)
@@ -237,7 +242,7 @@ def _point_motion(motion: np.ndarray, arm: np.ndarray) -> np.ndarray:
     return np.vstack([motion[:3] + np.cross(motion[3:].T, arm).T, motion[3:]])
 
 
-def _axis_rotation(axis: np.ndarray, angle: float) -> np.ndarray:
+def rotate_about(axis: np.ndarray, angle: float) -> np.ndarray:
     """Rotation (3, 3) about a unit vector."""
     cross = np.cross(np.eye(3), -axis)
     rotation: np.ndarray = np.eye(3) + np.sin(angle) * cross + (1 - np.cos(angle)) * cross @ cross
@@ -253,7 +258,8 @@ def _find_held_root(
     )
     if mass and sum(joint.parent == BASE for joint in joints) > 1:
         root = next(iter(frames))
-        yield f"link {root} is fixed to the ground, with its {mass:.3g} kg: bases do not move"
+        held = f"link {root} is fixed to the ground, with its {mass:.3g} kg"
+        yield f"{held}: one that moves needs a link before it, and a joint of type floating"
 
 
 def _mimic(

@@ -6,7 +6,7 @@ import math
 import re
 from collections import Counter
 from collections.abc import Iterator, Mapping, Sequence
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from xml.etree.ElementTree import Element, TreeBuilder, tostring
 from xml.parsers import expat
 
@@ -15,10 +15,11 @@ import numpy as np
 from crosscheck.models.errors import InputError
 from crosscheck.models.file_kind import describe_xml_kind
 from crosscheck.models.files import EXPAND
+from crosscheck.models.robot.chains import CHAINS, build_chain
 from crosscheck.models.robot.robot import JointLimits, Placement, RobotBody
 
 DEEPEST = 50  # elements in each other; those of a URDF are four deep
-JOINT_TYPES = ("revolute", "continuous", "prismatic", "fixed")
+JOINT_TYPES = ("revolute", "continuous", "prismatic", "fixed")  # each of one degree or none
 XACRO = f"xacro is left in it; {EXPAND}"
 LARGEST = 1e18  # largest limit, which some files state where there is none
 HEAVIEST = 1e9  # largest mass [kg], as for an arm
@@ -48,7 +49,7 @@ class UrdfJoint:
     """A joint of a URDF; mimic: the name of another, multiplier and offset.
 
     damping [N m s/rad] or [N s/m]: of its dynamics, 0 where it is not asked for; armature [kg m^2]
-    or [kg]: of the same element.
+    or [kg]: of the same element; has_motor: whether the file has no passive_joint of its name.
     """
 
     name: str
@@ -61,11 +62,12 @@ class UrdfJoint:
     mimic: tuple[str, float, float] | None
     damping: float = 0.0
     armature: float = 0.0
+    has_motor: bool = True
 
 
 @dataclass(frozen=True)
 class Urdf:
-    """Links and joints of a URDF in the file's order.
+    """Links and joints of a URDF in the file's order, chains in place of joints of several degrees.
 
     text: of these alone, without shapes and without elements of other programs; notes: what of the
     file is not used; gears: joints and what is stated of their gears besides, which a robot's own
@@ -93,6 +95,7 @@ def read_urdf(
     must be those of robots, which an arm with a locked joint exceeds. Raises InputError.
     """
     root = read_root(text, where)
+    chain_notes = list(_expand_joints(root, where))
     for tag in ("link", "joint"):
         names = Counter(each.get("name", "") for each in root.findall(tag))
         for name, count in names.items():
@@ -105,13 +108,33 @@ def read_urdf(
             element.set("value", repr(mass))
     links = tuple(_Reader(where, each).link(is_bounded) for each in root.findall("link"))
     joints = tuple(_Reader(where, each).joint(include_damping) for each in root.findall("joint"))
-    notes = [*_find_unused(root, ("friction",) if include_damping else ("friction", "damping"))]
+    passive = [each.get("name", "") for each in root.findall("passive_joint")]
+    for name in passive:
+        if name not in [joint.name for joint in joints]:
+            raise InputError(where, "passive_joint", name, "must be a joint of it")
+    joints = tuple(replace(each, has_motor=each.name not in passive) for each in joints)
+    notes = [
+        *chain_notes,
+        *_find_unused(root, ("friction",) if include_damping else ("friction", "damping")),
+    ]
     notes += [each.get("text", "") for each in root.iterfind("mjcf/note")]
     gears = tuple(
         (each.get("joint", ""), f"gear {float(each.get('value', '')):g} of {each.get('of')}")
         for each in root.iterfind("mjcf/gear")
     )
     return Urdf(links, joints, _mechanism(root), tuple(notes), gears)
+
+
+def _expand_joints(root: Element, where: str) -> Iterator[str]:
+    """Put chains in place of joints of several degrees of freedom, in place; yields notes."""
+    for joint in root.findall("joint"):
+        if joint.get("type") in CHAINS:
+            if joint.find("mimic") is not None:
+                field = f"joint {joint.get('name')}: mimic"
+                raise InputError(where, field, None, "must be of a joint that only turns or slides")
+            place = list(root).index(joint)
+            root[place : place + 1], notes = build_chain(joint, _Reader(where, joint).axis())
+            yield from notes
 
 
 def read_root(text: str, where: str) -> Element:
@@ -197,7 +220,8 @@ class _Reader:
     def joint(self, include_damping: bool) -> UrdfJoint:
         kind = self.element.get("type")
         if kind not in JOINT_TYPES:
-            raise self._error("type", kind, f"must be one of {', '.join(JOINT_TYPES)}")
+            kinds = ", ".join((*JOINT_TYPES, *CHAINS))
+            raise self._error("type", kind, f"must be one of {kinds}")
         moves = kind != "fixed"
         return UrdfJoint(
             self.name,
@@ -205,14 +229,14 @@ class _Reader:
             self._read_name("parent", "link"),
             self._read_name("child", "link"),
             self._placement(self.element),
-            self._axis() if moves else np.array([1.0, 0.0, 0.0]),
+            self.axis() if moves else np.array([1.0, 0.0, 0.0]),
             self._limits(kind),
             self._mimic() if moves else None,
             self._dynamics("damping", MOST_DAMPING) if moves and include_damping else 0.0,
             self._dynamics("armature", LARGEST_INERTIA) if moves else 0.0,
         )
 
-    def _axis(self) -> np.ndarray:
+    def axis(self) -> np.ndarray:
         """Unit vector of the joint's axis; x where none is given."""
         axis = np.array(self._numbers(self.element.find("axis"), "axis.xyz", (1.0, 0.0, 0.0)))
         length = np.linalg.norm(axis)
@@ -342,7 +366,7 @@ def _mechanism(root: Element) -> str:
         dynamics.attrib.setdefault("damping", "0")
     kept = Element("robot", name=root.get("name", "robot"))
     for element in root:
-        if element.tag == "joint":
+        if element.tag in ("joint", "passive_joint"):
             kept.append(element)
         elif element.tag == "link":
             link = Element("link", name=element.get("name", ""))
@@ -371,6 +395,8 @@ def _find_unused(root: Element, dynamics_keys: Sequence[str]) -> Iterator[str]:
     meshes = sum(1 for _ in root.iter("mesh"))
     if meshes:
         yield f"mesh files ({meshes}) are neither needed nor read"
-    others = sorted({each.tag for each in root} - {"link", "joint", "material", "mjcf"})
+    others = sorted(
+        {each.tag for each in root} - {"link", "joint", "material", "mjcf", "passive_joint"}
+    )
     if others:
         yield f"elements not used: {', '.join(others)}"

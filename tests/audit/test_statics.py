@@ -20,11 +20,13 @@ from crosscheck.audit.statics.teeth import (
     sun_contact_ratio,
     virtual_work,
 )
+from crosscheck.checks.levels import tip_position
+from crosscheck.models.arm.arm import Arm, FreeBase
 from crosscheck.models.arm.meshes import replace_by_square_wave
 from crosscheck.models.arm.stiffness import SquareStiffness
 from crosscheck.models.loading import Case, load_case
-from crosscheck.models.pinocchio.floating import FloatingBase, PinocchioFloating
-from crosscheck.registry import build
+from crosscheck.models.robot.robot import Robot
+from crosscheck.registry import build, build_robot_model
 
 
 @pytest.fixture(scope="module")
@@ -133,46 +135,25 @@ def _case(scenario: str, duration_s: float = 0.5) -> Case:
     return load_case("paper-labelled", scenario, None, settings)
 
 
-def _model(case: Case, mass: float, side: float = 2.0) -> PinocchioFloating:
-    return PinocchioFloating(case.arm, case.scenario, FloatingBase(mass, side))
-
-
-@pytest.mark.parametrize("scenario", ["constant-torque", "pd"])
-def test_momenta_stay_zero(scenario):
-    run = _model(_case(scenario), 500.0).simulate()
-    assert np.abs(run["base"]).max() > 1e-3  # it does move
-    assert np.abs(run["momentum"]).max() < 1e-6  # integration at rtol 1e-9, of order 100
-
-
-def test_momentum_is_that_of_the_bodies():
-    """Of the cube alone, moving by itself: m v at its centre, and about the origin."""
-    case = _case("pd")
-    q, v = np.zeros(5), np.array([0.0, 1.0, 2.0, 0.0, 0.0])
-    heavy, light = (
-        _model(case, mass).model.momentum(q[None], v[None])[0, [0, 1, 5]] for mass in (1001.0, 1.0)
-    )
-    centre = -1.0  # half a side behind the shoulder
-    speed = 1.0 + 2.0 * centre
-    expected = [0.0, 1000 * speed, 1000 * (centre * speed + 2.0 * 4 / 6)]
-    np.testing.assert_allclose(heavy - light, expected, atol=1e-9)
+def _robot(arm: Arm, mass: float) -> Robot:
+    return flights.free_robot(arm, FreeBase(mass_kg=mass, side_m=2.0))
 
 
 @pytest.mark.parametrize("scenario", ["constant-torque", "pd"])
 def test_a_base_without_end_stands_still(scenario):
     case = _case(scenario)
     fixed = build("pinocchio:coupled", *case).simulate()
-    free = _model(case, 1e13).simulate()
-    # 1e-8: rtol 1e-9 of the free run; the mass ratio of 1e11 leaves 1e-11.
-    np.testing.assert_allclose(free["theta"], fixed["theta"], atol=1e-8)
-    assert flights.tip_error(free, fixed, case).max() < 1e-8
+    path = flights.tip_path(_robot(case.arm, 1e9), case.scenario)
+    # Of the mass ratio of 1e7, and steps of 10 us.
+    assert path == pytest.approx(tip_position(fixed, case.arm).values, abs=1e-6)
 
 
-def test_mass_matrix_of_the_joints_is_the_fixed_arms():
-    case = _case("pd")
+def test_mass_matrix_of_the_joints_is_the_fixed_arms(labelled):
     angles = np.array([0.4, -1.1])
-    free = _model(case, 500.0).mass_matrix(np.array([0.1, 0.2, 0.3, *angles]))
-    fixed = build("pinocchio:coupled", *case).mass_matrix(angles)
-    np.testing.assert_allclose(free[3:, 3:], fixed, rtol=1e-12)
+    free = build_robot_model("analytic", _robot(labelled, 500.0), "coupled")
+    mass = free.mass_matrix(np.array([[0.1, 0.2, 0.3, *angles]]))[0]
+    fixed = build("pinocchio:coupled", *_case("pd")).mass_matrix(angles)
+    np.testing.assert_allclose(mass[3:, 3:], fixed, rtol=1e-12)
 
 
 def test_all_that_the_base_carries(labelled):
@@ -180,13 +161,4 @@ def test_all_that_the_base_carries(labelled):
         j.sun_mass_kg + 3 * j.planet_mass_kg + j.carrier_mass_kg + j.ring_mass_kg
         for j in labelled.joints
     )
-    assert flights.arm_mass(_case("pd")) == pytest.approx(27 + 18.9 + 10 + joints)
-
-
-def test_tip_error_of_a_turned_base():
-    case = _case("pd", 0.02)
-    fixed = build("pinocchio:coupled", *case).simulate()
-    times = fixed["time"].size
-    turned = fixed.assign(base=(("time", "coordinate"), np.tile([0.0, 0.0, 0.1], (times, 1))))
-    chord = 2 * 1.7 * np.sin(0.05)
-    assert flights.tip_error(turned, fixed, case)[0] == pytest.approx(chord)
+    assert flights.arm_mass(labelled) == pytest.approx(27 + 18.9 + 10 + joints)

@@ -27,8 +27,6 @@ CUTS: dict[tuple[str, str], Any] = {
     ("crosscheck.audit.measures.events", "THIRD_S"): (0.0, 2e-3),
     ("crosscheck.audit.statics.teeth", "HARMONICS"): 2,
     ("crosscheck.audit.statics.statics", "BASE_MASSES"): ("5",),
-    ("crosscheck.audit.statics.statics", "FIXED_TOLERANCE"): 1e-3,
-    ("crosscheck.models.pinocchio.floating", "RELATIVE_TOLERANCE"): 1e-3,
 }
 read: set[Path] = set()
 

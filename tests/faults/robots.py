@@ -36,6 +36,7 @@ from tests.robots.chains import (
     teeth,
     urdf,
 )
+from tests.robots.test_floating import free_robot
 from tests.robots.traced import equations, interpreted_accelerations, random_state
 
 TEETH = teeth(0.02, 1e6, 100.0, 2e-5)
@@ -156,6 +157,7 @@ ROBOTS: dict[str, Callable[[], Robot]] = {
     "all sprung": all_sprung,
     "staged": staged,
     "parted": parted,
+    "free": lru_cache(free_robot),
     PLANNED: parted,
     READ: read_again,
     BARE: bare,

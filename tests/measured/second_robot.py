@@ -7,14 +7,15 @@ by its rows' covariance. What links contain is found by the null space of column
 """
 
 from collections.abc import Callable
-from itertools import pairwise
+from itertools import groupby, pairwise
 from typing import NamedTuple
 
 import numpy as np
 import pinocchio as pin
+from numpy.polynomial import Polynomial
 
-ORDER, PADDED, ROWS, SLOW, RAMP = 8, 20, 4, 0.01, 1e-6
-WIDE, DENSE, EDGE, REACH = 4, 2, 4, 1
+ORDER, PADDED, ROWS, SLOW, RAMP, UNSURE, TURN = 8, 20, 4, 0.01, 1e-6, 4, 0.25
+WIDE, WIDER, DENSE, EDGE, REACH = 4, 2, 4, 4, 1
 RANK = 1e-4  # of a singular value of scaled columns over random motions
 WEIGHTINGS = 3
 
@@ -118,14 +119,22 @@ def sample_rows(
     wide = bandwidth * min(WIDE, 1 / (ROWS * bandwidth * step))
     q, v, a = low_pass(position, step, wide)
     fastest = np.abs(v).max(axis=0)
-    direction = low_pass(np.clip(v / (RAMP * fastest), -1, 1), step, wide)[0]
-    torque, slope, _ = low_pass(torque, step, wide)
     edge = int(EDGE / (wide * step))
-    rows = np.arange(edge, len(q) - edge, 1 / (DENSE * ROWS * bandwidth * step)).astype(int)
+    above = np.std((position - q)[edge:-edge], axis=0) / np.sqrt(0.5 / step - wide)
+    unsure = UNSURE * 2 * np.pi * above * np.sqrt(wide**3 / 3)
+    sign, torque = np.clip(v / (RAMP * fastest), -1, 1), np.array(torque)
+    hidden = np.abs(v) < np.maximum(np.minimum(unsure, SLOW * fastest), RAMP * fastest)
+    for joint, flags in enumerate(hidden.T):
+        for signal in (sign, torque):
+            signal[:, joint] = bridge(signal[:, joint], flags, int(TURN / (wide * step)))
+    direction = low_pass(sign, step, WIDER * wide)[0]
+    torque, slope, _ = low_pass(torque, step, WIDER * wide)
+    apart_rows = max(1 / (DENSE * ROWS * bandwidth * step), 1)
+    rows = np.arange(edge, len(q) - edge, apart_rows).astype(int)
     periods = bandwidth * step * rows
     inside = (periods - periods[0] > REACH) & (periods[-1] - periods > REACH)
     weights = []
-    for centre in periods[inside][::DENSE]:
+    for centre in periods[inside][:: round(1 / (ROWS * bandwidth * step * apart_rows))]:
         apart = periods - centre
         window = 0.54 + 0.46 * np.cos(np.pi * apart / REACH)
         weight = np.where(np.abs(apart) <= REACH, np.sinc(2 * apart) * window, 0.0)
@@ -134,6 +143,20 @@ def sample_rows(
     moving = np.abs(matrix @ v[rows]) > SLOW * fastest
     dense = (each[rows] for each in (q, v, a, direction, slope))
     return Signals(model, *dense, matrix @ torque[rows], moving, matrix)
+
+
+def bridge(signal: np.ndarray, flags: np.ndarray, most: int) -> np.ndarray:
+    """Cubics of least squares in place of short runs of flagged rows, by as many beside them."""
+    bridged, first = signal.copy(), 0
+    for flag, run in groupby(flags.tolist()):
+        last = first + len(list(run))
+        reach = max(2, (last - first + 1) // 2)
+        if flag and last - first <= most and first >= reach and last + reach <= len(signal):
+            beside = np.r_[first - reach : first, last : last + reach]
+            curve = Polynomial.fit(beside, signal[beside], 3)
+            bridged[first:last] = curve(np.arange(first, last))
+        first = last
+    return bridged
 
 
 class TableFit(NamedTuple):

@@ -6,7 +6,7 @@ from scipy.stats import t
 
 from crosscheck.identification.bandwidth import choose_bandwidth
 from crosscheck.identification.estimation import LinearFit, fit_linear, joint_rms
-from crosscheck.recordings.decimation import DecimatedSignals
+from crosscheck.recordings.decimation import space_signals
 from crosscheck.recordings.record import Record
 
 ROWS = 600
@@ -67,7 +67,7 @@ def test_uneven_times_are_made_even():
     time = even + np.concatenate([[0.0], jitter[1:-1], [0.0]])
     position = np.sin(2 * np.pi * time)[:, None]
     recording = Record("made", time, position, position, None)
-    signals = DecimatedSignals(recording, position).select(100.0)
+    signals = space_signals(recording, position)
     assert signals.step == pytest.approx(1e-3, rel=1e-12)
     assert len(signals.position) == ROWS
     expected = np.sin(2 * np.pi * even)

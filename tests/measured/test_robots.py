@@ -10,7 +10,7 @@ import numpy as np
 import pinocchio as pin
 import pytest
 
-from crosscheck.identification import compare, output
+from crosscheck.identification import compare, output, sampling
 from crosscheck.identification.compare import RecordComparison
 from crosscheck.identification.engines import compare_engines
 from crosscheck.identification.gravity import GravityEstimate
@@ -18,11 +18,11 @@ from crosscheck.identification.mechanism import SpatialRobot
 from crosscheck.identification.messages import describe_answers, format_estimate
 from crosscheck.identification.sampling import lowest_bandwidth
 from crosscheck.identification.structure import compare_levels, draw_samples
-from crosscheck.identification.terms import build_columns, build_rotor_columns, shared_motors
+from crosscheck.identification.terms import RotorRegressor, build_columns, shared_motors
 from crosscheck.models.errors import InputError
 from crosscheck.models.robot.robot import Robot
 from crosscheck.recordings import csv_table, decimation
-from crosscheck.recordings.decimation import halve_rows
+from crosscheck.recordings.decimation import halve_pieces
 from crosscheck.recordings.record import Record
 from crosscheck.registry import build_robot_model
 from tests.measured.records import list_explanations
@@ -194,7 +194,7 @@ def test_a_motor_that_two_joints_turn_adds_what_they_share(robot):
 
 def test_rotors_of_the_robots_file_are_columns_of_their_own_size(robot):
     samples = draw_samples(robot, np.zeros((0, 3)))
-    rotors = build_rotor_columns(robot, robot.rotors, samples)
+    rotors = RotorRegressor(robot, robot.rotors).compute(samples)
     state = samples.q, samples.v, samples.a
     apart = [
         build_robot_model("pinocchio", robot, level).inverse_dynamics(*state)
@@ -329,7 +329,7 @@ def test_halving_rows_keeps_what_is_below_a_quarter_of_their_rate():
     """A slow sine is kept to six digits, one that fewer rows cannot resolve is gone."""
     time = np.arange(2000.0)
     slow, fast = (np.sin(2 * np.pi * rate * time)[:, None] for rate in (0.02, 0.4))
-    halved = halve_rows(np.hstack([slow, fast]))
+    halved = np.concatenate(list(halve_pieces([np.hstack([slow, fast])])))
     inner = slice(50, -50)
     assert halved[inner, 0] == pytest.approx(slow[::2][inner, 0], abs=2e-6)
     assert np.abs(halved[inner, 1]).max() < 2e-6
@@ -343,18 +343,18 @@ def test_a_long_recording_is_halved_while_its_rows_are_read(monkeypatch):
     monkeypatch.setattr(decimation, "MOST_ROWS", 600)
     few, kept = decimation.condense(time, np.array_split(signal, (70, 200, 201, 900)), 2)
     assert few == pytest.approx(time[0] + (time[-1] - time[0]) * np.arange(501) / 500)
-    at_once = halve_rows(halve_rows(next(decimation.space_pieces([signal], time))))
-    assert kept == pytest.approx(at_once, abs=1e-7)  # of single precision
+    at_once = halve_pieces(halve_pieces(decimation.space_pieces([signal], time)))
+    assert kept == pytest.approx(np.concatenate(list(at_once)), abs=1e-7)  # of single precision
     inner, expected = slice(20, -20), np.sin(2 * np.pi * np.outer(few, (0.004, 0.01)))
     assert kept[inner] == pytest.approx(expected[inner], abs=1e-3)  # lines between rows
 
 
 def test_rows_left_out_move_no_estimate(robot, coupled, monkeypatch):
-    """By a fifth of a standard error in the mean, where half of the rows are taken: others are."""
+    """Of the transform's rows a few are taken, and not every one that was recorded."""
     given, _ = coupled
     monkeypatch.setattr(compare, "choose_bandwidth", lambda *given: 1.9)
     few = first_side(robot, given).estimates
-    monkeypatch.setattr(decimation, "RESOLVED", 1e9)
+    monkeypatch.setattr(sampling, "RESOLVED", 1e9)
     every = first_side(robot, given).estimates
     assert [each.term for each in few] == [each.term for each in every]
     pairs = zip(few, every, strict=True)

@@ -9,7 +9,7 @@ from hypothesis import strategies as st
 from scipy.integrate import simpson
 
 from crosscheck.models.arm.arm import Arm
-from crosscheck.models.errors import Diverged, InputError
+from crosscheck.models.errors import Diverged
 from crosscheck.models.loading import Case, load_case
 from crosscheck.models.pinocchio.arm import (
     PinocchioArmature,
@@ -17,9 +17,7 @@ from crosscheck.models.pinocchio.arm import (
     PinocchioCoupled,
     PinocchioLinks,
 )
-from crosscheck.models.pinocchio.floating import FloatingBase, PinocchioFloating
 from tests.arms import paper_arms
-from tests.mixed_arms import NONE, arm_of, direct, scenario
 
 LEVELS = [PinocchioLinks, PinocchioCarriers, PinocchioArmature, PinocchioCoupled]
 EPS = np.finfo(float).eps
@@ -201,14 +199,3 @@ def test_recording_grid_is_the_scenarios():
 def test_a_run_away_is_reported_as_divergence(scenario, setting, level):
     with pytest.raises(Diverged, match=f"{level.name}: diverged at t ="):
         level(*paper_case(scenario, setting)).simulate()
-
-
-def test_a_free_flying_base_knows_friction_but_no_gravity():
-    joints = direct(friction_N_m_s_per_rad=0.8), direct()
-    arm = arm_of(*joints, gravity=NONE)
-    model = PinocchioFloating(arm, scenario(2.0), FloatingBase(100.0))
-    found = model.generalized_force(0.0, np.zeros(5), np.array([1.0, 1.0, 1.0, 0.5, 0.7]))
-    np.testing.assert_array_equal(found, [0, 0, 0, 2 - 0.8 * 0.5, 2])
-    assert model.coordinates == ("base_x", "base_y", "base_angle", "theta_1", "theta_2")
-    with pytest.raises(InputError, match=r"gravity_m_per_s2 = .*must be \(0, 0\)"):
-        PinocchioFloating(arm_of(*joints), scenario(), FloatingBase(100.0))

@@ -39,23 +39,6 @@ def test_a_link_between_two_joints_needs_no_mass():
         assert mass == pytest.approx(np.diag([pan, 0.08]), abs=1e-15)
 
 
-def test_a_base_that_floats_agrees_in_every_engine():
-    """Three links without mass carry a body that turns and shifts, with a geared arm on it."""
-    steps = (("x", "prismatic", (1, 0, 0)), ("y", "prismatic", Y), ("z", "prismatic", (0, 0, 1)))
-    steps += (("yaw", "continuous", (0, 0, 1)), ("pitch", "continuous", Y))
-    names = ["ground", *(name for name, *_ in steps)]
-    parts = [
-        joint(name, names[number], name, kind, axis)
-        for number, (name, kind, axis) in enumerate(steps)
-    ]
-    links = [link(name) for name in names[:-1]]
-    turn = joint("elbow", "pitch", "arm", axis=(0, 0.6, 0.8), at=(0.3, 0, 0))
-    text = urdf(*links, link("pitch", Solid(40.0)), link("arm", ARM), *parts, turn)
-    own = robot(text, {"elbow": {"kind": "geared", "ratio": 50.0, "rotor_inertia_kg_m2": 1e-4}})
-    findings = compare_engines(own, sample_states(own, 5, 0))
-    assert {each.verdict for each in require_items(findings)} == {"agree"}
-
-
 ROTOR = {"kind": "geared", "ratio": 50.0, "rotor_inertia_kg_m2": 1e-4}
 SPIN = ROTOR | {"stator": "u", "rotor_axis": [1.0, 0.0, 0.3]}
 LEADS = joint("x", "u", "arm", axis=Y, more=f'<mimic joint="t"/>{LIMIT}')

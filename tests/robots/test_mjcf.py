@@ -51,8 +51,6 @@ REFUSED = {
     "none moves": ("<mujoco/>", "must be 1 to 64 that move; 0 do"),
     "no XML": ("<mujoco", "MuJoCo cannot read it: XML parse error"),
     "no file": (BODY.format("<joint/><geom type='mesh' mesh='m'/>", ""), "MuJoCo cannot read it"),
-    "free": (BODY.format("<freejoint name='f'/>", ""), "joint f: type = 'free': must be hinge or"),
-    "ball": (BODY.format("<joint type='ball'/>", ""), "joint joint_0: type = 'ball': must be"),
     "deformable": (
         BODY.format("<joint/>", "").replace(
             "</worldbody>",

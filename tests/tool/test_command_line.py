@@ -47,6 +47,12 @@ def test_an_arm_is_shown_without_engines_and_files(arm):
     assert ENGINES.isdisjoint(loaded)
 
 
+def test_states_are_asked_for_without_engines_and_symbols(tmp_path):
+    loaded = modules_loaded_by("trial", "--ask", "--quick", "--out", tmp_path / "states")
+    assert "crosscheck.trial.coordinates.build" in loaded
+    assert (ENGINES - {"jinja2"}).isdisjoint(loaded)
+
+
 def test_a_list_reads_titles_without_the_schema():
     assert {"crosscheck.models.arm.arm", "crosscheck.models.experiment.scenario"}.isdisjoint(
         modules_loaded_by("list")

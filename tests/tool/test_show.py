@@ -266,7 +266,8 @@ def test_what_a_link_states_is_not_shown_twice(crosscheck, tmp_path):
 
 def test_the_reference_has_the_symbols_of_an_arm():
     text = (ROOT / "docs" / "reference" / "arm-file.md").read_text(encoding="utf-8")
+    rows = [row for row in text.splitlines() if row.startswith("| `")]
     for symbol in require_items(ARM_SYMBOLS):
         number = "" if symbol.stem in OF_ARM else "1"
-        field = f"`{symbol.field}`" if symbol.field else "follows"
-        assert f"| `{symbol.stem}{number}` | {symbol.meaning} | {field} |" in text
+        (row,) = (row for row in rows if f"`{symbol.stem}{number}`" in row)
+        assert (f"`{symbol.field}`" if symbol.field else "follow") in row

@@ -14,7 +14,7 @@ from pathlib import Path
 import psutil
 import pytest
 
-from crosscheck.runner import cpu_limit, process_tree
+from crosscheck.runner import cpu_limit, process_tree, workers
 from crosscheck.runner.outcomes import Failure
 from crosscheck.runner.process_tree import limit_resources
 from crosscheck.runner.workers import Workers, perform_all
@@ -35,6 +35,10 @@ class Job:
 
 def good() -> str:
     return "done"
+
+
+def napping() -> None:
+    time.sleep(0.05)
 
 
 def crashing() -> None:
@@ -237,8 +241,18 @@ def test_what_a_task_says_is_not_the_programs_word(capfd):
     assert capfd.readouterr() == ("", "")
 
 
+@pytest.mark.parametrize(("work", "count"), [(good, 1), (napping, 2)])
+def test_others_join_a_worker_that_is_long_at_work(monkeypatch, work, count):
+    monkeypatch.setattr(workers, "WAITED_S", 0.0)
+    with Workers(2) as crew:
+        crew.looks = time.monotonic() + 0.1
+        crew.perform([Job(str(number), work) for number in range(9)], lambda key: None)
+        assert len(crew.crew) == count
+
+
 def test_no_process_is_left_behind():
     with Workers(2) as crew:
+        crew.most = 2
         crew.perform([Job("a", good), Job("b", good)], lambda key: None)
         alive = [worker.process for worker in crew.crew]
         assert len(alive) == 2
@@ -252,6 +266,7 @@ def test_workers_end_with_their_parent(tmp_path):
         "from tests.tool.test_workers import Job, endless\n"
         "from crosscheck.runner.workers import Workers\n"
         "with Workers(2) as crew:\n"
+        "    crew.most = 2\n"
         "    tasks = [Job('a', endless), Job('b', endless)]\n"
         "    crew._employ(iter(tasks))\n"
         "    print(*(worker.process.pid for worker in crew.crew), flush=True)\n"

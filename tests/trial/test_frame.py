@@ -153,6 +153,8 @@ def test_a_straight_function_is_a_matrix():
     assert found.matrix is not None
     assert expected.matrix is not None
     np.testing.assert_allclose(found.matrix[:3], expected.matrix[:3], rtol=1e-14)
+    left, right = (find_columns(each, PAPER)[:3].ravel() for each in (found, expected))
+    assert [as_polynomial(e).terms for e in left] == [as_polynomial(e).terms for e in right]
 
 
 def test_own_matrices():

@@ -69,7 +69,8 @@ def load_as_robot(
         tables |= {joint: {**tables.get(joint, {}), **rotor} for joint, rotor in rotors.items()}
         robot = build_robot(validate_record(RobotFile, content, name), text.urdf, name, name)
     elif any(numbers) or not has_rotors:
-        allowed = f"{'; '.join(lacks)}{STATE_ROTORS}" if lacks else "each has a rotor"
+        enough = "each has a rotor" if robot.motors else "no motor drives any"
+        allowed = f"{'; '.join(lacks)}{STATE_ROTORS}" if lacks else enough
         raise InputError(name, "joints", None, allowed)
     if not robot.friction.any():
         return robot
@@ -85,7 +86,8 @@ def _complete_rotors(
     """
     geared = {r.joint for r in robot.rotors} | {s.joint for s in robot.stages}
     tables, lacks = dict[str, dict[str, object]](), dict[str, list[str]]()
-    for joint in (robot.joints[n] for n in robot.coordinates if n not in geared):
+    motors = [robot.coordinates[place] for place in robot.motors]
+    for joint in (robot.joints[n] for n in motors if n not in geared):
         gear = stated.get(joint.name, StatedGear())
         inertia = gear.inertia or (None if gear.armature else given.inertia)
         gear = replace(gear, ratio=gear.ratio or given.ratio, inertia=inertia)

@@ -326,10 +326,11 @@ def init_robot_command(path: Path, urdf: Path) -> None:
 
 
 def robot_joint_lines(robot: Robot, gears: Mapping[str, StatedGear]) -> Iterator[str]:
-    """Lines of the joints that mimic none, or that the URDF states a gear of."""
+    """Lines of the joints with a motor that mimic none, or that the URDF states a gear of."""
+    motors = [robot.coordinates[place] for place in robot.motors]
     for number, joint in enumerate(robot.joints):
         gear = gears.get(joint.name)
-        if number not in robot.coordinates and gear is None:
+        if number not in motors and (gear is None or not joint.has_motor):
             continue
         key = joint.name if re.fullmatch(r"[A-Za-z0-9_-]+", joint.name) else _toml(joint.name)
         line = f'{key} = {{ kind = "direct" }}'

@@ -10,6 +10,7 @@ import numpy as np
 
 from crosscheck.trial.arms.questions import QUESTIONS, VerificationProblem
 from crosscheck.trial.changes.arms.diagnosis import build_probe_problems
+from crosscheck.trial.input.equations import Equations
 from crosscheck.trial.input.loading import build_equations
 from crosscheck.trial.input.supplied import bind_equations
 from crosscheck.trial.judge.checks import COMPARED
@@ -31,13 +32,16 @@ def _make_answer_key(problem: VerificationProblem, level: str) -> AnswerKey:
     """The answers of the nearest level, and of others of which wrong equations may be."""
     arm, scenario, frame, states = *problem.case[:2], problem.frame, problem.states
 
+    def build(source: Any) -> Equations:
+        return build_equations(source, arm, scenario, problem.name)
+
     def bind(source: Any) -> Answer:
-        equations = build_equations(source, arm, scenario, problem.name)
-        bound = bind_equations(equations, arm, frame)
+        bound = bind_equations(build(source), arm, frame)
         return lambda part, state: QUESTIONS[part](bound, states[state], states[state].u)
 
     levels = dict.fromkeys((level, *problem.levels))
-    return AnswerKey(bind, {each: _ask_reference(problem, each) for each in levels}, frame.names)
+    right = {each: _ask_reference(problem, each) for each in levels}
+    return AnswerKey(bind, right, frame.names, build)
 
 
 def _ask_reference(problem: VerificationProblem, level: str) -> LevelAnswers:

@@ -63,6 +63,8 @@ def _require_allowed_choices(coordinates: Coordinates) -> None:
         word = getattr(coordinates, name)
         if word not in words:
             raise InputError(WHERE, name, word, f"must be one of {', '.join(words)}")
+    if coordinates.velocities is not None:
+        raise InputError(WHERE, "velocities", None, "is for robots alone")
     if coordinates.matrix is not None and coordinates.function is not None:
         raise InputError(WHERE, "matrix", None, "give either matrix or function")
     map_field = "matrix" if coordinates.matrix is not None else "function"

@@ -3,13 +3,13 @@
 from __future__ import annotations
 
 import math
+import sys
 import warnings
 from collections.abc import Callable
 from dataclasses import replace
 from typing import Any
 
 import numpy as np
-import sympy as sp
 
 from crosscheck.models.arm.arm import Arm
 from crosscheck.models.arm.layout import Layout
@@ -20,11 +20,6 @@ from crosscheck.trial.coordinates.differences import derivative
 from crosscheck.trial.coordinates.frame import WHERE, Along, Frame, Vector
 from crosscheck.trial.input.arrays import NotNumbers, convert_to_numbers, format_vector
 from crosscheck.trial.input.equations import Coordinates
-from crosscheck.trial.input.symbolic import (
-    express_in_arm_symbols,
-    express_in_numbers,
-    make_plain_symbols,
-)
 
 COMPLEX_STEP = 1e-30
 SAMPLES = 3
@@ -36,7 +31,7 @@ def build_curved_frame(coordinates: Coordinates, layout: Layout, arm: Arm) -> Fr
     """The frame of a user's function. Raises InputError."""
     n, function = len(layout), coordinates.function
     count = frames.describe_coordinate_count(coordinates, n, arm)
-    if isinstance(function, sp.MatrixBase):
+    if is_sympy_matrix(function):
         frame = _build_sympy_frame(coordinates, function, layout, arm, count)
     elif callable(function):
         return build_callable_frame(coordinates, layout, count)
@@ -48,6 +43,11 @@ def build_curved_frame(coordinates: Coordinates, layout: Layout, arm: Arm) -> Fr
     return frame
 
 
+def is_sympy_matrix(function: Any) -> bool:
+    """Whether it is a Matrix of sympy, which whoever has one has imported; it takes a while."""
+    return "sympy" in sys.modules and isinstance(function, sys.modules["sympy"].MatrixBase)
+
+
 def _build_sympy_frame(
     coordinates: Coordinates, function: Any, layout: Layout, arm: Arm, count: str
 ) -> Frame:
@@ -55,6 +55,14 @@ def _build_sympy_frame(
 
     A function that turns out linear is a matrix, with the arm's symbols in it.
     """
+    import sympy as sp
+
+    from crosscheck.trial.input.symbolic import (
+        express_in_arm_symbols,
+        express_in_numbers,
+        make_plain_symbols,
+    )
+
     n = len(layout)
     if len(coordinates.symbols) != n or len(function) != n:
         reason = (
@@ -102,6 +110,33 @@ def build_callable_frame(coordinates: Coordinates, layout: Layout, count: str) -
     frame = _build_frame_of_function(coordinates, layout, count)
     _require_derivative(frame)
     return frame
+
+
+def build_velocity_frame(
+    velocities: Callable[[np.ndarray], Any], layout: Layout, names: tuple[str, ...]
+) -> Frame:
+    """The frame of the coordinates themselves, with velocities S(q) q' in place of their rates.
+
+    So J is the inverse of S, and none of a function's. Raises InputError.
+    """
+    n = len(layout)
+    if not callable(velocities):
+        kind = type(velocities).__name__
+        raise InputError(WHERE, "velocities", None, f"is a {kind}; must be a function of q")
+
+    def slopes(q: np.ndarray) -> np.ndarray:
+        raw = _call_user_function(velocities, "velocities", q)
+        matrix = _convert_answer(raw, (n, n), "velocities", q)
+        frames.require_invertible(matrix, "velocities", q)
+        return np.linalg.inv(matrix)
+
+    def drift(q: np.ndarray, u: np.ndarray) -> np.ndarray:
+        rates = slopes(q) @ u
+        size = float(np.abs(rates).max()) or 1.0
+        return size * _certain_derivative(1, lambda at: slopes(at) @ u, q, rates / size)
+
+    slopes(np.zeros(n))
+    return Frame(layout, names, "given", position=np.copy, slopes=slopes, drift=drift)
 
 
 def _build_frame_of_function(coordinates: Coordinates, layout: Layout, count: str) -> Frame:

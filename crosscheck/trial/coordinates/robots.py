@@ -7,13 +7,16 @@ from dataclasses import dataclass, replace
 from typing import Any
 
 import numpy as np
-import sympy as sp
 
 from crosscheck.checks.robot_states import RandomStates
 from crosscheck.models.arm.layout import Coordinate, Layout
 from crosscheck.models.errors import InputError
 from crosscheck.models.robot.robot import Robot
-from crosscheck.trial.coordinates.curved import build_callable_frame
+from crosscheck.trial.coordinates.curved import (
+    build_callable_frame,
+    build_velocity_frame,
+    is_sympy_matrix,
+)
 from crosscheck.trial.coordinates.frame import Frame, build_linear_frame, require_invertible
 from crosscheck.trial.coordinates.readings import list_readings
 from crosscheck.trial.coordinates.states import find_coordinates
@@ -73,15 +76,21 @@ def read_frame(coordinates: Coordinates, robot: Robot, where: str) -> Frame | No
     size, joint_names = len(robot.coordinates), robot.coordinate_names
     usual = Coordinates()
     if (coordinates.gearing, coordinates.gears) != (usual.gearing, usual.gears):
-        allowed = "of a robot's may have matrix, function, order, or links = absolute"
+        allowed = "of a robot's may have matrix, function, order, or links = absolute, velocities"
         raise InputError(where, "coordinates", None, allowed)
     if coordinates.order and sorted(coordinates.order) != sorted(joint_names):
         reason = f"must be all of {', '.join(joint_names)}, each once"
         raise InputError(where, "coordinates.order", list(coordinates.order), reason)
     layout = Layout(tuple(Coordinate("theta", number + 1) for number in range(size)))
     names = tuple(f"x_{number + 1}" for number in range(size))
+    if coordinates.velocities is not None:
+        if coordinates != replace(usual, velocities=coordinates.velocities):
+            raise InputError(where, "coordinates.velocities", None, "must stand alone")
+        return build_velocity_frame(coordinates.velocities, layout, names)
     if coordinates.function is not None:
-        if isinstance(coordinates.function, sp.MatrixBase):
+        if is_sympy_matrix(coordinates.function):
+            import sympy as sp
+
             entries = sp.lambdify([coordinates.symbols], list(coordinates.function), "numpy")
             coordinates = replace(coordinates, function=lambda x: np.array(entries(x)), symbols=())
         return build_callable_frame(coordinates, layout, f"the {size} joints of {robot.name}")

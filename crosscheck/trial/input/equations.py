@@ -48,6 +48,8 @@ class Coordinates:
         jacobian: A function of x (n,) that returns dq/dx (n, n); without it, the trial works it
             out.
         names: What the report calls the coordinates x.
+        velocities: Of a robot, in place of all that: a function of its q (n,) that returns the
+            matrix S (n, n) of velocities S(q) q' that stand for rates, such as a base's twist.
     """
 
     gearing: Gearing = "rigid"
@@ -59,6 +61,7 @@ class Coordinates:
     symbols: tuple[Any, ...] = ()
     jacobian: Function | None = None
     names: tuple[str, ...] = ()
+    velocities: Function | None = None
 
 
 @dataclass(frozen=True)

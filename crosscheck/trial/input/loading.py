@@ -27,7 +27,6 @@ from crosscheck.runner.interruption import was_stopped
 from crosscheck.runner.supervision import track_foreign_code
 from crosscheck.trial.input.calls import MEANT, TAKES, make_named_call
 from crosscheck.trial.input.equations import Coordinates, Equations, Level
-from crosscheck.trial.input.symbolic import bind_to_robot
 from crosscheck.trial.source.code import UserCode, find_module_code, find_object_code
 
 EXPECTED = "file.py:name or package.module:name"
@@ -151,6 +150,8 @@ def build_robot_equations(
         source, verb = _call_factory(source, dict.fromkeys(taken, robot)), "returned"
     equations = extract_equations(source, where, verb)
     if equations.symbolic is not None:
+        from crosscheck.trial.input.symbolic import bind_to_robot  # sympy takes a while
+
         equations = bind_to_robot(equations, robot)
     if find_code is None and _is_factory(maker):
         find_code = partial(find_object_code, maker)

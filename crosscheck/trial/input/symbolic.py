@@ -187,13 +187,15 @@ def replace_symbols(symbolic: Symbolic, arm: Arm) -> Symbolic:
 
 def _torque_by_joint(symbolic: Symbolic, arm: Arm) -> tuple[sp.Symbol, ...]:
     """A symbol for each joint's torque; none for equations without any. Raises InputError."""
-    return _torque_by_name(symbolic, [f"theta_{n + 1}" for n in range(len(arm.joints))])
+    return _torque_by_name(symbolic, [f"theta_{n + 1}" for n in arm.motors], arm.motors)
 
 
-def _torque_by_name(symbolic: Symbolic, names: Sequence[str]) -> tuple[sp.Symbol, ...]:
-    count, motors = len(symbolic.torque), list(range(len(names)))
+def _torque_by_name(
+    symbolic: Symbolic, names: Sequence[str], motors: Sequence[int]
+) -> tuple[sp.Symbol, ...]:
+    count = len(symbolic.torque)
     if symbolic.drive is not None:
-        motors = list(parse_motors(symbolic.drive, names))
+        motors = parse_motors(symbolic.drive, names)
     if count in (0, len(names)):
         return symbolic.torque
     if count != len(motors):
@@ -242,7 +244,7 @@ def bind_to_robot(equations: Equations, robot: Robot) -> Equations:
     symbolic = equations.symbolic
     assert symbolic is not None  # as the caller knows
     variables = {*symbolic.x, *symbolic.v, *symbolic.torque, symbolic.t}
-    torque = _torque_by_name(symbolic, robot.coordinate_names)
+    torque = _torque_by_name(symbolic, robot.coordinate_names, robot.motors)
     numbers = {str(symbol): value for symbol, value in symbolic.values.items()}
     functions = {}
     for name, matrix in _parts(symbolic).items():

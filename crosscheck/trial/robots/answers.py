@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from typing import Any
 
 import numpy as np
@@ -171,16 +171,20 @@ def bind_functions(
 ) -> tuple[tuple[int, ...], dict[str, NamedCall | MotorCall]]:
     """The coordinates that a motor moves, from 0, and the functions of equations by their part.
 
+    Without a statement the robot's passive joints have none; a table has columns of 0 for them.
     Raises InputError.
     """
+    stated = equations
+    if equations.drive is None and robot.passive:
+        stated = replace(equations, drive=[place + 1 for place in robot.motors])
     given = {part: getattr(equations, part) for part in TAKES}
     calls = {
         part: make_named_call(function, part, in_order=True)
         for part, function in given.items()
         if function is not None
     }
-    motors = find_motors(equations, calls, robot.coordinate_names)
-    return motors, add_motors(calls, equations, motors)
+    motors = find_motors(stated, calls, robot.coordinate_names)
+    return motors, add_motors(calls, stated if equations.table is None else equations, motors)
 
 
 def make_robot_entry(calls: Mapping[str, Any], again: Mapping[str, Any]) -> Entry:

@@ -175,7 +175,7 @@ def prepare_questions(request: TrialRequest) -> RobotQuestions:
     name, equations, robot = request.name, request.equations, request.mechanism
     motors, calls = bind_functions(equations, robot)
     table = equations.table
-    again = calls if table is None else bind_functions(table.again, robot)[1]
+    again = calls if table is None else bind_functions(replace(table.again, table=table), robot)[1]
     frame = read_frame(equations.coordinates, robot, name)
     functions: list[dict[str, Any]] = [dict(calls), dict(again)]
     states = draw_states(robot, QUICK_STATES if request.quick else STATES, request.seed, motors)

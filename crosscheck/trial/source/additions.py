@@ -3,6 +3,8 @@
 from __future__ import annotations
 
 import ast
+import copy
+from collections.abc import Mapping
 from itertools import permutations
 from typing import TypeGuard
 
@@ -54,6 +56,33 @@ def list_further_summands(site: Site, *, outer: bool, written: bool = True) -> T
     leaves = (text for text, kind in site.scope.list_leaves(written=written) if site.can_be(kind))
     for text in dict.fromkeys([*leaves, *(site.list_products(is_product) if written else ())]):
         yield from (f"{write_operand(site.node)} {sign} {text}" for sign in OPPOSITE)
+
+
+def list_like_summands(site: Site) -> Texts:
+    """A sum with a summand more that is like one of its own, of names with another ending.
+
+    So m2 * y2 of a body has its like, mp * yp, of the payload.
+    """
+    if not is_sum(site.node) or is_sum(site.parent):
+        return
+    names = {text for text, _ in site.scope.list_leaves() if text.isidentifier()}
+    last = site.node.right
+    own = {each.id for each in ast.walk(last) if isinstance(each, ast.Name) and each.id in names}
+    endings = {name[1:] for name in names} | {name[2:] for name in names}
+    for old in {name[-1] for name in own}:
+        for new in sorted(endings - {old, ""}):
+            other = {name: name[:-1] + new for name in own if name.endswith(old)}
+            if set(other.values()) <= names and len(other) > 1:
+                yield f"{site.text} + {_rename(last, other)}"
+
+
+def _rename(node: ast.AST, other: Mapping[str, str]) -> str:
+    """The text of an expression with other names."""
+    renamed = copy.deepcopy(node)
+    for each in ast.walk(renamed):
+        if isinstance(each, ast.Name):
+            each.id = other.get(each.id, each.id)
+    return ast.unparse(renamed)
 
 
 def list_further_cross_products(site: Site, *, of_products: bool) -> Texts:

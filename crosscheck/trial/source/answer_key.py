@@ -8,6 +8,8 @@ from typing import Any
 
 import numpy as np
 
+from crosscheck.trial.input.equations import Equations
+
 Answer = Callable[[str, int], np.ndarray]  # of a part, at the state of a number
 Entry = tuple[Any, ...]  # the part, and the entry's row, of M also its column
 
@@ -29,6 +31,10 @@ class LevelAnswers:
         """Numbers of the states."""
         return range(min((len(each) for each in self.right.values()), default=0))
 
+    def allowance(self, part: str, state: int) -> np.ndarray:
+        """What the entries of a part may differ by at a state."""
+        return np.broadcast_to(self.allowed[part], self.right[part].shape)[state]
+
     def find_wrong_entries(
         self, answer: Answer, parts: Iterable[str], states: Iterable[int] | None = None
     ) -> set[Entry]:
@@ -36,9 +42,9 @@ class LevelAnswers:
         wrong = set[Entry]()
         for part in parts:
             right = self.right[part]
-            allowed = np.broadcast_to(self.allowed[part], right.shape)
             for state in self.states if states is None else states:
-                beyond = ~(np.abs(answer(part, state) - right[state]) <= allowed[state])
+                distance = np.abs(answer(part, state) - right[state])
+                beyond = ~(distance <= self.allowance(part, state))
                 wrong |= {(part, *index) for index in np.argwhere(beyond).tolist()}
         return wrong
 
@@ -52,11 +58,14 @@ class AnswerKey:
             returns their answers, as the trial asks for them. It raises what their code raises.
         levels: The right answers by level, that of the trial first.
         names: Of the coordinates.
+        build: Makes equations alone, of those that may have symbols. It raises what their code
+            raises.
     """
 
     bind: Callable[[Any], Answer]
     levels: Mapping[str, LevelAnswers]
     names: Sequence[str]
+    build: Callable[[Any], Equations] | None = None
 
     def format_entry(self, entry: Entry) -> str:
         """An entry in words, such as M[theta_1, theta_2]."""

@@ -241,7 +241,7 @@ def list_slices(site: Site) -> Texts:
 
 def list_near_sums(site: Site) -> Texts:
     """A number of a formula and its like: both joints' rates for one's."""
-    if site.is_number and isinstance(site.parent, ast.BinOp | ast.Call):
+    if site.is_number and isinstance(site.parent, ast.BinOp | ast.Call | ast.Assign):
         for other, kind in site.scope.list_leaves(written=True):
             if site.can_be(kind) and other != site.text and _is_near(site.text, other, kind):
                 yield " + ".join(sorted((site.text, other)))

@@ -15,6 +15,7 @@ from crosscheck.trial.source.additions import (
     list_further_products,
     list_further_statements,
     list_further_summands,
+    list_like_summands,
 )
 from crosscheck.trial.source.changes import (
     Texts,
@@ -66,6 +67,7 @@ KINDS = (
     EditKind(2, partial(list_exchanges, near=True, written=True)),
     EditKind(2, list_cofunctions),
     EditKind(2, list_operands),
+    EditKind(2, list_near_sums),
     EditKind(2, list_powers),
     EditKind(2, list_constants),
     EditKind(2, list_congruences),
@@ -78,9 +80,9 @@ KINDS = (
     EditKind(2, list_assignments),
     EditKind(2, partial(list_negatives, of_products=False, inside=False)),
     EditKind(2, partial(list_negatives, of_products=True, inside=False)),
+    EditKind(3, list_like_summands),
     EditKind(3, partial(list_exchanges, near=True, written=False)),
     EditKind(3, partial(list_exchanges, near=False, written=True)),
-    EditKind(3, list_near_sums),
     EditKind(3, list_neighbours),
     EditKind(3, list_repeated_exchanges),
     EditKind(3, list_distributions),

@@ -8,7 +8,7 @@ from __future__ import annotations
 import time
 from collections.abc import Collection, Iterable, Mapping, Sequence
 from functools import cache
-from typing import Any
+from typing import Any, NamedTuple
 
 import numpy as np
 
@@ -17,8 +17,20 @@ from crosscheck.trial.source.code import UserCode
 from crosscheck.trial.source.sandbox import limit_processor_time
 
 SLOWER, LEAST_S = 20.0, 0.2  # times the code as it is, and [s] on top, that an edit may take
+SLOW_S = 0.15  # processor time [s] of code of which each run counts
 IGNORED = 0.5  # of entries that are right here: if more are wrong there, numbers are ignored
 Wrong = frozenset[tuple[int, Entry]]  # wrong entries, each with the number of its answer key
+
+
+class Response(NamedTuple):
+    """Whether a change moves any part that is wrong, all of these, and any that is right.
+
+    Of parts, not of entries: an edit may bring a variable in on which no entry depends yet.
+    """
+
+    moves_wrong: bool
+    moves_all_wrong: bool
+    moves_right: bool
 
 
 class SourceJudge:
@@ -37,21 +49,25 @@ class SourceJudge:
         self.compiled = [code.compile(statement) for statement in code.statements]
         here, *others = answer_keys
         self.level, trusted = next(iter(here.levels.items()))
-        self.parts = [part for part in trusted.right if self._is_answered(here, part)]
         begun, as_is = time.process_time(), self._bind(here)
+        seconds = {part: _measure_seconds(as_is, part) for part in trusted.right}
+        self.parts = [part for part, needed in seconds.items() if needed is not None]
         wrong_parts = {part for part, *_ in trusted.find_wrong_entries(as_is, self.parts)}
-        self.limit_s = LEAST_S + SLOWER * (time.process_time() - begun)
-        followed = (each for each in others if self._is_followed(each, as_is, wrong_parts))
-        self.answer_keys = [here, *followed]
+        needed_s = time.process_time() - begun
+        self.limit_s, self.is_slow = LEAST_S + SLOWER * needed_s, needed_s > SLOW_S
+        pairs = [(each, self._follow(each, as_is, wrong_parts)) for each in others]
+        followed = [(key, answer) for key, answer in pairs if answer is not None]
+        self.answer_keys = [here, *(key for key, _ in followed)]
+        answers = [as_is, *(answer for _, answer in followed)]
         self.wrong = {
-            level: self._find_wrong_entries(self.compiled, level)
+            level: self._find_wrong_entries(answers, level)
             for level in here.levels
             if all(level in each.levels for each in self.answer_keys)
         }
         # Of each wrong part, the quickest first, the state at which most is wrong, its answer
         # there and, by level, what is wrong of it.
         self.states = dict[str, int]()
-        for part in sorted(wrong_parts, key=self._measure_seconds):
+        for part in sorted(wrong_parts, key=lambda part: seconds[part] or 0.0):
             wrong = [len(trusted.find_wrong_entries(as_is, [part], [s])) for s in trusted.states]
             self.states[part] = wrong.index(max(wrong))
         self.values = {part: as_is(part, state) for part, state in self.states.items()}
@@ -76,11 +92,28 @@ class SourceJudge:
         there = {entry for number, entry in self.wrong[self.level] if number}
         return self.is_unequal and there <= here
 
-    def ask(self, parts: Iterable[str]) -> None:
-        """Make the equations as they are, and ask wrong parts at one state."""
+    def ask(self) -> None:
+        """Make the equations as they are, and ask each wrong part at one state."""
         answer = self._bind(self.answer_keys[0])
-        for part in parts:
-            answer(part, self.states[part])
+        for part, state in self.states.items():
+            answer(part, state)
+
+    def measure_response(self, compiled: Sequence[Any]) -> Response:
+        """What a change of the code moves at one state. Raises whatever the code raises."""
+        here = self.answer_keys[0]
+        with limit_processor_time(self.limit_s):
+            answer = self._bind(here, compiled)
+            trusted = here.levels[self.level]
+            moved = [
+                not (
+                    np.abs(answer(part, state) - self.values[part])
+                    <= trusted.allowance(part, state)
+                ).all()
+                for part, state in self.states.items()
+            ]
+            right = [part for part in self.parts if part not in self.states]
+            broken = trusted.find_wrong_entries(answer, right, [0])
+        return Response(any(moved), all(moved), bool(broken))
 
     def find_mended(self, compiled: Sequence[Any]) -> Mapping[str, Wrong]:
         """Remaining errors, by level for which the edit corrects some and breaks none.
@@ -89,7 +122,8 @@ class SourceJudge:
         """
         with limit_processor_time(self.limit_s):
             levels = self._list_mended_levels(compiled)
-            wrong = {level: self._find_wrong_entries(compiled, level) for level in levels}
+            answers = [self._bind(key, compiled) for key in self.answer_keys] if levels else []
+            wrong = {level: self._find_wrong_entries(answers, level) for level in levels}
         return {level: each for level, each in wrong.items() if each < self.wrong[level]}
 
     def compute_residuals(self, compiled: Sequence[Any]) -> list[np.ndarray]:
@@ -113,43 +147,35 @@ class SourceJudge:
         """The answers of the code, edited or as it is, each asked for once."""
         return cache(answer_key.bind(self.code.run(compiled or self.compiled)))
 
-    def _is_answered(self, answer_key: AnswerKey, part: str) -> bool:
-        try:
-            self._bind(answer_key)(part, 0)
-        except Exception:  # of the user's code, which the trial has reported
-            return False
-        return True
-
-    def _is_followed(
+    def _follow(
         self, answer_key: AnswerKey, answer_here: Answer, wrong_here: Collection[str]
-    ) -> bool:
-        """Whether the code may take the numbers that differ from the mechanism.
+    ) -> Answer | None:
+        """The answers for another mechanism; None if the code does not take its numbers from it.
 
-        It does not if it answers the same on another mechanism, or if parts that are right here are
-        mostly wrong there.
+        It does not if it answers the same there, or if parts that are right here are mostly wrong
+        there.
         """
-        if self.level not in answer_key.levels or not self._is_answered(answer_key, self.parts[0]):
-            return False
-        answer = self._bind(answer_key)
-        if all(np.array_equal(answer(part, 0), answer_here(part, 0)) for part in self.parts):
-            return False
+        if self.level not in answer_key.levels:
+            return None
+        try:
+            answer = self._bind(answer_key)
+            if all(np.array_equal(answer(part, 0), answer_here(part, 0)) for part in self.parts):
+                return None
+        except Exception:  # of the user's code
+            return None
         parts = [part for part in self.parts if part not in wrong_here]
         trusted = answer_key.levels[self.level]
         wrong = trusted.find_wrong_entries(answer, parts)
-        return len(wrong) <= IGNORED * sum(trusted.right[part][0].size for part in parts)
+        is_followed = len(wrong) <= IGNORED * sum(trusted.right[part][0].size for part in parts)
+        return answer if is_followed else None
 
-    def _measure_seconds(self, part: str) -> float:
-        """Processor time [s] that an answer of a part takes."""
-        answer, begun = self._bind(self.answer_keys[0]), time.process_time()
-        answer(part, 0)
-        return time.process_time() - begun
-
-    def _find_wrong_entries(self, compiled: Sequence[Any], level: str) -> Wrong:
+    def _find_wrong_entries(self, answers: Iterable[Answer], level: str) -> Wrong:
         """The entries that are wrong beside a level at any state, on all mechanisms."""
+        keys = self.answer_keys
         return frozenset(
             (number, entry)
-            for number, key in enumerate(self.answer_keys)
-            for entry in key.levels[level].find_wrong_entries(self._bind(key, compiled), self.parts)
+            for number, (key, answer) in enumerate(zip(keys, answers, strict=True))
+            for entry in key.levels[level].find_wrong_entries(answer, self.parts)
         )
 
     def _list_mended_levels(self, compiled: Sequence[Any]) -> list[str]:
@@ -169,3 +195,13 @@ class SourceJudge:
             if not levels:
                 break
         return [level for level in levels if level in mended]
+
+
+def _measure_seconds(answer: Answer, part: str) -> float | None:
+    """Processor time [s] that the first answer of a part takes; None if there is none."""
+    begun = time.process_time()
+    try:
+        answer(part, 0)
+    except Exception:  # of the user's code, which the trial has reported
+        return None
+    return time.process_time() - begun

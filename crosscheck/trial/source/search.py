@@ -14,11 +14,12 @@ from __future__ import annotations
 
 import ast
 import copy
+import sys
 import time
 from collections.abc import Callable, Iterable, Iterator, Sequence
 from dataclasses import dataclass, replace
-from functools import cache, cached_property, partial
-from itertools import combinations, count
+from functools import cache, cached_property
+from itertools import combinations, count, product
 from operator import attrgetter
 from typing import NamedTuple
 
@@ -31,8 +32,10 @@ from crosscheck.trial.source.answer_key import AnswerKey
 from crosscheck.trial.source.code import UserCode
 from crosscheck.trial.source.edit import Edit
 from crosscheck.trial.source.edits import KINDS, RANKS, list_edits
-from crosscheck.trial.source.judge import SourceJudge, Wrong
+from crosscheck.trial.source.energy import Energies, find_energies
+from crosscheck.trial.source.judge import Response, SourceJudge, Wrong
 from crosscheck.trial.source.sandbox import enter_sandbox
+from crosscheck.trial.source.simplification import skip_simplification
 from crosscheck.trial.source.site import Site, write_operand
 from crosscheck.trial.source.solving import (
     list_equal_products,
@@ -44,10 +47,19 @@ from crosscheck.trial.source.source_edit import SourceAnswer, SourceEdit, descri
 from crosscheck.trial.source.syntax import NUMBER, SourceTree
 
 BUDGET_S = 10.0  # [s] of processor time, of a whole search
+ENERGY_BUDGET_S = 20.0  # [s] of that of energies, whose edits take ten times as long
 CLOSING_S = 20  # [s] beyond it, after which the process is ended
 LITERAL_RANK, SUMMAND_RANK = 2, 5  # of edits with numbers that are solved for
+MOVED = "({} * 1.37 + 0.11)"  # a value that is another one, whatever it is
+MOST_AT_ONCE = 3  # likeliest ranks that come before their edits elsewhere
 MOST_ALTERNATIVES = 2
 MOST_INCOMPLETE = 12  # edits that mend some entries, of which pairs are tried
+# Rounds of a search: ranks, first the edits that may mend all that is wrong, then the others.
+ROUNDS = (
+    *product(RANKS[:MOST_AT_ONCE], [True]),
+    *product(RANKS[:MOST_AT_ONCE], [False]),
+    *product(RANKS[MOST_AT_ONCE:], [True, False]),
+)
 MakeAnswerKeys = Callable[[], Iterable[AnswerKey]]
 
 
@@ -73,18 +85,43 @@ class EditSearch:
     """The search of one source for edits that make it right, rank by rank.
 
     It is made in a worker that is confined. Raises whatever the code raises as it is.
+
+    Args:
+        code: The source.
+        answer_keys: What it must answer.
+        is_whole: Whether it is all of the code, and not what leads to its energies.
     """
 
-    def __init__(self, code: UserCode, answer_keys: Sequence[AnswerKey]) -> None:
-        self.begun_s = time.process_time()
+    def __init__(
+        self, code: UserCode, answer_keys: Sequence[AnswerKey], *, is_whole: bool = True
+    ) -> None:
+        self.begun_s, self.is_whole = time.process_time(), is_whole
+        self.budget_s = BUDGET_S if is_whole else ENERGY_BUDGET_S
         self.answer_keys = answer_keys
         self.code, self.judge, self.tree = code, SourceJudge(code, answer_keys), SourceTree(code)
         self.texts = {(each.lineno, ast.unparse(each)) for each in self.tree.list_statements()}
         self.mending = list[MendingEdit]()
-        parts = list(self.judge.states)
-        # Lines that the first wrong part runs: an edit elsewhere does not make all right.
-        self.first_lines = self.tree.observe(partial(self.judge.ask, parts[:1]))
-        self.tree.observe(partial(self.judge.ask, parts))
+        self.responses = dict[int, Response | None]()  # by the identity of expressions
+        self.tree.observe(self.judge.ask)
+        self.energy_search: EditSearch | None = None
+        self.energies = self._find_energies() if is_whole else None
+        self.energy_search = self._make_energy_search()
+        if self.energies is not None:
+            self.budget_s = ENERGY_BUDGET_S
+
+    def _find_energies(self) -> Energies | None:
+        """The energies from which the equations are derived, if SymPy does it."""
+        build = self.answer_keys[0].build
+        if build is None or "sympy" not in sys.modules:
+            return None
+        return find_energies(self.tree, build(self.code.run(self.judge.compiled)))
+
+    def _make_energy_search(self) -> EditSearch | None:
+        """The search of the code of the energies; None without any, or if they are right."""
+        if self.energies is None:
+            return None
+        search = EditSearch(self.energies.code, self.answer_keys, is_whole=False)
+        return search if search.judge.states else None
 
     @property
     def answers(self) -> list[MendingEdit]:
@@ -98,26 +135,68 @@ class EditSearch:
     @property
     def is_spent(self) -> bool:
         """Whether there is nothing to mend, or no time left."""
-        return not self.judge.states or time.process_time() - self.begun_s > BUDGET_S
+        if self.energy_search is not None:
+            return self.energy_search.is_spent
+        return not self.judge.states or time.process_time() - self.begun_s > self.budget_s
 
-    def try_rank(self, rank: int) -> None:
-        """Try the edits of a rank, within the budget.
+    def try_rank(self, rank: int, *, is_likely: bool) -> None:
+        """Try the edits of a rank where one can mend all that is wrong, or where none is likely to.
 
-        Those that cannot mend all that is wrong, as they leave one wrong part as it is, come last,
-        and only where no other edit does.
+        Numbers are solved for with the latter, within the budget.
         """
-        elsewhere = list[Edit]()
-        for edit in list_edits(self.tree, rank) if self.judge.states else ():
-            if self.tree.has_run(edit.node, self.first_lines):
+        if not self.judge.states:
+            return
+        if self.energy_search is not None:
+            self.energy_search.try_rank(rank, is_likely=is_likely)
+            for each in self.energy_search.answers:
+                self._note_edit(each.edit)
+            return
+        for edit in list_edits(self.tree, rank):
+            if self._is_promising(edit.node) == is_likely:
                 self._try_edit(edit)
-            else:
-                elsewhere.append(edit)
-        for edit in elsewhere if not self.answers else ():
-            self._try_edit(edit)
+            if self.answers and not self.is_whole:
+                return
         solved = {LITERAL_RANK: self._solve_literals, SUMMAND_RANK: self._solve_summands}
-        if rank in solved and self.judge.states and not self.answers:
+        if rank in solved and not is_likely and not self.answers:
             for edit in solved[rank]():
                 self._try_edit(edit)
+
+    def _is_promising(self, node: ast.AST) -> bool | None:
+        """Whether an edit of a node may mend all that is wrong and leave the rest as it is.
+
+        None where it changes nothing that is wrong. Of a statement, which may bring anything in,
+        and of slow code nobody asks.
+        """
+        if self.energies is not None and getattr(node, "lineno", 0) <= self.energies.last_line:
+            return None  # they are right
+        above: ast.AST | None = node
+        while isinstance(above, ast.expr | ast.Slice) and not self.judge.is_slow:
+            response = self._find_response(above)
+            if response is not None:
+                is_clean = response.moves_all_wrong and not response.moves_right
+                return is_clean if response.moves_wrong else None
+            above = self.tree.parent(above)
+        return True
+
+    def _find_response(self, node: ast.AST) -> Response | None:
+        """What moves with the value of an expression; None where that cannot be seen."""
+        if id(node) not in self.responses:
+            self.responses[id(node)] = self._measure_response(node)
+        return self.responses[id(node)]
+
+    def _measure_response(self, node: ast.AST) -> Response | None:
+        if not isinstance(node, ast.expr) or not Site(self.tree, node).is_value or self.is_spent:
+            return None
+        try:
+            self.tree.put(node, Edit((0, 0), node, MOVED.format(write_operand(node))).parse())
+            compiled = list(self.judge.compiled)
+            number = self.tree.statements[id(node)]
+            compiled[number] = self.code.compile(self.code.statements[number])
+            return self.judge.measure_response(compiled)
+        except BaseException:  # whatever another value leads to
+            return None
+        finally:
+            self.tree.put(node, node)
 
     def _solve_literals(self) -> Iterator[Edit]:
         """Numbers of the code that others in their place make right."""
@@ -168,7 +247,12 @@ class EditSearch:
         return [value for value in (whole, *singles) if value is not None]
 
     def _try_edit(self, edit: Edit) -> None:
-        mending = None if self.is_spent else self._judge([edit])
+        if not self.is_spent:
+            self._note_edit(edit)
+
+    def _note_edit(self, edit: Edit) -> None:
+        """Judge an edit and keep it if it mends anything."""
+        mending = self._judge([edit])
         if mending is None:
             return
         # Where the code takes its numbers from the mechanism, what fits this one alone is chance.
@@ -293,12 +377,14 @@ _numbers = count()
 class RankTask(SelfKeyedTask):
     """The task of trying all edits of a rank, in the worker that tried those before.
 
-    is_second: whether the best edit that does not mend all is made already.
+    is_likely: whether of the edits that may mend all that is wrong, or of the others; is_second:
+    whether the best edit that does not mend all is made already.
     """
 
     search: int
     rank: int
-    is_second: bool = False
+    is_likely: bool
+    is_second: bool
     cost = BUDGET_S
 
     def perform(self) -> RankOutcome:
@@ -306,12 +392,13 @@ class RankTask(SelfKeyedTask):
         if self.search not in _searches:
             code, make_answer_keys = _requests[self.search]
             answer_keys = list(make_answer_keys())
-            enter_sandbox(2 * int(BUDGET_S) + CLOSING_S)
+            skip_simplification()
+            enter_sandbox(2 * int(BUDGET_S + ENERGY_BUDGET_S) + CLOSING_S)
             _searches[self.search] = EditSearch(code, answer_keys)
         search = _searches[self.search]
         if self.is_second:
             return self._try_second(search.second)
-        search.try_rank(self.rank)
+        search.try_rank(self.rank, is_likely=self.is_likely)
         answer = search.find_answer()
         is_over = (
             answer is not None
@@ -325,7 +412,7 @@ class RankTask(SelfKeyedTask):
         if second is None:
             return RankOutcome(None, True)
         first, search = second
-        search.try_rank(self.rank)
+        search.try_rank(self.rank, is_likely=self.is_likely)
         answer = search.find_answer()
         if answer is None or answer.wrong or answer.level or len(answer.edits) > 1:
             return RankOutcome(None, search.is_spent)
@@ -347,9 +434,9 @@ def find_source_answer(
     try:
         with Workers(1) as workers:
             for is_second in (False, True):
-                for rank in RANKS:
+                for rank, is_likely in ROUNDS:
                     progress(ProgressUpdate("looking for the line that must change"))
-                    task = RankTask(number, rank, is_second)
+                    task = RankTask(number, rank, is_likely, is_second)
                     outcome = workers.perform([task], lambda key: None)[task]
                     # Then the code ended the worker, or raises as it is.
                     if isinstance(outcome, Failure):

@@ -64,6 +64,13 @@ def list_notes(mujoco: Any, model: Any, touching: int) -> Iterator[str]:
             names = list(_find_names(model, field))
             if names:
                 yield f"{field.words} of {field.kind} {', '.join(names)} is not used"
+    balls = [
+        _name(model, "joint", number)
+        for number in range(model.njnt)
+        if model.jnt_type[number] == mujoco.mjtJoint.mjJNT_BALL and model.jnt_limited[number]
+    ]
+    if balls:
+        yield f"range of ball {', '.join(balls)} is not used"
     yield from _list_actuators(mujoco, model)
     idle = [
         _name(model, "equality", number)

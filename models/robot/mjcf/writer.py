@@ -15,6 +15,7 @@ from xml.etree.ElementTree import Element, SubElement, tostring
 import numpy as np
 
 from crosscheck.models.errors import InputError
+from crosscheck.models.robot.chains import UNLIMITED
 from crosscheck.models.robot.mjcf.notes import (
     count_touching_geoms,
     find_weight_shares,
@@ -25,7 +26,6 @@ from crosscheck.models.robot.mjcf.notes import (
 from crosscheck.models.robot.robot import Placement
 from crosscheck.models.robot.urdf import roll_pitch_yaw
 
-UNLIMITED = 1e18  # limit of a sliding joint without limits, as in URDFs
 ITERATED = 1e-5  # accuracy of an inertia: MuJoCo finds principal axes by iteration, to some 1e-6
 # Python's message where MuJoCo runs out of memory, and for other failures.
 NO_REASON = "Caught an unknown exception!"
@@ -148,11 +148,13 @@ class _Writer:
     def _place_at_zero(self, joint: int) -> Placement:
         """The placement of a joint's link in the body's frame at coordinate 0.
 
-        As the file has it the coordinate is the joint's ref.
+        As the file has it the coordinate is the joint's ref; a ball has none.
         """
-        model = self.model
+        model, kinds = self.model, self.mujoco.mjtJoint
         axis, ref = model.jnt_axis[joint], model.qpos0[model.jnt_qposadr[joint]]
-        if model.jnt_type[joint] == self.mujoco.mjtJoint.mjJNT_SLIDE:
+        if model.jnt_type[joint] == kinds.mjJNT_BALL:
+            return Placement(np.eye(3), model.jnt_pos[joint])
+        if model.jnt_type[joint] == kinds.mjJNT_SLIDE:
             return Placement(np.eye(3), model.jnt_pos[joint] - ref * axis)
         turn = np.zeros(4)
         self.mujoco.mju_axisAngle2Quat(turn, axis, -ref)
@@ -167,13 +169,15 @@ class _Writer:
         SubElement(element, "child", link=ends[1])
         still = Placement(np.eye(3), np.zeros(3))
         inner = still if joint is None else self._place_at_zero(joint)
+        if joint is not None and self.model.jnt_type[joint] == self.mujoco.mjtJoint.mjJNT_FREE:
+            outer = inner = still  # its coordinates are those of the body in the world
         turn = outer.rotation @ inner.rotation
         place = outer.position + outer.rotation @ inner.position
         SubElement(element, "origin", xyz=_words(place), rpy=_words(roll_pitch_yaw(turn)))
         return element
 
     def _describe_joint(self, element: Element, joint: int) -> None:
-        """Type, axis, limits and armature of a joint. Raises InputError for free ones and balls."""
+        """Type, axis, limits and armature of a joint."""
         model, kinds = self.model, self.mujoco.mjtJoint
         kind = kinds(int(model.jnt_type[joint]))
         is_limited = bool(model.jnt_limited[joint])
@@ -183,9 +187,7 @@ class _Writer:
         elif kind == kinds.mjJNT_HINGE:
             element.set("type", "revolute" if is_limited else "continuous")
         else:
-            allowed = "must be hinge or slide: the base of a robot does not move"
-            field = f"joint {element.get('name')}: type"
-            raise InputError(self.where, field, kind.name.removeprefix("mjJNT_").lower(), allowed)
+            element.set("type", "floating" if kind == kinds.mjJNT_FREE else "ball")
         SubElement(element, "axis", xyz=_words(model.jnt_axis[joint]))
         ends = {"lower": repr(float(lower)), "upper": repr(float(upper))}
         effort = np.abs(model.jnt_actfrcrange[joint]).max() * model.jnt_actfrclimited[joint]

@@ -11,7 +11,7 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from crosscheck.analytic.derivation.gears import damping
-from crosscheck.analytic.derivation.symbols import parameter_values
+from crosscheck.analytic.derivation.stage import stage_values
 from crosscheck.analytic.paper.kinematics import stage_geometry
 from crosscheck.models.arm.arm import Arm, Planetary
 
@@ -58,15 +58,17 @@ def parse_letter(name: str) -> Letter:
 
 
 def collect_arm_values(arm: Arm) -> dict[str, float]:
-    """Every quantity of an arm in SI units, by the names of ``derivation.symbols`` and a few more.
+    """Every quantity of an arm in SI units, by the names of ``derivation.stage`` and a few more.
 
     ``z_s1``, ``z_p1``, ``z_r1``: teeth; ``r_r1``: base radius of the ring; ``d_sp1``, ``d_pr1``
     (``d_sp1_2`` of planet 2, if planets differ): damping of all planets; ``c1``: friction;
     ``g_x``, ``g_y``: gravity.
     """
-    values = {symbol.name: float(value) for symbol, value in parameter_values(arm).items()}
-    values["g_x"], values["g_y"] = arm.gravity_m_per_s2
-    for number, joint in enumerate(arm.joints, start=1):
+    g_x, g_y = arm.gravity_m_per_s2
+    values = {"m_payload": arm.payload_mass_kg, "g_x": g_x, "g_y": g_y}
+    for number, (joint, link) in enumerate(zip(arm.joints, arm.links, strict=True), start=1):
+        stage = stage_values(joint, link, float)
+        values |= {f"{name}{number}": value for name, value in stage._asdict().items()}
         values[f"c{number}"] = joint.friction_N_m_s_per_rad
         if not isinstance(joint, Planetary):
             continue

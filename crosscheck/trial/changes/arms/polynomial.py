@@ -13,6 +13,11 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
+from crosscheck.analytic.derivation.chain import Chain
+from crosscheck.analytic.derivation.stage import DirectStage, Stage
+from crosscheck.models.arm.arm import Arm, Planetary
+from crosscheck.models.arm.layout import Layout
+
 Number = int | Fraction | float
 Powers = tuple[tuple[str, int], ...]  # (letter, power), by name; powers may be negative
 
@@ -124,6 +129,18 @@ def as_polynomial(value: Any) -> Polynomial:
         return value
     value = value if isinstance(value, int | Fraction) else float(value)
     return Polynomial({(): value} if value else {})
+
+
+def build_letter_chain(arm: Arm, layout: Layout) -> Chain:
+    """The chain of an arm in letters, in any layout; free planets are counted, not a letter."""
+    stages: list[Stage | DirectStage] = []
+    for number, joint in enumerate(arm.joints, start=1):
+        kind = Stage if isinstance(joint, Planetary) else DirectStage
+        stage = kind(*(letter(f"{name}{number}") for name in kind._fields))
+        if isinstance(stage, Stage) and layout.free:
+            stage = stage._replace(N=joint.planet_count)
+        stages.append(stage)
+    return Chain(tuple(stages), letter("m_payload"), layout)
 
 
 def _multiply_powers(left: Powers, right: Powers) -> Powers:

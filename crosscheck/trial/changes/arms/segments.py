@@ -20,7 +20,7 @@ from crosscheck.analytic.derivation.chain import Chain
 from crosscheck.analytic.derivation.efforts import drive_rows, mesh_rows
 from crosscheck.analytic.derivation.lagrange import build_mass_terms, build_weight_terms
 from crosscheck.analytic.derivation.rigid import rigid_bodies
-from crosscheck.analytic.derivation.stage import DirectStage, Stage
+from crosscheck.analytic.derivation.stage import Stage
 from crosscheck.models.arm.arm import Arm, Planetary
 from crosscheck.models.arm.layout import MESHES, Layout
 from crosscheck.models.experiment.scenario import Switches
@@ -30,6 +30,7 @@ from crosscheck.trial.changes.arms.polynomial import (
     Polynomial,
     add_polynomials,
     as_polynomial,
+    build_letter_chain,
     letter,
 )
 from crosscheck.trial.coordinates.frame import Frame
@@ -141,22 +142,10 @@ def build_reference_terms(
 
 def build_letter_bodies(layout: Layout, arm: Arm, level: str) -> tuple[Chain, list[Body]]:
     """The chain in letters, and the bodies of a geared model or of a rigid one at a level."""
-    chain = _build_letter_chain(arm, layout)
+    chain = build_letter_chain(arm, layout)
     return chain, build_bodies(chain) if layout.mesh_joints else rigid_bodies(
         chain, level or "coupled"
     )
-
-
-def _build_letter_chain(arm: Arm, layout: Layout) -> Chain:
-    """The chain of an arm in letters, in any layout; free planets are counted, not a letter."""
-    stages: list[Stage | DirectStage] = []
-    for number, joint in enumerate(arm.joints, start=1):
-        kind = Stage if isinstance(joint, Planetary) else DirectStage
-        stage = kind(*(letter(f"{name}{number}") for name in kind._fields))
-        if isinstance(stage, Stage) and layout.free:
-            stage = stage._replace(N=joint.planet_count)
-        stages.append(stage)
-    return Chain(tuple(stages), letter("m_payload"), layout)
 
 
 def find_columns(frame: Frame, arm: Arm) -> np.ndarray:
@@ -167,7 +156,7 @@ def find_columns(frame: Frame, arm: Arm) -> np.ndarray:
     """
     if frame.matrix is None:
         raise ValueError("the map is not linear")
-    stages, values = _build_letter_chain(arm, frame.layout).stages, collect_arm_values(arm)
+    stages, values = build_letter_chain(arm, frame.layout).stages, collect_arm_values(arm)
     entries = list[Any]()
     for row, meant in zip(frame.matrix, frame.layout.coordinates, strict=True):
         nothing, stage = ROUNDING * float(np.abs(row).max()), stages[meant.joint - 1]

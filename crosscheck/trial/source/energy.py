@@ -1,0 +1,267 @@
+"""The energies from which SymPy derives equations, as code that an edit is judged by in no time.
+
+Idea: whoever derives equations by Lagrange forms T and V, or T - V, and differentiates. Difficulty:
+these derivatives take seconds, so hardly any edit could be tried. Remedy: the code up to the energy
+is code of its own, of which M is the second derivative by the rates, and gravity the first by the
+coordinates at rest. Its edits take milliseconds; what makes it right is tried on the whole.
+"""
+
+from __future__ import annotations
+
+import ast
+import copy
+import functools
+import re
+from collections.abc import Callable, Iterator, Mapping, Sequence
+from dataclasses import dataclass, replace
+from typing import TYPE_CHECKING, Any, NamedTuple
+
+import numpy as np
+
+from crosscheck.models.arm.arm import Arm
+from crosscheck.models.experiment.scenario import Scenario
+from crosscheck.trial.input.equations import Equations
+from crosscheck.trial.source.code import UserCode
+from crosscheck.trial.source.syntax import Scope, SourceTree
+
+if TYPE_CHECKING:
+    import sympy as sp
+
+SEED = 5  # of the numbers at which expressions are compared
+CLOSE = 1e-8  # relative difference of expressions that are the same
+STEP = 1e-30  # of complex steps
+
+
+@dataclass(frozen=True)
+class Energies:
+    """The variables of a code that are its energies, and the code that ends with them.
+
+    last_line: of the statement that completes them.
+    """
+
+    code: UserCode
+    last_line: int
+
+
+class _Roles(NamedTuple):
+    """Names of the variables of which M and gravity are derivatives, and gravity's sign."""
+
+    kinetic: str = ""
+    potential: str = ""
+    sign: int = 1
+
+
+def find_energies(tree: SourceTree, equations: Equations) -> Energies | None:
+    """The energies of a code that has run under observation; None if it has none.
+
+    equations: as the code makes them, with their symbols.
+    """
+    symbolic = equations.symbolic
+    if symbolic is None:
+        return None
+    code, top = tree.code, tree.scopes[id(tree.code.statements[0])]
+    named = (each for each in code.statements if isinstance(each, ast.FunctionDef))
+    factories = [tree.functions[each.name] for each in named]
+    for scope in (top, *factories):
+        values = dict(_list_expressions(scope, symbolic.x, symbolic.v))
+        roles = _find_roles(values, equations)
+        names = [name for name in roles[:2] if name]
+        end = _find_end(scope, code.statements, names) if names else None
+        if end is not None:
+            make = functools.partial(_make_equations, equations=equations, roles=roles)
+            return _cut_code(code, scope, end, list(dict.fromkeys(names)), make)
+    return None
+
+
+def _list_expressions(
+    scope: Scope, x: Sequence[sp.Symbol], v: Sequence[sp.Symbol]
+) -> Iterator[tuple[str, sp.Expr]]:
+    """The scalar expressions that a function's variables are, in the symbols of the equations."""
+    import sympy as sp
+
+    for name, value in scope.values.items():
+        if not isinstance(value, sp.Expr) or hasattr(value, "shape"):  # a matrix may be one
+            continue
+        plain = _use_plain_symbols(value, x, v)
+        if plain is not None and plain.free_symbols & {*x, *v}:
+            yield name, plain
+
+
+def _use_plain_symbols(
+    value: sp.Expr, x: Sequence[sp.Symbol], v: Sequence[sp.Symbol]
+) -> sp.Expr | None:
+    """An expression with symbols for functions of time, which stand in the order of their names."""
+    import sympy as sp
+    from sympy.core.function import AppliedUndef
+
+    functions = sorted(value.atoms(AppliedUndef), key=lambda each: _split_digits(str(each.func)))
+    if not functions:
+        return value
+    if len(functions) != len(x):
+        return None
+    time = functions[0].args[0]
+    rates = {each.diff(time): rate for each, rate in zip(functions, v, strict=True)}
+    plain = value.xreplace(rates).xreplace(dict(zip(functions, x, strict=True)))
+    return None if plain.atoms(sp.Derivative) else plain
+
+
+def _split_digits(name: str) -> list[Any]:
+    return [int(each) if each.isdigit() else each for each in re.split(r"(\d+)", name)]
+
+
+def _find_roles(values: Mapping[str, sp.Expr], equations: Equations) -> _Roles:
+    """Which variables have M and gravity of the equations as their derivatives.
+
+    One that has both, T - V, comes before two.
+    """
+    symbolic = equations.symbolic
+    assert symbolic is not None  # as the caller has seen
+    kinetic, potential = list[str](), dict[str, int]()
+    for name, value in values.items():
+        if symbolic.mass_matrix is not None:
+            mass = _differentiate_twice(value, symbolic.v)
+            if _is_same(mass, symbolic.mass_matrix):
+                kinetic.append(name)
+        for sign in (1, -1) if symbolic.gravity is not None else ():
+            if _is_same(sign * _differentiate_at_rest(value, symbolic), symbolic.gravity):
+                potential[name] = sign
+    both = [name for name in kinetic if name in potential]
+    if both:
+        return _Roles(both[0], both[0], potential[both[0]])
+    second = next(iter(potential), "")
+    return _Roles(next(iter(kinetic), ""), second, potential.get(second, 1))
+
+
+def _differentiate_twice(value: sp.Expr, rates: Sequence[sp.Symbol]) -> sp.Matrix:
+    import sympy as sp
+
+    slopes = [value.diff(rate) for rate in rates]
+    return sp.Matrix([[slope.diff(rate) for rate in rates] for slope in slopes])
+
+
+def _differentiate_at_rest(value: sp.Expr, symbolic: Any) -> sp.Matrix:
+    import sympy as sp
+
+    rest = value.xreplace(dict.fromkeys(symbolic.v, sp.Integer(0)))
+    return sp.Matrix([rest.diff(each) for each in symbolic.x])
+
+
+def _is_same(matrix: sp.Matrix, other: sp.Matrix) -> bool:
+    """Whether two matrices have the same values at random numbers, not all of them 0."""
+    symbols = sorted(matrix.free_symbols | other.free_symbols, key=str)
+    draws = np.random.default_rng(SEED).uniform(0.5, 1.5, len(symbols))
+    numbers = dict(zip(symbols, map(float, draws), strict=True))
+    try:
+        first, second = (
+            np.array(each.xreplace(numbers).evalf().tolist(), dtype=float)
+            for each in (matrix, other)
+        )
+    except TypeError:  # what is left has no number
+        return False
+    size = np.max(np.abs(second))
+    return bool(size > 0 and np.max(np.abs(first - second)) <= CLOSE * size)
+
+
+def _find_end(
+    scope: Scope, statements: Sequence[ast.stmt], names: Sequence[str]
+) -> tuple[Sequence[ast.stmt], int] | None:
+    """The body of a function, or of the file, and the number of the last one to store a name."""
+    body = getattr(scope.node, "body", None) or statements
+    storing = [
+        number
+        for number, statement in enumerate(body)
+        for each in ast.walk(statement)
+        if isinstance(each, ast.Name) and isinstance(each.ctx, ast.Store) and each.id in names
+    ]
+    return (body, max(storing)) if storing else None
+
+
+def _cut_code(
+    code: UserCode,
+    scope: Scope,
+    end: tuple[Sequence[ast.stmt], int],
+    names: Sequence[str],
+    make: Callable[[Sequence[Any]], Equations],
+) -> Energies:
+    """The code that ends with its energies, of the same statements, and makes equations of them."""
+    body, number = end
+    line = body[number].end_lineno or body[number].lineno
+
+    def select(defined: Mapping[str, Any]) -> Any:
+        return make([defined[name] for name in names])
+
+    if not isinstance(scope.node, ast.FunctionDef):
+        kept = list(code.statements)[: number + 1]
+        return Energies(replace(code, statements=kept, select=select), line)
+
+    shorter = copy.copy(scope.node)
+    answer = ast.parse(f"return [{', '.join(names)}]").body[0]
+    shorter.body = [*body[: number + 1], ast.copy_location(answer, body[number])]
+    ast.fix_missing_locations(shorter)
+    statements = [shorter if each is scope.node else each for each in code.statements]
+
+    def select_factory(defined: Mapping[str, Any]) -> Any:
+        factory = defined[shorter.name]
+
+        @functools.wraps(factory)
+        def make_equations(*arguments: Any, **more: Any) -> Equations:
+            return make(factory(*arguments, **more))
+
+        return make_equations
+
+    return Energies(replace(code, statements=statements, select=select_factory), line)
+
+
+def _make_equations(values: Sequence[Any], *, equations: Equations, roles: _Roles) -> Equations:
+    """Equations with M and gravity of the energies, of whose values they are differences.
+
+    The energies take the places of a bias and of a force, by which an arm's numbers get into them.
+    """
+    import sympy as sp
+
+    from crosscheck.trial.input.symbolic import from_sympy
+
+    symbolic, coordinates = equations.symbolic, equations.coordinates
+    assert symbolic is not None  # as the caller has seen
+    x, v = symbolic.x, symbolic.v
+    zeros = [sp.Integer(0)] * (len(x) - 1)
+    expressions = [_use_plain_symbols(sp.sympify(each), x, v) for each in values]
+    if None in expressions:
+        raise ValueError("an edit's energy is not one of the coordinates and rates")
+    kinetic, potential = (sp.Matrix([expressions[place], *zeros]) for place in (0, -1))
+    inner = from_sympy(
+        x, v, bias=kinetic, force=potential, values=symbolic.values, coordinates=coordinates
+    )
+
+    def rebuild(arm: Arm, scenario: Scenario | None) -> Equations:
+        bound = inner.adapt_to_arm(arm, scenario)
+        assert bound.bias is not None  # as inner has both
+        assert bound.force is not None
+        mass = functools.partial(_compute_mass_matrix, bound.bias)
+        gravity = functools.partial(_compute_gravity, bound.force, roles.sign)
+        return Equations(
+            mass_matrix=(lambda x: mass(x)) if roles.kinetic else None,
+            gravity=(lambda x: gravity(x)) if roles.potential else None,
+            coordinates=inner.coordinates,
+        )
+
+    return Equations(bias=inner.bias, coordinates=inner.coordinates, rebuild=rebuild)
+
+
+def _compute_mass_matrix(energy: Callable[..., np.ndarray], x: np.ndarray) -> np.ndarray:
+    """M of an energy that is quadratic in v: of the energies of two rates, less those of each."""
+    unit = np.eye(len(x))
+
+    def evaluate(v: np.ndarray) -> float:
+        return float(energy(x, v)[0, 0])
+
+    rest, single = evaluate(0 * x), [evaluate(v) for v in unit]
+    both = np.array([[evaluate(a + b) for b in unit] for a in unit])
+    return both - np.add.outer(single, single) + rest
+
+
+def _compute_gravity(energy: Callable[..., np.ndarray], sign: int, x: np.ndarray) -> np.ndarray:
+    """The slopes of an energy at rest, by complex steps, which lose no digits."""
+    steps = x + 1j * STEP * np.eye(len(x))
+    slopes = [np.imag(energy(0.0, step, 0 * x)[0, 0]) / STEP for step in steps]
+    return sign * np.array(slopes)
