@@ -256,7 +256,7 @@ def _filter_torques(
     signals = np.hstack([np.clip(rates / (RAMP * size), -1.0, 1.0), given.torque])
     for turning in range(count):
         # A shared motor's turn is in the torques of all its joints.
-        moved = [turning] if turning < joints else np.flatnonzero(shared[turning - joints])
+        moved = [turning] if turning < joints else np.flatnonzero(shared[turning - joints]).tolist()
         columns = [turning, *(count + joint for joint in moved)]
         _bridge_turns(signals, columns, hidden[:, turning], int(TURN / (bandwidth * given.step)))
     asked = (0, motion.rows), (1, motion.rows)

@@ -42,6 +42,7 @@ from crosscheck.models.errors import InputError
 from crosscheck.models.loading import load_arm
 from crosscheck.planning.plan import remove_backlash
 from tests.arms import arm_of
+from tests.loops import require_items
 
 ENTRIES = [
     *(("mass_matrix", row, column) for row, column in product(range(6), repeat=2)),
@@ -74,9 +75,12 @@ def test_a_corrupted_entry_adds_itself_and_no_other(build_form, matrix, row, col
 
 
 def test_correcting_every_difference_leaves_none():
-    form = build_printed_form()
-    for difference in find_entry_differences(form, build_energies_form()):
-        form = differences.replace_entries(form, build_energies_form(), difference)
+    form, derived = build_printed_form(), build_energies_form()
+    for difference in require_items(find_entry_differences(form, derived)):
+        place, matrix = difference.entries[0], difference.matrix
+        off = getattr(form, matrix)[place] - getattr(derived, matrix)[place]
+        assert sp.expand(difference.printed - difference.derived - off) == 0
+        form = differences.replace_entries(form, derived, difference)
     assert find_entry_differences(form, build_energies_form()) == []
 
 

@@ -1,5 +1,6 @@
 """The figures' chapter: what is drawn is what the claims were asked, and measures of known runs."""
 
+import re
 from dataclasses import replace
 from pathlib import Path
 
@@ -103,6 +104,10 @@ def test_drawn_laws_are_deterministic(kept):
         assert plate.to_html() == draw(shelf).to_html()
         assert all(svg.startswith("<svg") for svg, _ in plate.drawings)
     assert draw_figure_5(shelf).numbers["eq8_is_the_fundamental"] is True
+    cells = re.findall(r"<td[^>]*>([^<]+)</td>", draw_figure_4(shelf).tables["sharpness"])
+    for sigma, gap_um, product, pull_um in np.array(cells, dtype=float).reshape(-1, 4):
+        assert gap_um * 1e-6 * sigma == pytest.approx(product, rel=1e-2)
+        assert pull_um <= gap_um
 
 
 def test_a_figure_says_how_many_starts_are_severe(kept):

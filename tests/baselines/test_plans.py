@@ -18,6 +18,7 @@ from crosscheck.models.robot.file import load_robot
 from crosscheck.planning import arms, plan
 from crosscheck.planning.checks import plan_checks
 from crosscheck.planning.comparison import Comparison, collect_tasks
+from crosscheck.planning.preparation import Preparation
 from crosscheck.planning.robots import plan_robot
 from crosscheck.runner.tasks import Evaluation, Simulation
 from tests.judged import plan_states
@@ -125,6 +126,14 @@ def test_a_plan_is_as_on_record(name):
     recorded = (HERE / name).read_text(encoding="utf-8").splitlines()
     assert list(PLANS[name]()) == recorded
     assert len(recorded) > 20
+
+
+def test_entries_are_compared_at_the_states_of_the_seed(monkeypatch):
+    request = plan.CrossCheckRequest(load_arm("paper-labelled"), quick=True, seed=7)
+    monkeypatch.setattr(arms, "prepare_experiments", lambda *given: Preparation((), 1.0, ()))
+    monkeypatch.setattr(arms, "plan_comparisons", lambda *given: [])
+    entries: Any = arms.plan_arm(request, None).compute_entries  # type: ignore[arg-type]
+    assert {(model.seed, model.count) for model in entries.args[1]} == {(7, arms.QUICK_COUNT)}
 
 
 if __name__ == "__main__":

@@ -2,7 +2,7 @@
 
 import pytest
 
-from crosscheck.baseline.record import BoundedRecord
+from crosscheck.baseline.record import BoundedRecord, Extremes, SampledQuantity
 from crosscheck.baseline.reduction import Bound, _measurement_bound, _round_up
 from crosscheck.baseline.regression import _compare_numbers, _subject
 from crosscheck.findings import ComparisonKey, Subject, make_measurement
@@ -21,12 +21,25 @@ def test_a_number_differs_just_beyond_its_tolerance(share, verdict, sign):
         _subject("finding", "made", None, "rad"), record, record, (0.0, sign * share * TOLERANCE)
     )
     assert (finding.verdict, finding.tolerance) == (verdict, TOLERANCE)
+    for factor, verdict in ((98, "agree"), (102, "failed")):
+        granted = BoundedRecord(unit="rad", tolerance=factor * TOLERANCE, basis="as recorded")
+        compared = _compare_numbers(finding.about, granted, record, (0.5, 0.5))
+        assert compared.verdict == verdict
     wide = BoundedRecord(unit="rad", tolerance=0.125, basis="as recorded")
     refused = _compare_numbers(finding.about, wide, record, (0.5, 0.5), "F_sp")
     assert refused.note == (
         "a tolerance that is not granted: 0.125 on record, 1e-06 now; renew the record;"
         " F_sp: 0.5 -> 0.5"
     )
+
+
+@pytest.mark.parametrize("late_s", [-1.02e-9, -0.98e-9, 0.98e-9, 1.02e-9])
+def test_a_run_on_record_ends_within_a_nanosecond_of_its_duration(late_s):
+    given = {"unit": "rad", "tolerance": 1.0, "basis": "", "joints": (1,)}
+    sampled = SampledQuantity(**given, rows=((0.0, 1.0), (1 + late_s, 1.0)))
+    assert bool(sampled.find_row_fault(1.0)) == (abs(late_s) > 1e-9)
+    extremes = Extremes(**given, rows=((1.0, 0.0, 0.5, 1.0, 1 + late_s),))
+    assert bool(extremes.find_row_fault(1.0)) == (late_s > 1e-9)
 
 
 def test_a_tip_may_move_by_every_joints_tolerance_along_the_links_behind_it():

@@ -47,6 +47,12 @@ def test_changes_of_contact_cost_no_more_than_the_tolerance_is_for():
     assert list(wrong_impacts()) == []
 
 
+def test_no_contact_comes_and_goes_within_a_step():
+    model = model_of("planets-apart", {"planets": "free"}, 0.1)
+    changes = [integrate_precisely(model, rtol).changes for rtol in (1e-3, 1e-5, 1e-12)]
+    assert changes == [121] * 3
+
+
 def test_errors_fall_with_the_tolerance_through_contact_changes():
     model = model_of("paper-labelled", {}, 0.1)
     best = integrate_precisely(model, 1e-13)

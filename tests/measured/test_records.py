@@ -50,10 +50,14 @@ def test_every_format_says_the_same(record, tmp_path):
     assert_same(read_record(tmp_path / "r.csv", 2), record)
     scipy.io.savemat(tmp_path / "r.mat", named)
     assert_same(read_record(tmp_path / "r.mat", 2), record)
-    with h5py.File(tmp_path / "r.h5", "w") as file:
-        for name, values in named.items():
-            file[name] = values
-    assert_same(read_record(tmp_path / "r.h5", 2), record)
+    for block in (0, 512):  # MATLAB writes behind its own 512 bytes, and column by column
+        with h5py.File(tmp_path / "r.h5", "w", userblock_size=block) as file:
+            for name, values in named.items():
+                file[name] = values.T if block else values
+        if block:
+            with (tmp_path / "r.h5").open("r+b") as written_file:
+                written_file.write(b"MATLAB 7.3 MAT-file")
+        assert_same(read_record(tmp_path / "r.h5", 2), record)
 
 
 def test_a_joint_may_stand_as_long_as_another_moves(record, tmp_path):
@@ -104,6 +108,10 @@ BAD = {
     "an angle without a unit": (
         lambda text: text.replace("theta_1_rad", "theta_1"),
         "theta_1: has no unit in its name; must be theta_1_rad or theta_1_deg",
+    ),
+    "a joint in two units": (
+        lambda text: text.replace("theta_2_rad", "theta_1_deg"),
+        "theta_1: is there in rad and in deg",
     ),
     "a joint too many": (
         lambda text: text.replace("theta_2_rad", "theta_3_rad"),

@@ -434,6 +434,13 @@ def test_a_tilt_within_its_interval_is_none(degrees, is_tilted):
     assert estimate.is_tilted == is_tilted
 
 
+@pytest.mark.parametrize(("more", "is_tilted"), [(0.098, True), (-0.098, True), (0.099, False)])
+def test_a_tilted_gravity_has_the_files_size_but_for_a_hundredth(more, is_tilted):
+    turned = (9.81 + more) * np.array([np.sin(0.1), 0.0, -np.cos(0.1)])
+    estimate = GravityEstimate(turned, np.full(3, 1e-9), np.array([0.0, 0.0, -9.81]))
+    assert estimate.is_tilted == is_tilted
+
+
 def test_heavier_links_are_no_tilt(robot):
     heavier = [SOLIDS[0], SOLIDS[1]._replace(mass=1.1 * SOLIDS[1].mass), SOLIDS[2]]
     found = compared(robot, recording(arm(solids=heavier), "armature"))

@@ -98,3 +98,15 @@ def test_a_band_amid_the_motion_leaves_noise_alone(quiet, monkeypatch, wider, is
     side = first_side(arm(), recording(arm(), "armature", seconds=20.0, friction=0.0))
     noise = robots.TORQUE_NOISE * np.sqrt(2 * BAND * robots.STEP)
     assert bool((side.steps[-1].rms < 1.2 * noise).all()) == is_explained
+
+
+@pytest.mark.parametrize("rows", [160, 161, 1000])
+def test_half_of_the_least_band_has_rows(rows):
+    """The shortest recording that rows resolve has some between its edges, so has a longer one."""
+    time = STEP * np.arange(rows + 1.0)[:, None]
+    given = Record("made", time[:, 0], np.sin(2 * np.pi * time), np.cos(time))
+    least = sampling.lowest_bandwidth([given])
+    assert least <= sampling.highest_bandwidth([given]) * (1 + 1e-12)
+    signals = space_signals(given, given.motor_torque)
+    found = sampling.sample([signals], np.zeros((0, 1)), least / 2)
+    assert len(found.torque) >= sampling.LEAST_PERIODS / 2

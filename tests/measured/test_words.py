@@ -1,20 +1,22 @@
 """What a comparison with records says: key words and numbers of made answers."""
 
+import re
 from dataclasses import replace
 from types import SimpleNamespace
-from typing import Any
+from typing import Any, get_args
 
 import numpy as np
 import pytest
 
-from crosscheck.identification import messages, output
+from crosscheck.identification import compare, messages, output
 from crosscheck.identification.bandwidth import BandResult, combine_bands
 from crosscheck.identification.mechanism import PlanarArm, SpatialRobot
 from crosscheck.identification.restrictions import FileJudgement, Restriction, flag_friction
-from crosscheck.identification.terms import TermEstimate, TorqueTerm
+from crosscheck.identification.terms import TermEstimate, TermKind, TorqueTerm
 from crosscheck.models.loading import load_arm
 from crosscheck.models.robot.file import load_robot
 from crosscheck.models.robot.planar import build_planar_robot
+from crosscheck.models.robot.urdf import UrdfLink
 from tests.loops import require_items
 from tests.measured.robots import arm
 
@@ -102,6 +104,48 @@ def test_a_side_says(name):
     lines = list(messages._describe_side(given))
     assert len(lines) == len(words)
     assert all(part in line for line, part in zip(lines, words, strict=True))
+
+
+def test_every_kind_of_term_is_estimated_in_one_step_or_with_links():
+    """But for those of a refinement."""
+    steps = [kind for _, kinds in compare.STEPS for kind in kinds]
+    steps += [kind for kinds in compare.LINK_KINDS.values() for kind in kinds]
+    assert sorted([*steps, "rotors", "gain", "zero", "number"]) == sorted(get_args(TermKind))
+
+
+def test_the_unit_of_a_number_ends_its_path():
+    geared = load_robot("examples/robots/planetary-arm.toml")
+    mechanisms = PlanarArm(load_arm("three-unlike")), SpatialRobot(geared)
+    for number in require_items(n for each in mechanisms for n in each.parameters):
+        unit = number.unit.replace("^", "").replace("/", "_per_").replace(" ", "_")
+        assert re.search(rf"_{unit}(\.\w\w?)?$", number.path), number
+
+
+@pytest.mark.parametrize(("share", "is_body"), [(0.98, False), (1.02, True)])
+def test_of_a_frame_next_to_no_mass_there_is_the_mass_alone(share, is_body):
+    robot = load_robot("puma560")
+    mass = share * 1e-6 * max(body.mass for body in robot.bodies)
+    frame = UrdfLink("frame", replace(robot.bodies[0], mass=mass))
+    numbers = SpatialRobot(robot, {"frame": frame}).parameters
+    of_frame = [each.path for each in numbers if each.path.startswith("robot.links.frame")]
+    assert (of_frame[0], len(of_frame) > 1) == ("robot.links.frame.mass_kg", is_body)
+
+
+def test_json_has_what_links_with_a_prior_are():
+    bodies = made(excess=1.5, explain=True, impossible=("a",), border=("b",))
+    fit = made(level="links", chi_squared=2.0, surprise=3.0, settled=True, contained=("c",))
+    refinement = made(
+        knowledge=made(links=0.1, unknown=("y", "x"), are_possible=True),
+        level="coupled",
+        is_surprising=False,
+        fits=[fit],
+    )
+    fit.bodies, fit.estimates = bodies, ()
+    content: Any = output._refinement_content(made(refinement=refinement))
+    levels = content.pop("levels")
+    assert [*content.values()] == [0.1, ["x", "y"], True, "coupled", False]
+    assert [*levels[0].pop("possible_bodies").values()] == [1.5, True, ("a",), ("b",)]
+    assert [*levels[0].values()] == ["links", 2.0, 3.0, True, ("c",), []]
 
 
 FACTOR = TermEstimate(TorqueTerm("scale", "link b", "1", 1.0), 1.25, 0.01, 0.02)

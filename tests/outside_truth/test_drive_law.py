@@ -5,6 +5,7 @@ from typing import Any
 import numpy as np
 import pytest
 
+from crosscheck.analytic.kernel.program import LOOK_UP
 from crosscheck.models.experiment.drive import drive_data, joint_torque, torques_along
 from crosscheck.models.experiment.scenario import Scenario
 from crosscheck.models.loading import load_arm
@@ -77,3 +78,13 @@ def test_torques_are_those_of_the_law(law):
         model = build(name, load_arm("paper-labelled"), experiment)
         forces = [model.generalized_force(t, THETA, RATES) for t in TIME]
         assert np.array(forces) == pytest.approx(expected, rel=1e-12, abs=1e-12), name
+
+
+def test_a_kernels_text_holds_the_ends_of_a_table_and_is_straight_between():
+    times, torques = np.array([0.0, 0.5, 2.0]), np.array([[0.0, 8.0, 2.0], [1.0, 1.5, -3.0]])
+    text: dict[str, Any] = {"array": np.ndarray, "fma": lambda a, b, c: a * b + c}
+    exec(LOOK_UP, text)
+    for t in (-1.0, 0.0, 0.2, 0.5, 1.9, 2.0, 3.0):
+        table = np.zeros(2)
+        text["look_up"](t, times, torques.ravel(), 3, 2, table)
+        assert table == pytest.approx([np.interp(t, times, row) for row in torques], abs=1e-14)

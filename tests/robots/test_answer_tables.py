@@ -56,6 +56,13 @@ def try_table(crosscheck, folder: Path, sheets, robot: str = "puma560"):
     return crosscheck("trial", "--answers", file, robot, "--json", folder / "trial.json")
 
 
+def test_inverse_dynamics_is_asked_up_to_a_number_of_coordinates(puma, monkeypatch):
+    (states, _) = puma
+    for most, count in ((6, 1), (5, 0)):
+        monkeypatch.setattr(RobotTableTrial, "most_coordinates", most)
+        assert len(collect_inverse_requests(RobotTableTrial(states.arm), states)) == count
+
+
 def test_a_right_table_agrees(crosscheck, tmp_path, puma):
     done = try_table(crosscheck, tmp_path, [puma])
     assert done.code == 0, done.out + done.err

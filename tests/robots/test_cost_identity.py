@@ -63,3 +63,12 @@ def test_links_take_up_what_armature_leaves_out_at_just_these_joints(engine, see
             assert share < 1e-9
         else:
             assert share > 1e-2
+
+
+@pytest.mark.parametrize(("sine", "is_along"), [(0.98e-4, True), (1.02e-4, False)])
+def test_a_rotor_is_along_its_joint_to_four_digits(sine, is_along):
+    robot = draw_arm(0)
+    across = np.cross(robot.rotors[0].axis, [0.6, 0.0, 0.8])
+    axis = robot.rotors[0].axis + sine * across / np.linalg.norm(across)
+    tilted = replace(robot, rotors=(replace(robot.rotors[0], axis=axis),))
+    assert (find_identity_joints(tilted) == ["j1"]) == is_along

@@ -252,7 +252,7 @@ UNUSABLE = {
     "gravity is of type <U1, must be numbers": ("gravity", lambda q: "a"),
     "gravity is complex, must be real": ("gravity", lambda q: q + 1j),
     "gravity has NaN at [0], must be finite": ("gravity", lambda q: np.nan * q),
-    "gravity is larger than 1e+50": ("gravity", lambda q: 1e300 * q),
+    "gravity is larger than 1e+50": ("gravity", lambda q: np.full(3, 1.02e50)),
     "holds an integer too large for a float": ("gravity", lambda q: [10**400, 0, 0]),
 }
 

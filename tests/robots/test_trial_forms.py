@@ -12,7 +12,7 @@ from crosscheck.models.experiment.scenario import switches
 from crosscheck.testing import assert_agrees, from_sympy
 from crosscheck.trial.input.equations import Coordinates, Equations
 from crosscheck.trial.result import Trial
-from crosscheck.trial.robots.answers import Friction
+from crosscheck.trial.robots.answers import Friction, read_friction
 from tests.robots import two_link
 from tests.robots.trials import run_robot_trial
 
@@ -128,8 +128,13 @@ def test_friction_of_the_robots_file_is_asked_for():
     force = Equations(**{**vars(own), "force": two_link.force})
     with pytest.raises(AssertionError, match="friction"):
         assert_agrees(force, rubbing)
+    near, other = (
+        Equations(**{**viscous, "viscous_friction": (1 + off) * VISCOUS})
+        for off in (0.98e-9, 1.02e-9)
+    )
+    assert read_friction(near, rubbing, "yours").is_stated
     with pytest.raises(InputError, match=r"viscous_friction.*as the robot's file has it"):
-        assert_agrees(Equations(**{**viscous, "viscous_friction": 2 * VISCOUS}), rubbing)
+        assert_agrees(other, rubbing)
 
 
 @pytest.mark.parametrize(

@@ -7,6 +7,7 @@ from crosscheck.analytic.robot.model import AnalyticRobot
 from crosscheck.models.errors import InputError
 from crosscheck.models.robot.file import load_robot
 from crosscheck.models.robot.robot import Level, Robot
+from crosscheck.trial.coordinates.readings import JointCoordinates, list_pairs, list_readings
 from crosscheck.trial.input.equations import Coordinates, Equations
 from tests.robots import chains, two_link
 from tests.robots.trials import run_robot_trial
@@ -38,6 +39,19 @@ def written_in(
         return moving.T @ model.gravity((turned @ q + offset)[None])[0]
 
     return Equations(mass_matrix, bias, gravity=gravity)
+
+
+@pytest.mark.parametrize(
+    ("size", "senses", "orders", "has_pairs"),
+    [(1, 1, 0, True), (2, 3, 1, True), (3, 7, 5, True), (4, 15, 23, False), (5, 6, 1, False)],
+)
+def test_of_few_coordinates_all_senses_orders_and_pairs_are_tried(size, senses, orders, has_pairs):
+    joints = JointCoordinates([f"j{n}" for n in range(size)], range(size), {})
+    kinds = [each.kind for each in list_readings(joints)]
+    assert (kinds.count("sense"), kinds.count("order")) == (senses, orders)
+    assert bool(list_pairs(joints)) == has_pairs
+    stated = [each for each in list_readings(joints) if each.statement]
+    assert all(("(" in each.described) == (size <= 3) for each in stated)
 
 
 def accelerated(own: Equations) -> Equations:

@@ -1,5 +1,9 @@
 """The numbers by which a trial looks for a robot's wrong entries, beside closed forms."""
 
+from dataclasses import replace
+from types import SimpleNamespace
+from typing import Any
+
 import numpy as np
 import pytest
 
@@ -7,12 +11,21 @@ from crosscheck.analytic.robot.model import AnalyticRobot
 from crosscheck.checks.robot_states import RandomStates, sample_states
 from crosscheck.models.robot.file import load_robot
 from crosscheck.models.robot.robot import RobotBody
-from crosscheck.trial.changes.mistakes import exchange_fields
+from crosscheck.trial.changes.kane import KaneSum
+from crosscheck.trial.changes.mistakes import exchange_fields, list_body_parts
 from crosscheck.trial.changes.numbers import is_physical, list_numbers, put_value
 from crosscheck.trial.changes.problem import ChangeProblem
-from crosscheck.trial.changes.search import CauseSearch, describe_inertia, find_root, solve_step
+from crosscheck.trial.changes.search import (
+    Cause,
+    CauseSearch,
+    describe_inertia,
+    find_root,
+    solve_step,
+)
+from crosscheck.trial.changes.steps import StepTable
 from crosscheck.trial.robots.rates import BiasTerms, compute_bias_terms, make_rate_states
 from tests.loops import require_items
+from tests.robots import two_link
 
 LINEAR, SQUARE = np.array([2.0, -1.0, 0.5]), np.array([0.3, 0.7, -0.2])
 
@@ -50,8 +63,8 @@ def test_a_root_is_where_least_is_left():
     ("moments", "words"),
     [
         ((5.6e-4, 5.6e-4, 2e-18), ": a slender rod along z"),
-        ((5.6e-4, 5.6e-4, -1e-16), ": a slender rod along z"),
-        ((5.6e-4, 5.6e-4, -1e-10), "no body has these"),
+        ((1.0, 1.0, -0.98e-9), ": a slender rod along z"),
+        ((1.0, 1.0, -1.02e-9), "no body has these"),
         ((1e-4, 2e-4, 3.1e-4), "no body has these"),
         ((1e-4, 2e-4, 2.9e-4), "(file: 0.1)"),
     ],
@@ -61,6 +74,58 @@ def test_a_slender_rod_is_a_body(moments, words):
     assert describe_inertia("a", file_body, np.diag(moments), True).endswith(words) or (
         words in describe_inertia("a", file_body, np.diag(moments), True)
     )
+
+
+@pytest.mark.parametrize("count", [2, 3, 4, 12, 13])
+def test_few_entries_are_named_and_searched_and_inertias_need_three(count):
+    looking, asked = CauseSearch.__new__(CauseSearch), []
+
+    def find(places: object, *more: object) -> list[Cause]:
+        asked.append(places)
+        return []
+
+    looking.problem = SimpleNamespace(  # type: ignore[assignment]
+        select_part=lambda part: part, select_entries=lambda part, places: tuple(places)
+    )
+    for name in ("causes", "joint_moves", "step_causes", "pair_causes"):
+        setattr(looking, f"find_{name}", find)
+    looking.find_inertia_causes = lambda places: find("inertia")  # type: ignore[method-assign]
+    wrong: Any = {f"M{n}": (n, n) for n in range(count)}
+    where = {name for name, _ in looking._generate_within("mass_matrix", wrong, True, True)}
+    assert where - {"mass_matrix"} == {
+        " and ".join(wrong) if count <= 3 else "the wrong entries of mass_matrix"
+    }
+    assert ("inertia" in asked) == (count >= 3)
+    asked.clear()
+    looking.find_within("mass_matrix", wrong, (), alone=False)
+    assert (((0, 0),) in asked) == (count <= 12)
+
+
+def test_a_unit_is_named_within_its_five_digits_and_nothing_is_ten_reaches_away():
+    robot = load_robot("puma560")
+    mass = next(each for each in list_numbers(robot) if each.unit == "kg" and each.value)
+    for by, words in ((1 + 1.96e-5, "pounds?"), (1 + 2.04e-5, "")):
+        assert mass.describe_unit(2.20462 * by * mass.value).endswith(words)
+        assert bool(mass.describe_unit(2.20462 * by * mass.value)) == bool(words)
+    places = [joint.placement.position for joint in robot.joints] + [b.com for b in robot.bodies]
+    reach = max(np.linalg.norm(each) for each in places)
+    body = robot.bodies[-1]
+    for share, is_near in ((0.98, True), (1.02, False)):
+        far = replace(body, com=np.array([share * 10 * reach, 0.0, 0.0]))
+        moved = replace(robot, bodies=(*robot.bodies[:-1], far))
+        assert is_physical(moved, robot) == is_near
+
+
+@pytest.mark.parametrize(("verb", "sign"), [("added to", 1.0), ("taken from", -1.0)])
+def test_what_is_added_to_an_inertia_makes_m_larger(verb, sign):
+    """By m |c|^2 of each turning body about the first axis, wherever the second joint is."""
+    robot, parts = two_link.robot(), list_body_parts(two_link.robot())
+    q, v = np.random.default_rng(0).uniform(-1, 1, (2, 3, 2))
+    steps = StepTable(KaneSum(robot, q, v), parts, lambda *row: "").list_steps()
+    by_link = steps[f"m |c|^2 {verb} its inertia about every axis"]
+    for part in require_items(parts):
+        more = sign * part.body.mass * part.body.com @ part.body.com
+        assert by_link[part.name].mass_matrix[:, 0, 0] == pytest.approx(more)
 
 
 def test_nothing_impossible_is_a_cause():

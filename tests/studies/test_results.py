@@ -1,7 +1,10 @@
 """What a study's result says: of its members, its axes, a second engine; and its drawings."""
 
 import tomllib
+from contextlib import nullcontext
 from pathlib import Path
+from types import SimpleNamespace
+from typing import Any
 
 import matplotlib as mpl
 import matplotlib.image
@@ -11,10 +14,12 @@ import xarray as xr
 
 import crosscheck as package
 from crosscheck.cli import studies as cli_studies
+from crosscheck.models.errors import InputError
 from crosscheck.models.loading import load_arm, load_case, load_scenario
 from crosscheck.models.trajectory import recorded_times
 from crosscheck.provenance import ROOT
 from crosscheck.registry import build, reference_model, second_engine
+from crosscheck.studies import plot
 from crosscheck.studies.batches.netcdf_file import use_file
 from crosscheck.studies.plot import STYLE, drawable_names, find_state_boundary, make_study_figure
 from tests.studies.plot_numbers import wrong_drawings
@@ -180,6 +185,25 @@ def test_two_states_are_distinguished_from_one():
     assert find_state_boundary(np.array([1.0, np.nan])) is None
     far = np.append(np.where(one > 0.5, one + 3, one).ravel(), 1e5)
     assert find_state_boundary(far) == pytest.approx(2, abs=0.6)
+    for outliers, is_state in ((4, False), (5, True)):  # of 200 members
+        some = np.append(one[: 200 - outliers], np.full(outliers, 9.0))
+        assert (find_state_boundary(some) is not None) == is_state
+
+
+@pytest.mark.parametrize(("count", "shown"), [(40, 40), (41, 21)])
+def test_forty_words_stand_along_an_axis_and_forty_drawings_above_each_other(
+    count, shown, monkeypatch
+):
+    ticks = []
+    words: Any = SimpleNamespace(values=np.array([f"w{n}" for n in range(count)]), size=count)
+    words.dtype = words.values.dtype
+    plot._mark(words, pytest.fail, lambda places, texts: ticks.extend(texts))
+    assert len(ticks) == shown
+    result: Any = SimpleNamespace(path="r.nc", joints=lambda name: count, dataset=lambda names: 0)
+    monkeypatch.setattr(plot, "drawable_names", lambda result: ["all"])
+    monkeypatch.setattr(plot, "draw_png", lambda result, names: b"drawn")
+    with nullcontext() if count == 40 else pytest.raises(InputError, match="41 drawings, 1 to 40"):
+        assert plot.draw_selected([], result) == b"drawn"
 
 
 def test_no_label_shows_the_signs_of_a_formula():

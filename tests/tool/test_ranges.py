@@ -1,6 +1,7 @@
 """Every number of an arm or a scenario has a range that the schema states and the errors repeat."""
 
 from collections.abc import Iterator
+from contextlib import nullcontext
 from typing import Any
 
 import pytest
@@ -153,22 +154,32 @@ def test_numbers_that_cannot_stand_beside_each_other_are_refused(case):
     assert refused.value.allowed.startswith("must ")
 
 
-@pytest.mark.parametrize("place", [0, 1])
-def test_a_link_is_weighed_against_all_that_its_joint_turns(place):
+@pytest.mark.parametrize(("share", "is_refused"), [(0.98, False), (1.02, True)])
+def test_a_planet_has_a_millionth_of_the_suns_inertia(share, is_refused):
+    sun = share * 1e6 * load_arm(ARM).joints[1].planet_equivalent_mass_kg
+    with pytest.raises(InputError, match="1e-6 of the sun") if is_refused else nullcontext():
+        load_case(ARM, SCENARIO, {}, [f"arm.joints.1.sun_equivalent_mass_kg={sun!r}"])
+
+
+@pytest.mark.parametrize(("place", "share"), [(0, 0.98), (0, 1.02), (1, 0.98), (1, 1.02)])
+def test_a_link_is_weighed_against_all_that_its_joint_turns(place, share):
     """Its own gears reflected, the next joint's as they turn, and every mass at its reach."""
-    heavy, light, reach = 2e-2, 1e-15, 0.01
+    heavy, reach, radius = 2e-2, 0.01, 0.003 * (28 + 20) / 2
+    load = (4 * 0.5 + 3 * 0.6) * radius**2 + 1e-3 * reach**2
+    if place == 0:
+        load += (0.5 + 6.0 + 3 * 0.6) * radius**2 + 0.01 + 1e-3 * (2 * reach) ** 2
+        load += (0.4 + 3 * 0.5 + 6.0 + 8.0) * reach**2
+    light = share * 1e-9 * load
     links = [
         {"length_m": reach, "com_m": 0.0, "mass_kg": 1e-3, "inertia_kg_m2": inertia}
         for inertia in ((heavy, light) if place else (light, heavy))
     ]
     joints = [stage(ring_inertia_kg_m2=0.01)] * 2
+    if share > 1:
+        arm_of(*joints, links=links, payload_kg=0.0)
+        return
     with pytest.raises(ValueError, match="must have at least") as refused:
         arm_of(*joints, links=links, payload_kg=0.0)
-    radius = 0.003 * (28 + 20) / 2
-    load = (4 * 0.5 + 3 * 0.6) * radius**2 + 1e-3 * reach**2
-    if place == 0:
-        load += (0.5 + 6.0 + 3 * 0.6) * radius**2 + 0.01 + 1e-3 * (2 * reach) ** 2
-        load += (0.4 + 3 * 0.5 + 6.0 + 8.0) * reach**2
     assert f"links[{place}]|" in str(refused.value)
     assert f"it has {light:.3g} of {load:.3g} kg m^2 about that joint" in str(refused.value)
 

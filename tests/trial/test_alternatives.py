@@ -15,6 +15,8 @@ from crosscheck.trial.changes.arms.letters import (
     draw_unrelated_values,
     generate_alternatives,
 )
+from crosscheck.trial.changes.arms.term_changes import TermChange
+from crosscheck.trial.changes.arms.term_search import select_likely
 from tests.loops import require_items
 
 ARM = load_arm("three-unlike")
@@ -76,6 +78,29 @@ def test_a_symbol_is_confused_with_its_nearest_likes():
     assert of_radius["r_p1"] < of_radius["r_s2"] < of_radius["r_p2"] < of_radius["L2"]
     of_mass = {each.text: each.cost for each in generate_alternatives("m2", VALUES)}
     assert of_mass["m1"] < of_mass["m_payload"] < of_mass["M_s1"]
+
+
+def test_of_equal_factors_a_letter_is_named_then_a_number_and_a_root_at_last():
+    """Equal on the arm at hand alone; others by what they cost, so many at most."""
+    texts = "z_s1", "", "sqrt(N1)"
+    unlike = [
+        TermChange("factor", (), np.array([[2.0], [float(n)]]), 1.0, text)
+        for n, text in enumerate(texts)
+    ]
+    for least in range(3):
+        for some in (unlike[least:], unlike[least:][::-1]):
+            ((only,),) = select_likely([(each,) for each in some])
+            assert only.yours == texts[least]
+    several = [
+        (TermChange("swapped", (), np.array([[2.0], [float(n)]]), 1.0 + 0.07 * n, str(n)),)
+        for n in range(9)
+    ]
+    assert [only.yours for (only,) in select_likely(several)] == list("0123456")
+    far = [
+        several[0],
+        *((several[n][0]._replace(cost=cost),) for n, cost in ((1, 1.49), (2, 1.51))),
+    ]
+    assert select_likely(far) == far[:2]
 
 
 def test_unrelated_numbers_are_each_of_their_own():

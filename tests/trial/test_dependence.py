@@ -11,6 +11,7 @@ import pytest
 from crosscheck.models.arm.arm import Arm, Direct
 from crosscheck.models.errors import InputError
 from crosscheck.testing import assert_agrees
+from crosscheck.trial.changes.arms import dependence
 from crosscheck.trial.changes.arms.arm_numbers import find_negligible_inertias
 from crosscheck.trial.input.equations import Coordinates, Equations
 from tests.trial.test_trial import trial_of
@@ -147,6 +148,12 @@ def test_motors_that_the_arm_has_not_are_no_error():
 
     trial = trial_of(factory, arm_of(*UNLIKE, payload=0.6))
     assert (trial.exit_code, trial.diagnosis.entries, trial.diagnosis.hidden) == (0, (), ())
+
+
+def test_numbers_that_may_go_with_a_driver_are_chosen_alone_and_together_but_never_all():
+    chosen = dependence._subsets({"a": 1, "b": 2, "c": -1})
+    assert chosen[:3] == [{"a": 1}, {"b": 2}, {"c": -1}]
+    assert chosen[3:] == [{"a": 1, "b": 2}, {"a": 1, "c": -1}, {"b": 2, "c": -1}]
 
 
 def test_a_pendulum_whose_mass_cancels_is_not_blamed():

@@ -1,6 +1,7 @@
 """A user's coordinates beside the project's own."""
 
 import math
+from contextlib import nullcontext
 from dataclasses import replace
 from fractions import Fraction
 
@@ -19,7 +20,7 @@ from crosscheck.trial.changes.arms.letters import collect_arm_values
 from crosscheck.trial.changes.arms.polynomial import as_polynomial
 from crosscheck.trial.changes.arms.segments import find_columns
 from crosscheck.trial.coordinates.build import build_frame
-from crosscheck.trial.coordinates.frame import Frame
+from crosscheck.trial.coordinates.frame import Frame, require_invertible
 from crosscheck.trial.input.equations import Coordinates
 from tests.arms import random_arm
 
@@ -177,6 +178,27 @@ def test_a_singular_state_is_named():
         frame.jacobian(np.array([0.0, 0.5]))
     with pytest.raises(InputError, match="no x was found"):
         frame.place(np.array([-1.0, 0.0]))
+
+
+@pytest.mark.parametrize(("share", "is_singular"), [(0.98, False), (1.02, True)])
+def test_a_matrix_is_singular_from_a_condition_number_of_1e12(share, is_singular):
+    """However large its rows and columns are."""
+    unlike = np.outer([1e3, 1e-5], [1e7, 1.0]) * [[1.0, 1.0], [1.0, 1.0 + 4e-12 / share]]
+    with pytest.raises(InputError) if is_singular else nullcontext():
+        require_invertible(unlike, "matrix")
+
+
+@pytest.mark.parametrize(("off", "agrees"), [(0.98e-6, True), (1.02e-6, False)])
+def test_slopes_are_those_of_the_function_to_a_millionth_of_their_row(off, agrees):
+    """Of the largest in the row; differences are closer than a hundredth of that."""
+
+    def near(x: np.ndarray) -> np.ndarray:
+        rows = slopes(x)
+        rows[0, 1] += off * np.abs(rows[0]).max()
+        return rows
+
+    with nullcontext() if agrees else pytest.raises(InputError, match="differences of function"):
+        build_frame(Coordinates(function=curved, jacobian=near), PAPER)
 
 
 def raising(x: np.ndarray) -> np.ndarray:

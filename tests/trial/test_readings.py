@@ -6,9 +6,11 @@ import numpy as np
 import pytest
 
 from crosscheck.models.arm.arm import Arm
+from crosscheck.models.experiment.scenario import Scenario
 from crosscheck.trial.input.equations import Coordinates, Equations
+from tests.arms import PAPER
 from tests.trial.test_dependence import UNLIKE, arm_of, bodies_of, pendulum
-from tests.trial.test_trial import trial_of
+from tests.trial.test_trial import in_frame, trial_of
 
 ARM = arm_of(*UNLIKE)
 SUMS = np.linalg.inv([[1.0, 0.0], [1.0, 1.0]])
@@ -67,3 +69,18 @@ def test_other_coordinates_are_said_first(words):
     assert len(readings) == (2 if "sense" in words else 1)
     assert told in trial.headline
     assert trial.diagnosis.notes == ()
+
+
+def test_angles_of_suns_are_those_of_motors():
+    """A sun turns 1 + z_r / z_s times as far as its carrier."""
+    ratios = [1 + joint.ring_teeth / joint.sun_teeth for joint in PAPER.joints]
+    of_suns = Coordinates(matrix=np.diag(1 / np.array(ratios)))
+
+    def factory(arm: Arm, scenario: Scenario) -> Equations:
+        moved = in_frame("analytic:coupled", of_suns, arm, scenario)
+        return Equations(moved.mass_matrix, lambda x, v: moved.bias(x, v))
+
+    readings = trial_of(factory, PAPER).diagnosis.readings
+    assert [each.partition(" (")[0] for each in readings] == [
+        "angles of the motors, before their gears"
+    ]

@@ -33,12 +33,10 @@ def _layout_size(arm, gearing):
 
 
 @st.composite
-def trials(draw):
-    """An arm, what it is described by, and the rigid level or none."""
+def trials(draw, gearing, level):
+    """An arm and what it is described by, at a rigid level or none."""
     joints = draw(st.integers(1, 4))
-    gearing = draw(st.sampled_from(("rigid", "lumped", "free")))
     arm = draw(any_arms(joints, unlike=gearing == "free"))
-    level = draw(st.sampled_from(sorted(LEVELS)[1:])) if gearing == "rigid" else ""
     chooser = random.Random(draw(st.integers(0, 2**32 - 1)))
     chosen = {"damping": draw(st.sampled_from(("always", "contact")))}
     if gearing != "rigid":
@@ -46,13 +44,15 @@ def trials(draw):
     work = draw(st.sampled_from(("paper", "conservative")))
     switches = usual_switches(arm, **chosen, mesh_work=work)
     coordinates = drawn_coordinates(chooser, gearing, _layout_size(arm, gearing))
-    return arm, coordinates, switches, level, chooser.randrange(2**32)
+    return arm, coordinates, switches, chooser.randrange(2**32)
 
 
-@settings(max_examples=examples(10, 100))
-@given(trials())
-def test_dictionary_is_the_model(trial):
-    arm, coordinates, switches, level, seed = trial
+@pytest.mark.parametrize("level", LEVELS)
+@settings(max_examples=examples(3, 30))
+@given(st.data())
+def test_dictionary_is_the_model(level, data):
+    gearing = "rigid" if level else data.draw(st.sampled_from(("lumped", "free")))
+    arm, coordinates, switches, seed = data.draw(trials(gearing, level))
     sampled = sample(arm, LEVELS[level], coordinates, switches, COUNT, seed)
     known = build_reference_terms(sampled.frame, arm, sampled.model.switches, level)
     values = collect_arm_values(arm)

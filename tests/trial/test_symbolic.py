@@ -106,11 +106,15 @@ def test_in_the_symbols_of_an_arm():
 
 def test_a_constant_matrix_and_level_pass_through():
     equations = from_sympy(
-        x, v, mass_matrix=sp.eye(2), level="links", coordinates=Coordinates(links="absolute")
+        *(x, v),
+        mass_matrix=sp.eye(2),
+        level="links",
+        coordinates=Coordinates(links="absolute", names=("first", "second")),
     )
     bound = on(equations)
     assert bound.equations.level == "links"
     assert bound.equations.coordinates.links == "absolute"
+    assert bound.frame.names == ("first", "second")
     assert bound.mass_matrix(X).tolist() == [[1, 0], [0, 1]]
 
 

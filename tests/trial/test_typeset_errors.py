@@ -2,7 +2,7 @@
 
 import pytest
 
-from crosscheck.report.trials.typesetting import render_pieces
+from crosscheck.report.trials.typesetting import RIGHT, WRONG, render_pairs, render_pieces
 from crosscheck.testing import Equations
 from crosscheck.trial.changes.arms.typeset_errors import Piece, typeset_error
 from crosscheck.trial.input.loading import load_equations
@@ -62,6 +62,9 @@ def test_what_differs_is_marked(error, yours, right):
     for pieces in typeset:
         marked = sum(piece.is_marked for piece in pieces)
         assert render_pieces(pieces, "#b3261e").count("#b3261e") == marked
+    (pair,) = render_pairs([error])
+    coloured = [text.count(colour) for text, colour in zip(pair, (WRONG, RIGHT), strict=True)]
+    assert coloured == [sum(piece.is_marked for piece in pieces) for pieces in typeset]
 
 
 def test_what_is_not_in_the_term_is_not_typeset():

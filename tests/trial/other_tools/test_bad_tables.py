@@ -3,7 +3,10 @@
 import io
 import struct
 import zlib
+from collections import defaultdict
 from pathlib import Path
+from types import SimpleNamespace
+from typing import Any
 
 import h5py
 import numpy as np
@@ -13,7 +16,11 @@ import scipy.io
 from crosscheck.models.errors import InputError
 from crosscheck.models.loading import load_arm
 from crosscheck.trial.tables.answer_files import TableColumns, _precision, read_answers
-from crosscheck.trial.tables.answers import build_table_equations, read_trial_answers
+from crosscheck.trial.tables.answers import (
+    _require_same_states,
+    build_table_equations,
+    read_trial_answers,
+)
 from crosscheck.trial.tables.folder import encode_mat_file, format_arm_toml, render_request_files
 from crosscheck.trial.tables.state_requests import TableTrial, collect_state_request
 from tests.tool.test_bad_input import assert_one_line
@@ -146,6 +153,26 @@ def test_precision_is_half_of_the_last_digit_of_a_number_that_begins_with_one(di
     found = _precision("file", written, 6)
     assert found == pytest.approx(0.5 * 10.0 ** (1 - digits))
     assert 0.9 * found < np.abs(written - exact).max() <= found * (1 + 1e-3)
+
+
+def test_single_precision_shows_in_twenty_numbers_and_has_seven_digits():
+    numbers = np.float32(1 / np.arange(3.0, 43.0, 2)).astype(float)
+    assert _precision("file", numbers[:19], 7) == 0 < _precision("file", numbers, 7)
+    with pytest.raises(InputError, match="single precision; 8 digits are needed"):
+        _precision("file", numbers, 8)
+
+
+def test_states_are_the_same_to_single_precision_of_their_largest_number():
+    right = np.array([[0.5], [2.0]])
+    sheet: Any = SimpleNamespace(
+        columns=defaultdict(list, x=["q"]), arguments={"x": right}, first=1, count=2
+    )
+    file: Any = SimpleNamespace(rows=np.array([1, 2]), where="a.csv")
+    file.state_columns = {"q": right[:, 0] + [0.98 * 2e-4, 0.0]}
+    _require_same_states(file, sheet)
+    file.state_columns = {"q": right[:, 0] + [1.02 * 2e-4, 0.0]}
+    with pytest.raises(InputError, match=r"500204: must be 0\.5: these are answers to"):
+        _require_same_states(file, sheet)
 
 
 @pytest.mark.parametrize(("force", "acceleration"), [(8, 12), (12, 8), (17, 8)])

@@ -135,6 +135,8 @@ def find_answer(folder: Path, *replaced: tuple[str, str]) -> SourceAnswer | None
         ("[1.3, 2.1, 0.7]", "[1.3, 2.6, 0.7]", 2),
         ("b.mass * c2**2 - 2", "-2", 5),
         ("k * n**2 + 2 * q[0]", "2 * q[0]", 5),
+        ("k * n**2 + 2 * q[0]", "k * (n**2 + 2)", 3),
+        ("k * n**2 + 2 * q[0]", "(n**2 + 2) * k", 3),
         (" + np.cross(w, inertia @ w)", "", 5),
         ("lever + turn(rate) @ lever", "lever + 0.0 * rate", 5),
         ("np.cross(w, inertia @ w)", "np.cross(levers[1], inertia @ levers[1])", 3),
@@ -214,12 +216,15 @@ def test_an_error_that_another_one_hides_is_found_once_that_is_mended(tmp_path):
     assert answer.wrong == ()
 
 
-def test_an_error_beside_one_that_no_edit_mends_is_named(tmp_path):
-    answer = find_answer(
-        tmp_path, ("- 2 * c1", "+ 2 * c1"), ("w * p[i]", "w**3 * np.exp(p[i] + s)")
-    )
+@pytest.mark.parametrize(
+    ("right", "wrong", "line"),
+    [("- 2 * c1", "+ 2 * c1", 16), ("[1.3, 2.1, 0.7]", "[1.3, 2.6, 0.7]", 30)],
+)
+def test_an_error_beside_one_that_no_edit_mends_is_named(tmp_path, right, wrong, line):
+    """A number is solved for by its part alone."""
+    answer = find_answer(tmp_path, (right, wrong), ("w * p[i]", "w**3 * np.exp(p[i] + s)"))
     assert answer is not None
-    assert [each.line for each in answer.edits] == [16]
+    assert [each.line for each in answer.edits] == [line]
     assert {entry.partition("[")[0] for entry in answer.wrong} == {"moment"}
     assert "wrong" in next(iter(answer.sentences))
 
