@@ -380,7 +380,7 @@ class VerificationProblem:
                     self._kept[model] = transform_model(model, *made_of)
                 answers = generate_answers(self._kept[model], quantity, self.states)
                 self._kept[key] = np.array(list(answers))
-            except Exception as error:  # whatever an engine raises is reported as a failure
+            except (Exception, SystemExit) as error:  # of an engine that may be another's
                 self._kept[key] = failure_from_error(error)
         values: np.ndarray | Failure = self._kept[key]
         return values
