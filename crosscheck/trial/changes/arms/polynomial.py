@@ -94,9 +94,6 @@ class Polynomial:
     def __rsub__(self, other: Any) -> Any:
         return -self + other
 
-    def __rtruediv__(self, other: Any) -> Any:
-        return other * self**-1
-
     __radd__, __rmul__ = __add__, __mul__
 
     def replace_letter(self, name: str, other: Polynomial) -> Polynomial:

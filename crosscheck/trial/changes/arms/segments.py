@@ -185,7 +185,8 @@ def _list_forms(stage: Stage) -> list[Polynomial]:
     """Quantities of a stage that people put in a map of its joint, simplest first; last 1/n."""
     r_s, r_p, r_cp, n = stage.r_s, stage.r_p, stage.r_cp, stage.n
     radii = [r_s, r_p, r_cp, 2 * r_s, 2 * r_p, 2 * r_cp, r_s + 2 * r_p]
-    return [*radii, n, 1 / r_s, 1 / r_p, 1 / r_cp, r_p / r_s, r_s / r_p, 2 * r_cp / r_s, 1 / n]
+    inverses = (each**-1 for each in (r_s, r_p, r_cp))
+    return [*radii, n, *inverses, r_p / r_s, r_s / r_p, 2 * r_cp / r_s, n**-1]
 
 
 def _list_places(row: np.ndarray) -> list[int]:
