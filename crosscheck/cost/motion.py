@@ -166,12 +166,8 @@ def release_passive(model: RobotModel, motion: SineMotion) -> RobotMotion:
         names = ", ".join(robot.coordinate_names[place] for place in free)
         raise InputError(robot.name, "joints", names, allowed)
     rows = [complete(t, *state)[0] for t, state in zip(times, states, strict=True)]
-    return GivenMotion(
-        f"sums of sines of seed {motion.seed}",
-        make_interp_spline(times, rows, k=DEGREE),
-        0.0,
-        motion.period,
-    )
+    spline = make_interp_spline(times, rows, k=DEGREE)
+    return GivenMotion(f"sums of sines of seed {motion.seed}", spline, 0.0, motion.period)
 
 
 def describe_passive(robot: Robot, q: np.ndarray) -> Iterator[str]:

@@ -108,7 +108,7 @@ def test_a_floating_base_moves_as_pinocchios_free_flyer():
         s = twists(q)
         mass = s.T @ symmetric(pin.crba(tree, data, place(q))) @ s
         force = pin.rnea(tree, data, place(q), s @ v, slope(twists, q, v) @ v)
-        for model in models:
+        for model in require_items(models):
             assert model.mass_matrix(q[None])[0] == pytest.approx(mass, rel=1e-12, abs=1e-12)
             bias = model.bias(q[None], v[None])[0]
             assert bias == pytest.approx(s.T @ force, rel=1e-8, abs=1e-7)

@@ -116,8 +116,8 @@ def build_robot_frame(coordinates: Coordinates, robot: Robot) -> Frame:
     """The map of a user's coordinates, also where they are the joints' own. Raises InputError."""
     size = len(robot.coordinates)
     layout = Layout(tuple(Coordinate("theta", number + 1) for number in range(size)))
-    joint_frame = build_linear_frame(layout, tuple(robot.coordinate_names), np.eye(size))
-    return read_frame(coordinates, robot, "coordinates") or joint_frame
+    identity = build_linear_frame(layout, tuple(robot.coordinate_names), np.eye(size))
+    return read_frame(coordinates, robot, "coordinates") or identity
 
 
 def map_calls(calls: Mapping[str, Call], frame: Frame, where: str) -> dict[str, Call]:

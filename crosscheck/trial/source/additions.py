@@ -67,11 +67,11 @@ def list_like_summands(site: Site) -> Texts:
         return
     names = {text for text, _ in site.scope.list_leaves() if text.isidentifier()}
     last = site.node.right
-    own = {each.id for each in ast.walk(last) if isinstance(each, ast.Name) and each.id in names}
+    inside = {n.id for n in ast.walk(last) if isinstance(n, ast.Name)} & names
     endings = {name[1:] for name in names} | {name[2:] for name in names}
-    for old in {name[-1] for name in own}:
+    for old in {name[-1] for name in inside}:
         for new in sorted(endings - {old, ""}):
-            other = {name: name[:-1] + new for name in own if name.endswith(old)}
+            other = {name: name[:-1] + new for name in inside if name.endswith(old)}
             if set(other.values()) <= names and len(other) > 1:
                 yield f"{site.text} + {_rename(last, other)}"
 

@@ -23,6 +23,7 @@ from crosscheck.trial.source.site import (
 from crosscheck.trial.source.syntax import INDEX, LEAF, MOST_ELEMENTS, NUMBER, Kind
 
 OPPOSITE = {"+": "-", "-": "+"}
+EQUALITY = {ast.Lt: "<=", ast.LtE: "<", ast.Gt: ">=", ast.GtE: ">"}
 TRIGONOMETRY = {"sin": "cos", "cos": "sin"}
 SIMPLE = ast.Assign | ast.AugAssign | ast.Expr
 UNITS = (1e3, 1e-3, 10.0, 0.1, math.pi / 180, 180 / math.pi)  # factors of a number of the code
@@ -237,6 +238,15 @@ def list_slices(site: Site) -> Texts:
     is_element = isinstance(site.parent, ast.Subscript | ast.Tuple)
     if is_element and site.is_leaf and site.is_index and site.kind == INDEX:
         yield from (f":{site.text} + 1", f":{site.text}", f"{site.text}:")
+
+
+def list_comparisons(site: Site) -> Texts:
+    """A comparison that counts equality, or no longer does."""
+    node = site.node
+    if isinstance(node, ast.Compare) and len(node.ops) == 1:
+        other = EQUALITY.get(type(node.ops[0]))
+        if other:
+            yield f"{write_operand(node.left)} {other} {write_operand(node.comparators[0])}"
 
 
 def list_near_sums(site: Site) -> Texts:

@@ -103,9 +103,9 @@ class Site:
 
     def list_products(self, is_needed: Callable[[ast.AST | None], bool]) -> list[str]:
         """The products that may stand here: of the function, then those of others of its names."""
-        own = (node for node in self.scope.nodes if is_needed(node))
+        here = (node for node in self.scope.nodes if is_needed(node))
         others = (node for node in self.tree.list_all_nodes() if self._can_name(node))
-        nodes = (*own, *filter(is_needed, others))
+        nodes = (*here, *filter(is_needed, others))
         return [ast.unparse(node) for node in nodes if self.tree.kind(node) in (self.kind, None)]
 
     def _can_name(self, node: ast.AST) -> bool:

@@ -44,7 +44,7 @@ def make():
     def spin(q):
         w, levers = np.array([q[0], q[1], 0.4]), np.zeros((3, 3))
         for i in range(3):
-            levers[: i + 1, i] = w[i]
+            levers[: i + 1, i] = w[i] if i <= 2 else 0.0
         inertia = R @ np.diag([1.3, 2.1, 0.7]) @ R.T
         torque = inertia @ levers[0] + np.cross(w, inertia @ w)
         k, n = [each for each in (0.37, 1.9)]
@@ -133,6 +133,7 @@ def find_answer(folder: Path, *replaced: tuple[str, str]) -> SourceAnswer | None
         ("R @ np.diag([1.3, 2.1, 0.7]) @ R.T", "R.T @ np.diag([1.3, 2.1, 0.7]) @ R", 2),
         ("levers[: i + 1, i] =", "levers[i, i] =", 2),
         ("[1.3, 2.1, 0.7]", "[1.3, 2.6, 0.7]", 2),
+        ("if i <= 2", "if i < 2", 2),
         ("b.mass * c2**2 - 2", "-2", 5),
         ("k * n**2 + 2 * q[0]", "2 * q[0]", 5),
         ("k * n**2 + 2 * q[0]", "k * (n**2 + 2)", 3),
