@@ -33,7 +33,7 @@ from crosscheck.trial.result import Trial
 from tests.arms import random_arm
 from tests.robots import chains, test_trial_motors, two_link
 from tests.robots.trials import run_robot_trial
-from tests.trial.mistakes.score import MISTAKES, scored
+from tests.trial.mistakes.score import MISTAKES, Mistake, scored
 from tests.trial.test_trial import equations_of, in_frame
 
 TWO_LINK = """
@@ -231,23 +231,8 @@ ROBOTS: dict[str, Callable[[], Robot]] = {
 PAIRS = 200  # right models
 
 
-class Slip(NamedTuple):
-    """A slip: pieces of a right text, and what stands there instead.
-
-    source: where a slip of the kind is reported or corrected. entries: pattern of the entries that
-    are wrong by it. cause: pattern of what must be told.
-    """
-
-    name: str
-    source: str
-    text: str
-    replaced: tuple[tuple[str, str], ...]
-    entries: str
-    cause: str
-
-
 ROWS = tomllib.loads(Path(__file__).with_name("robot_slips.toml").read_text(encoding="utf-8"))
-SLIPS = [Slip(**row) for row in ROWS["slips"]]
+SLIPS = [Mistake(**row) for row in ROWS["slips"]]
 
 
 class Score(NamedTuple):
@@ -274,17 +259,17 @@ def try_text(kind: str, replaced: tuple[tuple[str, str], ...] = ()) -> Trial:
     return run_robot_trial(build_robot_equations(SimpleNamespace(**own), robot, None, kind), robot)
 
 
-def score_slip(slip: Slip) -> Score:
+def score_slip(slip: Mistake) -> Score:
     """Try a slip."""
-    trial = try_text(slip.text, slip.replaced)
+    trial = try_text(slip.kind, slip.replaced)
     found = trial.diagnosis
     names = [entry.name for entry in found.entries]
     remarks = [f"{entry.name}: {entry.remark}" for entry in found.entries if entry.remark]
     told = [*found.readings, *found.notes, *found.explanations, *found.links, *remarks]
     return Score(
         not trial.agrees,
-        bool(names) and all(re.fullmatch(slip.entries, name) for name in names),
-        any(re.search(slip.cause, line) for line in told),
+        bool(names) and all(re.fullmatch(slip.entry, name) for name in names),
+        any(re.search(slip.term, line) for line in told),
         [*names, *told],
     )
 
@@ -421,13 +406,13 @@ class Outcome(NamedTuple):
     blamed: bool | None = None
 
 
-def try_mistake(mistake: Any) -> Outcome:
+def try_mistake(mistake: Mistake) -> Outcome:
     """The outcome of a mistake in an arm's equations."""
     found = scored(mistake)
     return Outcome(bool(found.entries), found.entry_right, found.verdict == "right")
 
 
-def try_slip(slip: Slip) -> Outcome:
+def try_slip(slip: Mistake) -> Outcome:
     """The outcome of a slip in a robot's equations."""
     return Outcome(*score_slip(slip)[:3])
 

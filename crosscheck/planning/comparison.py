@@ -2,9 +2,9 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Hashable, Iterator, Mapping, Sequence
+from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import dataclass
-from typing import Any, NamedTuple, Protocol, TypeVar
+from typing import Any, NamedTuple, Protocol
 
 import numpy as np
 
@@ -16,8 +16,6 @@ from crosscheck.findings import (
     make_unfinished_check,
 )
 from crosscheck.runner.outcomes import Failure, Outcome, Task, failure_from_error
-
-Made = TypeVar("Made")
 
 
 class ModelTask(Task, Protocol):
@@ -43,15 +41,6 @@ class Results:
 
     def __init__(self, outcomes: Mapping[Any, Outcome]) -> None:
         self.outcomes = outcomes
-        self._derived = dict[Any, tuple[object, Any]]()
-
-    def derive(self, owner: object, what: Hashable, make: Callable[[], Made]) -> Made:
-        """A value that an owner derives from the outcomes, computed once since these are final."""
-        key = id(owner), what
-        if key not in self._derived:
-            self._derived[key] = owner, make()  # the owner is kept, so that no other has its id
-        made: Made = self._derived[key][1]
-        return made
 
     def need(self, task: ModelTask) -> Any:
         """A task's array or trajectory. Raises MissingResult."""

@@ -149,7 +149,7 @@ def test_an_entry_is_beside_the_right_one():
         "missing": (0.5 * rounding, right),
         "with the opposite sign": (-right, right),
         "half as large": (right / 2, right),
-        "twice as large": (2 * right, right),
+        "twice": (2 * right, right),
         "1.2345 times as large": (1.2345 * right, right),
         "": (right + np.array([0.0, 0.1, 0.0]), right),
     }

@@ -77,21 +77,6 @@ def test_a_missing_result_says_whose_it_is_and_why():
     assert list(get_answers(RESULTS, [FAILED, FINE, STOPPED])) == ["fine"]
 
 
-def test_what_is_derived_is_made_once_for_each_owner():
-    results, made = Results({}), list[str]()
-
-    def make(name: str) -> str:
-        made.append(name)
-        return name
-
-    one, other = object(), object()
-    for _ in range(2):
-        assert results.derive(one, "size", lambda: make("a")) == "a"
-        assert results.derive(one, "mean", lambda: make("b")) == "b"
-        assert results.derive(other, "size", lambda: make("c")) == "c"
-    assert made == ["a", "b", "c"]
-
-
 def test_each_comparison_is_one_finding_whatever_comes_back():
     def judge(about: Subject, left: np.ndarray, right: np.ndarray) -> Finding:
         return make_check(about, measured=float(left @ [1, 0]), tolerance=3.0, basis="")

@@ -7,10 +7,9 @@ import pytest
 
 from crosscheck.models.loading import load_arm
 from crosscheck.trial.changes.arms.letters import collect_arm_values
-from crosscheck.trial.changes.arms.segments import TermKey
+from crosscheck.trial.changes.arms.segments import TermKey, derive_bias
 from crosscheck.trial.changes.arms.term_changes import find_reflecting_joint
 from crosscheck.trial.changes.arms.term_words import describe_term_error
-from crosscheck.trial.changes.arms.waves import derive_bias_change
 from crosscheck.trial.judge.entries import EntryPlace
 from tests.trial import planted
 
@@ -171,10 +170,9 @@ def test_equal_numbers_are_distinguished_by_a_second_arm():
 
 def test_a_bias_follows_from_a_wrong_mass_matrix():
     """Of M = a cos(x_2), by hand: bias_1 = -a sin(x_2) v_2^2, and nothing of v_1 v_2."""
-    key = TermKey((0, 1))
-    turns = np.eye(2)
-    made = derive_bias_change({(0, 1): {key: 3.0}, (1, 0): {key: 3.0}}, turns)
-    of_row = {place.rates: sum(waves.values()) for place, waves in made.items() if place.row == 0}
+    key, places = TermKey((0, 1)), (EntryPlace("mass_matrix", *at) for at in ((0, 1), (1, 0)))
+    made = derive_bias([(place, key, 3.0) for place in places], np.eye(2))
+    of_row = {place.rates: value for (place, _), value in made.items() if place.row == 0}
     assert {rates: value for rates, value in of_row.items() if value} == {(1, 1): -3.0}
 
 

@@ -1,7 +1,6 @@
 """A user's coordinates beside the project's own."""
 
 import math
-from collections.abc import Mapping
 from contextlib import nullcontext
 from dataclasses import replace
 from fractions import Fraction
@@ -13,11 +12,13 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from crosscheck.analytic.derivation.chain import build_exact_chain
-from crosscheck.analytic.derivation.symbols import parameter_values
 from crosscheck.models.arm.layout import free_layout, lumped_layout, rigid_layout
 from crosscheck.models.errors import InputError
 from crosscheck.models.loading import load_arm, load_scenario
 from crosscheck.registry import build
+from crosscheck.trial.changes.arms.letters import collect_arm_values
+from crosscheck.trial.changes.arms.polynomial import as_polynomial
+from crosscheck.trial.changes.arms.segments import find_columns
 from crosscheck.trial.coordinates.build import build_frame
 from crosscheck.trial.coordinates.frame import Frame, require_invertible
 from crosscheck.trial.input.equations import Coordinates
@@ -66,23 +67,13 @@ def test_named_maps(arm, coordinates, seed):
     np.testing.assert_allclose(rows @ frame.jacobian(x), np.eye(len(q)), atol=1e-9)
 
 
-def find_terms(frame: Frame) -> list[list[Mapping]]:
-    assert frame.symbolic is not None
-    return [[entry.terms for entry in row] for row in frame.symbolic]
-
-
-def find_values(frame: Frame, values: Mapping[str, float]) -> np.ndarray:
-    assert frame.symbolic is not None
-    return np.vectorize(lambda entry: entry.value(values), [float])(frame.symbolic)
-
-
 @settings(max_examples=20)
 @given(ARMS, NAMED)
 def test_symbols_say_what_numbers_say(arm, coordinates):
     frame = build_frame(coordinates, arm)
-    values = {symbol.name: float(value) for symbol, value in parameter_values(arm).items()}
-    numbers = find_values(frame, values)
-    np.testing.assert_allclose(numbers, frame.matrix, rtol=1e-12, atol=0)
+    values, columns = collect_arm_values(arm), find_columns(frame, arm)
+    numbers = [as_polynomial(entry).value(values) for entry in columns.ravel()]
+    np.testing.assert_allclose(np.reshape(numbers, columns.shape), frame.matrix, rtol=1e-12, atol=0)
 
 
 @given(st.lists(SMALL, min_size=2, max_size=2), st.lists(SMALL, min_size=2, max_size=2))
@@ -135,7 +126,7 @@ def test_curved_maps(found_by):
     """However the derivatives come about, they are the same."""
     frame, exact = build_frame(MAPS[found_by], PAPER), build_frame(MAPS["sympy"], PAPER)
     assert frame.jacobian_source == found_by
-    assert frame.matrix is frame.symbolic is None
+    assert frame.matrix is None
     for seed in range(10):
         x, u = states(frame, seed)
         np.testing.assert_allclose(frame.position(x), curved(x), rtol=1e-14)
@@ -163,16 +154,18 @@ def test_a_straight_function_is_a_matrix():
     assert found.matrix is not None
     assert expected.matrix is not None
     np.testing.assert_allclose(found.matrix[:3], expected.matrix[:3], rtol=1e-14)
-    assert find_terms(found)[:3] == find_terms(expected)[:3]
+    left, right = (find_columns(each, PAPER)[:3].ravel() for each in (found, expected))
+    assert [as_polynomial(e).terms for e in left] == [as_polynomial(e).terms for e in right]
 
 
 def test_own_matrices():
     frame = build_frame(Coordinates(matrix=[[1, 0], [-1, 1]], names=("a", "b")), PAPER)
     assert frame.names == ("a", "b")
-    np.testing.assert_array_equal(find_values(frame, {}), [[1, 0], [-1, 1]])
-    ratio = build_frame(Coordinates(matrix=np.diag([3 / 14, 0.1])), PAPER)
-    assert find_terms(ratio) == [[{(): Fraction(3, 14)}, {}], [{}, {(): Fraction(1, 10)}]]
-    assert build_frame(Coordinates(matrix=np.diag([math.pi, 1])), PAPER).symbolic is None
+    assert find_columns(frame, PAPER).tolist() == [[1, 0], [-1, 1]]
+    ratios = [3 / 14, 0.1], [Fraction(3, 14), Fraction(1, 10)]
+    for numbers, found in (ratios, ([math.pi, 1], [math.pi, 1])):
+        ratio = build_frame(Coordinates(matrix=np.diag(numbers)), PAPER)
+        assert np.diag(find_columns(ratio, PAPER)).tolist() == found
 
 
 def saddle(x: np.ndarray) -> np.ndarray:

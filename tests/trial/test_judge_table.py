@@ -23,9 +23,14 @@ from crosscheck.planning.comparison import Comparison, Results
 from crosscheck.registry import MODELS, reference_model, register
 from crosscheck.runner.outcomes import Failure
 from crosscheck.runner.tasks import Evaluation, Simulation
-from crosscheck.trial.arms import suite
+from crosscheck.trial.arms import questions, suite
 from crosscheck.trial.arms.model import make_registry_entry
-from crosscheck.trial.arms.questions import VerificationProblem, skip_dependent_tasks
+from crosscheck.trial.arms.questions import (
+    TransformedModel,
+    VerificationProblem,
+    skip_dependent_tasks,
+    transform_model,
+)
 from crosscheck.trial.arms.subject import build_problem
 from crosscheck.trial.input.equations import Coordinates, Equations
 from crosscheck.trial.judge.checks import find_idle_motors, judge_answers
@@ -81,7 +86,7 @@ class Bench(NamedTuple):
         results, level = Results({**self.outcomes, **changed}), self.problem.levels[0]
         answers = suite.collect_answers(self.problem, results)
         found = [check.finding for check in judge_answers(answers)]
-        found += suite.judge_engines(self.problem, answers, results, level)
+        found += suite.judge_engines(self.problem, answers, level)
         return {(f.about.key.family, f.quantity, f.about.key.right): f for f in found}
 
     def finding(self, name: tuple[str, str, str], changed: dict[Any, Any]) -> Finding:
@@ -129,7 +134,7 @@ def bench(gearing: str) -> Bench:
     }
     with registered(problem):
         tasks = dict.fromkeys(task for each in planned for task in each.needs)
-        tasks |= dict.fromkeys(suite.list_questions(problem))
+        tasks |= dict.fromkeys(map(problem.ask_equations, suite.list_quantities(problem)))
         outcomes = {task.key: task.perform() for task in tasks}
     return Bench(problem, comparisons, outcomes)
 
@@ -323,10 +328,27 @@ def test_a_gross_error_elsewhere_hides_none(name):
 @pytest.mark.parametrize(("part", "verdict"), [(ABOVE, "unresolved"), (BELOW, "agree")])
 def test_engines_that_differ_by_more_than_an_error_would_judge_nobody(part, verdict):
     made, name, row = bench("rigid"), ("trial-states", "bias", ENGINES[1]), ENTRIES["bias"]
-    engine = made.problem.ask(ENGINES[1], "bias").key
-    answers = np.array(made.outcomes[engine])
-    answers[(SPOT, *row.entry)] += part * 1e-4 * row.size()
-    assert made.finding(name, {engine: answers}).verdict == verdict
+    bias = made.problem.evaluate(ENGINES[1], "bias")
+    assert isinstance(bias, np.ndarray)
+    before = float(bias[(SPOT, *row.entry)])
+    bias[(SPOT, *row.entry)] += part * 1e-4 * row.size()
+    try:
+        assert made.finding(name, {}).verdict == verdict
+    finally:
+        bias[(SPOT, *row.entry)] = before
+
+
+def test_an_engine_that_raises_fails_its_own_checks_alone(monkeypatch):
+    def transform(name: str, *given: Any) -> TransformedModel:
+        if name == ENGINES[1]:
+            raise ArithmeticError("no answer")
+        return transform_model(name, *given)
+
+    monkeypatch.setattr(questions, "transform_model", transform)
+    made = bench("rigid")
+    found = made._replace(problem=replace(made.problem)).findings({})
+    failed = {name[2] for name, each in found.items() if each.verdict == "failed"}
+    assert failed == {ENGINES[1]}
 
 
 @pytest.mark.parametrize(("below_0", "verdict"), [(1e-9, "failed"), (-1e-9, "agree")])
@@ -387,7 +409,7 @@ def test_a_run_just_beyond_what_rounding_explains_differs(gearing):
 def test_a_function_that_does_not_come_back_costs_what_calls_it_alone():
     made = bench("rigid")
     tasks = [task for each in made.comparisons.values() for task in each.needs]
-    tasks += suite.list_questions(made.problem)
+    tasks += map(made.problem.ask_equations, suite.list_quantities(made.problem))
     why = Failure("TooSlow", "stopped")
     skipped = skip_dependent_tasks(made.problem, tasks, {"bias": why})
     assert {task.model for task in skipped} == {NAME}

@@ -8,13 +8,12 @@ from typing import Any
 
 import numpy as np
 
-from crosscheck.trial.arms.questions import QUESTIONS, VerificationProblem, transform_model
+from crosscheck.trial.arms.questions import QUESTIONS, VerificationProblem
 from crosscheck.trial.changes.arms.diagnosis import build_probe_problems
 from crosscheck.trial.input.equations import Equations
 from crosscheck.trial.input.loading import build_equations
 from crosscheck.trial.input.supplied import bind_equations
 from crosscheck.trial.judge.checks import COMPARED
-from crosscheck.trial.judge.entries import compute_sizes
 from crosscheck.trial.result import Trial
 from crosscheck.trial.source.answer_key import Answer, AnswerKey, LevelAnswers
 
@@ -47,17 +46,10 @@ def _make_answer_key(problem: VerificationProblem, level: str) -> AnswerKey:
 
 def _ask_reference(problem: VerificationProblem, level: str) -> LevelAnswers:
     """Answers of the reference of a level for the parts that the user supplies."""
-    states, frame = problem.states, problem.frame
-    name = problem.reference(level)
-    model = transform_model(name, problem.case, frame, problem.has_gravity)
-    asked = [part for part in COMPARED if part != "gravity" or problem.has_gravity]
-    right = {
-        part: np.array([QUESTIONS[part](model, state, state.u) for state in states])
-        for part in asked
-    }
-    mass, force, acceleration = (right[part] for part in ("mass_matrix", "force", "acceleration"))
-    sizes = compute_sizes(frame, states, mass, force, acceleration, right.get("gravity"))
     has = problem.has if problem.equations.acceleration else problem.has - {"acceleration"}
-    parts = [part for part in asked if part in has]
-    allowed = {part: sizes.tolerance(part) * sizes.entry_sizes(part) for part in parts}
-    return LevelAnswers({part: right[part] for part in parts}, allowed)
+    sizes, right = problem.compute_sizes(level), dict[str, np.ndarray]()
+    for part in (each for each in COMPARED if each in has):
+        if (values := problem.find_right(level, part)) is not None:
+            right[part] = values
+    allowed = {part: sizes.tolerance(part) * sizes.entry_sizes(part) for part in right}
+    return LevelAnswers(right, allowed)

@@ -1,28 +1,29 @@
 """Questions to the supplied equations: a part at random states, in the user's coordinates.
 
 Each question is a task of its own, so that a part that raises, hangs or takes its process down
-costs that part alone. The first call of every function comes before all else. What can be no
-equation of this arm (a wrong shape, a complex number) is bad input and ends the trial there. A
-function that never returns or takes its process down costs one call, not many.
+costs that part alone. What every function answers comes before all else. What can be no equation of
+this arm (a wrong shape, a complex number) is bad input and ends the trial there. A function that
+fails is asked no more.
 """
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterable, Mapping, Sequence
+import re
+from collections.abc import Callable, Iterable, Iterator, Sequence
 from dataclasses import dataclass, replace
 from functools import cached_property, partial
 from pathlib import Path
-from typing import NamedTuple
+from typing import Any
 
 import numpy as np
 
 from crosscheck.checks.answers import BadAnswer
 from crosscheck.models.arm.arm import Arm
-from crosscheck.models.errors import InputError
+from crosscheck.models.errors import InputError, Unfinished
 from crosscheck.models.experiment.scenario import PdDrive, Scenario
 from crosscheck.models.interface import Model
 from crosscheck.models.loading import Case, make_rest_scenario
-from crosscheck.planning.comparison import ModelTask
+from crosscheck.planning.comparison import ModelTask, Results
 from crosscheck.planning.sizing import make_unequal_gains_scenario
 from crosscheck.registry import (
     LEVELS,
@@ -36,7 +37,7 @@ from crosscheck.registry import (
     select_with_method,
 )
 from crosscheck.run import run_tasks
-from crosscheck.runner.outcomes import Failure, SelfKeyedTask
+from crosscheck.runner.outcomes import Failure, SelfKeyedTask, failure_from_error
 from crosscheck.runner.progress_update import ProgressCallback
 from crosscheck.runner.tasks import Evaluation, Simulation, build_model
 from crosscheck.runner.workers import Workers
@@ -50,11 +51,10 @@ from crosscheck.trial.coordinates.differences import (
 )
 from crosscheck.trial.coordinates.frame import Frame, describe_coordinate_count
 from crosscheck.trial.coordinates.states import UserState, draw_states
-from crosscheck.trial.input.calls import describe_failure
+from crosscheck.trial.input.calls import LOADS, describe_failure
 from crosscheck.trial.input.equations import Equations, Gearing
-from crosscheck.trial.input.loading import format_error, format_error_line
 from crosscheck.trial.input.supplied import SuppliedEquations, bind_equations
-from crosscheck.trial.judge.entries import LevelDistance
+from crosscheck.trial.judge.entries import LevelDistance, NaturalSizes, compute_sizes
 
 SPEEDS = (-1.0, 2.0)
 GAINS = ("proportional_N_m_per_rad", "derivative_N_m_s_per_rad")
@@ -62,6 +62,7 @@ AGAIN = "_again"
 BY_RATES = ("rate_terms", "christoffel")
 # Parts that questions with other names belong to.
 PART_OF = {
+    "coriolis": "bias",
     "other_speeds": "bias",
     "rate_terms": "bias",
     "christoffel": "mass_matrix",
@@ -134,12 +135,11 @@ def transform_model(name: str, case: Case, frame: Frame, has_gravity: bool) -> T
 
 @dataclass(frozen=True)
 class StateQuestion(SelfKeyedTask):
-    """A part of a model, asked at random states in the coordinates of a supplied model.
+    """A part of supplied equations, asked at random states in their coordinates.
 
-    asker: the supplied model; model: whose answer, its own or another's; seed: of the states.
+    model: the name of the equations; seed: of the states.
     """
 
-    asker: str
     model: str
     case: Case
     quantity: str
@@ -150,34 +150,35 @@ class StateQuestion(SelfKeyedTask):
     def cost(self) -> float:
         """Estimated time that the answers take [s]."""
         calls = len(self.case.arm.joints) ** 2 if self.quantity in BY_RATES else 1
-        return 0.5 + self.count * calls * max(MODELS[self.model].call_s, CALL_S)
+        return 0.5 + self.count * calls * CALL_S
 
-    def perform(self) -> np.ndarray | Failure:
-        """The answers, state by state along the first axis, or why there are none."""
+    def perform(self) -> np.ndarray | Failure | BadAnswer:
+        """The answers, state by state along the first axis, or why there are none.
+
+        A BadAnswer if the first is no array of numbers of the right shape. Of what is asked again
+        the last state comes first.
+        """
+        answers, again = list[np.ndarray](), self.quantity.endswith(AGAIN)
         try:
-            return self._answers()
+            model = build_model(self.model, self.case)
+            assert isinstance(model, SuppliedModel)  # as it was registered
+            states = draw_states(model.frame, self.case, self.count, self.seed)
+            source = model.repeated_equations if again else model.supplied
+            for answer in generate_answers(source, self.quantity, states, -1 if again else 1):
+                answers.append(answer)
+        except BadAnswer as error:
+            return describe_failure(error) if answers else error
         except BaseException as error:  # also SystemExit and KeyboardInterrupt out of a model
             return describe_failure(error)
+        return np.array(answers[:: -1 if again else 1])
 
-    def _answers(self) -> np.ndarray:
-        """The answers, state by state along the first axis.
 
-        Of what is asked again the last state is asked first.
-        """
-        asker = build_model(self.asker, self.case)
-        assert isinstance(asker, SuppliedModel)  # as it was registered
-        case, frame = self.case, asker.frame
-        states = draw_states(frame, case, self.count, self.seed)
-        model = build_model(self.model, self.case)
-        again = self.quantity.endswith(AGAIN)
-        source: Source
-        if isinstance(model, SuppliedModel):
-            source = model.repeated_equations if again else model.supplied
-        else:
-            source = transform_model(self.model, case, frame, "gravity" in asker.supplied.has)
-        order, ask = -1 if again else 1, QUESTIONS[self.quantity]
-        pairs = list(zip(states, [*states[1:], states[0]], strict=True))[::order]
-        return np.array([ask(source, state, other.u) for state, other in pairs][::order])
+def generate_answers(
+    source: Source, quantity: str, states: Sequence[UserState], order: int = 1
+) -> Iterator[np.ndarray]:
+    """The answers to a quantity, state by state; order: -1 of the last state first."""
+    for state, other in list(zip(states, [*states[1:], states[0]], strict=True))[::order]:
+        yield QUESTIONS[quantity](source, state, other.u)
 
 
 Source = SuppliedEquations | TransformedModel
@@ -346,18 +347,12 @@ class VerificationProblem:
         return (self.equations.level,) if self.equations.level else RIGID_LEVELS
 
     def engines(self, level: str = "") -> tuple[str, ...]:
-        """The models to compare with, the reference model first: geared ones, or those of a rigid
-        level.
-        """
+        """The models to compare with, the reference first: of a rigid level, or geared ones."""
         if level:
-            return tuple(
-                sorted(find_level_models(level), key=lambda name: MODELS[name].order is None)
-            )
-        return tuple(
-            dict.fromkeys(
-                (reference_model(), *select_with_method("mass_matrix", model_names("geared")))
-            )
-        )
+            models = find_level_models(level)
+            return tuple(sorted(models, key=lambda name: MODELS[name].order is None))
+        geared = select_with_method("mass_matrix", model_names("geared"))
+        return tuple(dict.fromkeys((reference_model(), *geared)))
 
     def reference(self, level: str) -> str:
         """The model that entries are compared with one by one."""
@@ -370,91 +365,90 @@ class VerificationProblem:
 
     def ask_equations(self, quantity: str) -> StateQuestion:
         """The question of a part of the supplied equations."""
-        return self.ask(self.name, quantity)
+        return StateQuestion(self.name, self.case, quantity, self.count, self.seed)
 
-    def ask(self, model: str, quantity: str) -> StateQuestion:
-        """The question of a part of any model, in the coordinates of the supplied equations."""
-        return StateQuestion(self.name, model, self.case, quantity, self.count, self.seed)
+    @cached_property
+    def _kept(self) -> dict[Any, Any]:
+        return {}
 
+    def evaluate(self, model: str, quantity: str) -> np.ndarray | Failure:
+        """What a model of the project answers at the states (count, ...), or why it does not."""
+        key, made_of = (model, quantity), (self.case, self.frame, self.has_gravity)
+        if key not in self._kept:
+            try:
+                if model not in self._kept:
+                    self._kept[model] = transform_model(model, *made_of)
+                answers = generate_answers(self._kept[model], quantity, self.states)
+                self._kept[key] = np.array(list(answers))
+            except (Exception, SystemExit) as error:  # of an engine that may be another's
+                self._kept[key] = failure_from_error(error)
+        values: np.ndarray | Failure = self._kept[key]
+        return values
 
-class ErrorReport(NamedTuple):
-    """Exception of a user's function: class, words, and its file and line in brackets."""
+    def find_right(self, level: str, quantity: str) -> np.ndarray | None:
+        """The reference's answers (count, ...) at a level; None where it has none."""
+        values = self.evaluate(self.reference(level), quantity)
+        return None if isinstance(values, Failure) else values
 
-    error: str
-    line: str
+    def list_trusted_answers(
+        self, level: str
+    ) -> tuple[np.ndarray, np.ndarray | None, np.ndarray | None, np.ndarray | None]:
+        """The reference's M (count, n, n), force, acceleration and gravity (count, n).
 
+        None where it has no answer; no gravity of equations that count the weights in force. Raises
+        Unfinished without M.
+        """
+        mass = self.evaluate(self.reference(level), "mass_matrix")
+        if isinstance(mass, Failure):
+            raise Unfinished(f"{self.name} cannot be judged: {self.reference(level)}: {mass}")
+        force, acceleration = (self.find_right(level, part) for part in LOADS)
+        gravity = self.find_right(level, "gravity") if self.has_gravity else None
+        return mass, force, acceleration, gravity
 
-@dataclass(frozen=True)
-class FirstCall(SelfKeyedTask):
-    """A task that calls one of a supplied model's own functions once, at one state."""
-
-    model: str
-    quantity: str
-    case: Case
-    seed: int
-    cost = 0.01
-
-    def perform(self) -> InputError | ErrorReport | None:
-        """The error if the answer is unusable, or what the function raises; None if neither."""
-        asker = build_model(self.model, self.case)
-        assert isinstance(asker, SuppliedModel)  # as it was registered
-        try:
-            state, *_ = draw_states(asker.frame, self.case, 1, self.seed)
-        except InputError:  # a pose that the user's map does not reach
-            return None
-        try:
-            FIRST[self.quantity](asker.supplied, state)
-        except BadAnswer as error:
-            count = describe_coordinate_count(
-                asker.equations.coordinates, len(asker.frame.names), self.case.arm
-            )
-            return InputError(self.model, "", None, f"{error}; x are {count}")
-        except BaseException as error:  # also SystemExit and KeyboardInterrupt out of a model
-            return ErrorReport(
-                format_error(error), format_error_line(error, Path(Path.cwd().anchor))
-            )
-        return None
-
-
-FIRST: dict[str, Callable[[SuppliedEquations, UserState], np.ndarray]] = {
-    "mass_matrix": lambda equations, state: equations.mass_matrix(state.x),
-    "bias": lambda equations, state: equations.bias(state.x, state.u),
-    "coriolis": lambda equations, state: equations.bias(state.x, state.u),
-    "gravity": lambda equations, state: equations.gravity(state.x),
-    "force": lambda equations, state: equations.force_at(state),
-    "acceleration": lambda equations, state: equations.acceleration_at(state),
-    "inverse_dynamics": lambda equations, state: equations.inverse_dynamics(
-        state.x, state.u, state.u
-    ),
-}
+    def compute_sizes(self, level: str) -> NaturalSizes:
+        """Natural sizes by the reference's answers. Raises Unfinished."""
+        key = level, "sizes"
+        if key not in self._kept:
+            precision = self.equations.table.precision if self.equations.table else 0.0
+            answers = self.list_trusted_answers(level)
+            self._kept[key] = compute_sizes(self.frame, self.states, *answers, precision)
+        sizes: NaturalSizes = self._kept[key]
+        return sizes
 
 
-def run_first_calls(
+def ask_functions(
     problem: VerificationProblem, workers: Workers, progress: ProgressCallback
-) -> dict[str, Failure]:
-    """The parts whose function did not come back, with why; none of a table.
+) -> tuple[Results, dict[str, Failure]]:
+    """What the user's own functions answer, and by part why they do not.
 
     Raises InputError for an answer that cannot be used, and where all parts raise the same.
     """
-    if problem.equations.table is not None:
-        return {}
-    tasks = [
-        FirstCall(problem.name, part, problem.case, problem.seed) for part in _given_parts(problem)
-    ]
-    outcomes: Mapping[object, object] = run_tasks(workers, tasks, progress).outcomes
-    raised = [outcome for outcome in outcomes.values() if isinstance(outcome, ErrorReport)]
-    if len(raised) == len(tasks) and len({each.error for each in raised}) == 1:
-        reason = f"every part raises {raised[0].error}{raised[0].line}"
-        raise InputError(problem.name, "", None, reason)
-    failed_parts = {}
-    for task in tasks:
-        outcome = outcomes[task]
-        if isinstance(outcome, InputError):
-            raise outcome
+    parts = _given_parts(problem)
+    tasks = {part: problem.ask_equations(PART_OF.get(part, part)) for part in parts}
+    results = run_tasks(workers, list(dict.fromkeys(tasks.values())), progress)
+    failed_parts = dict[str, Failure]()
+    for part, task in tasks.items():
+        outcome: object = results.outcomes[task.key]
+        if isinstance(outcome, BadAnswer):
+            coordinates, arm = problem.equations.coordinates, problem.case.arm
+            count = describe_coordinate_count(coordinates, len(problem.names), arm)
+            raise InputError(problem.name, "", None, f"{outcome}; x are {count}")
         if isinstance(outcome, Failure):
-            message = f"{task.quantity}: {outcome.message}"
-            failed_parts[task.quantity] = replace(outcome, message=message)
-    return failed_parts
+            where = "" if outcome.trace else f"{part}: "
+            failed_parts[part] = replace(outcome, message=f"{where}{outcome.message}")
+    traces = [failure.trace for failure in failed_parts.values()]
+    if len(traces) == len(tasks) and len({_find_error(each) for each in traces}) == 1 and traces[0]:
+        frames = re.findall(r'File "(.+)", line (\d+)', traces[0])
+        user_frames = [each for each in frames if "site-packages" not in each[0]]
+        file, line = (user_frames or frames)[-1]
+        reason = f"every part raises {_find_error(traces[0])} ({Path(file).name}, line {line})"
+        raise InputError(problem.name, "", None, reason)
+    return results, failed_parts
+
+
+def _find_error(trace: str) -> str:
+    """The last line of a traceback: the error."""
+    return trace.rstrip().rpartition("\n")[2]
 
 
 def skip_dependent_tasks(

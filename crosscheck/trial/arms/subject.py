@@ -9,17 +9,11 @@ from typing import Any
 
 import numpy as np
 
+from crosscheck.checks.answers import BadAnswer
 from crosscheck.findings import Finding
 from crosscheck.models.arm.arm import Arm
 from crosscheck.models.errors import InputError, Unfinished
-from crosscheck.models.experiment.scenario import (
-    ConstantDrive,
-    PdDrive,
-    Scenario,
-    SinusoidDrive,
-    Switches,
-    expand_to_joints,
-)
+from crosscheck.models.experiment.scenario import Scenario, Switches, expand_to_joints
 from crosscheck.models.loading import Case
 from crosscheck.planning import comparison
 from crosscheck.planning.comparison import Comparison, ModelTask, Results
@@ -39,16 +33,16 @@ from crosscheck.trial.arms.entry_notes import (
 from crosscheck.trial.arms.model import make_registry_entry, select_switches
 from crosscheck.trial.arms.questions import (
     VerificationProblem,
+    ask_functions,
     make_experiment,
-    run_first_calls,
     skip_dependent_tasks,
 )
 from crosscheck.trial.arms.unit_mistakes import describe_unit_mistakes
 from crosscheck.trial.changes.arms.arm_numbers import find_negligible_inertias, replace_numbers
 from crosscheck.trial.changes.arms.causes import explain_entries, explain_linear_rates
 from crosscheck.trial.changes.arms.comparison import (
+    EntryComparison,
     compare_entries,
-    list_entry_quantities,
     list_entry_questions,
 )
 from crosscheck.trial.changes.arms.dependence import Perform
@@ -58,6 +52,7 @@ from crosscheck.trial.changes.arms.segments import build_reference_terms
 from crosscheck.trial.changes.arms.waves import minimum_state_count
 from crosscheck.trial.coordinates.build import build_frame
 from crosscheck.trial.coordinates.readings import Reading
+from crosscheck.trial.input.calls import describe_failure
 from crosscheck.trial.input.equations import SINGLE
 from crosscheck.trial.input.supplied import SuppliedEquations, bind_equations
 from crosscheck.trial.judge.checks import WHOLE, AnswerSet
@@ -103,16 +98,18 @@ class ArmSubject(TrialSubject):
             probes = build_probe_problems(problem)
         entry = make_registry_entry(problem.name, problem.equations, problem.has)
         with register(problem.name, entry), Workers(request.jobs) as workers:
-            failed_parts = run_first_calls(problem, workers, progress)
+            first, failed_parts = ask_functions(problem, workers, progress)
 
             def perform(tasks: Sequence[ModelTask]) -> Results:
-                """Ask what can be asked; a function that does not come back is called no more."""
+                """Ask what can be asked; a function that fails is called no more."""
                 without = skip_dependent_tasks(problem, tasks, failed_parts)
-                new_results = run_tasks(
-                    workers, [task for task in tasks if task not in without], progress
-                )
-                lost_tasks = {task.key: failure for task, failure in without.items()}
-                return Results({**new_results.outcomes, **lost_tasks})
+                new = [each for each in tasks if each not in without]
+                new = [each for each in new if each.key not in first.outcomes]
+                outcomes: dict[Any, Any] = {task.key: why for task, why in without.items()}
+                outcomes |= run_tasks(workers, new, progress).outcomes
+                for key, bad in outcomes.items():
+                    outcomes[key] = describe_failure(bad) if isinstance(bad, BadAnswer) else bad
+                return Results({**outcomes, **first.outcomes})
 
             results = perform(list_tasks(problem, probes, request))
             try:
@@ -144,14 +141,14 @@ class ArmSubject(TrialSubject):
 
     def measure_levels(self) -> list[LevelDistance]:
         """How far the equations are from each rigid level, the nearest first."""
-        problem, results, distances = self.problem, self.results, []
+        problem, distances = self.problem, []
         if problem.gearing != "rigid":
             return []
         levels = find_distinct_levels(problem.mechanism)
         distinct = [level for level in levels if level in problem.levels]
-        sizes = suite.compute_natural_sizes(problem, results, problem.levels[-1])  # same for all
+        sizes = problem.compute_sizes(problem.levels[-1])  # same for all
         for level in distinct or problem.levels:
-            compared = compare_entries(problem, level, list_entry_quantities(problem), results)
+            compared = self._compare(level)
             places = {  # two of M that mirror each other are one
                 (place.part, place.rates, frozenset((place.row, place.column)))
                 for place in (each.place for each in compared.wrong_entries)
@@ -164,28 +161,24 @@ class ArmSubject(TrialSubject):
 
     def diagnose(self, distances: Sequence[LevelDistance]) -> TrialDiagnosis:
         """Find the level, then other coordinates in which all is right, then reasons by entry."""
-        problem, probes, results = self.problem, self.probes, self.results
-        quantities, names = list_entry_quantities(problem), problem.names
-        nearest = distances[0].level if distances else ""
-        level = _select_equal_level(problem, probes, nearest, results)
-        here = compare_entries(problem, level, quantities, results)
+        problem = self.problem
+        level = self._select_equal_level(distances[0].level if distances else "")
+        here = self._compare(level)
         wrong_parts = {wrong.place.part for wrong in here.wrong_entries}
         reading_level, readings = "", list[Reading]()
         if "mass_matrix" in wrong_parts or (wrong_parts and "mass_matrix" not in problem.has):
-            values = suite.collect_answers(problem, results).values
+            values = suite.collect_answers(problem, self.results).values
             reading_level, readings = find_readings(problem, values)
         level = reading_level or level
         if wrong_parts == {"acceleration"} and not readings:
-            level = _select_explained_level(problem, probes, level, results)
-        here, *there = (
-            compare_entries(each, level, list_entry_quantities(each), results)
-            for each in (problem, *(() if readings else probes))
-        )
+            level = self._select_explained_level(level)
+        here = self._compare(level)
         if readings:
             diagnosis = Diagnosis(list(here.wrong_entries), [], [])
         else:
-            diagnosis = diagnose(here, there, self.perform)
+            diagnosis = diagnose(here, self._compare_probes(level), self.perform)
             diagnosis.wrong_entries.extend(explain_linear_rates(here))
+        names = problem.names
         entries = [name_entry(each, names) for each in diagnosis.wrong_entries]
         wrong = tuple(each for each in entries if not each.shown_on)
         table, right = problem.equations.table, here.reference_values
@@ -201,13 +194,50 @@ class ArmSubject(TrialSubject):
             left_out=tuple(each.name for each in (*numbers, *diagnosis.uncertain) if each.parts),
         )
 
+    def _compare(self, level: str) -> EntryComparison:
+        return compare_entries(self.problem, level, self.results)
+
+    def _compare_probes(self, level: str) -> list[EntryComparison]:
+        return [compare_entries(each, level, self.results) for each in self.probes]
+
+    def _select_equal_level(self, level: str) -> str:
+        """Pick, among levels that are equal on the arm, as without motors, that of the other arms.
+
+        There it is the one from which the fewest entries differ; of as many the given one.
+        """
+        groups, levels = group_equal_levels(self.problem.case.arm), self.problem.levels
+        equal = [each for group in groups if level in group for each in (level, *group)]
+        equal = [each for each in equal if each in levels]
+        if len(equal) < 2:
+            return level
+
+        def count_wrong_entries(each: str) -> int:
+            return sum(len(list(probe.wrong_entries)) for probe in self._compare_probes(each))
+
+        return min(equal, key=count_wrong_entries)
+
+    def _select_explained_level(self, level: str) -> str:
+        """The first level beside which errors explain wrong accelerations; the given one first.
+
+        Errors in M may bring accelerations nearer to a level that is not theirs.
+        """
+        for each in dict.fromkeys((level, *self.problem.levels)):
+            here = self._compare(each)
+            if here.terms is None:
+                break
+            explained = explain_entries(here, self._compare_probes(each))
+            wrong = [entry for entry in explained if not entry.shown_on]
+            if wrong and all(entry.explanation for entry in wrong):
+                return each
+        return level
+
     def collect_answers(self, level: str) -> AnswerSet:
         """The answers, to be judged by sizes of the user's unit."""
         return suite.collect_answers(self.problem, self.results)
 
     def judge_engines(self, answers: AnswerSet, level: str) -> Iterator[Finding]:
         """Compare answers with all engines, runs with those of the level, and judge balances."""
-        yield from suite.judge_engines(self.problem, answers, self.results, level)
+        yield from suite.judge_engines(self.problem, answers, level)
         planned = list(_plan_comparisons(self.problem, self.request, [level]))
         yield from comparison.judge_comparisons(planned, self.results)
 
@@ -219,8 +249,7 @@ class ArmSubject(TrialSubject):
 
     def measure_errors(self, level: str) -> tuple[dict[str, np.ndarray], dict[str, float]]:
         """By part, the relative error of each entry from a level, and what is allowed."""
-        quantities = list_entry_quantities(self.problem)
-        here = compare_entries(self.problem, level, quantities, self.results)
+        here = self._compare(level)
         errors = here.relative_errors
         return errors, {quantity: here.sizes.tolerance(quantity) for quantity in errors}
 
@@ -251,9 +280,11 @@ class ArmSubject(TrialSubject):
 def list_tasks(
     problem: VerificationProblem, probes: Sequence[VerificationProblem], request: TrialRequest
 ) -> list[ModelTask]:
-    """All tasks of a trial: of the equations, and of the models that they are compared with."""
+    """All tasks of a trial: what the equations are asked, and runs."""
     planned = list(_plan_comparisons(problem, request, problem.levels))
-    questions = [*suite.list_questions(problem), *_entry_tasks((problem, *probes))]
+    questions = [problem.ask_equations(quantity) for quantity in suite.list_quantities(problem)]
+    for each in (problem, *probes):
+        questions += list_entry_questions(each)
     return list(dict.fromkeys([*comparison.collect_tasks(planned), *questions]))
 
 
@@ -273,21 +304,10 @@ def _require_runnable(request: TrialRequest, bound: SuppliedEquations) -> None:
 
 
 def _is_driven(scenario: Scenario, joint: int, arm: Arm) -> bool:
-    """Whether a scenario has a torque on a joint at any time."""
-    drive, joints = scenario.drive, len(arm.joints)
-    if isinstance(drive, ConstantDrive):
-        return bool(expand_to_joints(drive.torque_N_m, joints)[joint])
-    if isinstance(drive, PdDrive):
-        gains = (drive.proportional_N_m_per_rad, drive.derivative_N_m_s_per_rad)
-        return any(expand_to_joints(gain, joints)[joint] for gain in gains)
-    if isinstance(drive, SinusoidDrive):
-        return bool(expand_to_joints(drive.amplitude_N_m, joints)[joint])
-    return any(drive.torque_N_m[joint])
-
-
-def _entry_tasks(problems: Sequence[VerificationProblem]) -> Iterator[ModelTask]:
-    for each in problems:
-        yield from list_entry_questions(each, each.levels, list_entry_quantities(each))
+    """Whether a scenario has a torque on a joint at any time: torques and gains are in N m."""
+    fields = scenario.drive.model_dump().items()
+    factors = [expand_to_joints(each, len(arm.joints)) for name, each in fields if "N_m" in name]
+    return any(np.any(each[joint]) for each in factors)
 
 
 def build_problem(request: TrialRequest) -> VerificationProblem:
@@ -326,54 +346,3 @@ def _plan_comparisons(
         for scenario in request.scenarios:
             yield from suite.plan_run_comparisons(problem, scenario, level)
     yield from suite.plan_balance_checks(problem)
-
-
-def _select_equal_level(
-    problem: VerificationProblem,
-    probes: Sequence[VerificationProblem],
-    level: str,
-    results: Results,
-) -> str:
-    """Pick, among levels that are equal on the arm, as without motors, that of the other arms.
-
-    There it is the one from which the fewest entries differ; of as many the given one.
-    """
-    groups = group_equal_levels(problem.case.arm)
-    equal = [
-        each
-        for group in groups
-        if level in group
-        for each in (level, *group)
-        if each in problem.levels
-    ]
-    if len(equal) < 2:
-        return level
-    quantities = list_entry_quantities(problem)
-
-    def count_wrong_entries(each: str) -> int:
-        comparisons = (compare_entries(probe, each, quantities, results) for probe in probes)
-        return sum(len(list(comparison.wrong_entries)) for comparison in comparisons)
-
-    return min(equal, key=count_wrong_entries)
-
-
-def _select_explained_level(
-    problem: VerificationProblem,
-    probes: Sequence[VerificationProblem],
-    level: str,
-    results: Results,
-) -> str:
-    """The first level beside which errors explain wrong accelerations; the given one before others.
-
-    Errors in M may bring accelerations nearer to a level that is not theirs.
-    """
-    for each in dict.fromkeys((level, *problem.levels)):
-        here, *there = (
-            compare_entries(asked, each, ["acceleration"], results) for asked in (problem, *probes)
-        )
-        if here.terms is None:
-            break
-        wrong = [w for w in explain_entries(here, there) if not w.shown_on]
-        if wrong and all(w.explanation for w in wrong):
-            return each
-    return level

@@ -23,7 +23,7 @@ from crosscheck.planning.plan import perturb_start_by_one_ulp
 from crosscheck.registry import MODELS, find_same_integrator_models
 from crosscheck.runner.outcomes import Failure
 from crosscheck.runner.tasks import Evaluation, RunKey, Simulation
-from crosscheck.trial.arms.questions import AGAIN, PART_OF, StateQuestion, VerificationProblem
+from crosscheck.trial.arms.questions import AGAIN, PART_OF, VerificationProblem
 from crosscheck.trial.input.calls import LOADS
 from crosscheck.trial.judge import entries
 from crosscheck.trial.judge.checks import (
@@ -47,51 +47,7 @@ MESH = ("x_sp", "x_pr")
 LOST = Failure("Lost", "no result came back")
 
 
-def make_size_questions(problem: VerificationProblem, level: str) -> list[StateQuestion]:
-    """The questions whose answers give the sizes, of the reference: M first."""
-    parts = ("mass_matrix", "force", "acceleration", "gravity")
-    return [
-        problem.ask(problem.reference(level), part)
-        for part in (parts if problem.has_gravity else parts[:-1])
-    ]
-
-
-def get_trusted_answers(
-    problem: VerificationProblem, results: Results, level: str
-) -> tuple[np.ndarray, np.ndarray | None, np.ndarray | None, np.ndarray | None]:
-    """The reference's M (count, n, n), force, acceleration and gravity (count, n), for the sizes.
-
-    None where it has no answer; no gravity of equations that count the weights in force. Raises
-    MissingResult without M.
-    """
-    mass, *others = make_size_questions(problem, level)
-    force, acceleration, *gravity = map(results.get_if_finished, others)
-    return results.need(mass), force, acceleration, *(gravity or (None,))
-
-
-def compute_natural_sizes(
-    problem: VerificationProblem, results: Results, level: str
-) -> NaturalSizes:
-    """Natural sizes by the reference's answers. Raises MissingResult."""
-    return results.derive(problem, level, partial(_compute_sizes, problem, results, level))
-
-
-def _compute_sizes(problem: VerificationProblem, results: Results, level: str) -> NaturalSizes:
-    precision = problem.equations.table.precision if problem.equations.table else 0.0
-    answers = get_trusted_answers(problem, results, level)
-    return entries.compute_sizes(problem.frame, problem.states, *answers, precision)
-
-
-def list_questions(problem: VerificationProblem) -> Iterator[StateQuestion]:
-    """All questions that are judged: to the equations, and to the engines of each level."""
-    yield from map(problem.ask_equations, _list_quantities(problem))
-    for level in problem.levels:
-        yield from make_size_questions(problem, level)
-        for engine in problem.engines(level):
-            yield from (problem.ask(engine, part) for part in COMPARED if part in problem.has)
-
-
-def _list_quantities(problem: VerificationProblem) -> list[str]:
+def list_quantities(problem: VerificationProblem) -> list[str]:
     """What is asked of the equations."""
     has, equations = problem.has, problem.equations
     parts = [part for part in COMPARED if part in has]
@@ -111,7 +67,7 @@ def _list_quantities(problem: VerificationProblem) -> list[str]:
 def collect_answers(problem: VerificationProblem, results: Results) -> AnswerSet:
     """The answers of the equations, to be judged. Raises MissingResult without a reference's M."""
     values, failures = dict[str, np.ndarray](), dict[str, Failure]()
-    for quantity in _list_quantities(problem):
+    for quantity in list_quantities(problem):
         outcome: Any = results.outcomes.get(problem.ask_equations(quantity), LOST)
         if isinstance(outcome, Failure):
             part = quantity.removesuffix(AGAIN)
@@ -159,21 +115,20 @@ def collect_answers(problem: VerificationProblem, results: Results) -> AnswerSet
 
 
 def judge_engines(
-    problem: VerificationProblem, answers: AnswerSet, results: Results, level: str
+    problem: VerificationProblem, answers: AnswerSet, level: str
 ) -> Iterator[Finding]:
     """Compare every part with every engine: they must agree at this level."""
 
-    def ask(engine: str) -> dict[str, Any]:
-        questions = {part: problem.ask(engine, part) for part in answers.values}
-        return {part: results.outcomes.get(each, LOST) for part, each in questions.items()}
-
     for each in problem.levels:
-        natural, reference = compute_natural_sizes(problem, results, each), problem.reference(each)
+        natural, engines = problem.compute_sizes(each), problem.engines(each)
         sizes = {part: make_part_size(natural, part) for part in answers.values}
-        for engine in problem.engines(each):
-            yield from judge_engine(
-                answers, engine, ask(engine), sizes, ask(reference), is_binding=each == level
-            )
+        by_engine = {
+            engine: {part: problem.evaluate(engine, part) for part in answers.values}
+            for engine in engines
+        }
+        for engine, values in by_engine.items():
+            right = by_engine[engines[0]]
+            yield from judge_engine(answers, engine, values, sizes, right, is_binding=each == level)
 
 
 def _sizes_in_user_unit(
@@ -186,12 +141,12 @@ def _sizes_in_user_unit(
     """
     user_values, ratios = results.need(problem.ask_equations(unit_part)), dict[str, float]()
     for level in problem.levels:
-        reference_values = results.get_if_finished(problem.ask(problem.reference(level), unit_part))
+        reference_values = problem.find_right(level, unit_part)
         ratios[level] = (
             1.0 if reference_values is None else entries.unit_ratio(user_values, reference_values)
         )
     nearest = min(problem.levels, key=lambda level: abs(math.log(ratios[level])))
-    sizes = compute_natural_sizes(problem, results, nearest)
+    sizes = problem.compute_sizes(nearest)
     return sizes.scale_by(entries.power_of_ten(ratios[nearest]))
 
 
@@ -210,14 +165,14 @@ def plan_balance_checks(problem: VerificationProblem) -> Iterator[Comparison]:
     sampled = replace(reference, model=name, evaluate=partial(Evaluation, name))
     for balance in plan_balances(sampled):
         judge = partial(_judge_balance, problem, balance)
-        yield Comparison(balance.about, (*balance.needs, *make_size_questions(problem, "")), judge)
+        yield Comparison(balance.about, balance.needs, judge)
 
 
 def _judge_balance(
     problem: VerificationProblem, balance: Comparison, about: Subject, results: Results
 ) -> Finding:
     """The finding of a balance, its tolerance widened by the rounding of the coordinates' map."""
-    finding, sizes = balance.judge(about, results), compute_natural_sizes(problem, results, "")
+    finding, sizes = balance.judge(about, results), problem.compute_sizes("")
     if finding.measured is None or finding.tolerance is None:
         return finding
     looser = sizes.tolerance("acceleration") / LOOSEST

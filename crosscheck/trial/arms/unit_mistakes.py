@@ -54,10 +54,8 @@ def _find_unit_factors(
     """The entries that are one of FACTORS times the right ones at most states, by factor."""
     by_factor: dict[float, list[EntryPlace]] = {}
     for index in np.ndindex(user_values.shape[1:]):
-        user_entry, reference_entry = (
-            user_values[(slice(None), *index)],
-            reference_values[(slice(None), *index)],
-        )
+        at = (slice(None), *index)
+        user_entry, reference_entry = user_values[at], reference_values[at]
         there = np.abs(reference_entry) > SIZABLE * np.sqrt((reference_entry**2).mean())
         if not there.any():
             continue

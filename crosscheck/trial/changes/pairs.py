@@ -10,7 +10,7 @@ from __future__ import annotations
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
 from functools import cached_property
-from typing import TYPE_CHECKING, NamedTuple
+from typing import NamedTuple
 
 import numpy as np
 
@@ -18,9 +18,7 @@ from crosscheck.checks.robot_states import TOLERANCE
 from crosscheck.models.robot.robot import Robot
 from crosscheck.trial.changes.numbers import RobotNumber, merge_records
 from crosscheck.trial.changes.problem import Places
-
-if TYPE_CHECKING:
-    from crosscheck.trial.changes.search import CauseSearch
+from crosscheck.trial.changes.values import ValueSearch
 
 FITS = 1e-6  # largest residual of a pair at the screened states, over the difference's norm
 LARGEST = 10.0  # largest norm of a row in a pair, over the difference's norm
@@ -75,7 +73,7 @@ class ChangePair(NamedTuple):
 class PairSearch:
     """The search for two changes that together make the difference from a level."""
 
-    def __init__(self, search: CauseSearch, singles: Sequence[Single]) -> None:
+    def __init__(self, search: ValueSearch, singles: Sequence[Single]) -> None:
         self.search, self.problem, self.table = search, search.problem, search.table
         self.changes = singles
         self.rows = np.array([each.row for each in singles])

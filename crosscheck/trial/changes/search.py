@@ -10,7 +10,6 @@ from typing import NamedTuple
 
 import numpy as np
 
-from crosscheck.analytic.robot.model import AnalyticRobot
 from crosscheck.checks.robot_states import TOLERANCE
 from crosscheck.models.robot.robot import Robot, RobotBody
 from crosscheck.trial.changes.mistakes import RobotMistake, list_frame_mistakes
@@ -19,8 +18,6 @@ from crosscheck.trial.changes.numbers import (
     AXES,
     RobotNumber,
     get_link_name,
-    is_physical,
-    list_equal_numbers,
     put_value,
 )
 from crosscheck.trial.changes.pairs import PairSearch, Single
@@ -34,6 +31,7 @@ from crosscheck.trial.changes.problem import (
     Places,
 )
 from crosscheck.trial.changes.table import BODY_SIZE, ChangeTable
+from crosscheck.trial.changes.values import ValueSearch
 from crosscheck.trial.changes.waves import measure_rest
 
 CLOSE = (
@@ -76,12 +74,11 @@ class StepRows(NamedTuple):
     rows: np.ndarray
 
 
-class CauseSearch:
+class CauseSearch(ValueSearch):
     """The search for what makes the difference between equations and a level."""
 
     def __init__(self, problem: ChangeProblem, table: ChangeTable | None = None) -> None:
-        self.problem, self.level = problem, problem.level
-        self.table = table or ChangeTable(problem)
+        super().__init__(problem, table or ChangeTable(problem))
         self.difference = problem.difference
         self.row, self.can_explain = problem.lay_out, problem.can_explain
 
@@ -155,44 +152,6 @@ class CauseSearch:
         """What a robot, or several together, change of the row."""
         rows: np.ndarray = self.row(self.table.compute_changes(robots, self.level)).sum(axis=0)
         return rows
-
-    def is_possible(self, number: RobotNumber, value: float) -> bool:
-        """Whether such a robot is possible, or the value is what omitting or doubling it gives."""
-        robot = number.put(value)
-        usual = number.has_usual_factor(value, above=0)
-        usual |= value * number.value > 0 and bool(number.describe_unit(value))
-        if not (usual or is_physical(robot, self.problem.robot)):
-            return False
-        return "acceleration" not in self.problem.parts or self._is_regular(robot)
-
-    def _is_regular(self, robot: Robot) -> bool:
-        """Whether a robot has accelerations: of none at all every balance holds."""
-        mass = AnalyticRobot(robot, self.level).mass_matrix(self.problem.states.q)
-        scaled = mass / self.problem.sizes["mass_matrix"]
-        return bool((np.linalg.eigvalsh(scaled)[:, 0] > TOLERANCE).all())
-
-    def describe_value(self, number: RobotNumber, value: float) -> str:
-        """The number with a value, in words that complete `with ...`."""
-        same = self._equal_number_name(number, value)
-        return number.words(value) + (f", {same}" if same else "")
-
-    def is_usual(self, number: RobotNumber, value: float) -> bool:
-        """Whether a value is one that a person may well have written by mistake."""
-        usual = number.has_usual_factor(value) or bool(number.describe_unit(value))
-        return usual or bool(self._equal_number_name(number, value))
-
-    def _equal_number_name(self, number: RobotNumber, value: float) -> str:
-        """The number of the file that a value is, or is more or less by, in words; '' for none."""
-        if abs(value) < ALIKE * number.step or not number.unit or number.factor:
-            return ""
-        others = [each for each in self.table.numbers if each.path != number.path]
-        if equal := list_equal_numbers(others, number.unit, value):
-            return f"as {equal[0].name}"
-        step = value - number.value
-        if number.has_usual_factor(value):
-            return ""
-        equal = list_equal_numbers(others, number.unit, abs(step))
-        return f"{'less' if step < 0 else 'more'} by {equal[0].name}" if equal else ""
 
     @cached_property
     def body_rows(self) -> list[StepRows]:

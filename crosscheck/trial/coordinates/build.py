@@ -14,14 +14,12 @@ from crosscheck.models.arm import layout as layouts
 from crosscheck.models.arm.arm import Arm
 from crosscheck.models.arm.layout import Coordinate, Layout
 from crosscheck.models.errors import InputError
-from crosscheck.trial.changes.arms.polynomial import as_polynomial, build_letter_chain
 from crosscheck.trial.coordinates.curved import build_curved_frame
 from crosscheck.trial.coordinates.frame import (
     WHERE,
     Frame,
     build_linear_frame,
     describe_coordinate_count,
-    express_in_letters,
     require_invertible,
     select_coordinate_names,
 )
@@ -51,7 +49,7 @@ def build_frame(coordinates: Coordinates, arm: Arm) -> Frame:
         raise InputError(WHERE, "matrix", None, reason) from None
     require_invertible(matrix, "matrix")
     names = select_coordinate_names(coordinates, [f"x_{k + 1}" for k in range(n)])
-    return build_linear_frame(layout, names, matrix, express_in_letters(matrix, layout, arm))
+    return build_linear_frame(layout, names, matrix)
 
 
 def _require_allowed_choices(coordinates: Coordinates) -> None:
@@ -94,11 +92,9 @@ def _build_named_frame(coordinates: Coordinates, layout: Layout, arm: Arm) -> Fr
         reason = f"{' and '.join(wrong)}; must be all of {', '.join(usual)}"
         raise InputError(WHERE, "order", None, reason)
     order = [usual.index(name) for name in ordered]
-    letters = _map_rows(build_letter_chain(arm, layout), coordinates)[:, order]
     numbers = _map_rows(build_exact_chain(arm, layout), coordinates)[:, order].astype(np.float64)
     names = select_coordinate_names(coordinates, [usual[place] for place in order])
-    symbolic = np.vectorize(as_polynomial, [object])(letters)
-    return build_linear_frame(layout, names, numbers, symbolic)
+    return build_linear_frame(layout, names, numbers)
 
 
 def _coordinate_name(coordinates: Coordinates, meant: Coordinate) -> str:
@@ -112,7 +108,7 @@ def _coordinate_name(coordinates: Coordinates, meant: Coordinate) -> str:
 
 
 def _map_rows(chain: Chain, coordinates: Coordinates) -> np.ndarray:
-    """Rows over x that give q, x in the layout's order; numbers or letters, as the chain's are."""
+    """Rows over x that give q, x in the layout's order."""
     layout_rows = [chain.row(c.meaning, c.joint, c.planet) for c in chain.layout.coordinates]
     turns = {joint: chain.row("theta", joint) for joint in chain.numbers}
     if coordinates.links == "absolute":

@@ -7,8 +7,7 @@ import sys
 import warnings
 from collections.abc import Callable
 from dataclasses import replace
-from fractions import Fraction
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 import numpy as np
 
@@ -16,15 +15,11 @@ from crosscheck.models.arm.arm import Arm
 from crosscheck.models.arm.layout import Layout
 from crosscheck.models.errors import InputError
 from crosscheck.runner.interruption import was_stopped
-from crosscheck.trial.changes.arms.polynomial import Polynomial, as_polynomial, letter
 from crosscheck.trial.coordinates import frame as frames
 from crosscheck.trial.coordinates.differences import derivative
 from crosscheck.trial.coordinates.frame import WHERE, Along, Frame, Vector
 from crosscheck.trial.input.arrays import NotNumbers, convert_to_numbers, format_vector
 from crosscheck.trial.input.equations import Coordinates
-
-if TYPE_CHECKING:
-    import sympy as sp
 
 COMPLEX_STEP = 1e-30
 SAMPLES = 3
@@ -87,7 +82,7 @@ def _build_sympy_frame(
     ):
         matrix = np.array(express_in_numbers(jacobian, arm), dtype=np.float64)
         frames.require_invertible(matrix, "function")
-        return frames.build_linear_frame(layout, names, matrix, _convert_to_letters(jacobian))
+        return frames.build_linear_frame(layout, names, matrix)
     u = [sp.Dummy(f"u{k}") for k in range(n)]
     drift = (jacobian * sp.Matrix(u)).jacobian(x) * sp.Matrix(u)
     value, slopes, along = (
@@ -102,32 +97,6 @@ def _build_sympy_frame(
         slopes=lambda x: _convert_answer(slopes(x, x), (n, n), "function's jacobian", x),
         drift=lambda x, u: _convert_answer(along(x, u), (n,), "function's second derivative", x),
     )
-
-
-def _convert_to_letters(matrix: sp.Matrix) -> np.ndarray | None:
-    """A matrix in symbols as Polynomials; None where an entry is no sum of products."""
-    entries = [*map(_make_polynomial, matrix)]
-    return None if None in entries else np.array(entries).reshape(matrix.shape)
-
-
-def _make_polynomial(expression: sp.Expr) -> Polynomial | None:
-    """The polynomial of a sympy expression; None where it is no sum of products."""
-    import sympy as sp
-
-    total = as_polynomial(0)
-    for part in sp.Add.make_args(sp.expand(expression)):
-        product = as_polynomial(1)
-        for factor in sp.Mul.make_args(part):
-            base, power = factor.as_base_exp()
-            if not power.is_Integer or not (base.is_Symbol or base.is_number):
-                return None
-            exact = Fraction(int(base.p), int(base.q)) if base.is_Rational else None
-            number = as_polynomial(exact) if exact is not None else None
-            if number is None:
-                number = letter(base.name) if base.is_Symbol else as_polynomial(float(base))
-            product = product * number ** int(power)
-        total = total + product
-    return total
 
 
 def build_callable_frame(coordinates: Coordinates, layout: Layout, count: str) -> Frame:

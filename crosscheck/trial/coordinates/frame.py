@@ -4,24 +4,18 @@ from __future__ import annotations
 
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
-from fractions import Fraction
-from typing import Any, Literal
+from typing import Literal
 
 import numpy as np
 
-from crosscheck.analytic.derivation.chain import build_exact_chain
-from crosscheck.analytic.derivation.stage import Stage
 from crosscheck.models.arm.arm import Arm
 from crosscheck.models.arm.layout import Layout
 from crosscheck.models.errors import InputError
-from crosscheck.trial.changes.arms.polynomial import as_polynomial, build_letter_chain
 from crosscheck.trial.input.arrays import format_vector
 from crosscheck.trial.input.equations import Coordinates
 
 WHERE = "coordinates"
 WORST_CONDITION = 1e12  # largest condition number of J with scaled rows and columns
-ROUNDING = 1e-13  # largest entry that was meant to be 0, relative to its matrix row
-LARGEST_DENOMINATOR = 1000  # largest denominator of a ratio of whole numbers
 TRIES = 40
 MOST_HALVED = 20
 PLACED = 1e-9  # accuracy of a state found for given q, before it is polished
@@ -36,8 +30,7 @@ class Frame:
 
     position(x): q. slopes(x): dq/dx (n, n); jacobian_source: where it comes from. drift(x, u): J' u
     (n,) at rates u = x', what q'' has beside J x''. They raise InputError where they find none.
-    matrix: where the map is linear, q = matrix @ x. symbolic: the same in Polynomials of the arm's
-    letters, of named maps and of matrices whose numbers are ratios, radii and gear ratios of it.
+    matrix: where the map is linear, q = matrix @ x.
     """
 
     layout: Layout
@@ -47,7 +40,6 @@ class Frame:
     slopes: Vector
     drift: Along
     matrix: np.ndarray | None = None
-    symbolic: np.ndarray | None = None
 
     def jacobian(self, x: np.ndarray) -> np.ndarray:
         """J = dq/dx (n, n). Raises InputError where it is singular."""
@@ -105,9 +97,7 @@ class Frame:
         return x if reached.all() else None
 
 
-def build_linear_frame(
-    layout: Layout, names: tuple[str, ...], matrix: np.ndarray, symbolic: np.ndarray | None
-) -> Frame:
+def build_linear_frame(layout: Layout, names: tuple[str, ...], matrix: np.ndarray) -> Frame:
     """The frame of q = matrix @ x."""
     return Frame(
         layout,
@@ -117,7 +107,6 @@ def build_linear_frame(
         slopes=lambda x: matrix.copy(),
         drift=lambda x, u: np.zeros(len(names)),
         matrix=matrix,
-        symbolic=symbolic,
     )
 
 
@@ -135,52 +124,6 @@ def select_coordinate_names(coordinates: Coordinates, usual: Sequence[str]) -> t
     if not all(isinstance(name, str) and name for name in names) or len(set(names)) < len(names):
         raise InputError(WHERE, "names", names, "must be words unlike each other")
     return names
-
-
-def express_in_letters(matrix: np.ndarray, layout: Layout, arm: Arm) -> np.ndarray | None:
-    """The matrix in ratios of whole numbers and the radii and ratios of each row's own joint.
-
-    None where some number is none of these; what rounding left of a 0 counts as 0.
-    """
-    letters, numbers = build_letter_chain(arm, layout).stages, build_exact_chain(arm, layout).stages
-    entries: list[Any] = []
-    for row, meant in zip(matrix, layout.coordinates, strict=True):
-        stage, numeric_stage = letters[meant.joint - 1], numbers[meant.joint - 1]
-        quantities: list[tuple[Any, float]] = []
-        if isinstance(stage, Stage) and isinstance(numeric_stage, Stage):
-            values = map(float, _quantities(numeric_stage))
-            quantities = [*zip(_quantities(stage), values, strict=True)]
-        nothing = ROUNDING * float(np.abs(row).max())
-        for value in row.tolist():
-            ratio = Fraction(value).limit_denominator(LARGEST_DENOMINATOR)
-            equal = (
-                f if value * n > 0 else -f
-                for f, n in quantities
-                if abs(abs(value) - abs(n)) <= ROUNDING * abs(n)
-            )
-            form = next(equal, None)
-            if abs(value) <= nothing:
-                entries.append(0)
-            elif float(ratio) == value and not _is_motors(value, numeric_stage):
-                entries.append(ratio)
-            elif form is not None:
-                entries.append(form)
-            else:
-                return None
-    return np.array([*map(as_polynomial, entries)]).reshape(matrix.shape)
-
-
-def _is_motors(value: float, stage: Any) -> bool:
-    """Whether a number is what a motor's angle is divided by, rather than a ratio of its own."""
-    return isinstance(stage, Stage) and abs(value) == abs(1 / float(stage.n)) != 1
-
-
-def _quantities(stage: Stage) -> tuple[Any, ...]:
-    """Quantities of a stage that people put in a map of its joint, simplest first."""
-    r_s, r_p, r_cp, n = stage.r_s, stage.r_p, stage.r_cp, stage.n
-    radii = r_s, r_p, r_cp, 2 * r_s, 2 * r_p, 2 * r_cp, r_s + 2 * r_p
-    inverses = (each**-1 for each in (n, r_s, r_p, r_cp))
-    return *radii, n, *inverses, r_p / r_s, r_s / r_p, 2 * r_cp / r_s
 
 
 def require_invertible(matrix: np.ndarray, what: str, x: np.ndarray | None = None) -> None:

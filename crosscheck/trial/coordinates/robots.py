@@ -100,23 +100,23 @@ def read_frame(coordinates: Coordinates, robot: Robot, where: str) -> Frame | No
         except NotNumbers as error:
             raise InputError(where, "coordinates.matrix", None, str(error)) from None
         require_invertible(matrix, "matrix")
-        return build_linear_frame(layout, names, matrix, None)
+        return build_linear_frame(layout, names, matrix)
     if coordinates.order:
         places = [[float(name == each) for each in coordinates.order] for name in joint_names]
-        return build_linear_frame(layout, names, np.array(places), None)
+        return build_linear_frame(layout, names, np.array(places))
     if coordinates.links == "relative":
         return None
     readings = list_readings(describe_coordinates(robot))
     absolute = (each.position for each in readings if each.kind == "absolute")
     matrix = next(absolute, np.eye(size))
-    return build_linear_frame(layout, names, matrix, None)
+    return build_linear_frame(layout, names, matrix)
 
 
 def build_robot_frame(coordinates: Coordinates, robot: Robot) -> Frame:
     """The map of a user's coordinates, also where they are the joints' own. Raises InputError."""
     size = len(robot.coordinates)
     layout = Layout(tuple(Coordinate("theta", number + 1) for number in range(size)))
-    identity = build_linear_frame(layout, tuple(robot.coordinate_names), np.eye(size), None)
+    identity = build_linear_frame(layout, tuple(robot.coordinate_names), np.eye(size))
     return read_frame(coordinates, robot, "coordinates") or identity
 
 

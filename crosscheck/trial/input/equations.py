@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from pathlib import Path
-from typing import TYPE_CHECKING, Annotated, Any, Literal
+from typing import Annotated, Any, Literal
 
 import numpy as np
 from pydantic import BaseModel, ConfigDict, Field
@@ -14,9 +14,6 @@ from crosscheck.models.arm.arm import Arm
 from crosscheck.models.experiment.scenario import Scenario, Switches
 from crosscheck.models.files import read_toml
 from crosscheck.models.loading import validate_record
-
-if TYPE_CHECKING:
-    from crosscheck.trial.source.code import UserCode
 
 Function = Callable[..., Any]
 Gearing = Literal["rigid", "lumped", "free"]
@@ -142,7 +139,8 @@ class Equations:
         gravity: What holds the weights, shape (n,), by (x). With M and bias beside it, and without
             a force, the drive's torques are the force.
         unused: Names of other functions of the object that the equations came from.
-        find_code: Finds their source, of equations that may have one; not for users.
+        find_code: Finds their source, a UserCode or None, of equations that may have one; not for
+            users.
         rebuilt_as: The parts as ``rebuild`` made them; not for users.
     """
 
@@ -165,7 +163,7 @@ class Equations:
     table: AnswerTable | None = None
     gravity: Function | None = None
     unused: tuple[str, ...] = ()
-    find_code: Callable[[], UserCode | None] | None = field(default=None, repr=False, compare=False)
+    find_code: Callable[[], Any] | None = field(default=None, repr=False, compare=False)
     rebuilt_as: tuple[Any, ...] = field(default=(), repr=False, compare=False)
 
     def __post_init__(self) -> None:

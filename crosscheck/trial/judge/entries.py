@@ -22,7 +22,7 @@ LARGEST_POWER = 200  # largest power of ten between the numbers of two units
 SLOPES = 2 / TURN_RAD  # largest error of slopes of M, over the error of M itself
 SOLVED = 10  # roundings of a solution by elimination, times the condition number of the matrix
 Part = Literal["mass_matrix", "bias", "gravity", "inverse_dynamics", "force", "acceleration"]
-ErrorKind = Literal["sign", "factor", "dropped", "swapped", "angle", "extra", "exchanged"]
+ErrorKind = Literal["sign", "factor", "dropped", "swapped", "angle", "extra"]
 SHOWN = 8  # places of a list that are shown; the report has them all
 PARTS: dict[str, Part] = {
     "mass_matrix": "mass_matrix",
@@ -249,8 +249,7 @@ class TermError:
 
     kind: ``sign``, ``factor`` (``by``: yours over right), ``dropped``, ``swapped`` (``yours`` where
     ``right`` belongs), ``angle`` (the same of an angle sum), ``extra`` (which belongs to ``right``,
-    if anywhere), ``exchanged`` (``yours`` and ``right`` in all terms). term: the right one, of
-    ``extra`` the one too many.
+    if anywhere). term: the right one, of ``extra`` the one too many.
     """
 
     kind: ErrorKind
@@ -265,8 +264,7 @@ class Explanation:
     """Errors that together make a difference, and what they leave of it, relative to that.
 
     others: explanations that fit as well with the arm's numbers (equal lengths, say), likeliest
-    first. seen_in: in words, where the errors are, if not in this entry: entries in other
-    coordinates, in which they are fewer.
+    first. seen_in: in words, the entries where the errors are, if not in this one.
     """
 
     errors: tuple[TermError, ...]

@@ -12,7 +12,7 @@ from crosscheck.analytic.robot.model import AnalyticRobot
 from crosscheck.checks.robot_states import TOLERANCE, WITH_WEIGHTS, RandomStates
 from crosscheck.models.robot.robot import Level
 from crosscheck.report.formatting import list_first
-from crosscheck.trial.changes.forms import describe_pieces, find_forms
+from crosscheck.trial.changes.forms import describe_pieces, find_forms, format_factor
 from crosscheck.trial.changes.numbers import (
     ALIKE,
     list_equal_numbers,
@@ -45,7 +45,6 @@ from crosscheck.trial.robots.rates import BiasTerms, sample_bias_terms, term_siz
 from crosscheck.trial.robots.readings import find_readings
 from crosscheck.trial.robots.rows import describe_asymmetry, describe_right_rows
 
-RATIOS = {-1.0: "with the opposite sign", 0.5: "half as large", 2.0: "twice as large"}
 SHOWN = 1e-5  # least deviation of a ratio from 1 that is shown: ratios have six digits
 MISSING, EXTRA = "missing", "right is 0"
 MOST_OTHERS = 3  # causes of one part, beyond which they are no more than a coincidence
@@ -349,8 +348,7 @@ def describe_ratio(
         return ""
     if abs(ratio - 1) < SHOWN:
         return ""
-    near = [words for usual, words in RATIOS.items() if abs(ratio - usual) < ALIKE]
-    return near[0] if near else f"{ratio:.6g} times as large"
+    return format_factor(ratio)
 
 
 def _compute_difference(problem: RobotProblem, level: Level, part: str) -> np.ndarray:

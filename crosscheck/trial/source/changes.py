@@ -228,11 +228,16 @@ def list_operands(site: Site) -> Texts:
 
 
 def list_steps(site: Site) -> Texts:
-    """An index or the end of a range one further, or one less, or the first; or all up to it."""
+    """An index or the end of a range one further, or one less, or the first."""
     if site.is_leaf and site.is_index and site.kind == INDEX:
         yield from (*(f"{site.text} {sign} 1" for sign in OPPOSITE), "0")
-        if isinstance(site.parent, ast.Subscript | ast.Tuple):
-            yield from (f":{site.text} + 1", f":{site.text}", f"{site.text}:")
+
+
+def list_slices(site: Site) -> Texts:
+    """All up to an index, or from it."""
+    is_element = isinstance(site.parent, ast.Subscript | ast.Tuple)
+    if is_element and site.is_leaf and site.is_index and site.kind == INDEX:
+        yield from (f":{site.text} + 1", f":{site.text}", f"{site.text}:")
 
 
 def list_comparisons(site: Site) -> Texts:

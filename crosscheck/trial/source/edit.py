@@ -11,13 +11,14 @@ class Edit(NamedTuple):
     """An edit: other text in the place of a node, and perhaps of one more.
 
     likelihood: rank of its kind, 1 of the likeliest, and the kind's place among all; further: the
-    other node and its text, where a statement moves.
+    other node and its text, where a statement moves; is_slice: whether the text is a slice.
     """
 
     likelihood: tuple[int, int]
     node: ast.expr | ast.stmt
     text: str
     further: tuple[ast.stmt, str] | None = None
+    is_slice: bool = False
 
     @property
     def rank(self) -> int:
@@ -39,9 +40,9 @@ class Edit(NamedTuple):
         """The other node; of several statements one that holds them. Raises SyntaxError."""
         if isinstance(self.node, ast.stmt):
             return _parse_statements(self.text)
-        is_slice = self.text.startswith(":") or self.text.endswith(":")
-        other: Any = ast.parse(f"_[{self.text}]" if is_slice else self.text, mode="eval").body
-        return ast.fix_missing_locations(other.slice if is_slice else other)
+        text = f"_[{self.text}]" if self.is_slice else self.text
+        other: Any = ast.parse(text, mode="eval").body
+        return ast.fix_missing_locations(other.slice if self.is_slice else other)
 
 
 def _parse_statements(text: str) -> ast.stmt:

@@ -38,6 +38,7 @@ from crosscheck.trial.source.changes import (
     list_powers,
     list_repeated_exchanges,
     list_repetitions,
+    list_slices,
     list_steps,
     list_transposes,
 )
@@ -48,10 +49,14 @@ from crosscheck.trial.source.syntax import SourceTree
 
 
 class EditKind(NamedTuple):
-    """A kind of edits: rank, from 1 of the likeliest, and the texts that may stand at a site."""
+    """A kind of edits: rank, from 1 of the likeliest, and the texts that may stand at a site.
+
+    are_slices: whether these are slices.
+    """
 
     rank: int
     list_texts: Callable[[Site], Texts]
+    are_slices: bool = False
 
 
 # What is a sign or a letter away is likelier than what needs a new expression, which also fits more
@@ -73,6 +78,7 @@ KINDS = (
     EditKind(2, list_parentheses),
     EditKind(2, list_multiples),
     EditKind(2, list_steps),
+    EditKind(2, list_slices, are_slices=True),
     EditKind(2, list_assignments),
     EditKind(2, partial(list_negatives, of_products=False, inside=False)),
     EditKind(2, partial(list_negatives, of_products=True, inside=False)),
@@ -111,6 +117,6 @@ def list_edits(tree: SourceTree, rank: int) -> Iterator[Edit]:
             for site in sites:
                 if isinstance(site.node, ast.expr | ast.stmt):
                     for text in kind.list_texts(site):
-                        yield Edit((rank, place), site.node, text)
+                        yield Edit((rank, place), site.node, text, is_slice=kind.are_slices)
     if rank == MOVE_RANK:
         yield from list_moves(tree, (rank, len(KINDS)))

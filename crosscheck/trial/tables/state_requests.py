@@ -21,7 +21,7 @@ from crosscheck.registry import register
 from crosscheck.trial.arms.model import make_registry_entry
 from crosscheck.trial.arms.questions import VerificationProblem
 from crosscheck.trial.arms.subject import build_problem, list_tasks
-from crosscheck.trial.changes.arms.comparison import list_entry_quantities, list_entry_questions
+from crosscheck.trial.changes.arms.comparison import list_entry_questions
 from crosscheck.trial.changes.arms.diagnosis import PROBES
 from crosscheck.trial.changes.arms.probe import draw_probe_arms
 from crosscheck.trial.coordinates.build import build_frame
@@ -135,7 +135,7 @@ class TableTrial(AnsweredTrial):
         for arm in draw_probe_arms(self.mechanism, PROBES):
             notes: dict[Call, None] = {}
             probe = self._record_calls(parts, notes)[1].adapt_to_arm(arm)
-            _perform(probe, list_entry_questions(probe, probe.levels, list_entry_quantities(probe)))
+            _perform(probe, list_entry_questions(probe))
             requests.append(self._build_request(probe, notes, first))
             first += requests[-1].count
         return requests

@@ -13,11 +13,7 @@ from crosscheck.planning.comparison import ModelTask, Results
 from crosscheck.registry import register
 from crosscheck.trial.arms.model import make_registry_entry
 from crosscheck.trial.arms.subject import build_problem
-from crosscheck.trial.changes.arms.comparison import (
-    compare_entries,
-    list_entry_quantities,
-    list_entry_questions,
-)
+from crosscheck.trial.changes.arms.comparison import ask_and_compare
 from crosscheck.trial.changes.arms.diagnosis import build_probe_problems, diagnose
 from crosscheck.trial.changes.arms.term_words import describe_term_error
 from crosscheck.trial.input.equations import Equations
@@ -30,7 +26,7 @@ GRAVITY, FRICTION = (0.0, -9.81), 1.7
 
 
 class Mistake(NamedTuple):
-    """A mistake in a right text (``equations.RIGHT``): old pieces, and what stands there instead.
+    """A mistake in a right text, by its kind: old pieces, and what stands there instead.
 
     source: where this kind of mistake is reported or corrected, be it of another machine. entry:
     pattern of the entries of the user's that may be blamed (bias and M of the same mistake among
@@ -38,12 +34,12 @@ class Mistake(NamedTuple):
     """
 
     name: str
-    said: str
     source: str
     kind: str
     replaced: tuple[tuple[str, str], ...]
     entry: str
     term: str
+    said: str = ""
 
 
 ROWS = tomllib.loads(Path(__file__).with_name("mistakes.toml").read_text(encoding="utf-8"))
@@ -74,11 +70,8 @@ def wrong_entries(asked: TrialRequest) -> list[EntryMismatch]:
     """The wrong entries with their reasons, in this process and without any check."""
     problem = build_problem(asked)
     problems = (problem, *build_probe_problems(problem))
-    level, quantities = problem.levels[-1], list_entry_quantities(problem)
     with register(problem.name, make_registry_entry(problem.name, problem.equations, problem.has)):
-        questions = (list_entry_questions(each, [level], quantities) for each in problems)
-        results = perform(list(dict.fromkeys(task for own in questions for task in own)))
-        here, *there = (compare_entries(each, level, quantities, results) for each in problems)
+        here, *there = ask_and_compare(problems, problem.levels[-1], perform)
         return diagnose(here, there, perform).wrong_entries
 
 

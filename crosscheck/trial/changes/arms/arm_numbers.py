@@ -19,6 +19,11 @@ NONZERO_SUBSTITUTES = {
 }
 COM, INERTIA = 0.3, 0.1  # substitutes for 0: com over length, and inertia over mass x length^2
 NEXT_TO_NOTHING = 1e-6  # largest negligible inertia, over mass x com^2
+# Fields of a link that scale with one of its numbers, and the powers; rods keep their mass.
+LINK_POWERS = {
+    "length_m": {"com_m": 1, "inertia_kg_m2": 2, "density_kg_per_m3": -1},
+    "mass_kg": {"inertia_kg_m2": 1},
+}
 # Numbers of one kind, of which one may stand for another that is equal to it.
 INTERCHANGEABLE_FIELDS = (
     ("length_m", "com_m"),
@@ -85,11 +90,8 @@ def find_negligible_inertias(arm: Arm, names: Iterable[str]) -> tuple[str, ...]:
     for name in names:
         record_name, _, field = name.rpartition(".")
         if record_name.startswith("links") and field == "inertia_kg_m2":
-            about_joint = (
-                get_number(arm, f"{record_name}.mass_kg")
-                * get_number(arm, f"{record_name}.com_m") ** 2
-            )
-            if 0 < get_number(arm, name) <= NEXT_TO_NOTHING * about_joint:
+            mass, com = (get_number(arm, f"{record_name}.{each}") for each in ("mass_kg", "com_m"))
+            if 0 < get_number(arm, name) <= NEXT_TO_NOTHING * mass * com**2:
                 inertia_names.append(name)
     return tuple(inertia_names)
 
@@ -102,29 +104,17 @@ def find_natural_powers(arm: Arm, driver: str) -> dict[str, int]:
     """
     field = driver.rpartition(".")[2]
     kind = next((kind for kind in INTERCHANGEABLE_FIELDS if field in kind), ())
-    value = get_number(arm, driver)
-    alike = [
-        name
-        for name in list_number_names(arm)
-        if name.rpartition(".")[2] in kind and get_number(arm, name) == value
-    ]
+    names, value = list(list_number_names(arm)), get_number(arm, driver)
+    same_kind = [name for name in names if name.rpartition(".")[2] in kind]
+    alike = [name for name in same_kind if get_number(arm, name) == value]
     powers = {name: 1 for name in alike if name != driver}
     for name in alike:
         record_name, _, field = name.rpartition(".")
-        for dependent, power in _link_powers(field).items():
-            if record_name.startswith("links") and f"{record_name}.{dependent}" in set(
-                list_number_names(arm)
-            ):
-                powers.setdefault(f"{record_name}.{dependent}", power)
+        for dependent, power in LINK_POWERS.get(field, {}).items():
+            if (dependent_name := f"{record_name}.{dependent}") in names:
+                powers.setdefault(dependent_name, power)
     powers.pop(driver, None)
     return powers
-
-
-def _link_powers(field: str) -> dict[str, int]:
-    """Fields of a link that scale with one of its numbers, and the powers; rods keep their mass."""
-    if field == "length_m":
-        return {"com_m": 1, "inertia_kg_m2": 2, "density_kg_per_m3": -1}
-    return {"inertia_kg_m2": 1} if field == "mass_kg" else {}
 
 
 def _find_path(name: str) -> Path:

@@ -6,12 +6,13 @@ from collections import Counter
 from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import replace
 from itertools import permutations
+from typing import Any
 
 import numpy as np
 
-from crosscheck.trial.arms.suite import get_trusted_answers
 from crosscheck.trial.changes.arms.comparison import QUANTITIES, EntryComparison
 from crosscheck.trial.changes.arms.mesh_forces import compute_signals, list_mesh_laws
+from crosscheck.trial.changes.arms.polynomial import as_polynomial
 from crosscheck.trial.changes.arms.segments import (
     ReferenceTerms,
     build_reference_terms,
@@ -35,7 +36,6 @@ from crosscheck.trial.changes.arms.term_words import (
     make_term_error,
 )
 from crosscheck.trial.changes.forms import exchange_rows, scale_part
-from crosscheck.trial.input.equations import Coordinates
 from crosscheck.trial.judge import entries
 from crosscheck.trial.judge.entries import (
     EntryMismatch,
@@ -51,86 +51,28 @@ FOLLOWS = "follows from the wrong M"
 def explain_entries(arm: EntryComparison, probes: Sequence[EntryComparison]) -> list[EntryMismatch]:
     """The wrong entries with their reasons; then those that only another arm shows.
 
-    probes: the same on arms of the same structure and other numbers. Coordinates of a matrix are
-    looked at in the built-in ones too: where fewer errors explain a part of the equations there,
-    these are reported.
+    probes: the same on arms of the same structure and other numbers.
     """
-    if probes and probes[0].symbolic is not None and _is_same_map(probes[0].symbolic, arm):
-        arm = replace(arm, symbolic=probes[0].symbolic)  # equal numbers are no symbol's own
+    if probes and probes[0].columns is not None and _is_same_map(probes[0].columns, arm):
+        arm = replace(arm, letters=probes[0].columns)  # equal numbers are no letter's own
     if set(arm.user_values) == {"acceleration"} and arm.terms is not None:
         return list(_explain_accelerations(arm, probes))
-    wrong_entries = _explain_parts((arm, *probes), list(_explain_arms(arm, probes)))
-    if arm.problem.equations.coordinates.matrix is None:
-        return wrong_entries
-    groups, better = _group_by_part(wrong_entries), dict[object, Explanation]()
-    rank = 0 if arm.symbolic is not None else 2
-    lengths = {at: _explanation_length(group, rank) for at, group in groups.items()}
-    is_spread = any(rank or length[:2] > (0, 1) for length in lengths.values())
-    gearing = arm.problem.gearing
-    built_in = [Coordinates(gearing), Coordinates(gearing, "absolute")]
-    if gearing != "rigid":
-        built_in += [replace(each, gears="angles") for each in built_in]
-    for coordinates in built_in if is_spread else ():
-        seen = arm.transform_to(coordinates)
-        explained = _explain_arms(seen, [probe.transform_to(coordinates) for probe in probes])
-        for at, group in _group_by_part(list(explained)).items():
-            length = _explanation_length(group, 1)
-            if not length[0] and length < lengths.get(at, ()):
-                lengths[at] = length
-                better[at] = _join_explanations(group, seen.frame.names)
-    return [
-        replace(wrong, explanation=better.get(_part_key(wrong), wrong.explanation))
-        if not wrong.notes
-        else wrong
-        for wrong in wrong_entries
-    ]
+    return _explain_parts((arm, *probes), list(_explain_arms(arm, probes)))
 
 
-def _is_same_map(symbolic: np.ndarray, arm: EntryComparison) -> bool:
+def _is_same_map(columns: np.ndarray, arm: EntryComparison) -> bool:
     """Whether a map in letters has the same numbers as the user's map of an arm."""
-    matrix = arm.problem.frame.matrix
+    matrix = arm.frame.matrix
     if matrix is None:
         return False
-    off = np.abs(np.vectorize(lambda entry: entry.value(arm.values), [float])(symbolic) - matrix)
+    numbers = [as_polynomial(entry).value(arm.values) for entry in columns.ravel()]
+    off = np.abs(np.reshape(numbers, matrix.shape) - matrix)
     return bool((off <= SAME * np.abs(matrix).max(axis=1, keepdims=True)).all())
-
-
-def _part_key(wrong: EntryMismatch) -> tuple[str, str]:
-    return wrong.place.part, wrong.shown_on
-
-
-def _group_by_part(
-    wrong_entries: Sequence[EntryMismatch],
-) -> dict[tuple[str, str], list[EntryMismatch]]:
-    """The wrong entries that do not follow from others, by their part and arm."""
-    groups: dict[tuple[str, str], list[EntryMismatch]] = {}
-    for wrong in wrong_entries:
-        if not wrong.notes:
-            groups.setdefault(_part_key(wrong), []).append(wrong)
-    return groups
-
-
-def _explanation_length(
-    wrong_entries: Sequence[EntryMismatch], rank: int
-) -> tuple[int, int, int, int]:
-    """Length of an explanation: unexplained entries, errors in the others, rank, all entries."""
-    open_ones = sum(wrong.explanation is None for wrong in wrong_entries)
-    return open_ones, len(_collect_errors(wrong_entries)), rank, len(wrong_entries)
 
 
 def _collect_errors(wrong_entries: Sequence[EntryMismatch]) -> dict[object, entries.TermError]:
     explanations = [wrong.explanation for wrong in wrong_entries if wrong.explanation]
     return {error_signature(error): error for each in explanations for error in each.errors}
-
-
-def _join_explanations(group: Sequence[EntryMismatch], names: Sequence[str]) -> Explanation:
-    """What explains all of some entries, and in words which; others only of a single error."""
-    errors = tuple(_collect_errors(group).values())
-    explanations = [wrong.explanation for wrong in group if wrong.explanation]
-    left = max(each.left_over for each in explanations)
-    where = ", ".join(entries.format_entry(wrong.place, names) for wrong in group)
-    others = explanations[0].others if len(errors) == 1 else ()
-    return Explanation(errors, left, others, where)
 
 
 def _explain_arms(
@@ -167,14 +109,14 @@ def _explain_entry(wrong: EntryMismatch, arms: Sequence[EntryComparison]) -> Ent
     return replace(wrong, difference=difference, latex=latex)
 
 
-def _make_explanation(target: Target, sets: Sequence[ChangeSet], seen_in: str = "") -> Explanation:
+def _make_explanation(target: Target, sets: Sequence[ChangeSet]) -> Explanation:
     """The first of changes that make the same, and the others beside it."""
     terms, arms = target.terms, len(target.difference)
     first, *others = (tuple(make_term_error(each, terms) for each in changes) for changes in sets)
     made = sum(change.effect[:arms] for change in sets[0])
     size = float(np.linalg.norm(target.difference))
     left = float(np.linalg.norm(target.difference - made)) / size
-    return Explanation(first, left, tuple(others), seen_in)
+    return Explanation(first, left, tuple(others))
 
 
 def _list_whole_weights(
@@ -191,19 +133,20 @@ def _list_whole_weights(
 def _list_law_changes(arm: EntryComparison, place: EntryPlace, target: Target) -> list[TermChange]:
     """Other laws of meshes that change an entry of the force."""
     frame, problem = arm.frame, arm.problem
-    rates = {rate_name(name): arm.rates[:, k] for k, name in enumerate(frame.names)}
 
     def evaluate(terms: ReferenceTerms, signals: Mapping[str, np.ndarray]) -> np.ndarray:
-        return evaluate_entry(terms.entry(place), arm.values, arm.angles, {**signals, **rates})
+        return evaluate_entry(
+            terms.entry(place), arm.values, arm.angles, {**arm.signals, **signals}
+        )
 
     assert arm.terms is not None  # else nobody asks
-    right, changes = evaluate(arm.terms, arm.signals), list[TermChange]()
+    right, changes = evaluate(arm.terms, {}), list[TermChange]()
     laws = list_mesh_laws(problem.case.arm, frame.layout, problem.case.switches)
     for number, law in enumerate(laws, start=2):
         terms = arm.terms
         if law.switches != problem.case.switches:
-            has_gravity = problem.has_gravity
-            terms = build_reference_terms(frame, law.arm, law.switches, has_gravity=has_gravity)
+            parts: dict[str, Any] = {"has_gravity": problem.has_gravity, "columns": arm.columns}
+            terms = build_reference_terms(frame, law.arm, law.switches, **parts)
         states, convention = arm.force_states, law.convention
         signals = compute_signals(law.arm, frame.layout, law.switches, states, convention)
         effect = (evaluate(terms, signals) - right)[target.states]
@@ -294,9 +237,8 @@ def _explain_part(
         return dict.fromkeys(wrong, _explain_by_any(errors))
     if arms[0].problem.has_gravity and part == "force":
         return {}  # without weights there is nothing to derive
-    return (
-        dict.fromkeys(wrong, _explain_by_any(errors)) if (errors := find_steps(arms, part)) else {}
-    )
+    errors = find_steps(arms, part)
+    return dict.fromkeys(wrong, _explain_by_any(errors)) if errors else {}
 
 
 def _explain_by_any(errors: Sequence[TermError]) -> Explanation:
@@ -323,7 +265,7 @@ def _explain_accelerations(
 
 def _balance_accelerations(comparison: EntryComparison) -> np.ndarray:
     """The force (K, n) that M makes of the differences of accelerations."""
-    mass, *_ = get_trusted_answers(comparison.problem, comparison.results, comparison.level)
+    mass, *_ = comparison.problem.list_trusted_answers(comparison.level)
     values, right = (
         each["acceleration"] for each in (comparison.user_values, comparison.reference_values)
     )

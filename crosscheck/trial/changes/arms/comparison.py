@@ -2,41 +2,34 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Mapping, Sequence
-from dataclasses import dataclass, replace
+from collections.abc import Callable, Iterator, Mapping, Sequence
+from dataclasses import dataclass
 from functools import cached_property
 
 import numpy as np
 
 from crosscheck.models.arm.arm import Arm
-from crosscheck.planning.comparison import Results
+from crosscheck.planning.comparison import ModelTask, Results
 from crosscheck.trial.arms.questions import StateQuestion, VerificationProblem
-from crosscheck.trial.arms.suite import (
-    compute_natural_sizes,
-    get_trusted_answers,
-    make_size_questions,
-)
 from crosscheck.trial.changes.arms.letters import collect_arm_values
 from crosscheck.trial.changes.arms.mesh_forces import ForceStates, compute_signals
 from crosscheck.trial.changes.arms.segments import (
     ReferenceTerms,
     TermKey,
     build_reference_terms,
+    derive_bias,
     evaluate_wave,
+    find_columns,
     rate_name,
 )
 from crosscheck.trial.changes.arms.waves import (
     FOLLOWS,
     WaveBasis,
-    derive_bias_change,
     list_keys,
     minimum_state_count,
 )
-from crosscheck.trial.coordinates.build import build_frame
-from crosscheck.trial.coordinates.differences import fold_rate_pairs
 from crosscheck.trial.coordinates.frame import Frame
 from crosscheck.trial.coordinates.states import UserState
-from crosscheck.trial.input.equations import Coordinates
 from crosscheck.trial.judge import entries
 from crosscheck.trial.judge.entries import EntryMismatch, EntryPlace, NaturalSizes
 
@@ -47,6 +40,7 @@ BY_ENTRY = {
     "gravity": "gravity",
     "force": "force",
 }
+Perform = Callable[[Sequence[ModelTask]], Results]
 QUANTITIES = {part: quantity for quantity, part in entries.PARTS.items() if quantity != "bias"}
 
 
@@ -54,8 +48,7 @@ QUANTITIES = {part: quantity for quantity, part in entries.PARTS.items() if quan
 class EntryComparison:
     """A model and the reference on one arm: answers of both for every part, at every state.
 
-    coordinates: built-in coordinates in which all of this is, None for the user's. symbolic: the
-    user's map in letters of the arm.
+    letters: the user's map in letters, where those of the arm do not decide.
     """
 
     problem: VerificationProblem
@@ -63,68 +56,27 @@ class EntryComparison:
     results: Results
     user_values: Mapping[str, np.ndarray]
     reference_values: Mapping[str, np.ndarray]
-    symbolic: np.ndarray | None = None
-    coordinates: Coordinates | None = None
+    letters: np.ndarray | None = None
 
-    def transform_to(self, coordinates: Coordinates) -> EntryComparison:
-        """The comparison carried into built-in coordinates. Only of a linear map."""
-        frame = build_frame(coordinates, self.problem.case.arm)
-        S = self._coordinate_jacobian(frame)
-        user_values, reference_values = (
-            {quantity: _transform_values(quantity, values, S) for quantity, values in each.items()}
-            for each in (self.user_values, self.reference_values)
-        )
-        return replace(
-            self,
-            user_values=user_values,
-            reference_values=reference_values,
-            symbolic=frame.symbolic,
-            coordinates=coordinates,
-        )
-
-    def _coordinate_jacobian(self, frame: Frame) -> np.ndarray:
-        """dx/dy (n, n) of the user's x by coordinates y of a frame."""
-        user_matrix, built_in = self.problem.frame.matrix, frame.matrix
-        assert user_matrix is not None  # or nobody asks
-        assert built_in is not None
-        return np.linalg.solve(user_matrix, built_in)
-
-    @cached_property
+    @property
     def frame(self) -> Frame:
-        """The frame of the coordinates in use, its map in symbols where it has any."""
-        if self.coordinates is not None:
-            return build_frame(self.coordinates, self.problem.case.arm)
-        return replace(self.problem.frame, symbolic=self.symbolic)
+        """The frame of the coordinates."""
+        return self.problem.frame
 
-    @cached_property
+    @property
     def states(self) -> Sequence[UserState]:
-        """The states at which both were asked, in the coordinates in use."""
-        if self.coordinates is None:
-            return self.problem.states
-        turns = np.linalg.inv(self._coordinate_jacobian(self.frame))
-        return [
-            state._replace(x=turns @ state.x, u=turns @ state.u) for state in self.problem.states
-        ]
+        """The states at which both were asked."""
+        return self.problem.states
 
     @cached_property
     def rates(self) -> np.ndarray:
-        """Rates of the coordinates in use at the states (K, n)."""
+        """Rates of the coordinates at the states (K, n)."""
         return np.array([state.u for state in self.states])
 
-    @cached_property
+    @property
     def sizes(self) -> NaturalSizes:
-        """Natural sizes of the entries in the coordinates in use."""
-        if self.coordinates is None:
-            return compute_natural_sizes(self.problem, self.results, self.level)
-        S = self._coordinate_jacobian(self.frame)
-        trusted = get_trusted_answers(self.problem, self.results, self.level)
-        parts = ("mass_matrix", "force", "acceleration", "gravity")
-        mass, force, acceleration, gravity = (
-            None if values is None else _transform_values(part, values, S)
-            for part, values in zip(parts, trusted, strict=True)
-        )
-        assert mass is not None  # or it would have been missed
-        return entries.compute_sizes(self.frame, self.states, mass, force, acceleration, gravity)
+        """Natural sizes of the entries."""
+        return self.problem.compute_sizes(self.level)
 
     @property
     def wrong_entries(self) -> Iterator[EntryMismatch]:
@@ -145,16 +97,25 @@ class EntryComparison:
         }
 
     @cached_property
+    def columns(self) -> np.ndarray | None:
+        """The user's map in letters of the arm; None if it is not linear."""
+        if self.letters is not None or self.frame.matrix is None:
+            return self.letters
+        return find_columns(self.frame, self.problem.case.arm)
+
+    @cached_property
     def terms(self) -> ReferenceTerms | None:
         """Terms that belong in every entry; None where these cannot be determined.
 
         They cannot be if the map is not linear, nor at fewer states than an entry may have terms.
         """
-        if self.frame.matrix is None:
+        if self.columns is None:
             return None
         arm, chosen = self.problem.case.arm, self.problem.case.switches
-        has_gravity = self.problem.has_gravity
-        terms = build_reference_terms(self.frame, arm, chosen, self.level, has_gravity=has_gravity)
+        has_gravity, columns = self.problem.has_gravity, self.columns
+        terms = build_reference_terms(
+            self.frame, arm, chosen, self.level, has_gravity=has_gravity, columns=columns
+        )
         return terms if self.problem.count >= minimum_state_count(terms) else None
 
     @cached_property
@@ -211,47 +172,24 @@ class EntryComparison:
         return self._bases[kind].fit(values, size)
 
     @cached_property
-    def _bias_from_mass(self) -> Mapping[EntryPlace, Mapping[TermKey, float]]:
-        """Differences of the bias that follow from the wrong entries of M, by place."""
-        mass = {
-            (wrong.place.row, wrong.place.column): self.fit_waves(wrong.place) or {}
-            for wrong in self.wrong_entries
-            if wrong.place.column is not None
-        }
+    def _bias_from_mass(self) -> Mapping[tuple[EntryPlace, TermKey], float]:
+        """Differences of the bias that follow from the wrong entries of M."""
+        places = [w.place for w in self.wrong_entries if w.place.column is not None]
+        fits = [(place, self.fit_waves(place) or {}) for place in places]
         assert self.terms is not None  # else nobody asks
-        return derive_bias_change(mass, self.terms.angles)
+        mass = [(place, key, number) for place, fit in fits for key, number in fit.items()]
+        return derive_bias(mass, self.terms.angles)
 
     def is_caused_by_mass(self, place: EntryPlace) -> bool:
         """Whether an entry of the bias is wrong for no other reason than M."""
-        expected = self._bias_from_mass.get(place)
-        if not expected or self.terms is None:
-            return False
-        total = sum(n * evaluate_wave(key, self.angles) for key, n in expected.items())
+        made = [
+            number * evaluate_wave(key, self.angles)
+            for (at, key), number in self._bias_from_mass.items()
+            if at == place
+        ]
         difference, _ = self.difference(place)
         allowed = FOLLOWS * np.abs(difference).max() + self.noise(place)
-        return bool(np.abs(difference - total).max() <= allowed)
-
-
-def _transform_values(quantity: str, values: np.ndarray, S: np.ndarray) -> np.ndarray:
-    """Values (count, ...) of a part, carried from x to coordinates y; S: dx/dy."""
-    if quantity == "mass_matrix":
-        return np.einsum("sij,ia,jb->sab", values, S, S)
-    if quantity == "rate_terms":
-        turned = np.einsum("sijk,ia,jb,kc->sabc", values, S, S, S, optimize=True)
-        return fold_rate_pairs(turned)
-    if quantity == "acceleration":
-        return values @ np.linalg.inv(S).T
-    return values @ S
-
-
-def list_entry_questions(
-    problem: VerificationProblem, levels: Sequence[str], quantities: Sequence[str]
-) -> Iterator[StateQuestion]:
-    """Questions for a look entry by entry: to the equations, and to each level's reference."""
-    for level in levels:
-        yield from make_size_questions(problem, level)
-        yield from (problem.ask(problem.reference(level), part) for part in quantities)
-    yield from map(problem.ask_equations, quantities)
+        return bool(made) and bool(np.abs(difference - sum(made)).max() <= allowed)
 
 
 def list_entry_quantities(problem: VerificationProblem) -> list[str]:
@@ -260,18 +198,25 @@ def list_entry_quantities(problem: VerificationProblem) -> list[str]:
     return quantities or ["acceleration"]
 
 
-def compare_entries(
-    problem: VerificationProblem, level: str, quantities: Sequence[str], results: Results
-) -> EntryComparison:
-    """Both answers to every part that both answer. Raises MissingResult without a reference's M."""
-    reference = problem.reference(level)
-    user_values: dict[str, np.ndarray] = {}
-    reference_values: dict[str, np.ndarray] = {}
-    for quantity in quantities:
+def compare_entries(problem: VerificationProblem, level: str, results: Results) -> EntryComparison:
+    """Both answers to every part that both answer."""
+    user_values, reference_values = dict[str, np.ndarray](), dict[str, np.ndarray]()
+    for quantity in list_entry_quantities(problem):
         user_answer = results.get(problem.ask_equations(quantity))
-        reference_answer = results.get_if_finished(problem.ask(reference, quantity))
-        if user_answer is not None and reference_answer is not None:
-            user_values[quantity], reference_values[quantity] = user_answer, reference_answer
-    return EntryComparison(
-        problem, level, results, user_values, reference_values, problem.frame.symbolic
-    )
+        right = None if user_answer is None else problem.find_right(level, quantity)
+        if user_answer is not None and right is not None:
+            user_values[quantity], reference_values[quantity] = user_answer, right
+    return EntryComparison(problem, level, results, user_values, reference_values)
+
+
+def ask_and_compare(
+    problems: Sequence[VerificationProblem], level: str, perform: Perform
+) -> list[EntryComparison]:
+    """The comparison on each arm, whose equations are asked now."""
+    results = perform([task for each in problems for task in list_entry_questions(each)])
+    return [compare_entries(each, level, results) for each in problems]
+
+
+def list_entry_questions(problem: VerificationProblem) -> list[StateQuestion]:
+    """What equations are asked to be compared entry by entry."""
+    return [problem.ask_equations(quantity) for quantity in list_entry_quantities(problem)]

@@ -6,10 +6,10 @@ because the arm has none of it. That is no error on this arm, and other arms mus
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Mapping, Sequence
 from contextlib import suppress
 from dataclasses import dataclass, field, replace
-from functools import cached_property, partial
+from functools import cached_property
 from itertools import chain, combinations, islice
 
 import numpy as np
@@ -18,7 +18,6 @@ from pydantic import ValidationError
 from crosscheck.models.arm.arm import Arm
 from crosscheck.models.errors import InputError
 from crosscheck.models.loading import Case
-from crosscheck.planning.comparison import MissingResult, ModelTask, Results
 from crosscheck.trial.arms.questions import VerificationProblem
 from crosscheck.trial.changes.arms.arm_numbers import (
     Powers,
@@ -30,15 +29,14 @@ from crosscheck.trial.changes.arms.arm_numbers import (
 )
 from crosscheck.trial.changes.arms.comparison import (
     EntryComparison,
-    compare_entries,
-    list_entry_questions,
+    Perform,
+    ask_and_compare,
 )
 from crosscheck.trial.judge.entries import PARTS, EntryPlace, Part, entry_place
 
 FEW_STATES = 3
 FACTORS = (1.23, 0.77)  # factors on a number; the second is used if the first is out of its range
 MOST_CHOICES = 64  # sets tried of numbers that may scale with another
-Perform = Callable[[Sequence[ModelTask]], Results]
 
 
 @dataclass(frozen=True)
@@ -84,13 +82,10 @@ class Dependence:
         """The numbers that the equations do not follow, in the order of the file."""
         if self._unchanged_comparison is None:
             return []
-        arm = self.comparison.problem.case.arm
-        changes = {name: self._scale_numbers(name, {}) for name in list_number_names(arm)}
-        arms = [arm for arm in changes.values() if arm is not None]
-        answers = iter(self._compare_on_arms(arms))
+        names = list(list_number_names(self.comparison.problem.case.arm))
+        arms = [self._scale_numbers(name, {}) for name in names]
         numbers, drivers = list[IgnoredNumber](), list[str]()
-        for name, changed in changes.items():
-            there = None if changed is None else next(answers)
+        for name, there in zip(names, self._compare_on_arms(arms), strict=True):
             if there is None:
                 continue
             number = self._judge_number(name, there)
@@ -102,16 +97,16 @@ class Dependence:
 
     def _judge_number(self, name: str, there: EntryComparison) -> IgnoredNumber | None:
         """Judgment on a number, by the comparison on an arm with another value of it."""
-        assert self._unchanged_comparison is not None  # else nobody asks
+        unchanged = self._unchanged_comparison
+        assert unchanged is not None  # else nobody asks
         parts, right_entry, partly, matters = list[Part](), False, False, False
-        for quantity, before in self._unchanged_comparison.reference_values.items():
+        for quantity, before in unchanged.reference_values.items():
             if quantity not in there.user_values:
                 return None
-            rounding = self._unchanged_comparison.sizes.tolerance(
-                quantity
-            ) * self._unchanged_comparison.sizes.entry_sizes(quantity)
+            sizes = unchanged.sizes
+            rounding = sizes.tolerance(quantity) * sizes.entry_sizes(quantity)
             moved = np.abs(there.reference_values[quantity] - before).max(axis=0) > rounding
-            still = there.user_values[quantity] - self._unchanged_comparison.user_values[quantity]
+            still = there.user_values[quantity] - unchanged.user_values[quantity]
             follows = bool((np.abs(still).max(axis=0) > rounding).any())
             matters = matters or follows or bool(moved.any())
             partly = partly or (follows and bool(moved.any()))
@@ -138,10 +133,11 @@ class Dependence:
         """The numbers, those that go with a driver so marked: its change alone is not followed."""
         arm = self.comparison.problem.case.arm
         loose = {each.name for each in numbers if each.parts}
-        natural = {driver: find_natural_powers(arm, driver) for driver in drivers}
         all_loose = {
-            driver: {name: power for name, power in powers.items() if name in loose}
-            for driver, powers in natural.items()
+            driver: {
+                n: power for n, power in find_natural_powers(arm, driver).items() if n in loose
+            }
+            for driver in drivers
         }
         # All that may go with a driver, as a rule does; else the fewest that do.
         settled = self._find_agreeing_choices(list(all_loose.items()))
@@ -165,13 +161,9 @@ class Dependence:
 
     def _find_agreeing_choices(self, choices: Sequence[tuple[str, Powers]]) -> dict[str, Powers]:
         """By driver, the first choice with which no more entries differ than on this arm."""
-        made = [
-            self._scale_numbers(driver, powers) if powers else None for driver, powers in choices
-        ]
-        answers = iter(self._compare_on_arms([each for each in made if each is not None]))
+        arms = [self._scale_numbers(*each) if each[1] else None for each in choices]
         agreeing_powers: dict[str, Powers] = {}
-        for (driver, powers), arm in zip(choices, made, strict=True):
-            there = None if arm is None else next(answers)
+        for (driver, powers), there in zip(choices, self._compare_on_arms(arms), strict=True):
             if there is not None and not self._has_new_errors(there):
                 agreeing_powers.setdefault(driver, powers)
         return agreeing_powers
@@ -190,17 +182,12 @@ class Dependence:
                 return replace_numbers(arm, numbers) if numbers[driver] else None
         return None
 
-    def _compare_on_arms(self, arms: Sequence[Arm]) -> list[EntryComparison | None]:
-        """The comparison on each arm at a few states, None where there is no answer."""
-        problems = [self._adapt_to_arm(arm) for arm in arms]
-        level, quantities = self.comparison.level, list(self.comparison.user_values)
+    def _compare_on_arms(self, arms: Sequence[Arm | None]) -> list[EntryComparison | None]:
+        """The comparison on each arm at a few states, None where there is no arm or no answer."""
+        problems = [None if arm is None else self._adapt_to_arm(arm) for arm in arms]
         answering = [each for each in problems if each is not None]
-        tasks = (
-            task for each in answering for task in list_entry_questions(each, [level], quantities)
-        )
-        results = self.perform(list(dict.fromkeys(tasks)))
-        compare = partial(_compare_if_answered, level, quantities, results)
-        return [None if each is None else compare(each) for each in problems]
+        compared = iter(ask_and_compare(answering, self.comparison.level, self.perform))
+        return [None if each is None else next(compared) for each in problems]
 
     def _adapt_to_arm(self, arm: Arm) -> VerificationProblem | None:
         """The problem on another arm at few states, the drive as it is."""
@@ -216,15 +203,6 @@ class Dependence:
 def kept_numbers(unfollowed: Sequence[IgnoredNumber]) -> Mapping[str, Powers]:
     """The numbers that other arms must not draw, and what each goes with."""
     return {each.name: each.goes_with for each in unfollowed}
-
-
-def _compare_if_answered(
-    level: str, quantities: Sequence[str], results: Results, problem: VerificationProblem
-) -> EntryComparison | None:
-    try:
-        return compare_entries(problem, level, quantities, results)
-    except MissingResult:
-        return None
 
 
 def _subsets(powers: Powers) -> list[dict[str, int]]:

@@ -10,15 +10,10 @@ from crosscheck.trial.arms.questions import VerificationProblem
 from crosscheck.trial.changes.arms.causes import explain_entries
 from crosscheck.trial.changes.arms.comparison import (
     EntryComparison,
-    compare_entries,
-    list_entry_questions,
-)
-from crosscheck.trial.changes.arms.dependence import (
-    Dependence,
-    IgnoredNumber,
     Perform,
-    kept_numbers,
+    ask_and_compare,
 )
+from crosscheck.trial.changes.arms.dependence import Dependence, IgnoredNumber, kept_numbers
 from crosscheck.trial.changes.arms.probe import NONE_KEPT, draw_probe_arms
 from crosscheck.trial.judge.entries import EntryMismatch
 
@@ -85,15 +80,7 @@ def _explain_with_probes(
     """The wrong entries with their reasons, by other arms that keep these numbers."""
     if any(each.parts for each in kept):
         probes = build_probe_problems(here.problem, kept)
-        questions = (
-            list_entry_questions(each, [here.level], list(here.user_values)) for each in probes
-        )
-        results = perform(
-            list(dict.fromkeys(question for group in questions for question in group))
-        )
-        there = [
-            compare_entries(each, here.level, list(here.user_values), results) for each in probes
-        ]
+        there = ask_and_compare(probes, here.level, perform)
     return list(explain_entries(here, there))
 
 

@@ -5,7 +5,7 @@ from __future__ import annotations
 import re
 from collections.abc import Iterable, Iterator, Mapping
 from functools import cache
-from itertools import permutations
+from itertools import permutations, product
 from typing import Any, NamedTuple
 
 import numpy as np
@@ -31,6 +31,7 @@ GEAR_PARTS = frozenset(("N", "n", "m_s", "m_p", "m_c", "m_r", "M_s", "M_p", "M_c
 RADII = frozenset(("r_s", "r_p", "r_c", "r_cp", "r_r"))
 G = ("9.81", "9.8", "9.80665", "10")  # [m/s^2] as people write it
 TEETH = ("z_s", "z_p", "z_r")
+SHIFTS = {" + 1": 1, "": 0, " - 1": -1}  # of a ratio of teeth
 
 
 class Letter(NamedTuple):
@@ -103,7 +104,7 @@ def generate_alternatives(name: str, values: Values) -> Iterator[Alternative]:
     (stem, j, _), value = parse_letter(name), values[name]
     kind = QUANTITY_OF_STEM.get(stem)
     if stem == "n":
-        for text, ratio in _generate_ratios(j, values, "z_r/z_s + 1"):
+        for text, ratio in _generate_ratios(j, values):
             yield Alternative(text, ratio, 0.1)
     if stem in ("r_c", "r_cp") and f"r_r{j}" in values:
         s, p, r = (values[f"{radius}{j}"] for radius in ("r_s", "r_p", "r_r"))
@@ -139,12 +140,9 @@ def generate_alternatives(name: str, values: Values) -> Iterator[Alternative]:
     if stem == "n":
         yield Alternative(f"1/{name}", 1 / value, 0.3)
     if stem == "N":
-        for text, number in (
-            ("sqrt({})", value**0.5),
-            ("{} - 1", value - 1),
-            ("{} + 1", value + 1),
-        ):
-            yield Alternative(text.format(name), number, 0.4)
+        yield Alternative(f"sqrt({name})", value**0.5, 0.4)
+        yield Alternative(f"{name} - 1", value - 1, 0.4)
+        yield Alternative(f"{name} + 1", value + 1, 0.4)
 
 
 def generate_forms(name: str, values: Values) -> Iterator[Alternative]:
@@ -157,27 +155,15 @@ def generate_forms(name: str, values: Values) -> Iterator[Alternative]:
         yield Alternative(text.format(name), by * value, 0.3)
 
 
-def _generate_ratios(joint: int, values: Values, right: str) -> Iterator[tuple[str, Any]]:
+def _generate_ratios(joint: int, values: Values) -> Iterator[tuple[str, Any]]:
     """Ratios of any two gears' teeth, one more or less, and the right one of whole numbers."""
-    if f"z_s{joint}" not in values:
-        return
-    forms = [f"{a}/{b}{shift}" for shift in (" + 1", "", " - 1") for a, b in permutations(TEETH, 2)]
-    for form in forms:
-        if form != right:
-            yield _add_joint(form, joint), _evaluate_ratio(form, joint, values)
-    whole = right.replace("/", "//")
-    yield _add_joint(whole, joint), _evaluate_ratio(whole, joint, values)
-
-
-def _evaluate_ratio(form: str, joint: int, values: Values) -> Any:
-    ratio, _, shift = form.partition(" ")
-    above, below = (values[f"{z}{joint}"] for z in re.split("//?", ratio))
-    whole = np.floor(above / below) if "//" in ratio else above / below
-    return whole + float(shift.replace(" ", "") or 0)
-
-
-def _add_joint(form: str, joint: int) -> str:
-    return re.sub(r"(z_[spr])", rf"\g<1>{joint}", form)
+    teeth = {name: values[name] for each in TEETH if (name := f"{each}{joint}") in values}
+    for (words, shift), (a, b) in product(SHIFTS.items(), permutations(teeth, 2)):
+        if not (a.startswith("z_r") and b.startswith("z_s") and shift == 1):
+            yield f"{a}/{b}{words}", teeth[a] / teeth[b] + shift
+    if teeth:
+        sun, _, ring = teeth
+        yield f"{ring}//{sun} + 1", np.floor(teeth[ring] / teeth[sun]) + 1
 
 
 def _distance(name: Letter, other: Letter) -> float:

@@ -47,9 +47,9 @@ class Polynomial:
         """The polynomial's terms, one by one."""
         return (Monomial(number, powers) for powers, number in self.terms.items())
 
-    def value(self, values: Mapping[str, Any]) -> Any:
-        """The polynomial's value with numbers (or arrays of numbers) for the letters."""
-        return sum(monomial.value(values) for monomial in self.monomials)
+    def value(self, values: Mapping[str, Any]) -> float:
+        """The sum with numbers for the letters."""
+        return float(sum(each.value(values) for each in self.monomials))
 
     def __bool__(self) -> bool:
         return bool(self.terms)

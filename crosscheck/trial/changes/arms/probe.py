@@ -12,14 +12,12 @@ from typing import Any
 from pydantic import ValidationError
 
 from crosscheck.models.arm.arm import Arm, Planetary
-from crosscheck.models.arm.mesh import Mesh
 from crosscheck.models.errors import InputError
 from crosscheck.trial.changes.arms.arm_numbers import (
-    COM,
-    INERTIA,
-    NONZERO_SUBSTITUTES,
     Powers,
     get_number,
+    list_number_names,
+    nonzero_substitute,
     replace_numbers,
     scale_by_powers,
 )
@@ -28,6 +26,7 @@ TEETH_PER_PLANET = 20  # teeth of sun and planet together, per planet
 WIDEST = 0.65  # share of the planet in these
 OF_WIDEST = (0.75, 0.9, 0.55, 0.82, 0.65)  # planets of unlike joints
 DRAWS = 100
+MESH_SUBSTITUTES = {"backlash_m": 1e-5, "tooth_error_m": 1e-5}  # for zeros
 NONE_KEPT: Mapping[str, Powers] = MappingProxyType({})
 
 
@@ -51,7 +50,7 @@ def draw_probe_arms(arm: Arm, count: int, kept: Mapping[str, Powers] = NONE_KEPT
         for draw in range(DRAWS):
             generator = random.Random(1000 * number + draw)
             with suppress(ValidationError):
-                probe = Arm.model_validate(_draw_arm_fields(arm, generator, number))
+                probe = _draw_arm(arm, generator, number)
                 probes.append(replace_numbers(probe, _kept_values(arm, probe, kept)))
                 break
         else:
@@ -72,62 +71,37 @@ def _kept_values(arm: Arm, probe: Arm, kept: Mapping[str, Powers]) -> dict[str, 
     }
 
 
-def _draw_arm_fields(arm: Arm, generator: random.Random, number: int) -> dict[str, Any]:
-    joints = [
-        _draw_planetary_fields(joint, generator, number + place)
-        if isinstance(joint, Planetary)
-        else _perturb_record(joint, generator, **NONZERO_SUBSTITUTES)
-        for place, joint in enumerate(arm.joints)
-    ]
-    return {
-        **arm.model_dump(),
-        "name": f"probe {number} of {arm.name}"[:80],
-        "payload_mass_kg": _perturb_number(
-            arm.payload_mass_kg or NONZERO_SUBSTITUTES["payload_mass_kg"], generator
-        ),
-        "gravity_m_per_s2": [_perturb_number(value, generator) for value in arm.gravity_m_per_s2],
-        "joints": joints,
-        "links": [
-            _perturb_record(
-                link,
-                generator,
-                com_m=COM * link.length_m,
-                inertia_kg_m2=INERTIA * (link.mass_kg or 0.0) * link.length_m**2,
-            )
-            for link in arm.links
-        ],
+def _draw_arm(arm: Arm, generator: random.Random, number: int) -> Arm:
+    """An arm with other numbers, whose zeros become what is given for them."""
+    numbers = {
+        name: _perturb_number(get_number(arm, name) or nonzero_substitute(arm, name), generator)
+        for name in list_number_names(arm)
     }
+    drawn = replace_numbers(arm, numbers)
+    joints = [
+        _draw_gears(joint, generator, number + place)
+        if isinstance(joint, Planetary)
+        else joint.model_dump()
+        for place, joint in enumerate(drawn.joints)
+    ]
+    name = f"probe {number} of {arm.name}"[:80]
+    return Arm.model_validate({**drawn.model_dump(), "name": name, "joints": joints})
 
 
 def _perturb_number(value: float, generator: random.Random) -> float:
     return value * generator.uniform(0.7, 1.4)
 
 
-def _perturb_record(
-    record: Any, generator: random.Random, **nonzero_substitutes: float
-) -> dict[str, Any]:
-    """The fields of a record, its numbers changed; zeros become what is given for them."""
-    record_fields: dict[str, Any] = record.model_dump()
-    for name, value in record_fields.items():
-        if isinstance(value, float):
-            record_fields[name] = _perturb_number(
-                value or nonzero_substitutes.get(name, 0.0), generator
-            )
-    return record_fields
-
-
-def _draw_planetary_fields(
-    joint: Planetary, generator: random.Random, place: int
-) -> dict[str, Any]:
-    """The fields of a joint's probe; place: of its gear set among others, so that joints differ."""
-    joint_fields = _perturb_record(joint, generator, **NONZERO_SUBSTITUTES)
+def _draw_gears(joint: Planetary, generator: random.Random, place: int) -> dict[str, Any]:
+    """The fields of a joint with other gears and meshes; place: so that joints differ."""
+    fields: dict[str, Any] = joint.model_dump()
     sun, planet = _gear_set(joint, OF_WIDEST[place % len(OF_WIDEST)])
-    joint_fields |= {"sun_teeth": sun, "planet_teeth": planet, "ring_teeth": sun + 2 * planet}
-    for name in ("sun_mesh", "ring_mesh"):  # law and lists stay; single numbers move
-        mesh: Mesh = getattr(joint, name)
-        moved = _perturb_record(mesh, generator, backlash_m=1e-5, tooth_error_m=1e-5)
-        joint_fields[name] = {**moved, "stiffness": mesh.model_dump()["stiffness"]}
-    return {**joint_fields, "pressure_angle_deg": generator.uniform(18, 25)}
+    fields |= {"sun_teeth": sun, "planet_teeth": planet, "ring_teeth": sun + 2 * planet}
+    for mesh in (fields["sun_mesh"], fields["ring_mesh"]):  # law and lists stay
+        for field, value in mesh.items():
+            if isinstance(value, float):
+                mesh[field] = _perturb_number(value or MESH_SUBSTITUTES.get(field, 0.0), generator)
+    return {**fields, "pressure_angle_deg": generator.uniform(18, 25)}
 
 
 def _gear_set(joint: Planetary, of_widest: float) -> tuple[int, int]:

@@ -10,7 +10,7 @@ from collections import defaultdict
 from collections.abc import Iterable, Mapping, Sequence, Set
 from dataclasses import dataclass, replace
 from fractions import Fraction
-from functools import cached_property
+from functools import cache, cached_property
 from typing import Any, NamedTuple
 
 import numpy as np
@@ -20,6 +20,7 @@ from crosscheck.analytic.derivation.chain import Chain
 from crosscheck.analytic.derivation.efforts import drive_rows, mesh_rows
 from crosscheck.analytic.derivation.lagrange import build_mass_terms, build_weight_terms
 from crosscheck.analytic.derivation.rigid import rigid_bodies
+from crosscheck.analytic.derivation.stage import Stage
 from crosscheck.models.arm.arm import Arm, Planetary
 from crosscheck.models.arm.layout import MESHES, Layout
 from crosscheck.models.experiment.scenario import Switches
@@ -35,6 +36,8 @@ from crosscheck.trial.changes.arms.polynomial import (
 from crosscheck.trial.coordinates.frame import Frame
 from crosscheck.trial.judge.entries import EntryPlace, Part
 
+ROUNDING = 1e-13  # largest entry of a map that was meant to be 0, relative to its row
+LARGEST_DENOMINATOR = 1000  # largest denominator of a ratio of whole numbers
 SHORTEST = 1e-13  # largest number that is rounding of a sum, relative to the largest number
 AngleSum = tuple[int, ...]  # whole multiples of the joint angles of q, the first one positive
 
@@ -107,15 +110,21 @@ class ReferenceTerms:
 
 
 def build_reference_terms(
-    frame: Frame, arm: Arm, chosen: Switches, level: str = "", *, has_gravity: bool = False
+    frame: Frame,
+    arm: Arm,
+    chosen: Switches,
+    level: str = "",
+    *,
+    has_gravity: bool = False,
+    columns: np.ndarray | None = None,
 ) -> ReferenceTerms:
     """The reference terms of a geared model, or of a rigid one at a level.
 
     has_gravity: whether the weights are a part of their own, with the opposite sign, and not in the
-    force. Raises ValueError if the map is not linear.
+    force; columns: dq/dx as ``find_columns`` finds it. Raises ValueError if the map is not linear.
     """
     chain, bodies = build_letter_bodies(frame.layout, arm, level)
-    columns = _collect_columns(frame)
+    columns = find_columns(frame, arm) if columns is None else columns
     turns = columns[frame.layout.theta]
     parts = [
         _mass_terms(chain, bodies, columns, turns),
@@ -127,7 +136,7 @@ def build_reference_terms(
         for place, products in _group_entries(part).items():
             entries[place] = entries.get(place, ()) + products
     turns, values = np.vectorize(as_polynomial, [object])(turns), collect_arm_values(arm)
-    angles = np.array([[float(entry.value(values)) for entry in row] for row in turns])
+    angles = np.array([[entry.value(values) for entry in row] for row in turns])
     return ReferenceTerms(frame.names, turns, angles, entries)
 
 
@@ -139,17 +148,45 @@ def build_letter_bodies(layout: Layout, arm: Arm, level: str) -> tuple[Chain, li
     )
 
 
-def _collect_columns(frame: Frame) -> np.ndarray:
-    """The matrix dq/dx (n, n) of numbers or polynomials. Raises ValueError if it is no constant."""
+def find_columns(frame: Frame, arm: Arm) -> np.ndarray:
+    """The matrix dq/dx (n, n) in ratios of whole numbers and letters of each row's own joint.
+
+    Its numbers where one is none of these; what rounding left of a 0 is 0. Raises ValueError if the
+    map is not linear.
+    """
     if frame.matrix is None:
         raise ValueError("the map is not linear")
-    if frame.symbolic is None:
-        numbers = frame.matrix.ravel().tolist()
-        entries: list[Any] = [int(v) if v.is_integer() else v for v in numbers]
-    else:  # a number where it is one
-        given = frame.symbolic.ravel()
-        entries = [sum(p.terms.values()) if {*p.terms} <= {()} else p for p in given]
+    stages, values = build_letter_chain(arm, frame.layout).stages, collect_arm_values(arm)
+    entries = list[Any]()
+    for row, meant in zip(frame.matrix, frame.layout.coordinates, strict=True):
+        nothing, stage = ROUNDING * float(np.abs(row).max()), stages[meant.joint - 1]
+        forms = _list_forms(stage) if isinstance(stage, Stage) else []
+        numbers = [(form, form.value(values)) for form in forms]
+        entries += [_find_form(v, numbers) if abs(v) > nothing else 0 for v in row.tolist()]
+    if any(entry is None for entry in entries):
+        entries = [int(v) if v.is_integer() else v for v in frame.matrix.ravel().tolist()]
     return np.array(entries, dtype=object).reshape(frame.matrix.shape)
+
+
+def _find_form(value: float, numbers: Sequence[tuple[Polynomial, float]]) -> Any:
+    """A number as a ratio, or a form with its sign; None if it is neither.
+
+    One over a motor's ratio is that, and no ratio of its own.
+    """
+    ratio = Fraction(value).limit_denominator(LARGEST_DENOMINATOR)
+    is_motors = bool(numbers) and abs(value) == numbers[-1][1] != 1
+    if float(ratio) == value and not is_motors:
+        return ratio
+    equal = [form for form, n in numbers if abs(abs(value) - n) <= ROUNDING * n]
+    return None if not equal else equal[0] if value > 0 else -equal[0]
+
+
+def _list_forms(stage: Stage) -> list[Polynomial]:
+    """Quantities of a stage that people put in a map of its joint, simplest first; last 1/n."""
+    r_s, r_p, r_cp, n = stage.r_s, stage.r_p, stage.r_cp, stage.n
+    radii = [r_s, r_p, r_cp, 2 * r_s, 2 * r_p, 2 * r_cp, r_s + 2 * r_p]
+    inverses = (each**-1 for each in (r_s, r_p, r_cp))
+    return [*radii, n, *inverses, r_p / r_s, r_s / r_p, 2 * r_cp / r_s, n**-1]
 
 
 def _list_places(row: np.ndarray) -> list[int]:
@@ -167,18 +204,40 @@ def _mass_terms(
             left = coefficient * columns[a, i]
             for j in _list_places(columns[b]):
                 mass[i, j, wave].append(left * columns[b, j])
-    terms: Coefficients = defaultdict(list)
-    bias: defaultdict[tuple[int, tuple[int, int], AngleSum], list[Any]] = defaultdict(list)
-    for (i, j, wave), parts in mass.items():
-        terms[EntryPlace("mass_matrix", i, j), TermKey(wave)] = parts
-        slopes = sum(entry * turns[joint] for joint, entry in enumerate(wave) if entry)
-        for k in _list_places(slopes) if any(wave) else ():
-            slope = -1 * add_polynomials(map(as_polynomial, parts)) * slopes[k]
-            bias[i, (min(j, k), max(j, k)), wave].append(slope)
-            bias[k, (min(i, j), max(i, j)), wave].append(slope * Fraction(-1, 2))
-    for (i, rates, wave), parts in bias.items():
-        terms[EntryPlace("bias", i, rates=rates), TermKey(wave, "sin")] = parts
+    sums = [
+        (EntryPlace("mass_matrix", i, j), TermKey(wave), add_polynomials(map(as_polynomial, parts)))
+        for (i, j, wave), parts in mass.items()
+    ]
+    terms: Coefficients = defaultdict(list, {(place, key): [total] for place, key, total in sums})
+    terms.update((at, [total]) for at, total in derive_bias(sums, turns).items())
     return terms
+
+
+def derive_bias(
+    mass: Iterable[tuple[EntryPlace, TermKey, Any]], turns: np.ndarray
+) -> dict[tuple[EntryPlace, TermKey], Any]:
+    """The bias that Christoffel's symbols make of M, by numbers or polynomials before its waves.
+
+    turns (joints, n): d theta / d x. In row i dM_ij/dx_k counts once, and half of dM_jk/dx_i with
+    the opposite sign.
+    """
+    bias = dict[tuple[EntryPlace, TermKey], Any]()
+
+    @cache
+    def differentiate(wave: AngleSum) -> np.ndarray:
+        slopes: np.ndarray = np.array(wave, dtype=object) @ turns
+        return slopes
+
+    for place, key, coefficient in mass:
+        i, j = place.index
+        sign, function = (-1, "sin") if key.function == "cos" else (1, "cos")
+        other, slopes = key._replace(function=function), differentiate(key.wave)
+        for k in map(int, np.flatnonzero(slopes)):
+            slope = sign * coefficient * slopes[k]
+            for row, rates, value in ((i, (j, k), slope), (k, (i, j), slope / -2)):
+                at = EntryPlace("bias", row, rates=(min(rates), max(rates))), other
+                bias[at] = bias.get(at, 0) + value
+    return bias
 
 
 def _weight_terms(

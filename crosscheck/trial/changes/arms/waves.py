@@ -14,7 +14,6 @@ from crosscheck.trial.changes.arms.segments import (
     TermKey,
     evaluate_wave,
 )
-from crosscheck.trial.judge.entries import EntryPlace
 
 EPS = float(np.finfo(float).eps)
 ROUNDINGS = 16  # least error of a value, in roundings of its natural size
@@ -110,28 +109,3 @@ class WaveBasis:
             )
             if abs(number) > least
         }
-
-
-def derive_bias_change(
-    mass: Mapping[tuple[int, int], Mapping[TermKey, float]], turns: np.ndarray
-) -> dict[EntryPlace, dict[TermKey, float]]:
-    """Change of a bias that follows from M, by differences of M: cosines and sines alone.
-
-    turns (joints, n): d theta / d x. In row i dM_ij/dx_k counts once, and half of dM_jk/dx_i with
-    the opposite sign.
-    """
-    total: dict[EntryPlace, dict[TermKey, float]] = {}
-
-    def add(row: int, j: int, k: int, key: TermKey, slope: float) -> None:
-        entry = total.setdefault(EntryPlace("bias", row, rates=(min(j, k), max(j, k))), {})
-        entry[key] = entry.get(key, 0.0) + slope
-
-    for (i, j), waves in mass.items():
-        for key, coefficient in waves.items():
-            other = key._replace(function="sin" if key.function == "cos" else "cos")
-            sign = -1 if key.function == "cos" else 1
-            slopes = sign * coefficient * (np.array(key.wave) @ turns)
-            for k in map(int, np.flatnonzero(slopes)):
-                add(i, j, k, other, float(slopes[k]))
-                add(k, i, j, other, -float(slopes[k]) / 2)
-    return total
