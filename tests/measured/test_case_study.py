@@ -66,7 +66,7 @@ def test_the_pendulums_rotors_are_those_of_another_program(made, design, first):
 def test_kinova_has_rotors_before_its_gears_alone(made):
     """Within two standard errors of another program's; behind the gears nothing is called one.
 
-    The third joint's depends on the band, in that program too, so it has no interval.
+    The third joint's depends on the band, so it has no interval.
     """
     between, *others = made[1]["Kinova Gen3"].comparison.sides
     values = by_name(between)
