@@ -58,12 +58,14 @@ def test_wrong_entries_are_annotated(crosscheck, tmp_path):
     content = validated(target)
     assert (answer.code, content["tracebacks"]) == (1, {})
     assert "M[theta_1, theta_1]" in [each["name"] for each in content["wrong"]]
+    target.write_text(json.dumps(content | {"change": None}))
     words = ["tools/annotate_trial.py", target, tmp_path / "mine.py"]
     annotated = command_line(*words, python=(), cwd=SCHEMAS.parents[1])
     source = (tmp_path / "mine.py").read_text().splitlines()
     (line,) = {int(each) for each in re.findall(r"mine.py,line=(\d+)", annotated.stdout)}
     assert source[line - 1] == "    def mass_matrix(q):"
     assert source[line] == "        found = np.array(right.mass_matrix(q))"
+    assert [each["line"] for each in content["change"]["edits"]] == [line + 2]
     remarks = [*content["causes"], *content["notes"]]
     assert len(annotated.stdout.splitlines()) == len(content["wrong"]) + len(remarks)
     edit = {"file": "mine.py", "line": line + 2, "old": "0.5 * L1**2", "new": ""}
