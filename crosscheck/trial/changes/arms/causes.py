@@ -167,7 +167,7 @@ def _explain_parts(
         quantity = QUANTITIES[part]
         if any(each.terms is None or quantity not in each.user_values for each in arms):
             continue
-        group = _prefer_shared_errors(group)
+        group = _name_roots(arms[0], _prefer_shared_errors(group))
         explanations |= {w.place: w.explanation for w in group if w.explanation}
         explanations |= _find_moved_terms(arms, group)
         group = [replace(each, explanation=explanations.get(each.place)) for each in group]
@@ -226,6 +226,24 @@ def _prefer_shared_errors(group: Sequence[EntryMismatch]) -> list[EntryMismatch]
             explanation = replace(explanation, errors=first, others=tuple(others))
         shared.append(replace(wrong, explanation=explanation))
     return shared
+
+
+def _name_roots(arm: EntryComparison, group: Sequence[EntryMismatch]) -> list[EntryMismatch]:
+    """The wrong entries; where a factor is a root of a count, one that is a number is named so."""
+    if not any("sqrt" in error.yours for error in _collect_errors(group).values()):
+        return list(group)
+    roots = {name: number**-0.5 for name, number in arm.values.items() if name[0] == "N"}
+
+    def rename(error: TermError) -> TermError:
+        letters = error.term.coefficient.strip("-").split() if error.by else []
+        names = [name for name in letters if roots.get(name) == error.by]
+        return replace(error, yours=f"1/sqrt({names[0]})", by=None) if names else error
+
+    explained = [(w, w.explanation) for w in group]
+    return [
+        replace(w, explanation=each and replace(each, errors=tuple(map(rename, each.errors))))
+        for w, each in explained
+    ]
 
 
 def _explain_part(
