@@ -20,13 +20,14 @@ LOOK_S = 1.0  # between one look and the next
 
 
 class CpuTimeLimit:
-    """The limit of one piece of work of a child process; cost: estimated [s]."""
+    """The limit of one piece of work of a child process; cost: estimated [s].
 
-    def __init__(self, process: int, cost: float, times: ProcessorTimes) -> None:
+    The first look at it begins to count.
+    """
+
+    def __init__(self, process: int, cost: float) -> None:
         self.process, self.cost = process, cost
-        self.begun = self.mark = times.get(process, 0.0)
-        self.looked = time.monotonic()
-        self.watched = self.idle = 0.0
+        self.begun: float | None = None
 
     def stop_reason(self, times: ProcessorTimes) -> str:
         """Why the work must be stopped; '' while it need not be. times: of the children now.
@@ -35,6 +36,9 @@ class CpuTimeLimit:
         no processor.
         """
         now = time.monotonic()
+        if self.begun is None:
+            self.begun = self.mark = times.get(self.process, 0.0)
+            self.looked, self.watched, self.idle = now, 0.0, 0.0
         passed, self.looked = min(now - self.looked, 2 * LOOK_S), now
         self.watched += passed
         used = times.get(self.process, self.begun + self.watched)

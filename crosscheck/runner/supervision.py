@@ -209,7 +209,7 @@ class _Supervision:
         if "code" in message:
             self.verdict_code = message["code"]
         elif "begins" in message:
-            waiting = CpuTimeLimit(self.child, message["cost"], measure_processor_times())
+            waiting = CpuTimeLimit(self.child, message["cost"])
             self.foreign_calls.append((message["begins"], waiting))
         elif self.foreign_calls:
             self.foreign_calls.pop()

@@ -44,7 +44,7 @@ from crosscheck.runner.process_tree import (
 FORK = multiprocessing.get_context("fork")
 CLOSING_S = 5.0  # time between the end of a process's pipes and its own end [s]
 # A worker is alone for so much processor time [s], which others take to begin, or so long [s].
-ALONE_S, WAITED_S = 0.5, 3.0
+ALONE_S, WAITED_S = 1.0, 10.0
 LEAVING_S = 1.0  # time for an idle worker to exit by itself [s]
 SIGNALS = {signal.SIGINT, signal.SIGTERM}
 
@@ -74,10 +74,8 @@ class _Worker:
         return self.process.pid
 
     def is_overdue(self, times: ProcessorTimes) -> bool:
-        """Whether the worker's task must be stopped; the first look at it begins to count."""
-        assert self.task is not None  # those at work alone are looked at
-        if self.time_limit is None:
-            self.time_limit = CpuTimeLimit(self.number, self.task.cost, times)
+        """Whether the worker's task must be stopped."""
+        assert self.time_limit is not None  # those at work alone are looked at
         self.stop_reason = self.time_limit.stop_reason(times) or excess_reason(self.number)
         return bool(self.stop_reason)
 
@@ -186,7 +184,8 @@ class Workers:
             if task is None:
                 break
             worker = idle.pop() if idle else self._start_worker()
-            worker.task, worker.time_limit, worker.stop_reason = task, None, ""
+            worker.task, worker.stop_reason = task, ""
+            worker.time_limit = CpuTimeLimit(worker.number, task.cost)
             with suppress(OSError):  # it has died idle, and will be found dead
                 worker.pipe.send(task)
             given.append(task.key)

@@ -63,7 +63,7 @@ def clock(monkeypatch: pytest.MonkeyPatch) -> list[float]:
 
 def watch(limit: CpuTimeLimit, clock: list[float], looks: int, use: float, each: float) -> str:
     """What is said after so many looks, some seconds apart, if a process uses so much in each."""
-    said = ""
+    said = limit.stop_reason({7: 30.0})  # from here on it counts
     for look in range(looks):
         clock[0] += each
         said = limit.stop_reason({7: 30.0 + use * (look + 1), 8: 0.0})
@@ -73,27 +73,28 @@ def watch(limit: CpuTimeLimit, clock: list[float], looks: int, use: float, each:
 def test_work_has_a_minute_and_fifty_times_its_cost_of_processor_time(clock):
     """It had used 30 s before: 60 s + 50 x 0.2 s are over after 70 looks."""
     stopped = "stopped after 71 s of processor time, about 0.2 s expected"
-    assert watch(CpuTimeLimit(7, 0.2, {7: 30.0}), clock, 70, 1.0, 1.0) == ""
-    assert watch(CpuTimeLimit(7, 0.2, {7: 30.0}), clock, 71, 1.0, 1.0) == stopped
+    assert watch(CpuTimeLimit(7, 0.2), clock, 70, 1.0, 1.0) == ""
+    assert watch(CpuTimeLimit(7, 0.2), clock, 71, 1.0, 1.0) == stopped
     # threads that wait busily use twice of what passes, which alone counts
-    assert watch(CpuTimeLimit(7, 0.2, {7: 30.0}), clock, 70, 2.0, 1.0) == ""
-    assert watch(CpuTimeLimit(7, 0.2, {7: 30.0}), clock, 71, 2.0, 1.0) == stopped
+    assert watch(CpuTimeLimit(7, 0.2), clock, 70, 2.0, 1.0) == ""
+    assert watch(CpuTimeLimit(7, 0.2), clock, 71, 2.0, 1.0) == stopped
     # nobody looked for a minute in each look: two seconds of it count
-    assert watch(CpuTimeLimit(7, 0.2, {7: 30.0}), clock, 35, 60.0, 60.0) == ""
-    assert watch(CpuTimeLimit(7, 0.2, {7: 30.0}), clock, 36, 60.0, 60.0).startswith(
+    assert watch(CpuTimeLimit(7, 0.2), clock, 35, 60.0, 60.0) == ""
+    assert watch(CpuTimeLimit(7, 0.2), clock, 36, 60.0, 60.0).startswith(
         "stopped after 72 s of processor"
     )
 
 
 def test_work_that_uses_no_processor_is_stopped_after_a_minute(clock):
     stopped = "stopped after 61 s without any processor time"
-    assert watch(CpuTimeLimit(7, 1.0, {7: 30.0}), clock, 60, 1e-3, 1.0) == ""
-    assert watch(CpuTimeLimit(7, 1.0, {7: 30.0}), clock, 61, 1e-3, 1.0) == stopped
+    assert watch(CpuTimeLimit(7, 1.0), clock, 60, 1e-3, 1.0) == ""
+    assert watch(CpuTimeLimit(7, 1.0), clock, 61, 1e-3, 1.0) == stopped
     # a fifth of a second in a minute is work
-    assert watch(CpuTimeLimit(7, 1.0, {7: 30.0}), clock, 200, 0.2 / 59, 1.0) == ""
+    assert watch(CpuTimeLimit(7, 1.0), clock, 200, 0.2 / 59, 1.0) == ""
     # of a process that is not among the times, what passes counts as used
-    assert CpuTimeLimit(9, 1.0, {7: 30.0}).begun == 0.0
-    assert watch(CpuTimeLimit(9, 0.2, {7: 30.0}), clock, 71, 0.0, 1.0).startswith("stopped")
+    elsewhere = CpuTimeLimit(9, 0.2)
+    assert watch(elsewhere, clock, 71, 0.0, 1.0).startswith("stopped")
+    assert elsewhere.begun == 0.0
 
 
 def test_the_longest_work_is_begun_first():

@@ -250,6 +250,14 @@ def test_others_join_a_worker_that_is_long_at_work(monkeypatch, work, count):
         assert len(crew.crew) == count
 
 
+@pytest.mark.parametrize("lists_children", {process_tree.LISTS_CHILDREN, False})
+def test_processes_are_found_with_and_without_the_systems_lists(monkeypatch, lists_children):
+    monkeypatch.setattr(process_tree, "LISTS_CHILDREN", lists_children)
+    with Workers(1) as crew:
+        crew.perform([Job("a", good)], lambda key: None)
+        assert crew.crew[0].number in process_tree.measure_processor_times()
+
+
 def test_no_process_is_left_behind():
     with Workers(2) as crew:
         crew.most = 2
