@@ -1,14 +1,10 @@
 """A trial's questions are asked in the test's own process."""
 
-from collections.abc import Sequence
-
 import pytest
 
-from crosscheck.planning.comparison import ModelTask, Results
-from crosscheck.runner.progress_update import ProgressCallback
-from crosscheck.runner.workers import Workers
 from crosscheck.trial.arms import questions, subject
 from crosscheck.trial.changes.arms import waves
+from tests.trial.mistakes.score import perform
 
 # Read before the fixture of all tests lowers them.
 USUAL_NUMBERS = {name: getattr(waves, name) for name in ("SPARE_STATES", "STATES_PER_NUMBER")}
@@ -22,14 +18,7 @@ def trial_in_this_process(monkeypatch: pytest.MonkeyPatch) -> None:
     leaves the workers.
     """
     for module in (subject, questions):
-        monkeypatch.setattr(module, "run_tasks", perform_tasks)
-
-
-def perform_tasks(
-    workers: Workers, tasks: Sequence[ModelTask], progress: ProgressCallback
-) -> Results:
-    """What ``crosscheck.run.run_tasks`` returns."""
-    return Results({task.key: task.perform() for task in tasks})
+        monkeypatch.setattr(module, "run_tasks", lambda workers, tasks, progress: perform(tasks))
 
 
 @pytest.fixture

@@ -13,7 +13,12 @@ from crosscheck.trial.input.equations import AnswerTable
 from crosscheck.trial.judge.entries import EntryPlace, entry_place, list_entries
 
 DEGREES = 180 / math.pi
-FACTORS = tuple(f**power for f in (1000.0, DEGREES) for power in (1, -1, 2, -2))
+UNITS = {"1000": 1000.0, "180/pi": DEGREES}
+FACTORS = {
+    by**power: words if power == 1 else f"({words})^{power}"
+    for words, by in UNITS.items()
+    for power in (1, -1, 2, -2)
+}
 NEAR = 0.02  # relative tolerance of a factor: other errors are reported beside it
 MOST = 0.8  # least share of the states at which an entry shows the factor
 SIZABLE = 1e-3  # least value that is compared, relative to its entry's root mean square
@@ -35,11 +40,8 @@ def describe_unit_mistakes(
     for quantity, values in user_values.items():
         factors = _find_unit_factors(quantity, values, reference_values[quantity])
         for factor, places in factors.items():
-            power = next(p for p in (1, -1, 2, -2) if factor in (1000.0**p, DEGREES**p))
-            base = "1000" if factor == 1000.0**power else "180/pi"
-            times = base if power == 1 else f"({base})^{power}"
-            entries = list_entries(places, names)
-            yield f"{entries}: {times} times what the models say at every state: another unit?"
+            times = f"{list_entries(places, names)}: {FACTORS[factor]} times"
+            yield f"{times} what the models say at every state: another unit?"
         if table is None or quantity not in ORDERED:
             continue
         if _has_other_order(quantity, values, reference_values[quantity], table):

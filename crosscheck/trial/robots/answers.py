@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from typing import Any
 
@@ -43,6 +43,8 @@ SPEEDS = (1.0, -1.0, 2.0, 0.0)  # factors on each state's rates at which the bia
 BY_RATES = ("bias", "coriolis", "inverse_dynamics")  # parts that give the bias
 Block = str | float | tuple[int]  # HERE, AGAIN, one of SPEEDS, or (joint,) that accelerates alone
 Blocks = dict[Block, np.ndarray]  # answers of a function to each block of states
+# Of functions by their part, at blocks of states.
+Call = Callable[[Mapping[str, Sequence[RandomStates]]], dict[str, np.ndarray | Failure]]
 
 
 @dataclass(frozen=True)
@@ -206,25 +208,14 @@ def _find_functions(name: str) -> tuple[Mapping[str, Any], Mapping[str, Any]]:
 
 
 def ask(
-    name: str,
-    robot: Robot,
-    states: RandomStates,
-    sizes: RobotSizes,
-    friction: Friction,
-    workers: Workers,
-    progress: ProgressCallback,
+    name: str, robot: Robot, states: RandomStates, sizes: RobotSizes, friction: Friction, call: Call
 ) -> RobotAnswers:
     """Ask all functions of the equations of a robot that are supplied under a name.
 
-    Raises InputError for answers that can be none of this robot.
+    call: ``call_functions`` of these. Raises InputError for answers that can be none of this robot.
     """
     blocks = {part: make_blocks(part, states, sizes) for part in _find_functions(name)[0]}
-    outcomes = call_functions(
-        {part: list(part_blocks.values()) for part, part_blocks in blocks.items()},
-        name,
-        workers,
-        progress,
-    )
+    outcomes = call({part: list(of_part.values()) for part, of_part in blocks.items()})
     failures = {part: each for part, each in outcomes.items() if isinstance(each, Failure)}
     answers = {
         part: dict(zip(blocks[part], np.split(each, len(blocks[part])), strict=True))
@@ -304,10 +295,10 @@ def _split_nonlinear_effects(answers: Mapping[str, Blocks], sizes: RobotSizes) -
 
 
 def call_functions(
-    states_by_part: Mapping[str, Sequence[RandomStates]],
     name: str,
     workers: Workers,
     progress: ProgressCallback,
+    states_by_part: Mapping[str, Sequence[RandomStates]],
 ) -> dict[str, np.ndarray | Failure]:
     """Call functions of the supplied equations at states, in workers; answers by part.
 

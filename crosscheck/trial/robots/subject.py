@@ -29,6 +29,7 @@ from crosscheck.trial.robots.answers import (
     NONLINEAR,
     QUICK_STATES,
     STATES,
+    Call,
     Friction,
     PartTask,
     RobotAnswers,
@@ -92,13 +93,13 @@ class RobotSubject(RobotProblem, TrialSubject):
         questions = prepare_questions(replace(request, equations=equations, mechanism=robot))
         motors, states, sizes = questions.motors, questions.states, questions.sizes
         with register(name, questions.entry), Workers(request.jobs) as workers:
-            size = sizes[questions.level]
-            answers = ask(name, robot, states, size, friction, workers, progress)
-            second = _ask_about_itself(questions, answers, workers, progress)
+            call = partial(call_functions, name, workers, progress)
+            answers = ask(name, robot, states, sizes[questions.level], friction, call)
+            second = _ask_about_itself(questions, answers, call)
             taken = friction.torques(states.v)
             pushed = states._replace(torques=states.torques - taken)
             given = name, robot, pushed, sizes, answers, equations.level, *second, taken, stiffness
-            rates = partial(_ask_bias_terms, questions, answers, friction, workers, progress)
+            rates = partial(_ask_bias_terms, questions, answers, friction, call)
             yield cls(*given, equations, motors, questions.is_mapped, is_rubbing, rates)
 
     @staticmethod
@@ -191,17 +192,13 @@ def prepare_questions(request: TrialRequest) -> RobotQuestions:
 
 
 def _ask_bias_terms(
-    questions: RobotQuestions,
-    answers: RobotAnswers,
-    friction: Friction,
-    workers: Workers,
-    progress: ProgressCallback,
+    questions: RobotQuestions, answers: RobotAnswers, friction: Friction, call: Call
 ) -> BiasTerms | None:
     """The bias term by term, of more answers; None if these fail."""
     source = answers.sources["bias"]
     states = make_rate_states(select_rate_states(questions.states))
     part = "bias" if source == NONLINEAR else source
-    (answer,) = call_functions({part: states}, questions.name, workers, progress).values()
+    (answer,) = call({part: states}).values()
     if isinstance(answer, Failure):
         return None
     parts = np.split(answer, len(states))
@@ -216,14 +213,14 @@ def _ask_bias_terms(
 
 
 def _ask_about_itself(
-    questions: RobotQuestions, answers: RobotAnswers, workers: Workers, progress: ProgressCallback
+    questions: RobotQuestions, answers: RobotAnswers, call: Call
 ) -> tuple[dict[str, SlopeSides], dict[str, np.ndarray], dict[str, Failure]]:
     """What functions that answer owe to slopes of others; parts by torques; parts that fail."""
     robot, states = questions.robot, questions.states
     slopes, torques = make_slope_states(robot, states), make_torque_states(states, questions.motors)
     calls = {part: slopes for part in SOURCES if answers.sources.get(part) == part}
     calls |= {part: torques for part in LOADS if part in answers.values and questions.motors}
-    outcomes = call_functions(calls, questions.name, workers, progress) if calls else {}
+    outcomes = call(calls) if calls else {}
     failures = {part: each for part, each in outcomes.items() if isinstance(each, Failure)}
     by_torques = {
         part: np.stack(np.split(each, len(torques)), axis=1)

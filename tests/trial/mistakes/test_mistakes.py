@@ -25,6 +25,7 @@ SAMPLE = (
     "sum of masses for a product",
     "centre of mass from the other end",
     "friction without its reaction",
+    "mesh forces by the root of the number",
 )
 
 

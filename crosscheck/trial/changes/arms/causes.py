@@ -167,7 +167,7 @@ def _explain_parts(
         quantity = QUANTITIES[part]
         if any(each.terms is None or quantity not in each.user_values for each in arms):
             continue
-        group = _prefer_shared_errors(group)
+        group = _prefer_shared_errors(group, arms[0].values)
         explanations |= {w.place: w.explanation for w in group if w.explanation}
         explanations |= _find_moved_terms(arms, group)
         group = [replace(each, explanation=explanations.get(each.place)) for each in group]
@@ -210,13 +210,21 @@ def _find_moved_terms(
     return moved
 
 
-def _prefer_shared_errors(group: Sequence[EntryMismatch]) -> list[EntryMismatch]:
-    """The wrong entries, of equally likely errors first those that most of them may have."""
+def _prefer_shared_errors(
+    group: Sequence[EntryMismatch], values: Mapping[str, float]
+) -> list[EntryMismatch]:
+    """The wrong entries, of equally likely errors first those that most of them may have.
+
+    If a factor is a root of a count, one that is a number is named as such a root too.
+    """
 
     def key(errors: Sequence[TermError]) -> tuple[object, ...]:
         return tuple(map(error_signature, errors))
 
-    ways = {w.place: (w.explanation.errors, *w.explanation.others) for w in group if w.explanation}
+    ways = {w.place: [w.explanation.errors, *w.explanation.others] for w in group if w.explanation}
+    if any("sqrt" in error.yours for error in _collect_errors(group).values()):
+        for sets in ways.values():
+            sets[:] = [tuple(_name_root(error, values) for error in errors) for errors in sets]
     counts = Counter(each for sets in ways.values() for each in {*map(key, sets)})
     shared = []
     for wrong in group:
@@ -226,6 +234,13 @@ def _prefer_shared_errors(group: Sequence[EntryMismatch]) -> list[EntryMismatch]
             explanation = replace(explanation, errors=first, others=tuple(others))
         shared.append(replace(wrong, explanation=explanation))
     return shared
+
+
+def _name_root(error: TermError, values: Mapping[str, float]) -> TermError:
+    letters = error.term.coefficient.strip("-").split()
+    counts = [name for name in letters if name in values and name[0] == "N"]
+    equal = [name for name in counts if error.by == values[name] ** -0.5]
+    return replace(error, yours=f"1/sqrt({equal[0]})", by=None) if equal else error
 
 
 def _explain_part(
@@ -266,10 +281,9 @@ def _explain_accelerations(
 def _balance_accelerations(comparison: EntryComparison) -> np.ndarray:
     """The force (K, n) that M makes of the differences of accelerations."""
     mass, *_ = comparison.problem.list_trusted_answers(comparison.level)
-    values, right = (
-        each["acceleration"] for each in (comparison.user_values, comparison.reference_values)
-    )
-    force: np.ndarray = np.einsum("sij,sj->si", mass, values - right)
+    right = comparison.reference_values["acceleration"]
+    wrong = comparison.user_values["acceleration"] - right
+    force: np.ndarray = np.einsum("sij,sj->si", mass, wrong)
     return force
 
 
@@ -279,10 +293,8 @@ def _explain_balances(
     """The explanation of what is left in the rows of M a + h - f."""
     terms = arms[0].terms
     assert terms is not None  # else nobody asks
-    sizes = [arm.sizes.force for arm in arms]
-    wrong = np.any(
-        [np.abs(b).max(axis=0) > FITS * s for b, s in zip(balances, sizes, strict=True)], axis=0
-    )
+    pairs = zip(arms, balances, strict=True)
+    wrong = np.any([np.abs(b).max(axis=0) > FITS * arm.sizes.force for arm, b in pairs], axis=0)
     rows = dict[int, tuple[Target, list[ChangeSet]]]()
     for row in np.flatnonzero(wrong).tolist():
         target = make_balance_target(arms, balances, row)

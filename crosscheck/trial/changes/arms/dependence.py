@@ -6,7 +6,7 @@ because the arm has none of it. That is no error on this arm, and other arms mus
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Sequence
 from contextlib import suppress
 from dataclasses import dataclass, field, replace
 from functools import cached_property
@@ -198,11 +198,6 @@ class Dependence:
         except InputError:  # equations of some arms alone
             return None
         return replace(problem, equations=equations, case=case, count=FEW_STATES)
-
-
-def kept_numbers(unfollowed: Sequence[IgnoredNumber]) -> Mapping[str, Powers]:
-    """The numbers that other arms must not draw, and what each goes with."""
-    return {each.name: each.goes_with for each in unfollowed}
 
 
 def _subsets(powers: Powers) -> list[dict[str, int]]:

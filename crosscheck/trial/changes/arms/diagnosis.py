@@ -13,8 +13,8 @@ from crosscheck.trial.changes.arms.comparison import (
     Perform,
     ask_and_compare,
 )
-from crosscheck.trial.changes.arms.dependence import Dependence, IgnoredNumber, kept_numbers
-from crosscheck.trial.changes.arms.probe import NONE_KEPT, draw_probe_arms
+from crosscheck.trial.changes.arms.dependence import Dependence, IgnoredNumber
+from crosscheck.trial.changes.arms.probe import draw_probe_arms
 from crosscheck.trial.judge.entries import EntryMismatch
 
 PROBES = 2
@@ -30,10 +30,9 @@ def build_probe_problems(
     if not problem.equations.any_arm:
         return []
     try:
-        kept = kept_numbers(unfollowed) if unfollowed else NONE_KEPT
-        return [
-            problem.adapt_to_arm(arm) for arm in draw_probe_arms(problem.case.arm, PROBES, kept)
-        ]
+        kept = {each.name: each.goes_with for each in unfollowed}
+        arms = draw_probe_arms(problem.case.arm, PROBES, kept)
+        return [problem.adapt_to_arm(arm) for arm in arms]
     except InputError:  # equations of some arms alone are right or wrong on this one
         return []
 
