@@ -21,7 +21,7 @@ from dataclasses import dataclass, replace
 from functools import cache, cached_property
 from itertools import combinations, count, product
 from operator import attrgetter
-from typing import NamedTuple
+from typing import Any, NamedTuple
 
 import numpy as np
 
@@ -96,7 +96,6 @@ class EditSearch:
         self, code: UserCode, answer_keys: Sequence[AnswerKey], *, is_whole: bool = True
     ) -> None:
         self.begun_s, self.is_whole = time.process_time(), is_whole
-        self.budget_s = BUDGET_S if is_whole else ENERGY_BUDGET_S
         self.answer_keys = answer_keys
         self.code, self.judge, self.tree = code, SourceJudge(code, answer_keys), SourceTree(code)
         self.texts = {(each.lineno, ast.unparse(each)) for each in self.tree.list_statements()}
@@ -106,8 +105,8 @@ class EditSearch:
         self.energy_search: EditSearch | None = None
         self.energies = self._find_energies() if is_whole else None
         self.energy_search = self._make_energy_search()
-        if self.energies is not None:
-            self.budget_s = ENERGY_BUDGET_S
+        is_numeric = is_whole and self.energies is None
+        self.budget_s = BUDGET_S if is_numeric else ENERGY_BUDGET_S
 
     def _find_energies(self) -> Energies | None:
         """The energies from which the equations are derived, if SymPy does it."""
@@ -164,8 +163,8 @@ class EditSearch:
     def _is_promising(self, node: ast.AST) -> bool | None:
         """Whether an edit of a node may mend all that is wrong and leave the rest as it is.
 
-        None where it changes nothing that is wrong. Of a statement, which may bring anything in,
-        and of slow code nobody asks.
+        None where it changes nothing that is wrong. Statements may bring anything in, and slow code
+        is not measured: both may mend all.
         """
         if self.energies is not None and getattr(node, "lineno", 0) <= self.energies.last_line:
             return None  # they are right
@@ -189,10 +188,7 @@ class EditSearch:
             return None
         try:
             self.tree.put(node, Edit((0, 0), node, MOVED.format(write_operand(node))).parse())
-            compiled = list(self.judge.compiled)
-            number = self.tree.statements[id(node)]
-            compiled[number] = self.code.compile(self.code.statements[number])
-            return self.judge.measure_response(compiled)
+            return self.judge.measure_response(self._compile([node]))
         except BaseException:  # whatever another value leads to
             return None
         finally:
@@ -221,14 +217,12 @@ class EditSearch:
 
     def _solve(self, node: ast.expr, text: str, start: float) -> list[float]:
         """The numbers that make the wrong parts right at one state, all or one, in a text."""
-        number, count = self.tree.statements[id(node)], len(self.judge.states)
+        count = len(self.judge.states)
 
         @cache
         def compute_residuals(value: float) -> list[np.ndarray]:
             self.tree.put(node, Edit((0, 0), node, text.format(f"({value!r})")).parse())
-            compiled = list(self.judge.compiled)
-            compiled[number] = self.code.compile(self.code.statements[number])
-            return self.judge.compute_residuals(compiled)
+            return self.judge.compute_residuals(self._compile([node]))
 
         def solve_parts(parts: Sequence[int]) -> float | None:
             def compute_residual(value: float) -> np.ndarray:
@@ -266,11 +260,7 @@ class EditSearch:
                 self.tree.make(edit)
             if len(edits) == 1 and not self._is_new(edits[0]):
                 return None
-            compiled = list(self.judge.compiled)
-            for edit in edits:
-                number = self.tree.statements[id(edit.node)]
-                compiled[number] = self.code.compile(self.code.statements[number])
-            mended = self.judge.find_mended(compiled)
+            mended = self.judge.find_mended(self._compile([edit.node for edit in edits]))
         except BaseException:  # whatever an edit leads to, it is none that mends
             return None
         finally:
@@ -278,6 +268,13 @@ class EditSearch:
                 self.tree.undo(edit)
         by_level = (MendingEdit(edits[0], level, wrong) for level, wrong in mended.items())
         return min(by_level, key=get_badness, default=None)
+
+    def _compile(self, changed: Iterable[ast.AST]) -> list[Any]:
+        """The code objects of all statements, anew of those that hold changed nodes."""
+        compiled = list(self.judge.compiled)
+        for number in {self.tree.statements[id(node)] for node in changed}:
+            compiled[number] = self.code.compile(self.code.statements[number])
+        return compiled
 
     def _is_new(self, edit: Edit) -> bool:
         """Whether no other edit has made the same text of the statement."""
