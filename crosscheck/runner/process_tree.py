@@ -48,9 +48,9 @@ class ForkGuard:
     """Keeps code that is not ours from multiplying by forks until nobody can end it.
 
     Code that forks and goes on in both branches doubles its processes at each call, and whoever
-    counts them once a second comes too late. So a fork of a fork ends before it runs a line, and a
-    process that has forked often waits before each further fork: what is left grows slowly enough
-    to be counted (``excess_reason``) and ended.
+    counts them once a second comes too late. So a fork that would fork ends instead, and a process
+    that has forked often waits before each further fork: what is left grows slowly enough to be
+    counted (``excess_reason``) and ended.
 
     Attributes:
         is_active: Whether code that is not ours runs in this process.
@@ -58,16 +58,18 @@ class ForkGuard:
 
     def __init__(self) -> None:
         self.is_active, self._forks, self._is_fork = False, 0, False
-        os.register_at_fork(before=self._slow_down, after_in_child=self._end_grandchild)
+        os.register_at_fork(before=self._restrain, after_in_child=self._mark)
 
-    def _slow_down(self) -> None:
-        self._forks += self.is_active
+    def _restrain(self) -> None:
+        if not self.is_active:
+            return
+        if self._is_fork:
+            os._exit(1)
+        self._forks += 1
         if self._forks > MOST_DESCENDANTS:
             time.sleep(SLOW_FORK_S)
 
-    def _end_grandchild(self) -> None:
-        if self.is_active and self._is_fork:
-            os._exit(1)
+    def _mark(self) -> None:
         self._is_fork = self.is_active
 
 

@@ -191,6 +191,8 @@ def test_a_task_that_forks_without_end_is_ended_with_its_forks(monkeypatch):
     assert results["good"] == "done"
     assert results["many"].unfinished
     assert "processes of its own; at most 8 may run at once" in results["many"].message
+    started = int(results["many"].message.split("stopped with ")[1].split()[0])
+    assert started <= 16  # unguarded forks are tens of thousands before anybody looks
     assert set(psutil.Process().children(recursive=True)) <= set(others)
 
 
