@@ -376,13 +376,6 @@ def sweep(
     study: Annotated[Path, Argument(metavar="STUDY.toml", help="File of the study.")],
     out: Annotated[Path, Option(help="NetCDF file to write.")],
     jobs: Jobs = None,
-    scheduler: Annotated[
-        Text,
-        Option(
-            metavar="tcp://HOST:PORT",
-            help="Address of a Dask scheduler, whose workers run the study.",
-        ),
-    ] = None,
     resume: Annotated[bool, Option("--resume", help="Continue a run that was stopped.")] = False,
     run_code: Annotated[
         bool, Option("--run-code", help="Allow the study to run the functions that it names.")
@@ -392,7 +385,7 @@ def sweep(
     with require_memory():
         from crosscheck.cli.studies import sweep_command
 
-        sweep_command(study, out, jobs or os.cpu_count() or 1, scheduler, resume, run_code)
+        sweep_command(study, out, jobs or os.cpu_count() or 1, resume, run_code)
 
 
 @app.command()

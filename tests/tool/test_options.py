@@ -531,7 +531,6 @@ EFFECTS: dict[str, dict[str, Effect]] = {
             )
             for name, more, *values in (
                 ("jobs", "--jobs 3", CORES, 3),
-                ("scheduler", "--scheduler tcp://x:1", None, "tcp://x:1"),
                 ("resume", "--resume", False, True),
             )
         },
