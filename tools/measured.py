@@ -28,7 +28,7 @@ from crosscheck.identification.description import (
 )
 from crosscheck.identification.mechanism import SpatialRobot
 from crosscheck.identification.messages import SIDE_PHRASES, describe_answers, format_estimate
-from crosscheck.identification.terms import TermEstimate
+from crosscheck.identification.terms import FRICTION_KINDS, TermEstimate, TermKind
 from crosscheck.models.robot.file import RobotFile, build_robot, load_robot
 from crosscheck.models.robot.robot import Robot
 from tools.site import format_table
@@ -185,9 +185,11 @@ def _describe_study(study: Study) -> Iterator[str]:
     yield from (f"- {answer}" for answer in answers if answer)
     yield ""
     yield _format_steps(comparison.sides)
+    excited = {each.side for each in comparison.sides if each.is_excited and each.links != "scaled"}
     for number, side in enumerate(comparison.sides, 1):
+        omitted = FRICTION_KINDS if side.links == "scaled" and side.side in excited else ()
         yield f"### Fit {number}: {SIDE_PHRASES[side.side]}{LINKS[side.links]}\n"
-        yield from _describe_side(side, study.published)
+        yield from _describe_side(side, study.published, omitted)
 
 
 def _shorten_answer(answer: str) -> str:
@@ -212,20 +214,26 @@ def _format_steps(sides: Sequence[SideResult]) -> str:
     return format_table(["fit", "band [Hz]", "condition", "blocks", *names], rows)
 
 
-def _describe_side(side: SideResult, published: Mapping[str, float]) -> Iterator[str]:
+def _describe_side(
+    side: SideResult, published: Mapping[str, float], omitted: Sequence[TermKind]
+) -> Iterator[str]:
+    """A table of the estimates but for those of the omitted kinds."""
     bands = {f"to {band.bandwidth:.3g} Hz": band.estimates for band in side.bands}
     columns = {"estimate": side.estimates, **bands}
     cells = {
         (each.term.name, column): _format_interval(each)
         for column, estimates in columns.items()
         for each in estimates
+        if each.term.kind not in omitted
     }
     for each in side.seen if side.links == "identified" else ():
         cells[each.term.name, "estimate"] = f"**{cells[each.term.name, 'estimate']}**"
-    cells |= {(name, "published"): f"{value:.4g}" for name, value in published.items()}
     names = {
-        each.term.name: each.term.unit for each in side.estimates if each.term.kind != "offset"
+        each.term.name: each.term.unit
+        for each in side.estimates
+        if each.term.kind != "offset" and (each.term.name, "estimate") in cells
     }
+    cells |= {(name, "published"): f"{published[name]:.4g}" for name in names if name in published}
     for joint, value in zip(side.measured, side.steps[-1].rms, strict=True):
         names[f"residual of {joint}"] = "N m"
         cells[f"residual of {joint}", "estimate"] = f"{value:.3g}"

@@ -89,13 +89,15 @@ def format_field_tables(page: str) -> str:
 
 def format_refusals() -> str:
     """A table of options and arguments that one kind of mechanism cannot have."""
+    reasons: dict[tuple[str, str], list[str]] = {}
+    for each in REFUSALS:
+        name = f"`{each.command} {each.option}`"
+        reasons.setdefault((each.section, each.reason), []).append(name)
     rows = [
-        f"| `{each.command}` | `{each.option}` | {each.section} | {each.reason} |"
-        for each in REFUSALS
+        f"| {', '.join(names)} | {section} | {reason} |"
+        for (section, reason), names in reasons.items()
     ]
-    return "\n".join(
-        ["", "| command | option | not for | reason |", "|---|---|---|---|", *rows, ""]
-    )
+    return "\n".join(["", "| option | not for | reason |", "|---|---|---|", *rows, ""])
 
 
 PAGES: dict[str, Callable[[], str]] = {
