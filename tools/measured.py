@@ -39,7 +39,12 @@ PICTURE = PAGE.with_name("measured.svg")
 DESCRIPTIONS = ROOT / "examples" / "recordings" / "robots"
 PENDULUM = {"A0": "model_design_A.0_model_2.0.yml", "C1": "model_design_C.1_model_1.0.yml"}
 SUBJECT = re.compile(r"(.+?) (?:of the motor of|of|at|that) (.+?)(?: share)?")
-IN_TABLES = ("Too uncertain", "Estimates with these factors", "Coupled and armature")
+IN_TABLES = (
+    "They need a factor",
+    "Too uncertain",
+    "Estimates with these factors",
+    "Coupled and armature",
+)
 LINKS = {"identified": ", links identified", "scaled": ", links of the file scaled", "none": ""}
 HEAD = Path(__file__).with_name("measured_head.md")
 
