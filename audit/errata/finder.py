@@ -125,9 +125,9 @@ def find_phase_errata(arm: Arm, stage: PaperStage) -> Iterator[Erratum]:
             " equation has it",
             derived=f"from the numbers of teeth: planets {between_planets:g} cycles apart, ring"
             " half a cycle behind sun",
-            remark="for teeth as thick as their gaps, which the text does not say. z_s / 3 is"
-            " whole, so one phase for all planets is right here. z_p is even, so one phase for sun"
-            " and ring is wrong",
+            remark="for teeth as thick as their gaps, which the text does not say. One phase for"
+            " all planets is right here, since z_s / 3 is whole. One for sun and ring is wrong,"
+            " since z_p is even",
             size=behind,
             unit="cycles between sun and ring mesh",
             trial=(PaperModelFactory(arm), PaperModelFactory(phased)),

@@ -64,8 +64,8 @@ def describe_answers(costs: ShortcutCosts) -> Iterator[str]:
         largest = max(each.share for each in costs.by_joint if each.level == "armature")
         verb = "would still be" if largest < NEGLIGIBLE else "would be"
         yield (
-            f"With all ratios {format_number(costs.factor)} times as large and the same reflected"
-            f" inertias, this coupling {verb} below {limit} of every joint's largest torque."
+            f"This coupling {verb} below {limit} of every joint's largest torque with all ratios"
+            f" {format_number(costs.factor)} times as large, if the reflected inertias are kept."
         )
     if costs.geared:
         yield from _describe_meshes(costs.geared)
