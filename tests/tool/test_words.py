@@ -80,8 +80,8 @@ def helps(command: Any, name: str) -> dict[str, str]:
 
 
 def test_help_has_no_private_words():
-    told = helps(build_commands(), "crosscheck")
-    assert {name: unclear(text) for name, text in told.items() if unclear(text)} == {}
+    texts = helps(build_commands(), "crosscheck")
+    assert {name: unclear(text) for name, text in texts.items() if unclear(text)} == {}
 
 
 def list_texts(path: Path) -> Iterator[str]:
@@ -98,10 +98,8 @@ def list_texts(path: Path) -> Iterator[str]:
     whole = [each for each in ast.walk(tree) if isinstance(each, ast.JoinedStr)]
     bare |= {id(part) for each in whole for part in ast.walk(each)}
     for each in whole:
-        yield "".join(
-            getattr(part, "value", "X") if isinstance(part, ast.Constant) else "X"
-            for part in each.values
-        )
+        parts = (part.value if isinstance(part, ast.Constant) else "X" for part in each.values)
+        yield "".join(map(str, parts))
     for node in ast.walk(tree):
         if isinstance(node, ast.Constant) and isinstance(node.value, str) and id(node) not in bare:
             yield node.value
