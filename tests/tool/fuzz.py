@@ -300,7 +300,6 @@ def _simulate(folder: Path, generator: random.Random) -> list[list[str]]:
     some = [
         ["--t-end", number],
         ["--step", number],
-        ["--phase", mostly(("angle", "omega_t"), ("beta", ""), generator)],
         ["--set", setting(generator)],
         ["--set", setting(generator)],
         ["--force"],
