@@ -229,7 +229,7 @@ class AnalyticRobot(RobotModel):
         return np.reshape(columns, (len(columns), len(q))).T
 
     def energy(self, q: np.ndarray, v: np.ndarray) -> np.ndarray:
-        """Energy (states,) [J]: v' M v / 2, and masses at their heights."""
+        """Energy (states,) [J]: v' M v / 2 plus the potential energy of the weights."""
         poses = self._poses(q)
         total: np.ndarray = (v * multiply(self._mass(poses), v)).sum(axis=1) / 2
         for body, pose in zip(self.robot.bodies, poses, strict=True):
@@ -330,7 +330,7 @@ class AnalyticRobot(RobotModel):
         return total
 
     def _planet_mesh_states(self, q: np.ndarray) -> Iterator[PlanetMeshState]:
-        """The states of the teeth of every planet that moves alone, sun mesh before ring mesh."""
+        """States of the teeth of each free planet, sun mesh before ring mesh."""
         for law in self._teeth:
             mesh = law.mesh
             phase = law.rate * (q @ self._share[law.joint] + self._offset[law.joint]) + law.offset

@@ -198,7 +198,7 @@ def _planet_counts(model: Model) -> np.ndarray:
 
 
 def _sizes(run: xr.Dataset, model: Model, q: np.ndarray, placed: float) -> dict[str, float]:
-    """Size that each variable's difference is measured against, by its name.
+    """The size relative to which each variable's difference is measured, by name.
 
     placed: of a force [N] that is known to rounding of the bodies' places. A force out of contact
     is the rest of what the motor and the bodies' inertia leave of each other, and near contact it

@@ -250,7 +250,7 @@ def step_count(run: xr.Dataset) -> float:
 
 
 def relative_value(measured: float, run: xr.Dataset, quantity: str) -> float | None:
-    """A difference over the size of the quantity in a run; None where that says nothing."""
+    """A difference relative to the quantity's size in a run; None where that size is unknown."""
     largest = size(run, quantity)
     return measured / largest if largest > 0 and np.isfinite(measured) else None
 

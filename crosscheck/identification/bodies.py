@@ -95,7 +95,7 @@ def compute_curvature(logarithms: np.ndarray, gradient: np.ndarray) -> np.ndarra
         weights = np.tensordot(along, WEIGHTS, 1)
         pulled = weights @ turns
         part = 2 * np.tensordot(turns, pulled, ((1, 2), (1, 2)))
-        # Second derivatives of the triangle: once more itself by alpha, and by each d.
+        # Second derivatives of the triangle: by alpha it is itself again, then by each d.
         again = 2 * np.tensordot(turns, weights @ upper, 2)
         part[0] += again
         part[1:, 0] += again[1:]

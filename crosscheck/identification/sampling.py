@@ -271,7 +271,7 @@ def _bridge_turns(
 
     Args:
         signals: Changed in place (rows, columns).
-        hidden: Flags of the rows: more than so many in turn are no turn.
+        hidden: Flags of the rows; a longer sequence than this is not a turn.
     """
     edges = np.flatnonzero(np.diff(hidden, prepend=False, append=False))
     firsts, lengths = edges[::2], edges[1::2] - edges[::2]

@@ -218,10 +218,10 @@ def _find_explanations(
 def _find_rarer_explanations(
     searches: Mapping[Level, CauseSearch], distances: Sequence[LevelDistance], *, several: bool
 ) -> tuple[Level, list[Cause]]:
-    """The nearest level at which an angle, a term of Kane's sum, two changes or six inertias do.
+    """Explain by an angle, a term of Kane's sum, two changes or six inertias, at the nearest level.
 
-    Of levels of as many wrong entries the first. several: whether more than gravity alone is wrong,
-    whose terms are reported separately.
+    Among levels with equally many wrong entries the first is taken. several: whether more than
+    gravity is wrong, whose terms are reported separately.
     """
 
     def find_single(search: CauseSearch) -> list[Cause]:

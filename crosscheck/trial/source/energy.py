@@ -165,7 +165,7 @@ def _is_same(matrix: sp.Matrix, other: sp.Matrix) -> bool:
 def _find_end(
     scope: Scope, statements: Sequence[ast.stmt], names: Sequence[str]
 ) -> tuple[Sequence[ast.stmt], int] | None:
-    """The body of a function, or of the file, and the number of the last one to store a name."""
+    """Find the body of a function or file, and its last statement that assigns a name."""
     body = getattr(scope.node, "body", None) or statements
     storing = [
         number
