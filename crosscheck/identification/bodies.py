@@ -109,11 +109,11 @@ def solve_bodies(
 ) -> Solution:
     """Linear least squares with links that are possible bodies, by Newton's steps in a region.
 
-    Gauss and Newton's would creep: at the border what is left is not small along what bodies would
+    Gauss and Newton's would creep: at the border the residual is not small along what bodies would
     have to be, and curvature there is that of the logarithms. All else follows from the links.
 
     Args:
-        right: What is left at a state (rows,).
+        right: Residual at a state (rows,).
         slopes: Of what the unknowns make (rows, unknowns).
         state: Its links say where to begin, and how large they are.
         is_link: Which of its numbers are links' parameters, 10 of each in turn.

@@ -2,7 +2,7 @@
 
 Torques y of joints are modelled as s (A(q + z) x) + d y', with x of links, friction and rotors, s
 and z of each joint's drive and encoder, d a delay. Rows of correlated errors weigh less, by the
-number for which these are alike; what a file says of links is more rows, one for each parameter.
+number for which these agree; what a file says of links is more rows, one for each parameter.
 Links may be asked to be possible bodies (bodies.py).
 """
 

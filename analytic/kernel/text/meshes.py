@@ -10,7 +10,7 @@ PER_TURN = repr(0.15915494309189535)  # 1 / 2 pi
 
 
 def torque(s: Structure, j: int) -> Lines:
-    """Lines of T of models.experiment.drive at one joint; a table's is given, alike for lanes."""
+    """Lines of T of models.experiment.drive at one joint; a table's is given, one for all lanes."""
     if s.drive == CONSTANT:
         yield f"T{j} = drive{j}_0"
     elif s.drive == PD:

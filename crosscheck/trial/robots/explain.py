@@ -251,7 +251,7 @@ def _select_levels(
 ) -> list[LevelDistance]:
     """The levels at which one change may explain all.
 
-    Of levels that are alike the first. At one where gravity, the bias or one entry alone is wrong
+    Of equal levels the first is taken. At one where gravity, the bias or one entry alone is wrong
     nothing else of the level is, so that an explanation at a level of more wrong entries would be
     chance.
     """

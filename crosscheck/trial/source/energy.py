@@ -156,7 +156,7 @@ def _is_same(matrix: sp.Matrix, other: sp.Matrix) -> bool:
             np.array(each.xreplace(numbers).evalf().tolist(), dtype=float)
             for each in (matrix, other)
         )
-    except TypeError:  # what is left has no number
+    except TypeError:  # the rest has no number
         return False
     size = np.max(np.abs(second))
     return bool(size > 0 and np.max(np.abs(first - second)) <= CLOSE * size)

@@ -290,7 +290,7 @@ def _balance_accelerations(comparison: EntryComparison) -> np.ndarray:
 def _explain_balances(
     arms: Sequence[EntryComparison], balances: Sequence[np.ndarray]
 ) -> Explanation | None:
-    """The explanation of what is left in the rows of M a + h - f."""
+    """Explain the residual in the rows of M a + h - f."""
     terms = arms[0].terms
     assert terms is not None  # else nobody asks
     pairs = zip(arms, balances, strict=True)
