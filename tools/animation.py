@@ -41,8 +41,8 @@ text {{ font: 14px system-ui, sans-serif; fill: #1c2733; }} .soft {{ fill: #5664
 .steps {{ animation-timing-function: step-end; }} .del {{ text-decoration: line-through; }}
 @media (prefers-color-scheme: dark) {{
   text {{ fill: #e4e9ee; }} .soft {{ fill: #a3b0bc; }} .bad {{ fill: #ff8f85; }}
-  .label {{ stroke: #1f262d; }}
-  .good {{ fill: #6fce96; }} .force {{ stroke: #e4e9ee; }} .frame {{ fill: #1f262d; }}
+  .label {{ stroke: #1f262d; }} .good {{ fill: #6fce96; }} .force {{ stroke: #e4e9ee; }}
+  .frame {{ fill: #1f262d; }}
 }}
 @media (prefers-reduced-motion: reduce) {{ .moves {{ animation: none; }} .lost {{ opacity: 0; }} }}
 """
