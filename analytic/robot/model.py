@@ -43,10 +43,11 @@ def split_states(method: Callable[..., np.ndarray]) -> Callable[..., np.ndarray]
 
     @wraps(method)
     def take_blocks(self: AnalyticRobot, *states: np.ndarray) -> np.ndarray:
-        size = max(1, BLOCK // len(self.robot.joints) ** 2)
-        starts = range(0, len(states[0]), size)
-        blocks = [method(self, *(each[at : at + size] for each in states)) for at in starts]
-        return np.concatenate(blocks) if len(blocks) > 1 else blocks[0]
+        count = 1 + len(states[0]) * len(self.robot.joints) ** 2 // BLOCK
+        if count == 1:
+            return method(self, *states)
+        blocks = zip(*(np.array_split(each, count) for each in states), strict=True)
+        return np.concatenate([method(self, *block) for block in blocks])
 
     return take_blocks
 
@@ -160,19 +161,15 @@ class AnalyticRobot(RobotModel):
         """Add the numbers of all joints and bodies, side by side; joint k moves body k."""
         joints, bodies = robot.joints, robot.bodies
         self._axes = np.array([joint.axis for joint in joints])
-        self._crossings = np.array([_skew_matrix(axis) for axis in self._axes])
+        self._crossings = np.cross(UPRIGHT, self._axes[:, None])  # times u: axis x u
         self._places = np.array([joint.placement.position for joint in joints])
         self._rotations = np.array([joint.placement.rotation for joint in joints])
         self._turns = np.array([joint.kind == "revolute" for joint in joints])
         self._masses = np.array([[body.mass] for body in bodies])
         self._coms = np.array([body.com for body in bodies])
         self._inertias = np.array([body.inertia for body in bodies])
-        self._parents = np.zeros((len(joints), len(joints)))  # 1 at the body under each
-        self._paths = np.eye(len(joints))  # 1 at each joint that moves a body
-        for number, joint in enumerate(joints):
-            if joint.parent != BASE:
-                self._parents[number, joint.parent] = 1
-                self._paths[number] += self._paths[joint.parent]
+        self._parents = np.eye(len(joints) + 1)[[joint.parent for joint in joints], :-1]
+        self._paths = np.linalg.inv(np.eye(len(joints)) - self._parents)  # 1 at joints that move it
 
     def _add_stage(self, stage: JointStage, columns: slice | None) -> None:
         """Add sun and planets of a stage; columns: of its coordinates; None if gears are rigid."""
@@ -233,7 +230,7 @@ class AnalyticRobot(RobotModel):
         """Pose of each body at q, and its rates at v, both (states, n), on a base at rest."""
         poses = self._poses(q)
         parts = zip(*(part.swapaxes(0, 1) for part in poses), strict=True)
-        rates = zip(*np.moveaxis(self._rates(poses, v, np.zeros(3)), 2, 1), strict=True)
+        rates = zip(*np.moveaxis(np.array(self._rates(poses, v, np.zeros(3))), 2, 1), strict=True)
         return [FramePoses(*each) for each in parts], [FrameRates(*each) for each in rates]
 
     @split_states
@@ -296,9 +293,8 @@ class AnalyticRobot(RobotModel):
         frame = self.robot.frames[self.robot.tip]
         if frame.body == BASE:
             return np.tile(frame.placement.position, (len(q), 1))
-        poses = self._poses(q)
-        rotation = poses.rotation[:, frame.body]
-        return poses.position[:, frame.body] + rotation @ frame.placement.position
+        rotation, position = (part[:, frame.body] for part in self._poses(q)[:2])
+        return position + rotation @ frame.placement.position
 
     def _mass(self, poses: FramePoses) -> np.ndarray:
         momenta = [
@@ -326,7 +322,8 @@ class AnalyticRobot(RobotModel):
     def _bias_and_weight(self, poses: FramePoses, v: np.ndarray, gravity: np.ndarray) -> np.ndarray:
         """Torques under which nothing accelerates (states, n): weights are a base that rises."""
         rates = self._rates(poses, v, -gravity)
-        force = self._masses * _point_acceleration(*rates, poses.com_lever)
+        turned = _lever_acceleration(*rates[:2], poses.com_lever)
+        force = self._masses * (rates.acceleration + turned)
         moment = multiply(poses.inertia, rates.angular_rate)
         moment += cross(rates.angular, multiply(poses.inertia, rates.angular), axis=2)
         total = project(_flatten(poses.com_partials), force.reshape(len(v), -1))
@@ -380,9 +377,9 @@ class AnalyticRobot(RobotModel):
         angles = np.where(self._turns, values, 0.0)[:, :, None, None]
         turned = np.sin(angles) * self._crossings  # Rodrigues' formula
         turned += (1 - np.cos(angles)) * (self._crossings @ self._crossings) + UPRIGHT
-        rotation, position = self._rotations @ turned, np.empty((*values.shape, 3))
         slid = np.where(self._turns, 0.0, values)[:, :, None] * self._axes
-        position[:] = self._places + multiply(self._rotations, slid)
+        rotation = self._rotations @ turned
+        position = self._places + multiply(self._rotations, slid)
         for number, joint in enumerate(self.robot.joints):
             if joint.parent != BASE:
                 under, at = rotation[:, joint.parent], position[:, number]
@@ -407,7 +404,7 @@ class AnalyticRobot(RobotModel):
         growth = self._paths @ np.where(turns, turned, 0.0)
         under = self._parents @ angular, self._parents @ growth
         at = poses.position - self._parents @ poses.position
-        gained = _point_acceleration(*under, 0.0, at) + np.where(turns, 0.0, 2 * turned)
+        gained = _lever_acceleration(*under, at) + np.where(turns, 0.0, 2 * turned)
         return FrameRates(angular, growth, self._paths @ gained + rising)
 
     def _spin(self, spinner: SpinningBody, poses: FramePoses) -> tuple[np.ndarray, np.ndarray]:
@@ -419,23 +416,15 @@ class AnalyticRobot(RobotModel):
         return turned, spinner.turns + project(poses.angular_partials[:, spinner.body], turned)
 
 
-def _point_acceleration(
-    angular: np.ndarray, growth: np.ndarray, origin: np.ndarray | float, arm: np.ndarray
-) -> np.ndarray:
-    """Accelerations of points, arm (states, bodies, 3) from origins that have theirs."""
+def _lever_acceleration(angular: np.ndarray, growth: np.ndarray, arm: np.ndarray) -> np.ndarray:
+    """Accelerations of points by turning, arm (states, bodies, 3) from the origins."""
     inward: np.ndarray = cross(angular, cross(angular, arm, axis=2), axis=2)
-    return origin + cross(growth, arm, axis=2) + inward
+    return cross(growth, arm, axis=2) + inward
 
 
 def _flatten(columns: np.ndarray) -> np.ndarray:
     """Columns of all bodies (states, bodies, 3, n), one body below the other (states, rows, n)."""
     return columns.reshape(len(columns), -1, columns.shape[-1])
-
-
-def _skew_matrix(vector: np.ndarray) -> np.ndarray:
-    """The matrix (3, 3) that turns u into vector x u."""
-    x, y, z = vector
-    return np.array([[0, -z, y], [z, 0, -x], [-y, x, 0]])
 
 
 def cross(left: np.ndarray, right: np.ndarray, axis: int = 1) -> np.ndarray:

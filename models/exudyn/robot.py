@@ -252,9 +252,7 @@ class ExudynRobot(RobotModel):
             for link, at, kind in points
         ]
 
-    def _sensor_values(
-        self, q: np.ndarray, v: np.ndarray, kinds: int = len(SENSOR_VARIABLES)
-    ) -> Iterator[list[list[np.ndarray]]]:
+    def _sensor_values(self, q: np.ndarray, v: np.ndarray, kinds: int = 4) -> Iterator[list[Any]]:
         """For each state, what the first sensors of each body's centre of mass measure."""
         states = zip(q @ self._rows.T + self._offsets, v @ self._rows.T, strict=True)
         every = range(0, len(self._parts) * len(SENSOR_VARIABLES), len(SENSOR_VARIABLES))
