@@ -173,7 +173,7 @@ def _describe_study(study: Study) -> Iterator[str]:
     comparison = study.comparison
     yield f"## {study.title}\n"
     seconds = sum(float(each.time[-1] - each.time[0]) for each in comparison.records)
-    rows = sum(each.rows for each in comparison.records)
+    rows = sum(len(each.time) for each in comparison.records)
     count = len(comparison.records)
     yield f"{count} recording{'s' * (count > 1)}, {rows:,} rows, {seconds:.3g} s. The answer:\n"
     yield from (f"> {line}\n>" for line in describe_answers(comparison))
