@@ -53,13 +53,13 @@ def tree() -> Robot:
     )
 
 
-def exchange(kind: str, field: str) -> Change:
-    """A field of the last two parts of a kind."""
+def exchange(kind: str, *fields: str) -> Change:
+    """Fields of the last two parts of a kind."""
 
     def change(own: Robot) -> Robot:
         first, left, right = getattr(own, kind)
         pair = (
-            replace(part, **{field: getattr(other, field)})
+            replace(part, **{field: getattr(other, field) for field in fields})
             for part, other in ((left, right), (right, left))
         )
         changed: dict[str, Any] = {kind: (first, *pair)}
@@ -96,6 +96,11 @@ EXCHANGES: dict[str, Change] = {
     "left and right: mass exchanged": exchange("bodies", "mass"),
     "left and right: centre of mass exchanged": exchange("bodies", "com"),
     "left and right: inertia exchanged": exchange("bodies", "inertia"),
+    "left and right: centre of mass and inertia exchanged": exchange("bodies", "com", "inertia"),
+    "left and right: mass, centre and inertia exchanged": exchange(
+        "bodies", "mass", "com", "inertia"
+    ),
+    "l and r: rotor's ratio and inertia exchanged": exchange("rotors", "ratio", "inertia"),
     "joint l and joint r: axis exchanged": exchange("joints", "axis"),
     "every part has the mass of the next": shift_masses,
     "right: its centre of mass in another order, y, z, x": put(
