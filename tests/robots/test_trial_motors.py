@@ -1,6 +1,7 @@
 """Robots with fewer motors than joints, as textbooks write them: never blamed, and reported."""
 
 from collections.abc import Callable
+from dataclasses import replace
 
 import numpy as np
 import pytest
