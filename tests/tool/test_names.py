@@ -25,7 +25,8 @@ FILES = sorted(file for folder in FOLDERS for file in (ROOT / folder).rglob("*.p
 class FileNames(NamedTuple):
     """The names of a file: docs are its docstrings by what has them; words are counted.
 
-    contradicted: comparisons and choices that are not what a superlative in them says.
+    contradicted: comparisons and choices that are not what a superlative in them says; unused:
+    comprehensions of which a variable is not used.
     """
 
     functions: list[str]
@@ -34,6 +35,7 @@ class FileNames(NamedTuple):
     docs: list[tuple[str, str]]
     words: Counter[str]
     contradicted: list[str]
+    unused: list[str]
 
 
 @cache
@@ -41,7 +43,7 @@ def read_names(file: Path) -> FileNames:
     """In one walk; the tree, a hundred times as large, is not kept."""
     tree = ast.parse(file.read_text(encoding="utf-8"))
     tops = [each.name for each in tree.body if isinstance(each, ast.FunctionDef)]
-    found = FileNames([name for name in tops if name[0] != "_"], [], set(), [], Counter(), [])
+    found = FileNames([name for name in tops if name[0] != "_"], [], set(), [], Counter(), [], [])
     uses: Counter[str] = Counter()  # of every place where the code defines or uses a name
     for node in ast.walk(tree):
         uses.update(
@@ -51,6 +53,8 @@ def read_names(file: Path) -> FileNames:
         )
         if contradicts_superlative(node):
             found.contradicted.append(f"{file.relative_to(ROOT)}: {ast.unparse(node)}")
+        if isinstance(node, ast.ListComp | ast.SetComp | ast.DictComp | ast.GeneratorExp):
+            found.unused.extend(f"{file.relative_to(ROOT)}: {name}" for name in list_unused(node))
         if isinstance(node, ast.ClassDef):
             found.classes.append(node.name)
         if isinstance(node, ast.ImportFrom):
@@ -60,6 +64,13 @@ def read_names(file: Path) -> FileNames:
     for name, count in uses.items():
         found.words.update(dict.fromkeys(split_words(name), count))
     return found
+
+
+def list_unused(node: ast.AST) -> list[str]:
+    """Variables of a comprehension that it does not use: another stands where each belongs."""
+    names = [each for each in ast.walk(node) if isinstance(each, ast.Name) and each.id[0] != "_"]
+    used = {each.id for each in names if isinstance(each.ctx, ast.Load)}
+    return [each.id for each in names if each.id not in used]
 
 
 def name_number(node: ast.expr) -> str:
@@ -197,3 +208,8 @@ def test_most_and_least_are_what_they_say(code):
 
 def test_bounds_in_superlatives_are_bounds():
     assert [each for file in FILES for each in read_names(file).contradicted] == []
+
+
+def test_every_variable_of_a_comprehension_is_used():
+    assert list_unused(ast.parse("[f(k, 0) for k, n in pairs]")) == ["n"]
+    assert [each for file in FILES for each in read_names(file).unused] == []
