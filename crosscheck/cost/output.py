@@ -111,8 +111,8 @@ def _describe_costs(
         (tip,) = (each for each in costs.tips if each.level == level)
         yield (
             f"{head.format(costs.robot.name)}: the {torques} wrong by up to"
-            f" {format_percent(most)} of the largest. {head.partition(' of {}')[0]},"
-            f" {costs.robot.tip} is {describe_distances(tip.distances)} after 1 s of feed-forward."
+            f" {format_percent(most)} of the largest. {head.partition(' of {}')[0]} puts"
+            f" {costs.robot.tip} {describe_distances(tip.distances)} after 1 s of feed-forward."
         )
 
 

@@ -302,10 +302,7 @@ def _describe_scaled(side: SideResult, identified: SideResult) -> Iterator[str]:
     """Factors on the file's links; rotors beside them where links cannot be identified."""
     wrong = side.wrong_factors
     if wrong:
-        yield (
-            f"The {SIDE_PHRASES[side.side]} do not judge rotors: the file's links or the gains are"
-            " wrong."
-        )
+        yield f"The {SIDE_PHRASES[side.side]} do not judge rotors: the links or gains are wrong."
         for each in wrong:
             yield f"They need a factor of {_format_interval(each)} for {each.term.name}."
     if identified.is_excited:

@@ -93,27 +93,22 @@ def list_texts(path: Path) -> Iterator[str]:
         text = re.sub(r"{% (?:block|endblock).*?%}|</?(?:p|[dt][dhrt]|li|h\d)\b[^>]*>", "\n", text)
         yield re.sub(r"{%.*?%}|<(?!code).*?>", "", re.sub(r"{{.*?}}", "X", text))
         return
-    tree = ast.parse(text)
-    bare = {id(each.value) for each in ast.walk(tree) if isinstance(each, ast.Expr)}
-    whole = [each for each in ast.walk(tree) if isinstance(each, ast.JoinedStr)]
+    nodes = list(ast.walk(ast.parse(text)))
+    bare = {id(each.value) for each in nodes if isinstance(each, ast.Expr)}
+    whole = [each for each in nodes if isinstance(each, ast.JoinedStr)]
     bare |= {id(part) for each in whole for part in ast.walk(each)}
     for each in whole:
         parts = (part.value if isinstance(part, ast.Constant) else "X" for part in each.values)
         yield "".join(map(str, parts))
-    for node in ast.walk(tree):
-        if isinstance(node, ast.Constant) and isinstance(node.value, str) and id(node) not in bare:
-            yield node.value
+    constants = (each for each in nodes if isinstance(each, ast.Constant) and id(each) not in bare)
+    yield from (each.value for each in constants if isinstance(each.value, str))
 
 
 @pytest.mark.parametrize("folder", ["crosscheck", "models", "analytic", "audit"])
 def test_a_sentence_has_at_most_thirty_words(folder):
     paths = [path for end in ("py", "html.j2") for path in (ROOT / folder).rglob(f"*.{end}")]
-    sentences = [
-        sentence
-        for path in require_items(paths)
-        for text in list_texts(path)
-        for sentence in re.split(r"\n|(?<=[.!?])\s+(?=[A-Z<✓])", text)
-    ]
+    texts = "\n".join(text for path in require_items(paths) for text in list_texts(path))
+    sentences = re.split(r"\n|(?<=[.!?])\s+(?=[A-Z<✓])", texts)
     assert [each for each in sentences if len(each.split()) > MOST_WORDS] == []
 
 

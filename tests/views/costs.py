@@ -99,7 +99,7 @@ def _list_distances(distances: np.ndarray, cue: str) -> Iterator[Fact]:
 
 PHRASES = {
     "wrong by up to {} of the largest": "worst share",
-    "is {} off": "off",
+    "\\w+ {} off": "off",
     "median of {} runs, {} at most": "runs, at most",
     "to {} digits": "digits",
     "on {} quantities, {} levels and {} states": "quantities, levels, states",
