@@ -54,17 +54,14 @@ class BodyMotion:
     """A body at states, in the base's axes, as Kane's sum takes it.
 
     moving, turning (states, 3, n): velocity of the centre and angular velocity per rate; inertia
-    (states, 3, 3), also apart in I w' and in w x I w; centre, rate, growth (states, 3): its
-    acceleration, w, w' at the rates; left_rate: w in w x I w where it is another one than in
-    I w; pull (states, 3) or (3,): gravity.
+    (states, 3, 3); centre, rate, growth (states, 3): its acceleration, w, w' at the rates;
+    left_rate: w in w x I w where it is another one than in I w; pull (3,): gravity.
     """
 
     mass: float
     moving: np.ndarray
     turning: np.ndarray
     inertia: np.ndarray
-    growing_inertia: np.ndarray
-    spinning_inertia: np.ndarray
     centre: np.ndarray
     rate: np.ndarray
     left_rate: np.ndarray
@@ -74,8 +71,8 @@ class BodyMotion:
     def compute_terms(self) -> DynamicsTerms:
         """Contribution of the body to M, bias and gravity."""
         moving, turning = self.moving.swapaxes(1, 2), self.turning.swapaxes(1, 2)
-        moment = multiply(self.growing_inertia, self.growth)
-        moment = moment + cross(self.left_rate, multiply(self.spinning_inertia, self.rate))
+        moment = multiply(self.inertia, self.growth)
+        moment = moment + cross(self.left_rate, multiply(self.inertia, self.rate))
         return DynamicsTerms(
             self.mass * moving @ self.moving + turning @ self.inertia @ self.turning,
             self.mass * project(self.moving, self.centre) + project(self.turning, moment),
@@ -107,7 +104,7 @@ class KaneSum:
             body.mass,
             self.move_point(number, body.lever),
             pose.angular_partials,
-            *(body.inertia,) * 3,
+            body.inertia,
             centre,
             rate.angular,
             rate.angular,
@@ -136,7 +133,7 @@ class KaneSum:
             0.0,
             0 * column,
             turning + column,
-            *(inertia,) * 3,
+            inertia,
             still,
             w + spin,
             w + spin,

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Collection, Iterator, Mapping, Sequence
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 from functools import cached_property
 from itertools import islice
 from typing import NamedTuple
@@ -18,7 +18,6 @@ from crosscheck.trial.changes.numbers import (
     AXES,
     RobotNumber,
     get_link_name,
-    put_value,
 )
 from crosscheck.trial.changes.pairs import PairSearch, Single
 from crosscheck.trial.changes.problem import (
@@ -88,17 +87,7 @@ class CauseSearch(ValueSearch):
         plain = [cause for number, cause in numbers if not number.factor]
         numbers_alone = plain or [cause for _, cause in numbers]  # a factor says no more than one
         alone, several = self._find_mistakes(places)
-        causes = [*numbers_alone, *(alone or several)]
-        if isinstance(places, slice) and self.level == "coupled":
-            causes += self._find_missing_couplings()
-        if not any(cause.usual for cause in causes):
-            causes += self._find_exchanges(places)
-        return causes
-
-    def find_rarer_causes(self, places: Places = slice(None)) -> list[Cause]:
-        """Gravity along no axis, else joints' numbers exchanged, else angles and the like."""
-        causes = list(self._find_gravity()) or list(self.find_joint_moves(places))
-        return causes or list(self._find_curved())
+        return [*numbers_alone, *(alone or several)]
 
     @cached_property
     def number_rows(self) -> list[tuple[str, np.ndarray, np.ndarray]]:
@@ -183,10 +172,6 @@ class CauseSearch(ValueSearch):
         """Effect of each of these on the row at few states, in all terms and in each."""
         return self._screen(self.frame_mistakes)
 
-    @cached_property
-    def _move_rows(self) -> list[np.ndarray]:
-        return self._screen(self.table.joint_moves)
-
     def _screen(self, mistakes: Sequence[RobotMistake]) -> list[np.ndarray]:
         few = self.table.few
         changes = self.table.compute_changes([each.robot for each in mistakes], self.level, few)
@@ -231,46 +216,6 @@ class CauseSearch(ValueSearch):
             causes.append(Cause(mistake.words + where, usual=True))
         return alone, several
 
-    def _find_exchanges(self, places: Places) -> Iterator[Cause]:
-        """Numbers of links and rotors that are exchanged, shifted or in another order."""
-        changes, words = self.table.exchanges
-        inside = np.arange(self.difference.size)[places]
-        screened = inside[np.argsort(-np.abs(self.difference[inside]))[:MOST_SCREENED]]
-        effects = self.table.compute_parameter_effects(self.level)
-        for where, rows in self._lay_out_places(effects):
-            left = np.abs(changes @ rows[:, screened] - self.difference[screened])
-            for number in np.flatnonzero((left <= 2 * self.problem.allowed[screened]).all(axis=1)):
-                if self.can_explain(changes[number] @ rows, places):
-                    yield Cause(words[number] + where, usual=True)
-
-    def find_joint_moves(self, places: Places = slice(None)) -> Iterator[Cause]:
-        """Places, axes and frames of joints that are exchanged, or in another order."""
-        moves = self.table.joint_moves
-        for move, where in self._find_robots(moves, self._move_rows, places):
-            yield Cause(move.words + where, usual=True)
-
-    def _find_missing_couplings(self) -> Iterator[Cause]:
-        """Couplings of two joints by a rotor or stage, if M lacks one of these and nothing else."""
-        if "mass_matrix" not in self.problem.parts:
-            return
-        places = self.problem.select_part("mass_matrix")
-        if np.abs(self.difference[~places]).max(initial=0.0) > TOLERANCE:
-            return
-        robot, names = self.table.robot, self.table.robot.coordinate_names
-        for kind in ("rotors", "stages"):
-            parts = getattr(robot, kind)
-            for place, part in enumerate(parts):
-                without = put_value(robot, (kind,), parts[:place] + parts[place + 1 :])
-                lost = self.table.compute_changes([without], self.level).mass_matrix[0]
-                for i, j in zip(*np.triu_indices(len(names), 1), strict=True):
-                    coupling = np.zeros_like(lost)
-                    coupling[:, i, j] = coupling[:, j, i] = lost[:, i, j]
-                    still = np.zeros(coupling.shape[:2])
-                    if self._explains(self.row(DynamicsTerms(coupling, still, still)), slice(None)):
-                        of = f"{kind[:-1]} of {robot.joints[part.joint].name}"
-                        words = f"no coupling of {names[i]} and {names[j]} in M by the {of}"
-                        yield Cause(words, usual=True)
-
     def find_pair_causes(self, places: Places = slice(None)) -> list[Cause]:
         """Two changes at once that leave nothing of the difference, at least one of them usual.
 
@@ -305,7 +250,7 @@ class CauseSearch(ValueSearch):
         for mistake, row in zip(self.frame_mistakes, self.frame_rows[0], strict=True):
             yield Single(mistake.words, row, robot=mistake.robot)
 
-    def _find_curved(self) -> Iterator[Cause]:
+    def find_curved(self) -> Iterator[Cause]:
         """Numbers on which the terms depend in another way, each solved for by Newton's method."""
         curved = [each for each in self.table.numbers if each.curved]
         near = [each.put(each.value + NEAR * each.step) for each in curved]
@@ -345,19 +290,6 @@ class CauseSearch(ValueSearch):
                 if self.is_possible(number, value):
                     yield Cause(self.describe_value(number, value), self.is_usual(number, value))
 
-    def _find_gravity(self) -> Iterator[Cause]:
-        """Gravity along another direction than an axis."""
-        robot, size = self.table.robot, float(np.linalg.norm(self.table.robot.gravity))
-        pulled = [replace(robot, gravity=robot.gravity + unit) for unit in np.eye(3)]
-        columns = self.row(self.table.compute_changes(pulled, self.level)).T
-        fit, _, rank, _ = np.linalg.lstsq(columns, self.difference, rcond=1e-10)
-        if rank == 3 and self.can_explain(columns @ fit):
-            vector = np.where(np.abs(robot.gravity + fit) > ALIKE * size, robot.gravity + fit, 0.0)
-            is_tilted = bool(abs(np.linalg.norm(vector) - size) < ALIKE * size)
-            shown = ", ".join(f"{each:.6g}" for each in vector)
-            tilted = ", of the right size: a tilted base?" if is_tilted else ""
-            yield Cause(f"gravity = ({shown}) m/s^2{tilted}", usual=is_tilted)
-
     def find_inertia_causes(self, places: Places = slice(None)) -> Iterator[Cause]:
         """The six inertias of a link together."""
         for number, body in enumerate(self.table.robot.bodies):
@@ -368,12 +300,6 @@ class CauseSearch(ValueSearch):
                     inertia[i, j] = inertia[j, i] = inertia[i, j] + by
                 words = describe_inertia(self._link(number), body, inertia, rank == 6)
                 yield Cause(words, usual=False)
-
-    def find_links(self) -> Iterator[str]:
-        """Links whose mass, first moments and inertia about the joint make the difference."""
-        for number in range(len(self.table.robot.bodies)):
-            if self._fit_body(number, slice(BODY_SIZE), slice(None))[0] is not None:
-                yield self._link(number)
 
     def _fit_body(
         self, number: int, parameters: slice, places: Places
@@ -449,8 +375,6 @@ class CauseSearch(ValueSearch):
         """What may explain a part, or all of its wrong entries, the likeliest first."""
         whole, some = self.problem.select_part(part), f"the wrong entries of {part}"
         yield part, [each for each in self.find_causes(whole) if alone or each.usual]
-        if alone:
-            yield part, list(self.find_joint_moves(whole))
         inside = self.problem.select_entries(part, wrong.values())
         steps = list(self.find_step_causes([whole, inside] if has_entries else [whole]))
         yield part, [cause for number, cause in steps if not number]

@@ -1,14 +1,13 @@
 """Effect of each change of a robot on its terms at the states, for all levels.
 
 Terms are a linear sum over ten parameters of each body (mass, first moments, inertia about the
-joint) and three of each rotor (J n^2, J n, J), so that whatever is wrong in bodies and rotors is a
-change of these. Where joints or gravity are others, robots are computed side by side.
+joint), so that whatever is wrong in bodies is a change of these. Rotors add up one by one. Where
+joints or gravity are others, robots are computed side by side.
 """
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Mapping, Sequence
-from dataclasses import replace
+from collections.abc import Iterator, Sequence
 from functools import cached_property
 from typing import NamedTuple
 
@@ -18,23 +17,17 @@ from crosscheck.analytic.robot.model import AnalyticRobot, multiply
 from crosscheck.models.robot.robot import Level, Robot, RobotBody, Rotor, compute_point_inertia
 from crosscheck.trial.changes.kane import KaneSum, list_spinners
 from crosscheck.trial.changes.mistakes import (
-    ROTOR_FIELDS,
     UPPER,
     BodyPart,
-    RobotMistake,
-    exchange_fields,
-    list_body_exchanges,
     list_body_parts,
-    list_joint_moves,
     list_whole_bodies,
 )
 from crosscheck.trial.changes.numbers import RobotNumber, list_numbers, set_entry
 from crosscheck.trial.changes.problem import ChangeProblem, DynamicsTerms
 from crosscheck.trial.changes.steps import Steps, StepTable
-from crosscheck.trial.changes.variants import compute_variants
 from crosscheck.trial.coordinates.differences import CENTRAL, TURN_RAD
 
-BODY_SIZE, ROTOR_SIZE = 10, 3  # parameters of each
+BODY_SIZE = 10  # parameters of a body
 RULES = {  # of the bias M' v - 1/2 d(v' M v)/dq: factors of M' v and of d(v' M v)/dq
     "M' v alone, without -1/2 d(v' M v)/dq": (1.0, 0.0),
     "+1/2 d(v' M v)/dq for -1/2": (1.0, 0.5),
@@ -92,11 +85,8 @@ class ChangeTable:
             parts.append((still, self.combine(vectors, level, states)))
         if moved:
             q, v = (each[states] for each in self.states[:2])
-            if len(moved) > 1:
-                others = compute_variants([robots[n] for n in moved], level, q, v)
-            else:
-                terms = AnalyticRobot(robots[moved[0]], level).terms(q, v)
-                others = DynamicsTerms(*(term[None] for term in terms))
+            each = (AnalyticRobot(robots[n], level).terms(q, v) for n in moved)
+            others = DynamicsTerms(*map(np.array, zip(*each, strict=True)))
             base = DynamicsTerms(*(term[states] for term in self.compute_base(level)))
             parts.append((moved, others.minus(base)))
         base = self.compute_base(level)
@@ -134,7 +124,7 @@ class ChangeTable:
         return DynamicsTerms(*(np.tensordot(vectors, term[:, states], axes=1) for term in effects))
 
     def compute_parameter_effects(self, level: Level) -> DynamicsTerms:
-        """Effect of each parameter of a body or rotor on the terms (parameters, states, ...)."""
+        """Effect of each parameter of a body on the terms (parameters, states, ...)."""
         if level not in self._effects:
             kane, effects = self.kane, list[DynamicsTerms]()
             for number in range(len(self.robot.bodies)):
@@ -143,36 +133,17 @@ class ChangeTable:
                     for body in list_unit_bodies()
                 )
                 effects += [first, *(each.minus(first) for each in others)]
-            for rotor in self._spinners:
-                forward, backward, still = (
-                    kane.move_rotor(replace(rotor, ratio=by, inertia=1.0), level).compute_terms()
-                    for by in (1.0, -1.0, 0.0)
-                )
-                each = list(zip(forward, backward, still, strict=True))
-                effects.append(DynamicsTerms(*((a + b) / 2 - c for a, b, c in each)))
-                effects.append(DynamicsTerms(*((a - b) / 2 for a, b, _ in each)))
-                effects.append(still)
             self._effects[level] = DynamicsTerms(*map(np.array, zip(*effects, strict=True)))
         return self._effects[level]
 
     def find_parameters(self, robot: Robot) -> np.ndarray:
         """Changes of the bodies' parameters for another robot."""
-        change = np.zeros(BODY_SIZE * len(robot.bodies) + ROTOR_SIZE * len(self._spinners))
+        change = np.zeros(BODY_SIZE * len(robot.bodies))
         for number, (body, right) in enumerate(zip(robot.bodies, self.robot.bodies, strict=True)):
             if body is not right:
-                self._add_body(change, number, body, right)
-        return change
-
-    def _add_body(self, change: np.ndarray, number: int, body: RobotBody, right: RobotBody) -> None:
-        start = BODY_SIZE * number
-        change[start : start + BODY_SIZE] += list_parameters(body) - list_parameters(right)
-
-    def _change_rotors(self, changed: Mapping[int, np.ndarray]) -> np.ndarray:
-        change = np.zeros(BODY_SIZE * len(self.robot.bodies) + ROTOR_SIZE * len(self._spinners))
-        for number, parameters in changed.items():
-            start = BODY_SIZE * len(self.robot.bodies) + ROTOR_SIZE * number
-            right = _list_rotor_parameters(self._spinners[number])
-            change[start : start + ROTOR_SIZE] = parameters - right
+                start = BODY_SIZE * number
+                own = list_parameters(body) - list_parameters(right)
+                change[start : start + BODY_SIZE] = own
         return change
 
     def select_numbers(self, level: Level) -> list[RobotNumber]:
@@ -190,47 +161,6 @@ class ChangeTable:
         return NumberEffect(DynamicsTerms(*linear), DynamicsTerms(*square))
 
     @cached_property
-    def joint_moves(self) -> list[RobotMistake]:
-        """Robots with joints whose places, axes or frames are exchanged or in another order."""
-        return list(list_joint_moves(self.robot))
-
-    @cached_property
-    def exchanges(self) -> tuple[np.ndarray, list[str]]:
-        """Exchanges of numbers: changes of the parameters (changes, parameters), and words."""
-        by_words: dict[str, np.ndarray] = {}
-        for parts in self.part_lists:
-            for words, bodies in list_body_exchanges(parts):
-                change = self._change_rotors({})
-                for n, body in bodies.items():
-                    part = parts[n]
-                    self._add_body(change, part.number, part.carry(body), part.body)
-                by_words.setdefault(words, change)
-        for words, rotors in self._list_rotor_exchanges():
-            by_words.setdefault(words, self._change_rotors(rotors))
-        kept = {words: change for words, change in by_words.items() if change.any()}
-        size = len(self._change_rotors({}))
-        return np.reshape(list(kept.values()), (-1, size)), list(kept)
-
-    def _list_rotor_exchanges(self) -> Iterator[tuple[str, dict[int, np.ndarray]]]:
-        names = [each.name for each in list_spinners(self.robot)]
-        for words, moved in exchange_fields(names, self._spinners, ROTOR_FIELDS):
-            yield words, {n: _list_rotor_parameters(rotor) for n, rotor in moved.items()}
-        terms = "in its joint's own term", "in its coupling with other joints"
-        for n, rotor in enumerate(self._spinners):
-            ratio = abs(rotor.ratio)
-            for place, words, by in (
-                (0, f"the ratio once where its square belongs, {terms[0]} alone", 1 / ratio),
-                (1, f"the ratio's square where it belongs once, {terms[1]}", ratio),
-                (1, f"the ratio left out {terms[1]}", 1 / ratio),
-                (1, "no coupling with other joints", 0.0),
-                (1, "its coupling with other joints with the opposite sign", -1.0),
-                (2, "its turning with the link that carries it left out", 0.0),
-            ):
-                parameters = _list_rotor_parameters(rotor)
-                parameters[place] *= by
-                yield f"rotor of {names[n]}: {words}", {n: parameters}
-
-    @cached_property
     def part_lists(self) -> list[list[BodyPart]]:
         """The links of the URDF, then bodies of several links fixed together, if there are any."""
         parts, bodies = list_body_parts(self.robot), list_whole_bodies(self.robot)
@@ -242,7 +172,7 @@ class ChangeTable:
             kane = KaneSum(self.robot, self.states.q[states], self.states.v[states])
         suffixes = "", ", with what is fixed to it"
         pairs = zip(self.part_lists, suffixes, strict=False)
-        return [StepTable(kane, parts, self.problem.format_row, suffix) for parts, suffix in pairs]
+        return [StepTable(kane, parts, suffix) for parts, suffix in pairs]
 
     @cached_property
     def body_steps(self) -> list[Steps]:
@@ -252,12 +182,7 @@ class ChangeTable:
 
     def list_steps(self, level: Level) -> list[tuple[str, dict[str, DynamicsTerms]]]:
         """Mistakes in Kane's sum at several states, with what each changes by what has it."""
-        first, steps = self._several_tables[0], list[tuple[str, dict[str, DynamicsTerms]]]()
-        rotors = first.list_rotor_steps(level)
-        for of_bodies in self._steps:
-            steps += [(words, each | rotors.pop(words, {})) for words, each in of_bodies.items()]
-            steps += rotors.items()
-            rotors = {}
+        steps = [pair for of_bodies in self._steps for pair in of_bodies.items()]
         return [*steps, *self._list_rule_steps(level).items()]
 
     def _list_rule_steps(self, level: Level) -> Steps:
@@ -284,12 +209,9 @@ class ChangeTable:
         return steps
 
     @cached_property
-    def _several_tables(self) -> list[StepTable]:
-        return self._list_step_tables(self.several)
-
-    @cached_property
     def _steps(self) -> list[Steps]:
-        return [each.list_body_steps() | each.list_steps() for each in self._several_tables]
+        tables = self._list_step_tables(self.several)
+        return [each.list_body_steps() | each.list_steps() for each in tables]
 
 
 def list_unit_bodies() -> Iterator[RobotBody]:
@@ -308,7 +230,3 @@ def list_parameters(body: RobotBody) -> np.ndarray:
     """Mass, first moments and inertia about the joint (10,), on which terms depend linearly."""
     about = body.inertia + compute_point_inertia(body.mass, body.com)
     return np.array([body.mass, *body.mass * body.com, *about[UPPER]])
-
-
-def _list_rotor_parameters(rotor: Rotor) -> np.ndarray:
-    return rotor.inertia * np.array([rotor.ratio**2, rotor.ratio, 1.0])

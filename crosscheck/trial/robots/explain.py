@@ -12,11 +12,9 @@ from crosscheck.analytic.robot.model import AnalyticRobot
 from crosscheck.checks.robot_states import TOLERANCE, WITH_WEIGHTS, RandomStates
 from crosscheck.models.robot.robot import Level
 from crosscheck.report.formatting import list_first
-from crosscheck.trial.changes.forms import describe_pieces, find_forms, format_factor
+from crosscheck.trial.changes.forms import describe_pieces, format_factor
 from crosscheck.trial.changes.numbers import (
     ALIKE,
-    list_equal_numbers,
-    list_numbers,
 )
 from crosscheck.trial.changes.search import (
     LEAST_ENTRIES,
@@ -34,7 +32,6 @@ from crosscheck.trial.judge.entries import (
     list_entries,
 )
 from crosscheck.trial.result import TrialDiagnosis
-from crosscheck.trial.robots.elastic import describe_springs
 from crosscheck.trial.robots.forms import describe_accelerations, describe_friction
 from crosscheck.trial.robots.judge import (
     SINGLE,
@@ -43,7 +40,7 @@ from crosscheck.trial.robots.judge import (
 )
 from crosscheck.trial.robots.rates import BiasTerms, sample_bias_terms, term_sizes
 from crosscheck.trial.robots.readings import find_readings
-from crosscheck.trial.robots.rows import describe_asymmetry, describe_right_rows
+from crosscheck.trial.robots.rows import describe_asymmetry
 
 SHOWN = 1e-5  # least deviation of a ratio from 1 that is shown: ratios have six digits
 MISSING, EXTRA = "missing", "right is 0"
@@ -71,30 +68,24 @@ def diagnose(
     compared = {each.level: problem.compare(each.level) for each in allowed}
     searches = {level: CauseSearch(each, table) for level, each in compared.items()}
     level, explanations = _find_explanations(searches, allowed)
-    links: tuple[str, ...] = ()
     several = _are_several_wrong(problem, level)
     if not explanations and (several or parts == ["gravity"]):
         level, explanations = _find_rarer_explanations(searches, allowed, several=several)
-    for each in allowed if not explanations and several else ():
-        if links := tuple(searches[each.level].find_links()):
-            level = each.level
-            break
     entries = [_add_remark(problem, level, entry) for entry in problem.entries(level)]
     wrong = _wrong_parts(entries)
     right = [part for part in problem.parts if part in SINGLE or len(wrong) == 1]
     right = [part for part in right if all(entry.part != part for entry in entries)]
     notes = [*_self_notes(problem, level, entries, wrong), *_level_notes(problem, distances)]
     notes += _lone_part_notes(entries, wrong, right)
-    if not explanations and not links:
-        notes += describe_right_rows(problem, level, [part for part in SINGLE if part in wrong])
-        if (largest := entries[0].share) < ROUNDED:
-            digits = int(-np.log10(largest)) + 1
-            notes.append(f"agrees to {largest:.1g}: numbers rounded to {digits} digits?")
-    search, is_explained = searches[level], bool(explanations or links)
+    if not explanations and (largest := entries[0].share) < ROUNDED:
+        digits = int(-np.log10(largest)) + 1
+        notes.append(f"agrees to {largest:.1g}: numbers rounded to {digits} digits?")
+    search, is_explained = searches[level], bool(explanations)
     pieces, causes = dict[str, list[str]](), dict[str, list[str]]()
     if not is_explained:
-        pieces = _describe_lone_product(problem, search, entries, rates)
-        pieces = pieces or _describe_wrong_pieces(problem, search, wrong)
+        pieces = _describe_lone_product(problem, level, entries, rates) or {
+            part: list(describe_pieces(search, part)) for part in wrong if part in SINGLE
+        }
         for part in (each for each in wrong if not pieces.get(each)):
             alone = len(wrong) == 1
             causes[part] = list(_describe_causes_within(search, part, entries, alone))
@@ -111,45 +102,35 @@ def diagnose(
     if "force" in wrong:
         difference = _compute_difference(problem, level, "force")
         notes += [words for words, _ in describe_friction(problem, level, "force", difference)]
-    if "gravity" in wrong and not explanations:
-        difference = _compute_difference(problem, level, "gravity")
-        springs = problem.states.q, problem.stiffness, problem.names
-        notes += describe_springs(difference, *springs)
     notes += [words for each in causes.values() for words in each]
     explanations.sort(key=lambda cause: not cause.usual)
     words = tuple(cause.words for cause in explanations)
     if wrong == ["gravity"] and len(problem.parts) > 1:  # by another zero of a coordinate
         words += tuple(each.words for each in find_readings(problem)[1])
-    if not (words or links or notes):
+    if not (words or notes):
         notes = list(describe_entry_notes(entries)) or [NO_CAUSE]
-    return TrialDiagnosis(level, tuple(entries), tuple(notes), words, links)
+    return TrialDiagnosis(level, tuple(entries), tuple(notes), words)
 
 
 def _describe_accelerations(
     problem: RobotProblem, search: CauseSearch, entries: Sequence[EntryMismatch]
 ) -> Iterator[str]:
-    """Sentences on accelerations: how they are solved for, else what is wrong in single rows."""
-    solution = list(find_forms(search.problem, "acceleration"))
-    yield from [f"acceleration is {each}" for each in solution] or describe_pieces(
-        search, "acceleration"
-    )
+    """Sentences on accelerations: the terms that are wrong, then what is wrong in single rows."""
+    yield from describe_pieces(search, "acceleration")
     rows = [entry.place.row for entry in entries if entry.part == "acceleration"]
-    if not solution:
-        yield from describe_accelerations(problem, search.level, rows)
-        for row in rows:
-            causes = list(search.find_acceleration_causes(row))
-            yield from describe_causes(causes, problem.entry_name("acceleration", [row]))
+    yield from describe_accelerations(problem, search.level, rows)
+    for row in rows:
+        causes = list(search.find_acceleration_causes(row))
+        yield from describe_causes(causes, problem.entry_name("acceleration", [row]))
 
 
 def _describe_lone_product(
-    problem: RobotProblem, search: CauseSearch, entries: Sequence[EntryMismatch], rates: Rates
+    problem: RobotProblem, level: Level, entries: Sequence[EntryMismatch], rates: Rates
 ) -> dict[str, list[str]]:
     """The sentence on the one product of rates that is wrong, or on all of one row.
 
     A search over terms of Kane's sum would find several equal explanations of so small an error.
-    Only for a product that should not be there are a few of these added.
     """
-    level = search.level
     lone = len({entry.name for entry in entries if entry.part in SINGLE}) == 1
     if not lone or "bias" not in _wrong_parts(entries) or (terms := rates()) is None:
         return {}
@@ -159,24 +140,7 @@ def _describe_lone_product(
     sentences, others = _describe_products(problem, level, terms)
     if len(sentences) != 1 or others:
         return {}
-    if EXTRA in sentences[0]:
-        equals = search.find_step_causes([search.problem.select_part("bias")])
-        causes = [cause for _, cause in equals]
-        sentences += describe_causes(causes, "bias") if len(causes) <= MOST_OTHERS else []
     return {"bias": sentences}
-
-
-def _describe_wrong_pieces(
-    problem: RobotProblem, search: CauseSearch, wrong: Sequence[str]
-) -> dict[str, list[str]]:
-    """Sentences on terms of Kane's sum, or else on a coordinate, by each part that they explain."""
-    described: dict[str, list[str]] = {}
-    for part in wrong:
-        if part in SINGLE:
-            pieces = list(describe_pieces(search, part))
-            forms = () if pieces else find_forms(search.problem, part)
-            described[part] = pieces or [f"{part}: {words}" for words in forms]
-    return described
 
 
 def _diagnose_reading(problem: RobotProblem) -> TrialDiagnosis | None:
@@ -225,7 +189,7 @@ def _find_rarer_explanations(
     """
 
     def find_single(search: CauseSearch) -> list[Cause]:
-        causes = search.find_rarer_causes()
+        causes = list(search.find_curved())
         if several and not causes:
             equals = search.find_step_causes([slice(None)])
             causes = [cause for _, cause in islice(equals, 1 + MOST_OTHERS)]
@@ -298,38 +262,16 @@ def _add_remark(problem: RobotProblem, level: Level, entry: EntryMismatch) -> En
     reference_values = select_entry(problem.reference_values[level][entry.part], entry.place.index)
     size = select_entry(problem.sizes[level].entry_sizes(entry.part), entry.place.index)
     ratio_text = describe_ratio(user_values, reference_values, size * TOLERANCE)
-    wave, name = "", ""
+    wave = ""
     if entry.part not in ("bias", "acceleration"):
         wave = _describe_difference(problem, user_values - reference_values)
-    if wave and entry.part == "mass_matrix":
-        name = _name_constant(problem, level, entry.place.index, user_values - reference_values)
-    words = "; ".join(filter(None, (ratio_text, wave + name)))
+    words = "; ".join(filter(None, (ratio_text, wave)))
     return replace(entry, notes=(words,) if words else ())
 
 
 def _describe_difference(problem: RobotProblem, difference: np.ndarray) -> str:
     words = describe_angle_sum(difference, problem.states.q[: len(difference)], problem.robot)
     return f"yours minus right is {words}" if words else ""
-
-
-def _name_constant(
-    problem: RobotProblem, level: Level, place: tuple[int, ...], difference: np.ndarray
-) -> str:
-    """The number of the file that a constant difference of an entry of M is, in words; else ''.
-
-    Of equal numbers the first one on which the entry depends.
-    """
-    value, robot, first = float(difference.mean()), problem.robot, problem.states.q[:1]
-    if np.ptp(difference) > ALIKE * abs(value):
-        return ""
-    kinds = {robot.joints[robot.coordinates[number]].kind for number in place}
-    unit = {"prismatic": "kg", "revolute": "kg m^2"}[kinds.pop()] if len(kinds) == 1 else "kg m"
-    right = select_entry(problem.reference_values[level]["mass_matrix"][:1], place)
-    for number in list_equal_numbers(list_numbers(robot), unit, abs(value)):
-        changed = AnalyticRobot(number.put(2 * number.value), level).mass_matrix(first)
-        if abs(select_entry(changed, place) - right) > ALIKE * abs(value):
-            return f" ({number.name} = {number.value:.6g} {unit})"
-    return ""
 
 
 def describe_ratio(
@@ -384,8 +326,7 @@ def _bias_notes(
     states = RandomStates(*(each[few] for each in problem.states))
     size = sizes.entry_sizes("bias", problem.answers.sources["bias"])[few]
     rounding = TOLERANCE * (size + sizes.gravity[few])  # the terms are sums of a few answers each
-    model, names = AnalyticRobot(problem.robot, level), problem.names
-    difference = _compute_difference(problem, level, "bias")
+    names, difference = problem.names, _compute_difference(problem, level, "bias")
     by_friction = list(describe_friction(problem, level, "bias", difference))
     wrong = (np.abs(difference[few]) > rounding).any(axis=0)
     if set(np.flatnonzero(wrong)) <= {row for _, rows in by_friction for row in rows}:
@@ -396,7 +337,7 @@ def _bias_notes(
         yield "bias is no sum of a constant, rates and products of two rates, as it must be"
         return
     if (np.abs(terms.rest) > rounding).any():
-        yield _describe_rest(problem, terms, model.gravity(problem.states.q), level)
+        yield "bias at rest is not 0: beside gravity it is Coriolis and centrifugal torques alone"
     linear = np.einsum("sij,sj->si", terms.linear, states.v)
     by_friction = list(describe_friction(problem, level, "bias", linear))
     yield from (words for words, _ in by_friction)
@@ -407,24 +348,6 @@ def _bias_notes(
     yield from sentences
     if others:
         yield f"wrong terms: {list_first(others)}"
-
-
-def _describe_rest(
-    problem: RobotProblem, terms: BiasTerms, weights: np.ndarray, level: Level
-) -> str:
-    """The sentence on a bias that is not 0 at rest although gravity stands beside it."""
-    sizes = problem.sizes[level]
-    few = slice(len(terms.rest))
-    if (np.abs(terms.rest - weights[few]) > TOLERANCE * sizes.gravity[few]).any():
-        return "bias at rest is not 0; bias must be Coriolis and centrifugal torques alone"
-    moving = problem.answers.values["bias"] - weights
-    difference = np.abs(moving - problem.reference_values[level]["bias"])
-    right = (difference <= TOLERANCE * (sizes.bias + sizes.gravity)).all()
-    less = "; without these it is right" if right else ""
-    return (
-        "bias at rest is exactly gravity: these are nonlinear effects, C v + g; beside gravity, or"
-        f" in bias, the weights count twice{less}"
-    )
 
 
 def _self_notes(

@@ -1,15 +1,12 @@
-"""Rows and columns of parts that are right, which say where the others go wrong; M's symmetry."""
+"""Entries of M that differ from their mirror images, in words."""
 
 from __future__ import annotations
-
-from collections.abc import Iterator, Sequence
 
 import numpy as np
 
 from crosscheck.checks.robot_states import TOLERANCE
-from crosscheck.models.robot.robot import BASE, Level, Robot
-from crosscheck.report.formatting import join_words, list_first
-from crosscheck.trial.changes.numbers import get_link_name
+from crosscheck.models.robot.robot import Level
+from crosscheck.report.formatting import list_first
 from crosscheck.trial.robots.judge import RobotProblem
 
 
@@ -34,55 +31,8 @@ def describe_asymmetry(problem: RobotProblem, level: Level) -> str:
         name, mirror_name = (problem.entry_name("mass_matrix", each) for each in (place, mirror))
         also = "both are wrong" if wrong[tuple(mirror)] else f"{mirror_name} is right"
         return f"mass_matrix is not symmetric: {name} differs from {mirror_name}; {also}"
-    rows, columns = (np.array(~wrong.any(axis=axis)) for axis in (1, 0))
-    lines, right = ("rows", rows) if rows.any() else ("columns", columns)
-    if right.any():
-        also = f"its {lines} {_join_places(right)} are right, {lines} {_join_places(~right)} wrong"
-        also += _describe_way(problem.robot, lines, right) if rows.any() != columns.any() else ""
-    else:
-        also = list_first([problem.entry_name("mass_matrix", each) for each in pairs])
-    return f"mass_matrix is not symmetric in {len(pairs)} pairs; {also}"
-
-
-def describe_right_rows(problem: RobotProblem, level: Level, wrong: Sequence[str]) -> Iterator[str]:
-    """Sentences on rows that are right of parts of which several rows are wrong."""
-    parts_by_rows: dict[str, list[str]] = {}
-    for part in wrong:
-        if part == "mass_matrix" and describe_asymmetry(problem, level):
-            continue  # which says it
-        places = _find_wrong_places(problem, level, part)
-        right = ~np.array(places.any(axis=1) if places.ndim > 1 else places)
-        if right.any() and (~right).sum() > 1:
-            parts_by_rows.setdefault(_join_places(right), []).append(part)
-    for rows, parts in parts_by_rows.items():
-        sentence = "row {} of {} is right" if rows.isdecimal() else "rows {} of {} are right"
-        yield sentence.format(rows, join_words(parts))
-
-
-def _describe_way(robot: Robot, lines: str, right: np.ndarray) -> str:
-    """Between which links Newton and Euler's way out or back goes wrong, by right rows or columns.
-
-    A row is wrong where forces arrive wrongly, a column where accelerations set out: at one joint
-    and at all before it, if between two links it goes wrong.
-    """
-    if len(right) != len(robot.joints):
-        return ""  # of joints that follow others rows are sums
-    steps = [(n, joint.parent) for n, joint in enumerate(robot.joints) if joint.parent != BASE]
-    broken = [(after, before) for after, before in steps if right[after] != right[before]]
-    if len(broken) != 1 or not right[broken[0][0]]:
-        return ""
-    after, before = (get_link_name(robot, number) for number in broken[0])
-    if lines == "rows":
-        return f": forces go wrong on their way back, from {after} to {before}"
-    return f": accelerations go wrong on their way out, from {before} to {after}"
-
-
-def _join_places(chosen: np.ndarray) -> str:
-    """Numbers from 1 of what is chosen, such as `1 and 4 to 7`."""
-    numbers, runs = np.flatnonzero(chosen) + 1, list[str]()
-    for run in np.split(numbers, np.flatnonzero(np.diff(numbers) > 1) + 1):
-        runs += [f"{run[0]} to {run[-1]}"] if len(run) > 2 else [str(each) for each in run]
-    return join_words(runs)
+    also = list_first([problem.entry_name("mass_matrix", each) for each in pairs])
+    return f"mass_matrix is not symmetric in {len(pairs)} pairs: {also}"
 
 
 def _find_wrong_places(problem: RobotProblem, level: Level, part: str) -> np.ndarray:

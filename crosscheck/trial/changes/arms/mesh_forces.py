@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable, Iterator, Sequence
-from typing import Any, Literal, NamedTuple, get_args
+from typing import Any, NamedTuple, get_args
 
 import numpy as np
 from pydantic import ValidationError
@@ -38,14 +38,11 @@ class MeshConvention(NamedTuple):
     """Another law of all meshes than any switch has.
 
     absolute: phases by absolute link angles; rate_factor: phases faster by factors (meshes,) or
-    one; contact_by_x: whether teeth touch is asked of x in place of x - e. damper: of teeth in
-    contact, ``pushing`` never pulls them together, ``capped`` is at most the spring's force.
+    one.
     """
 
     absolute: bool = False
     rate_factor: np.ndarray | float = 1.0
-    contact_by_x: bool = False
-    damper: Literal["", "pushing", "capped"] = ""
 
     @property
     def changes_phases(self) -> bool:
@@ -78,22 +75,14 @@ def compute_signals(
     rates = data.rate * convention.rate_factor
     phase = mesh_phase(data.phase, rates, data.offset, clock, *turned[:, :, data.theta])
     gap = x - total_error(phase, data.E, data.error_phase, data.static_error)
-    in_contact = is_in_contact(x if convention.contact_by_x else gap, data.b)
+    in_contact = is_in_contact(gap, data.b)
     touching = in_contact | data.damps_without_contact
     for i, mesh in enumerate(meshes):
         k = stiffness(data.law, i, phase[:, i], data.k_m[i], data.k_a[i])
         force = mesh_force(data.dead_zone, gap[:, i], k, data.b[i], data.sigma[i])
-        if convention.contact_by_x:
-            flank = np.sign(x[:, i]) * data.b[i]
-            force = np.where(in_contact[:, i], k * (gap[:, i] - flank), 0.0)
         signals[mesh.force] = force
         if chosen.damping == "contact":
-            damped, d = np.where(touching[:, i], rate[:, i], 0.0), data.d[i] / data.planets[i]
-            if convention.damper and d:
-                capped = np.clip(damped, -np.abs(force) / d, np.abs(force) / d)
-                pulls = (damped * force < 0) | (convention.damper == "capped")
-                damped = np.where(pulls, capped, damped)
-            signals[mesh.damper] = damped
+            signals[mesh.damper] = np.where(touching[:, i], rate[:, i], 0.0)
         if chosen.mesh_work == "conservative":
             slopes = (
                 stiffness_slope(data.law, i, phase[:, i], data.k_a[i]),
@@ -179,30 +168,7 @@ def list_mesh_laws(arm: Arm, layout: Layout, chosen: Switches) -> Iterator[Force
             if other_arm != arm:
                 meshes = ", ".join(f"{pair}{joint + 1}" for joint, pair in where)
                 yield ForceVariant(yours, right, meshes, other_arm, chosen)
-    if chosen.dead_zone == "exact":
-        yield from _list_contact_laws(arm, chosen)
     yield from _list_phase_laws(arm, layout, chosen)
-
-
-def _list_contact_laws(arm: Arm, chosen: Switches) -> Iterator[ForceVariant]:
-    """Laws with other branches; a damper that the spring limits acts in contact alone."""
-    always, in_contact = (
-        chosen.model_copy(update={"damping": damping}) for damping in ("always", "contact")
-    )
-    usual, other = f"damping = {chosen.damping}", always if chosen == in_contact else in_contact
-    by_x, of_x = MeshConvention(contact_by_x=True), "the gap asked of x"
-    for yours, right, laws, convention in (
-        ("a contact that never pulls", usual, in_contact, MeshConvention(damper="pushing")),
-        (
-            "the damper capped at the spring's force",
-            usual,
-            in_contact,
-            MeshConvention(damper="capped"),
-        ),
-        (of_x, "x - e", chosen, by_x),
-        (f"{of_x} (damping = {other.damping})", f"x - e ({usual})", other, by_x),
-    ):
-        yield ForceVariant(yours, right, "", arm, laws, convention)
 
 
 def _list_phase_laws(arm: Arm, layout: Layout, chosen: Switches) -> Iterator[ForceVariant]:

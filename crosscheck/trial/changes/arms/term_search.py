@@ -135,7 +135,7 @@ def _find_pairs(target: Target, changes: Sequence[TermChange]) -> list[ChangeSet
 
 def list_extra_terms(target: Target) -> list[TermChange]:
     """Terms too many, of any entry of the part or of none, that make what is off before a wave."""
-    (place,), arms = target.places, len(target.difference)
+    place, arms = target.place, len(target.difference)
     weighing = place.part in ("force", "gravity")
     same_part = (entry for at, entry in target.terms.entries.items() if at.part == place.part)
     groups = [group for entry in same_part for group in _group_by_wave(entry)]
@@ -143,7 +143,7 @@ def list_extra_terms(target: Target) -> list[TermChange]:
     unique = {tuple(product.monomial for product in group): None for group in groups}
     extras = []
     for key, part in target.parts.items():
-        column = target.column(place, key)
+        column = target.column(key)
         strongest = np.abs(column[:arms]).argmax(axis=1)
         goal, unit = (each[np.arange(arms), strongest] for each in (part, column[:arms]))
         allowed = target.tolerance[:, 0] + FITS * np.abs(goal)
@@ -152,7 +152,7 @@ def list_extra_terms(target: Target) -> list[TermChange]:
             for kind, by, made, cost, yours, right in _list_forms(monomials, size, target.values):
                 if (np.abs(made[:arms] * unit - goal) <= allowed).all():
                     terms = tuple(
-                        (place, Product(key, Monomial(_multiply(number, by), powers)))
+                        Product(key, Monomial(_multiply(number, by), powers))
                         for number, powers in monomials
                     )
                     effect = made[:, None] * column
