@@ -1,7 +1,4 @@
-"""Two numbers of a robot's file exchanged, shifted or in another order: the cause is named.
-
-Each is planted into the numbers that the project's own derivation takes.
-"""
+"""Numbers and frames of a robot that are others: what each makes of its terms."""
 
 from collections.abc import Callable
 from dataclasses import replace
@@ -13,10 +10,9 @@ import pytest
 
 from crosscheck.analytic.robot.model import AnalyticRobot
 from crosscheck.checks.robot_states import sample_states
-from crosscheck.models.robot.robot import RIGID, Placement, Robot
+from crosscheck.models.robot.robot import RIGID, Robot
 from crosscheck.trial.changes.mistakes import list_frame_mistakes
 from crosscheck.trial.changes.table import ChangeTable
-from crosscheck.trial.input.equations import Equations
 from tests.loops import require_items
 from tests.robots import chains
 from tests.robots.test_trial import equations
@@ -53,21 +49,6 @@ def tree() -> Robot:
     )
 
 
-def exchange(kind: str, field: str) -> Change:
-    """A field of the last two parts of a kind."""
-
-    def change(own: Robot) -> Robot:
-        first, left, right = getattr(own, kind)
-        pair = (
-            replace(part, **{field: getattr(other, field)})
-            for part, other in ((left, right), (right, left))
-        )
-        changed: dict[str, Any] = {kind: (first, *pair)}
-        return replace(own, **changed)
-
-    return change
-
-
 def put(kind: str, **fields: Callable[[Any], object]) -> Change:
     """Other values in the last part of a kind."""
 
@@ -80,85 +61,10 @@ def put(kind: str, **fields: Callable[[Any], object]) -> Change:
     return change
 
 
-def shift_masses(own: Robot) -> Robot:
-    moved = own.bodies[1:] + own.bodies[:1]
-    bodies = (replace(b, mass=n.mass) for b, n in zip(own.bodies, moved, strict=True))
-    return replace(own, bodies=tuple(bodies))
-
-
-def order_place(placement: Placement) -> Placement:
-    return replace(placement, position=placement.position[[1, 2, 0]])
-
-
-EXCHANGES: dict[str, Change] = {
-    "l and r: ratio exchanged": exchange("rotors", "ratio"),
-    "l and r: rotor's inertia exchanged": exchange("rotors", "inertia"),
-    "left and right: mass exchanged": exchange("bodies", "mass"),
-    "left and right: centre of mass exchanged": exchange("bodies", "com"),
-    "left and right: inertia exchanged": exchange("bodies", "inertia"),
-    "joint l and joint r: axis exchanged": exchange("joints", "axis"),
-    "every part has the mass of the next": shift_masses,
-    "right: its centre of mass in another order, y, z, x": put(
-        "bodies", com=lambda com: com[[1, 2, 0]]
-    ),
-    "right: its six inertias read in the order xx, yy, zz, xy, xz, yz": put(
-        "bodies",
-        inertia=lambda given: np.array(
-            [
-                [given[0, 0], given[1, 1], given[1, 2]],
-                [given[1, 1], given[0, 1], given[2, 2]],
-                [given[1, 2], given[2, 2], given[0, 2]],
-            ]
-        ),
-    ),
-    "joint r: its place in another order, y, z, x": put("joints", placement=order_place),
-}
-
-
-@pytest.mark.parametrize("words", EXCHANGES)
-def test_what_is_exchanged_is_named(tree, words):
-    found = run_robot_trial(equations(EXCHANGES[words](tree)), tree).diagnosis
-    assert found.level == "coupled"
-    assert words in found.explanations
-
-
-def test_what_is_exchanged_in_one_part_alone_is_named(tree):
-    own, wrong = equations(tree), equations(EXCHANGES["left and right: mass exchanged"](tree))
-    found = run_robot_trial(replace(own, gravity=wrong.gravity), tree).diagnosis
-    assert found.explanations == ()
-    assert any("left and right: mass exchanged" in note for note in found.notes)
-
-
-def test_exchanged_rows_and_rates_are_named(tree):
-    own, order = equations(tree), [0, 2, 1]
-    gravity, bias = own.gravity, own.bias
-    for part, wrong, words in (
-        ("gravity", lambda q: gravity(q)[order], "gravity: the rows of l and r"),
-        ("bias", lambda q, v: bias(q, v[order]), "bias: the rates of l and r"),
-    ):
-        found = run_robot_trial(replace(own, **{part: wrong}), tree).diagnosis
-        assert f"{words} are exchanged in it" in found.notes
-
-
 def test_a_ratio_of_turns_is_reported_as_such(tree):
     used = put("rotors", ratio=lambda ratio: ratio / (2 * np.pi))(tree)
     (words, *_) = run_robot_trial(equations(used), tree).diagnosis.explanations
     assert words.endswith("ratio = -9.5493 (file: -60), 1/(2 pi) of it: turns taken for radians?")
-
-
-def test_masses_exchanged_in_the_gravity_of_accelerations(tree):
-    bodies = tree.bodies
-    masses = [replace(bodies[n], mass=bodies[3 - n].mass) for n in (1, 2)]
-    right = AnalyticRobot(tree, "coupled")
-    other = AnalyticRobot(replace(tree, bodies=(bodies[0], *masses)), "coupled")
-
-    def acceleration(q: np.ndarray, v: np.ndarray, torque: np.ndarray) -> np.ndarray:
-        mass, bias, _ = right.terms(q[None], v[None])
-        return np.linalg.solve(mass[0], torque - bias[0] - other.gravity(q[None])[0])
-
-    trial = run_robot_trial(Equations(acceleration=acceleration), tree)
-    expected = "left and right: mass exchanged, in its gravity alone"
-    assert expected in trial.diagnosis.explanations
 
 
 @pytest.mark.parametrize("seed", [5, 9])
@@ -169,7 +75,7 @@ def test_a_table_has_what_another_robot_changes(seed):
     table = ChangeTable(SimpleNamespace(robot=robot, states=states))
     changed = [each.put(each.value + each.step / 2) for each in table.numbers]
     for level in require_items(RIGID):
-        mistakes = [*table.joint_moves, *list_frame_mistakes(robot, level)]
+        mistakes = list(list_frame_mistakes(robot, level))
         robots = [*changed, *(each.robot for each in mistakes)]
         together, base = table.compute_changes(robots, level), table.compute_base(level)
         for number in require_items(rng.choice(len(robots), 40, replace=False)):

@@ -11,8 +11,6 @@ from crosscheck.analytic.robot.model import AnalyticRobot
 from crosscheck.checks.robot_states import RandomStates, sample_states
 from crosscheck.models.robot.file import load_robot
 from crosscheck.models.robot.robot import RobotBody
-from crosscheck.trial.changes.kane import KaneSum
-from crosscheck.trial.changes.mistakes import exchange_fields, list_body_parts
 from crosscheck.trial.changes.numbers import is_physical, list_numbers, put_value
 from crosscheck.trial.changes.problem import ChangeProblem
 from crosscheck.trial.changes.search import (
@@ -22,10 +20,8 @@ from crosscheck.trial.changes.search import (
     find_root,
     solve_step,
 )
-from crosscheck.trial.changes.steps import StepTable
 from crosscheck.trial.robots.rates import BiasTerms, compute_bias_terms, make_rate_states
 from tests.loops import require_items
-from tests.robots import two_link
 
 LINEAR, SQUARE = np.array([2.0, -1.0, 0.5]), np.array([0.3, 0.7, -0.2])
 
@@ -87,7 +83,7 @@ def test_few_entries_are_named_and_searched_and_inertias_need_three(count):
     looking.problem = SimpleNamespace(  # type: ignore[assignment]
         select_part=lambda part: part, select_entries=lambda part, places: tuple(places)
     )
-    for name in ("causes", "joint_moves", "step_causes", "pair_causes"):
+    for name in ("causes", "step_causes", "pair_causes"):
         setattr(looking, f"find_{name}", find)
     looking.find_inertia_causes = lambda places: find("inertia")  # type: ignore[method-assign]
     wrong: Any = {f"M{n}": (n, n) for n in range(count)}
@@ -116,18 +112,6 @@ def test_a_unit_is_named_within_its_five_digits_and_nothing_is_ten_reaches_away(
         assert is_physical(moved, robot) == is_near
 
 
-@pytest.mark.parametrize(("verb", "sign"), [("added to", 1.0), ("taken from", -1.0)])
-def test_what_is_added_to_an_inertia_makes_m_larger(verb, sign):
-    """By m |c|^2 of each turning body about the first axis, wherever the second joint is."""
-    robot, parts = two_link.robot(), list_body_parts(two_link.robot())
-    q, v = np.random.default_rng(0).uniform(-1, 1, (2, 3, 2))
-    steps = StepTable(KaneSum(robot, q, v), parts, lambda *row: "").list_steps()
-    by_link = steps[f"m |c|^2 {verb} its inertia about every axis"]
-    for part in require_items(parts):
-        more = sign * part.body.mass * part.body.com @ part.body.com
-        assert by_link[part.name].mass_matrix[:, 0, 0] == pytest.approx(more)
-
-
 def test_nothing_impossible_is_a_cause():
     robot = load_robot("examples/robots/planetary-arm.toml")
     assert is_physical(robot, robot)
@@ -153,29 +137,6 @@ def test_a_difference_that_no_judge_has_found_is_explained():
     problem = ChangeProblem(robot, "links", states, values, right, alike, tolerances)
     causes = CauseSearch(problem).find_causes()
     assert [each.words for each in causes] == ["boom: mass = 7.5 kg (file: 7.2 kg)"]
-
-
-def test_fields_are_exchanged_taken_from_another_part_or_shifted():
-    light, heavy = (RobotBody(mass, mass * np.ones(3), np.eye(3)) for mass in (1.0, 2.0))
-
-    def list_masses(*bodies):
-        names, fields = "abc"[: len(bodies)], {"mass": (("mass",),)}
-        changed = dict(exchange_fields(names, bodies, fields))
-        return {w: {n: each.mass for n, each in c.items()} for w, c in changed.items()}
-
-    assert list_masses(light, heavy) == {
-        "a and b: mass exchanged": {0: 2.0, 1: 1.0},
-        "a: mass of b": {0: 2.0},
-        "b: mass of a": {1: 1.0},
-    }
-    moved = list_masses(light, heavy, RobotBody(3.0, np.ones(3), np.eye(3)))
-    assert moved["every part has the mass of the next"] == {0: 2.0, 1: 3.0, 2: 1.0}
-    assert moved["every part has the mass of the one before"] == {0: 3.0, 1: 1.0, 2: 2.0}
-    assert moved["mass of all in the opposite order"] == {0: 3.0, 1: 2.0, 2: 1.0}
-    assert len(moved) == 3 * 3 + 3
-    # of parts that share a number fewer fields say as much
-    both = {"mass and inertia": (("mass",), ("inertia",))}
-    assert dict(exchange_fields("ab", [light, heavy], both)) == {}
 
 
 def test_terms_of_a_bias_are_read_out_of_its_answers():

@@ -13,8 +13,7 @@ from typing import NamedTuple
 import numpy as np
 
 from crosscheck.analytic.robot.model import AnalyticRobot, cross, multiply, project
-from crosscheck.analytic.robot.springs import stage_rotors
-from crosscheck.models.robot.robot import BASE, Level, Robot, RobotBody, Rotor
+from crosscheck.models.robot.robot import BASE, Robot, RobotBody
 from crosscheck.trial.changes.mistakes import BodyPart, list_whole_bodies
 from crosscheck.trial.changes.problem import DynamicsTerms
 
@@ -30,23 +29,6 @@ class WorldBody(NamedTuple):
     mass: float
     lever: np.ndarray
     inertia: np.ndarray
-
-
-class Spinner(NamedTuple):
-    """A rotor, a sun or the planets of a stage, by its name in words."""
-
-    name: str
-    rotor: Rotor
-
-
-def list_spinners(robot: Robot) -> list[Spinner]:
-    """All rotors of a robot, those of its stages among them."""
-    spinners = [Spinner(robot.joints[each.joint].name, each) for each in robot.rotors]
-    for stage in robot.stages:
-        joint = robot.joints[stage.joint].name
-        names = f"the sun of {joint}", f"the planets of {joint}"
-        spinners += map(Spinner, names, stage_rotors(robot, stage))
-    return spinners
 
 
 @dataclass(frozen=True)
@@ -115,31 +97,6 @@ class KaneSum:
     def compute_terms(self, number: int, body: WorldBody) -> DynamicsTerms:
         """The terms of a body in the place of the one of a number."""
         return self.move_body(number, body).compute_terms()
-
-    def move_rotor(self, rotor: Rotor, level: Level) -> BodyMotion:
-        """A rotor: at the level links without inertia, at armature as on the base."""
-        frame, still = self.robot.frames[rotor.stator], self.still
-        axis, turning = still + rotor.axis, 0 * self.poses[0].angular_partials
-        w = dw = still
-        if frame.body != BASE:
-            pose, rate = self.poses[frame.body], self.rates[frame.body]
-            axis = still + pose.rotation @ frame.placement.rotation @ rotor.axis
-            if level == "coupled":
-                turning, w, dw = pose.angular_partials, rate.angular, rate.angular_rate
-        column = axis[:, :, None] * (rotor.ratio * self.robot.joint_map[0][rotor.joint])
-        spin = multiply(column, self.v)
-        inertia = rotor.inertia * (level != "links") * axis[:, :, None] * axis[:, None]
-        return BodyMotion(
-            0.0,
-            0 * column,
-            turning + column,
-            inertia,
-            still,
-            w + spin,
-            w + spin,
-            dw + cross(w, spin),
-            self.robot.gravity,
-        )
 
     def move_point(self, number: int, lever: np.ndarray) -> np.ndarray:
         """The velocity (states, 3, n) per rate of a point of a body, lever from its origin."""

@@ -92,9 +92,26 @@ def list_whole_bodies(robot: Robot) -> list[BodyPart]:
     ]
 
 
-def list_part_mistakes(part: BodyPart) -> dict[str, RobotBody]:
+def list_part_mistakes(robot: Robot, part: BodyPart) -> dict[str, RobotBody]:
     """By words, what a link may be taken for, in the frame of its body."""
-    return {words: part.carry(body) for words, body in _confuse_body(part.in_link, part.turn)}
+    changed = dict(_confuse_body(part.in_link, part.turn))
+    for link, place in _list_places_beyond(robot, part):
+        moved = replace(part.in_link, com=place + part.in_link.com)
+        changed[f"its centre of mass counted from {link}"] = moved
+    return {words: part.carry(body) for words, body in changed.items()}
+
+
+def _list_places_beyond(robot: Robot, part: BodyPart) -> Iterator[tuple[str, np.ndarray]]:
+    """Links that are fixed to a part or that move on it, and their places in its frame."""
+    at, number = part.placement, part.number
+    frames = {name: f.placement.position for name, f in robot.frames.items() if f.body == number}
+    for other, joint in enumerate(robot.joints):
+        if joint.parent == number:
+            frames[get_link_name(robot, other)] = joint.placement.position
+    for name, place in frames.items():
+        shift = at.rotation.T @ (place - at.position)
+        if name != part.name and shift.any():
+            yield name, shift
 
 
 def _confuse_body(body: RobotBody, axes: np.ndarray) -> Iterator[tuple[str, RobotBody]]:
@@ -107,8 +124,11 @@ def _confuse_body(body: RobotBody, axes: np.ndarray) -> Iterator[tuple[str, Robo
     about = compute_point_inertia(body.mass, body.com)
     stated = axes.T @ body.inertia @ axes
     diagonal = np.diag(np.diag(stated))
+    once = "its inertia turned once by the rpy of its inertial frame"
     inertia_of = {
         "its inertia as it stands, not turned by the rpy of its inertial frame": stated,
+        f"{once}, R I for R I R'": axes @ stated,
+        f"{once}, I R' for R I R'": stated @ axes.T,
         "its inertia about the joint, taken for that about the centre of mass": body.inertia
         + about,
         "its inertia about the centre of mass, taken for that about the joint": body.inertia

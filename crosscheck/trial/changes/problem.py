@@ -77,11 +77,6 @@ class ChangeProblem:
         """By part, the equations' values less the right ones."""
         return {part: values - self.right[part] for part, values in self.values.items()}
 
-    @property
-    def is_balance_alone(self) -> bool:
-        """Whether nothing but accelerations is known, in which all terms are mixed."""
-        return self.parts == [ACCELERATION]
-
     def carry(self, part: str, values: np.ndarray) -> np.ndarray:
         """Values of a part (..., n), or of M (..., n, n), from the joints' own coordinates."""
         if self.turns is None:

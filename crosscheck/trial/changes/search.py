@@ -18,6 +18,8 @@ from crosscheck.trial.changes.numbers import (
     AXES,
     RobotNumber,
     get_link_name,
+    put_value,
+    set_entry,
 )
 from crosscheck.trial.changes.pairs import PairSearch, Single
 from crosscheck.trial.changes.problem import (
@@ -29,7 +31,7 @@ from crosscheck.trial.changes.problem import (
     Entry,
     Places,
 )
-from crosscheck.trial.changes.table import BODY_SIZE, ChangeTable
+from crosscheck.trial.changes.table import ChangeTable
 from crosscheck.trial.changes.values import ValueSearch
 from crosscheck.trial.changes.waves import measure_rest
 
@@ -90,77 +92,57 @@ class CauseSearch(ValueSearch):
         return [*numbers_alone, *(alone or several)]
 
     @cached_property
-    def number_rows(self) -> list[tuple[str, np.ndarray, np.ndarray]]:
-        """First- and second-order effect of each number on the row.
-
-        With effects on single terms too where only a balance shows that something is wrong.
-        """
-        effects = self.table.compute_number_effects(self.level)
-        linear, square = (self._lay_out_places(each) for each in effects)
-        return [(where, a, b) for (where, a), (_, b) in zip(linear, square, strict=True)]
-
-    def _lay_out_places(
-        self, change: DynamicsTerms, states: slice = slice(None)
-    ) -> list[tuple[str, np.ndarray]]:
-        """A change of all terms in the row, then of each alone if only a balance shows errors."""
-        whole = self.row(change, states)
-        rows = [("", whole)]
-        for name in DynamicsTerms._fields if self.problem.is_balance_alone else ():
-            others = {field: 0 * term for field, term in change._asdict().items() if field != name}
-            alone = self.row(change._replace(**others), states)
-            is_all = np.abs(alone - whole).max(axis=-1, keepdims=True) <= TOLERANCE
-            rows.append((f", in its {name} alone", np.where(is_all, 0.0, alone)))
-        return rows
+    def number_rows(self) -> tuple[np.ndarray, np.ndarray]:
+        """First- and second-order effect (numbers, places) of each number on the row."""
+        linear, square = map(self.row, self.table.compute_number_effects(self.level))
+        return linear, square
 
     def _find_numbers(self, places: Places) -> Iterator[tuple[RobotNumber, Cause]]:
         wrong, numbers = self.difference[places], self.table.select_numbers(self.level)
         allowed = CLOSE * np.linalg.norm(wrong)
-        for where, *effects in self.number_rows:
-            linears, squares = (effect[:, places] for effect in effects)
-            near = measure_rest(wrong, linears, squares) <= 2 * allowed  # by any two factors
-            for number, linear, square in zip(
-                np.array(numbers)[near], linears[near], squares[near], strict=True
-            ):
-                by = solve_step(linear, square, wrong)
-                left = np.linalg.norm(wrong - linear * by - square * by**2)
-                value = number.value + by * number.step
-                if not by or left > allowed or not self.is_possible(number, value):
-                    continue
-                if not where and not self._holds(number, value, places):
-                    continue
+        linears, squares = (effect[:, places] for effect in self.number_rows)
+        near = measure_rest(wrong, linears, squares) <= 2 * allowed  # by any two factors
+        for number, linear, square in zip(
+            np.array(numbers)[near], linears[near], squares[near], strict=True
+        ):
+            by = solve_step(linear, square, wrong)
+            left = np.linalg.norm(wrong - linear * by - square * by**2)
+            value = number.value + by * number.step
+            if not by or left > allowed or not self.is_possible(number, value):
+                continue
+            if self._holds(number, value, places):
                 is_left_out = abs(value) < ALIKE * number.step and not number.factor
-                words = self.describe_value(number, value) + where
-                usual = self.is_usual(number, value)
+                words, usual = self.describe_value(number, value), self.is_usual(number, value)
                 yield number, Cause(words, usual, number.name if is_left_out else "")
 
     def _holds(self, number: RobotNumber, value: float, places: Places) -> bool:
         """Whether a value explains the difference, by terms computed with the value itself."""
         return self.can_explain(self._compute_row(number.put(value)), places)
 
-    def _compute_row(self, *robots: Robot) -> np.ndarray:
-        """What a robot, or several together, change of the row."""
-        rows: np.ndarray = self.row(self.table.compute_changes(robots, self.level)).sum(axis=0)
-        return rows
+    def _compute_row(self, robot: Robot) -> np.ndarray:
+        """What a robot changes of the row."""
+        return self.row(self.table.compute_changes([robot], self.level))[0]
 
     @cached_property
     def body_rows(self) -> list[StepRows]:
-        """What numbers of links may be taken for, in all terms, then in each."""
+        """What numbers of links may be taken for."""
         steps = [pair for each in self.table.body_steps for pair in each.items()]
-        return list(self._lay_out_steps(steps, slice(None)))
+        return self._lay_out_steps(steps, slice(None))
 
     @cached_property
     def step_rows(self) -> list[StepRows]:
         """All mistakes in Kane's sum, at several states."""
         steps = self.table.list_steps(self.level)
-        return list(self._lay_out_steps(steps, self.table.several))
+        return self._lay_out_steps(steps, self.table.several)
 
     def _lay_out_steps(
         self, steps: Sequence[tuple[str, dict[str, DynamicsTerms]]], states: slice
-    ) -> Iterator[StepRows]:
+    ) -> list[StepRows]:
+        rows = []
         for words, changes in steps:
             stacked = DynamicsTerms(*map(np.array, zip(*changes.values(), strict=True)))
-            for where, rows in self._lay_out_places(stacked, states):
-                yield StepRows(words + where, list(changes), rows)
+            rows.append(StepRows(words, list(changes), self.row(stacked, states)))
+        return rows
 
     @cached_property
     def frame_mistakes(self) -> list[RobotMistake]:
@@ -168,33 +150,20 @@ class CauseSearch(ValueSearch):
         return list(list_frame_mistakes(self.table.robot, self.level))
 
     @cached_property
-    def frame_rows(self) -> list[np.ndarray]:
-        """Effect of each of these on the row at few states, in all terms and in each."""
-        return self._screen(self.frame_mistakes)
+    def frame_rows(self) -> np.ndarray:
+        """Effect of each of these on the row at few states."""
+        robots, few = [each.robot for each in self.frame_mistakes], self.table.few
+        return self.row(self.table.compute_changes(robots, self.level, few), few)
 
-    def _screen(self, mistakes: Sequence[RobotMistake]) -> list[np.ndarray]:
-        few = self.table.few
-        changes = self.table.compute_changes([each.robot for each in mistakes], self.level, few)
-        return [rows for _, rows in self._lay_out_places(changes, few)]
-
-    def _find_robots(
-        self, mistakes: Sequence[RobotMistake], screened: Sequence[np.ndarray], places: Places
-    ) -> Iterator[tuple[RobotMistake, str]]:
-        """The mistakes that explain some places, and in words where they are made."""
+    def _find_robots(self, places: Places) -> Iterator[RobotMistake]:
+        """The mistakes in joints, rotors and gravity that explain some places."""
         at, chosen = self.problem.select_screened(places, self.table.few)
-        near = np.zeros(len(mistakes), bool)
-        for rows in screened:
-            left = np.abs(rows[:, chosen] - self.difference[at]) - 2 * self.problem.allowed[at]
-            near |= (left <= TOLERANCE).all(axis=1)
-        kept = [mistakes[number] for number in np.flatnonzero(near).tolist()]
-        if not kept:
-            return
-        changes = self.table.compute_changes([each.robot for each in kept], self.level)
-        for number, mistake in enumerate(kept):
-            change = DynamicsTerms(*(term[number] for term in changes))
-            for where, row in self._lay_out_places(change):
-                if self._explains(row, places):
-                    yield mistake, where
+        left = np.abs(self.frame_rows[:, chosen] - self.difference[at])
+        near = (left - 2 * self.problem.allowed[at] <= TOLERANCE).all(axis=1)
+        for number in np.flatnonzero(near).tolist():
+            mistake = self.frame_mistakes[number]
+            if self._explains(self._compute_row(mistake.robot), places):
+                yield mistake
 
     def _explains(self, row: np.ndarray, places: Places) -> bool:
         """Whether a change that has an effect in some places explains the difference there."""
@@ -211,9 +180,8 @@ class CauseSearch(ValueSearch):
             total = rows.sum(axis=0)
             if len(names) > 1 and self._explains(total, places):
                 several.append(Cause(f"{_join_names(names, names)}: {words}", usual=True))
-        for mistake, where in self._find_robots(self.frame_mistakes, self.frame_rows, places):
-            causes = several if mistake.several else alone
-            causes.append(Cause(mistake.words + where, usual=True))
+        for mistake in self._find_robots(places):
+            (several if mistake.several else alone).append(Cause(mistake.words, usual=True))
         return alone, several
 
     def find_pair_causes(self, places: Places = slice(None)) -> list[Cause]:
@@ -232,7 +200,7 @@ class CauseSearch(ValueSearch):
     def _list_singles(self) -> Iterator[Single]:
         """Every single change, of which two may be made: numbers first."""
         few = self.problem.list_places(self.table.few)
-        _, linears, squares = self.number_rows[0]
+        linears, squares = self.number_rows
         numbers = self.table.select_numbers(self.level)
         for number, linear, square in zip(numbers, linears[:, few], squares[:, few], strict=True):
             if np.abs(square).max() <= LINEAR * np.abs(linear).max():
@@ -247,7 +215,7 @@ class CauseSearch(ValueSearch):
             if len(names) > 1:
                 every = rows.sum(axis=0)
                 yield Single(f"{_join_names(names, names)}: {words}", every[few], every)
-        for mistake, row in zip(self.frame_mistakes, self.frame_rows[0], strict=True):
+        for mistake, row in zip(self.frame_mistakes, self.frame_rows, strict=True):
             yield Single(mistake.words, row, robot=mistake.robot)
 
     def find_curved(self) -> Iterator[Cause]:
@@ -292,33 +260,19 @@ class CauseSearch(ValueSearch):
 
     def find_inertia_causes(self, places: Places = slice(None)) -> Iterator[Cause]:
         """The six inertias of a link together."""
-        for number, body in enumerate(self.table.robot.bodies):
-            fit, rank = self._fit_body(number, slice(4, BODY_SIZE), places)
-            if fit is not None:
-                inertia = body.inertia.copy()
-                for by, i, j in zip(fit, *np.triu_indices(3), strict=True):
-                    inertia[i, j] = inertia[j, i] = inertia[i, j] + by
-                words = describe_inertia(self._link(number), body, inertia, rank == 6)
-                yield Cause(words, usual=False)
-
-    def _fit_body(
-        self, number: int, parameters: slice, places: Places
-    ) -> tuple[np.ndarray | None, int]:
-        """Changes of some parameters of a body that explain some places, None; and their rank."""
-        start = BODY_SIZE * number
-        rows = self._parameter_rows[start : start + BODY_SIZE][parameters]
-        scale = np.maximum(np.abs(rows).max(axis=1, keepdims=True), 1e-300)
-        columns = (rows / scale)[:, places].T
-        fit, _, rank, _ = np.linalg.lstsq(columns, self.difference[places], rcond=1e-10)
-        found = self.can_explain(fit @ (rows / scale), places)
-        return (fit / scale[:, 0] if found else None), int(rank)
-
-    @cached_property
-    def _parameter_rows(self) -> np.ndarray:
-        return self.row(self.table.compute_parameter_effects(self.level))
-
-    def _link(self, number: int) -> str:
-        return get_link_name(self.table.robot, number)
+        robot, entries = self.table.robot, list(zip(*np.triu_indices(3), strict=True))
+        for number, body in enumerate(robot.bodies):
+            units = np.array([set_entry(np.zeros((3, 3)), entry, 1.0) for entry in entries])
+            path = "bodies", number, "inertia"
+            robots = [put_value(robot, path, body.inertia + unit) for unit in units]
+            rows = self.row(self.table.compute_changes(robots, self.level))
+            scale = np.maximum(np.abs(rows).max(axis=1), 1e-300)
+            columns = (rows[:, places] / scale[:, None]).T
+            fit, _, rank, _ = np.linalg.lstsq(columns, self.difference[places], rcond=1e-10)
+            if self.can_explain(fit / scale @ rows, places):
+                inertia = body.inertia + np.tensordot(fit / scale, units, 1)
+                link = get_link_name(robot, number)
+                yield Cause(describe_inertia(link, body, inertia, rank == 6), usual=False)
 
     def find_step_causes(self, several: Sequence[Places]) -> Iterator[tuple[int, Cause]]:
         """Mistakes in Kane's sum at some bodies or joints, and the places that each explains.

@@ -57,8 +57,7 @@ class StepTable:
         for name, part in self.parts.items():
             for words, rates in self._list_other_rates(part).items():
                 terms = replace(self._rights[name], **rates).compute_terms()
-                by_name = steps.setdefault(f"in the gyroscopic torque w x I w: {words}", {})
-                by_name[name] = terms.minus(self._terms[name])
+                steps.setdefault(words, {})[name] = terms.minus(self._terms[name])
         self._add_column_steps(steps)
         return steps
 
@@ -67,7 +66,7 @@ class StepTable:
         number, link, axes = part.number, part.in_link, part.turn
         changed = {
             words: self.kane.place_body(number, body)
-            for words, body in list_part_mistakes(part).items()
+            for words, body in list_part_mistakes(self.robot, part).items()
         }
         pose = self.kane.poses[number].rotation
         turn, shift = pose @ part.placement.rotation, pose @ part.placement.position
@@ -90,13 +89,14 @@ class StepTable:
             "the joint's own rate": rates[part.number].angular - before,
             "w of the link before": before,
         }
-        places = {"in both places": ("rate", "left_rate"), "on the left": ("left_rate",)}
-        places["on the right, in I w"] = ("rate",)
-        return {
-            f"{words} {where}": dict.fromkeys(fields, rate)
-            for words, rate in others.items()
-            for where, fields in places.items()
-        }
+        torque = "gyroscopic torque w x I w"
+        listed = {f"its {torque} missing": {"rate": self.still}}
+        for words, rate in others.items():
+            of = f"in the {torque}: {words}"
+            listed[f"{of} in both places"] = {"rate": rate, "left_rate": rate}
+            listed |= {f"{of} on the left": {"left_rate": rate}}
+            listed |= {f"{of} on the right, in I w": {"rate": rate}}
+        return listed
 
     def _add_column_steps(self, steps: Steps) -> None:
         """Add columns of Jacobians that are wrong: a joint's for bodies after it, or a body's own.

@@ -83,9 +83,7 @@ def diagnose(
     search, is_explained = searches[level], bool(explanations)
     pieces, causes = dict[str, list[str]](), dict[str, list[str]]()
     if not is_explained:
-        pieces = _describe_lone_product(problem, level, entries, rates) or {
-            part: list(describe_pieces(search, part)) for part in wrong if part in SINGLE
-        }
+        pieces = {part: list(describe_pieces(search, part)) for part in wrong if part in SINGLE}
         for part in (each for each in wrong if not pieces.get(each)):
             alone = len(wrong) == 1
             causes[part] = list(_describe_causes_within(search, part, entries, alone))
@@ -122,25 +120,6 @@ def _describe_accelerations(
     for row in rows:
         causes = list(search.find_acceleration_causes(row))
         yield from describe_causes(causes, problem.entry_name("acceleration", [row]))
-
-
-def _describe_lone_product(
-    problem: RobotProblem, level: Level, entries: Sequence[EntryMismatch], rates: Rates
-) -> dict[str, list[str]]:
-    """The sentence on the one product of rates that is wrong, or on all of one row.
-
-    A search over terms of Kane's sum would find several equal explanations of so small an error.
-    """
-    lone = len({entry.name for entry in entries if entry.part in SINGLE}) == 1
-    if not lone or "bias" not in _wrong_parts(entries) or (terms := rates()) is None:
-        return {}
-    rounding = TOLERANCE * problem.sizes[level].bias[: len(terms.rest)].max()
-    if max(np.abs(terms.rest).max(), np.abs(terms.linear).max()) > rounding:
-        return {}
-    sentences, others = _describe_products(problem, level, terms)
-    if len(sentences) != 1 or others:
-        return {}
-    return {"bias": sentences}
 
 
 def _diagnose_reading(problem: RobotProblem) -> TrialDiagnosis | None:

@@ -37,12 +37,6 @@ def test_a_right_text_is_not_blamed(kind):
 WEIGHT = "g*(m1*d1 + m2*L1 + mp*L1)*cos(x[0])"
 # Pieces of a text, the entries that may be blamed, and what is told of them.
 SLIPS = {
-    "a copied line": (
-        "relative",
-        ("h[1] = (m2*L1*d2 + mp*L1*L2)*s2*v[0]**2", "h[1] = h[0]"),
-        r"bias\[theta_2\]",
-        "bias: the row of theta_2 is that of theta_1",
-    ),
     "a length in millimetres": (
         "relative",
         (WEIGHT, WEIGHT.replace("L1", "1000*L1")),
