@@ -17,8 +17,6 @@ from crosscheck.models.robot.robot import BASE, Robot, RobotBody
 from crosscheck.trial.changes.mistakes import BodyPart, list_whole_bodies
 from crosscheck.trial.changes.problem import DynamicsTerms
 
-PLACE_INWARD = "the centripetal acceleration w x (w x r) of the place"
-PLACE_ALONG = "the acceleration w' x r of the place"
 FACTORS = {0.0: "missing", -1.0: "with the opposite sign", 0.5: "half as large", 2.0: "twice"}
 Pieces = dict[str, dict[str, np.ndarray]]  # by kind and by the body or joint that has them
 
@@ -132,19 +130,12 @@ class KaneSum:
         yield "the gyroscopic torque w x I w", project(turning, cross(w, multiply(inertia, w)))
         growing = project(turning, multiply(inertia, dw))
         yield "the torque I w' of the angular acceleration", growing
-        parent = self.robot.joints[number].parent
         accelerations = {
             "the centripetal acceleration w x (w x c) of the centre": cross(
                 w, cross(w, lever - at)
             ),
             "the acceleration of the centre": rotate_point(w, dw, lever) + rate.acceleration,
         }
-        if parent != BASE:
-            kind = "the acceleration that the link before hands on to the centre"
-            accelerations[kind] = self.rates[parent].acceleration
-        if place.any():
-            accelerations[PLACE_INWARD] = cross(w, cross(w, at))
-            accelerations[PLACE_ALONG] = cross(dw, at)
         for kind, acceleration in accelerations.items():
             yield kind, project(moving, acceleration)
 
@@ -155,9 +146,6 @@ class KaneSum:
             return
         under = self.rates[joint.parent]
         at = pose.position - self.poses[joint.parent].position
-        inward = cross(under.angular, cross(under.angular, at))
-        yield PLACE_INWARD, self.load_joint(number, inward)
-        yield PLACE_ALONG, self.load_joint(number, cross(under.angular_rate, at))
         if joint.kind == "prismatic":
             extra = self.rates[number].acceleration - under.acceleration
             extra = extra - rotate_point(under.angular, under.angular_rate, at)

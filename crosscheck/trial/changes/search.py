@@ -218,22 +218,6 @@ class CauseSearch(ValueSearch):
         for mistake, row in zip(self.frame_mistakes, self.frame_rows, strict=True):
             yield Single(mistake.words, row, robot=mistake.robot)
 
-    def find_curved(self) -> Iterator[Cause]:
-        """Numbers on which the terms depend in another way, each solved for by Newton's method."""
-        curved = [each for each in self.table.numbers if each.curved]
-        near = [each.put(each.value + NEAR * each.step) for each in curved]
-        slopes = self.row(self.table.compute_changes(near, self.level))
-        for number, slope in zip(curved, slopes, strict=True):
-            if _is_unpromising(self.difference, slope):
-                continue
-
-            def left(value: float, number: RobotNumber = number) -> np.ndarray:
-                return self.difference - self._compute_row(number.put(value))
-
-            value = find_root(left, number.value, number.step)
-            if value is not None and (np.abs(left(value)) <= self.problem.allowed).all():
-                yield Cause(self.describe_value(number, value), self.is_usual(number, value))
-
     def find_acceleration_causes(self, row: int) -> Iterator[Cause]:
         """Numbers with other values of which one row of the accelerations alone is right."""
         states, values = self.problem.states, self.problem.values["acceleration"][:, row]

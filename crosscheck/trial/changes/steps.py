@@ -144,7 +144,6 @@ class StepTable:
         if is_turning:
             yield "left out of the velocity", -moving, still
             yield "left out of w", still, -turning
-        yield "with the opposite sign", -2 * moving, -2 * turning
 
 
 def _list_unturned(R: np.ndarray, body: RobotBody) -> dict[str, WorldBody]:

@@ -80,7 +80,7 @@ class ChangeTable:
     def select_numbers(self, level: Level) -> list[RobotNumber]:
         """The numbers that may change something at a level, by their square at most."""
         rotors = ("rotors", "stages") if level == "links" else ()
-        return [each for each in self.numbers if not (each.curved or each.path.startswith(rotors))]
+        return [each for each in self.numbers if not each.path.startswith(rotors)]
 
     def compute_number_effects(self, level: Level) -> NumberEffect:
         """The effects (numbers, states, ...) of the numbers of a level."""

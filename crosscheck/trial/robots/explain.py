@@ -68,9 +68,8 @@ def diagnose(
     compared = {each.level: problem.compare(each.level) for each in allowed}
     searches = {level: CauseSearch(each, table) for level, each in compared.items()}
     level, explanations = _find_explanations(searches, allowed)
-    several = _are_several_wrong(problem, level)
-    if not explanations and (several or parts == ["gravity"]):
-        level, explanations = _find_rarer_explanations(searches, allowed, several=several)
+    if not explanations and _are_several_wrong(problem, level):
+        level, explanations = _find_rarer_explanations(searches, allowed)
     entries = [_add_remark(problem, level, entry) for entry in problem.entries(level)]
     wrong = _wrong_parts(entries)
     right = [part for part in problem.parts if part in SINGLE or len(wrong) == 1]
@@ -83,7 +82,9 @@ def diagnose(
     search, is_explained = searches[level], bool(explanations)
     pieces, causes = dict[str, list[str]](), dict[str, list[str]]()
     if not is_explained:
-        pieces = {part: list(describe_pieces(search, part)) for part in wrong if part in SINGLE}
+        pieces = _describe_lone_product(problem, level, entries, rates) or {
+            part: list(describe_pieces(search, part)) for part in wrong if part in SINGLE
+        }
         for part in (each for each in wrong if not pieces.get(each)):
             alone = len(wrong) == 1
             causes[part] = list(_describe_causes_within(search, part, entries, alone))
@@ -120,6 +121,25 @@ def _describe_accelerations(
     for row in rows:
         causes = list(search.find_acceleration_causes(row))
         yield from describe_causes(causes, problem.entry_name("acceleration", [row]))
+
+
+def _describe_lone_product(
+    problem: RobotProblem, level: Level, entries: Sequence[EntryMismatch], rates: Rates
+) -> dict[str, list[str]]:
+    """The sentence on the one product of rates that is wrong, or on all of one row.
+
+    A search over terms of Kane's sum would find several equal explanations of so small an error.
+    """
+    lone = len({entry.name for entry in entries if entry.part in SINGLE}) == 1
+    if not lone or "bias" not in _wrong_parts(entries) or (terms := rates()) is None:
+        return {}
+    rounding = TOLERANCE * problem.sizes[level].bias[: len(terms.rest)].max()
+    if max(np.abs(terms.rest).max(), np.abs(terms.linear).max()) > rounding:
+        return {}
+    sentences, others = _describe_products(problem, level, terms)
+    if len(sentences) != 1 or others:
+        return {}
+    return {"bias": sentences}
 
 
 def _diagnose_reading(problem: RobotProblem) -> TrialDiagnosis | None:
@@ -159,30 +179,24 @@ def _find_explanations(
 
 
 def _find_rarer_explanations(
-    searches: Mapping[Level, CauseSearch], distances: Sequence[LevelDistance], *, several: bool
+    searches: Mapping[Level, CauseSearch], distances: Sequence[LevelDistance]
 ) -> tuple[Level, list[Cause]]:
-    """The nearest level at which an angle, a term of Kane's sum, two changes or six inertias do.
+    """The nearest level at which a term of Kane's sum, two changes or six inertias explain all.
 
-    Of levels of as many wrong entries the first. several: whether more than gravity alone is wrong,
-    whose terms are reported separately.
+    Of levels of as many wrong entries the first.
     """
 
-    def find_single(search: CauseSearch) -> list[Cause]:
-        causes = list(search.find_curved())
-        if several and not causes:
-            equals = search.find_step_causes([slice(None)])
-            causes = [cause for _, cause in islice(equals, 1 + MOST_OTHERS)]
-        return causes
+    def find_steps(search: CauseSearch) -> list[Cause]:
+        equals = search.find_step_causes([slice(None)])
+        return [cause for _, cause in islice(equals, 1 + MOST_OTHERS)]
 
     def find_inertias(search: CauseSearch) -> list[Cause]:
         has_inertia = "mass_matrix" in search.problem.parts
         is_wide = has_inertia and distances[0].entries >= LEAST_ENTRIES
         return list(search.find_inertia_causes()) if is_wide else []
 
-    kinds: list[Callable[[CauseSearch], list[Cause]]] = [find_single, find_inertias]
-    if several:
-        kinds.insert(1, CauseSearch.find_pair_causes)
     nearest = [each.level for each in distances if each.entries == distances[0].entries]
+    kinds = find_steps, CauseSearch.find_pair_causes, find_inertias
     for find, level in product(kinds, nearest):
         if causes := find(searches[level]):
             return level, causes

@@ -11,6 +11,8 @@ from crosscheck.analytic.robot.model import AnalyticRobot
 from crosscheck.checks.robot_states import RandomStates
 from crosscheck.models.robot.planar import build_level_robots
 from crosscheck.trial.changes.arms.comparison import QUANTITIES, EntryComparison
+from crosscheck.trial.changes.kane import FACTORS
+from crosscheck.trial.changes.numbers import ALIKE
 from crosscheck.trial.changes.problem import ChangeProblem
 from crosscheck.trial.changes.search import CauseSearch
 from crosscheck.trial.judge.entries import Part, Term, TermError
@@ -28,6 +30,10 @@ def find_steps(arms: Sequence[EntryComparison], part: Part) -> list[TermError]:
     """
 
     def find(problem: ChangeProblem) -> Iterator[str]:
+        wrong, right = problem.differences[part], problem.right[part]
+        for by, factor in FACTORS.items():
+            if np.abs(wrong - (by - 1) * right).max() <= ALIKE * np.abs(wrong).max():
+                yield f"{part}: all of it {factor}"
         search = CauseSearch(problem)
         yield from (each.words for each in search.find_causes() if each.usual)
         yield from (cause.words for _, cause in search.find_step_causes([slice(None)]))
