@@ -90,6 +90,14 @@ SLIPS: dict[str, tuple[Callable[[Arm], Equations], list[str]]] = {
         lambda arm: two_links(replace_inertia(arm)),
         ["m2 L2^2/3 where I_l2 belongs, in I_l2?; also in M[theta_1, theta_2]"],
     ),
+    "half of the bias": (
+        lambda arm: two_links(
+            arm,
+            rates=lambda v: v[0] * v[1] + v[1] ** 2 / 2,
+            elbow_rates=lambda v: v[0] ** 2 / 2,
+        ),
+        ["bias: all of it half as large?; also in bias"],
+    ),
 }
 
 

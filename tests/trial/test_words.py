@@ -8,7 +8,6 @@ import numpy as np
 import pytest
 
 from crosscheck.models.robot.file import load_robot
-from crosscheck.trial.changes.arms import causes
 from crosscheck.trial.changes.arms import term_words as messages
 from crosscheck.trial.changes.arms.letters import format_power
 from crosscheck.trial.changes.arms.polynomial import Monomial
@@ -29,7 +28,6 @@ from crosscheck.trial.judge.entries import (
     power_of_ten,
     unit_ratio,
 )
-from crosscheck.trial.robots.elastic import describe_springs
 
 # Coordinates of which the second is the sum of both joints' angles, and one that is half of them.
 ABSOLUTE: Any = SimpleNamespace(
@@ -238,30 +236,6 @@ def test_entries_beyond_their_tolerance_come_largest_first():
     assert SIZES.entry_sizes("acceleration").tolist() == [7.0, 9.0]
 
 
-@pytest.mark.parametrize(
-    ("row", "rates", "off", "words"),
-    [
-        (0, (0, 1), -1.0, ("phi_1' phi_2'", "phi_2'^2")),
-        (1, (1, 1), -1.0, ("row phi_2", "row phi_1")),
-        (1, (0, 1), -1.0, None),
-        (1, (1, 1), -1.0 - 1e-6, None),
-    ],
-)
-def test_a_term_that_is_missing_here_and_too_many_there_is_moved(row, rates, off, words):
-    here, there = EntryPlace("bias", 0, rates=(1, 1)), EntryPlace("bias", row, rates=rates)
-    error: Any = TermError("dropped", None)  # type: ignore[arg-type]
-    arm: Any = SimpleNamespace(
-        frame=ABSOLUTE,
-        difference=lambda place: (np.array([1.0 if place == here else off]),),
-        noise=lambda place: 0.0,
-    )
-    group = [EntryMismatch(here, 1.0, Explanation((error,), 0.0)), EntryMismatch(there, 1.0)]
-    moved = causes._find_moved_terms([arm], group)
-    assert [(each.errors[0].yours, each.errors[0].right) for each in moved.values()] == (
-        [words] * 2 if words else []
-    )
-
-
 def test_the_ratio_of_units_is_that_of_most_rows():
     right = np.array([[1.0, 2.0, 4.0], [3.0, -2.0, 0.0], [2.0, 2.0, 8.0]])
     assert unit_ratio(1e3 * right * [1, 1, 50], right) == pytest.approx(1e3)
@@ -299,15 +273,3 @@ def test_a_wave_of_a_robot_is_of_its_angles_and_one_displacement(monkeypatch):
     assert describe_angle_sum(np.zeros(40), q, robot) == ""
     monkeypatch.setattr(most, len(turning) - 1)
     assert describe_angle_sum(3 * q[:, slide], q, robot) == ""
-
-
-def test_springs_are_named_by_the_joints_that_they_hold():
-    q = np.random.default_rng(2).uniform(-1, 1, (20, 2))
-    springs, names = np.array([[100.0, -60.0], [-60.0, 60.0]]), ["a", "b"]
-    off = np.array([[-50.0, 0.0], [7.0, 0.0]])
-    assert list(describe_springs(q @ off.T, q, springs, names)) == [
-        "springs, K[a, a]: half",
-        "springs, K[b, a]: -53 for -60 N m/rad",
-    ]
-    assert list(describe_springs(np.sin(q), q, springs, names)) == []
-    assert list(describe_springs(q @ off.T, q, 0 * springs, names)) == []

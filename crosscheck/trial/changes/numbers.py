@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Iterable, Iterator, Sequence
-from dataclasses import dataclass, fields, is_dataclass, replace
+from dataclasses import dataclass, replace
 from functools import partial
 from typing import Any, NamedTuple
 
@@ -205,27 +205,6 @@ def put_value(record: Any, path: Path, value: Any) -> Any:
     if isinstance(record, BaseModel):
         return record.model_copy(update=changed)
     return replace(record, **changed)
-
-
-def merge_records(base: Any, first: Any, second: Any) -> Any:
-    """Merge two changed copies of one record; changes of the same number add up."""
-    if first is base or second is base:
-        return second if first is base else first
-    if isinstance(base, np.ndarray | float):
-        return first + second - base
-    if isinstance(base, tuple) and len(base) == len(first) == len(second):
-        return tuple(map(merge_records, base, first, second))
-    if isinstance(base, BaseModel):
-        names = list(type(base).model_fields)
-    elif is_dataclass(base):
-        names = [each.name for each in fields(base)]
-    else:
-        return first if second == base else second
-    three = base, first, second
-    merged = {name: merge_records(*(getattr(each, name) for each in three)) for name in names}
-    if isinstance(base, BaseModel):
-        return base.model_copy(update=merged)
-    return replace(base, **merged)
 
 
 def set_entry(values: np.ndarray, place: tuple[int, ...], value: float) -> np.ndarray:

@@ -31,6 +31,7 @@ from crosscheck.trial.changes.problem import (
     Entry,
     Places,
 )
+from crosscheck.trial.changes.steps import Steps
 from crosscheck.trial.changes.table import ChangeTable
 from crosscheck.trial.changes.values import ValueSearch
 from crosscheck.trial.changes.waves import measure_rest
@@ -126,20 +127,16 @@ class CauseSearch(ValueSearch):
     @cached_property
     def body_rows(self) -> list[StepRows]:
         """What numbers of links may be taken for."""
-        steps = [pair for each in self.table.body_steps for pair in each.items()]
-        return self._lay_out_steps(steps, slice(None))
+        return self._lay_out_steps(self.table.body_steps, slice(None))
 
     @cached_property
     def step_rows(self) -> list[StepRows]:
         """All mistakes in Kane's sum, at several states."""
-        steps = self.table.list_steps(self.level)
-        return self._lay_out_steps(steps, self.table.several)
+        return self._lay_out_steps(self.table.list_steps(self.level), self.table.several)
 
-    def _lay_out_steps(
-        self, steps: Sequence[tuple[str, dict[str, DynamicsTerms]]], states: slice
-    ) -> list[StepRows]:
+    def _lay_out_steps(self, steps: Steps, states: slice) -> list[StepRows]:
         rows = []
-        for words, changes in steps:
+        for words, changes in steps.items():
             stacked = DynamicsTerms(*map(np.array, zip(*changes.values(), strict=True)))
             rows.append(StepRows(words, list(changes), self.row(stacked, states)))
         return rows
@@ -374,12 +371,10 @@ def list_equals(causes: Sequence[str]) -> str:
 
 def _join_names(names: Sequence[str], there: Sequence[str]) -> str:
     """Names of bodies or joints at which something is wrong, of those at which it may be."""
-    suffix = ", with what is fixed to it"
     for begin in ("joint ", "rotor of ", ""):
         alike = [name for name in there if name.startswith(begin)]
         if len(names) > 1 and list(names) == alike:
-            every = f"every {begin.split(' ')[0] or 'link'}"
-            return every + suffix * names[0].endswith(suffix)
+            return f"every {begin.split(' ')[0] or 'link'}"
     return " and ".join(names)
 
 

@@ -14,7 +14,6 @@ from crosscheck.trial.changes.kane import KaneSum
 from crosscheck.trial.changes.mistakes import (
     BodyPart,
     list_body_parts,
-    list_whole_bodies,
 )
 from crosscheck.trial.changes.numbers import RobotNumber, list_numbers
 from crosscheck.trial.changes.problem import ChangeProblem, DynamicsTerms
@@ -92,29 +91,18 @@ class ChangeTable:
         return NumberEffect(DynamicsTerms(*linear), DynamicsTerms(*square))
 
     @cached_property
-    def part_lists(self) -> list[list[BodyPart]]:
-        """The links of the URDF, then bodies of several links fixed together, if there are any."""
-        parts, bodies = list_body_parts(self.robot), list_whole_bodies(self.robot)
-        return [parts, bodies] if len(parts) > len(bodies) else [parts]
-
-    def _list_step_tables(self, states: slice) -> list[StepTable]:
-        kane = self.kane
-        if states.stop < len(self.states.q):
-            kane = KaneSum(self.robot, self.states.q[states], self.states.v[states])
-        suffixes = "", ", with what is fixed to it"
-        pairs = zip(self.part_lists, suffixes, strict=False)
-        return [StepTable(kane, parts, suffix) for parts, suffix in pairs]
+    def parts(self) -> list[BodyPart]:
+        """The links of the URDF."""
+        return list_body_parts(self.robot)
 
     @cached_property
-    def body_steps(self) -> list[Steps]:
-        """What numbers of links may be taken for; then of bodies of several links."""
-        tables = self._list_step_tables(slice(len(self.states.q)))
-        return [each.list_body_steps() for each in tables]
+    def body_steps(self) -> Steps:
+        """What numbers of links may be taken for."""
+        return StepTable(self.kane, self.parts).list_body_steps()
 
-    def list_steps(self, level: Level) -> list[tuple[str, dict[str, DynamicsTerms]]]:
+    def list_steps(self, level: Level) -> Steps:
         """Mistakes in Kane's sum at several states, with what each changes by what has it."""
-        steps = [pair for of_bodies in self._steps for pair in of_bodies.items()]
-        return [*steps, *self._list_rule_steps(level).items()]
+        return self._steps | self._list_rule_steps(level)
 
     def _list_rule_steps(self, level: Level) -> Steps:
         """Lagrange's rule for the bias of M with other factors, by the coordinate of a slope."""
@@ -137,6 +125,7 @@ class ChangeTable:
         return steps
 
     @cached_property
-    def _steps(self) -> list[Steps]:
-        tables = self._list_step_tables(self.several)
-        return [each.list_body_steps() | each.list_steps() for each in tables]
+    def _steps(self) -> Steps:
+        kane = KaneSum(self.robot, *(each[self.several] for each in self.states[:2]))
+        steps = StepTable(kane, self.parts)
+        return steps.list_body_steps() | steps.list_steps()

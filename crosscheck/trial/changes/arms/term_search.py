@@ -16,7 +16,7 @@ from crosscheck.trial.changes.arms.letters import (
 from crosscheck.trial.changes.arms.polynomial import Monomial, Number
 from crosscheck.trial.changes.arms.segments import EntryTerms, Product, TermKey
 from crosscheck.trial.changes.arms.term_changes import LEVERS, Target, TermChange
-from crosscheck.trial.changes.pairs import APART, rank_pairs
+from crosscheck.trial.changes.pairs import rank_pairs
 from crosscheck.trial.judge.entries import ErrorKind
 
 FITS = 1e-9  # largest residual of a change, relative to the difference
@@ -123,8 +123,7 @@ def _find_pairs(target: Target, changes: Sequence[TermChange]) -> list[ChangeSet
     is_part = np.abs(rows).max(axis=1, initial=0.0) <= LARGEST * np.abs(goal).max()
     unique = np.unique(rows[is_part].round(12), axis=0, return_index=True)[1]
     kept = np.flatnonzero(is_part)[np.sort(unique)][:MOST_PAIRED]
-    are_pairs = np.full((len(kept), len(kept)), APART)
-    pairs, _ = rank_pairs(rows[kept], np.zeros(len(kept), bool), goal, are_pairs)
+    pairs = rank_pairs(rows[kept], np.zeros(len(kept), bool), goal, kept)
     both = [(int(kept[first]), int(kept[second])) for first, second, _ in pairs]
     return [
         (likely[first], likely[second])
