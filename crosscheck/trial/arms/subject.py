@@ -37,7 +37,6 @@ from crosscheck.trial.arms.questions import (
     make_experiment,
     skip_dependent_tasks,
 )
-from crosscheck.trial.arms.unit_mistakes import describe_unit_mistakes
 from crosscheck.trial.changes.arms.arm_numbers import find_negligible_inertias, replace_numbers
 from crosscheck.trial.changes.arms.comparison import (
     EntryComparison,
@@ -177,13 +176,11 @@ class ArmSubject(TrialSubject):
         names = problem.names
         entries = [name_entry(each, names) for each in diagnosis.wrong_entries]
         wrong = tuple(each for each in entries if not each.shown_on)
-        table, right = problem.equations.table, here.reference_values
-        notes = describe_unit_mistakes(here.user_values, right, table, names)
         numbers = tuple(each for each in diagnosis.ignored_numbers if each.parts)
         return TrialDiagnosis(
             level,
             wrong,
-            (*notes, *(() if readings else describe_entries(wrong))),
+            () if readings else tuple(describe_entries(wrong)),
             readings=tuple(each.described for each in readings),
             hidden=tuple(each for each in entries if each.shown_on),
             ignored_numbers=numbers,

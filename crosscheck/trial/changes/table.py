@@ -4,7 +4,6 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from functools import cached_property
-from typing import NamedTuple
 
 import numpy as np
 
@@ -34,13 +33,6 @@ RULES = {  # of the bias M' v - 1/2 d(v' M v)/dq: factors of M' v and of d(v' M 
 LEAST_ROWS = 12  # rows of one part at which robots are screened
 # Entries of M, at all states, of each step of Kane's sum; and fewest states.
 MOST_ENTRIES, LEAST_STATES = 600, 3
-
-
-class NumberEffect(NamedTuple):
-    """First- and second-order effect of one step of a number on all terms."""
-
-    linear: DynamicsTerms
-    square: DynamicsTerms
 
 
 class ChangeTable:
@@ -81,14 +73,14 @@ class ChangeTable:
         rotors = ("rotors", "stages") if level == "links" else ()
         return [each for each in self.numbers if not each.path.startswith(rotors)]
 
-    def compute_number_effects(self, level: Level) -> NumberEffect:
-        """The effects (numbers, states, ...) of the numbers of a level."""
+    def compute_number_effects(self, level: Level) -> tuple[DynamicsTerms, DynamicsTerms]:
+        """First- and second-order effects (numbers, states, ...) of the numbers of a level."""
         numbers = self.select_numbers(level)
         robots = [each.put(each.value + by * each.step) for by in (1, -1) for each in numbers]
         changes = self.compute_changes(robots, level)
         pairs = [(term[: len(numbers)], term[len(numbers) :]) for term in changes]
         linear, square = ([(a + sign * b) / 2 for a, b in pairs] for sign in (-1, 1))
-        return NumberEffect(DynamicsTerms(*linear), DynamicsTerms(*square))
+        return DynamicsTerms(*linear), DynamicsTerms(*square)
 
     @cached_property
     def parts(self) -> list[BodyPart]:

@@ -12,12 +12,11 @@ from pydantic import ValidationError
 from crosscheck.analytic.derivation.gears import build_gears
 from crosscheck.analytic.paper.mesh_force import is_in_contact, mesh_force, phase_force
 from crosscheck.analytic.paper.mesh_frequency import mesh_phase
-from crosscheck.analytic.paper.stiffness import mean_stiffness, stiffness, stiffness_slope
+from crosscheck.analytic.paper.stiffness import stiffness, stiffness_slope
 from crosscheck.analytic.paper.tooth_error import total_error
 from crosscheck.models.arm.arm import Arm, Planetary
 from crosscheck.models.arm.layout import Layout
 from crosscheck.models.arm.mesh import Mesh
-from crosscheck.models.arm.stiffness import FourierStiffness, SineStiffness
 from crosscheck.models.experiment.scenario import Switches
 from crosscheck.trial.changes.arms.segments import list_meshes
 
@@ -113,23 +112,6 @@ class ForceVariant(NamedTuple):
         return f"{of} {self.meshes}".strip()
 
 
-def _hold_stiffness(law: Any) -> SineStiffness:
-    return SineStiffness(law="sine", mean_N_per_m=mean_stiffness(law), amplitude_N_per_m=0.0)
-
-
-def _reverse_waves(law: Any) -> Any:
-    if not isinstance(law, SineStiffness):
-        return law
-    return law.model_copy(update={"amplitude_N_per_m": -law.amplitude_N_per_m})
-
-
-def _turn_waves(law: Any) -> Any:
-    if not isinstance(law, SineStiffness):
-        return law
-    mean, wave = law.mean_N_per_m, (law.amplitude_N_per_m,)
-    return FourierStiffness(law="fourier", mean_N_per_m=mean, cosine_N_per_m=wave)
-
-
 # Field, its change, and the words for the user's value and for the right one.
 CHANGES: tuple[tuple[str, Callable[[Any], Any], str, str], ...] = (
     ("backlash_m", lambda b: 0.0, "backlash 0", "b"),
@@ -141,9 +123,6 @@ CHANGES: tuple[tuple[str, Callable[[Any], Any], str, str], ...] = (
     ("tooth_error_phase_rad", lambda p: 0.0, "no phase of the tooth error", "its phase"),
     ("static_error_m", lambda e: 0.0, "no static error", "e_0"),
     ("static_error_m", lambda e: -e, "-e_0", "e_0"),
-    ("stiffness", _hold_stiffness, "constant mean stiffness", "k over the mesh phase"),
-    ("stiffness", _reverse_waves, "k with its amplitude of the opposite sign", "k"),
-    ("stiffness", _turn_waves, "k with a cosine of the mesh phase", "k"),
     ("phase_rad", lambda p: 0.0, "no phase_rad", "phase_rad"),
     ("phase_rad", lambda p: p if isinstance(p, str) else -p, "-phase_rad", "phase_rad"),
 )
@@ -182,10 +161,6 @@ def _list_phase_laws(arm: Arm, layout: Layout, chosen: Switches) -> Iterator[For
     for teeth, field in (("z_s", "sun_teeth"), ("z_p", "planet_teeth")):
         faster = np.array([float(getattr(joint, field) / joint.ring_teeth) for joint in joints])
         yield ForceVariant(teeth, "z_r", "", arm, chosen, MeshConvention(rate_factor=faster))
-        for joint, pair in {(m.joint, m.pair): None for m in meshes}:
-            selected = np.array([(m.joint, m.pair) == (joint, pair) for m in meshes])
-            convention = MeshConvention(rate_factor=np.where(selected, faster, 1.0))
-            yield ForceVariant(teeth, "z_r", f"{pair}{joint + 1}", arm, chosen, convention)
 
 
 def _change_meshes(

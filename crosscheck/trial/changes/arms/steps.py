@@ -17,6 +17,11 @@ from crosscheck.trial.changes.problem import ChangeProblem
 from crosscheck.trial.changes.search import CauseSearch
 from crosscheck.trial.judge.entries import Part, Term, TermError
 
+UNITS = {  # of whole parts
+    by**power: f"{by**power:.6g} times as large: another unit?"
+    for by in (1e3, 180 / np.pi)
+    for power in (1, -1, 2, -2)
+}
 STATES = 12  # at which a step must make the difference
 MOST_MATCHES = 12
 NUMBERED = re.compile(r"\b(?:joint )?(link|joint|motor|ring|carrier)_(\d+)")  # names in the robot
@@ -31,7 +36,7 @@ def find_steps(arms: Sequence[EntryComparison], part: Part) -> list[TermError]:
 
     def find(problem: ChangeProblem) -> Iterator[str]:
         wrong, right = problem.differences[part], problem.right[part]
-        for by, factor in FACTORS.items():
+        for by, factor in (FACTORS | UNITS).items():
             if np.abs(wrong - (by - 1) * right).max() <= ALIKE * np.abs(wrong).max():
                 yield f"{part}: all of it {factor}"
         search = CauseSearch(problem)

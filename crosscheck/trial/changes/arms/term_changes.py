@@ -11,7 +11,6 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
-from crosscheck.trial.arms.unit_mistakes import DEGREES
 from crosscheck.trial.changes.arms.letters import (
     GEAR_PARTS,
     RADII,
@@ -40,7 +39,7 @@ PLAIN: tuple[tuple[ErrorKind, float, float], ...] = (
     # A half is more often a centre of mass where a length belongs.
     *(("factor", by, 1.2 + 0.05 * place) for place, by in enumerate(FACTORS[1:])),
 )
-UNITS = {DEGREES: "{}, its angle in degrees,", 1 / DEGREES: "{}, its angle times pi/180,"}
+UNITS = {180 / np.pi: "{}, its angle in degrees,", np.pi / 180: "{}, its angle times pi/180,"}
 LEVERS = ("L", "d", "r_s", "r_p", "r_c", "r_cp")
 HUGE = 1e200  # an effect that fits nothing
 WEIGHT = "the weight of every body"
@@ -230,10 +229,6 @@ class Target:
             for other, right, ratio, exponents in self._generate_swaps(name, mask):
                 made, cost = multiply(ratio, exponents), 1.0 + other.cost
                 yield TermChange("swapped", (), made, cost, other.text, right), mask
-            if name[0] == "m" and f"I_l{name[1:]}" in letters:  # density for cross-section
-                link, length = letters[f"I_l{name[1:]}"], f"L{name[1:]}"
-                made, text = multiply(1 / self.values[length]), f"{name}/{length}"
-                yield TermChange("swapped", (), made, 1.3, text, name), mask | link
             if self.values[name].all():  # before a bracket
                 yield TermChange("factor", (), multiply(self.values[name]), 1.45, name), every
         for key in self.keys:
