@@ -12,7 +12,6 @@ from crosscheck.models.arm.arm import Arm
 from crosscheck.models.experiment.scenario import Scenario
 from crosscheck.models.files import is_robot, read_raw_arm
 from crosscheck.models.loading import Selection, load_scenario, load_selection, require_fit
-from crosscheck.models.refusals import refuse
 from crosscheck.models.robot.case import read_robot_data, select_robot
 from crosscheck.models.robot.robot import Robot
 
@@ -35,16 +34,6 @@ def adopt_mechanism(given: Mechanism | str, scenarios: Sequence[Scenario | str] 
     for scenario in loaded:
         require_fit(scenario, chosen.mechanism)
     return chosen._replace(scenarios=loaded)
-
-
-def load_experiment(
-    name: str, scenario: str, switches: dict[str, str], settings: Sequence[str]
-) -> Selection:
-    """Mechanism, scenario and switches by name or file, settings applied. Raises InputError."""
-    if is_robot(name):
-        refuse("robot", "simulate", **switches)
-    laws = [f"switches.{each}={law}" for each, law in switches.items()]
-    return select_mechanism(name, [scenario], [*laws, *settings])
 
 
 def find_section(given: Mechanism | str) -> str:

@@ -20,8 +20,6 @@ class Refusal(NamedTuple):
 
 
 REFUSALS = (
-    Refusal("simulate", "--phase", "robot", TEETH),
-    Refusal("simulate", "--ring-rate", "robot", TEETH),
     Refusal("trial", "--scenario", "robot", STATES),
     Refusal("trial", "--after", "robot", "its first answers name every term that is judged"),
     Refusal("trial", "--run-code", "robot", "only an FMU needs it"),

@@ -9,8 +9,6 @@ import gc
 import sys
 from collections.abc import Iterator
 from functools import wraps
-from importlib import import_module
-from importlib.util import find_spec
 from typing import TYPE_CHECKING
 
 import pytest
@@ -33,8 +31,7 @@ settings.load_profile("fuzz" if "CROSSCHECK_DRAWS" in os.environ else "suite")
 def import_program() -> None:
     """Import what tests need, in a process that runs any.
 
-    Most tests fork: what is imported here is imported by none of their processes again. Where dask
-    is installed, xarray imports it for every run that it keeps.
+    Most tests fork: what is imported here is imported by none of their processes again.
     """
     from crosscheck.cli.app import build_commands
     from crosscheck.registry import BUILT_IN, load_model_class
@@ -42,9 +39,6 @@ def import_program() -> None:
     for model in BUILT_IN:
         load_model_class(model)
     build_commands()
-    for package in ("dask.array", "distributed"):
-        if find_spec(package.partition(".")[0]):
-            import_module(package)
 
 
 @pytest.fixture(scope="session")

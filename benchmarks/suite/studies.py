@@ -15,11 +15,10 @@ from collections.abc import Callable, Iterator
 from pathlib import Path
 from typing import NamedTuple
 
-from benchmarks.suite.cluster import start_cluster
 from benchmarks.suite.lanes import run_and_discard
 from benchmarks.suite.machine import ROOT
 from benchmarks.suite.memory import PeakMemory
-from benchmarks.suite.rows import Row, absent_row
+from benchmarks.suite.rows import Row
 from benchmarks.suite.timing import Times, measure_seconds, print_progress
 from crosscheck.studies.definition.files import read_study
 
@@ -77,12 +76,6 @@ def _rows(size: Size) -> Iterator[Row]:
         next(bare)  # compiles
         here = [(next(bare), _study(file, "--jobs", str(cores))) for _ in range(size.repeats)]
         yield from _study_rows(size, f"--jobs {cores}", here)
-        try:
-            with start_cluster(WORKERS) as address:
-                there = [(next(bare), _study(file, "--scheduler", address))]
-                yield from _study_rows(size, f"Dask, {WORKERS} workers over TCP", there)
-        except ImportError as reason:
-            yield absent_row(TABLE, f"{size.name}, Dask", str(reason))
         yield _bare_row(size, cores, [kernel for kernel, _ in here])
 
 

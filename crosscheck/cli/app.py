@@ -11,7 +11,7 @@ from contextlib import redirect_stdout
 from functools import lru_cache
 from importlib.metadata import entry_points
 from pathlib import Path
-from typing import Annotated, Any, Literal, NoReturn
+from typing import Annotated, Any, NoReturn
 
 import typer
 from typer import Argument, Option
@@ -196,13 +196,6 @@ def simulate(
     out: Annotated[Path, Option(help="NetCDF file to write.")],
     t_end: Annotated[Text, Option(help="Duration in seconds.")] = None,
     step: Annotated[Text, Option(help="Integration step in seconds.")] = None,
-    phase: Annotated[
-        Literal["angle", "omega_t"] | None, Option(help="Law of the mesh phase (default: angle).")
-    ] = None,
-    ring_rate: Annotated[
-        Literal["eq13", "corrected"] | None,
-        Option(help="Rate of the ring mesh (default: by phase law)."),
-    ] = None,
     settings: Settings = None,
     force: Annotated[
         bool, Option("--force", help="Run although the step exceeds the stability limit.")
@@ -217,9 +210,7 @@ def simulate(
     overrides = list(settings or [])
     overrides += [f"scenario.duration_s={t_end}"] if t_end is not None else []
     overrides += [f"scenario.step_s={step}"] if step is not None else []
-    chosen = (("phase", phase), ("ring_rate", ring_rate))
-    named: dict[str, str] = {key: value for key, value in chosen if value is not None}
-    simulate_command(arm, model, scenario, named, overrides, out, force, rtol)
+    simulate_command(arm, model, scenario, overrides, out, force, rtol)
 
 
 @app.command()
@@ -376,13 +367,6 @@ def sweep(
     study: Annotated[Path, Argument(metavar="STUDY.toml", help="File of the study.")],
     out: Annotated[Path, Option(help="NetCDF file to write.")],
     jobs: Jobs = None,
-    scheduler: Annotated[
-        Text,
-        Option(
-            metavar="tcp://HOST:PORT",
-            help="Address of a Dask scheduler, whose workers run the study.",
-        ),
-    ] = None,
     resume: Annotated[bool, Option("--resume", help="Continue a run that was stopped.")] = False,
     run_code: Annotated[
         bool, Option("--run-code", help="Allow the study to run the functions that it names.")
@@ -392,7 +376,7 @@ def sweep(
     with require_memory():
         from crosscheck.cli.studies import sweep_command
 
-        sweep_command(study, out, jobs or os.cpu_count() or 1, scheduler, resume, run_code)
+        sweep_command(study, out, jobs or os.cpu_count() or 1, resume, run_code)
 
 
 @app.command()

@@ -13,7 +13,7 @@ from crosscheck.file_types import TRAJECTORY
 from crosscheck.mechanisms import supply
 from crosscheck.models.errors import Diverged, InputError, Unfinished
 from crosscheck.models.loading import Selection
-from crosscheck.models.mechanism import Mechanism, load_experiment
+from crosscheck.models.mechanism import Mechanism, select_mechanism
 from crosscheck.output import require_file, write_files
 from crosscheck.provenance import record_provenance
 from crosscheck.registry import build, require_usable_numbers
@@ -60,14 +60,13 @@ def simulate_command(
     arm: str,
     model: str,
     scenario: str,
-    switches: dict[str, str],
     settings: list[str],
     out: Path,
     force: bool,
     rtol: float | None = None,
 ) -> None:
     """Simulate one model of an arm or a robot into a NetCDF file."""
-    chosen = load_experiment(arm, scenario, switches, settings)
+    chosen = select_mechanism(arm, [scenario], settings)
     mechanism, (experiment,), *_ = chosen
     supply("find_entry", mechanism.section)(model, mechanism)  # raises before anything is run
     request = SimulationRequest(model, chosen, force, rtol)

@@ -27,14 +27,12 @@ from crosscheck.studies.members.members import PreparedStudy
 LEAST_WIDTH = 80  # columns in which each number of the table has room
 
 
-def sweep_command(
-    file: Path, out: Path, jobs: int, scheduler: str | None, resume: bool, run_code: bool
-) -> None:
+def sweep_command(file: Path, out: Path, jobs: int, resume: bool, run_code: bool) -> None:
     """Run a study into a NetCDF file and print a summary. Raises InputError."""
     study = read_study(file, run_code)
     began = time.monotonic()
     with members_bar() as progress:
-        ran = run_study(study, out, ExecutionSettings(jobs, scheduler, resume, progress))
+        ran = run_study(study, out, ExecutionSettings(jobs, resume, progress))
     taken = time.monotonic() - began
     _print_ranges(study, out)
     rate = f", {ran:,} run in {taken:.1f} s, {ran / taken:.3g} a second" if ran else ""

@@ -36,7 +36,6 @@ def sweep(
     starts: int | Mapping[str, Any] | None = None,
     spot_checks: int = 0,
     jobs: int = 1,
-    scheduler: str | None = None,
     out: Path | str | None = None,
     resume: bool = False,
     level: Level | None = None,
@@ -54,8 +53,7 @@ def sweep(
         samples: How many draws of all distributions, or a mapping that also has the seed.
         starts: How many perturbed starts of each member, or a mapping that also has the seed.
         spot_checks: How many members, evenly chosen, a second engine runs again.
-        jobs: How many processes of this machine run members.
-        scheduler: Address of a Dask scheduler that runs them in place of these.
+        jobs: How many processes run members.
         out: NetCDF file of the result, which is kept; without it, nothing is.
         resume: Whether to go on where the study of the file ``out`` was stopped.
         level: What of a robot's gears is modelled; its most detailed level if left out.
@@ -92,7 +90,7 @@ def sweep(
         else scenario.model_dump(mode="json", exclude_none=True)
     )
     study = build_study(definition, data, Path(), "sweep")
-    return measure_study(study, ExecutionSettings(jobs, scheduler, resume), out)
+    return measure_study(study, ExecutionSettings(jobs, resume), out)
 
 
 def measure_study(

@@ -7,7 +7,7 @@ import re
 from collections import Counter
 from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass, field, replace
-from xml.etree.ElementTree import Element, TreeBuilder, tostring
+from xml.etree.ElementTree import Element, SubElement, TreeBuilder, tostring
 from xml.parsers import expat
 
 import numpy as np
@@ -21,6 +21,16 @@ from crosscheck.models.robot.robot import JointLimits, Placement, RobotBody
 DEEPEST = 50  # elements in each other; those of a URDF are four deep
 JOINT_TYPES = ("revolute", "continuous", "prismatic", "fixed")  # each of one degree or none
 XACRO = f"xacro is left in it; {EXPAND}"
+# Elements that are read, those in them, and the numbers that Pinocchio needs in these.
+READ_CHILDREN: dict[str, dict[str, tuple[str, ...]]] = {
+    "link": {"inertial": ()},
+    "joint": {
+        **dict.fromkeys(("parent", "child", "origin", "axis", "mimic"), ()),
+        "limit": ("effort", "velocity"),
+        "dynamics": ("damping",),
+    },
+    "passive_joint": {},
+}
 LARGEST = 1e18  # largest limit, which some files state where there is none
 HEAVIEST = 1e9  # largest mass [kg], as for an arm
 LARGEST_INERTIA, FARTHEST = 1e15, 1e3  # [kg m^2], and of a component of a place, an angle, an axis
@@ -356,22 +366,20 @@ def roll_pitch_yaw(rotation: np.ndarray) -> np.ndarray:
 
 
 def _mechanism(root: Element) -> str:
-    """Text of a URDF's links and joints alone, each link with its inertial at most.
+    """Text of a URDF's links and joints alone, with what is read of each.
 
     So a program that reads it meets no number that is not checked here, and no line break inside
-    of an attribute, which XML takes for a blank. Dynamics get a damping, without which, and without
-    friction, Pinocchio's parser refuses them.
+    of an attribute, which XML takes for a blank. Pinocchio's parser refuses limits and dynamics
+    that lack one of their numbers; here they are 0 then.
     """
-    for dynamics in root.iterfind("joint/dynamics"):
-        dynamics.attrib.setdefault("damping", "0")
     kept = Element("robot", name=root.get("name", "robot"))
     for element in root:
-        if element.tag in ("joint", "passive_joint"):
-            kept.append(element)
-        elif element.tag == "link":
-            link = Element("link", name=element.get("name", ""))
-            link.extend(element.findall("inertial")[:1])
-            kept.append(link)
+        if element.tag in READ_CHILDREN:
+            copy = SubElement(kept, element.tag, element.attrib)
+            for tag, numbers in READ_CHILDREN[element.tag].items():
+                for child in element.findall(tag)[:1]:
+                    child.attrib.update({key: child.get(key, "0") for key in numbers})
+                    copy.append(child)
     return tostring(kept, encoding="unicode")
 
 

@@ -62,8 +62,6 @@ def traced() -> dict[str, dict[str, list[str]]]:
                     "h5netcdf", "matplotlib.figure", "pinocchio", "exudyn", "rich.table",
                     "jinja2", "scipy.integrate", "scipy.ndimage"):  # fmt: skip
         importlib.import_module(library)
-    if importlib.util.find_spec("dask"):  # xarray imports it where it is installed
-        importlib.import_module("dask.array")
     numba = importlib.import_module("numba")
     # The only intrinsic there is takes an address.
     pointer = partial(ctypes.cast, typ=ctypes.POINTER(ctypes.c_double))

@@ -252,6 +252,23 @@ def test_of_two_inertials_every_engine_uses_the_first():
         assert mass == pytest.approx(right, rel=1e-14)
 
 
+@pytest.mark.parametrize(
+    "stated",
+    [
+        '<limit lower="-3" upper="3"/>',
+        '<limit effort="1"/>',
+        f'{LIMIT}<dynamics friction="1"/>',
+        f"{LIMIT}<dynamics/>",
+        f'{LIMIT}<safety_controller soft_upper_limit="1"/><calibration rising="two"/>',
+    ],
+)
+def test_what_a_joint_leaves_out_or_has_besides_stops_no_engine(stated):
+    own = robot(GOOD.replace(LIMIT, stated))
+    for engine in ENGINES:
+        mass = build_robot_model(engine, own, "links").mass_matrix(np.zeros((1, 1)))
+        assert mass == pytest.approx(own.bodies[0].inertia[2, 2], rel=1e-14)
+
+
 def test_an_inertia_that_breaks_the_triangle_inequality_is_used_and_reported():
     flat = Solid(inertia=(0.01, 0, 0, 0.01, 0, 0.03))
     own = robot(urdf(GROUND, link("arm", flat), TURN))

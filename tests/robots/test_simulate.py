@@ -164,7 +164,7 @@ def test_a_file_says_what_was_run(crosscheck, tmp_path):
     [
         (["--model", "analytic:geared"], "puma560 has the levels links, armature, coupled"),
         (["--model", "newton:links"], "ENGINE one of analytic, pinocchio, exudyn"),
-        (["--phase", "angle"], "robots follow their joints"),
+        (["--set", "switches.phase=angle"], "path beginning with robot, scenario"),
         (["--set", "arm.payload_mass_kg=1"], "path beginning with robot, scenario"),
         (["--set", "robot.joints.nose.ratio=1"], "robot.joints.nose"),
         (["--set", "scenario.start.theta_rad=[1,2]"], "needs 6 values, has 2"),

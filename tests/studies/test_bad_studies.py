@@ -174,19 +174,6 @@ def test_python_gets_the_same():
         )
 
 
-@pytest.mark.parametrize(
-    "address",
-    ["tls://127.0.0.1:1", "ucx://127.0.0.1:1", "ws://a:1", "inproc://x", "", "tcp://", "tcp://a:0"],
-)
-def test_a_scheduler_of_another_kind_is_one_line(crosscheck, tmp_path, address):
-    file = _file(tmp_path, PEAK, PEAK)
-    code, out, err = crosscheck("sweep", file, "--out", tmp_path / "o.nc", "--scheduler", address)
-    assert (code, out, err.count("\n")) == (2, "", 1)
-    assert "--scheduler" in err
-    assert "tcp://HOST:PORT" in err
-    assert [path.name for path in tmp_path.iterdir()] == ["study.toml"]
-
-
 @pytest.mark.parametrize("what", ["folder", "pipe", "dangling", "loop"])
 @pytest.mark.parametrize("place", ["study", "function", "out", "batches", "mark"])
 def test_what_is_no_file_is_one_line(crosscheck, tmp_path, place, what):

@@ -3,8 +3,6 @@
 import errno
 import io
 import resource
-import time
-from concurrent.futures import Future
 from itertools import pairwise
 from typing import Any
 
@@ -169,52 +167,6 @@ def test_a_batch_whose_worker_dies_is_tried_three_times_before_what_follows():
         run_locally(Answers(a=[slow]))
     with pytest.raises(ZeroDivisionError):
         run_locally(Answers(a=[schedule._TaskError(ZeroDivisionError())]))
-
-
-def test_no_more_batches_are_sent_than_are_asked_and_all_come_back():
-    sent = list[str]()
-
-    def submit(task: schedule.FunctionTask) -> "Future[str]":
-        sent.append(task.key)
-        future = Future[str]()
-        future.set_result(task.key.upper())
-        return future
-
-    tasks = [schedule.FunctionTask(key, len, ()) for key in "abcde"]
-    results = schedule._run_by_futures(submit, lambda: None, 2, tasks)
-    found = [(task.key, result, len(sent)) for task, result in results]
-    counts = [3, 4, 5, 5, 5]  # two at first, then one for each that has come back
-    assert found == [*zip("abcde", "ABCDE", counts, strict=True)]
-
-
-def test_a_scheduler_whose_workers_are_gone_is_not_waited_for(monkeypatch):
-    """One that is started again is: its batches come late, and the wait begins anew."""
-    monkeypatch.setattr(schedule, "LOOK_S", 0.01)
-    monkeypatch.setattr(schedule, "REJOIN_S", 0.1)
-    pending = Future[str]()
-    asked, answers = list[int](), [{}, {"w": 1}, *[{}] * 1000]
-
-    def count_threads() -> dict[str, int]:
-        asked.append(len(asked))
-        return answers[asked[-1]]
-
-    crew = schedule._Crew(count_threads, "tcp://there:1")
-    began = time.monotonic()
-    with pytest.raises(Unfinished, match=r"tcp://there:1: no worker is left; .*--resume"):
-        list(
-            schedule._run_by_futures(
-                lambda task: pending, crew.require, 2, [schedule.FunctionTask("a", len, ())]
-            )
-        )
-    assert len(asked) >= 4
-    assert time.monotonic() - began >= 0.1
-
-
-def test_another_version_is_named_by_what_differs():
-    schedule.require_same_version("a 1, b 2", "a 1, b 2", "w")
-    for theirs, told in (("a 1, b 3", "b 2 here, b 3 there"), ("a 1, b 2, c", "another one")):
-        with pytest.raises(InputError, match=f"runs another version: {told}"):
-            schedule.require_same_version("a 1, b 2", theirs, "w")
 
 
 def test_spot_checks_are_in_the_middle_of_equal_parts():

@@ -177,11 +177,7 @@ def study_draw(folder: Path, generator: random.Random) -> Draw:
     named = mostly(
         ("study.toml",), ("arm.toml", "nowhere", "", "mine.py", "a.nc.batches"), generator
     )
-    scheduler = generator.choice(
-        ("tls://a:1", "", "tcp://", "ucx://b:2", "\x1b[31m", "tcp://c:99999")
-    )
     some = [["--resume"], ["--jobs", generator.choice(("1", "2", "0", "x"))]]
-    some += [["--scheduler", scheduler]] if generator.random() < 0.1 else []
     chosen = [["--out", str(folder / out)], *([["--run-code"]] if generator.random() < 0.9 else [])]
     chosen += [option for option in some if generator.random() < 0.3]
     arguments = ["sweep", str(folder / named), *(part for option in chosen for part in option)]
@@ -304,7 +300,6 @@ def _simulate(folder: Path, generator: random.Random) -> list[list[str]]:
     some = [
         ["--t-end", number],
         ["--step", number],
-        ["--phase", mostly(("angle", "omega_t"), ("beta", ""), generator)],
         ["--set", setting(generator)],
         ["--set", setting(generator)],
         ["--force"],

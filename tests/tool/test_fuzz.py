@@ -63,7 +63,7 @@ def test_any_input_is_accepted_or_refused_in_one_line(command, tmp_path, monkeyp
     if work is not None:
         monkeypatch.setattr(work, accepted)
     monkeypatch.setattr(
-        "crosscheck.studies.batches.run.open_local_executor", lambda jobs: nullcontext(accepted)
+        "crosscheck.studies.batches.run.open_executor", lambda jobs: nullcontext(accepted)
     )
     seed, refused = fresh_seed(), 0
     generator = random.Random(seed)

@@ -338,12 +338,6 @@ EFFECTS: dict[str, dict[str, Effect]] = {
         "step": simulation(
             lambda seen: float(run_of(seen).attrs["step_s"]), 1e-5, 2e-5, more="--step 2e-5"
         ),
-        "phase": simulation(
-            stated("switches", "phase"), "angle", "omega_t", more="--phase omega_t"
-        ),
-        "ring_rate": simulation(
-            stated("switches", "ring_rate"), "corrected", "eq13", more="--ring-rate eq13"
-        ),
         "settings": simulation(
             stated("arm", "payload_mass_kg"), PAPER_KG, 3.0, more="--set arm.payload_mass_kg=3"
         ),
@@ -531,7 +525,6 @@ EFFECTS: dict[str, dict[str, Effect]] = {
             )
             for name, more, *values in (
                 ("jobs", "--jobs 3", CORES, 3),
-                ("scheduler", "--scheduler tcp://x:1", None, "tcp://x:1"),
                 ("resume", "--resume", False, True),
             )
         },
@@ -626,8 +619,6 @@ REFUSING = {
     "init": "init a.toml --urdf bob.urdf",
 }
 VALUES = {
-    "--phase": "angle",
-    "--ring-rate": "eq13",
     "--scenario": "pd",
     "--after": "r",
     "--joints": "2",

@@ -35,7 +35,6 @@ NOT_RUN = {
     r"python3 -m venv|\.venv/bin/python -m pip": "installs from a network",
     r"make run": "a line of .ci/run",
     r"crosscheck run": "make run",
-    r"dask |.*--scheduler": "machines of a cluster; tests/studies has one of processes",
     r".*\bbag/|.*record\.toml": "the reader's own recording; tests/measured makes one",
     r".*answers\.mat": "answered by Octave: make octave",
     r".*six-joint": "a model of the page's reader; tests/trial has it",

@@ -59,7 +59,8 @@ def _backlashes(run: xr.Dataset) -> list[tuple[float, ...]]:
 
 def test_attributes_say_what_was_run(short, tmp_path):
     both = "arm.joints.*.*_mesh.backlash_m=2e-5"
-    short("--phase", "omega_t", "--ring-rate", "corrected", "--set", both)
+    laws = ("switches.phase=omega_t", "switches.ring_rate=corrected")
+    short(*(word for each in (*laws, both) for word in ("--set", each)))
     run = written(tmp_path)
     assert json.loads(run.attrs["switches"]) == {
         "phase": "omega_t",
@@ -74,7 +75,7 @@ def test_attributes_say_what_was_run(short, tmp_path):
     assert json.loads(run.attrs["scenario"])["duration_s"] == 0.002
     assert run.attrs["model"] == "analytic:physical"
     assert run.attrs["schema_version"] == 1
-    assert "--ring-rate corrected" in run.attrs["command"]
+    assert "--set switches.ring_rate=corrected" in run.attrs["command"]
     assert {"versions", "arm_sha256", "revision"} <= json.loads(run.attrs["provenance"]).keys()
 
 

@@ -178,6 +178,17 @@ def test_bad_answers(reason):
     assert "\n" not in str(caught.value)
 
 
+def test_names_of_the_users_own_mean_the_same_in_every_function():
+    given = of(
+        mass_matrix=lambda phi: np.diag(phi),
+        bias=lambda phi, phid: phi * phid,
+        force=lambda phid, torque: torque - phid,
+    )
+    np.testing.assert_array_equal(given.mass_matrix(X), np.diag(X))
+    np.testing.assert_array_equal(given.bias(X, V), X * V)
+    np.testing.assert_array_equal(given.force(0.0, X, V, TORQUE), TORQUE - V)
+
+
 def test_what_a_function_raises_comes_out_with_its_state():
     with pytest.raises(ZeroDivisionError) as caught:
         of(force=lambda t: 1 / 0).force(0.5, X, V, TORQUE)
@@ -187,7 +198,10 @@ def test_what_a_function_raises_comes_out_with_its_state():
 
 
 FUNCTIONS: dict[str, dict[str, Any]] = {
-    "mass_matrix: takes theta, which is none of x or q": {"mass_matrix": lambda theta: 1},
+    "force: takes psi, which is none of t or time": {
+        "mass_matrix": lambda phi: 1,
+        "force": lambda phi, psi, torque: 1,
+    },
     "mass_matrix: takes v, which is none of x or q": {"mass_matrix": lambda q, v: 1},
     "bias: takes u, which is none of x or q; v or qd or dq": {"bias": lambda q, u: 1},
     "force: is a ndarray; must be a function of t, x, v, torque": {"force": np.eye(2)},

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import os
 from collections.abc import Callable, Iterator, Mapping, Sequence
-from contextlib import AbstractContextManager, contextmanager
+from contextlib import contextmanager
 from dataclasses import dataclass
 from pathlib import Path
 
@@ -32,8 +32,7 @@ from crosscheck.studies.batches.schedule import (
     BatchExecutor,
     FunctionTask,
     compute_fingerprint,
-    open_cluster_executor,
-    open_local_executor,
+    open_executor,
 )
 from crosscheck.studies.measures.columns import DIVERGED, Column, list_columns
 from crosscheck.studies.members.members import PreparedStudy, require_members
@@ -43,20 +42,11 @@ RESUME = "the same with --resume goes on where it stopped"
 
 @dataclass(frozen=True)
 class ExecutionSettings:
-    """Settings of a run. scheduler: address of Dask's, else ``jobs`` processes of this machine."""
+    """Settings of a run; jobs: how many processes run members."""
 
     jobs: int = 1
-    scheduler: str | None = None
     resume: bool = False
     progress: CountCallback = lambda what, done, total: None
-
-    def open_executor(self) -> AbstractContextManager[BatchExecutor]:
-        """The place where the study's batches are run."""
-        return (
-            open_cluster_executor(self.scheduler)
-            if self.scheduler is not None
-            else open_local_executor(self.jobs)
-        )
 
 
 def run_study(study: PreparedStudy, out: Path, settings: ExecutionSettings) -> int:
@@ -73,7 +63,7 @@ def run_study(study: PreparedStudy, out: Path, settings: ExecutionSettings) -> i
     remove_abandoned(target.parent)
     require_room(target, expected_bytes(study, result_columns), study.count)
     with (
-        settings.open_executor() as executor,
+        open_executor(settings.jobs) as executor,
         open_batches(target, study, result_columns, settings.resume) as store,
         draft(target.parent) as new,
     ):

@@ -183,29 +183,36 @@ class MotorCall:
         return forms[0]
 
 
-def make_named_call(function: Any, part: str, *, in_order: bool = False) -> NamedCall:
-    """A user's function as one of all its arguments by name.
+def make_named_calls(equations: Equations) -> dict[str, NamedCall]:
+    """A user's functions by part, each as one of all its arguments by name.
 
-    in_order: whether one whose parameters all have names of the user's own gets the part's
-    arguments in their order, if they are as many. Raises InputError.
+    A function whose parameters all have names of the user's own gets the part's arguments in their
+    order, if they are as many; what its names mean, they mean in the other functions too. Raises
+    InputError.
     """
+    given = {part: getattr(equations, part) for part in TAKES}
+    functions = {part: function for part, function in given.items() if function is not None}
+    user_names = dict[str, str]()
+    for part, function in functions.items():
+        required = [p for p in _list_parameters(function) or [] if p.default is p.empty]
+        if _is_renamed(required, part):
+            user_names |= zip([p.name for p in required], TAKES[part], strict=True)
+    return {part: _make_named_call(each, part, user_names) for part, each in functions.items()}
+
+
+def _make_named_call(function: Any, part: str, user_names: Mapping[str, str]) -> NamedCall:
     if not callable(function):
         reason = f"is a {type(function).__name__}; must be a function of {', '.join(TAKES[part])}"
         raise InputError("equations", part, None, reason)
     if callable(getattr(function, "name_in", None)):  # a casadi Function
         return NamedCall(function, _casadi_arguments(function, part))
-    try:
-        parameters = list(inspect.signature(function).parameters.values())
-    except (TypeError, ValueError):  # a builtin, or an extension's function
-        return NamedCall(function, TAKES[part])
-    fixed = function.keywords if isinstance(function, functools.partial) else {}
-    parameters = [p for p in parameters if p.name not in fixed and p.kind != p.VAR_KEYWORD]
-    if any(p.kind == p.VAR_POSITIONAL for p in parameters):
+    parameters = _list_parameters(function)
+    if parameters is None:
         return NamedCall(function, TAKES[part])
     required = [p for p in parameters if p.default is p.empty]
-    if _is_nameless(function, required) or (in_order and _is_renamed(required, part)):
+    if _is_nameless(function, required) or _is_renamed(required, part):
         return NamedCall(function, _first_arguments(part, len(required)))
-    meant = _list_meanings(p.name for p in parameters)
+    meant = {**user_names, **_list_meanings(p.name for p in parameters)}
     used_parameters = [
         p for p in parameters if p.default is p.empty or meant.get(p.name) in TAKES[part]
     ]
@@ -217,6 +224,18 @@ def make_named_call(function: Any, part: str, *, in_order: bool = False) -> Name
         before,
         {p.name: meant[p.name] for p in used_parameters if p.kind != p.POSITIONAL_ONLY},
     )
+
+
+def _list_parameters(function: Any) -> list[inspect.Parameter] | None:
+    """The parameters that are still free; None where nobody knows, or there may be any number."""
+    try:
+        parameters = list(inspect.signature(function).parameters.values())
+    except (TypeError, ValueError):  # a builtin, an extension's function, or no function at all
+        return None
+    if any(p.kind == p.VAR_POSITIONAL for p in parameters):
+        return None
+    fixed = function.keywords if isinstance(function, functools.partial) else {}
+    return [p for p in parameters if p.name not in fixed and p.kind != p.VAR_KEYWORD]
 
 
 def _list_meanings(names: Iterable[str]) -> dict[str, str]:
@@ -237,8 +256,8 @@ def _is_nameless(function: Any, required: Sequence[inspect.Parameter]) -> bool:
 
 def _is_renamed(required: Sequence[inspect.Parameter], part: str) -> bool:
     """Whether all names of parameters are a user's own, and as many as the part has arguments."""
-    unknown = all(p.name not in MEANT and p.kind != p.KEYWORD_ONLY for p in required)
-    return unknown and len(required) == len(TAKES[part])
+    are_unknown = all(p.name not in MEANT and p.kind != p.KEYWORD_ONLY for p in required)
+    return are_unknown and len(required) == len(TAKES[part])
 
 
 def _require_meaning(name: str, part: str, meant: Mapping[str, str]) -> None:

@@ -25,7 +25,7 @@ from crosscheck.models.experiment.scenario import Scenario, Switches
 from crosscheck.models.robot.robot import RIGID, Robot
 from crosscheck.runner.interruption import was_stopped
 from crosscheck.runner.supervision import track_foreign_code
-from crosscheck.trial.input.calls import MEANT, TAKES, make_named_call
+from crosscheck.trial.input.calls import MEANT, TAKES, make_named_calls
 from crosscheck.trial.input.equations import Coordinates, Equations, Level
 from crosscheck.trial.source.code import UserCode, find_module_code, find_object_code
 
@@ -363,7 +363,7 @@ def _require_arm_equations(equations: Equations, where: str) -> Equations:
         if getattr(equations, name) is not None:
             reason = "is of robots alone; an arm's file says what friction it has"
             raise InputError(where, name, None, reason)
-    _require_parts(equations, where, in_order=False)
+    _require_parts(equations, where)
     if not isinstance(equations.coordinates, Coordinates):
         kind = type(equations.coordinates).__name__
         raise InputError(where, "coordinates", None, f"is a {kind}; must be Coordinates")
@@ -385,7 +385,7 @@ def require_robot_equations(equations: Equations, where: str) -> Equations:
     if equations.switches is not None:
         reason = "is of arms alone; a robot's equations are of its joints' coordinates"
         raise InputError(where, "switches", None, reason)
-    _require_parts(equations, where, in_order=True)
+    _require_parts(equations, where)
     levels = (*RIGID, "elastic")  # of joints: coordinates of links and motors
     if equations.level and equations.level not in levels:
         allowed = f"must be one of {', '.join(levels)}, or left out"
@@ -393,15 +393,13 @@ def require_robot_equations(equations: Equations, where: str) -> Equations:
     return equations
 
 
-def _require_parts(equations: Equations, where: str, *, in_order: bool) -> None:
+def _require_parts(equations: Equations, where: str) -> None:
     """Raise InputError unless there is at least one part, each a function."""
-    given = [part for part in TAKES if getattr(equations, part) is not None]
-    if not given:
+    if all(getattr(equations, part) is None for part in TAKES):
         raise InputError(where, "", None, f"hands nothing over; needs one of {', '.join(TAKES)}")
     if equations.bias is not None and equations.coriolis is not None:
         raise InputError(where, "coriolis", None, "give either bias or coriolis")
     try:
-        for part in given:
-            make_named_call(getattr(equations, part), part, in_order=in_order)
+        make_named_calls(equations)
     except InputError as error:
         raise InputError(where, error.field, error.value, error.allowed) from None

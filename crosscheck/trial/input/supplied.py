@@ -13,13 +13,12 @@ from crosscheck.models.errors import CannotDo
 from crosscheck.trial.coordinates.frame import Frame
 from crosscheck.trial.coordinates.states import UserState
 from crosscheck.trial.input.calls import (
-    TAKES,
     MotorCall,
     NamedCall,
     add_motors,
     call_part,
     find_motors,
-    make_named_call,
+    make_named_calls,
 )
 from crosscheck.trial.input.equations import Equations
 
@@ -126,21 +125,19 @@ class SuppliedEquations:
 
 def bind_equations(equations: Equations, arm: Arm, frame: Frame) -> SuppliedEquations:
     """The equations, bound to an arm and in a frame of it. Raises InputError."""
-    functions = {part: getattr(equations, part) for part in TAKES}
-    given = {part: function for part, function in functions.items() if function is not None}
-    calls = {part: make_named_call(function, part) for part, function in given.items()}
+    calls = make_named_calls(equations)
     names = [f"theta_{number + 1}" for number in range(len(arm.joints))]
     motors = find_motors(equations, calls, names)
     motor_calls = add_motors(calls, equations, motors)
-    has = set(given)
+    has = set(calls)
     if has & {"coriolis", "inverse_dynamics"}:
         has.add("bias")
-    if "inverse_dynamics" in given:
+    if "inverse_dynamics" in calls:
         has.add("mass_matrix")
     if has >= {"mass_matrix", "bias"}:
         has.add("inverse_dynamics")
     bound = SuppliedEquations(
-        equations, arm, frame, frozenset(given), frozenset(has), motors, motor_calls
+        equations, arm, frame, frozenset(calls), frozenset(has), motors, motor_calls
     )
     is_rigid = equations.coordinates.gearing == "rigid"
     holds_weights = is_rigid and not has & {"gravity", "force"} and _has_weights(bound)

@@ -27,7 +27,7 @@ from crosscheck.trial.input.calls import (
     call_part,
     describe_failure,
     find_motors,
-    make_named_call,
+    make_named_calls,
 )
 from crosscheck.trial.input.equations import Equations
 from crosscheck.trial.input.loading import FRICTION
@@ -179,12 +179,7 @@ def bind_functions(
     stated = equations
     if equations.drive is None and robot.passive:
         stated = replace(equations, drive=[place + 1 for place in robot.motors])
-    given = {part: getattr(equations, part) for part in TAKES}
-    calls = {
-        part: make_named_call(function, part, in_order=True)
-        for part, function in given.items()
-        if function is not None
-    }
+    calls = make_named_calls(equations)
     motors = find_motors(stated, calls, robot.coordinate_names)
     return motors, add_motors(calls, stated if equations.table is None else equations, motors)
 
