@@ -241,9 +241,9 @@ class CauseSearch(ValueSearch):
 
     def find_inertia_causes(self, places: Places = slice(None)) -> Iterator[Cause]:
         """The six inertias of a link together."""
-        robot, entries = self.table.robot, list(zip(*np.triu_indices(3), strict=True))
+        robot, entries = self.table.robot, np.argwhere(np.triu(np.ones((3, 3)))).tolist()
         for number, body in enumerate(robot.bodies):
-            units = np.array([set_entry(np.zeros((3, 3)), entry, 1.0) for entry in entries])
+            units = np.array([set_entry(np.zeros((3, 3)), tuple(entry), 1.0) for entry in entries])
             path = "bodies", number, "inertia"
             robots = [put_value(robot, path, body.inertia + unit) for unit in units]
             rows = self.row(self.table.compute_changes(robots, self.level))

@@ -13,7 +13,7 @@ import numpy as np
 
 from crosscheck.analytic.robot.model import cross
 from crosscheck.models.robot.robot import BASE, Joint, RobotBody
-from crosscheck.trial.changes.kane import BodyMotion, KaneSum, WorldBody
+from crosscheck.trial.changes.kane import FACTORS, BodyMotion, KaneSum, WorldBody
 from crosscheck.trial.changes.mistakes import BodyPart, list_part_mistakes
 from crosscheck.trial.changes.problem import DynamicsTerms
 
@@ -55,9 +55,9 @@ class StepTable:
         """All that may be mistaken in one place of the sum alone."""
         steps: Steps = {}
         for name, part in self.parts.items():
-            for words, rates in self._list_other_rates(part).items():
-                terms = replace(self._rights[name], **rates).compute_terms()
-                steps.setdefault(words, {})[name] = terms.minus(self._terms[name])
+            right = self._rights[name]
+            for words, changed in (*_list_weights(right), *self._list_rates(part, right)):
+                steps.setdefault(words, {})[name] = changed.compute_terms().minus(self._terms[name])
         self._add_column_steps(steps)
         return steps
 
@@ -80,23 +80,21 @@ class StepTable:
             }
         return changed | {w: b._replace(lever=b.lever + shift) for w, b in unturned.items()}
 
-    def _list_other_rates(self, part: BodyPart) -> dict[str, dict[str, np.ndarray]]:
-        """Rates (states, 3) that may stand for w of a part in w x I w, by words and field."""
+    def _list_rates(self, part: BodyPart, right: BodyMotion) -> Iterator[tuple[str, BodyMotion]]:
+        """Other rates than w of a part in its gyroscopic torque."""
         rates, parent = self.kane.rates, self.robot.joints[part.number].parent
         before = self.still if parent == BASE else rates[parent].angular
-        others = {
-            "w of the first link": rates[0].angular,
-            "the joint's own rate": rates[part.number].angular - before,
-            "w of the link before": before,
-        }
         torque = "gyroscopic torque w x I w"
-        listed = {f"its {torque} missing": {"rate": self.still}}
-        for words, rate in others.items():
+        yield f"its {torque} missing", replace(right, rate=self.still)
+        for words, rate in (
+            ("w of the first link", rates[0].angular),
+            ("the joint's own rate", right.rate - before),
+            ("w of the link before", before),
+        ):
             of = f"in the {torque}: {words}"
-            listed[f"{of} in both places"] = {"rate": rate, "left_rate": rate}
-            listed |= {f"{of} on the left": {"left_rate": rate}}
-            listed |= {f"{of} on the right, in I w": {"rate": rate}}
-        return listed
+            yield f"{of} in both places", replace(right, rate=rate, left_rate=rate)
+            yield f"{of} on the left", replace(right, left_rate=rate)
+            yield f"{of} on the right, in I w", replace(right, rate=rate)
 
     def _add_column_steps(self, steps: Steps) -> None:
         """Add columns of Jacobians that are wrong: a joint's for bodies after it, or a body's own.
@@ -144,6 +142,12 @@ class StepTable:
         if is_turning:
             yield "left out of the velocity", -moving, still
             yield "left out of w", still, -turning
+
+
+def _list_weights(right: BodyMotion) -> Iterator[tuple[str, BodyMotion]]:
+    """A body whose weight has another factor than 1."""
+    for by, words in FACTORS.items():
+        yield f"its weight {words}", replace(right, pull=by * right.pull)
 
 
 def _list_unturned(R: np.ndarray, body: RobotBody) -> dict[str, WorldBody]:

@@ -27,7 +27,6 @@ RULES = {  # of the bias M' v - 1/2 d(v' M v)/dq: factors of M' v and of d(v' M 
     "M' v half as large": (0.5, -0.5),
     "M' v twice": (2.0, -0.5),
     "+1/2 d(v' M v)/dq alone, as of Christoffel's C transposed": (0.0, 0.5),
-    "half as large": (0.5, -0.25),
     "without every derivative of M": (0.0, 0.0),
 }
 LEAST_ROWS = 12  # rows of one part at which robots are screened
@@ -118,6 +117,6 @@ class ChangeTable:
 
     @cached_property
     def _steps(self) -> Steps:
-        kane = KaneSum(self.robot, *(each[self.several] for each in self.states[:2]))
-        steps = StepTable(kane, self.parts)
+        q, v = (each[self.several] for each in self.states[:2])
+        steps = StepTable(KaneSum(self.robot, q, v), self.parts)
         return steps.list_body_steps() | steps.list_steps()

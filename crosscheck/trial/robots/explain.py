@@ -196,7 +196,8 @@ def _find_rarer_explanations(
         return list(search.find_inertia_causes()) if is_wide else []
 
     nearest = [each.level for each in distances if each.entries == distances[0].entries]
-    kinds = find_steps, CauseSearch.find_pair_causes, find_inertias
+    pairs = CauseSearch.find_pair_causes
+    kinds: list[Callable[[CauseSearch], list[Cause]]] = [find_steps, pairs, find_inertias]
     for find, level in product(kinds, nearest):
         if causes := find(searches[level]):
             return level, causes
