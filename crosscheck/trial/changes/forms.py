@@ -25,22 +25,25 @@ def describe_pieces(search: CauseSearch, part: str, *, are_usual: bool = True) -
     problem, table = search.problem, search.table
     term = "bias" if part == "acceleration" else part
     described: list[tuple[int, str]] = []
-    kinds = KaneSum(table.robot, *problem.states[:2], table.parts).list_pieces(term)
-    for kind, pieces in kinds.items():
-        stacked = np.array(list(pieces.values()))
-        base = table.compute_base(search.level)._asdict()
-        blank = {name: np.zeros((len(stacked), *each.shape)) for name, each in base.items()}
-        rows = search.row(DynamicsTerms(**(blank | {term: stacked})))
-        places = problem.select_part(part)
-        chosen, by = search.choose_rows(rows[:, places], places, is_free=True)
-        if not chosen or (are_usual and all(abs(1 + by - usual) > ALIKE for usual in FACTORS)):
-            continue
-        names, there = list(pieces), (np.abs(rows).max(axis=1) > SIZABLE).sum()
-        whole = len(chosen) == there > 1
-        of_links = f"{kind} of {join_words([names[n] for n in chosen])}"
-        which = kind.replace("the", "every", 1) if whole else of_links
-        words = f"{part}: {which}: {format_factor(1 + by)}"
-        described.append((0 if whole else len(chosen), words))
+    for parts in table.part_lists:
+        kinds = KaneSum(table.robot, *problem.states[:2], parts).list_pieces(term)
+        for kind, pieces in kinds.items():
+            stacked = np.array(list(pieces.values()))
+            base = table.compute_base(search.level)._asdict()
+            blank = {name: np.zeros((len(stacked), *each.shape)) for name, each in base.items()}
+            rows = search.row(DynamicsTerms(**(blank | {term: stacked})))
+            places = problem.select_part(part)
+            chosen, by = search.choose_rows(rows[:, places], places, is_free=True)
+            if not chosen or (are_usual and all(abs(1 + by - usual) > ALIKE for usual in FACTORS)):
+                continue
+            names, there = list(pieces), (np.abs(rows).max(axis=1) > SIZABLE).sum()
+            whole = len(chosen) == there > 1
+            of_links = f"{kind} of {join_words([names[n] for n in chosen])}"
+            which = kind.replace("the", "every", 1) if whole else of_links
+            words = f"{part}: {which}: {format_factor(1 + by)}"
+            described.append((0 if whole else len(chosen), words))
+        if described:
+            break
     fewest = min((count for count, _ in described), default=0)
     yield from (words for count, words in described if count == fewest)
 

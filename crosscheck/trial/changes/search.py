@@ -134,9 +134,9 @@ class CauseSearch(ValueSearch):
         """All mistakes in Kane's sum, at several states."""
         return self._lay_out_steps(self.table.list_steps(self.level), self.table.several)
 
-    def _lay_out_steps(self, steps: Steps, states: slice) -> list[StepRows]:
+    def _lay_out_steps(self, steps: Sequence[Steps], states: slice) -> list[StepRows]:
         rows = []
-        for words, changes in steps.items():
+        for words, changes in (pair for each in steps for pair in each.items()):
             stacked = DynamicsTerms(*map(np.array, zip(*changes.values(), strict=True)))
             rows.append(StepRows(words, list(changes), self.row(stacked, states)))
         return rows
@@ -371,10 +371,12 @@ def list_equals(causes: Sequence[str]) -> str:
 
 def _join_names(names: Sequence[str], there: Sequence[str]) -> str:
     """Names of bodies or joints at which something is wrong, of those at which it may be."""
-    for begin in ("joint ", "rotor of ", ""):
+    suffix = ", with what is fixed to it"
+    for begin in ("joint ", ""):
         alike = [name for name in there if name.startswith(begin)]
         if len(names) > 1 and list(names) == alike:
-            return f"every {begin.split(' ')[0] or 'link'}"
+            every = f"every {begin.split(' ')[0] or 'link'}"
+            return every + suffix * names[0].endswith(suffix)
     return " and ".join(names)
 
 

@@ -29,12 +29,12 @@ Steps = dict[str, dict[str, DynamicsTerms]]  # changes of the terms, by words an
 class StepTable:
     """Effect of every mistake in Kane's sum of a robot, by the body or joint where it is made.
 
-    parts: links.
+    parts: links, or bodies of several links fixed together, in whose names suffix is appended.
     """
 
-    def __init__(self, kane: KaneSum, parts: Sequence[BodyPart]) -> None:
+    def __init__(self, kane: KaneSum, parts: Sequence[BodyPart], suffix: str = "") -> None:
         self.kane, self.robot, self.still = kane, kane.robot, kane.still
-        self.parts = {part.name: part for part in parts}
+        self.parts = {f"{part.name}{suffix}": part for part in parts}
         self._rights = {
             name: kane.move_body(part.number, kane.place_body(part.number, part.body))
             for name, part in self.parts.items()

@@ -13,6 +13,7 @@ from crosscheck.trial.changes.kane import KaneSum
 from crosscheck.trial.changes.mistakes import (
     BodyPart,
     list_body_parts,
+    list_whole_bodies,
 )
 from crosscheck.trial.changes.numbers import RobotNumber, list_numbers
 from crosscheck.trial.changes.problem import ChangeProblem, DynamicsTerms
@@ -82,18 +83,23 @@ class ChangeTable:
         return DynamicsTerms(*linear), DynamicsTerms(*square)
 
     @cached_property
-    def parts(self) -> list[BodyPart]:
-        """The links of the URDF."""
-        return list_body_parts(self.robot)
+    def part_lists(self) -> list[list[BodyPart]]:
+        """The links of the URDF, then bodies of several links fixed together, if there are any."""
+        parts, bodies = list_body_parts(self.robot), list_whole_bodies(self.robot)
+        return [parts, bodies] if len(parts) > len(bodies) else [parts]
+
+    def _list_step_tables(self, kane: KaneSum) -> list[StepTable]:
+        pairs = zip(self.part_lists, ("", ", with what is fixed to it"), strict=False)
+        return [StepTable(kane, parts, suffix) for parts, suffix in pairs]
 
     @cached_property
-    def body_steps(self) -> Steps:
-        """What numbers of links may be taken for."""
-        return StepTable(self.kane, self.parts).list_body_steps()
+    def body_steps(self) -> list[Steps]:
+        """What numbers of links may be taken for; then of bodies of several links."""
+        return [each.list_body_steps() for each in self._list_step_tables(self.kane)]
 
-    def list_steps(self, level: Level) -> Steps:
+    def list_steps(self, level: Level) -> list[Steps]:
         """Mistakes in Kane's sum at several states, with what each changes by what has it."""
-        return self._steps | self._list_rule_steps(level)
+        return [*self._steps, self._list_rule_steps(level)]
 
     def _list_rule_steps(self, level: Level) -> Steps:
         """Lagrange's rule for the bias of M with other factors, by the coordinate of a slope."""
@@ -116,7 +122,7 @@ class ChangeTable:
         return steps
 
     @cached_property
-    def _steps(self) -> Steps:
+    def _steps(self) -> list[Steps]:
         q, v = (each[self.several] for each in self.states[:2])
-        steps = StepTable(KaneSum(self.robot, q, v), self.parts)
-        return steps.list_body_steps() | steps.list_steps()
+        tables = self._list_step_tables(KaneSum(self.robot, q, v))
+        return [each.list_body_steps() | each.list_steps() for each in tables]
