@@ -32,6 +32,7 @@ LOOP_S, SIZE, STRIP, WIDTH, HEIGHT = 10, 220, (240, 70), 860, 330  # pixels, but
 SHOWN_MODULES = 11.0  # of the plane, across the close-up
 STYLE = f"""
 text {{ font: 14px system-ui, sans-serif; fill: #1c2733; }} .soft {{ fill: #56646f; }}
+.label {{ paint-order: stroke; stroke: #f3f6f9; stroke-width: 5px; }}
 .code {{ font: 13px ui-monospace, monospace; white-space: pre; }} .axis {{ stroke: #8a97a3; }}
 .sun {{ fill: #3f76b5; }} .planet {{ fill: #c95b30; }} .bad {{ fill: #b3261e; font-weight: 600; }}
 .good {{ fill: #1a6e3f; font-weight: 600; }} .force {{ fill: none; stroke: #1c2733; }}
@@ -40,7 +41,8 @@ text {{ font: 14px system-ui, sans-serif; fill: #1c2733; }} .soft {{ fill: #5664
 .steps {{ animation-timing-function: step-end; }} .del {{ text-decoration: line-through; }}
 @media (prefers-color-scheme: dark) {{
   text {{ fill: #e4e9ee; }} .soft {{ fill: #a3b0bc; }} .bad {{ fill: #ff8f85; }}
-  .good {{ fill: #6fce96; }} .force {{ stroke: #e4e9ee; }} .frame {{ fill: #1f262d; }}
+  .label {{ stroke: #1f262d; }} .good {{ fill: #6fce96; }} .force {{ stroke: #e4e9ee; }}
+  .frame {{ fill: #1f262d; }}
 }}
 @media (prefers-reduced-motion: reduce) {{ .moves {{ animation: none; }} .lost {{ opacity: 0; }} }}
 """
@@ -131,7 +133,7 @@ def draw_mesh(frames: np.ndarray, mesh: dict[str, Any]) -> Iterator[str]:
     yield f'<line class="now moves" style="animation-name:go" y2="{high}"/>'
     largest, lasts = np.abs(force).max(), 1e3 * (BEFORE_S + AFTER_S)
     words = f"mesh force, up to {largest:.2g} N, {lasts:.0f} ms"
-    yield f'<text class="soft" x="8" y="{high - 8}">{words}</text></g>'
+    yield f'<text class="soft label" x="8" y="{high - 8}">{words}</text></g>'
 
 
 def draw_cause(trial: Trial) -> Iterator[str]:

@@ -26,13 +26,11 @@ from crosscheck.identification.description import (
     read_recordings,
     transmission_matrix,
 )
-from crosscheck.identification.engines import ENGINE_ROWS
 from crosscheck.identification.mechanism import SpatialRobot
 from crosscheck.identification.messages import SIDE_PHRASES, describe_answers, format_estimate
-from crosscheck.identification.terms import TermEstimate
+from crosscheck.identification.terms import FRICTION_KINDS, TermEstimate, TermKind
 from crosscheck.models.robot.file import RobotFile, build_robot, load_robot
 from crosscheck.models.robot.robot import Robot
-from crosscheck.registry import engine_of
 from tools.site import format_table
 
 ROOT = Path(__file__).parents[1]
@@ -41,6 +39,13 @@ PICTURE = PAGE.with_name("measured.svg")
 DESCRIPTIONS = ROOT / "examples" / "recordings" / "robots"
 PENDULUM = {"A0": "model_design_A.0_model_2.0.yml", "C1": "model_design_C.1_model_1.0.yml"}
 SUBJECT = re.compile(r"(.+?) (?:of the motor of|of|at|that) (.+?)(?: share)?")
+IN_TABLES = (
+    "They need a factor",
+    "Too uncertain",
+    "Estimates with these factors",
+    "Coupled and armature",
+)
+LINKS = {"identified": ", links identified", "scaled": ", links of the file scaled", "none": ""}
 HEAD = Path(__file__).with_name("measured_head.md")
 
 
@@ -51,24 +56,28 @@ class Study:
     title: str
     comparison: RecordComparison
     published: Mapping[str, float]
-    remarks: tuple[str, ...]
+    remark: str
 
 
 def build_page(folder: Path) -> tuple[str, list[Study]]:
     """The page as Markdown, and the studies on it."""
-    parts, studies = [HEAD.read_text(encoding="utf-8")], []
+    studies: list[Study] = []
+    missing = []
     for name, study in (
         ("tx40", _study_tx40),
         ("double-pendulum", _study_pendulums),
         ("kinova-gen3", _study_kinova),
     ):
         if not (folder / name).is_dir():
-            parts.append(f"## {name}\n\nSkipped: the folder `{name}` was not there.\n")
+            missing.append(f"Skipped: the folder `{name}` was not there.\n")
             continue
-        for each in study(folder / name):
-            studies.append(each)
-            parts.append("\n".join(_describe_study(each)))
-    return "\n".join(parts), studies
+        studies += study(folder / name)
+    recordings = format_table(
+        ["robot", "recordings", "rows", "length [s]", "engines differ by"],
+        map(_summarize_study, studies),
+    )
+    parts = [HEAD.read_text(encoding="utf-8") + recordings, *missing]
+    return "\n".join([*parts, *("\n".join(_describe_study(each)) for each in studies)]), studies
 
 
 def _study_tx40(folder: Path) -> Iterator[Study]:
@@ -87,8 +96,7 @@ def _study_tx40(folder: Path) -> Iterator[Study]:
         (published[name],) = _read_numbers(config, field)
     robot = load_robot(str(folder / "tx40_mdh_modified.urdf"))
     comparison = _compare(robot, folder, "tx40")
-    remarks = ("The published numbers are those of the source's `TX40_config.yaml`.",)
-    yield Study("Stäubli TX40", comparison, published, remarks)
+    yield Study("Stäubli TX40", comparison, published, "Published: `TX40_config.yaml`.")
 
 
 def _study_pendulums(folder: Path) -> Iterator[Study]:
@@ -106,21 +114,18 @@ def _study_pendulums(folder: Path) -> Iterator[Study]:
         published["armature of elbow"] = ratio**2 * rotor
         title = f"Double pendulum, design {design[0]}.{design[1]}"
         comparison = _compare(_build_pendulum(numbers), folder, f"double-pendulum-{design}")
-        remarks = (
-            f"Published: `{file}`; the armature is its {ratio:g}² times {rotor:.3g} kg m², Coulomb"
-            " friction its cf arctan(100 q') at speed, π/2 times cf.",
-            "The armature of the elbow is what rotors add to M22 less M12, which for links alone is"
-            " M12's cosine with the sign changed. A coupled rotor adds N (N - 1) J ="
-            f" {ratio * (ratio - 1) * rotor:.5f} kg m² there; with the sign of the source's model"
-            f" it is N (N + 1) J = {ratio * (ratio + 1) * rotor:.5f} kg m².",
+        remark = (
+            f"Published: `{file}`; J = {rotor:.3g} kg m², N = {ratio:g}, N² J as the armature."
+            f" N (N - 1) J = {ratio * (ratio - 1) * rotor:.5f} kg m² is a coupled rotor's,"
+            f" N (N + 1) J = {ratio * (ratio + 1) * rotor:.5f} kg m² that with the source's sign."
         )
-        yield Study(title, comparison, published, remarks)
+        yield Study(title, comparison, published, remark)
 
 
 def _study_kinova(folder: Path) -> Iterator[Study]:
     robot = load_robot(str(folder / "gen3.urdf"))
-    remarks = ("Nothing is published of its rotors; the URDF has no gripper, which the robot had.",)
-    yield Study("Kinova Gen3", _compare(robot, folder, "kinova-gen3"), {}, remarks)
+    remark = "Its rotors are not published. The robot had a gripper, which the URDF lacks."
+    yield Study("Kinova Gen3", _compare(robot, folder, "kinova-gen3"), {}, remark)
 
 
 def _compare(robot: Robot, folder: Path, name: str) -> RecordComparison:
@@ -169,58 +174,74 @@ def _read_numbers(text: str, field: str) -> list[float]:
     return [float(value) for value in values.split(",")]
 
 
+def _summarize_study(study: Study) -> list[str]:
+    """Cells: how much was recorded, and how far the engines' inverse dynamics differ along it."""
+    records = study.comparison.records
+    seconds = sum(float(each.time[-1] - each.time[0]) for each in records)
+    worst = max(engine.measured or 0.0 for engine in study.comparison.engines)
+    rows = sum(each.rows for each in records)
+    return [study.title, str(len(records)), f"{rows:,}", f"{seconds:.3g}", f"{worst:.0e}"]
+
+
 def _describe_study(study: Study) -> Iterator[str]:
     comparison = study.comparison
-    yield f"## {study.title}\n"
-    seconds = sum(float(each.time[-1] - each.time[0]) for each in comparison.records)
-    rows = sum(each.rows for each in comparison.records)
-    count = len(comparison.records)
-    yield f"{count} recording{'s' * (count > 1)}, {rows:,} rows, {seconds:.3g} s. The answer:\n"
-    yield from (f"> {line}\n>" for line in describe_answers(comparison))
+    yield f"## {study.title}\n\n{study.remark}\n"
+    answers = (_shorten_answer(answer) for answer in describe_answers(comparison))
+    yield from (f"- {answer}" for answer in answers if answer)
     yield ""
-    worst = max(engine.measured or 0.0 for engine in comparison.engines)
-    names = ", ".join(dict.fromkeys(engine_of(engine.right) for engine in comparison.engines))
-    yield (
-        f"Inverse dynamics along the recording: {names} differ from the project's own by"
-        f" {worst:.0e} of their terms at most, in up to {ENGINE_ROWS:,} rows.\n"
-    )
-    yield from (f"{remark}\n" for remark in study.remarks)
-    for side in comparison.sides:
-        yield from _describe_side(side, study.published)
+    yield _format_steps(comparison.sides)
+    excited = {each.side for each in comparison.sides if each.is_excited and each.links != "scaled"}
+    for number, side in enumerate(comparison.sides, 1):
+        omitted = FRICTION_KINDS if side.links == "scaled" and side.side in excited else ()
+        yield f"### Fit {number}: {SIDE_PHRASES[side.side]}{LINKS[side.links]}\n"
+        yield from _describe_side(side, study.published, omitted)
 
 
-def _describe_side(side: SideResult, published: Mapping[str, float]) -> Iterator[str]:
-    links = {"identified": ", links identified", "scaled": ", links of the file scaled", "none": ""}
-    yield f"### Fit of the {SIDE_PHRASES[side.side]}{links[side.links]}\n"
-    yield (
-        f"Up to {side.bandwidth:.3g} Hz, condition number {side.condition:.3g},"
-        f" {side.blocks} blocks.\n"
-    )
-    yield format_table(
-        ["with", "parameters", "left", "predicted", *side.measured],
-        [
-            [
-                step.name,
-                str(step.parameters),
-                f"{step.weighted:.3f}",
-                f"{step.predicted:.3f}",
-                *(f"{value:.3g}" for value in step.rms),
-            ]
+def _shorten_answer(answer: str) -> str:
+    """The sentence without the estimates that the tables hold, or that all robots share."""
+    if answer.startswith(IN_TABLES):
+        return ""
+    head, _, estimates = answer.partition(": ")
+    return f"{head}." if estimates and head.startswith("Links and friction") else answer
+
+
+def _format_steps(sides: Sequence[SideResult]) -> str:
+    """A table of the terms that are added one after the other, and the residual with each."""
+    names = dict.fromkeys(step.name for side in sides for step in side.steps)
+    rows = []
+    for number, side in enumerate(sides, 1):
+        cells = {
+            step.name: f"{step.parameters}: {step.weighted:.3f}, {step.predicted:.3f}"
             for step in side.steps
-        ],
-    )
-    yield ""
-    bands = {f"up to {band.bandwidth:.3g} Hz": band.estimates for band in side.bands}
+        }
+        sizes = [f"{side.bandwidth:.3g}", f"{side.condition:.3g}", str(side.blocks)]
+        rows.append([str(number), *sizes, *(cells.get(name, "") for name in names)])
+    return format_table(["fit", "band [Hz]", "condition", "blocks", *names], rows)
+
+
+def _describe_side(
+    side: SideResult, published: Mapping[str, float], omitted: Sequence[TermKind]
+) -> Iterator[str]:
+    """A table of the estimates but for those of the omitted kinds."""
+    bands = {f"to {band.bandwidth:.3g} Hz": band.estimates for band in side.bands}
     columns = {"estimate": side.estimates, **bands}
     cells = {
         (each.term.name, column): _format_interval(each)
         for column, estimates in columns.items()
         for each in estimates
+        if each.term.kind not in omitted
     }
-    cells |= {(name, "published"): f"{value:.4g}" for name, value in published.items()}
+    for each in side.seen if side.links == "identified" else ():
+        cells[each.term.name, "estimate"] = f"**{cells[each.term.name, 'estimate']}**"
     names = {
-        each.term.name: each.term.unit for each in side.estimates if each.term.kind != "offset"
+        each.term.name: each.term.unit
+        for each in side.estimates
+        if each.term.kind != "offset" and (each.term.name, "estimate") in cells
     }
+    cells |= {(name, "published"): f"{published[name]:.4g}" for name in names if name in published}
+    for joint, value in zip(side.measured, side.steps[-1].rms, strict=True):
+        names[f"residual of {joint}"] = "N m"
+        cells[f"residual of {joint}", "estimate"] = f"{value:.3g}"
     yield from format_estimates(names, cells, ["estimate", "published", *bands])
 
 
@@ -247,7 +268,6 @@ def format_estimates(
         for place in dict.fromkeys(place for terms in kinds.values() for place in terms)
     ]
     yield format_table(["", *(k if column == columns[0] else column for k, column in heads)], rows)
-    yield ""
     for name in delays:
         others = [f"{each}: {cells[name, each]}" for each in columns[1:] if (name, each) in cells]
         yield f"{name.capitalize()}: {'; '.join([cells[name, columns[0]], *others])} s.\n"
@@ -256,7 +276,7 @@ def format_estimates(
 def _format_interval(each: TermEstimate) -> str:
     text = format_estimate(each).removeprefix(f"{each.term.name} ")
     if each.doubled is not None:
-        return f"{text.split()[0]} (depends on the band)"
+        return f"{text.split()[0]}†"
     return text.removesuffix(each.term.unit).replace("+-", "±").strip()
 
 

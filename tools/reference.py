@@ -22,7 +22,7 @@ from crosscheck.studies.definition.definition import Definition, Samples, StudyS
 
 DOCS = Path(__file__).parents[1] / "docs" / "reference"
 LEAST_ELSEWHERE = 5  # equal rows for which a reader is sent to another page
-FIELD_HEAD = "| field | meaning | default; allowed |\n|---|---|---|"
+FIELD_HEAD = "| field | meaning | default; range |\n|---|---|---|"
 REQUIRED = "\\*"
 OR_LIST = ", or list"  # a value for each joint or planet in place of one for all
 BEGIN, END = "<!-- fields: made by tools.reference -->\n", "<!-- end of fields -->\n"
@@ -89,13 +89,15 @@ def format_field_tables(page: str) -> str:
 
 def format_refusals() -> str:
     """A table of options and arguments that one kind of mechanism cannot have."""
+    reasons: dict[tuple[str, str], list[str]] = {}
+    for each in REFUSALS:
+        name = f"`{each.command} {each.option}`"
+        reasons.setdefault((each.section, each.reason), []).append(name)
     rows = [
-        f"| `{each.command}` | `{each.option}` | {each.section} | {each.reason} |"
-        for each in REFUSALS
+        f"| {', '.join(names)} | {section} | {reason} |"
+        for (section, reason), names in reasons.items()
     ]
-    return "\n".join(
-        ["", "| command | option | not for | reason |", "|---|---|---|---|", *rows, ""]
-    )
+    return "\n".join(["", "| option | not for | reason |", "|---|---|---|", *rows, ""])
 
 
 PAGES: dict[str, Callable[[], str]] = {
@@ -174,7 +176,7 @@ def _list_rows(record: type[Data]) -> dict[str, tuple[str, ...]]:
         field.name: (
             REQUIRED * field.required,
             field.meaning,
-            _format_default(field) + _format_allowed(field, page),
+            _format_default(field) + _abbreviate(_format_allowed(field, page)),
         )
         for field in describe_fields(record)
     }
@@ -208,6 +210,13 @@ def _format_allowed(field: FieldDescription, page: str) -> str:
         if field.lists
         else record_links + OR_LIST * bool(field.applies_to)
     )
+
+
+def _abbreviate(allowed: str) -> str:
+    """A range as 0…1 or ±1, and texts without the words that hold for all."""
+    allowed = allowed.replace(" printable characters, not blanks alone", " characters")
+    allowed = re.sub(r"-([\d.e]+) to \1\b", r"±\1", allowed)
+    return re.sub(r"(?<=\d) to (?=[-\d])", "…", allowed).replace("0, or ", "0, ")
 
 
 def _link(record: type[Data], page: str) -> str:

@@ -139,9 +139,8 @@ def format_benchmark(file: Path) -> str:
 
 def format_table(head: list[str], rows: Any) -> str:
     """A table in Markdown."""
-    lines = [head, ["---"] * len(head), *rows]
-    shown = ["| " + " | ".join(_cell(each) for each in line) + " |" for line in lines]
-    return "\n".join(shown) + "\n"
+    shown = ["| " + " | ".join(map(_cell, line)) + " |" for line in [head, *rows]]
+    return "\n".join([shown[0], "|---" * len(head) + "|", *shown[1:]]) + "\n"
 
 
 def _cell(text: str) -> str:

@@ -99,7 +99,7 @@ def find_phase_errata(arm: Arm, stage: PaperStage) -> Iterator[Erratum]:
             where="Eqs. 8, 14",
             printed="sin(omega_e t)",
             derived="sin(integral of omega_e dt)",
-            remark="omega_e t advances too fast, by t times the rate of omega_e; with the integral"
+            remark="omega_e t advances too fast, by t times the rate of omega_e. With the integral"
             " k and e depend on theta, so rows 3 and 6 of Eq. 22 then owe the springs' own work,"
             f" {work:.2g} N m under {TORQUE_N_M:g} N m",
             printed_tex=r"\sin(\omega_e t)",
@@ -125,9 +125,9 @@ def find_phase_errata(arm: Arm, stage: PaperStage) -> Iterator[Erratum]:
             " equation has it",
             derived=f"from the numbers of teeth: planets {between_planets:g} cycles apart, ring"
             " half a cycle behind sun",
-            remark="for teeth as thick as their gaps, which the text does not say; z_s / 3 is"
-            " whole, so one phase for all planets is right here; z_p is even, so one phase for sun"
-            " and ring is not",
+            remark="for teeth as thick as their gaps, which the text does not say. One phase for"
+            " all planets is right here, since z_s / 3 is whole. One for sun and ring is wrong,"
+            " since z_p is even",
             size=behind,
             unit="cycles between sun and ring mesh",
             trial=(PaperModelFactory(arm), PaperModelFactory(phased)),
@@ -159,8 +159,8 @@ def find_clearance_errata(stage: PaperStage) -> Iterator[Erratum]:
 SCHEMA_VERSION = 4
 Values = dict[sp.Symbol, sp.Rational]  # of a form's parameters
 RING_REMARK = (
-    "Table I has the ring as M_ri, by its label an inertia over a squared radius: size and effects"
-    " are those of M_ri r^2 at the ring's base radius, and so of a thin ring with that mass"
+    "Table I has the ring as M_ri, by its label an inertia over a squared radius. Size and effects"
+    " are those of M_ri r^2 at the ring's base radius, a thin ring with that mass"
 )
 # The claims that the entries follow from the energies and from virtual work.
 CLAIMS_ON_ENTRIES = {"mass_matrix": "2.4-02", "bias": "2.4-03", "force": "2.4-04"}

@@ -80,8 +80,8 @@ def _describe_identity(robot: Robot) -> Iterator[str]:
     named = "every joint" if len(joints) == len(rotors) else join_names(joints)
     yield (
         f"These costs assume link parameters from CAD. At {named} the stator is on the link before"
-        " the joint, with its axis along the joint's, so links identified with an armature model"
-        " already absorb this coupling. Such links may be physically impossible."
+        " the joint, with its axis along the joint's. So links identified with an armature model"
+        " already absorb this coupling, and may be physically impossible."
     )
 
 
@@ -111,9 +111,8 @@ def _describe_costs(
         (tip,) = (each for each in costs.tips if each.level == level)
         yield (
             f"{head.format(costs.robot.name)}: the {torques} wrong by up to"
-            f" {format_percent(most)} of the largest, and after 1 s of feed-forward"
-            f" {costs.robot.tip} is"
-            f" {describe_distances(tip.distances)}."
+            f" {format_percent(most)} of the largest. {head.partition(' of {}')[0]},"
+            f" {costs.robot.tip} is {describe_distances(tip.distances)} after 1 s of feed-forward."
         )
 
 

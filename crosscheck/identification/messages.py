@@ -85,7 +85,7 @@ def _describe_judgement(
                 f"it fits {_describe_change(mechanism, each)}."
                 for each in explanations[1:MOST_NAMES]
             )
-        yield f"{none}; the residual of the nearest, {name(least.level)}, is {left}."
+        yield f"{none}. The residual of the nearest, {name(least.level)}, is {left}."
     else:
         yield f"{none}, and no single number explains the rest."
         yield f"The residual of the nearest, {name(least.level)}, is {left}."
@@ -93,7 +93,7 @@ def _describe_judgement(
             is_likelier = judgement.compare(least, change) > LIKELIHOOD_RATIO
             if change.mechanism is not None and is_likelier:
                 yield (
-                    f"The best change of a number: {_describe_change(mechanism, change)}; its"
+                    f"The best change of a number: {_describe_change(mechanism, change)}. Its"
                     f" residual is {_format_most(change)} times that."
                 )
     for change in judgement.changes:
@@ -302,11 +302,12 @@ def _describe_scaled(side: SideResult, identified: SideResult) -> Iterator[str]:
     """Factors on the file's links; rotors beside them where links cannot be identified."""
     wrong = side.wrong_factors
     if wrong:
-        listed = ", ".join(f"{_format_interval(each)} for {each.term.name}" for each in wrong)
         yield (
-            f"The {SIDE_PHRASES[side.side]} need factors of {listed}: the file's links or the"
-            " gains are wrong, so these torques do not judge rotors."
+            f"The {SIDE_PHRASES[side.side]} do not judge rotors: the file's links or the gains are"
+            " wrong."
         )
+        for each in wrong:
+            yield f"They need a factor of {_format_interval(each)} for {each.term.name}."
     if identified.is_excited:
         worse = side.find_worse_joints(identified)
         if worse:

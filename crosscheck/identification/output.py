@@ -308,7 +308,7 @@ def draw_residual(side: SideResult) -> str:
 
     def draw_against(signals: np.ndarray, row: int, axes: Axes) -> None:
         shown = side.shown[:, row]
-        axes.plot(signals[shown, row], side.residual[shown, row], ".", ms=1.5, alpha=0.6)
+        axes.plot(signals[shown, row], side.residual[shown, row], ".", ms=3, alpha=0.7)
         axes.axhline(0.0, color="0.6", lw=0.6)
 
     columns = [

@@ -153,8 +153,9 @@ def answer_on_rigid_arm(agreement: Agreement) -> str:
         return "No rigid model was run beside the geared one."
     sentences = []
     for case, findings in by_case.items():
-        ends = ", by ".join(map(_describe_tip, (findings[0], *findings[1:][-1:])))
-        sentences.append(f"In experiment {case} the rigid arm's tip is off by up to {ends}.")
+        first, *others = map(_describe_tip, (findings[0], *findings[1:][-1:]))
+        sentences.append(f"In experiment {case} the rigid arm's tip is off by up to {first}.")
+        sentences += (f"In experiment {case} it is off by up to {other}." for other in others)
     return " ".join(sentences)
 
 
@@ -183,7 +184,8 @@ def answer_on_levels(agreement: Agreement) -> str:
                 f"the {worst.about.metric.partition(' of the ')[2].partition(' over ')[0]} is off"
                 f" by up to {format_percent(worst.relative or 0.0)} of its largest"
             )
-        sentences.append(f"At level {model.partition(':')[2]} {', and '.join(parts)}.")
+        level = model.partition(":")[2]
+        sentences += (f"At level {level} {part}." for part in parts)
     return " ".join(sentences) or "There is only one level."
 
 

@@ -83,7 +83,9 @@ def format_share(share: float) -> str:
     """A part of a tolerance for reading: in per cent, or how many times it far beyond it."""
     if share <= MOST_PERCENT:
         return format_percent(share)
-    return f"{format_rounded(share)} times" if math.isfinite(share) else "no number"
+    if not math.isfinite(share):
+        return "no number"
+    return f"{format_rounded(share)} times" if share < 1e6 else "over a million times"
 
 
 def sort_findings(findings: Iterable[Finding]) -> list[Finding]:

@@ -35,21 +35,21 @@ class StageMasses(PlanetaryGears):
     """Masses and inertias of a stage that move with the links beside it, and friction."""
 
     carrier_equivalent_mass_kg: quantities.Mass | None = None
-    """J / r^2 of the carrier, r its radius x cos(pressure angle); this or carrier_inertia_kg_m2."""
+    """Its J / r^2, or carrier_inertia_kg_m2."""
     carrier_inertia_kg_m2: quantities.Inertia | None = None
-    """J of the carrier about the joint's axis, without the planets."""
+    """J of the carrier without planets, about the joint's axis."""
     sun_mass_kg: quantities.Mass
-    """Mass of the sun, at the joint's axis."""
+    """At the joint's axis."""
     planet_mass_kg: quantities.Mass
-    """Mass of one planet, at its centre on the carrier."""
+    """Of one planet, at its centre on the carrier."""
     carrier_mass_kg: quantities.Mass
-    """Mass of the carrier, at the joint's axis."""
+    """At the joint's axis."""
     ring_mass_kg: quantities.Mass
-    """Mass of ring and housing, at the joint's axis."""
+    """Ring and housing, at the joint's axis."""
     ring_inertia_kg_m2: quantities.Inertia = 0.0
-    """J of ring and housing about the joint's axis; they turn with the previous body."""
+    """J of ring and housing, which turn with the previous body."""
     friction_N_m_s_per_rad: quantities.Friction = 0.0
-    """c of the torque -c theta' on the link, and its reaction on the previous body."""
+    """c of the torque -c theta' on the link; its reaction is on the previous body."""
 
     @model_validator(mode="after")
     def _check_carrier_inertia(self) -> Self:
@@ -94,11 +94,11 @@ class Direct(Data):
     kind: Literal["direct"]
     """Which sort of joint this is."""
     motor_mass_kg: quantities.Mass
-    """Mass of the motor, at the joint's axis."""
+    """At the joint's axis."""
     rotor_inertia_kg_m2: quantities.Inertia
-    """J of the rotor about the joint's axis; it turns with the next link."""
+    """J about the joint's axis."""
     friction_N_m_s_per_rad: quantities.Friction = 0.0
-    """c of the torque -c theta' on the link, and its reaction on the previous body."""
+    """c of the torque -c theta' on the link; its reaction is on the previous body."""
 
     @property
     def planet_count(self) -> int:
@@ -117,9 +117,9 @@ class Link(Data):
     """
 
     length_m: quantities.Length
-    """Distance from its joint's axis to the next one's, or to the payload."""
+    """From its joint's axis to the next one's, or to the payload."""
     com_m: quantities.Place
-    """Distance from its joint's axis to the centre of mass, on the line through both ends."""
+    """From its joint's axis to the centre of mass."""
     cross_section_m2: quantities.Area | None = None
     """Section of a rod: mass = section x density x length, J = mass x length^2 / 12."""
     density_kg_per_m3: quantities.Density | None = None
@@ -173,7 +173,7 @@ class Arm(Data):
     schema_version: quantities.ArmVersion
     """Version of the file: 2."""
     name: quantities.Name
-    """What reports, records and messages call the arm."""
+    """What reports and messages call the arm."""
     title: quantities.Title = ""
     """One line about it."""
     payload_mass_kg: quantities.Mass
@@ -181,7 +181,7 @@ class Arm(Data):
     gravity_m_per_s2: Annotated[
         tuple[quantities.Acceleration, quantities.Acceleration], Field(strict=False), FailFast()
     ] = (0.0, 0.0)
-    """Gravity along the base's x and y; at zero angles x points along the links."""
+    """Along the base's x and y."""
     joints: Annotated[tuple[Joint, ...], UpToSeven, FailFast()]
     """Joints from the base to the tip."""
     links: Annotated[tuple[Link, ...], UpToSeven, FailFast()]
@@ -296,9 +296,9 @@ class FreeBase(Data):
     side_m: quantities.Length | None = None
     """Side of a cube: J = mass x side^2 / 6, its centre half a side behind the shoulder."""
     inertia_kg_m2: quantities.GearInertia | None = None
-    """J about its centre of mass of a body that is no cube."""
+    """J of any other body, about its centre of mass."""
     com_m: quantities.Place | None = None
-    """Distance of that body's centre of mass behind the shoulder."""
+    """How far its centre of mass is behind the shoulder."""
 
     @model_validator(mode="after")
     def _check_cube_or_body(self) -> Self:

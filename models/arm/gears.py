@@ -27,17 +27,17 @@ class PlanetaryGears(Data):
     ring_teeth: quantities.ToothCount
     """Teeth of the ring: sun_teeth + 2 planet_teeth."""
     planet_count: quantities.PlanetCount = 3
-    """N, equally spaced: it divides sun_teeth + ring_teeth, and the planets clear each other."""
+    """N; it divides sun_teeth + ring_teeth."""
     module_m: quantities.Module
     """Pitch diameter of a gear over its teeth."""
     pressure_angle_deg: quantities.PressureAngle
-    """Angle between the line of action and the common tangent of the pitch circles."""
+    """Angle of the line of action to the pitch circles' common tangent."""
     sun_equivalent_mass_kg: quantities.GearMass | None = None
-    """J / r^2 of the sun, r its base radius; this or sun_inertia_kg_m2."""
+    """Its J / r^2, or sun_inertia_kg_m2."""
     sun_inertia_kg_m2: quantities.GearInertia | None = None
-    """J of the sun about its axis, the motor's rotor included."""
+    """J of the sun and the motor's rotor."""
     planet_equivalent_mass_kg: quantities.GearMass | None = None
-    """J / r^2 of one planet, r its base radius; this or planet_inertia_kg_m2."""
+    """J / r^2 of one planet, or planet_inertia_kg_m2."""
     planet_inertia_kg_m2: quantities.GearInertia | None = None
     """J of one planet about its own axis."""
 

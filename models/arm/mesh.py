@@ -42,9 +42,9 @@ class Mesh(Data):
     """
 
     stiffness: PerPlanet[StiffnessLaw]
-    """k of one planet's contact over the mesh phase, by one of the laws."""
+    """k of one planet's contact."""
     backlash_m: PerPlanet[quantities.Play]
-    """b, half the clearance 2 b between the teeth, along the line of action."""
+    """b, half the clearance along the line of action."""
     tooth_error_m: PerPlanet[quantities.Play]
     """E of the tooth profile error, a wave E sin(phase + tooth_error_phase_rad)."""
     tooth_error_phase_rad: PerPlanet[quantities.Phase] = 0.0
@@ -52,13 +52,13 @@ class Mesh(Data):
     static_error_m: PerPlanet[quantities.Offset] = 0.0
     """Constant part of e: a planet out of its place."""
     phase_rad: quantities.Phases = 0.0
-    """Added to the mesh's phase; from-teeth computes it from the planets' places and teeth."""
+    """Added to the phase; from-teeth takes the planets' places and teeth."""
     damping_ratio: PerPlanet[quantities.DampingRatio] | None = None
     """zeta of d = 2 zeta sqrt(N k M); this or damping_N_s_per_m."""
     damping_N_s_per_m: PerPlanet[quantities.Damping] | None = None
     """d of all N planets together; this or damping_ratio."""
     tanh_sharpness_per_m: quantities.Sharpness = 1e8
-    """Sharpness of the corners of Eq. 6, used with the switch dead_zone = tanh alone."""
+    """Sharpness of Eq. 6's corners, for switches.dead_zone=tanh."""
 
     def planet_mesh(self, place: int) -> PlanetMesh:
         """Tooth contact of a planet, counted from 0; damping is that of N such planets."""

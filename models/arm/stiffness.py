@@ -27,7 +27,7 @@ class SineStiffness(Data):
     law: Literal["sine"]
     """Which law this is."""
     mean_N_per_m: quantities.Stiffness
-    """k_m, the mean."""
+    """The mean."""
     amplitude_N_per_m: quantities.StiffnessPart
     """k_a of the wave, below the mean."""
 
@@ -47,9 +47,9 @@ class FourierStiffness(Data):
     mean_N_per_m: quantities.Stiffness
     """The mean."""
     cosine_N_per_m: Annotated[tuple[quantities.Wave, ...], Waves, FailFast()] = ()
-    """Cosine amplitudes, of the mesh frequency, of twice that, and so on."""
+    """Amplitudes at the mesh frequency, twice that, and so on."""
     sine_N_per_m: Annotated[tuple[quantities.Wave, ...], Waves, FailFast()] = ()
-    """Sine amplitudes of the same frequencies; the lists may differ in length."""
+    """The sines' amplitudes; the lists may differ in length."""
 
     @model_validator(mode="after")
     def _check_positive(self) -> Self:
@@ -70,13 +70,13 @@ class SquareStiffness(Data):
     law: Literal["square"]
     """Which law this is."""
     contact_ratio: quantities.ContactRatio
-    """Mean number of tooth pairs in contact: two carry for contact_ratio - 1 of a period."""
+    """Mean number of tooth pairs in contact."""
     least_N_per_m: quantities.Stiffness
     """Stiffness while one pair carries."""
     largest_N_per_m: quantities.Stiffness
     """Stiffness while two pairs carry."""
     harmonics: quantities.Harmonics
-    """Terms of the series; the more, the steeper the steps."""
+    """Terms of the series."""
 
     @model_validator(mode="after")
     def _check_positive(self) -> Self:

@@ -30,7 +30,7 @@ class ConstantDrive(Data):
     kind: Literal["constant"]
     """Which drive law this is."""
     torque_N_m: PerJoint[quantities.Torque]
-    """T, on the output side of the gears."""
+    """T, output side."""
 
 
 class PdDrive(Data):
@@ -52,9 +52,9 @@ class SinusoidDrive(Data):
     kind: Literal["sinusoid"]
     """Which drive law this is."""
     amplitude_N_m: PerJoint[quantities.Torque]
-    """A, on the output side of the gears."""
+    """A, output side."""
     rate_rad_per_s: PerJoint[quantities.DriveRate]
-    """Angular frequency; over sqrt(s) instead of s where the argument is sqrt_time."""
+    """Angular frequency; per sqrt(s) with sqrt_time."""
     argument: Literal["time", "sqrt_time"]
     """Factor of the rate: t or its square root."""
 
@@ -65,13 +65,13 @@ class TableDrive(Data):
     kind: Literal["table"]
     """Which drive law this is."""
     time_s: Annotated[tuple[quantities.TableTime, ...], Rows, FailFast()]
-    """Times of the rows, rising, from 0 or before to the duration or after it."""
+    """Rising times of the rows, which cover the run."""
     torque_N_m: Annotated[
         tuple[Annotated[tuple[quantities.Torque, ...], Rows, FailFast()], ...],
         OfJoints,
         FailFast(),
     ]
-    """T of every row, one list for each joint, on the output side of the gears."""
+    """A list for each joint, output side."""
 
     @model_validator(mode="after")
     def _check_table(self) -> Self:
@@ -94,9 +94,9 @@ class Start(Data):
     """
 
     mesh: Literal["contact", "centre"] = "contact"
-    """Displacements of the meshes: at first contact (x = b + static error), or x = 0."""
+    """Displacements at first contact, or 0."""
     theta_rad: PerJoint[quantities.Angle] = 0.0
-    """Joint angles, each relative to the previous link."""
+    """Joint angles."""
     theta_dot_rad_per_s: PerJoint[quantities.AngularRate] = 0.0
     """Joint rates."""
     sun_planet_offset_m: PerJoint[quantities.Offset] = 0.0
@@ -108,7 +108,7 @@ class Start(Data):
         Field(max_length=64, strict=False),
         FailFast(),
     ] = ()
-    """Offsets of the planets, a list for each joint: added to x_pr and subtracted from x_sp."""
+    """A list for each joint: added to x_pr, subtracted from x_sp."""
 
 
 def make_bent_start(joints: int) -> Start:
@@ -127,13 +127,13 @@ class Scenario(Data):
     schema_version: quantities.SchemaVersion
     """Version of the file."""
     name: quantities.Name
-    """What reports, records and messages call the experiment."""
+    """What reports and messages call the experiment."""
     title: quantities.Title = ""
     """One line about it."""
     duration_s: quantities.Duration
     """Duration of the simulation."""
     step_s: quantities.Step
-    """Step of the fixed-step integrators; it divides the duration."""
+    """Step of integrators; it divides the duration."""
     record_every: quantities.Count = 10
     """Steps between two recorded states."""
     start: Start = Start()

@@ -51,7 +51,7 @@ class DirectDrive(Data):
     kind: Literal["direct"]
     """Which sort of transmission this is."""
     friction_N_m_s_per_rad: quantities.Friction | None = None
-    """c of the torque -c q' on the link and its reaction; N s/m if prismatic; else as friction."""
+    """c of the torque -c q' on the link; N s/m if prismatic; else as friction."""
 
 
 class Geared(Data):
@@ -60,11 +60,11 @@ class Geared(Data):
     kind: Literal["geared"]
     """Which sort of transmission this is."""
     ratio: Ratio
-    """Rate of the rotor against its stator over the joint's, with its sign; rad/m if prismatic."""
+    """The rotor's rate against its stator over the joint's, signed; rad/m if prismatic."""
     rotor_inertia_kg_m2: quantities.GearInertia
-    """J of the rotor about its axis; the stator's link has its mass and its other inertias."""
+    """J of the rotor about its axis."""
     stator: quantities.Name | None = None
-    """Link of the URDF that carries the motor; the joint's parent if left out."""
+    """Link that carries the motor; the joint's parent if left out."""
     rotor_axis: Vector | None = None
     """Axis in the frame of the stator's link; the joint's axis if both are left out."""
     mesh: robot.RotorMesh | None = None
@@ -104,7 +104,7 @@ class RobotFile(Data):
     schema_version: quantities.SchemaVersion
     """Version of the file: 1."""
     name: quantities.Name
-    """What pages and messages call the robot."""
+    """What reports and messages call the robot."""
     title: quantities.Title = ""
     """One line about it."""
     urdf: UrdfPath
@@ -115,7 +115,7 @@ class RobotFile(Data):
     ] = (0.0, 0.0, -9.81)
     """Gravity in the frame of the URDF's root link."""
     tip: quantities.Name | None = None
-    """Link whose origin is the end effector; a last one with most joints before it if left out."""
+    """Link whose origin is the end effector; if left out, one with most joints before it."""
     friction: Literal["none", "from-urdf"] = "none"
     """Friction of joints that state none: none, or damping of the URDF's dynamics."""
     joints: dict[str, Transmission] = Field(default_factory=dict)

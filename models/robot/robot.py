@@ -110,13 +110,13 @@ class RotorMesh(Data):
     """
 
     pinion_base_radius_m: Length
-    """Base radius of the pinion on the rotor; the wheel's is the ratio's size times as large."""
+    """Base radius of the rotor's pinion; the wheel's is that times the ratio."""
     stiffness_N_per_m: Stiffness
     """Stiffness k along the line of action."""
     damping_N_s_per_m: Damping = 0.0
     """Damping d along the line of action, while teeth touch."""
     backlash_m: Play = 0.0
-    """Half the clearance 2 b between the teeth, along the line of action."""
+    """b, half the clearance along the line of action."""
 
 
 @dataclass(frozen=True)

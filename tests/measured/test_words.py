@@ -154,8 +154,8 @@ FACTOR = TermEstimate(TorqueTerm("scale", "link b", "1", 1.0), 1.25, 0.01, 0.02)
 def test_links_of_the_file_say_how_far_off_they_are():
     scaled, free = made(side="between", wrong_factors=(FACTOR,), rotors=(J3,)), side()
     scaled.find_worse_joints = lambda identified: {"j2": 1.2345, "j3": 2.0}
-    factors, worse = messages._describe_scaled(scaled, free)
-    assert f"1.250 +- 0.020 for {FACTOR.term.name}" in factors
+    _, factor, worse = messages._describe_scaled(scaled, free)
+    assert f"1.250 +- 0.020 for {FACTOR.term.name}" in factor
     assert "1.23 at j2, 2.00 at j3" in worse
     free.is_excited, scaled.wrong_factors = False, ()
     (line,) = messages._describe_scaled(scaled, free)

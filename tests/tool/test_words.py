@@ -1,6 +1,8 @@
 """Docs, pages and help use the field's words: none that only this project would understand."""
 
+import ast
 import re
+from collections.abc import Iterator
 from pathlib import Path
 from typing import Any
 
@@ -8,6 +10,7 @@ import pytest
 
 from crosscheck.cli.app import build_commands
 from crosscheck.provenance import ROOT
+from tests.loops import require_items
 
 # Each with the word to use in its place (docs/project/glossary.md).
 BANNED = {
@@ -31,6 +34,7 @@ BANNED = {
     r"by other integrators": "with another integrator",
     r"formal order": "observed order of convergence",
 }
+MOST_WORDS = 30  # in a sentence of a message or page
 TEMPLATES = ROOT / "crosscheck" / "report" / "templates"
 TEXTS = [
     path
@@ -76,8 +80,41 @@ def helps(command: Any, name: str) -> dict[str, str]:
 
 
 def test_help_has_no_private_words():
-    told = helps(build_commands(), "crosscheck")
-    assert {name: unclear(text) for name, text in told.items() if unclear(text)} == {}
+    texts = helps(build_commands(), "crosscheck")
+    assert {name: unclear(text) for name, text in texts.items() if unclear(text)} == {}
+
+
+def list_texts(path: Path) -> Iterator[str]:
+    """A module's literals but for docstrings, or a template's words; X for what they insert."""
+    text = path.read_text(encoding="utf-8")
+    if path.suffix == ".j2":
+        text = re.sub(r'{{ "\."[^}]*}}', ".", " ".join(text.split()))
+        text = re.sub(r"<style.*?</style>|<script.*?</script>", "", text)
+        text = re.sub(r"{% (?:block|endblock).*?%}|</?(?:p|[dt][dhrt]|li|h\d)\b[^>]*>", "\n", text)
+        yield re.sub(r"{%.*?%}|<(?!code).*?>", "", re.sub(r"{{.*?}}", "X", text))
+        return
+    tree = ast.parse(text)
+    bare = {id(each.value) for each in ast.walk(tree) if isinstance(each, ast.Expr)}
+    whole = [each for each in ast.walk(tree) if isinstance(each, ast.JoinedStr)]
+    bare |= {id(part) for each in whole for part in ast.walk(each)}
+    for each in whole:
+        parts = (part.value if isinstance(part, ast.Constant) else "X" for part in each.values)
+        yield "".join(map(str, parts))
+    for node in ast.walk(tree):
+        if isinstance(node, ast.Constant) and isinstance(node.value, str) and id(node) not in bare:
+            yield node.value
+
+
+@pytest.mark.parametrize("folder", ["crosscheck", "models", "analytic", "audit"])
+def test_a_sentence_has_at_most_thirty_words(folder):
+    paths = [path for end in ("py", "html.j2") for path in (ROOT / folder).rglob(f"*.{end}")]
+    sentences = [
+        sentence
+        for path in require_items(paths)
+        for text in list_texts(path)
+        for sentence in re.split(r"\n|(?<=[.!?])\s+(?=[A-Z<✓])", text)
+    ]
+    assert [each for each in sentences if len(each.split()) > MOST_WORDS] == []
 
 
 def test_a_banned_word_is_seen():

@@ -31,7 +31,7 @@ class AxisBase(Data):
     """An axis of any kind: the entries that it varies."""
 
     path: Paths
-    """Path of an entry, as for --set, or a list of paths that all get the same value."""
+    """Path as for --set, or a list of paths that get the same value."""
     name: PlainName | None = None
     """Name of the axis in the result; by default the last key of its path."""
 
@@ -79,7 +79,7 @@ class SampledAxisBase(AxisBase):
     """An axis of any kind along the study's samples."""
 
     each: bool = False
-    """Whether every entry of the path has its own draw; else one draw serves all."""
+    """Whether every entry of the path has its own draw."""
 
 
 class HypercubeAxis(SampledAxisBase):
@@ -92,7 +92,7 @@ class HypercubeAxis(SampledAxisBase):
     high: Value
     """Upper end of the range."""
     spacing: Literal["linear", "log"] = "linear"
-    """Parts of equal width, or of equal ratio."""
+    """Equal differences, or equal ratios."""
 
     @model_validator(mode="after")
     def _is_a_range(self) -> Self:
@@ -109,13 +109,13 @@ class NormalAxis(SampledAxisBase):
     kind: Literal["normal"]
     """Which sort of axis this is."""
     centre: Value | None = None
-    """Mean in place of the file's own values."""
+    """In place of the file's own values."""
     sd: Tolerance | None = None
-    """Standard deviation, in the entry's unit; this or relative_sd."""
+    """Standard deviation, or relative_sd."""
     relative_sd: Tolerance | None = None
-    """Standard deviation over the magnitude of the mean."""
+    """Standard deviation over the mean's magnitude."""
     within_sd: Annotated[float, NumberRange(0.1, 100)] | None = None
-    """Largest distance in standard deviations; other draws are repeated."""
+    """Largest distance in standard deviations."""
 
     @model_validator(mode="after")
     def _require_single_width(self) -> Self:
@@ -130,11 +130,11 @@ class UniformAxis(SampledAxisBase):
     kind: Literal["uniform"]
     """Which sort of axis this is."""
     centre: Value | None = None
-    """Middle in place of the file's own values."""
+    """In place of the file's own values."""
     tolerance: Tolerance | None = None
-    """Plus or minus, in the entry's unit; this or relative_tolerance."""
+    """Plus or minus, or relative_tolerance."""
     relative_tolerance: Tolerance | None = None
-    """Plus or minus, over the magnitude of the middle."""
+    """Plus or minus, over the middle's magnitude."""
 
     @model_validator(mode="after")
     def _require_single_width(self) -> Self:
@@ -152,7 +152,7 @@ class Samples(Data):
     """Draws of the axes with a distribution, all of them at once."""
 
     count: Amount
-    """Number of samples."""
+    """How many."""
     seed: Seed = 0
     """Seed of the random numbers."""
 
@@ -165,7 +165,7 @@ class StudyStarts(Data):
     seed: Seed = 0
     """Seed of the first start; the others follow."""
     size_m: Perturbation = PERTURBATION_M
-    """Largest change of a mesh displacement, added to what the scenario says."""
+    """Largest change of a mesh displacement."""
 
 
 class Definition(Data):
@@ -179,17 +179,17 @@ class Definition(Data):
     schema_version: Annotated[int, NumberRange(1, 1)]
     """Version of the file."""
     name: Name
-    """Name of the study in progress, results and drawings."""
+    """What results and drawings call the study."""
     title: Title = ""
     """One line about it."""
     arm: Path | None = None
-    """Built-in name, or TOML file beside this one; this or robot."""
+    """Built-in name, or file beside this one; or robot."""
     robot: Path | None = None
-    """Built-in name, or TOML or URDF file beside this one; this or arm."""
+    """Built-in name, or file beside this one; or arm."""
     level: Level | None = None
     """Level of a robot's model; the most detailed if left out."""
     scenario: Path
-    """Built-in name, or TOML file beside this one."""
+    """Built-in name, or file beside this one."""
     switches: Annotated[
         dict[str, str], Field(default_factory=dict), Rule("words by the switches' names")
     ]
@@ -197,13 +197,13 @@ class Definition(Data):
     settings: Annotated[dict[str, JsonValue], Field(default_factory=dict), Rule("values by path")]
     """Other values, each by its path in quotes as --set names it."""
     axes: Annotated[tuple[Axis, ...], Field(max_length=50, strict=False)] = ()
-    """Varied values; without axes the study has one member, or one for each start."""
+    """Varied values."""
     samples: Samples | None = None
-    """Number of draws, for axes with a distribution."""
+    """Draws, for axes with a distribution."""
     starts: StudyStarts | None = None
-    """Perturbed starts; without them each member starts as the scenario says."""
+    """Perturbed starts."""
     quantities: Annotated[tuple[Quantity, ...], Field(min_length=1, max_length=200, strict=False)]
-    """Quantities to measure in every member."""
+    """What to measure in every member."""
     spot_checks: Annotated[int, NumberRange(0, 1000)] = 0
     """Members that a second engine runs again, evenly chosen."""
 

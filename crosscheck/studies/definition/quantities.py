@@ -82,41 +82,41 @@ class WindowedQuantity(MeasuredQuantity):
     joint: JointNumber | None = None
     """Number of the joint; all joints if left out."""
     window_s: Annotated[tuple[Second, Second], Pair] | None = None
-    """Window from the first time until before the second; by default the whole run."""
+    """From the first time until before the second; by default the whole run."""
 
 
 class SignalQuantity(WindowedQuantity):
     """A quantity of one of a run's signals."""
 
     signal: Signal
-    """Angles and torques are the joint's, the others of its meshes; x_mesh, F_mesh: a rotor's."""
+    """The joint's angles and torque, or its meshes' (x_mesh, F_mesh: a rotor's)."""
     planet: Annotated[int, NumberRange(1, 8)] = 1
-    """Number of the planet, of signals of meshes; lumped, all are the same."""
+    """Number of the planet; lumped, all are the same."""
 
 
 class Size(SignalQuantity):
-    """A number of a signal: largest magnitude, largest minus smallest, mean, RMS or last value."""
+    """A signal's largest magnitude, largest minus smallest, mean, RMS or last value."""
 
     kind: Literal["peak", "peak_to_peak", "mean", "rms", "final"]
     """Kind of size."""
 
 
 class BandRms(SignalQuantity):
-    """Root mean square of a signal within a band of frequencies, without the mean; Hann window."""
+    """RMS of a signal within a band, without the mean; Hann window."""
 
     kind: Literal["band_rms"]
     """Which quantity this is."""
     band_Hz: Annotated[tuple[Hertz, Hertz], Pair]
-    """Band from the first frequency until below the second."""
+    """From the first frequency until below the second."""
 
 
 class SpectralPeak(SignalQuantity):
-    """The largest line in a band: its frequency, and its amplitude; Hann window."""
+    """Frequency and amplitude of the largest line in a band; Hann window."""
 
     kind: Literal["spectral_peak"]
     """Which quantity this is."""
     band_Hz: Annotated[tuple[Hertz, Hertz], Pair] = (0.0, 1e9)
-    """Band from the first frequency until below the second."""
+    """From the first frequency until below the second."""
 
 
 class FinalError(MeasuredQuantity):
@@ -182,7 +182,7 @@ class RigidDeviation(WindowedQuantity):
     kind: Literal["rigid_deviation"]
     """Which quantity this is."""
     level: Annotated[str, PrintableText(40)] = "coupled"
-    """Level of the rigid model: links, carriers, armature or coupled."""
+    """Links, carriers, armature or coupled."""
 
     @property
     def words(self) -> tuple[str, ...]:
@@ -195,7 +195,7 @@ class Function(MeasuredQuantity):
     kind: Literal["user_function"]
     """Which quantity this is."""
     function: Annotated[str, PrintableText(200)]
-    """Function to run: module:function, or file.py:function beside the study's file."""
+    """module:function, or file.py:function beside the study's file."""
     returns: Annotated[dict[PlainName, str], UNITS]
     """The numbers that it returns by name, with their units."""
 
