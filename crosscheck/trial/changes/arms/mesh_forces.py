@@ -34,7 +34,7 @@ class ForceStates(NamedTuple):
 
 
 class MeshConvention(NamedTuple):
-    """Another law of all meshes than any switch has.
+    """Another law of the phases of all meshes than any switch has.
 
     absolute: phases by absolute link angles; rate_factor: phases faster by factors (meshes,) or
     one.
@@ -42,11 +42,6 @@ class MeshConvention(NamedTuple):
 
     absolute: bool = False
     rate_factor: np.ndarray | float = 1.0
-
-    @property
-    def changes_phases(self) -> bool:
-        """Whether it is the phases that are counted in another way."""
-        return self.absolute or bool(np.any(self.rate_factor != 1.0))
 
 
 USUAL = MeshConvention()
@@ -108,7 +103,7 @@ class ForceVariant(NamedTuple):
     @property
     def words(self) -> str:
         """What is another by this law."""
-        of = "phase of mesh force" if self.convention.changes_phases else "mesh force"
+        of = "phase of mesh force" if self.convention is not USUAL else "mesh force"
         return f"{of} {self.meshes}".strip()
 
 
