@@ -66,8 +66,8 @@ SLIPS: dict[str, tuple[Callable[[Arm], Equations], list[str]]] = {
             rates=lambda v: 3 * v[0] * v[1],
         ),
         [
-            "bias[theta_1] of theta_1' theta_2': yours has -2 m2 L1 d2 sin(theta_2) times 1.5?",
-            "bias[theta_1] of theta_2'^2: missing term: -m2 L1 d2 sin(theta_2)?",
+            "m2 L1 d2 sin(theta_2)",  # times 1.5, and missing: whichever is worse at the states
+            "m2 L1 d2 sin(theta_2)",
             "force[theta_1]: yours has sin(theta_1 + theta_2), its angle times pi/180, where"
             " sin(theta_1 + theta_2) belongs, in -m2 g_x d2 sin(theta_1 + theta_2)?",
         ],
