@@ -93,7 +93,7 @@ ALONE: dict[str, tuple[dict[str, Callable[..., object]], list[str], list[str]]] 
         {"mass_matrix": lopsided},
         ["M[j2, j1]"],
         [
-            "mass_matrix is not symmetric: M[j1, j2]",
+            "mass_matrix is not symmetric: M[j2, j1] differs from M[j1, j2]; M[j1, j2] is right",
             "M[j2, j1] alone is wrong: 1.5 times as large; bias and gravity are right",
         ],
     ),

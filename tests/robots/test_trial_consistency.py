@@ -108,7 +108,7 @@ WRONG: dict[str, tuple[Equations, set[str], str]] = {
     "not symmetric": (
         two_link.right(mass_matrix=asymmetric),
         {"symmetric", "bias-from-inertia"},
-        "mass_matrix is not symmetric: M[j1, j2]",
+        "mass_matrix is not symmetric: M[j1, j2] differs from M[j2, j1]; M[j2, j1] is right",
     ),
     "not positive definite": (
         two_link.right(mass_matrix=indefinite),

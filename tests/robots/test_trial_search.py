@@ -72,8 +72,8 @@ def test_a_slender_rod_is_a_body(moments, words):
     )
 
 
-@pytest.mark.parametrize("count", [2, 3, 4, 12, 13])
-def test_few_entries_are_named_and_searched_and_inertias_need_three(count):
+@pytest.mark.parametrize("count", [2, 3, 4])
+def test_few_entries_are_named_and_inertias_need_three(count):
     looking, asked = CauseSearch.__new__(CauseSearch), []
 
     def find(places: object, *more: object) -> list[Cause]:
@@ -92,9 +92,6 @@ def test_few_entries_are_named_and_searched_and_inertias_need_three(count):
         " and ".join(wrong) if count <= 3 else "the wrong entries of mass_matrix"
     }
     assert ("inertia" in asked) == (count >= 3)
-    asked.clear()
-    looking.find_within("mass_matrix", wrong, (), alone=False)
-    assert (((0, 0),) in asked) == (count <= 12)
 
 
 def test_a_unit_is_named_within_its_five_digits_and_nothing_is_ten_reaches_away():

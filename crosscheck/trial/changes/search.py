@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Collection, Iterator, Mapping, Sequence
+from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from functools import cached_property
 from itertools import islice
@@ -49,7 +49,6 @@ MOST_SCREENED = 64  # places of a row, those of the largest differences, at whic
 
 # Largest second-order effect of a number that counts as linear, over the first-order one.
 LINEAR = 1e-9
-MOST_SEARCHED = 12  # entries of a part, of which each may be wrong by a cause of its own
 MOST_NAMED = 3  # entries that are named one by one
 MOST_EQUALS = 2  # causes named beside the first that no state distinguishes from it
 LEAST_ENTRIES = 3  # wrong entries needed before fitting six inertias means more than chance
@@ -277,32 +276,23 @@ class CauseSearch(ValueSearch):
                 break
 
     def find_within(
-        self, part: str, wrong: Mapping[str, Entry], missing: Collection[str], *, alone: bool
-    ) -> list[tuple[str, list[Cause]]]:
-        """Causes of the difference of one part, and where each holds: in it, or in its entries.
+        self, part: str, wrong: Mapping[str, Entry], *, alone: bool
+    ) -> tuple[str, list[Cause]]:
+        """Causes of the difference of one part, and where they hold: in it, or in its entries.
 
-        wrong: entries by name; missing: those that are not there; alone: whether no other part is
-        wrong. Beside others some number would often explain one part by chance, so that it counts
-        only if somebody may well have written it.
+        wrong: entries by name; alone: whether no other part is wrong. Beside others some number
+        would often explain one part by chance, so that it counts only if somebody may well have
+        written it.
         """
         # A row of the balance that accelerations are held in is no row of these.
         has_entries = part not in ("bias", ACCELERATION)
-        single = {name: self.problem.select_entries(part, [place]) for name, place in wrong.items()}
         if len(wrong) == 1 and has_entries:
-            (name,) = wrong
-            if lost := [each for each in self.find_causes(single[name]) if each.missing]:
-                return [(name, lost)]
-        for where, causes in self._generate_within(part, wrong, alone, has_entries):
-            if causes:
-                return [(where, causes)]
-        if not has_entries or len(wrong) > MOST_SEARCHED:
-            return []
-        by_entry = [
-            (name, [each for each in self.find_causes(places) if each.usual])
-            for name, places in single.items()
-            if name not in missing
-        ]
-        return by_entry if all(causes for _, causes in by_entry) else []  # else some are chance
+            ((name, place),) = wrong.items()
+            causes = self.find_causes(self.problem.select_entries(part, [place]))
+            if lost := [each for each in causes if each.missing]:
+                return name, lost
+        within = self._generate_within(part, wrong, alone, has_entries)
+        return next((each for each in within if each[1]), (part, []))
 
     def _generate_within(
         self, part: str, wrong: Mapping[str, Entry], alone: bool, has_entries: bool

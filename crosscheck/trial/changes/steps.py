@@ -63,22 +63,15 @@ class StepTable:
 
     def _list_changed(self, part: BodyPart) -> dict[str, WorldBody]:
         """By words, what a part may be taken for, or what of it is not turned as it must be."""
-        number, link, axes = part.number, part.in_link, part.turn
+        number = part.number
         changed = {
             words: self.kane.place_body(number, body)
             for words, body in list_part_mistakes(self.robot, part).items()
         }
         pose = self.kane.poses[number].rotation
         turn, shift = pose @ part.placement.rotation, pose @ part.placement.position
-        unturned = _list_unturned(turn, link)
-        if not np.allclose(axes, np.eye(3), rtol=0.0, atol=1e-6):
-            stated = RobotBody(link.mass, axes.T @ link.com, axes.T @ link.inertia @ axes)
-            unturned |= {
-                f"{words}, by the axes of its inertial frame": body
-                for words, body in _list_unturned(turn @ axes, stated).items()
-                if words.startswith("its inertia")
-            }
-        return changed | {w: b._replace(lever=b.lever + shift) for w, b in unturned.items()}
+        unturned = _list_unturned(turn, part.in_link).items()
+        return changed | {w: b._replace(lever=b.lever + shift) for w, b in unturned}
 
     def _list_rates(self, part: BodyPart, right: BodyMotion) -> Iterator[tuple[str, BodyMotion]]:
         """Other rates than w of a part in its gyroscopic torque."""

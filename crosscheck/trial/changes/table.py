@@ -25,10 +25,7 @@ RULES = {  # of the bias M' v - 1/2 d(v' M v)/dq: factors of M' v and of d(v' M 
     "+1/2 d(v' M v)/dq for -1/2": (1.0, 0.5),
     "d(v' M v)/dq without its factor 1/2": (1.0, -1.0),
     "-1/2 d(v' M v)/dq alone, without M' v": (0.0, -0.5),
-    "M' v half as large": (0.5, -0.5),
-    "M' v twice": (2.0, -0.5),
     "+1/2 d(v' M v)/dq alone, as of Christoffel's C transposed": (0.0, 0.5),
-    "without every derivative of M": (0.0, 0.0),
 }
 LEAST_ROWS = 12  # rows of one part at which robots are screened
 # Entries of M, at all states, of each step of Kane's sum; and fewest states.

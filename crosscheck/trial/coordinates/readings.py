@@ -146,9 +146,6 @@ def _motor_sides(joints: JointCoordinates) -> Iterator[Reading]:
     ratios = joints.ratios
     if ratios.size and (ratios != 1).any():
         yield _linear("motor side", "angles of the motors, before their gears", np.diag(1 / ratios))
-        if (ratios < 0).any():
-            sized = np.diag(1 / np.abs(ratios))
-            yield _linear("motor side", "angles of the motors, by ratios without sign", sized)
 
 
 def _zeros(joints: JointCoordinates) -> Iterator[Reading]:

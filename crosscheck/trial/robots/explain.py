@@ -47,7 +47,6 @@ MISSING, EXTRA = "missing", "right is 0"
 MOST_OTHERS = 3  # causes of one part, beyond which they are no more than a coincidence
 ROUNDED = 1e-5  # largest difference, relative to an entry's size, that rounded numbers may cause
 NO_CAUSE = "no single number, frame or place explains it"
-UNFOUNDED = "bias does not follow from mass_matrix, which is right"
 Rates = Callable[[], BiasTerms | None]  # the terms of the user's bias, asked only if it is wrong
 
 
@@ -89,13 +88,10 @@ def diagnose(
             alone = len(wrong) == 1
             causes[part] = list(_describe_causes_within(search, part, entries, alone))
     notes += [words for each in pieces.values() for words in each]
-    if "bias" in wrong:
-        unfounded = "mass_matrix" in right and "bias" not in problem.self_differences
-        if is_explained or pieces.get("bias") or causes.get("bias"):  # it is a sum of products
-            notes += [UNFOUNDED] if unfounded else []
-        elif (terms := rates()) is not None:
-            notes += _bias_notes(problem, level, terms, unfounded=unfounded)
-            notes += describe_pieces(search, "bias", are_usual=False)
+    has_cause = is_explained or pieces.get("bias") or causes.get("bias")
+    if "bias" in wrong and not has_cause and (terms := rates()) is not None:
+        notes += _bias_notes(problem, level, terms)
+        notes += describe_pieces(search, "bias", are_usual=False)
     if "acceleration" in wrong and not is_explained:
         notes += _describe_accelerations(problem, search, entries)
     if "force" in wrong:
@@ -301,21 +297,13 @@ def _lone_part_notes(
         return
     within = [entry for entry in entries if entry.part == wrong[0]]
     name = within[0].name if len(within) == 1 else wrong[0]
+    verb = "is" if len(right) == 1 else "are"
     remark = f": {within[0].remark}" if len(within) == 1 and within[0].remark else ""
-    yield f"{name} alone is wrong{remark}; {' and '.join(right)} {_is_or_are(right)} right"
+    yield f"{name} alone is wrong{remark}; {' and '.join(right)} {verb} right"
 
 
-def _is_or_are(names: Sequence[str]) -> str:
-    return "is" if len(names) == 1 else "are"
-
-
-def _bias_notes(
-    problem: RobotProblem, level: Level, terms: BiasTerms, *, unfounded: bool
-) -> Iterator[str]:
-    """Sentences on a bias that is wrong: what is no product of two rates, then wrong terms.
-
-    unfounded: whether M is right, from which it should follow, and nothing says so yet.
-    """
+def _bias_notes(problem: RobotProblem, level: Level, terms: BiasTerms) -> Iterator[str]:
+    """Sentences on a bias that is wrong: what is no product of two rates, then wrong terms."""
     sizes, few = problem.sizes[level], slice(len(terms.rest))
     states = RandomStates(*(each[few] for each in problem.states))
     size = sizes.entry_sizes("bias", problem.answers.sources["bias"])[few]
@@ -337,8 +325,6 @@ def _bias_notes(
     yield from (words for words, _ in by_friction)
     yield from _linear_notes(terms, size, names, {row for _, rows in by_friction for row in rows})
     sentences, others = _describe_products(problem, level, terms)
-    if unfounded and (sentences or others):
-        yield UNFOUNDED
     yield from sentences
     if others:
         yield f"wrong terms: {list_first(others)}"
@@ -433,5 +419,5 @@ def _describe_causes_within(
     wrong = {each.name: each.place.index for each in entries if each.part == part}
     missing = {each.name for each in entries if each.remark.startswith(MISSING)}
     if not missing >= set(wrong):  # whatever makes an entry nothing explains one that is missing
-        for where, causes in search.find_within(part, wrong, missing, alone=alone):
-            yield from describe_causes(causes, where)
+        where, causes = search.find_within(part, wrong, alone=alone)
+        yield from describe_causes(causes, where)

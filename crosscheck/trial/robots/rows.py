@@ -1,12 +1,13 @@
-"""Entries of M that differ from their mirror images, in words."""
+"""Entries of M that differ from their mirror images; right rows say where the others go wrong."""
 
 from __future__ import annotations
 
 import numpy as np
 
 from crosscheck.checks.robot_states import TOLERANCE
-from crosscheck.models.robot.robot import Level
-from crosscheck.report.formatting import list_first
+from crosscheck.models.robot.robot import BASE, Level, Robot
+from crosscheck.report.formatting import join_words, list_first
+from crosscheck.trial.changes.numbers import get_link_name
 from crosscheck.trial.robots.judge import RobotProblem
 
 
@@ -26,8 +27,45 @@ def describe_asymmetry(problem: RobotProblem, level: Level) -> str:
     pairs = np.argwhere(np.triu(unequal & (wrong | wrong.T), 1)).tolist()
     if not pairs:
         return ""
-    also = list_first([problem.entry_name("mass_matrix", each) for each in pairs])
-    return f"mass_matrix is not symmetric: {also}"
+    if len(pairs) == 1:
+        place, mirror = sorted((pairs[0], pairs[0][::-1]), key=lambda each: not wrong[tuple(each)])
+        name, mirror_name = (problem.entry_name("mass_matrix", each) for each in (place, mirror))
+        also = "both are wrong" if wrong[tuple(mirror)] else f"{mirror_name} is right"
+        return f"mass_matrix is not symmetric: {name} differs from {mirror_name}; {also}"
+    rows, columns = (np.array(~wrong.any(axis=axis)) for axis in (1, 0))
+    lines, right = ("rows", rows) if rows.any() else ("columns", columns)
+    if right.any():
+        also = f"its {lines} {_join_places(right)} are right, {lines} {_join_places(~right)} wrong"
+        also += _describe_way(problem.robot, lines, right) if rows.any() != columns.any() else ""
+    else:
+        also = list_first([problem.entry_name("mass_matrix", each) for each in pairs])
+    return f"mass_matrix is not symmetric in {len(pairs)} pairs; {also}"
+
+
+def _describe_way(robot: Robot, lines: str, right: np.ndarray) -> str:
+    """Between which links Newton and Euler's way out or back goes wrong, by right rows or columns.
+
+    A row is wrong where forces arrive wrongly, a column where accelerations set out: at one joint
+    and at all before it, if between two links it goes wrong.
+    """
+    if len(right) != len(robot.joints):
+        return ""  # of joints that follow others rows are sums
+    steps = [(n, joint.parent) for n, joint in enumerate(robot.joints) if joint.parent != BASE]
+    broken = [(after, before) for after, before in steps if right[after] != right[before]]
+    if len(broken) != 1 or not right[broken[0][0]]:
+        return ""
+    after, before = (get_link_name(robot, number) for number in broken[0])
+    if lines == "rows":
+        return f": forces go wrong on their way back, from {after} to {before}"
+    return f": accelerations go wrong on their way out, from {before} to {after}"
+
+
+def _join_places(chosen: np.ndarray) -> str:
+    """Numbers from 1 of what is chosen, such as `1 and 4 to 7`."""
+    numbers, runs = np.flatnonzero(chosen) + 1, list[str]()
+    for run in np.split(numbers, np.flatnonzero(np.diff(numbers) > 1) + 1):
+        runs += [f"{run[0]} to {run[-1]}"] if len(run) > 2 else [str(each) for each in run]
+    return join_words(runs)
 
 
 def _find_wrong_places(problem: RobotProblem, level: Level, part: str) -> np.ndarray:
