@@ -135,6 +135,9 @@ class StepTable:
         if is_turning:
             yield "left out of the velocity", -moving, still
             yield "left out of w", still, -turning
+        off = still + joint.axis - axis
+        changes = (cross(off, arm), off) if is_turning else (off, still)
+        yield "its axis not turned to the base's axes", *changes
 
 
 def _list_weights(right: BodyMotion) -> Iterator[tuple[str, BodyMotion]]:
