@@ -63,12 +63,11 @@ class StepTable:
 
     def _list_changed(self, part: BodyPart) -> dict[str, WorldBody]:
         """By words, what a part may be taken for, or what of it is not turned as it must be."""
-        number = part.number
         changed = {
-            words: self.kane.place_body(number, body)
+            words: self.kane.place_body(part.number, body)
             for words, body in list_part_mistakes(self.robot, part).items()
         }
-        pose = self.kane.poses[number].rotation
+        pose = self.kane.poses[part.number].rotation
         turn, shift = pose @ part.placement.rotation, pose @ part.placement.position
         unturned = _list_unturned(turn, part.in_link).items()
         return changed | {w: b._replace(lever=b.lever + shift) for w, b in unturned}

@@ -252,9 +252,8 @@ def _add_remark(problem: RobotProblem, level: Level, entry: EntryMismatch) -> En
     reference_values = select_entry(problem.reference_values[level][entry.part], entry.place.index)
     size = select_entry(problem.sizes[level].entry_sizes(entry.part), entry.place.index)
     ratio_text = describe_ratio(user_values, reference_values, size * TOLERANCE)
-    wave = ""
-    if entry.part not in ("bias", "acceleration"):
-        wave = _describe_difference(problem, user_values - reference_values)
+    is_quadratic = entry.part in ("bias", "acceleration")
+    wave = "" if is_quadratic else _describe_difference(problem, user_values - reference_values)
     words = "; ".join(filter(None, (ratio_text, wave)))
     return replace(entry, notes=(words,) if words else ())
 
