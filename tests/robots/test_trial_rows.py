@@ -95,10 +95,8 @@ def test_newton_and_euler_agree():
 
 def test_a_slip_on_the_way_back_leaves_the_last_rows_right():
     (first,) = (each for each in notes("back") if "symmetric" in each)
-    assert first == (
-        "mass_matrix is not symmetric in 5 pairs; its rows 3 and 4 are right, rows 1 and 2 wrong:"
-        " forces go wrong on their way back, from c to b"
-    )
+    assert "in 5 pairs; its rows 3 and 4 are right, rows 1 and 2 wrong" in first
+    assert first.endswith("from c to b")
 
 
 def test_a_slip_on_the_way_out_leaves_the_last_columns_right():

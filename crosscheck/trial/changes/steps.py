@@ -140,7 +140,7 @@ class StepTable:
 
 
 def _list_weights(right: BodyMotion) -> Iterator[tuple[str, BodyMotion]]:
-    """A body whose weight has another factor than 1."""
+    """Each body whose weight has a factor other than 1."""
     for by, words in FACTORS.items():
         yield f"its weight {words}", replace(right, pull=by * right.pull)
 

@@ -177,9 +177,9 @@ def _find_explanations(
 def _find_rarer_explanations(
     searches: Mapping[Level, CauseSearch], distances: Sequence[LevelDistance]
 ) -> tuple[Level, list[Cause]]:
-    """The nearest level at which a term of Kane's sum, two changes or six inertias explain all.
+    """Explain by a term of Kane's sum, two changes or six inertias, at the nearest level.
 
-    Of levels of as many wrong entries the first.
+    Among levels with equally many wrong entries the first is taken.
     """
 
     def find_steps(search: CauseSearch) -> list[Cause]:
@@ -205,7 +205,7 @@ def _select_levels(
 ) -> list[LevelDistance]:
     """The levels at which one change may explain all.
 
-    Of levels that are alike the first. At one where gravity, the bias or one entry alone is wrong
+    Of equal levels the first is taken. At one where gravity, the bias or one entry alone is wrong
     nothing else of the level is, so that an explanation at a level of more wrong entries would be
     chance.
     """

@@ -213,5 +213,5 @@ def _explain_part(
 
 
 def _explain_by_any(errors: Sequence[TermError]) -> Explanation:
-    """The explanation by the first of some errors, of which each makes the difference alone."""
+    """Explain a difference by the first of several errors that each make it alone."""
     return Explanation((errors[0],), 0.0, tuple((each,) for each in errors[1:]))
