@@ -109,6 +109,32 @@ def test_a_unit_is_named_within_its_five_digits_and_nothing_is_ten_reaches_away(
         assert is_physical(moved, robot) == is_near
 
 
+# What a wrong column of a turning joint is: factors on the velocity and on w.
+COLUMNS = {
+    "left out of velocity and w": (0, 0),
+    "left out of the velocity": (0, 1),
+    "left out of w": (1, 0),
+}
+
+
+@pytest.mark.parametrize("words", COLUMNS)
+def test_a_wrong_column_of_a_jacobian_is_what_its_words_say(words):
+    """The first joint's, of the second link: its mass matrix by hand."""
+    robot, (q, v) = two_link.robot(), np.random.default_rng(0).uniform(-1, 1, (2, 3, 2))
+    steps = StepTable(KaneSum(robot, q, v), list_body_parts(robot)).list_steps()
+    change = steps[f"its Jacobian's column of j1, {words}"]["b"].mass_matrix
+    by_velocity, by_w = COLUMNS[words]
+    for at, changed in require_items(list(zip(q, change, strict=True))):
+        elbow, second = (
+            np.array([-np.sin(angle), np.cos(angle), 0.0]) for angle in (at[0], at.sum())
+        )
+        moving = np.array([two_link.L * elbow + two_link.C2 * second, two_link.C2 * second])
+        other = np.array([by_velocity * moving[0], moving[1]])
+        turns = np.outer([by_w, 1], [by_w, 1]) - np.ones((2, 2))
+        expected = two_link.M2 * (other @ other.T - moving @ moving.T) + two_link.J2 * turns
+        np.testing.assert_allclose(changed, expected, atol=1e-12)
+
+
 def test_nothing_impossible_is_a_cause():
     robot = load_robot("examples/robots/planetary-arm.toml")
     assert is_physical(robot, robot)
