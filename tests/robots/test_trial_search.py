@@ -11,6 +11,8 @@ from crosscheck.analytic.robot.model import AnalyticRobot
 from crosscheck.checks.robot_states import RandomStates, sample_states
 from crosscheck.models.robot.file import load_robot
 from crosscheck.models.robot.robot import RobotBody
+from crosscheck.trial.changes.kane import KaneSum
+from crosscheck.trial.changes.mistakes import list_body_parts
 from crosscheck.trial.changes.numbers import is_physical, list_numbers, put_value
 from crosscheck.trial.changes.problem import ChangeProblem
 from crosscheck.trial.changes.search import (
@@ -20,8 +22,10 @@ from crosscheck.trial.changes.search import (
     find_root,
     solve_step,
 )
+from crosscheck.trial.changes.steps import StepTable
 from crosscheck.trial.robots.rates import BiasTerms, compute_bias_terms, make_rate_states
 from tests.loops import require_items
+from tests.robots import two_link
 
 LINEAR, SQUARE = np.array([2.0, -1.0, 0.5]), np.array([0.3, 0.7, -0.2])
 
