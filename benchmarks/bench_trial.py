@@ -265,7 +265,7 @@ def score_slip(slip: Mistake) -> Score:
     found = trial.diagnosis
     names = [entry.name for entry in found.entries]
     remarks = [f"{entry.name}: {entry.remark}" for entry in found.entries if entry.remark]
-    told = [*found.readings, *found.notes, *found.explanations, *found.links, *remarks]
+    told = [*found.readings, *found.notes, *found.explanations, *remarks]
     return Score(
         not trial.agrees,
         bool(names) and all(re.fullmatch(slip.entry, name) for name in names),

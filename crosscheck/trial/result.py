@@ -65,8 +65,6 @@ class TrialDiagnosis:
         notes: Sentences on units, on single parts and on entries.
         explanations: Words that complete `the equations of the level with ...`, each of which
             alone explains all.
-        links: Links whose ten inertial parameters together would explain all, where nothing else
-            does.
         readings: Other coordinates, in words, in which all is right; then no other reason is
             looked for.
         hidden: Entries that are right here, and not on other mechanisms of the structure.
@@ -79,7 +77,6 @@ class TrialDiagnosis:
     entries: tuple[EntryMismatch, ...] = ()
     notes: tuple[str, ...] = ()
     explanations: tuple[str, ...] = ()
-    links: tuple[str, ...] = ()
     readings: tuple[str, ...] = ()
     hidden: tuple[EntryMismatch, ...] = ()
     ignored_numbers: tuple[IgnoredNumber, ...] = ()
@@ -153,7 +150,7 @@ class Trial:
         """Entries that are not right."""
         if not self.is_rounded:
             return self.diagnosis.entries
-        nothing: Any = {"explanation": None, "difference": (), "latex": ""}
+        nothing: Any = {"explanation": None, "difference": ()}
         entries = self.diagnosis.entries
         return tuple(replace(each, notes=(DIGITS,), **nothing) for each in entries)
 
@@ -193,9 +190,6 @@ class Trial:
             yield f"yours are the equations of {self.level} with {first}"
         if others:
             yield f"would also be explained by {list_equals(others)}"
-        for link in diagnosis.links:
-            whole = "its mass, centre of mass and inertia together explain it"
-            yield f"all of it is in {link}: {whole}"
         yield from diagnosis.notes
 
     @property

@@ -14,7 +14,7 @@ import pytest
 from crosscheck import file_types
 from crosscheck.models.errors import InputError
 from crosscheck.models.robot.file import load_robot
-from crosscheck.models.robot.robot import RIGID, Level, Robot, Rotor
+from crosscheck.models.robot.robot import RIGID, Level, Robot
 from crosscheck.registry import build_robot_model
 from crosscheck.report import heat_map
 from crosscheck.trial.changes.mistakes import (
@@ -86,21 +86,11 @@ WRONG: dict[str, tuple[Change, str]] = {
         body(2, inertia=lambda i: i + 0.001 * PRODUCT),
         "hand: Ixz = 0.0013 kg m^2 (file: 0.0003 kg m^2)",
     ),
-    "two products exchanged": (
-        body(
-            2,
-            inertia=lambda i: (
-                i[np.ix_([0, 2, 1], [0, 2, 1])] - np.diag([0, 1, -1]) * (i[2, 2] - i[1, 1])
-            ),
-        ),
-        "hand: Ixy and Ixz exchanged",
-    ),
     "a ratio": (rotor(2, ratio=-6.0), "rotor of tilt: ratio = -6 (file: 6)"),
     "no rotor": (
         lambda own: replace(own, rotors=own.rotors[:2]),
         "rotor of tilt: inertia = 0 kg m^2 (file: 9e-05 kg m^2)",
     ),
-    "a stator": (rotor(2, stator="column"), "rotor of tilt: its stator on column"),
     "gravity": (
         lambda own: replace(own, gravity=np.array([0, 0, -9.80665])),
         "gravity: z = -9.80665 m/s^2 (file: -9.81 m/s^2)",
@@ -155,7 +145,8 @@ def is_named(error: RobotMistake, trial: Trial) -> bool:
     One of every part, of which it changes one alone, is named as one of that.
     """
     words = error.words.partition(": ")[2] if error.several else error.words
-    return any(words in each for each in trial.diagnosis.explanations)
+    lump = ", with what is fixed to it"  # it is planted into whole bodies
+    return any(words in each.replace(lump, "") for each in trial.diagnosis.explanations)
 
 
 @pytest.mark.campaign
@@ -173,32 +164,14 @@ def test_planted_errors_are_named_up_to_what_makes_the_same_equations():
     assert named >= 0.95 * asked
 
 
-def test_a_coupling_left_out_of_the_mass_matrix_is_named(sliding):
-    exact, plain = (build_robot_model("analytic", sliding, level) for level in ("coupled", "links"))
-
-    def mass(q: np.ndarray) -> np.ndarray:
-        found = exact.mass_matrix(q[None])[0]
-        found[0, 1] = found[1, 0] = plain.mass_matrix(q[None])[0, 0, 1]
-        return found
-
-    found = run_robot_trial(Equations(mass_matrix=mass), sliding).diagnosis
-    assert found.explanations == ("no coupling of swivel and slide in M by the rotor of slide",)
-    assert [entry.name for entry in found.entries] == ["M[swivel, slide]"]
-
-
-STAGE_WRONG: dict[str, tuple[dict[str, float] | tuple[float, float], str]] = {
+STAGE_WRONG: dict[str, tuple[dict[str, float], str]] = {
     "inertia of the sun": ({"sun_inertia_kg_m2": 2e-4}, "inertia of sun = 0.0002 kg m^2"),
     "no spin of planets": ({"planet_inertia_kg_m2": 0.0}, "inertia of planet = 0 kg m^2"),
-    "ratio": ((3.0, -2.0), "its ratio z_r / z_s, that of a carrier held"),
-    "sense of the sun": ((-4.0, -2.0), "its sun turning the other way"),
-    "sense of planets": ((4.0, 2.0), "its planets turning the other way"),
-    "planets on the carrier": ((4.0, -3.0), "its planets turning as on the carrier"),
 }
 
 
 @pytest.mark.parametrize("case", STAGE_WRONG)
 def test_what_is_wrong_of_a_stage_is_named(case):
-    """Numbers, and ratios of sun and planets that are easily mistaken."""
     text = chains.urdf(
         *(
             chains.link(name, chains.Solid(com=(0.1, 0.2, 0.3)))
@@ -209,30 +182,18 @@ def test_what_is_wrong_of_a_stage_is_named(case):
     )
     own = chains.robot(text, {"roll": chains.planetary()})
     wrong, words = STAGE_WRONG[case]
-    if isinstance(wrong, dict):
-        gears = own.stages[0].gears.model_copy(update=wrong)
-        changed = replace(own, stages=(replace(own.stages[0], gears=gears),))
-    else:
-        axis = np.array([0.6, 0, 0.8])  # the sun is as heavy to turn as three planets
-        rotors = tuple(Rotor(1, ratio, 3e-4, "ring", axis) for ratio in wrong)
-        changed = replace(own, rotors=rotors, stages=())
+    gears = own.stages[0].gears.model_copy(update=wrong)
+    changed = replace(own, stages=(replace(own.stages[0], gears=gears),))
     found = run_robot_trial(equations(changed), own).diagnosis
     assert any(each.startswith(f"stage of roll: {words}") for each in found.explanations)
     assert run_robot_trial(equations(own), own).agrees
-
-
-def test_two_wrong_numbers_of_a_link_name_the_link(sliding):
-    change = body(2, mass=lambda m: 1.3 * m, com=lambda c: 1.5 * c)
-    found = run_robot_trial(equations(change(sliding)), sliding).diagnosis
-    assert found.explanations == ()
-    assert found.links == ("hand",)
 
 
 def test_nothing_is_guessed_where_nothing_fits(sliding):
     right = equations(sliding)
     noisy = replace(right, gravity=lambda q: right.gravity(q) + 0.1 * np.sin(7 * q))
     found = run_robot_trial(noisy, sliding).diagnosis
-    assert (found.explanations, found.links) == ((), ())
+    assert found.explanations == ()
     assert found.notes == ("gravity alone is wrong; mass_matrix and bias are right",)
 
 

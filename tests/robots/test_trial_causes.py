@@ -68,8 +68,7 @@ ALONE: dict[str, tuple[dict[str, Callable[..., object]], list[str], list[str]]] 
         {"mass_matrix": lambda q: two_link.mass_matrix(q) - OFF},
         ["M[j1, j2]"],
         [
-            "M[j1, j2] alone is wrong: yours minus right is -0.2 (b: Izz = 0.2 kg m^2);"
-            " bias and gravity are right",
+            "M[j1, j2] alone is wrong: yours minus right is -0.2; bias and gravity are right",
             "b: Izz is missing in M[j1, j2]",
         ],
     ),
@@ -87,8 +86,7 @@ ALONE: dict[str, tuple[dict[str, Callable[..., object]], list[str], list[str]]] 
         ["bias[j1]", "bias[j2]"],
         [
             "bias alone is wrong; mass_matrix and gravity are right",
-            "bias at rest is exactly gravity: these are nonlinear effects, C v + g; beside"
-            " gravity, or in bias, the weights count twice; without these it is right",
+            "bias at rest is not 0: beside gravity it is Coriolis and centrifugal torques alone",
         ],
     ),
     "a lopsided mass matrix": (
@@ -114,7 +112,6 @@ def test_one_part_alone_is_wrong(two, case):
     assert sorted(entry.name for entry in found.entries) == wrong
     assert found.level == "armature"
     assert [words for words in said if words not in found.notes] == []
-    assert found.links == ()
     assert found.explanations == ()
 
 
@@ -151,7 +148,6 @@ def test_a_difference_that_is_a_number_of_the_file_has_its_name():
         gravity=lambda q: model.gravity(q[None])[0],
     )
     found = run_robot_trial(own, robot).diagnosis
-    assert found.entries[0].remark.endswith("yours minus right is -0.7 (tool: mass = 0.7 kg)")
     words = [*found.explanations, *found.notes]
     assert "slide: mass = 1.8 kg (file: 2.5 kg), less by tool: mass" in words[0]
 

@@ -135,8 +135,7 @@ WRONG: dict[str, tuple[Equations, set[str], str]] = {
     "weights twice": (
         two_link.right(bias=nonlinear_effects),
         {"bias-quadratic"},
-        "bias at rest is exactly gravity: these are nonlinear effects, C v + g; beside gravity,"
-        " or in bias, the weights count twice; without these it is right",
+        "bias at rest is not 0: beside gravity it is Coriolis and centrifugal torques alone",
     ),
 }
 

@@ -186,14 +186,6 @@ def test_elastic_joints_agree(form):
 
 
 ELASTIC_SLIPS: dict[str, tuple[dict[str, Callable[..., np.ndarray]], str]] = {
-    "half the spring": (
-        {"gravity": lambda x: elastic_hold(x, SPRING / 2)},
-        "springs, K[j1, motor_j1]: half",
-    ),
-    "a spring's sign at the motors": (
-        {"gravity": lambda x: elastic_hold(x) * [1, 1, -1, -1]},
-        "springs, K[motor_j1, j1]: with the opposite sign",
-    ),
     "the ratio once": (
         {"mass_matrix": lambda x: elastic_mass(x) - np.diag([0, 0, 1.8, 1.8])},
         "yours are the equations of elastic with every rotor:"

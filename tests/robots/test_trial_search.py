@@ -12,7 +12,7 @@ from crosscheck.checks.robot_states import RandomStates, sample_states
 from crosscheck.models.robot.file import load_robot
 from crosscheck.models.robot.robot import RobotBody
 from crosscheck.trial.changes.kane import KaneSum
-from crosscheck.trial.changes.mistakes import exchange_fields, list_body_parts
+from crosscheck.trial.changes.mistakes import list_body_parts
 from crosscheck.trial.changes.numbers import is_physical, list_numbers, put_value
 from crosscheck.trial.changes.problem import ChangeProblem
 from crosscheck.trial.changes.search import (
@@ -76,8 +76,8 @@ def test_a_slender_rod_is_a_body(moments, words):
     )
 
 
-@pytest.mark.parametrize("count", [2, 3, 4, 12, 13])
-def test_few_entries_are_named_and_searched_and_inertias_need_three(count):
+@pytest.mark.parametrize("count", [2, 3, 4])
+def test_few_entries_are_named_and_inertias_need_three(count):
     looking, asked = CauseSearch.__new__(CauseSearch), []
 
     def find(places: object, *more: object) -> list[Cause]:
@@ -87,7 +87,7 @@ def test_few_entries_are_named_and_searched_and_inertias_need_three(count):
     looking.problem = SimpleNamespace(  # type: ignore[assignment]
         select_part=lambda part: part, select_entries=lambda part, places: tuple(places)
     )
-    for name in ("causes", "joint_moves", "step_causes", "pair_causes"):
+    for name in ("causes", "step_causes", "pair_causes"):
         setattr(looking, f"find_{name}", find)
     looking.find_inertia_causes = lambda places: find("inertia")  # type: ignore[method-assign]
     wrong: Any = {f"M{n}": (n, n) for n in range(count)}
@@ -96,9 +96,6 @@ def test_few_entries_are_named_and_searched_and_inertias_need_three(count):
         " and ".join(wrong) if count <= 3 else "the wrong entries of mass_matrix"
     }
     assert ("inertia" in asked) == (count >= 3)
-    asked.clear()
-    looking.find_within("mass_matrix", wrong, (), alone=False)
-    assert (((0, 0),) in asked) == (count <= 12)
 
 
 def test_a_unit_is_named_within_its_five_digits_and_nothing_is_ten_reaches_away():
@@ -116,27 +113,11 @@ def test_a_unit_is_named_within_its_five_digits_and_nothing_is_ten_reaches_away(
         assert is_physical(moved, robot) == is_near
 
 
-@pytest.mark.parametrize(("verb", "sign"), [("added to", 1.0), ("taken from", -1.0)])
-def test_what_is_added_to_an_inertia_makes_m_larger(verb, sign):
-    """By m |c|^2 of each turning body about the first axis, wherever the second joint is."""
-    robot, parts = two_link.robot(), list_body_parts(two_link.robot())
-    q, v = np.random.default_rng(0).uniform(-1, 1, (2, 3, 2))
-    steps = StepTable(KaneSum(robot, q, v), parts, lambda *row: "").list_steps()
-    by_link = steps[f"m |c|^2 {verb} its inertia about every axis"]
-    for part in require_items(parts):
-        more = sign * part.body.mass * part.body.com @ part.body.com
-        assert by_link[part.name].mass_matrix[:, 0, 0] == pytest.approx(more)
-
-
-# What a wrong column of a turning joint is: factors on the velocity and on w, and a slide's share.
+# What a wrong column of a turning joint is: factors on the velocity and on w.
 COLUMNS = {
-    "left out of velocity and w": (0, 0, 0),
-    "left out of the velocity": (0, 1, 0),
-    "left out of w": (1, 0, 0),
-    "taken for one that slides": (0, 0, 1),
-    "with the opposite sign in w alone": (1, -1, 0),
-    "with the opposite sign in the velocity alone": (-1, 1, 0),
-    "with the opposite sign": (-1, -1, 0),
+    "left out of velocity and w": (0, 0),
+    "left out of the velocity": (0, 1),
+    "left out of w": (1, 0),
 }
 
 
@@ -144,15 +125,15 @@ COLUMNS = {
 def test_a_wrong_column_of_a_jacobian_is_what_its_words_say(words):
     """The first joint's, of the second link: its mass matrix by hand."""
     robot, (q, v) = two_link.robot(), np.random.default_rng(0).uniform(-1, 1, (2, 3, 2))
-    steps = StepTable(KaneSum(robot, q, v), list_body_parts(robot), lambda *row: "").list_steps()
+    steps = StepTable(KaneSum(robot, q, v), list_body_parts(robot)).list_steps()
     change = steps[f"its Jacobian's column of j1, {words}"]["b"].mass_matrix
-    by_velocity, by_w, by_slide = COLUMNS[words]
+    by_velocity, by_w = COLUMNS[words]
     for at, changed in require_items(list(zip(q, change, strict=True))):
         elbow, second = (
             np.array([-np.sin(angle), np.cos(angle), 0.0]) for angle in (at[0], at.sum())
         )
         moving = np.array([two_link.L * elbow + two_link.C2 * second, two_link.C2 * second])
-        other = np.array([by_velocity * moving[0] + [0, 0, by_slide], moving[1]])
+        other = np.array([by_velocity * moving[0], moving[1]])
         turns = np.outer([by_w, 1], [by_w, 1]) - np.ones((2, 2))
         expected = two_link.M2 * (other @ other.T - moving @ moving.T) + two_link.J2 * turns
         np.testing.assert_allclose(changed, expected, atol=1e-12)
@@ -183,29 +164,6 @@ def test_a_difference_that_no_judge_has_found_is_explained():
     problem = ChangeProblem(robot, "links", states, values, right, alike, tolerances)
     causes = CauseSearch(problem).find_causes()
     assert [each.words for each in causes] == ["boom: mass = 7.5 kg (file: 7.2 kg)"]
-
-
-def test_fields_are_exchanged_taken_from_another_part_or_shifted():
-    light, heavy = (RobotBody(mass, mass * np.ones(3), np.eye(3)) for mass in (1.0, 2.0))
-
-    def list_masses(*bodies):
-        names, fields = "abc"[: len(bodies)], {"mass": (("mass",),)}
-        changed = dict(exchange_fields(names, bodies, fields))
-        return {w: {n: each.mass for n, each in c.items()} for w, c in changed.items()}
-
-    assert list_masses(light, heavy) == {
-        "a and b: mass exchanged": {0: 2.0, 1: 1.0},
-        "a: mass of b": {0: 2.0},
-        "b: mass of a": {1: 1.0},
-    }
-    moved = list_masses(light, heavy, RobotBody(3.0, np.ones(3), np.eye(3)))
-    assert moved["every part has the mass of the next"] == {0: 2.0, 1: 3.0, 2: 1.0}
-    assert moved["every part has the mass of the one before"] == {0: 3.0, 1: 1.0, 2: 2.0}
-    assert moved["mass of all in the opposite order"] == {0: 3.0, 1: 2.0, 2: 1.0}
-    assert len(moved) == 3 * 3 + 3
-    # of parts that share a number fewer fields say as much
-    both = {"mass and inertia": (("mass",), ("inertia",))}
-    assert dict(exchange_fields("ab", [light, heavy], both)) == {}
 
 
 def test_terms_of_a_bias_are_read_out_of_its_answers():

@@ -74,18 +74,12 @@ RIGHT = "yours on tested agrees with links (links alone), to 1.2e-15"
 LOST = Failure("ValueError", "of its own", "line 1\nline 2")
 AGREES = finding("bias", 0.0, "analytic")
 OTHER = finding("bias", 0.3, "exudyn")
-IN_LINK = "all of it is in link a: its mass, centre of mass and inertia together explain it"
 # A trial, its headline and the causes that it names.
 CASES: dict[str, tuple[Trial, str, tuple[str, ...]]] = {
     "with equal explanations": (
         trial(TrialDiagnosis("coupled", NAMED, explanations=("a", "b", "c"))),
         f"{OFF}; compared with coupled",
         ("yours are the equations of coupled with a", "would also be explained by b or c"),
-    ),
-    "in a link": (
-        trial(TrialDiagnosis("armature", NAMED, ("a note",), links=("link a",))),
-        f"{OFF}; compared with armature",
-        (IN_LINK, "a note"),
     ),
     "in other coordinates": (
         trial(TrialDiagnosis("armature", NAMED, readings=("these", "those"))),

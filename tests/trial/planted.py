@@ -49,16 +49,16 @@ def explained(
     for arm in arms:
         values = collect_arm_values(arm)
         right, mine = (evaluate_entry(e, values, angles) for e in (known.entry(place), yours))
-        samples.append(TermSample(values, angles, {}, {}))
+        samples.append(TermSample(values, angles, {}))
         off.append(mine - right)
         size = float(np.abs(right).max() + np.abs(mine).max())
         tolerance.append(np.full(STATES, FITS * np.abs(off[-1]).max() + 1e-13 * size))
         fits.append(basis.fit(off[-1], size) or {})
     samples.append(samples[0]._replace(values=draw_unrelated_values(samples[0].values)))
     tolerances, keys = np.array(tolerance), dict.fromkeys(key for fit in fits for key in fit)
-    target = Target(known, (place,), samples, np.array(off), tolerances, basis.keys)
+    target = Target(known, place, samples, np.array(off), tolerances, basis.keys)
     parts = {
-        key: np.array([[fit.get(key, 0.0)] for fit in fits]) * target.column(place, key)[:-1]
+        key: np.array([[fit.get(key, 0.0)] for fit in fits]) * target.column(key)[:-1]
         for key in keys
     }
     target = replace(target, parts=parts)

@@ -11,12 +11,13 @@ from crosscheck.report.heat_map import HeatMap, make_entry_map, make_heat_map
 from crosscheck.report.junit import format_junit
 from crosscheck.report.records import format_json, to_json_value
 from crosscheck.report.rendering import render_page
+from crosscheck.trial.changes.arms.term_words import describe_term_error
 from crosscheck.trial.judge.entries import EntryMismatch
 from crosscheck.trial.result import PartDeviation, Trial
 
-SCHEMA_VERSION = 3
+SCHEMA_VERSION = 4
 NUMBER_FIELDS = ("name", "value", "parts", "goes_with")
-ENTRY_FIELDS = ("name", "share", "cause", "difference", "latex", "explanation", "shown_on")
+ENTRY_FIELDS = ("name", "share", "cause", "difference", "explanation", "shown_on")
 
 
 def format_trial_json(trial: Trial) -> str:
@@ -69,19 +70,14 @@ def render_summary(trial: Trial) -> str:
 
 
 def render_trial_page(trial: Trial) -> str:
-    """The page on a trial: HTML text, formulas inlined."""
-    # Matplotlib sets formulas, for a page alone.
-    from crosscheck.report.trials.typesetting import describe_errors, render_formula, render_pairs
-
+    """The page on a trial: HTML text."""
     sources = filter(None, trial.sources.values())
     return render_page(
         "trial",
         trial=trial,
         agreement=trial.agreement,
         maps=list(make_trial_maps(trial)),
-        typeset=render_formula,
-        pairs=render_pairs,
-        words=describe_errors,
+        words=lambda errors: " and ".join(map(describe_term_error, errors)),
         sources=() if trial.change else tuple(sources),
         listed=list_findings(trial.agreement.findings),
         provenance=trial.agreement.to_dict()["provenance"],

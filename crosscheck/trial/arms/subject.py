@@ -37,9 +37,7 @@ from crosscheck.trial.arms.questions import (
     make_experiment,
     skip_dependent_tasks,
 )
-from crosscheck.trial.arms.unit_mistakes import describe_unit_mistakes
 from crosscheck.trial.changes.arms.arm_numbers import find_negligible_inertias, replace_numbers
-from crosscheck.trial.changes.arms.causes import explain_entries, explain_linear_rates
 from crosscheck.trial.changes.arms.comparison import (
     EntryComparison,
     compare_entries,
@@ -170,24 +168,19 @@ class ArmSubject(TrialSubject):
             values = suite.collect_answers(problem, self.results).values
             reading_level, readings = find_readings(problem, values)
         level = reading_level or level
-        if wrong_parts == {"acceleration"} and not readings:
-            level = self._select_explained_level(level)
         here = self._compare(level)
         if readings:
             diagnosis = Diagnosis(list(here.wrong_entries), [], [])
         else:
             diagnosis = diagnose(here, self._compare_probes(level), self.perform)
-            diagnosis.wrong_entries.extend(explain_linear_rates(here))
         names = problem.names
         entries = [name_entry(each, names) for each in diagnosis.wrong_entries]
         wrong = tuple(each for each in entries if not each.shown_on)
-        table, right = problem.equations.table, here.reference_values
-        notes = describe_unit_mistakes(here.user_values, right, table, names)
         numbers = tuple(each for each in diagnosis.ignored_numbers if each.parts)
         return TrialDiagnosis(
             level,
             wrong,
-            (*notes, *(() if readings else describe_entries(wrong))),
+            () if readings else tuple(describe_entries(wrong)),
             readings=tuple(each.described for each in readings),
             hidden=tuple(each for each in entries if each.shown_on),
             ignored_numbers=numbers,
@@ -215,21 +208,6 @@ class ArmSubject(TrialSubject):
             return sum(len(list(probe.wrong_entries)) for probe in self._compare_probes(each))
 
         return min(equal, key=count_wrong_entries)
-
-    def _select_explained_level(self, level: str) -> str:
-        """The first level beside which errors explain wrong accelerations; the given one first.
-
-        Errors in M may bring accelerations nearer to a level that is not theirs.
-        """
-        for each in dict.fromkeys((level, *self.problem.levels)):
-            here = self._compare(each)
-            if here.terms is None:
-                break
-            explained = explain_entries(here, self._compare_probes(each))
-            wrong = [entry for entry in explained if not entry.shown_on]
-            if wrong and all(entry.explanation for entry in wrong):
-                return each
-        return level
 
     def collect_answers(self, level: str) -> AnswerSet:
         """The answers, to be judged by sizes of the user's unit."""

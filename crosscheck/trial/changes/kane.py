@@ -13,13 +13,10 @@ from typing import NamedTuple
 import numpy as np
 
 from crosscheck.analytic.robot.model import AnalyticRobot, cross, multiply, project
-from crosscheck.analytic.robot.springs import stage_rotors
-from crosscheck.models.robot.robot import BASE, Level, Robot, RobotBody, Rotor
+from crosscheck.models.robot.robot import BASE, Robot, RobotBody
 from crosscheck.trial.changes.mistakes import BodyPart, list_whole_bodies
 from crosscheck.trial.changes.problem import DynamicsTerms
 
-PLACE_INWARD = "the centripetal acceleration w x (w x r) of the place"
-PLACE_ALONG = "the acceleration w' x r of the place"
 FACTORS = {0.0: "missing", -1.0: "with the opposite sign", 0.5: "half as large", 2.0: "twice"}
 Pieces = dict[str, dict[str, np.ndarray]]  # by kind and by the body or joint that has them
 
@@ -32,39 +29,19 @@ class WorldBody(NamedTuple):
     inertia: np.ndarray
 
 
-class Spinner(NamedTuple):
-    """A rotor, a sun or the planets of a stage, by its name in words."""
-
-    name: str
-    rotor: Rotor
-
-
-def list_spinners(robot: Robot) -> list[Spinner]:
-    """All rotors of a robot, those of its stages among them."""
-    spinners = [Spinner(robot.joints[each.joint].name, each) for each in robot.rotors]
-    for stage in robot.stages:
-        joint = robot.joints[stage.joint].name
-        names = f"the sun of {joint}", f"the planets of {joint}"
-        spinners += map(Spinner, names, stage_rotors(robot, stage))
-    return spinners
-
-
 @dataclass(frozen=True)
 class BodyMotion:
     """A body at states, in the base's axes, as Kane's sum takes it.
 
     moving, turning (states, 3, n): velocity of the centre and angular velocity per rate; inertia
-    (states, 3, 3), also apart in I w' and in w x I w; centre, rate, growth (states, 3): its
-    acceleration, w, w' at the rates; left_rate: w in w x I w where it is another one than in
-    I w; pull (states, 3) or (3,): gravity.
+    (states, 3, 3); centre, rate, growth (states, 3): its acceleration, w, w' at the rates;
+    left_rate: w in w x I w where it is another one than in I w; pull (3,): gravity.
     """
 
     mass: float
     moving: np.ndarray
     turning: np.ndarray
     inertia: np.ndarray
-    growing_inertia: np.ndarray
-    spinning_inertia: np.ndarray
     centre: np.ndarray
     rate: np.ndarray
     left_rate: np.ndarray
@@ -74,8 +51,8 @@ class BodyMotion:
     def compute_terms(self) -> DynamicsTerms:
         """Contribution of the body to M, bias and gravity."""
         moving, turning = self.moving.swapaxes(1, 2), self.turning.swapaxes(1, 2)
-        moment = multiply(self.growing_inertia, self.growth)
-        moment = moment + cross(self.left_rate, multiply(self.spinning_inertia, self.rate))
+        moment = multiply(self.inertia, self.growth)
+        moment = moment + cross(self.left_rate, multiply(self.inertia, self.rate))
         return DynamicsTerms(
             self.mass * moving @ self.moving + turning @ self.inertia @ self.turning,
             self.mass * project(self.moving, self.centre) + project(self.turning, moment),
@@ -107,7 +84,7 @@ class KaneSum:
             body.mass,
             self.move_point(number, body.lever),
             pose.angular_partials,
-            *(body.inertia,) * 3,
+            body.inertia,
             centre,
             rate.angular,
             rate.angular,
@@ -118,31 +95,6 @@ class KaneSum:
     def compute_terms(self, number: int, body: WorldBody) -> DynamicsTerms:
         """Terms of a body that replaces the one with this number."""
         return self.move_body(number, body).compute_terms()
-
-    def move_rotor(self, rotor: Rotor, level: Level) -> BodyMotion:
-        """A rotor: at the level links without inertia, at armature as on the base."""
-        frame, still = self.robot.frames[rotor.stator], self.still
-        axis, turning = still + rotor.axis, 0 * self.poses[0].angular_partials
-        w = dw = still
-        if frame.body != BASE:
-            pose, rate = self.poses[frame.body], self.rates[frame.body]
-            axis = still + pose.rotation @ frame.placement.rotation @ rotor.axis
-            if level == "coupled":
-                turning, w, dw = pose.angular_partials, rate.angular, rate.angular_rate
-        column = axis[:, :, None] * (rotor.ratio * self.robot.joint_map[0][rotor.joint])
-        spin = multiply(column, self.v)
-        inertia = rotor.inertia * (level != "links") * axis[:, :, None] * axis[:, None]
-        return BodyMotion(
-            0.0,
-            0 * column,
-            turning + column,
-            *(inertia,) * 3,
-            still,
-            w + spin,
-            w + spin,
-            dw + cross(w, spin),
-            self.robot.gravity,
-        )
 
     def move_point(self, number: int, lever: np.ndarray) -> np.ndarray:
         """The velocity (states, 3, n) per rate of a point of a body, lever from its origin."""
@@ -178,19 +130,12 @@ class KaneSum:
         yield "the gyroscopic torque w x I w", project(turning, cross(w, multiply(inertia, w)))
         growing = project(turning, multiply(inertia, dw))
         yield "the torque I w' of the angular acceleration", growing
-        parent = self.robot.joints[number].parent
         accelerations = {
             "the centripetal acceleration w x (w x c) of the centre": cross(
                 w, cross(w, lever - at)
             ),
             "the acceleration of the centre": rotate_point(w, dw, lever) + rate.acceleration,
         }
-        if parent != BASE:
-            kind = "the acceleration that the link before hands on to the centre"
-            accelerations[kind] = self.rates[parent].acceleration
-        if place.any():
-            accelerations[PLACE_INWARD] = cross(w, cross(w, at))
-            accelerations[PLACE_ALONG] = cross(dw, at)
         for kind, acceleration in accelerations.items():
             yield kind, project(moving, acceleration)
 
@@ -201,9 +146,6 @@ class KaneSum:
             return
         under = self.rates[joint.parent]
         at = pose.position - self.poses[joint.parent].position
-        inward = cross(under.angular, cross(under.angular, at))
-        yield PLACE_INWARD, self.load_joint(number, inward)
-        yield PLACE_ALONG, self.load_joint(number, cross(under.angular_rate, at))
         if joint.kind == "prismatic":
             extra = self.rates[number].acceleration - under.acceleration
             extra = extra - rotate_point(under.angular, under.angular_rate, at)

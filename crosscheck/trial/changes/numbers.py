@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Iterable, Iterator, Sequence
-from dataclasses import dataclass, fields, is_dataclass, replace
+from dataclasses import dataclass, replace
 from functools import partial
 from typing import Any, NamedTuple
 
@@ -11,7 +11,6 @@ import numpy as np
 from pydantic import BaseModel
 
 from crosscheck.models.robot.robot import Robot, RobotBody
-from crosscheck.models.robot.urdf import roll_pitch_yaw
 
 AXES = "xyz"
 INERTIA = {a + b: (AXES.index(a), AXES.index(b)) for a, b in ("xx", "yy", "zz", "xy", "xz", "yz")}
@@ -92,8 +91,7 @@ class RobotNumber:
 
     path: of the number in the robot's record, such as bodies.1.com.x; step: a size of it, by which
     differences are taken; put: the robot with another value of it. factor: whether the number is a
-    factor, 1, of several numbers of the file in the unit; curved: whether equations depend on it in
-    another way than by its square.
+    factor, 1, of several numbers of the file in the unit.
     """
 
     path: str
@@ -103,7 +101,6 @@ class RobotNumber:
     step: float
     put: Callable[[float], Robot]
     factor: bool = False
-    curved: bool = False
 
     @property
     def usual_factors(self) -> list[float]:
@@ -140,8 +137,9 @@ def list_numbers(robot: Robot) -> Iterator[RobotNumber]:
         for number in range(len(getattr(robot, kind))):
             for field in (each for each in FIELDS if each.kind == kind):
                 yield from _list_field(robot, (kind, number, *field.path), field)
-            if kind == "joints":
-                yield from _list_curved(robot, number)
+            if kind == "joints" and robot.joints[number].kind == "prismatic":
+                whose = name_part(robot, kind, number)
+                yield _make_factor(robot, [(kind, number, "axis")], f"{whose}: its axis", "")
     gravity = NumberField("gravity", (), "{}", "m/s^2", 10.0, AXES)
     yield from _list_field(robot, ("gravity",), gravity)
     for kind, name, words, unit in SHARED:
@@ -167,28 +165,6 @@ def _list_field(robot: Robot, path: Path, field: NumberField) -> Iterator[RobotN
         put = partial(put_value, robot, place)
         step = max(size, field.size)
         yield RobotNumber(".".join(map(str, place)), name, field.unit, value, step, put)
-
-
-def _list_curved(robot: Robot, number: int) -> Iterator[RobotNumber]:
-    """Angles of a joint's frame, a sliding axis' length, and how a joint follows another."""
-    joint, whose = robot.joints[number], name_part(robot, "joints", number)
-    angles = roll_pitch_yaw(joint.placement.rotation)
-    turned: Path = ("joints", number, "placement", "rotation")
-    for place, angle in enumerate(("roll", "pitch", "yaw")):
-
-        def turn(value: float, place: int = place) -> Robot:
-            return put_value(robot, turned, rotate_by(set_entry(angles, (place,), value)))
-
-        where, value = f"joints.{number}.{angle}", float(angles[place])
-        yield RobotNumber(where, f"{whose}: its {angle}", "rad", value, 1.0, turn, curved=True)
-    if joint.kind == "prismatic":
-        factor = _make_factor(robot, [("joints", number, "axis")], f"{whose}: its axis", "")
-        yield replace(factor, curved=True)
-    for field, unit in (("multiplier", ""), ("offset", "rad")) if joint.mimic else ():
-        path: Path = ("joints", number, "mimic", field)
-        value, put = float(get_value(robot, path)), partial(put_value, robot, path)
-        name = f"{whose}: its {field}"
-        yield RobotNumber(".".join(map(str, path)), name, unit, value, 1.0, put, curved=True)
 
 
 def _make_factor(robot: Robot, paths: Sequence[Path], name: str, unit: str) -> RobotNumber:
@@ -229,27 +205,6 @@ def put_value(record: Any, path: Path, value: Any) -> Any:
     if isinstance(record, BaseModel):
         return record.model_copy(update=changed)
     return replace(record, **changed)
-
-
-def merge_records(base: Any, first: Any, second: Any) -> Any:
-    """Merge two changed copies of one record; changes of the same number add up."""
-    if first is base or second is base:
-        return second if first is base else first
-    if isinstance(base, np.ndarray | float):
-        return first + second - base
-    if isinstance(base, tuple) and len(base) == len(first) == len(second):
-        return tuple(map(merge_records, base, first, second))
-    if isinstance(base, BaseModel):
-        names = list(type(base).model_fields)
-    elif is_dataclass(base):
-        names = [each.name for each in fields(base)]
-    else:
-        return first if second == base else second
-    three = base, first, second
-    merged = {name: merge_records(*(getattr(each, name) for each in three)) for name in names}
-    if isinstance(base, BaseModel):
-        return base.model_copy(update=merged)
-    return replace(base, **merged)
 
 
 def set_entry(values: np.ndarray, place: tuple[int, ...], value: float) -> np.ndarray:

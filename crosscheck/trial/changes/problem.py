@@ -6,7 +6,7 @@ change is laid out alike.
 
 from __future__ import annotations
 
-from collections.abc import Collection, Mapping, Sequence
+from collections.abc import Collection, Mapping
 from dataclasses import dataclass
 from functools import cached_property
 from typing import NamedTuple
@@ -54,7 +54,6 @@ class ChangeProblem:
         is_weightless: Whether inverse_dynamics is without gravity.
         is_driven: Whether force is the motors' torques alone.
         turns: dq/dx (n, n) where values and sizes are those of other coordinates x.
-        names: Of the coordinates that values are of.
     """
 
     robot: Robot
@@ -67,7 +66,6 @@ class ChangeProblem:
     is_weightless: bool = False
     is_driven: bool = False
     turns: np.ndarray | None = None
-    names: Sequence[str] = ()
 
     @property
     def parts(self) -> list[str]:
@@ -79,26 +77,12 @@ class ChangeProblem:
         """By part, the equations' values less the right ones."""
         return {part: values - self.right[part] for part, values in self.values.items()}
 
-    @property
-    def is_balance_alone(self) -> bool:
-        """Whether nothing but accelerations is known, in which all terms are mixed."""
-        return self.parts == [ACCELERATION]
-
-    @property
-    def coordinate_names(self) -> Sequence[str]:
-        """Names of the coordinates that values are of."""
-        return self.names or self.robot.coordinate_names
-
     def carry(self, part: str, values: np.ndarray) -> np.ndarray:
         """Values of a part (..., n), or of M (..., n, n), from the joints' own coordinates."""
         if self.turns is None:
             return values
         values = values @ self.turns
         return self.turns.T @ values if part == "mass_matrix" else values
-
-    def format_row(self, row: np.ndarray, suffix: str) -> str:
-        """A row (n,) over coordinates of joints, by the coordinates that values are of."""
-        return format_row(self.carry("row", row), self.coordinate_names, suffix)
 
     def lay_out(self, change: DynamicsTerms, states: slice = slice(None)) -> np.ndarray:
         """Changes of all parts, in one row (..., places), that follow from those of the terms.
@@ -192,10 +176,3 @@ class ChangeProblem:
             axes = 3 if part == "mass_matrix" else 2
             rows.append(wrong.reshape(*wrong.shape[: wrong.ndim - axes], -1))
         return np.concatenate(rows, axis=-1)
-
-
-def format_row(row: np.ndarray, names: Sequence[str], suffix: str = "") -> str:
-    """A row (n,) over names as a sum of them, with a suffix each; 0 of none."""
-    fronts, entries = {1.0: "", -1.0: "-"}, zip(row.round(9).tolist(), names, strict=True)
-    parts = (f"{fronts.get(by, f'{by:g} ')}{name}{suffix}" for by, name in entries if by)
-    return " + ".join(parts).replace("+ -", "- ") or "0"

@@ -2,8 +2,8 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Collection, Iterator, Mapping, Sequence
-from dataclasses import dataclass, replace
+from collections.abc import Callable, Iterator, Mapping, Sequence
+from dataclasses import dataclass
 from functools import cached_property
 from itertools import islice
 from typing import NamedTuple
@@ -19,6 +19,7 @@ from crosscheck.trial.changes.numbers import (
     RobotNumber,
     get_link_name,
     put_value,
+    set_entry,
 )
 from crosscheck.trial.changes.pairs import PairSearch, Single
 from crosscheck.trial.changes.problem import (
@@ -30,7 +31,8 @@ from crosscheck.trial.changes.problem import (
     Entry,
     Places,
 )
-from crosscheck.trial.changes.table import BODY_SIZE, ChangeTable
+from crosscheck.trial.changes.steps import Steps
+from crosscheck.trial.changes.table import ChangeTable
 from crosscheck.trial.changes.values import ValueSearch
 from crosscheck.trial.changes.waves import measure_rest
 
@@ -47,7 +49,6 @@ MOST_SCREENED = 64  # places of a row, those of the largest differences, at whic
 
 # Largest second-order effect of a number that counts as linear, over the first-order one.
 LINEAR = 1e-9
-MOST_SEARCHED = 12  # entries of a part, of which each may be wrong by a cause of its own
 MOST_NAMED = 3  # entries that are named one by one
 MOST_EQUALS = 2  # causes named beside the first that no state distinguishes from it
 LEAST_ENTRIES = 3  # wrong entries needed before fitting six inertias means more than chance
@@ -88,90 +89,56 @@ class CauseSearch(ValueSearch):
         plain = [cause for number, cause in numbers if not number.factor]
         numbers_alone = plain or [cause for _, cause in numbers]  # a factor says no more than one
         alone, several = self._find_mistakes(places)
-        causes = [*numbers_alone, *(alone or several)]
-        if isinstance(places, slice) and self.level == "coupled":
-            causes += self._find_missing_couplings()
-        if not any(cause.usual for cause in causes):
-            causes += self._find_exchanges(places)
-        return causes
-
-    def find_rarer_causes(self, places: Places = slice(None)) -> list[Cause]:
-        """Gravity along no axis, else joints' numbers exchanged, else angles and the like."""
-        causes = list(self._find_gravity()) or list(self.find_joint_moves(places))
-        return causes or list(self._find_curved())
+        return [*numbers_alone, *(alone or several)]
 
     @cached_property
-    def number_rows(self) -> list[tuple[str, np.ndarray, np.ndarray]]:
-        """First- and second-order effect of each number on the row.
-
-        With effects on single terms too where only a balance shows that something is wrong.
-        """
-        effects = self.table.compute_number_effects(self.level)
-        linear, square = (self._lay_out_places(each) for each in effects)
-        return [(where, a, b) for (where, a), (_, b) in zip(linear, square, strict=True)]
-
-    def _lay_out_places(
-        self, change: DynamicsTerms, states: slice = slice(None)
-    ) -> list[tuple[str, np.ndarray]]:
-        """A change of all terms in the row, then of each alone if only a balance shows errors."""
-        whole = self.row(change, states)
-        rows = [("", whole)]
-        for name in DynamicsTerms._fields if self.problem.is_balance_alone else ():
-            others = {field: 0 * term for field, term in change._asdict().items() if field != name}
-            alone = self.row(change._replace(**others), states)
-            is_all = np.abs(alone - whole).max(axis=-1, keepdims=True) <= TOLERANCE
-            rows.append((f", in its {name} alone", np.where(is_all, 0.0, alone)))
-        return rows
+    def number_rows(self) -> tuple[np.ndarray, np.ndarray]:
+        """First- and second-order effect (numbers, places) of each number on the row."""
+        linear, square = map(self.row, self.table.compute_number_effects(self.level))
+        return linear, square
 
     def _find_numbers(self, places: Places) -> Iterator[tuple[RobotNumber, Cause]]:
         wrong, numbers = self.difference[places], self.table.select_numbers(self.level)
         allowed = CLOSE * np.linalg.norm(wrong)
-        for where, *effects in self.number_rows:
-            linears, squares = (effect[:, places] for effect in effects)
-            near = measure_rest(wrong, linears, squares) <= 2 * allowed  # by any two factors
-            for number, linear, square in zip(
-                np.array(numbers)[near], linears[near], squares[near], strict=True
-            ):
-                by = solve_step(linear, square, wrong)
-                left = np.linalg.norm(wrong - linear * by - square * by**2)
-                value = number.value + by * number.step
-                if not by or left > allowed or not self.is_possible(number, value):
-                    continue
-                if not where and not self._holds(number, value, places):
-                    continue
+        linears, squares = (effect[:, places] for effect in self.number_rows)
+        near = measure_rest(wrong, linears, squares) <= 2 * allowed  # by any two factors
+        for number, linear, square in zip(
+            np.array(numbers)[near], linears[near], squares[near], strict=True
+        ):
+            by = solve_step(linear, square, wrong)
+            left = np.linalg.norm(wrong - linear * by - square * by**2)
+            value = number.value + by * number.step
+            if not by or left > allowed or not self.is_possible(number, value):
+                continue
+            if self._holds(number, value, places):
                 is_left_out = abs(value) < ALIKE * number.step and not number.factor
-                words = self.describe_value(number, value) + where
-                usual = self.is_usual(number, value)
+                words, usual = self.describe_value(number, value), self.is_usual(number, value)
                 yield number, Cause(words, usual, number.name if is_left_out else "")
 
     def _holds(self, number: RobotNumber, value: float, places: Places) -> bool:
         """Whether a value explains the difference, by terms computed with the value itself."""
         return self.can_explain(self._compute_row(number.put(value)), places)
 
-    def _compute_row(self, *robots: Robot) -> np.ndarray:
-        """What a robot, or several together, change of the row."""
-        rows: np.ndarray = self.row(self.table.compute_changes(robots, self.level)).sum(axis=0)
-        return rows
+    def _compute_row(self, robot: Robot) -> np.ndarray:
+        """What a robot changes of the row."""
+        return self.row(self.table.compute_changes([robot], self.level))[0]
 
     @cached_property
     def body_rows(self) -> list[StepRows]:
-        """What numbers of links may be taken for, in all terms, then in each."""
-        steps = [pair for each in self.table.body_steps for pair in each.items()]
-        return list(self._lay_out_steps(steps, slice(None)))
+        """What numbers of links may be taken for."""
+        return self._lay_out_steps(self.table.body_steps, slice(None))
 
     @cached_property
     def step_rows(self) -> list[StepRows]:
         """All mistakes in Kane's sum, at several states."""
-        steps = self.table.list_steps(self.level)
-        return list(self._lay_out_steps(steps, self.table.several))
+        return self._lay_out_steps(self.table.list_steps(self.level), self.table.several)
 
-    def _lay_out_steps(
-        self, steps: Sequence[tuple[str, dict[str, DynamicsTerms]]], states: slice
-    ) -> Iterator[StepRows]:
-        for words, changes in steps:
+    def _lay_out_steps(self, steps: Sequence[Steps], states: slice) -> list[StepRows]:
+        rows = []
+        for words, changes in (pair for each in steps for pair in each.items()):
             stacked = DynamicsTerms(*map(np.array, zip(*changes.values(), strict=True)))
-            for where, rows in self._lay_out_places(stacked, states):
-                yield StepRows(words + where, list(changes), rows)
+            rows.append(StepRows(words, list(changes), self.row(stacked, states)))
+        return rows
 
     @cached_property
     def frame_mistakes(self) -> list[RobotMistake]:
@@ -179,37 +146,20 @@ class CauseSearch(ValueSearch):
         return list(list_frame_mistakes(self.table.robot, self.level))
 
     @cached_property
-    def frame_rows(self) -> list[np.ndarray]:
-        """Effect of each of these on the row at few states, in all terms and in each."""
-        return self._screen(self.frame_mistakes)
+    def frame_rows(self) -> np.ndarray:
+        """Effect of each of these on the row at few states."""
+        robots, few = [each.robot for each in self.frame_mistakes], self.table.few
+        return self.row(self.table.compute_changes(robots, self.level, few), few)
 
-    @cached_property
-    def _move_rows(self) -> list[np.ndarray]:
-        return self._screen(self.table.joint_moves)
-
-    def _screen(self, mistakes: Sequence[RobotMistake]) -> list[np.ndarray]:
-        few = self.table.few
-        changes = self.table.compute_changes([each.robot for each in mistakes], self.level, few)
-        return [rows for _, rows in self._lay_out_places(changes, few)]
-
-    def _find_robots(
-        self, mistakes: Sequence[RobotMistake], screened: Sequence[np.ndarray], places: Places
-    ) -> Iterator[tuple[RobotMistake, str]]:
-        """The mistakes that explain some places, and in words where they are made."""
+    def _find_robots(self, places: Places) -> Iterator[RobotMistake]:
+        """The mistakes in joints, rotors and gravity that explain some places."""
         at, chosen = self.problem.select_screened(places, self.table.few)
-        near = np.zeros(len(mistakes), bool)
-        for rows in screened:
-            left = np.abs(rows[:, chosen] - self.difference[at]) - 2 * self.problem.allowed[at]
-            near |= (left <= TOLERANCE).all(axis=1)
-        kept = [mistakes[number] for number in np.flatnonzero(near).tolist()]
-        if not kept:
-            return
-        changes = self.table.compute_changes([each.robot for each in kept], self.level)
-        for number, mistake in enumerate(kept):
-            change = DynamicsTerms(*(term[number] for term in changes))
-            for where, row in self._lay_out_places(change):
-                if self._explains(row, places):
-                    yield mistake, where
+        left = np.abs(self.frame_rows[:, chosen] - self.difference[at])
+        near = (left - 2 * self.problem.allowed[at] <= TOLERANCE).all(axis=1)
+        for number in np.flatnonzero(near).tolist():
+            mistake = self.frame_mistakes[number]
+            if self._explains(self._compute_row(mistake.robot), places):
+                yield mistake
 
     def _explains(self, row: np.ndarray, places: Places) -> bool:
         """Whether a change that has an effect in some places explains the difference there."""
@@ -226,50 +176,9 @@ class CauseSearch(ValueSearch):
             total = rows.sum(axis=0)
             if len(names) > 1 and self._explains(total, places):
                 several.append(Cause(f"{_join_names(names, names)}: {words}", usual=True))
-        for mistake, where in self._find_robots(self.frame_mistakes, self.frame_rows, places):
-            causes = several if mistake.several else alone
-            causes.append(Cause(mistake.words + where, usual=True))
+        for mistake in self._find_robots(places):
+            (several if mistake.several else alone).append(Cause(mistake.words, usual=True))
         return alone, several
-
-    def _find_exchanges(self, places: Places) -> Iterator[Cause]:
-        """Numbers of links and rotors that are exchanged, shifted or in another order."""
-        changes, words = self.table.exchanges
-        inside = np.arange(self.difference.size)[places]
-        screened = inside[np.argsort(-np.abs(self.difference[inside]))[:MOST_SCREENED]]
-        effects = self.table.compute_parameter_effects(self.level)
-        for where, rows in self._lay_out_places(effects):
-            left = np.abs(changes @ rows[:, screened] - self.difference[screened])
-            for number in np.flatnonzero((left <= 2 * self.problem.allowed[screened]).all(axis=1)):
-                if self.can_explain(changes[number] @ rows, places):
-                    yield Cause(words[number] + where, usual=True)
-
-    def find_joint_moves(self, places: Places = slice(None)) -> Iterator[Cause]:
-        """Places, axes and frames of joints that are exchanged, or in another order."""
-        moves = self.table.joint_moves
-        for move, where in self._find_robots(moves, self._move_rows, places):
-            yield Cause(move.words + where, usual=True)
-
-    def _find_missing_couplings(self) -> Iterator[Cause]:
-        """Couplings of two joints by a rotor or stage, if M lacks one of these and nothing else."""
-        if "mass_matrix" not in self.problem.parts:
-            return
-        places = self.problem.select_part("mass_matrix")
-        if np.abs(self.difference[~places]).max(initial=0.0) > TOLERANCE:
-            return
-        robot, names = self.table.robot, self.table.robot.coordinate_names
-        for kind in ("rotors", "stages"):
-            parts = getattr(robot, kind)
-            for place, part in enumerate(parts):
-                without = put_value(robot, (kind,), parts[:place] + parts[place + 1 :])
-                lost = self.table.compute_changes([without], self.level).mass_matrix[0]
-                for i, j in zip(*np.triu_indices(len(names), 1), strict=True):
-                    coupling = np.zeros_like(lost)
-                    coupling[:, i, j] = coupling[:, j, i] = lost[:, i, j]
-                    still = np.zeros(coupling.shape[:2])
-                    if self._explains(self.row(DynamicsTerms(coupling, still, still)), slice(None)):
-                        of = f"{kind[:-1]} of {robot.joints[part.joint].name}"
-                        words = f"no coupling of {names[i]} and {names[j]} in M by the {of}"
-                        yield Cause(words, usual=True)
 
     def find_pair_causes(self, places: Places = slice(None)) -> list[Cause]:
         """Two changes at once that leave nothing of the difference, at least one of them usual.
@@ -287,7 +196,7 @@ class CauseSearch(ValueSearch):
     def _list_singles(self) -> Iterator[Single]:
         """Every single change, of which two may be made: numbers first."""
         few = self.problem.list_places(self.table.few)
-        _, linears, squares = self.number_rows[0]
+        linears, squares = self.number_rows
         numbers = self.table.select_numbers(self.level)
         for number, linear, square in zip(numbers, linears[:, few], squares[:, few], strict=True):
             if np.abs(square).max() <= LINEAR * np.abs(linear).max():
@@ -302,24 +211,8 @@ class CauseSearch(ValueSearch):
             if len(names) > 1:
                 every = rows.sum(axis=0)
                 yield Single(f"{_join_names(names, names)}: {words}", every[few], every)
-        for mistake, row in zip(self.frame_mistakes, self.frame_rows[0], strict=True):
+        for mistake, row in zip(self.frame_mistakes, self.frame_rows, strict=True):
             yield Single(mistake.words, row, robot=mistake.robot)
-
-    def _find_curved(self) -> Iterator[Cause]:
-        """Numbers on which the terms depend in another way, each solved for by Newton's method."""
-        curved = [each for each in self.table.numbers if each.curved]
-        near = [each.put(each.value + NEAR * each.step) for each in curved]
-        slopes = self.row(self.table.compute_changes(near, self.level))
-        for number, slope in zip(curved, slopes, strict=True):
-            if _is_unpromising(self.difference, slope):
-                continue
-
-            def left(value: float, number: RobotNumber = number) -> np.ndarray:
-                return self.difference - self._compute_row(number.put(value))
-
-            value = find_root(left, number.value, number.step)
-            if value is not None and (np.abs(left(value)) <= self.problem.allowed).all():
-                yield Cause(self.describe_value(number, value), self.is_usual(number, value))
 
     def find_acceleration_causes(self, row: int) -> Iterator[Cause]:
         """Numbers with other values of which one row of the accelerations alone is right."""
@@ -345,54 +238,21 @@ class CauseSearch(ValueSearch):
                 if self.is_possible(number, value):
                     yield Cause(self.describe_value(number, value), self.is_usual(number, value))
 
-    def _find_gravity(self) -> Iterator[Cause]:
-        """Gravity along another direction than an axis."""
-        robot, size = self.table.robot, float(np.linalg.norm(self.table.robot.gravity))
-        pulled = [replace(robot, gravity=robot.gravity + unit) for unit in np.eye(3)]
-        columns = self.row(self.table.compute_changes(pulled, self.level)).T
-        fit, _, rank, _ = np.linalg.lstsq(columns, self.difference, rcond=1e-10)
-        if rank == 3 and self.can_explain(columns @ fit):
-            vector = np.where(np.abs(robot.gravity + fit) > ALIKE * size, robot.gravity + fit, 0.0)
-            is_tilted = bool(abs(np.linalg.norm(vector) - size) < ALIKE * size)
-            shown = ", ".join(f"{each:.6g}" for each in vector)
-            tilted = ", of the right size: a tilted base?" if is_tilted else ""
-            yield Cause(f"gravity = ({shown}) m/s^2{tilted}", usual=is_tilted)
-
     def find_inertia_causes(self, places: Places = slice(None)) -> Iterator[Cause]:
         """The six inertias of a link together."""
-        for number, body in enumerate(self.table.robot.bodies):
-            fit, rank = self._fit_body(number, slice(4, BODY_SIZE), places)
-            if fit is not None:
-                inertia = body.inertia.copy()
-                for by, i, j in zip(fit, *np.triu_indices(3), strict=True):
-                    inertia[i, j] = inertia[j, i] = inertia[i, j] + by
-                words = describe_inertia(self._link(number), body, inertia, rank == 6)
-                yield Cause(words, usual=False)
-
-    def find_links(self) -> Iterator[str]:
-        """Links whose mass, first moments and inertia about the joint make the difference."""
-        for number in range(len(self.table.robot.bodies)):
-            if self._fit_body(number, slice(BODY_SIZE), slice(None))[0] is not None:
-                yield self._link(number)
-
-    def _fit_body(
-        self, number: int, parameters: slice, places: Places
-    ) -> tuple[np.ndarray | None, int]:
-        """Changes of some parameters of a body that explain some places, None; and their rank."""
-        start = BODY_SIZE * number
-        rows = self._parameter_rows[start : start + BODY_SIZE][parameters]
-        scale = np.maximum(np.abs(rows).max(axis=1, keepdims=True), 1e-300)
-        columns = (rows / scale)[:, places].T
-        fit, _, rank, _ = np.linalg.lstsq(columns, self.difference[places], rcond=1e-10)
-        found = self.can_explain(fit @ (rows / scale), places)
-        return (fit / scale[:, 0] if found else None), int(rank)
-
-    @cached_property
-    def _parameter_rows(self) -> np.ndarray:
-        return self.row(self.table.compute_parameter_effects(self.level))
-
-    def _link(self, number: int) -> str:
-        return get_link_name(self.table.robot, number)
+        robot, entries = self.table.robot, np.argwhere(np.triu(np.ones((3, 3)))).tolist()
+        for number, body in enumerate(robot.bodies):
+            units = np.array([set_entry(np.zeros((3, 3)), tuple(entry), 1.0) for entry in entries])
+            path = "bodies", number, "inertia"
+            robots = [put_value(robot, path, body.inertia + unit) for unit in units]
+            rows = self.row(self.table.compute_changes(robots, self.level))
+            scale = np.maximum(np.abs(rows).max(axis=1), 1e-300)
+            columns = (rows[:, places] / scale[:, None]).T
+            fit, _, rank, _ = np.linalg.lstsq(columns, self.difference[places], rcond=1e-10)
+            if self.can_explain(fit / scale @ rows, places):
+                inertia = body.inertia + np.tensordot(fit / scale, units, 1)
+                link = get_link_name(robot, number)
+                yield Cause(describe_inertia(link, body, inertia, rank == 6), usual=False)
 
     def find_step_causes(self, several: Sequence[Places]) -> Iterator[tuple[int, Cause]]:
         """Mistakes in Kane's sum at some bodies or joints, and the places that each explains.
@@ -416,32 +276,23 @@ class CauseSearch(ValueSearch):
                 break
 
     def find_within(
-        self, part: str, wrong: Mapping[str, Entry], missing: Collection[str], *, alone: bool
-    ) -> list[tuple[str, list[Cause]]]:
-        """Causes of the difference of one part, and where each holds: in it, or in its entries.
+        self, part: str, wrong: Mapping[str, Entry], *, alone: bool
+    ) -> tuple[str, list[Cause]]:
+        """Causes of the difference of one part, and where they hold: in it, or in its entries.
 
-        wrong: entries by name; missing: those that are not there; alone: whether no other part is
-        wrong. Beside others some number would often explain one part by chance, so that it counts
-        only if somebody may well have written it.
+        wrong: entries by name; alone: whether no other part is wrong. Beside others some number
+        would often explain one part by chance, so that it counts only if somebody may well have
+        written it.
         """
         # A row of the balance that accelerations are held in is no row of these.
         has_entries = part not in ("bias", ACCELERATION)
-        single = {name: self.problem.select_entries(part, [place]) for name, place in wrong.items()}
         if len(wrong) == 1 and has_entries:
-            (name,) = wrong
-            if lost := [each for each in self.find_causes(single[name]) if each.missing]:
-                return [(name, lost)]
-        for where, causes in self._generate_within(part, wrong, alone, has_entries):
-            if causes:
-                return [(where, causes)]
-        if not has_entries or len(wrong) > MOST_SEARCHED:
-            return []
-        by_entry = [
-            (name, [each for each in self.find_causes(places) if each.usual])
-            for name, places in single.items()
-            if name not in missing
-        ]
-        return by_entry if all(causes for _, causes in by_entry) else []  # else some are chance
+            ((name, place),) = wrong.items()
+            causes = self.find_causes(self.problem.select_entries(part, [place]))
+            if lost := [each for each in causes if each.missing]:
+                return name, lost
+        within = self._generate_within(part, wrong, alone, has_entries)
+        return next((each for each in within if each[1]), (part, []))
 
     def _generate_within(
         self, part: str, wrong: Mapping[str, Entry], alone: bool, has_entries: bool
@@ -449,8 +300,6 @@ class CauseSearch(ValueSearch):
         """What may explain a part, or all of its wrong entries, the likeliest first."""
         whole, some = self.problem.select_part(part), f"the wrong entries of {part}"
         yield part, [each for each in self.find_causes(whole) if alone or each.usual]
-        if alone:
-            yield part, list(self.find_joint_moves(whole))
         inside = self.problem.select_entries(part, wrong.values())
         steps = list(self.find_step_causes([whole, inside] if has_entries else [whole]))
         yield part, [cause for number, cause in steps if not number]
@@ -513,7 +362,7 @@ def list_equals(causes: Sequence[str]) -> str:
 def _join_names(names: Sequence[str], there: Sequence[str]) -> str:
     """Names of bodies or joints at which something is wrong, of those at which it may be."""
     suffix = ", with what is fixed to it"
-    for begin in ("joint ", "rotor of ", ""):
+    for begin in ("joint ", ""):
         alike = [name for name in there if name.startswith(begin)]
         if len(names) > 1 and list(names) == alike:
             every = f"every {begin.split(' ')[0] or 'link'}"

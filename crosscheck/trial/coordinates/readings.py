@@ -17,7 +17,6 @@ DEGREE = np.pi / 180
 QUARTERS = (np.pi / 2, np.pi, -np.pi / 2)
 MOST_FOR_ALL = 4  # coordinates of which all orders and senses are tried
 MOST_STATED = 3  # coordinates whose matrix is short enough to be shown
-MOST_FOR_PAIRS = 3  # coordinates of which two misunderstandings together are tried
 
 
 @dataclass(frozen=True)
@@ -35,17 +34,6 @@ class Reading:
     rows: np.ndarray
     offset: np.ndarray
     joints: tuple[str, ...] = ()
-
-    def combine(self, inner: Reading) -> Reading:
-        """The reading of coordinates that are inner's, of which this one's are made."""
-        return Reading(
-            f"{self.kind}, {inner.kind}",
-            f"{self.words} and {inner.words}",
-            self.position @ inner.position,
-            self.rates @ inner.rates,
-            self.rows @ inner.rows,
-            self.position @ inner.offset + self.offset,
-        )
 
     @property
     def statement(self) -> str:
@@ -92,17 +80,6 @@ def list_readings(joints: JointCoordinates) -> list[Reading]:
     """Single misunderstandings of joints' coordinates."""
     kinds = (_absolute, _senses, _orders, _degrees, _motor_sides, _zeros)
     return [reading for kind in kinds for reading in kind(joints)]
-
-
-def list_pairs(joints: JointCoordinates) -> list[Reading]:
-    """Two misunderstandings of different kinds together, of few coordinates."""
-    if joints.size > MOST_FOR_PAIRS:
-        return []
-    return [
-        first.combine(second)
-        for first, second in combinations(list_readings(joints), 2)
-        if first.kind != second.kind
-    ]
 
 
 def _linear(kind: str, words: str, matrix: np.ndarray) -> Reading:
@@ -169,9 +146,6 @@ def _motor_sides(joints: JointCoordinates) -> Iterator[Reading]:
     ratios = joints.ratios
     if ratios.size and (ratios != 1).any():
         yield _linear("motor side", "angles of the motors, before their gears", np.diag(1 / ratios))
-        if (ratios < 0).any():
-            sized = np.diag(1 / np.abs(ratios))
-            yield _linear("motor side", "angles of the motors, by ratios without sign", sized)
 
 
 def _zeros(joints: JointCoordinates) -> Iterator[Reading]:

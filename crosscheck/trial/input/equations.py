@@ -91,14 +91,11 @@ class AnswerTable:
     """Facts about equations whose answers stand in a table.
 
     again: those answers that were given when the same states were asked a second time. precision:
-    relative rounding of the numbers. values (rows, ...) by part, NaN where none was needed; at: the
-    row in which a part's answer to a state of the trial stands, (states,) by part.
+    relative rounding of the numbers.
     """
 
     again: Equations
     precision: float = 0.0
-    values: Mapping[str, np.ndarray] = field(default_factory=dict)
-    at: Mapping[str, np.ndarray] = field(default_factory=dict)
 
 
 @dataclass(frozen=True)

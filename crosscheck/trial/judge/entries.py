@@ -233,14 +233,13 @@ class Term:
     """coefficient * cosine or sine of an angle sum: what stands in an entry for too much or little.
 
     coefficient, angle, signal: text as one writes it (``m_payload L2 L1``, ``theta_1 - theta_2``,
-    ``F_sp1``), empty for 1, no angle, none; latex: the whole term.
+    ``F_sp1``), empty for 1, no angle, none.
     """
 
     coefficient: str
     wave: Literal["", "cos", "sin"] = ""
     angle: str = ""
     signal: str = ""
-    latex: str = ""
 
 
 @dataclass(frozen=True)
@@ -264,13 +263,12 @@ class Explanation:
     """Errors that together make a difference, and what they leave of it, relative to that.
 
     others: explanations that fit as well with the arm's numbers (equal lengths, say), likeliest
-    first. seen_in: in words, the entries where the errors are, if not in this one.
+    first.
     """
 
     errors: tuple[TermError, ...]
     left_over: float
     others: tuple[tuple[TermError, ...], ...] = ()
-    seen_in: str = ""
 
 
 @dataclass(frozen=True)
@@ -287,7 +285,6 @@ class EntryMismatch:
     share: float
     explanation: Explanation | None = None
     difference: tuple[Term, ...] = ()
-    latex: str = ""
     shown_on: str = ""
     notes: tuple[str, ...] = ()
     name: str = ""

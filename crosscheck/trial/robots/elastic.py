@@ -7,7 +7,6 @@ A motor's angle is stated on the output side, as its joint's.
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Sequence
 from dataclasses import replace
 
 import numpy as np
@@ -21,7 +20,6 @@ from crosscheck.models.robot.robot import (
     Robot,
     RobotBody,
 )
-from crosscheck.trial.changes.numbers import ALIKE, USUAL
 from crosscheck.trial.input.equations import Equations
 
 ELASTIC = "elastic"  # the level that equations state
@@ -83,21 +81,3 @@ def drive_motors(equations: Equations, robot: Robot) -> Equations:
     driven = [number + 1 for number, name in enumerate(names) if name.startswith(MOTOR)]
     drive = driven if equations.drive is None else equations.drive
     return replace(equations, level="armature", drive=drive)
-
-
-def describe_springs(
-    difference: np.ndarray, q: np.ndarray, stiffness: np.ndarray, names: Sequence[str]
-) -> Iterator[str]:
-    """Sentences on wrong springs, if the difference (states, n) of gravity is linear in q."""
-    if not stiffness.any():
-        return
-    fit, _, rank, _ = np.linalg.lstsq(q, difference, rcond=1e-10)
-    if rank < q.shape[1] or np.abs(difference - q @ fit).max() > ALIKE * np.abs(difference).max():
-        return
-    size = np.abs(stiffness).max()
-    for row, column in np.argwhere(np.abs(fit.T) > ALIKE * size).tolist():
-        right = float(stiffness[row, column])
-        value = right + float(fit[column, row])
-        near = [words for by, words in USUAL.items() if abs(value - by * right) < ALIKE * size]
-        words = near[0] if right and near else f"{value:.6g} for {right:.6g} N m/rad"
-        yield f"springs, K[{names[row]}, {names[column]}]: {words}"

@@ -12,11 +12,9 @@ from crosscheck.analytic.robot.model import AnalyticRobot
 from crosscheck.checks.robot_states import TOLERANCE, WITH_WEIGHTS, RandomStates
 from crosscheck.models.robot.robot import Level
 from crosscheck.report.formatting import list_first
-from crosscheck.trial.changes.forms import describe_pieces, find_forms, format_factor
+from crosscheck.trial.changes.forms import describe_pieces, format_factor
 from crosscheck.trial.changes.numbers import (
     ALIKE,
-    list_equal_numbers,
-    list_numbers,
 )
 from crosscheck.trial.changes.search import (
     LEAST_ENTRIES,
@@ -34,7 +32,6 @@ from crosscheck.trial.judge.entries import (
     list_entries,
 )
 from crosscheck.trial.result import TrialDiagnosis
-from crosscheck.trial.robots.elastic import describe_springs
 from crosscheck.trial.robots.forms import describe_accelerations, describe_friction
 from crosscheck.trial.robots.judge import (
     SINGLE,
@@ -43,14 +40,13 @@ from crosscheck.trial.robots.judge import (
 )
 from crosscheck.trial.robots.rates import BiasTerms, sample_bias_terms, term_sizes
 from crosscheck.trial.robots.readings import find_readings
-from crosscheck.trial.robots.rows import describe_asymmetry, describe_right_rows
+from crosscheck.trial.robots.rows import describe_asymmetry
 
 SHOWN = 1e-5  # least deviation of a ratio from 1 that is shown: ratios have six digits
 MISSING, EXTRA = "missing", "right is 0"
 MOST_OTHERS = 3  # causes of one part, beyond which they are no more than a coincidence
 ROUNDED = 1e-5  # largest difference, relative to an entry's size, that rounded numbers may cause
 NO_CAUSE = "no single number, frame or place explains it"
-UNFOUNDED = "bias does not follow from mass_matrix, which is right"
 Rates = Callable[[], BiasTerms | None]  # the terms of the user's bias, asked only if it is wrong
 
 
@@ -71,85 +67,65 @@ def diagnose(
     compared = {each.level: problem.compare(each.level) for each in allowed}
     searches = {level: CauseSearch(each, table) for level, each in compared.items()}
     level, explanations = _find_explanations(searches, allowed)
-    links: tuple[str, ...] = ()
-    several = _are_several_wrong(problem, level)
-    if not explanations and (several or parts == ["gravity"]):
-        level, explanations = _find_rarer_explanations(searches, allowed, several=several)
-    for each in allowed if not explanations and several else ():
-        if links := tuple(searches[each.level].find_links()):
-            level = each.level
-            break
+    if not explanations and _are_several_wrong(problem, level):
+        level, explanations = _find_rarer_explanations(searches, allowed)
     entries = [_add_remark(problem, level, entry) for entry in problem.entries(level)]
     wrong = _wrong_parts(entries)
     right = [part for part in problem.parts if part in SINGLE or len(wrong) == 1]
     right = [part for part in right if all(entry.part != part for entry in entries)]
     notes = [*_self_notes(problem, level, entries, wrong), *_level_notes(problem, distances)]
     notes += _lone_part_notes(entries, wrong, right)
-    if not explanations and not links:
-        notes += describe_right_rows(problem, level, [part for part in SINGLE if part in wrong])
-        if (largest := entries[0].share) < ROUNDED:
-            digits = int(-np.log10(largest)) + 1
-            notes.append(f"agrees to {largest:.1g}: numbers rounded to {digits} digits?")
-    search, is_explained = searches[level], bool(explanations or links)
+    if not explanations and (largest := entries[0].share) < ROUNDED:
+        digits = int(-np.log10(largest)) + 1
+        notes.append(f"agrees to {largest:.1g}: numbers rounded to {digits} digits?")
+    search, is_explained = searches[level], bool(explanations)
     pieces, causes = dict[str, list[str]](), dict[str, list[str]]()
     if not is_explained:
-        pieces = _describe_lone_product(problem, search, entries, rates)
-        pieces = pieces or _describe_wrong_pieces(problem, search, wrong)
+        pieces = _describe_lone_product(problem, level, entries, rates) or {
+            part: list(describe_pieces(search, part)) for part in wrong if part in SINGLE
+        }
         for part in (each for each in wrong if not pieces.get(each)):
             alone = len(wrong) == 1
             causes[part] = list(_describe_causes_within(search, part, entries, alone))
     notes += [words for each in pieces.values() for words in each]
-    if "bias" in wrong:
-        unfounded = "mass_matrix" in right and "bias" not in problem.self_differences
-        if is_explained or pieces.get("bias") or causes.get("bias"):  # it is a sum of products
-            notes += [UNFOUNDED] if unfounded else []
-        elif (terms := rates()) is not None:
-            notes += _bias_notes(problem, level, terms, unfounded=unfounded)
-            notes += describe_pieces(search, "bias", are_usual=False)
+    has_cause = is_explained or pieces.get("bias") or causes.get("bias")
+    if "bias" in wrong and not has_cause and (terms := rates()) is not None:
+        notes += _bias_notes(problem, level, terms)
+        notes += describe_pieces(search, "bias", are_usual=False)
     if "acceleration" in wrong and not is_explained:
         notes += _describe_accelerations(problem, search, entries)
     if "force" in wrong:
         difference = _compute_difference(problem, level, "force")
         notes += [words for words, _ in describe_friction(problem, level, "force", difference)]
-    if "gravity" in wrong and not explanations:
-        difference = _compute_difference(problem, level, "gravity")
-        springs = problem.states.q, problem.stiffness, problem.names
-        notes += describe_springs(difference, *springs)
     notes += [words for each in causes.values() for words in each]
     explanations.sort(key=lambda cause: not cause.usual)
     words = tuple(cause.words for cause in explanations)
     if wrong == ["gravity"] and len(problem.parts) > 1:  # by another zero of a coordinate
         words += tuple(each.words for each in find_readings(problem)[1])
-    if not (words or links or notes):
+    if not (words or notes):
         notes = list(describe_entry_notes(entries)) or [NO_CAUSE]
-    return TrialDiagnosis(level, tuple(entries), tuple(notes), words, links)
+    return TrialDiagnosis(level, tuple(entries), tuple(notes), words)
 
 
 def _describe_accelerations(
     problem: RobotProblem, search: CauseSearch, entries: Sequence[EntryMismatch]
 ) -> Iterator[str]:
-    """Sentences on accelerations: how they are solved for, else what is wrong in single rows."""
-    solution = list(find_forms(search.problem, "acceleration"))
-    yield from [f"acceleration is {each}" for each in solution] or describe_pieces(
-        search, "acceleration"
-    )
+    """Sentences on accelerations: the terms that are wrong, then what is wrong in single rows."""
+    yield from describe_pieces(search, "acceleration")
     rows = [entry.place.row for entry in entries if entry.part == "acceleration"]
-    if not solution:
-        yield from describe_accelerations(problem, search.level, rows)
-        for row in rows:
-            causes = list(search.find_acceleration_causes(row))
-            yield from describe_causes(causes, problem.entry_name("acceleration", [row]))
+    yield from describe_accelerations(problem, search.level, rows)
+    for row in rows:
+        causes = list(search.find_acceleration_causes(row))
+        yield from describe_causes(causes, problem.entry_name("acceleration", [row]))
 
 
 def _describe_lone_product(
-    problem: RobotProblem, search: CauseSearch, entries: Sequence[EntryMismatch], rates: Rates
+    problem: RobotProblem, level: Level, entries: Sequence[EntryMismatch], rates: Rates
 ) -> dict[str, list[str]]:
     """The sentence on the one product of rates that is wrong, or on all of one row.
 
     A search over terms of Kane's sum would find several equal explanations of so small an error.
-    Only for a product that should not be there are a few of these added.
     """
-    level = search.level
     lone = len({entry.name for entry in entries if entry.part in SINGLE}) == 1
     if not lone or "bias" not in _wrong_parts(entries) or (terms := rates()) is None:
         return {}
@@ -159,24 +135,7 @@ def _describe_lone_product(
     sentences, others = _describe_products(problem, level, terms)
     if len(sentences) != 1 or others:
         return {}
-    if EXTRA in sentences[0]:
-        equals = search.find_step_causes([search.problem.select_part("bias")])
-        causes = [cause for _, cause in equals]
-        sentences += describe_causes(causes, "bias") if len(causes) <= MOST_OTHERS else []
     return {"bias": sentences}
-
-
-def _describe_wrong_pieces(
-    problem: RobotProblem, search: CauseSearch, wrong: Sequence[str]
-) -> dict[str, list[str]]:
-    """Sentences on terms of Kane's sum, or else on a coordinate, by each part that they explain."""
-    described: dict[str, list[str]] = {}
-    for part in wrong:
-        if part in SINGLE:
-            pieces = list(describe_pieces(search, part))
-            forms = () if pieces else find_forms(search.problem, part)
-            described[part] = pieces or [f"{part}: {words}" for words in forms]
-    return described
 
 
 def _diagnose_reading(problem: RobotProblem) -> TrialDiagnosis | None:
@@ -216,30 +175,25 @@ def _find_explanations(
 
 
 def _find_rarer_explanations(
-    searches: Mapping[Level, CauseSearch], distances: Sequence[LevelDistance], *, several: bool
+    searches: Mapping[Level, CauseSearch], distances: Sequence[LevelDistance]
 ) -> tuple[Level, list[Cause]]:
-    """Explain by an angle, a term of Kane's sum, two changes or six inertias, at the nearest level.
+    """Explain by a term of Kane's sum, two changes or six inertias, at the nearest level.
 
-    Among levels with equally many wrong entries the first is taken. several: whether more than
-    gravity is wrong, whose terms are reported separately.
+    Among levels with equally many wrong entries the first is taken.
     """
 
-    def find_single(search: CauseSearch) -> list[Cause]:
-        causes = search.find_rarer_causes()
-        if several and not causes:
-            equals = search.find_step_causes([slice(None)])
-            causes = [cause for _, cause in islice(equals, 1 + MOST_OTHERS)]
-        return causes
+    def find_steps(search: CauseSearch) -> list[Cause]:
+        equals = search.find_step_causes([slice(None)])
+        return [cause for _, cause in islice(equals, 1 + MOST_OTHERS)]
 
     def find_inertias(search: CauseSearch) -> list[Cause]:
         has_inertia = "mass_matrix" in search.problem.parts
         is_wide = has_inertia and distances[0].entries >= LEAST_ENTRIES
         return list(search.find_inertia_causes()) if is_wide else []
 
-    kinds: list[Callable[[CauseSearch], list[Cause]]] = [find_single, find_inertias]
-    if several:
-        kinds.insert(1, CauseSearch.find_pair_causes)
     nearest = [each.level for each in distances if each.entries == distances[0].entries]
+    pairs = CauseSearch.find_pair_causes
+    kinds: list[Callable[[CauseSearch], list[Cause]]] = [find_steps, pairs, find_inertias]
     for find, level in product(kinds, nearest):
         if causes := find(searches[level]):
             return level, causes
@@ -298,38 +252,15 @@ def _add_remark(problem: RobotProblem, level: Level, entry: EntryMismatch) -> En
     reference_values = select_entry(problem.reference_values[level][entry.part], entry.place.index)
     size = select_entry(problem.sizes[level].entry_sizes(entry.part), entry.place.index)
     ratio_text = describe_ratio(user_values, reference_values, size * TOLERANCE)
-    wave, name = "", ""
-    if entry.part not in ("bias", "acceleration"):
-        wave = _describe_difference(problem, user_values - reference_values)
-    if wave and entry.part == "mass_matrix":
-        name = _name_constant(problem, level, entry.place.index, user_values - reference_values)
-    words = "; ".join(filter(None, (ratio_text, wave + name)))
+    is_quadratic = entry.part in ("bias", "acceleration")
+    wave = "" if is_quadratic else _describe_difference(problem, user_values - reference_values)
+    words = "; ".join(filter(None, (ratio_text, wave)))
     return replace(entry, notes=(words,) if words else ())
 
 
 def _describe_difference(problem: RobotProblem, difference: np.ndarray) -> str:
     words = describe_angle_sum(difference, problem.states.q[: len(difference)], problem.robot)
     return f"yours minus right is {words}" if words else ""
-
-
-def _name_constant(
-    problem: RobotProblem, level: Level, place: tuple[int, ...], difference: np.ndarray
-) -> str:
-    """The number of the file that a constant difference of an entry of M is, in words; else ''.
-
-    Of equal numbers the first one on which the entry depends.
-    """
-    value, robot, first = float(difference.mean()), problem.robot, problem.states.q[:1]
-    if np.ptp(difference) > ALIKE * abs(value):
-        return ""
-    kinds = {robot.joints[robot.coordinates[number]].kind for number in place}
-    unit = {"prismatic": "kg", "revolute": "kg m^2"}[kinds.pop()] if len(kinds) == 1 else "kg m"
-    right = select_entry(problem.reference_values[level]["mass_matrix"][:1], place)
-    for number in list_equal_numbers(list_numbers(robot), unit, abs(value)):
-        changed = AnalyticRobot(number.put(2 * number.value), level).mass_matrix(first)
-        if abs(select_entry(changed, place) - right) > ALIKE * abs(value):
-            return f" ({number.name} = {number.value:.6g} {unit})"
-    return ""
 
 
 def describe_ratio(
@@ -365,27 +296,18 @@ def _lone_part_notes(
         return
     within = [entry for entry in entries if entry.part == wrong[0]]
     name = within[0].name if len(within) == 1 else wrong[0]
+    verb = "is" if len(right) == 1 else "are"
     remark = f": {within[0].remark}" if len(within) == 1 and within[0].remark else ""
-    yield f"{name} alone is wrong{remark}; {' and '.join(right)} {_is_or_are(right)} right"
+    yield f"{name} alone is wrong{remark}; {' and '.join(right)} {verb} right"
 
 
-def _is_or_are(names: Sequence[str]) -> str:
-    return "is" if len(names) == 1 else "are"
-
-
-def _bias_notes(
-    problem: RobotProblem, level: Level, terms: BiasTerms, *, unfounded: bool
-) -> Iterator[str]:
-    """Sentences on a bias that is wrong: what is no product of two rates, then wrong terms.
-
-    unfounded: whether M is right, from which it should follow, and nothing says so yet.
-    """
+def _bias_notes(problem: RobotProblem, level: Level, terms: BiasTerms) -> Iterator[str]:
+    """Sentences on a bias that is wrong: what is no product of two rates, then wrong terms."""
     sizes, few = problem.sizes[level], slice(len(terms.rest))
     states = RandomStates(*(each[few] for each in problem.states))
     size = sizes.entry_sizes("bias", problem.answers.sources["bias"])[few]
     rounding = TOLERANCE * (size + sizes.gravity[few])  # the terms are sums of a few answers each
-    model, names = AnalyticRobot(problem.robot, level), problem.names
-    difference = _compute_difference(problem, level, "bias")
+    names, difference = problem.names, _compute_difference(problem, level, "bias")
     by_friction = list(describe_friction(problem, level, "bias", difference))
     wrong = (np.abs(difference[few]) > rounding).any(axis=0)
     if set(np.flatnonzero(wrong)) <= {row for _, rows in by_friction for row in rows}:
@@ -396,35 +318,15 @@ def _bias_notes(
         yield "bias is no sum of a constant, rates and products of two rates, as it must be"
         return
     if (np.abs(terms.rest) > rounding).any():
-        yield _describe_rest(problem, terms, model.gravity(problem.states.q), level)
+        yield "bias at rest is not 0: beside gravity it is Coriolis and centrifugal torques alone"
     linear = np.einsum("sij,sj->si", terms.linear, states.v)
     by_friction = list(describe_friction(problem, level, "bias", linear))
     yield from (words for words, _ in by_friction)
     yield from _linear_notes(terms, size, names, {row for _, rows in by_friction for row in rows})
     sentences, others = _describe_products(problem, level, terms)
-    if unfounded and (sentences or others):
-        yield UNFOUNDED
     yield from sentences
     if others:
         yield f"wrong terms: {list_first(others)}"
-
-
-def _describe_rest(
-    problem: RobotProblem, terms: BiasTerms, weights: np.ndarray, level: Level
-) -> str:
-    """The sentence on a bias that is not 0 at rest although gravity stands beside it."""
-    sizes = problem.sizes[level]
-    few = slice(len(terms.rest))
-    if (np.abs(terms.rest - weights[few]) > TOLERANCE * sizes.gravity[few]).any():
-        return "bias at rest is not 0; bias must be Coriolis and centrifugal torques alone"
-    moving = problem.answers.values["bias"] - weights
-    difference = np.abs(moving - problem.reference_values[level]["bias"])
-    right = (difference <= TOLERANCE * (sizes.bias + sizes.gravity)).all()
-    less = "; without these it is right" if right else ""
-    return (
-        "bias at rest is exactly gravity: these are nonlinear effects, C v + g; beside gravity, or"
-        f" in bias, the weights count twice{less}"
-    )
 
 
 def _self_notes(
@@ -516,5 +418,5 @@ def _describe_causes_within(
     wrong = {each.name: each.place.index for each in entries if each.part == part}
     missing = {each.name for each in entries if each.remark.startswith(MISSING)}
     if not missing >= set(wrong):  # whatever makes an entry nothing explains one that is missing
-        for where, causes in search.find_within(part, wrong, missing, alone=alone):
-            yield from describe_causes(causes, where)
+        where, causes = search.find_within(part, wrong, alone=alone)
+        yield from describe_causes(causes, where)

@@ -14,8 +14,6 @@ from crosscheck.trial.changes.numbers import ALIKE
 from crosscheck.trial.robots.judge import RobotProblem
 from crosscheck.trial.robots.rates import sample_bias_terms
 
-RATIO_POWERS = ("multiplied ", "'s square", 2), ("multiplied ", "", 1), ("divided ", "", -1)
-
 
 def list_acceleration_pieces(problem: RobotProblem, level: Level) -> dict[str, np.ndarray]:
     """Contribution of each motor, the weights and each product of rates to the accelerations."""
@@ -42,13 +40,12 @@ def describe_friction(
     difference (states, n): yours less right, at the first states.
     """
     first = slice(len(difference))
-    where, v = problem.answers.sources[part], problem.states.v[first]
+    where = problem.answers.sources[part]
     size = np.broadcast_to(problem.sizes[level].entry_sizes(part, where), problem.states.v.shape)
     # What is right of a bias that seems to have none has none either.
     is_there = part == "force" or where == "inverse_dynamics" or problem.answers.friction_in_bias
-    ratios = {each.joint: each.ratio for each in problem.robot.rotors}
     rows_by_factor: dict[str, list[int]] = {}
-    for row, name in enumerate(problem.names):
+    for row in range(len(problem.names)):
         friction, wrong = problem.friction[first, row], difference[:, row]
         friction = -friction if part == "force" else friction
         least = SIZABLE * float(size[:, row].max())
@@ -56,25 +53,7 @@ def describe_friction(
             continue
         share = float(wrong @ friction / (friction @ friction))
         if np.abs(wrong - share * friction).max() <= ALIKE * np.abs(wrong).max():
-            ratio = abs(ratios.get(problem.robot.coordinates[row], 1.0))
-            near = [
-                f", {how}by its ratio{power}"
-                for how, power, by in RATIO_POWERS
-                if ratio != 1 and abs((is_there + share) / ratio**by - 1) < ALIKE
-            ]
-            factor = f"{format_factor(is_there + share)}{''.join(near)}"
-            rows_by_factor.setdefault(factor, []).append(row)
-            continue
-        laws = np.stack([v[:, row], np.sign(v[:, row])], axis=1)
-        kinds = laws * np.linalg.lstsq(laws, friction, rcond=None)[0]
-        for kind, taken in zip(("viscous", "Coulomb"), kinds.T, strict=True):
-            for other, other_name in enumerate(problem.names):
-                rate = v[:, other] if kind == "viscous" else np.sign(v[:, other])
-                share = float((wrong + taken) @ rate / (rate @ rate))
-                left = np.abs(wrong + taken - share * rate).max()
-                if other != row and left <= ALIKE * np.abs(wrong).max():
-                    law = f"its {kind} friction goes by the rate of {other_name}"
-                    yield f"{where}[{name}]: {law}", [row]
+            rows_by_factor.setdefault(format_factor(is_there + share), []).append(row)
     for factor, rows in rows_by_factor.items():
         names = [problem.names[row] for row in rows]
         entry = f"{where}[{names[0]}]" if len(names) == 1 else where

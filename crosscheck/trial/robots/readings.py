@@ -13,7 +13,6 @@ from crosscheck.trial.coordinates.readings import (
     FITS,
     JointCoordinates,
     Reading,
-    list_pairs,
     list_readings,
     select_first_kind,
 )
@@ -27,11 +26,10 @@ def find_readings(problem: RobotProblem) -> tuple[Level | None, list[Reading]]:
     joints = describe_coordinates(problem.robot)
     levels = [each for each in problem.sizes if each == problem.stated or not problem.stated]
     levels = [each for each in levels if problem.entries(each)]  # else nothing is misread
-    for group in (list_readings(joints), list_pairs(joints)):
-        for level in levels:
-            tolerance = problem.sizes[level].tolerance
-            if readings := select_readings(problem, level, group, tolerance):
-                return level, select_first_kind(readings)
+    for level in levels:
+        tolerance = problem.sizes[level].tolerance
+        if readings := select_readings(problem, level, list_readings(joints), tolerance):
+            return level, select_first_kind(readings)
     return None, []
 
 

@@ -1,8 +1,6 @@
-"""Rows and columns of parts that are right, which say where the others go wrong; M's symmetry."""
+"""Entries of M that differ from their mirror images; right rows say where the others go wrong."""
 
 from __future__ import annotations
-
-from collections.abc import Iterator, Sequence
 
 import numpy as np
 
@@ -42,21 +40,6 @@ def describe_asymmetry(problem: RobotProblem, level: Level) -> str:
     else:
         also = list_first([problem.entry_name("mass_matrix", each) for each in pairs])
     return f"mass_matrix is not symmetric in {len(pairs)} pairs; {also}"
-
-
-def describe_right_rows(problem: RobotProblem, level: Level, wrong: Sequence[str]) -> Iterator[str]:
-    """Sentences on rows that are right of parts of which several rows are wrong."""
-    parts_by_rows: dict[str, list[str]] = {}
-    for part in wrong:
-        if part == "mass_matrix" and describe_asymmetry(problem, level):
-            continue  # which says it
-        places = _find_wrong_places(problem, level, part)
-        right = ~np.array(places.any(axis=1) if places.ndim > 1 else places)
-        if right.any() and (~right).sum() > 1:
-            parts_by_rows.setdefault(_join_places(right), []).append(part)
-    for rows, parts in parts_by_rows.items():
-        sentence = "row {} of {} is right" if rows.isdecimal() else "rows {} of {} are right"
-        yield sentence.format(rows, join_words(parts))
 
 
 def _describe_way(robot: Robot, lines: str, right: np.ndarray) -> str:

@@ -108,11 +108,8 @@ def _arm_equations(answers: TrialAnswers, sheets: Sequence[StateRequest]) -> Equ
 
     equations = answers.trial.equations(answers.parts, answer)
     precision = max(file.precision for file in answers.files)
-    at = {part: sheet.at[part] for part, sheet in home.items() if part in sheet.at}
     assert equations.table is not None  # as they are made
-    return replace(
-        equations, table=replace(equations.table, precision=precision, values=values, at=at)
-    )
+    return replace(equations, table=replace(equations.table, precision=precision))
 
 
 def _values(answers: TrialAnswers, sheet: StateRequest, part: str) -> np.ndarray:

@@ -150,18 +150,10 @@ class TableTrial(AnsweredTrial):
     def _build_request(
         self, problem: VerificationProblem, notes: Iterable[Call], first: int
     ) -> StateRequest:
-        """Request for the recorded calls, with the rows of the trial's own states or -1."""
+        """Request for the recorded calls."""
         arm = problem.case.arm
         columns = argument_columns(problem.frame, self.coordinates, arm)
-        request = build_request(arm, problem.frame.names, columns, self.parts, notes, first)
-        states = [{"t": s.t, "x": s.x, "v": s.u, "torque": s.torque} for s in problem.states]
-        at = {}
-        for part in PARTS[:5]:
-            calls = (
-                make_call(part, False, *(state[name] for name in TAKES[part])) for state in states
-            )
-            at[part] = np.array([request.row_of.get(call, -1) for call in calls])
-        return replace(request, at=at)
+        return build_request(arm, problem.frame.names, columns, self.parts, notes, first)
 
 
 Answer = Callable[[Call], np.ndarray]
@@ -179,7 +171,7 @@ class StateRequest:
 
     arguments: t [s] (rows, 1), x, v, a (rows, n) in the user's coordinates, torque (rows, joints)
     [N m] on the output side; 0 where no part of a row takes one. needed (rows,) by part: where it
-    is looked up. row_of: of every call. at (states,) by part: rows of the trial's random states.
+    is looked up. row_of: of every call.
     """
 
     arm: Any
@@ -189,7 +181,6 @@ class StateRequest:
     arguments: Mapping[str, np.ndarray]
     needed: Mapping[str, np.ndarray]
     row_of: Mapping[Call, int]
-    at: Mapping[str, np.ndarray]
 
     @property
     def count(self) -> int:
@@ -268,7 +259,7 @@ def build_request(
     needed = {part: np.zeros(len(rows), dtype=bool) for part in parts}
     for call, place in row_of.items():
         needed[call.part][place] = True
-    return StateRequest(arm, names, columns, first, arguments, needed, row_of, {})
+    return StateRequest(arm, names, columns, first, arguments, needed, row_of)
 
 
 def make_call(part: str, again: bool, *arguments: Any) -> Call:

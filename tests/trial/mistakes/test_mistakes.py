@@ -17,7 +17,7 @@ from crosscheck.trial.input.loading import build_equations
 from tests.draws import DRAWS
 from tests.draws import SAMPLE as SAMPLED
 from tests.trial.mistakes.equations import RIGHT, written
-from tests.trial.mistakes.score import MISTAKES, Mistake, scored, supplied, texts_of, wrong_entries
+from tests.trial.mistakes.score import MISTAKES, Mistake, scored, supplied, wrong_entries
 
 ENOUGH = 0.9  # of the mistakes, told by their term
 SAMPLE = (
@@ -37,12 +37,6 @@ def test_a_right_text_is_not_blamed(kind):
 WEIGHT = "g*(m1*d1 + m2*L1 + mp*L1)*cos(x[0])"
 # Pieces of a text, the entries that may be blamed, and what is told of them.
 SLIPS = {
-    "a copied line": (
-        "relative",
-        ("h[1] = (m2*L1*d2 + mp*L1*L2)*s2*v[0]**2", "h[1] = h[0]"),
-        r"bias\[theta_2\]",
-        "bias: the row of theta_2 is that of theta_1",
-    ),
     "a length in millimetres": (
         "relative",
         (WEIGHT, WEIGHT.replace("L1", "1000*L1")),
@@ -55,18 +49,11 @@ SLIPS = {
         r"force\[theta_2\]",
         "9.8 where g_y belongs",
     ),
-    "a mass per length": ("absolute", ("m2", "(m2/L2)"), "M|bias|force", "m2/L2 where m2 belongs"),
     "a ratio of whole numbers": (
         "displacements",
         ("T[j]/s.n*", "T[j]/(1 + s.z_r//s.z_s)*"),
         "force",
         r"z_r[12]//z_s[12] \+ 1 where n[12] belongs",
-    ),
-    "a stiffness by its cosine": (
-        "displacements",
-        ("K[1]*sine", "K[1]*cos(s.z_r*theta[j] + p)"),
-        "force",
-        "cosine of the mesh phase",
     ),
 }
 
@@ -83,13 +70,6 @@ def test_a_mistake_is_named_in_its_entry_by_its_term(name):
     (mistake,) = (each for each in MISTAKES if each.name == name)
     found = scored(mistake)
     assert (found.entry_right, found.verdict) == (True, "right"), found
-
-
-def test_the_sign_of_a_stiffness_wave_is_no_constant_stiffness():
-    replaced = (("K[0] + K[1]*sine", "K[0] - K[1]*sine"),)
-    guessed = {texts_of(each)[0] for each in wrong_entries(supplied("displacements", replaced))}
-    where = "in mesh force sp1, pr1, sp2, pr2"
-    assert guessed == {f"k with its amplitude of the opposite sign where k belongs, {where}"}
 
 
 def test_a_mistake_in_degrees_is_named_by_its_term():

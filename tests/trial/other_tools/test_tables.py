@@ -142,25 +142,18 @@ def test_acceleration_beside_the_rest_is_judged_in_both_rounds(tmp_path):
 CHANGES = {
     "newtons in millimetres": (
         lambda v: v | {"force": 1000 * v["force"]},
-        "force[theta_1], force[theta_2]: 1000 times",
+        "force: all of it 1000 times as large: another unit?",
     ),
-    "degrees": (lambda v: v | {"force": np.degrees(v["force"])}, "180/pi times"),
-    "by columns": (
-        lambda v: v | {"force": v["force"].ravel(order="F").reshape(v["force"].shape)},
-        "force agrees once its numbers are read in another order",
-    ),
-    "matrices by columns": (
-        lambda v: (
-            v | {"mass_matrix": v["mass_matrix"].transpose(1, 2, 0).reshape(v["mass_matrix"].shape)}
-        ),
-        "M agrees once its numbers are read in another order",
+    "degrees": (
+        lambda v: v | {"force": np.degrees(v["force"])},
+        "force: all of it 57.2958 times as large: another unit?",
     ),
 }
 
 
 @pytest.mark.usefixtures("asked_once")
 @pytest.mark.parametrize("change", CHANGES)
-def test_units_and_order_are_reported(change, tmp_path):
+def test_other_units_are_reported(change, tmp_path):
     made, line = CHANGES[change]
     trial = tried_changed(made, tmp_path / "answers.csv")
     assert trial.exit_code == 1

@@ -5,7 +5,6 @@ from __future__ import annotations
 from collections import Counter
 from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import replace
-from itertools import permutations
 from typing import Any
 
 import numpy as np
@@ -17,25 +16,18 @@ from crosscheck.trial.changes.arms.segments import (
     ReferenceTerms,
     build_reference_terms,
     evaluate_entry,
-    rate_name,
 )
 from crosscheck.trial.changes.arms.steps import find_steps
 from crosscheck.trial.changes.arms.targets import (
-    TargetRow,
-    make_balance_target,
     make_entry_target,
-    make_target,
 )
 from crosscheck.trial.changes.arms.term_changes import Target, TermChange
-from crosscheck.trial.changes.arms.term_search import FITS, ChangeSet, find_singles, search_changes
+from crosscheck.trial.changes.arms.term_search import ChangeSet, search_changes
 from crosscheck.trial.changes.arms.term_words import (
     error_signature,
-    join_terms,
     make_difference_terms,
-    make_term,
     make_term_error,
 )
-from crosscheck.trial.changes.forms import exchange_rows, scale_part
 from crosscheck.trial.judge import entries
 from crosscheck.trial.judge.entries import (
     EntryMismatch,
@@ -55,8 +47,6 @@ def explain_entries(arm: EntryComparison, probes: Sequence[EntryComparison]) -> 
     """
     if probes and probes[0].columns is not None and _is_same_map(probes[0].columns, arm):
         arm = replace(arm, letters=probes[0].columns)  # equal numbers are no letter's own
-    if set(arm.user_values) == {"acceleration"} and arm.terms is not None:
-        return list(_explain_accelerations(arm, probes))
     return _explain_parts((arm, *probes), list(_explain_arms(arm, probes)))
 
 
@@ -104,9 +94,7 @@ def _explain_entry(wrong: EntryMismatch, arms: Sequence[EntryComparison]) -> Ent
         sets = search_changes(target, _list_law_changes(arm, place, target))
     if sets:
         return replace(wrong, explanation=_make_explanation(target, sets))
-    difference = make_difference_terms(waves or {}, arm.terms)
-    latex = join_terms(term.latex for term in difference)
-    return replace(wrong, difference=difference, latex=latex)
+    return replace(wrong, difference=make_difference_terms(waves or {}, arm.terms))
 
 
 def _make_explanation(target: Target, sets: Sequence[ChangeSet]) -> Explanation:
@@ -169,7 +157,6 @@ def _explain_parts(
             continue
         group = _prefer_shared_errors(group, arms[0].values)
         explanations |= {w.place: w.explanation for w in group if w.explanation}
-        explanations |= _find_moved_terms(arms, group)
         group = [replace(each, explanation=explanations.get(each.place)) for each in group]
         if len(_collect_errors(group)) != 1 or not all(wrong.explanation for wrong in group):
             explanations |= _explain_part(arms, [wrong.place for wrong in group])
@@ -179,35 +166,6 @@ def _explain_parts(
         else replace(wrong, explanation=explanations.get(wrong.place, wrong.explanation))
         for wrong in wrong_entries
     ]
-
-
-def _find_moved_terms(
-    arms: Sequence[EntryComparison], group: Sequence[EntryMismatch]
-) -> dict[EntryPlace, Explanation]:
-    """Terms of the bias that are missing in one entry and too many in another, by both entries.
-
-    They stand before other rates, or in another row.
-    """
-    moved, names = dict[EntryPlace, Explanation](), arms[0].frame.names
-    for wrong, other in permutations(group, 2):
-        here, there, explanation = wrong.place, other.place, wrong.explanation
-        if here.rates is None or there.rates is None or explanation is None:
-            continue
-        in_row, (error, *more) = here.row == there.row, explanation.errors
-        if more or error.kind != "dropped" or not (in_row or here.rates == there.rates):
-            continue
-        sums = [np.abs(arm.difference(here)[0] + arm.difference(there)[0]).max() for arm in arms]
-        least = [FITS * np.abs(arm.difference(here)[0]).max() + arm.noise(here) for arm in arms]
-        if all(off <= allowed for off, allowed in zip(sums, least, strict=True)):
-            yours, right = (
-                entries.format_rates(each.rates or (0, 0), names)
-                if in_row
-                else f"row {names[each.row]}"
-                for each in (there, here)
-            )
-            swapped = TermError("swapped", error.term, yours, right)
-            moved |= dict.fromkeys((here, there), Explanation((swapped,), explanation.left_over))
-    return moved
 
 
 def _prefer_shared_errors(
@@ -248,8 +206,6 @@ def _explain_part(
 ) -> dict[EntryPlace, Explanation]:
     """Explanations of wrong entries of a part by one change of all of them."""
     part = wrong[0].part
-    if errors := find_steps(arms, part, [scale_part, exchange_rows]):
-        return dict.fromkeys(wrong, _explain_by_any(errors))
     if arms[0].problem.has_gravity and part == "force":
         return {}  # without weights there is nothing to derive
     errors = find_steps(arms, part)
@@ -259,84 +215,3 @@ def _explain_part(
 def _explain_by_any(errors: Sequence[TermError]) -> Explanation:
     """Explain a difference by the first of several errors that each make it alone."""
     return Explanation((errors[0],), 0.0, tuple((each,) for each in errors[1:]))
-
-
-def _explain_accelerations(
-    arm: EntryComparison, probes: Sequence[EntryComparison]
-) -> Iterator[EntryMismatch]:
-    """The wrong entries of accelerations alone, by changes of the equations behind them.
-
-    With the right M, h and f, M a + h - f of a user's acceleration a is f' - f - (h' - h) -
-    (M' - M) a of his own M', h' and f'. So a change shows in the rows that have it, and no other.
-    """
-    arms = [each for each in (arm, *probes) if "acceleration" in each.user_values]
-    explanation = _explain_balances(arms, [_balance_accelerations(each) for each in arms])
-    if explanation is None or len(explanation.errors) > 1:
-        errors = find_steps(arms, "acceleration")
-        explanation = _explain_by_any(errors) if errors else explanation
-    for wrong in _explain_arms(arm, probes):
-        yield wrong if wrong.shown_on else replace(wrong, explanation=explanation)
-
-
-def _balance_accelerations(comparison: EntryComparison) -> np.ndarray:
-    """The force (K, n) that M makes of the differences of accelerations."""
-    mass, *_ = comparison.problem.list_trusted_answers(comparison.level)
-    right = comparison.reference_values["acceleration"]
-    wrong = comparison.user_values["acceleration"] - right
-    force: np.ndarray = np.einsum("sij,sj->si", mass, wrong)
-    return force
-
-
-def _explain_balances(
-    arms: Sequence[EntryComparison], balances: Sequence[np.ndarray]
-) -> Explanation | None:
-    """Explain the residual in the rows of M a + h - f."""
-    terms = arms[0].terms
-    assert terms is not None  # else nobody asks
-    pairs = zip(arms, balances, strict=True)
-    wrong = np.any([np.abs(b).max(axis=0) > FITS * arm.sizes.force for arm, b in pairs], axis=0)
-    rows = dict[int, tuple[Target, list[ChangeSet]]]()
-    for row in np.flatnonzero(wrong).tolist():
-        target = make_balance_target(arms, balances, row)
-        changes = search_changes(target)
-        if not changes:
-            break
-        rows[row] = target, changes
-    each = [_make_explanation(*given) for given in rows.values()]
-    errors = {error_signature(e): e for explanation in each for e in explanation.errors}
-    if not rows or len(rows) < wrong.sum():
-        return None
-    where = ", ".join(_name_places(changes[0], terms) for _, changes in rows.values())
-    return Explanation(tuple(errors.values()), 0.0, (), f"{where}, which M x'' shows")
-
-
-def _name_places(changes: ChangeSet, terms: ReferenceTerms) -> str:
-    places = dict.fromkeys(place for change in changes for place, _ in change.terms)
-    return ", ".join(entries.format_entry(place, terms.names) for place in places)
-
-
-def explain_linear_rates(arm: EntryComparison) -> Iterator[EntryMismatch]:
-    """Entries of the bias in which one rate stands where a product of two belongs.
-
-    At rates of 1 nobody sees that; the bias at opposite rates has the opposite sign of it.
-    """
-    problem, terms = arm.problem, arm.terms
-    bias = arm.results.get(problem.ask_equations("bias"))
-    others = arm.results.get(problem.ask_equations("other_speeds"))
-    if bias is None or others is None or terms is None:
-        return
-    odd = (bias - others[:, 0]) / 2
-    for row, size in enumerate(arm.sizes.bias.tolist()):
-        relative = float(np.abs(odd[:, row]).max() / size)
-        if relative <= arm.sizes.tolerance("bias"):
-            continue
-        for place in terms.entries:
-            for rate in dict.fromkeys(place.rates or ()) if place.row == row else ():
-                line = TargetRow(odd[:, row], FITS * size, {place: arm.rates[:, rate]})
-                target = make_target([arm], [line], "bias")
-                singles = find_singles(target, target.list_changes())
-                if extra := [change for (change,) in singles if change.by == 2]:
-                    term, names = make_term(extra[0].products, terms), terms.names
-                    right = entries.format_rates(place.rates or (0, 0), names)
-                    error = TermError("swapped", term, rate_name(names[rate]), right)
-                    yield EntryMismatch(place, relative, Explanation((error,), 0.0))

@@ -106,11 +106,6 @@ def generate_alternatives(name: str, values: Values) -> Iterator[Alternative]:
     if stem == "n":
         for text, ratio in _generate_ratios(j, values):
             yield Alternative(text, ratio, 0.1)
-    if stem in ("r_c", "r_cp") and f"r_r{j}" in values:
-        s, p, r = (values[f"{radius}{j}"] for radius in ("r_s", "r_p", "r_r"))
-        sums = {"z_s{0} + z_r{0}": s + r, "z_p{0} + z_r{0}": p + r, "z_s{0} - z_p{0}": s - p}
-        for text, total in (sums | {"z_s{0} + 2 z_p{0}": s + 2 * p}).items():
-            yield Alternative(f"{name} by {text.format(j)}", value / (s + p) * total, 0.2)
     for other, number in values.items():
         if kind and other != name and QUANTITY_OF_STEM.get(parse_letter(other).stem) == kind:
             yield Alternative(other, number, _distance(parse_letter(name), parse_letter(other)))
@@ -123,8 +118,6 @@ def generate_alternatives(name: str, values: Values) -> Iterator[Alternative]:
         length = values[f"L{j}"]
         yield Alternative(f"L{j}/2", length / 2, 0.1)
         yield Alternative(f"L{j} - {name}", length - value, 0.15)
-    if stem == "m" and f"L{j}" in values:
-        yield Alternative(f"{name}/L{j}", value / values[f"L{j}"], 0.35)
     if kind == "gravity":
         sign = "-" if np.ravel(value)[0] < 0 else ""
         for text in G:
@@ -141,8 +134,6 @@ def generate_alternatives(name: str, values: Values) -> Iterator[Alternative]:
         yield Alternative(f"1/{name}", 1 / value, 0.3)
     if stem == "N":
         yield Alternative(f"sqrt({name})", value**0.5, 0.4)
-        yield Alternative(f"{name} - 1", value - 1, 0.4)
-        yield Alternative(f"{name} + 1", value + 1, 0.4)
 
 
 def generate_forms(name: str, values: Values) -> Iterator[Alternative]:

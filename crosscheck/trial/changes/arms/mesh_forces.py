@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable, Iterator, Sequence
-from typing import Any, Literal, NamedTuple, get_args
+from typing import Any, NamedTuple, get_args
 
 import numpy as np
 from pydantic import ValidationError
@@ -12,12 +12,11 @@ from pydantic import ValidationError
 from crosscheck.analytic.derivation.gears import build_gears
 from crosscheck.analytic.paper.mesh_force import is_in_contact, mesh_force, phase_force
 from crosscheck.analytic.paper.mesh_frequency import mesh_phase
-from crosscheck.analytic.paper.stiffness import mean_stiffness, stiffness, stiffness_slope
+from crosscheck.analytic.paper.stiffness import stiffness, stiffness_slope
 from crosscheck.analytic.paper.tooth_error import total_error
 from crosscheck.models.arm.arm import Arm, Planetary
 from crosscheck.models.arm.layout import Layout
 from crosscheck.models.arm.mesh import Mesh
-from crosscheck.models.arm.stiffness import FourierStiffness, SineStiffness
 from crosscheck.models.experiment.scenario import Switches
 from crosscheck.trial.changes.arms.segments import list_meshes
 
@@ -35,22 +34,14 @@ class ForceStates(NamedTuple):
 
 
 class MeshConvention(NamedTuple):
-    """Another law of all meshes than any switch has.
+    """Another law of the phases of all meshes than any switch has.
 
     absolute: phases by absolute link angles; rate_factor: phases faster by factors (meshes,) or
-    one; contact_by_x: whether teeth touch is asked of x in place of x - e. damper: of teeth in
-    contact, ``pushing`` never pulls them together, ``capped`` is at most the spring's force.
+    one.
     """
 
     absolute: bool = False
     rate_factor: np.ndarray | float = 1.0
-    contact_by_x: bool = False
-    damper: Literal["", "pushing", "capped"] = ""
-
-    @property
-    def changes_phases(self) -> bool:
-        """Whether it is the phases that are counted in another way."""
-        return self.absolute or bool(np.any(self.rate_factor != 1.0))
 
 
 USUAL = MeshConvention()
@@ -78,22 +69,14 @@ def compute_signals(
     rates = data.rate * convention.rate_factor
     phase = mesh_phase(data.phase, rates, data.offset, clock, *turned[:, :, data.theta])
     gap = x - total_error(phase, data.E, data.error_phase, data.static_error)
-    in_contact = is_in_contact(x if convention.contact_by_x else gap, data.b)
+    in_contact = is_in_contact(gap, data.b)
     touching = in_contact | data.damps_without_contact
     for i, mesh in enumerate(meshes):
         k = stiffness(data.law, i, phase[:, i], data.k_m[i], data.k_a[i])
         force = mesh_force(data.dead_zone, gap[:, i], k, data.b[i], data.sigma[i])
-        if convention.contact_by_x:
-            flank = np.sign(x[:, i]) * data.b[i]
-            force = np.where(in_contact[:, i], k * (gap[:, i] - flank), 0.0)
         signals[mesh.force] = force
         if chosen.damping == "contact":
-            damped, d = np.where(touching[:, i], rate[:, i], 0.0), data.d[i] / data.planets[i]
-            if convention.damper and d:
-                capped = np.clip(damped, -np.abs(force) / d, np.abs(force) / d)
-                pulls = (damped * force < 0) | (convention.damper == "capped")
-                damped = np.where(pulls, capped, damped)
-            signals[mesh.damper] = damped
+            signals[mesh.damper] = np.where(touching[:, i], rate[:, i], 0.0)
         if chosen.mesh_work == "conservative":
             slopes = (
                 stiffness_slope(data.law, i, phase[:, i], data.k_a[i]),
@@ -120,25 +103,8 @@ class ForceVariant(NamedTuple):
     @property
     def words(self) -> str:
         """What is another by this law."""
-        of = "phase of mesh force" if self.convention.changes_phases else "mesh force"
+        of = "phase of mesh force" if self.convention is not USUAL else "mesh force"
         return f"{of} {self.meshes}".strip()
-
-
-def _hold_stiffness(law: Any) -> SineStiffness:
-    return SineStiffness(law="sine", mean_N_per_m=mean_stiffness(law), amplitude_N_per_m=0.0)
-
-
-def _reverse_waves(law: Any) -> Any:
-    if not isinstance(law, SineStiffness):
-        return law
-    return law.model_copy(update={"amplitude_N_per_m": -law.amplitude_N_per_m})
-
-
-def _turn_waves(law: Any) -> Any:
-    if not isinstance(law, SineStiffness):
-        return law
-    mean, wave = law.mean_N_per_m, (law.amplitude_N_per_m,)
-    return FourierStiffness(law="fourier", mean_N_per_m=mean, cosine_N_per_m=wave)
 
 
 # Field, its change, and the words for the user's value and for the right one.
@@ -152,9 +118,6 @@ CHANGES: tuple[tuple[str, Callable[[Any], Any], str, str], ...] = (
     ("tooth_error_phase_rad", lambda p: 0.0, "no phase of the tooth error", "its phase"),
     ("static_error_m", lambda e: 0.0, "no static error", "e_0"),
     ("static_error_m", lambda e: -e, "-e_0", "e_0"),
-    ("stiffness", _hold_stiffness, "constant mean stiffness", "k over the mesh phase"),
-    ("stiffness", _reverse_waves, "k with its amplitude of the opposite sign", "k"),
-    ("stiffness", _turn_waves, "k with a cosine of the mesh phase", "k"),
     ("phase_rad", lambda p: 0.0, "no phase_rad", "phase_rad"),
     ("phase_rad", lambda p: p if isinstance(p, str) else -p, "-phase_rad", "phase_rad"),
 )
@@ -179,30 +142,7 @@ def list_mesh_laws(arm: Arm, layout: Layout, chosen: Switches) -> Iterator[Force
             if other_arm != arm:
                 meshes = ", ".join(f"{pair}{joint + 1}" for joint, pair in where)
                 yield ForceVariant(yours, right, meshes, other_arm, chosen)
-    if chosen.dead_zone == "exact":
-        yield from _list_contact_laws(arm, chosen)
     yield from _list_phase_laws(arm, layout, chosen)
-
-
-def _list_contact_laws(arm: Arm, chosen: Switches) -> Iterator[ForceVariant]:
-    """Laws with other branches; a damper that the spring limits acts in contact alone."""
-    always, in_contact = (
-        chosen.model_copy(update={"damping": damping}) for damping in ("always", "contact")
-    )
-    usual, other = f"damping = {chosen.damping}", always if chosen == in_contact else in_contact
-    by_x, of_x = MeshConvention(contact_by_x=True), "the gap asked of x"
-    for yours, right, laws, convention in (
-        ("a contact that never pulls", usual, in_contact, MeshConvention(damper="pushing")),
-        (
-            "the damper capped at the spring's force",
-            usual,
-            in_contact,
-            MeshConvention(damper="capped"),
-        ),
-        (of_x, "x - e", chosen, by_x),
-        (f"{of_x} (damping = {other.damping})", f"x - e ({usual})", other, by_x),
-    ):
-        yield ForceVariant(yours, right, "", arm, laws, convention)
 
 
 def _list_phase_laws(arm: Arm, layout: Layout, chosen: Switches) -> Iterator[ForceVariant]:
@@ -216,10 +156,6 @@ def _list_phase_laws(arm: Arm, layout: Layout, chosen: Switches) -> Iterator[For
     for teeth, field in (("z_s", "sun_teeth"), ("z_p", "planet_teeth")):
         faster = np.array([float(getattr(joint, field) / joint.ring_teeth) for joint in joints])
         yield ForceVariant(teeth, "z_r", "", arm, chosen, MeshConvention(rate_factor=faster))
-        for joint, pair in {(m.joint, m.pair): None for m in meshes}:
-            selected = np.array([(m.joint, m.pair) == (joint, pair) for m in meshes])
-            convention = MeshConvention(rate_factor=np.where(selected, faster, 1.0))
-            yield ForceVariant(teeth, "z_r", f"{pair}{joint + 1}", arm, chosen, convention)
 
 
 def _change_meshes(

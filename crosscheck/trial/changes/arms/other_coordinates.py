@@ -16,7 +16,6 @@ from crosscheck.trial.arms.questions import VerificationProblem
 from crosscheck.trial.coordinates.readings import (
     FITS,
     Reading,
-    list_pairs,
     list_readings,
     select_first_kind,
 )
@@ -66,11 +65,10 @@ def find_readings(
                 # The residual is within tolerance, or gravity's sign is wrong: a commoner error
                 # than all senses reversed, which forces alone cannot distinguish from it.
                 return "", []
-    for group in (simple, list_pairs(joints)):
-        for name in problem.levels:
-            others = [each for each in group if not _is_stated(each, matrix)]
-            if readings := select(*robots[name], others):
-                return name, select_first_kind(readings)
+    others = [each for each in simple if not _is_stated(each, matrix)]
+    for name in problem.levels:
+        if readings := select(*robots[name], others):
+            return name, select_first_kind(readings)
     return "", []
 
 

@@ -11,31 +11,37 @@ from crosscheck.analytic.robot.model import AnalyticRobot
 from crosscheck.checks.robot_states import RandomStates
 from crosscheck.models.robot.planar import build_level_robots
 from crosscheck.trial.changes.arms.comparison import QUANTITIES, EntryComparison
-from crosscheck.trial.changes.forms import FormKind, find_forms
+from crosscheck.trial.changes.kane import FACTORS
+from crosscheck.trial.changes.numbers import ALIKE
 from crosscheck.trial.changes.problem import ChangeProblem
 from crosscheck.trial.changes.search import CauseSearch
 from crosscheck.trial.judge.entries import Part, Term, TermError
 
+UNITS = {  # of whole parts
+    by**power: f"{by**power:.6g} times as large: another unit?"
+    for by in (1e3, 180 / np.pi)
+    for power in (1, -1, 2, -2)
+}
 STATES = 12  # at which a step must make the difference
 MOST_MATCHES = 12
 NUMBERED = re.compile(r"\b(?:joint )?(link|joint|motor|ring|carrier)_(\d+)")  # names in the robot
 OUT_OF_PLANE = re.compile(r"\bz\b|\bI[xyz]{2}\b")  # what a plane has none of
 
 
-def find_steps(
-    arms: Sequence[EntryComparison], part: Part, kinds: Sequence[FormKind] = ()
-) -> list[TermError]:
+def find_steps(arms: Sequence[EntryComparison], part: Part) -> list[TermError]:
     """Steps of a derivation that make all that is wrong in a part, on every arm.
 
-    They are in the words of the arm's robot. kinds: of other forms, where these alone are asked.
+    They are in the words of the arm's robot.
     """
 
     def find(problem: ChangeProblem) -> Iterator[str]:
-        if not kinds:
-            search = CauseSearch(problem)
-            yield from (each.words for each in search.find_causes() if each.usual)
-            yield from (cause.words for _, cause in search.find_step_causes([slice(None)]))
-        yield from (f"{part}: {words}" for words in find_forms(problem, part, kinds))
+        wrong, right = problem.differences[part], problem.right[part]
+        for by, factor in (FACTORS | UNITS).items():
+            if np.abs(wrong - (by - 1) * right).max() <= ALIKE * np.abs(wrong).max():
+                yield f"{part}: all of it {factor}"
+        search = CauseSearch(problem)
+        yield from (each.words for each in search.find_causes() if each.usual)
+        yield from (cause.words for _, cause in search.find_step_causes([slice(None)]))
 
     words, frame = list[str](), arms[0].frame
     if part == "acceleration" and len(frame.names) > len(frame.layout.theta):
@@ -81,5 +87,4 @@ def build_change_problem(arm: EntryComparison, part: Part) -> ChangeProblem:
         sizes={"mass_matrix": np.sqrt(diagonal[:, :, None] * diagonal[:, None]), part: sizes},
         tolerances={part: arm.sizes.tolerance(quantity)},
         turns=matrix[theta],
-        names=arm.frame.names,
     )

@@ -11,7 +11,6 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
-from crosscheck.trial.arms.unit_mistakes import DEGREES
 from crosscheck.trial.changes.arms.letters import (
     GEAR_PARTS,
     RADII,
@@ -23,7 +22,13 @@ from crosscheck.trial.changes.arms.letters import (
     generate_forms,
     parse_letter,
 )
-from crosscheck.trial.changes.arms.segments import Product, ReferenceTerms, TermKey, evaluate_wave
+from crosscheck.trial.changes.arms.segments import (
+    EntryTerms,
+    Product,
+    ReferenceTerms,
+    TermKey,
+    evaluate_wave,
+)
 from crosscheck.trial.judge.entries import EntryPlace, ErrorKind
 
 FACTORS = (2, 1 / 2, 3, 1 / 3, 4, 1 / 4, -2, -1 / 2, 3 / 2, 2 / 3, 6, 1 / 6, 12, 1 / 12)
@@ -34,7 +39,7 @@ PLAIN: tuple[tuple[ErrorKind, float, float], ...] = (
     # A half is more often a centre of mass where a length belongs.
     *(("factor", by, 1.2 + 0.05 * place) for place, by in enumerate(FACTORS[1:])),
 )
-UNITS = {DEGREES: "{}, its angle in degrees,", 1 / DEGREES: "{}, its angle times pi/180,"}
+UNITS = {180 / np.pi: "{}, its angle in degrees,", np.pi / 180: "{}, its angle times pi/180,"}
 LEVERS = ("L", "d", "r_s", "r_p", "r_c", "r_cp")
 HUGE = 1e200  # an effect that fits nothing
 WEIGHT = "the weight of every body"
@@ -45,14 +50,12 @@ MOST_TERMS = 4  # terms that are written out
 class TermSample(NamedTuple):
     """Where terms are evaluated on one arm, whose quantities by name are values.
 
-    angles (R, joints): joint angles; signals (R,) by name; columns (R,) by entry: what the values
-    of an entry at the states are multiplied by, nothing where they are taken as they are.
+    angles (R, joints): joint angles; signals (R,) by name.
     """
 
     values: Mapping[str, float]
     angles: np.ndarray
     signals: Mapping[str, np.ndarray]
-    columns: Mapping[EntryPlace, np.ndarray]
 
 
 class TermChange(NamedTuple):
@@ -63,7 +66,7 @@ class TermChange(NamedTuple):
     """
 
     kind: ErrorKind
-    terms: tuple[tuple[EntryPlace, Product], ...]
+    terms: tuple[Product, ...]
     effect: np.ndarray
     cost: float
     yours: str = ""
@@ -72,21 +75,14 @@ class TermChange(NamedTuple):
     key: TermKey | None = None
     group: str = ""
 
-    @property
-    def products(self) -> tuple[Product, ...]:
-        """The terms without their places."""
-        return tuple(product for _, product in self.terms)
-
 
 @dataclass(frozen=True, eq=False)
 class Target:
-    """Differences that changes of the terms of some entries must make on several arms.
-
-    The entries are one of a part, or those of a row of all equations.
+    """Differences that changes of the terms of an entry must make on several arms.
 
     Args:
         terms: The terms of all entries.
-        places: The entries.
+        place: The entry.
         samples: Where terms are evaluated, with one arm more at the end, of unrelated numbers.
         difference: What changes must make on each arm but the last (A - 1, R).
         tolerance: What these may be off (A - 1, R).
@@ -96,7 +92,7 @@ class Target:
     """
 
     terms: ReferenceTerms
-    places: tuple[EntryPlace, ...]
+    place: EntryPlace
     samples: Sequence[TermSample]
     difference: np.ndarray
     tolerance: np.ndarray
@@ -105,12 +101,9 @@ class Target:
     states: Sequence[int] | np.ndarray = ()
 
     @cached_property
-    def rows(self) -> list[tuple[EntryPlace, Product]]:
-        """The terms with their entries."""
-        rows = [(place, each) for place in self.places for each in self.terms.entry(place)]
-        # A row times any number has the same accelerations: its torque is taken as right.
-        is_row = len(self.places) > 1
-        return [row for row in rows if not (is_row and row[1].key.signal.startswith("T_"))]
+    def rows(self) -> EntryTerms:
+        """The terms of the entry."""
+        return self.terms.entry(self.place)
 
     @cached_property
     def values(self) -> Values:
@@ -122,27 +115,26 @@ class Target:
     def coefficients(self) -> np.ndarray:
         """The number before the wave of each term, (P, A)."""
         arms = len(self.samples)
-        numbers = [product.monomial.value(self.values) + np.zeros(arms) for _, product in self.rows]
+        numbers = [product.monomial.value(self.values) + np.zeros(arms) for product in self.rows]
         return np.array(numbers).reshape(len(self.rows), arms)
 
     @cached_property
     def waves(self) -> np.ndarray:
         """What is behind the number of each term, (P, A, R)."""
-        return np.array([self.column(place, product.key) for place, product in self.rows])
+        return np.array([self.column(product.key) for product in self.rows])
 
     @cached_property
-    def _kept_columns(self) -> dict[tuple[EntryPlace, TermKey, float], np.ndarray]:
+    def _kept_columns(self) -> dict[tuple[TermKey, float], np.ndarray]:
         return {}
 
-    def column(self, place: EntryPlace, key: TermKey, unit: float = 1.0) -> np.ndarray:
-        """A wave or signal of an entry (A, R), its angle multiplied by a unit."""
-        at = place, key, unit
+    def column(self, key: TermKey, unit: float = 1.0) -> np.ndarray:
+        """A wave or signal (A, R), its angle multiplied by a unit."""
+        at = key, unit
         if at not in self._kept_columns:
             columns = []
             for sample in self.samples:
                 wave = evaluate_wave(key, sample.angles, unit)
-                wave = wave * sample.signals[key.signal] if key.signal else wave
-                columns.append(sample.columns[place] * wave if place in sample.columns else wave)
+                columns.append(wave * sample.signals[key.signal] if key.signal else wave)
             self._kept_columns[at] = np.array(columns)
         return self._kept_columns[at]
 
@@ -162,7 +154,7 @@ class Target:
                 mask, (_, cost, words) = chosen[number], groups[number]
                 terms = kept.setdefault(mask.tobytes(), tuple(compress(self.rows, mask)))
                 if modifier.kind != "dropped" and len(terms) > MOST_TERMS:
-                    is_entry = len(terms) == len(self.terms.entry(terms[0][0]))
+                    is_entry = len(terms) == len(self.rows)
                     words = words or "every term" * is_entry
                 cost += modifier.cost
                 changes.append(
@@ -172,7 +164,7 @@ class Target:
 
     def _has_single_key(self, masks: np.ndarray) -> np.ndarray:
         """Which groups have terms before one wave or signal alone."""
-        keys = [product.key for _, product in self.rows]
+        keys = [product.key for product in self.rows]
         numbers = np.array([keys.index(key) for key in keys])
         low = np.where(masks, numbers, len(keys)).min(axis=1)
         single: np.ndarray = low == np.where(masks, numbers, -1).max(axis=1)
@@ -181,8 +173,8 @@ class Target:
     def _collect(self, name: Any) -> dict[Any, np.ndarray]:
         """Masks of the terms with each of their names."""
         masks: defaultdict[Any, np.ndarray] = defaultdict(lambda: np.zeros(len(self.rows), bool))
-        for number, (place, product) in enumerate(self.rows):
-            for each in name(place, product):
+        for number, product in enumerate(self.rows):
+            for each in name(product):
                 masks[each][number] = True
         return dict(masks)
 
@@ -191,7 +183,7 @@ class Target:
 
         Each; all; of one wave or letter; of a joint's masses.
         """
-        by_key = self._collect(lambda place, product: ((place, product.key),))
+        by_key = self._collect(lambda product: (product.key,))
         by_letter = self._collect(_find_letters)
         shared = [a & b for a in by_letter.values() for b in by_key.values()]
         shared += self._collect(_find_assemblies).values()
@@ -199,7 +191,7 @@ class Target:
         groups = [
             *((mask, 0.0, "") for mask in np.eye(len(self.rows), dtype=bool)),
             *((mask, 0.01, WEIGHT) for mask in weights),
-            *((mask, 0.02, "") for mask in self._collect(lambda place, _: (place,)).values()),
+            (np.ones(len(self.rows), dtype=bool), 0.02, ""),
             *((mask, 0.04, "") for mask in by_key.values()),
             *((mask, 0.06, "") for mask in by_letter.values()),
             *((mask, 0.12, "") for mask in shared if mask.sum() > 1),
@@ -237,23 +229,19 @@ class Target:
             for other, right, ratio, exponents in self._generate_swaps(name, mask):
                 made, cost = multiply(ratio, exponents), 1.0 + other.cost
                 yield TermChange("swapped", (), made, cost, other.text, right), mask
-            if name[0] == "m" and f"I_l{name[1:]}" in letters:  # density for cross-section
-                link, length = letters[f"I_l{name[1:]}"], f"L{name[1:]}"
-                made, text = multiply(1 / self.values[length]), f"{name}/{length}"
-                yield TermChange("swapped", (), made, 1.3, text, name), mask | link
             if self.values[name].all():  # before a bracket
                 yield TermChange("factor", (), multiply(self.values[name]), 1.45, name), every
         for key in self.keys:
-            other_waves = np.array([self.column(place, key) for place, _ in self.rows])
-            signals = np.array([product.key.signal != key.signal for _, product in self.rows])
+            other_waves = self.column(key)
+            signals = np.array([product.key.signal != key.signal for product in self.rows])
             for sign, cost in ((1.0, 1.0), (-1.0, 1.2)):
                 made = self.coefficients[..., None] * (sign * other_waves - self.waves)
                 yield TermChange("angle", (), made, cost, by=sign, key=key), ~signals
                 # Rather a term is missing than a signal another.
                 yield TermChange("swapped", (), made, cost + 0.4, by=sign, key=key), signals
-        turned = np.array([any(product.key.wave) for _, product in self.rows])
+        turned = np.array([any(product.key.wave) for product in self.rows])
         for unit, words in UNITS.items():
-            columns = [self.column(place, product.key, unit) for place, product in self.rows]
+            columns = [self.column(product.key, unit) for product in self.rows]
             made = self.coefficients[..., None] * (np.array(columns) - self.waves)
             yield TermChange("angle", (), made, 1.4, words), turned
 
@@ -265,7 +253,7 @@ class Target:
         With each, what belongs there, the ratio (A,) of both, and its power (P,) in the terms.
         """
         value = self.values[name]
-        powers = np.array([dict(product.monomial.powers).get(name, 0) for _, product in self.rows])
+        powers = np.array([dict(product.monomial.powers).get(name, 0) for product in self.rows])
         sizes, alternatives = set(powers[mask].tolist()), list(self._list_alternatives(name))
         with np.errstate(divide="ignore", invalid="ignore"):
             # Of one power throughout, a multiple of the letter is but a factor of the terms.
@@ -285,16 +273,16 @@ class Target:
         yield from generate_forms(name, self.values)
 
 
-def _find_weight(place: EntryPlace, product: Product) -> Iterator[str]:
+def _find_weight(product: Product) -> Iterator[str]:
     if any(parse_letter(name).stem in STEMS_BY_QUANTITY["gravity"] for name in product.letters):
         yield WEIGHT
 
 
-def _find_letters(place: EntryPlace, product: Product) -> tuple[str, ...]:
+def _find_letters(product: Product) -> tuple[str, ...]:
     return product.letters
 
 
-def _find_geared_joints(place: EntryPlace, product: Product) -> Iterator[int]:
+def _find_geared_joints(product: Product) -> Iterator[int]:
     """Joints whose gears a term has."""
     for name in filter(None, (product.key.signal, *product.letters)):
         stem, joint, _ = parse_letter(name)
@@ -302,7 +290,7 @@ def _find_geared_joints(place: EntryPlace, product: Product) -> Iterator[int]:
             yield joint
 
 
-def _find_assemblies(place: EntryPlace, product: Product) -> Iterator[Any]:
+def _find_assemblies(product: Product) -> Iterator[Any]:
     """Masses of one joint's bodies but links, before the same lever; all that its gears reflect."""
     masses = [parse_letter(s) for s in product.letters if s[0] == "m" and s != "m_payload"]
     if masses and masses[0].stem != "m":

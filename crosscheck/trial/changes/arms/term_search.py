@@ -16,7 +16,7 @@ from crosscheck.trial.changes.arms.letters import (
 from crosscheck.trial.changes.arms.polynomial import Monomial, Number
 from crosscheck.trial.changes.arms.segments import EntryTerms, Product, TermKey
 from crosscheck.trial.changes.arms.term_changes import LEVERS, Target, TermChange
-from crosscheck.trial.changes.pairs import APART, rank_pairs
+from crosscheck.trial.changes.pairs import rank_pairs
 from crosscheck.trial.judge.entries import ErrorKind
 
 FITS = 1e-9  # largest residual of a change, relative to the difference
@@ -123,8 +123,7 @@ def _find_pairs(target: Target, changes: Sequence[TermChange]) -> list[ChangeSet
     is_part = np.abs(rows).max(axis=1, initial=0.0) <= LARGEST * np.abs(goal).max()
     unique = np.unique(rows[is_part].round(12), axis=0, return_index=True)[1]
     kept = np.flatnonzero(is_part)[np.sort(unique)][:MOST_PAIRED]
-    are_pairs = np.full((len(kept), len(kept)), APART)
-    pairs, _ = rank_pairs(rows[kept], np.zeros(len(kept), bool), goal, are_pairs)
+    pairs = rank_pairs(rows[kept], np.zeros(len(kept), bool), goal, kept)
     both = [(int(kept[first]), int(kept[second])) for first, second, _ in pairs]
     return [
         (likely[first], likely[second])
@@ -135,7 +134,7 @@ def _find_pairs(target: Target, changes: Sequence[TermChange]) -> list[ChangeSet
 
 def list_extra_terms(target: Target) -> list[TermChange]:
     """Extra terms, of any entry of the part or of none, that explain a wave's coefficient."""
-    (place,), arms = target.places, len(target.difference)
+    place, arms = target.place, len(target.difference)
     weighing = place.part in ("force", "gravity")
     same_part = (entry for at, entry in target.terms.entries.items() if at.part == place.part)
     groups = [group for entry in same_part for group in _group_by_wave(entry)]
@@ -143,7 +142,7 @@ def list_extra_terms(target: Target) -> list[TermChange]:
     unique = {tuple(product.monomial for product in group): None for group in groups}
     extras = []
     for key, part in target.parts.items():
-        column = target.column(place, key)
+        column = target.column(key)
         strongest = np.abs(column[:arms]).argmax(axis=1)
         goal, unit = (each[np.arange(arms), strongest] for each in (part, column[:arms]))
         allowed = target.tolerance[:, 0] + FITS * np.abs(goal)
@@ -152,7 +151,7 @@ def list_extra_terms(target: Target) -> list[TermChange]:
             for kind, by, made, cost, yours, right in _list_forms(monomials, size, target.values):
                 if (np.abs(made[:arms] * unit - goal) <= allowed).all():
                     terms = tuple(
-                        (place, Product(key, Monomial(_multiply(number, by), powers)))
+                        Product(key, Monomial(_multiply(number, by), powers))
                         for number, powers in monomials
                     )
                     effect = made[:, None] * column

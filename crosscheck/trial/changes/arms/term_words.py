@@ -1,4 +1,4 @@
-"""Terms, errors and explanations as people write them, and as TeX."""
+"""Terms, errors and explanations as people write them."""
 
 from __future__ import annotations
 
@@ -28,23 +28,21 @@ from crosscheck.trial.judge.entries import (
 )
 
 MOST_EQUAL = 1  # explanations named beside the first that fit as well
-FUNCTIONS = {"cos": r"\cos", "sin": r"\sin", "sqrt": r"\sqrt"}
-GREEK = ("theta", "phi", "alpha", "beta", "gamma", "psi", "omega")
 
 
 def make_term_error(change: TermChange, terms: ReferenceTerms) -> TermError:
     """The error that a change is, as it is reported to the user."""
-    term = Term(change.group) if change.group else make_term(change.products, terms)
+    term = Term(change.group) if change.group else make_term(change.terms, terms)
     kind, yours, right = change.kind, change.yours, change.right
     if change.key is not None:
-        belongs = change.products[0].key
+        belongs = change.terms[0].key
         if kind == "angle":
             yours, right = format_wave(change.key, terms), format_wave(belongs, terms)
             yours = yours if change.by == 1.0 else f"-{yours}"
         else:
             yours, right = change.key.signal, belongs.signal
     elif kind == "angle":
-        keys = dict.fromkeys(product.key for product in change.products if any(product.key.wave))
+        keys = dict.fromkeys(product.key for product in change.terms if any(product.key.wave))
         right = " and ".join(format_wave(key, terms) for key in keys)
         yours = yours.format(right)
     elif kind == "extra" and change.terms:
@@ -54,10 +52,10 @@ def make_term_error(change: TermChange, terms: ReferenceTerms) -> TermError:
 
 def _find_entry(change: TermChange, terms: ReferenceTerms) -> str:
     """The first entry of the bias in which these are the terms of their wave, in words; or ''."""
-    key = change.products[0].key
+    key = change.terms[0].key
     for place, entry in terms.entries.items():
         there = {product for product in entry if product.key == key}
-        if place.rates is not None and there == set(change.products):
+        if place.rates is not None and there == set(change.terms):
             return format_entry(place, terms.names)
     return ""
 
@@ -67,17 +65,13 @@ def make_term(products: EntryTerms, terms: ReferenceTerms) -> Term:
     keys = list(dict.fromkeys(product.key for product in products))
     if len(keys) > 1:
         text = join_terms(format_term(make_term((p,), terms)) for p in products[:MOST_TERMS])
-        return _typeset(Term(_cut(text, products)))
+        return Term(_cut(text, products))
     key, text = keys[0], format_coefficient(products)
     sign, angle = format_angle_sum(key, terms)
     if key.function == "sin" and sign < 0:
         text = text[1:] if text.startswith("-") else f"-{text}"
     wave: Literal["", "cos", "sin"] = "cos" if key.function == "cos" else "sin"
-    return _typeset(Term(text, wave if angle else "", angle, key.signal))
-
-
-def _typeset(term: Term) -> Term:
-    return replace(term, latex=format_text_latex(format_term(term)))
+    return Term(text, wave if angle else "", angle, key.signal)
 
 
 def format_coefficient(products: EntryTerms) -> str:
@@ -213,8 +207,7 @@ def guess(wrong: EntryMismatch) -> str:
     others = ["; and ".join(map(describe_term_error, errors)) for errors in explanation.others]
     guesses = ["; and ".join(map(describe_term_error, explanation.errors)), *others[:MOST_EQUAL]]
     more = f"; {len(others) - MOST_EQUAL} more fit as well" * (len(others) > MOST_EQUAL)
-    where = f", in {explanation.seen_in}" * bool(explanation.seen_in)
-    return "; or ".join(guesses) + more + where + "?"
+    return "; or ".join(guesses) + more + "?"
 
 
 def group_by_errors(wrong: Sequence[EntryMismatch]) -> list[list[EntryMismatch]]:
@@ -233,27 +226,3 @@ def error_signature(error: TermError) -> object:
     term = error.term.coefficient.removeprefix("-")
     where = term, error.term.angle, error.term.signal
     return error.kind, error.yours, error.right, error.by, where
-
-
-def format_latex_name(name: str) -> str:
-    """A letter or coordinate as TeX: m_{payload}, L_{1}, \\theta_{1}, F_{sp1}; a rate dotted."""
-    if name.endswith("'"):
-        return rf"\dot{{{format_latex_name(name[:-1])}}}"
-    stem, _, index = name.partition("_")
-    number = re.search(r"\d+$", stem)
-    if number:
-        stem, index = stem[: number.start()], number.group() + (f",{index}" if index else "")
-    index = index.replace("_", ",")
-    base = rf"\{stem}" if stem in GREEK else stem
-    return f"{base}_{{{index}}}" if index else base
-
-
-def format_text_latex(text: str) -> str:
-    """A text such as 2 L1, d2^2, 1/sqrt(N1) or cos(theta_1 - theta_2) as TeX."""
-    text = re.sub(r"sqrt\(([^)]*)\)", r"sqrt{\1}", text)
-    text = re.sub(r"\^(\d+)", r"^{\1}", text)
-    text = re.sub(
-        r"[A-Za-z]\w*'?", lambda match: FUNCTIONS.get(match[0]) or format_latex_name(match[0]), text
-    )
-    text = re.sub(r"(?<=[\w})]) (?=[\w\\])", r"\\,", text)
-    return re.sub(r"\d+\\,more", r"\\dots", text)
