@@ -268,7 +268,7 @@ class AnalyticRobot(RobotModel):
 
     @split_states
     def energy(self, q: np.ndarray, v: np.ndarray) -> np.ndarray:
-        """Energy (states,) [J]: v' M v / 2, and masses at their heights."""
+        """Energy (states,) [J]: v' M v / 2 plus the potential energy of the weights."""
         poses = self._poses(q)
         total: np.ndarray = (v * multiply(self._mass(poses), v)).sum(axis=1) / 2
         total -= ((poses.position + poses.com_lever) @ self.robot.gravity) @ self._masses[:, 0]
@@ -361,7 +361,7 @@ class AnalyticRobot(RobotModel):
         return total
 
     def _planet_mesh_states(self, q: np.ndarray) -> Iterator[PlanetMeshState]:
-        """The states of the teeth of every planet that moves alone, sun mesh before ring mesh."""
+        """States of the teeth of each free planet, sun mesh before ring mesh."""
         for law in self._teeth:
             mesh = law.mesh
             phase = law.rate * (q @ self._share[law.joint] + self._offset[law.joint]) + law.offset

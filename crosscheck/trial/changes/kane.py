@@ -116,7 +116,7 @@ class KaneSum:
         )
 
     def compute_terms(self, number: int, body: WorldBody) -> DynamicsTerms:
-        """The terms of a body in the place of the one of a number."""
+        """Terms of a body that replaces the one with this number."""
         return self.move_body(number, body).compute_terms()
 
     def move_rotor(self, rotor: Rotor, level: Level) -> BodyMotion:
