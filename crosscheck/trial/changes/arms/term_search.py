@@ -123,7 +123,7 @@ def _find_pairs(target: Target, changes: Sequence[TermChange]) -> list[ChangeSet
     is_part = np.abs(rows).max(axis=1, initial=0.0) <= LARGEST * np.abs(goal).max()
     unique = np.unique(rows[is_part].round(12), axis=0, return_index=True)[1]
     kept = np.flatnonzero(is_part)[np.sort(unique)][:MOST_PAIRED]
-    are_pairs = np.full((len(kept), len(kept)), APART)
+    are_pairs = np.broadcast_to(np.int8(APART), (len(kept), len(kept)))
     pairs, _ = rank_pairs(rows[kept], np.zeros(len(kept), bool), goal, are_pairs)
     both = [(int(kept[first]), int(kept[second])) for first, second, _ in pairs]
     return [
