@@ -161,7 +161,7 @@ def release_passive(model: RobotModel, motion: SineMotion) -> RobotMotion:
             accelerate, lambda number: tuple(step * (number + np.array([0, 0.5, 1]))), *start, step
         )
         states = [start, *islice(runs, FREE_STEPS)]
-    if not all((np.abs(rates) < FASTEST).all() for _, rates in states):
+    if not all((np.abs(rates) <= FASTEST).all() for _, rates in states):
         allowed = "come to a pole of their angles or run away; --motion states another motion"
         names = ", ".join(robot.coordinate_names[place] for place in free)
         raise InputError(robot.name, "joints", names, allowed)

@@ -384,7 +384,7 @@ def format_distinct(values: Sequence[float], digits: int = 3) -> list[str]:
 
 def _format_ratio(ratio: float) -> str:
     """A likelihood ratio of levels as text."""
-    return f"{ratio:.2g}" if ratio < LARGEST_RATIO else f"over {LARGEST_RATIO:g}"
+    return f"{ratio:.2g}" if ratio <= LARGEST_RATIO else f"over {LARGEST_RATIO:g}"
 
 
 def format_number(value: float) -> str:

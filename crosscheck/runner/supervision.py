@@ -114,9 +114,7 @@ def run_supervised(command: Callable[[], NoReturn]) -> int:
         try:
             command()
         except SystemExit as left:
-            _send_message(
-                code=left.code if isinstance(left.code, int) else int(left.code is not None)
-            )
+            _send_message(code=left.code if isinstance(left.code, int) else 1)
             raise
         raise AssertionError("a command leaves by SystemExit")
     os.close(there)

@@ -169,7 +169,7 @@ class PinocchioLinks(PinocchioArm):
             where = self.scenario.name
             raise InputError(where, "duration_s", self.scenario.duration_s, f"{allowed}, the most")
         theta, theta_dot = np.split(state, 2)
-        if not np.abs(theta_dot).max() < FASTEST:  # nor if it is not a number
+        if not np.abs(theta_dot).max() <= FASTEST:  # nor if it is not a number
             raise Diverged(self.name, t)
         return np.concatenate((theta_dot, self.acceleration(t, theta, theta_dot)))
 

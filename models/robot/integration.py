@@ -40,7 +40,7 @@ def integrate(
 
     for _, after in zip(range(steps), integrate_steps(slope, given, q, v, step), strict=False):
         q, v = after
-        alive &= (np.abs(v) < FASTEST).all(axis=1)
+        alive &= (np.abs(v) <= FASTEST).all(axis=1)
         if not alive.any():
             break
     return np.where(alive[:, None], q, np.inf), np.where(alive[:, None], v, np.inf)

@@ -467,6 +467,8 @@ def test_a_side_change_is_that_of_the_load_not_of_a_vibration():
     assert events.side_change(SHORT_TIME, np.cos(2 * np.pi * SHORT_TIME / 0.01)) is None
     early = np.where((SHORT_TIME > 0.3) & (SHORT_TIME < 0.302), -1.0, turning)
     assert events.side_change(SHORT_TIME, early) is None
+    soon = np.where((SHORT_TIME > 0.3) | (abs(SHORT_TIME - 0.24) < 0.005), -1.0, 1.0)
+    assert events.side_change(SHORT_TIME, soon) is None
 
 
 def test_bouncing_ends_with_the_last_loss_of_contact():

@@ -4,13 +4,15 @@ from collections.abc import Iterator
 
 import pytest
 
+from crosscheck.findings import ComparisonKey
 from crosscheck.models.arm.arm import Arm
 from crosscheck.models.arm.planets import usual_switches
 from crosscheck.models.experiment.scenario import switches
 from crosscheck.models.loading import Case, load_arm, load_scenario
 from crosscheck.planning import arms, plan
-from crosscheck.planning.comparison import Comparison
-from crosscheck.planning.preparation import Preparation
+from crosscheck.planning.comparison import Comparison, Results
+from crosscheck.planning.preparation import FailedPreparation, Preparation
+from crosscheck.runner.outcomes import Failure
 from tests.engines.judge_limits import EPS, GUARDS, direct_arm
 
 # The guard that has the limits of each family of checks. What terms a balance has is seen by the
@@ -29,12 +31,12 @@ JUDGED = {
 MEASURED = {"form-states", "form", "deviation", "one-rounding", "one-rounding-per-planet"}
 
 
-def planned(arm: Arm) -> Iterator[Comparison]:
+def planned(arm: Arm, *lost: FailedPreparation) -> Iterator[Comparison]:
     """All comparisons of an arm, with the experiments of the paper."""
     laws, limit = usual_switches(arm), 1e-5
     first = plan.Experiment("pd", Case(arm, load_scenario("pd"), laws))
     request = plan.CrossCheckRequest(arm, quick=True)
-    yield from arms.plan_comparisons(request, Preparation([first], limit, ()))
+    yield from arms.plan_comparisons(request, Preparation([first], limit, (), lost))
 
 
 @pytest.mark.parametrize("name", ["paper-labelled", "probe", "direct-between"])
@@ -44,6 +46,14 @@ def test_the_guards_have_every_check_of_a_cross_check(name):
     kinds = {key.quantity if key.family == "invariants" else key.family for key in keys}
     assert kinds - MEASURED <= JUDGED.keys()
     assert set(JUDGED.values()) <= GUARDS.keys()
+
+
+def test_what_preparation_has_lost_is_a_failed_check_of_the_plan():
+    key = ComparisonKey("preparation", "pd", "growth", "exudyn:tree")
+    *_, last = planned(load_arm("direct-between"), FailedPreparation(key, Failure("Odd", "why")))
+    finding = last.finding(Results({}))
+    assert (finding.about.key, finding.verdict) == (key, "failed")
+    assert finding.note == "exudyn:tree: Odd: why"
 
 
 @pytest.mark.parametrize("name", GUARDS)

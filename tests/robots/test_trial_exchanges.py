@@ -3,8 +3,11 @@
 Each is planted into the numbers that the project's own derivation takes.
 """
 
+import re
 from collections.abc import Callable
 from dataclasses import replace
+from itertools import product
+from operator import attrgetter
 from types import SimpleNamespace
 from typing import Any
 
@@ -14,7 +17,16 @@ import pytest
 from crosscheck.analytic.robot.model import AnalyticRobot
 from crosscheck.checks.robot_states import sample_states
 from crosscheck.models.robot.robot import RIGID, Placement, Robot
-from crosscheck.trial.changes.mistakes import list_frame_mistakes
+from crosscheck.trial.changes.mistakes import (
+    BODY_FIELDS,
+    JOINT_FIELDS,
+    ROTOR_FIELDS,
+    exchange_fields,
+    list_body_exchanges,
+    list_body_parts,
+    list_frame_mistakes,
+    list_joint_moves,
+)
 from crosscheck.trial.changes.table import ChangeTable
 from crosscheck.trial.input.equations import Equations
 from tests.loops import require_items
@@ -176,3 +188,42 @@ def test_a_table_has_what_another_robot_changes(seed):
             exact = AnalyticRobot(robots[number], level).terms(*states[:2])
             for change, right, other in require_items(zip(together, base, exact, strict=True)):
                 np.testing.assert_allclose(right + change[number], other, rtol=1e-9, atol=1e-10)
+
+
+FIELDS = {
+    "mass": "mass",
+    "centre": "com",
+    "inertia": "inertia",
+    "ratio": "ratio",
+    "axis": "axis",
+    "place": "placement.position",
+    "turn": "placement.rotation",
+}
+CALLED = {"centre of mass": "centre", "inertias": "inertia", "rpy|roll|pitch|yaw": "turn"}
+
+
+def test_the_fields_that_words_name_are_those_that_differ():
+    """Of all that may be exchanged, copied, shifted or in another order."""
+    robot, met = chains.random_chain(9), set[frozenset[str]]()
+    parts, moves = list_body_parts(robot), list_joint_moves(robot)
+    rotors = [replace(robot.rotors[0], inertia=n, ratio=n) for n in (1.0, 2.0, 3.0)]
+    for records, changes in (
+        ([each.in_link for each in parts], [*list_body_exchanges(parts)]),
+        (rotors, [*exchange_fields("abc", rotors, ROTOR_FIELDS)]),
+        (robot.joints, [(each.words, dict(enumerate(each.robot.joints))) for each in moves]),
+    ):
+        for words, changed in require_items(changes):
+            text = re.sub(r"joint \w+", "", words)
+            for old, new in CALLED.items():
+                text = re.sub(old, new, text)
+            named = {field for field in FIELDS if re.search(rf"\b{field}\b", text)}
+            differing = {
+                field
+                for (number, other), (field, path) in product(changed.items(), FIELDS.items())
+                if path.split(".")[0] in vars(other)
+                and not np.array_equal(*map(attrgetter(path), (records[number], other)))
+            }
+            assert differing in (named, set()), words  # a place of zeros is the same in any order
+            met.add(frozenset(differing))
+    tables = BODY_FIELDS, ROTOR_FIELDS, JOINT_FIELDS
+    assert len(met - {frozenset()}) == sum(map(len, tables)) - 1  # two have an inertia alone

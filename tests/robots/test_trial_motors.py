@@ -1,6 +1,7 @@
 """Robots with fewer motors than joints, as textbooks write them: never blamed, and reported."""
 
 from collections.abc import Callable
+from dataclasses import replace
 
 import numpy as np
 import pytest
@@ -230,3 +231,11 @@ NOT_ELASTIC = {
 def test_a_robot_without_springs_or_with_more_than_springs_is_not_elastic(kind):
     with pytest.raises(InputError, match=r"level.*is of robots with a mesh at a rotor"):
         run_robot_trial(Equations(level="elastic", **PARTS), NOT_ELASTIC[kind])
+
+
+def test_motors_are_places_of_free_joints_behind_one_that_follows():
+    own = chains.random_chain(9)  # the second joint follows the first
+    joints = tuple(replace(each, has_motor=n != 2) for n, each in enumerate(own.joints))
+    own = replace(own, joints=joints)
+    assert [own.coordinate_names[n] for n in own.motors] == [joints[0].name, joints[3].name]
+    assert [own.coordinate_names[n] for n in own.passive] == [joints[2].name]

@@ -128,6 +128,36 @@ def test_what_is_added_to_an_inertia_makes_m_larger(verb, sign):
         assert by_link[part.name].mass_matrix[:, 0, 0] == pytest.approx(more)
 
 
+# What a wrong column of a turning joint is: factors on the velocity and on w, and a slide's share.
+COLUMNS = {
+    "left out of velocity and w": (0, 0, 0),
+    "left out of the velocity": (0, 1, 0),
+    "left out of w": (1, 0, 0),
+    "taken for one that slides": (0, 0, 1),
+    "with the opposite sign in w alone": (1, -1, 0),
+    "with the opposite sign in the velocity alone": (-1, 1, 0),
+    "with the opposite sign": (-1, -1, 0),
+}
+
+
+@pytest.mark.parametrize("words", COLUMNS)
+def test_a_wrong_column_of_a_jacobian_is_what_its_words_say(words):
+    """The first joint's, of the second link: its mass matrix by hand."""
+    robot, (q, v) = two_link.robot(), np.random.default_rng(0).uniform(-1, 1, (2, 3, 2))
+    steps = StepTable(KaneSum(robot, q, v), list_body_parts(robot), lambda *row: "").list_steps()
+    change = steps[f"its Jacobian's column of j1, {words}"]["b"].mass_matrix
+    by_velocity, by_w, by_slide = COLUMNS[words]
+    for at, changed in require_items(list(zip(q, change, strict=True))):
+        elbow, second = (
+            np.array([-np.sin(angle), np.cos(angle), 0.0]) for angle in (at[0], at.sum())
+        )
+        moving = np.array([two_link.L * elbow + two_link.C2 * second, two_link.C2 * second])
+        other = np.array([by_velocity * moving[0] + [0, 0, by_slide], moving[1]])
+        turns = np.outer([by_w, 1], [by_w, 1]) - np.ones((2, 2))
+        expected = two_link.M2 * (other @ other.T - moving @ moving.T) + two_link.J2 * turns
+        np.testing.assert_allclose(changed, expected, atol=1e-12)
+
+
 def test_nothing_impossible_is_a_cause():
     robot = load_robot("examples/robots/planetary-arm.toml")
     assert is_physical(robot, robot)

@@ -254,6 +254,9 @@ def test_a_run_is_resolved_if_half_its_steps_change_it_by_a_hundredth(monkeypatc
     monkeypatch.setattr(robots, "integrate", integrate)
     model = build_robot_model("analytic", own, case.level)
     assert robots.is_resolved(model, case) == (change < 0.01)
+    # and runs are halved until they are
+    monkeypatch.setattr(robots, "is_resolved", lambda model, short: short.run_s < case.run_s / 5)
+    assert robots.shorten_runs(model, case).run_s == case.run_s / 8
 
 
 def test_runs_of_links_of_very_unequal_masses_are_short_enough_to_say_something(recwarn):

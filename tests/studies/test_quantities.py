@@ -292,7 +292,7 @@ def test_every_quantity_has_its_unit_its_meaning_and_its_shape():
     [
         ({**CROSSING, "joint": 2}, {}, ""),
         ({**CROSSING, "joint": 3}, {}, "joint = 3: the arm has 2"),
-        ({**LINE, "planet": 3}, {"switches": {"planets": "free"}}, ""),
+        ({**LINE, "planet": 4}, {"arm": "planets-apart", "switches": {"planets": "free"}}, ""),
         ({**LINE, "planet": 4}, {}, "planet = 4: the arm's joints have up to"),
         ({**CROSSING, "window_s": [0.0019, 0.1]}, {}, ""),
         ({**CROSSING, "window_s": [0.002, 0.1]}, {}, "must begin before the run's end, 0.002 s"),

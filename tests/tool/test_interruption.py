@@ -1,6 +1,7 @@
 """Ctrl-C and termination: one line, 130 or 143 within two seconds, nothing left."""
 
 import os
+import pty
 import random
 import signal
 import subprocess
@@ -131,3 +132,11 @@ def test_an_interrupt_that_python_can_only_report_ends_the_program_in_one_line()
     # Imports have such callbacks: where KeyboardInterrupt is raised in one, Python goes on.
     ended = command_line(python=("-c", SWALLOWED), env={"PYTHONPATH": str(ROOT)}, timeout=20)
     assert (ended.returncode, ended.stderr) == (143, "crosscheck: terminated\n")
+
+
+def test_the_cursor_is_shown_again_on_a_terminal():
+    here, there = pty.openpty()
+    streams = {"capture_output": False, "stdout": subprocess.PIPE, "stderr": there}
+    command_line(python=("-c", SWALLOWED), env={"PYTHONPATH": str(ROOT)}, **streams)
+    os.close(there)
+    assert os.read(here, 999) == b"\x1b[?25hcrosscheck: terminated\r\n"

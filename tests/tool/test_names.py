@@ -7,7 +7,7 @@ import tomllib
 from collections import Counter
 from functools import cache
 from pathlib import Path
-from typing import NamedTuple
+from typing import Any, NamedTuple
 
 import pytest
 
@@ -23,13 +23,19 @@ FILES = sorted(file for folder in FOLDERS for file in (ROOT / folder).rglob("*.p
 
 
 class FileNames(NamedTuple):
-    """The names of a file: docs are its docstrings by what has them; words are counted."""
+    """The names of a file: docs are its docstrings by what has them; words are counted.
+
+    contradicted: comparisons and choices that are not what a superlative in them says; unused:
+    comprehensions of which a variable is not used.
+    """
 
     functions: list[str]
     classes: list[str]
     imported: set[str]
     docs: list[tuple[str, str]]
     words: Counter[str]
+    contradicted: list[str]
+    unused: list[str]
 
 
 @cache
@@ -37,7 +43,7 @@ def read_names(file: Path) -> FileNames:
     """In one walk; the tree, a hundred times as large, is not kept."""
     tree = ast.parse(file.read_text(encoding="utf-8"))
     tops = [each.name for each in tree.body if isinstance(each, ast.FunctionDef)]
-    found = FileNames([name for name in tops if name[0] != "_"], [], set(), [], Counter())
+    found = FileNames([name for name in tops if name[0] != "_"], [], set(), [], Counter(), [], [])
     uses: Counter[str] = Counter()  # of every place where the code defines or uses a name
     for node in ast.walk(tree):
         uses.update(
@@ -45,6 +51,10 @@ def read_names(file: Path) -> FileNames:
             for field in ("id", "arg", "attr", "name")
             if isinstance(name := getattr(node, field, None), str)
         )
+        if contradicts_superlative(node):
+            found.contradicted.append(f"{file.relative_to(ROOT)}: {ast.unparse(node)}")
+        if isinstance(node, ast.ListComp | ast.SetComp | ast.DictComp | ast.GeneratorExp):
+            found.unused.extend(f"{file.relative_to(ROOT)}: {name}" for name in list_unused(node))
         if isinstance(node, ast.ClassDef):
             found.classes.append(node.name)
         if isinstance(node, ast.ImportFrom):
@@ -54,6 +64,43 @@ def read_names(file: Path) -> FileNames:
     for name, count in uses.items():
         found.words.update(dict.fromkeys(split_words(name), count))
     return found
+
+
+def list_unused(node: ast.AST) -> list[str]:
+    """Variables of a comprehension that it does not use: another stands where each belongs."""
+    names = [each for each in ast.walk(node) if isinstance(each, ast.Name) and each.id[0] != "_"]
+    used = {each.id for each in names if isinstance(each.ctx, ast.Load)}
+    return [each.id for each in names if each.id not in used]
+
+
+def name_number(node: ast.expr) -> str:
+    """The name of a number, also of one that is multiplied; else ''."""
+    if isinstance(node, ast.BinOp) and isinstance(node.op, ast.Mult):
+        return name_number(node.left) or name_number(node.right)
+    return getattr(node, "id", getattr(node, "attr", ""))
+
+
+def rank_superlative(name: str) -> int:
+    """1 of what is named as a largest number, -1 of a smallest one, 0 of all else."""
+    word = next(iter(split_words(name)), "")
+    return (word in WORDS["largest"]) - (word in WORDS["smallest"])
+
+
+def contradicts_superlative(node: ast.AST) -> bool:
+    """Whether what is called most is excluded as a bound, or chosen as the least; or vice versa."""
+    if isinstance(node, ast.Assign) and isinstance(node.value, ast.Call):
+        chosen = {"max": 1, "min": -1}.get(getattr(node.value.func, "id", ""), 0)
+        is_choice = len(node.value.args) == 1 and not isinstance(node.value.args[0], ast.Starred)
+        return is_choice and rank_superlative(name_number(node.targets[0])) * chosen < 0
+    if not isinstance(node, ast.Compare) or len(node.ops) > 1:
+        return False
+    left, right = name_number(node.left), name_number(node.comparators[0])
+    by_test = {ast.GtE: 1, ast.Lt: 1, ast.LtE: -1, ast.Gt: -1}.get(type(node.ops[0]), 0)
+    return any(
+        rank_superlative(name) * sign * by_test > 0
+        for name, sign in ((right, 1), (left, -1))
+        if (name.isupper() or name.startswith("most_")) and name not in WORDS["open_bounds"]
+    )
 
 
 def split_words(name: str) -> list[str]:
@@ -141,3 +188,28 @@ def test_docstrings_name_exceptions_that_exist():
     }
     assert len(raised) > 10
     assert raised - known == set()
+
+
+@pytest.mark.parametrize(
+    "code",
+    [
+        *("n > MOST_ANGLES", "n <= trial.most_coordinates", "LARGEST * 2 >= n", "n >= LEAST"),
+        *("largest = max(lost)", "least = max(least, 0.1)"),
+    ],
+)
+def test_most_and_least_are_what_they_say(code):
+    opposite = {"> ": ">= ", "<= ": "< ", ">= ": "> ", "max(lost)": "min(lost)"}
+    (change,) = [each for each in opposite.items() if each[0] in code] or [("", "")]
+    for text, is_wrong in ((code, False), (code.replace(*change), bool(change[0]))):
+        statement: Any = ast.parse(text).body[0]
+        node = statement if isinstance(statement, ast.Assign) else statement.value
+        assert contradicts_superlative(node) == is_wrong
+
+
+def test_bounds_in_superlatives_are_bounds():
+    assert [each for file in FILES for each in read_names(file).contradicted] == []
+
+
+def test_every_variable_of_a_comprehension_is_used():
+    assert list_unused(ast.parse("[f(k, 0) for k, n in pairs]")) == ["n"]
+    assert [each for file in FILES for each in read_names(file).unused] == []

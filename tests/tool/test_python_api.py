@@ -61,6 +61,13 @@ def test_scenario_must_fit_the_arm(labelled):
         crosscheck.build("exudyn:tree", labelled, scenario.model_copy(update={"drive": drive}))
 
 
+@pytest.mark.parametrize("model", ["analytic:physical", "exudyn:tree", "pinocchio:gears"])
+def test_planets_that_differ_are_not_lumped(model):
+    arm, scenario = crosscheck.load_arm("planets-apart"), crosscheck.load_scenario("pd")
+    with pytest.raises(InputError, match=r"planets-apart: joints\[0\].*switches\.planets = free"):
+        crosscheck.build(model, arm, scenario, crosscheck.switches(planets="lumped"))
+
+
 def test_unknown_name_of_the_package_is_an_attribute_error():
     with pytest.raises(AttributeError, match="no attribute 'simulat'"):
         _ = crosscheck.simulat

@@ -185,6 +185,22 @@ def test_every_derived_number_is_that_of_the_file(crosscheck, monkeypatch):
     assert not list(wrong_modes(modes, float(tables["arm"]["largest stable step of RK4"][0])))
 
 
+def test_each_of_unlike_planets_has_numbers_of_its_own(crosscheck, monkeypatch):
+    monkeypatch.setenv("COLUMNS", "200")
+    content = tomllib.loads((ROOT / "models" / "arms" / "planets-apart.toml").read_text())
+    tables = tables_of(crosscheck("show", "planets-apart").out)
+    own = [
+        (f"joint {number}, {side} mesh of planet {planet}", name, value)
+        for number, joint in enumerate(content["joints"], 1)
+        for side in ("sun", "ring")
+        for name, values in joint[f"{side}_mesh"].items()
+        if isinstance(values, list)
+        for planet, value in enumerate(values, 1)
+    ]
+    for title, name, value in require_items(own):
+        assert float(tables[title][name][0]) == value, f"{title}: {name}"
+
+
 def test_a_poles_frequency_and_ratio_are_its_size_and_its_angle(monkeypatch):
     monkeypatch.setattr("crosscheck.cli.show._mesh_poles", lambda model: [-30 + 40j])
     shown = {row.name: row.value for row in derived_arm(load_arm("probe"))}

@@ -84,12 +84,12 @@ END = "The trial went ahead with your values."
     ("numbers", "told"),
     [
         (
-            [ignored("g", 9.81, "force")],
-            f"Your force does not change with the file's g = 9.81: is it hard-coded? {END}",
+            [ignored("g", 9.81, "force", "mass_matrix")],
+            f"Your force and M do not change with the file's g = 9.81: is it hard-coded? {END}",
         ),
         (
-            [ignored("g", 9.81, "force"), ignored("m_2", 0.123456789, "mass_matrix", "bias")],
-            "Your force, M and bias do not change with the file's g = 9.81, m_2 = 0.123457:"
+            [ignored("g", 9.81, "force"), ignored("m_2", 0.123456789, "force")],
+            "Your force does not change with the file's g = 9.81, m_2 = 0.123457:"
             f" are they hard-coded? {END}",
         ),
         ([ignored("m_p", 0.0)], ""),  # neither has any

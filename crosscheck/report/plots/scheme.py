@@ -71,7 +71,7 @@ def draw_robot(robot: Robot) -> str:
 
 def _face_viewer(upward: np.ndarray) -> np.ndarray:
     """Rows (2, 3): the directions to the right and up on the picture, in the base's frame."""
-    other = np.eye(3)[0] if abs(upward[0]) < LARGEST_LEAN else np.eye(3)[1]
+    other = np.eye(3)[0] if abs(upward[0]) <= LARGEST_LEAN else np.eye(3)[1]
     across = other - (other @ upward) * upward
     across /= np.linalg.norm(across)
     beside = np.cross(upward, across)

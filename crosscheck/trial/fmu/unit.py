@@ -111,6 +111,8 @@ class ExchangeUnit(LoadedUnit):
         for _ in range(MOST_EVENTS):
             if not update()[0]:
                 break
+        else:
+            raise RuntimeError(f"its events do not end, after {MOST_EVENTS} updates of its states")
         self.unit.enterContinuousTimeMode()
         self.begin = np.zeros(len(mapped.description.states))
         self.unit.getContinuousStates(_pointer(self.begin), self.begin.size)

@@ -12,7 +12,7 @@ import zipfile
 from dataclasses import replace
 from pathlib import Path
 from types import SimpleNamespace
-from typing import cast
+from typing import Any, cast
 
 import numpy as np
 import pytest
@@ -33,7 +33,12 @@ from crosscheck.trial.arms import subject as trial_module
 from crosscheck.trial.fmu import archive
 from crosscheck.trial.fmu import unit as unit_module
 from crosscheck.trial.fmu.archive import DESCRIPTION, MappedUnit, load_unit, unpack_fmu
-from crosscheck.trial.fmu.unit import build_fmu_equations, compare_unit_runs
+from crosscheck.trial.fmu.unit import (
+    ExchangeUnit,
+    LoadedUnit,
+    build_fmu_equations,
+    compare_unit_runs,
+)
 from crosscheck.trial.input.calls import describe_failure
 from crosscheck.trial.input.equations import Coordinates
 from crosscheck.trial.judge.entries import format_entry
@@ -222,6 +227,31 @@ def test_a_robot_takes_a_unit(crosscheck, tmp_path):
         options = "--coordinates", tmp_path / "map.toml", "--run-code", "--jobs", "1"
         answer = crosscheck("trial", tmp_path / name, robot, *options)
         assert (answer.code, words in answer.out) == (code, True), answer.out
+
+
+@pytest.mark.parametrize("old", [True, False])
+@pytest.mark.parametrize("count", [1, 100, 101])
+def test_a_unit_whose_events_do_not_end_does_not_start(count, old, monkeypatch):
+    updates = [True] * (count - 1) + [False]
+    fake = SimpleNamespace(
+        **{
+            name: lambda: (updates.pop(0),)
+            for name in ("newDiscreteStates", "updateDiscreteStates")
+        },
+        enterContinuousTimeMode=lambda: None,
+        getContinuousStates=lambda *place: None,
+    )
+    monkeypatch.setattr(
+        LoadedUnit, "__init__", lambda self, mapped: vars(self).update(vars(mapped))
+    )
+    monkeypatch.setattr(LoadedUnit, "initialise", lambda self: None)
+    unit: Any = SimpleNamespace(unit=fake, old=old, description=SimpleNamespace(states=()))
+    if count > 100:
+        with pytest.raises(RuntimeError, match="its events do not end, after 100 updates"):
+            ExchangeUnit(unit)
+    else:
+        ExchangeUnit(unit)
+        assert not updates
 
 
 @pytest.mark.parametrize(
