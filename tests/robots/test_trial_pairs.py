@@ -45,11 +45,6 @@ BOTH: dict[str, tuple[Robot, Callable[[Robot], Robot], tuple[str, str]]] = {
         lambda robot: mirror(weigh(robot, 1, 1.1), 3),
         ("link_2: mass = 19.14 kg", "link_4: its centre of mass with the opposite sign"),
     ),
-    "a mass, and a sign of a ratio": (
-        PUMA,
-        lambda robot: set_rotor(weigh(robot, 5, 0.1), 4, ratio=-robot.rotors[4].ratio),
-        ("link_6: mass = 0.009 kg", "rotor of wrist_bend: ratio = -71.923"),
-    ),
     "pounds, and a sign": (
         SIX,
         lambda robot: weigh(mirror(robot, 3), 5, 2.20462),
