@@ -8,7 +8,6 @@ import numpy as np
 import pytest
 
 from crosscheck.models.robot.file import load_robot
-from crosscheck.trial.arms.entry_notes import describe_entries
 from crosscheck.trial.changes.arms import causes
 from crosscheck.trial.changes.arms import term_words as messages
 from crosscheck.trial.changes.arms.letters import format_power
@@ -254,16 +253,6 @@ def test_entries_beyond_their_tolerance_come_largest_first():
         assert len(set(SIZES.entry_sizes(part).shape)) == 1
     assert SIZES.entry_sizes("force").tolist() == [3.0, 6.0]
     assert SIZES.entry_sizes("acceleration").tolist() == [7.0, 9.0]
-
-
-def test_explained_errors_come_first_then_notes_then_all_others():
-    why = Explanation((TermError("dropped", Term("2"), None),), 0.0)
-    entries = [
-        EntryMismatch(EntryPlace("bias", 0), 3.0, name="a", guess="unknown"),
-        EntryMismatch(EntryPlace("bias", 1), 2.0, notes=("a note",), name="b"),
-        EntryMismatch(EntryPlace("bias", 2), 1.0, why, name="c", guess="known"),
-    ]
-    assert [*describe_entries(entries)] == ["c: known", "b: a note", "a: unknown"]
 
 
 @pytest.mark.parametrize(
