@@ -96,7 +96,7 @@ class RunChunk(ABC, Generic[ModelT]):
 
     @abstractmethod
     def _displacements(self, mesh: Meaning, x: np.ndarray) -> np.ndarray:
-        """Displacements of all planets with sun or ring of the coordinates x, or rates."""
+        """Displacements of all planets' teeth at sun or ring, or their rates, from x or x'."""
 
     @abstractmethod
     def _forces(self, side: int) -> np.ndarray:

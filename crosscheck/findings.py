@@ -157,9 +157,9 @@ def make_check(
 def make_share_check(
     about: Subject, measured: float, share: float, size: float, of: str, reason: str = ""
 ) -> Finding:
-    """The Finding of a check whose tolerance is a share of a size, in the unit of ``about``.
+    """Make the Finding of a check whose tolerance is a share of a size in ``about``'s unit.
 
-    of: what the size is of; reason: why so large a share.
+    of: the quantity whose size it is; reason: why the share is that large.
     """
     basis = f"{share:g} of {of}, {size:.3g} {about.unit}{reason}"
     relative = measured / size if size else None

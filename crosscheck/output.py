@@ -227,7 +227,7 @@ def _obstacle(target: Path) -> str:
     """Reason why the target cannot be a file, judged by what is there; empty if there is none."""
     try:
         kind = target.lstat().st_mode
-    except (FileNotFoundError, NotADirectoryError):  # the check of the folder reports this better
+    except (FileNotFoundError, NotADirectoryError):  # the folder's check has the better message
         return ""
     if stat.S_ISDIR(kind):
         return "is a folder; a file name is expected"
@@ -251,7 +251,7 @@ def _is_stream(path: Path) -> bool:
     """Whether a path is a pipe, or standard output by any name. Raises OSError."""
     try:
         state = path.stat()
-    except OSError:  # the check of the folder reports this better
+    except OSError:  # the folder's check has the better message
         return False
     return stat.S_ISFIFO(state.st_mode) or _is_output(state)
 

@@ -92,7 +92,7 @@ def record_provenance(
 
 def describe_surroundings(packages: Sequence[str] = ()) -> dict[str, Any]:
     """Command, time, versions, machine and code of a result made now, as Provenance has them."""
-    # Bytes that are no text in this locale, which files cannot hold, as escapes.
+    # Bytes that are not text in this locale are written as escapes, since files cannot hold them.
     command = " ".join(["crosscheck", *sys.argv[1:]]).encode("utf-8", "backslashreplace")
     lock = ROOT / "run.lock"
     return {

@@ -2,7 +2,7 @@
 
     crosscheck trial examples/casadi_two_link.py:model paper-labelled
 
-Inputs of the Functions are told apart by their names.
+Inputs of the Functions are distinguished by their names.
 """
 
 import casadi as ca

@@ -2,7 +2,7 @@
 
     crosscheck trial examples/sympy_map.py:model paper-labelled
 
-Lagrange's method of sympy.physics.mechanics, straight in x; the map is told apart from it.
+Lagrange's method of sympy.physics.mechanics, straight in x; the map is distinguished from it.
 """
 
 import sympy as sp

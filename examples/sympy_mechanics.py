@@ -2,8 +2,8 @@
 
     crosscheck trial examples/sympy_mechanics.py:model paper-labelled
 
-The symbols are called like the arm's quantities, so they need no values; of ``m_P``, which is not,
-the name is told.
+The symbols have the names of the arm's quantities and need no values; ``values`` gives the name
+for ``m_P``.
 """
 
 import sympy as sp

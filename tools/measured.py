@@ -179,7 +179,7 @@ def _summarize_study(study: Study) -> list[str]:
     records = study.comparison.records
     seconds = sum(float(each.time[-1] - each.time[0]) for each in records)
     worst = max(engine.measured or 0.0 for engine in study.comparison.engines)
-    rows = sum(each.rows for each in records)
+    rows = sum(len(each.time) for each in records)
     return [study.title, str(len(records)), f"{rows:,}", f"{seconds:.3g}", f"{worst:.0e}"]
 
 

@@ -37,7 +37,7 @@ class TermEquations:
 
     @cached_property
     def numbers(self) -> Numbers:
-        """Numbers of the terms and the meshes, by name."""
+        """The numbers that terms and meshes need, by name."""
         return term_numbers(self.arm, self.structure, self.terms, self.gears, self.drive)
 
     def record_map(self) -> RecordMap:

@@ -2,7 +2,7 @@
 
 An algorithm that is written for floats runs once on expressions and leaves its operations.
 Python's own 0, 1 and -1 stand for numbers that belong to the structure: whatever they meet is
-folded, so what is left has no operation more than the zeros ask for. Equal expressions are one.
+folded, so the rest has no operation that a zero makes needless. Equal expressions are one.
 What depends on constants alone, a model's own numbers, is not in the text but worked out before.
 """
 

@@ -359,7 +359,7 @@ _STAGES = {"first": _FIRST, "middle": _MIDDLE, "last": _LAST}
 
 
 def _state_rows(structure: Structure) -> dict[str, dict[str, str]]:
-    """The rows of STATE of each coordinate."""
+    """The rows of STATE that each coordinate has."""
     n = len(structure.coordinates)
     return {
         x: {name: f"w[{k * n + place}]" for k, name in enumerate(STATE)}

@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING
 if TYPE_CHECKING:
     from crosscheck.models.arm.arm import Arm
 
-PAPER_COVERAGE = "needs two joints with three planets each, all alike, no gravity and no friction"
+PAPER_COVERAGE = "needs two joints with three equal planets each, no gravity and no friction"
 
 
 def is_covered_by_paper(arm: Arm) -> bool:

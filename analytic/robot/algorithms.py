@@ -354,7 +354,7 @@ class MovingTree:
             moment = plus(rotate(pose.rotation, moment), cross(pose.position, force))
 
     def bias(self, v: Sequence[Number]) -> list[Number]:
-        """Torques that keep all joints moving at v from accelerating, weights included."""
+        """Torques under which joints that move at v do not accelerate, weights included."""
         still = self._hold_still(v)
         projected = self.project(still.forces, still.moments)
         return [direct + more for direct, more in zip(still.held, projected, strict=True)]
@@ -409,7 +409,7 @@ class MovingTree:
         return result + self._mesh_accelerations(result, rates, gained, len(mesh_forces))
 
     def collapse(self, matrix: list[list[Number]]) -> list[list[Number]]:
-        """A matrix over all joints as one over the free coordinates."""
+        """Reduce a matrix over all joints to one over the free coordinates."""
         joints, free = self.mechanism.joints, self.mechanism.free
         result: list[list[Number]] = [[0] * free for _ in range(free)]
         for row, left in zip(matrix, joints, strict=True):

@@ -12,7 +12,8 @@ Friction takes c times a joint's rate from that joint, and so from the coordinat
 
 from __future__ import annotations
 
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator
+from functools import wraps
 from typing import NamedTuple
 
 import numpy as np
@@ -33,27 +34,44 @@ from crosscheck.models.robot.interface import RobotModel
 from crosscheck.models.robot.robot import BASE, WITH_ROTORS, JointStage, Level, Robot
 
 UPRIGHT = np.eye(3)
+BLOCK = 2**14  # states x bodies x joints at a time: more would leave the processor's cache
 NEXT, LAST = np.array([1, 2, 0]), np.array([2, 0, 1])  # axes after x, y, z, and after these
 
 
-class FramePoses(NamedTuple):
-    """Pose of a frame in every state, and its partial velocities.
+def split_states(method: Callable[..., np.ndarray]) -> Callable[..., np.ndarray]:
+    """Wrap a method of a model so that it gets many states (states, n) in blocks."""
 
-    rotation (states, 3, 3); position (states, 3); turning, moving and carrying (states, 3, n):
-    angular velocity, that of the origin and that of the centre of mass, which is at arm (states, 3)
-    from it, per rate of each coordinate.
+    @wraps(method)
+    def take_blocks(self: AnalyticRobot, *states: np.ndarray) -> np.ndarray:
+        count = 1 + len(states[0]) * len(self.robot.joints) ** 2 // BLOCK
+        if count == 1:
+            return method(self, *states)
+        blocks = zip(*(np.array_split(each, count) for each in states), strict=True)
+        return np.concatenate([method(self, *block) for block in blocks])
+
+    return take_blocks
+
+
+class FramePoses(NamedTuple):
+    """Poses of all frames in every state, and their partial velocities.
+
+    rotation (states, bodies, 3, 3); position and axis of the joint (states, bodies, 3); the body's
+    inertia in space (states, bodies, 3, 3), its centre of mass from the origin (states, bodies, 3);
+    partials (states, bodies, 3, n): angular velocity and that of the centre of mass, per rate of
+    each coordinate.
     """
 
     rotation: np.ndarray
     position: np.ndarray
-    angular_partials: np.ndarray
-    origin_partials: np.ndarray
+    axis: np.ndarray
+    inertia: np.ndarray
     com_lever: np.ndarray
+    angular_partials: np.ndarray
     com_partials: np.ndarray
 
 
 class FrameRates(NamedTuple):
-    """Rates of a frame in every state, each (states, 3).
+    """Rates of all frames in every state, each (states, bodies, 3).
 
     Angular velocity; angular acceleration and that of the origin without v'.
     """
@@ -117,11 +135,10 @@ class AnalyticRobot(RobotModel):
         size = len(free) + (robot.mesh_coordinates if level == "geared" else 0)
         factors, self._offset = robot.joint_map
         self._share = np.pad(factors, ((0, 0), (0, size - len(free))))
-        crossings = [_skew_matrix(joint.axis) for joint in robot.joints]
+        self._add_bodies(robot)
         self._friction = np.array([joint.friction for joint in robot.joints])
         armature = [joint.armature * (level != "links") for joint in robot.joints]
         self._armature = self._share.T * armature @ self._share
-        self._crossings = [(once, once @ once) for once in crossings]
         self._meshes = [mesh for _, mesh in meshes]
         self._spinning_bodies: list[SpinningBody] = []
         self._teeth: list[PlanetMeshLaw] = []
@@ -139,6 +156,20 @@ class AnalyticRobot(RobotModel):
             self._spinning_bodies.append(SpinningBody(frame.body, axis, rotor.inertia, turns))
         for stage, columns in zip(robot.stages, robot.stage_columns, strict=True):
             self._add_stage(stage, columns if stages else None)
+
+    def _add_bodies(self, robot: Robot) -> None:
+        """Add the numbers of all joints and bodies, side by side; joint k moves body k."""
+        joints, bodies = robot.joints, robot.bodies
+        self._axes = np.array([joint.axis for joint in joints])
+        self._crossings = np.cross(UPRIGHT, self._axes[:, None])  # times u: axis x u
+        self._places = np.array([joint.placement.position for joint in joints])
+        self._rotations = np.array([joint.placement.rotation for joint in joints])
+        self._turns = np.array([joint.kind == "revolute" for joint in joints])
+        self._masses = np.array([[body.mass] for body in bodies])
+        self._coms = np.array([body.com for body in bodies])
+        self._inertias = np.array([body.inertia for body in bodies])
+        self._parents = np.eye(len(joints) + 1)[[joint.parent for joint in joints], :-1]
+        self._paths = np.linalg.inv(np.eye(len(joints)) - self._parents)  # 1 at joints that move it
 
     def _add_stage(self, stage: JointStage, columns: slice | None) -> None:
         """Add sun and planets of a stage; columns: of its coordinates; None if gears are rigid."""
@@ -175,14 +206,17 @@ class AnalyticRobot(RobotModel):
             place = row, stage.joint, each, mesh
             self._teeth.append(PlanetMeshLaw(*place, law, *k, rate, offset, damped))
 
+    @split_states
     def mass_matrix(self, q: np.ndarray) -> np.ndarray:
         """Mass matrix M (states, n, n), by the bodies' rates and momenta."""
         return self._mass(self._poses(q))
 
+    @split_states
     def bias(self, q: np.ndarray, v: np.ndarray) -> np.ndarray:
         """Coriolis and centrifugal torques (states, n): inertia forces without accelerations."""
         return self._bias_and_weight(self._poses(q), v, np.zeros(3))
 
+    @split_states
     def gravity(self, q: np.ndarray) -> np.ndarray:
         """Torques that hold the bodies' weights (states, n)."""
         return self._weight(self._poses(q))
@@ -193,10 +227,13 @@ class AnalyticRobot(RobotModel):
         return self._mass(poses), self._bias_and_weight(poses, v, np.zeros(3)), self._weight(poses)
 
     def frames(self, q: np.ndarray, v: np.ndarray) -> tuple[list[FramePoses], list[FrameRates]]:
-        """Poses of all bodies at q, and their rates at v, both (states, n), on a base at rest."""
+        """Pose of each body at q, and its rates at v, both (states, n), on a base at rest."""
         poses = self._poses(q)
-        return poses, self._rates(poses, v, np.zeros(3))
+        parts = zip(*(part.swapaxes(0, 1) for part in poses), strict=True)
+        rates = zip(*np.moveaxis(np.array(self._rates(poses, v, np.zeros(3))), 2, 1), strict=True)
+        return [FramePoses(*each) for each in parts], [FrameRates(*each) for each in rates]
 
+    @split_states
     def inverse_dynamics(self, q: np.ndarray, v: np.ndarray, a: np.ndarray) -> np.ndarray:
         """Generalized forces M a + bias + gravity, of meshes and of friction (states, n)."""
         poses = self._poses(q)
@@ -204,6 +241,7 @@ class AnalyticRobot(RobotModel):
         held += self._friction_force(v)
         return multiply(self._mass(poses), a) + held
 
+    @split_states
     def forward_dynamics(self, q: np.ndarray, v: np.ndarray, torques: np.ndarray) -> np.ndarray:
         """Accelerations under torques of motors (states, n), by solving with M."""
         poses = self._poses(q)
@@ -228,23 +266,23 @@ class AnalyticRobot(RobotModel):
             columns += forces * pair[0].law.planets
         return np.reshape(columns, (len(columns), len(q))).T
 
+    @split_states
     def energy(self, q: np.ndarray, v: np.ndarray) -> np.ndarray:
-        """Energy (states,) [J]: v' M v / 2, and masses at their heights."""
+        """Energy (states,) [J]: v' M v / 2 plus the potential energy of the weights."""
         poses = self._poses(q)
         total: np.ndarray = (v * multiply(self._mass(poses), v)).sum(axis=1) / 2
-        for body, pose in zip(self.robot.bodies, poses, strict=True):
-            total -= body.mass * (pose.position + pose.com_lever) @ self.robot.gravity
+        total -= ((poses.position + poses.com_lever) @ self.robot.gravity) @ self._masses[:, 0]
         return total
 
+    @split_states
     def momentum(self, q: np.ndarray, v: np.ndarray) -> np.ndarray:
         """Linear, then angular momentum (states, 6), by the partial velocities."""
         poses, total = self._poses(q), np.zeros((len(q), 6))
-        for body, pose in zip(self.robot.bodies, poses, strict=True):
-            inertia = pose.rotation @ body.inertia @ pose.rotation.transpose(0, 2, 1)
-            linear = body.mass * multiply(pose.com_partials, v)
-            total[:, :3] += linear
-            total[:, 3:] += np.cross(pose.position + pose.com_lever, linear)
-            total[:, 3:] += multiply(inertia, multiply(pose.angular_partials, v))
+        linear = self._masses * multiply(poses.com_partials, v[:, None])
+        angular = np.cross(poses.position + poses.com_lever, linear)
+        angular += multiply(poses.inertia, multiply(poses.angular_partials, v[:, None]))
+        total[:, :3] += linear.sum(axis=1)
+        total[:, 3:] += angular.sum(axis=1)
         for spinner in self._spinning_bodies if self.level in WITH_ROTORS else ():
             axis, spin = self._spin(spinner, poses)
             total[:, 3:] += spinner.inertia * (spin * v).sum(axis=1, keepdims=True) * axis
@@ -255,15 +293,15 @@ class AnalyticRobot(RobotModel):
         frame = self.robot.frames[self.robot.tip]
         if frame.body == BASE:
             return np.tile(frame.placement.position, (len(q), 1))
-        pose = self._poses(q)[frame.body]
-        return pose.position + pose.rotation @ frame.placement.position
+        rotation, position = (part[:, frame.body] for part in self._poses(q)[:2])
+        return position + rotation @ frame.placement.position
 
-    def _mass(self, poses: list[FramePoses]) -> np.ndarray:
-        rates, momenta = [], []  # of each body, per rate of each coordinate
-        for body, pose in zip(self.robot.bodies, poses, strict=True):
-            inertia = pose.rotation @ body.inertia @ pose.rotation.transpose(0, 2, 1)
-            rates += [pose.com_partials, pose.angular_partials]
-            momenta += [body.mass * pose.com_partials, inertia @ pose.angular_partials]
+    def _mass(self, poses: FramePoses) -> np.ndarray:
+        momenta = [
+            _flatten(self._masses[:, None] * poses.com_partials),
+            _flatten(poses.inertia @ poses.angular_partials),
+        ]
+        rates = [_flatten(poses.com_partials), _flatten(poses.angular_partials)]
         for spinner in self._spinning_bodies:
             if self.level == "armature":
                 spin = np.broadcast_to(spinner.turns, (len(rates[0]), spinner.turns.size))
@@ -277,34 +315,27 @@ class AnalyticRobot(RobotModel):
         mass: np.ndarray = left.transpose(0, 2, 1) @ right + self._armature
         return mass
 
-    def _weight(self, poses: list[FramePoses]) -> np.ndarray:
-        weights = [
-            body.mass * (self.robot.gravity @ pose.com_partials)
-            for body, pose in zip(self.robot.bodies, poses, strict=True)
-        ]
-        return -np.sum(weights, axis=0)
+    def _weight(self, poses: FramePoses) -> np.ndarray:
+        weights: np.ndarray = (self._masses * self.robot.gravity).ravel()
+        return -weights @ _flatten(poses.com_partials)
 
-    def _bias_and_weight(
-        self, poses: list[FramePoses], v: np.ndarray, gravity: np.ndarray
-    ) -> np.ndarray:
+    def _bias_and_weight(self, poses: FramePoses, v: np.ndarray, gravity: np.ndarray) -> np.ndarray:
         """Torques under which nothing accelerates (states, n): weights are a base that rises."""
         rates = self._rates(poses, v, -gravity)
-        total = np.zeros_like(v)
-        for body, pose, rate in zip(self.robot.bodies, poses, rates, strict=True):
-            inertia = pose.rotation @ body.inertia @ pose.rotation.transpose(0, 2, 1)
-            force = body.mass * _point_acceleration(rate, pose.com_lever)
-            moment = multiply(inertia, rate.angular_rate)
-            moment += cross(rate.angular, multiply(inertia, rate.angular))
-            total += project(pose.com_partials, force)
-            total += project(pose.angular_partials, moment)
+        turned = _lever_acceleration(*rates[:2], poses.com_lever)
+        force = self._masses * (rates.acceleration + turned)
+        moment = multiply(poses.inertia, rates.angular_rate)
+        moment += cross(rates.angular, multiply(poses.inertia, rates.angular), axis=2)
+        total = project(_flatten(poses.com_partials), force.reshape(len(v), -1))
+        total += project(_flatten(poses.angular_partials), moment.reshape(len(v), -1))
         for spinner in self._spinning_bodies:
             if spinner.body == BASE or self.level not in WITH_ROTORS:
                 continue
             axis, spin = self._spin(spinner, poses)
-            rate = rates[spinner.body]
             speed = (spin * v).sum(axis=1, keepdims=True)
-            growth = (axis * rate.angular_rate).sum(axis=1, keepdims=True)
-            turned = project(poses[spinner.body].angular_partials, cross(rate.angular, axis))
+            growth = (axis * rates.angular_rate[:, spinner.body]).sum(axis=1, keepdims=True)
+            carried = cross(rates.angular[:, spinner.body], axis)
+            turned = project(poses.angular_partials[:, spinner.body], carried)
             total += spinner.inertia * (growth * spin + speed * turned)
         return total
 
@@ -330,7 +361,7 @@ class AnalyticRobot(RobotModel):
         return total
 
     def _planet_mesh_states(self, q: np.ndarray) -> Iterator[PlanetMeshState]:
-        """The states of the teeth of every planet that moves alone, sun mesh before ring mesh."""
+        """States of the teeth of each free planet, sun mesh before ring mesh."""
         for law in self._teeth:
             mesh = law.mesh
             phase = law.rate * (q @ self._share[law.joint] + self._offset[law.joint]) + law.offset
@@ -340,95 +371,70 @@ class AnalyticRobot(RobotModel):
             k_slope = stiffness.stiffness_slope(law.law, 0, phase, law.k_a)
             yield PlanetMeshState(law, gap, k, (k_slope, size * np.cos(phase + lead)))
 
-    def _poses(self, q: np.ndarray) -> list[FramePoses]:
+    def _poses(self, q: np.ndarray) -> FramePoses:
         """Poses of every body, and their partial velocities."""
-        states, size = q.shape
-        still, nothing = np.zeros((states, 3)), np.zeros((states, 3, size))
-        upright = np.broadcast_to(UPRIGHT, (states, 3, 3))
-        base = FramePoses(upright, still, nothing, nothing, still, nothing)
         values = q @ self._share.T + self._offset
-        poses: list[FramePoses] = []
-        parts = self.robot.joints, self.robot.bodies, self._crossings, self._share, values.T
-        for joint, body, (crossing, twice), share, value in zip(*parts, strict=True):
-            under = base if joint.parent == BASE else poses[joint.parent]
-            at = under.rotation @ joint.placement.position
-            rotation = under.rotation @ joint.placement.rotation
-            axis = rotation @ joint.axis
-            along = axis[:, :, None] * share
-            turning = under.angular_partials
-            if joint.kind == "revolute":
-                turn = (  # Rodrigues' formula
-                    UPRIGHT
-                    + np.sin(value)[:, None, None] * crossing
-                    + (1 - np.cos(value))[:, None, None] * twice
-                )
-                rotation = rotation @ turn
-                moving = under.origin_partials + cross(turning, at)
-                turning = turning + along
-            else:
-                at = at + value[:, None] * axis
-                moving = under.origin_partials + cross(turning, at) + along
-            arm = rotation @ body.com
-            carrying = moving + cross(turning, arm)
-            poses.append(FramePoses(rotation, under.position + at, turning, moving, arm, carrying))
-        return poses
+        angles = np.where(self._turns, values, 0.0)[:, :, None, None]
+        turned = np.sin(angles) * self._crossings  # Rodrigues' formula
+        turned += (1 - np.cos(angles)) * (self._crossings @ self._crossings) + UPRIGHT
+        slid = np.where(self._turns, 0.0, values)[:, :, None] * self._axes
+        rotation = self._rotations @ turned
+        position = self._places + multiply(self._rotations, slid)
+        for number, joint in enumerate(self.robot.joints):
+            if joint.parent != BASE:
+                under, at = rotation[:, joint.parent], position[:, number]
+                position[:, number] = position[:, joint.parent] + multiply(under, at)
+                rotation[:, number] = under @ rotation[:, number]
+        axis, arm = multiply(rotation, self._axes), multiply(rotation, self._coms)
+        inertia = rotation @ self._inertias @ rotation.swapaxes(2, 3)
+        across, origins = np.array([axis, position]).swapaxes(2, 3).copy()[:, :, None]
+        turning = across * (self._paths * self._turns)[:, None]
+        away = (position + arm)[:, :, :, None] - origins
+        moving = cross(turning, away, axis=2) + across * (self._paths * ~self._turns)[:, None]
+        columns = np.array([turning, moving]).reshape(-1, len(self._turns)) @ self._share
+        partials = columns.reshape(2, *moving.shape[:3], -1)
+        return FramePoses(rotation, position, axis, inertia, arm, *partials)
 
-    def _rates(
-        self, poses: list[FramePoses], v: np.ndarray, rising: np.ndarray
-    ) -> list[FrameRates]:
+    def _rates(self, poses: FramePoses, v: np.ndarray, rising: np.ndarray) -> FrameRates:
         """Rates of every body; rising (3,): acceleration of the base."""
-        still = np.zeros((len(v), 3))
-        base = FrameRates(still, still, np.tile(rising, (len(v), 1)))
-        speeds = v @ self._share.T
-        rates: list[FrameRates] = []
-        for joint, pose, speed in zip(self.robot.joints, poses, speeds.T, strict=True):
-            on_base = joint.parent == BASE
-            under = base if on_base else rates[joint.parent]
-            at = pose.position if on_base else pose.position - poses[joint.parent].position
-            relative = speed[:, None] * (pose.rotation @ joint.axis)
-            acceleration = _point_acceleration(under, at)
-            turned = cross(under.angular, relative)
-            if joint.kind == "revolute":
-                rate = FrameRates(
-                    under.angular + relative, under.angular_rate + turned, acceleration
-                )
-            else:
-                rate = FrameRates(under.angular, under.angular_rate, acceleration + 2 * turned)
-            rates.append(rate)
-        return rates
+        turns = self._turns[:, None]
+        relative = (v @ self._share.T)[:, :, None] * poses.axis
+        angular = self._paths @ np.where(turns, relative, 0.0)
+        turned = cross(self._parents @ angular, relative, axis=2)
+        growth = self._paths @ np.where(turns, turned, 0.0)
+        under = self._parents @ angular, self._parents @ growth
+        at = poses.position - self._parents @ poses.position
+        gained = _lever_acceleration(*under, at) + np.where(turns, 0.0, 2 * turned)
+        return FrameRates(angular, growth, self._paths @ gained + rising)
 
-    def _spin(
-        self, spinner: SpinningBody, poses: list[FramePoses]
-    ) -> tuple[np.ndarray, np.ndarray]:
+    def _spin(self, spinner: SpinningBody, poses: FramePoses) -> tuple[np.ndarray, np.ndarray]:
         """Axis of a spun body in space (states, 3), and its spin per rate (states, n)."""
-        states = len(poses[0].position)
+        states = len(poses.position)
         if spinner.body == BASE:
             return np.tile(spinner.axis, (states, 1)), np.tile(spinner.turns, (states, 1))
-        pose = poses[spinner.body]
-        turned = pose.rotation @ spinner.axis
-        return turned, spinner.turns + project(pose.angular_partials, turned)
+        turned = poses.rotation[:, spinner.body] @ spinner.axis
+        return turned, spinner.turns + project(poses.angular_partials[:, spinner.body], turned)
 
 
-def _point_acceleration(rate: FrameRates, arm: np.ndarray) -> np.ndarray:
-    """Acceleration (states, 3) of a point of a body, arm (states, 3) from its origin."""
-    return (
-        rate.acceleration
-        + cross(rate.angular_rate, arm)
-        + cross(rate.angular, cross(rate.angular, arm))
-    )
+def _lever_acceleration(angular: np.ndarray, growth: np.ndarray, arm: np.ndarray) -> np.ndarray:
+    """Accelerations of points by turning, arm (states, bodies, 3) from the origins."""
+    inward: np.ndarray = cross(angular, cross(angular, arm, axis=2), axis=2)
+    return cross(growth, arm, axis=2) + inward
 
 
-def _skew_matrix(vector: np.ndarray) -> np.ndarray:
-    """The matrix (3, 3) that turns u into vector x u."""
-    x, y, z = vector
-    return np.array([[0, -z, y], [z, 0, -x], [-y, x, 0]])
+def _flatten(columns: np.ndarray) -> np.ndarray:
+    """Columns of all bodies (states, bodies, 3, n), one body below the other (states, rows, n)."""
+    return columns.reshape(len(columns), -1, columns.shape[-1])
 
 
-def cross(left: np.ndarray, right: np.ndarray) -> np.ndarray:
-    """one x other (states, 3); of one (states, 3, n), for each of its columns."""
+def cross(left: np.ndarray, right: np.ndarray, axis: int = 1) -> np.ndarray:
+    """one x other (states, 3); of one (states, 3, n), for each of its columns.
+
+    axis: on which the three components are.
+    """
     right = right if left.ndim == right.ndim else right[:, :, None]
-    product: np.ndarray = left.take(NEXT, axis=1) * right.take(LAST, axis=1)
-    product -= left.take(LAST, axis=1) * right.take(NEXT, axis=1)
+    product: np.ndarray = left.take(NEXT, axis) * right.take(LAST, axis)
+    product -= left.take(LAST, axis) * right.take(NEXT, axis)
     return product
 
 
@@ -439,6 +445,6 @@ def multiply(matrix: np.ndarray, vector: np.ndarray) -> np.ndarray:
 
 
 def project(columns: np.ndarray, force: np.ndarray) -> np.ndarray:
-    """Columns (states, 3, n), transposed, times force (states, 3): (states, n)."""
+    """Columns (states, rows, n), transposed, times force (states, rows): (states, n)."""
     product: np.ndarray = (force[:, None] @ columns)[:, 0]
     return product

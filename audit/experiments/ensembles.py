@@ -212,7 +212,7 @@ COURSES_AT_ONCE = 8  # runs in one question: as many as a kernel steps side by s
 
 @dataclass(frozen=True)
 class CoursesQuestion(Question[list[RunSignals]]):
-    """A question: the courses of variants, those of alike analytic models stepped side by side."""
+    """A question: the courses of variants, those of equal analytic models stepped side by side."""
 
     variants: tuple[Variant, ...]
 

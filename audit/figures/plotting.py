@@ -96,7 +96,7 @@ def _draw_panel(axes: Axes, panel: Panel) -> None:
 
 
 def set_same_scale(grid: np.ndarray) -> None:
-    """Give each row of axes, (rows, columns), one y range; a row of unlike scales is left."""
+    """Give each row of axes, (rows, columns), one y range; rows of different scales are kept."""
     for row in grid:
         if len({axes.get_yscale() for axes in row}) > 1:
             continue

@@ -70,6 +70,6 @@ def find_accumulations(settings: ResultsByCondition) -> dict[str, list[Accumulat
 
 
 def judge_drive(accumulations: Sequence[Accumulation]) -> State | None:
-    """Whether the growth is the rigid arm's own, in all settings alike; else None."""
+    """Whether the growth is the rigid arm's own, if all settings agree; else None."""
     states = {each.state for each in accumulations}
     return states.pop() if len(states) == 1 else None

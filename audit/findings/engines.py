@@ -43,7 +43,7 @@ class ModelComparison:
 def is_third_fluctuation_in_engine(compared: Sequence[ModelComparison]) -> bool | None:
     """Whether the engine by itself has severe starts under `omega_t`, and none under `angle`.
 
-    It is about presence; how alike both models are is no part of it.
+    It is about presence, not about how similar both models are.
     """
     by_phase: dict[str, list[Answer]] = {"omega_t": [], "angle": []}
     for comparison in compared:
@@ -58,8 +58,8 @@ def is_third_fluctuation_in_engine(compared: Sequence[ModelComparison]) -> bool 
 class PartedStartsQuestion(TransientPdQuestion):
     """A question: numbers of ``transient`` from starts that differ by up to APART_M.
 
-    Planets part only as fast as rounding lets them, and engines round unlike: gear angles have
-    coarser last digits than displacements. From here on both have the same to begin with.
+    Planets separate only as fast as rounding lets them, and engines round differently: gear angles
+    have coarser last digits than displacements. From here on both have the same to begin with.
     """
 
     def models(self, seeds: Sequence[int]) -> Sequence[Model]:

@@ -1,4 +1,4 @@
-"""A stage as the paper has it: geared, with both meshes alike and Eq. 8's stiffness."""
+"""A stage as the paper has it: geared, with two equal meshes and Eq. 8's stiffness."""
 
 from __future__ import annotations
 

@@ -39,7 +39,7 @@ class States(NamedTuple):
 
 
 def sample_states(layout: Layout, arm: Arm, count: int, seed: int) -> States:
-    """Random states on both flanks, out of contact, at any pose, in brisk motion."""
+    """Random states in any pose and brisk motion, with teeth on either flank or out of contact."""
     generator = np.random.default_rng(seed)
     contacts = [mesh for _, joint in geared_joints(arm) for mesh in meshes(joint)]
     play = 3 * max((mesh.backlash_m for mesh in contacts), default=0.0)

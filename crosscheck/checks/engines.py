@@ -78,7 +78,7 @@ QUESTIONS: tuple[RobotQuestion, ...] = (
 
 
 def plan(subjects: Subjects) -> Iterator[Comparison]:
-    """Comparisons of the two models' answers to each question."""
+    """Compare the two models' answers to each question."""
     yield from plan_pairs([each for each in subjects.arms if each.group != "form"])
     for left, right in pair_models(subjects.robots):
         for question in QUESTIONS if left.case.has_runs else QUESTIONS[:-1]:
@@ -101,7 +101,7 @@ def plan_pairs(
 def plan_arm_pair(
     family: str, quantity: str, left: SampledArm, right: SampledArm, judge: states.Judge
 ) -> Comparison:
-    """A comparison of a quantity of two models, sized by the M of either."""
+    """Compare a quantity of two models, relative to its size by either model's M."""
     key = ComparisonKey(family, left.where, quantity, left.model, right.model)
     pair = left, right
 

@@ -171,7 +171,7 @@ def torques_at(drive: DriveData, t: float, theta: np.ndarray, theta_dot: np.ndar
 
 
 def external_powers(arm: Arm, motion: ForcedState) -> list[float]:
-    """Powers that motors, weight and friction put in [W], term by term."""
+    """Power that motors, weight and friction supply [W], term by term."""
     dtheta = motion.v[motion.layout.theta]
     powers = [*(motion.passive * dtheta)]
     for number, (joint, torque) in enumerate(zip(arm.joints, motion.torques, strict=True)):

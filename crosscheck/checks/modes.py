@@ -167,7 +167,7 @@ def free_modes(joint: Planetary) -> np.ndarray:
     """All modes [Hz] of a stage of free planets with its carrier locked, ascending, (N + 1,).
 
     They solve M_s u'' = -sum of k_sn (u - w_n) and M_p w_n'' = k_sn (u - w_n) - k_rn w_n, also for
-    unlike planets.
+    planets that differ.
     """
     count = joint.planet_count
     roots = np.sqrt([equivalent_mass(joint, "sun"), *[equivalent_mass(joint, "planet")] * count])

@@ -96,8 +96,8 @@ def momentum_drifts(model: RobotModel, case: RobotLevel) -> np.ndarray:
 def find_conserved_directions(robot: Robot) -> np.ndarray:
     """Orthonormal directions (k, 6) of linear and angular momentum about the base's origin.
 
-    In these the ground exerts nothing on a robot without weight, whatever its motors do: the joints
-    without motor and friction before the first body with mass move it in each, at any state.
+    In these the ground exerts no force or moment on a robot without weight, whatever its motors do:
+    at any state, joints without motor and friction before the first mass let it move in each.
     """
     chain = _list_root_chain(robot) if not robot.gravity.any() else []
     pushes = list[np.ndarray]()

@@ -98,7 +98,7 @@ def _check_slopes(
     height = (sizes.energy - sizes.motion**2 / 2)[:count, None]
     least = ROUNDED * height / case.steps / TOLERANCE
     size = np.maximum(sizes.gravity[:count], least)
-    basis = f"{TOLERANCE:g} of the torque's natural size, or what rounding leaves in the slopes"
+    basis = f"{TOLERANCE:g} of the torque's natural size, or the rounding of the slopes"
     return check_share(about, share_of(given[:count] - slopes, size), TOLERANCE, basis)
 
 
@@ -114,7 +114,7 @@ def _check_energy_rate(
     size = (np.abs(v) * summed).sum(axis=1) + case.sizes.motion * case.sizes.momentum[:, 0]
     least = ROUNDED * case.sizes.energy / _time_steps(case) / TOLERANCE
     measured = share_of(rate - (force * v).sum(axis=1), np.maximum(size, least))
-    basis = f"{TOLERANCE:g} of the powers that are summed, or what rounding leaves in the rate"
+    basis = f"{TOLERANCE:g} of the powers that are summed, or the rounding of the rate"
     return check_share(about, measured, TOLERANCE, basis)
 
 

@@ -39,7 +39,7 @@ FORCES, TEETH = ("F_sp", "F_pr"), "the teeth's force F_sp, F_pr"
 # The record's own numbers, worked out once more, a few hundred operations apart; where a solver
 # closes joints by iteration, to some 1e-14 m, meshes of 1e8 N/m feel the rest as 1e-6 N of 100 N.
 TOLERANCE, TOLERANCE_OF_CONSTRAINTS = 1e-9, 1e-8
-# Lumped coordinates say all of a state only while the planets of a stage move alike: so many
+# Lumped coordinates say all of a state only while the planets of a stage move together: so many
 # roundings of the arcs that displacements are read from, or of the places of bodies that joints
 # hold at the arm's reach, and such a part of the largest rate.
 ALIKE_ROUNDINGS, ALIKE_RATES = 1000, 1e-9
@@ -198,7 +198,7 @@ def _planet_counts(model: Model) -> np.ndarray:
 
 
 def _sizes(run: xr.Dataset, model: Model, q: np.ndarray, placed: float) -> dict[str, float]:
-    """Size that each variable's difference is measured against, by its name.
+    """The size relative to which each variable's difference is measured, by name.
 
     placed: of a force [N] that is known to rounding of the bodies' places. A force out of contact
     is the rest of what the motor and the bodies' inertia leave of each other, and near contact it
@@ -282,7 +282,7 @@ def _compute_variables(
         "kinetic_energy": float(v @ model.mass_matrix(q) @ v / 2),
     }
     if layout.mesh_joints:
-        # With meshes that do not slide no damper acts, and what is left are motor and springs.
+        # With meshes that do not slide no damper acts, but motor and springs do.
         force = model.generalized_force(t, q, np.where(layout.angular, v, 0.0))
         values[TEETH] = _tooth_forces(model, force, torque)
     return values

@@ -115,7 +115,7 @@ class RobotSizes:
         return sizes
 
     def tolerance(self, quantity: str) -> float:
-        """Tolerance of an entry, relative to its size."""
+        """The tolerance of an entry relative to its size."""
         return max(TOLERANCE, ROUNDINGS * self.condition if quantity in SOLVED else 0.0)
 
     def basis(self, quantity: str) -> str:

@@ -143,7 +143,7 @@ class RobotLevel:
 
     @property
     def has_runs(self) -> bool:
-        """Whether steps that resolve meshes and friction move the joints by more than rounding."""
+        """Whether joints move by more than rounding in steps that resolve meshes and friction."""
         return self.run_s >= LEAST_RUN_S
 
     @property

@@ -56,7 +56,7 @@ def simulation_start(case: RobotLevel) -> tuple[np.ndarray, np.ndarray, np.ndarr
 
 
 def make_scenario(case: RobotLevel) -> Scenario:
-    """A run of so many steps, all recorded."""
+    """The scenario of a run with this number of steps, all recorded."""
     q, v, torques = simulation_start(case)
     return Scenario(
         schema_version=1,

@@ -26,10 +26,10 @@ EPS = np.finfo(float).eps
 ROUNDINGS = 1000
 LOOSEST = 1e-10
 TERM_ROUNDINGS = 5  # of each of the terms that cancel in a component: a product of some factors
-# Reach over the shortest link from which such terms outgrow their sum: seven links alike have 7.
+# Reach over the shortest link from which such terms outgrow their sum: seven equal links have 7.
 # Below, engines differ by a 25th of their tolerances at most (the built-in arms, 2.4 to 5.6).
 UNLIKE_LENGTHS = 10.0
-# Quantities that are what is left of larger terms, and what their rounding leaves at least.
+# Quantities whose larger terms cancel, and the least rounding error of these terms.
 CANCELLING = {
     "bias": f"{TERM_ROUNDINGS} eps of M (sum of w)^2 of the whole arm, moments that cancel",
     "generalized_force": "rounding of the forces of teeth, by the bodies' places and their moments",
@@ -46,7 +46,7 @@ class Setting(NamedTuple):
 
     @property
     def rounding(self) -> float:
-        """Rounding of a term that cancels, as a part of it; 0 where links are alike in length."""
+        """Rounding of a term that cancels, as a part of it; 0 if links have similar lengths."""
         shortest = min(link.length_m for link in self.arm.links)
         return EPS if arm_reach(self.arm) > UNLIKE_LENGTHS * shortest else 0.0
 
@@ -159,7 +159,7 @@ def _rounding(
 ) -> np.ndarray:
     """Rounding error of each component, (n,), whose terms cancel, however small their sum.
 
-    Where links are alike in length that is less than the tolerance of the sum, and is not counted.
+    If links have similar lengths, that is less than the tolerance of the sum, and is not counted.
 
     An acceleration is solved for, which rounds |M^-1| |M| |a| and |M^-1| times what the force does
     (Skeel's bound). Of the others see ``bias_rounding`` and ``_force_rounding``.

@@ -86,7 +86,7 @@ def _repetition_runs(experiment: ExperimentPlan, model: str) -> tuple[ModelTask,
 
 
 def _plan_planets(experiment: ExperimentPlan) -> Iterator[Comparison]:
-    """Comparisons of alike planets, counted as one or each for itself: the same until they part."""
+    """Comparisons of equal planets, as one or each by itself: equal until the planets separate."""
     first, second, *_ = experiment.models.same
     lumped, pair = experiment.run(first), _repetition_runs(experiment, second)
     for quantity in MESH:
@@ -139,7 +139,7 @@ def refine(experiment: ExperimentPlan, model: str) -> list[ModelTask]:
     """A model's run and a coarser one to estimate its error; then the reference model's pairs.
 
     These pairs come with models of the same integrator, whose error depends on where in a step the
-    teeth meet: two runs may err alike by chance.
+    teeth meet: two runs may have equal errors by chance.
     """
     runs, same = [experiment.run(model), experiment.run(model, "coarse")], experiment.models.same
     for variant in COARSE_STEP_RATIOS if model in same else ():
@@ -250,7 +250,7 @@ def step_count(run: xr.Dataset) -> float:
 
 
 def relative_value(measured: float, run: xr.Dataset, quantity: str) -> float | None:
-    """A difference over the size of the quantity in a run; None where that says nothing."""
+    """A difference relative to the quantity's size in a run; None where that size is unknown."""
     largest = size(run, quantity)
     return measured / largest if largest > 0 and np.isfinite(measured) else None
 

@@ -123,7 +123,7 @@ def _tables(arm: Arm) -> Iterator[Table]:
 
 
 def _stated_quantities(record: Data | PlanetMesh) -> Iterator[DerivedQuantity]:
-    """The values of a record's own fields, without nested records and the file's own fields."""
+    """Values of a record's fields, except nested records and those about the file itself."""
     for field in describe_fields(Mesh if isinstance(record, PlanetMesh) else type(record)):
         value = getattr(record, field.name)
         if value is not None and not field.records and field.name not in OF_THE_FILE:
@@ -132,7 +132,7 @@ def _stated_quantities(record: Data | PlanetMesh) -> Iterator[DerivedQuantity]:
 
 
 def _derived_link(joint: Planetary | Direct, link: Link) -> Iterator[DerivedQuantity]:
-    """Mass and inertia of a link that is a rod, which its file does not state."""
+    """Mass and inertia of a rod, which its file does not state."""
     values = stage_values(joint, link)
     if link.mass_kg is None:
         yield DerivedQuantity("mass", float(values.m), "kg", "m")

@@ -118,7 +118,7 @@ def tip_distances(model: RobotModel, ends: np.ndarray, planned: np.ndarray) -> n
 
 
 def _forces(coupled: RobotModel, geared: RobotModel, state: State) -> np.ndarray:
-    """Force (instants, meshes) [N] on each mesh's wheel, from motor and inertia; teeth rigid."""
+    """Force (instants, meshes) [N] on each mesh's wheel by motor and inertia, with rigid teeth."""
     torques, free = motor_torques(coupled, state), geared.robot.coordinates
     still = np.zeros((len(torques), len(tooth_springs(geared.robot))))
     q, v, a = (np.hstack([each, still]) for each in state)

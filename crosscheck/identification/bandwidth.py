@@ -31,7 +31,7 @@ def combine_bands(
 ) -> tuple[TermEstimate, ...]:
     """Estimates in a band, with errors that also count the estimates in other bands.
 
-    Blocks of rows tell of noise alone: what a filter or friction's sign does is alike in all. Rows
+    Blocks of rows show noise alone: the effect of a filter or friction's sign is equal in all. Rows
     of one band are part of the other's: by noise estimates are less apart than the worse is wrong.
     What a narrower one is apart beyond that is the systematic part; a wider one holds more of what
     the model may lack, and makes an estimate that is beyond both intervals one of the band.

@@ -95,7 +95,7 @@ def compute_curvature(logarithms: np.ndarray, gradient: np.ndarray) -> np.ndarra
         weights = np.tensordot(along, WEIGHTS, 1)
         pulled = weights @ turns
         part = 2 * np.tensordot(turns, pulled, ((1, 2), (1, 2)))
-        # Second derivatives of the triangle: once more itself by alpha, and by each d.
+        # Second derivatives of the triangle: by alpha it is itself again, then by each d.
         again = 2 * np.tensordot(turns, weights @ upper, 2)
         part[0] += again
         part[1:, 0] += again[1:]
@@ -109,11 +109,11 @@ def solve_bodies(
 ) -> Solution:
     """Linear least squares with links that are possible bodies, by Newton's steps in a region.
 
-    Gauss and Newton's would creep: at the border what is left is not small along what bodies would
+    Gauss and Newton's would creep: at the border the residual is not small along what bodies would
     have to be, and curvature there is that of the logarithms. All else follows from the links.
 
     Args:
-        right: What is left at a state (rows,).
+        right: Residual at a state (rows,).
         slopes: Of what the unknowns make (rows, unknowns).
         state: Its links say where to begin, and how large they are.
         is_link: Which of its numbers are links' parameters, 10 of each in turn.

@@ -58,7 +58,7 @@ from crosscheck.identification.terms import (
 from crosscheck.models.errors import InputError
 from crosscheck.models.pinocchio.regressor import LinkRegressor
 from crosscheck.models.robot.robot import Robot, remove_friction
-from crosscheck.recordings.decimation import space_signals
+from crosscheck.recordings.even_signals import space_signals
 from crosscheck.recordings.record import Record
 from crosscheck.runner.progress_update import CountCallback
 

@@ -17,7 +17,6 @@ from crosscheck.models.loading import validate_record
 from crosscheck.models.pinocchio.regressor import BODY_PARAMETERS, LinkRegressor
 from crosscheck.models.robot.robot import BASE, Robot, compute_point_inertia
 from crosscheck.recordings.csv_table import CsvTable, open_table
-from crosscheck.recordings.decimation import condense
 from crosscheck.recordings.record import Record, require_even_enough
 
 Column = Annotated[str, quantities.PrintableText(200)]
@@ -201,7 +200,7 @@ def _require_lengths(description: RecordDescription, count: int, where: str) -> 
 def _read_recording(
     description: RecordDescription, files: RecordingFiles, turns: np.ndarray, where: Path
 ) -> Record:
-    """One recording; a long one is halved in rate while its rows are read. Raises InputError."""
+    """One recording. Raises InputError."""
     moving = open_table(where.parent / files.position)
     given, torques = description.position, (description.motor_torque, description.joint_torque)
     pulled = tuple(name for each in torques if each is not None for name in each.columns)
@@ -217,8 +216,11 @@ def _read_recording(
         both = moving.select_pieces(given.columns), pulling.select_pieces(pulled)
         pieces = (np.hstack(pair) for pair in zip(*both, strict=True))
     require_even_enough(moving.where, time)
-    recorded, count = len(time), len(given.columns)
-    time, signals = condense(time, pieces, count + len(pulled))
+    count, done = len(given.columns), 0
+    signals = np.empty((len(time), count + len(pulled)))
+    for piece in pieces:
+        signals[done : done + len(piece)] = piece
+        done += len(piece)
     positions, *tables = np.split(signals, len(signals[0]) // count, axis=1)
     # In place: signals of a long recording are most of the memory.
     if given.unit == "deg":
@@ -231,7 +233,7 @@ def _read_recording(
     before, behind = (
         None if each is None else _convert(next(left), each, turns) for each in torques
     )
-    return Record(moving.where, time, positions, before, behind, recorded=recorded)
+    return Record(moving.where, time, positions, before, behind)
 
 
 def _read_times(description: RecordDescription, table: CsvTable) -> np.ndarray:

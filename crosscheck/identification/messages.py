@@ -260,7 +260,7 @@ def _describe_bodies(level: Level, bodies: PossibleBodies) -> str:
 
 
 def _describe_prior(refinement: Refinement, links: float) -> str:
-    """The likelier level, where the file's links are known to a share."""
+    """State which level is likelier if the file's links are known to this share."""
     best = refinement.best
     head = f"With the file's links known to {100 * links:.3g} %"
     if refinement.is_surprising:

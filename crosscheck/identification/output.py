@@ -23,7 +23,6 @@ if TYPE_CHECKING:
     from matplotlib.axes import Axes
 
 SCHEMA_VERSION = 4
-MOST_COVERED = 100_000  # rows up to which intervals hold the truth as often as they say
 
 
 def describe_comparison(comparison: RecordComparison) -> Iterator[str]:
@@ -31,26 +30,15 @@ def describe_comparison(comparison: RecordComparison) -> Iterator[str]:
     yield from messages.describe_answers(comparison)
     yield ""
     records = comparison.records
-    yield from dict.fromkeys(_list_notes(comparison))
+    yield from dict.fromkeys(note for each in records for note in each.notes)
     seconds = sum(float(each.time[-1] - each.time[0]) for each in records)
-    rows = sum(each.rows for each in records)
+    rows = sum(len(each.time) for each in records)
     yield f"{format_count(len(records), 'recording')}, {rows:,} rows, {seconds:.4g} s"
     yield from describe_engines(comparison.engines)
     is_brief = comparison.has_explanation
     for side in comparison.judged_sides if is_brief else comparison.sides + comparison.gravities:
         yield ""
         yield from _describe_side(side, is_brief)
-
-
-def _list_notes(comparison: RecordComparison) -> Iterator[str]:
-    """What was left out of the files, and where intervals are too narrow."""
-    for record in comparison.records:
-        yield from record.notes
-        if (record.recorded or record.rows) > MOST_COVERED:
-            yield (
-                f"{record.where}: more than {MOST_COVERED:,} rows; intervals may be too narrow,"
-                " since errors by products of noise do not shrink with the length of a recording"
-            )
 
 
 def _describe_side(side: SideResult, is_brief: bool) -> Iterator[str]:
@@ -98,7 +86,7 @@ def comparison_json(comparison: RecordComparison) -> str:
             "mechanism": comparison.mechanism.name,
             "program": f"geararm-crosscheck {__version__}",
             "records": [each.where for each in comparison.records],
-            "notes": list(_list_notes(comparison)),
+            "notes": [note for each in comparison.records for note in each.notes],
             "engines_agree": comparison.engines_agree,
             "engines": [engine.to_dict() for engine in comparison.engines],
             "explained": comparison.is_explained,

@@ -2,7 +2,7 @@
 
 Torques y of joints are modelled as s (A(q + z) x) + d y', with x of links, friction and rotors, s
 and z of each joint's drive and encoder, d a delay. Rows of correlated errors weigh less, by the
-number for which these are alike; what a file says of links is more rows, one for each parameter.
+number for which these agree; what a file says of links is more rows, one for each parameter.
 Links may be asked to be possible bodies (bodies.py).
 """
 
@@ -167,7 +167,7 @@ class Refinement:
 
     @property
     def is_decided(self) -> bool:
-        """Whether the fits converge, and one level is named if there are two."""
+        """Whether the fits converge and, if there are two, one level can be named."""
         settled = all(fit.settled for fit in self.fits)
         is_refuted = self.is_surprising or self.is_impossible
         return settled and not is_refuted and (len(self.fits) == 1 or bool(self.level))
@@ -208,8 +208,8 @@ def refine(record: RecordedTorque, knowledge: Knowledge) -> Refinement:
 def link_deviations(values: np.ndarray, share: float) -> np.ndarray:
     """Standard deviations of links' parameters (10 each) that are known to a share.
 
-    Of a mass m the share of it, of moments of inertia that of their mean I about the joint's frame,
-    of first moments that of the root of m I: products may be zero and uncertain all the same.
+    The share is relative to a mass m, to the mean I of the moments of inertia about the joint's
+    frame, and to the root of m I for first moments: products may be zero and still uncertain.
     """
     bodies = values.reshape(-1, BODY)
     mass = bodies[:, 0]
@@ -269,7 +269,7 @@ class _LinearTerms:
     def differentiate(
         self, samples: BandSample, zeros: np.ndarray, values: np.ndarray, is_free: np.ndarray
     ) -> np.ndarray:
-        """Slopes (rows, measured, free) of the terms' torques in free zeros; 0 if but rounding."""
+        """Derivatives (rows, measured, free) of torques by free zeros; rounding counts as 0."""
         slopes = []
         for way in ANGLE * np.eye(len(zeros))[is_free]:
             ahead, back = (self.compute(samples, zeros + turn) for turn in (way, -way))
@@ -422,7 +422,7 @@ def _complete_links(terms: _LinearTerms, state: np.ndarray) -> np.ndarray:
 
 
 def _weigh_links(record: RecordedTorque, terms: _LinearTerms, share: float) -> np.ndarray:
-    """Rows (links' parameters, terms) of one over the deviation of each of them."""
+    """Rows (links' parameters, terms) with one over each parameter's standard deviation."""
     regressor = build_columns(
         record.robot, record.shared, draw_samples(record.robot, record.shared)
     )

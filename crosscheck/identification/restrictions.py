@@ -136,7 +136,7 @@ def find_worse_joints(
     further: np.ndarray,
     left: np.ndarray,
 ) -> dict[str, float]:
-    """Joints whose residual exceeds that of a fit with further parameters, with the ratio.
+    """Ratios of residuals at joints where a fit with further parameters is significantly better.
 
     By Fisher's test of what these take up there, of all joints together at the level SIGNIFICANT.
 
@@ -250,7 +250,7 @@ class FileFits:
         return self._settle(level, parameter, column)
 
     def _settle(self, level: RigidLevel, parameter: Parameter, column: np.ndarray) -> Restriction:
-        """The fit with a number; of a place by Gauss and Newton's steps: moments bend with it."""
+        """Fit with one number free; a place takes several steps: moments have its square."""
         fit = self._fit(level, parameter, column)
         for _ in range(PASSES if parameter.unit == "m" else 0):
             if fit.mechanism is None or fit.estimate is None:

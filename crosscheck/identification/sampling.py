@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Sequence
+from collections.abc import Iterable, Iterator, Sequence
 from dataclasses import dataclass, replace
 from math import ceil, floor, log2
 from typing import Any, NamedTuple
@@ -12,7 +12,7 @@ from scipy.fft import irfft, next_fast_len, rfft, rfftfreq
 from scipy.interpolate import CubicSpline
 from scipy.sparse import block_diag, csr_array
 
-from crosscheck.recordings.decimation import EvenSignals, continue_signal
+from crosscheck.recordings.even_signals import EvenSignals, continue_signal
 from crosscheck.recordings.record import Record
 
 # Order of the Butterworth filter, which runs forth and back: its square in size, and no phase. At
@@ -229,7 +229,7 @@ def _filter_motion(
     edge = int(EDGE / (bandwidth * step))
     rows = np.arange(edge, len(taken) - edge, spacing / step).astype(int)
     asked = (0, slice(None)), (1, slice(None)), (2, rows)
-    q, v, a = _filter(given.position, given.step, bandwidth, stride, asked)
+    q, v, a = _filter(given.position.T, given.step, bandwidth, stride, asked)
     # White noise has as much in each hertz of the band as beyond it, where there is no motion.
     beyond = (taken - q)[edge : len(q) - edge].var(axis=0) / (1 / (2 * given.step) - bandwidth)
     variance = beyond * (2 * np.pi) ** 2 * bandwidth**3 / 3
@@ -250,65 +250,71 @@ def _filter_torques(
     changes its sign, a curve leads over both.
     """
     size, count, joints = np.where(fastest > 0, fastest, 1.0), len(fastest), given.torque.shape[1]
+    least = np.clip(UNSURE * motion.rate_noise, RAMP * size, SLOW * size)
     known = motion.step * np.arange(len(motion.rates))
-    rates = CubicSpline(known, motion.rates)(given.step * np.arange(len(given.torque)))
-    hidden = np.abs(rates) < np.clip(UNSURE * motion.rate_noise, RAMP * size, SLOW * size)
-    signals = np.hstack([np.clip(rates / (RAMP * size), -1.0, 1.0), given.torque])
-    for turning in range(count):
-        # A shared motor's turn is in the torques of all its joints.
-        moved = [turning] if turning < joints else np.flatnonzero(shared[turning - joints]).tolist()
-        columns = [turning, *(count + joint for joint in moved)]
-        _bridge_turns(signals, columns, hidden[:, turning], int(TURN / (bandwidth * given.step)))
-    asked = (0, motion.rows), (1, motion.rows)
-    values, slopes = _filter(signals, given.step, TORQUE_BAND * bandwidth, motion.stride, asked)
+    times, most = given.step * np.arange(len(given.torque)), int(TURN / (bandwidth * given.step))
+
+    def bridge_turns() -> Iterator[np.ndarray]:
+        turns = []  # of each joint and shared motor: first rows, and rows behind the last
+        for turning in range(count):
+            rates = CubicSpline(known, motion.rates[:, turning])(times)
+            hidden = np.abs(rates) < least[turning]
+            edges = np.flatnonzero(np.diff(hidden, prepend=False, append=False)).reshape(-1, 2)
+            turns.append(edges[np.diff(edges)[:, 0] <= most])
+            signs = np.clip(rates / (RAMP * size[turning]), -1.0, 1.0)
+            yield _bridge(signs, turns[turning])
+        for joint, torque in enumerate(given.torque.T):
+            # A shared motor's turn is in the torques of all its joints.
+            signal = _bridge(torque.copy(), turns[joint])
+            for motor in np.flatnonzero(shared[:, joint]):
+                signal = _bridge(signal, turns[joints + motor])
+            yield signal
+
+    asked, band = ((0, motion.rows), (1, motion.rows)), TORQUE_BAND * bandwidth
+    values, slopes = _filter(bridge_turns(), given.step, band, motion.stride, asked)
     return [*np.split(values, [joints, count], axis=1), slopes[:, count:]]
 
 
-def _bridge_turns(
-    signals: np.ndarray, columns: Sequence[int], hidden: np.ndarray, most: int
-) -> None:
-    """Replace rows of some columns, where a turn is hidden, by cubics through rows beside them.
+def _bridge(signal: np.ndarray, turns: np.ndarray) -> np.ndarray:
+    """A signal (rows,), changed in place where a turn is hidden: cubics through rows beside it.
 
-    Args:
-        signals: Changed in place (rows, columns).
-        hidden: Flags of the rows: more than so many in turn are no turn.
+    turns (turns, 2): first rows, and rows behind the last.
     """
-    edges = np.flatnonzero(np.diff(hidden, prepend=False, append=False))
-    firsts, lengths = edges[::2], edges[1::2] - edges[::2]
-    for length in np.unique(lengths[lengths <= most]):
+    firsts, lengths = turns[:, 0], np.diff(turns)[:, 0]
+    for length in np.unique(lengths):
         reach = max(CUBIC // 2, (length + 1) // 2)
         inner = np.arange(length)
         beside = np.concatenate([np.arange(-reach, 0), length + np.arange(reach)])
         powers = [np.vander(2 * each / length, CUBIC) for each in (inner, beside)]
         weights = powers[0] @ np.linalg.pinv(powers[1])
         begins = firsts[(lengths == length) & (firsts >= reach)]
-        begins = begins[begins + length + reach <= len(signals)]
-        for column in columns:
-            values = signals[begins[:, None] + beside, column]
-            signals[begins[:, None] + inner, column] = values @ weights.T
+        begins = begins[begins + length + reach <= len(signal)]
+        signal[begins[:, None] + inner] = signal[begins[:, None] + beside] @ weights.T
+    return signal
 
 
 def _filter(
-    signals: np.ndarray,
+    signals: Iterable[np.ndarray],
     step: float,
     bandwidth: float,
     stride: int,
     asked: Sequence[tuple[int, np.ndarray | slice]],
 ) -> list[np.ndarray]:
-    """Derivatives of filtered signals (rows, n), each of an order, at given ones of their strides.
+    """Derivatives of filtered signals (rows,), each of an order, at given ones of their strides.
 
     One signal after the other: all of a long recording's at once would take much memory.
     """
-    rows, columns = len(signals), []
-    pad = min(int(PADDED / (bandwidth * step)), rows - 1) // stride * stride
-    whole = stride * next_fast_len(ceil((rows + 2 * pad) / stride), real=True)
-    behind = min(whole - rows - pad, rows - 1)
-    count = (rows + pad + behind) // stride
-    frequency = rfftfreq(count, stride * step)
-    turning = 2j * np.pi * frequency
-    passed = 1 / (stride * (1 + (frequency / bandwidth) ** (2 * ORDER)))
-    kept = slice(pad // stride, pad // stride + ceil(rows / stride))
-    for signal in signals.T:
+    columns = []
+    for signal in signals:
+        rows = len(signal)
+        pad = min(int(PADDED / (bandwidth * step)), rows - 1) // stride * stride
+        whole = stride * next_fast_len(ceil((rows + 2 * pad) / stride), real=True)
+        behind = min(whole - rows - pad, rows - 1)
+        count = (rows + pad + behind) // stride
+        frequency = rfftfreq(count, stride * step)
+        turning = 2j * np.pi * frequency
+        passed = 1 / (stride * (1 + (frequency / bandwidth) ** (2 * ORDER)))
+        kept = slice(pad // stride, pad // stride + ceil(rows / stride))
         long = continue_signal(signal, pad, behind)
         # Without the line from end to end, what the transform continues periodically has no step.
         slope = (long[-1] - long[0]) / (len(long) - 1)

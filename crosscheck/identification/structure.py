@@ -114,7 +114,7 @@ def find_basis(columns: Regressor, kinds: tuple[TermKind, ...]) -> TermBasis:
     contained = []
     for number in columns.numbers(*(kind for kind in kinds if kind != "links")):
         left = rows[:, number]  # of length 1, or 0 where nothing depends on it
-        for _ in range(2):  # once more for what rounding leaves
+        for _ in range(2):  # once more, against rounding
             left = left - basis @ (basis.T @ left)
         length = float(np.linalg.norm(left))
         if length > INDEPENDENT:

@@ -248,7 +248,7 @@ def _push_bounds(robot: Robot, states: RandomStates) -> np.ndarray:
 def compute_robot_entries(
     models: Sequence[SampledRobot], results: Results
 ) -> Iterator[EntryDifferences]:
-    """M of the first engine beside the others', entry by entry, with rotors as bodies."""
+    """Compare the first engine's M with the others', entry by entry, with rotors as bodies."""
     level = next(each.case.level for each in models if each.case.level in WITH_ROTORS)
     reference, *others = (each for each in models if each.case.level == level)
     values = results.get(reference.ask(engines.mass_matrix))

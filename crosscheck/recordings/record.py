@@ -54,8 +54,7 @@ class Record:
     time (rows,) [s], rising; position (rows, n) [rad or m]; rates (rows, n), where stated;
     motor_torque: before the gears, and joint_torque: behind them, both (rows, n) at the joints [N m
     or N], None where not measured, no number at joints that have no sensor; notes: sentences on
-    what of the file was left out; recorded: rows of a long record before its rate was halved, None
-    where all are here.
+    what of the file was left out.
     """
 
     where: str
@@ -65,7 +64,6 @@ class Record:
     joint_torque: np.ndarray | None = None
     rates: np.ndarray | None = None
     notes: tuple[str, ...] = ()
-    recorded: int | None = None
 
     def __post_init__(self) -> None:
         """Raise InputError for too few rows, times no filter can follow, or rows of nothing."""
@@ -87,11 +85,6 @@ class Record:
         for name, torque in torques.items():
             if torque is not None and not np.nan_to_num(torque).any():
                 raise InputError(self.where, name, None, "is 0 in every row: not measured?")
-
-    @property
-    def rows(self) -> int:
-        """The number of recorded rows."""
-        return self.recorded or len(self.time)
 
     @property
     def step(self) -> float:

@@ -168,7 +168,7 @@ def answer_on_levels(agreement: Agreement) -> str:
     for finding in deviations:
         if finding.measured is not None:
             by_model.setdefault(finding.left, []).append(finding)
-    sentences = list[str]()
+    sentences: list[str] = []
     for model, findings in by_model.items():
         parts = [
             f"the tip is {format_length(f.measured or 0.0)} from that of"

@@ -87,9 +87,9 @@ def _make_cell(
 
 
 def is_beyond(finding: Finding, everything: Sequence[Finding]) -> bool | None:
-    """Whether a measured difference at states is beyond what the reference model is allowed there.
+    """Whether a difference at states exceeds what the reference model may differ by.
 
-    None where no such check says what is allowed.
+    None if no such check states a limit.
     """
     key = finding.about.key
     if key.family not in ("states", FORMS[0]):

@@ -56,7 +56,7 @@ def return_failures(work: Callable[[Worker], Result]) -> Callable[[Worker], Resu
 
 
 class SelfKeyedTask:
-    """A task that is its own key: it is unlike all others by its fields."""
+    """A task that is its own key: its fields differ from those of all others."""
 
     @property
     def key(self) -> Self:
@@ -65,7 +65,7 @@ class SelfKeyedTask:
 
 
 class Task(Protocol):
-    """A piece of work for another process; ``key``: unlike all others'; ``cost``: estimated [s]."""
+    """A piece of work for another process; ``key``: unique; ``cost``: estimated [s]."""
 
     @property
     def key(self) -> Any: ...

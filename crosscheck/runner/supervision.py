@@ -84,7 +84,7 @@ def _restore_streams() -> Iterator[None]:
 def _send_message(**message: Any) -> None:
     for handle, maker in _lines:
         if os.getpid() == maker:
-            with suppress(OSError):  # nobody waits any more
+            with suppress(OSError):  # no process is waiting for it
                 os.write(handle, json.dumps(message).encode() + b"\n")
 
 

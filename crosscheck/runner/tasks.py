@@ -81,7 +81,7 @@ class Simulation:
         return run
 
     def ask(self, quantity: str) -> Evaluation:
-        """The task of a question to the model of the run."""
+        """Make the task that asks the run's model a question."""
         return Evaluation(self.model, self.case, quantity)
 
     @property

@@ -162,7 +162,7 @@ def _draw_curve(axes: Axes, values: xr.DataArray, axis_dim: str) -> None:
 def _mark_undefined(axes: Axes, x: np.ndarray, repeats: np.ndarray) -> None:
     """Draw a cross at the foot of each point that has an undefined member.
 
-    So every panel of a study reaches over the same points, and none looks as if all were defined.
+    All panels of a study then have the same range, and missing values are visible.
     """
     missing = x[~np.isfinite(repeats).all(axis=1)]
     if missing.size:

@@ -89,7 +89,7 @@ class TrialSubject(ABC):
 
     @abstractmethod
     def measure_errors(self, level: str) -> tuple[dict[str, np.ndarray], dict[str, float]]:
-        """By part, the relative error of each entry from a level, and what is allowed."""
+        """Measure each part's entries relative to a level, beside what is allowed."""
 
     @abstractmethod
     def list_remarks(self) -> Iterator[str]:

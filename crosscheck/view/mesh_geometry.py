@@ -33,7 +33,7 @@ class Wheel:
 
     @property
     def radii(self) -> tuple[float, float]:
-        """Radii of a tooth's end and foot [m]: a module and 1.25 modules from the pitch circle."""
+        """Radii of a tooth's tip and root [m]: one and 1.25 modules from the pitch circle."""
         module = 2 * self.pitch_radius / self.teeth
         out = -1 if self.internal else 1
         return self.pitch_radius + out * module, self.pitch_radius - 1.25 * out * module

@@ -206,10 +206,9 @@ class ExudynRobot(RobotModel):
     def energy(self, q: np.ndarray, v: np.ndarray) -> np.ndarray:
         """Energy (states,) [J]: kinetic by Exudyn's M, the weights' by sensors of its bodies."""
         total: np.ndarray = np.einsum("si,sij,sj->s", v, self.mass_matrix(q), v) / 2
-        for state, values in enumerate(self._sensor_values(q, v)):
-            for part, (at, *_) in zip(self._parts, values, strict=True):
-                total[state] -= part.mass * self.robot.gravity @ at
-        return total
+        weights = np.array([part.mass * self.robot.gravity for part in self._parts])
+        places = np.array(list(self._sensor_values(q, v, kinds=1))).reshape(-1, *weights.shape)
+        return total - (places * weights).sum(axis=(1, 2))
 
     def momentum(self, q: np.ndarray, v: np.ndarray) -> np.ndarray:
         """Linear, then angular momentum (states, 6), by Exudyn's sensors of its bodies."""
@@ -253,20 +252,14 @@ class ExudynRobot(RobotModel):
             for link, at, kind in points
         ]
 
-    def _sensor_values(self, q: np.ndarray, v: np.ndarray) -> Iterator[list[list[np.ndarray]]]:
-        """For each state, what the sensors SENSED tell of each body's centre of mass."""
+    def _sensor_values(self, q: np.ndarray, v: np.ndarray, kinds: int = 4) -> Iterator[list[Any]]:
+        """For each state, what the first sensors of each body's centre of mass measure."""
         states = zip(q @ self._rows.T + self._offsets, v @ self._rows.T, strict=True)
+        every = range(0, len(self._parts) * len(SENSOR_VARIABLES), len(SENSOR_VARIABLES))
         for at, rate in states:
             self._heavy.put(at, rate)
-            yield [
-                [
-                    np.array(
-                        self._heavy.system.GetSensorValues(part * len(SENSOR_VARIABLES) + kind)
-                    )
-                    for kind in range(len(SENSOR_VARIABLES))
-                ]
-                for part in range(len(self._parts))
-            ]
+            measure = self._heavy.system.GetSensorValues
+            yield [[np.array(measure(first + kind)) for kind in range(kinds)] for first in every]
 
     def _holding_forces(self, system: System, q: np.ndarray, v: np.ndarray) -> np.ndarray:
         """Generalized forces against which nothing in a system accelerates (states, n)."""

@@ -144,7 +144,7 @@ def build_meshes(contacts: list[Contact], chosen: Switches) -> Meshes:
 
 
 def _mesh(contact: Contact, chosen: Switches) -> dict[str, float]:
-    """Numbers of one contact's mesh, by the names of Meshes' fields."""
+    """Numbers of one contact's mesh, by the field names of Meshes."""
     joint, stage, planet, _, side, mesh = contact
     external = contact.external
     r_s, r_p, r_r = base_radii(joint)

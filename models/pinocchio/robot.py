@@ -252,7 +252,7 @@ class PinocchioRobot(RobotModel):
         ]
 
     def _holding_torques(self, tree: pin.Model, q: np.ndarray, v: np.ndarray) -> np.ndarray:
-        """Generalized forces (states, n) against which no coordinate of a tree accelerates."""
+        """Generalized forces (states, n) under which no coordinate of a tree accelerates."""
         states = zip(self._configurations(q), v @ self._given.T, strict=True)
         torques = [pin.nle(tree, self._data, *state).copy() for state in states]
         return np.array(torques) @ self._given

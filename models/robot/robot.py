@@ -145,7 +145,7 @@ class JointStage:
     about their own axes: their masses and other inertias are the links', those of planets, at their
     places, the link's after the joint.
 
-    has_free_planets: whether each planet has a coordinate at the level geared; else all are alike
+    has_free_planets: whether each planet has a coordinate at the level geared; else all are equal
     and move as one. Coordinates are x_sp and x_pr, or the sun's advance x_s = x_sp + x_pr and the
     x_pr of each planet.
     """
@@ -202,7 +202,7 @@ class Robot:
         frames: Frames of links by the URDF's names of these.
         tip: The link that is the end effector, by the same names.
         notes: What of the files is not used, one line each.
-        file_json: JSON of the robot's own file, without what it leaves out.
+        file_json: JSON of the robot's own file, without omitted fields.
     """
 
     name: str

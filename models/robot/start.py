@@ -41,7 +41,7 @@ def start_state(robot: Robot, level: Level, scenario: Scenario) -> tuple[np.ndar
             )
             if stage.has_free_planets:
                 q.append(min(map(sum, zip(x_sp, x_pr, strict=True))))
-                each = (0.0,) * len(x_pr)  # planets of a joint that follows start alike
+                each = (0.0,) * len(x_pr)  # planets of a following joint have equal starts
                 if stage.joint in free:
                     each = planet_offsets(start, place, len(x_pr))
                 q += [x + offset for x, offset in zip(x_pr, each, strict=True)]

@@ -71,7 +71,7 @@ def survey_inertias(urdf: Urdf, where: str) -> list[InertiaDoubt]:
 def _assemble(
     urdf: Urdf, where: str
 ) -> tuple[dict[str, LinkFrame], tuple[Joint, ...], tuple[RobotBody, ...], list[InertiaDoubt]]:
-    """Frames, joints, bodies and what is doubtful of these. Raises InputError."""
+    """Build frames, joints and bodies, and list doubtful ones. Raises InputError."""
     root, below = _find_root(urdf, where)
     frames, moving = _frames(root, below)
     if not 1 <= len(moving) <= MOST_JOINTS:

@@ -41,7 +41,7 @@ class StatedGear:
 
     @property
     def elements(self) -> str:
-        """The elements that state the numbers, with the numbers."""
+        """Elements that state gear numbers, with these numbers."""
         stated = (("ratio", self.ratio, ""), ("rotor", self.inertia, " kg m^2"))
         parts = [*stated, ("armature", self.armature, " kg m^2")]
         return ", ".join(

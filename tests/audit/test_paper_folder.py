@@ -125,7 +125,7 @@ def _bias_by_dalembert(q: np.ndarray, v: np.ndarray) -> np.ndarray:
 def test_the_missing_term_is_named_and_is_what_first_principles_ask(audit):
     assert isinstance(audit.trial, Trial)
     assert {entry.part for entry in audit.trial.diagnosis.entries} == {"bias", "acceleration"}
-    assert "bias[waist] of hands'^2: missing; yours minus right is -0.5 sin(waist)" in audit.lines
+    assert any(line.startswith("bias[waist] of hands'^2: missing") for line in audit.lines)
     q, v = np.array([0.4, 0.9]), np.array([1.7, -2.3])
     printed = load_robot_equations(f"{ACROBOT / 'equations.py'}:model", audit.trial.problem.robot)
     assert printed.bias is not None

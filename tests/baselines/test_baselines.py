@@ -403,8 +403,9 @@ def test_a_verdict_that_says_less_is_no_worse_than_one_that_condemns(better, wor
 def test_an_unresolved_check_does_not_read_like_a_pass():
     within = make_check(about("refined"), measured=0.023, tolerance=0.348, basis="")
     unresolved = replace(within, verdict="unresolved", note="why")
-    said = "the uncertainty itself, 0.348 rad, exceeds the acceptance limit (measured 0.023); why"
-    assert describe_outcome(unresolved) == said
+    said = describe_outcome(unresolved)
+    assert "uncertainty itself, 0.348 rad" in said
+    assert said.endswith("(measured 0.023); why")
     assert describe_outcome(within) == "measured 0.023, allowed 0.348 rad"
 
 

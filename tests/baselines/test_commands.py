@@ -58,7 +58,7 @@ def test_validate_writes_what_it_is_asked_to(command, result):
 
 def test_a_missing_record_is_refused_before_anything_runs(command, capsys):
     said = refused(command, capsys, *CHECK)
-    assert "no such file; make it: crosscheck baseline accept paper-labelled --quick" in said
+    assert "make it: crosscheck baseline accept paper-labelled --quick" in said
 
 
 @pytest.mark.parametrize("words", [ACCEPT, CHECK])

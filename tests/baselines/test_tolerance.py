@@ -27,10 +27,8 @@ def test_a_number_differs_just_beyond_its_tolerance(share, verdict, sign):
         assert compared.verdict == verdict
     wide = BoundedRecord(unit="rad", tolerance=0.125, basis="as recorded")
     refused = _compare_numbers(finding.about, wide, record, (0.5, 0.5), "F_sp")
-    assert refused.note == (
-        "a tolerance that is not granted: 0.125 on record, 1e-06 now; renew the record;"
-        " F_sp: 0.5 -> 0.5"
-    )
+    assert "0.125 on record, 1e-06 now" in refused.note
+    assert refused.note.endswith("F_sp: 0.5 -> 0.5")
 
 
 @pytest.mark.parametrize("late_s", [-1.02e-9, -0.98e-9, 0.98e-9, 1.02e-9])

@@ -6,7 +6,7 @@ from scipy.stats import t
 
 from crosscheck.identification.bandwidth import choose_bandwidth
 from crosscheck.identification.estimation import LinearFit, fit_linear, joint_rms
-from crosscheck.recordings.decimation import space_signals
+from crosscheck.recordings.even_signals import space_signals
 from crosscheck.recordings.record import Record
 
 ROWS = 600

@@ -12,6 +12,7 @@ import pytest
 
 from crosscheck.identification import compare, output, sampling
 from crosscheck.identification.compare import RecordComparison
+from crosscheck.identification.description import load_description, read_recordings
 from crosscheck.identification.engines import compare_engines
 from crosscheck.identification.gravity import GravityEstimate
 from crosscheck.identification.mechanism import SpatialRobot
@@ -21,8 +22,7 @@ from crosscheck.identification.structure import compare_levels, draw_samples
 from crosscheck.identification.terms import RotorRegressor, build_columns, shared_motors
 from crosscheck.models.errors import InputError
 from crosscheck.models.robot.robot import Robot
-from crosscheck.recordings import csv_table, decimation
-from crosscheck.recordings.decimation import halve_pieces
+from crosscheck.recordings import csv_table
 from crosscheck.recordings.record import Record
 from crosscheck.registry import build_robot_model
 from tests.measured.records import list_explanations
@@ -296,6 +296,19 @@ def test_rows_are_counted_over_all_pieces_of_a_file(tmp_path, monkeypatch):
         list(csv_table.open_table(tmp_path / "long.csv").select_pieces(("b",)))
 
 
+def test_torques_of_a_long_recording_are_read_as_they_are(tmp_path):
+    """Were friction's steps rounded, they would differ from its direction in 600,000 rows."""
+    (tmp_path / "long.csv").write_text("q,torque\n" + 60_000 * (5 * "0.1,2\n" + 5 * "0.2,-2\n"))
+    (tmp_path / "record.toml").write_text(
+        'schema_version = 1\nstep_s = 1e-3\nposition = { columns = ["q"] }\n'
+        'recordings = [{ position = "long.csv" }]\nmotor_torque = { columns = ["torque"] }\n'
+    )
+    description = load_description(tmp_path / "record.toml")
+    (found,) = read_recordings(description, chains.robot(chains.BOB), tmp_path / "record.toml")
+    assert len(found.time) == 600_000
+    assert set(np.unique(found.motor_torque)) == {-2.0, 2.0}
+
+
 @pytest.mark.parametrize(
     ("given", "words"),
     [
@@ -323,30 +336,6 @@ def test_a_link_alike_all_around_its_axis_is_no_disagreement():
     exact = build_robot_model("analytic", robot, "links").inverse_dynamics(q, v, a)
     assert 0 < np.abs(exact[:, 2]).max() < 1e-15
     assert {each.verdict for each in findings} == {"agree"}
-
-
-def test_halving_rows_keeps_what_is_below_a_quarter_of_their_rate():
-    """A slow sine is kept to six digits, one that fewer rows cannot resolve is gone."""
-    time = np.arange(2000.0)
-    slow, fast = (np.sin(2 * np.pi * rate * time)[:, None] for rate in (0.02, 0.4))
-    halved = np.concatenate(list(halve_pieces([np.hstack([slow, fast])])))
-    inner = slice(50, -50)
-    assert halved[inner, 0] == pytest.approx(slow[::2][inner, 0], abs=2e-6)
-    assert np.abs(halved[inner, 1]).max() < 2e-6
-
-
-def test_a_long_recording_is_halved_while_its_rows_are_read(monkeypatch):
-    """Times uneven by a third of a step: as at once, whatever pieces the rows come in."""
-    rng = np.random.default_rng(0)
-    time = np.arange(2001.0) + rng.uniform(-0.15, 0.15, 2001)
-    signal = np.sin(2 * np.pi * np.outer(time, (0.004, 0.01)))
-    monkeypatch.setattr(decimation, "MOST_ROWS", 600)
-    few, kept = decimation.condense(time, np.array_split(signal, (70, 200, 201, 900)), 2)
-    assert few == pytest.approx(time[0] + (time[-1] - time[0]) * np.arange(501) / 500)
-    at_once = halve_pieces(halve_pieces(decimation.space_pieces([signal], time)))
-    assert kept == pytest.approx(np.concatenate(list(at_once)), abs=1e-7)  # of single precision
-    inner, expected = slice(20, -20), np.sin(2 * np.pi * np.outer(few, (0.004, 0.01)))
-    assert kept[inner] == pytest.approx(expected[inner], abs=1e-3)  # lines between rows
 
 
 def test_rows_left_out_move_no_estimate(robot, coupled, monkeypatch):

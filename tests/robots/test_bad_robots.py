@@ -274,7 +274,7 @@ def test_an_inertia_that_breaks_the_triangle_inequality_is_used_and_reported():
     own = robot(urdf(GROUND, link("arm", flat), TURN))
     assert own.bodies[0].inertia[2, 2] == 0.03
     (told,) = own.notes
-    assert told.startswith("link arm: no body has principal inertias 0.01, 0.01, 0.03 kg m^2")
+    assert told.startswith("link arm: no body has principal inertias 0.01, 0.01, 0.03")
 
 
 @pytest.mark.parametrize("part", [1.02, 0.98])
@@ -454,7 +454,7 @@ def test_an_inertia_of_another_unit_is_reported():
     servo = Solid(0.00186, (-0.0176, 0, 0), (2.32e-3, 0, 0, 7.83e-3, 0, 8.06e-3))
     parts = joint("servo", "arm", "servo", at=(0.07, 0, 0)), link("servo", servo)
     (told,) = robot(urdf(GROUND, link("arm", arm), TURN, *parts)).notes
-    assert told.startswith("link servo: radii of gyration of 1.1, 2.1, 2.1 m on a robot of 0.1 m")
+    assert told.startswith("link servo: radii of gyration of 1.1, 2.1, 2.1 m")
     right = servo._replace(inertia=np.array(servo.inertia) / 1e6)
     assert robot(urdf(GROUND, link("arm", arm), TURN, parts[0], link("servo", right))).notes == ()
 

@@ -197,7 +197,7 @@ def test_the_command_writes_json_and_a_page(crosscheck, tmp_path):
         assert (answer.code, answer.err) == (0, "")
         contents.add((tmp_path / "cost.json").read_bytes())
     assert len(contents) == 1
-    assert answer.out.startswith("Leaving the rotors out of sliding: the torque of slide is wrong")
+    assert answer.out.startswith("Leaving the rotors out of sliding: the torque of slide")
     assert "\nThree programs agree on this robot to 1" in answer.out
     assert is_file_of_type(tmp_path / "cost.json", file_types.COST)
     assert is_file_of_type(tmp_path / "cost.html", file_types.COST_PAGE)

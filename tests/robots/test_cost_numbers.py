@@ -81,11 +81,8 @@ def test_where_programs_differ_no_view_tells_a_cost():
     worst = replace(right.agreement[0], measured=2e-3, verdict="differ")
     own = replace(right, agreement=(worst, *right.agreement[1:]))
     said = list(output.describe_answers(own))
-    assert said == [
-        "The programs do not agree on tested, so no cost is given.",
-        "engines differ: mass matrix of links: analytic and pinocchio by 2.0e-03 of its size,"
-        " tolerance 1.0e-10",
-    ]
+    assert "no cost is given" in said[0]
+    assert "mass matrix of links: analytic and pinocchio by 2.0e-03" in said[1]
     assert not any("N m" in line or "%" in line for line in output.describe_result(own))
     data = json.loads(output.cost_json(own))
     assert (data["answers"], data["engines_agree"]) == (said, False)

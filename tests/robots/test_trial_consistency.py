@@ -185,10 +185,9 @@ def test_nonlinear_effects_are_bias_and_gravity():
     trial = trial_of(own)
     assert trial.agrees
     assert set(trial.relative_errors) == {"mass_matrix", "bias", "gravity", "force"}
-    assert trial.scope[:2] == (
-        "bias is not 0 at rest: read as nonlinear effects, C v + g, of which g is its gravity",
-        "force is the motors' torques alone: the weights are read as gravity, on the left",
-    )
+    bias, force = trial.scope[:2]
+    assert "bias is not 0 at rest: read as nonlinear effects" in bias
+    assert "force is the motors' torques alone" in force
 
 
 def test_wrong_weights_in_nonlinear_effects_are_gravity_s():

@@ -103,8 +103,7 @@ def test_an_inertia_that_is_turned_once_is_named(side):
     stated = b.turn.T @ b.in_link.inertia @ b.turn
     once = b.turn @ stated if side == "R I" else stated @ b.turn.T
     found = diagnosis_of(robot, replace_link(robot, "b", inertia=once))
-    words = f"b: its inertia turned once by the rpy of its inertial frame, {side} for R I R'"
-    assert words in found.explanations
+    assert any("turned once by the rpy" in each and side in each for each in found.explanations)
     assert found.notes[0].startswith("mass_matrix is not symmetric")
 
 

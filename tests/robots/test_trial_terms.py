@@ -230,5 +230,5 @@ def test_an_extra_product_of_a_slide_is_named_with_its_cause():
     )
     notes = run_robot_trial(own, robot).diagnosis.notes
     assert any(each.startswith("bias[reach] of turn' reach': right is 0") for each in notes)
-    cause = "joint reach: its w x z q' added to w', as of a joint that turns"
+    cause = "joint reach: its w x z q' added to w'"
     assert any(cause in each for each in notes)

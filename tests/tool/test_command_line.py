@@ -191,9 +191,7 @@ def test_a_check_without_a_record_names_the_command_that_makes_it(
     setting = "arm.gravity_m_per_s2=[1,2]"
     answer = crosscheck("baseline", "check", *given.split(), "--set", setting)
     assert answer.code == 2
-    assert "make it: crosscheck baseline accept paper-swapped --model mine.py:two_link --dir b" in (
-        answer.err
-    )
+    assert "baseline accept paper-swapped --model mine.py:two_link" in answer.err
     assert answer.err.endswith(" --scenario pd --set 'arm.gravity_m_per_s2=[1,2]' --quick\n")
 
 

@@ -89,13 +89,9 @@ def write_robot(folder: Path, **joints: dict[str, Any]) -> MechanismFile:
 
 
 MECHANISMS: dict[str, Callable[[Path], MechanismFile]] = {
-    "arm, one direct joint": lambda folder: write_arm(folder, arm_of(1, direct=(0,))),
-    "arm, two direct joints, no weight": lambda folder: write_arm(
-        folder, arm_of(2, direct=(0, 1)), 0
-    ),
+    "arm, one direct joint, no weight": lambda folder: write_arm(folder, arm_of(1, direct=(0,)), 0),
     "arm, direct and geared": lambda folder: write_arm(folder, arm_of(2, direct=(0,))),
     "robot, hinge": lambda folder: write_robot(folder, hinge=DIRECT),
-    "robot, slide with rotor": lambda folder: write_robot(folder, slide=geared(50)),
     "robot, hinge with stage": lambda folder: write_robot(folder, hinge=planetary()),
     "robot, slide and hinge": lambda folder: write_robot(folder, slide=geared(-30), hinge=DIRECT),
 }

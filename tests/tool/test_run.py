@@ -110,9 +110,7 @@ def test_the_papers_equations_are_said_to_differ(quick_report):
     assert row is not None
     assert row[1] == "differ"
     verdict = quick_report.agreement["answers"]["verdict"]
-    assert verdict.startswith(
-        "The printed equations are wrong in 4 places (largest M[theta_1, x_pr2]"
-    )
+    assert "wrong in 4 places (largest M[theta_1, x_pr2]" in verdict
     lines = quick_report.out.splitlines()
     assert verdict in (lines[0], lines[1])  # a line of progress may come before it
     assert len(lines) <= 16

@@ -177,7 +177,7 @@ def test_init_writes_and_says_what_is_next(crosscheck, tmp_path):
         assert f"crosscheck {command} {shlex.quote(str(file))}\n" in answer.out
     arm = load_arm(str(file))
     assert (arm.name, len(arm.joints)) == ("my arm", 3)
-    assert "it has no gravity, friction 5, 2.9, 1.5 N m s/rad, gears in 3 of 3 joints" in answer.out
+    assert "friction 5, 2.9, 1.5 N m s/rad, gears in 3 of 3 joints" in answer.out
 
 
 PENDULUM = """

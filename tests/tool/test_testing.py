@@ -45,7 +45,7 @@ def test_wrong_equations_raise_what_the_command_prints(equations):
     assert first.startswith("yours: force[theta_1]")
     assert "opposite sign" in first
     assert raised.traceback[-1].frame.f_locals["__tracebackhide__"]
-    assert "yours on paper-labelled: force[theta_1] and 1 more entry are wrong" in text
+    assert "paper-labelled: force[theta_1] and 1 more entry are wrong" in text
     assert text.endswith("checks agree")
 
 

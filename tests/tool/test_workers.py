@@ -243,11 +243,11 @@ def test_what_a_task_says_is_not_the_programs_word(capfd):
     assert capfd.readouterr() == ("", "")
 
 
-@pytest.mark.parametrize(("work", "count"), [(good, 1), (napping, 2)])
-def test_others_join_a_worker_that_is_long_at_work(monkeypatch, work, count):
+@pytest.mark.parametrize(("work", "wait_s", "count"), [(good, 60.0, 1), (napping, 0.1, 2)])
+def test_others_join_a_worker_that_is_long_at_work(monkeypatch, work, wait_s, count):
     monkeypatch.setattr(workers, "WAITED_S", 0.0)
     with Workers(2) as crew:
-        crew.looks = time.monotonic() + 0.1
+        crew.looks = time.monotonic() + wait_s
         crew.perform([Job(str(number), work) for number in range(9)], lambda key: None)
         assert len(crew.crew) == count
 

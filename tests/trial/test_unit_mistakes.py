@@ -41,8 +41,7 @@ def spoil(right: np.ndarray, states: int) -> np.ndarray:
 )
 def test_a_factor_is_a_unit_at_four_fifths_of_the_states(user, right, times):
     lines = list(describe_unit_mistakes({"force": user}, {"force": right}, None, ["q"]))
-    said = f"force[q]: {times} times what the models say at every state: another unit?"
-    assert lines == ([] if times is None else [said])
+    assert [line.split(" times")[0] for line in lines] == [f"force[q]: {times}"] * bool(times)
 
 
 @pytest.mark.parametrize(("part", "count"), [(0.98, 1), (1.02, 0)])
@@ -52,7 +51,6 @@ def test_numbers_that_fit_in_another_order_are_in_that_order(part, count):
     written = off.ravel(order="F").reshape(6, 2)
     table = AnswerTable(Equations(), values={"force": written}, at={"force": np.arange(6)})
     lines = list(describe_unit_mistakes({"force": written}, {"force": right}, table, ["q", "x"]))
-    said = "force agrees once its numbers are read in another order: flattened the other way?"
-    assert lines == [said] * count
+    assert ["flattened the other way?" in line for line in lines] == [True] * count
     plain = replace(table, values={"force": right})
     assert not [*describe_unit_mistakes({"force": right}, {"force": right}, plain, ["q", "x"])]

@@ -177,9 +177,7 @@ def test_a_guess_is_the_likeliest_error_and_one_more_at_most():
     )
     assert guess(*errors[2:]).endswith("; or 2; 2 more fit as well?")
     bare = EntryMismatch(place, 1.0, difference=(Term("2", "cos", "q"), *[Term("3")] * 4))
-    assert messages.guess(bare) == (
-        "yours minus right is 2 cos(q) + 3 + 3 + 3 + 1 more; no change of its terms explains it"
-    )
+    assert "is 2 cos(q) + 3 + 3 + 3 + 1 more;" in messages.guess(bare)
 
 
 def test_a_difference_has_its_largest_term_first():

@@ -37,7 +37,7 @@ def list_facts(comparison: RecordComparison) -> Iterator[Fact]:
     for f in comparison.engines:
         yield Fact(f.measured, "difference", (f.left, f.right))
         yield Fact(f.tolerance, "tolerance", (f.left, f.right))
-    rows = sum(each.rows for each in comparison.records)
+    rows = sum(len(each.time) for each in comparison.records)
     counts = {"recordings": len(comparison.records), "rows": rows}
     counts |= {"comparisons": len(comparison.engines), "runs": len(comparison.windows)}
     ranks = comparison.ranks

@@ -10,7 +10,7 @@ PER_TURN = repr(0.15915494309189535)  # 1 / 2 pi
 
 
 def torque(s: Structure, j: int) -> Lines:
-    """Lines of T of models.experiment.drive at one joint; a table's is given, alike for lanes."""
+    """Lines of T of models.experiment.drive at one joint; a table's is given, one for all lanes."""
     if s.drive == CONSTANT:
         yield f"T{j} = drive{j}_0"
     elif s.drive == PD:
@@ -139,7 +139,7 @@ def _travel(s: Structure, gap: str, suffix: str) -> Lines:
 
 
 def _angle_torque(j: int, mesh: str, suffix: str, phase: str, stage: StageShape) -> Lines:
-    """Lines of -dV/dtheta, V = k f^2 / 2 of all planets that the mesh stands for."""
+    """Lines that compute -dV/dtheta, where V = k f^2 / 2 summed over the mesh's planets."""
     slopes = [f"curve_slope_{suffix}"] * bool(stage.pieces) + [
         f"{float(n)!r} * (k{n}_s_{suffix} * c{n}_{phase} - k{n}_c_{suffix} * s{n}_{phase})"
         for n in range(1, stage.harmonics + 1)

@@ -119,7 +119,7 @@ def stiffness_at(law: stiffness.StiffnessLaw, phase: np.ndarray) -> np.ndarray:
 
 
 def highest_harmonic(law: stiffness.StiffnessLaw) -> int:
-    """The highest order of a law's waves, or how many pieces its period has."""
+    """The highest harmonic of a law, or the number of pieces in its period."""
     if isinstance(law, stiffness.SineStiffness):
         return 1
     if isinstance(law, stiffness.FourierStiffness):

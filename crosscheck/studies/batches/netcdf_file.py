@@ -72,7 +72,7 @@ class NetcdfFile:
         self._require(packed <= MOST_PACKED, f"compressed to less than it may be: {packed} bytes")
 
     def require_version(self, supported_version: int) -> None:
-        """Raise InputError for a file of any other version, or of none."""
+        """Raise InputError unless a file states this version."""
         version = _single_value(self.file, "schema_version")
         self._require(isinstance(version, int | np.integer), "no schema_version")
         self._require(

@@ -87,7 +87,7 @@ class MemberCase:
         return supply("make_member_model", self.mechanism.section)(self)
 
     def make_run(self, time: np.ndarray, signals: Mapping[str, np.ndarray]) -> xr.Dataset:
-        """The Dataset of a run with these signals over time [s]."""
+        """Make the Dataset of a run from its signals over time [s]."""
         run: xr.Dataset = supply("make_member_run", self.mechanism.section)(self, time, signals)
         return run
 
@@ -165,7 +165,7 @@ def find_rigid_arm(case: MemberCase, level: str, smooth: Scenario) -> RigidModel
 def make_arm_run(
     case: MemberCase, time: np.ndarray, signals: Mapping[str, np.ndarray]
 ) -> xr.Dataset:
-    """The Dataset of a run with these signals over time [s]."""
+    """Make the Dataset of a run from its signals over time [s]."""
     variables: dict[str, Any] = dict(signals)
     return build_trajectory("ensemble", *case.experiment, time, **variables)
 
@@ -221,6 +221,6 @@ def find_rigid_robot(case: MemberCase, level: Level, smooth: Scenario) -> RigidM
 def make_robot_run(
     case: MemberCase, time: np.ndarray, signals: Mapping[str, np.ndarray]
 ) -> xr.Dataset:
-    """The Dataset of a run with these signals over time [s]."""
+    """Make the Dataset of a run from its signals over time [s]."""
     name = f"ensemble:{case.level}"
     return make_robot_dataset(name, case.mechanism, case.scenario, time, dict(signals))

@@ -176,7 +176,7 @@ class StateQuestion(SelfKeyedTask):
 def generate_answers(
     source: Source, quantity: str, states: Sequence[UserState], order: int = 1
 ) -> Iterator[np.ndarray]:
-    """The answers to a quantity, state by state; order: -1 of the last state first."""
+    """Answer a quantity state by state; with order -1 the last state comes first."""
     for state, other in list(zip(states, [*states[1:], states[0]], strict=True))[::order]:
         yield QUESTIONS[quantity](source, state, other.u)
 
@@ -216,7 +216,7 @@ def _bias_at_other_speeds(source: Source, state: UserState, a: np.ndarray) -> np
 
 
 def _forces_by_torque(source: Source, state: UserState, a: np.ndarray) -> np.ndarray:
-    """Forces at no torque, each alone, twice each alone, all together: shape (2 m + 2, n)."""
+    """Forces (2 m + 2, n) at no torque, at each alone, at twice each alone, and at all together."""
     alone = np.diag(state.torque)
     torques = [0 * state.torque, *alone, *(2 * alone), state.torque]
     return np.array([source.force_at(state._replace(torque=each)) for each in torques])

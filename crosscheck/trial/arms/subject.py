@@ -312,7 +312,7 @@ def _is_driven(scenario: Scenario, joint: int, arm: Arm) -> bool:
 
 def build_problem(request: TrialRequest) -> VerificationProblem:
     """The supplied equations, with coordinates and states already made. Raises InputError."""
-    make_cross_check_request(request)  # refuses scenarios that cannot stand side by side
+    make_cross_check_request(request)  # refuses scenarios that cannot be run together
     arm: Arm = request.mechanism
     laws = select_switches(request.equations, arm, request.switches)
     count = QUICK_STATES if request.quick else STATES
@@ -334,7 +334,7 @@ def build_problem(request: TrialRequest) -> VerificationProblem:
         count = max(count, minimum_state_count(terms))
     affordable = MOST_BYTES // (8 * len(problem.frame.names) ** 3)
     problem = replace(problem, count=min(count, max(affordable, LEAST_STATES)))
-    _ = problem.states  # made now, so that what is wrong with the coordinates is said first
+    _ = problem.states  # made first, so that errors in the coordinates are reported first
     return problem
 
 

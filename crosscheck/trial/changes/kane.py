@@ -116,7 +116,7 @@ class KaneSum:
         )
 
     def compute_terms(self, number: int, body: WorldBody) -> DynamicsTerms:
-        """The terms of a body in the place of the one of a number."""
+        """Terms of a body that replaces the one with this number."""
         return self.move_body(number, body).compute_terms()
 
     def move_rotor(self, rotor: Rotor, level: Level) -> BodyMotion:
@@ -147,7 +147,7 @@ class KaneSum:
     def move_point(self, number: int, lever: np.ndarray) -> np.ndarray:
         """The velocity (states, 3, n) per rate of a point of a body, lever from its origin."""
         pose = self.poses[number]
-        return pose.origin_partials + cross(pose.angular_partials, lever)
+        return pose.com_partials + cross(pose.angular_partials, lever - pose.com_lever)
 
     def list_pieces(self, part: str) -> Pieces:
         """Contributions to mass_matrix (states, n, n), or to bias or gravity (states, n)."""

@@ -244,7 +244,7 @@ def _confuse_all(
 ) -> Iterator[RobotMistake]:
     """Confusions of one part, and the same of all parts of a kind where there are several.
 
-    confuse: of a part, words and the part so, alike in number and order.
+    confuse: yields words and the changed part, equally many for all parts, in one order.
     """
     parts = getattr(robot, kind)
     for together in zip(*map(confuse, parts), strict=True):

@@ -317,7 +317,7 @@ def _measure_reach(robot: Robot) -> float:
 
 
 def _excesses(body: RobotBody) -> tuple[float, float]:
-    """The least of mass and moments, and what two moments are above the third, over their size."""
+    """Least of mass and moments, and two moments less the third, relative; below 0: impossible."""
     moments = np.linalg.eigvalsh(body.inertia)
     size = max(float(np.abs(moments).max()), 1e-300)
     triangle = float(moments[0] + moments[1] - moments[2]) / size

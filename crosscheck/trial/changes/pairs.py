@@ -207,7 +207,7 @@ def rank_pairs(
     """
     along, square = rows @ difference, float(difference @ difference)
     norms = np.maximum((rows**2).sum(axis=1), 1e-300)
-    alone = square - 2 * along + norms  # what each leaves if it is made once
+    alone = square - 2 * along + norms  # residual if each is made alone
     exact, meeting = list[ChangePair](), list[tuple[float, ChangePair]]()
     fixed = np.flatnonzero(~is_free)
     for begin in range(0, len(fixed), BLOCK):

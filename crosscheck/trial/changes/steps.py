@@ -397,7 +397,7 @@ class StepTable:
 
 
 def _list_factors(right: BodyMotion) -> Changes:
-    """A body whose weight or torque has another factor than 1."""
+    """Each body whose weight or torque has a factor other than 1."""
     for by, words in FACTORS.items():
         inertia = by * right.inertia
         yield f"its weight {words}", replace(right, pull=by * right.pull)

@@ -28,7 +28,7 @@ class ValueSearch:
         return "acceleration" not in self.problem.parts or self._is_regular(robot)
 
     def _is_regular(self, robot: Robot) -> bool:
-        """Whether a robot has accelerations: of none at all every balance holds."""
+        """Whether a robot's M can be inverted: without accelerations every balance would hold."""
         mass = AnalyticRobot(robot, self.level).mass_matrix(self.problem.states.q)
         scaled = mass / self.problem.sizes["mass_matrix"]
         return bool((np.linalg.eigvalsh(scaled)[:, 0] > TOLERANCE).all())

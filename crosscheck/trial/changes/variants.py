@@ -89,7 +89,7 @@ def _compute_alike(mechanism: Mechanism, count: int, q: np.ndarray, v: np.ndarra
 def _build_mechanism(
     robots: Sequence[Robot], spinners: Sequence[Sequence[Rotor]], level: Level
 ) -> Mechanism:
-    """The mechanism of robots alike in structure, each joint's axis the z axis of its frame."""
+    """The mechanism of robots with one structure, each joint's axis the z axis of its frame."""
     first, free = robots[0], robots[0].coordinates
     by_joint = [_Column([each.joints[k] for each in robots]) for k in range(len(first.joints))]
     frames = [_make_frames(each.take(lambda joint: joint.axis)) for each in by_joint]

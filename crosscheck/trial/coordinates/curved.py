@@ -288,7 +288,7 @@ def _sample_states(frame: Frame) -> list[np.ndarray]:
 
 
 def _require_derivative(frame: Frame) -> None:
-    """Raise InputError unless J is what differences say, and invertible somewhere."""
+    """Raise InputError unless J equals its finite differences and is invertible somewhere."""
     states = _sample_states(frame)
     for x in states:
         misfit = _misfit(frame, x)

@@ -59,7 +59,7 @@ def rate_terms(
     """B (n, n, n): bias_i = sum over j <= k of B[i, j, k] u_j u_k; zeros below the diagonal.
 
     Exactly, from the bias at unit rates: what a pair of them adds to what each has alone. Rates
-    are in proportion to steps (n,), if given, for in unlike units one pair's share would drown.
+    are in proportion to steps (n,), if given, since in different units a pair's share may vanish.
     """
     rates = np.ones(n) if steps is None else 2.0 ** np.round(np.log2(steps / TURN_RAD))
     units = np.diag(rates)

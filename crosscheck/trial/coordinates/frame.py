@@ -122,7 +122,7 @@ def select_coordinate_names(coordinates: Coordinates, usual: Sequence[str]) -> t
         reason = f"must be {len(usual)}, one for each coordinate; are {len(names)}"
         raise InputError(WHERE, "names", names, reason)
     if not all(isinstance(name, str) and name for name in names) or len(set(names)) < len(names):
-        raise InputError(WHERE, "names", names, "must be words unlike each other")
+        raise InputError(WHERE, "names", names, "must be different words")
     return names
 
 

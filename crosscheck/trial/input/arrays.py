@@ -41,7 +41,7 @@ def _real(array: np.ndarray) -> np.ndarray:
 
 
 def _array(answer: Any) -> np.ndarray:
-    """An answer as an array of numbers; those that numpy does not know, sympy's, become complex."""
+    """Convert an answer to an array; other libraries' numbers, as SymPy's, become complex."""
     if callable(getattr(answer, "full", None)):  # a casadi DM, sparse or not
         answer = answer.full()
     if answer is None or np.ma.is_masked(answer):

@@ -139,7 +139,7 @@ def build_robot_equations(
     where: str,
     find_code: Callable[[], UserCode | None] | None = None,
 ) -> Equations:
-    """Equations of a robot out of what a user gave, see handed_over.
+    """Make a robot's equations from what a user supplied.
 
     A factory takes the robot, or nothing: no scenario is run. find_code: finds the source of an
     object that is named. Raises InputError for whatever is wrong with it.
@@ -358,7 +358,7 @@ def _match_arguments(factory: Maker, where: str, names: tuple[str, ...]) -> dict
 
 
 def _require_arm_equations(equations: Equations, where: str) -> Equations:
-    """The equations of an arm themselves. Raises InputError unless they are usable."""
+    """Return the equations of an arm. Raises InputError if they cannot be used."""
     for name in FRICTION:
         if getattr(equations, name) is not None:
             reason = "is of robots alone; an arm's file says what friction it has"

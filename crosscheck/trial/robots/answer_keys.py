@@ -61,7 +61,7 @@ def draw_probe_robot(robot: Robot, kind: NumberKind) -> Robot:
             return replace(body, mass=body.mass * float(draw()))
         if kind == "com":
             return replace(body, com=body.com * draw(3))
-        stretch = np.diag(draw(3))  # which leaves an inertia positive
+        stretch = np.diag(draw(3))  # so that an inertia stays positive
         return replace(body, inertia=stretch @ body.inertia @ stretch)
 
     def change_joint(joint: Joint) -> Joint:

@@ -218,10 +218,10 @@ def _find_explanations(
 def _find_rarer_explanations(
     searches: Mapping[Level, CauseSearch], distances: Sequence[LevelDistance], *, several: bool
 ) -> tuple[Level, list[Cause]]:
-    """The nearest level at which an angle, a term of Kane's sum, two changes or six inertias do.
+    """Explain by an angle, a term of Kane's sum, two changes or six inertias, at the nearest level.
 
-    Of levels of as many wrong entries the first. several: whether more than gravity alone is wrong,
-    whose terms are reported separately.
+    Among levels with equally many wrong entries the first is taken. several: whether more than
+    gravity is wrong, whose terms are reported separately.
     """
 
     def find_single(search: CauseSearch) -> list[Cause]:
@@ -251,7 +251,7 @@ def _select_levels(
 ) -> list[LevelDistance]:
     """The levels at which one change may explain all.
 
-    Of levels that are alike the first. At one where gravity, the bias or one entry alone is wrong
+    Of equal levels the first is taken. At one where gravity, the bias or one entry alone is wrong
     nothing else of the level is, so that an explanation at a level of more wrong entries would be
     chance.
     """

@@ -36,7 +36,7 @@ def find_readings(problem: RobotProblem) -> tuple[Level | None, list[Reading]]:
 
 
 def describe_coordinates(robot: Robot) -> JointCoordinates:
-    """A robot's coordinates: which are angles, on which of these each depends, their ratios."""
+    """Describe a robot's coordinates: which are angles, which depend on others, and the ratios."""
     places = {number: place for place, number in enumerate(robot.coordinates)}
     kinds = [robot.joints[number].kind for number in robot.coordinates]
     turning = [place for place, kind in enumerate(kinds) if kind == "revolute"]

@@ -60,13 +60,13 @@ def describe_right_rows(problem: RobotProblem, level: Level, wrong: Sequence[str
 
 
 def _describe_way(robot: Robot, lines: str, right: np.ndarray) -> str:
-    """Between which links Newton and Euler's way out or back goes wrong, by right rows or columns.
+    """State between which links the outward or inward recursion fails, by right rows or columns.
 
-    A row is wrong where forces arrive wrongly, a column where accelerations set out: at one joint
-    and at all before it, if between two links it goes wrong.
+    A wrong row means wrong forces at a joint, a wrong column wrong accelerations: at one joint and
+    at all before it, if the recursion fails between two links.
     """
     if len(right) != len(robot.joints):
-        return ""  # of joints that follow others rows are sums
+        return ""  # rows of joints that others follow are sums
     steps = [(n, joint.parent) for n, joint in enumerate(robot.joints) if joint.parent != BASE]
     broken = [(after, before) for after, before in steps if right[after] != right[before]]
     if len(broken) != 1 or not right[broken[0][0]]:

@@ -78,7 +78,7 @@ def list_exchanges(site: Site, *, near: bool, written: bool) -> Texts:
 
 @cache
 def _is_near(text: str, other: str, kind: Kind) -> bool:
-    """Whether somebody may take one for the other: few of a kind, or notations that are close."""
+    """Whether one may be mistaken for the other: few of a kind, or similar notations."""
     if kind != NUMBER:
         return True
     a, b = (ast.parse(each, mode="eval").body for each in (text, other))

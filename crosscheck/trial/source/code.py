@@ -153,5 +153,5 @@ def _read_code(
 
 
 def _first(node: ast.FunctionDef) -> int:
-    """The line at which a function begins, its decorators counted."""
+    """The first line of a function, decorators included."""
     return min([node.lineno, *(each.lineno for each in node.decorator_list)])

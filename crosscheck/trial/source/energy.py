@@ -156,7 +156,7 @@ def _is_same(matrix: sp.Matrix, other: sp.Matrix) -> bool:
             np.array(each.xreplace(numbers).evalf().tolist(), dtype=float)
             for each in (matrix, other)
         )
-    except TypeError:  # what is left has no number
+    except TypeError:  # the rest has no number
         return False
     size = np.max(np.abs(second))
     return bool(size > 0 and np.max(np.abs(first - second)) <= CLOSE * size)
@@ -165,7 +165,7 @@ def _is_same(matrix: sp.Matrix, other: sp.Matrix) -> bool:
 def _find_end(
     scope: Scope, statements: Sequence[ast.stmt], names: Sequence[str]
 ) -> tuple[Sequence[ast.stmt], int] | None:
-    """The body of a function, or of the file, and the number of the last one to store a name."""
+    """Find the body of a function or file, and its last statement that assigns a name."""
     body = getattr(scope.node, "body", None) or statements
     storing = [
         number

@@ -109,7 +109,7 @@ class EditSearch:
         self.budget_s = BUDGET_S if is_numeric else ENERGY_BUDGET_S
 
     def _find_energies(self) -> Energies | None:
-        """The energies from which the equations are derived, if SymPy does it."""
+        """Find the energies from which SymPy derives the equations, if it does."""
         build = self.answer_keys[0].build
         if build is None or "sympy" not in sys.modules:
             return None
@@ -405,7 +405,7 @@ class RankTask(SelfKeyedTask):
         return RankOutcome(answer, is_over or search.is_spent)
 
     def _try_second(self, second: tuple[SourceEdit, EditSearch] | None) -> RankOutcome:
-        """The answer of two edits, if one makes all right beside the one that is made."""
+        """Search for a second edit that, with the first, makes everything right."""
         if second is None:
             return RankOutcome(None, True)
         first, search = second

@@ -37,7 +37,7 @@ class Site:
 
     @cached_property
     def is_index(self) -> bool:
-        """Whether it counts: it is in brackets, or an argument of range."""
+        """Whether it is an index: inside brackets, or an argument of range."""
         below, above = self.node, self.tree.parent(self.node)
         while isinstance(above, ast.expr | ast.Slice):
             if isinstance(above, ast.Subscript):
@@ -71,7 +71,7 @@ class Site:
 
     @property
     def is_term(self) -> bool:
-        """Whether it is a whole summand, or something else without a factor beside it."""
+        """Whether it is a whole summand or anything else that has no factor."""
         is_part = is_product(self.parent) or is_power(self.parent)
         return self.is_value and not is_part and not isinstance(self.node, ast.UnaryOp)
 

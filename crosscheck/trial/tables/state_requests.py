@@ -315,7 +315,7 @@ def _units(frame: Frame, coordinates: Coordinates) -> list[str]:
 
 
 def answer_columns(part: str, n: int) -> list[str]:
-    """Names of the columns of a part's answers, row by row of a matrix."""
+    """Column names of a part's answers; a matrix goes row by row."""
     if part in MATRICES:
         return [f"{SHORT[part]}_{i}_{j}" for i in range(1, n + 1) for j in range(1, n + 1)]
     return [f"{SHORT[part]}_{i}" for i in range(1, n + 1)]

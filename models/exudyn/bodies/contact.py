@@ -324,7 +324,7 @@ def torque_rounding(mesh: ContactMesh, largest: float, q: np.ndarray, q_t: np.nd
     largest: its stiffness [N/m]. q, q_t: of the mesh's bodies as in ``contact_state``.
     """
 
-    def path(values: np.ndarray) -> float:  # what a deflection is the small difference of
+    def path(values: np.ndarray) -> float:  # a deflection is a small difference of these
         places, angles = abs(values.reshape(-1, 3)[:, :2]), abs(values[2::3])
         return float(places.max() + (mesh.wheel_pitch + mesh.planet_pitch) * angles.max())
 

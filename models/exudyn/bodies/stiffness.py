@@ -14,7 +14,7 @@ from crosscheck.models.arm import stiffness as stiffness_laws
 from crosscheck.models.numba_cache import njit
 
 SINE, FOURIER, SQUARE, TABLE = 0.0, 1.0, 2.0, 3.0
-PASSES = 70  # each at least halves the slopes' error: what is left is rounding
+PASSES = 70  # each at least halves the slopes' error: the rest is rounding
 SAMPLES_PER_WAVE, SAMPLES_PER_ROW = 64, 16
 
 

@@ -55,7 +55,7 @@ def tree_from_paper(arm: Arm, layout: Layout) -> np.ndarray:
     """Matrix A that gives tree coordinates by the paper's, shape (bodies, n).
 
     From x_sp = r_s (sun - link) + r_p planet and x_pr = -r_r link - r_p planet. The paper's planet
-    angle, counted against the carrier, is -(link + planet) here. Lumped planets are all alike.
+    angle, counted against the carrier, is -(link + planet) here. Lumped planets are all equal.
     """
     stages = build_stages(arm)
     matrix = np.zeros((stages[-1].end, len(layout)))

@@ -65,7 +65,7 @@ class ExudynTree(ArmModel):
 
     @cached_property
     def _free_engine(self) -> Engine:
-        """Engine with the bodies without any force."""
+        """An engine that holds the bodies and no force."""
         return Engine(self.bodies, None, [0.0], gravity=(0.0, 0.0))
 
     @cached_property
@@ -209,7 +209,7 @@ class ExudynTree(ArmModel):
         )
 
     def mesh_modes(self) -> np.ndarray:
-        """Undamped modes [Hz] in the start pose, ascending: of suns and planets, the fastest."""
+        """Undamped mesh modes [Hz] in the start pose, ascending: the fastest modes."""
         count = sum(1 + joint.planet_count for joint in self.arm.joints if joint.planet_count)
         modes = self._eigenvalues(_linear_stages(self.gears, mean_spring)).imag
         return np.sort(modes)[modes.size - count :] / (2 * np.pi)

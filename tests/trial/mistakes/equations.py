@@ -225,20 +225,20 @@ def written(kind: str, replaced: tuple[tuple[str, str], ...], arm: Arm) -> Equat
         text = text.replace(old, new)
     code, known = compile(text, kind, "exec"), quantities(arm)
     n = 2 if kind in RIGID else 6
-    functions = {name: getattr(np, name) for name in ("sin", "cos", "outer", "sqrt")}
+    functions = {"sin": math.sin, "cos": math.cos, "sqrt": math.sqrt, "outer": np.multiply.outer}
 
     def answers(x: np.ndarray, v: np.ndarray, T: np.ndarray) -> dict[str, Any]:
-        own = {**functions, **known, "x": x, "v": v, "T": T, "e": np.eye(n)}
+        own = {**functions, **known, "x": x, "v": v, "T": T, "e": units}
         own |= {"M": np.zeros((n, n)), "h": np.zeros(n), "f": np.zeros(n)}
 
         def spin(inertia: float, row: np.ndarray) -> None:
-            own["M"] += inertia * np.outer(row, row)
+            own["M"] += inertia * row[:, None] * row
 
         own["spin"] = spin
         exec(code, own)
         return own
 
-    still, free = np.zeros(n), np.zeros(2)
+    still, free, units = np.zeros(n), np.zeros(2), np.eye(n)
     return Equations(
         mass_matrix=lambda x: answers(x, still, free)["M"],
         bias=lambda x, v: answers(x, v, free)["h"],

@@ -81,14 +81,8 @@ ERRORS = {
     "payload at the centre of mass": in_two_link(
         ("payload * L2) * L1", "payload * d2) * L1"), ("payload * L2) * L1", "payload * d2) * L1")
     ),
-    "a relative angle for an absolute one": in_two_link(
-        ("angle = q(1) - q(2)", "angle = q(2)"), ("angle = q[0] - q[1]", "angle = q[1]")
-    ),
     "friction without reaction": in_two_link(
         ("c1 * v(1) + rubbed", "c1 * v(1)"), ("c1 * v[0] + rubbed", "c1 * v[0]")
-    ),
-    "parallel axis": in_two_link(
-        ("far = I2 + m2 * d2 ^ 2", "far = I2"), ("far = I2 + m2 * d2**2", "far = I2")
     ),
     "planets' orbit": Planted(
         "geared_inertia",

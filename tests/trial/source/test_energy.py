@@ -22,7 +22,7 @@ def model():
     T1 = m1 * (x1.diff(t) ** 2 + y1.diff(t) ** 2) / 2 + J1 * w1**2 / 2
     T2 = m2 * (x2.diff(t) ** 2 + y2.diff(t) ** 2) / 2 + J2 * w2**2 / 2
     V = g * m1 * y1 + g * m2 * y2
-    L = sp.simplify(T1 + T2 - V)
+    L = T1 + T2 - V
     th, thd = sp.Matrix([a1, a2]), sp.Matrix([a1, a2]).diff(t)
     rows = [sp.expand(L.diff(r).diff(t) - L.diff(c)) for r, c in zip(thd, th)]
     M = sp.Matrix(rows).jacobian(thd.diff(t))

@@ -257,7 +257,7 @@ def _explain_part(
 
 
 def _explain_by_any(errors: Sequence[TermError]) -> Explanation:
-    """The explanation by the first of some errors, of which each makes the difference alone."""
+    """Explain a difference by the first of several errors that each make it alone."""
     return Explanation((errors[0],), 0.0, tuple((each,) for each in errors[1:]))
 
 
@@ -290,7 +290,7 @@ def _balance_accelerations(comparison: EntryComparison) -> np.ndarray:
 def _explain_balances(
     arms: Sequence[EntryComparison], balances: Sequence[np.ndarray]
 ) -> Explanation | None:
-    """The explanation of what is left in the rows of M a + h - f."""
+    """Explain the residual in the rows of M a + h - f."""
     terms = arms[0].terms
     assert terms is not None  # else nobody asks
     pairs = zip(arms, balances, strict=True)

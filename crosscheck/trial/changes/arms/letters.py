@@ -83,7 +83,7 @@ def collect_arm_values(arm: Arm) -> dict[str, float]:
 
 
 def damper_name(pair: str, joint: Planetary, number: int, planet: int) -> str:
-    """The name of the damping of a mesh: one for all planets where they are alike."""
+    """The name of the damping of a mesh: one for all planets if they are equal."""
     alike = len({damping(joint, p) for p in range(joint.planet_count)}) == 1
     return f"d_{pair}{number}" + ("" if alike else f"_{planet + 1}")
 

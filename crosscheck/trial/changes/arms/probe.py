@@ -24,7 +24,7 @@ from crosscheck.trial.changes.arms.arm_numbers import (
 
 TEETH_PER_PLANET = 20  # teeth of sun and planet together, per planet
 WIDEST = 0.65  # share of the planet in these
-OF_WIDEST = (0.75, 0.9, 0.55, 0.82, 0.65)  # planets of unlike joints
+OF_WIDEST = (0.75, 0.9, 0.55, 0.82, 0.65)  # planets of different joints
 DRAWS = 100
 MESH_SUBSTITUTES = {"backlash_m": 1e-5, "tooth_error_m": 1e-5}  # for zeros
 NONE_KEPT: Mapping[str, Powers] = MappingProxyType({})

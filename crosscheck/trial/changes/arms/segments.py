@@ -91,7 +91,7 @@ class ReferenceTerms:
         return len(self.angles)
 
     def entry(self, place: EntryPlace) -> EntryTerms:
-        """The terms that belong in an entry; none where it is 0."""
+        """The correct terms of an entry; none if it is 0."""
         return self.entries.get(place, ())
 
     def drop_letters(self, absent: Set[str]) -> ReferenceTerms:

@@ -134,7 +134,7 @@ def _find_pairs(target: Target, changes: Sequence[TermChange]) -> list[ChangeSet
 
 
 def list_extra_terms(target: Target) -> list[TermChange]:
-    """Terms too many, of any entry of the part or of none, that make what is off before a wave."""
+    """Extra terms, of any entry of the part or of none, that explain a wave's coefficient."""
     (place,), arms = target.places, len(target.difference)
     weighing = place.part in ("force", "gravity")
     same_part = (entry for at, entry in target.terms.entries.items() if at.part == place.part)

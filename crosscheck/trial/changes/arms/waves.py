@@ -85,9 +85,9 @@ class WaveBasis:
         return np.linalg.pinv(self.table, rcond=1e-10)
 
     def fit(self, values: np.ndarray, scale: float) -> dict[TermKey, float] | None:
-        """The coefficients that make values (K,), but for those that are 0; None if none do.
+        """Fit values (K,) by waves: the coefficients that are not 0, or None if nothing fits.
 
-        scale: the size of the numbers whose rounding the values have.
+        scale: the size of the numbers from whose rounding the values suffer.
         """
         with np.errstate(over="ignore"):
             size = float(np.linalg.norm(values))
@@ -101,7 +101,7 @@ class WaveBasis:
             return None
         error = max(rest / np.sqrt(max(len(values) - len(self.keys), 1)), floor)
         spread = np.maximum(np.linalg.norm(self._inverse, axis=1), EPS)
-        noise = np.maximum(error * spread, floor / 4)  # what hangs on no state is no noise
+        noise = np.maximum(error * spread, floor / 4)  # constant values are not noise
         return {
             key: float(number / unit)
             for key, number, unit, least in zip(
