@@ -392,7 +392,7 @@ class AnalyticRobot(RobotModel):
         away = (position + arm)[:, :, :, None] - origins
         moving = cross(turning, away, axis=2) + across * (self._paths * ~self._turns)[:, None]
         columns = np.array([turning, moving]).reshape(-1, len(self._turns)) @ self._share
-        partials = columns.reshape(2, *moving.shape[:3], -1)
+        partials = columns.reshape(2, *moving.shape[:3], self._share.shape[1])
         return FramePoses(rotation, position, axis, inertia, arm, *partials)
 
     def _rates(self, poses: FramePoses, v: np.ndarray, rising: np.ndarray) -> FrameRates:

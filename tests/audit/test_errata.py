@@ -204,7 +204,7 @@ def test_a_planted_loss_is_seen_where_it_is_gross_and_not_in_the_meshes():
 
 
 def test_other_arms_than_the_papers_are_refused():
-    with pytest.raises(InputError, match="two joints with three planets"):
+    with pytest.raises(InputError, match="two joints with three equal planets"):
         errata.find_errata(arm_of(3))
 
 

@@ -30,18 +30,3 @@ def test_nothing_misleading_of_a_massless_pole():
 def test_a_slip_is_named(slip):
     score = score_slip(slip)
     assert score[:3] == (True, True, True), score.told
-
-
-SLIDING = "a + 2 * np.cross(w, axis * rates[k])"
-TURNED_SLIDES = {
-    "its w x z q' added to w', as of a joint that turns": "dw + np.cross(w, axis * rates[k])",
-    "its z q' added to w, as of a joint that turns": "w + axis * rates[k]",
-}
-
-
-@pytest.mark.parametrize("words", TURNED_SLIDES)
-def test_a_slide_that_turns_what_it_carries_is_named(words):
-    turned = TURNED_SLIDES[words]
-    slipped = f"a, {turned.split()[0]} = {SLIDING}, {turned}"
-    notes = try_text("gantry", ((f"a = {SLIDING}", slipped),)).diagnosis.notes
-    assert f"in bias alone, as with joint j2: {words}" in notes
