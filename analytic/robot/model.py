@@ -326,8 +326,8 @@ class AnalyticRobot(RobotModel):
         force = self._masses * (rates.acceleration + turned)
         moment = multiply(poses.inertia, rates.angular_rate)
         moment += cross(rates.angular, multiply(poses.inertia, rates.angular), axis=2)
-        total = project(_flatten(poses.com_partials), force.reshape(len(v), -1))
-        total += project(_flatten(poses.angular_partials), moment.reshape(len(v), -1))
+        total = project(_flatten(poses.com_partials), _flatten(force[..., None])[..., 0])
+        total += project(_flatten(poses.angular_partials), _flatten(moment[..., None])[..., 0])
         for spinner in self._spinning_bodies:
             if spinner.body == BASE or self.level not in WITH_ROTORS:
                 continue
@@ -424,7 +424,8 @@ def _lever_acceleration(angular: np.ndarray, growth: np.ndarray, arm: np.ndarray
 
 def _flatten(columns: np.ndarray) -> np.ndarray:
     """Columns of all bodies (states, bodies, 3, n), one body below the other (states, rows, n)."""
-    return columns.reshape(len(columns), -1, columns.shape[-1])
+    states, bodies, rows, n = columns.shape
+    return columns.reshape(states, bodies * rows, n)
 
 
 def cross(left: np.ndarray, right: np.ndarray, axis: int = 1) -> np.ndarray:

@@ -59,3 +59,12 @@ def test_an_answer_that_is_none_fails(monkeypatch, answer):
     found = differing(robot)
     assert {each.about.key.case for each in found} == {f"sliding/{level}" for level in LEVELS}
     assert {each.verdict for each in found} == {"failed"}
+
+
+def test_at_no_states_the_reference_has_no_answers():
+    """`cost` asks so where a run has no rows."""
+    own = load_robot("puma560")
+    none = np.empty((0, len(own.coordinate_names)))
+    model = build_robot_model("analytic", own, "coupled")
+    assert model.mass_matrix(none).shape == (0, 6, 6)
+    assert model.inverse_dynamics(none, none, none).shape == (0, 6)

@@ -246,7 +246,7 @@ def _list_levels(agreement: Agreement) -> Iterator[Fact]:
         yield Fact(f.measured, head, (key.case, f.left), f.unit)
         if key.joint is None:
             if level in ("links", "coupled"):
-                yield Fact(f.measured, "off", (key.case,), "m")
+                yield Fact(f.measured, "off", (key.case, level), "m")
             yield Fact(f.measured, "tip at level", (f"level {level}",), "m")
         if f.quantity == "torque":
             same = [each for each in off if (each.left, each.quantity) == (f.left, "torque")]
