@@ -44,7 +44,7 @@ fuzz: .venv/dev.stamp
 
 octave: .venv/dev.stamp
 	octave-cli --version
-	$(PY) -m pytest tests/trial/other_tools/test_octave.py
+	$(PY) -m pytest -m "system or not system" tests/trial/other_tools/test_octave.py
 
 coverage: .venv/dev.stamp
 	$(PY) -m coverage erase

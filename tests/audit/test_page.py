@@ -162,15 +162,14 @@ SAID_OFTEN = {
     "acceleration": {README: "accelerations by up to {}", MADE: "acceleration by up to {}"},
     "mesh force": {README: "mesh force by up to {}", MADE: "rad and {} in 3 s"},
     "starts": {PAPER: "from up to {} starts", MADE: "of {} starts", CHECKED: "from {} perturbed"},
-    "Exudyn's starts": {MADE: "m apart it is severe in {} of 16", DECISIONS: "`omega_t` {} of 16"},
     "verdicts by runs": {DECISIONS: "Of {} statements", MADE: r"\d+ of {} verdicts"},
     "error of links": {
         COST: "flange_roll are wrong by up to {}",
-        ROBOTS: r"`links`: torque error.*\| {}, 100",
+        ROBOTS: r"`links`: torque error.* N m, {}, `flange",
     },
     "error of armature": {
         COST: "flange_roll is wrong by up to {}",
-        ROBOTS: r"`armature`: .*\| {}, 1.8",
+        ROBOTS: r"`armature`: torque error.* N m, {}, `flange",
     },
     "tip by links": {
         COST: "the rotors out puts link_6 {} off",

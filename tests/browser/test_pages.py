@@ -40,7 +40,7 @@ from tests.measured.records import compared, level, record_of
 from tests.trial.trial_views import kept_arm
 from tests.views.agreements import make_agreement, render_page
 
-pytestmark = pytest.mark.slow
+pytestmark = pytest.mark.system
 
 NAMES = ("chromium", "chromium-browser", "google-chrome")
 INSTALL = "no browser: apt-get install -y chromium"

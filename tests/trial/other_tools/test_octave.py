@@ -109,7 +109,7 @@ NAMES = {
 }
 
 
-@pytest.mark.slow
+@pytest.mark.system
 @pytest.mark.skipif(OCTAVE is None, reason="no octave-cli here")
 @pytest.mark.parametrize("error", ERRORS)
 def test_octave_gets_the_answers_that_python_gets(error, tmp_path, monkeypatch):
