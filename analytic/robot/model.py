@@ -161,7 +161,8 @@ class AnalyticRobot(RobotModel):
         """Add the numbers of all joints and bodies, side by side; joint k moves body k."""
         joints, bodies = robot.joints, robot.bodies
         self._axes = np.array([joint.axis for joint in joints])
-        self._crossings = np.cross(UPRIGHT, self._axes[:, None])  # times u: axis x u
+        once = np.cross(UPRIGHT, self._axes[:, None])  # times u: axis x u
+        self._crossings = once, once @ once
         self._places = np.array([joint.placement.position for joint in joints])
         self._rotations = np.array([joint.placement.rotation for joint in joints])
         self._turns = np.array([joint.kind == "revolute" for joint in joints])
@@ -375,8 +376,8 @@ class AnalyticRobot(RobotModel):
         """Poses of every body, and their partial velocities."""
         values = q @ self._share.T + self._offset
         angles = np.where(self._turns, values, 0.0)[:, :, None, None]
-        turned = np.sin(angles) * self._crossings  # Rodrigues' formula
-        turned += (1 - np.cos(angles)) * (self._crossings @ self._crossings) + UPRIGHT
+        once, twice = self._crossings
+        turned = np.sin(angles) * once + (1 - np.cos(angles)) * twice + UPRIGHT  # Rodrigues
         slid = np.where(self._turns, 0.0, values)[:, :, None] * self._axes
         rotation = self._rotations @ turned
         position = self._places + multiply(self._rotations, slid)

@@ -229,7 +229,7 @@ def _filter_motion(
     edge = int(EDGE / (bandwidth * step))
     rows = np.arange(edge, len(taken) - edge, spacing / step).astype(int)
     asked = (0, slice(None)), (1, slice(None)), (2, rows)
-    q, v, a = _filter(given.position.T, given.step, bandwidth, stride, asked)
+    q, v, a = _filter(given.position.T, len(given.position), given.step, bandwidth, stride, asked)
     # White noise has as much in each hertz of the band as beyond it, where there is no motion.
     beyond = (taken - q)[edge : len(q) - edge].var(axis=0) / (1 / (2 * given.step) - bandwidth)
     variance = beyond * (2 * np.pi) ** 2 * bandwidth**3 / 3
@@ -271,7 +271,7 @@ def _filter_torques(
             yield signal
 
     asked, band = ((0, motion.rows), (1, motion.rows)), TORQUE_BAND * bandwidth
-    values, slopes = _filter(bridge_turns(), given.step, band, motion.stride, asked)
+    values, slopes = _filter(bridge_turns(), len(times), given.step, band, motion.stride, asked)
     return [*np.split(values, [joints, count], axis=1), slopes[:, count:]]
 
 
@@ -295,6 +295,7 @@ def _bridge(signal: np.ndarray, turns: np.ndarray) -> np.ndarray:
 
 def _filter(
     signals: Iterable[np.ndarray],
+    rows: int,
     step: float,
     bandwidth: float,
     stride: int,
@@ -305,16 +306,15 @@ def _filter(
     One signal after the other: all of a long recording's at once would take much memory.
     """
     columns = []
+    pad = min(int(PADDED / (bandwidth * step)), rows - 1) // stride * stride
+    whole = stride * next_fast_len(ceil((rows + 2 * pad) / stride), real=True)
+    behind = min(whole - rows - pad, rows - 1)
+    count = (rows + pad + behind) // stride
+    frequency = rfftfreq(count, stride * step)
+    turning = 2j * np.pi * frequency
+    passed = 1 / (stride * (1 + (frequency / bandwidth) ** (2 * ORDER)))
+    kept = slice(pad // stride, pad // stride + ceil(rows / stride))
     for signal in signals:
-        rows = len(signal)
-        pad = min(int(PADDED / (bandwidth * step)), rows - 1) // stride * stride
-        whole = stride * next_fast_len(ceil((rows + 2 * pad) / stride), real=True)
-        behind = min(whole - rows - pad, rows - 1)
-        count = (rows + pad + behind) // stride
-        frequency = rfftfreq(count, stride * step)
-        turning = 2j * np.pi * frequency
-        passed = 1 / (stride * (1 + (frequency / bandwidth) ** (2 * ORDER)))
-        kept = slice(pad // stride, pad // stride + ceil(rows / stride))
         long = continue_signal(signal, pad, behind)
         # Without the line from end to end, what the transform continues periodically has no step.
         slope = (long[-1] - long[0]) / (len(long) - 1)

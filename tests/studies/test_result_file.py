@@ -153,7 +153,7 @@ DIED = Failure(schedule.DIED, "SIGKILL")
 
 def run_locally(workers: Answers) -> dict[str, Any]:
     tasks = [schedule.FunctionTask(key, len, ()) for key in list(workers.answers)]
-    return {task.key: found for task, found in schedule._run_by_workers(workers, tasks)}
+    return {task.key: found for task, found in schedule.perform_tasks(workers, tasks)}
 
 
 def test_a_batch_whose_worker_dies_is_tried_three_times_before_what_follows():

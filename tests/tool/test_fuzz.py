@@ -2,7 +2,6 @@
 
 import random
 import sys
-from contextlib import nullcontext
 from pathlib import Path
 
 import pytest
@@ -62,9 +61,7 @@ def test_any_input_is_accepted_or_refused_in_one_line(command, tmp_path, monkeyp
     work = WORK[command]
     if work is not None:
         monkeypatch.setattr(work, accepted)
-    monkeypatch.setattr(
-        "crosscheck.studies.batches.run.open_executor", lambda jobs: nullcontext(accepted)
-    )
+    monkeypatch.setattr("crosscheck.studies.batches.run.perform_tasks", accepted)
     seed, refused = fresh_seed(), 0
     generator = random.Random(seed)
     for number in range(DRAWS):

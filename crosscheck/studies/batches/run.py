@@ -13,6 +13,7 @@ import numpy as np
 from crosscheck.output import convert_os_errors, draft, remove_abandoned, require_file
 from crosscheck.runner.interruption import advice, finish_before_interrupt
 from crosscheck.runner.progress_update import CountCallback
+from crosscheck.runner.workers import Workers
 from crosscheck.studies.batches.batch import Numbers
 from crosscheck.studies.batches.batch_store import (
     BatchStore,
@@ -29,10 +30,9 @@ from crosscheck.studies.batches.batches import (
 )
 from crosscheck.studies.batches.result_file import ResultFile, expected_bytes, require_unique_names
 from crosscheck.studies.batches.schedule import (
-    BatchExecutor,
     FunctionTask,
     compute_fingerprint,
-    open_executor,
+    perform_tasks,
 )
 from crosscheck.studies.measures.columns import DIVERGED, Column, list_columns
 from crosscheck.studies.members.members import PreparedStudy, require_members
@@ -63,7 +63,7 @@ def run_study(study: PreparedStudy, out: Path, settings: ExecutionSettings) -> i
     remove_abandoned(target.parent)
     require_room(target, expected_bytes(study, result_columns), study.count)
     with (
-        open_executor(settings.jobs) as executor,
+        Workers(settings.jobs) as workers,
         open_batches(target, study, result_columns, settings.resume) as store,
         draft(target.parent) as new,
     ):
@@ -73,7 +73,7 @@ def run_study(study: PreparedStudy, out: Path, settings: ExecutionSettings) -> i
             places = [task.arguments[1] for task in check_tasks]
             result = ResultFile(new, study, result_columns, places, version)
         with _show_resume_advice():
-            study_run = _StudyRun(study, result, store, settings.progress, executor)
+            study_run = _StudyRun(study, result, store, settings.progress, workers)
             run_count = study_run.run(list(split_into_batches(study, version)))
             study_run.check(check_tasks, result_columns)
             os.fsync(new.handle)
@@ -101,7 +101,7 @@ class _StudyRun:
     result: ResultFile
     store: BatchStore
     progress: CountCallback
-    executor: BatchExecutor
+    workers: Workers
 
     def run(self, all_batches: Sequence[MemberBatch]) -> int:
         """Run all members, reusing kept batches; returns how many were run."""
@@ -141,7 +141,7 @@ class _StudyRun:
                 done += members
         all_members, run_count = sum(work.values()), 0
         self.progress(what, done, all_members)
-        for task, numbers in self.executor(missing):
+        for task, numbers in perform_tasks(self.workers, missing):
             with finish_before_interrupt():
                 self.store.put(task.key, numbers)
                 take(task.key, numbers)

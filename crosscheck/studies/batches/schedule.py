@@ -6,9 +6,8 @@ import hashlib
 import platform
 from collections import Counter
 from collections.abc import Callable, Iterable, Iterator
-from contextlib import contextmanager
 from dataclasses import dataclass
-from functools import cache, partial
+from functools import cache
 from typing import Any, ClassVar
 
 from crosscheck import __version__
@@ -43,18 +42,6 @@ class FunctionTask:
             return _TaskError(error)
 
 
-# Yields each task with its result, as they finish. Raises the error of a task, and Unfinished for
-# one that did not finish.
-BatchExecutor = Callable[[Iterable[FunctionTask]], Iterator[tuple[FunctionTask, Any]]]
-
-
-@contextmanager
-def open_executor(jobs: int) -> Iterator[BatchExecutor]:
-    """What performs tasks in so many processes of this machine."""
-    with Workers(jobs) as workers:
-        yield partial(_run_by_workers, workers)
-
-
 @dataclass(frozen=True)
 class _TaskError:
     error: Exception
@@ -76,9 +63,13 @@ class _TaskQueue:
         return work
 
 
-def _run_by_workers(
+def perform_tasks(
     workers: Workers, tasks: Iterable[FunctionTask]
 ) -> Iterator[tuple[FunctionTask, Any]]:
+    """Perform tasks; yields each with its result, as they finish.
+
+    Raises the error of a task, and Unfinished for one that did not finish.
+    """
     waiting, tries = _TaskQueue(tasks), Counter[str]()
     for key, result in workers.stream(waiting):
         work = waiting.running.pop(key)
