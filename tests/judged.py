@@ -128,7 +128,8 @@ def refined(
     """Each side's (fine, coarse) runs against the other's."""
     for quantity in quantities:
         subject = about("refined", name, quantity, left[0], right[0])
-        yield trajectories.check_refined_runs(subject, left, right, _widest(of, quantity, left[0]))
+        sides = ((fine, fine, coarse) for fine, coarse in (left, right))
+        yield trajectories.check_refined_runs(subject, *sides, _widest(of, quantity, left[0]))
 
 
 def energy_over_run(case: str, run: xr.Dataset) -> list[Finding]:

@@ -9,6 +9,7 @@ import numpy as np
 
 from crosscheck.analytic.kernel.numbers import Numbers
 from crosscheck.analytic.kernel.program import (
+    RUNS,
     STATE,
     Program,
     RecordMap,
@@ -74,11 +75,15 @@ class Batch:
     bit the same at every number of lanes.
     """
 
-    def __init__(self, models: Sequence[SteppedModel], lanes: int = BLOCK_LANES) -> None:
+    def __init__(
+        self, models: Sequence[SteppedModel], lanes: int = BLOCK_LANES, level: int = RUNS
+    ) -> None:
+        """Compile the models' kernel; level: of its optimisation."""
         first = models[0]
         self.models, self.step_s = models, first.scenario.step_s
         self.structure = first.equations.structure
-        self.program = build_steps_program(self.structure, first.equations.record_map(), lanes)
+        record_map = first.equations.record_map()
+        self.program = build_steps_program(self.structure, record_map, lanes, level)
         self.code = compile_program(self.program)
         self.step_count = 0  # steps
         blocks = -(-len(models) // lanes)

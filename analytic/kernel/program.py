@@ -26,8 +26,8 @@ if TYPE_CHECKING:
 # Blocks of rows before the numbers: state, stage, the step's sums and acceleration.
 STATE = ("q", "v", "stage_q", "stage_v", "sum_q", "sum_v", "a")
 POINTER, WHOLE, NUMBER = ctypes.c_void_p, ctypes.c_int64, ctypes.c_double
-# Levels of optimisation, which change no bit: of states, asked for some hundred times, the less
-# takes a fifth of the time to compile.
+# Levels of optimisation, which change no bit: of states and brief runs, asked for some hundred
+# times, the less takes a fifth of the time to compile.
 RUNS, STATES = 2, 0
 COMPILE_LOCK = threading.Lock()  # Python 3.11's parser fails when several threads use it at a time
 Constants = dict[str, int | float]
@@ -178,8 +178,10 @@ def compile_program(program: Program) -> Code:
 
 
 @lru_cache(maxsize=64)
-def build_steps_program(structure: Structure, record_map: RecordMap, lanes: int) -> Program:
-    """The kernel of a structure's Runge-Kutta steps for so many lanes.
+def build_steps_program(
+    structure: Structure, record_map: RecordMap, lanes: int, level: int = RUNS
+) -> Program:
+    """The kernel of a structure's Runge-Kutta steps for so many lanes, at a level of optimisation.
 
     Rows: those of STATE, the mesh forces, the numbers. Records (3 n + meshes, members): coordinates
     of the layout, their rates and accelerations, and the mesh forces.
@@ -205,7 +207,7 @@ def build_steps_program(structure: Structure, record_map: RecordMap, lanes: int)
     text = LOOK_UP + _STEPS.format(accelerate=accelerate, **parts)
     pointers = (POINTER, POINTER, WHOLE, POINTER, POINTER)
     functions = (("advance", (POINTER, WHOLE, WHOLE, WHOLE, WHOLE, NUMBER, *pointers)),)
-    return rows.program(text, constants, lanes, RUNS, functions)
+    return rows.program(text, constants, lanes, level, functions)
 
 
 def record_text(record_map: RecordMap, begin: Sequence[int], forces: Iterable[int]) -> str:

@@ -9,6 +9,7 @@ import numpy as np
 
 from crosscheck.analytic.kernel.adaptive_kernel import integrate_precisely
 from crosscheck.analytic.kernel.batch import Batch, Records
+from crosscheck.analytic.kernel.program import RUNS, STATES
 from crosscheck.analytic.robot.equations import RobotEquations
 from crosscheck.models.experiment.drive import drive_data
 from crosscheck.models.experiment.scenario import Scenario
@@ -19,6 +20,9 @@ from crosscheck.models.trajectory import recorded_times
 
 if TYPE_CHECKING:
     from crosscheck.models.robot.interface import RobotModel
+
+# Steps below which a run takes less time than optimising its kernel: of seven joints 20 ms.
+BRIEF_STEPS = 10_000
 
 
 class RobotMember:
@@ -43,7 +47,8 @@ class RobotMember:
 
 def run_robot(model: RobotModel, scenario: Scenario) -> tuple[np.ndarray, np.ndarray]:
     """Coordinates and rates (records, n) by fixed steps. Raises Diverged."""
-    batch = Batch([RobotMember(model.robot, model.level, scenario)], lanes=1)
+    level = STATES if scenario.steps < BRIEF_STEPS else RUNS
+    batch = Batch([RobotMember(model.robot, model.level, scenario)], lanes=1, level=level)
     parts = list(batch.run(scenario.steps // scenario.stride, scenario.stride, 2**14))
     return _finite(model, scenario, Records(*map(np.concatenate, zip(*parts, strict=True))))
 

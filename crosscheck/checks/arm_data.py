@@ -55,16 +55,13 @@ def _check_inertia(about: Subject, mass: np.ndarray, arm: SampledArm) -> Finding
     """
     level, setting, content = arm.level, arm.setting, arm.content
     parts = composite.build_parts(content, level or "coupled")
-    ways, ratios = _joint_motions(setting.layout, content), []
-    for q, matrix in zip(setting.states.q, mass, strict=True):
-        pose = composite.arm_pose(content, q[setting.layout.theta])
-        expected = composite.inertia(parts, pose, locked=not level)
-        given = ways[: len(expected)]
-        size = np.sqrt(np.einsum("ki,ij,kj->k", abs(given), abs(matrix), abs(given)))
-        differences = np.abs(given @ matrix @ given.T - expected)
-        with np.errstate(divide="ignore", invalid="ignore"):  # without a size there is no number
-            ratios.append((differences / np.outer(size, size)).max())
-    measured = float(np.max(ratios))
+    pose = composite.arm_pose(content, setting.states.q[:, setting.layout.theta])
+    expected = composite.inertia(parts, pose, locked=not level)
+    ways = _joint_motions(setting.layout, content)[: expected.shape[-1]]
+    size = np.sqrt(np.einsum("ki,sij,kj->sk", abs(ways), abs(mass), abs(ways)))
+    differences = np.abs(ways @ mass @ ways.T - expected)
+    with np.errstate(divide="ignore", invalid="ignore"):  # without a size there is no number
+        measured = float((differences / (size[:, :, None] * size[:, None, :])).max())
     return check_share(about, measured, ROUNDINGS * EPS, f"{ROUNDINGS} eps of what is summed")
 
 
@@ -92,12 +89,12 @@ def _check_force(about: Subject, force: np.ndarray, mass: np.ndarray, arm: Sampl
     setting, content, scenario = arm.setting, arm.content, arm.case.scenario
     layout, parts = setting.layout, composite.build_parts(content, arm.level or "coupled")
     friction = np.array([float(j.get("friction_N_m_s_per_rad", 0.0)) for j in content["joints"]])
-    expected = np.zeros_like(force)
+    pose = composite.arm_pose(content, setting.states.q[:, layout.theta])
+    pulled, expected = composite.weight(parts, pose, content), np.zeros_like(force)
     for row, (t, q, v) in enumerate(zip(*setting.states, strict=True)):
         theta, rates = q[layout.theta], v[layout.theta]
         torques = drive_torques(scenario, t, theta, rates)
-        pulled = composite.weight(parts, composite.arm_pose(content, theta), content)
-        expected[row, layout.theta] = torques + pulled - friction * rates
+        expected[row, layout.theta] = torques + pulled[row] - friction * rates
         for number, joint in geared_joints(setting.arm) if layout.mesh_joints else ():
             radius, ratio = sun_radius_and_ratio(joint)
             expected[row] += torques[number] / (ratio * radius) * sun_advance(layout, number)

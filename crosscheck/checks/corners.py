@@ -17,6 +17,7 @@ import numpy as np
 from crosscheck.checks.answers import CORNER_FORCE, SLIDING_M_PER_S, States, sample_states
 from crosscheck.checks.arm_data import mesh_damping
 from crosscheck.checks.energy import springs_at
+from crosscheck.checks.first_principles.mesh_energy import MeshSpring
 from crosscheck.checks.sampled import DIFFERENCE, SampledArm, Subjects, pair_models
 from crosscheck.checks.scales import check_share, geared_joints
 from crosscheck.checks.states import relative_differences
@@ -112,22 +113,31 @@ def _find_corner_states(layout: Layout, arm: Arm, chosen: Switches, seed: int) -
     drawn = sample_states(layout, arm, POSES * len(corners), seed)
     if not corners:
         return drawn
-    splits = (np.split(values, len(corners)) for values in drawn)
-    states = [
-        _move_to_corner(layout, arm, chosen, States(*poses), corner)
-        for *poses, corner in zip(*splits, corners, strict=True)
-    ]
+    turned, theta = np.zeros_like(drawn.q), layout.theta
+    time = np.repeat(drawn.t[::POSES], POSES)  # a corner's poses are all at its first one's time
+    angles = time[:, None] * drawn.v if chosen.phase == "omega_t" else drawn.q
+    turned[:, theta] = angles[:, theta]
+    springs = [*springs_at(arm, chosen, layout, turned)]  # x is 0 there, so that a gap is -e
+    states = []
+    for number, corner in enumerate(corners):
+        poses = slice(number * POSES, (number + 1) * POSES)
+        there = (
+            MeshSpring(each.backlash, each.stiffness[poses], each.gap[poses]) for each in springs
+        )
+        states.append(
+            _move_to_corner(layout, arm, States(*(x[poses] for x in drawn)), there, corner)
+        )
     return States(*map(np.array, zip(*states, strict=True)))
 
 
 def _move_to_corner(
-    layout: Layout, arm: Arm, chosen: Switches, poses: States, corner: Corner
+    layout: Layout, arm: Arm, poses: States, springs: Iterator[MeshSpring], corner: Corner
 ) -> tuple[float, np.ndarray, np.ndarray]:
-    """One of random states with a planet's meshes of every joint at a corner: t, q (n,), v (n,)."""
+    """One of random states with a planet's meshes of every joint at a corner: t, q (n,), v (n,).
+
+    springs: of all meshes at the poses, the teeth centred.
+    """
     t, q, v, theta = float(poses.t[0]), poses.q[0].copy(), poses.v[0].copy(), layout.theta
-    turned = np.zeros_like(poses.q)
-    turned[:, theta] = t * poses.v[:, theta] if chosen.phase == "omega_t" else poses.q[:, theta]
-    springs = springs_at(arm, chosen, layout, turned)  # x is 0 there, so that a gap is -e
     for number, joint in geared_joints(arm):
         pairs = [(next(springs), next(springs)) for _ in range(joint.planet_count)]
         if corner.planet >= joint.planet_count:

@@ -168,14 +168,13 @@ def _rounding(
         return bias_rounding(masses[0], setting)
     if quantity == "generalized_force":
         return _force_rounding(values, setting)
-    forces, roundings = _position_rounding(setting), []
-    for mass, value in zip(masses, values, strict=True):
-        scale = 1 / np.sqrt(np.abs(np.diag(mass)))
-        inverse = np.abs(np.linalg.pinv(scale_mass_matrix(mass))) * scale[:, None] * scale
-        summed = TERM_ROUNDINGS * setting.rounding * np.abs(mass) @ np.abs(value)
-        felt = np.where(setting.layout.angular, 0.0, inverse @ forces)  # no work on the angles
-        roundings.append(inverse @ summed + felt)
-    return np.max(roundings, axis=0)  # of the pose in which M is worst conditioned
+    scale = 1 / np.sqrt(np.abs(np.einsum("kii->ki", masses)))
+    inverses = np.abs(np.linalg.pinv(scale_mass_matrix(masses)))
+    inverses *= scale[:, :, None] * scale[:, None, :]
+    summed = TERM_ROUNDINGS * setting.rounding * np.abs(masses) @ np.abs(values)[:, :, None]
+    felt = np.where(setting.layout.angular, 0.0, inverses @ _position_rounding(setting))
+    # No position does work on the angles; of the pose in which M is worst conditioned.
+    return np.asarray(((inverses @ summed)[:, :, 0] + felt).max(axis=0))
 
 
 def bias_rounding(inertia: np.ndarray, setting: Setting) -> np.ndarray:
@@ -235,6 +234,6 @@ def _tolerance(quantity: str, inertia: np.ndarray, setting: Setting) -> Reasoned
 
 
 def scale_mass_matrix(inertia: np.ndarray) -> np.ndarray:
-    """A mass matrix (n, n) with ones on its diagonal."""
-    scale = 1 / np.sqrt(np.abs(np.diag(inertia)))
-    return inertia * scale[:, None] * scale
+    """Mass matrices (..., n, n) with ones on their diagonals."""
+    scale = 1 / np.sqrt(np.abs(np.einsum("...ii->...i", inertia)))
+    return inertia * (scale[..., :, None] * scale[..., None, :])

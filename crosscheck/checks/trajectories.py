@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Iterator, Sequence
+from dataclasses import dataclass
 from functools import partial
 from typing import TYPE_CHECKING, NamedTuple
 
@@ -118,13 +119,13 @@ def _plan_refined_runs(subjects: Subjects) -> Iterator[Comparison]:
     """
     for experiment in find_usual(subjects):
         models = experiment.models
-        first = models.same[0]
-        references = [experiment.run(first, f"reference{each}") for each in ("", "-coarse")]
+        reference = refine_adaptive(experiment, "reference")
         for other in (models.same[1], *models.other):
-            yield from plan_refined(experiment, references, refine(experiment, other))
+            yield from plan_refined(experiment, reference, refine(experiment, other))
         if models.is_precise:
-            precise = [experiment.run(first, f"precise{each}") for each in ("", "-coarse")]
-            yield from plan_refined(experiment, precise, refine(experiment, first), "precise")
+            precise = refine_adaptive(experiment, "precise")
+            first = refine(experiment, models.same[0])
+            yield from plan_refined(experiment, precise, first, "precise")
         for engines, *others in models.levels.values():
             for other in others:
                 sides = refine(experiment, engines), refine(experiment, other)
@@ -135,34 +136,58 @@ def _plan_refined_runs(subjects: Subjects) -> Iterator[Comparison]:
             yield from plan_refined(experiment, *sides)
 
 
-def refine(experiment: ExperimentPlan, model: str) -> list[ModelTask]:
-    """A model's run and a coarser one to estimate its error; then the reference model's pairs.
+@dataclass(frozen=True)
+class RefinedRun:
+    """A run, and pairs of runs, fine and coarse, that show its numerical uncertainty."""
 
-    These pairs come with models of the same integrator, whose error depends on where in a step the
-    teeth meet: two runs may have equal errors by chance.
+    run: ModelTask
+    pairs: tuple[tuple[ModelTask, ModelTask], ...]
+
+    @property
+    def tasks(self) -> list[ModelTask]:
+        """The run, then fine and coarse of each pair in turn."""
+        return [self.run, *(task for pair in self.pairs for task in pair)]
+
+
+def refine(experiment: ExperimentPlan, model: str) -> RefinedRun:
+    """A model's run with a coarser one of its own, or with the reference model's.
+
+    The reference model's three are for all models of its integrator, whose runs at one step are
+    compared besides: the error of a step depends on where in it the teeth meet, so that two runs
+    may have equal errors by chance.
     """
-    runs, same = [experiment.run(model), experiment.run(model, "coarse")], experiment.models.same
-    for variant in COARSE_STEP_RATIOS if model in same else ():
-        runs += [experiment.run(same[0]), experiment.run(same[0], variant)]
-    return runs
+    run, same = experiment.run(model), experiment.models.same
+    if model not in same:
+        return RefinedRun(run, ((run, experiment.run(model, "coarse")),))
+    fine = experiment.run(same[0])
+    coarser = (experiment.run(same[0], variant) for variant in COARSE_STEP_RATIOS)
+    return RefinedRun(run, tuple((fine, each) for each in coarser))
+
+
+def refine_adaptive(experiment: ExperimentPlan, variant: str) -> RefinedRun:
+    """The reference model's run that chooses its own steps, and one of a looser tolerance."""
+    first = experiment.models.same[0]
+    run = experiment.run(first, variant)
+    return RefinedRun(run, ((run, experiment.run(first, f"{variant}-coarse")),))
 
 
 def plan_refined(
     experiment: ExperimentPlan,
-    left: Sequence[ModelTask],
-    right: Sequence[ModelTask],
+    left: RefinedRun,
+    right: RefinedRun,
     family: str = "refined",
     quantities: Sequence[str] = MESH,
 ) -> Iterator[Comparison]:
-    """Comparisons of quantities of two models' runs, each with its own coarser ones."""
+    """Comparisons of quantities of two models' runs, each with what shows its uncertainty."""
+    tasks, middle = [*left.tasks, *right.tasks], len(left.tasks)
 
     def judge(about: Subject, *runs: xr.Dataset) -> Finding:
         widest = find_acceptance_limit(experiment, about, runs[0])
-        return check_refined_runs(about, runs[: len(left)], runs[len(left) :], widest)
+        return check_refined_runs(about, runs[:middle], runs[middle:], widest)
 
     for quantity in recorded_quantities(experiment, quantities):
-        about = make_subject(family, experiment, quantity, left[0].model, right[0].model)
-        yield make_comparison(about, (*left, *right), judge)
+        about = make_subject(family, experiment, quantity, left.run.model, right.run.model)
+        yield make_comparison(about, tasks, judge)
 
 
 def recorded_quantities(experiment: ExperimentPlan, quantities: Sequence[str] = MESH) -> list[str]:
@@ -322,13 +347,12 @@ def check_refined_runs(
 ) -> Finding:
     """Check each side's own best run against the other's.
 
-    A side is a sequence of pairs, fine and coarse, its own first; the pair furthest apart gives its
-    uncertainty. An integrator's error where contacts change depends on where in a step they do, so
-    that one pair may be close together by chance.
+    A side is its run, then pairs, fine and coarse: see RefinedRun. The pair furthest apart gives
+    the side's uncertainty.
     """
     quantity = about.key.quantity
     uncertainties = [
-        max(uncertainty(*pair, quantity) for pair in zip(side[::2], side[1::2], strict=True))
+        max(uncertainty(*pair, quantity) for pair in zip(side[1::2], side[2::2], strict=True))
         for side in (left, right)
     ]
     rounding = max(run_rounding(side[0], quantity) for side in (left, right))

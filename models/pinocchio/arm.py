@@ -168,7 +168,7 @@ class PinocchioLinks(PinocchioArm):
             allowed = f"{self.name} came to t = {t:.3g} s in {MOST_EVALUATIONS:,} evaluations"
             where = self.scenario.name
             raise InputError(where, "duration_s", self.scenario.duration_s, f"{allowed}, the most")
-        theta, theta_dot = np.split(state, 2)
+        theta, theta_dot = state[: state.size // 2], state[state.size // 2 :]
         if not np.abs(theta_dot).max() <= FASTEST:  # nor if it is not a number
             raise Diverged(self.name, t)
         return np.concatenate((theta_dot, self.acceleration(t, theta, theta_dot)))

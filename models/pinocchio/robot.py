@@ -9,6 +9,7 @@ which no algorithm of Pinocchio's takes notice.
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from typing import NamedTuple
 
 import numpy as np
@@ -167,7 +168,9 @@ class PinocchioRobot(RobotModel):
 
         Rotors may not be; then column by column, by recursive Newton-Euler.
         """
-        configurations = self._configurations(q)
+        return self._mass_matrix_at(self._configurations(q))
+
+    def _mass_matrix_at(self, configurations: Sequence[np.ndarray]) -> np.ndarray:
         if self._is_depth_first:
             trees = [pin.crba(self._tree, self._data, at).copy() for at in configurations]
             return self._given.T @ np.array(trees) @ self._given
@@ -181,7 +184,7 @@ class PinocchioRobot(RobotModel):
 
     def bias(self, q: np.ndarray, v: np.ndarray) -> np.ndarray:
         """Coriolis and centrifugal torques (states, n), by Pinocchio's nonlinear effects."""
-        return self._holding_torques(self._weightless, q, v)
+        return self._holding_torques(self._weightless, self._configurations(q), v)
 
     def gravity(self, q: np.ndarray) -> np.ndarray:
         """Torques that hold the weights (states, n), by Pinocchio's own function for it."""
@@ -210,8 +213,9 @@ class PinocchioRobot(RobotModel):
     ) -> np.ndarray:
         """Accelerations under torques of motors (states, n) at time t [s], solved with M."""
         left = torques @ self._drive + self._passive_forces(q, v, t)
-        left -= self._holding_torques(self._tree, q, v)
-        return np.linalg.solve(self.mass_matrix(q), left[:, :, None])[:, :, 0]
+        configurations = self._configurations(q)
+        left -= self._holding_torques(self._tree, configurations, v)
+        return np.linalg.solve(self._mass_matrix_at(configurations), left[:, :, None])[:, :, 0]
 
     def energy(self, q: np.ndarray, v: np.ndarray) -> np.ndarray:
         """Kinetic energy and that of the weights (states,) [J], by Pinocchio's own functions.
@@ -251,9 +255,11 @@ class PinocchioRobot(RobotModel):
             pin.integrate(self._tree, self._home, each) for each in q @ self._given.T + self._offset
         ]
 
-    def _holding_torques(self, tree: pin.Model, q: np.ndarray, v: np.ndarray) -> np.ndarray:
+    def _holding_torques(
+        self, tree: pin.Model, configurations: Sequence[np.ndarray], v: np.ndarray
+    ) -> np.ndarray:
         """Generalized forces (states, n) under which no coordinate of a tree accelerates."""
-        states = zip(self._configurations(q), v @ self._given.T, strict=True)
+        states = zip(configurations, v @ self._given.T, strict=True)
         torques = [pin.nle(tree, self._data, *state).copy() for state in states]
         return np.array(torques) @ self._given
 

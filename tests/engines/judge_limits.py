@@ -432,9 +432,10 @@ def _wrong_refinement(quantity: str, part: float, size: float) -> Iterator[str]:
     unit, last = 2.0**-43, f"{quantity}_last"
     limit = 3 * unit * math.hypot(4, 2) + EPS * size * math.sqrt(50_000)
     off = part * limit
-    right = made_run(), made_run(**{last: 2 * unit})
-    own = made_run(**{last: off}), made_run(**{last: off + unit})
-    left = (*own, made_run(), made_run(**{last: 4 * unit}))
+    right = made_run(), made_run(), made_run(**{last: 2 * unit})
+    run = made_run(**{last: off})
+    own = run, made_run(**{last: off + unit})
+    left = (run, *own, made_run(), made_run(**{last: 4 * unit}))
     left = tuple(run.assign_attrs(step_s=STEP_S / 100) for run in left)
     # What is judged is the uncertainty alone, without the rounding.
     wide, narrow = (ReasonedLimit(by * 3 * unit * math.hypot(4, 2), "so") for by in (ABOVE, BELOW))

@@ -93,7 +93,7 @@ SAID: dict[str, tuple[Callable[[], Finding], str, float | None, str]] = {
     ),
     "refined runs": (
         lambda: trajectories.check_refined_runs(
-            SUBJECT, (FINE, COARSE), (OTHER, run(1.0, 4.0)), WIDE
+            SUBJECT, (FINE, FINE, COARSE), (OTHER, OTHER, run(1.0, 4.0)), WIDE
         ),
         REFINED_WORDS,
         2.0**-26,

@@ -32,7 +32,7 @@ class CompositePart(NamedTuple):
 
 
 class Pose(NamedTuple):
-    """An arm's pose, complex: axes (joints,) and ends of links (joints,) [m], links' directions."""
+    """Poses of an arm, complex: axes, ends of links [m], links' directions, each (..., joints)."""
 
     axes: np.ndarray
     ends: np.ndarray
@@ -103,38 +103,43 @@ def base_radius(joint: Content, teeth: int) -> float:
 
 
 def arm_pose(content: Content, theta: np.ndarray) -> Pose:
-    """The pose of an arm at relative angles theta (joints,) [rad]."""
-    directions = np.exp(1j * np.cumsum(theta))
-    ends = np.cumsum(np.array([float(link["length_m"]) for link in content["links"]]) * directions)
-    return Pose(np.array([0.0, *ends[:-1]]), ends, directions)
+    """The pose of an arm at relative angles theta (..., joints) [rad]."""
+    directions = np.exp(1j * np.cumsum(theta, axis=-1))
+    lengths = np.array([float(link["length_m"]) for link in content["links"]])
+    ends = np.cumsum(lengths * directions, axis=-1)
+    axes = np.concatenate([np.zeros_like(ends[..., :1]), ends[..., :-1]], axis=-1)
+    return Pose(axes, ends, directions)
 
 
 def inertia(parts: Sequence[CompositePart], pose: Pose, *, locked: bool) -> np.ndarray:
-    """Mass matrix [kg m^2] by the parallel axis theorem, shape (joints, joints).
+    """Mass matrix [kg m^2] by the parallel axis theorem, shape (..., joints, joints).
 
     locked: the matrix is twice as large; after the joints with their gears rolling come the joints
     with their gears locked, which turns everything beyond an axis as one body.
     """
-    size = (2 if locked else 1) * len(pose.axes)
-    matrix = np.zeros((size, size))
-    for part in parts:
-        levers = _levers(part, pose)
-        turns = part.geared
-        if locked:
-            levers, turns = np.tile(levers, 2), np.append(turns, part.locked)
-        matrix += part.mass * np.outer(np.conj(levers), levers).real
-        matrix += part.inertia * np.outer(turns, turns)
-    return matrix
+    levers, turns = _levers(parts, pose), np.array([part.geared for part in parts])
+    if locked:
+        levers = np.concatenate([levers, levers], axis=-1)
+        turns = np.hstack([turns, [part.locked for part in parts]])
+    masses, inertias = (np.array([getattr(p, n) for p in parts]) for n in ("mass", "inertia"))
+    shifted = np.swapaxes(np.conj(levers), -1, -2) @ (masses[:, None] * levers)
+    return np.asarray(shifted.real + (turns.T * inertias) @ turns)
 
 
 def weight(parts: Sequence[CompositePart], pose: Pose, content: Content) -> np.ndarray:
-    """Moment of weight about every axis of the arm [N m], shape (joints,)."""
+    """Moment of weight about every axis of the arm [N m], shape (..., joints)."""
     pull = complex(*content.get("gravity_m_per_s2", (0.0, 0.0)))
-    moments = (part.mass * (np.conj(_levers(part, pose)) * pull).imag for part in parts)
-    return np.asarray(sum(moments))
+    moments = (np.conj(_levers(parts, pose)) * pull).imag
+    return np.asarray(np.array([part.mass for part in parts]) @ moments)
 
 
-def _levers(part: CompositePart, pose: Pose) -> np.ndarray:
-    """Levers from each axis that carries the part to its centre [m], complex, (joints,); else 0."""
-    place = pose.axes[part.link] + part.along * pose.directions[part.link]
-    return np.where(np.arange(len(pose.axes)) <= part.link, place - pose.axes, 0.0)
+def _levers(parts: Sequence[CompositePart], pose: Pose) -> np.ndarray:
+    """Levers from each axis that carries a part to its centre [m], complex, else 0.
+
+    Shape (..., parts, joints).
+    """
+    links = np.array([part.link for part in parts])
+    along = np.array([part.along for part in parts])
+    places = pose.axes[..., links] + along * pose.directions[..., links]
+    carries = np.arange(pose.axes.shape[-1]) <= links[:, None]
+    return np.where(carries, places[..., None] - pose.axes[..., None, :], 0.0)

@@ -68,7 +68,7 @@ def spring_energy(spring: MeshSpring) -> np.ndarray:
     return spring.stiffness * pressed**2 / 2
 
 
-def energy_slope(spring: MeshSpring, step: float) -> np.ndarray:
+def energy_slope(spring: MeshSpring, step: float | np.ndarray) -> np.ndarray:
     """Slope of the energy at the first of ``POINTS`` steps along ways, teeth on that one's flank.
 
     The spring's arrays are (5,) or (5, ways); a central difference of fourth order.

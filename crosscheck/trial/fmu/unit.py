@@ -10,16 +10,15 @@ import ctypes
 import os
 from collections.abc import Iterator, Sequence
 from contextlib import suppress
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from functools import cached_property, lru_cache
 from typing import TYPE_CHECKING, Any, Literal
 
 import numpy as np
 
 from crosscheck.checks.invariants import torques_at
-from crosscheck.checks.scales import acceptance_limit
-from crosscheck.checks.trajectories import UNITS, check_refined_runs, size
-from crosscheck.findings import Agreement, ComparisonKey, Finding, Subject
+from crosscheck.checks.trajectories import RefinedRun, plan_refined, refine
+from crosscheck.findings import Agreement
 from crosscheck.mechanisms import supply
 from crosscheck.models.arm.arm import Arm
 from crosscheck.models.directories import require_private
@@ -29,12 +28,7 @@ from crosscheck.models.experiment.scenario import Scenario, Switches
 from crosscheck.models.loading import Case
 from crosscheck.models.mechanism import Mechanism
 from crosscheck.models.trajectory import build_trajectory, recorded_times
-from crosscheck.planning.comparison import (
-    Comparison,
-    collect_tasks,
-    judge_comparisons,
-    make_comparison,
-)
+from crosscheck.planning.comparison import Comparison, collect_tasks, judge_comparisons
 from crosscheck.planning.plan import Experiment, sort_engines
 from crosscheck.provenance import record_provenance
 from crosscheck.registry import build, find_same_integrator_models, packages, reference_model
@@ -314,18 +308,9 @@ def _plan_comparisons(unit: MappedUnit, name: str, case: Case) -> Iterator[Compa
         else [reference_model(), *find_same_integrator_models()]
     )
     first = next(engine for engine in engines if engine.startswith("analytic"))
-    unit_runs = UnitRun(unit, name, case, first), UnitRun(unit, name, case, first, "coarse")
+    fine = UnitRun(unit, name, case, first)
+    of_unit = RefinedRun(fine, ((fine, replace(fine, variant="coarse")),))
     experiment = Experiment(case.scenario.name, case)
-
-    def judge(about: Subject, *runs: Any) -> Finding:
-        left, right, quantity = runs[:2], runs[2:], about.key.quantity
-        widest = acceptance_limit(quantity, case.arm, case.scenario, size(right[0], quantity))
-        return check_refined_runs(about, left, right, widest)
-
     for engine in dict.fromkeys(engines):
-        engine_runs = experiment.run(engine), experiment.run(engine, "coarse")
-        for quantity in ("theta", "theta_dot"):
-            key = ComparisonKey(FAMILY, case.scenario.name, quantity, name, engine)
-            about = Subject(key, UNITS[quantity], "largest absolute difference")
-
-            yield make_comparison(about, (*unit_runs, *engine_runs), judge)
+        sides = of_unit, refine(experiment, engine)
+        yield from plan_refined(experiment, *sides, FAMILY, ("theta", "theta_dot"))
