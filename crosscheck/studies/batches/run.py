@@ -24,17 +24,15 @@ from crosscheck.studies.batches.batch_store import (
     require_room,
 )
 from crosscheck.studies.batches.batches import (
+    FunctionTask,
     MemberBatch,
+    compute_fingerprint,
     make_batch_task,
     make_check_tasks,
+    perform_tasks,
     split_into_batches,
 )
 from crosscheck.studies.batches.result_file import ResultFile, expected_bytes, require_unique_names
-from crosscheck.studies.batches.schedule import (
-    FunctionTask,
-    compute_fingerprint,
-    perform_tasks,
-)
 from crosscheck.studies.measures.columns import DIVERGED, Column, list_columns
 from crosscheck.studies.members.members import PreparedStudy, require_members
 
