@@ -136,5 +136,10 @@ def weight(parts: Sequence[CompositePart], pose: Pose, content: Content) -> np.n
 
 def _levers(part: CompositePart, pose: Pose) -> np.ndarray:
     """Levers from each axis that carries the part to its centre [m], complex, (joints,); else 0."""
-    place = pose.axes[part.link] + part.along * pose.directions[part.link]
-    return np.where(np.arange(len(pose.axes)) <= part.link, place - pose.axes, 0.0)
+    carried = np.arange(len(pose.axes)) <= part.link
+    return np.where(carried, find_place(part, pose) - pose.axes, 0.0)
+
+
+def find_place(part: CompositePart, pose: Pose) -> complex:
+    """Place of a part's centre in the base's frame [m], complex."""
+    return complex(pose.axes[part.link] + part.along * pose.directions[part.link])
