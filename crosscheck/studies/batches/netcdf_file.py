@@ -20,7 +20,7 @@ import xarray as xr
 from xarray.backends import H5NetCDFStore
 
 from crosscheck.models.errors import InputError
-from crosscheck.models.inputs import input_size
+from crosscheck.models.inputs import convert_read_errors, input_size
 from crosscheck.runner.isolated_reading import read_in_subprocess
 from crosscheck.studies.batches.result_file import SCHEMA_VERSION, STUDY, VERSION
 
@@ -40,11 +40,8 @@ def use_file(path: Path, use: Use, form: type[NetcdfFile] | None = None) -> Any:
     form: a study's result unless another is given. Raises InputError.
     """
     form = form or StudyResultFile
-    try:
+    with convert_read_errors(str(path)):
         size = input_size(path)
-    except (OSError, ValueError) as error:
-        reason = error.strerror if isinstance(error, OSError) else error
-        raise InputError(str(path), "", None, f"cannot be read: {reason}") from None
     return read_in_subprocess(
         str(path),
         _open_and_use,
