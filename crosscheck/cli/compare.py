@@ -21,12 +21,11 @@ from crosscheck.identification.messages import EXCITATION_FILE
 from crosscheck.identification.output import comparison_json, comparison_page, describe_comparison
 from crosscheck.identification.refinement import Knowledge
 from crosscheck.mechanisms import supply
-from crosscheck.models.errors import InputError
+from crosscheck.models.errors import InputError, make_printable
 from crosscheck.models.mechanism import select_mechanism
 from crosscheck.output import require_files
 from crosscheck.recordings.record import Record, read_record
 from crosscheck.recordings.smoothing import add_drive_torques, check_rates
-from crosscheck.report.formatting import make_printable
 from crosscheck.runner.progress import show_progress
 
 PAGE = "compare.html"

@@ -10,9 +10,9 @@ from crosscheck.cost.motion import fit_motion
 from crosscheck.cost.output import cost_json, cost_page, describe_result
 from crosscheck.cost.shortcuts import FULL, QUICK, compute_costs
 from crosscheck.file_types import COST, COST_PAGE
+from crosscheck.models.errors import make_printable
 from crosscheck.output import require_files
 from crosscheck.recordings.record import read_record
-from crosscheck.report.formatting import make_printable
 from crosscheck.runner.progress import show_progress
 
 PAGE = "cost.html"

@@ -13,9 +13,9 @@ from rich.console import Console
 from rich.table import Column, Table
 
 from crosscheck.file_types import PICTURE
+from crosscheck.models.errors import make_printable
 from crosscheck.models.inputs import remember
 from crosscheck.output import require_file, write_files
-from crosscheck.report.formatting import make_printable
 from crosscheck.runner.progress import show_progress
 from crosscheck.studies.batches.netcdf_file import use_file
 from crosscheck.studies.batches.result_file import CHECKED

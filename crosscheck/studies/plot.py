@@ -14,6 +14,7 @@ from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
 from crosscheck.models.errors import InputError
+from crosscheck.report.formatting import format_unit
 from crosscheck.studies.batches.netcdf_file import StudyResultFile
 from crosscheck.studies.batches.result_file import CHECKED
 from crosscheck.studies.definition.axes import SAMPLE, START
@@ -109,8 +110,8 @@ def _axis_label(values: xr.DataArray) -> str:
 
 def _unit_label(values: xr.DataArray) -> str:
     """The unit as people write it, all that an axis needs whose title is the quantity."""
-    unit = values.attrs.get("units", "").replace(" s-1", "/s").replace(" s-2", "/s²")
-    return "" if unit in ("", "1") else _cut(f"[{unit}]")
+    unit = format_unit(values.attrs.get("units", ""))
+    return _cut(f"[{unit}]") if unit else ""
 
 
 def _cut(text: str) -> str:

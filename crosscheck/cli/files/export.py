@@ -25,7 +25,7 @@ from crosscheck.cli.files.robot_files import export_as_robot
 from crosscheck.file_types import C_FILE, FMU_FILE
 from crosscheck.mechanisms import supply
 from crosscheck.models.arm.planets import usual_switches
-from crosscheck.models.errors import InputError, format_line
+from crosscheck.models.errors import InputError, format_line, make_printable
 from crosscheck.models.files import URDF
 from crosscheck.models.loading import load_selection
 from crosscheck.models.mechanism import find_section
@@ -34,7 +34,6 @@ from crosscheck.models.robot.robot import Level, Robot
 from crosscheck.output import require_file, write_files
 from crosscheck.planning.sizing import make_unequal_gains_scenario
 from crosscheck.registry import BUILT_IN, build, load_model_class
-from crosscheck.report.formatting import make_printable
 from crosscheck.runner.isolated_reading import read_in_subprocess
 from crosscheck.runner.process_tree import limit_resources
 
