@@ -19,7 +19,7 @@ from crosscheck.audit.experiments.samples import FULL
 from crosscheck.audit.experiments.study import Study
 from crosscheck.audit.judging.rule import VerdictKind
 from crosscheck.models.directories import cache_folder
-from crosscheck.runner.progress import progress_bar
+from crosscheck.runner.progress import show_progress
 
 SEED_STEP = 1000  # between the first seeds of two sets
 
@@ -59,7 +59,7 @@ def compare_seeds() -> None:
     parser.add_argument("--sets", type=int, default=3)
     parser.add_argument("--jobs", type=int, default=2)
     given = parser.parse_args()
-    with progress_bar() as progress:
+    with show_progress("running seeds") as progress:
         study = Study(cache_folder(), given.jobs, progress)
         sets = [
             collect_verdicts(AuditContext(study, replace(FULL, first_seed=1 + SEED_STEP * number)))

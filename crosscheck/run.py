@@ -24,12 +24,7 @@ from crosscheck.planning.plan import CrossCheckRequest
 from crosscheck.provenance import record_provenance
 from crosscheck.registry import packages
 from crosscheck.runner.outcomes import Failure
-from crosscheck.runner.progress_update import (
-    ProgressCallback,
-    ProgressUpdate,
-    TimeEstimate,
-    ignore_progress,
-)
+from crosscheck.runner.progress_update import ProgressCallback, TimeEstimate, ignore_progress
 from crosscheck.runner.tasks import RunKey, Simulation
 from crosscheck.runner.workers import Workers
 
@@ -68,12 +63,12 @@ def run_cross_check(
     arm, robot or scenarios that cannot be run, and Unfinished where they could not be prepared.
     """
     with Workers(jobs) as workers:
-        progress(ProgressUpdate("preparing the experiments"))
+        progress("preparing the experiments")
         plan: Plan = supply("plan", request.mechanism.section)(request, workers)
         for line in plan.remarks:
             on_warning(line)
         results = run_tasks(workers, collect_tasks(plan.comparisons), progress, on_outcome)
-    progress(ProgressUpdate("comparing"))
+    progress("comparing")
     findings = list(judge_comparisons(plan.comparisons, results))
     settings = request.scenarios, request.chosen, plan.remarks
     record = record_provenance(
@@ -93,7 +88,7 @@ def run_tasks(
     estimate, outcomes = TimeEstimate(tasks, workers.jobs), dict[Any, Any]()
 
     def report_begin(key: Any) -> None:
-        progress(ProgressUpdate(describe_task(key), len(outcomes), len(tasks), estimate.left_s))
+        progress(describe_task(key), len(outcomes), len(tasks), estimate.left_s)
 
     for key, outcome in workers.stream_longest_first(tasks, report_begin):
         outcomes[key] = outcome

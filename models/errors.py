@@ -32,7 +32,7 @@ class InputError(ValueError):
         self.where, self.field, self.value, self.allowed = where, field, value, allowed
         shown = "" if value is None else f" = {_format_value(value)}"
         parts = [where or "''", f": {field}" if field else "", shown, f": {allowed}"]
-        whole = [_escape(_cut(part, LONGEST_LINE)) for part in parts]
+        whole = [make_printable(_cut(part, LONGEST_LINE)) for part in parts]
         super().__init__("".join(_fit(whole, LONGEST_LINE - len(PROGRAM))))
 
     def __reduce__(self) -> tuple[type[InputError], tuple[str, str, object, str]]:
@@ -77,14 +77,13 @@ def describe_error(error: BaseException) -> str:
 
 def format_line(text: str) -> str:
     """A text as one line of at most 400 characters, without anything that cannot be printed."""
-    return _cut(_escape(re.sub(r"\s*[\r\n]\s*", " ", text.strip())), LONGEST_LINE)
+    return _cut(make_printable(re.sub(r"\s*[\r\n]\s*", " ", text.strip())), LONGEST_LINE)
 
 
-def _escape(text: str) -> str:
-    """The text with line breaks, control characters and the like as escapes."""
-    return "".join(
-        c if c.isprintable() else c.encode("unicode_escape").decode("ascii") for c in text
-    )
+def make_printable(text: str) -> str:
+    """The text with whatever a terminal would not show written as an escape."""
+    shown = (c if c.isprintable() else c.encode("unicode_escape").decode() for c in text)
+    return "".join(shown)
 
 
 def _fit(parts: Sequence[str], total: int) -> list[str]:

@@ -9,12 +9,13 @@ import json
 import re
 import tomllib
 from collections.abc import Iterator, Mapping
+from contextlib import suppress
 from pathlib import Path
 from typing import Any, Literal
 
 from crosscheck.models.errors import InputError
 from crosscheck.models.file_kind import XmlKind, describe_xml_kind
-from crosscheck.models.inputs import read_content
+from crosscheck.models.inputs import convert_read_errors, read_content
 
 HERE = Path(__file__).parent
 BUILTIN_FOLDERS = ("arms", "robots", "scenarios")  # folders of what has built-in names
@@ -106,19 +107,13 @@ def _text(name: str, *folders: str) -> str:
     for folder in folders:
         if name in _stems(folder):
             return (HERE / folder / f"{name}.toml").read_text("utf-8")
-    try:
+    with convert_read_errors(name), suppress(FileNotFoundError, NotADirectoryError):
         return read_content(Path(name), LARGEST_FILE).decode("utf-8-sig")
-    except (FileNotFoundError, NotADirectoryError):
-        names = [stem for folder in folders for stem in _stems(folder)]
-        nor = f", nor built-in name ({', '.join(names)})" if folders else ""
-        other = [kind for kind in BUILTIN_FOLDERS if folders and name in _stems(kind)]
-        nor += f"; it is one of {other[0]}" if other else ""
-        raise InputError(name, "", None, f"no such file{nor}") from None
-    except UnicodeDecodeError:
-        raise InputError(name, "", None, "cannot be read: not UTF-8 text") from None
-    except (OSError, ValueError) as error:
-        reason = error.strerror if isinstance(error, OSError) else error
-        raise InputError(name, "", None, f"cannot be read: {reason}") from None
+    names = [stem for folder in folders for stem in _stems(folder)]
+    nor = f", nor built-in name ({', '.join(names)})" if folders else ""
+    other = [kind for kind in BUILTIN_FOLDERS if folders and name in _stems(kind)]
+    nor += f"; it is one of {other[0]}" if other else ""
+    raise InputError(name, "", None, f"no such file{nor}")
 
 
 def _parse(text: str, where: str, folder: str) -> dict[str, Any]:

@@ -31,11 +31,19 @@ def read_content(path: Path, largest: int, remembered: bool = True) -> bytes:
 
 def read_input(path: Path, largest: int) -> bytes:
     """Content of an input of at most so many bytes. Raises InputError for what cannot be read."""
-    try:
+    with convert_read_errors(str(path)):
         return read_content(path, largest)
+
+
+@contextmanager
+def convert_read_errors(name: str) -> Iterator[None]:
+    """Raise InputError of a file's name where it cannot be opened, read or decoded."""
+    try:
+        yield
     except (OSError, ValueError) as error:
         reason = error.strerror if isinstance(error, OSError) else error
-        raise InputError(str(path), "", None, f"cannot be read: {reason}") from None
+        reason = "not UTF-8 text" if isinstance(error, UnicodeDecodeError) else reason
+        raise InputError(name, "", None, f"cannot be read: {reason}") from None
 
 
 @contextmanager
@@ -44,11 +52,8 @@ def open_input(path: Path, largest: int) -> Iterator[BinaryIO]:
 
     Raises InputError for what cannot be opened.
     """
-    try:
+    with convert_read_errors(str(path)):
         file = _open(path)
-    except (OSError, ValueError) as error:
-        reason = error.strerror if isinstance(error, OSError) else error
-        raise InputError(str(path), "", None, f"cannot be read: {reason}") from None
     with file:
         if os.fstat(file.fileno()).st_size > largest:
             reason = f"cannot be read: more than {largest // 1_000_000} MB"

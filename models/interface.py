@@ -27,10 +27,12 @@ __all__ = ["STATE_ABILITIES", "Model", "require_finite"]
 class Model(ABC):
     """Equations of motion M(q) a + bias(q, v) = f(t, q, v) of an arm in one experiment.
 
-    Arrays are float64. q and v, shape (n,), are in the coordinates of ``layout`` (SI units; angles
-    relative to the previous link), whatever coordinates the engine uses inside. ``abilities`` names
-    the methods that this model has; the others raise CannotDo. Those of a single state take lists
-    as well, and raise InputError for what is no state.
+    Arrays are float64. q and v, shape (n,), are in the coordinates of ``layout``, whatever
+    coordinates the engine uses inside: angles [rad], relative to the previous link, and mesh
+    displacements [m], with their rates [rad/s], [m/s]. Forces are N m along angles and N along
+    displacements; t is the time [s]. ``abilities`` names the methods that this model has; the
+    others raise CannotDo. Those of a single state take lists as well, and raise InputError for what
+    is no state.
 
     Args:
         arm: The arm.
@@ -78,66 +80,28 @@ class Model(ABC):
         return self.layout.names
 
     def mass_matrix(self, q: np.ndarray) -> np.ndarray:
-        """Mass matrix M(q) on the left of the equation.
+        """Mass matrix M(q) (n, n) on the left of the equation.
 
-        Args:
-            q: Coordinates (n,): joint angles [rad], mesh displacements [m].
-
-        Returns:
-            M, shape (n, n): kg m^2 between angles, kg between displacements, kg m
-            between an angle and a displacement.
+        kg m^2 between angles, kg between displacements, kg m between an angle and a displacement.
         """
         raise CannotDo(f"{self.name} has no mass_matrix")
 
     def bias(self, q: np.ndarray, v: np.ndarray) -> np.ndarray:
-        """Coriolis and centrifugal force C(q, v) v on the left of the equation.
-
-        Args:
-            q: Coordinates (n,): joint angles [rad], mesh displacements [m].
-            v: Their rates (n,) [rad/s], [m/s].
-
-        Returns:
-            The force, shape (n,): N m along angles, N along displacements. Weight is no part of it.
-        """
+        """Coriolis and centrifugal force C(q, v) v (n,) on the left, of which weight is no part."""
         raise CannotDo(f"{self.name} has no bias")
 
     def generalized_force(self, t: float, q: np.ndarray, v: np.ndarray) -> np.ndarray:
-        """Generalized force f on the right of the equation.
-
-        Args:
-            t: Time [s].
-            q: Coordinates (n,): joint angles [rad], mesh displacements [m].
-            v: Their rates (n,) [rad/s], [m/s].
-
-        Returns:
-            The sum of drive, meshes, dampers, friction and gravity, shape (n,): N m along angles,
-            N along displacements.
-        """
+        """Generalized force f (n,) on the right: drive, meshes, dampers, friction and gravity."""
         raise CannotDo(f"{self.name} has no generalized_force")
 
     def acceleration(self, t: float, q: np.ndarray, v: np.ndarray) -> np.ndarray:
-        """Accelerations q'' that solve the equation.
-
-        Args:
-            t: Time [s].
-            q: Coordinates (n,): joint angles [rad], mesh displacements [m].
-            v: Their rates (n,) [rad/s], [m/s].
-
-        Returns:
-            The accelerations, shape (n,) [rad/s^2], [m/s^2].
-        """
+        """Accelerations q'' (n,) [rad/s^2], [m/s^2] that solve the equation."""
         raise CannotDo(f"{self.name} has no acceleration")
 
     def inverse_dynamics(self, q: np.ndarray, v: np.ndarray, a: np.ndarray) -> np.ndarray:
-        """Torques that a rigid arm's motors must give for a motion, whatever the scenario's drive.
+        """Torques on the output side that a rigid arm's motors must give, whatever the drive.
 
-        Args:
-            q: Joint angles (states, joints) [rad], relative to the previous link.
-            v: Their rates (states, joints) [rad/s].
-            a: Their accelerations (states, joints) [rad/s^2].
-
-        Returns:
-            Torques on the output side, shape (states, joints) [N m].
+        Angles q, rates v, accelerations a [rad/s^2] and the torques [N m] are (states, joints).
         """
         torques = [
             self.mass_matrix(at) @ acceleration
@@ -149,11 +113,7 @@ class Model(ABC):
         return np.array(torques).reshape(q.shape) + torques_along(drive, np.zeros(len(q)), q, v)
 
     def start(self) -> tuple[np.ndarray, np.ndarray]:
-        """State of the scenario's start.
-
-        Returns:
-            Coordinates q (n,): joint angles [rad], mesh displacements [m]; and their rates v (n,).
-        """
+        """Coordinates q and rates v of the scenario's start."""
         raise CannotDo(f"{self.name} has no start")
 
     def simulate(self) -> xr.Dataset:
@@ -183,52 +143,26 @@ class Model(ABC):
         return outcomes
 
     def reference(self, rtol: float) -> xr.Dataset:
-        """Run the scenario by adaptive steps.
-
-        Args:
-            rtol: Relative tolerance of a step.
-
-        Returns:
-            The run over ``time`` [s], as of ``simulate``.
-
-        Raises:
-            Diverged: The run left the range in which its numbers mean anything.
-        """
+        """The run of ``simulate`` by adaptive steps; rtol: relative tolerance of a step."""
         raise CannotDo(f"{self.name} has no reference")
 
     def precise(self, rtol: float) -> xr.Dataset:
-        """Run the scenario by adaptive steps that end where contacts change.
-
-        Args:
-            rtol: Relative tolerance of a step.
-
-        Returns:
-            The run over ``time`` [s], as of ``simulate``.
-
-        Raises:
-            Diverged: The run left the range in which its numbers mean anything.
-            CannotDo: The model has no such run.
-        """
+        """The same by steps that end where contacts change. Raises CannotDo, Diverged."""
         raise CannotDo(f"{self.name} has no precise run")
 
     def mesh_modes(self) -> np.ndarray:
         """Frequencies of the modes with every tooth in contact at mean stiffness.
 
-        Without mesh damping, with the drive's feedback, in the scenario's start pose.
-
-        Returns:
-            The frequencies [Hz], ascending.
+        In Hz, ascending; without mesh damping, with the drive's feedback, in the scenario's start
+        pose.
         """
         raise CannotDo(f"{self.name} has no mesh_modes")
 
     def contact_poles(self) -> np.ndarray:
-        """Eigenvalues of the motion about the scenario's start pose at rest.
+        """Complex eigenvalues (2 n,) [1/s] of the motion about the start pose at rest.
 
         With every tooth in contact at mean stiffness, damping, friction, weight and the drive's
         feedback.
-
-        Returns:
-            Complex eigenvalues, shape (2 n,) [1/s].
         """
         raise CannotDo(f"{self.name} has no contact_poles")
 
@@ -238,7 +172,7 @@ class Model(ABC):
         """How far open the joints are that a model closes by constraint equations.
 
         Args:
-            q: Coordinates (n,): joint angles [rad], mesh displacements [m].
+            q: Coordinates (n,).
             v: Their rates (n,).
             a: Their accelerations (n,).
             opened: Gaps, rates and accelerations (3, gaps) by which the bodies are displaced before
@@ -250,11 +184,7 @@ class Model(ABC):
         raise CannotDo(f"{self.name} has no constraint_residual")
 
     def largest_stable_step(self) -> float:
-        """Largest step with which this model's integrator stays stable.
-
-        Returns:
-            The step [s]; inf for an integrator with adaptive steps.
-        """
+        """Largest step [s] with which the integrator is stable; inf where steps are adaptive."""
         return float("inf")
 
 

@@ -23,16 +23,10 @@ from crosscheck.models.experiment.scenario import Scenario, Switches
 
 
 class GearNumbers(NamedTuple):
-    """Numbers of a joint's gears: radii [m], and inertias about their own axes [kg m^2].
+    """Numbers of a joint's gears: base radii [m], and inertias about their own axes [kg m^2].
 
-    Args:
-        sun_radius: Base radius of the sun [m].
-        planet_radius: Base radius of a planet [m].
-        ring_radius: Base radius of the ring [m].
-        carrier_radius: How far the planets' centres are from the joint's axis [m].
-        sun_inertia: Inertia of the sun [kg m^2].
-        planet_inertia: Inertia of one planet [kg m^2].
-        carrier_inertia: Inertia of the carrier [kg m^2].
+    carrier_radius [m] is how far the planets' centres are from the joint's axis; planet_inertia is
+    that of one planet.
     """
 
     sun_radius: float
@@ -49,12 +43,6 @@ def gear_numbers(joint: Planetary) -> GearNumbers:
 
     An inertia not given is the equivalent mass times radius squared; the radius of a carrier's is
     both base radii together.
-
-    Args:
-        joint: A geared joint of an arm.
-
-    Returns:
-        Radii [m] and inertias [kg m^2].
     """
     tooth = joint.module_m * cos(radians(joint.pressure_angle_deg)) / 2
     radii = tooth * joint.sun_teeth, tooth * joint.planet_teeth, tooth * joint.ring_teeth
@@ -68,14 +56,7 @@ def gear_numbers(joint: Planetary) -> GearNumbers:
 
 
 def link_mass(link: Link) -> tuple[float, float]:
-    """Mass and inertia of a link, which is a body or a uniform rod.
-
-    Args:
-        link: A link of an arm.
-
-    Returns:
-        Mass [kg], and inertia about the centre of mass [kg m^2].
-    """
+    """Mass [kg], and inertia [kg m^2] about its centre of mass, of a body or a uniform rod."""
     if link.mass_kg is not None:
         return link.mass_kg, link.inertia_kg_m2 or 0.0
     mass = (link.density_kg_per_m3 or 0.0) * (link.cross_section_m2 or 0.0) * link.length_m
@@ -83,12 +64,7 @@ def link_mass(link: Link) -> tuple[float, float]:
 
 
 class Motors:
-    """The drives of an arm, where the motors are.
-
-    Args:
-        arm: The arm.
-        scenario: The experiment, which has the law of the drive.
-    """
+    """The drives of an arm, where the motors are, by the law of an experiment."""
 
     def __init__(self, arm: Arm, scenario: Scenario) -> None:
         from crosscheck.models.experiment.drive import (  # a quarter of a second for numba
@@ -104,17 +80,10 @@ class Motors:
         ]
 
     def torques(self, t: float, theta: np.ndarray, theta_rate: np.ndarray) -> np.ndarray:
-        """Torques by the previous link on what every motor turns.
+        """Torques (joints,) [N m] by the previous link on what every motor turns.
 
-        That is the sun, or the link of a joint without gears.
-
-        Args:
-            t: Time [s].
-            theta: Joint angles (joints,) [rad], relative to the previous link.
-            theta_rate: Their rates (joints,) [rad/s].
-
-        Returns:
-            Torques, shape (joints,) [N m].
+        That is the sun, or the link of a joint without gears. At time t [s], by joint angles and
+        their rates (joints,) [rad], [rad/s], relative to the previous link.
         """
         law, gains, times, torques = self._law
         joints = zip(gains, torques, theta, theta_rate, self._ratios, strict=True)
@@ -178,15 +147,10 @@ def stiffness_curve(law: stiffness_laws.StiffnessLaw) -> Waves | Table:
 
 
 class Motion(NamedTuple):
-    """What a contact must know: how far its teeth have come together, and its joint's angle.
+    """What a contact must know: time [s], how far its teeth have come together, its joint's angle.
 
-    Args:
-        time: Time [s].
-        approach: How far the teeth have come together [m], positive where the central gear pushes
-            the planet ahead.
-        approach_rate: Its rate [m/s].
-        theta: Angle of the joint relative to the previous link [rad].
-        theta_rate: Its rate [rad/s].
+    approach [m] is positive where the central gear pushes the planet ahead, theta [rad] relative to
+    the previous link; with their rates.
     """
 
     time: float
@@ -227,44 +191,21 @@ class ToothContact:
         return layout.displacement("x_sp" if self.with_sun else "x_pr", self.joint, self.planet)
 
     def motion(self, t: float, q: np.ndarray, v: np.ndarray, layout: Layout) -> Motion:
-        """Motion of the contact in a state of an arm.
-
-        Args:
-            t: Time [s].
-            q: Coordinates (n,) of the layout: joint angles [rad], mesh displacements [m].
-            v: Their rates (n,).
-            layout: The coordinates of the arm.
-
-        Returns:
-            The motion.
-        """
+        """Motion of the contact at time t [s], by coordinates of a layout and their rates (n,)."""
         row, theta = self.displacement(layout), layout.at("theta", self.joint)
         return Motion(t, float(row @ q), float(row @ v), float(q[theta]), float(v[theta]))
 
     def force(self, motion: Motion) -> float:
-        """Force k f(x - e) + d x' of the contact, Eq. 15.
-
-        Args:
-            motion: Motion of the contact.
-
-        Returns:
-            The force [N], positive where the planet is pushed ahead.
-        """
+        """Force k f(x - e) + d x' [N] of Eq. 15, positive where the planet is pushed ahead."""
         phase, gap = self._teeth(motion)
         stiffness, _ = self.stiffness(phase)
         damped = self.laws.damping == "always" or abs(gap) > self.mesh.backlash_m
         return stiffness * self._reach(gap) + damped * self.damping * motion.approach_rate
 
     def torque(self, motion: Motion) -> float:
-        """Torque of the spring on its joint besides the force: -dV/dtheta at the same x.
+        """Torque [N m] of the spring on its joint besides the force: -dV/dtheta at the same x.
 
         V = k f^2 / 2; zero unless the switch mesh_work says that it does work on the angle.
-
-        Args:
-            motion: Motion of the contact.
-
-        Returns:
-            The torque [N m].
         """
         if self.laws.mesh_work == "paper":
             return 0.0
@@ -292,15 +233,7 @@ class ToothContact:
 
 
 def tooth_contacts(arm: Arm, laws: Switches) -> Iterator[ToothContact]:
-    """All tooth contacts of an arm: joint by joint, planet by planet, the sun's and the ring's.
-
-    Args:
-        arm: The arm.
-        laws: Switches, which choose the laws of the contacts.
-
-    Yields:
-        Contacts of one planet with its sun or its ring, with a force [N] for each motion.
-    """
+    """All tooth contacts of an arm: joint by joint, planet by planet, the sun's and the ring's."""
     for number, joint in enumerate(arm.joints):
         if isinstance(joint, Planetary):
             for planet in range(joint.planet_count):

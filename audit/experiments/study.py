@@ -19,7 +19,7 @@ from crosscheck.models.errors import Diverged, InputError, Unfinished
 from crosscheck.provenance import find_version
 from crosscheck.registry import MODELS
 from crosscheck.runner.outcomes import Failure
-from crosscheck.runner.progress_update import CountCallback
+from crosscheck.runner.progress_update import ProgressCallback, ignore_progress
 from crosscheck.runner.sources import compute_code_hash
 from crosscheck.runner.store import Store
 from crosscheck.runner.workers import Workers
@@ -85,7 +85,7 @@ class Study:
 
     folder: Path
     jobs: int = 1
-    progress: CountCallback = lambda what, done, total: None
+    progress: ProgressCallback = ignore_progress
     computed_count: int = field(default=0, init=False)
     cached_count: int = field(default=0, init=False)
 
@@ -109,7 +109,7 @@ class Study:
         tasks = [QuestionTask(k, q) for k, q in question_by_key.items() if k not in answers]
         errors = list[Exception]()
         with Workers(min(self.jobs, len(tasks))) as workers:
-            for key, result in workers.stream_longest_first(tasks, lambda key: None):
+            for key, result in workers.stream_longest_first(tasks):
                 question = question_by_key[key]
                 if isinstance(result, Failure):
                     errors.append(Unfinished(f"{label}: {type(question).__name__}: {result}"))

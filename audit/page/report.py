@@ -28,7 +28,7 @@ from crosscheck.provenance import record_provenance
 from crosscheck.report import rendering
 from crosscheck.report.plots.figures import fix_links
 from crosscheck.report.records import format_json
-from crosscheck.runner.progress import progress_bar
+from crosscheck.runner.progress import show_progress
 
 SCHEMA_VERSION = 5
 PAGE, CLAIMS, ERRATA = "paper.html", "claims.json", "errata.html"
@@ -111,7 +111,7 @@ def run_paper_command(figures: list[int], out: Path, jobs: int, first_seed: int 
     scale = replace(FULL, first_seed=first_seed)
     files = {PAGE: PAPER_PAGE} if figures else FILES
     require_files(*((out / name, kind) for name, kind in files.items()))
-    with progress_bar() as progress:
+    with show_progress("reproducing the paper") as progress:
         study = Study(cache_folder(), jobs, progress)
         if figures:
             made = write_figures(study, figures, out, scale)

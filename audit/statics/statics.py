@@ -19,8 +19,7 @@ from crosscheck.audit.statics.teeth import (
     compute_gearing,
     virtual_work,
 )
-from crosscheck.checks.first_principles.weights import joint_mass, link_mass
-from crosscheck.models.arm.arm import Arm, FreeArm, FreeBase
+from crosscheck.models.arm.arm import Arm, FreeArm, FreeBase, joint_mass
 from crosscheck.models.experiment.scenario import (
     ConstantDrive,
     Scenario,
@@ -106,7 +105,7 @@ def gravity_gradient(arm: Arm) -> float:
     inner, outer = arm.links
     elbow, tip = inner.length_m, inner.length_m + outer.length_m
     places = [inner.com_m, elbow + outer.com_m, elbow, tip]
-    masses = [*map(link_mass, arm.links), joint_mass(arm.joints[1]), arm.payload_mass_kg]
+    masses = [*(link.mass for link in arm.links), joint_mass(arm.joints[1]), arm.payload_mass_kg]
     inertia = float(np.dot(masses, np.square(places)))
     return 1.5 * EARTH / ORBIT_M**3 * inertia
 

@@ -27,14 +27,6 @@ SHORT = 10
 LARGEST_BYTES = 20_000_000
 
 
-class InvalidRecord(ValueError):
-    """An error for what a record must not hold: dotted field, value, allowed."""
-
-    def __init__(self, field: str, value: object, allowed: str) -> None:
-        self.field, self.value, self.allowed = field, value, allowed
-        super().__init__(allowed)
-
-
 def baseline_path(folder: Path, request: CrossCheckRequest) -> Path:
     """Path of an arm's baseline, such as paper-labelled-quick.json.
 
@@ -69,13 +61,15 @@ def read_baseline(path: Path, request: CrossCheckRequest, renew: str) -> Baselin
     renew: the command that makes it anew, for the message. Raises InputError.
     """
     try:
-        data = _parse_json(_read_bytes(path))
+        content = _read_bytes(path)
+    except FileNotFoundError:
+        raise InputError(str(path), "", None, f"no such file; make it: {renew}") from None
+    try:
+        data = _parse_json(content)
         _require_version(data)
         baseline = _validate(data)
         _require_same_plan(baseline.provenance, request)
-    except FileNotFoundError:
-        raise InputError(str(path), "", None, f"no such file; make it: {renew}") from None
-    except InvalidRecord as error:
+    except InputError as error:
         allowed = f"{error.allowed}; renew it: {renew}"
         raise InputError(str(path), error.field, error.value, allowed) from None
     return baseline
@@ -87,8 +81,12 @@ def require_replaceable(path: Path, request_name: str) -> None:
     A damaged record that names none may be replaced: that is how it is renewed.
     """
     try:
-        name: Any = _parse_json(_read_bytes(path, remembered=False)).get("provenance")
-    except (FileNotFoundError, InvalidRecord):
+        content = _read_bytes(path, remembered=False)
+    except FileNotFoundError:
+        return
+    try:
+        name: Any = _parse_json(content).get("provenance")
+    except InputError:
         return
     if isinstance(name, dict):
         name = name.get("arm") or name.get("robot")
@@ -123,15 +121,15 @@ def _read_bytes(path: Path, remembered: bool = True) -> bytes:
 
 
 def _parse_json(content: bytes) -> dict[str, Any]:
-    """The JSON object that a record's content is. Raises InvalidRecord."""
+    """The JSON object that a record's content is. Raises InputError without the file."""
     try:
         data = json.loads(content.decode("utf-8"), object_pairs_hook=_reject_duplicates)
-    except InvalidRecord:
+    except InputError:
         raise
     except (ValueError, RecursionError) as error:  # not UTF-8, truncated, garbled, bottomless
-        raise InvalidRecord("", None, f"is not JSON: {error}") from None
+        raise InputError("", "", None, f"is not JSON: {error}") from None
     if not isinstance(data, dict):
-        raise InvalidRecord("", data, "must be a JSON object")
+        raise InputError("", "", data, "must be a JSON object")
     return data
 
 
@@ -139,7 +137,7 @@ def _reject_duplicates(pairs: list[tuple[str, Any]]) -> dict[str, Any]:
     data: dict[str, Any] = {}
     for key, value in pairs:
         if key in data:
-            raise InvalidRecord(key, value, "is given twice")
+            raise InputError("", key, value, "is given twice")
         data[key] = value
     return data
 
@@ -148,12 +146,12 @@ def _require_version(data: dict[str, Any]) -> None:
     schema, version = data.get("schema_version"), data.get("project_version")
     if type(schema) is not int or schema != SCHEMA_VERSION:
         older = ", this is an older one" if type(schema) is int and schema < SCHEMA_VERSION else ""
-        raise InvalidRecord(
-            "schema_version", schema, f"only format {SCHEMA_VERSION} is read{older}"
+        raise InputError(
+            "", "schema_version", schema, f"only format {SCHEMA_VERSION} is read{older}"
         )
     major = __version__.split(".", 1)[0]
     if not isinstance(version, str) or version.split(".", 1)[0] != major:
-        raise InvalidRecord("project_version", version, f"major version {major} is allowed")
+        raise InputError("", "project_version", version, f"major version {major} is allowed")
 
 
 def _validate(data: dict[str, Any]) -> Baseline:
@@ -164,26 +162,26 @@ def _validate(data: dict[str, Any]) -> Baseline:
     location = [str(part) for part in details["loc"]]
     if details["type"] == "value_error":  # of what belongs together: field|allowed
         field, _, allowed = str(details["ctx"]["error"]).rpartition("|")
-        raise InvalidRecord(".".join([*location, field]), None, allowed)
+        raise InputError("", ".".join([*location, field]), None, allowed)
     if details["type"] == "missing":
-        raise InvalidRecord(".".join(location), None, "is missing; a value is required")
-    raise InvalidRecord(".".join(location), details["input"], details["msg"])
+        raise InputError("", ".".join(location), None, "is missing; a value is required")
+    raise InputError("", ".".join(location), details["input"], details["msg"])
 
 
 def _require_same_plan(provenance: Provenance, request: CrossCheckRequest) -> None:
     mechanism = request.mechanism
     if provenance.quick != request.quick:
         needed = f"{'a --quick' if request.quick else 'a full'} record is needed here"
-        raise InvalidRecord("provenance.quick", provenance.quick, needed)
+        raise InputError("", "provenance.quick", provenance.quick, needed)
     if provenance.model != request.model:
         needed = f"a record of {request.model or 'all models'} is needed here"
-        raise InvalidRecord("provenance.model", provenance.model or None, needed)
+        raise InputError("", "provenance.model", provenance.model or None, needed)
     for field, requested_value, recorded_value in (
         ("scenarios", request.scenarios, provenance.scenarios),
         ("switches", request.chosen, provenance.switches),
     ):
         if requested_value != recorded_value:
-            raise InvalidRecord(f"provenance.{field}", None, f"made with other {field} than these")
+            raise InputError("", f"provenance.{field}", None, f"made with other {field} than these")
     then, now, digest = provenance.content, mechanism.content, mechanism_digest(mechanism)
     if then == now and provenance.arm_sha256 == digest:
         return
@@ -191,7 +189,7 @@ def _require_same_plan(provenance: Provenance, request: CrossCheckRequest) -> No
     moved = next(find_differences(was, is_now), None)
     what = f": {moved[0]} was {moved[1]!r}, is {moved[2]!r}" if moved else ""
     allowed = f"another {mechanism.section} than {now.name}, which has {digest[:12]}{what}"
-    raise InvalidRecord("provenance.arm_sha256", provenance.arm_sha256[:12], allowed)
+    raise InputError("", "provenance.arm_sha256", provenance.arm_sha256[:12], allowed)
 
 
 def _lines(value: Any, indent: int = 0, head: str = "", tail: str = "") -> Iterator[str]:

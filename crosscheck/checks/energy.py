@@ -10,6 +10,7 @@ import numpy as np
 
 from crosscheck.checks import invariants
 from crosscheck.checks.answers import States
+from crosscheck.checks.first_principles import composite
 from crosscheck.checks.first_principles.mesh_energy import (
     POINTS,
     MeshSpring,
@@ -18,7 +19,6 @@ from crosscheck.checks.first_principles.mesh_energy import (
     mesh_springs,
     spring_energy,
 )
-from crosscheck.checks.first_principles.weights import weight_energy
 from crosscheck.checks.sampled import (
     FIRST_PRINCIPLES,
     ExperimentPlan,
@@ -26,7 +26,7 @@ from crosscheck.checks.sampled import (
     find_experiments,
     find_usual,
 )
-from crosscheck.checks.scales import geared_joints, meshes
+from crosscheck.checks.scales import find_parts, geared_joints, meshes
 from crosscheck.checks.states import Setting
 from crosscheck.findings import (
     ComparisonKey,
@@ -178,6 +178,14 @@ def _balance(run: xr.Dataset, case: Case) -> tuple[float, float]:
     total = parts.sum(axis=0)
     turned = np.abs(np.diff(parts, axis=1)).sum()
     return float(np.abs(total - total[0]).max()), float(turned)
+
+
+def weight_energy(arm: Arm, theta: np.ndarray) -> np.ndarray:
+    """Potential energy of all masses in gravity [J], shape (times,), theta (times, joints)."""
+    (content, parts), pull = find_parts(arm), complex(*arm.gravity_m_per_s2)
+    places = composite.find_centres(parts, composite.arm_pose(content, theta))
+    moments = places @ np.array([part.mass for part in parts])
+    return np.asarray(-(np.conj(moments) * pull).real)
 
 
 def _motors_work(arm: Arm, case: Case, theta: np.ndarray, advance: np.ndarray) -> np.ndarray:

@@ -12,9 +12,8 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from crosscheck.checks.answers import ABILITIES
-from crosscheck.checks.first_principles.weights import weight_moments
 from crosscheck.checks.sampled import FIRST_PRINCIPLES, SampledArm, Subjects
-from crosscheck.checks.scales import base_radius, geared_joints
+from crosscheck.checks.scales import base_radius, geared_joints, weight_moments
 from crosscheck.checks.states import Setting
 from crosscheck.findings import Finding, Subject, make_check, make_failed_check, make_share_check
 from crosscheck.models.arm.arm import Arm, Planetary

@@ -8,7 +8,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from crosscheck.checks.first_principles.weights import weight_moments
+from crosscheck.checks.first_principles import composite
 from crosscheck.findings import Finding, Subject, make_check
 from crosscheck.models.arm.arm import Arm, Planetary
 from crosscheck.models.arm.gears import PlanetaryGears
@@ -102,6 +102,18 @@ def largest_torques(arm: Arm, scenario: Scenario) -> np.ndarray:
     else:
         torques = np.abs(drive.torque_N_m).max(axis=1)
     return torques + largest_weights(arm)
+
+
+def find_parts(arm: Arm) -> tuple[composite.Content, list[composite.CompositePart]]:
+    """The fields of an arm, and all its bodies."""
+    content = arm.model_dump()
+    return content, composite.build_parts(content)
+
+
+def weight_moments(arm: Arm, theta: np.ndarray) -> np.ndarray:
+    """Moment of weight [N m] about every joint's axis, (joints,), at relative angles theta."""
+    content, parts = find_parts(arm)
+    return composite.weight(parts, composite.arm_pose(content, theta), content)
 
 
 def largest_weights(arm: Arm) -> np.ndarray:

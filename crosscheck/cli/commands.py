@@ -20,12 +20,13 @@ from crosscheck.baseline.reduction import find_uncompared, find_unrecorded_runs,
 from crosscheck.baseline.regression import compare
 from crosscheck.cli.output import write_requested
 from crosscheck.file_types import AGREEMENT, JUNIT, PAGE, RECORD
+from crosscheck.models.errors import make_printable
 from crosscheck.models.loading import load_selection
 from crosscheck.models.mechanism import select_mechanism
 from crosscheck.output import require_files, write_files
 from crosscheck.planning.plan import CrossCheckRequest, request_cross_check
 from crosscheck.report.answers import format_agreement_json
-from crosscheck.report.formatting import format_count, make_printable
+from crosscheck.report.formatting import format_count
 from crosscheck.report.junit import format_junit
 from crosscheck.report.terminal import (
     print_agreement,

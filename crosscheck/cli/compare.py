@@ -21,12 +21,12 @@ from crosscheck.identification.messages import EXCITATION_FILE
 from crosscheck.identification.output import comparison_json, comparison_page, describe_comparison
 from crosscheck.identification.refinement import Knowledge
 from crosscheck.mechanisms import supply
-from crosscheck.models.errors import InputError
+from crosscheck.models.errors import InputError, make_printable
 from crosscheck.models.mechanism import select_mechanism
 from crosscheck.output import require_files
 from crosscheck.recordings.record import Record, read_record
 from crosscheck.recordings.smoothing import add_drive_torques, check_rates
-from crosscheck.runner.progress import progress_bar
+from crosscheck.runner.progress import show_progress
 
 PAGE = "compare.html"
 DESCRIPTION = ".toml"  # suffix of a description of records
@@ -77,7 +77,7 @@ def compare_command(
                 "has no torques; columns must be torque_1_N_m, ..., or --scenario says whose drive"
             )
             raise InputError(each.where, "", None, reason)
-    with progress_bar() as progress:
+    with show_progress(f"comparing {make_printable(str(record))}") as progress:
         comparison = compare(mechanism, records, transmission, progress, knowledge, tolerances)
     requests: list[FileRequest] = [
         (json_file, lambda: comparison_json(comparison)),

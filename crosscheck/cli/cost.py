@@ -10,9 +10,10 @@ from crosscheck.cost.motion import fit_motion
 from crosscheck.cost.output import cost_json, cost_page, describe_result
 from crosscheck.cost.shortcuts import FULL, QUICK, compute_costs
 from crosscheck.file_types import COST, COST_PAGE
+from crosscheck.models.errors import make_printable
 from crosscheck.output import require_files
 from crosscheck.recordings.record import read_record
-from crosscheck.runner.progress import progress_bar
+from crosscheck.runner.progress import show_progress
 
 PAGE = "cost.html"
 
@@ -35,7 +36,7 @@ def cost_command(
     page = None if out is None else out / PAGE
     require_files((json_file, COST), (page, COST_PAGE))
     along = None if motion is None else fit_motion(read_record(motion, len(robot.coordinates)))
-    with progress_bar() as progress:
+    with show_progress(f"computing costs of {make_printable(name)}") as progress:
         costs = compute_costs(robot, seed, QUICK if quick else FULL, progress, along)
     requests = (json_file, lambda: cost_json(costs)), (page, lambda: cost_page(costs))
     print_and_write(describe_result(costs), *requests)

@@ -5,8 +5,8 @@ from __future__ import annotations
 from collections.abc import Callable, Iterable
 from pathlib import Path
 
+from crosscheck.models.errors import make_printable
 from crosscheck.output import write_files
-from crosscheck.report.formatting import make_printable
 
 FileRequest = tuple[
     Path | None, Callable[[], str]

@@ -17,15 +17,21 @@ from crosscheck.analytic.paper.kinematics import stage_geometry
 from crosscheck.analytic.paper.mesh_frequency import ring_mesh_rate, sun_mesh_rate
 from crosscheck.analytic.paper.mesh_phasing import mesh_phases
 from crosscheck.analytic.paper.stiffness import mean_stiffness, peak_stiffness, stiffness_data
-from crosscheck.checks.first_principles.weights import joint_mass, link_mass
 from crosscheck.checks.scales import largest_weights
 from crosscheck.mechanisms import supply
-from crosscheck.models.arm.arm import Arm, Direct, Link, Planetary, describe_loads
+from crosscheck.models.arm.arm import (
+    Arm,
+    Direct,
+    Link,
+    Planetary,
+    describe_loads,
+    joint_mass,
+)
 from crosscheck.models.arm.mesh import Mesh, PlanetMesh
 from crosscheck.models.arm.planets import find_unlike_fields
 from crosscheck.models.arm.quantities import Data
 from crosscheck.models.arm.stiffness import SineStiffness
-from crosscheck.models.errors import InputError
+from crosscheck.models.errors import InputError, make_printable
 from crosscheck.models.loading import is_the_papers, load_arm, load_scenario
 from crosscheck.models.mechanism import find_section
 from crosscheck.models.robot.file import load_robot, load_urdf, read_robot_file
@@ -34,7 +40,6 @@ from crosscheck.models.robot.robot import Robot
 from crosscheck.models.robot.tree import survey_inertias
 from crosscheck.planning.sizing import Sizes, compute_sizes, make_pd_scenario, make_step_scenario
 from crosscheck.registry import require_usable_numbers
-from crosscheck.report.formatting import make_printable
 from crosscheck.schema import describe_fields
 from crosscheck.trial.input.arm_symbols import SYMBOL_OF_FIELD
 
@@ -263,7 +268,7 @@ def _stage(joint: Planetary) -> Iterator[DerivedQuantity]:
 
 def derived_arm(arm: Arm) -> Iterator[DerivedQuantity]:
     """Masses and weight; modes with all teeth in contact, arm stretched out, not controlled."""
-    masses = *map(link_mass, arm.links), *map(joint_mass, arm.joints), arm.payload_mass_kg
+    masses = *(link.mass for link in arm.links), *map(joint_mass, arm.joints), arm.payload_mass_kg
     yield DerivedQuantity("total mass", sum(masses), "kg")
     for number, moment in enumerate(largest_weights(arm), start=1):
         yield DerivedQuantity(f"joint {number}: largest moment of weight", float(moment), "N m")

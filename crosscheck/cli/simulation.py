@@ -73,7 +73,7 @@ def simulate_command(
     require_file(out, TRAJECTORY, "--out")
     about = escape(f"{model}, {experiment.name}, {experiment.duration_s:g} s")
     with Console(stderr=True).status(about):
-        written = perform_all([request], 1, lambda key: None)[request.key]
+        written = perform_all([request], 1)[request.key]
     if isinstance(written, Failure):
         raise Unfinished(f"{model}: {written}")
     if isinstance(written, Exception):

@@ -13,10 +13,10 @@ from rich.console import Console
 from rich.table import Column, Table
 
 from crosscheck.file_types import PICTURE
+from crosscheck.models.errors import make_printable
 from crosscheck.models.inputs import remember
 from crosscheck.output import require_file, write_files
-from crosscheck.report.formatting import make_printable
-from crosscheck.runner.progress import members_bar
+from crosscheck.runner.progress import show_progress
 from crosscheck.studies.batches.netcdf_file import use_file
 from crosscheck.studies.batches.result_file import CHECKED
 from crosscheck.studies.batches.run import ExecutionSettings, run_study
@@ -31,7 +31,7 @@ def sweep_command(file: Path, out: Path, jobs: int, resume: bool, run_code: bool
     """Run a study into a NetCDF file and print a summary. Raises InputError."""
     study = read_study(file, run_code)
     began = time.monotonic()
-    with members_bar() as progress:
+    with show_progress(f"running {make_printable(str(file))}") as progress:
         ran = run_study(study, out, ExecutionSettings(jobs, resume, progress))
     taken = time.monotonic() - began
     _print_ranges(study, out)

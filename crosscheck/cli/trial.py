@@ -14,7 +14,7 @@ from typing import Any
 from crosscheck.cli.output import print_and_write, write_requested
 from crosscheck.file_types import AGREEMENT, JUNIT, TRIAL, TRIAL_PAGE, FileType
 from crosscheck.mechanisms import supply
-from crosscheck.models.errors import InputError
+from crosscheck.models.errors import InputError, make_printable
 from crosscheck.models.inputs import remember
 from crosscheck.models.loading import Selection
 from crosscheck.models.mechanism import find_section, select_mechanism
@@ -22,7 +22,7 @@ from crosscheck.models.refusals import refuse
 from crosscheck.output import require_files, require_writable, write_files
 from crosscheck.planning.plan import CrossCheckRequest
 from crosscheck.report.answers import format_agreement_json
-from crosscheck.report.formatting import format_count, make_printable
+from crosscheck.report.formatting import format_count
 from crosscheck.report.junit import format_junit
 from crosscheck.report.terminal import print_agreement
 from crosscheck.run import CrossCheck

@@ -5,9 +5,9 @@ from __future__ import annotations
 from pathlib import Path
 
 from crosscheck.file_types import VIEW
+from crosscheck.models.errors import make_printable
 from crosscheck.models.inputs import remember
 from crosscheck.output import require_file, write_files
-from crosscheck.report.formatting import make_printable
 from crosscheck.report.rendering import render_page
 from crosscheck.report.vendor import read_vendored
 from crosscheck.view.scene import build_scene

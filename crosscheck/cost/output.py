@@ -17,6 +17,7 @@ from crosscheck.findings import Finding
 from crosscheck.models.robot.identity import find_identity_joints
 from crosscheck.models.robot.robot import LEVELS, Level, Robot
 from crosscheck.registry import engine_of
+from crosscheck.report.formatting import join_words
 from crosscheck.report.records import format_json, to_json_value
 
 if TYPE_CHECKING:  # drawing libraries are slow to import, and most commands draw nothing
@@ -77,7 +78,7 @@ def _describe_identity(robot: Robot) -> Iterator[str]:
     if not joints:
         return
     rotors = {robot.joints[rotor.joint].name for rotor in robot.rotors}
-    named = "every joint" if len(joints) == len(rotors) else join_names(joints)
+    named = "every joint" if len(joints) == len(rotors) else join_words(joints)
     yield (
         f"These costs assume link parameters from CAD. At {named} the stator is on the link before"
         " the joint, with its axis along the joint's. So links identified with an armature model"
@@ -90,7 +91,7 @@ def _describe_lack(costs: ShortcutCosts) -> Iterator[str]:
     joints = [joint.name for joint in costs.robot.joints if joint.armature]
     yield from _describe_costs(costs, ["links"])
     yield (
-        f"The cost of armature depends on the ratio of {join_names(joints)}, the only number that"
+        f"The cost of armature depends on the ratio of {join_words(joints)}, the only number that"
         " is missing: --ratio gives it, or a robot file."
     )
 
@@ -106,7 +107,7 @@ def _describe_costs(
         worst = [each.joint for each in shares if each.share >= NEARLY_WORST * most]
         torques = f"torque of {worst[0]} is"
         if len(worst) > 1:
-            named = "every joint" if len(worst) == len(shares) else join_names(worst)
+            named = "every joint" if len(worst) == len(shares) else join_words(worst)
             torques = f"torques of {named} are"
         (tip,) = (each for each in costs.tips if each.level == level)
         yield (
@@ -154,7 +155,7 @@ def _describe_digits(costs: ShortcutCosts) -> str:
 
 def _describe_agreement(costs: ShortcutCosts) -> str:
     return (
-        f"{_describe_digits(costs)}: {join_names(_describe_engines(costs))}, on"
+        f"{_describe_digits(costs)}: {join_words(_describe_engines(costs))}, on"
         f" {len(SIZE_WORDS)} quantities, {len(costs.robot.levels)} levels and"
         f" {costs.extent.states} states."
     )
@@ -234,12 +235,6 @@ def describe_direct_joints(costs: ShortcutCosts) -> Iterator[str]:
 def unit_of(costs: ShortcutCosts, joint: str) -> str:
     """The unit of a joint's torque."""
     return costs.units[costs.names.index(joint)]
-
-
-def join_names(names: Sequence[str]) -> str:
-    """Names as a sentence lists them."""
-    *others, last = names
-    return f"{', '.join(others)} and {last}" if others else last
 
 
 def digits_of(difference: float) -> int:

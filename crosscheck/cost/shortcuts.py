@@ -22,7 +22,7 @@ from crosscheck.models.robot.interface import RobotModel
 from crosscheck.models.robot.robot import Level, Robot, Rotor
 from crosscheck.planning.robots import compare_engines
 from crosscheck.registry import build_robot_model, reference_engine
-from crosscheck.runner.progress_update import CountCallback
+from crosscheck.runner.progress_update import ProgressCallback
 
 SHORTCUTS: tuple[Level, ...] = ("links", "armature")
 NEGLIGIBLE = 0.01  # largest negligible cost, over a joint's largest torque
@@ -154,7 +154,7 @@ def compute_costs(
     robot: Robot,
     seed: int,
     extent: SamplingPlan,
-    progress: CountCallback,
+    progress: ProgressCallback,
     given: RobotMotion | None = None,
 ) -> ShortcutCosts:
     """Compute a robot's shortcut costs by the project's derivation, after a check of all engines.

@@ -60,7 +60,7 @@ from crosscheck.models.pinocchio.regressor import LinkRegressor
 from crosscheck.models.robot.robot import Robot, remove_friction
 from crosscheck.recordings.even_signals import space_signals
 from crosscheck.recordings.record import Record
-from crosscheck.runner.progress_update import CountCallback
+from crosscheck.runner.progress_update import ProgressCallback
 
 Side = Literal["motor", "joint", "between"]
 LinkTreatment = Literal["identified", "scaled", "fixed", "none"]
@@ -267,7 +267,7 @@ def compare(
     mechanism: ComparedMechanism,
     records: Sequence[Record],
     transmission: np.ndarray,
-    progress: CountCallback,
+    progress: ProgressCallback,
     knowledge: Knowledge = NOTHING_ELSE,
     tolerances: Mapping[str, float] | None = None,
 ) -> RecordComparison:

@@ -88,7 +88,7 @@ def compare_engines(mechanism: ComparedMechanism, motion: Motion) -> list[Findin
     comparisons = [
         each for level in mechanism.levels for each in plan_level(mechanism, level, motion)
     ]
-    outcomes = perform_all(collect_tasks(comparisons), os.cpu_count() or 1, lambda key: None)
+    outcomes = perform_all(collect_tasks(comparisons), os.cpu_count() or 1)
     return list(judge_comparisons(comparisons, Results(outcomes)))
 
 

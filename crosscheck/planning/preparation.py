@@ -186,7 +186,7 @@ def _run_queries(
 
     Raises Unfinished where a model did not come back.
     """
-    outcomes = workers.perform(list(dict.fromkeys(queries.values())), lambda key: None)
+    outcomes = workers.perform(list(dict.fromkeys(queries.values())))
     answers = []
     for key, task in queries.items():
         outcome: Any = outcomes[task.key]

@@ -91,7 +91,7 @@ def compare_engines(robot: Robot, states: RandomStates) -> list[Finding]:
     comparisons = list(
         engines.plan(Subjects(robots=sample_models(make_cases(robot, states, QUICK_STEPS))))
     )
-    outcomes = perform_all(collect_tasks(comparisons), os.cpu_count() or 1, lambda key: None)
+    outcomes = perform_all(collect_tasks(comparisons), os.cpu_count() or 1)
     return list(judge_comparisons(comparisons, Results(outcomes)))
 
 

@@ -15,7 +15,6 @@ from typing import Any
 import numpy as np
 
 from crosscheck.checks.first_principles.composite import arm_pose, build_parts, inertia
-from crosscheck.checks.first_principles.weights import weight_moments
 from crosscheck.checks.modes import free_modes
 from crosscheck.checks.scales import (
     base_radius,
@@ -23,6 +22,7 @@ from crosscheck.checks.scales import (
     largest_weights,
     meshes,
     stiffness_bound,
+    weight_moments,
 )
 from crosscheck.models.arm.arm import Arm
 from crosscheck.models.arm.planets import usual_switches

@@ -13,7 +13,7 @@ from typing import Any
 import numpy as np
 
 from crosscheck.models.errors import InputError, format_install_command, format_line
-from crosscheck.models.inputs import input_size, read_input
+from crosscheck.models.inputs import convert_read_errors, input_size, read_input
 from crosscheck.recordings.csv_table import LARGEST_FILE, open_table
 from crosscheck.runner.isolated_reading import read_arrays, read_in_subprocess
 
@@ -185,13 +185,9 @@ BagContent = tuple[dict[str, np.ndarray], int]  # columns by name; how many mess
 
 def _read_bag(path: Path, topic: str, joints: tuple[str, ...]) -> BagContent:
     where = str(path)
-    try:
+    with convert_read_errors(where):
         files = [each for each in path.iterdir() if each.is_file()] if path.is_dir() else [path]
         size = sum(map(input_size, files))
-    except OSError as error:
-        raise InputError(where, "", None, f"cannot be read: {error.strerror}") from None
-    except ValueError as error:
-        raise InputError(where, "", None, f"cannot be read: {error}") from None
     if size > LARGEST_FILE:
         raise InputError(where, "", None, f"more than {LARGEST_FILE // 1_000_000} MB")
     content: BagContent = read_in_subprocess(

@@ -81,9 +81,3 @@ def format_length(metres: float) -> str:
 def format_number(value: float | None) -> str:
     """A number with three digits, for reading; empty for None."""
     return "" if value is None else f"{value:.3g}"
-
-
-def make_printable(text: str) -> str:
-    """The text with whatever a terminal would not show written as an escape."""
-    shown = (c if c.isprintable() else c.encode("unicode_escape").decode() for c in text)
-    return "".join(shown)

@@ -6,6 +6,7 @@ from dataclasses import dataclass
 from pathlib import Path
 
 from crosscheck.findings import Agreement, list_first
+from crosscheck.models.errors import make_printable
 from crosscheck.output import write_files
 from crosscheck.report.answers import describe_verdict, find_wrong_entries, format_agreement_json
 from crosscheck.report.formatting import (
@@ -13,7 +14,6 @@ from crosscheck.report.formatting import (
     describe_tally,
     format_count,
     format_percent,
-    make_printable,
 )
 from crosscheck.report.heat_map import make_entry_maps
 from crosscheck.report.rendering import render_page

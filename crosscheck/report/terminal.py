@@ -9,10 +9,11 @@ from rich.table import Table
 from rich.text import Text
 
 from crosscheck.findings import Agreement, Finding
+from crosscheck.models.errors import make_printable
 from crosscheck.models.mechanism import Mechanism
 from crosscheck.report.answers import answer_questions
 from crosscheck.report.finding_groups import describe_by_reason, tolerance_share
-from crosscheck.report.formatting import describe_tally, format_count, format_unit, make_printable
+from crosscheck.report.formatting import describe_tally, format_count, format_unit
 from crosscheck.report.matrix import collect_cells, fold_cells
 
 MOST = 40  # lines; a real change concerns everything at once, and the largest say enough

@@ -3,9 +3,8 @@
 from __future__ import annotations
 
 from crosscheck.models.directories import cache_folder
-from crosscheck.models.errors import InputError
+from crosscheck.models.errors import InputError, make_printable
 from crosscheck.output import convert_os_errors
-from crosscheck.report.formatting import make_printable
 from crosscheck.runner.store import clear, find_entries
 
 

@@ -53,7 +53,7 @@ def read_in_subprocess(
     that a file has ended, in place of how.
     """
     task = _ReadTask(partial(read, *arguments), within_s)
-    (result,) = perform_all([task], 1, lambda key: None).values()
+    (result,) = perform_all([task], 1).values()
     if isinstance(result, Failure):
         reason = dies if dies and result.kind == DIED else result
         raise InputError(where, "", None, f"{fails}: {reason}")

@@ -9,66 +9,17 @@ from contextlib import AbstractContextManager, contextmanager
 from typing import TYPE_CHECKING
 
 from rich.console import Console
-from rich.progress import (
-    BarColumn,
-    MofNCompleteColumn,
-    Progress,
-    ProgressColumn,
-    Task,
-    TextColumn,
-    TimeElapsedColumn,
-    TimeRemainingColumn,
-)
+from rich.progress import BarColumn, MofNCompleteColumn, Progress, ProgressColumn, Task, TextColumn
 from rich.status import Status
 from rich.text import Text
 
 if TYPE_CHECKING:
-    from crosscheck.runner.progress_update import CountCallback, ProgressCallback, ProgressUpdate
+    from crosscheck.runner.progress_update import ProgressCallback
 
 # Where there is no terminal: the first line, unless work asks for an earlier one; how often others
 # follow at most [s].
 QUIET_S, EVERY_S = 20.0, 20.0
 IN_MINUTES_S = 100.0  # longer times are shown in minutes
-
-
-def progress_bar() -> AbstractContextManager[CountCallback]:
-    """A progress bar as a context that gives a callback for the task, the count and the total.
-
-    The bar disappears at the end, and is not drawn where nobody would see it move.
-    """
-    return _bar(TimeElapsedColumn())
-
-
-def members_bar() -> AbstractContextManager[CountCallback]:
-    """A progress bar that also shows how many are done in a second and the time that is left."""
-    return _bar(_Rate(), TimeRemainingColumn(elapsed_when_finished=True))
-
-
-@contextmanager
-def _bar(*more: ProgressColumn) -> Iterator[CountCallback]:
-    columns = (TextColumn("{task.description}", markup=False), BarColumn(), MofNCompleteColumn())
-    console = Console(stderr=True)
-    hidden = not console.is_interactive
-    bar = Progress(*columns, *more, console=console, transient=True, disable=hidden)
-    with bar as progress:
-        task = progress.add_task("starting", total=None)
-        doing = ""
-
-        def update_bar(what: str, done: int, total: int) -> None:
-            nonlocal doing
-            if what != doing and doing:  # another rate
-                progress.reset(task)
-            doing = what
-            progress.update(task, description=what, completed=done, total=total)
-
-        yield update_bar
-
-
-class _Rate(ProgressColumn):
-    """Column of a progress bar: how many are done in a second."""
-
-    def render(self, task: Task) -> Text:
-        return Text(f"{task.speed:,.0f}/s" if task.speed else "")
 
 
 def show_starting_status() -> Status:
@@ -93,11 +44,12 @@ def _live(console: Console) -> Iterator[ProgressCallback]:
     with Progress(*columns, console=console, transient=True) as progress:
         task = progress.add_task("starting", total=None, until=None)
 
-        def update_bar(now: ProgressUpdate) -> None:
-            until = None if now.left_s is None else time.monotonic() + now.left_s
-            total = now.total or None
+        def update_bar(
+            what: str, done: int = 0, total: int = 0, left_s: float | None = None
+        ) -> None:
+            until = None if left_s is None else time.monotonic() + left_s
             progress.update(
-                task, description=now.what, completed=now.done, total=total, until=until
+                task, description=what, completed=done, total=total or None, until=until
             )
 
         yield update_bar
@@ -115,15 +67,14 @@ class _TimeLeft(ProgressColumn):
 def _lines(about: str, quiet_s: float) -> Iterator[ProgressCallback]:
     due = time.monotonic() + quiet_s
 
-    def print_progress(now: ProgressUpdate) -> None:
+    def print_progress(
+        what: str, done: int = 0, total: int = 0, left_s: float | None = None
+    ) -> None:
         nonlocal due
         if time.monotonic() >= due:
-            text = now.what
-            if now.left_s is not None:
-                text = (
-                    f"{now.done} of {now.total} done, {_format_duration(now.left_s)} left, {text}"
-                )
-            print(f"{about}: {text}", file=sys.stderr)
+            left = "" if left_s is None else f"{_format_duration(left_s)} left, "
+            count = f"{done} of {total} done, " if total else ""
+            print(f"{about}: {count}{left}{what}", file=sys.stderr)
             due = time.monotonic() + EVERY_S
 
     yield print_progress

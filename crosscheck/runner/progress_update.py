@@ -3,9 +3,8 @@
 from __future__ import annotations
 
 import time
-from collections.abc import Callable, Sequence
-from dataclasses import dataclass
-from typing import TYPE_CHECKING
+from collections.abc import Sequence
+from typing import TYPE_CHECKING, Protocol
 
 if TYPE_CHECKING:
     from crosscheck.runner.outcomes import Task
@@ -14,21 +13,15 @@ if TYPE_CHECKING:
 BELIEVED_S = 5.0
 
 
-@dataclass(frozen=True)
-class ProgressUpdate:
-    """Progress: what is being done, pieces done, of how many, seconds left (None if unknown)."""
+class ProgressCallback(Protocol):
+    """Hears what is being done, pieces done, of how many, and seconds left (None if unknown)."""
 
-    what: str
-    done: int = 0
-    total: int = 0
-    left_s: float | None = None
+    def __call__(
+        self, what: str, done: int = 0, total: int = 0, left_s: float | None = None, /
+    ) -> None: ...
 
 
-ProgressCallback = Callable[[ProgressUpdate], None]
-CountCallback = Callable[[str, int, int], None]  # what is being done, how much is done, of how much
-
-
-def ignore_progress(now: ProgressUpdate) -> None:
+def ignore_progress(*progress: object) -> None:
     """Tell nobody of the progress."""
 
 

@@ -49,11 +49,11 @@ LEAVING_S = 1.0  # time for an idle worker to exit by itself [s]
 SIGNALS = {signal.SIGINT, signal.SIGTERM}
 
 
-def perform_all(tasks: Sequence[Task], jobs: int, done: Callable[[Any], None]) -> dict[Any, Any]:
-    """All results by key, in the tasks' order; ``done`` is called with each key as it finishes."""
+def perform_all(tasks: Sequence[Task], jobs: int) -> dict[Any, Any]:
+    """All results by key, in the tasks' order."""
     unlike = list({task.key: task for task in tasks}.values())
     with Workers(min(jobs, len(unlike))) as workers:
-        results = workers.perform(unlike, done)
+        results = workers.perform(unlike)
     return {task.key: results[task.key] for task in unlike}
 
 
@@ -128,16 +128,12 @@ class Workers:
         while self.crew:
             self.crew.pop().dismiss()
 
-    def perform(self, tasks: Sequence[Task], done: Callable[[Any], None]) -> dict[Any, Any]:
-        """Results by key; ``done`` is called with each key as its task ends."""
-        results: dict[Any, Any] = {}
-        for key, result in self.stream_longest_first(tasks, lambda key: None):
-            results[key] = result
-            done(key)
-        return results
+    def perform(self, tasks: Sequence[Task]) -> dict[Any, Any]:
+        """Results by key."""
+        return dict(self.stream_longest_first(tasks))
 
     def stream_longest_first(
-        self, tasks: Sequence[Task], on_begin: Callable[[Any], None]
+        self, tasks: Sequence[Task], on_begin: Callable[[Any], None] = lambda key: None
     ) -> Iterator[tuple[Any, Any]]:
         """Each task's key and result as it ends, the longest begun first; see ``stream``."""
         longest_first = sorted(tasks, key=lambda task: task.cost, reverse=True)

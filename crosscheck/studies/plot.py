@@ -14,6 +14,7 @@ from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
 from crosscheck.models.errors import InputError
+from crosscheck.report.formatting import format_unit
 from crosscheck.studies.batches.netcdf_file import StudyResultFile
 from crosscheck.studies.batches.result_file import CHECKED
 from crosscheck.studies.definition.axes import SAMPLE, START
@@ -34,9 +35,9 @@ DPI = 140
 def drawable_names(result: StudyResultFile) -> list[str]:
     """Names of the quantities of a result that can be drawn."""
     return [
-        name
-        for name in result.variables()
-        if name != DIVERGED and not {CHECKED, "time"} & set(result.dims(name))
+        str(name)
+        for name, values in result.content.data_vars.items()
+        if name != DIVERGED and not {CHECKED, "time"} & set(values.dims)
     ]
 
 
@@ -48,11 +49,11 @@ def draw_selected(quantities: list[str], result: StudyResultFile) -> bytes:
             allowed = f"not in {result.path}; there are {', '.join(available_names)}"
             raise InputError("--quantity", "", name, allowed)
     names = list(dict.fromkeys(quantities)) or available_names
-    panels = sum(result.joints(name) for name in names)
+    panels = sum(result.content[name].sizes.get("joint", 1) for name in names)
     if not 0 < panels <= MOST_DRAWN:
         allowed = f"{panels} drawings, 1 to {MOST_DRAWN} are possible; name some by --quantity"
         raise InputError(str(result.path), "", None, allowed)
-    return draw_png(result.dataset(names), names)
+    return draw_png(result.read_variables(names), names)
 
 
 def draw_png(result: xr.Dataset, names: Sequence[str]) -> bytes:
@@ -109,8 +110,8 @@ def _axis_label(values: xr.DataArray) -> str:
 
 def _unit_label(values: xr.DataArray) -> str:
     """The unit as people write it, all that an axis needs whose title is the quantity."""
-    unit = values.attrs.get("units", "").replace(" s-1", "/s").replace(" s-2", "/s²")
-    return "" if unit in ("", "1") else _cut(f"[{unit}]")
+    unit = format_unit(values.attrs.get("units", ""))
+    return _cut(f"[{unit}]") if unit else ""
 
 
 def _cut(text: str) -> str:

@@ -69,8 +69,8 @@ class TrajectoryFile(NetcdfFile):
         names = [name for name in drawn if name in self.file]
         for name in names:
             dims = ("time", "joint", "planet")[: drawn[name]]
-            self._require(self.dims(name) == dims, f"{name} is not over {', '.join(dims)}")
-        data, mechanism, laws = self.dataset(names), self._read_mechanism(), switches()
+            self._require(self.content[name].dims == dims, f"{name} is not over {', '.join(dims)}")
+        data, mechanism, laws = self.read_variables(names), self._read_mechanism(), switches()
         time, signals = self._even_times(data["time"].values), {n: data[n].values for n in names}
         joints = len(mechanism.joints)
         self._require(

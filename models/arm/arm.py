@@ -348,7 +348,7 @@ def _load_inertia(arm: Arm, place: int) -> float:
     for number in range(place, len(arm.links)):
         if number > place:
             joint = arm.joints[number]
-            total += _joint_mass(joint) * reach**2 + _joint_inertia(joint)
+            total += joint_mass(joint) * reach**2 + _joint_inertia(joint)
         reach += arm.links[number].length_m
         total += arm.links[number].mass * reach**2
     return total + arm.payload_mass_kg * reach**2
@@ -370,7 +370,8 @@ def _joint_inertia(joint: Planetary | Direct) -> float:
     return gears * _carrier_radius(joint) ** 2 + joint.ring_inertia_kg_m2
 
 
-def _joint_mass(joint: Planetary | Direct) -> float:
+def joint_mass(joint: Planetary | Direct) -> float:
+    """Mass of all that is centred on a joint's axis [kg]."""
     if isinstance(joint, Direct):
         return joint.motor_mass_kg
     planets = joint.planet_count * joint.planet_mass_kg

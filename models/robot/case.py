@@ -9,7 +9,6 @@ from crosscheck.models.experiment.scenario import Scenario
 from crosscheck.models.files import read_raw_scenario
 from crosscheck.models.loading import Selection, apply_setting, require_fit, validate_record
 from crosscheck.models.robot.file import fill_masses, read_robot_file, read_source
-from crosscheck.models.robot.robot import Robot
 
 
 def read_robot_data(name: str) -> dict[str, Any]:
@@ -45,9 +44,3 @@ def select_robot(
             experiments.append(validate_record(Scenario, data["scenario"], scenario))
             require_fit(experiments[-1], robot, scenario)
     return Selection(robot, tuple(experiments))
-
-
-def load_changed_robot(name: str, settings: Sequence[str]) -> Robot:
-    """A robot by name or file, settings of ``robot`` applied. Raises InputError."""
-    robot: Robot = select_robot(name, settings=settings).mechanism
-    return robot

@@ -27,7 +27,7 @@ from crosscheck.models.files import (
     read_raw_arm,
     read_raw_robot,
 )
-from crosscheck.models.inputs import read_input
+from crosscheck.models.inputs import convert_read_errors, read_content
 from crosscheck.models.loading import validate_record
 from crosscheck.models.robot import robot
 from crosscheck.models.robot.robot import BASE, Joint, LinkFrame, Robot
@@ -378,10 +378,8 @@ def _write_free_arm(path: Path, content: dict[str, Any]) -> RobotText:
 
 def _read_xml(path: Path) -> str:
     """The text of a file that is not empty. Raises InputError."""
-    try:
-        text = read_input(path, LARGEST_FILE).decode("utf-8-sig")
-    except UnicodeDecodeError:
-        raise InputError(str(path), "", None, "cannot be read: not UTF-8 text") from None
+    with convert_read_errors(str(path)):
+        text = read_content(path, LARGEST_FILE).decode("utf-8-sig")
     if not text.strip():
         raise InputError(str(path), "", None, "is empty; a URDF is expected")
     return text

@@ -167,7 +167,7 @@ def test_a_worker_that_died_is_one_clear_error(study, monkeypatch):
     monkeypatch.setattr(
         study_module.Workers,
         "stream_longest_first",
-        lambda workers, tasks, on_begin: [(task.key, ended) for task in tasks],
+        lambda workers, tasks: [(task.key, ended) for task in tasks],
     )
     with pytest.raises(Unfinished, match=r"^runs: CoursesQuestion: Died: ended by SIGKILL$"):
         simulate_courses(study, [SHORT], "runs")

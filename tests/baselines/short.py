@@ -49,7 +49,7 @@ def short_check(arm: Arm, only: RunKey | None = None) -> CrossCheck:
     scenario = load_scenario("pd").model_copy(update={"duration_s": DURATION_S})
     experiment = Experiment("pd", Case(arm, scenario, switches()))
     planned = [c for c in plan_experiment_comparisons(experiment) if _is_wanted(c, only)]
-    results = Results(perform_all(collect_tasks(planned), 1, lambda key: None))
+    results = Results(perform_all(collect_tasks(planned), 1))
     findings = list(judge_comparisons(planned, results))
     agreement = Agreement(findings, record_provenance(arm, 0, True))
     return CrossCheck(quick(arm), agreement, cases_by_run(planned), runs_by_key(results))

@@ -23,16 +23,12 @@ from crosscheck.baseline.reduction import (
 from crosscheck.baseline.regression import describe_changes
 from crosscheck.findings import Agreement, ComparisonKey, Subject, make_check
 from crosscheck.models.arm.arm import Arm
+from crosscheck.models.errors import make_printable
 from crosscheck.models.inputs import forget
 from crosscheck.models.loading import load_arm
 from crosscheck.provenance import mechanism_digest
 from crosscheck.registry import MODELS, register
-from crosscheck.report.formatting import (
-    describe_outcome,
-    describe_tally,
-    format_count,
-    make_printable,
-)
+from crosscheck.report.formatting import describe_outcome, describe_tally, format_count
 from crosscheck.runner.outcomes import Failure
 from crosscheck.runner.tasks import RunKey
 from tests.baselines.short import (

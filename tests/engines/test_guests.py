@@ -4,7 +4,6 @@ import numpy as np
 import pytest
 
 from crosscheck.checks.answers import sample_states
-from crosscheck.checks.first_principles.weights import link_mass as weighed
 from crosscheck.models.arm.arm import Arm, Planetary
 from crosscheck.models.arm.planets import usual_switches
 from crosscheck.models.experiment.scenario import Switches
@@ -74,7 +73,7 @@ def test_contacts_of_any_mesh(name, arm_name, work):
 def test_numbers_of_bodies(arm_name):
     arm = load_arm(arm_name)
     for link in require_items(arm.links):
-        assert link_mass(link)[0] == pytest.approx(weighed(link), rel=1e-15)
+        assert link_mass(link)[0] == pytest.approx(link.mass, rel=1e-15)
     for joint in require_items(j for j in arm.joints if isinstance(j, Planetary)):
         numbers = gear_numbers(joint)
         assert numbers[:3] == pytest.approx(base_radii(joint), rel=1e-15)

@@ -284,7 +284,7 @@ class Campaign:
         with Workers(2) as workers:
             self.comparisons = plan_comparisons(wanted, prepare_experiments(wanted, workers))
             self.tasks = collect_tasks(self.comparisons)
-            self.outcomes = workers.perform(self.tasks, lambda key: None)
+            self.outcomes = workers.perform(self.tasks)
         findings = judge_comparisons(self.comparisons, Results(self.outcomes))
         self.disagreeing = [f for f in findings if f.kind == "check" and f.verdict != "agree"]
 

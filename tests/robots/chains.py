@@ -1,7 +1,7 @@
 """Robots for tests: URDFs put together from numbers, and random chains with rotors."""
 
 import random
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Mapping, Sequence
 from typing import Any, NamedTuple
 
 import numpy as np
@@ -33,7 +33,7 @@ def robot(text: str, joints: Mapping[str, Any] | None = None, **fields: Any) -> 
     return build_robot(file, text, "tested.toml", "tested.urdf")
 
 
-def perform_here(tasks: Sequence[Task], jobs: int, done: Callable[[Any], None]) -> dict[Any, Any]:
+def perform_here(tasks: Sequence[Task], jobs: int) -> dict[Any, Any]:
     """The results of tasks as ``perform_all`` has them, in this process, which so keeps answers."""
     return {task.key: task.perform() for task in tasks}
 

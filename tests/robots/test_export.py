@@ -6,7 +6,7 @@ from zipfile import ZipFile
 import numpy as np
 import pytest
 
-from crosscheck.models.robot.case import load_changed_robot
+from crosscheck.models.mechanism import select_mechanism
 from crosscheck.provenance import ROOT
 from crosscheck.registry import build_robot_model
 from tests.robots.traced import random_state
@@ -31,7 +31,7 @@ def test_compiled_it_says_what_kanes_method_says(
     out, changes = tmp_path / "robot.c", [word for each in settings for word in ("--set", each)]
     answer = crosscheck("export", name, "--model", f"analytic:{level}", "--out", out, *changes)
     assert (answer.code, answer.err) == (0, "")
-    robot = load_changed_robot(name, settings)
+    robot = select_mechanism(name, (), settings).mechanism
     kane, call = build_robot_model("analytic", robot, level), compiled(out, prefix)
     q, v, torques = random_state(robot, level, 6, states=5)
     expected, mass = kane.forward_dynamics(q, v, torques), kane.mass_matrix(q)

@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from crosscheck.checks.robot_states import sample_states
-from crosscheck.models.robot.case import load_changed_robot
+from crosscheck.models.mechanism import select_mechanism
 from crosscheck.models.robot.robot import Robot
 from crosscheck.planning.robots import compare_engines
 from crosscheck.registry import build_robot_model
@@ -170,5 +170,7 @@ def test_a_mass_can_be_set_where_another_is_too_small_to_state(tmp_path):
         *(joint("turn", "ground", "arm"), joint("f", "arm", "t", "fixed")),
     )
     (tmp_path / "mine.urdf").write_text(text)
-    changed = load_changed_robot(str(tmp_path / "mine.urdf"), ["robot.links.arm.mass_kg=2.0"])
+    changed = select_mechanism(
+        str(tmp_path / "mine.urdf"), (), ["robot.links.arm.mass_kg=2.0"]
+    ).mechanism
     assert changed.bodies[0].mass == pytest.approx(2.0)

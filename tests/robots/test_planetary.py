@@ -16,7 +16,7 @@ from crosscheck.cost.shortcuts import QUICK, compute_costs
 from crosscheck.models.errors import InputError
 from crosscheck.models.experiment.scenario import ConstantDrive, Start, switches
 from crosscheck.models.loading import load_arm, make_rest_scenario, require_fit
-from crosscheck.models.robot.case import load_changed_robot
+from crosscheck.models.mechanism import select_mechanism
 from crosscheck.models.robot.file import load_robot
 from crosscheck.models.robot.interface import RobotModel
 from crosscheck.models.robot.robot import RIGID, Robot
@@ -142,7 +142,7 @@ def test_a_stage_with_its_carrier_held_swings_as_two_masses_on_two_springs(engin
 @pytest.mark.parametrize("engine", chains.ENGINES)
 def test_planets_that_move_by_themselves_swing_against_each_other_too(engine):
     """Beside the two swings of all, N - 1 with the sun at rest: a planet on 2 k, 2770.6 Hz."""
-    own = load_changed_robot(PAPER, ['robot.joints.shoulder.planets="free"'])
+    own = select_mechanism(PAPER, (), ['robot.joints.shoulder.planets="free"']).mechanism
     model = build_robot_model(engine, own, "geared")
     at, still = np.array([[0.0, 0, 1.6e-4, 8e-5, 8e-5, 8e-5, 8e-5, 8e-5]]), np.zeros((1, 8))
     parts = slice(2, 6)  # x_s and x_pr of each planet

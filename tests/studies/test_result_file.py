@@ -16,7 +16,7 @@ from crosscheck.cli.environment import require_memory
 from crosscheck.models.errors import InputError, Unfinished
 from crosscheck.output import draft
 from crosscheck.runner.outcomes import Failure
-from crosscheck.studies.batches import batches, schedule
+from crosscheck.studies.batches import batches
 from crosscheck.studies.batches.result_file import PAGE, ResultFile, _Sparse
 from crosscheck.studies.measures.columns import Column, list_columns
 from tests.processes import command_line, in_child, limit_files, warm_command_line
@@ -148,12 +148,12 @@ class Answers:
             yield task.key, self.answers[task.key].pop(0)
 
 
-DIED = Failure(schedule.DIED, "SIGKILL")
+DIED = Failure(batches.DIED, "SIGKILL")
 
 
 def run_locally(workers: Answers) -> dict[str, Any]:
-    tasks = [schedule.FunctionTask(key, len, ()) for key in list(workers.answers)]
-    return {task.key: found for task, found in schedule.perform_tasks(workers, tasks)}
+    tasks = [batches.FunctionTask(key, len, ()) for key in list(workers.answers)]
+    return {task.key: found for task, found in batches.perform_tasks(workers, tasks)}
 
 
 def test_a_batch_whose_worker_dies_is_tried_three_times_before_what_follows():
@@ -166,7 +166,7 @@ def test_a_batch_whose_worker_dies_is_tried_three_times_before_what_follows():
     with pytest.raises(Unfinished, match="no end: TooSlow: stopped; --resume goes on"):
         run_locally(Answers(a=[slow]))
     with pytest.raises(ZeroDivisionError):
-        run_locally(Answers(a=[schedule._TaskError(ZeroDivisionError())]))
+        run_locally(Answers(a=[batches._TaskError(ZeroDivisionError())]))
 
 
 def test_spot_checks_are_in_the_middle_of_equal_parts():

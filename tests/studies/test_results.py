@@ -199,7 +199,8 @@ def test_forty_words_stand_along_an_axis_and_forty_drawings_above_each_other(
     words.dtype = words.values.dtype
     plot._mark(words, pytest.fail, lambda places, texts: ticks.extend(texts))
     assert len(ticks) == shown
-    result: Any = SimpleNamespace(path="r.nc", joints=lambda name: count, dataset=lambda names: 0)
+    content = {"all": SimpleNamespace(sizes={"joint": count})}
+    result: Any = SimpleNamespace(path="r.nc", content=content, read_variables=lambda names: 0)
     monkeypatch.setattr(plot, "drawable_names", lambda result: ["all"])
     monkeypatch.setattr(plot, "draw_png", lambda result, names: b"drawn")
     with nullcontext() if count == 40 else pytest.raises(InputError, match="41 drawings, 1 to 40"):

@@ -113,7 +113,7 @@ def test_a_model_made_in_memory_takes_part_for_a_while():
         assert "pytest" in registry.packages()
         versions = record_provenance(ARM, 0, False, packages=registry.packages()).versions
         assert versions["pytest"] == pytest.__version__
-        found = perform_all([task, whole], 2, lambda key: None)
+        found = perform_all([task, whole], 2)
         np.testing.assert_array_equal(found[task], 2 * found[whole])
     assert "mine:twice" not in registry.MODELS
     assert not registry.is_plugin("mine:twice")

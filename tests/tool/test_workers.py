@@ -155,11 +155,9 @@ def test_a_task_that_breaks_its_process_costs_itself_alone(work, kind, message, 
         Job("bad", work, 0.5),
         *(Job(f"after {n}", good) for n in range(4)),
     ]
-    told: list[str] = []
-    results = perform_all(tasks, jobs, told.append)
+    results = perform_all(tasks, jobs)
     bad = results.pop("bad")
     assert set(results.values()) == {"done"}
-    assert sorted(told) == sorted(task.key for task in tasks)
     assert isinstance(bad, Failure)
     assert kind in bad.kind
     assert message in str(bad)
@@ -175,7 +173,7 @@ def impatient(monkeypatch: pytest.MonkeyPatch) -> None:
 @pytest.mark.parametrize("work", [busy, busy_in_a_child])
 @pytest.mark.usefixtures("impatient")
 def test_a_task_that_computes_without_end_is_ended(work):
-    results = perform_all([Job("good", good), Job("slow", work)], 2, lambda key: None)
+    results = perform_all([Job("good", good), Job("slow", work)], 2)
     assert results["good"] == "done"
     assert results["slow"].unfinished
     assert results["slow"].kind == "TooSlow"
@@ -187,7 +185,7 @@ def test_a_task_that_forks_without_end_is_ended_with_its_forks(monkeypatch):
     """Twenty forks, each going on in both branches, would be a million processes."""
     monkeypatch.setattr(process_tree, "MOST_DESCENDANTS", 8)
     others = psutil.Process().children(recursive=True)
-    results = perform_all([Job("good", good), Job("many", multiplying)], 1, lambda key: None)
+    results = perform_all([Job("good", good), Job("many", multiplying)], 1)
     assert results["good"] == "done"
     assert results["many"].unfinished
     assert "processes of its own; at most 8 may run at once" in results["many"].message
@@ -197,7 +195,7 @@ def test_a_task_that_forks_without_end_is_ended_with_its_forks(monkeypatch):
 
 
 def test_a_task_that_forks_and_goes_on_in_both_branches_ends_once():
-    assert perform_all([Job("two", forking), Job("b", good)], 1, lambda key: None) == {
+    assert perform_all([Job("two", forking), Job("b", good)], 1) == {
         "two": "done",
         "b": "done",
     }
@@ -206,7 +204,7 @@ def test_a_task_that_forks_and_goes_on_in_both_branches_ends_once():
 @pytest.mark.usefixtures("impatient")
 def test_a_task_that_waits_for_nothing_is_ended(monkeypatch):
     monkeypatch.setattr(cpu_limit, "IDLE_S", 0.3)
-    results = perform_all([Job("good", good), Job("slow", deaf_and_endless)], 2, lambda key: None)
+    results = perform_all([Job("good", good), Job("slow", deaf_and_endless)], 2)
     assert results["good"] == "done"
     assert results["slow"].unfinished
     assert "s without any processor time" in results["slow"].message
@@ -214,13 +212,13 @@ def test_a_task_that_waits_for_nothing_is_ended(monkeypatch):
 
 @pytest.mark.usefixtures("impatient")
 def test_time_in_which_a_task_had_no_processor_does_not_count():
-    assert perform_all([Job("stopped", stopped)], 1, lambda key: None) == {"stopped": "done"}
+    assert perform_all([Job("stopped", stopped)], 1) == {"stopped": "done"}
 
 
 @pytest.mark.parametrize("work", [sleeping_child, child_in_its_own_session, orphan])
 def test_what_a_task_has_started_ends_with_its_worker(work, tmp_path):
     with Workers(1) as crew:
-        (number,) = crew.perform([Job("parent", work)], lambda key: None).values()
+        (number,) = crew.perform([Job("parent", work)]).values()
         assert _runs(number)
     assert not _runs(number)
 
@@ -239,7 +237,7 @@ def test_a_limit_of_the_users_own_is_not_exceeded(stricter):
 
 
 def test_what_a_task_says_is_not_the_programs_word(capfd):
-    assert perform_all([Job("talk", talking)], 1, lambda key: None) == {"talk": "done"}
+    assert perform_all([Job("talk", talking)], 1) == {"talk": "done"}
     assert capfd.readouterr() == ("", "")
 
 
@@ -248,7 +246,7 @@ def test_others_join_a_worker_that_is_long_at_work(monkeypatch, work, wait_s, co
     monkeypatch.setattr(workers, "WAITED_S", 0.0)
     with Workers(2) as crew:
         crew.looks = time.monotonic() + wait_s
-        crew.perform([Job(str(number), work) for number in range(9)], lambda key: None)
+        crew.perform([Job(str(number), work) for number in range(9)])
         assert len(crew.crew) == count
 
 
@@ -256,14 +254,14 @@ def test_others_join_a_worker_that_is_long_at_work(monkeypatch, work, wait_s, co
 def test_processes_are_found_with_and_without_the_systems_lists(monkeypatch, lists_children):
     monkeypatch.setattr(process_tree, "LISTS_CHILDREN", lists_children)
     with Workers(1) as crew:
-        crew.perform([Job("a", good)], lambda key: None)
+        crew.perform([Job("a", good)])
         assert crew.crew[0].number in process_tree.measure_processor_times()
 
 
 def test_no_process_is_left_behind():
     with Workers(2) as crew:
         crew.most = 2
-        crew.perform([Job("a", good), Job("b", good)], lambda key: None)
+        crew.perform([Job("a", good), Job("b", good)])
         alive = [worker.process for worker in crew.crew]
         assert len(alive) == 2
     assert not any(process.is_alive() for process in alive)
@@ -318,7 +316,7 @@ def test_coverage_sees_what_workers_run(tmp_path, monkeypatch):
         "    cost = 0.0\n"
         "    def perform(self):\n"
         "        return self.key\n"
-        "perform_all([Job('a'), Job('b')], 2, lambda key: None)\n"
+        "perform_all([Job('a'), Job('b')], 2)\n"
     )
     Path("settings").write_text(
         "[run]\nparallel = true\nconcurrency = multiprocessing, thread\npatch = fork, _exit\n"

@@ -138,8 +138,12 @@ def _levers(parts: Sequence[CompositePart], pose: Pose) -> np.ndarray:
 
     Shape (..., parts, joints).
     """
-    links = np.array([part.link for part in parts])
-    along = np.array([part.along for part in parts])
-    places = pose.axes[..., links] + along * pose.directions[..., links]
-    carries = np.arange(pose.axes.shape[-1]) <= links[:, None]
-    return np.where(carries, places[..., None] - pose.axes[..., None, :], 0.0)
+    carries = np.arange(pose.axes.shape[-1]) <= np.array([part.link for part in parts])[:, None]
+    levers = find_centres(parts, pose)[..., None] - pose.axes[..., None, :]
+    return np.where(carries, levers, 0.0)
+
+
+def find_centres(parts: Sequence[CompositePart], pose: Pose) -> np.ndarray:
+    """Places of the parts' centres in the base's frame [m], complex, shape (..., parts)."""
+    links, along = (np.array([getattr(part, n) for part in parts]) for n in ("link", "along"))
+    return np.asarray(pose.axes[..., links] + along * pose.directions[..., links])

@@ -25,16 +25,14 @@ from crosscheck.cli.files.robot_files import export_as_robot
 from crosscheck.file_types import C_FILE, FMU_FILE
 from crosscheck.mechanisms import supply
 from crosscheck.models.arm.planets import usual_switches
-from crosscheck.models.errors import InputError, format_line
+from crosscheck.models.errors import InputError, format_line, make_printable
 from crosscheck.models.files import URDF
 from crosscheck.models.loading import load_selection
-from crosscheck.models.mechanism import find_section
-from crosscheck.models.robot.case import load_changed_robot
+from crosscheck.models.mechanism import find_section, select_mechanism
 from crosscheck.models.robot.robot import Level, Robot
 from crosscheck.output import require_file, write_files
 from crosscheck.planning.sizing import make_unequal_gains_scenario
 from crosscheck.registry import BUILT_IN, build, load_model_class
-from crosscheck.report.formatting import make_printable
 from crosscheck.runner.isolated_reading import read_in_subprocess
 from crosscheck.runner.process_tree import limit_resources
 
@@ -85,7 +83,7 @@ def export_arm(name: str, model: str, settings: list[str]) -> EquationsText:
 
 def export_robot(name: str, model: str, settings: list[str]) -> EquationsText:
     """Accelerations, and M of rigid gears, of a robot at a level. Raises InputError."""
-    robot = load_changed_robot(name, settings)
+    robot: Robot = select_mechanism(name, (), settings).mechanism
     levels = {f"analytic:{level}": level for level in robot.levels}
     if model not in levels:
         raise InputError("--model", "", model, f"must be one of {', '.join(levels)}")

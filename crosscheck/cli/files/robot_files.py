@@ -9,7 +9,7 @@ from pathlib import Path
 
 from crosscheck.file_types import ROBOT_FILE, URDF_FILE
 from crosscheck.mechanisms import supply
-from crosscheck.models.errors import InputError
+from crosscheck.models.errors import InputError, make_printable
 from crosscheck.models.files import format_toml_fields, parse_toml
 from crosscheck.models.loading import validate_record
 from crosscheck.models.mechanism import select_mechanism
@@ -18,7 +18,6 @@ from crosscheck.models.robot.planar import RobotText
 from crosscheck.models.robot.robot import Robot, remove_friction
 from crosscheck.models.robot.urdf_gears import StatedGear, StatedNumber, read_gears
 from crosscheck.output import require_file, write_files
-from crosscheck.report.formatting import make_printable
 
 STATE_ROTORS = (
     "; `crosscheck init` writes a robot file for them; --ratio 101 --rotor-inertia 1e-4 give a"

@@ -13,10 +13,9 @@ from crosscheck.models.arm.arm import Arm, Direct, Link, Planetary, describe_loa
 from crosscheck.models.arm.mesh import Mesh
 from crosscheck.models.arm.quantities import Data, PrintableText, format_number
 from crosscheck.models.arm.stiffness import SineStiffness
-from crosscheck.models.errors import InputError
+from crosscheck.models.errors import InputError, make_printable
 from crosscheck.models.files import format_toml_fields
 from crosscheck.output import require_new, write_new_text
-from crosscheck.report.formatting import make_printable
 from crosscheck.schema import describe_fields
 
 if TYPE_CHECKING:
@@ -98,7 +97,7 @@ def init_command(path: Path, joints: int, direct: bool) -> None:
     """Write the template of an arm with 1 to 7 joints. Raises InputError, also if it exists."""
     require_new(path)
     arm = (make_plain_arm if direct else example_arm)(_choose_name(path.stem), joints)
-    write_new_text(path, plain_template(arm) if direct else template(arm))
+    write_new_text(path, template(arm))
     name, word = make_printable(str(path)), make_printable(shlex.quote(str(path)))
     count = _format_joint_count(joints, direct)
     print(f"wrote {name}: {count}, every number an example")
@@ -108,34 +107,26 @@ def init_command(path: Path, joints: int, direct: bool) -> None:
 
 
 def template(arm: Arm) -> str:
-    """The text of the file of an arm with gears, TOML."""
-    joints = len(arm.joints)
-    lines = [HEAD.format(joints=_format_joint_count(joints, False)), *_fields(arm, True)]
+    """The text of an arm's file, TOML; of one with gears, with what else joints and links may be.
+
+    All its joints are of one kind.
+    """
+    joints, is_direct = len(arm.joints), isinstance(arm.joints[0], Direct)
+    head = DIRECT_HEAD if is_direct else HEAD
+    lines = [head.format(joints=_format_joint_count(joints, is_direct)), *_fields(arm, True)]
     for number, joint in enumerate(arm.joints):
         lines += ["", f"# {_place(number, joints)}", *_joint_lines(joint, number == 0)]
-    numbers = {"motor_mass_kg": 4.0, "rotor_inertia_kg_m2": 0.02, "friction_N_m_s_per_rad": 1.2}
-    direct = _joint_lines(Direct(kind="direct", **numbers), True)
-    lines += ["", DIRECT, *(f"# {line}" for line in direct), *_link_lines(arm)]
-    from_cad = Link(length_m=0.6, com_m=0.27, mass_kg=11.0, inertia_kg_m2=0.4)
-    lines += ["", CAD, *(f"# {line}" for line in ("[[links]]", *_fields(from_cad, True)))]
-    return "\n".join(lines) + "\n"
-
-
-def plain_template(arm: Arm) -> str:
-    """The text of the file of an arm without gears, TOML."""
-    joints = len(arm.joints)
-    lines = [DIRECT_HEAD.format(joints=_format_joint_count(joints, True)), *_fields(arm, True)]
-    for number, joint in enumerate(arm.joints):
-        lines += ["", *_joint_lines(joint, number == 0)]
-    return "\n".join([*lines, *_link_lines(arm)]) + "\n"
-
-
-def _link_lines(arm: Arm) -> list[str]:
-    lines = []
+    if not is_direct:
+        numbers = {"motor_mass_kg": 4.0, "rotor_inertia_kg_m2": 0.02, "friction_N_m_s_per_rad": 1.2}
+        direct = _joint_lines(Direct(kind="direct", **numbers), True)
+        lines += ["", DIRECT, *(f"# {line}" for line in direct)]
     for number, link in enumerate(arm.links):
-        lines += ["", f"[[links]] # from the {_place(number, len(arm.links))} on"]
+        lines += ["", f"[[links]] # from the {_place(number, joints)} on"]
         lines += _fields(link, number == 0)
-    return lines
+    if not is_direct:
+        from_cad = Link(length_m=0.6, com_m=0.27, mass_kg=11.0, inertia_kg_m2=0.4)
+        lines += ["", CAD, *(f"# {line}" for line in ("[[links]]", *_fields(from_cad, True)))]
+    return "\n".join(lines) + "\n"
 
 
 def _choose_name(stem: str) -> str:

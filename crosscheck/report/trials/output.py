@@ -5,8 +5,8 @@ from __future__ import annotations
 from collections.abc import Iterator, Sequence
 from typing import Any
 
+from crosscheck.models.errors import make_printable
 from crosscheck.report.finding_groups import list_findings
-from crosscheck.report.formatting import make_printable
 from crosscheck.report.heat_map import HeatMap, make_entry_map, make_heat_map
 from crosscheck.report.junit import format_junit
 from crosscheck.report.records import format_json, to_json_value

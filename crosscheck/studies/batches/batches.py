@@ -1,24 +1,115 @@
-"""Cuts a study's members into batches, by the study alone, so that a resumed run fits."""
+"""Cuts a study's members into batches, by the study alone, and performs them on this machine."""
 
 from __future__ import annotations
 
+import hashlib
 import math
-from collections.abc import Iterator, Sequence
-from typing import NamedTuple
+import platform
+from collections import Counter
+from collections.abc import Callable, Iterator, Sequence
+from dataclasses import dataclass
+from functools import cache
+from typing import Any, ClassVar, NamedTuple
 
 import numpy as np
 
-from crosscheck.studies.batches.batch import Numbers, run_batch, run_check
-from crosscheck.studies.batches.schedule import FunctionTask, compute_digest
+from crosscheck import __version__
+from crosscheck.models.errors import Unfinished
+from crosscheck.provenance import find_version
+from crosscheck.registry import MODELS, model_names, reference_model, second_engine
+from crosscheck.runner.outcomes import DIED, Failure
+from crosscheck.runner.sources import compute_code_hash
+from crosscheck.runner.workers import Workers
+from crosscheck.studies.batches.batch import Numbers, prepare_worker, run_batch, run_check
 from crosscheck.studies.definition import quantities
 from crosscheck.studies.measures.columns import Column
 from crosscheck.studies.members.members import PreparedStudy
 
+BATCH = "crosscheck.studies.batches.batch"  # module whose code, with all its imports, makes a batch
+ATTEMPTS = 3  # attempts at a batch whose worker dies
+TASK_S = 60.0  # rough cost of a batch [s]: a user's function may be slow
 STEP_S = 1e-8  # roughly, of a step for each mesh of a member among others
 BATCH_S = 3.0  # work in one batch [s]
 FEWEST = 16  # batches, where each still fills the lanes: what several workers share
 LANES = 32
 MOST_BYTES = 200e6  # memory for signals that are kept whole meanwhile
+
+
+@dataclass(frozen=True)
+class FunctionTask:
+    """A function of a module with its arguments; key: unique, made from the content."""
+
+    key: str
+    function: Callable[..., Any]
+    arguments: tuple[Any, ...]
+    cost: ClassVar[float] = TASK_S
+
+    def perform(self) -> Any:
+        """The function's result in a process of this machine, or the error that it raised."""
+        prepare_worker()
+        try:
+            return self.function(*self.arguments)
+        except Exception as error:
+            return _TaskError(error)
+
+
+@dataclass(frozen=True)
+class _TaskError:
+    error: Exception
+
+
+class _TaskStack(list[FunctionTask]):
+    """Tasks not yet begun, of which the last comes first: one that is tried again is added."""
+
+    def __iter__(self) -> Iterator[FunctionTask]:
+        return self
+
+    def __next__(self) -> FunctionTask:
+        if not self:
+            raise StopIteration
+        return self.pop()
+
+
+def perform_tasks(
+    workers: Workers, tasks: Sequence[FunctionTask]
+) -> Iterator[tuple[FunctionTask, Any]]:
+    """Perform tasks; yields each with its result, as they finish.
+
+    Raises the error of a task, and Unfinished for one that did not finish.
+    """
+    by_key, waiting = {task.key: task for task in tasks}, _TaskStack(tasks[::-1])
+    tries = Counter[str]()
+    for key, result in workers.stream(waiting):
+        if isinstance(result, _TaskError):
+            raise result.error
+        if isinstance(result, Failure):
+            tries[key] += 1
+            if result.kind != DIED or tries[key] == ATTEMPTS:
+                often = f" in {ATTEMPTS} attempts" if result.kind == DIED else ""
+                raise Unfinished(f"a batch came to no end: {result}{often}; --resume goes on")
+            waiting.append(by_key[key])
+        else:
+            yield by_key[key], result
+
+
+@cache
+def compute_fingerprint() -> str:
+    """Versions that this process runs, as text: equal where a study gives the same numbers."""
+    names = reference_model(), second_engine(), *model_names("robot")[:2]
+    run_by = [MODELS[name] for name in names]
+    packages = sorted({name for entry in run_by for name in entry.versioned_packages})
+    models = [entry.module for entry in run_by]
+    parts = [
+        f"python {platform.python_version()} {platform.machine()}",
+        *(f"{name} {find_version(name) or 'missing'}" for name in packages),
+        f"crosscheck {__version__} {compute_code_hash(BATCH, *models)[:16]}",
+    ]
+    return ", ".join(parts)
+
+
+def compute_digest(*parts: object) -> str:
+    """Digest of all parts, as the key of what depends on them."""
+    return hashlib.sha256("\n".join(map(str, parts)).encode()).hexdigest()[:32]
 
 
 class MemberBatch(NamedTuple):

@@ -13,17 +13,19 @@ from collections.abc import Callable, Sequence
 from pathlib import Path
 from typing import Any
 
+import h5netcdf
 import h5py
 import numpy as np
 import xarray as xr
+from xarray.backends import H5NetCDFStore
 
 from crosscheck.models.errors import InputError
-from crosscheck.models.inputs import input_size
+from crosscheck.models.inputs import convert_read_errors, input_size
 from crosscheck.runner.isolated_reading import read_in_subprocess
 from crosscheck.studies.batches.result_file import SCHEMA_VERSION, STUDY, VERSION
 
 LONGEST = 2000  # characters of a name or an attribute that is looked at
-ATTRIBUTES = ("units", "long_name", "comment")  # attributes of a variable that are read
+ATTRIBUTES = ("units", "long_name", "comment", "coordinates")  # of a variable, that are read
 MOST_VARIABLES = 5000
 MOST_PACKED = 1_000_000_000  # size limit of decompressed variables [bytes]
 OPENING_S, READING_BYTES_PER_S = 3.0, 5e7
@@ -38,11 +40,8 @@ def use_file(path: Path, use: Use, form: type[NetcdfFile] | None = None) -> Any:
     form: a study's result unless another is given. Raises InputError.
     """
     form = form or StudyResultFile
-    try:
+    with convert_read_errors(str(path)):
         size = input_size(path)
-    except (OSError, ValueError) as error:
-        reason = error.strerror if isinstance(error, OSError) else error
-        raise InputError(str(path), "", None, f"cannot be read: {reason}") from None
     return read_in_subprocess(
         str(path),
         _open_and_use,
@@ -61,7 +60,10 @@ def _open_and_use(path: Path, use: Use, form: type[NetcdfFile]) -> Any:
 
 
 class NetcdfFile:
-    """An open NetCDF file whose form was found to be one that can be read; in a worker."""
+    """An open NetCDF file whose form was found to be one that can be read; in a worker.
+
+    content: its variables, not read yet.
+    """
 
     description = "NetCDF file"
 
@@ -70,6 +72,8 @@ class NetcdfFile:
         self._require(len(file) <= MOST_VARIABLES, f"more than {MOST_VARIABLES} variables")
         packed = sum(self._require_sound(name) for name in file)
         self._require(packed <= MOST_PACKED, f"compressed to less than it may be: {packed} bytes")
+        store = H5NetCDFStore(h5netcdf.File(file))
+        self.content = xr.open_dataset(store, decode_times=False, mask_and_scale=False)
 
     def require_version(self, supported_version: int) -> None:
         """Raise InputError unless a file states this version."""
@@ -79,65 +83,20 @@ class NetcdfFile:
             version == supported_version, f"schema_version {version}; {supported_version} is read"
         )
 
-    def names(self) -> list[str]:
-        """Names of the variables, those that only give a dimension its size left out."""
-        return [name for name, data in self.file.items() if not _is_size(data)]
-
-    def variables(self) -> list[str]:
-        """Names of the variables that are no coordinates of others."""
-        named = (data for data in self.file.values() if "coordinates" in data.attrs)
-        beside = {
-            coordinate for data in named for coordinate in self._text(data, "coordinates").split()
-        }
-        return [n for n in self.names() if n not in beside and not self.file[n].is_scale]
-
-    def dims(self, name: str) -> tuple[str, ...]:
-        """Names of a variable's dimensions."""
-        data = self.file[name]
-        if data.is_scale and data.ndim == 1:
-            return (name,)
-        names = []
-        for dim in data.dims:
-            self._require(len(dim) == 1, f"a dimension of {name} has no scale")
-            scale = str(dim[0].name).removeprefix("/")
-            self._require(scale in self.file, f"a dimension of {name} is {scale}")
-            self._require(self.file[scale].ndim == 1, f"dimension {scale} is not one")
-            names.append(scale)
-        return tuple(names)
-
-    def joints(self, name: str) -> int:
-        """Number of joints that a variable has numbers for; 1 where it is not over joints."""
-        sizes = dict(zip(self.dims(name), self.file[name].shape, strict=True))
-        return int(sizes.get("joint", 1))
-
-    def dataset(self, names: Sequence[str]) -> xr.Dataset:
-        """A Dataset of these variables, of numbers, with the coordinates of their dimensions."""
-        dims = {name: self.dims(name) for name in names}
-        along = {dim for each in dims.values() for dim in each}
-        beside = [name for name in self.names() if name in along]
-        drawn = {name: (dims[name], self._numbers(name), self._attributes(name)) for name in names}
-        coords = {name: (name, self._values(name), self._attributes(name)) for name in beside}
-        dataset = xr.Dataset(drawn, coords)
+    def read_variables(self, names: Sequence[str]) -> xr.Dataset:
+        """These variables, which must be numbers, with coordinates of finite numbers or words."""
+        for name in names:
+            self._require(self.file[name].dtype.kind in "iuf", f"{name} holds no numbers")
+        read = self.content[list(names)].load()
+        for coordinate, values in read.coords.items():
+            if values.dtype.kind not in "iuf":
+                for word in values.values.ravel():
+                    self._require_printable(str(coordinate), word)
+            else:
+                is_finite = bool(np.isfinite(values.values).all())
+                self._require(is_finite, f"{coordinate} is not finite")
         signal.setitimer(signal.ITIMER_PROF, 0)
-        return dataset
-
-    def _numbers(self, name: str) -> np.ndarray:
-        data = self.file[name]
-        self._require(data.dtype.kind in "iuf", f"{name} holds no numbers")
-        return np.asarray(data[()], dtype=np.float64)
-
-    def _values(self, name: str) -> np.ndarray:
-        """The values of a coordinate: numbers, all finite, or words."""
-        data = self.file[name]
-        if data.dtype.kind == "O":
-            return np.array([self._require_printable(name, word) for word in data.asstr()[()]])
-        values = self._numbers(name)
-        self._require(bool(np.isfinite(values).all()), f"{name} is not finite")
-        return values.astype(np.int64) if data.dtype.kind in "iu" else values
-
-    def _attributes(self, name: str) -> dict[str, str]:
-        data = self.file[name]
-        return {key: self._text(data, key) for key in ATTRIBUTES if key in data.attrs}
+        return read
 
     def _text(self, node: h5py.HLObject, key: str) -> str:
         return self._require_printable(f"{node.name}: {key}", _single_value(node, key))
@@ -162,10 +121,14 @@ class NetcdfFile:
         text = kind == "O" and h5py.check_string_dtype(data.dtype) is not None
         self._require(plain or text, f"{name} is neither numbers nor text")
         self._require(data.shape is not None, f"{name} has no values")
+        for key in ATTRIBUTES:
+            if key in data.attrs:
+                self._text(data, key)
         filters = [plist.get_filter(number)[0] for number in range(plist.get_nfilters())]
         self._require(set(filters) <= set(FILTERS), f"{name} has a filter")
         if not filters:
-            fits = _is_size(data) or data.nbytes <= data.id.get_storage_size()
+            is_size = data.is_scale and SCALE in str(data.attrs.get("NAME"))
+            fits = is_size or data.nbytes <= data.id.get_storage_size()
             self._require(fits, f"{name} is larger than what is stored of it")
         return int(data.nbytes) if filters else 0
 
@@ -188,12 +151,6 @@ class StudyResultFile(NetcdfFile):
     def identity(self) -> tuple[str, str]:
         """Digest of the study that the result is of, and fingerprint of what made it."""
         return self.study, self.version
-
-
-def _is_size(data: h5py.Dataset) -> bool:
-    """Whether a data set only gives a dimension its size."""
-    name = data.attrs.get("NAME", b"") if data.is_scale else b""
-    return SCALE in str(name)
 
 
 def _single_value(node: h5py.HLObject, key: str) -> Any:

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import os
+import time
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from contextlib import contextmanager
 from dataclasses import dataclass
@@ -12,7 +13,7 @@ import numpy as np
 
 from crosscheck.output import convert_os_errors, draft, remove_abandoned, require_file
 from crosscheck.runner.interruption import advice, finish_before_interrupt
-from crosscheck.runner.progress_update import CountCallback
+from crosscheck.runner.progress_update import ProgressCallback, ignore_progress
 from crosscheck.runner.workers import Workers
 from crosscheck.studies.batches.batch import Numbers
 from crosscheck.studies.batches.batch_store import (
@@ -23,17 +24,15 @@ from crosscheck.studies.batches.batch_store import (
     require_room,
 )
 from crosscheck.studies.batches.batches import (
+    FunctionTask,
     MemberBatch,
+    compute_fingerprint,
     make_batch_task,
     make_check_tasks,
+    perform_tasks,
     split_into_batches,
 )
 from crosscheck.studies.batches.result_file import ResultFile, expected_bytes, require_unique_names
-from crosscheck.studies.batches.schedule import (
-    FunctionTask,
-    compute_fingerprint,
-    perform_tasks,
-)
 from crosscheck.studies.measures.columns import DIVERGED, Column, list_columns
 from crosscheck.studies.members.members import PreparedStudy, require_members
 
@@ -46,7 +45,7 @@ class ExecutionSettings:
 
     jobs: int = 1
     resume: bool = False
-    progress: CountCallback = lambda what, done, total: None
+    progress: ProgressCallback = ignore_progress
 
 
 def run_study(study: PreparedStudy, out: Path, settings: ExecutionSettings) -> int:
@@ -100,7 +99,7 @@ class _StudyRun:
     study: PreparedStudy
     result: ResultFile
     store: BatchStore
-    progress: CountCallback
+    progress: ProgressCallback
     workers: Workers
 
     def run(self, all_batches: Sequence[MemberBatch]) -> int:
@@ -139,14 +138,16 @@ class _StudyRun:
             else:
                 take(task.key, numbers)
                 done += members
-        all_members, run_count = sum(work.values()), 0
+        all_members, run_count, began = sum(work.values()), 0, time.monotonic()
         self.progress(what, done, all_members)
         for task, numbers in perform_tasks(self.workers, missing):
             with finish_before_interrupt():
                 self.store.put(task.key, numbers)
                 take(task.key, numbers)
             run_count += work[task]
-            self.progress(what, done + run_count, all_members)
+            left = all_members - done - run_count
+            left_s = left * (time.monotonic() - began) / run_count
+            self.progress(what, done + run_count, all_members, left_s)
         return run_count
 
     def _compare(self, column: Column, engine_numbers: Sequence[Numbers]) -> None:

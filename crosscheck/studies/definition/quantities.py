@@ -154,26 +154,27 @@ class Settling(WindowedQuantity):
     """Target that replaces the PD drive's."""
 
 
-class ContactLoss(WindowedQuantity):
+class ContactQuantity(WindowedQuantity):
+    """A quantity of the contact in a mesh."""
+
+    signal: MeshForce
+    """Force of the mesh: F_sp of the sun, F_pr of the ring, F_mesh of a robot's rotor."""
+    planet: Annotated[int, NumberRange(1, 8)] = 1
+    """Number of the planet; lumped, all are the same."""
+
+
+class ContactLoss(ContactQuantity):
     """Time at which a mesh that carried a force first carries none [s]."""
 
     kind: Literal["contact_loss"]
     """Which quantity this is."""
-    signal: MeshForce
-    """Force of the mesh: F_sp of the sun, F_pr of the ring, F_mesh of a robot's rotor."""
-    planet: Annotated[int, NumberRange(1, 8)] = 1
-    """Number of the planet; lumped, all are the same."""
 
 
-class NoContactShare(WindowedQuantity):
+class NoContactShare(ContactQuantity):
     """Share of the time in which a mesh carries no force."""
 
     kind: Literal["apart_share"]
     """Which quantity this is."""
-    signal: MeshForce
-    """Force of the mesh: F_sp of the sun, F_pr of the ring, F_mesh of a robot's rotor."""
-    planet: Annotated[int, NumberRange(1, 8)] = 1
-    """Number of the planet; lumped, all are the same."""
 
 
 class RigidDeviation(WindowedQuantity):

@@ -55,7 +55,7 @@ def require_measurable(quantity: quantities.Quantity, case: MemberCase, file: st
     if planet is not None and planet > max(planets, 1):
         allowed = f"the {case.mechanism.section}'s joints have up to {planets}"
         raise InputError(where, "planet", planet, allowed)
-    of_contact = isinstance(quantity, quantities.ContactLoss | quantities.NoContactShare)
+    of_contact = isinstance(quantity, quantities.ContactQuantity)
     if of_contact and case.switches is not None and case.switches.dead_zone != "exact":
         allowed = "needs dead_zone = exact: by Eq. 6 no force is ever 0"
         raise InputError(where, "kind", quantity.kind, allowed)

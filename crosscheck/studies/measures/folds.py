@@ -128,25 +128,14 @@ class FirstLossFold(FirstTimeFold):
         return before[:-1] & (values == 0)
 
 
-class NoContactShareFold(Fold):
+class NoContactShareFold(AverageFold):
     """Fold for the share of the records without a force; nan of a joint that has no such mesh."""
 
     def __init__(self, columns: tuple[int, ...]) -> None:
-        self.no_contact_count, self.count = np.zeros(columns), 0
-        self.is_defined = np.ones(columns, dtype=bool)
+        super().__init__(columns, squared=False)
 
     def take(self, time: np.ndarray, values: np.ndarray) -> None:
-        self.no_contact_count += (values == 0).sum(axis=0)
-        self.count += time.size
-        self.is_defined &= ~np.isnan(values[-1])
-
-    def numbers(self) -> Numbers:
-        share = (
-            self.no_contact_count / self.count
-            if self.count
-            else np.full_like(self.no_contact_count, np.nan)
-        )
-        return (np.where(self.is_defined, share, np.nan),)
+        super().take(time, np.where(np.isnan(values), np.nan, values == 0))
 
 
 class SettlingFold(Fold):

@@ -26,7 +26,7 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from crosscheck.runner.outcomes import Failure, SelfKeyedTask
-from crosscheck.runner.progress_update import ProgressCallback, ProgressUpdate
+from crosscheck.runner.progress_update import ProgressCallback
 from crosscheck.runner.workers import Workers
 from crosscheck.trial.source.answer_key import AnswerKey
 from crosscheck.trial.source.code import UserCode
@@ -432,9 +432,9 @@ def find_source_answer(
         with Workers(1) as workers:
             for is_second in (False, True):
                 for rank, is_likely in ROUNDS:
-                    progress(ProgressUpdate("looking for the line that must change"))
+                    progress("looking for the line that must change")
                     task = RankTask(number, rank, is_likely, is_second)
-                    outcome = workers.perform([task], lambda key: None)[task]
+                    outcome = workers.perform([task])[task]
                     # Then the code ended the worker, or raises as it is.
                     if isinstance(outcome, Failure):
                         return answer

@@ -119,7 +119,7 @@ class Deed:
 
 
 def do(what, folder):
-    (result,) = perform_all([Deed(what.__name__, folder)], 1, lambda key: None).values()
+    (result,) = perform_all([Deed(what.__name__, folder)], 1).values()
     return result
 
 
