@@ -67,33 +67,44 @@ def crosscheck(monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[st
 def few_states() -> Iterator[None]:
     """Quick trials look at 8 states, not 150; those in processes of their own at all of them.
 
-    Where numbers are fitted, at 20 more than there are, not at 50 more than twice as many. No edit
-    of a source is tried, but for who asks for ``source_search``. Axes of drawings stay where they
-    were made: room for their labels takes half of the time. The best of 8 motions is suggested.
+    Where numbers are fitted, at 20 more than there are, not at 50 more than twice as many. Axes of
+    drawings stay where they were made: room for their labels takes half of the time. The best of 8
+    motions is suggested.
     """
     from crosscheck.identification import excitation
     from crosscheck.report.plots import figures
     from crosscheck.trial.arms import subject
     from crosscheck.trial.changes.arms import waves
-    from crosscheck.trial.source import search
 
     with pytest.MonkeyPatch.context() as patch:
         patch.setattr(subject, "QUICK_STATES", 8)
         patch.setattr(excitation, "DRAWN", 8)
         patch.setattr(waves, "SPARE_STATES", 20)
         patch.setattr(waves, "STATES_PER_NUMBER", 1)
-        patch.setattr(search, "RANKS", ())
         leave_axes = wraps(figures._place_axes)(lambda figure: figure.set_layout_engine(None))
         patch.setattr(figures, "_place_axes", leave_axes)
         yield
 
 
-@pytest.fixture
-def source_search(monkeypatch: pytest.MonkeyPatch) -> None:
-    """Trials look for the line of the user's source that must change."""
-    from crosscheck.trial.source import edits, search
+@pytest.fixture(scope="session", autouse=True)
+def search_rounds() -> Iterator[tuple[tuple[int, bool], ...]]:
+    """Rounds of the search for the user's line: up to 10 s, but for who asks for it left out."""
+    from crosscheck.trial.source import search
 
-    monkeypatch.setattr(search, "RANKS", edits.RANKS)
+    usual = search.ROUNDS
+    with pytest.MonkeyPatch.context() as patch:
+        patch.setattr(search, "ROUNDS", ())
+        yield usual
+
+
+@pytest.fixture
+def source_search(
+    monkeypatch: pytest.MonkeyPatch, search_rounds: tuple[tuple[int, bool], ...]
+) -> None:
+    """Trials look for the line of the user's source that must change."""
+    from crosscheck.trial.source import search
+
+    monkeypatch.setattr(search, "ROUNDS", search_rounds)
 
 
 @pytest.fixture(scope="module", autouse=True)

@@ -134,7 +134,8 @@ class AnalyticRobot(RobotModel):
         stages = robot.stages if level == "geared" else ()
         size = len(free) + (robot.mesh_coordinates if level == "geared" else 0)
         factors, self._offset = robot.joint_map
-        self._share = np.pad(factors, ((0, 0), (0, size - len(free))))
+        self._share = np.zeros((len(factors), size))
+        self._share[:, : len(free)] = factors
         self._add_bodies(robot)
         self._friction = np.array([joint.friction for joint in robot.joints])
         armature = [joint.armature * (level != "links") for joint in robot.joints]
@@ -161,7 +162,7 @@ class AnalyticRobot(RobotModel):
         """Add the numbers of all joints and bodies, side by side; joint k moves body k."""
         joints, bodies = robot.joints, robot.bodies
         self._axes = np.array([joint.axis for joint in joints])
-        once = np.cross(UPRIGHT, self._axes[:, None])  # times u: axis x u
+        once = cross(UPRIGHT[None], self._axes[:, None], axis=2)  # times u: axis x u
         self._crossings = once, once @ once
         self._places = np.array([joint.placement.position for joint in joints])
         self._rotations = np.array([joint.placement.rotation for joint in joints])
@@ -280,7 +281,7 @@ class AnalyticRobot(RobotModel):
         """Linear, then angular momentum (states, 6), by the partial velocities."""
         poses, total = self._poses(q), np.zeros((len(q), 6))
         linear = self._masses * multiply(poses.com_partials, v[:, None])
-        angular = np.cross(poses.position + poses.com_lever, linear)
+        angular = cross(poses.position + poses.com_lever, linear, axis=2)
         angular += multiply(poses.inertia, multiply(poses.angular_partials, v[:, None]))
         total[:, :3] += linear.sum(axis=1)
         total[:, 3:] += angular.sum(axis=1)

@@ -11,7 +11,6 @@ from dataclasses import dataclass
 from typing import NamedTuple
 
 import numpy as np
-from scipy.stats import rankdata
 
 FEWEST_MEMBERS = 3  # of a family of experiments that a trend is seen along
 
@@ -187,13 +186,17 @@ def series_values(kind: str, name: str, results: ConditionResults) -> tuple[np.n
     return sizes, np.array([results[experiment][name] for experiment in members])
 
 
+def rank_members(values: np.ndarray) -> np.ndarray:
+    """Ranks (members, starts) among the members of a start, from 1; of equal values their mean."""
+    below, equal = (compare(values, values[:, None]).sum(axis=1) for compare in (np.less, np.equal))
+    ranks: np.ndarray = below + (equal + 1) / 2
+    return ranks
+
+
 def rank_correlation(sizes: np.ndarray, values: np.ndarray) -> np.ndarray:
     """Spearman's rank correlation: sizes (members,), values (members, starts) -> (starts,)."""
-    ranks = rankdata(values, axis=0)
-    size_ranks = rankdata(sizes)
     rank_deviations, size_deviations = (
-        ranks - ranks.mean(axis=0),
-        (size_ranks - size_ranks.mean())[:, None],
+        ranks - ranks.mean(axis=0) for ranks in map(rank_members, (values, sizes[:, None]))
     )
     with np.errstate(all="ignore"):
         correlations = (rank_deviations * size_deviations).sum(axis=0) / np.sqrt(

@@ -20,7 +20,7 @@ from itertools import combinations
 from typing import Any, NamedTuple, Protocol
 
 import numpy as np
-from scipy.stats import binomtest
+from scipy.special import betaincinv
 
 from crosscheck.audit.judging import quantities
 from crosscheck.audit.judging.quantities import Choices, ConditionResults, Quantity
@@ -57,8 +57,10 @@ def share_of(answers: Iterable[bool | None]) -> Share | None:
 
 @cache
 def _interval(yes: int, of: int) -> tuple[float, float]:
-    interval = binomtest(yes, of).proportion_ci(CONFIDENCE, "exact")
-    return float(interval.low), float(interval.high)
+    beyond = (1 - CONFIDENCE) / 2  # Clopper and Pearson's interval
+    low = betaincinv(yes, of - yes + 1, beyond) if yes else 0.0
+    high = betaincinv(yes + 1, of - yes, 1 - beyond) if yes < of else 1.0
+    return float(low), float(high)
 
 
 @dataclass(frozen=True)

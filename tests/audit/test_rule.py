@@ -8,7 +8,6 @@ import numpy as np
 import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
-from scipy.stats import beta
 
 from crosscheck.audit.claims.catalogue import ModelJudgement
 from crosscheck.audit.claims.chapter import build_answer_record, describe_verdict
@@ -34,6 +33,7 @@ from crosscheck.audit.judging.quantities import (
     Quantity,
     Sample,
     combine_quantities,
+    rank_correlation,
 )
 from crosscheck.audit.judging.rule import Share
 from crosscheck.audit.measures.thresholds import SEVERE
@@ -216,7 +216,18 @@ def test_an_answer_says_how_many_of_its_starts_were_run():
         assert (build_answer_record(answer)["starts"], answer.share) == (ran, Share(ran, ran))
 
 
+def test_a_trend_is_spearmans_rank_correlation():
+    """Also where numbers are equal."""
+    from scipy.stats import spearmanr  # slow to import, in every process that collects tests
+
+    sizes, values = np.array([1.0, 2.0, 4.0, 4.0, 9.0]), np.array([3.0, 1.0, 7.0, 7.0, 7.0])
+    (found,) = rank_correlation(sizes, values[:, None])
+    assert found == pytest.approx(spearmanr(sizes, values).statistic, rel=1e-14)
+
+
 def test_a_share_has_clopper_and_pearsons_interval():
+    from scipy.stats import beta  # slow to import, in every process that collects tests
+
     low, high = Share(3, 10).interval
     assert low == pytest.approx(beta.ppf(0.025, 3, 8))
     assert high == pytest.approx(beta.ppf(0.975, 4, 7))

@@ -22,7 +22,7 @@ from tests.engines.bodies_checks import joint_gaps, wrenches
 from tests.faults.bits import fused_as_written, same_bits
 from tests.faults.costs import cost_is_right
 from tests.faults.measured import numbers_agree
-from tests.faults.planting import Laws, Seen
+from tests.faults.planting import Laws, Seen, judge_guard
 from tests.faults.robots import robots_agree, traced_is_kanes
 from tests.faults.views import VIEW_CHECKS
 from tests.judged import (
@@ -262,7 +262,7 @@ def _reactions_off(model: ExudynBodies) -> float:
 
 def _judge(seen: Seen) -> str:
     """Limits of a cross-check's own checks."""
-    return "differ" if any(judge_limits.GUARDS[seen.quantity]()) else "agree"
+    return judge_guard(judge_limits.GUARDS[seen.quantity]())
 
 
 def _precise_steps(seen: Seen) -> str:
@@ -272,13 +272,13 @@ def _precise_steps(seen: Seen) -> str:
         "impacts": precise_steps.wrong_impacts,
         "works": precise_steps.wrong_works,
     }
-    return "differ" if any(guards[seen.quantity]()) else "agree"
+    return judge_guard(guards[seen.quantity]())
 
 
 def _trial(seen: Seen) -> str:
     """Numbers in the views of a trial, and the unit that a part seems to have."""
     guards = {**trial_views.GUARDS, "units": wrong_unit_ratios}
-    return "differ" if any(guards[seen.quantity]()) else "agree"
+    return judge_guard(guards[seen.quantity]())
 
 
 UNLIKE = "unlike planets"
@@ -312,8 +312,8 @@ CHECKS: dict[str, Callable[[Seen], str]] = {
     "precise steps": _precise_steps,
     "judge": _judge,
     "trial": _trial,
-    "study signals": lambda seen: "differ" if any(wrong_signals()) else "agree",
-    "study drawings": lambda seen: "differ" if any(wrong_drawings()) else "agree",
+    "study signals": lambda seen: judge_guard(wrong_signals()),
+    "study drawings": lambda seen: judge_guard(wrong_drawings()),
     **VIEW_CHECKS,
     "walk": judge_views,
 }

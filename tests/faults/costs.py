@@ -4,7 +4,7 @@ from collections.abc import Callable, Iterator
 from functools import lru_cache
 
 from crosscheck.cost.shortcuts import ShortcutCosts
-from tests.faults.planting import Seen
+from tests.faults.planting import Seen, judge_guard
 from tests.robots import cost_views
 from tests.robots.cost_guard import (
     found_cost,
@@ -47,5 +47,5 @@ GUARDS: dict[str, Callable[[str], Iterator[str]]] = {
 
 
 def cost_is_right(seen: Seen) -> str:
-    """The verdict of a guard on the robot: differ for the first thing that is wrong."""
-    return "agree" if next(GUARDS[seen.quantity](seen.arm), None) is None else "differ"
+    """The verdict of a guard on the robot."""
+    return judge_guard(GUARDS[seen.quantity](seen.arm))

@@ -12,7 +12,7 @@ from crosscheck.identification import engines
 from crosscheck.models.pinocchio.robot import PinocchioRobot
 from crosscheck.planning.comparison import Results
 from crosscheck.recordings import record
-from tests.faults.planting import Seen
+from tests.faults.planting import Seen, judge_guard
 from tests.measured import guards
 from tests.robots.chains import perform_here
 
@@ -22,7 +22,7 @@ def numbers_agree(seen: Seen) -> str:
     with pytest.MonkeyPatch.context() as patch:
         patch.setattr(engines, "perform_all", perform_here)
         guards.kept()
-        return "differ" if any(STAGES[seen.quantity]()) else "agree"
+        return judge_guard(STAGES[seen.quantity]())
 
 
 @lru_cache

@@ -12,7 +12,7 @@ import inspect
 import sys
 import textwrap
 import tomllib
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable, Iterable, Mapping, Sequence
 from dataclasses import dataclass
 from functools import lru_cache
 from importlib import import_module
@@ -88,6 +88,15 @@ def faults_in(name: str) -> list[Fault]:
 
 def _seen(laws: Mapping[str, str] | None = None, **more: Any) -> Seen:
     return Seen(**more, laws=tuple((laws or {}).items()))
+
+
+def judge_guard(wrong: Iterable[str]) -> str:
+    """The verdict of a guard; a test that fails shows the first thing that is wrong."""
+    first = next(iter(wrong), None)
+    if first is None:
+        return "agree"
+    print(first)
+    return "differ"
 
 
 def plant(patch: pytest.MonkeyPatch, place: str, old: str, new: str) -> None:

@@ -2,7 +2,6 @@
 
 import numpy as np
 import pytest
-from scipy.stats import t
 
 from crosscheck.identification.bandwidth import choose_bandwidth
 from crosscheck.identification.estimation import LinearFit, fit_linear, joint_rms
@@ -21,6 +20,8 @@ def fit_constant(seed: int = 0) -> LinearFit:
 
 def test_an_interval_is_of_students_distribution():
     """One block less than there are, twice, is what its degrees of freedom are."""
+    from scipy.stats import t  # slow to import, in every process that collects tests
+
     fit = fit_constant()
     expected = t.ppf(0.975, 2 * (len(fit.edges) - 2)) * fit.errors
     assert fit.half_widths == pytest.approx(expected, rel=1e-12)

@@ -4,7 +4,6 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
-from scipy.stats import f, t
 
 from crosscheck.identification.bandwidth import BandResult, combine_bands
 from crosscheck.identification.compare import find_threshold
@@ -18,6 +17,8 @@ ARMATURE = TorqueTerm("armature", "j1", "kg m^2")
 
 @pytest.mark.parametrize(("by", "is_worse"), [(0.999, False), (1.001, True)])
 def test_a_joint_is_worse_beyond_fishers_chance(by, is_worse):
+    from scipy.stats import f  # slow to import, in every process that collects tests
+
     robot = arm()
     identified, scaled = compared(robot, recording(robot, "links", seconds=8.0)).sides
     further, left, joints = 6.0, 30.0, len(identified.measured)
@@ -42,6 +43,8 @@ def test_what_bands_are_apart_beyond_the_wider_interval_is_an_error(apart, syste
 @pytest.mark.parametrize(("sure", "others"), [((), 3), ((1e3,), 2), ((1e3, -1e3), 1)])
 def test_what_is_sure_is_none_of_those_that_chance_may_name(sure, others):
     """Holm's steps: the level is shared by those that are left."""
+    from scipy.stats import t  # slow to import, in every process that collects tests
+
     torque = np.random.default_rng(0).standard_normal((600, 1))
     fit = fit_linear(np.ones((600, 1, 1)), torque, np.ones((600, 1), dtype=bool), (0, 600))
     values = (*sure, *[0.5] * (3 - len(sure)))

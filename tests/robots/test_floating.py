@@ -60,11 +60,13 @@ def free_robot(kind: str = "floating", more: str = "", gears=GEARS) -> Robot:
 
 def body_rates(angles: np.ndarray) -> np.ndarray:
     """Angular velocity in a body's frame by the rates of yaw, pitch and roll (3, 3)."""
-    yaw, pitch, roll = angles
-    turn = Rotation.from_euler("ZYX", [yaw, pitch, roll]).as_matrix()
-    middle = Rotation.from_euler("Z", yaw).as_matrix()
-    axes = np.array([[0, 0, 1], middle[:, 1], turn[:, 0]]).T
-    return turn.T @ axes
+    turn = Rotation.from_euler("ZYX", angles).as_matrix()
+    return turn.T @ euler_axes(angles[0], turn)
+
+
+def euler_axes(yaw: float, turn: np.ndarray) -> np.ndarray:
+    """Axes of yaw, pitch and roll, as columns: z, y turned by the yaw, and the body's x."""
+    return np.array([[0, 0, 1], [-np.sin(yaw), np.cos(yaw), 0], turn[:, 0]]).T
 
 
 def slope(function, q, v, step=1e-5):
@@ -78,9 +80,9 @@ def free_flyer():
     tree.gravity.linear = np.zeros(3)
 
     def twists(q: np.ndarray) -> np.ndarray:
-        s = np.eye(8)
-        s[:3, :3] = Rotation.from_euler("ZYX", q[3:6]).as_matrix().T
-        s[3:6, 3:6] = body_rates(q[3:6])
+        s, turn = np.eye(8), Rotation.from_euler("ZYX", q[3:6]).as_matrix()
+        s[:3, :3] = turn.T
+        s[3:6, 3:6] = turn.T @ euler_axes(q[3], turn)
         return s
 
     return tree, twists

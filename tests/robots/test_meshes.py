@@ -141,11 +141,12 @@ def test_the_end_effector_goes_astray_less_where_teeth_are_stiffer():
         compute_costs(
             gimbal(stiffness), 0, replace(FEW, instants=20, most_steps=500), lambda *doing: None
         ).geared
-        for stiffness in (4e3, 1.6e4)
+        for stiffness in (1e3, 4e3)
     )
     assert soft
     assert stiff
     assert soft.distances is not None
     assert stiff.distances is not None
+    assert np.isfinite(soft.distances).all()
     assert stiff.distances.max() < 0.5 * soft.distances.max()
     assert stiff.steps == pytest.approx(2 * soft.steps, abs=2)

@@ -19,7 +19,6 @@ from crosscheck.studies.measures import folds
 from crosscheck.studies.measures.columns import list_columns
 from crosscheck.studies.members.members import PreparedStudy
 from tests.loops import require_items
-from tests.studies.observed import wrong_signals
 from tests.studies.studies import study
 
 STEP = 1e-3
@@ -185,10 +184,6 @@ def _rigid(case) -> np.ndarray:
     """The rigid arm at the geared arm's own step."""
     arm, scenario, _ = case.experiment
     return build("analytic:coupled", arm, scenario).simulate()["theta"].values
-
-
-def test_a_signal_is_of_the_planet_that_is_named():
-    assert list(wrong_signals()) == []
 
 
 def test_a_second_engine_has_every_quantity_too():

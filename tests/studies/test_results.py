@@ -22,7 +22,6 @@ from crosscheck.registry import build, reference_model, second_engine
 from crosscheck.studies import plot
 from crosscheck.studies.batches.netcdf_file import use_file
 from crosscheck.studies.plot import STYLE, drawable_names, find_state_boundary, make_study_figure
-from tests.studies.plot_numbers import wrong_drawings
 from tests.studies.studies import content, study
 
 PEAKS = [{"kind": "peak", "signal": "theta_ddot"}]
@@ -142,10 +141,6 @@ def test_a_result_is_drawn(result, tmp_path, crosscheck, quantity):
     picture = matplotlib.image.imread(out)
     assert picture.shape[0] > picture.shape[1]  # one drawing above the other, of two joints
     assert np.ptp(picture) > 0.5
-
-
-def test_drawings_show_the_numbers_of_the_result():
-    assert list(wrong_drawings()) == []
 
 
 def test_an_axis_alone_and_samples_alone_are_drawn_too(tmp_path, crosscheck):

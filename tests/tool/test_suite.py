@@ -1,11 +1,17 @@
-"""No test can pass by being empty: where every assertion is in a loop, the loop has items."""
+"""No test can pass by being empty: where every assertion is in a loop, the loop has items.
+
+And none takes time for what it does not look at.
+"""
 
 import ast
 from collections.abc import Iterator, Sequence
+from typing import Any
 
 import pytest
 
 from crosscheck.provenance import ROOT
+from crosscheck.trial.source import search
+from crosscheck.trial.source.search import find_source_answer
 
 MODULES = sorted((ROOT / "tests").rglob("test_*.py"))
 WRAPPERS = {"enumerate", "pairwise", "product", "range", "reversed", "sorted", "zip"}
@@ -71,3 +77,14 @@ def test_every_test_asserts_something(module):
 def test_an_empty_loop_or_branch_is_seen():
     assert unguarded_tests(EMPTY_LOOP) == unguarded_tests(BRANCH) == ["test_all"]
     assert unguarded_tests(GUARDED) == []
+
+
+def test_a_trial_seeks_no_line_unless_a_test_asks_for_it():
+    """Else each trial of wrong functions would search for up to 10 s of processor time."""
+    steps: list[Any] = []
+    assert find_source_answer(Any, list, steps.append) is None
+    assert steps == []
+
+
+def test_a_test_may_ask_for_the_line(source_search):
+    assert search.ROUNDS

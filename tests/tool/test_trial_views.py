@@ -52,7 +52,7 @@ def test_json_is_as_its_schema_says(crosscheck, tmp_path, name, code):
     assert ("ZeroDivisionError" in "".join(unjudged)) == (name == "raising")
 
 
-def test_wrong_entries_are_annotated(crosscheck, tmp_path):
+def test_wrong_entries_are_annotated(crosscheck, tmp_path, source_search):
     model, target = f"{model_file(tmp_path, SLIPPED)}:slipped", tmp_path / "trial.json"
     answer = crosscheck("trial", model, "--quick", "--jobs", 1, "--json", target)
     content = validated(target)

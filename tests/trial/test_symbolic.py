@@ -3,7 +3,6 @@
 import numpy as np
 import pytest
 import sympy as sp
-import sympy.physics.mechanics as me
 
 from crosscheck.analytic.derivation.symbols import parameter_values
 from crosscheck.models.arm.arm import Arm
@@ -63,6 +62,8 @@ def test_a_force_without_torques_is_of_its_time():
 
 
 def test_dynamicsymbols():
+    import sympy.physics.mechanics as me  # slow to import, in every process that collects tests
+
     q, T = me.dynamicsymbols("q1 q2"), me.dynamicsymbols("T1 T2")
     moving = {**dict(zip(x, q, strict=True)), **dict(zip(torque, T, strict=True))}
     for rates in ([own.diff() for own in q], me.dynamicsymbols("u1 u2")):

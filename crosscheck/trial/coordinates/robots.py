@@ -4,7 +4,8 @@ from __future__ import annotations
 
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass, replace
-from typing import Any
+from functools import lru_cache
+from typing import Any, NamedTuple
 
 import numpy as np
 
@@ -27,28 +28,39 @@ from crosscheck.trial.robots.readings import describe_coordinates
 
 Call = Callable[[Arguments], Any]
 RATED = ("bias", "coriolis")  # parts that stand beside M, of whose x'' the map's bend is a part
+KEPT_STATES = 1024  # states whose map is kept: several parts are asked at each
+
+
+class MappedState(NamedTuple):
+    """A state of the joints in a user's coordinates: x and x' (n,), J (n, n), and J' x' (n,)."""
+
+    x: np.ndarray
+    jacobian: np.ndarray
+    u: np.ndarray
+    bend: np.ndarray
 
 
 @dataclass(frozen=True)
 class MappedCall:
     """A function of x as one of q: what it gets and what it answers are carried over.
 
-    mass: the function M of x, which the bias of curved coordinates needs. Torques are those of the
-    joints in both. A matrix of Coriolis counts as the bias that it makes.
+    map_state: the map at q and q', both as bytes; mass: the function M of x, which the bias of
+    curved coordinates needs. Torques are those of the joints in both. A matrix of Coriolis counts
+    as the bias that it makes.
     """
 
     call: Call
     part: str
     frame: Frame
+    map_state: Callable[[bytes, bytes], MappedState]
     mass: Call | None
 
     def __call__(self, arguments: Arguments) -> Any:
         """The answer in the joints' coordinates, or as it is where it is no answer."""
-        x = self.frame.place(arguments["x"])
-        jacobian = self.frame.jacobian(x)
-        u = np.linalg.solve(jacobian, arguments["v"]) if "v" in arguments else np.zeros_like(x)
-        bend = self.frame.drift(x, u)
-        moved = {**arguments, "x": x, "v": u}
+        q = arguments["x"]
+        v = arguments.get("v", np.zeros_like(q))
+        x, jacobian, u, bend = self.map_state(q.tobytes(), v.tobytes())
+        moved = {**arguments, "x": x.copy(), "v": u.copy()}
         if "a" in arguments:
             moved["a"] = np.linalg.solve(jacobian, arguments["a"] - bend)
         raw, shape = self.call(moved), (len(x), len(x))
@@ -127,7 +139,16 @@ def map_calls(calls: Mapping[str, Call], frame: Frame, where: str) -> dict[str, 
     if curved and rated and mass is None:
         reason = "needs mass_matrix beside it: the coordinates are curved, q'' = J x'' + J' x'"
         raise InputError(where, rated[0], None, reason)
-    mapped = {part: MappedCall(call, part, frame, mass) for part, call in calls.items()}
+
+    @lru_cache(maxsize=KEPT_STATES)
+    def map_state(q: bytes, v: bytes) -> MappedState:
+        x = frame.place(np.frombuffer(q))
+        jacobian, v_q = frame.jacobian(x), np.frombuffer(v)
+        u = np.linalg.solve(jacobian, v_q)
+        bend = frame.drift(x, u) if v_q.any() else np.zeros_like(u)  # a square of the rates
+        return MappedState(x, jacobian, u, bend)
+
+    mapped = {part: MappedCall(call, part, frame, map_state, mass) for part, call in calls.items()}
     return {"bias" if curved and part == "coriolis" else part: c for part, c in mapped.items()}
 
 
