@@ -5,6 +5,7 @@ from __future__ import annotations
 import ast
 import difflib
 import math
+import re
 from collections import Counter
 from collections.abc import Iterator, Sequence
 from functools import cache
@@ -249,10 +250,55 @@ def list_comparisons(site: Site) -> Texts:
             yield f"{write_operand(node.left)} {other} {write_operand(node.comparators[0])}"
 
 
-def list_near_sums(site: Site) -> Texts:
+def list_subscripts(site: Site) -> Texts:
+    """Subscripts of an einsum with two letters of an operand exchanged, or another letter."""
+    value = site.node.value if isinstance(site.node, ast.Constant) else None
+    is_first = isinstance(site.parent, ast.Call) and site.name == "args" and site.index == 0
+    if not isinstance(value, str) or not is_first or "einsum" not in ast.unparse(site.parent.func):
+        return
+    for operand in re.finditer(r"\w+", value):
+        for first, second in combinations(range(*operand.span()), 2):
+            if value[first] != value[second]:
+                letters = list(value)
+                letters[first], letters[second] = letters[second], letters[first]
+                yield repr("".join(letters))
+    for place, letter in enumerate(value):
+        if letter.isalpha():
+            others = sorted({each for each in value if each.isalpha()} - {letter})
+            yield from (repr(f"{value[:place]}{each}{value[place + 1 :]}") for each in others)
+
+
+def list_diagonals(site: Site) -> Texts:
+    """Another element of the diagonal: I[2, 2] for I[1, 1]."""
+    node = site.node
+    if not isinstance(node, ast.Subscript) or not isinstance(node.slice, ast.Tuple):
+        return
+    places, kind = {ast.unparse(each) for each in node.slice.elts}, site.tree.kind(node.value)
+    if len(places) == 1 and kind is not None and len(kind) == MATRIX_LENGTH:
+        count = min(*kind[1:], MOST_ELEMENTS)
+        others = (f"{place}, {place}" for place in range(count) if str(place) not in places)
+        yield from (f"{ast.unparse(node.value)}[{each}]" for each in others)
+
+
+def list_differences(site: Site, *, near: bool) -> Texts:
+    """A vector less another, such as the lever between two places for one of them.
+
+    near: of two elements of one list, or else of any two in a cross product.
+    """
+    is_factor = isinstance(site.parent, ast.Call) and ast.unparse(site.parent.func).endswith(
+        "cross"
+    )
+    if site.is_array and (near or is_factor):
+        for other, kind in site.scope.list_leaves(written=None if near else True):
+            is_other = other != site.text and site.can_be(kind)
+            if is_other and near == (other.partition("[")[0] == site.text.partition("[")[0]):
+                yield f"{site.text} - {other}"
+
+
+def list_near_sums(site: Site, *, written: bool) -> Texts:
     """A number of a formula and its like: both joints' rates for one's."""
     if site.is_number and isinstance(site.parent, ast.BinOp | ast.Call | ast.Assign):
-        for other, kind in site.scope.list_leaves(written=True):
+        for other, kind in site.scope.list_leaves(written=written):
             if site.can_be(kind) and other != site.text and _is_near(site.text, other, kind):
                 yield " + ".join(sorted((site.text, other)))
                 yield f"{site.text} - {other}"

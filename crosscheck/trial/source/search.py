@@ -51,7 +51,7 @@ ENERGY_BUDGET_S = 20.0  # [s] of that of energies, whose edits take ten times as
 CLOSING_S = 20  # [s] beyond it, after which the process is ended
 LITERAL_RANK, SUMMAND_RANK = 2, 5  # of edits with numbers that are solved for
 MOVED = "({} * 1.37 + 0.11)"  # a value that is another one, whatever it is
-MOST_AT_ONCE = 3  # likeliest ranks that come before their edits elsewhere
+MOST_AT_ONCE = 4  # likeliest ranks that come before their edits elsewhere
 MOST_ALTERNATIVES = 2
 MOST_INCOMPLETE = 12  # edits that mend some entries, of which pairs are tried
 # Rounds of a search: ranks, first the edits that may mend all that is wrong, then the others.
