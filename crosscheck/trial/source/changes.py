@@ -80,7 +80,7 @@ def list_exchanges(site: Site, *, near: bool, written: bool) -> Texts:
 @cache
 def _is_near(text: str, other: str, kind: Kind) -> bool:
     """Whether one may be mistaken for the other: few of a kind, or similar notations."""
-    if kind != NUMBER:
+    if kind != NUMBER and kind[0] != "array":
         return True
     a, b = (ast.parse(each, mode="eval").body for each in (text, other))
     if isinstance(a, ast.Attribute) and isinstance(b, ast.Attribute):

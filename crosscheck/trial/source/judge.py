@@ -7,7 +7,7 @@ from __future__ import annotations
 
 import time
 from collections.abc import Collection, Iterable, Mapping, Sequence
-from functools import cache
+from functools import cache, partial
 from typing import Any, NamedTuple
 
 import numpy as np
@@ -67,7 +67,7 @@ class SourceJudge:
         # Of each wrong part, the quickest first, the state at which most is wrong, its answer
         # there and, by level, what is wrong of it.
         self.states = dict[str, int]()
-        for part in sorted(wrong_parts, key=lambda part: seconds[part] or 0.0):
+        for part in sorted(wrong_parts, key=partial(_sum_seconds, seconds, trusted.holds)):
             wrong = [len(trusted.find_wrong_entries(as_is, [part], [s])) for s in trusted.states]
             self.states[part] = wrong.index(max(wrong))
         self.values = {part: as_is(part, state) for part, state in self.states.items()}
@@ -182,19 +182,36 @@ class SourceJudge:
         """The levels beside which a wrong part is mended at one state, and none made worse."""
         here, answer = self.answer_keys[0], self._bind(self.answer_keys[0], compiled)
         levels, mended = list(self.wrong), set[str]()
+        rows_left = dict[str, set[int]]()  # by part, those that stay wrong beside every level
         for part, state in self.states.items():
-            if (answer(part, state) == self.values[part]).all():
-                continue
             before = {level: self.wrong_there[level, part] for level in levels}
-            after = {
-                level: here.levels[level].find_wrong_entries(answer, [part], [state])
-                for level in levels
-            }
+            after, summand = before, here.levels[self.level].holds.get(part, "")
+            held = rows_left.get(summand, set())
+            if _list_rows(before.values()) <= held:
+                rows_left[part] = held
+                continue
+            if (answer(part, state) != self.values[part]).any():
+                after = {
+                    level: here.levels[level].find_wrong_entries(answer, [part], [state])
+                    for level in levels
+                }
             levels = [level for level in levels if after[level] <= before[level]]
             mended |= {level for level in levels if after[level] < before[level]}
             if not levels:
                 break
+            rows_left[part] = set.intersection(*(_list_rows([each]) for each in after.values()))
         return [level for level in levels if level in mended]
+
+
+def _list_rows(wrong: Iterable[Collection[Entry]]) -> set[int]:
+    """The rows of wrong entries of a part."""
+    return {row for entries in wrong for _, row, *_ in entries}
+
+
+def _sum_seconds(seconds: Mapping[str, float | None], holds: Mapping[str, str], part: str) -> float:
+    """Processor time [s] of a part and of those that it holds, which are to be asked before it."""
+    held = _sum_seconds(seconds, holds, holds[part]) if part in holds else 0.0
+    return held + (seconds[part] or 0.0)
 
 
 def _measure_seconds(answer: Answer, part: str) -> float | None:

@@ -34,8 +34,8 @@ from crosscheck.trial.source.edit import Edit
 from crosscheck.trial.source.edits import KINDS, RANKS, list_edits
 from crosscheck.trial.source.energy import Energies, find_energies
 from crosscheck.trial.source.judge import Response, SourceJudge, Wrong
+from crosscheck.trial.source.libraries import quicken_libraries
 from crosscheck.trial.source.sandbox import enter_sandbox
-from crosscheck.trial.source.simplification import skip_simplification
 from crosscheck.trial.source.site import Site, write_operand
 from crosscheck.trial.source.solving import (
     list_equal_products,
@@ -389,7 +389,7 @@ class RankTask(SelfKeyedTask):
         if self.search not in _searches:
             code, make_answer_keys = _requests[self.search]
             answer_keys = list(make_answer_keys())
-            skip_simplification()
+            quicken_libraries()
             enter_sandbox(2 * int(BUDGET_S + ENERGY_BUDGET_S) + CLOSING_S)
             _searches[self.search] = EditSearch(code, answer_keys)
         search = _searches[self.search]
