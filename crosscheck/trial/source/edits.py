@@ -63,23 +63,24 @@ class EditKind(NamedTuple):
 
 
 # What is a sign or a letter away is likelier than what needs a new expression, which also fits more
-# often by chance; what makes something of one statement before what may make it of any.
+# often by chance; what makes something of one statement before what may make it of any. Of one rank
+# the kinds with few texts come first, since code may be too slow for all.
 KINDS = (
     EditKind(1, list_opposites),
     EditKind(1, partial(list_negatives, of_products=False, inside=True)),
     EditKind(1, partial(list_negatives, of_products=True, inside=True)),
-    EditKind(2, partial(list_differences, near=True)),
-    EditKind(2, partial(list_exchanges, near=True, written=True)),
     EditKind(2, list_diagonals),
     EditKind(2, list_subscripts),
     EditKind(2, list_comparisons),
     EditKind(2, list_cofunctions),
+    EditKind(2, list_congruences),
+    EditKind(2, list_transposes),
+    EditKind(2, partial(list_differences, near=True)),
+    EditKind(2, partial(list_exchanges, near=True, written=True)),
     EditKind(2, list_operands),
     EditKind(2, partial(list_near_sums, written=True)),
     EditKind(2, list_powers),
     EditKind(2, list_constants),
-    EditKind(2, list_congruences),
-    EditKind(2, list_transposes),
     EditKind(2, list_orders),
     EditKind(2, list_parentheses),
     EditKind(2, list_multiples),

@@ -18,7 +18,7 @@ import sys
 import time
 from collections.abc import Callable, Iterable, Iterator, Sequence
 from dataclasses import dataclass, replace
-from functools import cache, cached_property
+from functools import cache, cached_property, partial
 from itertools import combinations, count, product
 from operator import attrgetter
 from typing import Any, NamedTuple
@@ -39,8 +39,8 @@ from crosscheck.trial.source.sandbox import enter_sandbox
 from crosscheck.trial.source.site import Site, write_operand
 from crosscheck.trial.source.solving import (
     list_equal_products,
-    read_literal,
-    solve_number,
+    read_literals,
+    solve_numbers,
     write_number,
 )
 from crosscheck.trial.source.source_edit import SourceAnswer, SourceEdit, describe_edit
@@ -49,7 +49,7 @@ from crosscheck.trial.source.syntax import NUMBER, SourceTree
 BUDGET_S = 10.0  # [s] of processor time, of a whole search
 ENERGY_BUDGET_S = 20.0  # [s] of that of energies, whose edits take ten times as long
 CLOSING_S = 20  # [s] beyond it, after which the process is ended
-LITERAL_RANK, SUMMAND_RANK = 2, 5  # of edits with numbers that are solved for
+LITERAL_RANK, VECTOR_RANK, SUMMAND_RANK = 2, 3, 5  # of edits with numbers that are solved for
 MOVED = "({} * 1.37 + 0.11)"  # a value that is another one, whatever it is
 MOST_AT_ONCE = 4  # likeliest ranks that come before their edits elsewhere
 MOST_ALTERNATIVES = 2
@@ -155,7 +155,11 @@ class EditSearch:
                 self._try_edit(edit)
             if self.answers and not self.is_whole:
                 return
-        solved = {LITERAL_RANK: self._solve_literals, SUMMAND_RANK: self._solve_summands}
+        solved: dict[int, Callable[[], Iterator[Edit]]] = {
+            LITERAL_RANK: partial(self._solve_literals, of_vectors=False),
+            VECTOR_RANK: partial(self._solve_literals, of_vectors=True),
+            SUMMAND_RANK: self._solve_summands,
+        }
         if rank in solved and not is_likely and not self.answers:
             for edit in solved[rank]():
                 self._try_edit(edit)
@@ -194,18 +198,20 @@ class EditSearch:
         finally:
             self.tree.put(node, node)
 
-    def _solve_literals(self) -> Iterator[Edit]:
-        """Numbers of the code that others in their place make right."""
+    def _solve_literals(self, *, of_vectors: bool) -> Iterator[Edit]:
+        """Numbers of the code, or vectors of them, that others in their place make right."""
+        rank = VECTOR_RANK if of_vectors else LITERAL_RANK
         for node, site in self._list_sites():
-            start = read_literal(site)
-            for value in [] if start is None else self._solve(node, "{}", start):
-                yield Edit((LITERAL_RANK, len(KINDS)), node, write_number(value))
+            text, start = read_literals(site) or ("", [])
+            for values in self._solve(node, text, start) if of_vectors == (len(start) > 1) else ():
+                yield Edit((rank, len(KINDS)), node, text.format(*map(write_number, values)))
 
     def _solve_summands(self) -> Iterator[Edit]:
         """Sums that lack the same number at every state, a product of what can be named there."""
         for node, site in self._list_sites():
-            if site.kind in (NUMBER, None) and site.is_whole_formula:
-                for value in self._solve(node, f"{write_operand(node)} + {{}}", 0.0):
+            is_alone = site.is_leaf and site.is_sum_place(outer=True)
+            if site.kind in (NUMBER, None) and (site.is_whole_formula or is_alone):
+                for (value,) in self._solve(node, f"{write_operand(node)} + {{}}", [0.0]):
                     for product in list_equal_products(site, value):
                         yield Edit((SUMMAND_RANK, len(KINDS)), node, f"{site.text} {product}")
 
@@ -215,20 +221,22 @@ class EditSearch:
             if isinstance(node, ast.expr) and not self.is_spent:
                 yield node, Site(self.tree, node)
 
-    def _solve(self, node: ast.expr, text: str, start: float) -> list[float]:
+    def _solve(self, node: ast.expr, text: str, start: Sequence[float]) -> list[list[float]]:
         """The numbers that make the wrong parts right at one state, all or one, in a text."""
         count = len(self.judge.states)
 
         @cache
-        def compute_residuals(value: float) -> list[np.ndarray]:
-            self.tree.put(node, Edit((0, 0), node, text.format(f"({value!r})")).parse())
+        def compute_residuals(values: tuple[float, ...]) -> list[np.ndarray]:
+            numbers = (f"({each!r})" for each in values)
+            self.tree.put(node, Edit((0, 0), node, text.format(*numbers)).parse())
             return self.judge.compute_residuals(self._compile([node]))
 
-        def solve_parts(parts: Sequence[int]) -> float | None:
-            def compute_residual(value: float) -> np.ndarray:
-                return np.concatenate([compute_residuals(value)[part] for part in parts])
+        def solve_parts(parts: Sequence[int]) -> np.ndarray | None:
+            def compute_residual(values: np.ndarray) -> np.ndarray:
+                residuals = compute_residuals(tuple(values.tolist()))
+                return np.concatenate([residuals[part] for part in parts])
 
-            return solve_number(compute_residual, start)
+            return solve_numbers(compute_residual, np.array(start))
 
         try:
             whole = solve_parts(range(count))
@@ -238,7 +246,7 @@ class EditSearch:
             return []
         finally:
             self.tree.put(node, node)
-        return [value for value in (whole, *singles) if value is not None]
+        return [values.tolist() for values in (whole, *singles) if values is not None]
 
     def _try_edit(self, edit: Edit) -> None:
         if not self.is_spent:
