@@ -60,6 +60,7 @@ ROUNDS = (
     *product(RANKS[:MOST_AT_ONCE], [False]),
     *product(RANKS[MOST_AT_ONCE:], [True, False]),
 )
+BRIEF_ROUNDS = ROUNDS[:2]
 MakeAnswerKeys = Callable[[], Iterable[AnswerKey]]
 
 
@@ -406,9 +407,7 @@ class RankTask(SelfKeyedTask):
         search.try_rank(self.rank, is_likely=self.is_likely)
         answer = search.find_answer()
         is_over = (
-            answer is not None
-            and not (answer.wrong or answer.level)
-            and answer.is_unequal == search.judge.is_unequal
+            answer is not None and answer.is_whole and answer.is_unequal == search.judge.is_unequal
         )
         return RankOutcome(answer, is_over or search.is_spent)
 
@@ -419,27 +418,31 @@ class RankTask(SelfKeyedTask):
         first, search = second
         search.try_rank(self.rank, is_likely=self.is_likely)
         answer = search.find_answer()
-        if answer is None or answer.wrong or answer.level or len(answer.edits) > 1:
+        if answer is None or not answer.is_whole or len(answer.edits) > 1:
             return RankOutcome(None, search.is_spent)
         edits = sorted((first, *answer.edits), key=lambda each: each.line)
         return RankOutcome(replace(answer, edits=tuple(edits), alternatives=()), True)
 
 
 def find_source_answer(
-    code: UserCode, make_answer_keys: MakeAnswerKeys, progress: ProgressCallback
+    code: UserCode,
+    make_answer_keys: MakeAnswerKeys,
+    progress: ProgressCallback,
+    is_brief: bool = False,
 ) -> SourceAnswer | None:
     """Find the small edit of a source that makes it right, or some of its entries.
 
-    make_answer_keys: what it must answer, on the user's mechanism first; called in a worker. No
-    file is written, and the code runs in that worker alone.
+    make_answer_keys: what it must answer, on the user's mechanism first; called in a worker.
+    is_brief: whether a likely edit that makes all right is looked for, and nothing else. No file is
+    written, and the code runs in that worker alone.
     """
     number = next(_numbers)
     answer: SourceAnswer | None = None
     _requests[number] = code, make_answer_keys
     try:
         with Workers(1) as workers:
-            for is_second in (False, True):
-                for rank, is_likely in ROUNDS:
+            for is_second in (False,) if is_brief else (False, True):
+                for rank, is_likely in BRIEF_ROUNDS if is_brief else ROUNDS:
                     progress(ProgressUpdate("looking for the line that must change"))
                     task = RankTask(number, rank, is_likely, is_second)
                     outcome = workers.perform([task], lambda key: None)[task]
@@ -453,4 +456,4 @@ def find_source_answer(
                     break
     finally:
         del _requests[number]
-    return answer
+    return None if is_brief and answer is not None and not answer.is_whole else answer

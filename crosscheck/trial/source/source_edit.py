@@ -80,6 +80,11 @@ class SourceAnswer:
     is_unequal: bool = True
 
     @property
+    def is_whole(self) -> bool:
+        """Whether nothing stays wrong at the level that the trial names."""
+        return not (self.wrong or self.level)
+
+    @property
     def sentences(self) -> Iterator[str]:
         """The change, the parts that then agree, alternatives, and the extent of the check."""
         changes = ", and ".join(f"{each.place}: {each.remedy}" for each in self.edits)
