@@ -126,17 +126,20 @@ class SourceJudge:
             wrong = {level: self._find_wrong_entries(answers, level) for level in levels}
         return {level: each for level, each in wrong.items() if each < self.wrong[level]}
 
-    def compute_residuals(self, compiled: Sequence[Any]) -> list[np.ndarray]:
-        """The answers of each wrong part less the right ones, at one state.
+    def compute_residuals(self, compiled: Sequence[Any], *, everywhere: bool) -> list[np.ndarray]:
+        """The answers of each wrong part less the right ones, at all states or at one.
 
         Raises whatever the code raises, and TooSlow.
         """
         here = self.answer_keys[0]
-        right = here.levels[self.level].right
+        trusted = here.levels[self.level]
         with limit_processor_time(self.limit_s):
             answer = self._bind(here, compiled)
-            states = self.states.items()
-            return [np.ravel(answer(part, state) - right[part][state]) for part, state in states]
+            return [
+                np.ravel([answer(part, k) - trusted.right[part][k] for k in states])
+                for part, state in self.states.items()
+                for states in [trusted.states if everywhere else [state]]
+            ]
 
     def format_entries(self, wrong: Wrong) -> tuple[str, ...]:
         """Entries in words, each once."""

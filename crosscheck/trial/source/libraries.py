@@ -22,7 +22,7 @@ def quicken_libraries() -> None:
 
     Simplifying takes seconds; np.cross takes as long as ten products of vectors.
     """
-    vars(np)["cross"] = _cross_vectors
+    vars(np)["cross"] = cross_vectors
     for module in filter(None, map(sys.modules.get, MODULES)):
         for name in SIMPLIFYING:
             if callable(getattr(module, name, None)):
@@ -33,7 +33,7 @@ def _return_expression(expression: Any, *options: object, **more: object) -> Any
     return expression
 
 
-def _cross_vectors(a: Any, b: Any, *options: Any, **more: Any) -> Any:
+def cross_vectors(a: Any, b: Any, *options: Any, **more: Any) -> Any:
     """The bits of np.cross, of two vectors in a tenth of its time."""
     left, right = np.asarray(a), np.asarray(b)
     is_plain = left.shape == right.shape == VECTOR and left.dtype == right.dtype == float

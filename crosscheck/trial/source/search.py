@@ -223,14 +223,18 @@ class EditSearch:
                 yield node, Site(self.tree, node)
 
     def _solve(self, node: ast.expr, text: str, start: Sequence[float]) -> list[list[float]]:
-        """The numbers that make the wrong parts right at one state, all or one, in a text."""
-        count = len(self.judge.states)
+        """The numbers that make the wrong parts right, all or one, in a text.
+
+        One is solved for at one state, where several may not be determined.
+        """
+        count, everywhere = len(self.judge.states), len(start) > 1
 
         @cache
         def compute_residuals(values: tuple[float, ...]) -> list[np.ndarray]:
             numbers = (f"({each!r})" for each in values)
             self.tree.put(node, Edit((0, 0), node, text.format(*numbers)).parse())
-            return self.judge.compute_residuals(self._compile([node]))
+            compiled = self._compile([node])
+            return self.judge.compute_residuals(compiled, everywhere=everywhere)
 
         def solve_parts(parts: Sequence[int]) -> np.ndarray | None:
             def compute_residual(values: np.ndarray) -> np.ndarray:

@@ -12,6 +12,7 @@ from crosscheck.runner.progress_update import ignore_progress
 from crosscheck.trial.input.loading import find_named_code, import_object
 from crosscheck.trial.source.answer_key import AnswerKey, LevelAnswers
 from crosscheck.trial.source.code import MODULE, UserCode
+from crosscheck.trial.source.libraries import cross_vectors
 from crosscheck.trial.source.search import find_source_answer
 from crosscheck.trial.source.source_edit import SourceAnswer
 from crosscheck.trial.source.syntax import SourceTree
@@ -59,7 +60,18 @@ def make():
         speed = lever + turn(rate) @ lever
         return turn(speed) @ rate
 
-    return {"weights": weights, "moment": moment, "spin": spin, "sweep": sweep}
+    def lift(q):
+        ends = [np.array([0.0, 0.3, c1]), np.array([q[0], c2, q[1]])]
+        spread = np.diag([1.3, 2.1, 0.7]) + R
+        arm = np.cross(ends[1] - ends[0], np.array([0.4, 1.7, -1.2]))
+        return np.einsum("ij,j->i", spread, arm) + spread[1, 1] * arm
+
+    def inertia(q):
+        total, middle = a.mass * 0.3 + c2, a.lever * c2
+        return [a.mass + b.mass * (b.lever - middle) ** 2, total * q[0]]
+
+    parts = {"weights": weights, "moment": moment, "spin": spin, "sweep": sweep}
+    return parts | {"lift": lift, "inertia": inertia}
 """
 STATES = ([0.4, -1.1], [-0.7, 0.9], [1.9, 0.3])
 
@@ -90,7 +102,7 @@ def make_answer_key(states: Sequence[Sequence[float]] = STATES) -> AnswerKey:
     answer = bind(names["make"])
     right = {
         part: np.array([answer(part, k) for k in range(3)])
-        for part in ("weights", "moment", "spin", "sweep")
+        for part in ("weights", "moment", "spin", "sweep", "lift", "inertia")
     }
     allowed = dict.fromkeys(right, np.array(1e-9))
     return AnswerKey(bind, {"": LevelAnswers(right, allowed)}, ("x", "y", "z"))
@@ -141,6 +153,11 @@ def find_answer(folder: Path, *replaced: tuple[str, str]) -> SourceAnswer | None
         (" + np.cross(w, inertia @ w)", "", 5),
         ("lever + turn(rate) @ lever", "lever + 0.0 * rate", 5),
         ("np.cross(w, inertia @ w)", "np.cross(levers[1], inertia @ levers[1])", 3),
+        ("ends[1] - ends[0]", "ends[1]", 2),
+        ('"ij,j->i"', '"ji,j->i"', 2),
+        ("spread[1, 1]", "spread[2, 2]", 2),
+        ("[0.4, 1.7, -1.2]", "[0.9, 0.2, -1.2]", 3),
+        ("a.mass + b.mass * (b.lever - middle) ** 2", "a.mass", 5),
     ],
 )
 def test_an_edit_of_every_kind_is_found(tmp_path, right, wrong, rank):
@@ -197,6 +214,17 @@ def test_a_statement_at_a_wrong_place_is_moved(tmp_path, right, wrong, remedy):
     text = (tmp_path / "mine.py").read_text(encoding="utf-8")
     assert text.count(edit.removed) == 1
     assert text.replace(edit.removed, edit.added) == CODE
+
+
+def test_a_quick_cross_product_has_the_bits_of_a_slow_one():
+    draw = np.random.default_rng(3)
+    for _ in range(200):
+        a, b = draw.normal(size=(2, 3)) * 10.0 ** draw.integers(-9, 9, (2, 1))
+        assert np.array_equal(cross_vectors(a, b), np.cross(a, b))
+    for a, b in ((np.eye(3), b), ([1, 0, 0], [0, 1, 0]), (a + 1j, b)):
+        quick, slow = cross_vectors(a, b), np.cross(a, b)
+        assert quick.dtype == slow.dtype
+        assert np.array_equal(quick, slow)
 
 
 def test_two_errors_are_one_answer(tmp_path):

@@ -105,6 +105,23 @@ def test_the_line_is_named_and_nothing_is_written(tmp_path, arm):
     assert {each: each.read_bytes() for each in tmp_path.iterdir()} == before
 
 
+def test_the_line_is_named_where_other_coordinates_explain_all_too(tmp_path, arm):
+    """One line turns all angles into degrees; of no edit that mends a part alone is told then."""
+    text = BY_FILE.replace("(q[1])", "(bend(q))")
+    text = text.replace("    def mass", "    def bend(q):\n        return q[1]\n\n    def mass")
+    wrong = "return q[1]", "return np.radians(q[1])"
+    trial = try_equations(write_model(tmp_path, text, wrong), arm)
+    assert any("degrees" in each for each in trial.diagnosis.readings)
+    assert trial.change is not None
+    assert [each.line for each in trial.change.edits] == [find_line(text, "return q[1]")]
+    absolute = BY_FILE.replace("q[1])", "q[1] - q[0])")
+    trial = try_equations(write_model(tmp_path, absolute), arm)
+    assert trial.change is None or trial.change.is_whole
+
+
+RECURSION = (ROOT / "benchmarks" / "source_edits" / "recursion.py").read_text(encoding="utf-8")
+
+
 def test_right_equations_are_not_searched(tmp_path, arm, monkeypatch):
     monkeypatch.setattr(search, "RankTask", None)
     trial = try_equations(write_model(tmp_path, BY_FILE), arm)
