@@ -323,17 +323,24 @@ class EditSearch:
 
     @cached_property
     def second(self) -> tuple[SourceEdit, EditSearch] | None:
-        """The best edit that mends much, but not all, and the search of the code with it."""
+        """The best edit that mends much, but not all, and the search of the code with it.
+
+        That is at the level at which the edit mends: two errors may hide which one that is.
+        """
         incomplete = [each for each in self.mending if each.wrong and self._mends_much(each)]
         first = min(incomplete, key=get_badness, default=None)
-        if first is None or first.level != self.judge.level:
+        if first is None:
             return None
         statements, number = list(self.code.statements), self.tree.statements[id(first.edit.node)]
         self.tree.make(first.edit)
         statements[number] = copy.deepcopy(statements[number])
         self.tree.undo(first.edit)
         edited = replace(self.code, statements=statements)
-        return self._describe(first), EditSearch(edited, self.answer_keys)
+        keys = [
+            replace(key, levels={first.level: key.levels[first.level], **key.levels})
+            for key in self.judge.answer_keys
+        ]
+        return self._describe(first), EditSearch(edited, keys)
 
     def _make_answer(self, edits: Sequence[MendingEdit], is_unequal: bool) -> SourceAnswer | None:
         """The first edit as an answer, others as alternatives; None without any."""
@@ -407,7 +414,7 @@ class RankTask(SelfKeyedTask):
             _searches[self.search] = EditSearch(code, answer_keys)
         search = _searches[self.search]
         if self.is_second:
-            return self._try_second(search.second)
+            return self._try_second(search)
         search.try_rank(self.rank, is_likely=self.is_likely)
         answer = search.find_answer()
         is_over = (
@@ -415,17 +422,20 @@ class RankTask(SelfKeyedTask):
         )
         return RankOutcome(answer, is_over or search.is_spent)
 
-    def _try_second(self, second: tuple[SourceEdit, EditSearch] | None) -> RankOutcome:
+    def _try_second(self, whole: EditSearch) -> RankOutcome:
         """Search for a second edit that, with the first, makes everything right."""
-        if second is None:
+        if whole.second is None:
             return RankOutcome(None, True)
-        first, search = second
+        first, search = whole.second
         search.try_rank(self.rank, is_likely=self.is_likely)
         answer = search.find_answer()
         if answer is None or not answer.is_whole or len(answer.edits) > 1:
             return RankOutcome(None, search.is_spent)
         edits = sorted((first, *answer.edits), key=lambda each: each.line)
-        return RankOutcome(replace(answer, edits=tuple(edits), alternatives=()), True)
+        level = search.judge.level if search.judge.level != whole.judge.level else ""
+        return RankOutcome(
+            replace(answer, edits=tuple(edits), alternatives=(), level=level), is_over=True
+        )
 
 
 def find_source_answer(

@@ -119,7 +119,20 @@ def test_the_line_is_named_where_other_coordinates_explain_all_too(tmp_path, arm
     assert trial.change is None or trial.change.is_whole
 
 
-RECURSION = (ROOT / "benchmarks" / "source_edits" / "recursion.py").read_text(encoding="utf-8")
+def test_two_errors_of_inverse_dynamics_are_one_answer(tmp_path):
+    """The first is mended at zero rates, where the second has no effect."""
+    recursion = ROOT / "benchmarks" / "source_edits" / "recursion.py"
+    text, right = recursion.read_text(encoding="utf-8"), "Rot @ body.inertia @ Rot.T"
+    wrong = text.replace(right, "Rot.T @ body.inertia @ Rot")
+    assert wrong.count("np.cross(omega, inertia @ omega)") == 1
+    wrong = wrong.replace("np.cross(omega, inertia @ omega)", "np.cross(inertia @ omega, omega)")
+    (tmp_path / "mine.py").write_text(wrong, encoding="utf-8")
+    answer = try_equations(f"{tmp_path / 'mine.py'}:Chain", "puma560").change
+    assert answer is not None
+    assert answer.wrong == ()
+    assert answer.level == "links"  # not the one that two errors are nearest to
+    line = find_line(text, right)
+    assert [each.line for each in answer.edits] == [line, line + 2]
 
 
 def test_right_equations_are_not_searched(tmp_path, arm, monkeypatch):
