@@ -310,7 +310,7 @@ def list_diagonals(site: Site) -> Texts:
 def list_differences(site: Site, *, near: bool) -> Texts:
     """A vector less another, such as the lever between two places for one of them.
 
-    near: of two elements of one list, or else of any two in a cross product.
+    near: of two elements of one list, or else of any two in a cross product; also their sum there.
     """
     is_factor = isinstance(site.parent, ast.Call) and ast.unparse(site.parent.func).endswith(
         "cross"
@@ -320,6 +320,7 @@ def list_differences(site: Site, *, near: bool) -> Texts:
             is_other = other != site.text and site.can_be(kind)
             if is_other and near == (other.partition("[")[0] == site.text.partition("[")[0]):
                 yield f"{site.text} - {other}"
+                yield from [] if near else [f"{site.text} + {other}"]
 
 
 def list_near_sums(site: Site, *, written: bool) -> Texts:

@@ -112,9 +112,9 @@ KINDS = (
     EditKind(4, partial(list_further_factors, written=True)),
     EditKind(4, list_further_functions),
     EditKind(4, list_further_matrices),
-    EditKind(5, partial(list_further_summands, outer=True)),
+    EditKind(4, partial(list_further_factors, written=False)),
     EditKind(5, partial(list_further_cross_products, of_products=True)),
-    EditKind(5, partial(list_further_factors, written=False)),
+    EditKind(5, partial(list_further_summands, outer=True)),
     EditKind(5, partial(list_further_summands, outer=True, written=False)),
     EditKind(5, partial(list_further_statements, adding=True)),
     EditKind(5, partial(list_further_products, sign="+")),
@@ -122,6 +122,7 @@ KINDS = (
     EditKind(6, partial(list_further_summands, outer=False)),
     EditKind(6, partial(list_further_cross_products, of_products=False)),
 )
+ADDING_RANK = 5  # least rank of edits that add a summand or a statement
 RANKS = sorted({kind.rank for kind in KINDS})
 MOVE_RANK = 2  # rank of moves of a statement, of which there are few
 

@@ -31,7 +31,7 @@ from crosscheck.runner.workers import Workers
 from crosscheck.trial.source.answer_key import AnswerKey
 from crosscheck.trial.source.code import UserCode
 from crosscheck.trial.source.edit import Edit
-from crosscheck.trial.source.edits import KINDS, RANKS, list_edits
+from crosscheck.trial.source.edits import ADDING_RANK, KINDS, RANKS, list_edits
 from crosscheck.trial.source.energy import Energies, find_energies
 from crosscheck.trial.source.judge import Response, SourceJudge, Wrong
 from crosscheck.trial.source.libraries import quicken_libraries
@@ -49,9 +49,13 @@ from crosscheck.trial.source.syntax import NUMBER, SourceTree
 BUDGET_S = 10.0  # [s] of processor time, of a whole search
 ENERGY_BUDGET_S = 20.0  # [s] of that of energies, whose edits take ten times as long
 CLOSING_S = 20  # [s] beyond it, after which the process is ended
-LITERAL_RANK, VECTOR_RANK, SUMMAND_RANK = 2, 3, 5  # of edits with numbers that are solved for
+LITERAL_RANK, VECTOR_RANK, SUMMAND_RANK = (
+    2,
+    3,
+    ADDING_RANK,
+)  # of edits with numbers that are solved for
 MOVED = "({} * 1.37 + 0.11)"  # a value that is another one, whatever it is
-MOST_AT_ONCE = 4  # likeliest ranks that come before their edits elsewhere
+MOST_AT_ONCE = 5  # likeliest ranks that come before their edits elsewhere
 MOST_ALTERNATIVES = 2
 MOST_INCOMPLETE = 12  # edits that mend some entries, of which pairs are tried
 # Rounds of a search: ranks, first the edits that may mend all that is wrong, then the others.
@@ -152,7 +156,7 @@ class EditSearch:
                 self._note_edit(each.edit)
             return
         for edit in list_edits(self.tree, rank):
-            if self._is_promising(edit.node) == is_likely:
+            if self._is_promising(edit.node, is_added=rank >= ADDING_RANK) == is_likely:
                 self._try_edit(edit)
             if self.answers and not self.is_whole:
                 return
@@ -165,11 +169,12 @@ class EditSearch:
             for edit in solved[rank]():
                 self._try_edit(edit)
 
-    def _is_promising(self, node: ast.AST) -> bool | None:
+    def _is_promising(self, node: ast.AST, *, is_added: bool) -> bool | None:
         """Whether an edit of a node may mend all that is wrong and leave the rest as it is.
 
-        None where it changes nothing that is wrong. Statements may bring anything in, and slow code
-        is not measured: both may mend all.
+        is_added: whether the edit adds a summand, which may be 0 wherever the rest is right. None
+        where it changes nothing that is wrong. Statements may bring anything in, and slow code is
+        not measured: both may mend all.
         """
         if self.energies is not None and getattr(node, "lineno", 0) <= self.energies.last_line:
             return None  # they are right
@@ -177,7 +182,7 @@ class EditSearch:
         while isinstance(above, ast.expr | ast.Slice) and not self.judge.is_slow:
             response = self._find_response(above)
             if response is not None:
-                is_clean = response.moves_all_wrong and not response.moves_right
+                is_clean = response.moves_all_wrong and (is_added or not response.moves_right)
                 return is_clean if response.moves_wrong else None
             above = self.tree.parent(above)
         return True
