@@ -106,7 +106,7 @@ def test_the_line_is_named_and_nothing_is_written(tmp_path, arm):
 
 
 def test_the_line_is_named_where_other_coordinates_explain_all_too(tmp_path, arm):
-    """One line turns all angles into degrees; no edit that mends one part alone is reported then."""
+    """One line turns all angles into degrees; an edit that mends one part alone is not offered."""
     text = BY_FILE.replace("(q[1])", "(bend(q))")
     text = text.replace("    def mass", "    def bend(q):\n        return q[1]\n\n    def mass")
     wrong = "return q[1]", "return np.radians(q[1])"
