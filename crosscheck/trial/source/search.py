@@ -338,6 +338,8 @@ class EditSearch:
             return None
         statements, number = list(self.code.statements), self.tree.statements[id(first.edit.node)]
         self.tree.make(first.edit)
+        for node in ast.walk(statements[number]):  # no edit of an edit
+            vars(node)["is_new"] = id(node) not in self.tree.scopes
         statements[number] = copy.deepcopy(statements[number])
         self.tree.undo(first.edit)
         edited = replace(self.code, statements=statements)

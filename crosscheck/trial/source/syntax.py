@@ -125,7 +125,8 @@ class SourceTree:
     def list_nodes(self) -> Iterator[ast.AST]:
         """The expressions and statements that ran, but for statements at the top."""
         for node in self.list_all_nodes():
-            if id(node) in self.places and self.has_run(node, self.lines):
+            is_new = getattr(node, "is_new", False)
+            if id(node) in self.places and not is_new and self.has_run(node, self.lines):
                 yield node
 
     def list_all_nodes(self) -> Iterator[ast.AST]:
