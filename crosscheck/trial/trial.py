@@ -113,12 +113,14 @@ def run_trial(request: TrialRequest, progress: ProgressCallback = ignore_progres
     subjects = _get_subjects(request)
     with _trial_lock:
         trial = subjects.run_variants(request, partial(_run_once, subjects, progress))
-        is_wrong = trial.exit_code and not trial.diagnosis.readings
-        code = find_code(trial.problem.equations) if is_wrong else None
+        code = find_code(trial.problem.equations) if trial.exit_code else None
         if code is None:
             return trial
-        make_keys = partial(subjects.make_answer_keys, trial)
-        return replace(trial, change=find_source_answer(code, make_keys, progress))
+        make_keys, is_brief = (
+            partial(subjects.make_answer_keys, trial),
+            bool(trial.diagnosis.readings),
+        )
+        return replace(trial, change=find_source_answer(code, make_keys, progress, is_brief))
 
 
 def _get_subjects(request: TrialRequest) -> type[TrialSubject]:

@@ -199,8 +199,9 @@ class ArmSubject(TrialSubject):
         There it is the one from which the fewest entries differ; of as many the given one.
         """
         groups, levels = group_equal_levels(self.problem.case.arm), self.problem.levels
-        equal = [each for group in groups if level in group for each in (level, *group)]
-        equal = [each for each in equal if each in levels]
+        others = {each for probe in self.probes for each in find_distinct_levels(probe.mechanism)}
+        equal = [each for group in groups if level in group for each in group if each in others]
+        equal = [level, *(each for each in equal if each in levels and each != level)]
         if len(equal) < 2:
             return level
 

@@ -192,21 +192,29 @@ def make_named_calls(equations: Equations) -> dict[str, NamedCall]:
     """
     given = {part: getattr(equations, part) for part in TAKES}
     functions = {part: function for part, function in given.items() if function is not None}
+    parameters = {part: _list_parameters(function) for part, function in functions.items()}
     user_names = dict[str, str]()
-    for part, function in functions.items():
-        required = [p for p in _list_parameters(function) or [] if p.default is p.empty]
+    for part, listed in parameters.items():
+        required = [p for p in listed or [] if p.default is p.empty]
         if _is_renamed(required, part):
             user_names |= zip([p.name for p in required], TAKES[part], strict=True)
-    return {part: _make_named_call(each, part, user_names) for part, each in functions.items()}
+    return {
+        part: _make_named_call(function, parameters[part], part, user_names)
+        for part, function in functions.items()
+    }
 
 
-def _make_named_call(function: Any, part: str, user_names: Mapping[str, str]) -> NamedCall:
+def _make_named_call(
+    function: Any,
+    parameters: Sequence[inspect.Parameter] | None,
+    part: str,
+    user_names: Mapping[str, str],
+) -> NamedCall:
     if not callable(function):
         reason = f"is a {type(function).__name__}; must be a function of {', '.join(TAKES[part])}"
         raise InputError("equations", part, None, reason)
     if callable(getattr(function, "name_in", None)):  # a casadi Function
         return NamedCall(function, _casadi_arguments(function, part))
-    parameters = _list_parameters(function)
     if parameters is None:
         return NamedCall(function, TAKES[part])
     required = [p for p in parameters if p.default is p.empty]

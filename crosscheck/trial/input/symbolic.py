@@ -222,15 +222,13 @@ def _bind_to_arm(unbound: Equations, symbolic: Symbolic, arm: Arm) -> Equations:
     """The equations with an arm's numbers; of this arm alone where the user's own are in it."""
     numbers = {symbol: float(value) for symbol, value in _list_quantities(arm).items()}
     bound = replace_symbols(symbolic, arm)
-    functions = {
+    functions: dict[str, Any] = dict.fromkeys(PARTS)
+    functions |= {
         name: _make_function(matrix, bound, name, numbers) for name, matrix in _parts(bound).items()
     }
     return replace(
         unbound,
-        mass_matrix=functions.get("mass_matrix"),
-        bias=functions.get("bias"),
-        force=functions.get("force"),
-        gravity=functions.get("gravity"),
+        **functions,
         rebuild=lambda other, scenario: _bind_to_arm(unbound, symbolic, other),
         any_arm=_is_by_name(symbolic, unbound.coordinates),
     )
@@ -246,7 +244,7 @@ def bind_to_robot(equations: Equations, robot: Robot) -> Equations:
     variables = {*symbolic.x, *symbolic.v, *symbolic.torque, symbolic.t}
     torque = _torque_by_name(symbolic, robot.coordinate_names, robot.motors)
     numbers = {str(symbol): value for symbol, value in symbolic.values.items()}
-    functions = {}
+    functions: dict[str, Any] = dict.fromkeys(PARTS)
     for name, matrix in _parts(symbolic).items():
         where, meant = f"{WHERE}: {name}", dict[Any, Any]()
         for symbol in sorted(matrix.free_symbols - variables, key=str):
@@ -259,10 +257,7 @@ def bind_to_robot(equations: Equations, robot: Robot) -> Equations:
         functions[name] = _make_function(matrix.xreplace(meant), bound, name, {})
     return replace(
         equations,
-        mass_matrix=functions.get("mass_matrix"),
-        bias=functions.get("bias"),
-        force=functions.get("force"),
-        gravity=functions.get("gravity"),
+        **functions,
         coordinates=replace(equations.coordinates, names=()),
         symbolic=None,
         rebuild=None,

@@ -23,6 +23,8 @@ from crosscheck.trial.source.sandbox import freeze
 FEW_STATES = 3
 SEED = 7
 FACTORS = 0.7, 1.4  # factors by which numbers of the other robots differ
+# Motions at which inverse dynamics are asked too, since of two errors one may be without effect.
+AT_REST, WITHOUT_RATES = "inverse_dynamics at rest", "inverse_dynamics without rates"
 NumberKind = Literal["mass", "com", "inertia", "position"]
 NUMBER_KINDS: tuple[NumberKind, ...] = get_args(NumberKind)
 
@@ -93,10 +95,15 @@ def _make_answer_key(problem: RobotProblem, level: Level, robot: Robot) -> Answe
         calls = calls if frame is None else map_calls(calls, frame, problem.name)
 
         def answer(part: str, state: int) -> np.ndarray:
-            name = part if part in calls else "bias"  # of which a mapped coriolis is one
+            asked = part.partition(" ")[0]
+            name = asked if asked in calls else "bias"  # of which a mapped coriolis is one
             arguments = {
                 each: values[state] for each, values in by_name.items() if each in TAKES[name]
             }
+            if part in (AT_REST, WITHOUT_RATES):
+                arguments["v"] = 0 * arguments["v"]
+            if part == AT_REST:
+                arguments["a"] = 0 * arguments["a"]
             answered = call_part(calls[name], name, len(problem.names), arguments)
             return answered @ states.v[state] if name == "coriolis" else answered
 
@@ -125,5 +132,12 @@ def _select_answers(problem: RobotProblem, level: Level) -> LevelAnswers:
         right["inverse_dynamics"] = right["inverse_dynamics"] + friction
     if equations.coriolis is not None and "bias" in right:  # C itself is not unique, C v is
         right["coriolis"], allowed["coriolis"] = right["bias"], allowed["bias"]
-    parts = [part for part in right if getattr(equations, part) is not None]
-    return LevelAnswers({part: right[part] for part in parts}, allowed)
+    parts = {part: right[part] for part in right if getattr(equations, part) is not None}
+    holds = dict[str, str]()
+    if "inverse_dynamics" in parts:
+        moving = np.einsum("sij,sj->si", right["mass_matrix"], problem.states.a[:FEW_STATES])
+        parts[WITHOUT_RATES] = parts["inverse_dynamics"] - friction - right["bias"]
+        parts[AT_REST] = parts[WITHOUT_RATES] - moving
+        allowed |= dict.fromkeys((AT_REST, WITHOUT_RATES), allowed["inverse_dynamics"])
+        holds = {"inverse_dynamics": WITHOUT_RATES, WITHOUT_RATES: AT_REST}
+    return LevelAnswers(parts, allowed, holds)

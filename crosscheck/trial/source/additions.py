@@ -6,10 +6,16 @@ import ast
 import copy
 from collections.abc import Mapping
 from itertools import permutations
-from typing import TypeGuard
 
 from crosscheck.trial.source.changes import MATRIX_LENGTH, OPPOSITE, SIMPLE, Texts
-from crosscheck.trial.source.site import Site, is_matrix_product, is_product, is_sum, write_operand
+from crosscheck.trial.source.site import (
+    Site,
+    is_matrix_product,
+    is_product,
+    is_stored,
+    is_sum,
+    write_operand,
+)
 from crosscheck.trial.source.syntax import NUMBER, Kind
 
 VECTOR: Kind = ("array", 3)
@@ -22,6 +28,37 @@ def list_arguments(site: Site) -> Texts:
         yield ast.unparse(node.args[-1])
         if len(node.args) == 2:
             yield f"{ast.unparse(node.func)}({ast.unparse(node.args[0])}, {site.text})"
+
+
+def list_further_functions(site: Site) -> Texts:
+    """A name with a function of the code of which others, of its kind, are arguments."""
+    if not site.is_leaf or not site.is_value or site.name == "args":
+        return
+    functions = dict[str, None]()
+    for call in site.tree.list_all_nodes():
+        if isinstance(call, ast.Call) and len(call.args) == 1 and not call.keywords:
+            name = ast.unparse(call.func)
+            is_known = bool(site.scope.kind(name)) or "." in name
+            if site.kind and site.tree.kind(call.args[0]) in (site.kind, None) and is_known:
+                functions[name] = None
+    yield from (f"{name}({site.text})" for name in functions)
+
+
+def list_unused(site: Site) -> Texts:
+    """A sum, a difference or a product with what has a name that nothing reads."""
+    if not site.is_value or is_sum(site.parent) or not site.scope.unused:
+        return
+    for text, kind in site.scope.list_leaves():
+        is_unused = text.partition("[")[0] in site.scope.unused
+        if is_unused and (site.kind is None or _can_be_added(site.kind, kind)):
+            yield from (f"{write_operand(site.node)} {sign} {text}" for sign in (*OPPOSITE, "*"))
+
+
+def _can_be_added(kind: Kind, other: Kind) -> bool:
+    """Whether the other is a number, or both are arrays of one shape but for lengths of 1."""
+    is_shaped = kind[0] == other[0] == "array" and len(kind) == len(other)
+    lengths = zip(kind[1:], other[1:], strict=False)
+    return other == NUMBER or (is_shaped and all(a == b or 1 in (a, b) for a, b in lengths))
 
 
 def list_further_factors(site: Site, *, written: bool) -> Texts:
@@ -140,8 +177,8 @@ def list_further_statements(site: Site, *, adding: bool) -> Texts:
     loop, scope = site.parent, site.scope
     if not isinstance(site.node, SIMPLE) or not isinstance(loop, ast.For):
         return
-    varying = {each.id for each in ast.walk(loop) if _is_stored(each)}
-    stored = (each for each in scope.nodes if _is_stored(each))
+    varying = {each.id for each in ast.walk(loop) if is_stored(each)}
+    stored = (each for each in scope.nodes if is_stored(each))
     for name in sorted({each.id for each in stored if each.lineno < loop.lineno}):
         for text, kind in scope.list_leaves(written=True):
             names = {n.id for n in ast.walk(ast.parse(text)) if isinstance(n, ast.Name)}
@@ -151,7 +188,3 @@ def list_further_statements(site: Site, *, adding: bool) -> Texts:
                     yield f"{site.text}\n{name} += {text}"
                 elif site.node is loop.body[-1]:
                     yield f"{site.text}\n{name} = {text}"
-
-
-def _is_stored(node: ast.AST) -> TypeGuard[ast.Name]:
-    return isinstance(node, ast.Name) and isinstance(node.ctx, ast.Store)

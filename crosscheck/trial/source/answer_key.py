@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Iterable, Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from typing import Any
 
 import numpy as np
@@ -21,10 +21,12 @@ class LevelAnswers:
     Args:
         right: By part, M (states, n, n), others (states, n).
         allowed: By part, what entries may differ by, in a shape that fits.
+        holds: By part, one that is a summand of it: where that is wrong, so is the sum.
     """
 
     right: Mapping[str, np.ndarray]
     allowed: Mapping[str, np.ndarray]
+    holds: Mapping[str, str] = field(default_factory=dict)
 
     @property
     def states(self) -> range:

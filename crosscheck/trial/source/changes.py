@@ -5,6 +5,7 @@ from __future__ import annotations
 import ast
 import difflib
 import math
+import re
 from collections import Counter
 from collections.abc import Iterator, Sequence
 from functools import cache
@@ -17,17 +18,22 @@ from crosscheck.trial.source.site import (
     is_matrix_product,
     is_power,
     is_product,
+    is_stored,
     is_sum,
     write_operand,
 )
 from crosscheck.trial.source.syntax import INDEX, LEAF, MOST_ELEMENTS, NUMBER, Kind
 
 OPPOSITE = {"+": "-", "-": "+"}
-EQUALITY = {ast.Lt: "<=", ast.LtE: "<", ast.Gt: ">=", ast.GtE: ">"}
+EQUALITY = {
+    ast.Lt: "<=", ast.LtE: "<", ast.Gt: ">=", ast.GtE: ">", ast.Eq: "!=", ast.NotEq: "==",
+}  # fmt: skip
+ENDS = "", " + 1"  # of an index
 TRIGONOMETRY = {"sin": "cos", "cos": "sin"}
 SIMPLE = ast.Assign | ast.AugAssign | ast.Expr
 UNITS = (1e3, 1e-3, 10.0, 0.1, math.pi / 180, 180 / math.pi)  # factors of a number of the code
 SIMILAR = 0.6  # least similarity of two names, by difflib's ratio
+MOST_TURNED = 3  # elements that change places all together
 SHORT = 2  # letters of names as formulas have them
 MATRIX_LENGTH = 3  # of a matrix's kind: the word, and two lengths
 Texts: TypeAlias = Iterator[str]
@@ -79,7 +85,7 @@ def list_exchanges(site: Site, *, near: bool, written: bool) -> Texts:
 @cache
 def _is_near(text: str, other: str, kind: Kind) -> bool:
     """Whether one may be mistaken for the other: few of a kind, or similar notations."""
-    if kind != NUMBER:
+    if kind != NUMBER and kind[0] != "array":
         return True
     a, b = (ast.parse(each, mode="eval").body for each in (text, other))
     if isinstance(a, ast.Attribute) and isinstance(b, ast.Attribute):
@@ -158,12 +164,18 @@ def list_orders(site: Site) -> Texts:
             swapped = [*args[:place], args[place + 1], args[place], *args[place + 2 :]]
             yield f"{ast.unparse(node.func)}({', '.join(swapped)})"
     if isinstance(node, ast.Tuple | ast.List) and isinstance(node.ctx, ast.Load):
-        for places in combinations(range(min(len(node.elts), MOST_ELEMENTS)), 2):
-            elements = [ast.unparse(each) for each in node.elts]
-            for place, other in zip(places, places[::-1], strict=True):
-                elements[place] = ast.unparse(node.elts[other])
-            listed = ", ".join(elements)
+        count = len(node.elts)
+        places = list(range(count))
+        swaps = combinations(range(min(count, MOST_ELEMENTS)), 2)
+        turns = [(1, 2, 0), (2, 0, 1)] if count == MOST_TURNED else []
+        for order in [*(_swap(places, *pair) for pair in swaps), *turns]:
+            listed = ", ".join(ast.unparse(node.elts[place]) for place in order)
             yield f"[{listed}]" if isinstance(node, ast.List) else listed
+
+
+def _swap(places: Sequence[int], first: int, second: int) -> list[int]:
+    other = {first: second, second: first}
+    return [other.get(place, place) for place in places]
 
 
 def list_congruences(site: Site) -> Texts:
@@ -241,18 +253,80 @@ def list_slices(site: Site) -> Texts:
 
 
 def list_comparisons(site: Site) -> Texts:
-    """A comparison that counts equality, or no longer does."""
+    """A comparison that counts equality, or no longer does; or the other of two alternatives."""
     node = site.node
     if isinstance(node, ast.Compare) and len(node.ops) == 1:
         other = EQUALITY.get(type(node.ops[0]))
         if other:
             yield f"{write_operand(node.left)} {other} {write_operand(node.comparators[0])}"
+    if isinstance(node, ast.IfExp):
+        yield from (ast.unparse(node.body), ast.unparse(node.orelse))
 
 
-def list_near_sums(site: Site) -> Texts:
+def list_ranges(site: Site) -> Texts:
+    """A loop from the other end, or from another index on, or up to it."""
+    node = site.node
+    if not isinstance(node, ast.Call) or ast.unparse(node.func) != "range":
+        return
+    yield f"reversed({site.text})"
+    if len(node.args) == 1:
+        own = {each.id for each in ast.walk(site.parent) if is_stored(each)}
+        for index, kind in site.scope.list_leaves(written=True):
+            if kind == INDEX and index.isidentifier() and index not in own:
+                yield from (f"range({index})", f"range({index} + 1)")
+                yield from (f"range({index}{each}, {ast.unparse(node.args[0])})" for each in ENDS)
+
+
+def list_subscripts(site: Site) -> Texts:
+    """Subscripts of an einsum with two letters of an operand exchanged, or another letter."""
+    value = site.node.value if isinstance(site.node, ast.Constant) else None
+    is_first = isinstance(site.parent, ast.Call) and site.name == "args" and site.index == 0
+    if not isinstance(value, str) or not is_first or "einsum" not in ast.unparse(site.parent.func):
+        return
+    for operand in re.finditer(r"\w+", value):
+        for first, second in combinations(range(*operand.span()), 2):
+            if value[first] != value[second]:
+                letters = list(value)
+                letters[first], letters[second] = letters[second], letters[first]
+                yield repr("".join(letters))
+    for place, letter in enumerate(value):
+        if letter.isalpha():
+            others = sorted({each for each in value if each.isalpha()} - {letter})
+            yield from (repr(f"{value[:place]}{each}{value[place + 1 :]}") for each in others)
+
+
+def list_diagonals(site: Site) -> Texts:
+    """Another element of the diagonal: I[2, 2] for I[1, 1]."""
+    node = site.node
+    if not isinstance(node, ast.Subscript) or not isinstance(node.slice, ast.Tuple):
+        return
+    places, kind = {ast.unparse(each) for each in node.slice.elts}, site.tree.kind(node.value)
+    if len(places) == 1 and kind is not None and len(kind) == MATRIX_LENGTH:
+        count = min(*kind[1:], MOST_ELEMENTS)
+        others = (f"{place}, {place}" for place in range(count) if str(place) not in places)
+        yield from (f"{ast.unparse(node.value)}[{each}]" for each in others)
+
+
+def list_differences(site: Site, *, near: bool) -> Texts:
+    """A vector less another, such as the lever between two places for one of them.
+
+    near: of two elements of one list, or else of any two in a cross product; also their sum there.
+    """
+    is_factor = isinstance(site.parent, ast.Call) and ast.unparse(site.parent.func).endswith(
+        "cross"
+    )
+    if site.is_array and (near or is_factor):
+        for other, kind in site.scope.list_leaves(written=None if near else True):
+            is_other = other != site.text and site.can_be(kind)
+            if is_other and near == (other.partition("[")[0] == site.text.partition("[")[0]):
+                yield f"{site.text} - {other}"
+                yield from [] if near else [f"{site.text} + {other}"]
+
+
+def list_near_sums(site: Site, *, written: bool) -> Texts:
     """A number of a formula and its like: both joints' rates for one's."""
     if site.is_number and isinstance(site.parent, ast.BinOp | ast.Call | ast.Assign):
-        for other, kind in site.scope.list_leaves(written=True):
+        for other, kind in site.scope.list_leaves(written=written):
             if site.can_be(kind) and other != site.text and _is_near(site.text, other, kind):
                 yield " + ".join(sorted((site.text, other)))
                 yield f"{site.text} - {other}"
@@ -304,6 +378,19 @@ def list_distributions(site: Site) -> Texts:
                     for a, b in zip((whole.left, whole.right), pair, strict=True)
                 )
                 yield f"{left} {get_sign(whole.op)} {right}"
+
+
+def list_operators(site: Site) -> Texts:
+    """A product of matrices for one of elements, and the reverse; a quotient that is not cut."""
+    node = site.node
+    if not isinstance(node, ast.BinOp):
+        return
+    left, right = write_operand(node.left), write_operand(node.right)
+    are_arrays = NUMBER not in (site.tree.kind(node.left), site.tree.kind(node.right))
+    if isinstance(node.op, ast.FloorDiv):
+        yield f"{left} / {right}"
+    if isinstance(node.op, ast.Mult | ast.MatMult) and are_arrays:
+        yield f"{left} {'@' if isinstance(node.op, ast.Mult) else '*'} {right}"
 
 
 def list_inverses(site: Site) -> Texts:

@@ -11,11 +11,13 @@ from crosscheck.trial.source.additions import (
     list_arguments,
     list_further_cross_products,
     list_further_factors,
+    list_further_functions,
     list_further_matrices,
     list_further_products,
     list_further_statements,
     list_further_summands,
     list_like_summands,
+    list_unused,
 )
 from crosscheck.trial.source.changes import (
     Texts,
@@ -24,6 +26,8 @@ from crosscheck.trial.source.changes import (
     list_comparisons,
     list_congruences,
     list_constants,
+    list_diagonals,
+    list_differences,
     list_distributions,
     list_exchanges,
     list_inverses,
@@ -32,14 +36,17 @@ from crosscheck.trial.source.changes import (
     list_negatives,
     list_neighbours,
     list_operands,
+    list_operators,
     list_opposites,
     list_orders,
     list_parentheses,
     list_powers,
+    list_ranges,
     list_repeated_exchanges,
     list_repetitions,
     list_slices,
     list_steps,
+    list_subscripts,
     list_transposes,
 )
 from crosscheck.trial.source.edit import Edit
@@ -60,20 +67,28 @@ class EditKind(NamedTuple):
 
 
 # What is a sign or a letter away is likelier than what needs a new expression, which also fits more
-# often by chance; what makes something of one statement before what may make it of any.
+# often by chance; what makes something of one statement before what may make it of any. Of one rank
+# the kinds with few texts come first, since code may be too slow for all.
 KINDS = (
     EditKind(1, list_opposites),
     EditKind(1, partial(list_negatives, of_products=False, inside=True)),
     EditKind(1, partial(list_negatives, of_products=True, inside=True)),
-    EditKind(2, partial(list_exchanges, near=True, written=True)),
+    EditKind(2, list_diagonals),
+    EditKind(2, list_subscripts),
     EditKind(2, list_comparisons),
+    EditKind(2, list_ranges),
     EditKind(2, list_cofunctions),
-    EditKind(2, list_operands),
-    EditKind(2, list_near_sums),
-    EditKind(2, list_powers),
-    EditKind(2, list_constants),
+    EditKind(2, list_operators),
+    EditKind(2, list_unused),
+    EditKind(2, list_arguments),
     EditKind(2, list_congruences),
     EditKind(2, list_transposes),
+    EditKind(2, partial(list_differences, near=True)),
+    EditKind(2, partial(list_exchanges, near=True, written=True)),
+    EditKind(2, list_operands),
+    EditKind(2, partial(list_near_sums, written=True)),
+    EditKind(2, list_powers),
+    EditKind(2, list_constants),
     EditKind(2, list_orders),
     EditKind(2, list_parentheses),
     EditKind(2, list_multiples),
@@ -85,19 +100,21 @@ KINDS = (
     EditKind(3, list_like_summands),
     EditKind(3, partial(list_exchanges, near=True, written=False)),
     EditKind(3, partial(list_exchanges, near=False, written=True)),
+    EditKind(3, partial(list_near_sums, written=False)),
+    EditKind(3, partial(list_differences, near=False)),
     EditKind(3, list_neighbours),
     EditKind(3, list_repeated_exchanges),
     EditKind(3, list_distributions),
     EditKind(3, list_inverses),
     EditKind(3, list_repetitions),
+    EditKind(4, list_further_matrices),
     EditKind(4, partial(list_exchanges, near=False, written=False)),
-    EditKind(4, list_arguments),
     EditKind(4, partial(list_further_statements, adding=False)),
     EditKind(4, partial(list_further_factors, written=True)),
-    EditKind(4, list_further_matrices),
-    EditKind(5, partial(list_further_summands, outer=True)),
+    EditKind(4, list_further_functions),
+    EditKind(4, partial(list_further_factors, written=False)),
     EditKind(5, partial(list_further_cross_products, of_products=True)),
-    EditKind(5, partial(list_further_factors, written=False)),
+    EditKind(5, partial(list_further_summands, outer=True)),
     EditKind(5, partial(list_further_summands, outer=True, written=False)),
     EditKind(5, partial(list_further_statements, adding=True)),
     EditKind(5, partial(list_further_products, sign="+")),
@@ -105,6 +122,7 @@ KINDS = (
     EditKind(6, partial(list_further_summands, outer=False)),
     EditKind(6, partial(list_further_cross_products, of_products=False)),
 )
+ADDING_RANK = 5  # least rank of edits that add a summand or a statement
 RANKS = sorted({kind.rank for kind in KINDS})
 MOVE_RANK = 2  # rank of moves of a statement, of which there are few
 

@@ -7,7 +7,7 @@ from __future__ import annotations
 
 import time
 from collections.abc import Collection, Iterable, Mapping, Sequence
-from functools import cache
+from functools import cache, partial
 from typing import Any, NamedTuple
 
 import numpy as np
@@ -67,7 +67,7 @@ class SourceJudge:
         # Of each wrong part, the quickest first, the state at which most is wrong, its answer
         # there and, by level, what is wrong of it.
         self.states = dict[str, int]()
-        for part in sorted(wrong_parts, key=lambda part: seconds[part] or 0.0):
+        for part in sorted(wrong_parts, key=partial(_sum_seconds, seconds, trusted.holds)):
             wrong = [len(trusted.find_wrong_entries(as_is, [part], [s])) for s in trusted.states]
             self.states[part] = wrong.index(max(wrong))
         self.values = {part: as_is(part, state) for part, state in self.states.items()}
@@ -126,17 +126,20 @@ class SourceJudge:
             wrong = {level: self._find_wrong_entries(answers, level) for level in levels}
         return {level: each for level, each in wrong.items() if each < self.wrong[level]}
 
-    def compute_residuals(self, compiled: Sequence[Any]) -> list[np.ndarray]:
-        """The answers of each wrong part less the right ones, at one state.
+    def compute_residuals(self, compiled: Sequence[Any], *, everywhere: bool) -> list[np.ndarray]:
+        """The answers of each wrong part less the right ones, at all states or at one.
 
         Raises whatever the code raises, and TooSlow.
         """
         here = self.answer_keys[0]
-        right = here.levels[self.level].right
+        trusted = here.levels[self.level]
         with limit_processor_time(self.limit_s):
             answer = self._bind(here, compiled)
-            states = self.states.items()
-            return [np.ravel(answer(part, state) - right[part][state]) for part, state in states]
+            return [
+                np.ravel([answer(part, k) - trusted.right[part][k] for k in states])
+                for part, state in self.states.items()
+                for states in [trusted.states if everywhere else [state]]
+            ]
 
     def format_entries(self, wrong: Wrong) -> tuple[str, ...]:
         """Entries in words, each once."""
@@ -182,19 +185,36 @@ class SourceJudge:
         """The levels beside which a wrong part is mended at one state, and none made worse."""
         here, answer = self.answer_keys[0], self._bind(self.answer_keys[0], compiled)
         levels, mended = list(self.wrong), set[str]()
+        rows_left = dict[str, set[int]]()  # by part, those that stay wrong beside every level
         for part, state in self.states.items():
-            if (answer(part, state) == self.values[part]).all():
-                continue
             before = {level: self.wrong_there[level, part] for level in levels}
-            after = {
-                level: here.levels[level].find_wrong_entries(answer, [part], [state])
-                for level in levels
-            }
+            after, summand = before, here.levels[self.level].holds.get(part, "")
+            held = rows_left.get(summand, set())
+            if _list_rows(before.values()) <= held:
+                rows_left[part] = held
+                continue
+            if (answer(part, state) != self.values[part]).any():
+                after = {
+                    level: here.levels[level].find_wrong_entries(answer, [part], [state])
+                    for level in levels
+                }
             levels = [level for level in levels if after[level] <= before[level]]
             mended |= {level for level in levels if after[level] < before[level]}
             if not levels:
                 break
+            rows_left[part] = set.intersection(*(_list_rows([each]) for each in after.values()))
         return [level for level in levels if level in mended]
+
+
+def _list_rows(wrong: Iterable[Collection[Entry]]) -> set[int]:
+    """The rows of wrong entries of a part."""
+    return {row for entries in wrong for _, row, *_ in entries}
+
+
+def _sum_seconds(seconds: Mapping[str, float | None], holds: Mapping[str, str], part: str) -> float:
+    """Processor time [s] of a part and of those that it holds, which are to be asked before it."""
+    held = _sum_seconds(seconds, holds, holds[part]) if part in holds else 0.0
+    return held + (seconds[part] or 0.0)
 
 
 def _measure_seconds(answer: Answer, part: str) -> float | None:

@@ -1,4 +1,4 @@
-"""Edits that move a statement: before the one in front of it, behind its loop, or into the loop."""
+"""Edits that move a statement: past a few others, behind its loop, or into the loop."""
 
 from __future__ import annotations
 
@@ -10,33 +10,46 @@ from crosscheck.trial.source.changes import SIMPLE
 from crosscheck.trial.source.edit import Edit
 from crosscheck.trial.source.syntax import SourceTree
 
+MOST_PASSED = 4  # statements that one is moved past
+
 
 def list_moves(tree: SourceTree, likelihood: tuple[int, int]) -> Iterator[Edit]:
     """The moves of single statements that can make a difference."""
     for node in tree.list_nodes():
-        follower = _find_follower(tree, node)
+        followers = _list_followers(tree, node)
         if isinstance(node, ast.For | ast.While):
             *others, last = node.body
             if others and isinstance(last, SIMPLE | ast.Return):
                 text = f"{_write_loop(node, others)}\n{ast.unparse(last)}"
                 yield Edit(likelihood, node, text)
-        if not isinstance(follower, SIMPLE) or not _is_order_significant(node, follower):
-            continue
+            follower = followers[0] if followers else None
+            if isinstance(follower, SIMPLE) and _is_order_significant(node, follower):
+                text = _write_loop(node, [*node.body, follower])
+                yield Edit(likelihood, node, text, (follower, "pass"))
         if isinstance(node, SIMPLE):
-            yield Edit(likelihood, node, ast.unparse(follower), (follower, ast.unparse(node)))
-        if isinstance(node, ast.For | ast.While):
-            yield Edit(
-                likelihood, node, _write_loop(node, [*node.body, follower]), (follower, "pass")
-            )
+            yield from _list_moves_in_block(node, followers[:MOST_PASSED], likelihood)
 
 
-def _find_follower(tree: SourceTree, node: ast.AST) -> ast.stmt | None:
-    """The statement after a statement, in the same block."""
+def _list_moves_in_block(
+    node: ast.stmt, followers: list[ast.stmt], likelihood: tuple[int, int]
+) -> Iterator[Edit]:
+    """The moves of later statements before one, and of that one behind them."""
+    for count, last in enumerate(followers, start=1):
+        passed, own, text = [node, *followers[: count - 1]], ast.unparse(node), ast.unparse(last)
+        if not isinstance(last, SIMPLE):
+            return
+        if any(_is_order_significant(each, last) for each in passed):
+            yield Edit(likelihood, node, f"{text}\n{own}", (last, "pass"))
+        if count > 1 and any(_is_order_significant(node, each) for each in followers[:count]):
+            yield Edit(likelihood, node, "pass", (last, f"{text}\n{own}"))
+
+
+def _list_followers(tree: SourceTree, node: ast.AST) -> list[ast.stmt]:
+    """The statements after a statement, in the same block."""
     if not isinstance(node, ast.stmt):
-        return None
+        return []
     parent, name, index = tree.places[id(node)]
-    block = getattr(parent, name)
-    return block[index + 1] if index is not None and index + 1 < len(block) else None
+    return [] if index is None else getattr(parent, name)[index + 1 :]
 
 
 def _is_order_significant(node: ast.AST, follower: ast.stmt) -> bool:

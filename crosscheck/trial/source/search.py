@@ -18,7 +18,7 @@ import sys
 import time
 from collections.abc import Callable, Iterable, Iterator, Sequence
 from dataclasses import dataclass, replace
-from functools import cache, cached_property
+from functools import cache, cached_property, partial
 from itertools import combinations, count, product
 from operator import attrgetter
 from typing import Any, NamedTuple
@@ -31,16 +31,16 @@ from crosscheck.runner.workers import Workers
 from crosscheck.trial.source.answer_key import AnswerKey
 from crosscheck.trial.source.code import UserCode
 from crosscheck.trial.source.edit import Edit
-from crosscheck.trial.source.edits import KINDS, RANKS, list_edits
+from crosscheck.trial.source.edits import ADDING_RANK, KINDS, RANKS, list_edits
 from crosscheck.trial.source.energy import Energies, find_energies
 from crosscheck.trial.source.judge import Response, SourceJudge, Wrong
+from crosscheck.trial.source.libraries import quicken_libraries
 from crosscheck.trial.source.sandbox import enter_sandbox
-from crosscheck.trial.source.simplification import skip_simplification
 from crosscheck.trial.source.site import Site, write_operand
 from crosscheck.trial.source.solving import (
     list_equal_products,
-    read_literal,
-    solve_number,
+    read_literals,
+    solve_numbers,
     write_number,
 )
 from crosscheck.trial.source.source_edit import SourceAnswer, SourceEdit, describe_edit
@@ -49,9 +49,10 @@ from crosscheck.trial.source.syntax import NUMBER, SourceTree
 BUDGET_S = 10.0  # [s] of processor time, of a whole search
 ENERGY_BUDGET_S = 20.0  # [s] of that of energies, whose edits take ten times as long
 CLOSING_S = 20  # [s] beyond it, after which the process is ended
-LITERAL_RANK, SUMMAND_RANK = 2, 5  # of edits with numbers that are solved for
+# Ranks of edits with numbers that are solved for.
+LITERAL_RANK, VECTOR_RANK, SUMMAND_RANK = 2, 3, ADDING_RANK
 MOVED = "({} * 1.37 + 0.11)"  # a value that is another one, whatever it is
-MOST_AT_ONCE = 3  # likeliest ranks that come before their edits elsewhere
+MOST_AT_ONCE = 5  # likeliest ranks that come before their edits elsewhere
 MOST_ALTERNATIVES = 2
 MOST_INCOMPLETE = 12  # edits that mend some entries, of which pairs are tried
 # Rounds of a search: ranks, first the edits that may mend all that is wrong, then the others.
@@ -60,6 +61,7 @@ ROUNDS = (
     *product(RANKS[:MOST_AT_ONCE], [False]),
     *product(RANKS[MOST_AT_ONCE:], [True, False]),
 )
+BRIEF_ROUNDS = 2  # number of rounds where the cause is known, and only its line is looked for
 MakeAnswerKeys = Callable[[], Iterable[AnswerKey]]
 
 
@@ -151,20 +153,25 @@ class EditSearch:
                 self._note_edit(each.edit)
             return
         for edit in list_edits(self.tree, rank):
-            if self._is_promising(edit.node) == is_likely:
+            if self._is_promising(edit.node, is_added=rank >= ADDING_RANK) == is_likely:
                 self._try_edit(edit)
             if self.answers and not self.is_whole:
                 return
-        solved = {LITERAL_RANK: self._solve_literals, SUMMAND_RANK: self._solve_summands}
+        solved: dict[int, Callable[[], Iterator[Edit]]] = {
+            LITERAL_RANK: partial(self._solve_literals, of_vectors=False),
+            VECTOR_RANK: partial(self._solve_literals, of_vectors=True),
+            SUMMAND_RANK: self._solve_summands,
+        }
         if rank in solved and not is_likely and not self.answers:
             for edit in solved[rank]():
                 self._try_edit(edit)
 
-    def _is_promising(self, node: ast.AST) -> bool | None:
+    def _is_promising(self, node: ast.AST, *, is_added: bool) -> bool | None:
         """Whether an edit of a node may mend all that is wrong and leave the rest as it is.
 
-        None where it changes nothing that is wrong. Statements may bring anything in, and slow code
-        is not measured: both may mend all.
+        is_added: whether the edit adds a summand, which may be 0 wherever the rest is right. None
+        where it changes nothing that is wrong. Statements may bring anything in, and slow code is
+        not measured: both may mend all.
         """
         if self.energies is not None and getattr(node, "lineno", 0) <= self.energies.last_line:
             return None  # they are right
@@ -172,7 +179,7 @@ class EditSearch:
         while isinstance(above, ast.expr | ast.Slice) and not self.judge.is_slow:
             response = self._find_response(above)
             if response is not None:
-                is_clean = response.moves_all_wrong and not response.moves_right
+                is_clean = response.moves_all_wrong and (is_added or not response.moves_right)
                 return is_clean if response.moves_wrong else None
             above = self.tree.parent(above)
         return True
@@ -194,18 +201,20 @@ class EditSearch:
         finally:
             self.tree.put(node, node)
 
-    def _solve_literals(self) -> Iterator[Edit]:
-        """Numbers of the code that others in their place make right."""
+    def _solve_literals(self, *, of_vectors: bool) -> Iterator[Edit]:
+        """Numbers of the code, or vectors of them, that others in their place make right."""
+        rank = VECTOR_RANK if of_vectors else LITERAL_RANK
         for node, site in self._list_sites():
-            start = read_literal(site)
-            for value in [] if start is None else self._solve(node, "{}", start):
-                yield Edit((LITERAL_RANK, len(KINDS)), node, write_number(value))
+            text, start = read_literals(site) or ("", [])
+            for values in self._solve(node, text, start) if of_vectors == (len(start) > 1) else ():
+                yield Edit((rank, len(KINDS)), node, text.format(*map(write_number, values)))
 
     def _solve_summands(self) -> Iterator[Edit]:
         """Sums that lack the same number at every state, a product of what can be named there."""
         for node, site in self._list_sites():
-            if site.kind in (NUMBER, None) and site.is_whole_formula:
-                for value in self._solve(node, f"{write_operand(node)} + {{}}", 0.0):
+            is_alone = site.is_leaf and site.is_sum_place(outer=True)
+            if site.kind in (NUMBER, None) and (site.is_whole_formula or is_alone):
+                for (value,) in self._solve(node, f"{write_operand(node)} + {{}}", [0.0]):
                     for product in list_equal_products(site, value):
                         yield Edit((SUMMAND_RANK, len(KINDS)), node, f"{site.text} {product}")
 
@@ -215,20 +224,26 @@ class EditSearch:
             if isinstance(node, ast.expr) and not self.is_spent:
                 yield node, Site(self.tree, node)
 
-    def _solve(self, node: ast.expr, text: str, start: float) -> list[float]:
-        """The numbers that make the wrong parts right at one state, all or one, in a text."""
-        count = len(self.judge.states)
+    def _solve(self, node: ast.expr, text: str, start: Sequence[float]) -> list[list[float]]:
+        """The numbers that make the wrong parts right, all or one, in a text.
+
+        One is solved for at one state, where several may not be determined.
+        """
+        count, everywhere = len(self.judge.states), len(start) > 1
 
         @cache
-        def compute_residuals(value: float) -> list[np.ndarray]:
-            self.tree.put(node, Edit((0, 0), node, text.format(f"({value!r})")).parse())
-            return self.judge.compute_residuals(self._compile([node]))
+        def compute_residuals(values: tuple[float, ...]) -> list[np.ndarray]:
+            numbers = (f"({each!r})" for each in values)
+            self.tree.put(node, Edit((0, 0), node, text.format(*numbers)).parse())
+            compiled = self._compile([node])
+            return self.judge.compute_residuals(compiled, everywhere=everywhere)
 
-        def solve_parts(parts: Sequence[int]) -> float | None:
-            def compute_residual(value: float) -> np.ndarray:
-                return np.concatenate([compute_residuals(value)[part] for part in parts])
+        def solve_parts(parts: Sequence[int]) -> np.ndarray | None:
+            def compute_residual(values: np.ndarray) -> np.ndarray:
+                residuals = compute_residuals(tuple(values.tolist()))
+                return np.concatenate([residuals[part] for part in parts])
 
-            return solve_number(compute_residual, start)
+            return solve_numbers(compute_residual, np.array(start))
 
         try:
             whole = solve_parts(range(count))
@@ -238,7 +253,7 @@ class EditSearch:
             return []
         finally:
             self.tree.put(node, node)
-        return [value for value in (whole, *singles) if value is not None]
+        return [values.tolist() for values in (whole, *singles) if values is not None]
 
     def _try_edit(self, edit: Edit) -> None:
         if not self.is_spent:
@@ -310,17 +325,26 @@ class EditSearch:
 
     @cached_property
     def second(self) -> tuple[SourceEdit, EditSearch] | None:
-        """The best edit that mends much, but not all, and the search of the code with it."""
+        """The best edit that mends much, but not all, and the search of the code with it.
+
+        That is at the level at which the edit mends: two errors may hide which one that is.
+        """
         incomplete = [each for each in self.mending if each.wrong and self._mends_much(each)]
         first = min(incomplete, key=get_badness, default=None)
-        if first is None or first.level != self.judge.level:
+        if first is None:
             return None
         statements, number = list(self.code.statements), self.tree.statements[id(first.edit.node)]
         self.tree.make(first.edit)
+        for node in ast.walk(statements[number]):  # no edit of an edit
+            vars(node)["is_new"] = id(node) not in self.tree.scopes
         statements[number] = copy.deepcopy(statements[number])
         self.tree.undo(first.edit)
         edited = replace(self.code, statements=statements)
-        return self._describe(first), EditSearch(edited, self.answer_keys)
+        keys = [
+            replace(key, levels={first.level: key.levels[first.level], **key.levels})
+            for key in self.judge.answer_keys
+        ]
+        return self._describe(first), EditSearch(edited, keys)
 
     def _make_answer(self, edits: Sequence[MendingEdit], is_unequal: bool) -> SourceAnswer | None:
         """The first edit as an answer, others as alternatives; None without any."""
@@ -389,49 +413,54 @@ class RankTask(SelfKeyedTask):
         if self.search not in _searches:
             code, make_answer_keys = _requests[self.search]
             answer_keys = list(make_answer_keys())
-            skip_simplification()
+            quicken_libraries()
             enter_sandbox(2 * int(BUDGET_S + ENERGY_BUDGET_S) + CLOSING_S)
             _searches[self.search] = EditSearch(code, answer_keys)
         search = _searches[self.search]
         if self.is_second:
-            return self._try_second(search.second)
+            return self._try_second(search)
         search.try_rank(self.rank, is_likely=self.is_likely)
         answer = search.find_answer()
         is_over = (
-            answer is not None
-            and not (answer.wrong or answer.level)
-            and answer.is_unequal == search.judge.is_unequal
+            answer is not None and answer.is_whole and answer.is_unequal == search.judge.is_unequal
         )
         return RankOutcome(answer, is_over or search.is_spent)
 
-    def _try_second(self, second: tuple[SourceEdit, EditSearch] | None) -> RankOutcome:
+    def _try_second(self, whole: EditSearch) -> RankOutcome:
         """Search for a second edit that, with the first, makes everything right."""
-        if second is None:
+        if whole.second is None:
             return RankOutcome(None, True)
-        first, search = second
+        first, search = whole.second
         search.try_rank(self.rank, is_likely=self.is_likely)
         answer = search.find_answer()
-        if answer is None or answer.wrong or answer.level or len(answer.edits) > 1:
+        if answer is None or not answer.is_whole or len(answer.edits) > 1:
             return RankOutcome(None, search.is_spent)
         edits = sorted((first, *answer.edits), key=lambda each: each.line)
-        return RankOutcome(replace(answer, edits=tuple(edits), alternatives=()), True)
+        level = search.judge.level if search.judge.level != whole.judge.level else ""
+        return RankOutcome(
+            replace(answer, edits=tuple(edits), alternatives=(), level=level), is_over=True
+        )
 
 
 def find_source_answer(
-    code: UserCode, make_answer_keys: MakeAnswerKeys, progress: ProgressCallback
+    code: UserCode,
+    make_answer_keys: MakeAnswerKeys,
+    progress: ProgressCallback,
+    is_brief: bool = False,
 ) -> SourceAnswer | None:
     """Find the small edit of a source that makes it right, or some of its entries.
 
-    make_answer_keys: what it must answer, on the user's mechanism first; called in a worker. No
-    file is written, and the code runs in that worker alone.
+    make_answer_keys: what it must answer, on the user's mechanism first; called in a worker.
+    is_brief: whether a likely edit that makes all right is looked for, and nothing else. No file is
+    written, and the code runs in that worker alone.
     """
     number = next(_numbers)
     answer: SourceAnswer | None = None
     _requests[number] = code, make_answer_keys
     try:
         with Workers(1) as workers:
-            for is_second in (False, True):
-                for rank, is_likely in ROUNDS:
+            for is_second in (False,) if is_brief else (False, True):
+                for rank, is_likely in ROUNDS[:BRIEF_ROUNDS] if is_brief else ROUNDS:
                     progress("looking for the line that must change")
                     task = RankTask(number, rank, is_likely, is_second)
                     outcome = workers.perform([task])[task]
@@ -445,4 +474,4 @@ def find_source_answer(
                     break
     finally:
         del _requests[number]
-    return answer
+    return None if is_brief and answer is not None and not answer.is_whole else answer

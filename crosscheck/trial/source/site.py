@@ -140,3 +140,7 @@ def write_operand(node: ast.AST) -> str:
     """The text of an operand."""
     text = ast.unparse(node)
     return text if isinstance(node, LEAF | ast.Call | ast.Constant) else f"({text})"
+
+
+def is_stored(node: ast.AST) -> TypeGuard[ast.Name]:
+    return isinstance(node, ast.Name) and isinstance(node.ctx, ast.Store)

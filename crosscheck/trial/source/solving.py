@@ -1,4 +1,4 @@
-"""Numbers that make equations right: in place of one of the code, or as a missing summand.
+"""Numbers that make equations right: in place of those of the code, or as a missing summand.
 
 Idea: such a number is an unknown, and the answers that are wrong are equations for it. Difficulty:
 they depend on it in any way; a length enters a mass matrix by its square. Remedy: a few steps of
@@ -9,12 +9,12 @@ from __future__ import annotations
 
 import ast
 from collections.abc import Callable, Iterator, Mapping
-from itertools import chain, combinations_with_replacement, islice
+from itertools import chain, combinations, combinations_with_replacement, islice
 
 import numpy as np
 
 from crosscheck.trial.source.site import Site
-from crosscheck.trial.source.syntax import NUMBER
+from crosscheck.trial.source.syntax import MOST_ELEMENTS, NUMBER
 
 MOST_STEPS = 8
 GAIN = 0.5  # of the residual, that a step must leave at most
@@ -23,27 +23,28 @@ EQUAL = 1e-8  # relative difference of a number and a product of names that is o
 MOST_NAMES = 40  # of which products are made
 MOST_FACTORS, FACTORS = 3, {1.0: "", 2.0: "2 * ", 0.5: "0.5 * "}
 MOST_DIGITS = 10
-Residual = Callable[[float], np.ndarray]
+Residual = Callable[[np.ndarray], np.ndarray]
 
 
-def solve_number(residual: Residual, start: float) -> float | None:
-    """The number at which a residual (k,) vanishes, from a start; None where none is near."""
-    number, step = start, 0.1 * abs(start) or 0.1
-    rest = residual(number)
+def solve_numbers(residual: Residual, start: np.ndarray) -> np.ndarray | None:
+    """Numbers (n,) at which a residual (k,) vanishes, from a start; None where none are near."""
+    numbers, steps = start, 0.1 * np.abs(start)
+    steps[steps == 0] = 0.1
+    rest = residual(numbers)
     first = float(np.linalg.norm(rest))
     for _ in range(MOST_STEPS):
-        slope = (residual(number + step) - rest) / step
-        if not slope.any() or not np.isfinite(slope).all():
+        slopes = [(residual(numbers + row) - rest) / row.sum() for row in np.diag(steps)]
+        if not np.isfinite(slopes).all() or not np.any(slopes):
             return None
-        change = -float(slope @ rest / (slope @ slope))
-        before, number = float(np.linalg.norm(rest)), number + change
-        rest = residual(number)
+        change = np.linalg.lstsq(np.transpose(slopes), -rest)[0]
+        before, numbers = float(np.linalg.norm(rest)), numbers + change
+        rest = residual(numbers)
         size = float(np.linalg.norm(rest))
         if size <= SOLVED * first:
-            return number
+            return numbers
         if not size <= GAIN * before:
             return None
-        step = 1e-3 * change
+        steps = np.where(change == 0, steps, 1e-3 * change)
     return None
 
 
@@ -57,7 +58,10 @@ def write_number(value: float) -> str:
 
 
 def list_equal_products(site: Site, value: float) -> Iterator[str]:
-    """Products of a few numbers that a site can name, with their sign, which have a value."""
+    """Products of a few numbers that a site can name, with their sign, which have a value.
+
+    Among them a mass times the square of a distance: of a difference of two.
+    """
     numbers = dict(islice(_list_numbers(site), MOST_NAMES))
     for count in range(1, MOST_FACTORS + 1):
         for texts in combinations_with_replacement(sorted(numbers), count):
@@ -66,6 +70,11 @@ def list_equal_products(site: Site, value: float) -> Iterator[str]:
                 if abs(abs(value) - abs(factor * product)) <= EQUAL * abs(value):
                     sign = "+" if value * product > 0 else "-"
                     yield f"{sign} {written}{' * '.join(texts)}"
+    for (a, end), (b, begin) in combinations(numbers.items(), 2):
+        for text, number in numbers.items() if end != begin else ():
+            ratio = value / (number * (end - begin) ** 2)
+            if abs(abs(ratio) - 1) <= EQUAL:
+                yield f"{'+' if ratio > 0 else '-'} {text} * ({a} - {b}) ** 2"
 
 
 def _list_numbers(site: Site) -> Iterator[tuple[str, float]]:
@@ -82,9 +91,32 @@ def _list_numbers(site: Site) -> Iterator[tuple[str, float]]:
                 yield text, number
 
 
-def read_literal(site: Site) -> float | None:
-    """The number of the code that a site is, to compute with; None of all else."""
-    value = site.node.value if isinstance(site.node, ast.Constant) else None
-    if not isinstance(value, int | float) or isinstance(value, bool) or site.is_index:
+def read_literals(site: Site) -> tuple[str, list[float]] | None:
+    """A number of the code, or those of a vector: its text with gaps for them, and the numbers.
+
+    None of all else, and of indices.
+    """
+    node = site.node
+    if isinstance(node, ast.Constant):
+        number = _read_number(node)
+        return None if number is None or site.is_index else ("{}", [number])
+    if not isinstance(node, ast.List | ast.Tuple) or len(node.elts) > MOST_ELEMENTS:
         return None
-    return float(value)
+    numbers = list(map(_read_number, node.elts))
+    found = [each for each in numbers if each is not None]
+    is_vector = len(found) > 1 and not (site.is_index and all(map(float.is_integer, found)))
+    texts = (
+        ast.unparse(each).replace("{", "{{").replace("}", "}}") if number is None else "{}"
+        for each, number in zip(node.elts, numbers, strict=True)
+    )
+    listed = ", ".join(texts)
+    return (f"[{listed}]" if isinstance(node, ast.List) else listed, found) if is_vector else None
+
+
+def _read_number(node: ast.expr) -> float | None:
+    """The number that an expression is, with its sign."""
+    if isinstance(node, ast.UnaryOp) and isinstance(node.op, ast.USub):
+        number = _read_number(node.operand)
+        return None if number is None else -number
+    value = node.value if isinstance(node, ast.Constant) else None
+    return float(value) if isinstance(value, int | float) and not isinstance(value, bool) else None

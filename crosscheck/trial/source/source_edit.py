@@ -80,6 +80,11 @@ class SourceAnswer:
     is_unequal: bool = True
 
     @property
+    def is_whole(self) -> bool:
+        """Whether nothing stays wrong at the level that the trial names."""
+        return not (self.wrong or self.level)
+
+    @property
     def sentences(self) -> Iterator[str]:
         """The change, the parts that then agree, alternatives, and the extent of the check."""
         changes = ", and ".join(f"{each.place}: {each.remedy}" for each in self.edits)
@@ -149,9 +154,14 @@ def _describe_move(lines: list[str], edit: Edit, file: str, entries: tuple[str, 
     assert isinstance(node, ast.stmt)
     if not isinstance(node, ast.For | ast.While):
         assert edit.further is not None  # as it is of statements that change places
-        moved = edit.further[0]
-        where, removed = f"before {read(node).strip()}", f"{read(node)}\n{read(moved)}"
-        added, line = f"{read(moved)}\n{read(node)}", node.lineno
+        last, line = edit.further[0], node.lineno
+        passed = "\n".join(lines[line - 1 : last.lineno - 1])
+        removed, moved = f"{passed}\n{read(last)}", last
+        where, added = f"before {read(node).strip()}", f"{read(last)}\n{passed}"
+        if edit.text == "pass":
+            passed = "\n".join(lines[node.end_lineno or line : last.end_lineno])
+            where, added = f"after {read(last).strip()}", f"{passed}\n{read(node)}"
+            moved = node
     else:
         moved = edit.further[0] if edit.further else node.body[-1]
         where = f"{'in' if edit.further else 'after'} the loop of line {node.lineno}"

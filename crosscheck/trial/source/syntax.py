@@ -6,6 +6,7 @@ import ast
 import sys
 from collections.abc import Callable, Iterable, Iterator
 from dataclasses import dataclass, field
+from functools import cached_property
 from types import CodeType, FrameType
 from typing import Any, TypeAlias, cast
 
@@ -38,6 +39,13 @@ class Scope:
     nodes: list[ast.AST] = field(default_factory=list)
     values: dict[str, Any] = field(default_factory=dict)
     result: Kind | None = None
+
+    @cached_property
+    def unused(self) -> set[str]:
+        """Names that it gives values to and that nothing in it reads."""
+        names = [each for each in ast.walk(self.node) if isinstance(each, ast.Name)]
+        read = {each.id for each in names if isinstance(each.ctx, ast.Load)}
+        return {each.id for each in names if isinstance(each.ctx, ast.Store)} - read
 
     def kind(self, text: str) -> Kind | None:
         """The kind of what a text names here; None where that is unknown."""
@@ -117,7 +125,8 @@ class SourceTree:
     def list_nodes(self) -> Iterator[ast.AST]:
         """The expressions and statements that ran, but for statements at the top."""
         for node in self.list_all_nodes():
-            if id(node) in self.places and self.has_run(node, self.lines):
+            is_new = getattr(node, "is_new", False)
+            if id(node) in self.places and not is_new and self.has_run(node, self.lines):
                 yield node
 
     def list_all_nodes(self) -> Iterator[ast.AST]:

@@ -12,6 +12,7 @@ from crosscheck.runner.progress_update import ignore_progress
 from crosscheck.trial.input.loading import find_named_code, import_object
 from crosscheck.trial.source.answer_key import AnswerKey, LevelAnswers
 from crosscheck.trial.source.code import MODULE, UserCode
+from crosscheck.trial.source.libraries import cross_vectors
 from crosscheck.trial.source.search import find_source_answer
 from crosscheck.trial.source.source_edit import SourceAnswer
 from crosscheck.trial.source.syntax import SourceTree
@@ -59,7 +60,35 @@ def make():
         speed = lever + turn(rate) @ lever
         return turn(speed) @ rate
 
-    return {"weights": weights, "moment": moment, "spin": spin, "sweep": sweep}
+    def lift(q):
+        ends = [np.array([0.0, 0.3, c1]), np.array([q[0], c2, q[1]])]
+        spread = np.diag([1.3, 2.1, 0.7]) + R
+        arm = np.cross(ends[1] - ends[0], np.array([0.4, 1.7, -1.2]))
+        return np.einsum("ij,j->i", spread, arm) + spread[1, 1] * arm
+
+    def inertia(q):
+        total, middle = a.mass * 0.3 + c2, a.lever * c2
+        return [a.mass + b.mass * (b.lever - middle) ** 2, total * q[0]]
+
+    def order(q):
+        n, turns = 3, np.array([[q[0], c1, s], [c2, q[1], 0.6], [0.2, s, q[0]]])
+        carried, shares = np.array([0.3, -0.7, c1]), np.zeros(3)
+        tensor = np.arange(27.0).reshape(3, 3, 3)
+        for i in range(n):
+            carried = turns @ carried
+            carried = carried + c1
+            scaled = carried * q[0]
+            shares[i] = scaled[2] if i == 0 else carried[i]
+            carried = np.cross(scaled, carried) + scaled
+        for i in reversed(range(n)):
+            for j in range(i):
+                shares[i] = shares[i] + c2 * shares[j] ** 2
+        bonus = c1 * np.sin(q[1])
+        ratio = n / 2
+        return shares + bonus + ratio * tensor[0, 1, 2]
+
+    parts = {"weights": weights, "moment": moment, "spin": spin, "sweep": sweep}
+    return parts | {"lift": lift, "inertia": inertia, "order": order}
 """
 STATES = ([0.4, -1.1], [-0.7, 0.9], [1.9, 0.3])
 
@@ -90,7 +119,7 @@ def make_answer_key(states: Sequence[Sequence[float]] = STATES) -> AnswerKey:
     answer = bind(names["make"])
     right = {
         part: np.array([answer(part, k) for k in range(3)])
-        for part in ("weights", "moment", "spin", "sweep")
+        for part in ("weights", "moment", "spin", "sweep", "lift", "inertia", "order")
     }
     allowed = dict.fromkeys(right, np.array(1e-9))
     return AnswerKey(bind, {"": LevelAnswers(right, allowed)}, ("x", "y", "z"))
@@ -141,6 +170,19 @@ def find_answer(folder: Path, *replaced: tuple[str, str]) -> SourceAnswer | None
         (" + np.cross(w, inertia @ w)", "", 5),
         ("lever + turn(rate) @ lever", "lever + 0.0 * rate", 5),
         ("np.cross(w, inertia @ w)", "np.cross(levers[1], inertia @ levers[1])", 3),
+        ("ends[1] - ends[0]", "ends[1]", 2),
+        ('"ij,j->i"', '"ji,j->i"', 2),
+        ("spread[1, 1]", "spread[2, 2]", 2),
+        ("[0.4, 1.7, -1.2]", "[0.9, 0.2, -1.2]", 3),
+        ("a.mass + b.mass * (b.lever - middle) ** 2", "a.mass", 5),
+        ("R @ np.diag([1.3, 2.1, 0.7]) @ R.T", "R @ np.diag([1.3, 2.1, 0.7]) * R.T", 2),
+        ("shares + bonus +", "shares +", 2),
+        ("n / 2", "n // 2", 2),
+        ("if i == 0", "if i != 0", 2),
+        ("in reversed(range(n))", "in range(n)", 2),
+        ("for j in range(i)", "for j in range(n)", 2),
+        ("c1 * np.sin(q[1])", "c1 * q[1]", 4),
+        ("tensor[0, 1, 2]", "tensor[2, 0, 1]", 2),
     ],
 )
 def test_an_edit_of_every_kind_is_found(tmp_path, right, wrong, rank):
@@ -186,6 +228,17 @@ def test_a_statement_that_was_forgotten_is_added(tmp_path):
             "total = total + w * p[i] + np.cross(p, w) should stand before "
             "p = np.cross(w, p) + R.T @ w",
         ),
+        (
+            """            carried = turns @ carried
+            carried = carried + c1
+            scaled = carried * q[0]
+""",
+            """            scaled = carried * q[0]
+            carried = turns @ carried
+            carried = carried + c1
+""",
+            "scaled = carried * q[0] should stand after carried = carried + c1",
+        ),
     ],
 )
 def test_a_statement_at_a_wrong_place_is_moved(tmp_path, right, wrong, remedy):
@@ -197,6 +250,17 @@ def test_a_statement_at_a_wrong_place_is_moved(tmp_path, right, wrong, remedy):
     text = (tmp_path / "mine.py").read_text(encoding="utf-8")
     assert text.count(edit.removed) == 1
     assert text.replace(edit.removed, edit.added) == CODE
+
+
+def test_a_quick_cross_product_has_the_bits_of_a_slow_one():
+    draw = np.random.default_rng(3)
+    for _ in range(200):
+        a, b = draw.normal(size=(2, 3)) * 10.0 ** draw.integers(-9, 9, (2, 1))
+        assert np.array_equal(cross_vectors(a, b), np.cross(a, b))
+    for left, right in ((np.eye(3), b), ([1, 0, 0], [0, 1, 0]), (a + 1j, b)):
+        quick, slow = cross_vectors(left, right), np.cross(left, right)
+        assert quick.dtype == slow.dtype
+        assert np.array_equal(quick, slow)
 
 
 def test_two_errors_are_one_answer(tmp_path):

@@ -105,6 +105,36 @@ def test_the_line_is_named_and_nothing_is_written(tmp_path, arm):
     assert {each: each.read_bytes() for each in tmp_path.iterdir()} == before
 
 
+def test_the_line_is_named_where_other_coordinates_explain_all_too(tmp_path, arm):
+    """One line turns all angles into degrees; an edit that mends one part alone is not offered."""
+    text = BY_FILE.replace("(q[1])", "(bend(q))")
+    text = text.replace("    def mass", "    def bend(q):\n        return q[1]\n\n    def mass")
+    wrong = "return q[1]", "return np.radians(q[1])"
+    trial = try_equations(write_model(tmp_path, text, wrong), arm)
+    assert any("degrees" in each for each in trial.diagnosis.readings)
+    assert trial.change is not None
+    assert [each.line for each in trial.change.edits] == [find_line(text, "return q[1]")]
+    absolute = BY_FILE.replace("q[1])", "q[1] - q[0])")
+    trial = try_equations(write_model(tmp_path, absolute), arm)
+    assert trial.change is None or trial.change.is_whole
+
+
+def test_two_errors_of_inverse_dynamics_are_one_answer(tmp_path):
+    """The first is mended at zero rates, where the second has no effect."""
+    recursion = ROOT / "benchmarks" / "source_edits" / "recursion.py"
+    text, right = recursion.read_text(encoding="utf-8"), "Rot @ body.inertia @ Rot.T"
+    wrong = text.replace(right, "Rot.T @ body.inertia @ Rot")
+    assert wrong.count("np.cross(omega, inertia @ omega)") == 1
+    wrong = wrong.replace("np.cross(omega, inertia @ omega)", "np.cross(inertia @ omega, omega)")
+    (tmp_path / "mine.py").write_text(wrong, encoding="utf-8")
+    answer = try_equations(f"{tmp_path / 'mine.py'}:Chain", "puma560").change
+    assert answer is not None
+    assert answer.wrong == ()
+    assert answer.level == "links"  # not the one that two errors are nearest to
+    line = find_line(text, right)
+    assert [each.line for each in answer.edits] == [line, line + 2]
+
+
 def test_right_equations_are_not_searched(tmp_path, arm, monkeypatch):
     monkeypatch.setattr(search, "RankTask", None)
     trial = try_equations(write_model(tmp_path, BY_FILE), arm)
