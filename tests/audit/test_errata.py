@@ -35,6 +35,7 @@ from crosscheck.audit.errata.erratum import (
     Erratum,
     compute_effect,
     run_model,
+    tex,
 )
 from crosscheck.audit.measures.stage import paper_stage
 from crosscheck.audit.statics.statics import tip_shift
@@ -127,6 +128,21 @@ def test_every_entry_has_an_id_of_its_own_and_words(found):
         assert erratum.derived
         assert (erratum.kind == "equation") == (erratum in found)
     assert {one.id for one in found if one.trial is None} == {"eq15-clearance"}
+
+
+def test_the_drawn_formulas_are_those_of_the_text(found):
+    """Each side's TeX is its text's, wherever that text is a formula of SymPy's."""
+    drawn = [
+        (getattr(one, side).removeprefix("... "), getattr(one, f"{side}_tex"))
+        for one in found
+        for side in ("printed", "derived")
+        if re.fullmatch(r"[\w+*/(). -]+", getattr(one, side))
+        and not re.search(r"\w \w", getattr(one, side))  # as people write it
+    ]
+    for text, drawing in require_items(drawn):
+        names = {name: sp.Symbol(name) for name in re.findall(r"[A-Za-z]\w*", text)}
+        functions = {"sin": sp.sin, "cos": sp.cos, "tanh": sp.tanh}
+        assert drawing == tex(sp.sympify(text, names | functions)), text
 
 
 def test_what_the_energies_leave_out_of_m_33_is_the_inertia_of_the_elbows_gears(found, labelled):
