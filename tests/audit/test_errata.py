@@ -4,6 +4,7 @@ import json
 import re
 from dataclasses import asdict, replace
 from functools import cache
+from html import unescape
 from itertools import product
 
 import numpy as np
@@ -143,6 +144,23 @@ def test_the_drawn_formulas_are_those_of_the_text(found):
         names = {name: sp.Symbol(name) for name in re.findall(r"[A-Za-z]\w*", text)}
         functions = {"sin": sp.sin, "cos": sp.cos, "tanh": sp.tanh}
         assert drawing == tex(sp.sympify(text, names | functions)), text
+
+
+def test_terminal_page_and_json_have_every_entry(found, crosscheck, tmp_path, monkeypatch):
+    """Of all sections; where each entry is, what is printed there, and what should be."""
+    monkeypatch.setattr("crosscheck.audit.errata.command.simulate_errata", lambda *_: found)
+    answer = crosscheck("errata", "--all", "--json", tmp_path / "e.json", "--out", tmp_path)
+    page = unescape((tmp_path / "errata.html").read_text(encoding="utf-8"))
+    rows = json.loads((tmp_path / "e.json").read_text())["errata"]
+    sections = list_sections("paper-labelled", found)
+    assert rows == json.loads(json.dumps([each for one in sections for each in one.records]))
+    printed = " ".join(answer.out.split())
+    for section in require_items(sections):
+        assert section.heading in page
+        assert section.heading in printed
+        for row in section.list_rows(lambda formula: ""):
+            assert all(cell in page for cell in row)
+            assert row[0] in printed
 
 
 def test_what_the_energies_leave_out_of_m_33_is_the_inertia_of_the_elbows_gears(found, labelled):

@@ -15,6 +15,9 @@ from crosscheck.checks.robot_states import sample_states
 from crosscheck.checks.sampled import Subjects
 from crosscheck.cli.commands import make_request
 from crosscheck.findings import Finding
+from crosscheck.models.errors import Diverged
+from crosscheck.models.experiment.scenario import Start
+from crosscheck.models.loading import make_rest_scenario
 from crosscheck.models.mechanism import adopt_mechanism
 from crosscheck.models.pinocchio.robot import PinocchioRobot
 from crosscheck.models.robot.file import load_robot
@@ -173,6 +176,23 @@ def test_engines_simulate_the_beginning_of_a_users_scenario(bob, monkeypatch):
         PinocchioRobot, "forward_dynamics", lambda *given: right(*given) * (1 + 1e-8)
     )
     assert "differ" in {finding.verdict for finding in judge()}
+
+
+def test_of_a_motion_that_coarse_steps_blow_up_a_shorter_beginning_is_compared():
+    """At 1e4 rad/s a step of some ms squares the rates, which overflow within ten."""
+    own = two_link.robot()
+    (case, *_) = make_cases(own, sample_states(own, 3, 0), 10)
+    model = build_robot_model("analytic", own, case.level)
+    start = Start.model_validate({"theta_rad": [0.3, 1.2], "theta_dot_rad_per_s": [1e4, -1e4]})
+    scenario = make_rest_scenario().model_copy(update={"start": start})
+    begun = robots.begin_scenario(model, case, scenario)
+    coarse = begun.model_copy(
+        update={"duration_s": case.run_s, "step_s": case.run_s / engines.STEPS}
+    )
+    with pytest.raises(Diverged):
+        model.integrate(coarse)
+    assert begun.duration_s < case.run_s / 8
+    assert np.isfinite(model.integrate(begun)[0]).all()
 
 
 def find_alarms(robot: Robot) -> list[Finding]:
