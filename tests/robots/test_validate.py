@@ -204,6 +204,18 @@ def find_alarms(robot: Robot) -> list[Finding]:
     return [each for each in findings if each.verdict not in ("agree", "measured")]
 
 
+def test_a_follower_before_a_second_branch_raises_no_false_alarm():
+    """Numbers of joints and of coordinates part where a joint of an earlier branch follows."""
+    body, follows = Solid(2.0, (0.1, 0.2, 0.0)), LIMIT + '<mimic joint="b" multiplier="0.5"/>'
+    parts = [link("world"), *(link(name, body) for name in "ABCD")]
+    parts += [joint("a", "world", "A"), joint("b", "A", "B", axis=(1.0, 0.0, 0.0))]
+    parts += [joint("c", "B", "C", axis=(0.0, 1.0, 0.0), more=follows)]
+    parts += [joint("d", "world", "D", axis=(0.0, 1.0, 0.0), at=(0.5, 0.0, 0.0))]
+    own = robot(urdf(*parts))
+    assert own.coordinates == (0, 1, 3)
+    assert find_alarms(own) == []
+
+
 @pytest.mark.campaign
 def test_random_mechanisms_raise_no_false_alarm():
     first = fresh_seed()
