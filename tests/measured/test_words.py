@@ -306,7 +306,8 @@ UNITS_BY_ENDING = {
 def test_the_unit_of_a_number_is_the_one_that_its_field_ends_in():
     arms = [load_arm("paper-labelled"), load_arm("direct-between")]
     own = [SpatialRobot(arm()), *(SpatialRobot(build_planar_robot(each)) for each in arms)]
-    for parameter in (each for one in (*map(PlanarArm, arms), *own) for each in one.parameters):
+    every = [each for one in (*map(PlanarArm, arms), *own) for each in one.parameters]
+    for parameter in require_items(every):
         fields = [part for part in parameter.path.split(".") if len(part) > 2]
         (unit,) = {unit for ending, unit in UNITS_BY_ENDING.items() if fields[-1].endswith(ending)}
         assert parameter.unit == unit, parameter.path

@@ -17,6 +17,7 @@ from crosscheck.models.robot.robot import LEVELS
 from crosscheck.provenance import ROOT
 from crosscheck.registry import build
 from tests.faults.robots import ROBOTS
+from tests.loops import require_items
 from tests.robots import chains, two_link
 
 PLANETARY = str(ROOT / "examples" / "robots" / "planetary-arm.toml")
@@ -82,9 +83,9 @@ def test_members_side_by_side_have_every_signal_of_their_own_runs(level):
     names += ["x_mesh", "x_mesh_dot", "F_mesh"] if level == "geared" else []
     (group,) = group_robots([RobotMember(own, level, each) for each in scenarios])
     chunks = list(group.chunks())
-    for lane, place in enumerate(group.members):
+    for lane, place in require_items(enumerate(group.members)):
         run = simulate(build(f"analytic:{level}", own, scenarios[place]))
-        for name in names:
+        for name in require_items(names):
             values = np.concatenate([getattr(each, name)[..., lane] for each in chunks])
             size = np.nanmax(np.abs(run[name].values))
             np.testing.assert_allclose(values, run[name].values, rtol=0, atol=1e-9 * size)

@@ -93,9 +93,9 @@ def test_a_factor_between_units_is_the_number_that_its_words_say():
         *UNITS.items(),
         *(each for table in UNITS_OF.values() for each in table.items()),
     ]
-    for factor, words in words_by_factor:
+    for factor, words in require_items(words_by_factor):
         said = re.split(" times as large| of it", words)[0].replace("2 pi", "2*pi")
         assert float(sp.sympify(said)) == pytest.approx(factor, rel=1e-12), words
     meant = {"degrees taken for radians": np.pi / 180, "turns taken for radians": 0.5 / np.pi}
-    for text, factor in meant.items():
+    for text, factor in require_items(meant.items()):
         assert any(text in words for own, words in UNITS.items() if own == pytest.approx(factor))
