@@ -1,6 +1,7 @@
 """A robot is cross-checked as an arm is: verdict, files, page, records, one line for bad input."""
 
 import json
+import re
 from dataclasses import replace
 from xml.etree import ElementTree
 
@@ -195,13 +196,17 @@ def test_of_a_motion_that_coarse_steps_blow_up_a_shorter_beginning_is_compared()
     assert np.isfinite(model.integrate(begun)[0]).all()
 
 
-def find_alarms(robot: Robot) -> list[Finding]:
-    """The checks of a robot that neither agree nor only measure."""
+def judge_robot(robot: Robot) -> list[Finding]:
+    """The findings of all checks of a robot at few states."""
     models = sample_models(make_cases(robot, sample_states(robot, 4, 0), 10))
     comparisons, _ = plan_checks(Subjects(robots=models))
     outcomes = {task.key: task.perform() for task in collect_tasks(comparisons)}
-    findings = judge_comparisons(comparisons, Results(outcomes))
-    return [each for each in findings if each.verdict not in ("agree", "measured")]
+    return list(judge_comparisons(comparisons, Results(outcomes)))
+
+
+def find_alarms(robot: Robot) -> list[Finding]:
+    """The checks of a robot that neither agree nor only measure."""
+    return [each for each in judge_robot(robot) if each.verdict not in ("agree", "measured")]
 
 
 def test_a_follower_before_a_second_branch_raises_no_false_alarm():
@@ -213,7 +218,12 @@ def test_a_follower_before_a_second_branch_raises_no_false_alarm():
     parts += [joint("d", "world", "D", axis=(0.0, 1.0, 0.0), at=(0.5, 0.0, 0.0))]
     own = robot(urdf(*parts))
     assert own.coordinates == (0, 1, 3)
-    assert find_alarms(own) == []
+    findings = judge_robot(own)
+    assert {each.verdict for each in findings} <= {"agree", "measured"}
+    single = [each for each in findings if ", and what" not in each.basis]  # no sum of two
+    stated = [(re.match(r"([\d.e-]+) of", each.basis), each) for each in single]
+    for share, finding in require_items(pair for pair in stated if pair[0]):
+        assert float(share[1]) == finding.tolerance, finding  # as its reason says
 
 
 @pytest.mark.campaign
