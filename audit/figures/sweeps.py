@@ -98,16 +98,13 @@ def _draw_spectra(
     data: FigureData, number: int, courses: Sequence[Mapping[Law, RunSignals]], sizes: Sequence[str]
 ) -> str:
     """The spectra of both joints' accelerations of one start, a curve for each size, as svg."""
-    rigid_variants = {}
-    for law in LAWS:
-        plain = make_start_variant(PD, make_condition(law), None)
-        rigid_variants[law] = rigid_arm(replace(plain, duration_s=None))
-    rigid, rows = data.load_courses(rigid_variants, number), []
+    plain = replace(make_start_variant(PD, make_condition(INTEGRAL), None), duration_s=None)
+    (rigid,), rows = data.load_courses({PD: rigid_arm(plain)}, number).values(), []
     for joint, name in enumerate(("shoulder", "elbow")):
         settings = {"xlim": (0, HIGHEST_HZ), "ylabel": f"{name} [rad/s²]"}
         row = []
         for law in LAWS:
-            spectra = [find_spectrum(runs[law], rigid[law], joint) for runs in courses]
+            spectra = [find_spectrum(runs[law], rigid, joint) for runs in courses]
             curves = [
                 Curve(*spectrum, colour, size, width=0.8)
                 for spectrum, size, colour in zip(spectra, sizes, COLOURS, strict=False)

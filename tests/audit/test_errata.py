@@ -4,6 +4,7 @@ import json
 import re
 from dataclasses import asdict, replace
 from functools import cache
+from html import unescape
 from itertools import product
 
 import numpy as np
@@ -35,6 +36,7 @@ from crosscheck.audit.errata.erratum import (
     Erratum,
     compute_effect,
     run_model,
+    tex,
 )
 from crosscheck.audit.measures.stage import paper_stage
 from crosscheck.audit.statics.statics import tip_shift
@@ -127,6 +129,38 @@ def test_every_entry_has_an_id_of_its_own_and_words(found):
         assert erratum.derived
         assert (erratum.kind == "equation") == (erratum in found)
     assert {one.id for one in found if one.trial is None} == {"eq15-clearance"}
+
+
+def test_the_drawn_formulas_are_those_of_the_text(found):
+    """Each side's TeX is its text's, wherever that text is a formula of SymPy's."""
+    drawn = [
+        (getattr(one, side).removeprefix("... "), getattr(one, f"{side}_tex"))
+        for one in found
+        for side in ("printed", "derived")
+        if re.fullmatch(r"[\w+*/(). -]+", getattr(one, side))
+        and not re.search(r"\w \w", getattr(one, side))  # as people write it
+    ]
+    for text, drawing in require_items(drawn):
+        names = {name: sp.Symbol(name) for name in re.findall(r"[A-Za-z]\w*", text)}
+        functions = {"sin": sp.sin, "cos": sp.cos, "tanh": sp.tanh}
+        assert drawing == tex(sp.sympify(text, names | functions)), text
+
+
+def test_terminal_page_and_json_have_every_entry(found, crosscheck, tmp_path, monkeypatch):
+    """Of all sections; where each entry is, what is printed there, and what should be."""
+    monkeypatch.setattr("crosscheck.audit.errata.command.simulate_errata", lambda *_: found)
+    answer = crosscheck("errata", "--all", "--json", tmp_path / "e.json", "--out", tmp_path)
+    page = unescape((tmp_path / "errata.html").read_text(encoding="utf-8"))
+    rows = json.loads((tmp_path / "e.json").read_text())["errata"]
+    sections = list_sections("paper-labelled", found)
+    assert rows == json.loads(json.dumps([each for one in sections for each in one.records]))
+    printed = " ".join(answer.out.split())
+    for section in require_items(sections):
+        assert section.heading in page
+        assert section.heading in printed
+        for row in section.list_rows(lambda formula: ""):
+            assert all(cell in page for cell in row)
+            assert row[0] in printed
 
 
 def test_what_the_energies_leave_out_of_m_33_is_the_inertia_of_the_elbows_gears(found, labelled):

@@ -38,6 +38,7 @@ from crosscheck.audit.figures.chapter import (
 from crosscheck.audit.figures.figure_data import (
     LOW_ZETA,
     FigureData,
+    PaperFigure,
     make_start_variant,
 )
 from crosscheck.audit.figures.run_figures import braking_numbers, draw_figure_14, static_numbers
@@ -56,6 +57,13 @@ def shelf_in(folder: Path, scale: Scale = BRIEF) -> FigureData:
 def test_every_figure_has_its_plate():
     assert tuple(range(4, 21)) == figures.NUMBERS
     assert {claim.figure for claim in CLAIMS} - {None} <= set(figures.NUMBERS)
+
+
+def test_every_claim_about_a_figure_is_at_that_figure():
+    named = {number: PaperFigure(number, []).claims for number in figures.NUMBERS}
+    pairs = [(number, claim) for number, claims in named.items() for claim in claims]
+    expected = [(claim.figure, claim.id) for claim in CLAIMS if claim.figure is not None]
+    assert sorted(pairs) == sorted(expected)
 
 
 @pytest.mark.parametrize("source", [PD, CONSTANT, BACKLASH(5), ERROR(1.6), BACK(100)], ids=str)

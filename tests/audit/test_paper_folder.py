@@ -133,6 +133,15 @@ def test_the_missing_term_is_named_and_is_what_first_principles_ask(audit):
     np.testing.assert_allclose(off, [0.0, -0.5 * np.sin(q[1]) * v[0] ** 2], atol=1e-13)
 
 
+def test_an_experiment_runs_in_as_many_processes_as_are_asked_for(monkeypatch):
+    given, jobs = read_folder(ACROBOT, run_code=True), list[int]()
+    monkeypatch.setattr(
+        paper_folder, "measure_study", lambda study, execution: jobs.append(execution.jobs)
+    )
+    paper_folder.run_experiment(given, {}, 3)
+    assert jobs == [3]
+
+
 def test_with_the_term_all_parts_agree(tmp_path):
     shutil.copytree(ACROBOT, tmp_path / "acrobot")
     file, end = tmp_path / "acrobot" / "equations.py", "+ phi_2, phi_2]"

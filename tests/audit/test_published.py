@@ -15,6 +15,8 @@ from crosscheck.audit.claims.catalogue import CLAIMS
 from crosscheck.audit.experiments.paper_conditions import READINGS
 from crosscheck.audit.experiments.study import Study
 from crosscheck.audit.figures.chapter import NUMBERS
+from crosscheck.audit.figures.run_figures import RIGID_STYLES
+from crosscheck.audit.findings.linear_limits import LINK
 from crosscheck.audit.measures.undefined import UNDEFINED
 from crosscheck.audit.page import report
 from crosscheck.models.errors import InputError
@@ -61,6 +63,24 @@ def test_every_figure_has_its_parameters_below(published, number):
     _, _, after = published.chapters["figures"].html.partition(head)
     caption = after.split("<figcaption>")[1].split("</figcaption>")[0]
     assert any(unit in caption for unit in ("µm", "N/m"))
+
+
+def test_figure_14_draws_every_rigid_arm(published):
+    head, _, figure = published.chapters["figures"].html.partition('<h3 id="figure-14">')
+    drawn = set(re.findall(r"<!-- rigid, (\w+) -->", figure.partition("<h3")[0]))
+    assert drawn == set(RIGID_STYLES)
+    assert "<!-- rigid, coupled -->" not in head
+
+
+def test_a_limit_is_said_from_the_least_to_the_largest_of_its_records(published):
+    chapter = published.chapters["findings"]
+    limits = [
+        record["unstable_below_zeta"]
+        for record in chapter.records
+        if record["id"].startswith("finding/limit/") and record["id"].endswith(f"/{LINK}")
+    ]
+    (said,) = re.findall(r"Not below ζ = ([\d.]+) to ([\d.]+)", chapter.html)
+    assert said == (f"{min(limits):.4f}", f"{max(limits):.4f}")
 
 
 def test_the_records_are_strict_json_and_those_of_the_chapters(published):

@@ -42,8 +42,14 @@ def test_what_was_not_judged_is_an_error_and_no_failure():
 
 
 def test_measurements_and_versions_are_properties():
-    root = ElementTree.fromstring(format_junit(_agreement()))
+    agreement = _agreement()
+    root = ElementTree.fromstring(format_junit(agreement))
     found = {item.get("name"): item.get("value") for item in root.iter("property")}
+    assert agreement.provenance is not None
+    written = agreement.provenance.model_dump(mode="json")
+    simple = {name: each for name, each in written.items() if not isinstance(each, list | dict)}
+    assert {type(each) for each in simple.values()} >= {int, str, bool}
+    assert {name: str(each) for name, each in simple.items()}.items() <= found.items()
     assert found["deviation/pd/theta/a~b"] == "0.1 rad"
     assert found["version pin"] == "4"
     assert not {"arm", "versions"} & set(found)  # no text or number

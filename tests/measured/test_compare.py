@@ -335,13 +335,17 @@ def test_torques_of_a_scenarios_drive_are_those_of_its_law(crosscheck, labelled,
 def test_an_arm_takes_a_description_of_columns(crosscheck, labelled, tmp_path):
     record = record_of(level(labelled, "coupled"))
     rows = np.column_stack([record.time, np.degrees(record.position), record.motor_torque / 0.5])
-    np.savetxt(tmp_path / "r.csv", rows, delimiter=",", header="t,a,b,c,d", comments="")
+    for name in ("r.csv", "s.csv"):
+        np.savetxt(tmp_path / name, rows, delimiter=",", header="t,a,b,c,d", comments="")
     (tmp_path / "record.toml").write_text(
-        'schema_version = 1\ntime = "t"\nrecordings = [{ position = "r.csv" }]\n'
+        'schema_version = 1\ntime = "t"\n'
+        'recordings = [{ position = "r.csv" }, { position = "s.csv" }]\n'
         '[position]\ncolumns = ["a", "b"]\nunit = "deg"\n'
         '[motor_torque]\ncolumns = ["c", "d"]\ngain = [0.5, 0.5]\n'
     )
     file = Path(tmp_path / "found.json")
     answer = crosscheck("compare", tmp_path / "record.toml", "paper-labelled", "--json", file)
     assert answer.code == 0, answer.out
-    assert json.loads(file.read_text())["explained"]
+    found = json.loads(file.read_text())
+    assert found["explained"]
+    assert [Path(each).name for each in found["records"]] == ["r.csv", "s.csv"]

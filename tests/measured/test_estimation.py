@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 from crosscheck.identification.bandwidth import choose_bandwidth
-from crosscheck.identification.estimation import LinearFit, fit_linear, joint_rms
+from crosscheck.identification.estimation import LinearFit, fit_linear, fit_part, joint_rms
 from crosscheck.recordings.even_signals import space_signals
 from crosscheck.recordings.record import Record
 
@@ -59,6 +59,19 @@ def test_errors_that_joints_share_do_not_cancel():
     noise = np.random.default_rng(0).standard_normal((ROWS, 1)) * np.ones(2)
     fit = fit_linear(np.ones((ROWS, 2, 1)), noise, np.ones((ROWS, 2), bool), (0, ROWS))
     assert fit.pooled_errors[0] == pytest.approx(1 / np.sqrt(ROWS), rel=0.15)
+
+
+def test_a_part_that_is_all_of_a_fit_leaves_what_the_fit_leaves():
+    """Joints with noise of 0.1 and 10; without its second column the first joint leaves more."""
+    draw = np.random.default_rng(2)
+    columns = draw.standard_normal((ROWS, 2, 2))
+    noise = draw.standard_normal((ROWS, 2)) * [0.1, 10.0]
+    torque, shown = columns @ [1.0, -2.0] + noise, np.ones((ROWS, 2), bool)
+    full = fit_linear(columns, torque, shown, (0, ROWS))
+    whole, part = (fit_part(each, torque, full) for each in (columns, columns[:, :, :1]))
+    assert whole.rms == pytest.approx(joint_rms(full.residual, shown.sum(axis=0)), rel=1e-6)
+    assert whole.weighted == pytest.approx(1.0, rel=1e-6)
+    assert part.weighted > part.rms[0] > 10 * whole.rms[0]
 
 
 def test_uneven_times_are_made_even():

@@ -292,6 +292,27 @@ def test_a_number_of_a_file_is_called_what_people_call_it(path):
     assert (parameter.unit, parameter.phrase) == PHRASES[path]
 
 
+UNITS_BY_ENDING = {
+    "mass_kg": "kg",
+    "inertia_kg_m2": "kg m^2",
+    "com_m": "m",
+    "density_kg_per_m3": "kg/m^3",
+    "friction_N_m_s_per_rad": "N m s/rad",
+    "ratio": "",
+    "armature": "kg m^2",
+}
+
+
+def test_the_unit_of_a_number_is_the_one_that_its_field_ends_in():
+    arms = [load_arm("paper-labelled"), load_arm("direct-between")]
+    own = [SpatialRobot(arm()), *(SpatialRobot(build_planar_robot(each)) for each in arms)]
+    every = [each for one in (*map(PlanarArm, arms), *own) for each in one.parameters]
+    for parameter in require_items(every):
+        fields = [part for part in parameter.path.split(".") if len(part) > 2]
+        (unit,) = {unit for ending, unit in UNITS_BY_ENDING.items() if fields[-1].endswith(ending)}
+        assert parameter.unit == unit, parameter.path
+
+
 LABELLED = PlanarArm(load_arm("paper-labelled"))
 PAYLOAD = next(each for each in LABELLED.parameters if each.path == "arm.payload_mass_kg")
 

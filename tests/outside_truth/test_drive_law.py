@@ -6,6 +6,7 @@ import numpy as np
 import pytest
 
 from crosscheck.analytic.kernel.program import LOOK_UP
+from crosscheck.checks.arm_data import drive_torques
 from crosscheck.models.experiment.drive import drive_data, joint_torque, torques_along
 from crosscheck.models.experiment.scenario import Scenario
 from crosscheck.models.loading import load_arm
@@ -72,6 +73,8 @@ def test_torques_are_those_of_the_law(law):
     ]
     assert np.array(rows) == pytest.approx(expected, rel=1e-14, abs=1e-13)
     angles, rates = (np.tile(each, (TIME.size, 1)) for each in (THETA, RATES))
+    checked = [drive_torques(experiment, t, THETA, RATES) for t in TIME]  # of the checks' own
+    assert np.array(checked) == pytest.approx(expected, rel=1e-14, abs=1e-13)
     along = torques_along(data, TIME, angles, rates)
     assert along == pytest.approx(expected, rel=1e-14, abs=1e-13)
     for name in ("analytic:links", "pinocchio:links"):

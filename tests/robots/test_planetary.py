@@ -219,8 +219,10 @@ def test_offsets_of_planets_fit_the_robot():
     start = Start.model_validate({"planet_offset_m": [[1e-6, 0.0], [], []]})
     scenario = make_rest_scenario().model_copy(update={"start": start})
     for own, needed in ((parted(), "needs 3 values"), (load_robot(PAPER), "planets = free")):
-        with pytest.raises(InputError, match=needed):
-            require_fit(scenario, own)
+        for named, where in (("", scenario.name), ("own.toml", "own.toml")):
+            with pytest.raises(InputError, match=needed) as refused:
+                require_fit(scenario, own, named)
+            assert refused.value.where == where
 
 
 @pytest.mark.parametrize("engine", chains.ENGINES)

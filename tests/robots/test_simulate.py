@@ -6,6 +6,8 @@ import numpy as np
 import pytest
 import xarray as xr
 
+from crosscheck.analytic.robot.ensemble import group_robots
+from crosscheck.analytic.robot.runs import RobotMember
 from crosscheck.api import simulate
 from crosscheck.models.errors import Diverged, InputError
 from crosscheck.models.experiment.scenario import PdDrive, Scenario, switches
@@ -15,6 +17,7 @@ from crosscheck.models.robot.robot import LEVELS
 from crosscheck.provenance import ROOT
 from crosscheck.registry import build
 from tests.faults.robots import ROBOTS
+from tests.loops import require_items
 from tests.robots import chains, two_link
 
 PLANETARY = str(ROOT / "examples" / "robots" / "planetary-arm.toml")
@@ -68,6 +71,24 @@ def test_engines_run_alike(drive, level):
         assert np.isfinite(first).all()
         for other in others:
             assert other == pytest.approx(first, abs=1e-8 * np.abs(first).max())
+
+
+@pytest.mark.parametrize("level", LEVELS)
+def test_members_side_by_side_have_every_signal_of_their_own_runs(level):
+    """Unlike starts: each record of each member is as its robot alone has it."""
+    own = ROBOTS["staged"]()
+    other = {"theta_rad": [-0.4, 0.1, 0.2], "theta_dot_rad_per_s": [0.0, 0.8, -0.3]}
+    scenarios = [experiment(), experiment(start=other)]
+    names = ["theta", "theta_dot", "theta_ddot", "torque"]
+    names += ["x_mesh", "x_mesh_dot", "F_mesh"] if level == "geared" else []
+    (group,) = group_robots([RobotMember(own, level, each) for each in scenarios])
+    chunks = list(group.chunks())
+    for lane, place in require_items(enumerate(group.members)):
+        run = simulate(build(f"analytic:{level}", own, scenarios[place]))
+        for name in require_items(names):
+            values = np.concatenate([getattr(each, name)[..., lane] for each in chunks])
+            size = np.nanmax(np.abs(run[name].values))
+            np.testing.assert_allclose(values, run[name].values, rtol=0, atol=1e-9 * size)
 
 
 def test_the_papers_arm_as_a_robot_runs_as_its_planar_model():

@@ -9,6 +9,7 @@ from crosscheck.models.robot.file import load_robot
 from crosscheck.models.robot.robot import Level, Robot
 from crosscheck.trial.coordinates.readings import JointCoordinates, list_readings
 from crosscheck.trial.input.equations import Coordinates, Equations
+from crosscheck.trial.robots.readings import describe_coordinates
 from tests.robots import chains, two_link
 from tests.robots.trials import run_robot_trial
 
@@ -144,3 +145,16 @@ def test_numbers_that_are_rounded_are_no_other_coordinates():
     trial = run_robot_trial(rounded, TWO)
     assert trial.diagnosis.notes[-1].startswith("agrees to ")
     assert trial.diagnosis.notes[-1].endswith("rounded to 8 digits?")
+
+
+def test_coordinates_are_counted_without_the_joints_that_follow_others():
+    """Of a, b, the slide c that follows b, and d behind it: all three coordinates are angles."""
+    slides = chains.LIMIT + '<mimic joint="b" multiplier="0.5"/>'
+    parts = [chains.link("world"), *(chains.link(name, chains.Solid()) for name in "ABCD")]
+    parts += [chains.joint("a", "world", "A"), chains.joint("b", "A", "B")]
+    parts += [chains.joint("c", "B", "C", "prismatic", more=slides), chains.joint("d", "C", "D")]
+    motor = {"d": chains.geared(7.0)}
+    found = describe_coordinates(chains.robot(chains.urdf(*parts), motor))
+    assert (found.turning, found.names) == ([0, 1, 2], ["a", "b", "d"])
+    assert found.before == {0: [], 1: [0], 2: [0, 1]}
+    assert found.ratios.tolist() == [1.0, 1.0, 7.0]

@@ -25,7 +25,7 @@ from crosscheck.trial.changes.search import (
 from crosscheck.trial.changes.steps import StepTable
 from crosscheck.trial.robots.rates import BiasTerms, compute_bias_terms, make_rate_states
 from tests.loops import require_items
-from tests.robots import two_link
+from tests.robots import chains, two_link
 
 LINEAR, SQUARE = np.array([2.0, -1.0, 0.5]), np.array([0.3, 0.7, -0.2])
 
@@ -137,6 +137,18 @@ def test_a_wrong_column_of_a_jacobian_is_what_its_words_say(words):
         turns = np.outer([by_w, 1], [by_w, 1]) - np.ones((2, 2))
         expected = two_link.M2 * (other @ other.T - moving @ moving.T) + two_link.J2 * turns
         np.testing.assert_allclose(changed, expected, atol=1e-12)
+
+
+def test_differences_are_taken_over_sizes_of_their_number():
+    """A point mass of 3 kg, 0.2 m away, has inertias of the size of m c^2; a body its trace."""
+    point = chains.Solid(3.0, (0.2, -0.1, 0.0), 6 * (0.0,))
+    links = [chains.link("world"), chains.link("a", chains.Solid()), chains.link("b", point)]
+    parts = [*links, chains.joint("j", "world", "a"), chains.joint("k", "a", "b")]
+    robot = chains.robot(chains.urdf(*parts))
+    steps = {each.path: each.step for each in list_numbers(robot)}
+    assert steps["bodies.1.inertia.xy"] == pytest.approx(3.0 * 0.2**2)
+    assert steps["bodies.0.inertia.xy"] == pytest.approx(0.03)
+    assert steps["bodies.1.mass"] == 3.0
 
 
 def test_nothing_impossible_is_a_cause():

@@ -1,6 +1,7 @@
 """A robot is cross-checked as an arm is: verdict, files, page, records, one line for bad input."""
 
 import json
+import re
 from dataclasses import replace
 from xml.etree import ElementTree
 
@@ -15,6 +16,9 @@ from crosscheck.checks.robot_states import sample_states
 from crosscheck.checks.sampled import Subjects
 from crosscheck.cli.commands import make_request
 from crosscheck.findings import Finding
+from crosscheck.models.errors import Diverged
+from crosscheck.models.experiment.scenario import Start
+from crosscheck.models.loading import make_rest_scenario
 from crosscheck.models.mechanism import adopt_mechanism
 from crosscheck.models.pinocchio.robot import PinocchioRobot
 from crosscheck.models.robot.file import load_robot
@@ -175,13 +179,51 @@ def test_engines_simulate_the_beginning_of_a_users_scenario(bob, monkeypatch):
     assert "differ" in {finding.verdict for finding in judge()}
 
 
-def find_alarms(robot: Robot) -> list[Finding]:
-    """The checks of a robot that neither agree nor only measure."""
+def test_of_a_motion_that_coarse_steps_blow_up_a_shorter_beginning_is_compared():
+    """At 1e4 rad/s a step of some ms squares the rates, which overflow within ten."""
+    own = two_link.robot()
+    (case, *_) = make_cases(own, sample_states(own, 3, 0), 10)
+    model = build_robot_model("analytic", own, case.level)
+    start = Start.model_validate({"theta_rad": [0.3, 1.2], "theta_dot_rad_per_s": [1e4, -1e4]})
+    scenario = make_rest_scenario().model_copy(update={"start": start})
+    begun = robots.begin_scenario(model, case, scenario)
+    coarse = begun.model_copy(
+        update={"duration_s": case.run_s, "step_s": case.run_s / engines.STEPS}
+    )
+    with pytest.raises(Diverged):
+        model.integrate(coarse)
+    assert begun.duration_s < case.run_s / 8
+    assert np.isfinite(model.integrate(begun)[0]).all()
+
+
+def judge_robot(robot: Robot) -> list[Finding]:
+    """The findings of all checks of a robot at few states."""
     models = sample_models(make_cases(robot, sample_states(robot, 4, 0), 10))
     comparisons, _ = plan_checks(Subjects(robots=models))
     outcomes = {task.key: task.perform() for task in collect_tasks(comparisons)}
-    findings = judge_comparisons(comparisons, Results(outcomes))
-    return [each for each in findings if each.verdict not in ("agree", "measured")]
+    return list(judge_comparisons(comparisons, Results(outcomes)))
+
+
+def find_alarms(robot: Robot) -> list[Finding]:
+    """The checks of a robot that neither agree nor only measure."""
+    return [each for each in judge_robot(robot) if each.verdict not in ("agree", "measured")]
+
+
+def test_a_follower_before_a_second_branch_raises_no_false_alarm():
+    """Numbers of joints and of coordinates part where a joint of an earlier branch follows."""
+    body, follows = Solid(2.0, (0.1, 0.2, 0.0)), LIMIT + '<mimic joint="b" multiplier="0.5"/>'
+    parts = [link("world"), *(link(name, body) for name in "ABCD")]
+    parts += [joint("a", "world", "A"), joint("b", "A", "B", axis=(1.0, 0.0, 0.0))]
+    parts += [joint("c", "B", "C", axis=(0.0, 1.0, 0.0), more=follows)]
+    parts += [joint("d", "world", "D", axis=(0.0, 1.0, 0.0), at=(0.5, 0.0, 0.0))]
+    own = robot(urdf(*parts))
+    assert own.coordinates == (0, 1, 3)
+    findings = judge_robot(own)
+    assert {each.verdict for each in findings} <= {"agree", "measured"}
+    single = [each for each in findings if ", and what" not in each.basis]  # no sum of two
+    stated = [(re.match(r"([\d.e-]+) of", each.basis), each) for each in single]
+    for share, finding in require_items(pair for pair in stated if pair[0]):
+        assert float(share[1]) == finding.tolerance, finding  # as its reason says
 
 
 @pytest.mark.campaign

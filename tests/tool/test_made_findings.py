@@ -2,6 +2,7 @@
 
 import html
 import json
+import math
 import re
 from typing import Any
 
@@ -9,6 +10,7 @@ import pytest
 
 from crosscheck.findings import (
     Agreement,
+    ComparisonKey,
     Finding,
     Subject,
     make_check,
@@ -29,7 +31,7 @@ from crosscheck.report.answers import (
     format_agreement_json,
     format_amount,
 )
-from crosscheck.report.finding_groups import list_findings
+from crosscheck.report.finding_groups import list_findings, make_row
 from crosscheck.report.formatting import (
     format_length,
     format_number,
@@ -81,6 +83,16 @@ def test_of_each_kind_the_tightest_check_is_listed_the_worst_verdict_first():
     rows = [(r.finding.about.key.family, r.measured, r.share) for r in listed.tightest]
     states, momentum = ("states", "5e-13", "50 %"), ("momentum", "1e-09", "12 %")
     assert rows == [("same-step", "4e-09 rad", "20 times"), states, momentum]
+
+
+@pytest.mark.parametrize(
+    ("measured", "shown"),
+    [(0.0, format_percent(0.0)), (0.25, "25 %"), (1.0, "100 %"), (math.inf, ""), (math.nan, "")],
+)
+def test_a_row_says_which_part_of_its_tolerance_was_measured(measured, shown):
+    about = Subject(ComparisonKey("r", "pd", "theta", "a", "b"), "rad", "largest")
+    row = make_row(make_check(about, measured=measured, tolerance=1.0, basis="x"))
+    assert row.share == shown
 
 
 def test_at_most_ten_tightest_kinds_are_listed():

@@ -66,8 +66,9 @@ def test_dynamicsymbols():
 
     q, T = me.dynamicsymbols("q1 q2"), me.dynamicsymbols("T1 T2")
     moving = {**dict(zip(x, q, strict=True)), **dict(zip(torque, T, strict=True))}
-    for rates in ([own.diff() for own in q], me.dynamicsymbols("u1 u2")):
-        swap = moving | dict(zip(v, rates, strict=True)) | {t: me.dynamicsymbols._t}
+    derivatives, speeds = [own.diff() for own in q], me.dynamicsymbols("u1 u2")
+    for rates, used in ((derivatives, derivatives), (speeds, speeds), (speeds, derivatives)):
+        swap = moving | dict(zip(v, used, strict=True)) | {t: me.dynamicsymbols._t}
         mass, bias, force = (part.subs(swap) for part in (MASS, BIAS, FORCE))
         equations = from_sympy(q, rates, mass_matrix=mass, bias=bias, force=force, torque=T)
         assert_right(on(equations))

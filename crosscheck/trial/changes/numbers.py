@@ -38,6 +38,7 @@ UNITS_OF = {
     },
 }
 TYPED = 2e-5  # relative tolerance of unit factors, which are often typed with five digits
+ROUNDED = 1e-12  # largest inertia about itself of a point mass by rounding, over mass x distance^2
 FAR = 10  # largest distance of a joint or centre, over the longest distance in the file
 Path = tuple[str | int, ...]  # names of fields, numbers of parts, axes of entries
 
@@ -156,9 +157,10 @@ def _list_field(robot: Robot, path: Path, field: NumberField) -> Iterator[RobotN
     if field.whole:
         yield _make_factor(robot, [path], f"{whose}: {field.whole}", field.unit)
     size = float(np.trace(values)) if np.ndim(values) == 2 else float(np.abs(values).max())
-    if field.path == ("inertia",) and not size and field.kind == "bodies":
+    if field.path == ("inertia",) and field.kind == "bodies":
         body = robot.bodies[int(path[1])]
-        size = body.mass * max(float(np.abs(body.com).max()), 0.01) ** 2
+        of_mass = body.mass * max(float(np.abs(body.com).max()), 0.01) ** 2
+        size = size if size > ROUNDED * of_mass else of_mass
     for entry in field.entries:
         place = (*path, entry) if entry else path
         name, value = f"{whose}: {field.words.format(entry)}", float(get_value(robot, place))
