@@ -95,7 +95,7 @@ def _make_answer_key(problem: RobotProblem, level: Level, robot: Robot) -> Answe
         calls = calls if frame is None else map_calls(calls, frame, problem.name)
 
         def answer(part: str, state: int) -> np.ndarray:
-            asked = part.partition(" ")[0]
+            asked = "inverse_dynamics" if part in (AT_REST, WITHOUT_RATES) else part
             name = asked if asked in calls else "bias"  # of which a mapped coriolis is one
             arguments = {
                 each: values[state] for each, values in by_name.items() if each in TAKES[name]

@@ -24,7 +24,9 @@ VECTOR: Kind = ("array", 3)
 def list_arguments(site: Site) -> Texts:
     """An argument without its function, or with it once more: u x (u x r) for u x r."""
     node = site.node
-    if isinstance(node, ast.Call) and 1 <= len(node.args) <= 2 and site.is_value:
+    if not isinstance(node, ast.Call) or node.keywords or not site.is_value:
+        return
+    if 1 <= len(node.args) <= 2:
         yield ast.unparse(node.args[-1])
         if len(node.args) == 2:
             yield f"{ast.unparse(node.func)}({ast.unparse(node.args[0])}, {site.text})"
@@ -38,8 +40,8 @@ def list_further_functions(site: Site) -> Texts:
     for call in site.tree.list_all_nodes():
         if isinstance(call, ast.Call) and len(call.args) == 1 and not call.keywords:
             name = ast.unparse(call.func)
-            is_known = bool(site.scope.kind(name)) or "." in name
-            if site.kind and site.tree.kind(call.args[0]) in (site.kind, None) and is_known:
+            is_defined = bool(site.scope.kind(name)) or "." in name
+            if site.kind and site.tree.kind(call.args[0]) in (site.kind, None) and is_defined:
                 functions[name] = None
     yield from (f"{name}({site.text})" for name in functions)
 

@@ -270,9 +270,9 @@ def list_ranges(site: Site) -> Texts:
         return
     yield f"reversed({site.text})"
     if len(node.args) == 1:
-        own = {each.id for each in ast.walk(site.parent) if is_stored(each)}
+        stored = {each.id for each in ast.walk(site.parent) if is_stored(each)}
         for index, kind in site.scope.list_leaves(written=True):
-            if kind == INDEX and index.isidentifier() and index not in own:
+            if kind == INDEX and index.isidentifier() and index not in stored:
                 yield from (f"range({index})", f"range({index} + 1)")
                 yield from (f"range({index}{each}, {ast.unparse(node.args[0])})" for each in ENDS)
 

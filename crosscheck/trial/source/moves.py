@@ -35,13 +35,17 @@ def _list_moves_in_block(
 ) -> Iterator[Edit]:
     """The moves of later statements before one, and of that one behind them."""
     for count, last in enumerate(followers, start=1):
-        passed, own, text = [node, *followers[: count - 1]], ast.unparse(node), ast.unparse(last)
+        passed, node_text, text = (
+            [node, *followers[: count - 1]],
+            ast.unparse(node),
+            ast.unparse(last),
+        )
         if not isinstance(last, SIMPLE):
             return
         if any(_is_order_significant(each, last) for each in passed):
-            yield Edit(likelihood, node, f"{text}\n{own}", (last, "pass"))
+            yield Edit(likelihood, node, f"{text}\n{node_text}", (last, "pass"))
         if count > 1 and any(_is_order_significant(node, each) for each in followers[:count]):
-            yield Edit(likelihood, node, "pass", (last, f"{text}\n{own}"))
+            yield Edit(likelihood, node, "pass", (last, f"{text}\n{node_text}"))
 
 
 def _list_followers(tree: SourceTree, node: ast.AST) -> list[ast.stmt]:
