@@ -17,14 +17,19 @@ from crosscheck.trial.input.loading import build_robot_equations
 from crosscheck.trial.result import Trial
 from crosscheck.trial.robots.answers import NONLINEAR, bind_functions
 from crosscheck.trial.robots.judge import RobotProblem, compute_sizes_by_level
-from crosscheck.trial.source.answer_key import Answer, AnswerKey, LevelAnswers
+from crosscheck.trial.source.answer_key import (
+    AT_REST,
+    MOTIONS,
+    WITHOUT_RATES,
+    Answer,
+    AnswerKey,
+    LevelAnswers,
+)
 from crosscheck.trial.source.sandbox import freeze
 
 FEW_STATES = 3
 SEED = 7
 FACTORS = 0.7, 1.4  # factors by which numbers of the other robots differ
-# Motions at which inverse dynamics are asked too, since of two errors one may be without effect.
-AT_REST, WITHOUT_RATES = "inverse_dynamics at rest", "inverse_dynamics without rates"
 NumberKind = Literal["mass", "com", "inertia", "position"]
 NUMBER_KINDS: tuple[NumberKind, ...] = get_args(NumberKind)
 
@@ -95,12 +100,12 @@ def _make_answer_key(problem: RobotProblem, level: Level, robot: Robot) -> Answe
         calls = calls if frame is None else map_calls(calls, frame, problem.name)
 
         def answer(part: str, state: int) -> np.ndarray:
-            asked = "inverse_dynamics" if part in (AT_REST, WITHOUT_RATES) else part
+            asked, _ = MOTIONS.get(part, (part, ""))
             name = asked if asked in calls else "bias"  # of which a mapped coriolis is one
             arguments = {
                 each: values[state] for each, values in by_name.items() if each in TAKES[name]
             }
-            if part in (AT_REST, WITHOUT_RATES):
+            if part in MOTIONS:
                 arguments["v"] = 0 * arguments["v"]
             if part == AT_REST:
                 arguments["a"] = 0 * arguments["a"]

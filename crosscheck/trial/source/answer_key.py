@@ -12,6 +12,13 @@ from crosscheck.trial.input.equations import Equations
 
 Answer = Callable[[str, int], np.ndarray]  # of a part, at the state of a number
 Entry = tuple[Any, ...]  # the part, and the entry's row, of M also its column
+# Motions at which inverse dynamics are asked too, since of two errors one may be without effect.
+AT_REST, WITHOUT_RATES = "inverse_dynamics at rest", "inverse_dynamics without rates"
+# The part that is asked there, and the words behind an entry.
+MOTIONS = {
+    AT_REST: ("inverse_dynamics", " at rest"),
+    WITHOUT_RATES: ("inverse_dynamics", " without rates"),
+}
 
 
 @dataclass(frozen=True)
@@ -72,5 +79,6 @@ class AnswerKey:
     def format_entry(self, entry: Entry) -> str:
         """An entry in words, such as M[theta_1, theta_2]."""
         part, *place = entry
-        letter = "M" if part == "mass_matrix" else part
-        return f"{letter}[{', '.join(self.names[number] for number in place)}]"
+        asked, motion = MOTIONS.get(part, (part, ""))
+        letter = "M" if part == "mass_matrix" else asked
+        return f"{letter}[{', '.join(self.names[number] for number in place)}]{motion}"

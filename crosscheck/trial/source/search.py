@@ -46,8 +46,8 @@ from crosscheck.trial.source.solving import (
 from crosscheck.trial.source.source_edit import SourceAnswer, SourceEdit, describe_edit
 from crosscheck.trial.source.syntax import NUMBER, SourceTree
 
-BUDGET_S = 10.0  # [s] of processor time, of a whole search
-ENERGY_BUDGET_S = 20.0  # [s] of that of energies, whose edits take ten times as long
+BUDGET_S = 15.0  # [s] of processor time, of a whole search
+ENERGY_BUDGET_S = 30.0  # [s] of that of energies, whose edits take ten times as long
 CLOSING_S = 20  # [s] beyond it, after which the process is ended
 # Ranks of edits with numbers that are solved for.
 LITERAL_RANK, VECTOR_RANK, SUMMAND_RANK = 2, 3, ADDING_RANK
