@@ -88,7 +88,7 @@ def few_states() -> Iterator[None]:
 
 @pytest.fixture(scope="session", autouse=True)
 def search_rounds() -> Iterator[tuple[tuple[int, bool], ...]]:
-    """Rounds of the search for the user's line: up to 10 s, but for who asks for it left out."""
+    """Rounds of the search for the user's line: up to 15 s, but for who asks for it left out."""
     from crosscheck.trial.source import search
 
     usual = search.ROUNDS
