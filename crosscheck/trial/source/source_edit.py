@@ -11,7 +11,7 @@ from pathlib import Path
 from crosscheck.trial.source.edit import Edit
 from crosscheck.trial.source.syntax import SourceTree
 
-MOST_NAMED = 4  # entries of a sentence
+MOST_NAMED = 2  # entries of a list in a sentence
 
 
 @dataclass(frozen=True)
