@@ -116,6 +116,25 @@ def list_repeated_exchanges(site: Site) -> Texts:
                 yield changed
 
 
+def list_swaps(site: Site) -> Texts:
+    """A sum with two of its names exchanged throughout: A s^2 + B c^2 for A c^2 + B s^2."""
+    if not is_sum(site.node):
+        return
+    leaves = [node for node in ast.walk(site.node) if site.tree.is_leaf(node)]
+    by_text = {ast.unparse(leaf): leaf for leaf in leaves}
+    for pair in combinations(by_text, 2):
+        if len({site.tree.kind(by_text[text]) for text in pair}) > 1:
+            continue
+        other = {text: by_text[partner] for text, partner in zip(pair, pair[::-1], strict=True)}
+        swapped = [(leaf, other[text]) for leaf in leaves if (text := ast.unparse(leaf)) in other]
+        for leaf, partner in swapped:
+            site.tree.put(leaf, ast.parse(ast.unparse(partner), mode="eval").body)
+        changed = ast.unparse(site.node)
+        for leaf, _ in swapped:
+            site.tree.put(leaf, leaf)
+        yield changed
+
+
 def list_cofunctions(site: Site) -> Texts:
     """The cosine for the sine, and the sine for the cosine."""
     *path, name = site.text.split(".") if site.name == "func" else ("",)

@@ -47,6 +47,7 @@ from crosscheck.trial.source.changes import (
     list_slices,
     list_steps,
     list_subscripts,
+    list_swaps,
     list_transposes,
 )
 from crosscheck.trial.source.edit import Edit
@@ -104,6 +105,7 @@ KINDS = (
     EditKind(3, partial(list_differences, near=False)),
     EditKind(3, list_neighbours),
     EditKind(3, list_repeated_exchanges),
+    EditKind(3, list_swaps),
     EditKind(3, list_distributions),
     EditKind(3, list_inverses),
     EditKind(3, list_repetitions),

@@ -183,6 +183,7 @@ def find_answer(folder: Path, *replaced: tuple[str, str]) -> SourceAnswer | None
         ("for j in range(i)", "for j in range(n)", 2),
         ("c1 * np.sin(q[1])", "c1 * q[1]", 4),
         ("tensor[0, 1, 2]", "tensor[2, 0, 1]", 2),
+        ("s * q[1] + c2\n", "c2 * q[1] + s\n", 3),
     ],
 )
 def test_an_edit_of_every_kind_is_found(tmp_path, right, wrong, rank):
