@@ -100,8 +100,8 @@ def _make_answer_key(problem: RobotProblem, level: Level, robot: Robot) -> Answe
         calls = calls if frame is None else map_calls(calls, frame, problem.name)
 
         def answer(part: str, state: int) -> np.ndarray:
-            asked, _ = MOTIONS.get(part, (part, ""))
-            name = asked if asked in calls else "bias"  # of which a mapped coriolis is one
+            quantity, _ = MOTIONS.get(part, (part, ""))
+            name = quantity if quantity in calls else "bias"  # of which a mapped coriolis is one
             arguments = {
                 each: values[state] for each, values in by_name.items() if each in TAKES[name]
             }

@@ -79,6 +79,6 @@ class AnswerKey:
     def format_entry(self, entry: Entry) -> str:
         """An entry in words, such as M[theta_1, theta_2]."""
         part, *place = entry
-        asked, motion = MOTIONS.get(part, (part, ""))
-        letter = "M" if part == "mass_matrix" else asked
+        quantity, motion = MOTIONS.get(part, (part, ""))
+        letter = "M" if part == "mass_matrix" else quantity
         return f"{letter}[{', '.join(self.names[number] for number in place)}]{motion}"

@@ -108,12 +108,7 @@ def list_repeated_exchanges(site: Site) -> Texts:
         place = Site(site.tree, repeated[0]) if repeated else site
         for other, kind in site.scope.list_leaves() if repeated else ():
             if other != text and place.can_be(kind):
-                for node in repeated:
-                    site.tree.put(node, ast.parse(other, mode="eval").body)
-                changed = ast.unparse(site.node)
-                for node in repeated:
-                    site.tree.put(node, node)
-                yield changed
+                yield _write_exchanged(site, [(node, other) for node in repeated])
 
 
 def list_swaps(site: Site) -> Texts:
@@ -121,18 +116,23 @@ def list_swaps(site: Site) -> Texts:
     if not is_sum(site.node):
         return
     leaves = [node for node in ast.walk(site.node) if site.tree.is_leaf(node)]
-    by_text = {ast.unparse(leaf): leaf for leaf in leaves}
-    for pair in combinations(by_text, 2):
-        if len({site.tree.kind(by_text[text]) for text in pair}) > 1:
-            continue
-        other = {text: by_text[partner] for text, partner in zip(pair, pair[::-1], strict=True)}
-        swapped = [(leaf, other[text]) for leaf in leaves if (text := ast.unparse(leaf)) in other]
-        for leaf, partner in swapped:
-            site.tree.put(leaf, ast.parse(ast.unparse(partner), mode="eval").body)
-        changed = ast.unparse(site.node)
-        for leaf, _ in swapped:
-            site.tree.put(leaf, leaf)
-        yield changed
+    texts = list(map(ast.unparse, leaves))
+    kinds = {text: site.tree.kind(leaf) for text, leaf in zip(texts, leaves, strict=True)}
+    for first, second in combinations(kinds, 2):
+        if kinds[first] == kinds[second]:
+            other = {first: second, second: first}
+            pairs = zip(leaves, texts, strict=True)
+            yield _write_exchanged(site, [(leaf, other[t]) for leaf, t in pairs if t in other])
+
+
+def _write_exchanged(site: Site, exchanged: Sequence[tuple[ast.AST, str]]) -> str:
+    """Source text of a site with other texts in place of some of its nodes."""
+    for node, text in exchanged:
+        site.tree.put(node, ast.parse(text, mode="eval").body)
+    written = ast.unparse(site.node)
+    for node, _ in exchanged:
+        site.tree.put(node, node)
+    return written
 
 
 def list_cofunctions(site: Site) -> Texts:

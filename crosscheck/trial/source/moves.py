@@ -34,14 +34,11 @@ def _list_moves_in_block(
     node: ast.stmt, followers: list[ast.stmt], likelihood: tuple[int, int]
 ) -> Iterator[Edit]:
     """The moves of later statements before one, and of that one behind them."""
+    node_text = ast.unparse(node)
     for count, last in enumerate(followers, start=1):
-        passed, node_text, text = (
-            [node, *followers[: count - 1]],
-            ast.unparse(node),
-            ast.unparse(last),
-        )
         if not isinstance(last, SIMPLE):
             return
+        passed, text = [node, *followers[: count - 1]], ast.unparse(last)
         if any(_is_order_significant(each, last) for each in passed):
             yield Edit(likelihood, node, f"{text}\n{node_text}", (last, "pass"))
         if count > 1 and any(_is_order_significant(node, each) for each in followers[:count]):

@@ -103,14 +103,14 @@ def read_literals(site: Site) -> tuple[str, list[float]] | None:
     if not isinstance(node, ast.List | ast.Tuple) or len(node.elts) > MOST_ELEMENTS:
         return None
     numbers = list(map(_read_number, node.elts))
-    found = [each for each in numbers if each is not None]
-    is_vector = len(found) > 1 and not (site.is_index and all(map(float.is_integer, found)))
+    values = [each for each in numbers if each is not None]
+    is_vector = len(values) > 1 and not (site.is_index and all(map(float.is_integer, values)))
     texts = (
         ast.unparse(each).replace("{", "{{").replace("}", "}}") if number is None else "{}"
         for each, number in zip(node.elts, numbers, strict=True)
     )
     listed = ", ".join(texts)
-    return (f"[{listed}]" if isinstance(node, ast.List) else listed, found) if is_vector else None
+    return (f"[{listed}]" if isinstance(node, ast.List) else listed, values) if is_vector else None
 
 
 def _read_number(node: ast.expr) -> float | None:
