@@ -16,7 +16,7 @@ from crosscheck.trial.source.site import (
     is_sum,
     write_operand,
 )
-from crosscheck.trial.source.syntax import NUMBER, Kind
+from crosscheck.trial.source.syntax import INDEX, NUMBER, Kind
 
 VECTOR: Kind = ("array", 3)
 
@@ -127,7 +127,7 @@ def _rename(node: ast.AST, other: Mapping[str, str]) -> str:
 def list_further_cross_products(site: Site, *, of_products: bool) -> Texts:
     """A vector with a cross product more, of a name and a name or a product of two.
 
-    Of a matrix times a vector also of the same matrix: I dw + w x (I w).
+    Also the centripetal w x (w x r); of a matrix times a vector the gyroscopic I dw + w x (I w).
     """
     if site.kind not in (VECTOR, None) or not site.is_sum_place(outer=True):
         return
@@ -145,10 +145,24 @@ def list_further_cross_products(site: Site, *, of_products: bool) -> Texts:
         products = site.list_products(is_short_product) if of_products else []
         others = dict.fromkeys(products or names)
         pairs += ((a, b) for b in others for a in dict.fromkeys([*names, *products]) if a != b)
+        if of_products:
+            pairs += ((a, f"{cross}({a}, {b})") for a, b in permutations(names, 2))
     elif is_matrix_product(site.node) and of_products:
         matrix = write_operand(site.node.left)
         pairs += ((name, f"{matrix} @ {name}") for name in names)
     yield from (f"{site.text} + {cross}({a}, {b})" for a, b in pairs if cross)
+
+
+def list_reactions(site: Site) -> Texts:
+    """An element of a list less the next one, which acts on the neighbour; the last has none."""
+    node, loop = site.node, site.tree.statement(site.node)
+    if not isinstance(node, ast.Subscript) or not site.is_sum_place(outer=True):
+        return
+    is_loop_index = isinstance(node.slice, ast.Name) and site.scope.kind(node.slice.id) == INDEX
+    if is_loop_index and isinstance(site.tree.parent(loop), ast.For):
+        elements, index = ast.unparse(node.value), ast.unparse(node.slice)
+        following = f"{elements}[{index} + 1] if {index} + 1 < len({elements}) else 0.0"
+        yield from (f"{site.text} {sign} ({following})" for sign in "-+")
 
 
 def list_further_products(site: Site, *, sign: str) -> Texts:

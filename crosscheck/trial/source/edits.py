@@ -17,6 +17,7 @@ from crosscheck.trial.source.additions import (
     list_further_statements,
     list_further_summands,
     list_like_summands,
+    list_reactions,
     list_unused,
 )
 from crosscheck.trial.source.changes import (
@@ -116,6 +117,7 @@ KINDS = (
     EditKind(4, list_further_functions),
     EditKind(4, partial(list_further_factors, written=False)),
     EditKind(5, partial(list_further_cross_products, of_products=True)),
+    EditKind(5, list_reactions),
     EditKind(5, partial(list_further_summands, outer=True)),
     EditKind(5, partial(list_further_summands, outer=True, written=False)),
     EditKind(5, partial(list_further_statements, adding=True)),

@@ -87,8 +87,15 @@ def make():
         ratio = n / 2
         return shares + bonus + ratio * tensor[0, 1, 2]
 
+    def push(q):
+        pull, held = [q[0], c2, q[1] ** 2], np.zeros(3)
+        spun, lever = np.array([q[0], q[1], 0.4]), np.array([c1, c2, s])
+        for i in range(3):
+            held[i] = pull[i] - (pull[i + 1] if i < 2 else 0.0)
+        return held + np.cross(lever, held) + np.cross(spun, np.cross(spun, lever))
+
     parts = {"weights": weights, "moment": moment, "spin": spin, "sweep": sweep}
-    return parts | {"lift": lift, "inertia": inertia, "order": order}
+    return parts | {"lift": lift, "inertia": inertia, "order": order, "push": push}
 """
 STATES = ([0.4, -1.1], [-0.7, 0.9], [1.9, 0.3])
 
@@ -119,7 +126,7 @@ def make_answer_key(states: Sequence[Sequence[float]] = STATES) -> AnswerKey:
     answer = bind(names["make"])
     right = {
         part: np.array([answer(part, k) for k in range(3)])
-        for part in ("weights", "moment", "spin", "sweep", "lift", "inertia", "order")
+        for part in ("weights", "moment", "spin", "sweep", "lift", "inertia", "order", "push")
     }
     allowed = dict.fromkeys(right, np.array(1e-9))
     return AnswerKey(bind, {"": LevelAnswers(right, allowed)}, ("x", "y", "z"))
@@ -184,6 +191,8 @@ def find_answer(folder: Path, *replaced: tuple[str, str]) -> SourceAnswer | None
         ("c1 * np.sin(q[1])", "c1 * q[1]", 4),
         ("tensor[0, 1, 2]", "tensor[2, 0, 1]", 2),
         ("s * q[1] + c2\n", "c2 * q[1] + s\n", 3),
+        (" + np.cross(spun, np.cross(spun, lever))", "", 5),
+        ("pull[i] - (pull[i + 1] if i < 2 else 0.0)", "pull[i]", 5),
     ],
 )
 def test_an_edit_of_every_kind_is_found(tmp_path, right, wrong, rank):
