@@ -249,7 +249,8 @@ def compute_robot_entries(
     models: Sequence[SampledRobot], results: Results
 ) -> Iterator[EntryDifferences]:
     """Compare the first engine's M with the others', entry by entry, with rotors as bodies."""
-    level = next(each.case.level for each in models if each.case.level in WITH_ROTORS)
+    levels = [each.case.level for each in models]
+    level = next((each for each in levels if each in WITH_ROTORS), levels[0])
     reference, *others = (each for each in models if each.case.level == level)
     values = results.get(reference.ask(engines.mass_matrix))
     answers = get_answers(results, [each.ask(engines.mass_matrix) for each in others])

@@ -142,7 +142,8 @@ def answer_on_equations(rows: Sequence[ModelAnswer], outline: ReportOutline) -> 
         whose = "corrected derivation" if forms else "derivation"
         common = min((row.digits for row in rest if row.digits is not None), default=None)
         to = "to rounding" if common is None else f"to {math.floor(common)} digits at random states"
-        sentences.append(f"The {whose} agrees with every engine at each level, {to}.")
+        where = " at each level" if outline.has_levels else ""
+        sentences.append(f"The {whose} agrees with every engine{where}, {to}.")
     return " ".join(sentences)
 
 
@@ -162,8 +163,6 @@ def answer_on_rigid_arm(agreement: Agreement) -> str:
 def answer_on_levels(agreement: Agreement) -> str:
     """Deviation of tip and torques at each level of a robot from its most detailed level."""
     deviations = [f for f in agreement.findings if f.about.key.family == "deviation"]
-    if deviations and all(finding.measured == 0 for finding in deviations):
-        return "All levels are the same: no joint is geared."
     by_model: dict[str, list[Finding]] = {}
     for finding in deviations:
         if finding.measured is not None:
@@ -186,7 +185,7 @@ def answer_on_levels(agreement: Agreement) -> str:
             )
         level = model.partition(":")[2]
         sentences += (f"At level {level} {part}." for part in parts)
-    return " ".join(sentences) or "There is only one level."
+    return " ".join(sentences)
 
 
 def _group_tips(agreement: Agreement) -> dict[str, list[Finding]]:
@@ -234,13 +233,13 @@ def answer_on_trust(agreement: Agreement, outline: ReportOutline) -> str:
     measured = [f for f in agreement.findings if f.kind == "measurement"]
     printed = any(f.about.key.family in ("form", "form-states") for f in measured)
     whose = "rigid levels and the printed equations" if printed else "rigid levels"
+    more = f" {len(measured)} more numbers are measured without a limit, such as how far"
+    more = f"{more} {whose} are off." if measured else ""
     return (
         f"{describe_tally(agreement)}{other_verdicts}. {len(agreement.checks) - alone} compare"
         " two models that share"
         f" data and no formula; {alone} compare one model with {outline.truths}."
-        " A tolerance is what rounding, or a run's measured uncertainty, explains."
-        f" {len(measured)} more numbers are measured without a limit, such as how far {whose} are"
-        " off."
+        f" A tolerance is what rounding, or a run's measured uncertainty, explains.{more}"
     )
 
 

@@ -104,4 +104,5 @@ def outline_robot(robot: Robot) -> ReportOutline:
         levels=levels,
         finest=f"{reference_engine()}:{robot.levels[-1]}",
         truths="first principles",
+        has_levels=len(levels) > 1,
     )

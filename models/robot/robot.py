@@ -28,7 +28,7 @@ LEVELS: dict[Level, str] = {
 WITH_ROTORS: tuple[Level, ...] = ("coupled", "geared")  # levels that have rotors as bodies
 # Laws of planetary meshes: dampers act in contact, and varying springs do all their work.
 MESH_LAWS = switches(damping="contact", mesh_work="conservative")
-RIGID: tuple[Level, ...] = ("links", "armature", "coupled")  # those of every robot
+RIGID: tuple[Level, ...] = ("links", "armature", "coupled")  # equal where nothing is geared
 
 
 @dataclass(frozen=True)
@@ -350,7 +350,11 @@ class Robot:
     @property
     def levels(self) -> tuple[Level, ...]:
         """Levels that differ for this robot: geared only if there are teeth that give way."""
-        return (*RIGID, "geared") if self.meshes or self.stages else RIGID
+        if self.meshes or self.stages:
+            return (*RIGID, "geared")
+        if self.rotors:
+            return RIGID
+        return ("links", "armature") if self.armature.any() else ("links",)
 
 
 def remove_friction(robot: Robot) -> Robot:
