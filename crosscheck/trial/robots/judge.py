@@ -45,6 +45,7 @@ from crosscheck.trial.robots.answers import NONLINEAR, RobotAnswers
 from crosscheck.trial.robots.consistency import SlopeSides
 from crosscheck.trial.robots.elastic import ELASTIC
 
+RIGID_ROBOT = "the rigid robot"  # name of the only level of a robot without rotors
 EARTH = 10.0  # m/s^2, of robots that stand in space
 SINGLE = ("mass_matrix", "bias", "gravity")  # elementary parts, from which the others are composed
 
@@ -110,6 +111,8 @@ class RobotProblem:
         equal = [each.level for each in distances if not each.entries]
         if name == ELASTIC:
             words = f"{name} (links, motors on the output side, and springs between them)"
+        elif len(self.sizes) == 1 and not self.stated:
+            return RIGID_ROBOT, RIGID_ROBOT
         elif not self.stated and len(equal) > 1:
             words = f"{', '.join(equal)}, which are equal in these parts"
         largest = next((each.largest for each in distances if each.level == level), 0.0)
@@ -324,7 +327,7 @@ def compute_sizes_by_level(
     where the one that equations state is one of them.
     """
     sizes: dict[Level, RobotSizes] = {}
-    for level in RIGID:
+    for level in (each for each in RIGID if each in (*robot.levels, stated)):
         try:
             mass = AnalyticRobot(robot, level).mass_matrix(states.q)
             sizes[level] = compute_sizes(robot, mass, states, least_gravity=EARTH)

@@ -145,14 +145,15 @@ def list_cofunctions(site: Site) -> Texts:
 def list_constants(site: Site) -> Texts:
     """Another number for a number of the code, or the name of an index.
 
-    Of one with a fraction also in another unit.
+    Of one with a fraction also in another unit, and rounded as people write it.
     """
     value = site.node.value if isinstance(site.node, ast.Constant) else None
     if not isinstance(value, int | float) or isinstance(value, bool):
         return
     others = [value + 1, value - 1, -value, 2 * value, value / 2, 0, 1, 2]
     if isinstance(value, float):
-        others += [value * unit for unit in UNITS]
+        converted = [value * unit for unit in UNITS]
+        others += [*converted, *(float(f"{each:.2g}") for each in converted)]
     for other in dict.fromkeys(others):
         is_whole = isinstance(value, int) and other == int(other)
         if other != value and (is_whole or not site.is_index):

@@ -186,10 +186,24 @@ class SourceTree:
             return function.result if function else None
         return None
 
+    def _list_siblings(self, scope: Scope) -> dict[str, None]:
+        """Attributes of elements of a function, by names that attributes have anywhere."""
+        attributes = [node for node in self.list_all_nodes() if isinstance(node, ast.Attribute)]
+        elements = (
+            ast.unparse(node.value)
+            for node in attributes
+            if self.scopes[id(node)] is scope
+            and isinstance(node.value, ast.Subscript)
+            and not _has_call(node.value)
+        )
+        names = dict.fromkeys(node.attr for node in attributes)
+        return dict.fromkeys(f"{element}.{name}" for element in elements for name in names)
+
     def observe(self, run: Callable[[], object]) -> set[int]:
         """See what all names are while equations are made and asked: the lines that run."""
         lines = set[int]()
         leaves: dict[int, dict[str, CodeType]] = {}
+        siblings: dict[int, dict[str, CodeType]] = {}
         indices: dict[int, set[str]] = {}
         by_name, by_line = dict[tuple[int, str], Scope](), dict[int, Scope]()
         top = self.scopes[id(self.code.statements[0])]
@@ -197,6 +211,11 @@ class SourceTree:
         for scope in every:
             written = dict.fromkeys(filter(None, map(_write_leaf, scope.nodes)))
             leaves[id(scope)] = {text: compile(text, "leaf", "eval") for text in written}
+            siblings[id(scope)] = {
+                text: compile(text, "leaf", "eval")
+                for text in self._list_siblings(scope)
+                if text not in written
+            }
             subscripts = (node for node in scope.nodes if isinstance(node, ast.Subscript))
             indices[id(scope)] = {
                 ast.unparse(node.slice)
@@ -223,7 +242,8 @@ class SourceTree:
                 first, name = frame.f_code.co_firstlineno, frame.f_code.co_name
                 around = top if name == "<module>" else by_line.get(first, top)
                 scope = by_name.get((first, name), around)
-                _record_kinds(scope, frame, leaves[id(scope)])
+                _record_kinds(scope.kinds, frame, leaves[id(scope)])
+                _record_kinds(scope.unwritten, frame, siblings[id(scope)])
                 if name not in COMPREHENSIONS:  # whose frames are not the function's
                     scope.result = scope.result or find_kind(argument)
                     unwritten = [*elsewhere, *_list_unwritten(frame, indices[id(scope)])]
@@ -256,13 +276,13 @@ def _has_call(node: ast.AST) -> bool:
     return any(isinstance(each, ast.Call) for each in ast.walk(node))
 
 
-def _record_kinds(scope: Scope, frame: FrameType, leaves: dict[str, CodeType]) -> None:
+def _record_kinds(kinds: dict[str, Kind], frame: FrameType, leaves: dict[str, CodeType]) -> None:
     """Record what names are as a function returns, or a comprehension in it."""
     for text, code in leaves.items():
-        if text not in scope.kinds:
+        if text not in kinds:
             kind = _try_kind(code, frame, frame.f_locals)
             if kind is not None:
-                scope.kinds[text] = kind
+                kinds[text] = kind
 
 
 def _record_values(scope: Scope, frame: FrameType, unwritten: Iterable[str]) -> None:

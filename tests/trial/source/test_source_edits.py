@@ -27,7 +27,7 @@ class Body:
 R = np.array([[0.6, -0.8, 0.0], [0.64, 0.48, -0.6], [0.48, 0.36, 0.8]])
 
 def make():
-    a, b = Body(1.3, 0.7), Body(2.9, 0.45)
+    a, b = bodies = Body(1.3, 0.7), Body(2.9, 0.45)
     c1, c2, s = 0.31, 0.83, 1.7
 
     def weights(q):
@@ -89,10 +89,11 @@ def make():
 
     def push(q):
         pull, held = [q[0], c2, q[1] ** 2], np.zeros(3)
+        moments = [bodies[i].mass * bodies[i].lever for i in range(2)]
         spun, lever = np.array([q[0], q[1], 0.4]), np.array([c1, c2, s])
         for i in range(3):
             held[i] = pull[i] - (pull[i + 1] if i < 2 else 0.0)
-        return held + np.cross(lever, held) + np.cross(spun, np.cross(spun, lever))
+        return moments[1] * held + np.cross(lever, held) + np.cross(spun, np.cross(spun, lever))
 
     parts = {"weights": weights, "moment": moment, "spin": spin, "sweep": sweep}
     return parts | {"lift": lift, "inertia": inertia, "order": order, "push": push}
@@ -191,6 +192,8 @@ def find_answer(folder: Path, *replaced: tuple[str, str]) -> SourceAnswer | None
         ("c1 * np.sin(q[1])", "c1 * q[1]", 4),
         ("tensor[0, 1, 2]", "tensor[2, 0, 1]", 2),
         ("s * q[1] + c2\n", "c2 * q[1] + s\n", 3),
+        ("bodies[i].mass * bodies[i].lever", "bodies[i].mass * bodies[i].mass", 4),
+        ("[1.3, 2.1, 0.7]", "[74.5, 2.1, 0.7]", 2),
         (" + np.cross(spun, np.cross(spun, lever))", "", 5),
         ("pull[i] - (pull[i + 1] if i < 2 else 0.0)", "pull[i]", 5),
     ],
