@@ -18,7 +18,6 @@ from tests.robots.test_trial import equations, steiner
 from tests.robots.trials import run_robot_trial
 
 OFF = np.array([[0, two_link.J2], [two_link.J2, 0]])
-RIGHT = {"mass_matrix", "bias", "gravity"}
 
 
 @pytest.fixture(scope="module")
