@@ -24,15 +24,6 @@ def test_records_of_an_arm_with_direct_joints(tier):
 
 
 @both_tiers
-def test_start_is_at_first_contact_of_each_mesh(tier):
-    start = {"theta_rad": [0.1, 0.2], "sun_planet_offset_m": [1e-6, 2e-6]}
-    run = tier(MIXED["direct-geared"], scenario(start=start)).simulate().isel(time=0)
-    # Angles of gears turned by 1 rad and back.
-    np.testing.assert_allclose(run.x_sp.sel(joint=2), 4e-5 + 2e-6, rtol=0, atol=1e-16)
-    np.testing.assert_allclose(run.x_pr.sel(joint=2), 3e-5, rtol=0, atol=1e-16)
-
-
-@both_tiers
 def test_large_contact_forces_in_balance_raise_no_alarm(tier):
     joint, torque = geared(), 2e5
     heavy = {"length_m": 0.9, "com_m": 0.4, "mass_kg": 1e6, "inertia_kg_m2": 1e9}

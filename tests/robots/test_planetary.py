@@ -1,8 +1,7 @@
-"""Planetary stages on robots: today's planar arms, closed forms, conservation, locked gears."""
+"""Planetary stages on robots: closed forms, conservation, locked gears, planets by themselves."""
 
 from collections.abc import Callable
-from dataclasses import replace
-from math import ceil, cos, pi, radians, sin, sqrt
+from math import pi, sin, sqrt
 
 import numpy as np
 import pytest
@@ -11,25 +10,21 @@ from crosscheck.analytic.robot.ensemble import group_robots
 from crosscheck.analytic.robot.runs import RobotMember
 from crosscheck.analytic.robot.springs import replace_stages_by_rotors
 from crosscheck.checks.robot_states import sample_states
-from crosscheck.cost.meshes import RESOLVED
-from crosscheck.cost.shortcuts import QUICK, compute_costs
 from crosscheck.models.errors import InputError
-from crosscheck.models.experiment.scenario import ConstantDrive, Start, switches
-from crosscheck.models.loading import load_arm, make_rest_scenario, require_fit
+from crosscheck.models.experiment.scenario import ConstantDrive, Start
+from crosscheck.models.loading import make_rest_scenario, require_fit
 from crosscheck.models.mechanism import select_mechanism
 from crosscheck.models.robot.file import load_robot
 from crosscheck.models.robot.interface import RobotModel
 from crosscheck.models.robot.robot import RIGID, Robot
-from crosscheck.planning.robots import compare_engines
 from crosscheck.provenance import ROOT
-from crosscheck.registry import build, build_robot_model
+from crosscheck.registry import build_robot_model
 from crosscheck.robot_experiment import RobotExperiment
 from tests.faults.robots import parted
 from tests.robots import chains
 from tests.robots.traced import random_state
 
 PAPER = str(ROOT / "examples" / "robots" / "planetary-arm.toml")
-FROM_ARM = [2, 5, 0, 1, 3, 4]  # places of theta_1, theta_2, x_sp1, x_pr1, x_sp2, x_pr2 in the arm's
 PLAIN = {"tooth_error_m": 0.0, "static_error_m": 0.0, "backlash_m": 0.0, "damping_N_s_per_m": 0.0}
 SUN, PLANET, RATIO, TURNS = 3e-4, 1e-4, 4.0, -2.0  # of tests.robots.chains.planetary
 
@@ -37,53 +32,6 @@ SUN, PLANET, RATIO, TURNS = 3e-4, 1e-4, 4.0, -2.0  # of tests.robots.chains.plan
 def pendulum(**changes: object) -> Robot:
     """A bob on an axis along y, which a stage turns against the ground."""
     return chains.robot(chains.BOB, {"swing": chains.planetary(**changes)})
-
-
-def test_engines_agree_on_the_papers_arm():
-    own = load_robot(PAPER)
-    assert own.notes == ()
-    assert [
-        each for each in compare_engines(own, sample_states(own, 6, 0)) if each.verdict != "agree"
-    ] == []
-
-
-@pytest.mark.parametrize("engine", chains.ENGINES)
-@pytest.mark.parametrize("reference", ["analytic", "pinocchio"])
-def test_locked_stages_are_those_of_the_planar_arm(engine, reference):
-    planar = build(f"{reference}:coupled", load_arm("paper-labelled"), make_rest_scenario())
-    model = build_robot_model(engine, load_robot(PAPER), "coupled")
-    q, v = np.array([[0.4, -0.7]]), np.array([[1.3, 0.8]])
-    assert model.mass_matrix(q)[0] == pytest.approx(planar.mass_matrix(q[0]), rel=1e-13)
-    assert model.bias(q, v)[0] == pytest.approx(planar.bias(q[0], v[0]), rel=1e-13)
-
-
-@pytest.mark.parametrize("x", [7e-5, -8e-5, 3e-5])
-@pytest.mark.parametrize("engine", chains.ENGINES)
-@pytest.mark.parametrize("reference", ["analytic:physical", "pinocchio:gears", "exudyn:tree"])
-def test_teeth_press_as_in_the_planar_arm(engine, reference, x):
-    """M, bias, the forces of meshes and of gravity, and what torques on the suns accelerate."""
-    arm = load_arm("paper-labelled").model_copy(update={"gravity_m_per_s2": (3.0, -9.0)})
-    pushed = ConstantDrive(kind="constant", torque_N_m=(40.0, -25.0))
-    laws = switches(damping="contact", mesh_work="conservative")
-    rest, driven = (
-        build(reference, arm, make_rest_scenario().model_copy(update={"drive": drive}), laws)
-        for drive in (make_rest_scenario().drive, pushed)
-    )
-    model = build_robot_model(
-        engine, replace(load_robot(PAPER), gravity=np.array([3.0, -9, 0])), "geared"
-    )
-    q = np.array([[0.4, -0.7, x, 6e-5, -7e-5, 1.1 * x]])
-    v = np.array([[1.3, 0.8, 0.2, -0.3, 0.1, 0.4]])
-    at, rate = np.zeros((2, 6))
-    at[FROM_ARM], rate[FROM_ARM] = q[0], v[0]
-    order = np.ix_(FROM_ARM, FROM_ARM)
-    assert model.mass_matrix(q)[0] == pytest.approx(rest.mass_matrix(at)[order], rel=1e-12)
-    assert model.bias(q, v)[0] == pytest.approx(rest.bias(at, rate)[FROM_ARM], rel=1e-12)
-    needed = model.inverse_dynamics(q, v, 0 * v)[0] - model.bias(q, v)[0]
-    expected = -rest.generalized_force(0.0, at, rate)[FROM_ARM]
-    assert needed == pytest.approx(expected, rel=1e-10, abs=1e-9)
-    found = model.forward_dynamics(q, v, np.array([[40.0, -25.0]]))[0]
-    assert found == pytest.approx(driven.acceleration(0.0, at, rate)[FROM_ARM], rel=1e-9)
 
 
 @pytest.mark.parametrize("engine", chains.ENGINES)
@@ -268,61 +216,6 @@ def test_energy_stays_where_stiffness_and_error_vary_with_the_angle(engine):
     ]
     assert abs(drifts[1]) < 1e-5
     assert abs(drifts[1]) < abs(drifts[0]) / 12
-
-
-@pytest.mark.parametrize("engine", chains.ENGINES)
-def test_stiff_teeth_are_a_locked_stage(engine):
-    """The swing about it falls with the stiffness, to a quarter at four times."""
-    q, v = np.array([[0.4]]), np.array([[0.5]])
-
-    def end(stiffness: float) -> float:
-        law = {"law": "sine", "mean_N_per_m": stiffness, "amplitude_N_per_m": 0.0}
-        damping = 1.4 * sqrt(stiffness)
-        own = chains.contact(**PLAIN | {"stiffness": law, "damping_N_s_per_m": damping})
-        model = build_robot_model(engine, pendulum(sun_mesh=own, ring_mesh=own), "geared")
-        none = np.zeros((1, 2))
-        return float(
-            chains.advanced(model, np.hstack([q, none]), np.hstack([v, none]), 0.1, 200)[0][0, 0]
-        )
-
-    rigid = float(
-        chains.advanced(build_robot_model(engine, pendulum(), "coupled"), q, v, 0.1, 200)[0][0, 0]
-    )
-    apart = [abs(end(stiffness) - rigid) for stiffness in (1e5, 4e5, 1.6e6)]
-    assert apart[0] < 0.02 * abs(rigid - 0.4)
-    assert apart[1] < 0.35 * apart[0]
-    assert apart[2] < 0.35 * apart[1]
-
-
-@pytest.mark.slow
-def test_what_a_locked_stage_leaves_out_of_a_pendulum():
-    """Play 2 (b_sun + b_ring) / (2 r_cp), wind-up by what the bob asks, swings of both meshes."""
-    law = {"law": "sine", "mean_N_per_m": 1e3, "amplitude_N_per_m": 2e2}
-    own = chains.contact(**PLAIN | {"stiffness": law, "backlash_m": 1e-5})
-    single = pendulum(sun_mesh=own, ring_mesh=own | {"backlash_m": 2e-5})
-    few = replace(QUICK, states=3, instants=100, steps=20, most_steps=1000)
-    found = compute_costs(single, 0, few, lambda *doing: None)
-    assert found.geared
-    sun, ring = found.geared.meshes
-    assert (sun.name, ring.name) == ("sun mesh of swing", "ring mesh of swing")
-    lever = 2 * 0.048 * cos(radians(20.0))  # twice the carrier's base radius
-    assert (sun.backlash, ring.backlash) == pytest.approx((2e-5 / lever, 4e-5 / lever))
-    mass = 3 * PLANET / (0.024 * cos(radians(20.0))) ** 2
-    theta, _, alpha = found.motion.at(found.time)
-    bob = 0.03 + 2 * 0.6**2
-    torque = bob * alpha + 2 * 9.81 * 0.6 * np.sin(theta)
-    for mesh, sign in ((sun, 1), (ring, -1)):  # the sun's turns the planets against the ring's
-        force = np.abs(torque / lever + sign * mass * lever / 4 * alpha).max()
-        assert mesh.windup == pytest.approx(force / (3 * 1e3) / lever, rel=1e-9)
-    model = build_robot_model("analytic", single, "geared")
-    modes = 3.6e3 * np.linalg.inv(model.mass_matrix(np.zeros((1, 3)))[0])[1:, 1:]
-    fastest = sqrt(np.linalg.eigvals(modes).max())
-    assert found.geared.steps == ceil(fastest / RESOLVED)
-    expected = np.sort(np.linalg.eigvals(modes / 1.2).real) ** 0.5 / (2 * pi)
-    assert [ring.slowest, sun.fastest] == pytest.approx(expected)
-    assert found.geared.distances is not None
-    (gear,) = found.ratios
-    assert (gear.joint, gear.ratio, gear.share) == ("swing", pytest.approx(RATIO), 0.0)
 
 
 @pytest.mark.parametrize("level", RIGID)
