@@ -8,7 +8,6 @@ from functools import partial
 
 import numpy as np
 import pytest
-import sympy as sp
 
 from crosscheck.models.errors import InputError
 from crosscheck.models.loading import load_arm
@@ -20,8 +19,7 @@ from crosscheck.trial.input.loading import extract_equations, load_equations
 from crosscheck.trial.result import Trial
 from tests.loops import require_items
 from tests.robots import two_link
-from tests.robots.test_trial import equations
-from tests.robots.trials import run_robot_trial
+from tests.robots.trials import robot_equations, run_robot_trial
 from tests.tool.test_bad_input import assert_one_line
 
 TOLERANCE = 1e-10  # of an entry's size, as the docs say
@@ -201,49 +199,8 @@ def test_findings_say_what_is_compared_with_what(two):
             assert finding.right == "first principles"
 
 
-SYMBOLS = sp.symbols("q1 q2")
-SECOND = two_link.M2 * two_link.C2 * two_link.G * sp.cos(sum(SYMBOLS))
-FIRST = (two_link.M1 * two_link.C1 + two_link.M2 * two_link.L) * two_link.G
-SYMBOLIC = sp.Matrix([FIRST * sp.cos(SYMBOLS[0]) + SECOND, SECOND])
-BY_SYMBOLS = sp.lambdify(SYMBOLS, SYMBOLIC)
-
-
-def by_casadi(part: str) -> object:
-    """The part as a casadi Function of symbols without names, its answer a column of DM."""
-    ca = pytest.importorskip("casadi")
-    q, v = ca.SX.sym("q", 2), ca.SX.sym("v", 2)
-    wave = two_link.COUPLED * ca.sin(q[1])
-    if part == "bias":
-        rates = ca.vertcat(-2 * v[0] * v[1] - v[1] ** 2, v[0] ** 2)
-        return ca.Function("f", [q, v], [wave * rates])
-    off = two_link.ELBOW + two_link.COUPLED * ca.cos(q[1])
-    first = two_link.SHOULDER + 2 * off - two_link.ELBOW + two_link.REFLECTED
-    rows = ca.horzcat(first, off), ca.horzcat(off, two_link.ELBOW + two_link.REFLECTED)
-    return ca.Function("f", [q], [ca.vertcat(*rows)])
-
-
-# Right parts in odd forms: they share a trial as far as they are of different parts.
+# Right parts of every kind; forms of numbers and of arguments are those of tests/trial/test_calls.
 FORMS: dict[str, dict[str, object]] = {
-    "columns": {
-        "gravity": lambda q: two_link.gravity(q)[:, None],
-        "bias": lambda q, v: two_link.bias(q, v)[:, None],
-        "force": lambda q, torque: two_link.force(q, torque)[:, None],
-    },
-    "rows and lists": {
-        "gravity": lambda q: two_link.gravity(q)[None],
-        "bias": lambda q, v: tuple(two_link.bias(q, v)),
-        "mass_matrix": lambda q: two_link.mass_matrix(q).tolist(),
-    },
-    "matrices": {
-        "mass_matrix": lambda q: np.matrix(two_link.mass_matrix(q)),
-        "gravity": lambda q: SYMBOLIC.subs(dict(zip(SYMBOLS, q, strict=True))),
-    },
-    "lambdified": {"gravity": lambda q: BY_SYMBOLS(*q)},
-    "other kinds of numbers": {
-        "gravity": lambda q: two_link.gravity(q).astype(object),
-        "bias": lambda q, v: two_link.bias(q, v) + 0j,
-        "mass_matrix": lambda q: np.ma.array(two_link.mass_matrix(q)),
-    },
     "names of the user's own": {
         "mass_matrix": lambda theta: two_link.mass_matrix(theta),
         "bias": lambda theta, omega: two_link.bias(theta, omega),
@@ -327,11 +284,6 @@ def test_right_parts_in_other_coordinates_are_never_blamed(two, form, bend):
     assert set(trial.relative_errors) >= set(FORMS[form]) - {"coriolis"}
 
 
-def test_casadi_functions_are_never_blamed(two):
-    own = Equations(mass_matrix=by_casadi("mass_matrix"), bias=by_casadi("bias"))
-    assert run_robot_trial(own, two).exit_code == 0
-
-
 def test_what_inverse_dynamics_leaves_out_is_said(two):
     trial = run_robot_trial(Equations(**FORMS["inverse dynamics without weights"]), two)
     assert "inverse_dynamics leaves the weights out" in trial.scope
@@ -341,7 +293,7 @@ def test_what_inverse_dynamics_leaves_out_is_said(two):
 @pytest.mark.parametrize("level", ["links", "armature", "coupled"])
 def test_one_large_error_leaves_right_entries_alone(level):
     own = load_robot("sliding")
-    right = equations(own, level)
+    right = robot_equations(own, level)
     wrong = replace(right, gravity=lambda q: right.gravity(q) + np.array([0, 1e4, 0]))
     found = run_robot_trial(wrong, own).diagnosis
     assert [entry.name for entry in found.entries] == ["gravity[slide]"]
