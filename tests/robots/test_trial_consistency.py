@@ -153,6 +153,11 @@ def test_a_mass_matrix_of_one_triangle_is_named_by_the_empty_one(half, empty):
     assert notes.diagnosis.notes[0].startswith(f"mass_matrix is 0 {empty} the diagonal, and right")
 
 
+def test_a_diagonal_alone_is_no_triangle():
+    own = two_link.right(mass_matrix=lambda q: np.diag(np.diag(two_link.mass_matrix(q))))
+    assert not any("triangles alone" in each for each in trial_of(own).diagnosis.notes)
+
+
 def test_weights_in_the_force_of_one_joint_are_missing_in_the_others():
     """Only a force that is the torques in every joint has its weights on the left."""
     own = two_link.right(force=lambda q, torque: torque - two_link.gravity(q) * [1, 0])

@@ -8,6 +8,7 @@ from functools import partial
 
 import numpy as np
 import pytest
+import sympy as sp
 
 from crosscheck.models.errors import InputError
 from crosscheck.models.loading import load_arm
@@ -229,20 +230,20 @@ def test_right_parts_in_any_form_are_never_blamed(two, form):
 
 def position(x: np.ndarray, bend: float) -> np.ndarray:
     """The joints' q of other coordinates, on a curve unless bend is 0."""
-    return np.array([x[0] + 0.5 * x[1] + bend * np.sin(x[1]), 2.0 * x[1]])
+    first = x[0] + 0.5 * x[1] + bend * (x[0] ** 3 / 1.5 + np.sin(x[1]))
+    return np.array([first, 2.0 * x[1] + bend * np.sin(x[0])])
 
 
 def slopes(x: np.ndarray, v: np.ndarray, bend: float) -> tuple[np.ndarray, np.ndarray]:
     """J of q' = J v, and its own rate."""
-    rate = -bend * np.sin(x[1]) * v[1]
-    first = 0.5 + bend * np.cos(x[1])
-    return np.array([[1.0, first], [0.0, 2.0]]), np.array([[0.0, rate], [0.0, 0.0]])
+    first = [1.0 + 2.0 * bend * x[0] ** 2, 0.5 + bend * np.cos(x[1])]
+    rates = [4.0 * bend * x[0] * v[0], -bend * np.sin(x[1]) * v[1]]
+    J = np.array([first, [bend * np.cos(x[0]), 2.0]])
+    return J, np.array([rates, [-bend * np.sin(x[0]) * v[0], 0.0]])
 
 
-@pytest.mark.parametrize("form", ["by coriolis", "inverse dynamics", "acceleration", "everything"])
-@pytest.mark.parametrize("bend", [0.0, 0.3])
-def test_right_parts_in_other_coordinates_are_never_blamed(two, form, bend):
-    """Of q(x): J' M J, J' (h + M J. v) and so on, with C also J' (C J + M J.)."""
+def carried(bend: float) -> dict[str, Callable[..., np.ndarray]]:
+    """The parts in coordinates of q(x): J' M J, J' (h + M J. v) and so on, C J' (C J + M J.)."""
 
     def at(x, v=(0.0, 0.0)):
         J, J_dot = slopes(x, v, bend)
@@ -274,14 +275,38 @@ def test_right_parts_in_other_coordinates_are_never_blamed(two, form, bend):
         rest = at(x)[2].T @ torque - bias(x, v) - gravity(x)
         return np.linalg.solve(mass_matrix(x), rest)
 
-    made = {each.__name__: each for each in (mass_matrix, bias, coriolis, gravity, force)}
-    made |= {each.__name__: each for each in (inverse_dynamics, acceleration)}
-    frame = Coordinates(function=partial(position, bend=bend))
-    frame = frame if bend else Coordinates(matrix=[[1.0, 0.5], [0.0, 2.0]])
-    own = Equations(**{part: made[part] for part in FORMS[form]}, coordinates=frame)
+    parts = mass_matrix, bias, coriolis, gravity, force, inverse_dynamics, acceleration
+    return {each.__name__: each for each in parts}
+
+
+BEND = 0.3
+CURVED = Coordinates(function=partial(position, bend=BEND))
+A, B = sp.symbols("a b")
+SYMBOLIC = [A + B / 2 + BEND * (A**3 / 1.5 + sp.sin(B)), 2 * B + BEND * sp.sin(A)]
+FRAMES = {
+    "a matrix": (0.0, Coordinates(matrix=[[1.0, 0.5], [0.0, 2.0]])),
+    "a function": (BEND, CURVED),
+    "sympy": (BEND, Coordinates(function=sp.Matrix(SYMBOLIC), symbols=(A, B))),
+}
+
+
+@pytest.mark.parametrize("form", ["by coriolis", "inverse dynamics", "acceleration", "everything"])
+@pytest.mark.parametrize("by", FRAMES)
+def test_right_parts_in_other_coordinates_are_never_blamed(two, form, by):
+    bend, frame = FRAMES[by]
+    parts = carried(bend)
+    own = Equations(**{part: parts[part] for part in FORMS[form]}, coordinates=frame)
     trial = run_robot_trial(own, two)
     assert trial.exit_code == 0, [finding.id for finding in trial.agreement.disagreeing]
     assert set(trial.relative_errors) >= set(FORMS[form]) - {"coriolis"}
+
+
+def test_a_wrong_bias_of_curved_coordinates_is_reported(two):
+    mass, bias = (carried(BEND)[part] for part in ("mass_matrix", "bias"))
+    own = Equations(mass, lambda x, v: -bias(x, v), coordinates=CURVED)
+    assert "bias[j1]" in {entry.name for entry in run_robot_trial(own, two).diagnosis.entries}
+    with pytest.raises(InputError, match="bias: needs mass_matrix beside it"):
+        run_robot_trial(Equations(bias=bias, coordinates=CURVED), two)
 
 
 def test_what_inverse_dynamics_leaves_out_is_said(two):
