@@ -1,7 +1,6 @@
-"""Planetary stages on robots: closed forms, conservation, locked gears, planets by themselves."""
+"""Planetary stages of robots; test_arms_as_robots holds them against planar arms."""
 
 from collections.abc import Callable
-from math import pi, sin, sqrt
 
 import numpy as np
 import pytest
@@ -13,7 +12,6 @@ from crosscheck.checks.robot_states import sample_states
 from crosscheck.models.errors import InputError
 from crosscheck.models.experiment.scenario import ConstantDrive, Start
 from crosscheck.models.loading import make_rest_scenario, require_fit
-from crosscheck.models.mechanism import select_mechanism
 from crosscheck.models.robot.file import load_robot
 from crosscheck.models.robot.interface import RobotModel
 from crosscheck.models.robot.robot import RIGID, Robot
@@ -25,23 +23,12 @@ from tests.robots import chains
 from tests.robots.traced import random_state
 
 PAPER = str(ROOT / "examples" / "robots" / "planetary-arm.toml")
-PLAIN = {"tooth_error_m": 0.0, "static_error_m": 0.0, "backlash_m": 0.0, "damping_N_s_per_m": 0.0}
 SUN, PLANET, RATIO, TURNS = 3e-4, 1e-4, 4.0, -2.0  # of tests.robots.chains.planetary
 
 
 def pendulum(**changes: object) -> Robot:
     """A bob on an axis along y, which a stage turns against the ground."""
     return chains.robot(chains.BOB, {"swing": chains.planetary(**changes)})
-
-
-@pytest.mark.parametrize("engine", chains.ENGINES)
-def test_a_locked_stage_turns_its_sun_and_planets_by_their_teeth(engine):
-    """1 + z_r / z_s = 4 of the sun, (z_p - z_r) / z_p = -2 of a planet, against the ring."""
-    bob = 0.03 + 2 * 0.6**2
-    for level, added in (("links", 0.0), ("armature", 1), ("coupled", 1)):
-        model = build_robot_model(engine, pendulum(), level)
-        expected = bob + added * (SUN * RATIO**2 + 3 * PLANET * TURNS**2)
-        assert model.mass_matrix(np.array([[0.9]]))[0, 0, 0] == pytest.approx(expected, rel=1e-13)
 
 
 @pytest.mark.parametrize("engine", chains.ENGINES)
@@ -63,44 +50,6 @@ def test_spins_are_coupled_to_what_carries_the_ring(engine):
     expected = rows.T @ np.diag([SUN, 3 * PLANET]) @ rows
     found = exact.mass_matrix(q)[0] - plain.mass_matrix(q)[0]
     assert found == pytest.approx(expected, abs=1e-15)
-
-
-@pytest.mark.parametrize("engine", chains.ENGINES)
-def test_a_stage_with_its_carrier_held_swings_as_two_masses_on_two_springs(engine):
-    """The sun on k N, the planets between it and the ring; 1709.9 and 4466.6 Hz (paper's arm)."""
-    model = build_robot_model(engine, load_robot(PAPER), "geared")
-    at = np.array([[0.0, 0, 8e-5, 8e-5, 8e-5, 8e-5]])
-    mass = model.mass_matrix(at)[0, 2:4, 2:4]
-    pressed, still = model.inverse_dynamics, np.zeros((1, 6))
-    stiffness = np.stack(
-        [
-            (pressed(at + h, still, still) - pressed(at, still, still))[0, 2:4] / 1e-5
-            for h in 1e-5 * np.eye(6)[2:4]
-        ]
-    )
-    found = np.sqrt(np.linalg.eigvals(np.linalg.solve(mass, stiffness)))
-    k, sun, planets = 3e8, 0.5, 3 * 0.66
-    whole = k / sun + 2 * k / planets
-    spread = sqrt(whole**2 - 4 * k**2 / sun / planets)
-    expected = np.sqrt((whole + np.array([-spread, spread])) / 2)
-    assert np.sort(found) == pytest.approx(expected, rel=1e-9)
-    assert expected / (2 * pi) == pytest.approx([1709.9, 4466.6], abs=0.05)
-
-
-@pytest.mark.parametrize("engine", chains.ENGINES)
-def test_planets_that_move_by_themselves_swing_against_each_other_too(engine):
-    """Beside the two swings of all, N - 1 with the sun at rest: a planet on 2 k, 2770.6 Hz."""
-    own = select_mechanism(PAPER, (), ['robot.joints.shoulder.planets="free"']).mechanism
-    model = build_robot_model(engine, own, "geared")
-    at, still = np.array([[0.0, 0, 1.6e-4, 8e-5, 8e-5, 8e-5, 8e-5, 8e-5]]), np.zeros((1, 8))
-    parts = slice(2, 6)  # x_s and x_pr of each planet
-    mass = model.mass_matrix(at)[0, parts, parts]
-    rest = model.inverse_dynamics(at, still, still)
-    moved = [model.inverse_dynamics(at + h, still, still) - rest for h in 1e-5 * np.eye(8)[parts]]
-    stiffness = np.stack([each[0, parts] / 1e-5 for each in moved])
-    found = np.sqrt(np.linalg.eigvals(np.linalg.solve(mass, stiffness))) / (2 * pi)
-    alone = sqrt(2e8 / 0.66) / (2 * pi)
-    assert np.sort(found) == pytest.approx([1709.9, alone, alone, 4466.6], rel=2e-5)
 
 
 @pytest.mark.parametrize("engine", chains.ENGINES)
@@ -171,51 +120,6 @@ def test_offsets_of_planets_fit_the_robot():
             with pytest.raises(InputError, match=needed) as refused:
                 require_fit(scenario, own, named)
             assert refused.value.where == where
-
-
-@pytest.mark.parametrize("engine", chains.ENGINES)
-def test_a_tooth_that_does_not_touch_does_not_press(engine):
-    """One flank, the other and the gap between: N (k (x -+ b) + ...), d x' of all planets."""
-    law = {"law": "sine", "mean_N_per_m": 1e7, "amplitude_N_per_m": 0.0}
-    own = chains.contact(
-        **PLAIN | {"stiffness": law, "backlash_m": 1e-5, "damping_N_s_per_m": 300.0}
-    )
-    model = build_robot_model(engine, pendulum(sun_mesh=own, ring_mesh=own), "geared")
-    q = np.array([[0.0, 3e-5, -4e-5], [0.0, 0.9e-5, -0.9e-5]])
-    v, still = np.array([[0.0, 0.2, 0.1]] * 2), np.zeros((2, 3))
-    found = model.inverse_dynamics(q, v, still) - model.bias(q, v) - model.gravity(q)
-    forces = [3 * 1e7 * 2e-5 + 300 * 0.2, -3 * 1e7 * 3e-5 + 300 * 0.1]
-    assert found == pytest.approx(np.array([[0.0, *forces], [0.0, 0.0, 0.0]]), rel=1e-10)
-
-
-@pytest.mark.parametrize("engine", chains.ENGINES)
-def test_energy_stays_where_stiffness_and_error_vary_with_the_angle(engine):
-    """Of motion, weight and springs, N k(phi) (x - e(phi))^2 / 2 each; without damping and gap."""
-    plain = PLAIN | {
-        "stiffness": {"law": "sine", "mean_N_per_m": 1e5, "amplitude_N_per_m": 4e4},
-        "tooth_error_m": 2e-4,
-    }
-    meshes = {
-        "sun_mesh": chains.contact(**plain),
-        "ring_mesh": chains.contact(**plain, phase_rad=0.7),
-    }
-    model = build_robot_model(engine, pendulum(**meshes), "geared")
-
-    def energy(q: np.ndarray, v: np.ndarray) -> float:
-        total = float(model.energy(q, v)[0])
-        for place, phase in ((1, 0.0), (2, 0.7)):
-            turn = 72 * q[0, 0] + phase
-            gap = q[0, place] - 2e-4 * sin(turn + 0.4)
-            total += 3 * (1e5 + 4e4 * sin(turn)) * gap**2 / 2
-        return total
-
-    start = np.array([[0.9, 5e-4, -3e-4]]), np.array([[2.0, 0.1, -0.2]])
-    drifts = [
-        energy(*chains.advanced(model, *start, 0.02, steps)) - energy(*start)
-        for steps in (100, 200)
-    ]
-    assert abs(drifts[1]) < 1e-5
-    assert abs(drifts[1]) < abs(drifts[0]) / 12
 
 
 @pytest.mark.parametrize("level", RIGID)
