@@ -43,7 +43,7 @@ def meshing(sun: str, ring: str, **given: float) -> dict[str, object]:
 EVERY_LAW = arm_of(
     meshing("table", "fourier"),
     direct(friction_N_m_s_per_rad=11.0),
-    meshing("square", "sine", sun_mesh=300.0, ring_mesh=700.0),
+    meshing("square", "sine", ring_mesh=700.0),
     gravity=NONE,
 )
 
