@@ -7,7 +7,6 @@ import pytest
 from scipy.special import ellipj, ellipk
 
 from crosscheck.models.arm.arm import Arm
-from crosscheck.models.experiment.scenario import Scenario
 from crosscheck.registry import (
     MODELS,
     RIGID_LEVELS,
@@ -16,6 +15,8 @@ from crosscheck.registry import (
     model_names,
     select_with_method,
 )
+from tests.mixed_arms import NONE, arm_of, direct
+from tests.mixed_arms import scenario as scenario_of
 
 LENGTH, COM, MASS, PAYLOAD, ROTOR, MOTOR = 0.6, 0.35, 8.1, 2.0, 0.13, 3.0
 GRAVITY = 1.703, -9.661  # tilted
@@ -44,23 +45,13 @@ class Swing(NamedTuple):
     theta_dot: np.ndarray
 
 
-def one_link(link: str, friction: float = 0.0, gravity: tuple[float, float] = (0.0, 0.0)) -> Arm:
-    return Arm.model_validate(
-        {
-            "schema_version": 2,
-            "name": link,
-            "payload_mass_kg": PAYLOAD,
-            "gravity_m_per_s2": gravity,
-            "joints": [
-                {
-                    "kind": "direct",
-                    "motor_mass_kg": MOTOR,
-                    "rotor_inertia_kg_m2": ROTOR,
-                    "friction_N_m_s_per_rad": friction,
-                }
-            ],
-            "links": [{"length_m": LENGTH, "com_m": COM, **LINKS[link]}],
-        }
+def one_link(link: str, friction: float = 0.0, gravity: tuple[float, float] = NONE) -> Arm:
+    motor = {"motor_mass_kg": MOTOR, "rotor_inertia_kg_m2": ROTOR}
+    return arm_of(
+        direct(**motor, friction_N_m_s_per_rad=friction),
+        links=[{"length_m": LENGTH, "com_m": COM, **LINKS[link]}],
+        payload_kg=PAYLOAD,
+        gravity=gravity,
     )
 
 
@@ -73,17 +64,8 @@ def inertia(name: str, link: str) -> float:
 def swing(
     name: str, arm: Arm, drive: dict[str, object], duration: float, steps: int, **start: float
 ) -> Swing:
-    scenario = Scenario.model_validate(
-        {
-            "schema_version": 1,
-            "name": "one link",
-            "duration_s": duration,
-            "step_s": duration / steps,
-            "record_every": 1,
-            "start": start,
-            "drive": drive,
-        }
-    )
+    grid = {"duration_s": duration, "step_s": duration / steps, "record_every": 1}
+    scenario = scenario_of(**grid, start=start, drive=drive)
     run = build(name, arm, scenario).simulate()
     return Swing(run.time.values, run.theta.values[:, 0], run.theta_dot.values[:, 0])
 
