@@ -12,7 +12,7 @@ from crosscheck.analytic.kernel.expressions import (
     evaluate_constants,
     write_lines,
 )
-from crosscheck.analytic.robot.algorithms import MovingTree, solve
+from crosscheck.analytic.robot.algorithms import MovingTree
 from crosscheck.analytic.robot.mechanism import build_mechanism, name_numbers, replace_names
 from crosscheck.analytic.robot.structure import trace_forward_dynamics
 from crosscheck.models.robot.file import load_robot
@@ -160,17 +160,6 @@ def test_constants_are_worked_out_beforehand_and_products_stand_in_sums():
     assert evaluate_constants(text.constants, {"c": 3.0, "d": np.array([1.0, 2.0])})[
         name
     ].tolist() == [1, 4]
-
-
-def test_solving_is_exact_in_fractions():
-    matrix = [
-        [Fraction(4), Fraction(1), 0],
-        [Fraction(1), Fraction(3), Fraction(1, 2)],
-        [0, Fraction(1, 2), Fraction(5)],
-    ]
-    wanted = [Fraction(2), Fraction(-1), Fraction(3)]
-    right = [sum(a * x for a, x in zip(row, wanted, strict=True)) for row in matrix]
-    assert solve(matrix, right) == wanted
 
 
 def test_numbers_are_by_name_and_zeros_are_structure():
