@@ -18,17 +18,6 @@ def tree(*settings: str, **switches: str) -> ExudynTree:
     return ExudynTree(*case)
 
 
-def test_the_map_holds_the_papers_definitions_of_the_mesh_displacements():
-    model = first_joint_only(tree())
-    r_s, r_p, r_cp = 36.82406e-3, 49.09875e-3, 85.92281e-3
-    x_sp, x_pr, theta = 3e-4, -2e-4, 0.7
-    link, sun, planet = (tree_from_paper(model.arm, model.layout) @ [x_sp, x_pr, theta])[:3]
-    theta_p = -(link + planet)
-    # The radii above are given to seven digits and the rotations are near 1 rad.
-    assert r_s * sun - r_p * theta_p - r_cp * link == pytest.approx(x_sp, abs=3e-8)
-    assert r_p * theta_p - r_cp * link == pytest.approx(x_pr, abs=3e-8)
-
-
 def classic_rk4(model: ExudynTree, h: float, steps: int) -> tuple[np.ndarray, np.ndarray]:
     """The textbook method on the model's own accelerations, its clock k h."""
     from_tree = np.linalg.pinv(tree_from_paper(model.arm, model.layout))

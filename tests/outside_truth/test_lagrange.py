@@ -1,14 +1,10 @@
-"""The derivation against closed forms and against identities of mechanics."""
+"""The paper's arm: M of the derivation in closed form, and both readings of Table I."""
 
 import numpy as np
 import pytest
 
-from crosscheck.analytic.model import PhysicalModel, RigidCoupled
-from crosscheck.analytic.stability import contact_eigenvalues
-from crosscheck.models.arm.arm import Planetary
-from crosscheck.models.arm.stiffness import SineStiffness
+from crosscheck.analytic.model import RigidCoupled
 from crosscheck.models.loading import load_arm, load_scenario
-from tests.arms import PAPER
 from tests.loops import require_items
 
 
@@ -28,34 +24,6 @@ def test_two_link_mass_matrix_in_closed_form(labelled):
     # Radii above are rounded to 1e-10 m.
     expected = np.array([[m11, m12], [m12, a1 + a3]])
     assert model.mass_matrix(np.array([0.3, 0.7])) == pytest.approx(expected, abs=1e-8)
-
-
-def _springs(joint: Planetary) -> Planetary:
-    """A joint whose meshes are springs with play and nothing else; no friction."""
-    meshes = {}
-    for name, mesh in (("sun_mesh", joint.sun_mesh), ("ring_mesh", joint.ring_mesh)):
-        stiffness = SineStiffness(law="sine", mean_N_per_m=9e7, amplitude_N_per_m=0.0)
-        undamped = {"damping_ratio": 0.0, "damping_N_s_per_m": None, "tooth_error_m": 0.0}
-        meshes[name] = mesh.model_copy(update={"stiffness": stiffness, **undamped})
-    return joint.model_copy(update={"friction_N_m_s_per_rad": 0.0, **meshes})
-
-
-def test_modes_of_one_stage_with_the_carrier_locked():
-    """Two springs in a row on sun and planets: 1709.9 and 4466.6 Hz for the paper's stage."""
-    N, k, M_s, M_p = 3, 1e8, 0.5, 0.66
-    mass = np.array([[M_s, M_s], [M_s, M_s + N * M_p]])
-    squares = np.linalg.eigvals(np.linalg.solve(mass, N * k * np.eye(2)))
-    frequencies = np.sort(np.sqrt(squares.real)) / (2 * np.pi)
-    assert frequencies == pytest.approx([1709.9, 4466.6], abs=0.05)
-    # A link a million times heavier locks the carrier.
-    heavy = {"density_kg_per_m3": 2.7e9}
-    joint = _springs(PAPER.joints[0])
-    links = (PAPER.links[0].model_copy(update=heavy),)
-    arm = PAPER.model_copy(update={"links": links, "joints": (joint,)})
-    model = PhysicalModel(arm, load_scenario("constant-torque"))
-    poles = contact_eigenvalues(model.terms, model.gears, model.drive, np.zeros(3), np.full(2, 1e8))
-    modes = np.sort(np.abs(poles[poles.imag > 1])) / (2 * np.pi)
-    assert modes == pytest.approx(frequencies, rel=1e-6)
 
 
 def test_both_readings_load_and_differ():
