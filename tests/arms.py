@@ -5,7 +5,6 @@ from dataclasses import dataclass
 from typing import NamedTuple, TypeVar
 
 import numpy as np
-from hypothesis import strategies as st
 
 from crosscheck.models.arm.arm import Arm, Direct, Link, Planetary
 from crosscheck.models.arm.mesh import Mesh
@@ -58,26 +57,6 @@ def random_arm(seed: int, most_joints: int = 7, all_geared: bool = False) -> Arm
         joints=tuple(kind(dice) for kind in kinds),
         links=tuple(_link(dice, dice.near(0.8, 2)) for _ in range(joints)),
     )
-
-
-seeds = st.integers(0, 2**32 - 1)
-arms = st.builds(random_arm, seeds, st.integers(1, 4))
-geared_arms = st.builds(random_arm, seeds, st.integers(1, 4), st.just(True))
-
-
-@st.composite
-def paper_arms(draw: st.DrawFn) -> Arm:
-    """Arms of 1 to 4 of the paper's joints and links, their gears and lengths unequal."""
-    keys = ("sun_teeth", "planet_teeth", "ring_teeth", "planet_count")
-    teeth = [(27, 36, 99, 3), (27, 36, 99, 2), (30, 30, 90, 4), (40, 20, 80, 3)]
-    joints, links = [], []
-    for _ in range(draw(st.integers(1, 4))):
-        gears = dict(zip(keys, draw(st.sampled_from(teeth)), strict=True))
-        gears["ring_inertia_kg_m2"] = draw(st.floats(0, 0.2))
-        length = draw(st.floats(0.3, 2))
-        joints.append(PAPER.joints[0].model_copy(update=gears))
-        links.append(PAPER.links[0].model_copy(update={"length_m": length, "com_m": 0.4 * length}))
-    return PAPER.model_copy(update={"joints": tuple(joints), "links": tuple(links)})
 
 
 @dataclass(frozen=True)

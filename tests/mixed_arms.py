@@ -88,6 +88,7 @@ def arm_of(
     links: Sequence[Data] | None = None,
     payload_kg: float = PAYLOAD,
     gravity: tuple[float, float] = GRAVITY,
+    name: str = "arm",
 ) -> Arm:
     """Of these joints and links; if none are given, rod and body take turns."""
     if links is None:
@@ -95,7 +96,7 @@ def arm_of(
     return Arm.model_validate(
         {
             "schema_version": 2,
-            "name": "arm",
+            "name": name,
             "payload_mass_kg": payload_kg,
             "gravity_m_per_s2": gravity,
             "joints": joints,

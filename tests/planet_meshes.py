@@ -24,7 +24,6 @@ from tests.any_arms import direct_joints, planetary_joints, rods
 from tests.mixed_arms import NONE, arm_of
 
 STEP = 1e-40  # of complex steps: its square is nothing beside any energy
-ROD = {"length_m": 0.8, "com_m": 0.35, "mass_kg": 20.0, "inertia_kg_m2": 1.1}
 LAW = {
     "law": "fourier",
     "mean_N_per_m": 9e7,
@@ -253,11 +252,4 @@ def unlike_arms(draw: st.DrawFn, most_joints: int = 2) -> Arm:
     """Arms without weight whose 2 to 6 planets differ in everything that may differ."""
     unlike = planetary_joints(unlike=True, listed=True)
     joints = [draw(unlike), *draw(st.lists(unlike | direct_joints(), max_size=most_joints - 1))]
-    return arm_of(*joints, links=[draw(rods()) for _ in joints], gravity=NONE)
-
-
-@st.composite
-def alike_arms(draw: st.DrawFn) -> Arm:
-    """Arms without weight of one or two joints, the planets of each alike."""
-    joints = draw(st.lists(planetary_joints(), min_size=1, max_size=2))
     return arm_of(*joints, links=[draw(rods()) for _ in joints], gravity=NONE)

@@ -36,6 +36,7 @@ from crosscheck.registry import (
     reference_model,
 )
 from tests.judged import plan_states
+from tests.mixed_arms import arm_of, direct
 
 STATES, SEED, SPOT = 9, 1, 4  # the one state whose answer is wrong
 ABOVE, BELOW = 1.02, 0.98  # of a tolerance
@@ -49,20 +50,17 @@ SUBJECT = Subject(ComparisonKey("family", "case", "theta", "one", "other"), "1",
 
 def direct_arm(first_m: float) -> Arm:
     """An arm of three direct joints, unlike each other; its first link is so long."""
-    joint = {"kind": "direct", "motor_mass_kg": 0.4, "rotor_inertia_kg_m2": 0.02}
+    motor = {"motor_mass_kg": 0.4, "rotor_inertia_kg_m2": 0.02}
     links = [(first_m, 1.3, 0.03), (0.4, 0.9, 0.012), (0.3, 0.5, 0.006)]
-    content = {
-        "schema_version": 2,
-        "name": "three",
-        "payload_mass_kg": 0.3,
-        "gravity_m_per_s2": [9.81, 1.3],
-        "joints": [{**joint, "friction_N_m_s_per_rad": 0.1 + 0.2 * k} for k in range(3)],
-        "links": [
+    return arm_of(
+        *(direct(**motor, friction_N_m_s_per_rad=0.1 + 0.2 * k) for k in range(3)),
+        links=[
             {"length_m": length, "com_m": 0.4 * length, "mass_kg": mass, "inertia_kg_m2": inertia}
             for length, mass, inertia in links
         ],
-    }
-    return Arm.model_validate(content)
+        payload_kg=0.3,
+        gravity=(9.81, 1.3),
+    )
 
 
 ARMS: dict[str, Callable[[], Arm]] = {

@@ -17,28 +17,25 @@ from crosscheck.registry import (
     group_equal_levels,
     is_rigid_arm,
 )
+from tests import mixed_arms
 from tests.arms import arm_of
 from tests.loops import require_items
 
 LINKS, CARRIERS, ARMATURE, COUPLED = RIGID_LEVELS
 
 
+LINK = {"length_m": 0.5, "com_m": 0.2, "mass_kg": 1.3, "inertia_kg_m2": 0.03}
+
+
 def direct(*motors: tuple[float, float]) -> Arm:
     """An arm without gears: mass [kg] and rotor's inertia [kg m^2] of each joint's motor."""
     joints = [
-        {"kind": "direct", "motor_mass_kg": mass, "rotor_inertia_kg_m2": inertia}
+        mixed_arms.direct(motor_mass_kg=mass, rotor_inertia_kg_m2=inertia)
         for mass, inertia in motors
     ]
-    link = {"length_m": 0.5, "com_m": 0.2, "mass_kg": 1.3, "inertia_kg_m2": 0.03}
-    content = {
-        "schema_version": 2,
-        "name": "direct",
-        "payload_mass_kg": 0.4,
-        "gravity_m_per_s2": [0.0, -9.81],
-        "joints": joints,
-        "links": [link] * len(joints),
-    }
-    return Arm.model_validate(content)
+    return mixed_arms.arm_of(
+        *joints, links=[LINK] * len(joints), payload_kg=0.4, gravity=(0.0, -9.81)
+    )
 
 
 CASES = [

@@ -1,34 +1,21 @@
 """Exudyn's separate bodies against the other engines."""
 
 from collections.abc import Sequence
-from itertools import product
 
-import numpy as np
 import pytest
 import xarray as xr
 
-from crosscheck.analytic.model import PhysicalModel
-from crosscheck.checks.answers import sample_states
 from crosscheck.checks.trajectories import largest_difference
-from crosscheck.models.arm.arm import Arm
-from crosscheck.models.experiment.scenario import Scenario, Switches, switches
+from crosscheck.models.experiment.scenario import switches
 from crosscheck.models.exudyn.bodies.bodies import ExudynBodies
 from crosscheck.models.exudyn.tree.tree import ExudynTree
-from crosscheck.models.interface import STATE_ABILITIES, Model
-from crosscheck.models.loading import load_arm, load_case, load_scenario
+from crosscheck.models.interface import Model
+from crosscheck.models.loading import load_arm, load_case
 from crosscheck.models.pinocchio.arm import PinocchioGears
-from tests.arms import arm_of
-from tests.engines.bodies_checks import joint_gaps, wrenches
-from tests.faults.checks import probe_scenario
-from tests.judged import compare_states, refined
+from tests.engines.bodies_checks import wrenches
+from tests.judged import refined
 from tests.loops import require_items
 
-EVERY_SWITCH = [
-    switches(phase=phase, ring_rate=rate, dead_zone=zone, damping=damping)
-    for phase, rate, zone, damping in product(
-        ("angle", "omega_t"), ("eq13", "corrected"), ("exact", "tanh"), ("always", "contact")
-    )
-]
 IN_CONTACT = ("scenario.drive.torque_N_m=100.0",)
 CROSSING = (
     "scenario.start.theta_dot_rad_per_s=[0.5, -1.0]",
@@ -36,40 +23,6 @@ CROSSING = (
 )
 NO_TORQUE = "scenario.drive.torque_N_m=0.0"
 QUANTITIES = ("theta", "theta_dot", "x_sp", "x_pr", "F_sp", "F_pr")
-
-
-def states_agree(arm: Arm, scenario: Scenario, chosen: Switches, count: int) -> None:
-    models = [kind(arm, scenario, chosen) for kind in (ExudynBodies, PinocchioGears, PhysicalModel)]
-    for finding in compare_states("bodies", models, STATE_ABILITIES, count, seed=11):
-        # The checks' own tolerance, at most 1e-10 of each component; 7e-12 was measured.
-        assert finding.verdict == "agree", finding
-
-
-@pytest.mark.parametrize("chosen", EVERY_SWITCH, ids=lambda s: "-".join(dict(s).values()))
-def test_states_agree_under_every_switch(chosen):
-    states_agree(load_arm("probe"), probe_scenario("pd"), chosen, 5)
-
-
-@pytest.mark.parametrize("arm", ["paper-labelled", "paper-swapped"])
-def test_states_of_the_papers_arm_agree(arm):
-    states_agree(*load_case(arm, "constant-torque"), 20)
-
-
-@pytest.mark.parametrize("direct", [(), (1,), (0, 2), (0, 1, 2)])
-def test_states_of_a_three_joint_arm_agree(direct):
-    states_agree(arm_of(3, direct=direct), load_scenario("pd"), switches(), 5)
-
-
-def test_states_of_a_one_joint_arm_agree_and_its_bias_vanishes():
-    arm, scenario = arm_of(1), load_scenario("pd")
-    models = [kind(arm, scenario) for kind in (ExudynBodies, PinocchioGears)]
-    quantities = [quantity for quantity in STATE_ABILITIES if quantity != "bias"]
-    for finding in require_items(compare_states("bodies", models, quantities, 10, seed=11)):
-        assert finding.verdict == "agree", finding
-    states = sample_states(models[0].layout, arm, 10, seed=11)
-    for q, v in require_items(zip(states.q, states.v, strict=True)):
-        # Centripetal forces of 40 kg at 0.5 m and 3 rad/s, near 200 N, cancel to their roundings.
-        np.testing.assert_allclose(models[0].bias(q, v), 0, atol=1e-12)
 
 
 def test_teeth_push_on_every_body_as_in_pinocchio():
@@ -81,14 +34,6 @@ def test_teeth_push_on_every_body_as_in_pinocchio():
         finding = wrenches(one, other)
         # Tolerance and reason are the check's; 6e-12 was measured.
         assert finding.verdict == "agree", finding
-
-
-@pytest.mark.parametrize("direct", [(), (0,), (1,), (0, 1)])
-@pytest.mark.parametrize("joints", [1, 2, 3])
-def test_poses_keep_the_engines_joints_closed(joints, direct):
-    finding = joint_gaps(ExudynBodies(arm_of(joints, direct=direct), load_scenario("pd")))
-    # Tolerance and reason are the check's.
-    assert finding.verdict == "agree", finding
 
 
 def run(

@@ -12,7 +12,6 @@ import numpy as np
 import pytest
 import xarray as xr
 
-import crosscheck
 from crosscheck.checks import (
     convergence,
     energy,
@@ -45,11 +44,10 @@ from crosscheck.models.experiment.scenario import switches
 from crosscheck.models.loading import Case, load_arm, load_scenario
 from crosscheck.models.trajectory import recorded_times
 from crosscheck.planning.arms import plan_experiment_comparisons
-from crosscheck.planning.comparison import Comparison, Results, collect_tasks, judge_comparisons
+from crosscheck.planning.comparison import Comparison, Results
 from crosscheck.planning.plan import Experiment
 from crosscheck.planning.preparation import _describe_sizes
 from crosscheck.planning.sizing import GrowingMode, Sizes
-from crosscheck.runner.workers import perform_all
 from tests.loops import require_items
 
 SUBJECT = Subject(ComparisonKey("family", "case", "theta", "one", "other"), "rad", "largest")
@@ -322,30 +320,6 @@ def test_tips_are_apart_by_what_the_joints_have_turned():
     place = levels.tip_position(run(0.3, -0.5), arm).values[-1]
     expected = first * np.exp(0.3j) + second * np.exp(-0.2j)
     assert complex(*place) == pytest.approx(expected)
-
-
-def test_a_tip_is_off_by_a_distance_and_not_by_a_component(labelled):
-    """As NumPy computes it of two runs, both as a user simulates them."""
-    pd = load_scenario("pd")
-    start = pd.start.model_copy(update={"theta_rad": (0.6, -0.2)})
-    scenario = pd.model_copy(update={"duration_s": 0.1, "start": start})
-    planned = [
-        comparison
-        for comparison in plan_experiment_comparisons(
-            Experiment("pd", Case(labelled, scenario, usual_switches(labelled)))
-        )
-        if (comparison.about.key.quantity, comparison.about.key.left) == ("tip", "pinocchio:links")
-    ]
-    results = Results(perform_all(collect_tasks(planned), 1))
-    (found,) = judge_comparisons(planned, results)
-    tips = []
-    for name in ("pinocchio:links", "analytic:physical"):
-        turned = crosscheck.simulate(crosscheck.build(name, labelled, scenario))["theta"].values
-        inner, outer = (link.length_m for link in labelled.links)
-        tips.append(inner * np.exp(1j * turned[:, 0]) + outer * np.exp(1j * turned.sum(axis=1)))
-    apart = tips[0] - tips[1]
-    assert found.measured == pytest.approx(np.abs(apart).max(), rel=1e-6)
-    assert found.measured > 1.01 * max(np.abs(apart.real).max(), np.abs(apart.imag).max())
 
 
 SUBJECT_OF_TIP = replace(SUBJECT, key=replace(SUBJECT.key, quantity="tip"), unit="m")

@@ -17,7 +17,6 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 from pydantic import ValidationError
 
-from crosscheck.analytic.ensemble import run_model, run_models
 from crosscheck.analytic.kernel.adaptive_kernel import NEAR_S, build_precise_program
 from crosscheck.analytic.kernel.batch import (
     BLOCK_LANES,
@@ -465,8 +464,3 @@ def test_runs_are_those_of_the_terms_to_rounding(model, lanes):
         for miss in _missed(name, *(kind[:, of] for kind in kinds))
     ]
     assert missed == []
-
-
-def test_a_run_is_the_same_alone_and_among_others(model):
-    one, (several, _) = run_model(model), run_models([model, model])
-    assert one.identical(several)

@@ -38,12 +38,6 @@ def apart(runs: list[xr.Dataset], variable: str) -> float:
     return float(np.nanmax(np.abs(one - other)))
 
 
-def assert_together(runs: list[xr.Dataset], theta_tolerance_rad: float) -> None:
-    assert apart(runs, "theta") < theta_tolerance_rad
-    for mesh in MESHES:
-        assert apart(runs, mesh) < MESH_TOLERANCE_M
-
-
 def assert_moved(run: xr.Dataset, turned_rad: float) -> None:
     """Every joint has turned so far, and teeth have parted and touched."""
     theta, force = run["theta"].values, run["F_sp"].values
@@ -53,29 +47,23 @@ def assert_moved(run: xr.Dataset, turned_rad: float) -> None:
         assert (force[:, joint, 0] != 0).any()
 
 
-@pytest.mark.slow
-def test_three_joints_under_weight_for_half_a_second():
-    runs = motion(load_arm("three-unlike"), 0.5)
-    assert_moved(runs[0], 0.15)
-    assert_together(runs, 1e-10)
+# The arm, how long it moves [s], how far each joint turns at least, what rounding grows to [rad].
+MOTIONS = {
+    "three joints under weight": (load_arm("three-unlike"), 0.5, 0.15, 1e-10),
+    "planets apart": (load_arm("planets-apart"), 0.5, 0.15, 1e-10),
+    "six joints": (example_arm("six", 6), 0.2, 0.15, 1e-9),
+    "direct joint between": (load_arm("direct-between"), 0.1, 0.05, 1e-10),
+}
 
 
 @pytest.mark.slow
-def test_planets_apart_for_half_a_second():
-    runs = motion(load_arm("planets-apart"), 0.5)
-    assert_moved(runs[0], 0.15)
-    assert np.ptp(runs[0]["x_pr"].values[:, 1], axis=1).max() > 1e-5
-    assert_together(runs, 1e-10)
-
-
-@pytest.mark.slow
-def test_six_joints_for_a_fifth_of_a_second():
-    runs = motion(example_arm("six", 6), 0.2)
-    assert_moved(runs[0], 0.15)
-    assert_together(runs, 1e-9)
-
-
-def test_direct_joint_between_geared_ones_for_a_tenth_of_a_second():
-    runs = motion(load_arm("direct-between"), 0.1)
-    assert_moved(runs[0], 0.05)
-    assert_together(runs, 1e-10)
+@pytest.mark.parametrize("name", MOTIONS)
+def test_both_models_move_together_through_many_mesh_periods(name):
+    arm, duration_s, turned_rad, theta_tolerance_rad = MOTIONS[name]
+    runs = motion(arm, duration_s)
+    assert_moved(runs[0], turned_rad)
+    if name == "planets apart":
+        assert np.ptp(runs[0]["x_pr"].values[:, 1], axis=1).max() > 1e-5
+    assert apart(runs, "theta") < theta_tolerance_rad
+    for mesh in MESHES:
+        assert apart(runs, mesh) < MESH_TOLERANCE_M

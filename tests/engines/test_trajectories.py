@@ -144,9 +144,3 @@ def test_runge_kutta_has_order_four_while_the_teeth_stay_in_contact(name):
     errors = [abs(result - results[-1]).max() for result in results[:-1]]
     # The fastest mode turns by 0.28 rad in the largest step, whose square is the next term's share.
     np.testing.assert_allclose(np.log2(np.divide(errors[:-1], errors[1:])), 4, atol=0.1)
-
-
-def test_fixed_steps_converge_to_the_adaptive_reference():
-    model = build("analytic:physical", PAPER, experiment(CONSTANT, 0.01, 1e-6, record_every=100))
-    # Contact events leave order 1 or so of steps of 1e-6 s in meshes moving at 1e-2 m/s.
-    assert largest_difference(model.simulate(), model.reference(1e-11), "x_sp") < 1e-9

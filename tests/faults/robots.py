@@ -187,9 +187,9 @@ def _plan_models(name: str) -> list[SampledRobot]:
     return sample_models(make_cases(own, sample_states(own, 3, 0), 10))
 
 
-def engines_agree(name: str, harmed: str, given: Callable[[Robot], Robot] = lambda own: own) -> str:
-    """The verdict between engines, where the harmed one is given another robot, or is another."""
-    return judge(name, list(engines.plan(Subjects(robots=plan_models(name)))), harmed, given)
+def engines_agree(name: str, harmed: str) -> str:
+    """The verdict between engines, of which one is harmed, or what reads the robot."""
+    return judge(name, list(engines.plan(Subjects(robots=plan_models(name)))), harmed)
 
 
 def named_verdict(name: str, harmed: str, quantity: str) -> str:
@@ -215,12 +215,7 @@ def forget_texts(modules: Sequence[ModuleType] = (program, structure)) -> None:
                 function.cache_clear()
 
 
-def judge(
-    name: str,
-    comparisons: Sequence[Comparison],
-    harmed: str,
-    given: Callable[[Robot], Robot] = lambda own: own,
-) -> str:
+def judge(name: str, comparisons: Sequence[Comparison], harmed: str) -> str:
     """The first verdict that is not agree; a task runs when a comparison first needs it.
 
     Engines that are not harmed answer once, a harmed one is built once. A run is one step between
@@ -232,7 +227,7 @@ def judge(
     def build(engine: str, at: Robot, level: Level) -> RobotModel:
         key = engine, id(at), level  # of a robot that the comparisons keep
         if key not in built:
-            built[key] = right(engine, given(at) if engine == harmed else at, level)
+            built[key] = right(engine, at, level)
         return built[key]
 
     with pytest.MonkeyPatch.context() as patch:

@@ -10,16 +10,13 @@ from crosscheck.models.exudyn.bodies.contact import (
     CARRIER,
     PLANET,
     WHEEL,
-    contact_state,
     mesh_forces,
 )
 from crosscheck.models.exudyn.bodies.poses import GROUND
 from crosscheck.models.loading import load_arm, load_case
 from tests.loops import require_items
 from tests.mixed_arms import random_states
-from tests.one_stage import SPRINGS_ONLY, first_joint_only
 
-EPSILON = np.finfo(float).eps
 ALPHA = np.radians(24.6)
 R_S, R_P, R_R = (3e-3 * teeth / 2 * np.cos(ALPHA) for teeth in (27, 36, 99))
 
@@ -49,46 +46,12 @@ def placed(model: ExudynBodies, toothed: GearPair, q: np.ndarray, v: np.ndarray)
     return seen(pose, toothed), seen(velocity, toothed)
 
 
-def moments(places: np.ndarray, forces: np.ndarray) -> np.ndarray:
-    """About the shoulder, of forces and torques (..., 3) on bodies at places (..., at least 2)."""
-    x, y = places[..., 0], places[..., 1]
-    return x * forces[..., 1] - y * forces[..., 0] + forces[..., 2]
-
-
 def wheel_centre(model: ExudynBodies, toothed: GearPair, pose: np.ndarray) -> complex:
     """The sun's own origin; of the ring's body, the far end of the previous link or the ground."""
     x, y, angle = pose[3 * WHEEL : 3 * WHEEL + 3]
     external, grounded = len(toothed.bodies) == 4, toothed.bodies[WHEEL] == GROUND
     length = 0.0 if external or grounded else model.arm.links[0].length_m
     return complex(x, y) + length * np.exp(1j * angle)
-
-
-def test_poses_and_rates_of_the_gears_show_the_papers_mesh_displacements():
-    model = bodies()
-    for q, v in require_items(random_states(model.layout, 5, 7)):
-        for _, coordinate, toothed in require_items(every_mesh(model)):
-            contact = contact_state(toothed.mesh, 0.0, *placed(model, toothed, q, v))
-            # Gears turned by some 10 rad, places of 1 m: a few roundings of 1e-16 m and 1e-15 m/s.
-            assert contact.x == pytest.approx(q[coordinate], rel=0, abs=1e-15)
-            assert contact.x_dot == pytest.approx(v[coordinate], rel=0, abs=1e-14)
-
-
-def test_gear_angles_are_those_of_rolling_circles_when_no_mesh_is_deflected():
-    link, sun, planet = first_joint_only(bodies()).poses.pose(np.array([0, 0, 0.3]))[2:9:3]
-    # Ratios of tooth numbers in closed form, a few roundings.
-    assert link == 0.3
-    assert sun == pytest.approx(0.3 * (1 + 99 / 27), rel=4 * EPSILON)
-    assert planet == pytest.approx(0.3 * (1 - 99 / 36), rel=4 * EPSILON)
-
-
-@pytest.mark.parametrize("settings", [(), ("arm.joints.0.planet_count=2",)])
-def test_joints_stay_closed_in_place_rate_and_acceleration(settings):
-    model = bodies(*settings)
-    draw = np.random.default_rng(3)
-    for q, v in require_items(random_states(model.layout, 5, 7)):
-        gaps = model.constraint_residual(q, v, draw.normal(size=6))
-        # Places, rates and accelerations near 1 in SI units: required 1e-12, a few roundings.
-        assert max(abs(gap).max() for gap in gaps) < 1e-14
 
 
 def test_an_open_joint_shows_in_the_engines_constraints():
@@ -141,20 +104,6 @@ def test_swing_is_the_rate_of_the_joints_velocities():
         np.testing.assert_allclose(engine.swing(0.0, pose, velocity), expected, atol=1e-8)
 
 
-def test_action_and_reaction_of_a_mesh_cancel_wherever_the_bodies_are():
-    draw = np.random.default_rng(5)
-    for _, _, toothed in require_items(every_mesh(bodies())):
-        count = len(toothed.bodies)
-        pose, velocity = draw.normal(size=3 * count), draw.normal(size=3 * count)
-        forces = mesh_forces(toothed.mesh, 0.2, pose, velocity).reshape(-1, 3)
-        turning = moments(pose.reshape(-1, 3), forces)
-        # Two opposite forces at one point, with arms of a few metres: roundings of the larger.
-        largest = abs(forces).max()
-        assert largest > 0
-        np.testing.assert_allclose(forces[:, :2].sum(axis=0), 0, atol=4 * EPSILON * largest)
-        assert turning.sum() == pytest.approx(0, abs=50 * EPSILON * largest)
-
-
 def test_the_force_of_a_mesh_touches_both_base_circles_at_the_pressure_angle():
     model = bodies()
     for q, v in require_items(random_states(model.layout, 5, 7)):
@@ -193,53 +142,6 @@ def test_bearings_and_teeth_accelerate_every_gear():
                 total = teeth[numbers, :2] + bearings[numbers]
                 # Teeth push with up to 2e4 N, and three of them balance on the sun.
                 np.testing.assert_allclose(total, mass[gear] * a[numbers, :2], atol=1e-8)
-
-
-def test_only_ring_and_motor_on_the_ground_turn_the_arm_about_the_shoulder():
-    model = bodies("scenario.drive.torque_N_m=[130.0, -70.0]")
-    for q, v in require_items(random_states(model.layout, 5, 7)):
-        forces = model.body_forces(0.0, q, v).reshape(-1, 3)
-        turning = moments(model.poses.pose(q).reshape(-1, 3), forces).sum()
-        ring = 0.0
-        for toothed in model.meshes[0][1]:
-            pose, velocity = placed(model, toothed, q, v)
-            pushes = mesh_forces(toothed.mesh, 0.0, pose, velocity).reshape(-1, 3)
-            ring += moments(pose.reshape(-1, 3)[PLANET], pushes[PLANET])
-        # Torques of up to 3e3 N m at the wheels, rounded.
-        assert turning == pytest.approx(130 / (1 + 99 / 27) + ring, rel=0, abs=1e-10)
-
-
-def test_mesh_modes_with_a_carrier_too_heavy_to_move():
-    heavy = ("arm.links.0.density_kg_per_m3=1e6", "arm.links.0.cross_section_m2=10.0")
-    settings = (*SPRINGS_ONLY, "arm.joints.*.*_mesh.backlash_m=0.0", *heavy)
-    model = first_joint_only(bodies(*settings))
-    q = np.array([0.0, 0.0, 0.4])
-    engine = model.driven_engine
-    engine.place(0.0, model.poses.pose(q), model.poses.velocity(q, np.zeros(3)))
-    hertz = np.sort(engine.system.ComputeODE2Eigenvalues(convert2Frequencies=True)[0])
-    planets_alone = np.sqrt(2 * 1e8 / 0.66) / (2 * np.pi)  # the sun at rest, two ways
-    expected = [1709.9, planets_alone, planets_alone, 4466.6]
-    # The outer two are known to five digits; the link has 1e7 kg, so nothing else adds to that.
-    assert abs(hertz[0]) < 5
-    np.testing.assert_allclose(hertz[-4:], expected, rtol=0, atol=0.06)
-
-
-@pytest.mark.slow
-def test_trapezoidal_rule_has_order_two_while_the_teeth_stay_in_contact():
-    settings = (
-        "scenario.duration_s=0.001",
-        "scenario.start.sun_planet_offset_m=2.2e-6",
-        "scenario.start.planet_ring_offset_m=2.2e-6",
-    )
-    runs = []
-    for every in (1, 2, 4):
-        step = f"scenario.step_s={4e-6 / every}"
-        run = bodies(*settings, step, f"scenario.record_every={5 * every}").simulate()
-        assert run.F_sp.values.min() > 0 < run.F_pr.values.min()
-        runs.append(np.stack([run.x_sp, run.x_pr]))
-    coarse, fine = abs(runs[0] - runs[1]).max(), abs(runs[1] - runs[2]).max()
-    # The fastest mode turns by 0.11 rad in the largest step, whose square is the next term's share.
-    assert np.log2(coarse / fine) == pytest.approx(2, abs=0.03)
 
 
 def test_records_belong_to_the_recorded_state_and_the_joints_hold():

@@ -4,8 +4,6 @@ import numpy as np
 import pytest
 
 from crosscheck.models.errors import Diverged
-from crosscheck.models.exudyn.tree.laws import build_mesh_law
-from crosscheck.models.exudyn.tree.mesh import elastic_forces
 from crosscheck.models.exudyn.tree.parts import tree_from_paper
 from crosscheck.models.exudyn.tree.tree import ExudynTree
 from crosscheck.models.loading import load_case
@@ -18,17 +16,6 @@ EPSILON = np.finfo(float).eps
 def tree(*settings: str, **switches: str) -> ExudynTree:
     case = load_case("paper-labelled", "constant-torque", switches, settings)
     return ExudynTree(*case)
-
-
-def test_the_map_holds_the_papers_definitions_of_the_mesh_displacements():
-    model = first_joint_only(tree())
-    r_s, r_p, r_cp = 36.82406e-3, 49.09875e-3, 85.92281e-3
-    x_sp, x_pr, theta = 3e-4, -2e-4, 0.7
-    link, sun, planet = (tree_from_paper(model.arm, model.layout) @ [x_sp, x_pr, theta])[:3]
-    theta_p = -(link + planet)
-    # The radii above are given to seven digits and the rotations are near 1 rad.
-    assert r_s * sun - r_p * theta_p - r_cp * link == pytest.approx(x_sp, abs=3e-8)
-    assert r_p * theta_p - r_cp * link == pytest.approx(x_pr, abs=3e-8)
 
 
 def classic_rk4(model: ExudynTree, h: float, steps: int) -> tuple[np.ndarray, np.ndarray]:
@@ -61,23 +48,6 @@ def test_connectors_and_motors_act_at_the_times_of_the_stages(phase):
     np.testing.assert_allclose(end.theta, q[2::3], rtol=0, atol=1e-15)
     np.testing.assert_allclose(end.theta_dot, v[2::3], rtol=0, atol=1e-12)
     np.testing.assert_allclose(end.x_sp, q[0::3, None] * np.ones(3), rtol=0, atol=1e-15)
-
-
-def test_records_belong_to_the_recorded_state():
-    model = tree("scenario.duration_s=0.002", "scenario.step_s=2e-6", "scenario.record_every=1")
-    run = model.simulate()
-    assert dict(run.sizes) == {"time": 1001, "joint": 2, "planet": 3}
-    for record, rate in ((run.theta, run.theta_dot), (run.theta_dot, run.theta_ddot)):
-        differences = (record.values[2:] - record.values[:-2]) / 4e-6
-        # Mesh modes of 3e4 rad/s: central differences are off by (3e4 * 2e-6)^2 / 6 of the largest;
-        # twice that for the kinks of the clearance.
-        off = abs(differences - rate.values[1:-1]).max()
-        assert off < 1.2e-3 * abs(rate).max()
-    np.testing.assert_array_equal(run.torque, 100.0)
-    law = build_mesh_law(model.arm.joints[0], model.switches, "sun", 0).array
-    x, theta = run.x_sp.values[:, 0, 0], run.theta.values[:, 0]
-    forces = elastic_forces(law, run.time.values, x, theta, run.theta_dot.values[:, 0])
-    np.testing.assert_array_equal(run.F_sp[:, 0, 0], forces)
 
 
 def test_too_large_a_step_diverges_in_silence_and_says_when(capfd):

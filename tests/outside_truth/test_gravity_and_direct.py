@@ -7,7 +7,6 @@ import pytest
 from scipy.special import ellipj, ellipk
 
 from crosscheck.models.arm.arm import Arm
-from crosscheck.models.experiment.scenario import Scenario
 from crosscheck.registry import (
     MODELS,
     RIGID_LEVELS,
@@ -16,8 +15,9 @@ from crosscheck.registry import (
     model_names,
     select_with_method,
 )
+from tests.mixed_arms import NONE, arm_of, direct
+from tests.mixed_arms import scenario as scenario_of
 
-EPS = float(np.finfo(float).eps)
 LENGTH, COM, MASS, PAYLOAD, ROTOR, MOTOR = 0.6, 0.35, 8.1, 2.0, 0.13, 3.0
 GRAVITY = 1.703, -9.661  # tilted
 LINKS = {
@@ -45,23 +45,13 @@ class Swing(NamedTuple):
     theta_dot: np.ndarray
 
 
-def one_link(link: str, friction: float = 0.0, gravity: tuple[float, float] = (0.0, 0.0)) -> Arm:
-    return Arm.model_validate(
-        {
-            "schema_version": 2,
-            "name": link,
-            "payload_mass_kg": PAYLOAD,
-            "gravity_m_per_s2": gravity,
-            "joints": [
-                {
-                    "kind": "direct",
-                    "motor_mass_kg": MOTOR,
-                    "rotor_inertia_kg_m2": ROTOR,
-                    "friction_N_m_s_per_rad": friction,
-                }
-            ],
-            "links": [{"length_m": LENGTH, "com_m": COM, **LINKS[link]}],
-        }
+def one_link(link: str, friction: float = 0.0, gravity: tuple[float, float] = NONE) -> Arm:
+    motor = {"motor_mass_kg": MOTOR, "rotor_inertia_kg_m2": ROTOR}
+    return arm_of(
+        direct(**motor, friction_N_m_s_per_rad=friction),
+        links=[{"length_m": LENGTH, "com_m": COM, **LINKS[link]}],
+        payload_kg=PAYLOAD,
+        gravity=gravity,
     )
 
 
@@ -74,17 +64,8 @@ def inertia(name: str, link: str) -> float:
 def swing(
     name: str, arm: Arm, drive: dict[str, object], duration: float, steps: int, **start: float
 ) -> Swing:
-    scenario = Scenario.model_validate(
-        {
-            "schema_version": 1,
-            "name": "one link",
-            "duration_s": duration,
-            "step_s": duration / steps,
-            "record_every": 1,
-            "start": start,
-            "drive": drive,
-        }
-    )
+    grid = {"duration_s": duration, "step_s": duration / steps, "record_every": 1}
+    scenario = scenario_of(**grid, start=start, drive=drive)
     run = build(name, arm, scenario).simulate()
     return Swing(run.time.values, run.theta.values[:, 0], run.theta_dot.values[:, 0])
 
@@ -146,16 +127,6 @@ def test_link_swings_as_the_elliptic_pendulum(name, link):
 
 @every_link
 @every_model
-def test_constant_torque_without_friction(name, link):
-    """theta = T t^2 / 2 J, which both integrators hold exactly."""
-    torque, duration = 35.0, 1.5
-    run = swing(name, one_link(link), constant(torque), duration, 50)
-    exact = torque * run.time**2 / (2 * inertia(name, link))
-    assert abs(run.theta - exact).max() < 1000 * EPS * exact[-1]
-
-
-@every_link
-@every_model
 def test_constant_torque_against_friction(name, link):
     """theta = (T / c) (t - (1 - exp(-c t / J)) J / c): the rate tends to T / c."""
     torque, friction = 35.0, 2.3
@@ -194,16 +165,3 @@ def test_controlled_joint_is_the_linear_oscillator(name, link):
     exact = target + np.exp(-decay * run.time) * shape
     size = np.hypot(away, sine)
     assert abs(run.theta - exact).max() < size * limit(name, fast, duration, steps)
-
-
-@every_model
-def test_weight_holds_a_link_where_torque_balances_it(name):
-    """At T = -(moment of weight) nothing moves; a hundredth more, and it does."""
-    moment = (MASS * COM + PAYLOAD * LENGTH) * GRAVITY[1]
-    arm = one_link("rod", gravity=GRAVITY)
-    still = swing(name, arm, constant(-moment), 0.05, 50)
-    assert abs(still.theta).max() < 1000 * EPS
-    moved = swing(name, arm, constant(-1.01 * moment), 0.05, 50)
-    expected = -0.01 * moment * 0.05**2 / (2 * inertia(name, "rod"))
-    # Over so small a turn the moment of weight changes by less than a hundredth of what is left.
-    assert moved.theta[-1] == pytest.approx(expected, rel=0.01)

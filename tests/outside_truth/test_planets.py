@@ -6,11 +6,10 @@ import numpy as np
 import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
-from scipy.integrate import solve_ivp
 
 from crosscheck.checks.energy import springs_at
 from crosscheck.checks.first_principles.mesh_energy import spring_energy as energy_in_spring
-from crosscheck.models.arm.arm import Arm, Planetary
+from crosscheck.models.arm.arm import Arm
 from crosscheck.models.experiment.scenario import Switches, switches
 from crosscheck.models.exudyn.bodies.bodies import ExudynBodies, GearPair
 from crosscheck.models.exudyn.bodies.contact import CARRIER, PREVIOUS, contact_state, mesh_forces
@@ -23,15 +22,9 @@ from tests.engines.bodies_checks import contact_wrenches
 from tests.loops import require_items
 from tests.mixed_arms import NONE, PLANET_M, SUN_J, arm_of, direct, geared, random_states, scenario
 from tests.planet_meshes import (
-    ROD,
-    alike_arms,
     contacts,
     expected_force,
-    mesh,
     rounding,
-    slope,
-    spring_energy,
-    stage,
     stiffness_at,
     unlike_arms,
 )
@@ -108,35 +101,6 @@ def test_every_planets_mesh_does_its_own_virtual_work(name, arm, chosen, seed):
     np.testing.assert_allclose(found, expected, rtol=1e-12, atol=off)
 
 
-@every_engine
-@settings(max_examples=8)
-@given(arm=unlike_arms() | alike_arms(), corrected=st.booleans(), seed=seeds)
-def test_conservative_forces_are_the_slope_of_the_springs_energy(name, arm, corrected, seed):
-    """At rest, in every coordinate at once; V takes complex coordinates, so its slope is exact."""
-    laws = CONSERVATIVE | {"ring_rate": "corrected" if corrected else "eq13", "planets": "free"}
-    model = build(name, arm, scenario(), switches(**laws))
-    springs = contacts(arm, model.switches, model.layout)
-    [(q, v)] = random_states(model.layout, 1, seed)
-    found = model.generalized_force(0.0, q, 0 * v)
-    expected = -slope(lambda at: spring_energy(springs, at), q)
-    np.testing.assert_allclose(found, expected, rtol=1e-12, atol=rounding(springs))
-
-
-@every_engine
-@settings(max_examples=5)
-@given(arm=unlike_arms(), seed=seeds)
-def test_forward_dynamics_of_unlike_planets_solve_the_equation_of_motion(name, arm, seed):
-    model = build(name, arm, scenario(), switches(planets="free", **CONSERVATIVE))
-    [(q, v)] = random_states(model.layout, 1, seed)
-    mass, force = model.mass_matrix(q), model.generalized_force(0.2, q, v)
-    left = mass @ model.acceleration(0.2, q, v) + model.bias(q, v)
-    # Rounding of forces, as the condition of M may magnify it, scaled to equal diagonals.
-    scale = np.sqrt(np.diag(mass))
-    condition = np.linalg.cond(mass / np.outer(scale, scale))
-    off = 100 * EPS * condition * np.abs(force / scale).max()
-    np.testing.assert_allclose(left / scale, force / scale, rtol=0, atol=off)
-
-
 @every_model
 def test_sun_and_planets_have_the_inertia_that_they_have_alone(name):
     model = free(name, planet_laws.unlike_arm())
@@ -157,26 +121,6 @@ def test_lumped_planets_are_free_ones_in_step(name, arm, laws):
     own = planet_laws.alike_planets() if arm == "alike" else load_arm(arm)
     # Sums of four planets in another order, of deflections as above.
     assert planet_laws.in_step_off(free(name, own, **laws)) < 1e-11
-
-
-@every_engine
-@settings(max_examples=6)
-@given(arm=alike_arms(), work=st.sampled_from(["paper", "conservative"]), seed=seeds)
-def test_lumped_planets_of_any_arm_are_free_ones_in_step(name, arm, work, seed):
-    one_by_one = free(name, arm, mesh_work=work)
-    lumped = free(name, arm, mesh_work=work, planets="lumped")
-    T = planet_laws.in_step(lumped, one_by_one)
-    [(q, v)] = random_states(lumped.layout, 1, seed)
-    # Sums of some hundred products in another order.
-    mass = lumped.mass_matrix(q)
-    close = {"rtol": 0, "atol": 100 * EPS * np.abs(mass).max()}
-    np.testing.assert_allclose(T.T @ one_by_one.mass_matrix(T @ q) @ T, mass, **close)
-    close["atol"] *= 1 + v @ v
-    np.testing.assert_allclose(T.T @ one_by_one.bias(T @ q, T @ v), lumped.bias(q, v), **close)
-    force = lumped.generalized_force(0.0, q, v)
-    off = rounding(contacts(arm, one_by_one.switches, one_by_one.layout))
-    of_all = T.T @ one_by_one.generalized_force(0.0, T @ q, T @ v)
-    np.testing.assert_allclose(of_all, force, rtol=1e-12, atol=off)
 
 
 # Sun and planet teeth, planets; cycles by which sun and ring meshes are ahead, counted by hand.
@@ -213,103 +157,6 @@ def test_phases_from_the_teeth(name, sun, planet, at_sun, at_ring, given_sun):
         off = np.exp(1j * np.subtract(turns, expected)) - 1  # cut a circle anywhere
         assert abs(off).max() < 20 * EPS
     assert planet_laws.force_off(model) < 2e-12
-
-
-@every_engine
-@settings(max_examples=6)
-@given(arm=alike_arms(), seed=seeds)
-def test_phases_from_the_teeth_are_those_that_one_may_list(name, arm, seed):
-    """To whole turns: the arm checks a list against the teeth by itself."""
-    taught = arm.model_copy(update={"joints": tuple(map(from_teeth, arm.joints))})
-    listed = arm.model_copy(update={"joints": tuple(map(as_listed, arm.joints))})
-    one, other = (free(name, own) for own in (taught, listed))
-    [(q, v)] = random_states(one.layout, 1, seed)
-    forces = (model.generalized_force(0.0, q, v) for model in (one, other))
-    off = rounding(contacts(taught, one.switches, one.layout))
-    np.testing.assert_allclose(*forces, rtol=1e-12, atol=off)
-
-
-def from_teeth(joint: Planetary) -> Planetary:
-    ring = joint.ring_mesh.model_copy(update={"phase_rad": "from-teeth"})
-    sun = joint.sun_mesh.model_copy(update={"phase_rad": "from-teeth"})
-    return joint.model_copy(update={"sun_mesh": sun, "ring_mesh": ring})
-
-
-def as_listed(joint: Planetary) -> Planetary:
-    """Delays of z_s n / N pitches in either mesh, half a pitch later where the ring is."""
-    delays = [joint.sun_teeth * n / joint.planet_count for n in range(joint.planet_count)]
-    half = 0.0 if joint.planet_teeth % 2 else 0.5
-    sun, ring = (tuple(2 * pi * (at - d) for d in delays) for at in (0.0, half))
-    meshes = {
-        "sun_mesh": {**dict(joint.sun_mesh), "phase_rad": sun},
-        "ring_mesh": {**dict(joint.ring_mesh), "phase_rad": ring},
-    }
-    return Planetary.model_validate({**dict(joint), **meshes})
-
-
-@every_model
-@pytest.mark.parametrize("laws", [{}, CONSERVATIVE])
-@pytest.mark.parametrize("planet_teeth", [20, 23])
-@pytest.mark.parametrize("theta", [0.37, -2.2])
-@pytest.mark.parametrize("planet", [1, 2])
-def test_a_planet_meshes_like_the_first_once_the_carrier_brought_it_there(
-    name, planet, theta, planet_teeth, laws
-):
-    """Turned back by its place, planet n sits where the first one did, in the same ring teeth.
-
-    The sun then has turned by a whole number of its teeth, (z_s + z_r) n / N, by assembly.
-    """
-    teeth = {"planet_teeth": planet_teeth, "ring_teeth": 28 + 2 * planet_teeth}
-    sun_teeth = 28 if planet_teeth == 20 else 31  # neither passes by three planets
-    teeth = {"sun_teeth": sun_teeth, **teeth, "ring_teeth": sun_teeth + 2 * planet_teeth}
-    model, turn = (
-        free(name, arm_of(stage(**teeth), links=[ROD], gravity=NONE), **laws),
-        2 * pi * planet / 3,
-    )
-    x_s, x_pr = 3e-5, np.array([9e-5, -7e-5, 6e-5])
-    here = np.array([x_s, *x_pr, theta])
-    moved = np.array([x_s, *np.roll(x_pr, planet), theta - turn])
-    one, other = (model.generalized_force(0.0, q, np.zeros(5)) for q in (here, moved))
-    close = {"rtol": 2e-12, "atol": rounding(contacts(model.arm, model.switches, model.layout))}
-    np.testing.assert_allclose(other[1:4], np.roll(one[1:4], planet), **close)
-    np.testing.assert_allclose(other[[0, 4]], one[[0, 4]], **close)
-    unlike = model.generalized_force(0.0, np.array([x_s, *np.roll(x_pr, planet), theta]), 0 * here)
-    assert np.abs(unlike[1:4] / np.roll(one[1:4], planet) - 1).max() > 1e-3
-
-
-def pitches_between_flanks(teeth: int) -> float:
-    """From the sun's pitch point to the ring's, in pitches of a planet, modulo 1.
-
-    The sun pushes a flank that faces one way round; a tooth is half a pitch thick, and the flank
-    that the ring pushes faces the other way.
-    """
-    facing = np.array([pi + 2 * pi * k / teeth for k in range(teeth)])  # one is at the sun, at pi
-    opposite = facing - pi / teeth
-    return float(np.min((0.0 - opposite) * teeth / (2 * pi) % 1))
-
-
-@every_model
-@pytest.mark.parametrize("planet_teeth", [20, 23])
-@pytest.mark.parametrize("sun_phase", ["from-teeth", 0.4])
-def test_the_ring_meshes_half_a_pitch_after_the_sun_on_planets_of_even_teeth(
-    name, planet_teeth, sun_phase
-):
-    """The first planet's stiffnesses, without error or clearance."""
-    plain = {"backlash_m": 0.0, "tooth_error_m": 0.0}
-    teeth = {"planet_teeth": planet_teeth, "ring_teeth": 28 + 2 * planet_teeth, "planet_count": 2}
-    meshes = {"sun_mesh": mesh(phase_rad=sun_phase, **plain), "ring_mesh": mesh(**plain)}
-    model = free(name, arm_of(stage(**teeth, **meshes), links=[ROD], gravity=NONE))
-    x = np.array([0.0, 1e-4, 0.0, 0.21])  # the first planet alone, towards sun and ring alike
-    found = model.generalized_force(0.0, x, np.zeros(4))[1] / -1e-4
-    phase = (28 + 2 * planet_teeth) * 0.21 + (0.4 if sun_phase == 0.4 else 0.0)
-    half = 2 * pi * pitches_between_flanks(planet_teeth)
-    assert found == pytest.approx(fourier(phase) + fourier(phase + half), rel=1e-11)
-
-
-def fourier(phase: float) -> float:
-    cosines = 1e7 * np.cos(phase) - 3e6 * np.cos(2 * phase)
-    sines = 5e6 * np.sin(phase) + 4e6 * np.sin(2 * phase) + 1e6 * np.sin(3 * phase)
-    return float(9e7 + cosines + sines)
 
 
 @every_run
@@ -378,38 +225,6 @@ def test_energy_stays_with_conservative_meshes_alone(name, play, drift):
         total = motion.kinetic_energy.values + planet_laws.energies(model, motion)
         changes.append(float(np.ptp(total) / total[0]))
     assert changes[0] < drift < 1e-5 < changes[1]
-
-
-def test_energy_stays_in_pinocchios_equations_too():
-    """By an integrator that chooses its steps: a stage out of phase, for 1/20 of a period."""
-    arm = arm_of(stage(sun_mesh=mesh(static_error_m=[0.0, 4e-6, -3e-6])), links=[ROD], gravity=NONE)
-    kept, lost = (
-        energy_over(free("pinocchio:gears", arm, mesh_work=law), 2.5e-4)
-        for law in ("conservative", "paper")
-    )
-    # 0.2 J in springs, next to 1.1 kJ of motion, whose integration keeps eleven digits.
-    assert np.ptp(kept) < 1e-8
-    assert np.ptp(lost) > 1e-3
-
-
-def energy_over(model: Model, duration: float) -> np.ndarray:
-    """Kinetic and spring energy [J] along an undamped motion from teeth pressed together."""
-    springs, n = contacts(model.arm, model.switches, model.layout), len(model.layout)
-    pressed = np.where(model.layout.angular, 0.3, 4e-5)
-    pressed[model.layout.indices("x_s")] = 1e-4
-    start = [*pressed, *np.where(model.layout.angular, 20.0, 0.0)]
-
-    def rate(t: float, y: np.ndarray) -> np.ndarray:
-        return np.concatenate((y[n:], model.acceleration(t, y[:n], y[n:])))
-
-    times = np.linspace(0, duration, 10)
-    run = solve_ivp(rate, times[[0, -1]], start, "DOP853", times, rtol=1e-11, atol=1e-13)
-    return np.array(
-        [
-            spring_energy(springs, q).real + v @ model.mass_matrix(q) @ v / 2
-            for q, v in zip(run.y[:n].T, run.y[n:].T, strict=True)
-        ]
-    )
 
 
 @every_model_with_modes

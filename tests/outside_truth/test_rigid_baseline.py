@@ -4,9 +4,6 @@ from math import cos, radians
 
 import numpy as np
 import pytest
-from hypothesis import given, settings
-from hypothesis import strategies as st
-from scipy.integrate import simpson
 
 from crosscheck.models.arm.arm import Arm
 from crosscheck.models.errors import Diverged
@@ -17,12 +14,9 @@ from crosscheck.models.pinocchio.arm import (
     PinocchioCoupled,
     PinocchioLinks,
 )
-from tests.arms import paper_arms
 
 LEVELS = [PinocchioLinks, PinocchioCarriers, PinocchioArmature, PinocchioCoupled]
 EPS = np.finfo(float).eps
-
-numbers = st.floats(-3, 3, allow_subnormal=False)
 
 
 def paper_case(scenario: str, *more: str) -> Case:
@@ -37,26 +31,6 @@ def single_joint(*more: str) -> Case:
 
 def shortened(arm: Arm, joints: int) -> Arm:
     return arm.model_copy(update={"joints": arm.joints[:joints], "links": arm.links[:joints]})
-
-
-@st.composite
-def arms_in_motion(draw: st.DrawFn) -> tuple[Arm, np.ndarray, np.ndarray]:
-    arm = draw(paper_arms())
-    angles = st.lists(numbers, min_size=len(arm.joints), max_size=len(arm.joints))
-    return arm, np.array(draw(angles)), np.array(draw(angles))
-
-
-@pytest.mark.parametrize("theta_2", [0.0, 0.7, -2.0])
-def test_two_link_mass_matrix_is_the_textbook_one(theta_2):
-    arm, *rest = paper_case("pd")
-    (l1, l2), (m1, m2), payload = (1.0, 0.7), (27.0, 18.9), 10.0
-    a3 = m2 * l2**2 / 3 + payload * l2**2
-    a4 = l1 * (m2 * l2 / 2 + payload * l2) * cos(theta_2)
-    first = m1 * l1**2 / 3 + (m2 + payload) * l1**2 + a3 + 2 * a4
-    closed = np.array([[first, a3 + a4], [a3 + a4, a3]])
-    found = PinocchioLinks(arm, *rest).mass_matrix(np.array([0.3, theta_2]))
-    # Some twenty roundings on either side.
-    np.testing.assert_allclose(found, closed, rtol=50 * EPS)
 
 
 def test_levels_add_what_they_say():
@@ -78,74 +52,6 @@ def test_levels_add_what_they_say():
     np.testing.assert_allclose(armature - carriers, np.diag([reflected] * 2), **close)
     coupling = np.array([[spins, cross], [cross, 0]])
     np.testing.assert_allclose(coupled - armature, coupling, **close)
-
-
-def test_ring_inertia_turns_with_the_link_before_its_joint():
-    case = paper_case("pd")
-    heavy = paper_case("pd", "arm.joints.*.ring_inertia_kg_m2=0.18231")
-    q = np.array([0.3, 0.7])
-    for level in LEVELS[1:]:
-        change = level(*heavy).mass_matrix(q) - level(*case).mass_matrix(q)
-        # The shoulder's ring stands on the base. Entries up to 100 kg m^2, some roundings.
-        np.testing.assert_allclose(change, [[0.18231, 0], [0, 0]], rtol=0, atol=100 * 20 * EPS)
-    np.testing.assert_array_equal(
-        PinocchioLinks(*heavy).mass_matrix(q), PinocchioLinks(*case).mass_matrix(q)
-    )
-
-
-@pytest.mark.parametrize("level", LEVELS)
-@pytest.mark.parametrize("scenario", ["constant-torque", "pd"])
-def test_kinetic_energy_is_the_work_of_the_drive(scenario, level):
-    short = "scenario.record_every=2", "scenario.duration_s=0.1"
-    run = level(*paper_case(scenario, *short)).simulate()
-    power = (run.torque * run.theta_dot).sum("joint")
-    work = simpson(power.values, x=run.time.values)
-    energy = run.kinetic_energy.values
-    # Recorded rates are interpolated to 3e-12 rad/s: times torques of 500 N m, below 1e-9 J.
-    # Simpson's rule, over 2e-5 s, adds less than 4e-11 J.
-    assert energy[-1] - energy[0] > 1
-    assert energy[-1] - energy[0] == pytest.approx(work, abs=1e-9)
-
-
-@settings(max_examples=10)
-@given(arms_in_motion(), st.sampled_from(LEVELS))
-def test_mass_matrix_is_symmetric_and_positive_definite(moving, level):
-    arm, q, _ = moving
-    mass = level(arm, *load_case("paper-labelled", "pd")[1:]).mass_matrix(q)
-    # Column by column: entries on either side of the diagonal are other sums of some ten products.
-    np.testing.assert_allclose(mass, mass.T, rtol=0, atol=10 * EPS * np.abs(mass).max())
-    assert np.linalg.eigvalsh(mass)[0] > 0
-
-
-@settings(max_examples=10)
-@given(arms_in_motion(), st.sampled_from(LEVELS))
-def test_power_of_the_drive_raises_the_kinetic_energy(moving, level):
-    """dT/dt = v M a + v M' v / 2 = v f: the bias does only what M' asks of it."""
-    arm, q, v = moving
-    model = level(arm, *load_case("paper-labelled", "pd")[1:])
-    h = 1e-3
-    near, far = (
-        (model.mass_matrix(q + k * h * v) - model.mass_matrix(q - k * h * v)) / (2 * k * h)
-        for k in (1, 2)
-    )
-    change = v @ (4 * near - far) / 3 @ v / 2
-    mass, acceleration = model.mass_matrix(q), model.acceleration(0.2, q, v)
-    size = np.linalg.norm(mass) * (1 + v @ v) * (1 + np.linalg.norm(v))
-    # Fourth order in h |v|, up to 4 * 3 * 1e-3 with four joints of 3 rad/s: below 1e-7.
-    power = v @ model.generalized_force(0.2, q, v)
-    assert v @ mass @ acceleration + change == pytest.approx(power, abs=1e-7 * size)
-
-
-@settings(max_examples=10)
-@given(arms_in_motion(), st.sampled_from(LEVELS))
-def test_acceleration_solves_the_equation_of_motion(moving, level):
-    arm, q, v = moving
-    model = level(arm, *load_case("paper-labelled", "pd")[1:])
-    mass, force = model.mass_matrix(q), model.generalized_force(0.2, q, v)
-    left = mass @ model.acceleration(0.2, q, v) + model.bias(q, v)
-    size = np.abs(force).max() + np.abs(model.bias(q, v)).max() + 1
-    # Rounding, as the condition of M may magnify it.
-    np.testing.assert_allclose(left, force, rtol=0, atol=100 * EPS * np.linalg.cond(mass) * size)
 
 
 def test_a_short_pulse_in_a_table_is_not_leapt_over():

@@ -5,9 +5,7 @@ from types import SimpleNamespace
 
 import numpy as np
 import pytest
-import xarray as xr
 
-from crosscheck.checks.levels import tip_position
 from crosscheck.checks.scales import largest_torques, largest_weights
 from crosscheck.models.experiment.scenario import PdDrive, Start
 from crosscheck.models.loading import load_arm, load_scenario
@@ -20,7 +18,6 @@ from crosscheck.planning.sizing import (
 )
 from crosscheck.provenance import ROOT
 from tests.arms import arm_of
-from tests.loops import require_items
 
 
 def test_a_pd_drive_asks_the_most_where_it_starts():
@@ -47,18 +44,6 @@ def test_weights_are_largest_whichever_way_gravity_points():
     assert bounds[0] == pytest.approx(bounds[1], rel=1e-13)
     assert bounds[0] == pytest.approx(bounds[2], rel=1e-13)
     assert (bounds[0] > 0).all()
-
-
-def test_the_tip_is_where_the_links_lead():
-    """Each link lies at the sum of the angles up to it."""
-    arm, theta = arm_of(2), np.array([[0.3, 0.9], [-1.2, 0.4]])
-    run = xr.Dataset({"theta": (("time", "joint"), theta)})
-    first, second = (link.length_m for link in arm.links)
-    places = tip_position(run, arm).values
-    for place, (one, two) in require_items(zip(places, theta, strict=True)):
-        x = first * math.cos(one) + second * math.cos(one + two)
-        y = first * math.sin(one) + second * math.sin(one + two)
-        assert place == pytest.approx([x, y], rel=1e-14)
 
 
 def test_experiments_of_a_link_on_a_motor_are_sized_by_hand():

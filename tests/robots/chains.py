@@ -9,6 +9,7 @@ import numpy as np
 from crosscheck.models.robot.file import RobotFile, build_robot
 from crosscheck.models.robot.interface import RobotModel
 from crosscheck.models.robot.robot import Robot
+from crosscheck.registry import build_robot_model
 from crosscheck.runner.outcomes import Task
 
 ENGINES = ("analytic", "pinocchio", "exudyn")
@@ -31,6 +32,12 @@ def robot(text: str, joints: Mapping[str, Any] | None = None, **fields: Any) -> 
     data = {"schema_version": 1, "name": "tested", "urdf": "tested.urdf", "joints": joints or {}}
     file = RobotFile.model_validate(data | fields)
     return build_robot(file, text, "tested.toml", "tested.urdf")
+
+
+def mass_matrices(own: Robot, q: Sequence[float]) -> list[np.ndarray]:
+    """M of each engine at coordinates, of the links alone."""
+    at = np.array([q])
+    return [build_robot_model(name, own, "links").mass_matrix(at)[0] for name in ENGINES]
 
 
 def perform_here(tasks: Sequence[Task], jobs: int) -> dict[Any, Any]:

@@ -20,7 +20,6 @@ from tests.robots.recomputed import Lagrangian, RobotFiles, SecondCost
 
 EXTENT = replace(QUICK, states=2, instants=60, runs=3, steps=8, most_steps=60)
 SAME = 1e-8  # of a size: rounding of slopes and of runs
-PRINTED = 6e-3  # of a number of three digits; of two it is ten times as much
 UNLIKE = Solid(1.7, (0.11, -0.04, 0.07), (0.03, 0.004, -0.006, 0.05, 0.002, 0.06), (0.3, -0.2, 0.5))
 
 

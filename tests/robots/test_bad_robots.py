@@ -19,8 +19,8 @@ from crosscheck.models.robot.robot import Robot
 from crosscheck.models.robot.tree import survey_inertias
 from crosscheck.models.robot.urdf import read_urdf
 from crosscheck.planning.robots import compare_engines
-from crosscheck.registry import build_robot_model
-from tests.robots.chains import ENGINES, LIMIT, Solid, joint, link, robot, urdf
+from tests.loops import require_items
+from tests.robots.chains import LIMIT, Solid, joint, link, mass_matrices, robot, urdf
 from tests.tool.test_bad_input import assert_one_line
 
 GROUND, ARM = link("ground"), link("arm", Solid())
@@ -245,10 +245,8 @@ def test_of_two_inertials_every_engine_uses_the_first():
     inertial = re.search("<inertial>.*</inertial>", second, re.DOTALL)
     assert inertial
     doubled = robot(urdf(GROUND, first.replace("</link>", inertial[0] + "</link>"), TURN))
-    own, single = robot(GOOD), np.zeros((1, 1))
-    right = build_robot_model("analytic", own, "links").mass_matrix(single)
-    for engine in ENGINES:
-        mass = build_robot_model(engine, doubled, "links").mass_matrix(single)
+    right, *_ = mass_matrices(robot(GOOD), [0.0])
+    for mass in require_items(mass_matrices(doubled, [0.0])):
         assert mass == pytest.approx(right, rel=1e-14)
 
 
@@ -263,9 +261,8 @@ def test_of_two_inertials_every_engine_uses_the_first():
     ],
 )
 def test_what_a_joint_leaves_out_or_has_besides_stops_no_engine(stated):
-    own, single = robot(GOOD.replace(LIMIT, stated)), np.zeros((1, 1))
-    models = [build_robot_model(engine, own, "links") for engine in ENGINES]
-    masses = np.array([model.mass_matrix(single) for model in models])
+    own = robot(GOOD.replace(LIMIT, stated))
+    masses = mass_matrices(own, [0.0])
     np.testing.assert_allclose(masses, own.bodies[0].inertia[2, 2], rtol=1e-14)
 
 
@@ -425,10 +422,7 @@ def test_a_mass_of_nothing_on_what_is_fixed_is_merged():
         urdf(GROUND, link("arm", arm), link("t", tool), TURN, joint("f", "arm", "t", "fixed"))
     )
     assert own.notes == ()
-    for engine in ENGINES:
-        assert build_robot_model(engine, own, "links").mass_matrix(
-            np.zeros((1, 1))
-        ) == pytest.approx(0.03)
+    np.testing.assert_allclose(mass_matrices(own, [0.0]), 0.03, rtol=1e-6)
 
 
 ROD = Solid(1.0, (0.1, 0, 0), (0.1, 0.1, 0, 0.1, 0, 0.2))  # along the diagonal of x and y
@@ -442,10 +436,7 @@ def test_point_masses_and_thin_rods_are_bodies(solid, axis, mass):
     own = robot(urdf(GROUND, link("arm", solid), joint("turn", "ground", "arm", axis=axis)))
     found = compare_engines(own, sample_states(own, 3, 0))
     assert max(each.measured for each in found) < 1e-14
-    for engine in ENGINES:
-        assert build_robot_model(engine, own, "links").mass_matrix(
-            np.zeros((1, 1))
-        ) == pytest.approx(mass)
+    np.testing.assert_allclose(mass_matrices(own, [0.0]), mass, rtol=1e-6)
 
 
 def test_an_inertia_of_another_unit_is_reported():

@@ -10,15 +10,13 @@ import pytest
 from crosscheck import file_types
 from crosscheck.checks.robot_states import motion_range
 from crosscheck.cli.files.robot_files import load_as_robot
-from crosscheck.cost.motion import find_exceeded_limits, fit_motion, make_excitation
+from crosscheck.cost.motion import fit_motion
 from crosscheck.cost.output import cost_page
 from crosscheck.cost.shortcuts import QUICK, ShortcutCosts, compute_costs
 from crosscheck.file_types import is_file_of_type
 from crosscheck.models.errors import InputError
-from crosscheck.models.robot.file import load_robot
 from crosscheck.models.robot.robot import Robot
 from crosscheck.recordings.record import read_record
-from crosscheck.registry import build_robot_model
 from crosscheck.runner import tasks
 from tests.robots.chains import Solid, geared, joint, link, planetary, robot, urdf
 from tests.tool.test_bad_input import assert_one_line
@@ -53,30 +51,6 @@ def parallel(ratio: float = RATIO) -> Robot:
 @pytest.fixture(scope="module")
 def planar() -> ShortcutCosts:
     return cost(parallel())
-
-
-def test_torques_that_a_rotor_of_a_parallel_joint_needs(planar):
-    """J (q1' + N q2')^2 / 2: armature leaves out J N q2'' + J q1'' and J N q1''."""
-    first, second = planar.motion.at(planar.time)[2].T
-    missing = SPIN * np.stack([first + RATIO * second, RATIO * first], axis=1)
-    assert planar.errors["armature"] == pytest.approx(-missing, abs=1e-12)
-    missing[:, 1] += SPIN * RATIO**2 * second
-    assert planar.errors["links"] == pytest.approx(-missing, abs=1e-12)
-    rms = np.sqrt((planar.errors["armature"] ** 2).mean(axis=0))
-    own = {each.joint: each for each in planar.by_joint if each.level == "armature"}
-    assert own["elbow"].rms == pytest.approx(rms[1])
-    assert own["elbow"].share == pytest.approx(own["elbow"].largest / planar.largest[1])
-    assert planar.by_rates == pytest.approx(0.0, abs=1e-13)
-
-
-def test_a_joint_too_weak_for_its_weight_is_named():
-    own = robot(load_robot("six-joint").urdf.replace('effort="150"', 'effort="5"'))
-    model = build_robot_model("analytic", own, "coupled")
-    motion = make_excitation(model, 0)
-    state = motion.at(motion.instants(100))
-    told = find_exceeded_limits(own, state, model.inverse_dynamics(*state))
-    assert any(line.startswith("shoulder: effort of") for line in told)
-    assert not any(line.startswith("wrist_roll") for line in told)
 
 
 def written(folder: Path, time: np.ndarray, angles: np.ndarray) -> Path:
@@ -209,12 +183,6 @@ def test_the_command_writes_json_and_a_page(crosscheck, tmp_path):
     page = (tmp_path / "cost.html").read_text()
     assert "<svg" in page
     assert "http" not in page.split("<svg")[0]
-
-
-def test_robots_are_listed(crosscheck):
-    listed = crosscheck("list").out
-    assert "six-joint" in listed
-    assert "sliding" in listed
 
 
 @pytest.mark.parametrize(

@@ -8,10 +8,12 @@ from crosscheck.findings import Finding
 from crosscheck.models.robot.file import load_robot
 from crosscheck.models.robot.robot import LEVELS, Robot
 from crosscheck.planning.robots import compare_engines
+from crosscheck.provenance import ROOT
 from crosscheck.registry import build_robot_model
 from tests.draws import DRAWS, SAMPLE, fresh_seed
 from tests.robots.chains import random_chain
 
+PAPERS_ARM = str(ROOT / "examples" / "robots" / "planetary-arm.toml")
 CHAINS, MOST_JOINTS = (8, 7) if DRAWS == SAMPLE else (DRAWS, 12)
 
 
@@ -20,7 +22,7 @@ def differing(robot: Robot, states: int = 4) -> list[Finding]:
     return [each for each in findings if each.verdict != "agree"]
 
 
-@pytest.mark.parametrize("name", ["six-joint", "sliding", "puma560"])
+@pytest.mark.parametrize("name", ["six-joint", "sliding", "puma560", PAPERS_ARM])
 def test_engines_agree_on_the_robots_that_come_along(name):
     assert differing(load_robot(name)) == []
 

@@ -25,6 +25,7 @@ from crosscheck.registry import build_robot_experiment, build_robot_model
 from crosscheck.trial.input.equations import Coordinates, Equations
 from tests.loops import require_items
 from tests.robots.chains import ENGINES, Solid, joint, link, robot, urdf
+from tests.robots.test_mjcf import mass_matrix
 from tests.robots.trials import run_robot_trial
 
 WEIGHTLESS = {"gravity_m_per_s2": [0, 0, 0]}
@@ -241,9 +242,7 @@ def test_free_joints_and_balls_move_as_mujocos_own(tmp_path):
         ]
         s = rates(q)
         data.qpos[:], data.qvel[:] = np.concatenate([q[:3], *turns, q[9:]]), s @ v
-        mujoco.mj_forward(model, data)
-        full = np.zeros((10, 10))
-        mujoco.mj_fullM(model, full, data.qM)
+        full = mass_matrix(model, data)
         mass = analytic.mass_matrix(q[None])[0]
         # MuJoCo's principal axes are right to some 1e-6 of an inertia.
         assert np.abs(mass - s.T @ full @ s).max() < 1e-5

@@ -2,7 +2,6 @@
 
 from fractions import Fraction
 
-import mpmath
 import numpy as np
 import pytest
 
@@ -13,7 +12,7 @@ from crosscheck.analytic.kernel.expressions import (
     evaluate_constants,
     write_lines,
 )
-from crosscheck.analytic.robot.algorithms import MovingTree, solve
+from crosscheck.analytic.robot.algorithms import MovingTree
 from crosscheck.analytic.robot.mechanism import build_mechanism, name_numbers, replace_names
 from crosscheck.analytic.robot.structure import trace_forward_dynamics
 from crosscheck.models.robot.file import load_robot
@@ -113,89 +112,6 @@ def test_text_is_exactly_what_the_algorithms_do(name, monkeypatch):
     assert all(isinstance(each, Fraction) for each in expected)
 
 
-def test_lagranges_equation_holds_in_110_digits():
-    """d/dt dT/dv - dT/dq + dV/dq = T of poses by products of rotations alone."""
-    robot = load_robot("sliding")
-    mechanism, free = build_mechanism(robot, "coupled"), 3
-    q0, v0, torques = (row[0] for row in random_state(robot, "coupled", 5))
-    with mpmath.workdps(110):
-        exact = replace_names(*_as_mpf(mechanism))
-        values = [mpmath.mpf(x) for x in q0]
-        tree = MovingTree(exact, values, [(mpmath.cos(x), mpmath.sin(x)) for x in values])
-        a = tree.forward_dynamics(
-            [mpmath.mpf(x) for x in v0], [], [mpmath.mpf(x) for x in torques], [], [0] * 3
-        )
-        step = mpmath.mpf(10) ** -15
-
-        def lagrangian(q: list[mpmath.mpf], v: list[mpmath.mpf]) -> mpmath.mpf:
-            return _energy(exact, q, v)
-
-        def slope(k: int, of_rate: bool, t: mpmath.mpf) -> mpmath.mpf:
-            q = [x + t * w + t * t / 2 * b for x, w, b in zip(values, v0, a, strict=True)]
-            v = [w + t * b for w, b in zip(v0, a, strict=True)]
-            sides = []
-            for sign in (1, -1):
-                moved = [list(q), list(v)]
-                moved[of_rate][k] += sign * step
-                sides.append(lagrangian(*moved))
-            return (sides[0] - sides[1]) / (2 * step)
-
-        for k in require_items(range(free)):
-            rate = (slope(k, True, step) - slope(k, True, -step)) / (2 * step)
-            # Rotations of floats are orthogonal to 16 digits; differences err by 1e-30.
-            assert abs(rate - slope(k, False, mpmath.mpf(0)) - torques[k]) < 1e-14
-
-
-def _as_mpf(mechanism):
-    named, numbers = name_numbers(mechanism)
-    return named, lambda name: mpmath.mpf(numbers[name])
-
-
-def _energy(mechanism, q, v):
-    """T - V: velocities of point masses' sums from rates of poses, rotors by their spin."""
-    pose, spins, total = [], [], mpmath.mpf(0)
-    step = mpmath.mpf(10) ** -25
-
-    def poses(at):
-        found = []
-        for joint, value in zip(mechanism.joints, at, strict=True):
-            under = (
-                (mpmath.eye(3), mpmath.matrix(3, 1)) if joint.parent < 0 else found[joint.parent]
-            )
-            fixed, axis = mpmath.matrix(joint.rotation), mpmath.matrix(joint.axis)
-            x, y, z = axis
-            across = mpmath.matrix([[0, -z, y], [z, 0, -x], [-y, x, 0]])
-            turn = mpmath.eye(3)
-            at_joint = mpmath.matrix(joint.position)
-            if joint.slides:
-                at_joint = at_joint + fixed * axis * value
-            else:
-                turn = turn + mpmath.sin(value) * across + (1 - mpmath.cos(value)) * across * across
-            found.append((under[0] * fixed * turn, under[1] + under[0] * at_joint))
-        return found
-
-    ahead, behind, now = (
-        poses([x + sign * step * w for x, w in zip(q, v, strict=True)]) for sign in (1, -1, 0)
-    )
-    for body, one, other, here in zip(mechanism.bodies, ahead, behind, now, strict=True):
-        com = mpmath.matrix(body.com)
-        velocity = (one[1] + one[0] * com - other[1] - other[0] * com) / (2 * step)
-        spin = here[0].T * (one[0] - other[0]) / (2 * step)
-        w = mpmath.matrix([spin[2, 1], spin[0, 2], spin[1, 0]])
-        xx, xy, xz, yy, yz, zz = body.inertia
-        inertia = mpmath.matrix([[xx, xy, xz], [xy, yy, yz], [xz, yz, zz]])
-        total += (body.mass * (velocity.T * velocity)[0] + (w.T * inertia * w)[0]) / 2
-        total += body.mass * (mpmath.matrix(mechanism.gravity).T * (here[1] + here[0] * com))[0]
-        spins.append(w)
-        pose.append(here)
-    for rotor in mechanism.rotors:
-        spin = rotor.ratio * v[rotor.joint]
-        if rotor.body >= 0:
-            spin += (mpmath.matrix(rotor.axis).T * spins[rotor.body])[0]
-        total += rotor.inertia * spin**2 / 2
-    return total
-
-
 def test_a_planar_chain_folds_to_its_planar_equations():
     """M of two links: three entries from one cosine; gravity along the axes leaves nothing."""
     s = equations(load_robot(PLANETARY), "links").structure
@@ -244,17 +160,6 @@ def test_constants_are_worked_out_beforehand_and_products_stand_in_sums():
     assert evaluate_constants(text.constants, {"c": 3.0, "d": np.array([1.0, 2.0])})[
         name
     ].tolist() == [1, 4]
-
-
-def test_solving_is_exact_in_fractions():
-    matrix = [
-        [Fraction(4), Fraction(1), 0],
-        [Fraction(1), Fraction(3), Fraction(1, 2)],
-        [0, Fraction(1, 2), Fraction(5)],
-    ]
-    wanted = [Fraction(2), Fraction(-1), Fraction(3)]
-    right = [sum(a * x for a, x in zip(row, wanted, strict=True)) for row in matrix]
-    assert solve(matrix, right) == wanted
 
 
 def test_numbers_are_by_name_and_zeros_are_structure():

@@ -1,27 +1,18 @@
 """Links without mass, mimics of mimics, inertias that are rounding: M as a whole is regular."""
 
-from collections.abc import Sequence
-
 import numpy as np
 import pytest
 
 from crosscheck.checks.robot_states import sample_states
 from crosscheck.models.mechanism import select_mechanism
-from crosscheck.models.robot.robot import Robot
 from crosscheck.planning.robots import compare_engines
 from crosscheck.registry import build_robot_model
 from tests.loops import require_items
-from tests.robots.chains import ENGINES, LIMIT, Solid, joint, link, robot, urdf
+from tests.robots.chains import LIMIT, Solid, joint, link, mass_matrices, robot, urdf
 
 GROUND = link("ground")
 ARM = Solid(1.0, (0.2, 0, 0), (0.01, 0, 0, 0.04, 0, 0.04))
 Y = (0.0, 1.0, 0.0)
-
-
-def mass_matrices(own: Robot, q: Sequence[float]) -> list[np.ndarray]:
-    """M of each engine at coordinates."""
-    at = np.array([q])
-    return [build_robot_model(name, own, "links").mass_matrix(at)[0] for name in ENGINES]
 
 
 def test_a_link_between_two_joints_needs_no_mass():

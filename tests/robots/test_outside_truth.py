@@ -1,22 +1,21 @@
 """Robots whose equations are known: closed forms, another program, laws of conservation."""
 
-from dataclasses import replace
+from itertools import product
 from math import cos, pi, sin
-from typing import NamedTuple
 
 import numpy as np
 import pinocchio as pin
 import pytest
 
 from crosscheck.checks.robot_states import sample_states
-from crosscheck.models.arm.arm import Arm, Planetary
 from crosscheck.models.files import read_raw_robot
-from crosscheck.models.loading import load_arm, make_rest_scenario, validate_record
+from crosscheck.models.loading import validate_record
 from crosscheck.models.robot.file import Geared, RobotFile, load_robot
 from crosscheck.models.robot.interface import RobotModel
 from crosscheck.models.robot.robot import RIGID
+from crosscheck.planning.robots import add_mesh_states
 from crosscheck.provenance import ROOT
-from crosscheck.registry import build, build_robot_model
+from crosscheck.registry import build_robot_model
 from tests.loops import require_items
 from tests.robots.chains import (
     BOB,
@@ -173,73 +172,6 @@ def test_a_screw_turns_its_rotor(engine):
     assert model.gravity(STATE[0])[0] == pytest.approx([0, 3 * 9.81], abs=1e-13)
 
 
-class OneRotor(NamedTuple):
-    """What stands in for a stage of gears; before, after: inertia of the links at the joint.
-
-    A gear of inertia G that turns k times as fast as its joint, against the link before, has the
-    energy G (w + k q')^2 / 2 for the rate w of that link. A rotor of the sun's ratio with inertia J
-    makes up sums of G, k G and k^2 G with an inertia of the next link and one of the link before;
-    both may be negative, the links' sums may not.
-    """
-
-    ratio: float
-    inertia: float
-    before: float
-    after: float
-    mass: float
-
-
-def one_rotor(own: Planetary) -> OneRotor:
-    """The ring stands on the link before: the sun turns 1 + z_r / z_s, a planet 1 - z_r / z_p."""
-    pitch = own.module_m * np.array([own.sun_teeth, own.planet_teeth]) / 2
-    orbit, cosine = pitch.sum(), cos(own.pressure_angle_deg * pi / 180)
-    ratio = 1 + own.ring_teeth / own.sun_teeth
-    masses = np.array([own.sun_equivalent_mass_kg, own.planet_equivalent_mass_kg])
-    sun, planet = masses * (pitch * cosine) ** 2
-    carrier = own.carrier_equivalent_mass_kg * (orbit * cosine) ** 2
-    carrier += own.planet_count * own.planet_mass_kg * orbit**2
-    inertias = np.array([sun, own.planet_count * planet, carrier])
-    turns = np.array([ratio, 1 - own.ring_teeth / own.planet_teeth, 1.0])
-    whole, first, second = (inertias @ turns**power for power in range(3))
-    inertia = (second - first) / (ratio * (ratio - 1))
-    after = first - inertia * ratio
-    before = whole - inertia - after + own.ring_inertia_kg_m2
-    mass = own.sun_mass_kg + own.carrier_mass_kg + own.ring_mass_kg
-    return OneRotor(ratio, inertia, before, after, mass + own.planet_count * own.planet_mass_kg)
-
-
-def as_urdf(arm: Arm, rotors: list[OneRotor]) -> str:
-    """A planar arm's links in space, with what one rotor for each joint leaves of its gears."""
-    parts, last = [link("base")], len(arm.links) - 1
-    for number, (own, rotor) in enumerate(zip(arm.links, rotors, strict=True)):
-        mass = own.cross_section_m2 * own.density_kg_per_m3 * own.length_m
-        end, turning = arm.payload_mass_kg, 0.0
-        if number < last:
-            end, turning = rotors[number + 1].mass, rotors[number + 1].before
-        total = mass + end
-        com = (mass * own.com_m + end * own.length_m) / total
-        about = mass * own.length_m**2 / 12 + mass * (own.com_m - com) ** 2
-        about += end * (own.length_m - com) ** 2 + turning + rotor.after
-        parts.append(link(f"link {number}", Solid(total, (com, 0, 0), (1, 0, 0, 1, 0, about))))
-        parent = f"link {number - 1}" if number else "base"
-        at = (arm.links[number - 1].length_m if number else 0.0, 0.0, 0.0)
-        parts.append(joint(f"joint {number}", parent, f"link {number}", at=at))
-    return urdf(*parts)
-
-
-@pytest.mark.parametrize("engine", ENGINES)
-def test_a_planar_arm_written_as_a_urdf(engine):
-    """The arm's own level `coupled`, derived in symbols, is the robot's."""
-    arm = load_arm("paper-labelled")
-    planar = build("analytic:coupled", arm, make_rest_scenario())
-    rotors = [one_rotor(own) for own in arm.joints if isinstance(own, Planetary)]
-    given = {f"joint {n}": geared(each.ratio, each.inertia) for n, each in enumerate(rotors)}
-    own = robot(as_urdf(arm, rotors), given, gravity_m_per_s2=[0.0, 0.0, 0.0])
-    model, (q, v) = build_robot_model(engine, own, "coupled"), STATE
-    assert model.mass_matrix(q)[0] == pytest.approx(planar.mass_matrix(q[0]), rel=1e-12)
-    assert model.bias(q, v)[0] == pytest.approx(planar.bias(q[0], v[0]), rel=1e-12)
-
-
 @pytest.mark.parametrize("engine", ENGINES)
 def test_the_puma_560_has_its_published_mass_matrix(engine):
     """P. Corke, Robotics, Vision and Control, Springer 2011, chapter 9: elbow up, four decimals."""
@@ -270,53 +202,28 @@ def slopes(function, q: np.ndarray) -> np.ndarray:
     )
 
 
-@pytest.mark.parametrize("seed", [*range(6), 8, 10])
-@pytest.mark.parametrize("level", RIGID)
-def test_bias_follows_from_the_mass_matrix_and_weight_from_a_potential(seed, level):
-    """bias = M' v - d(v' M v / 2) / dq: then energy is conserved, and momentum where it must be."""
+WITH_MESHES = 0, 3, 7, 9, 10, 12  # chains some of whose rotors are on meshes
+
+
+@pytest.mark.parametrize(
+    ("level", "seed"),
+    [*product(RIGID, (*range(6), 8, 10)), *(("geared", seed) for seed in WITH_MESHES)],
+)
+def test_bias_follows_from_the_mass_matrix_and_weight_from_a_potential(level, seed):
+    """bias = M' v - d(v' M v / 2) / dq: then energy is conserved, and momentum where it must be.
+
+    Where teeth give way, x is among q.
+    """
     own = random_chain(seed)
     model: RobotModel = build_robot_model("analytic", own, level)
-    q, v, _, _ = sample_states(own, 1, seed)
+    states = sample_states(own, 1, seed)
+    q, v, _, _ = add_mesh_states(own, states) if level == "geared" else states
     by = slopes(model.mass_matrix, q)[0]
     expected = np.einsum("ijk,j,k->i", by, v[0], v[0]) - np.einsum("jki,j,k->i", by, v[0], v[0]) / 2
-    size = np.abs(model.mass_matrix(q)).max() * (1 + v.max()) ** 2
+    size = np.abs(model.mass_matrix(q)).max() * (1 + np.abs(v).max()) ** 2
     assert model.bias(q, v)[0] == pytest.approx(expected, abs=1e-9 * size)
     stiffness = slopes(model.gravity, q)[0]
     assert stiffness == pytest.approx(stiffness.T, abs=1e-9 * (1 + np.abs(stiffness).max()))
-
-
-@pytest.mark.parametrize("level", RIGID)
-def test_momentum_about_a_vertical_axis_is_kept_in_a_run(level):
-    """No torque: the first joint's generalized momentum stays, to the fourth power of the step."""
-    model = build_robot_model("analytic", load_robot("six-joint"), level)
-    start = np.array([[0.1, -1.0, 0.6, 0.3, -0.4, 0.2]]), np.array([[0.5, 0.2, -0.4, 1, 0.3, 2]])
-
-    def momentum(q: np.ndarray, v: np.ndarray) -> float:
-        return float(model.mass_matrix(q)[0, 0] @ v[0])
-
-    def drift(steps: int) -> float:
-        return abs(momentum(*advanced(model, *start, 0.2, steps)) - momentum(*start))
-
-    coarse, fine = drift(10), drift(20)
-    assert coarse < 1e-3 * abs(momentum(*start))
-    assert fine < coarse / 10
-
-
-@pytest.mark.parametrize("engine", ENGINES)
-def test_weight_is_the_slope_of_energy_and_momentum_that_of_kinetic_energy(engine):
-    """About the first joint's axis, which is the base's z: what does no work there is no part.
-
-    The rotor of that joint is left out: its stator stands on the ground, and by its gear the joint
-    has its ratio times its spin.
-    """
-    own = load_robot("six-joint")
-    own = replace(own, rotors=own.rotors[1:])
-    q, v, _, _ = sample_states(own, 2, 5)
-    model = build_robot_model(engine, own, "coupled")
-    weight = slopes(lambda at: model.energy(at, 0 * at), q[:1])[0]
-    assert weight == pytest.approx(model.gravity(q[:1])[0], abs=1e-9)
-    turned = (model.mass_matrix(q)[:, 0] * v).sum(axis=1)
-    assert model.momentum(q, v)[:, 5] == pytest.approx(turned, rel=1e-12)
 
 
 REFLECTED = {  # [kg m^2], as the sources that the files name state them

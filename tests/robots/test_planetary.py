@@ -1,8 +1,6 @@
-"""Planetary stages on robots: today's planar arms, closed forms, conservation, locked gears."""
+"""Planetary stages of robots; test_arms_as_robots holds them against planar arms."""
 
 from collections.abc import Callable
-from dataclasses import replace
-from math import ceil, cos, pi, radians, sin, sqrt
 
 import numpy as np
 import pytest
@@ -11,89 +9,26 @@ from crosscheck.analytic.robot.ensemble import group_robots
 from crosscheck.analytic.robot.runs import RobotMember
 from crosscheck.analytic.robot.springs import replace_stages_by_rotors
 from crosscheck.checks.robot_states import sample_states
-from crosscheck.cost.meshes import RESOLVED
-from crosscheck.cost.shortcuts import QUICK, compute_costs
 from crosscheck.models.errors import InputError
-from crosscheck.models.experiment.scenario import ConstantDrive, Start, switches
-from crosscheck.models.loading import load_arm, make_rest_scenario, require_fit
-from crosscheck.models.mechanism import select_mechanism
+from crosscheck.models.experiment.scenario import ConstantDrive, Start
+from crosscheck.models.loading import make_rest_scenario, require_fit
 from crosscheck.models.robot.file import load_robot
 from crosscheck.models.robot.interface import RobotModel
 from crosscheck.models.robot.robot import RIGID, Robot
-from crosscheck.planning.robots import compare_engines
 from crosscheck.provenance import ROOT
-from crosscheck.registry import build, build_robot_model
+from crosscheck.registry import build_robot_model
 from crosscheck.robot_experiment import RobotExperiment
 from tests.faults.robots import parted
 from tests.robots import chains
 from tests.robots.traced import random_state
 
 PAPER = str(ROOT / "examples" / "robots" / "planetary-arm.toml")
-FROM_ARM = [2, 5, 0, 1, 3, 4]  # places of theta_1, theta_2, x_sp1, x_pr1, x_sp2, x_pr2 in the arm's
-PLAIN = {"tooth_error_m": 0.0, "static_error_m": 0.0, "backlash_m": 0.0, "damping_N_s_per_m": 0.0}
 SUN, PLANET, RATIO, TURNS = 3e-4, 1e-4, 4.0, -2.0  # of tests.robots.chains.planetary
 
 
 def pendulum(**changes: object) -> Robot:
     """A bob on an axis along y, which a stage turns against the ground."""
     return chains.robot(chains.BOB, {"swing": chains.planetary(**changes)})
-
-
-def test_engines_agree_on_the_papers_arm():
-    own = load_robot(PAPER)
-    assert own.notes == ()
-    assert [
-        each for each in compare_engines(own, sample_states(own, 6, 0)) if each.verdict != "agree"
-    ] == []
-
-
-@pytest.mark.parametrize("engine", chains.ENGINES)
-@pytest.mark.parametrize("reference", ["analytic", "pinocchio"])
-def test_locked_stages_are_those_of_the_planar_arm(engine, reference):
-    planar = build(f"{reference}:coupled", load_arm("paper-labelled"), make_rest_scenario())
-    model = build_robot_model(engine, load_robot(PAPER), "coupled")
-    q, v = np.array([[0.4, -0.7]]), np.array([[1.3, 0.8]])
-    assert model.mass_matrix(q)[0] == pytest.approx(planar.mass_matrix(q[0]), rel=1e-13)
-    assert model.bias(q, v)[0] == pytest.approx(planar.bias(q[0], v[0]), rel=1e-13)
-
-
-@pytest.mark.parametrize("x", [7e-5, -8e-5, 3e-5])
-@pytest.mark.parametrize("engine", chains.ENGINES)
-@pytest.mark.parametrize("reference", ["analytic:physical", "pinocchio:gears", "exudyn:tree"])
-def test_teeth_press_as_in_the_planar_arm(engine, reference, x):
-    """M, bias, the forces of meshes and of gravity, and what torques on the suns accelerate."""
-    arm = load_arm("paper-labelled").model_copy(update={"gravity_m_per_s2": (3.0, -9.0)})
-    pushed = ConstantDrive(kind="constant", torque_N_m=(40.0, -25.0))
-    laws = switches(damping="contact", mesh_work="conservative")
-    rest, driven = (
-        build(reference, arm, make_rest_scenario().model_copy(update={"drive": drive}), laws)
-        for drive in (make_rest_scenario().drive, pushed)
-    )
-    model = build_robot_model(
-        engine, replace(load_robot(PAPER), gravity=np.array([3.0, -9, 0])), "geared"
-    )
-    q = np.array([[0.4, -0.7, x, 6e-5, -7e-5, 1.1 * x]])
-    v = np.array([[1.3, 0.8, 0.2, -0.3, 0.1, 0.4]])
-    at, rate = np.zeros((2, 6))
-    at[FROM_ARM], rate[FROM_ARM] = q[0], v[0]
-    order = np.ix_(FROM_ARM, FROM_ARM)
-    assert model.mass_matrix(q)[0] == pytest.approx(rest.mass_matrix(at)[order], rel=1e-12)
-    assert model.bias(q, v)[0] == pytest.approx(rest.bias(at, rate)[FROM_ARM], rel=1e-12)
-    needed = model.inverse_dynamics(q, v, 0 * v)[0] - model.bias(q, v)[0]
-    expected = -rest.generalized_force(0.0, at, rate)[FROM_ARM]
-    assert needed == pytest.approx(expected, rel=1e-10, abs=1e-9)
-    found = model.forward_dynamics(q, v, np.array([[40.0, -25.0]]))[0]
-    assert found == pytest.approx(driven.acceleration(0.0, at, rate)[FROM_ARM], rel=1e-9)
-
-
-@pytest.mark.parametrize("engine", chains.ENGINES)
-def test_a_locked_stage_turns_its_sun_and_planets_by_their_teeth(engine):
-    """1 + z_r / z_s = 4 of the sun, (z_p - z_r) / z_p = -2 of a planet, against the ring."""
-    bob = 0.03 + 2 * 0.6**2
-    for level, added in (("links", 0.0), ("armature", 1), ("coupled", 1)):
-        model = build_robot_model(engine, pendulum(), level)
-        expected = bob + added * (SUN * RATIO**2 + 3 * PLANET * TURNS**2)
-        assert model.mass_matrix(np.array([[0.9]]))[0, 0, 0] == pytest.approx(expected, rel=1e-13)
 
 
 @pytest.mark.parametrize("engine", chains.ENGINES)
@@ -115,44 +50,6 @@ def test_spins_are_coupled_to_what_carries_the_ring(engine):
     expected = rows.T @ np.diag([SUN, 3 * PLANET]) @ rows
     found = exact.mass_matrix(q)[0] - plain.mass_matrix(q)[0]
     assert found == pytest.approx(expected, abs=1e-15)
-
-
-@pytest.mark.parametrize("engine", chains.ENGINES)
-def test_a_stage_with_its_carrier_held_swings_as_two_masses_on_two_springs(engine):
-    """The sun on k N, the planets between it and the ring; 1709.9 and 4466.6 Hz (paper's arm)."""
-    model = build_robot_model(engine, load_robot(PAPER), "geared")
-    at = np.array([[0.0, 0, 8e-5, 8e-5, 8e-5, 8e-5]])
-    mass = model.mass_matrix(at)[0, 2:4, 2:4]
-    pressed, still = model.inverse_dynamics, np.zeros((1, 6))
-    stiffness = np.stack(
-        [
-            (pressed(at + h, still, still) - pressed(at, still, still))[0, 2:4] / 1e-5
-            for h in 1e-5 * np.eye(6)[2:4]
-        ]
-    )
-    found = np.sqrt(np.linalg.eigvals(np.linalg.solve(mass, stiffness)))
-    k, sun, planets = 3e8, 0.5, 3 * 0.66
-    whole = k / sun + 2 * k / planets
-    spread = sqrt(whole**2 - 4 * k**2 / sun / planets)
-    expected = np.sqrt((whole + np.array([-spread, spread])) / 2)
-    assert np.sort(found) == pytest.approx(expected, rel=1e-9)
-    assert expected / (2 * pi) == pytest.approx([1709.9, 4466.6], abs=0.05)
-
-
-@pytest.mark.parametrize("engine", chains.ENGINES)
-def test_planets_that_move_by_themselves_swing_against_each_other_too(engine):
-    """Beside the two swings of all, N - 1 with the sun at rest: a planet on 2 k, 2770.6 Hz."""
-    own = select_mechanism(PAPER, (), ['robot.joints.shoulder.planets="free"']).mechanism
-    model = build_robot_model(engine, own, "geared")
-    at, still = np.array([[0.0, 0, 1.6e-4, 8e-5, 8e-5, 8e-5, 8e-5, 8e-5]]), np.zeros((1, 8))
-    parts = slice(2, 6)  # x_s and x_pr of each planet
-    mass = model.mass_matrix(at)[0, parts, parts]
-    rest = model.inverse_dynamics(at, still, still)
-    moved = [model.inverse_dynamics(at + h, still, still) - rest for h in 1e-5 * np.eye(8)[parts]]
-    stiffness = np.stack([each[0, parts] / 1e-5 for each in moved])
-    found = np.sqrt(np.linalg.eigvals(np.linalg.solve(mass, stiffness))) / (2 * pi)
-    alone = sqrt(2e8 / 0.66) / (2 * pi)
-    assert np.sort(found) == pytest.approx([1709.9, alone, alone, 4466.6], rel=2e-5)
 
 
 @pytest.mark.parametrize("engine", chains.ENGINES)
@@ -223,106 +120,6 @@ def test_offsets_of_planets_fit_the_robot():
             with pytest.raises(InputError, match=needed) as refused:
                 require_fit(scenario, own, named)
             assert refused.value.where == where
-
-
-@pytest.mark.parametrize("engine", chains.ENGINES)
-def test_a_tooth_that_does_not_touch_does_not_press(engine):
-    """One flank, the other and the gap between: N (k (x -+ b) + ...), d x' of all planets."""
-    law = {"law": "sine", "mean_N_per_m": 1e7, "amplitude_N_per_m": 0.0}
-    own = chains.contact(
-        **PLAIN | {"stiffness": law, "backlash_m": 1e-5, "damping_N_s_per_m": 300.0}
-    )
-    model = build_robot_model(engine, pendulum(sun_mesh=own, ring_mesh=own), "geared")
-    q = np.array([[0.0, 3e-5, -4e-5], [0.0, 0.9e-5, -0.9e-5]])
-    v, still = np.array([[0.0, 0.2, 0.1]] * 2), np.zeros((2, 3))
-    found = model.inverse_dynamics(q, v, still) - model.bias(q, v) - model.gravity(q)
-    forces = [3 * 1e7 * 2e-5 + 300 * 0.2, -3 * 1e7 * 3e-5 + 300 * 0.1]
-    assert found == pytest.approx(np.array([[0.0, *forces], [0.0, 0.0, 0.0]]), rel=1e-10)
-
-
-@pytest.mark.parametrize("engine", chains.ENGINES)
-def test_energy_stays_where_stiffness_and_error_vary_with_the_angle(engine):
-    """Of motion, weight and springs, N k(phi) (x - e(phi))^2 / 2 each; without damping and gap."""
-    plain = PLAIN | {
-        "stiffness": {"law": "sine", "mean_N_per_m": 1e5, "amplitude_N_per_m": 4e4},
-        "tooth_error_m": 2e-4,
-    }
-    meshes = {
-        "sun_mesh": chains.contact(**plain),
-        "ring_mesh": chains.contact(**plain, phase_rad=0.7),
-    }
-    model = build_robot_model(engine, pendulum(**meshes), "geared")
-
-    def energy(q: np.ndarray, v: np.ndarray) -> float:
-        total = float(model.energy(q, v)[0])
-        for place, phase in ((1, 0.0), (2, 0.7)):
-            turn = 72 * q[0, 0] + phase
-            gap = q[0, place] - 2e-4 * sin(turn + 0.4)
-            total += 3 * (1e5 + 4e4 * sin(turn)) * gap**2 / 2
-        return total
-
-    start = np.array([[0.9, 5e-4, -3e-4]]), np.array([[2.0, 0.1, -0.2]])
-    drifts = [
-        energy(*chains.advanced(model, *start, 0.02, steps)) - energy(*start)
-        for steps in (100, 200)
-    ]
-    assert abs(drifts[1]) < 1e-5
-    assert abs(drifts[1]) < abs(drifts[0]) / 12
-
-
-@pytest.mark.parametrize("engine", chains.ENGINES)
-def test_stiff_teeth_are_a_locked_stage(engine):
-    """The swing about it falls with the stiffness, to a quarter at four times."""
-    q, v = np.array([[0.4]]), np.array([[0.5]])
-
-    def end(stiffness: float) -> float:
-        law = {"law": "sine", "mean_N_per_m": stiffness, "amplitude_N_per_m": 0.0}
-        damping = 1.4 * sqrt(stiffness)
-        own = chains.contact(**PLAIN | {"stiffness": law, "damping_N_s_per_m": damping})
-        model = build_robot_model(engine, pendulum(sun_mesh=own, ring_mesh=own), "geared")
-        none = np.zeros((1, 2))
-        return float(
-            chains.advanced(model, np.hstack([q, none]), np.hstack([v, none]), 0.1, 200)[0][0, 0]
-        )
-
-    rigid = float(
-        chains.advanced(build_robot_model(engine, pendulum(), "coupled"), q, v, 0.1, 200)[0][0, 0]
-    )
-    apart = [abs(end(stiffness) - rigid) for stiffness in (1e5, 4e5, 1.6e6)]
-    assert apart[0] < 0.02 * abs(rigid - 0.4)
-    assert apart[1] < 0.35 * apart[0]
-    assert apart[2] < 0.35 * apart[1]
-
-
-@pytest.mark.slow
-def test_what_a_locked_stage_leaves_out_of_a_pendulum():
-    """Play 2 (b_sun + b_ring) / (2 r_cp), wind-up by what the bob asks, swings of both meshes."""
-    law = {"law": "sine", "mean_N_per_m": 1e3, "amplitude_N_per_m": 2e2}
-    own = chains.contact(**PLAIN | {"stiffness": law, "backlash_m": 1e-5})
-    single = pendulum(sun_mesh=own, ring_mesh=own | {"backlash_m": 2e-5})
-    few = replace(QUICK, states=3, instants=100, steps=20, most_steps=1000)
-    found = compute_costs(single, 0, few, lambda *doing: None)
-    assert found.geared
-    sun, ring = found.geared.meshes
-    assert (sun.name, ring.name) == ("sun mesh of swing", "ring mesh of swing")
-    lever = 2 * 0.048 * cos(radians(20.0))  # twice the carrier's base radius
-    assert (sun.backlash, ring.backlash) == pytest.approx((2e-5 / lever, 4e-5 / lever))
-    mass = 3 * PLANET / (0.024 * cos(radians(20.0))) ** 2
-    theta, _, alpha = found.motion.at(found.time)
-    bob = 0.03 + 2 * 0.6**2
-    torque = bob * alpha + 2 * 9.81 * 0.6 * np.sin(theta)
-    for mesh, sign in ((sun, 1), (ring, -1)):  # the sun's turns the planets against the ring's
-        force = np.abs(torque / lever + sign * mass * lever / 4 * alpha).max()
-        assert mesh.windup == pytest.approx(force / (3 * 1e3) / lever, rel=1e-9)
-    model = build_robot_model("analytic", single, "geared")
-    modes = 3.6e3 * np.linalg.inv(model.mass_matrix(np.zeros((1, 3)))[0])[1:, 1:]
-    fastest = sqrt(np.linalg.eigvals(modes).max())
-    assert found.geared.steps == ceil(fastest / RESOLVED)
-    expected = np.sort(np.linalg.eigvals(modes / 1.2).real) ** 0.5 / (2 * pi)
-    assert [ring.slowest, sun.fastest] == pytest.approx(expected)
-    assert found.geared.distances is not None
-    (gear,) = found.ratios
-    assert (gear.joint, gear.ratio, gear.share) == ("swing", pytest.approx(RATIO), 0.0)
 
 
 @pytest.mark.parametrize("level", RIGID)

@@ -14,11 +14,10 @@ from crosscheck.trial.changes.problem import DynamicsTerms
 from crosscheck.trial.input.equations import Equations
 from crosscheck.trial.result import TrialDiagnosis
 from tests.robots import chains, two_link
-from tests.robots.test_trial import equations, steiner
-from tests.robots.trials import run_robot_trial
+from tests.robots.test_trial import steiner
+from tests.robots.trials import robot_equations, run_robot_trial
 
 OFF = np.array([[0, two_link.J2], [two_link.J2, 0]])
-RIGHT = {"mass_matrix", "bias", "gravity"}
 
 
 @pytest.fixture(scope="module")
@@ -137,16 +136,8 @@ def test_a_difference_that_is_a_number_of_the_file_has_its_name():
             chains.joint("z", "slide", "tool"),
         )
     )
-    model = AnalyticRobot(robot, "links")
-
-    def lighter(q):
-        return model.mass_matrix(q[None])[0] - np.diag([0.7, 0])
-
-    own = Equations(
-        mass_matrix=lighter,
-        bias=lambda q, v: model.bias(q[None], v[None])[0],
-        gravity=lambda q: model.gravity(q[None])[0],
-    )
+    right = robot_equations(robot, "links")
+    own = replace(right, mass_matrix=lambda q: right.mass_matrix(q) - np.diag([0.7, 0]))
     found = run_robot_trial(own, robot).diagnosis
     words = [*found.explanations, *found.notes]
     assert "slide: mass = 1.8 kg (file: 2.5 kg), less by tool: mass" in words[0]
@@ -219,7 +210,7 @@ def test_the_same_error_in_every_link(inertia, words):
     )
     changed = [replace(b, inertia=inertia(own, n)) for n, b in enumerate(own.bodies)]
     wrong = replace(own, bodies=tuple(changed))
-    assert run_robot_trial(equations(wrong), own).diagnosis.explanations == (words,)
+    assert run_robot_trial(robot_equations(wrong), own).diagnosis.explanations == (words,)
 
 
 def test_right_closed_forms_are_never_blamed(two):

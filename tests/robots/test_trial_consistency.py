@@ -10,8 +10,7 @@ from crosscheck.trial.judge.checks import Identity, PartSize
 from crosscheck.trial.result import Trial
 from crosscheck.trial.robots.consistency import compare_with_itself, make_slope_states
 from tests.robots import chains, two_link
-from tests.robots.test_trial import equations
-from tests.robots.trials import run_robot_trial
+from tests.robots.trials import robot_equations, run_robot_trial
 
 TWO_LINK = two_link.robot()
 
@@ -81,7 +80,7 @@ def test_differences_turn_a_joint_and_all_that_follow_it_no_further_than_one(mul
 def test_right_equations_keep_what_they_owe():
     """Slopes by differences are right to what they are judged by, mimics and sliders included."""
     for robot in (chains.robot(following(-3)), load_robot("sliding")):
-        trial = run_robot_trial(equations(robot, "links"), robot)
+        trial = run_robot_trial(robot_equations(robot, "links"), robot)
         measured = {f.quantity: f.measured for f in trial.agreement.findings}
         assert trial.agrees
         assert measured["bias-from-inertia"] < 1e-11
@@ -152,6 +151,11 @@ def test_what_is_not_kept_is_said_in_words(case):
 def test_a_mass_matrix_of_one_triangle_is_named_by_the_empty_one(half, empty):
     notes = trial_of(two_link.right(mass_matrix=lambda q: half(two_link.mass_matrix(q))))
     assert notes.diagnosis.notes[0].startswith(f"mass_matrix is 0 {empty} the diagonal, and right")
+
+
+def test_a_diagonal_alone_is_no_triangle():
+    own = two_link.right(mass_matrix=lambda q: np.diag(np.diag(two_link.mass_matrix(q))))
+    assert not any("triangles alone" in each for each in trial_of(own).diagnosis.notes)
 
 
 def test_weights_in_the_force_of_one_joint_are_missing_in_the_others():

@@ -18,8 +18,7 @@ from crosscheck.trial.changes.numbers import UNITS, UNITS_OF
 from crosscheck.trial.changes.table import ChangeTable
 from tests.loops import require_items
 from tests.robots import chains
-from tests.robots.test_trial import equations
-from tests.robots.trials import run_robot_trial
+from tests.robots.trials import robot_equations, run_robot_trial
 
 Change = Callable[[Robot], Robot]
 
@@ -66,7 +65,7 @@ def put(kind: str, **fields: Callable[[Any], object]) -> Change:
 
 def test_a_ratio_of_turns_is_reported_as_such(tree):
     used = put("rotors", ratio=lambda ratio: ratio / (2 * np.pi))(tree)
-    (words, *_) = run_robot_trial(equations(used), tree).diagnosis.explanations
+    (words, *_) = run_robot_trial(robot_equations(used), tree).diagnosis.explanations
     assert words.endswith("ratio = -9.5493 (file: -60), 1/(2 pi) of it: turns taken for radians?")
 
 

@@ -10,7 +10,7 @@ import sympy as sp
 from crosscheck.models.errors import InputError
 from crosscheck.models.experiment.scenario import switches
 from crosscheck.testing import assert_agrees, from_sympy
-from crosscheck.trial.input.equations import Coordinates, Equations
+from crosscheck.trial.input.equations import Equations
 from crosscheck.trial.result import Trial
 from crosscheck.trial.robots.answers import Friction, read_friction
 from tests.robots import two_link
@@ -155,71 +155,6 @@ def test_friction_has_a_number_for_each_coordinate():
     stated = Equations(**{**vars(two_link.right()), "viscous_friction": [1.0]})
     with pytest.raises(InputError, match=r"viscous_friction.*must be \(2,\).*each of j1, j2"):
         assert_agrees(stated, TWO)
-
-
-# Curved coordinates: the matrix of their map's slopes, and its change by time.
-CUBE, WAVE_SHARE = 0.2, 0.1
-
-
-def bent(x: np.ndarray) -> np.ndarray:
-    return np.array([x[0] + CUBE * x[0] ** 3, x[1] - x[0] + WAVE_SHARE * np.sin(x[1])])
-
-
-def slopes(x: np.ndarray) -> np.ndarray:
-    return np.array([[1 + 3 * CUBE * x[0] ** 2, 0], [-1, 1 + WAVE_SHARE * np.cos(x[1])]])
-
-
-def drift(x: np.ndarray, u: np.ndarray) -> np.ndarray:
-    return np.array([6 * CUBE * x[0] * u[0] ** 2, -WAVE_SHARE * np.sin(x[1]) * u[1] ** 2])
-
-
-def bent_mass(x: np.ndarray) -> np.ndarray:
-    return slopes(x).T @ two_link.mass_matrix(bent(x)) @ slopes(x)
-
-
-def bent_bias(x: np.ndarray, v: np.ndarray) -> np.ndarray:
-    own = two_link.bias(bent(x), slopes(x) @ v) + two_link.mass_matrix(bent(x)) @ drift(x, v)
-    return slopes(x).T @ own
-
-
-def bent_inverse_dynamics(x: np.ndarray, v: np.ndarray, a: np.ndarray) -> np.ndarray:
-    moved = slopes(x) @ v, slopes(x) @ a + drift(x, v)
-    return slopes(x).T @ two_link.inverse_dynamics(bent(x), *moved)
-
-
-def bent_acceleration(x: np.ndarray, v: np.ndarray, torque: np.ndarray) -> np.ndarray:
-    own = two_link.acceleration(bent(x), slopes(x) @ v, torque)
-    return np.linalg.solve(slopes(x), own - drift(x, v))
-
-
-X = sp.symbols("x1 x2")
-BENT = sp.Matrix([X[0] + X[0] ** 3 / 5, X[1] - X[0] + sp.sin(X[1]) / 10])
-CURVED: dict[str, Equations] = {
-    "M, bias and gravity": Equations(
-        bent_mass, bent_bias, gravity=lambda x: slopes(x).T @ two_link.gravity(bent(x))
-    ),
-    "inverse dynamics": Equations(inverse_dynamics=bent_inverse_dynamics),
-    "acceleration": Equations(acceleration=bent_acceleration),
-}
-
-
-@pytest.mark.parametrize("parts", CURVED)
-@pytest.mark.parametrize("by", ["a function", "sympy"])
-def test_curved_coordinates(parts, by):
-    by_sympy = Coordinates(function=BENT, symbols=X)
-    coordinates = Coordinates(function=bent) if by == "a function" else by_sympy
-    assert assert_agrees(replace(CURVED[parts], coordinates=coordinates), TWO).agrees
-
-
-def test_a_wrong_bias_of_curved_coordinates_is_reported():
-    own = Equations(
-        bent_mass, lambda x, v: -bent_bias(x, v), coordinates=Coordinates(function=bent)
-    )
-    with pytest.raises(AssertionError, match=r"bias\[j1\]"):
-        assert_agrees(own, TWO)
-    alone = Equations(bias=bent_bias, coordinates=Coordinates(function=bent))
-    with pytest.raises(InputError, match="bias: needs mass_matrix beside it"):
-        assert_agrees(alone, TWO)
 
 
 def test_switches_of_meshes_are_refused_of_a_robot():

@@ -20,8 +20,7 @@ from crosscheck.trial.input.loading import extract_equations, load_equations
 from crosscheck.trial.result import Trial
 from tests.loops import require_items
 from tests.robots import two_link
-from tests.robots.test_trial import equations
-from tests.robots.trials import run_robot_trial
+from tests.robots.trials import robot_equations, run_robot_trial
 from tests.tool.test_bad_input import assert_one_line
 
 TOLERANCE = 1e-10  # of an entry's size, as the docs say
@@ -201,49 +200,8 @@ def test_findings_say_what_is_compared_with_what(two):
             assert finding.right == "first principles"
 
 
-SYMBOLS = sp.symbols("q1 q2")
-SECOND = two_link.M2 * two_link.C2 * two_link.G * sp.cos(sum(SYMBOLS))
-FIRST = (two_link.M1 * two_link.C1 + two_link.M2 * two_link.L) * two_link.G
-SYMBOLIC = sp.Matrix([FIRST * sp.cos(SYMBOLS[0]) + SECOND, SECOND])
-BY_SYMBOLS = sp.lambdify(SYMBOLS, SYMBOLIC)
-
-
-def by_casadi(part: str) -> object:
-    """The part as a casadi Function of symbols without names, its answer a column of DM."""
-    ca = pytest.importorskip("casadi")
-    q, v = ca.SX.sym("q", 2), ca.SX.sym("v", 2)
-    wave = two_link.COUPLED * ca.sin(q[1])
-    if part == "bias":
-        rates = ca.vertcat(-2 * v[0] * v[1] - v[1] ** 2, v[0] ** 2)
-        return ca.Function("f", [q, v], [wave * rates])
-    off = two_link.ELBOW + two_link.COUPLED * ca.cos(q[1])
-    first = two_link.SHOULDER + 2 * off - two_link.ELBOW + two_link.REFLECTED
-    rows = ca.horzcat(first, off), ca.horzcat(off, two_link.ELBOW + two_link.REFLECTED)
-    return ca.Function("f", [q], [ca.vertcat(*rows)])
-
-
-# Right parts in odd forms: they share a trial as far as they are of different parts.
+# Right parts of every kind; forms of numbers and of arguments are those of tests/trial/test_calls.
 FORMS: dict[str, dict[str, object]] = {
-    "columns": {
-        "gravity": lambda q: two_link.gravity(q)[:, None],
-        "bias": lambda q, v: two_link.bias(q, v)[:, None],
-        "force": lambda q, torque: two_link.force(q, torque)[:, None],
-    },
-    "rows and lists": {
-        "gravity": lambda q: two_link.gravity(q)[None],
-        "bias": lambda q, v: tuple(two_link.bias(q, v)),
-        "mass_matrix": lambda q: two_link.mass_matrix(q).tolist(),
-    },
-    "matrices": {
-        "mass_matrix": lambda q: np.matrix(two_link.mass_matrix(q)),
-        "gravity": lambda q: SYMBOLIC.subs(dict(zip(SYMBOLS, q, strict=True))),
-    },
-    "lambdified": {"gravity": lambda q: BY_SYMBOLS(*q)},
-    "other kinds of numbers": {
-        "gravity": lambda q: two_link.gravity(q).astype(object),
-        "bias": lambda q, v: two_link.bias(q, v) + 0j,
-        "mass_matrix": lambda q: np.ma.array(two_link.mass_matrix(q)),
-    },
     "names of the user's own": {
         "mass_matrix": lambda theta: two_link.mass_matrix(theta),
         "bias": lambda theta, omega: two_link.bias(theta, omega),
@@ -272,20 +230,20 @@ def test_right_parts_in_any_form_are_never_blamed(two, form):
 
 def position(x: np.ndarray, bend: float) -> np.ndarray:
     """The joints' q of other coordinates, on a curve unless bend is 0."""
-    return np.array([x[0] + 0.5 * x[1] + bend * np.sin(x[1]), 2.0 * x[1]])
+    first = x[0] + 0.5 * x[1] + bend * (x[0] ** 3 / 1.5 + np.sin(x[1]))
+    return np.array([first, 2.0 * x[1] + bend * np.sin(x[0])])
 
 
 def slopes(x: np.ndarray, v: np.ndarray, bend: float) -> tuple[np.ndarray, np.ndarray]:
     """J of q' = J v, and its own rate."""
-    rate = -bend * np.sin(x[1]) * v[1]
-    first = 0.5 + bend * np.cos(x[1])
-    return np.array([[1.0, first], [0.0, 2.0]]), np.array([[0.0, rate], [0.0, 0.0]])
+    first = [1.0 + 2.0 * bend * x[0] ** 2, 0.5 + bend * np.cos(x[1])]
+    rates = [4.0 * bend * x[0] * v[0], -bend * np.sin(x[1]) * v[1]]
+    J = np.array([first, [bend * np.cos(x[0]), 2.0]])
+    return J, np.array([rates, [-bend * np.sin(x[0]) * v[0], 0.0]])
 
 
-@pytest.mark.parametrize("form", ["by coriolis", "inverse dynamics", "acceleration", "everything"])
-@pytest.mark.parametrize("bend", [0.0, 0.3])
-def test_right_parts_in_other_coordinates_are_never_blamed(two, form, bend):
-    """Of q(x): J' M J, J' (h + M J. v) and so on, with C also J' (C J + M J.)."""
+def carried(bend: float) -> dict[str, Callable[..., np.ndarray]]:
+    """The parts in coordinates of q(x): J' M J, J' (h + M J. v) and so on, C J' (C J + M J.)."""
 
     def at(x, v=(0.0, 0.0)):
         J, J_dot = slopes(x, v, bend)
@@ -317,19 +275,38 @@ def test_right_parts_in_other_coordinates_are_never_blamed(two, form, bend):
         rest = at(x)[2].T @ torque - bias(x, v) - gravity(x)
         return np.linalg.solve(mass_matrix(x), rest)
 
-    made = {each.__name__: each for each in (mass_matrix, bias, coriolis, gravity, force)}
-    made |= {each.__name__: each for each in (inverse_dynamics, acceleration)}
-    frame = Coordinates(function=partial(position, bend=bend))
-    frame = frame if bend else Coordinates(matrix=[[1.0, 0.5], [0.0, 2.0]])
-    own = Equations(**{part: made[part] for part in FORMS[form]}, coordinates=frame)
+    parts = mass_matrix, bias, coriolis, gravity, force, inverse_dynamics, acceleration
+    return {each.__name__: each for each in parts}
+
+
+BEND = 0.3
+CURVED = Coordinates(function=partial(position, bend=BEND))
+A, B = sp.symbols("a b")
+SYMBOLIC = [A + B / 2 + BEND * (A**3 / 1.5 + sp.sin(B)), 2 * B + BEND * sp.sin(A)]
+FRAMES = {
+    "a matrix": (0.0, Coordinates(matrix=[[1.0, 0.5], [0.0, 2.0]])),
+    "a function": (BEND, CURVED),
+    "sympy": (BEND, Coordinates(function=sp.Matrix(SYMBOLIC), symbols=(A, B))),
+}
+
+
+@pytest.mark.parametrize("form", ["by coriolis", "inverse dynamics", "acceleration", "everything"])
+@pytest.mark.parametrize("by", FRAMES)
+def test_right_parts_in_other_coordinates_are_never_blamed(two, form, by):
+    bend, frame = FRAMES[by]
+    parts = carried(bend)
+    own = Equations(**{part: parts[part] for part in FORMS[form]}, coordinates=frame)
     trial = run_robot_trial(own, two)
     assert trial.exit_code == 0, [finding.id for finding in trial.agreement.disagreeing]
     assert set(trial.relative_errors) >= set(FORMS[form]) - {"coriolis"}
 
 
-def test_casadi_functions_are_never_blamed(two):
-    own = Equations(mass_matrix=by_casadi("mass_matrix"), bias=by_casadi("bias"))
-    assert run_robot_trial(own, two).exit_code == 0
+def test_a_wrong_bias_of_curved_coordinates_is_reported(two):
+    mass, bias = (carried(BEND)[part] for part in ("mass_matrix", "bias"))
+    own = Equations(mass, lambda x, v: -bias(x, v), coordinates=CURVED)
+    assert "bias[j1]" in {entry.name for entry in run_robot_trial(own, two).diagnosis.entries}
+    with pytest.raises(InputError, match="bias: needs mass_matrix beside it"):
+        run_robot_trial(Equations(bias=bias, coordinates=CURVED), two)
 
 
 def test_what_inverse_dynamics_leaves_out_is_said(two):
@@ -341,7 +318,7 @@ def test_what_inverse_dynamics_leaves_out_is_said(two):
 @pytest.mark.parametrize("level", ["links", "armature", "coupled"])
 def test_one_large_error_leaves_right_entries_alone(level):
     own = load_robot("sliding")
-    right = equations(own, level)
+    right = robot_equations(own, level)
     wrong = replace(right, gravity=lambda q: right.gravity(q) + np.array([0, 1e4, 0]))
     found = run_robot_trial(wrong, own).diagnosis
     assert [entry.name for entry in found.entries] == ["gravity[slide]"]

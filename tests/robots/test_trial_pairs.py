@@ -7,14 +7,12 @@ import numpy as np
 import pytest
 
 from benchmarks.bench_robot_time import try_wrong
-from crosscheck.analytic.robot.model import AnalyticRobot
 from crosscheck.models.robot.file import load_robot
 from crosscheck.models.robot.robot import Placement, Robot
 from crosscheck.trial.changes.numbers import put_value
 from crosscheck.trial.changes.pairs import rank_pairs
-from crosscheck.trial.input.equations import Equations
 from crosscheck.trial.result import Trial
-from tests.robots.trials import run_robot_trial
+from tests.robots.trials import robot_equations, run_robot_trial
 
 PUMA, SIX = load_robot("puma560"), load_robot("six-joint")
 
@@ -60,13 +58,9 @@ BOTH: dict[str, tuple[Robot, Callable[[Robot], Robot], tuple[str, str]]] = {
 
 def try_robot(wrong: Robot, robot: Robot, *, in_gravity_alone: bool = False) -> Trial:
     """The trial of the equations of another robot, or of its gravity beside what is right."""
-    model = AnalyticRobot(wrong, "coupled")
-    moving = AnalyticRobot(robot, "coupled") if in_gravity_alone else model
-    own = Equations(
-        mass_matrix=lambda q: moving.mass_matrix(q[None])[0],
-        bias=lambda q, v: moving.bias(q[None], v[None])[0],
-        gravity=lambda q: model.gravity(q[None])[0],
-    )
+    own = robot_equations(wrong)
+    if in_gravity_alone:
+        own = replace(robot_equations(robot), gravity=own.gravity)
     return run_robot_trial(own, robot)
 
 

@@ -1,11 +1,10 @@
 """Rows and columns that are right, by which a slip of Newton and Euler's two ways is found."""
 
 import numpy as np
-import pytest
 
 from crosscheck.models.robot.robot import Robot
 from crosscheck.trial.input.equations import Equations
-from tests.robots import chains, two_link
+from tests.robots import chains
 from tests.robots.trials import run_robot_trial
 
 NAMES = "a", "b", "c", "d"
@@ -103,18 +102,3 @@ def test_a_slip_on_the_way_out_leaves_the_last_columns_right():
     (first,) = (each for each in notes("out") if "symmetric" in each)
     assert "its columns 3 and 4 are right, columns 1 and 2 wrong" in first
     assert first.endswith("accelerations go wrong on their way out, from b to c")
-
-
-@pytest.mark.parametrize(
-    ("half", "is_triangle"), [(np.triu, True), (np.tril, True), (np.diag, False)]
-)
-def test_a_triangle_is_asked_for_only_where_the_other_one_is_right(half, is_triangle):
-    def fill(q):
-        return (
-            half(half(np.array(two_link.mass_matrix(q))))
-            if half is np.diag
-            else half(np.array(two_link.mass_matrix(q)))
-        )
-
-    trial = run_robot_trial(two_link.right(mass_matrix=fill), two_link.robot())
-    assert any("triangles alone" in each for each in trial.diagnosis.notes) == is_triangle

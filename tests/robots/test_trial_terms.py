@@ -7,14 +7,11 @@ import numpy as np
 import pytest
 
 from crosscheck.analytic.robot.model import AnalyticRobot
-from crosscheck.checks.robot_states import sample_states
 from crosscheck.models.robot.robot import Robot
 from crosscheck.trial.input.equations import Equations
 from crosscheck.trial.result import TrialDiagnosis
-from crosscheck.trial.robots.rates import sample_bias_terms
-from tests.loops import require_items
 from tests.robots.test_trial_links import tree
-from tests.robots.trials import run_robot_trial
+from tests.robots.trials import robot_equations, run_robot_trial
 
 STEP = 1e-5
 ROBOT = tree("trunk")
@@ -22,36 +19,13 @@ MODEL = AnalyticRobot(ROBOT, "links")
 Vector = np.ndarray
 
 
-def mass(q: Vector) -> Vector:
-    return MODEL.mass_matrix(q[None])[0]
-
-
-def bias(q: Vector, v: Vector) -> Vector:
-    return MODEL.bias(q[None], v[None])[0]
-
-
-def gravity(q: Vector) -> Vector:
-    return MODEL.gravity(q[None])[0]
+RIGHT = robot_equations(ROBOT, "links")
+mass, bias, gravity = RIGHT.mass_matrix, RIGHT.bias, RIGHT.gravity
 
 
 def change_of_mass(q: Vector, v: Vector) -> Vector:
     """M' v, by differences."""
     return (mass(q + STEP * v) - mass(q - STEP * v)) @ v / (2 * STEP)
-
-
-def test_terms_of_any_bias_come_back():
-    """What stands alone, with a rate and with two, each pair of rates once."""
-    draw, states = np.random.default_rng(2), sample_states(ROBOT, 3, 0)
-    n = states.q.shape[1]
-    rest, linear = draw.normal(size=n), draw.normal(size=(n, n))
-    products = np.array([np.triu(each) for each in draw.normal(size=(n, n, n))])
-    found = sample_bias_terms(
-        lambda q, v: rest + v @ linear.T + np.array([x @ products @ x for x in v]), states
-    )
-    for terms, right in require_items(
-        zip(vars(found).values(), (rest, linear, products), strict=True)
-    ):
-        assert terms == pytest.approx(np.broadcast_to(right, terms.shape), abs=1e-12)
 
 
 def of_links(robot: Robot, numbers: tuple[int, ...]) -> AnalyticRobot:
@@ -80,8 +54,7 @@ def without_own_columns(q: Vector) -> Vector:
 
 
 def diagnosis(**parts: Callable) -> TrialDiagnosis:
-    right = {"mass_matrix": mass, "bias": bias, "gravity": gravity}
-    return run_robot_trial(Equations(**(right | parts)), ROBOT).diagnosis
+    return run_robot_trial(replace(RIGHT, **parts), ROBOT).diagnosis
 
 
 @pytest.mark.parametrize(

@@ -65,6 +65,9 @@ FORCES: dict[str, Callable[..., Any]] = {
     "sympy": lambda t, x, v, torque: sp.Matrix([sp.Float(f) for f in t * x + 10 * v + torque]),
     "fractions": lambda t, x, v, torque: [Fraction(f) for f in t * x + 10 * v + torque],
     "real complex": lambda t, x, v, torque: t * x + 10 * v + torque + 0j,
+    "matrix": lambda t, x, v, torque: np.matrix(t * x + 10 * v + torque),
+    "objects": lambda t, x, v, torque: (t * x + 10 * v + torque).astype(object),
+    "masked nowhere": lambda t, x, v, torque: np.ma.array(t * x + 10 * v + torque),
     "casadi matrix": lambda t, x, v, torque: ca.DM(t * x + 10 * v + torque),
 }
 

@@ -14,6 +14,7 @@ from crosscheck.testing import assert_agrees
 from crosscheck.trial.changes.arms import dependence
 from crosscheck.trial.changes.arms.arm_numbers import find_negligible_inertias
 from crosscheck.trial.input.equations import Coordinates, Equations
+from tests import mixed_arms
 from tests.trial.test_trial import trial_of
 
 G = 9.81
@@ -26,16 +27,14 @@ POINTS = (1.3, 0.5, 0.5, 0.0), (0.9, 0.4, 0.4, 0.0)
 def arm_of(*bodies: Body, payload: float = 0.0) -> Arm:
     """A direct arm that hangs along x."""
     fields = ("mass_kg", "length_m", "com_m", "inertia_kg_m2")
-    joint = {"kind": "direct", "motor_mass_kg": 0.0, "rotor_inertia_kg_m2": 0.0}
-    content = {
-        "schema_version": 2,
-        "name": "hanging",
-        "payload_mass_kg": payload,
-        "gravity_m_per_s2": [G, 0.0],
-        "joints": [joint] * len(bodies),
-        "links": [dict(zip(fields, body, strict=True)) for body in bodies],
-    }
-    return Arm.model_validate(content)
+    motor = mixed_arms.direct(motor_mass_kg=0.0, rotor_inertia_kg_m2=0.0)
+    return mixed_arms.arm_of(
+        *[motor] * len(bodies),
+        links=[dict(zip(fields, body, strict=True)) for body in bodies],
+        payload_kg=payload,
+        gravity=(G, 0.0),
+        name="hanging",
+    )
 
 
 def bodies_of(arm: Arm) -> list[Body]:

@@ -36,6 +36,7 @@ from crosscheck.trial.input.equations import Coordinates, Equations
 from crosscheck.trial.judge.checks import find_idle_motors, judge_answers
 from crosscheck.trial.request import TrialRequest
 from tests.loops import require_items
+from tests.mixed_arms import arm_of, direct
 from tests.trial.test_trial import equations_of, in_frame
 
 COUNT = 12
@@ -48,18 +49,12 @@ RUN = load_scenario("pd").model_copy(update={"duration_s": 2e-5, "step_s": 1e-6}
 
 def two_link() -> Arm:
     """A rigid arm of unlike numbers, with weight."""
-    joint = {"kind": "direct", "motor_mass_kg": 0.4, "rotor_inertia_kg_m2": 0.02}
-    lengths = {"length_m": 0.5, "com_m": 0.23}, {"length_m": 0.4, "com_m": 0.17}
-    masses = {"mass_kg": 1.3, "inertia_kg_m2": 0.03}, {"mass_kg": 0.9, "inertia_kg_m2": 0.012}
-    content = {
-        "schema_version": 2,
-        "name": "two-link",
-        "payload_mass_kg": 0.3,
-        "gravity_m_per_s2": [9.81, 0.0],
-        "joints": [joint, {**joint, "motor_mass_kg": 0.2}],
-        "links": [{**lengths[0], **masses[0]}, {**lengths[1], **masses[1]}],
-    }
-    return Arm.model_validate(content)
+    motors = (direct(motor_mass_kg=mass, rotor_inertia_kg_m2=0.02) for mass in (0.4, 0.2))
+    links = (
+        {"length_m": 0.5, "com_m": 0.23, "mass_kg": 1.3, "inertia_kg_m2": 0.03},
+        {"length_m": 0.4, "com_m": 0.17, "mass_kg": 0.9, "inertia_kg_m2": 0.012},
+    )
+    return arm_of(*motors, links=links, payload_kg=0.3, gravity=(9.81, 0.0), name="two-link")
 
 
 Findings = dict[tuple[str, str, str], Finding]

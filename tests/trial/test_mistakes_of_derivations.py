@@ -1,6 +1,5 @@
 """Mistakes of a derivation are named by what they change, against a derivation of the tests."""
 
-from collections.abc import Callable
 from types import SimpleNamespace
 from typing import Any, NamedTuple
 
@@ -38,7 +37,6 @@ class Point(NamedTuple):
         return np.array([-self.levers * np.sin(a), self.levers * np.cos(a)]) @ self.rates
 
 
-Change = Callable[[list[Point]], list[Point]]
 SUMS = np.tril(np.ones((3, 3)))
 
 

@@ -30,6 +30,12 @@ def judged(equations: Equations, arm: Arm) -> Trial:
     return run_trial(TrialRequest("yours", equations, arm, quick=True))
 
 
+def assert_never_blamed(equations: Equations, arm: Arm) -> None:
+    trial = judged(equations, arm)
+    assert [finding.id for finding in trial.agreement.disagreeing] == []
+    assert trial.diagnosis.entries == ()
+
+
 def turned(n: int, seed: int, condition: float) -> np.ndarray:
     """A full matrix (n, n) of this condition."""
     draw = np.random.default_rng(seed).normal(size=(2, n, n))
@@ -47,11 +53,7 @@ def test_in_coordinates_that_hardly_tell_the_links_apart(seed, condition):
     arm = random_arm(seed, most_joints=4)
     matrix = lengths(arm, "lumped") * turned(len(LAYOUTS["lumped"](arm)), seed, condition)
     own = in_coordinates("pinocchio:gears", Coordinates("lumped", matrix=matrix), arm)
-    trial = judged(own, arm)
-    assert ([finding.id for finding in trial.agreement.disagreeing], trial.diagnosis.entries) == (
-        [],
-        (),
-    )
+    assert_never_blamed(own, arm)
 
 
 @pytest.mark.parametrize("model", ["analytic:coupled", "pinocchio:links"])
@@ -60,21 +62,13 @@ def test_in_units_of_a_millionth_and_of_a_million(model):
     arm = load_arm("three-unlike")
     units = np.tril(turned(3, 1, 2.0)) + 2 * np.eye(3)
     coordinates = Coordinates(matrix=units * np.array([1e6, 1e-6, 1.0]))
-    trial = judged(in_coordinates(model, coordinates, arm), arm)
-    assert ([finding.id for finding in trial.agreement.disagreeing], trial.diagnosis.entries) == (
-        [],
-        (),
-    )
+    assert_never_blamed(in_coordinates(model, coordinates, arm), arm)
 
 
 def test_where_a_function_bends_gear_angles(labelled):
     bends = lengths(labelled, "lumped")[:, 0]
     coordinates = Coordinates("lumped", function=lambda x: bends * (x + 0.5 * np.sin(x)))
-    trial = judged(in_coordinates("pinocchio:gears", coordinates, labelled), labelled)
-    assert ([finding.id for finding in trial.agreement.disagreeing], trial.diagnosis.entries) == (
-        [],
-        (),
-    )
+    assert_never_blamed(in_coordinates("pinocchio:gears", coordinates, labelled), labelled)
 
 
 def by_actuator(x: np.ndarray) -> np.ndarray:
@@ -86,11 +80,7 @@ def by_actuator(x: np.ndarray) -> np.ndarray:
 def test_where_a_function_reaches_half_of_all_poses(labelled):
     """And an error is seen there as well."""
     own = in_coordinates("pinocchio:links", Coordinates(function=by_actuator), labelled)
-    trial = judged(own, labelled)
-    assert ([finding.id for finding in trial.agreement.disagreeing], trial.diagnosis.entries) == (
-        [],
-        (),
-    )
+    assert_never_blamed(own, labelled)
     wrong_equations = replace(own, bias=lambda x, v: (1 + 1e-8) * own.bias(x, v))
     assert judged(wrong_equations, labelled).exit_code == 1
 

@@ -22,8 +22,7 @@ from crosscheck.trial.request import TrialRequest
 from crosscheck.trial.result import DIGITS, Trial
 from crosscheck.trial.trial import run_trial
 from tests.arms import random_arm
-from tests.robots.test_trial import equations as equations_of_robot
-from tests.robots.trials import run_robot_trial
+from tests.robots.trials import robot_equations, run_robot_trial
 
 LEVELS = ("links", "carriers", "armature", "coupled")
 
@@ -237,7 +236,7 @@ def test_the_rounding_of_single_precision_is_no_error_of_equations(
         trial = trial_of(lambda arm: shorten_answers(two_links(arm), factor), labelled)
     else:
         robot = load_robot("sliding")
-        trial = run_robot_trial(shorten_answers(equations_of_robot(robot), factor), robot)
+        trial = run_robot_trial(shorten_answers(robot_equations(robot), factor), robot)
     assert trial.exit_code == 1
     assert ("wrong" in trial.headline) == (not is_rounding)
     assert any("float32" in each for each in trial.causes) == is_rounding

@@ -26,8 +26,6 @@ from crosscheck.trial.judge.entries import (
     find_wrong_entries,
     format_entry,
     list_entries,
-    power_of_ten,
-    unit_ratio,
 )
 
 # Coordinates of which the second is the sum of both joints' angles, and one that is half of them.
@@ -242,16 +240,6 @@ def test_explained_errors_come_first_then_notes_then_all_others():
         EntryMismatch(EntryPlace("bias", 2), 1.0, why, name="c", guess="known"),
     ]
     assert [*describe_entries(entries)] == ["c: known", "b: a note", "a: unknown"]
-
-
-def test_the_ratio_of_units_is_that_of_most_rows():
-    right = np.array([[1.0, 2.0, 4.0], [3.0, -2.0, 0.0], [2.0, 2.0, 8.0]])
-    assert unit_ratio(1e3 * right * [1, 1, 50], right) == pytest.approx(1e3)
-    assert unit_ratio(1e3 * right * [1, 50, 0], right) == pytest.approx(1e3)
-    assert unit_ratio(np.zeros((3, 2)), np.ones((3, 2))) == 1.0
-    mass = np.array([np.diag([2.0, 4.0]) + 9.0 * np.eye(2)[::-1]])
-    assert unit_ratio(mass, np.array([np.eye(2)])) == pytest.approx(2.0)
-    assert [power_of_ten(ratio) for ratio in (990.0, 0.0012, 2.0)] == [1e3, 1e-3, 1.0]
 
 
 def test_a_wave_of_a_robot_is_of_its_angles_and_one_displacement(monkeypatch):

@@ -124,7 +124,6 @@ def _list_estimate(each: TermEstimate, owners: tuple[str, ...] = ()) -> Iterator
     yield Fact(each.systematic / each.error, "of its error", (each.term.name,), digits=0)
 
 
-INTERVALS = ("± (95 %)", "half_of_95_percent_interval")
 PHRASES = {
     "is {} (?=kg|N|m)": "estimate",
     "the file says {}": "in the file",

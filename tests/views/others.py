@@ -150,7 +150,6 @@ WORDING = {
     r"^joint \d|Eqs?\. \d+(?:(?:,| and) \d+)?": "names",
     r"run of 0\.3 s|under 100 N m": "the experiments",
 }
-ERRATA = {"terminal": print_errata, "JSON": format_errata, "page": render_errata}
 VIEWS = {
     "terminal of a study": View(make_result, print_result, list_result, phrases=SWEEP),
     "terminal of changes": View(

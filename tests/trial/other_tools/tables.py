@@ -11,7 +11,8 @@ from crosscheck.trial.coordinates.build import build_frame
 from crosscheck.trial.input.calls import TAKES
 from crosscheck.trial.input.equations import Equations
 from crosscheck.trial.input.supplied import SuppliedEquations, bind_equations
-from crosscheck.trial.tables.answers import next_row
+from crosscheck.trial.result import Trial
+from crosscheck.trial.tables.answers import build_table_equations, next_row, read_trial_answers
 from crosscheck.trial.tables.state_requests import (
     PARTS,
     StateRequest,
@@ -20,6 +21,7 @@ from crosscheck.trial.tables.state_requests import (
     collect_inverse_requests,
     collect_state_request,
 )
+from crosscheck.trial.trial import run_trial
 
 STANDS_FOR = {"coriolis": "bias"}  # what is answered where C was supplied
 
@@ -65,6 +67,12 @@ def write_csv(file: Path, sheets: Iterable[tuple[StateRequest, dict[str, np.ndar
                 cells = ["" if np.isnan(value) else repr(float(value)) for value in flat[row]]
                 writer.writerow([asked.first + int(row), *cells])
     return file
+
+
+def judge_table(table: TableTrial, *files: Path) -> Trial:
+    """The trial of the answers in files."""
+    equations = build_table_equations(read_trial_answers(table, files))
+    return run_trial(table.make_request("yours", equations))
 
 
 def sheets_of(

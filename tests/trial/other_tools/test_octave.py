@@ -15,10 +15,10 @@ from crosscheck.trial.arms import subject as trial_module
 from crosscheck.trial.input.equations import Coordinates
 from crosscheck.trial.input.loading import load_equations
 from crosscheck.trial.result import Trial
-from crosscheck.trial.tables.answers import build_table_equations, read_trial_answers
 from crosscheck.trial.tables.folder import encode_mat_file, render_request_files
 from crosscheck.trial.tables.state_requests import TableTrial, collect_state_request
 from crosscheck.trial.trial import run_trial
+from tests.trial.other_tools.tables import judge_table
 
 HERE, EXAMPLES = Path(__file__).parent, Path(__file__).parents[3] / "examples"
 OCTAVE = shutil.which("octave-cli")
@@ -117,11 +117,7 @@ def test_octave_gets_the_answers_that_python_gets(error, tmp_path, monkeypatch):
     planted = ERRORS[error]
     table = TableTrial(rubbing(), planted.coordinates, quick=True)
     file = answered_by_octave(planted, table, tmp_path)
-    found = said(
-        run_trial(
-            table.make_request("yours", build_table_equations(read_trial_answers(table, [file])))
-        )
-    )
+    found = said(judge_table(table, file))
     assert found == said(by_python(planted, table, tmp_path))
     assert bool(found) == (error != "none")
 
@@ -131,8 +127,7 @@ def test_recorded_answers_of_octave_are_judged_as_those_of_python(tmp_path, monk
     """What the test above made of ``FORCE_ALONE``, for machines without Octave."""
     monkeypatch.setattr(trial_module, "QUICK_STATES", 1)
     table = TableTrial(rubbing(), ABSOLUTE, quick=True)
-    equations = build_table_equations(read_trial_answers(table, [HERE / "octave" / "answers.mat"]))
-    found = said(run_trial(table.make_request("yours", equations)))
+    found = said(judge_table(table, HERE / "octave" / "answers.mat"))
     assert found == said(by_python(FORCE_ALONE, table, tmp_path))
     assert [entry for entry, _ in found] == ["force[phi_1]"]
 

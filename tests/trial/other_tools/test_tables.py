@@ -23,12 +23,11 @@ from crosscheck.trial.input.equations import Coordinates, Equations
 from crosscheck.trial.input.loading import build_equations, load_equations
 from crosscheck.trial.result import Trial
 from crosscheck.trial.tables import state_requests
-from crosscheck.trial.tables.answers import build_table_equations, read_trial_answers
 from crosscheck.trial.trial import run_trial
 from tests.loops import require_items
 from tests.processes import Command
 from tests.tool.supplied import TWO_LINK
-from tests.trial.other_tools.tables import answers, bound, sheets_of, write_csv
+from tests.trial.other_tools.tables import answers, bound, judge_table, sheets_of, write_csv
 from tests.trial.test_dependence import UNLIKE, arm_of
 from tests.trial.test_gravity import SecondForgotten, TwoLinks, WithForce
 
@@ -71,9 +70,7 @@ def test_judged_as_the_functions_are(example, tmp_path):
     own = replace(own, symbolic=None) if rigid else replace(own, rebuild=None, any_arm=False)
     table = state_requests.TableTrial(arm, own.coordinates, own.level, quick=True)
     file = write_csv(tmp_path / "answers.csv", sheets_of(table, own, own.any_arm))
-    by_table = run_trial(
-        table.make_request("yours", build_table_equations(read_trial_answers(table, [file])))
-    )
+    by_table = judge_table(table, file)
     assert (by_table.exit_code, by_table.diagnosis.entries) == (0, ())
     if rigid:
         assert told(by_table) == told(run_trial(table.make_request("yours", own)))
@@ -105,16 +102,7 @@ def test_errors_are_reported_in_the_words_that_functions_get(error, tmp_path):
     answers = write_csv(tmp_path / "answers.csv", sheets_of(table, own, True))
     direct = told(run_trial(table.make_request("yours", own)))
     assert direct["wrong"]
-    assert (
-        told(
-            run_trial(
-                table.make_request(
-                    "yours", build_table_equations(read_trial_answers(table, [answers]))
-                )
-            )
-        )
-        == direct
-    )
+    assert told(judge_table(table, answers)) == direct
 
 
 @pytest.mark.usefixtures("asked_once")
@@ -131,9 +119,7 @@ def test_acceleration_beside_the_rest_is_judged_in_both_rounds(tmp_path):
     own = replace(both(arm, None), rebuild=both, any_arm=True)
     table = state_requests.TableTrial(arm, quick=True)
     answers = write_csv(tmp_path / "answers.csv", sheets_of(table, own, True))
-    trial = run_trial(
-        table.make_request("yours", build_table_equations(read_trial_answers(table, [answers])))
-    )
+    trial = judge_table(table, answers)
     assert trial.exit_code == 0
     assert "also on 2 other arms" in trial.scope[0]
     assert "not judged" not in repr(trial)
@@ -195,9 +181,7 @@ def tried_changed(change: Callable[..., dict[str, np.ndarray]], file: Path) -> T
     sheet = state_requests.collect_state_request(table)
     values = change(answers(bound(own, arm), sheet, everywhere=True))
     write_csv(file, [(sheet, values)])
-    return run_trial(
-        table.make_request("yours", build_table_equations(read_trial_answers(table, [file])))
-    )
+    return judge_table(table, file)
 
 
 DECLARED = """\
@@ -261,8 +245,7 @@ def test_gravity_is_answered_apart_from_the_force(source, tmp_path):
     own = build_equations(source, arm, None, "yours")
     table = state_requests.TableTrial(arm, quick=True)
     file = write_csv(tmp_path / "answers.csv", sheets_of(table, own, False))
-    equations = build_table_equations(read_trial_answers(table, [file]))
-    by_table = run_trial(table.make_request("yours", equations))
+    by_table = judge_table(table, file)
     assert by_table.exit_code == (source is SecondForgotten)
     wrong = [(each.place.part, each.place.row) for each in by_table.diagnosis.entries]
     assert wrong == [("gravity", 1)] * (source is SecondForgotten)

@@ -1,5 +1,6 @@
 """Which edit of a source a search finds: one of every kind, two together, or none."""
 
+import re
 import sys
 from collections.abc import Sequence
 from pathlib import Path
@@ -95,15 +96,33 @@ def make():
             held[i] = pull[i] - (pull[i + 1] if i < 2 else 0.0)
         return moments[1] * held + np.cross(lever, held) + np.cross(spun, np.cross(spun, lever))
 
-    parts = {"weights": weights, "moment": moment, "spin": spin, "sweep": sweep}
-    return parts | {"lift": lift, "inertia": inertia, "order": order, "push": push}
+    parts = weights, moment, spin, sweep, lift, inertia, order, push
+    return {each.__name__: each for each in parts}
 """
+PARTS = "weights", "moment", "spin", "sweep", "lift", "inertia", "order", "push"
 STATES = ([0.4, -1.1], [-0.7, 0.9], [1.9, 0.3])
 
 
-def make_code(folder: Path, *replaced: tuple[str, str]) -> UserCode:
+def select_parts(*names: str) -> str:
+    """The code with these functions and what they call; a search of all takes four times as long.
+
+    Lines of the file are those of the whole code: what is left out is empty lines.
+    """
+    text, listed = CODE, ", ".join(names)
+    for name in {*PARTS} - {*names}:
+        found = re.search(rf"    def {name}\(.*?(?=    def |    parts =)", text, re.DOTALL)
+        assert found
+        text = text.replace(found[0], "\n" * found[0].count("\n"))
+    return text.replace(", ".join(PARTS), f"{listed},")
+
+
+def find_part(piece: str) -> str:
+    """The function that the first such piece of the code stands in."""
+    return max(PARTS, key=lambda name: CODE.rfind(f"    def {name}(", 0, CODE.index(piece)))
+
+
+def make_code(folder: Path, text: str, *replaced: tuple[str, str]) -> UserCode:
     """The code of a file with pieces of its text replaced."""
-    text = CODE
     for right, wrong in replaced:
         assert right in text
         text = text.replace(right, wrong, 1)
@@ -115,27 +134,28 @@ def make_code(folder: Path, *replaced: tuple[str, str]) -> UserCode:
     return code
 
 
-def make_answer_key(states: Sequence[Sequence[float]] = STATES) -> AnswerKey:
-    """What the code as it is answers at states, which take a mechanism's place."""
+def make_answer_key(text: str, states: Sequence[Sequence[float]] = STATES) -> AnswerKey:
+    """What right code answers at states, which take a mechanism's place."""
     names: dict = {}
-    exec(CODE, names)
+    exec(text, names)
 
     def bind(source):
         functions = source()
         return lambda part, state: np.asarray(functions[part](list(states[state])))
 
     answer = bind(names["make"])
-    right = {
-        part: np.array([answer(part, k) for k in range(3)])
-        for part in ("weights", "moment", "spin", "sweep", "lift", "inertia", "order", "push")
-    }
+    right = {part: np.array([answer(part, k) for k in range(3)]) for part in names["make"]()}
     allowed = dict.fromkeys(right, np.array(1e-9))
     return AnswerKey(bind, {"": LevelAnswers(right, allowed)}, ("x", "y", "z"))
 
 
-def find_answer(folder: Path, *replaced: tuple[str, str]) -> SourceAnswer | None:
-    code = make_code(folder, *replaced)
-    return find_source_answer(code, lambda: [make_answer_key()], ignore_progress)
+def find_answer(
+    folder: Path, *replaced: tuple[str, str], beside: Sequence[str] = ("weights",)
+) -> SourceAnswer | None:
+    """The answer to mistakes in the functions that they stand in, beside right ones."""
+    text = select_parts(*dict.fromkeys([*beside, *(find_part(right) for right, _ in replaced)]))
+    code = make_code(folder, text, *replaced)
+    return find_source_answer(code, lambda: [make_answer_key(text)], ignore_progress)
 
 
 @pytest.mark.parametrize(
@@ -199,7 +219,9 @@ def find_answer(folder: Path, *replaced: tuple[str, str]) -> SourceAnswer | None
     ],
 )
 def test_an_edit_of_every_kind_is_found(tmp_path, right, wrong, rank):
-    answer = find_answer(tmp_path, (right, wrong))
+    # What is missing is written as a like term of another function is.
+    beside = ("weights", "moment") if rank == 5 else ("weights",)
+    answer = find_answer(tmp_path, (right, wrong), beside=beside)
     if not rank:  # the text differs, the values do not
         assert answer is None
         return
@@ -262,7 +284,7 @@ def test_a_statement_at_a_wrong_place_is_moved(tmp_path, right, wrong, remedy):
     assert edit.remedy == remedy
     text = (tmp_path / "mine.py").read_text(encoding="utf-8")
     assert text.count(edit.removed) == 1
-    assert text.replace(edit.removed, edit.added) == CODE
+    assert text.replace(edit.removed, edit.added) == select_parts("weights", find_part(right))
 
 
 def test_a_quick_cross_product_has_the_bits_of_a_slow_one():
@@ -358,17 +380,20 @@ def make():
 
 def test_progress_is_reported(tmp_path):
     updates = []
-    code = make_code(tmp_path, ("- 2 * c1", "+ 2 * c1"))
-    find_source_answer(code, lambda: [make_answer_key()], updates.append)
+    text = select_parts("weights")
+    code = make_code(tmp_path, text, ("- 2 * c1", "+ 2 * c1"))
+    find_source_answer(code, lambda: [make_answer_key(text)], updates.append)
     assert updates == ["looking for the line that must change"]
 
 
 def test_of_edits_of_one_statement_that_say_the_same_the_likeliest_is_the_answer(tmp_path):
     """Judged on one mechanism each is an alternative; on unequal numbers they are one answer."""
-    code = make_code(tmp_path, ("R.T @ w", "R @ w"))
+    text = select_parts("weights", "moment")
+    code = make_code(tmp_path, text, ("R.T @ w", "R @ w"))
+    key, turned = make_answer_key(text), make_answer_key(text, STATES[::-1])
     here, unequal = (
         find_source_answer(code, lambda keys=keys: keys, ignore_progress)
-        for keys in ([make_answer_key()], [make_answer_key(), make_answer_key(STATES[::-1])])
+        for keys in ([key], [key, turned])
     )
     assert here is not None
     assert unequal is not None
