@@ -4,7 +4,6 @@ import json
 import os
 import subprocess
 from pathlib import Path
-from typing import Any
 from xml.etree import ElementTree
 
 import pytest
@@ -29,11 +28,8 @@ def test_accept_then_check(command, result):
     again = command(*CHECK, "--junit", "out/check.xml", result=result)
     assert (again.code, "recorded results changed" in again.out) == (0, True)
     assert Path("out/check.xml").is_file()
-
-    def change(data: dict[str, Any]) -> None:
-        data["runs"][str(short.ANALYTIC)]["extremes"]["F_sp"]["rows"][0][3] += 1.0
-
-    short.edited(RECORD, change)
+    place = "runs", str(short.ANALYTIC), "extremes", "F_sp", "rows", 0, 3
+    short.edited(RECORD, short.put(lambda force: force + 1.0, *place))
     moved = command(*CHECK, result=result)
     assert (moved.code, "1 of" in moved.out) == (1, True)
 
