@@ -1,5 +1,8 @@
 """Records made of a rigid level: a stated motion, the torques that it needs, and white noise."""
 
+from collections.abc import Mapping
+from pathlib import Path
+
 import numpy as np
 
 from crosscheck.identification.compare import RecordComparison, compare
@@ -59,6 +62,24 @@ def record_of(
     return Record(
         "a record", time, angles, torques + noise * TORQUE_NOISE * rng.normal(size=angles.shape)
     )
+
+
+def write_table(path: Path, columns: Mapping[str, np.ndarray]) -> Path:
+    """Write a CSV file of columns, all digits of theirs."""
+    table = np.column_stack([*columns.values()])
+    head = ",".join(columns)
+    np.savetxt(path, table, delimiter=",", header=head, comments="", fmt="%.17g")
+    return path
+
+
+def name_columns(record: Record) -> dict[str, np.ndarray]:
+    """A record's columns, named as commands want them."""
+    assert record.motor_torque is not None
+    named = (("theta_{}_rad", record.position), ("torque_{}_N_m", record.motor_torque))
+    joints = [
+        (name.format(n), column) for name, signal in named for n, column in enumerate(signal.T, 1)
+    ]
+    return {"t_s": record.time, **dict(joints)}
 
 
 def compared(

@@ -43,6 +43,7 @@ from tests.measured.robots import (
 from tests.measured.second_robot import estimate
 from tests.measured.statements import KINDS, judge
 from tests.robots import chains
+from tests.tool.test_bad_input import assert_one_line
 
 
 @pytest.fixture(scope="module")
@@ -205,10 +206,8 @@ def test_rotors_of_the_robots_file_are_columns_of_their_own_size(robot):
 
 
 def test_armature_of_a_file_is_the_reflected_inertia_of_all_rotors_of_a_joint(robot):
-    samples, pairs = (
-        draw_samples(robot, np.zeros((0, 3))),
-        zip(robot.rotors, (60, -50), strict=False),
-    )
+    samples = draw_samples(robot, np.zeros((0, 3)))
+    pairs = zip(robot.rotors, (60, -50), strict=False)
     geared = [replace(rotor, ratio=ratio) for rotor, ratio in pairs]
     harmed = replace(robot, rotors=(*geared, replace(geared[0], ratio=20)))
     terms = build_columns(harmed, np.zeros((0, 3)), samples).terms
@@ -283,10 +282,7 @@ def test_a_wrong_description_is_one_line(crosscheck, record_folder, tmp_path, ca
     assert old in text
     (tmp_path / file).write_text(text.replace(old, new, 1))
     answer = crosscheck("compare", tmp_path / "record.toml", tmp_path / "robot.urdf")
-    assert answer.code == 2
-    assert len(answer.err.splitlines()) == 1
-    for part in parts:
-        assert part in answer.err
+    assert_one_line(answer, *parts)
 
 
 def test_rows_are_counted_over_all_pieces_of_a_file(tmp_path, monkeypatch):
@@ -413,20 +409,22 @@ def test_no_other_gravity_is_named_where_it_is_right(robot, level):
     assert all(abs(each.value) < 2 * each.half_width for each in gravity)
 
 
-@pytest.mark.parametrize(("degrees", "is_tilted"), [(0.9, False), (1.1, True), (-1.1, True)])
-def test_a_tilt_within_its_interval_is_none(degrees, is_tilted):
-    """The interval of a component across gravity, of one degree of it, is that of the angle."""
-    size, one = 9.81, np.radians(1.0)
-    turned = size * np.array([np.sin(np.radians(degrees)), 0.0, -np.cos(np.radians(degrees))])
-    half_width = np.array([size * np.tan(one), 0.0, 0.0])
-    estimate = GravityEstimate(turned, half_width, np.array([0.0, 0.0, -size]))
-    assert estimate.is_tilted == is_tilted
+ONE_DEGREE = (9.81 * np.tan(np.radians(1.0)), 0.0, 0.0)  # of a component across gravity
 
 
-@pytest.mark.parametrize(("more", "is_tilted"), [(0.098, True), (-0.098, True), (0.099, False)])
-def test_a_tilted_gravity_has_the_files_size_but_for_a_hundredth(more, is_tilted):
-    turned = (9.81 + more) * np.array([np.sin(0.1), 0.0, -np.cos(0.1)])
-    estimate = GravityEstimate(turned, np.full(3, 1e-9), np.array([0.0, 0.0, -9.81]))
+@pytest.mark.parametrize(
+    ("degrees", "more", "half_width", "is_tilted"),
+    [
+        *((0.9, 0.0, ONE_DEGREE, False), (1.1, 0.0, ONE_DEGREE, True)),
+        *((-1.1, 0.0, ONE_DEGREE, True), (6.0, 0.098, (1e-9,) * 3, True)),
+        *((6.0, -0.098, (1e-9,) * 3, True), (6.0, 0.099, (1e-9,) * 3, False)),
+    ],
+)
+def test_a_tilt_is_beyond_its_interval_and_of_the_files_size(degrees, more, half_width, is_tilted):
+    """More than the angle's interval, and less than a hundredth of gravity longer or shorter."""
+    angle = np.radians(degrees)
+    turned = (9.81 + more) * np.array([np.sin(angle), 0.0, -np.cos(angle)])
+    estimate = GravityEstimate(turned, np.array(half_width), np.array([0.0, 0.0, -9.81]))
     assert estimate.is_tilted == is_tilted
 
 
