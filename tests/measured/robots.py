@@ -6,7 +6,20 @@ from dataclasses import replace
 import numpy as np
 import pinocchio as pin
 
-from crosscheck.identification.compare import RecordComparison, SideResult, compare
+from crosscheck.identification.compare import (
+    LINK_KINDS,
+    NOTHING_ELSE,
+    LinkTreatment,
+    RecordComparison,
+    Side,
+    SideResult,
+    _BandSamples,
+    _judge_side,
+    _Problem,
+    _select_torques,
+    compare,
+    remove_friction,
+)
 from crosscheck.identification.mechanism import SpatialRobot
 from crosscheck.models.robot.robot import Level, Robot
 from crosscheck.recordings.record import Record
@@ -107,6 +120,15 @@ def compared(robot: Robot, *records: Record) -> RecordComparison:
     return compare(SpatialRobot(robot), records, np.eye(3), lambda *doing: None)
 
 
-def first_side(robot: Robot, *records: Record) -> SideResult:
-    """The first side that they have, its links identified."""
-    return compared(robot, *records).sides[0]
+def first_problem(robot: Robot, given: Record) -> tuple[Side, LinkTreatment, _Problem]:
+    """What is estimated of the first side that a recording has."""
+    side, treatment, torques = _select_torques([given])[0]
+    own, shared = remove_friction(robot), np.zeros((0, len(robot.coordinate_names)))
+    samples = _BandSamples(own, [given], torques, shared)
+    return side, treatment, _Problem(own, samples, LINK_KINDS[treatment])
+
+
+def first_side(robot: Robot, given: Record) -> SideResult:
+    """What that side says, without all that a comparison asks beside: a fifth of its time."""
+    side, treatment, problem = first_problem(robot, given)
+    return _judge_side(problem, side, treatment, problem.choose_bandwidth(), NOTHING_ELSE)

@@ -170,7 +170,7 @@ def test_the_command_writes_the_motion(crosscheck, robot, tmp_path):
     assert side["suggested_motion"]["condition_number"] < side["condition_number"]
     assert (tmp_path / "excitation.csv").read_text().startswith("t_s,theta_1_rad,")
     command = ("cost", tmp_path / "robot.urdf", "--motion", tmp_path / "excitation.csv")
-    answer = crosscheck(*command, "--ratio", 101, "--rotor-inertia", 1e-4)
+    answer = crosscheck(*command, "--ratio", 101, "--rotor-inertia", 1e-4, "--quick")
     assert answer.code == 0, answer.err
 
 

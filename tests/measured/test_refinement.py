@@ -16,7 +16,7 @@ from tests.loops import require_items
 from tests.measured.records import write_table
 from tests.measured.robots import RATIO, ROTOR, SOLIDS, arm, recording
 from tests.measured.second_refinement import refine_again
-from tests.measured.unknowns import SECONDS, TIMES, ask, estimate_unknowns, refinement
+from tests.measured.unknowns import SECONDS, TIMES, ask, estimate_unknowns, refine_alone
 from tests.robots import chains
 from tests.tool.test_bad_input import assert_one_line
 
@@ -44,7 +44,8 @@ def test_links_known_to_less_than_the_identity_moves_decide(robot, level):
 
 def test_links_that_are_not_as_known_name_no_level(robot):
     heavier = arm(robot.urdf.replace('mass value="5.0"', 'mass value="5.5"'))
-    found = refinement(heavier, recording(robot, "coupled", seconds=SECONDS), Knowledge(0.002))
+    given = recording(robot, "coupled", seconds=SECONDS)
+    found = refine_alone(heavier, given, Knowledge(0.002))[1]
     assert found.is_surprising
     assert found.level is None
     assert not found.is_decided
@@ -63,11 +64,11 @@ def test_a_second_program_refines_the_same(robot, level, knowledge):
     """1e-8 of standard errors or values: slopes in positions differ by their steps, 1e-10."""
     given = recording(robot, level, seconds=SECONDS)
     stated = robot if level == "coupled" else replace(robot, rotors=())
-    side = ask(stated, given, knowledge).sides[0]
-    (fit,) = (each for each in side.refinement.fits if each.level == level)
+    bandwidth, found = refine_alone(stated, given, knowledge)
+    (fit,) = (each for each in found.fits if each.level == level)
     own = {each.term.name: (each.value, each.error) for each in fit.estimates}
     ratios = [RATIO] * 3 if level == "coupled" else None
-    second = refine_again(robot.urdf, given, side.bandwidth, knowledge, ratios)
+    second = refine_again(robot.urdf, given, bandwidth, knowledge, ratios)
     assert set(own) == set(second)
     for name, (value, error) in own.items():
         other, spread = second[name]
@@ -89,7 +90,7 @@ def test_zeros_that_links_make_up_are_not_distinguished(robot):
     """An encoder before all links, or at the last: a body that stands otherwise is the same."""
     given = recording(robot, "armature", seconds=SECONDS)
     given = replace(given, position=given.position - np.array([0.0, 0.03, 0.0]))
-    found = refinement(robot, given, Knowledge(None, frozenset({"zeros"})))
+    found = refine_alone(robot, given, Knowledge(None, frozenset({"zeros"})))[1]
     assert found.best.contained == ("j1", "j3")
     (zero,) = (each for each in found.best.estimates if each.term.kind == "zero")
     assert abs(zero.value - 0.03) < 1.5 * zero.half_width

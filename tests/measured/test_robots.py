@@ -445,7 +445,7 @@ def test_what_a_lag_of_one_drive_makes_of_a_delay_depends_on_the_band(robot, lag
         kept = np.exp(-2 * np.pi * lag_hz * STEP)
         for row in range(1, len(torque)):
             torque[row, 2] = kept * torque[row - 1, 2] + (1 - kept) * torque[row, 2]
-    side = first_side(robot, replace(given, motor_torque=torque))
+    side = compared(robot, replace(given, motor_torque=torque)).sides[0]
     flagged = [each for each in side.estimates if each.doubled is not None]
     assert [each.term.kind for each in flagged] == (["delay"] if lag_hz else [])
     for each in flagged:
