@@ -110,12 +110,6 @@ def when(found: Signals, title: str) -> float:
     return (window.begin_s + window.end_s) / 2
 
 
-def test_windows_are_where_contact_changes(runs):
-    (found,) = collect_signals(REFERENCE, runs)
-    assert when(found, "contact lost") == pytest.approx(0.2, abs=STEP_S)
-    assert when(found, "contact on the other side") == pytest.approx(0.21, abs=STEP_S)
-
-
 def test_of_several_joints_the_window_is_of_the_one_that_loses_contact_first(runs):
     force = runs["pd"][REFERENCE]["F_sp"].values
     force[1500:2000, 1] = 0.0  # of joint 2, half a tenth of a second before joint 1
@@ -150,13 +144,6 @@ def test_the_scheme_shows_every_part_and_lies_in_its_frame(arm):
     for x, y, r in re.findall(r'cx="(\S+)" cy="(\S+)" r="(\S+)"', svg):
         assert float(r) <= float(x) <= width - float(r)
         assert float(r) <= float(y) <= height - float(r)
-
-
-def test_a_circle_of_the_scheme_has_the_gears_proportions():
-    radii = dict(re.findall(r'class="(sun|planet|ring)"[^>]* r="(\S+)"', draw_arm(PAPER)))
-    ratio = float(radii["sun"]) / float(radii["ring"])
-    assert ratio == pytest.approx(27 / 99, abs=0.01)  # Table I; drawn to a tenth of a pixel
-    assert float(radii["planet"]) / float(radii["ring"]) == pytest.approx(36 / 99, abs=0.01)
 
 
 @pytest.mark.parametrize("name", ["puma560", "six-joint"])
@@ -223,8 +210,9 @@ def test_links_of_the_scheme_are_to_scale_and_bend_to_and_fro(name):
     assert 'role="img" aria-label="Joint 1: ' in svg  # for those who cannot see it
 
 
-def test_gears_of_the_scheme_mesh_and_stand_round_their_joints():
-    arm = load_arm("three-unlike")
+@pytest.mark.parametrize("name", ["paper-labelled", "three-unlike"])
+def test_gears_of_the_scheme_mesh_and_stand_round_their_joints(name):
+    arm = load_arm(name)
     svg = draw_arm(arm)
     joints, scale = [start for start, _ in lines_of(svg)], 0.0
     start, end = lines_of(svg)[0]
