@@ -31,13 +31,7 @@ from crosscheck.audit.errata.errata_texts import (
     list_sections,
     load_notes,
 )
-from crosscheck.audit.errata.erratum import (
-    Effect,
-    Erratum,
-    compute_effect,
-    run_model,
-    tex,
-)
+from crosscheck.audit.errata.erratum import Effect, Erratum, compute_effect, run_model, tex
 from crosscheck.audit.measures.stage import paper_stage
 from crosscheck.audit.statics.statics import tip_shift
 from crosscheck.models.errors import InputError

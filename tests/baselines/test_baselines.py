@@ -374,8 +374,7 @@ def test_of_two_checks_with_one_id_the_worse_stands(result, recorded):
 
 
 @pytest.mark.parametrize(
-    ("better", "worse"),
-    list(pairwise(("agree", "unresolved", "unfinished", "differ", "failed"))),
+    ("better", "worse"), list(pairwise(("agree", "unresolved", "unfinished", "differ", "failed")))
 )
 def test_a_verdict_that_says_less_is_no_worse_than_one_that_condemns(better, worse):
     twins = [replace(green(), verdict=verdict) for verdict in (worse, better)]

@@ -1,20 +1,25 @@
 """Short runs and brief plans of the command line."""
 
-from collections.abc import Iterator
+from collections.abc import Iterator, Sequence
 from pathlib import Path
 
 import pytest
 
 from tests.brief import brief
-from tests.processes import Command
+from tests.processes import Answer, Command
 
 
 @pytest.fixture
 def short(crosscheck: Command, tmp_path: Path) -> Command:
     """``short(*arguments)``: simulate 2 ms of constant torque into tmp_path / "run.nc"."""
 
-    def command(*more: object, arm: object = "paper-labelled", model: str = "analytic:physical"):
-        given = [str(argument) for argument in more]
+    def command(
+        *more: object,
+        arm: object = "paper-labelled",
+        model: str = "analytic:physical",
+        settings: Sequence[str] = (),
+    ) -> Answer:
+        given = [*map(str, more), *(word for each in settings for word in ("--set", each))]
         fixed = ["--model", model, "--out", tmp_path / "run.nc"]
         if "--scenario" not in given:
             fixed += ["--scenario", "constant-torque"]

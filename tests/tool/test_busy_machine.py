@@ -84,27 +84,29 @@ def _raising(*given: object) -> None:
     raise ValueError("no such root")
 
 
+STEPS = {  # of a preparation, and what is lost without them
+    "refine_until_resolved": "step",
+    "find_growing_mode": "growth-rate",
+    "compute_sizes": "sizes",
+}
+
+
 @pytest.mark.slow
-@pytest.mark.parametrize("lost", ["refine_until_resolved", "find_growing_mode", "compute_sizes"])
+@pytest.mark.parametrize("lost", STEPS)
 @pytest.mark.parametrize(("work", "why"), [(_never, "TooSlow: stopped"), (_dying, "SIGKILL")])
 def test_a_preparation_that_did_not_come_back_ends_the_command(monkeypatch, lost, work, why):
     monkeypatch.setattr(preparation, lost, work)
     monkeypatch.setattr(cpu_limit, "IDLE_S", 2.0)
     monkeypatch.setattr(cpu_limit, "LEAST_S", 0.01)
     monkeypatch.setattr(cpu_limit, "LOOK_S", 0.1)
-    quantity = {
-        "refine_until_resolved": "step",
-        "find_growing_mode": "growth-rate",
-        "compute_sizes": "sizes",
-    }[lost]
     with Workers(2) as crew, pytest.raises(Unfinished) as error:
         prepare_experiments(CrossCheckRequest(arm_of(1), quick=True), crew)
-    assert f": {quantity} by analytic:physical: " in str(error.value)
+    assert f": {STEPS[lost]} by analytic:physical: " in str(error.value)
     assert why in str(error.value)
 
 
 @pytest.mark.slow
-@pytest.mark.parametrize("lost", ["refine_until_resolved", "find_growing_mode", "compute_sizes"])
+@pytest.mark.parametrize("lost", STEPS)
 @pytest.mark.usefixtures("brief_plan")
 def test_a_preparation_that_fails_is_a_failed_check(monkeypatch, lost):
     monkeypatch.setattr(preparation, lost, _raising)
@@ -128,12 +130,10 @@ def _stopped(task: Evaluation) -> Agreement:
         return make_check(about, measured=0.0, tolerance=0.0, basis="none needed")
 
     other = replace(ABOUT, key=replace(ABOUT.key, quantity="force"))
-    comparisons = [
-        Comparison(ABOUT, (task,), judged),
-        Comparison(
-            other, (), lambda about, _: make_check(about, measured=0, tolerance=0, basis="")
-        ),
-    ]
+    fine = Comparison(
+        other, (), lambda about, _: make_check(about, measured=0, tolerance=0, basis="")
+    )
+    comparisons = [Comparison(ABOUT, (task,), judged), fine]
     results = Results({task.key: Failure("TooSlow", "stopped", unfinished=True)})
     return Agreement([*judge_comparisons(comparisons, results)])
 

@@ -6,9 +6,7 @@ from pathlib import Path
 import pytest
 
 from crosscheck.models import numba_cache
-from crosscheck.models.directories import (
-    prepare_code_folder,
-)
+from crosscheck.models.directories import prepare_code_folder
 from crosscheck.models.numba_cache import njit
 from tests.processes import NOBODY, in_child, reachable
 

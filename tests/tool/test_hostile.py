@@ -50,11 +50,7 @@ COMMANDS: dict[str, tuple[list[str], list[str], list[list[str]]]] = {
     ),
     "view": (["run.nc"], ["view", "run.nc"], [["--out", "?"]]),
     "plot": (["study.nc"], ["plot", "study.nc"], [["--quantity", "?"], ["--out", "a.png"]]),
-    "init": (
-        ["sliding.urdf"],
-        ["init", "new.toml", "--urdf", "sliding.urdf"],
-        [["--joints", "?"]],
-    ),
+    "init": (["sliding.urdf"], ["init", "new.toml", "--urdf", "sliding.urdf"], [["--joints", "?"]]),
     "cost": (ROBOT, ["cost", "sliding.toml", "--quick"], [["--seed", "?"], ["--json", "c.json"]]),
     "cost of a URDF": (ROBOT[1:], ["cost", "sliding.urdf", "--quick"], [["--out", "page"]]),
     "cost of a motion": (

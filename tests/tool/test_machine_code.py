@@ -18,9 +18,7 @@ from crosscheck.analytic.kernel.batch import Batch
 from crosscheck.analytic.kernel.machine import Code, compile_ir, load_machine_code, target_machine
 from crosscheck.analytic.kernel.translate import translate_to_ir
 from crosscheck.analytic.model import PhysicalModel
-from crosscheck.models.directories import (
-    prepare_code_folder,
-)
+from crosscheck.models.directories import prepare_code_folder
 from crosscheck.models.loading import load_case
 from tests.interpreted import addresses
 from tests.obstacles import OBSTACLES

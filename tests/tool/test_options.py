@@ -545,13 +545,7 @@ REFUSING = {
     "trial --after": "trial --ask sliding --out o",
     "init": "init a.toml --urdf bob.urdf",
 }
-VALUES = {
-    "--scenario": "pd",
-    "--after": "r",
-    "--joints": "2",
-    "--direct": "",
-    "--run-code": "",
-}
+VALUES = {"--scenario": "pd", "--after": "r", "--joints": "2", "--direct": "", "--run-code": ""}
 TYPERS_OWN = {"install_completion", "show_completion"}
 
 

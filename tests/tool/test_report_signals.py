@@ -18,12 +18,7 @@ from crosscheck.registry import RIGID_LEVELS, model_names
 from crosscheck.report.plots import figures, scheme
 from crosscheck.report.plots.charts import Charts, Pictures
 from crosscheck.report.plots.scheme import draw_arm, draw_robot
-from crosscheck.report.plots.signals import (
-    RecordStretch,
-    Signals,
-    collect_signals,
-    make_stretch,
-)
+from crosscheck.report.plots.signals import RecordStretch, Signals, collect_signals, make_stretch
 from crosscheck.runner.outcomes import Failure
 from crosscheck.runner.tasks import RunKey
 from tests.arms import PAPER, arm_of
