@@ -17,13 +17,13 @@ from crosscheck.identification.compare import (
     _judge_side,
     _Problem,
     _select_torques,
-    compare,
     remove_friction,
 )
 from crosscheck.identification.mechanism import SpatialRobot
 from crosscheck.models.robot.robot import Level, Robot
 from crosscheck.recordings.record import Record
 from crosscheck.registry import build_robot_model
+from tests.measured import records
 from tests.robots import chains
 
 COULOMB, VISCOUS = np.array([3.0, 2.0, 1.0]), np.array([2.0, 1.0, 0.5])
@@ -115,9 +115,9 @@ def behind(given: Record) -> Record:
     return replace(given, motor_torque=None, joint_torque=given.motor_torque)
 
 
-def compared(robot: Robot, *records: Record) -> RecordComparison:
-    """What they say of the robot, without a word of progress."""
-    return compare(SpatialRobot(robot), records, np.eye(3), lambda *doing: None)
+def compared(robot: Robot, given: Record) -> RecordComparison:
+    """What it says of the robot, of which engines agree."""
+    return records.compared(given, SpatialRobot(robot))
 
 
 def first_problem(robot: Robot, given: Record) -> tuple[Side, LinkTreatment, _Problem]:

@@ -4,13 +4,13 @@ import json
 import re
 import runpy
 import sys
-from collections.abc import Sequence
 from dataclasses import replace
 from pathlib import Path
 from unittest.mock import patch
 
 import jsonschema
 import numpy as np
+import pinocchio as pin
 import pytest
 
 from crosscheck.cli.files.robot_files import export_as_robot
@@ -279,34 +279,61 @@ def test_the_command_of_the_readme_answers_as_the_docs_say(crosscheck, monkeypat
     assert " ".join(text.split()) in " ".join(page.split())
 
 
-def turn(vector: Sequence[float], degrees: float) -> tuple[float, float]:
-    """A vector in the plane, turned."""
-    turned = complex(*vector) * np.exp(1j * np.radians(degrees))
-    return turned.real, turned.imag
+def make_tilted(sort: str, degrees: float) -> tuple[ComparedMechanism, Record, np.ndarray]:
+    """An arm or a robot, its record on a base that is turned, and gravity there."""
+    if sort == "arm":
+        arm = load_arm("three-unlike")
+        gravity = complex(*arm.gravity_m_per_s2) * np.exp(1j * np.radians(degrees))
+        there = gravity.real, gravity.imag
+        tilted = arm.model_copy(update={"gravity_m_per_s2": there})
+        record = record_of(level(tilted, "coupled"), rows=6000)
+        return PlanarArm(arm), record, np.array([*there, 0.0])
+    robot = robots.arm()
+    there = pin.exp3(np.radians(degrees) * AXES["robot"]).T @ robot.gravity
+    return SpatialRobot(robot), robots.recording(replace(robot, gravity=there), "armature"), there
 
 
-@pytest.mark.parametrize("degrees", [5.0, -0.5])
-def test_gravity_is_asked_before_numbers_where_the_base_is_tilted(degrees):
-    arm = load_arm("three-unlike")
-    tilted = arm.model_copy(update={"gravity_m_per_s2": turn(arm.gravity_m_per_s2, degrees)})
-    comparison = compared(record_of(level(tilted, "coupled"), rows=6000), arm)
+AXES = {"arm": np.array([0.0, 0.0, -1.0]), "robot": np.array([0.6, -0.8, 0.0])}
+
+
+@pytest.mark.parametrize(
+    ("sort", "degrees"), [("arm", 5.0), ("arm", -0.5), ("robot", 12.0), ("robot", 1.0)]
+)
+def test_gravity_is_asked_before_numbers_and_links_where_the_base_is_tilted(sort, degrees):
+    own, record, gravity = make_tilted(sort, degrees)
+    comparison = compared(record, own)
     tilt = comparison.tilt
     assert tilt is not None
-    right = [*tilted.gravity_m_per_s2, 0.0]
-    np.testing.assert_allclose(tilt.value, right, atol=2 * tilt.half_width.max())
+    np.testing.assert_allclose(tilt.value, gravity, atol=2 * tilt.half_width.max())
     angle, half_width = tilt.angle_deg
-    assert abs(angle - abs(degrees)) < 2 * half_width
-    assert f"degrees about (0, 0, {-1 if degrees > 0 else 1}): " in tilt.describe()
-    assert ("coupled", "") in list_explanations(comparison.sides[0].judgement)
+    assert abs(angle - abs(degrees)) < 1.5 * half_width < 0.15
+    across, axis = np.cross(tilt.value, own.robot.gravity), np.sign(degrees) * AXES[sort]
+    assert axis @ across > 0.99 * np.linalg.norm(across)
+    first = describe_answers(comparison)[0]
+    assert any(f"is tilted by {angle:.{digits}f} +- " in first for digits in (2, 3, 4))
+    assert f"the file says ({', '.join(f'{each:g}' for each in own.robot.gravity)})" in first
+    if sort == "arm":
+        assert f"degrees about (0, 0, {axis[2]:g}): " in first
+    true = "coupled" if sort == "arm" else "armature"
+    assert (true, "") in list_explanations(comparison.sides[0].judgement)
     assert not comparison.is_explained  # by the file's gravity
+    identified = [side for side in comparison.sides if side.links == "identified"]
+    assert sort == "arm" or all(side.seen for side in identified)
+    assert len(comparison.gravities) == 1
 
 
-def test_masses_and_a_right_gravity_are_no_tilt():
-    own = PlanarArm(load_arm("three-unlike"))
-    heavier = own.change({PAYLOAD: 1.1 * own.arm.payload_mass_kg})
-    comparison = compared(record_of(level(heavier.arm, "coupled"), rows=6000), own)
+@pytest.mark.parametrize("path", [PAYLOAD, "robot.links.b.mass_kg"])
+def test_masses_and_a_right_gravity_are_no_tilt(path):
+    is_arm = path == PAYLOAD
+    own = PlanarArm(load_arm("three-unlike")) if is_arm else SpatialRobot(robots.arm())
+    (value,) = (each.value for each in own.parameters if each.path == path)
+    heavier = own.change({path: 1.1 * value})
+    record = robots.recording(heavier.robot, "coupled")
+    if is_arm:
+        record = record_of(level(heavier.arm, "coupled"), rows=6000)
+    comparison = compared(record, own)
     assert comparison.tilt is None
-    assert ("coupled", PAYLOAD) in list_explanations(comparison.sides[0].judgement)
+    assert ("coupled", path) in list_explanations(comparison.sides[0].judgement)
 
 
 @pytest.mark.parametrize(("name", "section"), [("paper-labelled", "arm"), ("puma560", "robot")])
