@@ -209,15 +209,6 @@ def test_smoothing_keeps_motion_and_slopes(labelled):
     assert np.abs(middle.rates - motion(2, middle.time, 0.3)[1])[inner].max() < 1e-3
 
 
-@pytest.mark.parametrize("rows", [5, 16_000])
-def test_blocks_are_as_far_apart_as_may_be(labelled, rows):
-    record = record_of(level(labelled, "links"), rows=16_000)
-    blocks = list(smooth_record(record, record.motor_torque, 4, rows))
-    assert len(blocks) == min(rows, round(16_000 / (64 * 4)))
-    assert blocks[0].time[0] == record.time[0]
-    assert blocks[-1].time[-1] == record.time[-1]
-
-
 @pytest.mark.parametrize("door", ["arm", "robot"])
 def test_runs_stay_with_their_own_level_and_leave_with_another(doors, labelled, door):
     record = record_of(level(labelled, "coupled"))

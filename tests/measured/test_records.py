@@ -60,20 +60,6 @@ def test_a_joint_may_stand_as_long_as_another_moves(record, tmp_path):
     assert_same(read_record(written(still, tmp_path / "r.csv"), 2), still)
 
 
-def test_units_are_those_of_the_names(record, tmp_path):
-    turned = record.position * 180 / np.pi
-    named = {
-        "t_ms": 1e3 * record.time,
-        "theta_deg": turned,
-        "torque_mN_m": 1e3 * record.motor_torque,
-    }
-    scipy.io.savemat(tmp_path / "r.mat", named)
-    found = read_record(tmp_path / "r.mat", 2)
-    assert found.time == pytest.approx(record.time)
-    assert found.position == pytest.approx(record.position)
-    assert found.motor_torque == pytest.approx(record.motor_torque)
-
-
 def cell(text: str, row: int, column: int, value: str) -> str:
     lines = [line.split(",") for line in text.splitlines()]
     lines[row][column] = value

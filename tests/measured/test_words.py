@@ -369,19 +369,6 @@ def test_a_verdict_says(name):
     assert all(part in line for line, part in zip(lines, words, strict=True))
 
 
-@pytest.mark.parametrize(("chance", "explains"), [(1.01e-4, True), (0.99e-4, False)])
-def test_a_level_explains_unless_its_chance_is_small(chance, explains):
-    assert restriction("links", chance=chance).explains is explains
-    assert restriction("links", value=9.0, chance=100 * chance).explains is explains
-    assert not restriction("links", value=-9.0).explains
-
-
-@pytest.mark.parametrize(("ratio", "count"), [(99.0, 2), (101.0, 1)])
-def test_what_is_a_hundred_times_less_likely_is_not_named(ratio, count):
-    other = restriction("armature", surprise=2 * np.log(ratio))
-    assert len(FileJudgement((BEST, other), ()).explanations) == count
-
-
 def test_friction_is_flagged_where_it_is_not_the_files():
     robot = load_robot("sliding")
     joint, own = robot.coordinate_names[0], float(robot.friction[0])

@@ -1,6 +1,5 @@
 """What is written is there whole or not at all; what cannot be written is reported beforehand."""
 
-import errno
 import os
 import signal
 import subprocess
@@ -13,7 +12,6 @@ import numpy as np
 import pytest
 import xarray as xr
 
-from crosscheck.cli import simulation
 from crosscheck.models.errors import InputError
 from crosscheck.models.trajectory import encode_netcdf
 from crosscheck.output import draft, require_file, write_files, write_text
@@ -162,15 +160,6 @@ def test_a_trajectory_survives_a_full_disk_as_one_line(crosscheck, tmp_path):
     assert (answer.returncode, answer.stdout) == (2, "")
     assert answer.stderr == f"crosscheck: {out}: cannot be written: File too large\n"
     assert list(tmp_path.iterdir()) == []
-
-
-def test_a_disk_too_full_for_compiled_code_is_one_line(crosscheck, tmp_path, monkeypatch):
-    def compiling(*_: object, **__: object) -> None:
-        raise OSError(errno.ENOSPC, "No space left on device")  # as numba does
-
-    monkeypatch.setattr(simulation, "perform_all", compiling)
-    answer = crosscheck(*SIMULATE, "--out", tmp_path / "run.nc")
-    assert_one_line(answer, "a file cannot be written: No space left on device")
 
 
 def test_netcdf_is_read_as_it_was_written(tmp_path):

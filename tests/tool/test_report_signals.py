@@ -67,22 +67,6 @@ def test_rigid_levels_are_drawn_where_they_have_the_signal(runs):
     assert numbers(window, f"theta/1/{REFERENCE}").size == window.count
 
 
-def test_every_record_travels_where_there_is_room(runs):
-    (found,) = collect_signals(REFERENCE, runs)
-    assert not found.whole["F_sp"].binned
-    expected = runs["pd"][REFERENCE]["F_sp"].values[:, 0, 0].astype("f4")
-    assert np.array_equal(numbers(found.whole["F_sp"], f"F_sp/1/{REFERENCE}"), expected)
-    whole = found.whole["F_sp"]
-    times = whole.start_s + whole.step_s * np.arange(whole.count)
-    assert np.allclose(times, runs["pd"][REFERENCE]["time"], atol=1e-12)
-
-
-def test_differences_are_formed_before_they_are_rounded(runs):
-    (found,) = collect_signals(REFERENCE, runs)
-    apart = numbers(found.whole["F_sp"], f"F_sp/1/{OTHER}")
-    assert apart[2050] == pytest.approx(TINY, rel=1e-6)
-
-
 @pytest.mark.parametrize("most", [20_000, 3_000, 200])
 def test_bins_keep_every_extreme_and_windows_every_record(runs, most):
     (found,) = collect_signals(REFERENCE, runs, most)
