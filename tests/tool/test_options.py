@@ -564,9 +564,14 @@ def test_the_table_has_every_option_of_every_command():
     assert stated_here == set(list_parameters(build_commands()))
 
 
-@pytest.mark.parametrize(
-    "refusal", [each for each in REFUSALS if each.option.startswith("--")], ids=str
-)
+REFUSED = [each for each in REFUSALS if each.option.startswith("--")]
+
+
+def test_every_option_that_one_sort_of_mechanism_does_not_take_is_refused():
+    assert {each.option for each in REFUSED} == set(VALUES)
+
+
+@pytest.mark.parametrize("refusal", REFUSED, ids=str)
 def test_what_one_sort_of_mechanism_does_not_take_is_one_line(
     crosscheck, tmp_path, monkeypatch, refusal
 ):
