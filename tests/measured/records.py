@@ -28,7 +28,13 @@ def motion(joints: int, time: np.ndarray, amplitude: float) -> tuple[np.ndarray,
     """Angles, rates and accelerations (rows, joints) at times [s]."""
     phases = np.random.default_rng(0).uniform(0, 2 * np.pi, (joints, len(FREQUENCIES)))
     rates = 2 * np.pi * np.outer(1 + 0.1 * np.arange(joints), FREQUENCIES)
-    sizes = amplitude / (1 + 3 * np.array(FREQUENCIES))
+    return sum_sines(time, amplitude / (1 + 3 * np.array(FREQUENCIES)), rates, phases)
+
+
+def sum_sines(
+    time: np.ndarray, sizes: np.ndarray, rates: np.ndarray, phases: np.ndarray
+) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+    """Sums of sines of every joint, their rates and accelerations (rows, joints)."""
     turned = rates * time[:, None, None] + phases
     return (
         (sizes * np.sin(turned)).sum(axis=2),

@@ -74,12 +74,7 @@ def motion(time: np.ndarray, count: int, seed: int) -> tuple[np.ndarray, ...]:
     rng = np.random.default_rng(seed)
     rates = 2 * np.pi * np.array([0.2, 0.5, 0.9, 1.4]) * (1 + 0.1 * np.arange(count))[:, None]
     sizes = rng.uniform(0.4, 0.8, rates.shape) / (1 + 0.3 * rates)
-    turned = rates * time[:, None, None] + rng.uniform(0, 2 * np.pi, rates.shape)
-    return (
-        (sizes * np.sin(turned)).sum(axis=2),
-        (sizes * rates * np.cos(turned)).sum(axis=2),
-        -(sizes * rates**2 * np.sin(turned)).sum(axis=2),
-    )
+    return records.sum_sines(time, sizes, rates, rng.uniform(0, 2 * np.pi, rates.shape))
 
 
 def recording(

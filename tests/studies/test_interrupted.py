@@ -88,9 +88,8 @@ def test_a_damaged_batch_is_made_again(undisturbed, tmp_path, sweep, hold):
     _killed(file, out, 1, hold(3, 1))
     victim = sorted(tmp_path.glob("out.nc.batches/*.kept"))[0]
     victim.write_bytes(victim.read_bytes()[:-7])
-    code, _, err = sweep(file, "--run-code", "--jobs", 1, "--resume")
-    assert code == 0
-    assert "made again" in err
+    answer = sweep(file, "--run-code", "--jobs", 1, "--resume")
+    assert (answer.code, "made again" in answer.err) == (0, True)
     assert studies.content(out) == studies.content(expected)
 
 
