@@ -124,6 +124,6 @@ def first_problem(robot: Robot, given: Record) -> tuple[Side, LinkTreatment, _Pr
 
 
 def first_side(robot: Robot, given: Record) -> SideResult:
-    """What that side says, without all that a comparison asks beside: a fifth of its time."""
+    """What that side says, without all that a comparison asks beside: a third of its time."""
     side, treatment, problem = first_problem(robot, given)
     return _judge_side(problem, side, treatment, problem.choose_bandwidth(), NOTHING_ELSE)
