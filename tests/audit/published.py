@@ -42,6 +42,10 @@ class Published(NamedTuple):
     out: Path
     chapters: dict[str, AuditChapter]
 
+    def records(self, chapter: str) -> dict[str, dict[str, Any]]:
+        """A chapter's records by id."""
+        return {record["id"]: record for record in self.chapters[chapter].records}
+
     @property
     def html(self) -> str:
         return (self.out / "paper.html").read_text(encoding="utf-8")

@@ -52,12 +52,12 @@ from crosscheck.audit.judging.sentences import Sentence, load_sentences
 from crosscheck.audit.statics.statics import Statics
 from crosscheck.models.loading import load_arm
 from crosscheck.report.records import format_json
+from tests.audit.published import BRIEF
 from tests.loops import require_items
 
 IDS = [claim.id for claim in CLAIMS]
 DRAWS = 50
 CELL = Condition(PRINTED, FULL.shaken[0])
-BRIEF = Scale(longest_s=0.002, most_starts=2)
 
 
 @cache

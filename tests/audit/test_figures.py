@@ -19,12 +19,7 @@ from crosscheck.audit.experiments.experiments import (
     PD,
     build_question,
 )
-from crosscheck.audit.experiments.paper_conditions import (
-    INTEGRAL,
-    LAWS,
-    PRINTED,
-    Condition,
-)
+from crosscheck.audit.experiments.paper_conditions import INTEGRAL, LAWS, PRINTED, Condition
 from crosscheck.audit.experiments.samples import Scale
 from crosscheck.audit.experiments.study import Study
 from crosscheck.audit.experiments.variant import Variant, simulate
@@ -44,10 +39,9 @@ from crosscheck.audit.figures.figure_data import (
 from crosscheck.audit.figures.run_figures import braking_numbers, draw_figure_14, static_numbers
 from crosscheck.audit.measures.run_signals import extract_signals
 from crosscheck.studies.members.starts import perturb_start
+from tests.audit.published import BRIEF
 
 pytestmark = pytest.mark.slow
-
-BRIEF = Scale(longest_s=0.002, most_starts=2)
 
 
 def shelf_in(folder: Path, scale: Scale = BRIEF) -> FigureData:

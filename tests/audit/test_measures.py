@@ -362,10 +362,7 @@ def test_links_turn_back_where_that_is_what_is_asked():
         )
         rate = simulate(rigid)["theta_dot"].values
         turns[source] = ((rate.min(axis=0) < -0.1) & (rate.max(axis=0) > 0.1)).tolist()
-    assert turns == {
-        experiments.WIDE: [True, False],
-        TURNING: [True, True],
-    }
+    assert turns == {experiments.WIDE: [True, False], TURNING: [True, True]}
 
 
 def test_a_preloaded_start_under_constant_torque_does_not_ring():

@@ -73,13 +73,13 @@ def test_figure_14_draws_every_rigid_arm(published):
 
 
 def test_a_limit_is_said_from_the_least_to_the_largest_of_its_records(published):
-    chapter = published.chapters["findings"]
     limits = [
         record["unstable_below_zeta"]
-        for record in chapter.records
-        if record["id"].startswith("finding/limit/") and record["id"].endswith(f"/{LINK}")
+        for name, record in published.records("findings").items()
+        if name.startswith("finding/limit/") and name.endswith(f"/{LINK}")
     ]
-    (said,) = re.findall(r"Not below ζ = ([\d.]+) to ([\d.]+)", chapter.html)
+    html = published.chapters["findings"].html
+    (said,) = re.findall(r"Not below ζ = ([\d.]+) to ([\d.]+)", html)
     assert said == (f"{min(limits):.4f}", f"{max(limits):.4f}")
 
 
@@ -128,7 +128,7 @@ def test_the_docs_page_has_every_finding_erratum_and_claim(published):
 @pytest.fixture
 def argument(published, monkeypatch, tmp_path) -> Path:
     """The argument, quoting what this run answers."""
-    records = {record["id"]: record for record in published.chapters["findings"].records}
+    records = published.records("findings")
     text = write_article.ARGUMENT.read_text(encoding="utf-8")
     file = tmp_path / "argument.md"
     quote = r"`(verdict/[\w-]+)`: \*\*.*?\*\*"
@@ -216,14 +216,12 @@ def test_the_errata_sheet_has_every_entry_and_draws_every_formula(published):
 
 @pytest.mark.parametrize("name", ["presence-visible", "accumulation-time"])
 def test_what_needs_a_longer_run_is_undefined(published, name):
-    records = {record["id"]: record for record in published.chapters["findings"].records}
-    assert records[f"verdict/{name}"]["verdict"] == UNDEFINED
+    assert published.records("findings")[f"verdict/{name}"]["verdict"] == UNDEFINED
 
 
 def test_claims_about_later_events_are_undefined_and_say_so(published):
-    records = {record["id"]: record for record in published.chapters["claims"].records}
-    later = "pd: third"
-    asked = [c.id for c in CLAIMS if {q.id for q in c.choices.values()} == {later}]
+    records = published.records("claims")
+    asked = [c.id for c in CLAIMS if {q.id for q in c.choices.values()} == {"pd: third"}]
     assert asked
     for record in (records[name] for name in asked):
         assert record["verdict"] == UNDEFINED

@@ -87,11 +87,7 @@ def test_a_bistable_setting_beside_clear_ones_of_both_kinds_changes_nothing():
         (EVERY, lambda c: c.law == INTEGRAL and c.zeta == 0.003, (LAW, DAMPING)),
         (EVERY, lambda c: c.arm == SWAPPED and c.zeta == 0.003, (READING, DAMPING)),
         # As 5-03 does: nearly all under the integral, few under the clock.
-        (
-            EVERY,
-            lambda c: (c.law == INTEGRAL) == (c.arm == LABELLED and c.zeta == 0.003),
-            (LAW,),
-        ),
+        (EVERY, lambda c: (c.law == INTEGRAL) == (c.arm == LABELLED and c.zeta == 0.003), (LAW,)),
         (LUMPED_TOO, lambda c: c.planets == "free", (PLANETS,)),
     ],
 )

@@ -135,16 +135,11 @@ def test_an_experiment_changes_its_own_fields_of_every_mesh(name, changes):
         assert mesh == pytest.approx(right)
 
 
-@pytest.mark.parametrize(
-    ("longest", "own", "cut"), [(1.0, 0.5, 0.5), (1.0, 3.0, 1.0), (math.inf, 3.0, 3.0)]
-)
-def test_a_run_is_cut_if_it_is_longer(longest, own, cut):
-    scale = Scale(longest_s=longest)
-    assert scale.cut(Variant(duration_s=own)).case().scenario.duration_s == cut
-    assert scale.limit_duration(own) == cut
-
-
-def test_the_scenarios_own_duration_is_cut_as_well():
+def test_a_run_is_cut_if_it_is_longer_and_so_is_the_scenarios_own_duration():
+    for longest, own, cut in ((1.0, 0.5, 0.5), (1.0, 3.0, 1.0), (math.inf, 3.0, 3.0)):
+        scale = Scale(longest_s=longest)
+        assert scale.cut(Variant(duration_s=own)).case().scenario.duration_s == cut
+        assert scale.limit_duration(own) == cut
     assert Scale(longest_s=1.0).cut(Variant()) == Variant(duration_s=1.0)
     assert Scale(longest_s=1.0).cut(Variant("constant-torque")).duration_s == 0.5
     assert FULL.cut(Variant()) == Variant()

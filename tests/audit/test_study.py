@@ -55,8 +55,8 @@ def test_an_interrupted_study_makes_only_what_is_missing(study, tmp_path):
     ids=lambda change: next(iter(change)),
 )
 def test_every_input_is_part_of_the_key(change):
-    changed = Variant(**{"scenario": "constant-torque", "duration_s": 0.002, **change})
-    assert question_key(CoursesQuestion((changed,))) != question_key(CoursesQuestion((SHORT,)))
+    changed = CoursesQuestion((replace(SHORT, **change),))
+    assert question_key(changed) != question_key(CoursesQuestion((SHORT,)))
 
 
 def test_code_and_versions_are_part_of_the_key(monkeypatch):

@@ -1,22 +1,18 @@
 """A short cross-check, its record, and the command line on it."""
 
 import shutil
-import sys
-from collections.abc import Callable
 from pathlib import Path
 
 import pytest
 
 from crosscheck.baseline.file import baseline_path, write_baseline
 from crosscheck.baseline.reduction import make_baseline
-from crosscheck.cli import app as cli
 from crosscheck.cli import commands
 from crosscheck.models.arm.arm import Arm
 from crosscheck.planning.plan import CrossCheckRequest
 from crosscheck.run import CrossCheck
 from tests.baselines.short import quick, short_check
-
-Command = Callable[..., int]
+from tests.processes import Answer, Command
 
 
 @pytest.fixture(scope="session")
@@ -44,20 +40,17 @@ def recorded(first_record: Path, tmp_path: Path) -> Path:
 
 
 @pytest.fixture
-def command(monkeypatch: pytest.MonkeyPatch, tmp_path: Path) -> Command:
+def command(crosscheck: Command, monkeypatch: pytest.MonkeyPatch, tmp_path: Path) -> Command:
     """``crosscheck ...`` in an empty folder; ``result=`` is what a cross-check comes to."""
     monkeypatch.chdir(tmp_path)
 
-    def call(*words: object, result: CrossCheck | None = None) -> int:
+    def call(*words: object, result: CrossCheck | None = None) -> Answer:
         def cross_check(wanted: CrossCheckRequest, **options: object) -> CrossCheck:
             if result is None:
                 pytest.fail("a cross-check was run")
             return result
 
         monkeypatch.setattr(commands, "run_cross_check", cross_check)
-        monkeypatch.setattr(sys, "argv", ["crosscheck", *map(str, words)])
-        with pytest.raises(SystemExit) as exit_:
-            cli.main()
-        return int(str(exit_.value.code))
+        return crosscheck(*words)
 
     return call

@@ -122,6 +122,19 @@ def edited(path: Path, change: Change) -> None:
     path.write_text(json.dumps(data), encoding="utf-8")
 
 
+def put(value: object, *place: str | int) -> Change:
+    """Put a value at a place; what is made of the one there where it is a function."""
+    *above, last = place
+
+    def change(data: dict[str, Any]) -> None:
+        target: Any = data
+        for key in above:
+            target = target[key]
+        target[last] = value(target[last]) if callable(value) else value
+
+    return change
+
+
 def held_against(path: Path, result: CrossCheck) -> Agreement:
     """The comparison of a recorded file with a result."""
     return compare(read_baseline(path, quick(load_arm("paper-labelled")), RENEW), result)

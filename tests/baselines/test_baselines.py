@@ -43,6 +43,7 @@ from tests.baselines.short import (
     held_against,
     measurement,
     moved,
+    put,
     quick,
     short_check,
     with_findings,
@@ -190,11 +191,8 @@ def test_a_number_moves_beyond_its_tolerance(result, recorded, times, verdict):
     tolerance = make_baseline(result).runs[str(ANALYTIC)].sampled["theta"].tolerance
     assert tolerance is not None
     by = times * tolerance
-
-    def change(data: dict[str, Any]) -> None:
-        data["runs"][str(ANALYTIC)]["sampled"]["theta"]["rows"][7][2] += by
-
-    edited(recorded, change)
+    place = "runs", str(ANALYTIC), "sampled", "theta", "rows", 7, 2
+    edited(recorded, put(lambda angle: angle + by, *place))
     agreement = held_against(recorded, result)
     finding = next(f for f in agreement.checks if f.id == f"recorded-run/{ANALYTIC}/theta")
     assert finding.verdict == verdict
@@ -203,14 +201,15 @@ def test_a_number_moves_beyond_its_tolerance(result, recorded, times, verdict):
     assert len(agreement.disagreeing) == (verdict == "differ")
 
 
-def test_a_measurement_moves(result, recorded):
-    name = next(f.id for f in result.agreement.findings if f.id.startswith("deviation/pd/tip"))
+@pytest.fixture
+def tip(result) -> str:
+    """The id of a measurement."""
+    return next(f.id for f in result.agreement.findings if f.id.startswith("deviation/pd/tip"))
 
-    def change(data: dict[str, Any]) -> None:
-        data["measurements"][name]["measured"] *= 1.01
 
-    edited(recorded, change)
-    assert list(moved(held_against(recorded, result))) == [f"recorded-measurement/{name}"]
+def test_a_measurement_moves(result, recorded, tip):
+    edited(recorded, put(lambda size: 1.01 * size, "measurements", tip, "measured"))
+    assert list(moved(held_against(recorded, result))) == [f"recorded-measurement/{tip}"]
 
 
 def test_checks_and_measurements_appear_and_disappear(result, recorded):
@@ -253,21 +252,15 @@ def test_a_run_that_fails_has_disappeared(result, recorded):
 
 
 def test_other_settings_are_named_and_not_compared(result, recorded):
-    def change(data: dict[str, Any]) -> None:
-        data["runs"][str(ANALYTIC)]["scenario"]["step_s"] = 2e-5
-
-    edited(recorded, change)
+    edited(recorded, put(2e-5, "runs", str(ANALYTIC), "scenario", "step_s"))
     changes = moved(held_against(recorded, result))
     assert list(changes) == [f"recorded-run/{ANALYTIC}/settings"]
     assert "scenario.step_s 2e-05 -> 1e-05" in changes[f"recorded-run/{ANALYTIC}/settings"].note
 
 
 def test_what_else_changed_is_named(result, recorded):
-    def change(data: dict[str, Any]) -> None:
-        data["provenance"]["versions"]["exudyn"] = "1.0"
-        data["provenance"]["lock_sha256"] = 64 * "0"
-
-    edited(recorded, change)
+    edited(recorded, put("1.0", "provenance", "versions", "exudyn"))
+    edited(recorded, put(64 * "0", "provenance", "lock_sha256"))
     changed = describe_changes(held_against(recorded, result))
     assert [line.split(" -> ")[0] for line in changed] == ["exudyn 1.0", "lock_sha256 000000000000"]
 
@@ -299,17 +292,12 @@ def test_an_adaptive_run_without_a_second_one_is_not_compared(result):
 
 
 @pytest.mark.parametrize(("times", "red"), [(50.0, False), (200.0, True)])
-def test_a_tolerance_is_as_wide_as_is_granted_today(result, recorded, times, red):
+def test_a_tolerance_is_as_wide_as_is_granted_today(result, recorded, tip, times, red):
     """Whoever renews the digest too cannot make room for a change."""
-
-    def change(data: dict[str, Any]) -> None:
-        data["runs"][str(ANALYTIC)]["sampled"]["theta"]["tolerance"] *= times
-        data["measurements"][name]["tolerance"] *= times
-
-    name = next(f.id for f in result.agreement.findings if f.id.startswith("deviation/pd/tip"))
-    edited(recorded, change)
+    for place in (("runs", str(ANALYTIC), "sampled", "theta"), ("measurements", tip)):
+        edited(recorded, put(lambda granted: times * granted, *place, "tolerance"))
     notes = {key: finding.note for key, finding in moved(held_against(recorded, result)).items()}
-    names = [f"recorded-measurement/{name}", f"recorded-run/{ANALYTIC}/theta"]
+    names = [f"recorded-measurement/{tip}", f"recorded-run/{ANALYTIC}/theta"]
     assert list(notes) == (names if red else [])
     assert all(note.startswith("a tolerance that is not granted: ") for note in notes.values())
 
@@ -332,11 +320,10 @@ def _tables(data: dict[str, Any]) -> list[dict[str, Any]]:
     ]
 
 
-def test_another_unit_of_a_measurement_is_named(result, recorded):
-    name = next(f.id for f in result.agreement.findings if f.id.startswith("deviation/pd/tip"))
-    edited(recorded, lambda data: data["measurements"][name].update(unit="km"))
+def test_another_unit_of_a_measurement_is_named(result, recorded, tip):
+    edited(recorded, put("km", "measurements", tip, "unit"))
     changes = moved(held_against(recorded, result))
-    assert "recorded in 'km', now in 'm'" in changes[f"recorded-measurement/{name}"].note
+    assert "recorded in 'km', now in 'm'" in changes[f"recorded-measurement/{tip}"].note
 
 
 # Whatever a model puts into a run is a lost run, no crash.
@@ -387,8 +374,7 @@ def test_of_two_checks_with_one_id_the_worse_stands(result, recorded):
 
 
 @pytest.mark.parametrize(
-    ("better", "worse"),
-    list(pairwise(("agree", "unresolved", "unfinished", "differ", "failed"))),
+    ("better", "worse"), list(pairwise(("agree", "unresolved", "unfinished", "differ", "failed")))
 )
 def test_a_verdict_that_says_less_is_no_worse_than_one_that_condemns(better, worse):
     twins = [replace(green(), verdict=verdict) for verdict in (worse, better)]

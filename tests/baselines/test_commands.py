@@ -4,7 +4,6 @@ import json
 import os
 import subprocess
 from pathlib import Path
-from typing import Any
 from xml.etree import ElementTree
 
 import pytest
@@ -17,73 +16,58 @@ from crosscheck.report import terminal
 from crosscheck.run import CrossCheck
 from crosscheck.runner.outcomes import Failure
 from tests.baselines import short
-from tests.baselines.conftest import Command
+from tests.processes import Answer
+from tests.tool.test_bad_input import assert_one_line
 
 ACCEPT, CHECK = ("baseline", "accept", "--quick"), ("baseline", "check", "--quick")
 RECORD = Path("baselines/paper-labelled-quick.json")
-Captured = pytest.CaptureFixture[str]
 
 
-def refused(command: Command, capsys: Captured, *words: object) -> str:
-    """The one line that refuses a command, before anything is run."""
-    capsys.readouterr()
-    assert command(*words) == 2
-    out, err = capsys.readouterr()
-    assert out == ""
-    assert err.startswith("crosscheck: ")
-    assert err.count("\n") == 1
-    return err
-
-
-def test_accept_then_check(command, result, capsys):
-    assert command(*ACCEPT, result=result) == 0
-    assert command(*CHECK, "--junit", "out/check.xml", result=result) == 0
-    assert "recorded results changed" in capsys.readouterr().out
+def test_accept_then_check(command, result):
+    assert command(*ACCEPT, result=result).code == 0
+    again = command(*CHECK, "--junit", "out/check.xml", result=result)
+    assert (again.code, "recorded results changed" in again.out) == (0, True)
     assert Path("out/check.xml").is_file()
-
-    def change(data: dict[str, Any]) -> None:
-        data["runs"][str(short.ANALYTIC)]["extremes"]["F_sp"]["rows"][0][3] += 1.0
-
-    short.edited(RECORD, change)
-    assert command(*CHECK, result=result) == 1
-    assert "1 of" in capsys.readouterr().out
+    place = "runs", str(short.ANALYTIC), "extremes", "F_sp", "rows", 0, 3
+    short.edited(RECORD, short.put(lambda force: force + 1.0, *place))
+    moved = command(*CHECK, result=result)
+    assert (moved.code, "1 of" in moved.out) == (1, True)
 
 
 def test_validate_writes_what_it_is_asked_to(command, result):
     words = ("validate", "--quick", "--json", "a.json", "--junit", "a.xml")
-    assert command(*words, result=result) == 0
+    assert command(*words, result=result).code == 0
     assert json.loads(Path("a.json").read_text(encoding="utf-8"))["schema_version"] == 2
     assert Path("a.xml").is_file()
 
 
-def test_a_missing_record_is_refused_before_anything_runs(command, capsys):
-    said = refused(command, capsys, *CHECK)
-    assert "make it: crosscheck baseline accept paper-labelled --quick" in said
+def test_a_missing_record_is_refused_before_anything_runs(command):
+    said = "make it: crosscheck baseline accept paper-labelled --quick"
+    assert_one_line(command(*CHECK), said)
 
 
 @pytest.mark.parametrize("words", [ACCEPT, CHECK])
-def test_the_record_is_no_place_for_another_file(command, recorded, capsys, words):
+def test_the_record_is_no_place_for_another_file(command, recorded, words):
     before = recorded.read_bytes()
-    assert "name another file" in refused(command, capsys, *words, "--junit", RECORD)
-    assert "name another file" in refused(
-        command, capsys, "validate", "--json", "a.json", "--junit", "./a.json"
-    )
+    assert_one_line(command(*words, "--junit", RECORD), "name another file")
+    twice = "--json", "a.json", "--junit", "./a.json"
+    assert_one_line(command("validate", *twice), "name another file")
     assert recorded.read_bytes() == before
 
 
 @pytest.mark.parametrize("words", [("validate",), ACCEPT, CHECK])
-def test_what_cannot_be_written_is_refused_before_anything_runs(command, recorded, capsys, words):
+def test_what_cannot_be_written_is_refused_before_anything_runs(command, recorded, words):
     Path("folder").mkdir()
     Path("loop").symlink_to("loop")
     for path in ("folder", "loop", "/dev/null", f"{RECORD}/x", 5000 * "n"):
-        said = refused(command, capsys, *words, "--junit", path)
-        assert path[: len(str(RECORD))] in said  # what is too long is cut
+        answer = command(*words, "--junit", path)
+        assert_one_line(answer, path[: len(str(RECORD))])  # what is too long is cut
 
 
 @pytest.mark.parametrize("word", ["validate", "run"])
 @pytest.mark.parametrize("seed", [-1, LARGEST_SEED + 1, 2**70])
-def test_seeds_are_those_of_a_record(command, capsys, word, seed):
-    assert "--seed" in refused(command, capsys, word, "--seed", seed)
+def test_seeds_are_those_of_a_record(command, word, seed):
+    assert_one_line(command(word, "--seed", seed), "--seed")
 
 
 # Arms
@@ -102,38 +86,31 @@ def _toml(folder: Path, joints: int, name: str) -> Path:
 
 
 @pytest.mark.parametrize("joints", [1, 4])
-def test_a_real_arm_accepted_and_checked_does_not_move(command, tmp_path, capsys, joints):
+def test_a_real_arm_accepted_and_checked_does_not_move(command, tmp_path, joints):
     """Four joints: a row of time and a value per joint has as many columns as one of extremes."""
     path = _toml(tmp_path, joints, f"{joints}-joint")
     result = short.short_check(load_arm(str(path)))
-    assert command(*ACCEPT, path, result=result) == 0
-    assert command(*CHECK, path, result=result) == 0
-    assert "\n0 of " in capsys.readouterr().out
+    assert command(*ACCEPT, path, result=result).code == 0
+    again = command(*CHECK, path, result=result)
+    assert (again.code, "\n0 of " in again.out) == (0, True)
 
 
 @pytest.mark.parametrize("joints", range(1, 8))
 def test_an_arm_of_any_number_of_joints_does_not_move(command, tmp_path, joints):
     path = _toml(tmp_path, joints, "x")
     result = short.invented_check(load_arm(str(path)))
-    assert command(*ACCEPT, path, result=result) == 0
+    assert command(*ACCEPT, path, result=result).code == 0
     run = json.loads(Path("baselines/x-quick.json").read_text())["runs"][str(short.ANALYTIC)]
     assert {len(row) for row in run["sampled"]["theta"]["rows"]} == {1 + joints}
     assert len(run["extremes"]["F_sp"]["rows"]) == joints
-    assert command(*CHECK, path, result=result) == 0
+    assert command(*CHECK, path, result=result).code == 0
 
 
-def test_two_names_have_two_records(command, tmp_path, capsys):
-    for name in ("a b", "a-b", "ä", "ö"):
-        path = _toml(tmp_path, 1, name)
-        assert command(*ACCEPT, path, result=short.invented_check(load_arm(str(path)))) == 0
-    assert len(list(Path("baselines").iterdir())) == 4
-
-
-def test_another_arms_record_is_not_replaced(command, recorded, tmp_path, capsys):
+def test_another_arms_record_is_not_replaced(command, recorded, tmp_path):
     before = recorded.read_bytes()
     recorded.rename(recorded.with_name("other-quick.json"))
-    said = refused(command, capsys, *ACCEPT, _toml(tmp_path, 1, "other"))
-    assert "name = 'paper-labelled': another arm than 'other'" in said
+    answer = command(*ACCEPT, _toml(tmp_path, 1, "other"))
+    assert_one_line(answer, "name = 'paper-labelled': another arm than 'other'")
     assert recorded.with_name("other-quick.json").read_bytes() == before
 
 
@@ -147,43 +124,50 @@ def broken(result: CrossCheck) -> CrossCheck:
     return short.with_findings(lost, [*result.agreement.findings, short.red()])
 
 
-def test_red_checks_are_not_accepted(command, broken, capsys):
-    assert command(*ACCEPT, "--junit", "red.xml", result=broken) == 1
-    out = capsys.readouterr().out
-    assert "differ refined/pd/theta/a~b" in out
-    assert out.endswith(
-        "1 differing check: nothing recorded (--with-differences records known differences)\n"
-    )
+def test_red_checks_are_not_accepted(command, broken):
+    answer = command(*ACCEPT, "--junit", "red.xml", result=broken)
+    assert answer.code == 1
+    assert "differ refined/pd/theta/a~b" in answer.out
+    said = "1 differing check: nothing recorded (--with-differences records known differences)\n"
+    assert answer.out.endswith(said)
     assert not RECORD.exists()
     assert Path("red.xml").is_file()
 
 
 def test_a_red_result_leaves_the_old_record(command, recorded, broken):
     before = recorded.read_bytes()
-    assert command(*ACCEPT, result=broken) == 1
+    assert command(*ACCEPT, result=broken).code == 1
     assert recorded.read_bytes() == before
 
 
 def test_nothing_checked_is_not_accepted(command, result):
-    assert command(*ACCEPT, "--with-differences", result=short.with_findings(result, [])) == 1
+    nothing = short.with_findings(result, [])
+    assert command(*ACCEPT, "--with-differences", result=nothing).code == 1
     assert not RECORD.exists()
 
 
-def test_a_run_that_cannot_be_recorded_is_not_accepted(command, result, capsys):
+def test_a_run_that_cannot_be_recorded_is_not_accepted(command, result):
     half = result.runs[short.ANALYTIC].isel(time=slice(0, 100))
-    assert command(*ACCEPT, result=short.with_run(result, short.ANALYTIC, half)) == 1
-    out = capsys.readouterr().out
+    code, out, _ = command(*ACCEPT, result=short.with_run(result, short.ANALYTIC, half))
+    assert code == 1
     assert f"{short.ANALYTIC} cannot be recorded: " in out
     assert f"must be times that rise from 0 to {short.DURATION_S} s" in out
     assert "0 differing checks, 1 lost run: nothing recorded" in out
 
 
-def test_known_differences_are_shown_on_every_run(command, broken, capsys):
-    assert command(*ACCEPT, "--with-differences", result=broken) == 0
-    assert "1 known difference" in capsys.readouterr().out
+@pytest.fixture
+def accepted(command, broken) -> Answer:
+    """The answer that accepts the broken one's differences."""
+    answer = command(*ACCEPT, "--with-differences", result=broken)
+    assert answer.code == 0
+    return answer
+
+
+def test_known_differences_are_shown_on_every_run(command, broken, accepted):
+    assert "1 known difference" in accepted.out
     for _ in range(2):
-        assert command(*CHECK, "--junit", "known.xml", result=broken) == 0
-        out = capsys.readouterr().out
+        code, out, _ = command(*CHECK, "--junit", "known.xml", result=broken)
+        assert code == 0
         said = "known difference, differ: measured 0.003, allowed 1e-10 rad"
         assert f"recorded-verdict/refined/pd/theta/a~b: {said}" in out
         assert "\n0 of " in out
@@ -195,43 +179,37 @@ def test_known_differences_are_shown_on_every_run(command, broken, capsys):
         assert suite.get("failures") == "0"
 
 
-def test_a_known_difference_moves_when_its_number_does(command, broken, capsys):
-    assert command(*ACCEPT, "--with-differences", result=broken) == 0
-    worse = short.with_findings(broken, [*broken.agreement.findings[:-1], short.red(measured=4e-3)])
-    capsys.readouterr()
-    assert command(*CHECK, result=worse) == 1
-    out = capsys.readouterr().out
-    assert "recorded-verdict/refined/pd/theta/a~b: changed by 0.001 rad" in out
+@pytest.mark.parametrize(
+    ("measured", "said", "not_said"),
+    [
+        (4e-3, "recorded-verdict/refined/pd/theta/a~b: changed by 0.001 rad", "better"),
+        (1e-12, "better: differ -> agree: measured 1e-12, allowed 1e-10 rad", "known difference"),
+    ],
+    ids=["its number does", "it has gone"],
+)
+@pytest.mark.usefixtures("accepted")
+def test_a_known_difference_moves_when(command, broken, measured, said, not_said):
+    others = broken.agreement.findings[:-1]
+    now = short.with_findings(broken, [*others, short.red(measured=measured)])
+    code, out, _ = command(*CHECK, result=now)
+    assert (code, said in out, not_said in out) == (1, True, False)
     assert "\n1 of " in out
 
 
-def test_a_known_difference_that_has_gone_moves(command, broken, capsys):
-    assert command(*ACCEPT, "--with-differences", result=broken) == 0
-    better = short.with_findings(
-        broken, [*broken.agreement.findings[:-1], short.red(measured=1e-12)]
-    )
-    capsys.readouterr()
-    assert command(*CHECK, result=better) == 1
-    out = capsys.readouterr().out
-    assert "better: differ -> agree: measured 1e-12, allowed 1e-10 rad" in out
-    assert "known difference" not in out
-
-
-def test_one_is_singular(command, labelled, capsys):
+def test_one_is_singular(command, labelled):
     result = short.with_findings(short.invented_check(labelled), [short.green()])
-    assert command(*ACCEPT, result=result) == 0
-    assert capsys.readouterr().out.endswith(": 1 verdict, 1 run\n")
-    assert command(*CHECK, result=short.with_run(result, short.ANALYTIC, Failure("x", "y"))) == 1
-    assert "1 of 2 recorded results changed" in capsys.readouterr().out
+    accepted = command(*ACCEPT, result=result)
+    assert (accepted.code, accepted.out.endswith(": 1 verdict, 1 run\n")) == (0, True)
+    lost = command(*CHECK, result=short.with_run(result, short.ANALYTIC, Failure("x", "y")))
+    assert (lost.code, "1 of 2 recorded results changed" in lost.out) == (1, True)
 
 
 def test_what_changed_most_stands_first_and_is_never_cut_off(capsys, monkeypatch):
     monkeypatch.setattr(terminal, "MOST", 3)
     changes = {"little": 2.0, "much": 900.0, "least": 1.1, "more": 30.0}
+    own = {"tolerance": 1e-3, "basis": ""}
     found = [
-        make_check(
-            short.about("recorded-run", case), measured=times * 1e-3, tolerance=1e-3, basis=""
-        )
+        make_check(short.about("recorded-run", case), measured=times * 1e-3, **own)
         for case, times in changes.items()
     ]
     found.append(make_failed_check(short.about("recorded-run", "gone"), "disappeared"))
@@ -279,22 +257,21 @@ def test_a_revision_is_that_of_the_checkout_wherever_git_is_made_to_look(tmp_pat
     assert mine.startswith(str(provenance._revision.__wrapped__()))
 
 
-def test_a_checkout_with_uncommitted_changes_has_no_record(command, result, capsys, monkeypatch):
+def test_a_checkout_with_uncommitted_changes_has_no_record(command, result, monkeypatch):
     monkeypatch.setattr(provenance, "ROOT", Path.cwd())
     git("init", "--quiet")
     Path("model.py").write_text("g = 9.8\n")
     Path(".gitignore").write_text("report/\n")
     git("add", ".")
     git("commit", "--quiet", "--message", "first")
-    assert command(*ACCEPT, result=result) == 0
+    assert command(*ACCEPT, result=result).code == 0
     git("add", ".")
     git("commit", "--quiet", "--message", "record")
     RECORD.write_text("")  # as a record before it: no result comes from it
-    assert command(*ACCEPT, result=result) == 0
+    assert command(*ACCEPT, result=result).code == 0
     Path("model.py").write_text("g = 9.81\n")
-    said = refused(command, capsys, *ACCEPT)
-    assert "uncommitted changes of model.py in this checkout" in said
-    assert "commit or stash first, or record elsewhere with --dir" in said
+    said = "commit or stash first, or record elsewhere with --dir"
+    assert_one_line(command(*ACCEPT), "uncommitted changes of model.py in this checkout", said)
     for folder in ("report", Path.cwd().parent / "elsewhere"):
-        assert command(*ACCEPT, "--dir", folder, result=result) == 0
+        assert command(*ACCEPT, "--dir", folder, result=result).code == 0
     assert str(provenance._revision.__wrapped__()).endswith("-dirty")  # as it is now

@@ -21,7 +21,7 @@ from crosscheck.models.arm.arm import Arm
 from crosscheck.models.errors import InputError
 from crosscheck.models.experiment.scenario import Switches
 from crosscheck.planning.plan import CrossCheckRequest
-from tests.baselines.short import ANALYTIC, DURATION_S, RENEW, Change, edited, quick
+from tests.baselines.short import ANALYTIC, DURATION_S, RENEW, Change, edited, put, quick
 from tests.obstacles import OBSTACLES
 
 # Names
@@ -68,18 +68,6 @@ def test_another_arms_record_is_not_replaced(recorded, labelled):
 # Refusals. Every change below renews the digest: what is refused is refused for what it says.
 
 
-def _table(data: dict[str, Any], section: str, quantity: str) -> dict[str, Any]:
-    return data["runs"][str(ANALYTIC)][section][quantity]
-
-
-def _theta(data: dict[str, Any]) -> dict[str, Any]:
-    return _table(data, "sampled", "theta")
-
-
-def _force(data: dict[str, Any]) -> list[list[float]]:
-    return _table(data, "extremes", "F_sp")["rows"]
-
-
 RUN = ("runs", str(ANALYTIC))
 PLACES = {"run": RUN, **{of: (*RUN, *of.split()) for of in ("sampled theta", "extremes F_sp")}}
 ROWS = tomllib.loads(Path(__file__).with_name("refused.toml").read_text(encoding="utf-8"))
@@ -87,15 +75,7 @@ ROWS = tomllib.loads(Path(__file__).with_name("refused.toml").read_text(encoding
 
 def _set(value: object, begins: str, *place: str | int) -> Change:
     """Put a value somewhere; PLACES has what a place may begin with."""
-    *above, last = *PLACES.get(begins, (begins,)), *place
-
-    def change(data: dict[str, Any]) -> None:
-        target: Any = data
-        for key in above:
-            target = target[key]
-        target[last] = value
-
-    return change
+    return put(value, *PLACES.get(begins, (begins,)), *place)
 
 
 def _other_arm(data: dict[str, Any]) -> None:
@@ -128,23 +108,23 @@ REFUSED: dict[str, tuple[Change, str]] = {
     ),
     "nothing for a number": (_set(None, "sampled theta", "rows", 3, 1), "theta.rows.3.1: "),
     "half a run": (
-        lambda data: _theta(data).update(rows=_theta(data)["rows"][:10]),
+        _set(lambda rows: rows[:10], "sampled theta", "rows"),
         f"theta.rows: must be times that rise from 0 to {DURATION_S} s",
     ),
     "a joint less": (
-        lambda data: _theta(data).update(rows=[row[:2] for row in _theta(data)["rows"]]),
+        _set(lambda rows: [row[:2] for row in rows], "sampled theta", "rows"),
         "theta.rows: must be a time and 2 numbers",
     ),
     "a joint less at the extremes": (
-        lambda data: _force(data).pop(),
+        _set(lambda rows: rows[:-1], "extremes F_sp", "rows"),
         "F_sp.rows: must be a row for each of the joints (1, 2)",
     ),
     "joints in another order": (
-        lambda data: _force(data).reverse(),
+        _set(lambda rows: rows[::-1], "extremes F_sp", "rows"),
         "F_sp.rows: must be a row for each",
     ),
     "six columns": (
-        lambda data: [row.append(0.0) for row in _force(data)],
+        _set(lambda rows: [[*row, 0.0] for row in rows], "extremes F_sp", "rows"),
         "F_sp.rows: must be joint, minimum",
     ),
     "missing field": (lambda data: data.pop("checks"), "checks: is missing; a value is required"),

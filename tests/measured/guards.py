@@ -12,7 +12,7 @@ from typing import Any, NamedTuple
 import numpy as np
 from matplotlib.figure import Figure
 
-from crosscheck.identification import compare, forward, output, restrictions
+from crosscheck.identification import forward, output, restrictions
 from crosscheck.identification.compare import RecordComparison
 from crosscheck.identification.forward import Window
 from crosscheck.identification.mechanism import PlanarArm
@@ -24,6 +24,7 @@ from crosscheck.recordings import smoothing
 from crosscheck.recordings.record import Record, read_record
 from tests.measured import second
 from tests.measured.records import compared
+from tests.measured.robots import first_problem
 from tests.measured.second_robot import TableFit, restrict, sample_rows
 
 PAYLOAD, SUN = "arm.payload_mass_kg", "arm.joints.1.sun_inertia_kg_m2"
@@ -68,9 +69,7 @@ def kept() -> Case:
         record = read_record(path, 2)
         arm = PlanarArm(validate_record(Arm, content(), "unlike"))
         comparison = compared(record, arm, **TOLERANCES)
-        robot, shared = compare.remove_friction(arm.robot), np.zeros((0, 2))
-        samples = compare._BandSamples(robot, [record], [record.motor_torque], shared)
-        problem = compare._Problem(robot, samples, compare.LINK_KINDS["identified"])
+        *_, problem = first_problem(arm.robot, record)
         return Case(comparison, problem, second.Runs(path, content(), TOLERANCES))
 
 

@@ -1,5 +1,8 @@
 """Records made of a rigid level: a stated motion, the torques that it needs, and white noise."""
 
+from collections.abc import Mapping
+from pathlib import Path
+
 import numpy as np
 
 from crosscheck.identification.compare import RecordComparison, compare
@@ -25,7 +28,13 @@ def motion(joints: int, time: np.ndarray, amplitude: float) -> tuple[np.ndarray,
     """Angles, rates and accelerations (rows, joints) at times [s]."""
     phases = np.random.default_rng(0).uniform(0, 2 * np.pi, (joints, len(FREQUENCIES)))
     rates = 2 * np.pi * np.outer(1 + 0.1 * np.arange(joints), FREQUENCIES)
-    sizes = amplitude / (1 + 3 * np.array(FREQUENCIES))
+    return sum_sines(time, amplitude / (1 + 3 * np.array(FREQUENCIES)), rates, phases)
+
+
+def sum_sines(
+    time: np.ndarray, sizes: np.ndarray, rates: np.ndarray, phases: np.ndarray
+) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+    """Sums of sines of every joint, their rates and accelerations (rows, joints)."""
     turned = rates * time[:, None, None] + phases
     return (
         (sizes * np.sin(turned)).sum(axis=2),
@@ -59,6 +68,24 @@ def record_of(
     return Record(
         "a record", time, angles, torques + noise * TORQUE_NOISE * rng.normal(size=angles.shape)
     )
+
+
+def write_table(path: Path, columns: Mapping[str, np.ndarray]) -> Path:
+    """Write a CSV file of columns, all digits of theirs."""
+    table = np.column_stack([*columns.values()])
+    head = ",".join(columns)
+    np.savetxt(path, table, delimiter=",", header=head, comments="", fmt="%.17g")
+    return path
+
+
+def name_columns(record: Record) -> dict[str, np.ndarray]:
+    """A record's columns, named as commands want them."""
+    assert record.motor_torque is not None
+    named = (("theta_{}_rad", record.position), ("torque_{}_N_m", record.motor_torque))
+    joints = [
+        (name.format(n), column) for name, signal in named for n, column in enumerate(signal.T, 1)
+    ]
+    return {"t_s": record.time, **dict(joints)}
 
 
 def compared(

@@ -287,9 +287,7 @@ class Runs:
 
 
 def integrated(
-    runs: list[tuple[np.ndarray, np.ndarray, np.ndarray, np.ndarray]],
-    clock: np.ndarray,
-    steps: int,
+    runs: list[tuple[np.ndarray, np.ndarray, np.ndarray, np.ndarray]], clock: np.ndarray, steps: int
 ) -> np.ndarray:
     """Angles (runs, rows, 2) of Runge and Kutta's fourth-order method, all runs side by side."""
     forms = np.array([form for form, *_ in runs]).T

@@ -66,11 +66,7 @@ def prior_rows(model: pin.Model, share: float) -> tuple[np.ndarray, np.ndarray]:
 
 
 def refine_again(
-    urdf: str,
-    given: Record,
-    bandwidth: float,
-    knowledge: Knowledge,
-    ratios: Sequence[float] | None,
+    urdf: str, given: Record, bandwidth: float, knowledge: Knowledge, ratios: Sequence[float] | None
 ) -> dict[str, tuple[float, float]]:
     """Estimates and standard errors by name; ratios: of coupled rotors, None for armature."""
     signals = sample_rows(urdf, given.time, given.position, given.motor_torque, bandwidth)

@@ -54,22 +54,10 @@ WRONG = {
         scaled(0.1),
         "pinocchio:links (planar) stands alone",
     ),
-    "analytic arm off by 0.1 %": (
-        RigidModel,
-        scaled(1e-3),
-        "analytic:links (planar) stands alone",
-    ),
-    "Pinocchio's robot off by 1e-8": (
-        PinocchioRobot,
-        scaled(1e-8),
-        "torques: pinocchio:",
-    ),
+    "analytic arm off by 0.1 %": (RigidModel, scaled(1e-3), "analytic:links (planar) stands alone"),
+    "Pinocchio's robot off by 1e-8": (PinocchioRobot, scaled(1e-8), "torques: pinocchio:"),
     "the reference off by a tenth": (AnalyticRobot, scaled(0.1), "analytic:links stands alone"),
-    "one row of one level": (
-        PinocchioCoupled,
-        one_row,
-        "pinocchio:coupled (planar) stands alone",
-    ),
+    "one row of one level": (PinocchioCoupled, one_row, "pinocchio:coupled (planar) stands alone"),
     "no numbers": (PinocchioCoupled, scaled(np.nan), "BadAnswer: torques is not finite"),
     "another shape": (
         PinocchioCoupled,

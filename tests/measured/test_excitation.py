@@ -16,6 +16,7 @@ from crosscheck.identification.terms import build_columns
 from crosscheck.models.robot.robot import JointLimits, Robot
 from crosscheck.recordings.record import Record
 from crosscheck.registry import build_robot_model
+from tests.measured.records import name_columns, write_table
 from tests.measured.robots import (
     COULOMB,
     POSITION_NOISE,
@@ -158,9 +159,7 @@ def test_the_command_writes_the_motion(crosscheck, robot, tmp_path):
     time = np.arange(0.0, 20.0, 2e-2)
     wave = 0.3 * np.sin(2 * np.pi * 0.4 * time)
     given = follow(robot, time, np.column_stack([wave, wave, wave]))
-    head = "t_s,theta_1_rad,theta_2_rad,theta_3_rad,torque_1_N_m,torque_2_N_m,torque_3_N_m"
-    rows = np.column_stack([given.time, given.position, given.motor_torque])
-    np.savetxt(tmp_path / "poor.csv", rows, delimiter=",", header=head, comments="")
+    write_table(tmp_path / "poor.csv", name_columns(given))
     (tmp_path / "robot.urdf").write_text(robot.urdf)
     command = ("compare", tmp_path / "poor.csv", tmp_path / "robot.urdf", "--out", tmp_path)
     answer = crosscheck(*command, "--json", tmp_path / "found.json")
@@ -171,7 +170,7 @@ def test_the_command_writes_the_motion(crosscheck, robot, tmp_path):
     assert side["suggested_motion"]["condition_number"] < side["condition_number"]
     assert (tmp_path / "excitation.csv").read_text().startswith("t_s,theta_1_rad,")
     command = ("cost", tmp_path / "robot.urdf", "--motion", tmp_path / "excitation.csv")
-    answer = crosscheck(*command, "--ratio", 101, "--rotor-inertia", 1e-4)
+    answer = crosscheck(*command, "--ratio", 101, "--rotor-inertia", 1e-4, "--quick")
     assert answer.code == 0, answer.err
 
 

@@ -1,9 +1,9 @@
 """Files of recorded motions: four formats say the same, and what is wrong with one is one line."""
 
 import os
+from collections.abc import Callable
 from dataclasses import replace
 from pathlib import Path
-from typing import Any
 
 import h5py
 import numpy as np
@@ -14,7 +14,7 @@ from rosbags.typesys import Stores, get_typestore
 
 from crosscheck.models.errors import InputError
 from crosscheck.recordings.record import Record, read_record, require_even_enough
-from tests.measured.records import level, record_of
+from tests.measured.records import level, name_columns, record_of, write_table
 from tests.tool.test_bad_input import assert_one_line
 
 JOINT_STATE, TIME = "sensor_msgs/msg/JointState", "builtin_interfaces/msg/Time"
@@ -26,13 +26,8 @@ def record(labelled) -> Record:
     return record_of(level(labelled, "coupled"), rows=600)
 
 
-def rows_of(record: Record) -> np.ndarray:
-    return np.column_stack([record.time, record.position, record.motor_torque])
-
-
-def written(record: Record, path: Path, header: str = HEADER) -> Path:
-    np.savetxt(path, rows_of(record), delimiter=",", header=header, comments="", fmt="%.17g")
-    return path
+def written(record: Record, path: Path) -> Path:
+    return write_table(path, name_columns(record))
 
 
 def assert_same(found: Record, record: Record) -> None:
@@ -65,20 +60,6 @@ def test_a_joint_may_stand_as_long_as_another_moves(record, tmp_path):
     assert_same(read_record(written(still, tmp_path / "r.csv"), 2), still)
 
 
-def test_units_are_those_of_the_names(record, tmp_path):
-    turned = record.position * 180 / np.pi
-    named = {
-        "t_ms": 1e3 * record.time,
-        "theta_deg": turned,
-        "torque_mN_m": 1e3 * record.motor_torque,
-    }
-    scipy.io.savemat(tmp_path / "r.mat", named)
-    found = read_record(tmp_path / "r.mat", 2)
-    assert found.time == pytest.approx(record.time)
-    assert found.position == pytest.approx(record.position)
-    assert found.motor_torque == pytest.approx(record.motor_torque)
-
-
 def cell(text: str, row: int, column: int, value: str) -> str:
     lines = [line.split(",") for line in text.splitlines()]
     lines[row][column] = value
@@ -101,54 +82,50 @@ def shifted(text: str, row: int, seconds: float, count: int = 1) -> str:
     return "\n".join([head, *moved]) + "\n"
 
 
+def swap(old: str, new: str) -> Callable[[str], str]:
+    return lambda text: text.replace(old, new)
+
+
+def put(row: int, column: int, value: str) -> Callable[[str], str]:
+    return lambda text: cell(text, row, column, value)
+
+
 BAD = {
-    "no times": (lambda text: text.replace("t_s", "clock"), "has no times; a column must be one"),
-    "a time without a unit": (lambda text: text.replace("t_s", "t"), "t: has no unit in its name"),
-    "no angles": (lambda text: text.replace("theta_", "phi_"), "has no angles"),
+    "no times": (swap("t_s", "clock"), "has no times; a column must be one"),
+    "a time without a unit": (swap("t_s", "t"), "t: has no unit in its name"),
+    "no angles": (swap("theta_", "phi_"), "has no angles"),
     "an angle without a unit": (
-        lambda text: text.replace("theta_1_rad", "theta_1"),
+        swap("theta_1_rad", "theta_1"),
         "theta_1: has no unit in its name; must be theta_1_rad or theta_1_deg",
     ),
     "a joint in two units": (
-        lambda text: text.replace("theta_2_rad", "theta_1_deg"),
+        swap("theta_2_rad", "theta_1_deg"),
         "theta_1: is there in rad and in deg",
     ),
-    "a joint too many": (
-        lambda text: text.replace("theta_2_rad", "theta_3_rad"),
-        "theta_3: there are 2 joints",
-    ),
+    "a joint too many": (swap("theta_2_rad", "theta_3_rad"), "theta_3: there are 2 joints"),
     "a joint missing": (
-        lambda text: text.replace("torque_2_N_m", "current_2_A"),
+        swap("torque_2_N_m", "current_2_A"),
         "torque_2: is missing; other joints have it",
     ),
-    "a time that repeats": (
-        lambda text: cell(text, 9, 0, "0.007"),
-        "= 0.007: is that of row 8; must",
-    ),
-    "a time that goes back": (
-        lambda text: cell(text, 9, 0, "-1"),
-        "= -1.0: is before row 8 (0.007)",
-    ),
-    "a gap": (lambda text: cell(text, 5, 2, "nan"), "theta_2, row 5: must be a number: cut"),
-    "a word": (lambda text: cell(text, 5, 1, "n/a"), "line 6, theta_1_rad = 'n/a': must be a"),
-    "an empty cell": (lambda text: cell(text, 5, 1, ""), "theta_1, row 5: must be a number: cut"),
+    "a time that repeats": (put(9, 0, "0.007"), "= 0.007: is that of row 8; must"),
+    "a time that goes back": (put(9, 0, "-1"), "= -1.0: is before row 8 (0.007)"),
+    "a gap": (put(5, 2, "nan"), "theta_2, row 5: must be a number: cut"),
+    "a word": (put(5, 1, "n/a"), "line 6, theta_1_rad = 'n/a': must be a"),
+    "an empty cell": (put(5, 1, ""), "theta_1, row 5: must be a number: cut"),
     "a short line": (lambda text: text + "0.7,1\n", "has 2 columns, must have 5, as line 1"),
     "a column twice": (
-        lambda text: text.replace("theta_2_rad", "theta_1_rad"),
+        swap("theta_2_rad", "theta_1_rad"),
         "line 1 = 'theta_1_rad': is there twice",
     ),
-    "a joint of no number": (
-        lambda text: text.replace("theta_1", "theta_0"),
-        "theta_0: there are",
-    ),
+    "a joint of no number": (swap("theta_1", "theta_0"), "theta_0: there are"),
     "a joint of many digits": (
-        lambda text: text.replace("theta_1", "theta_" + "9" * 5000),
+        swap("theta_1", "theta_" + "9" * 5000),
         "there are 2 joints, numbered from 1",
     ),
     "numbers for names": (lambda text: cell(text, 0, 0, "0").partition("\n")[2], "holds numbers"),
-    "a huge angle": (lambda text: cell(text, 5, 1, "1e300"), "theta_1, row 5 = 1e+300: must be at"),
-    "a huge torque": (lambda text: cell(text, 5, 3, "1e300"), "torque_1, row 5 = 1e+300: must be"),
-    "a huge time": (lambda text: cell(text, 600, 0, "1e300"), "time, row 600 = 1e+300: must be"),
+    "a huge angle": (put(5, 1, "1e300"), "theta_1, row 5 = 1e+300: must be at"),
+    "a huge torque": (put(5, 3, "1e300"), "torque_1, row 5 = 1e+300: must be"),
+    "a huge time": (put(600, 0, "1e300"), "time, row 600 = 1e+300: must be"),
     "nanoseconds apart": (lambda text: scaled(text, [0], 1e-9), "slope of position"),
     "nothing moves": (lambda text: scaled(text, [1, 2], 0.0), "position: is the same in every row"),
     "a gap of 30 years": (
@@ -160,14 +137,11 @@ BAD = {
         lambda text: shifted(text, 300, 1e8, 6),
         "s after the row before; cut the record where it has gaps",
     ),
-    "a decimal comma": (
-        lambda text: cell(text, 5, 1, "0,5"),
-        "line 6: has 6 columns, must have 5, as line 1",
-    ),
+    "a decimal comma": (put(5, 1, "0,5"), "line 6: has 6 columns, must have 5, as line 1"),
     "few rows": (lambda text: "\n".join(text.splitlines()[:21]) + "\n", "has 20 rows; must be at"),
     "no rows": (lambda text: HEADER + "\n", "has no rows below the names"),
     "nothing": (lambda text: "", "has no rows below the names"),
-    "no torques": (lambda text: text.replace("torque", "effort"), "has no torques; columns must"),
+    "no torques": (swap("torque", "effort"), "has no torques; columns must"),
 }
 
 
@@ -252,10 +226,10 @@ UNEVEN = {
     "r.csv: time, row 4 = 0.01: is before row 3 (0.02); must rise": [0.0, 0.01, 0.02, 0.01, 0.03],
     "r.csv: time, row 3 = 0.01: is that of row 2; must rise": [0.0, 0.01, 0.01, 0.02],
     "r.csv: time, row 3 = 1732000000.623: is that of row 2; must rise": [
-        *(1732000000.613, 1732000000.623, 1732000000.623),
+        *(1732000000.613, 1732000000.623, 1732000000.623)
     ],
     "r.csv: time, row 3 = 1732000000.622: is before row 2 (1732000000.623); must rise": [
-        *(1732000000.613, 1732000000.623, 1732000000.622),
+        *(1732000000.613, 1732000000.623, 1732000000.622)
     ],
     "r.csv: time, row 5 = 3.03: is 3 s after the row before; cut the record where it has gaps": [
         *(0.0, 0.01, 0.02, 0.03, 3.03),
@@ -271,37 +245,21 @@ def test_times_that_no_filter_follows_are_refused(said):
     assert str(error.value) == said
 
 
-BAD_ARRAYS = {
-    "a table of three dimensions": (
-        {"theta_rad": np.zeros((3, 2, 4))},
-        "theta_rad: has shape (3, 2, 4)",
-    ),
-    "a table of three joints": (
-        {"theta_rad": np.zeros((10, 3))},
-        "theta_rad: has shape (10, 3); must be (times, 2)",
-    ),
-    "a column of three dimensions": (
-        {"theta_1_rad": np.zeros((2, 3, 2))},
-        "theta_1_rad: has shape",
-    ),
-    "times of two dimensions": (
-        {"t_s": np.zeros((10, 2))},
-        "t_s: has shape (10, 2); must be a column",
-    ),
-    "columns of unlike length": (
-        {"theta_2_rad": np.zeros((9, 1))},
-        "theta_2: has 9 rows, theta_1 has 10",
-    ),
-    "complex numbers": ({"theta_1_rad": np.zeros((10, 1)) + 1j}, "theta_1: is missing"),
-}
-
-
-@pytest.mark.parametrize("case", BAD_ARRAYS)
-def test_bad_arrays_are_one_line(crosscheck, tmp_path, case):
-    given, said = BAD_ARRAYS[case]
+@pytest.mark.parametrize(
+    ("name", "values", "said"),
+    [
+        ("theta_rad", np.zeros((3, 2, 4)), "theta_rad: has shape (3, 2, 4)"),
+        ("theta_rad", np.zeros((10, 3)), "theta_rad: has shape (10, 3); must be (times, 2)"),
+        ("theta_1_rad", np.zeros((2, 3, 2)), "theta_1_rad: has shape"),
+        ("t_s", np.zeros((10, 2)), "t_s: has shape (10, 2); must be a column"),
+        ("theta_2_rad", np.zeros((9, 1)), "theta_2: has 9 rows, theta_1 has 10"),
+        ("theta_1_rad", np.zeros((10, 1)) + 1j, "theta_1: is missing"),
+    ],
+)
+def test_bad_arrays_are_one_line(crosscheck, tmp_path, name, values, said):
     column = np.linspace(0.0, 1.0, 10)[:, None]
     usual = {"t_s": column, "theta_1_rad": column, "theta_2_rad": column}
-    scipy.io.savemat(tmp_path / "r.mat", usual | given)
+    scipy.io.savemat(tmp_path / "r.mat", usual | {name: values})
     assert_one_line(crosscheck("compare", tmp_path / "r.mat"), said)
 
 
@@ -367,25 +325,15 @@ def bag_of(
             own = header(stamp(*divmod(nanoseconds, 10**9)), "base")
             names, places = ["elbow", "gripper", "shoulder"], [angles[1], 0.5, angles[0]]
             efforts = [torques[1], 0.0, torques[0]]
-            if apart:
-                bag.write(
-                    *_packed(
-                        types,
-                        topic,
-                        message(own, ["gripper"], *map(np.array, ([0.5], [], []))),
-                        nanoseconds,
-                    )
-                )
             if effort is not None:
                 efforts = [effort] * 3
             rates = [] if rate is None else [rate] * 3
-            state = message(own, names, *map(np.array, (places, rates, efforts)))
-            bag.write(*_packed(types, topic, state, nanoseconds + 1000))
+            states = [(nanoseconds, ["gripper"], ([0.5], [], []))] * apart
+            states.append((nanoseconds + 1000, names, (places, rates, efforts)))
+            for when, who, numbers in states:
+                state = message(own, who, *map(np.array, numbers))
+                bag.write(topic, when, types.serialize_cdr(state, state.__msgtype__))
     return folder
-
-
-def _packed(types: Any, topic: Any, state: Any, nanoseconds: int) -> tuple[Any, int, Any]:
-    return topic, nanoseconds, types.serialize_cdr(state, state.__msgtype__)
 
 
 JOINTS = ("shoulder", "elbow")

@@ -11,7 +11,7 @@ from crosscheck.identification.refinement import Knowledge, Refinement, refine
 from crosscheck.identification.terms import TermEstimate
 from crosscheck.models.robot.robot import Robot
 from crosscheck.recordings.record import Record
-from tests.measured.robots import RATIO, ROTOR, arm, draw_arm, recording
+from tests.measured.robots import RATIO, ROTOR, arm, draw_arm, first_problem, recording
 
 SECONDS = 8.0
 SHARE = 0.02  # to which links are known
@@ -26,17 +26,9 @@ def ask(robot: Robot, given: Record, knowledge: Knowledge) -> RecordComparison:
     )
 
 
-def refinement(robot: Robot, given: Record, knowledge: Knowledge) -> Refinement:
-    """What its first side says beyond identified links."""
-    found = ask(robot, given, knowledge).sides[0].refinement
-    assert found is not None
-    return found
-
-
 def refine_alone(robot: Robot, given: Record, knowledge: Knowledge) -> tuple[float, Refinement]:
     """The bandwidth, and the refinement of a recording of motors' torques, without all else."""
-    samples = compare._BandSamples(robot, [given], [given.motor_torque], np.zeros((0, 3)))
-    problem = compare._Problem(robot, samples, compare.LINK_KINDS["identified"])
+    *_, problem = first_problem(robot, given)
     bandwidth = problem.choose_bandwidth()
     rows, _, full = problem.fit(bandwidth)
     return bandwidth, refine(compare._record_torque(problem, rows, full), knowledge)

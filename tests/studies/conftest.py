@@ -7,6 +7,7 @@ import pytest
 
 from crosscheck.studies.batches.run import ExecutionSettings, run_study
 from crosscheck.studies.definition.files import read_study
+from tests.processes import Answer, Command
 from tests.studies.studies import Hold, held_study
 
 
@@ -27,3 +28,13 @@ def hold(tmp_path_factory: pytest.TempPathFactory) -> Callable[[int, int], Hold]
         return Hold(tmp_path_factory.mktemp("hold"), batches, jobs)
 
     return held
+
+
+@pytest.fixture
+def sweep(crosscheck: Command, tmp_path: Path) -> Command:
+    """``sweep(file, *more)``: the command's answer; the result is tmp_path / "out.nc"."""
+
+    def command(file: Path, *more: object) -> Answer:
+        return crosscheck("sweep", file, "--out", tmp_path / "out.nc", *more)
+
+    return command

@@ -17,11 +17,13 @@ from crosscheck.studies.definition.functions import read_source
 from crosscheck.studies.members.members import require_members
 from tests.obstacles import OBSTACLES
 from tests.studies.studies import study
+from tests.tool.test_bad_input import assert_one_line
 
 STUDY = Path(__file__).with_name("right.toml").read_text(encoding="utf-8")
 TABLES = tomllib.loads(Path(__file__).with_name("bad_studies.toml").read_text(encoding="utf-8"))
 PAYLOAD = 'path = "arm.payload_mass_kg"'
 PEAK = 'kind = "peak"\nsignal = "theta_ddot"'
+MINE = 'kind = "user_function"\nfunction = "mine.py:f"\nreturns = { a = "m" }'
 COUNTS = 'path = "arm.joints.*.planet_count"\nkind = "list"\nvalues = [3, 2]'
 
 
@@ -32,25 +34,30 @@ def _file(folder: Path, old: str, new: str) -> Path:
     return file
 
 
+@pytest.fixture
+def refuse(sweep, tmp_path):
+    """``refuse(file, *fragments)``: one line with all of them, and nothing written."""
+
+    def refused(file: Path, *fragments: str) -> None:
+        before = sorted(tmp_path.rglob("*"))
+        assert_one_line(sweep(file, "--jobs", 1, "--run-code"), *fragments)
+        assert sorted(tmp_path.rglob("*")) == before
+
+    return refused
+
+
 @pytest.mark.parametrize("case", TABLES["studies"])
-def test_one_line_says_what_is_wrong(case, crosscheck, tmp_path):
+def test_one_line_says_what_is_wrong(case, sweep, tmp_path):
     old, new, *fragments = TABLES["studies"][case]
-    file = _file(tmp_path, old, new)
-    code, out, err = crosscheck("sweep", file, "--out", tmp_path / "out.nc", "--jobs", 1)
-    assert (code, out, err.count("\n")) == (2, "", 1), err
-    for fragment in fragments:
-        assert fragment in err
+    assert_one_line(sweep(_file(tmp_path, old, new), "--jobs", 1), *fragments)
     assert [path.name for path in tmp_path.iterdir()] == ["study.toml"]
 
 
-def test_values_that_only_together_are_wrong_name_the_member(crosscheck, tmp_path):
+def test_values_that_only_together_are_wrong_name_the_member(refuse, tmp_path):
     file = _file(tmp_path, PAYLOAD, 'path = "arm.links.0.com_m"')
     with file.open("a", encoding="utf-8") as text:
         text.write('[[axes]]\npath = "arm.links.0.length_m"\nkind = "list"\nvalues = [3.0, 1.5]\n')
-    code, _, err = crosscheck("sweep", file, "--out", tmp_path / "out.nc", "--jobs", 1)
-    assert (code, err.count("\n")) == (2, 1)
-    # 2.0 is no place on a link of 1 m by itself
-    assert "arm.links.0.com_m" in err
+    refuse(file, "arm.links.0.com_m")  # 2.0 is no place on a link of 1 m by itself
 
 
 def test_the_largest_of_many_samples_is_tried_before_any_run():
@@ -64,25 +71,18 @@ def test_the_largest_of_many_samples_is_tried_before_any_run():
             require_members(study([axis], samples={"count": 2001}, settings=settings))
 
 
-def test_a_planet_that_one_member_lacks_is_refused(crosscheck, tmp_path):
+def test_a_planet_that_one_member_lacks_is_refused(refuse, tmp_path):
     file = _file(tmp_path, f'{PAYLOAD}\nkind = "list"\nvalues = [1.0, 2.0]', COUNTS)
     text = file.read_text().replace(PEAK, 'kind = "peak"\nsignal = "x_sp"\nplanet = 3')
     file.write_text(text, encoding="utf-8")
-    code, _, err = crosscheck("sweep", file, "--out", tmp_path / "out.nc", "--jobs", 1)
-    assert (code, err.count("\n")) == (2, 1)
-    assert "x_sp_peak: planet = 3: the arm's joints have up to 2" in err
-    assert [path.name for path in tmp_path.iterdir()] == ["study.toml"]
+    refuse(file, "x_sp_peak: planet = 3: the arm's joints have up to 2")
 
 
-def test_more_members_than_the_disk_holds_are_refused_with_the_number(crosscheck, tmp_path):
+def test_more_members_than_the_disk_holds_are_refused_with_the_number(refuse, tmp_path):
     file = _file(tmp_path, "count = 3", "count = 10000000")
     text = file.read_text().replace(PEAK, 'kind = "trajectories"\nsignals = ["theta", "F_sp"]')
     file.write_text(text.replace('"scenario.duration_s" = 0.001', '"scenario.duration_s" = 3.0'))
-    code, _, err = crosscheck("sweep", file, "--out", tmp_path / "out.nc", "--jobs", 1)
-    assert (code, err.count("\n")) == (2, 1)
-    assert "20,000,000 members" in err
-    assert " GB" in err
-    assert [path.name for path in tmp_path.iterdir()] == ["study.toml"]
+    refuse(file, "20,000,000 members", " GB")
 
 
 def test_room_is_what_the_disk_has(tmp_path):
@@ -91,37 +91,25 @@ def test_room_is_what_the_disk_has(tmp_path):
         batch_store.require_room(tmp_path / "out.nc", 10**18, 10)
 
 
-def test_a_file_of_somebody_elses_is_left_alone(crosscheck, tmp_path):
+def test_a_file_of_somebody_elses_is_left_alone(sweep, crosscheck, tmp_path):
     file, out = _file(tmp_path, PEAK, PEAK), tmp_path / "out.nc"
     out.write_text("mine")
     for more in ([], ["--resume"]):
-        code, _, err = crosscheck("sweep", file, "--out", out, *more)
-        assert (code, err.count("\n")) == (2, 1)
+        assert_one_line(sweep(file, *more))
     folder = tmp_path / "other.nc.batches"
     folder.mkdir()
     (folder / "letter").write_text("mine")
-    code, _, err = crosscheck("sweep", file, "--out", tmp_path / "other.nc")
-    assert (code, err.count("\n")) == (2, 1)
+    assert_one_line(crosscheck("sweep", file, "--out", tmp_path / "other.nc"))
     assert (out.read_text(), (folder / "letter").read_text()) == ("mine", "mine")
-    code, _, err = crosscheck("sweep", file, "--out", file)
-    assert code == 2
+    assert_one_line(crosscheck("sweep", file, "--out", file))
     assert file.read_text() == STUDY
 
 
 @pytest.mark.parametrize("case", TABLES["functions"])
-def test_a_function_that_cannot_be_used_is_named(case, crosscheck, tmp_path):
+def test_a_function_that_cannot_be_used_is_named(case, refuse, tmp_path):
     code, fragment = TABLES["functions"][case]
     (tmp_path / "mine.py").write_text(code, encoding="utf-8")
-    quantity = 'kind = "user_function"\nfunction = "mine.py:f"\nreturns = { a = "m" }'
-    file = _file(tmp_path, PEAK, quantity)
-    left, _, err = crosscheck(
-        "sweep", file, "--out", tmp_path / "out.nc", "--jobs", 1, "--run-code"
-    )
-    assert (left, err.count("\n")) == (2, 1)
-    assert err[:-1].isprintable()
-    assert "mine.py:f" in err
-    assert fragment in err
-    assert sorted(path.name for path in tmp_path.iterdir()) == ["mine.py", "study.toml"]
+    refuse(_file(tmp_path, PEAK, MINE), "mine.py:f", fragment)
 
 
 @pytest.mark.parametrize(
@@ -147,39 +135,29 @@ def test_a_function_without_a_source_is_named(function, said, tmp_path, monkeypa
 @pytest.mark.parametrize("jobs", [1, 2])
 @pytest.mark.parametrize("case", TABLES["lost"])
 def test_a_function_that_does_not_come_back_ends_the_study(
-    case, jobs, crosscheck, tmp_path, monkeypatch
+    case, jobs, sweep, tmp_path, monkeypatch
 ):
     monkeypatch.setattr(cpu_limit, "IDLE_S", 2.0)
     monkeypatch.setattr(cpu_limit, "LEAST_S", 0.01)
     monkeypatch.setattr(cpu_limit, "LOOK_S", 0.1)
     code, fragment = TABLES["lost"][case]
     (tmp_path / "mine.py").write_text(code, encoding="utf-8")
-    quantity = 'kind = "user_function"\nfunction = "mine.py:f"\nreturns = { a = "m" }'
-    file = _file(tmp_path, PEAK, quantity)
-    left, _, err = crosscheck(
-        "sweep", file, "--out", tmp_path / "o.nc", "--jobs", jobs, "--run-code"
-    )
+    left, _, err = sweep(_file(tmp_path, PEAK, MINE), "--jobs", jobs, "--run-code")
     assert (left, err.count("\n")) == (3, 1)
     assert fragment in err
     assert sorted(path.name for path in tmp_path.iterdir()) == ["mine.py", "study.toml"]
 
 
 def test_python_gets_the_same():
+    axes = {"arm.payload_mass_kg": []}
     with pytest.raises(InputError, match="at least"):
-        crosscheck.sweep(
-            "paper-labelled",
-            {"arm.payload_mass_kg": []},
-            scenario="pd",
-            measures=[{"kind": "peak"}],
-        )
+        crosscheck.sweep("paper-labelled", axes, scenario="pd", measures=[{"kind": "peak"}])
 
 
 @pytest.mark.parametrize("what", ["folder", "pipe", "dangling", "loop"])
 @pytest.mark.parametrize("place", ["study", "function", "out", "batches", "mark"])
-def test_what_is_no_file_is_one_line(crosscheck, tmp_path, place, what):
-    quantity = 'kind = "user_function"\nfunction = "mine.py:f"\nreturns = { a = "m" }'
-    new = quantity if place == "function" else PEAK
-    file = _file(tmp_path, PEAK, new)
+def test_what_is_no_file_is_one_line(sweep, tmp_path, place, what):
+    file = _file(tmp_path, PEAK, MINE if place == "function" else PEAK)
     folder = tmp_path / "out.nc.batches"
     (tmp_path / "elsewhere").mkdir()
     if place == "mark":
@@ -198,19 +176,18 @@ def test_what_is_no_file_is_one_line(crosscheck, tmp_path, place, what):
     else:
         OBSTACLES[what](named)
     chosen = named if place == "study" else file
-    arguments = ("sweep", chosen, "--out", tmp_path / "out.nc", "--jobs", 1, "--run-code")
     for more in ([], ["--resume"]):
-        code, out, err = crosscheck(*arguments, *more)
+        answer = sweep(chosen, "--jobs", 1, "--run-code", *more)
         if place == "out" and what == "dangling":  # a link to a file that is going to be
-            assert code == 0
+            assert answer.code == 0
             return
-        assert (code, out, err.count("\n")) == (2, "", 1), err
+        assert_one_line(answer)
     assert not list((tmp_path / "elsewhere").iterdir())
 
 
-def test_batches_that_a_killed_study_left_beside_its_result_go(crosscheck, tmp_path):
+def test_batches_that_a_killed_study_left_beside_its_result_go(sweep, tmp_path):
     file, out = _file(tmp_path, PEAK, PEAK), tmp_path / "out.nc"
-    code, said, _ = crosscheck("sweep", file, "--out", out, "--jobs", 1)
+    code, said, _ = sweep(file, "--jobs", 1)
     assert code == 0
     count = read_study(file).count
     assert re.search(rf"^wrote {out}: {count} members, {count} run in [\d.]+ s, ", said, re.M)
@@ -219,14 +196,14 @@ def test_batches_that_a_killed_study_left_beside_its_result_go(crosscheck, tmp_p
         folder.mkdir()
         (folder / batch_store.MARK).write_text(f"{owner}\n{'0' * 32}\n")
         (folder / f"{'0' * 32}.kept").write_text("half")
-        code, said, err = crosscheck("sweep", file, "--out", out, "--jobs", 1, "--resume")
+        code, said, err = sweep(file, "--jobs", 1, "--resume")
         assert (code, err) == (0, "")
         assert "is complete" in said
         assert folder.exists() == left
 
 
-def test_what_the_mark_does_not_list_is_left_alone(crosscheck, tmp_path):
-    file, out = _file(tmp_path, PEAK, PEAK), tmp_path / "out.nc"
+def test_what_the_mark_does_not_list_is_left_alone(sweep, tmp_path):
+    file = _file(tmp_path, PEAK, PEAK)
     folder = tmp_path / "out.nc.batches"
     folder.mkdir()
     study = read_study(file)
@@ -235,7 +212,7 @@ def test_what_the_mark_does_not_list_is_left_alone(crosscheck, tmp_path):
     for name in letters:
         (folder / name).write_text("mine")
     (folder / f"{'0' * 32}.kept").symlink_to("letter")
-    code, _, err = crosscheck("sweep", file, "--out", out, "--jobs", 1, "--resume")
+    code, _, err = sweep(file, "--jobs", 1, "--resume")
     assert (code, err) == (0, "")
     assert {path.name for path in folder.iterdir()} == letters
     assert {path.read_text() for path in folder.iterdir()} == {"mine"}

@@ -128,12 +128,12 @@ HARM: dict[str, Callable[[h5py.File], object]] = {
     "another format": _root("schema_version", 99),
     "format of words": _root("schema_version", "one"),
     "references": _reference,
+    "a range of no floats": _infinite,
 }
 HARMLESS = {
     "formula": _attribute("long_name", "$\\frac{1}{0"),
     "seconds": _attribute("units", "seconds"),
     "days": _attribute("units", "days since yesterday"),
-    "range": _infinite,
 }
 
 
@@ -157,13 +157,13 @@ def test_a_hostile_file_is_refused_in_one_line(result, tmp_path, crosscheck, har
 
 
 @pytest.mark.parametrize("change", HARMLESS)
-def test_words_and_sizes_of_any_kind_are_drawn(result, tmp_path, crosscheck, change):
+def test_words_of_any_kind_are_drawn(result, tmp_path, crosscheck, change):
     file = tmp_path / "good.nc"
     shutil.copy(result, file)
     with h5py.File(file, "r+") as opened:
         HARMLESS[change](opened)
-    code, _, err = crosscheck("plot", file)
-    assert code == 0 or err.count("\n") == 1
+    answer = crosscheck("plot", file)
+    assert (answer.code, answer.err) == (0, "")
 
 
 @pytest.mark.parametrize("what", ["nothing", *OBSTACLES])

@@ -8,6 +8,7 @@ from pathlib import Path
 import pytest
 
 from tests.studies import studies
+from tests.tool.test_bad_input import assert_one_line
 
 pytestmark = pytest.mark.system
 
@@ -30,10 +31,10 @@ def _killed(file: Path, out: Path, jobs: int, hold: studies.Hold) -> int:
     return studies.batches_kept(out)
 
 
-def test_several_processes_make_what_one_makes(undisturbed, tmp_path, crosscheck):
+def test_several_processes_make_what_one_makes(undisturbed, tmp_path, sweep):
     file, expected = undisturbed
     out = tmp_path / "out.nc"
-    code, said, err = crosscheck("sweep", file, "--out", out, "--run-code", "--jobs", 2)
+    code, said, err = sweep(file, "--run-code", "--jobs", 2)
     assert (code, err) == (0, "")
     assert f"{studies.MEMBERS} members" in said
     assert studies.content(out) == studies.content(expected)
@@ -41,17 +42,12 @@ def test_several_processes_make_what_one_makes(undisturbed, tmp_path, crosscheck
 
 
 @pytest.mark.parametrize("jobs", [1, 2])
-def test_a_killed_study_goes_on_where_it_was(undisturbed, tmp_path, crosscheck, hold, jobs):
+def test_a_killed_study_goes_on_where_it_was(undisturbed, tmp_path, sweep, hold, jobs):
     file, expected = undisturbed
     out = tmp_path / "out.nc"
     done = _killed(file, out, jobs, hold(3, jobs))
     before = {path: path.stat().st_mtime_ns for path in tmp_path.glob("out.nc.batches/*.kept")}
-
-    code, _, err = crosscheck("sweep", file, "--out", out, "--run-code", "--jobs", jobs)
-    assert code == 2
-    assert err.count("\n") == 1
-    assert "--resume" in err
-
+    assert_one_line(sweep(file, "--run-code", "--jobs", jobs), "--resume")
     holding = hold(1, jobs)
     again = studies.sweeping(file, out, "--jobs", jobs, "--resume", hold=holding)
     studies.wait_for_batches(out, done + 1, again)
@@ -67,9 +63,7 @@ def test_a_killed_study_goes_on_where_it_was(undisturbed, tmp_path, crosscheck, 
 @pytest.mark.parametrize(
     ("whom", "number"), [("group", signal.SIGINT), ("program", signal.SIGTERM)], ids=["INT", "TERM"]
 )
-def test_an_interrupted_study_says_how_to_go_on(
-    undisturbed, tmp_path, crosscheck, hold, whom, number
-):
+def test_an_interrupted_study_says_how_to_go_on(undisturbed, tmp_path, sweep, hold, whom, number):
     file, expected = undisturbed
     out = tmp_path / "out.nc"
     program = studies.sweeping(file, out, "--jobs", 2, hold=hold(2, 2))
@@ -83,20 +77,19 @@ def test_an_interrupted_study_says_how_to_go_on(
     assert not out.exists()
     assert not list(tmp_path.glob(".crosscheck-*"))
     assert studies.batches_kept(out) >= 2
-    code, _, err = crosscheck("sweep", file, "--out", out, "--run-code", "--jobs", 1, "--resume")
+    code, _, err = sweep(file, "--run-code", "--jobs", 1, "--resume")
     assert (code, err) == (0, "")
     assert studies.content(out) == studies.content(expected)
 
 
-def test_a_damaged_batch_is_made_again(undisturbed, tmp_path, crosscheck, hold):
+def test_a_damaged_batch_is_made_again(undisturbed, tmp_path, sweep, hold):
     file, expected = undisturbed
     out = tmp_path / "out.nc"
     _killed(file, out, 1, hold(3, 1))
     victim = sorted(tmp_path.glob("out.nc.batches/*.kept"))[0]
     victim.write_bytes(victim.read_bytes()[:-7])
-    code, _, err = crosscheck("sweep", file, "--out", out, "--run-code", "--jobs", 1, "--resume")
-    assert code == 0
-    assert "made again" in err
+    answer = sweep(file, "--run-code", "--jobs", 1, "--resume")
+    assert (answer.code, "made again" in answer.err) == (0, True)
     assert studies.content(out) == studies.content(expected)
 
 
@@ -113,52 +106,43 @@ def test_a_worker_that_dies_costs_its_batch_alone(undisturbed, tmp_path, hold):
     assert studies.content(out) == studies.content(expected)
 
 
-def test_another_studys_batches_and_result_are_left_alone(undisturbed, tmp_path, crosscheck, hold):
+def test_another_studys_batches_and_result_are_left_alone(undisturbed, tmp_path, sweep, hold):
     file, expected = undisturbed
     out = tmp_path / "out.nc"
     other = studies.held_study(tmp_path / "other")
-    text = other.read_text()
-    other.write_text(
-        text.replace(f"count = {studies.MEMBERS // 2}", f"count = {studies.MEMBERS // 2 + 1}")
-    )
+    text, count = other.read_text(), studies.MEMBERS // 2
+    other.write_text(text.replace(f"count = {count}", f"count = {count + 1}"))
     assert other.read_text() != text
-    of_other = ("sweep", other, "--out", out, "--run-code")
     shutil.copy(expected, out)
     before = out.read_bytes()
-    code, _, err = crosscheck(*of_other, "--resume")
-    assert (code, err.count("\n")) == (2, 1)
-    assert "another study" in err
+    assert_one_line(sweep(other, "--run-code", "--resume"), "another study")
     assert out.read_bytes() == before
     out.unlink()
 
     done = _killed(file, out, 1, hold(3, 1))
     for more in ([], ["--resume"]):
-        code, _, err = crosscheck(*of_other, *more)
-        assert (code, err.count("\n")) == (2, 1)
-        assert "another study" in err
+        assert_one_line(sweep(other, "--run-code", *more), "another study")
     assert studies.batches_kept(out) == done >= 2
 
 
-def test_batches_left_beside_a_complete_result_are_removed(undisturbed, tmp_path, crosscheck, hold):
+def test_batches_left_beside_a_complete_result_are_removed(undisturbed, tmp_path, sweep, hold):
     file, expected = undisturbed
     out = tmp_path / "out.nc"
     _killed(file, out, 1, hold(3, 1))
     shutil.copy(expected, out)
-    code, said, err = crosscheck("sweep", file, "--out", out, "--run-code", "--resume")
+    code, said, err = sweep(file, "--run-code", "--resume")
     assert (code, err) == (0, "")
     assert "complete" in said
     assert [path.name for path in tmp_path.iterdir() if path.name.startswith("out")] == ["out.nc"]
 
 
-def test_what_is_complete_is_not_made_again(undisturbed, tmp_path, crosscheck):
+def test_what_is_complete_is_not_made_again(undisturbed, tmp_path, sweep):
     file, expected = undisturbed
     out = tmp_path / "out.nc"
     shutil.copy(expected, out)
     before = out.read_bytes()
-    code, said, err = crosscheck("sweep", file, "--out", out, "--run-code", "--resume")
+    code, said, err = sweep(file, "--run-code", "--resume")
     assert (code, err) == (0, "")
     assert "complete" in said
-    code, _, err = crosscheck("sweep", file, "--out", out, "--run-code")
-    assert (code, err.count("\n")) == (2, 1)
-    assert "exists already" in err
+    assert_one_line(sweep(file, "--run-code"), "exists already")
     assert out.read_bytes() == before

@@ -23,6 +23,7 @@ from crosscheck.studies import plot
 from crosscheck.studies.batches.netcdf_file import use_file
 from crosscheck.studies.plot import STYLE, drawable_names, find_state_boundary, make_study_figure
 from tests.studies.studies import content, study
+from tests.tool.test_bad_input import assert_one_line
 
 PEAKS = [{"kind": "peak", "signal": "theta_ddot"}]
 SHORT = {"scenario.duration_s": 0.002}
@@ -59,13 +60,8 @@ def result(tmp_path_factory: pytest.TempPathFactory) -> Path:
 
 def test_every_number_is_where_its_axes_say(result):
     with xr.open_dataset(result) as found:
-        assert dict(found.theta_ddot_peak.sizes) == {
-            "payload_mass_kg": 3,
-            "phase": 2,
-            "sample": 2,
-            "start": 2,
-            "joint": 2,
-        }
+        sizes = {"payload_mass_kg": 3, "phase": 2, "sample": 2, "start": 2, "joint": 2}
+        assert dict(found.theta_ddot_peak.sizes) == sizes
         one = found.isel(sample=1, start=1).sel(payload_mass_kg=10, phase="omega_t")
         settings = [
             f"arm.joints.{place // 2}.{side}_mesh.backlash_m={float(one.backlash_m[place])!r}"
@@ -93,10 +89,8 @@ def test_axes_carry_units_and_what_they_vary(result):
         assert list(found.phase.values) == ["angle", "omega_t"]
         assert found.start.values.tolist() == [7, 8]  # by which a member's start is drawn again
         assert {"backlash_m", "damping_ratio"} <= set(found.coords)
-        scenario = load_case(
-            "paper-labelled", "pd", settings=["scenario.duration_s=0.002"]
-        ).scenario
-        assert np.array_equal(found.time.values, recorded_times(scenario))
+        case = load_case("paper-labelled", "pd", settings=["scenario.duration_s=0.002"])
+        assert np.array_equal(found.time.values, recorded_times(case.scenario))
 
 
 def test_spot_checks_are_the_second_engines_numbers(result):
@@ -115,9 +109,8 @@ def test_spot_checks_are_the_second_engines_numbers(result):
 
 def test_a_result_is_the_same_again(result, tmp_path):
     again = content(_made(tmp_path / "out.nc", 2))
-    assert {"theta_ddot_peak", "backlash_m", "sample", "start", "diverged_s", "checked"} <= set(
-        again
-    )
+    assert again.keys() >= {"theta_ddot_peak", "backlash_m", "sample", "start"}
+    assert again.keys() >= {"diverged_s", "checked"}
     assert again == content(result)
 
 
@@ -126,10 +119,9 @@ def test_what_the_user_gives_as_records_is_taken_as_it_is():
     found = package.sweep(arm, {}, scenario=scenario, settings=SHORT, measures=PEAKS)
     case = load_case("three-unlike", "constant-torque", settings=["scenario.duration_s=0.002"])
     run = build(reference_model(), *case).simulate()
+    largest = np.abs(run.theta_ddot.values).max(axis=0)
     # the ensemble's rounding against that of one run
-    assert found.theta_ddot_peak.values == pytest.approx(
-        np.abs(run.theta_ddot.values).max(axis=0), rel=1e-9
-    )
+    assert found.theta_ddot_peak.values == pytest.approx(largest, rel=1e-9)
 
 
 @pytest.mark.parametrize("quantity", [[], ["--quantity", "theta_ddot_peak"]])
@@ -160,15 +152,11 @@ def test_an_axis_alone_and_samples_alone_are_drawn_too(tmp_path, crosscheck):
 
 
 def test_what_cannot_be_drawn_is_said(result, tmp_path, crosscheck):
-    code, _, err = crosscheck("plot", result, "--quantity", "nothing", "--out", tmp_path / "a.png")
-    assert (code, err.count("\n")) == (2, 1)
-    assert "theta_ddot_peak" in err
-    other = tmp_path / "other.nc"
-    other.write_text("nothing")
-    code, _, err = crosscheck("plot", other)
-    assert (code, err.count("\n")) == (2, 1)
-    code, _, err = crosscheck("plot", tmp_path / "nowhere.nc")
-    assert (code, err.count("\n")) == (2, 1)
+    answer = crosscheck("plot", result, "--quantity", "nothing", "--out", tmp_path / "a.png")
+    assert_one_line(answer, "theta_ddot_peak")
+    (tmp_path / "other.nc").write_text("nothing")
+    for name in ("other.nc", "nowhere.nc"):
+        assert_one_line(crosscheck("plot", tmp_path / name))
     assert use_file(result, drawable_names) == ["theta_ddot_peak"]
 
 
@@ -222,15 +210,9 @@ def test_the_example_of_backlash_shows_what_backlash_does():
     """Of fewer draws: the quantities of one backlash and of the next lie apart."""
     text = (ROOT / "examples/studies/backlash.toml").read_text(encoding="utf-8")
     given = tomllib.loads(text)
-    found = package.sweep(
-        given["arm"],
-        given["axes"],
-        scenario=given["scenario"],
-        measures=given["quantities"],
-        settings=given["settings"],
-        samples={"count": 2, "seed": given["samples"]["seed"]},
-        starts=1,
-    )
+    asked = {name: given[name] for name in ("scenario", "settings")}
+    asked |= {"measures": given["quantities"], "samples": given["samples"] | {"count": 2}}
+    found = package.sweep(given["arm"], given["axes"], **asked, starts=1)
     for quantity in (found.theta_ddot_peak_joint1, found.theta_rigid_deviation_coupled[..., 0]):
         drawn = [dim for dim in quantity.dims if dim != "backlash_m"]
         least, largest = quantity.min(drawn).values, quantity.max(drawn).values
@@ -243,16 +225,13 @@ def test_numbers_of_a_sweep_are_whole_on_a_narrow_terminal(tmp_path, capsys, mon
     values = {"path": "arm.payload_mass_kg", "kind": "list", "values": [1.0, 2.0, 3.0]}
     made = study([values], [{"kind": "rigid_deviation"}])
     name = "theta_rigid_deviation_coupled"
-    result = xr.Dataset(
-        {
-            "diverged_s": ("payload", np.full(3, np.nan)),
-            name: ("payload", [8.25914e-07, 3.10953e-06, 1.04956e-05]),
-            f"{name}_difference": ("checked", [6.8e-21]),
-            f"{name}_difference_over_spread": ("checked", [1e-15]),
-        },
-        {"checked": [0]},
-    )
-    result.to_netcdf(tmp_path / "out.nc", engine="h5netcdf")
+    numbers = {
+        "diverged_s": ("payload", np.full(3, np.nan)),
+        name: ("payload", [8.25914e-07, 3.10953e-06, 1.04956e-05]),
+        f"{name}_difference": ("checked", [6.8e-21]),
+        f"{name}_difference_over_spread": ("checked", [1e-15]),
+    }
+    xr.Dataset(numbers, {"checked": [0]}).to_netcdf(tmp_path / "out.nc", engine="h5netcdf")
     cli_studies._print_ranges(made, tmp_path / "out.nc")
     words = capsys.readouterr().out.split()
     for number in ("8.25914e-07", "3.10953e-06", "1.04956e-05", "6.8e-21"):

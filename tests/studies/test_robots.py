@@ -151,9 +151,8 @@ def test_rotors_meshes_and_python(tmp_path):
         (ARM, "nowhere.toml", ("nowhere.toml", "no such file")),
     ],
 )
-def test_what_does_not_fit_is_one_line(crosscheck, tmp_path, old, new, fragments):
+def test_what_does_not_fit_is_one_line(sweep, tmp_path, old, new, fragments):
     assert old in STUDY
     file = write_study(tmp_path, STUDY.replace(old, new, 1))
-    answer = crosscheck("sweep", file, "--out", tmp_path / "o.nc", "--jobs", 1)
-    assert_one_line(answer, *fragments)
-    assert not (tmp_path / "o.nc").exists()
+    assert_one_line(sweep(file, "--jobs", 1), *fragments)
+    assert not (tmp_path / "out.nc").exists()

@@ -8,14 +8,7 @@ import pytest
 
 from crosscheck.cli.files.template import make_plain_arm
 from crosscheck.file_types import AGREEMENT, identify_file_type
-from crosscheck.findings import (
-    Agreement,
-    ComparisonKey,
-    Finding,
-    Subject,
-    make_check,
-    make_measurement,
-)
+from crosscheck.findings import Agreement, Finding, make_check, make_measurement
 from crosscheck.models.loading import load_arm
 from crosscheck.models.robot.file import load_robot
 from crosscheck.planning import arms, robots
@@ -31,27 +24,18 @@ from crosscheck.report.answers import (
 from crosscheck.report.matrix import collect_cells
 from crosscheck.report.outline import outline_arm
 from crosscheck.report.terminal import print_answers
+from tests.views.agreements import BODIES, GEARS, LEAD, PRINTED, about
 
-PRINTED, LEAD, ENGINE, LINKS = (
-    "analytic:printed",
-    "analytic:physical",
-    "pinocchio:gears",
-    "analytic:links",
-)
-CASE = "paper-labelled/geared"
-
-
-def about(left: str, right: str, quantity: str, family: str, case: str, unit: str = "1") -> Subject:
-    return Subject(ComparisonKey(family, case, quantity, left, right), unit, "largest")
+LINKS, CASE = "analytic:links", "paper-labelled/geared"
 
 
 def state(left: str, measured: float, case: str = CASE) -> Finding:
-    subject = about(left, ENGINE, "mass_matrix", "states", case)
+    subject = about("states", case, "mass_matrix", left, GEARS)
     return make_check(subject, measured=measured, tolerance=1e-12, basis="rounding")
 
 
 def printed(measured: float) -> Finding:
-    subject = about(PRINTED, ENGINE, "mass_matrix", "form-states", CASE)
+    subject = about("form-states", CASE, "mass_matrix", PRINTED, GEARS)
     return make_measurement(subject, measured=measured)
 
 
@@ -66,7 +50,7 @@ def test_printed_equations_within_what_the_derivation_is_allowed_agree(labelled)
 
 
 def test_printed_equations_are_allowed_what_the_most_lenient_of_the_engines_is(labelled):
-    other = about(LEAD, "exudyn:bodies", "mass_matrix", "states", CASE)
+    other = about("states", CASE, "mass_matrix", LEAD, BODIES)
     lenient = make_check(other, measured=1e-15, tolerance=1e-10, basis="rounding")
     for measured, agrees in ((0.9e-10, True), (1.1e-10, False)):
         answer = said([state(LEAD, 1e-15), lenient, printed(measured)], labelled)
@@ -88,9 +72,8 @@ def test_another_arms_states_count_for_the_verdict_and_not_for_the_sizes(labelle
 
 @pytest.mark.parametrize(("size", "agrees"), [(1e-15, True), (1e-3, False)])
 def test_a_check_of_any_kind_between_the_two_turns_the_answer(size, agrees, labelled):
-    modes = make_check(
-        about(LEAD, ENGINE, "mesh-modes", "modes", CASE), measured=size, tolerance=1e-9, basis=""
-    )
+    own = about("modes", CASE, "mesh-modes", LEAD, GEARS)
+    modes = make_check(own, measured=size, tolerance=1e-9, basis="")
     assert ("do not agree" not in said([state(LEAD, 1e-15), modes], labelled)) is agrees
 
 

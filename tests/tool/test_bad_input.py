@@ -7,6 +7,7 @@ from pathlib import Path
 import pytest
 
 from crosscheck.models.arm.planets import usual_switches
+from crosscheck.models.errors import LONGEST_LINE
 from crosscheck.models.files import HERE
 from crosscheck.models.loading import Case, load_scenario
 from crosscheck.planning.plan import RESERVED_NAMES, Experiment, make_energy_experiments
@@ -18,11 +19,12 @@ SCENARIO = (HERE / "scenarios" / "constant-torque.toml").read_text(encoding="utf
 
 
 def assert_one_line(answer: Answer, *fragments: str) -> None:
-    """Exit code 2 and a single line on stderr with every fragment."""
+    """Exit code 2 and a single line on stderr, printable and short, with every fragment."""
     assert (answer.code, answer.out) == (2, "")
-    assert answer.err.startswith("crosscheck: ")
-    assert answer.err.count("\n") == 1
-    assert answer.err.endswith("\n")
+    line, end = answer.err[:-1], answer.err[-1:]
+    assert (line.isprintable(), end) == (True, "\n"), answer.err
+    assert line.startswith("crosscheck: ")
+    assert len(line) <= LONGEST_LINE
     for fragment in fragments:
         assert fragment in answer.err
 

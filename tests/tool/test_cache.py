@@ -1,17 +1,12 @@
 """What is kept between runs: made again where it is damaged, and cleared by one command."""
 
 import os
-from collections.abc import Iterator
 from pathlib import Path
 
 import pytest
 
 from crosscheck.models import numba_cache
-from crosscheck.models.directories import (
-    make_temporary_folder,
-    prepare_cache_folder,
-    prepare_code_folder,
-)
+from crosscheck.models.directories import prepare_code_folder
 from crosscheck.models.numba_cache import njit
 from tests.processes import NOBODY, in_child, reachable
 
@@ -34,23 +29,6 @@ def doubled(folder: Path) -> tuple[float, bool]:
 
 
 @pytest.fixture
-def own(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Iterator[Path]:
-    """The program's folder, in an empty cache folder of the user's."""
-    monkeypatch.setenv("XDG_CACHE_HOME", str(tmp_path / "cache"))
-    remembered = (
-        prepare_cache_folder,
-        prepare_code_folder,
-        make_temporary_folder,
-        numba_cache._stamp,
-    )
-    for function in remembered:
-        function.cache_clear()
-    yield tmp_path / "cache" / "geararm-crosscheck"
-    for function in remembered:
-        function.cache_clear()
-
-
-@pytest.fixture
 def sources(tmp_path: Path) -> Path:
     """The folder of a file with a function."""
     (tmp_path / "doubling").mkdir()
@@ -59,11 +37,11 @@ def sources(tmp_path: Path) -> Path:
 
 
 @pytest.fixture
-def kept(own: Path, sources: Path) -> Path:
+def kept(cache: Path, sources: Path) -> Path:
     """The folder of a compiled function's files."""
     assert doubled(sources) == (6.0, False)
     assert doubled(sources) == (6.0, True)
-    (folder,) = (own / "compiled").iterdir()
+    (folder,) = (cache / "compiled").iterdir()
     return folder
 
 
@@ -148,48 +126,48 @@ def test_a_kept_pickle_that_is_not_the_users_own_is_not_run(kept, sources, suffi
     assert capsys.readouterr().err == ""
 
 
-def test_what_lies_in_a_folder_that_others_could_write_is_removed(kept, sources, own):
-    (own / "compiled").chmod(0o777)
+def test_what_lies_in_a_folder_that_others_could_write_is_removed(kept, sources, cache):
+    (cache / "compiled").chmod(0o777)
     prepare_code_folder.cache_clear()
     assert doubled(sources) == (6.0, False)
-    assert (own / "compiled").stat().st_mode & 0o777 == 0o700
+    assert (cache / "compiled").stat().st_mode & 0o777 == 0o700
 
 
 @pytest.mark.parametrize("place", [".", "compiled"])
-def test_a_folder_is_not_changed_through_a_link(sources, own, place, tmp_path, capsys):
+def test_a_folder_is_not_changed_through_a_link(sources, cache, place, tmp_path, capsys):
     theirs = tmp_path / "theirs"
     theirs.mkdir(mode=0o755)
-    (own / place).parent.mkdir(parents=True)
-    (own / place).symlink_to(theirs)
+    (cache / place).parent.mkdir(parents=True)
+    (cache / place).symlink_to(theirs)
     assert doubled(sources) == (6.0, False)
     assert theirs.stat().st_mode & 0o777 == 0o755
     assert list(theirs.iterdir()) == []
-    line = f"crosscheck: {own / place}: is a link; nothing is kept\n"
+    line = f"crosscheck: {cache / place}: is a link; nothing is kept\n"
     assert capsys.readouterr().err == line
 
 
 @pytest.mark.skipif(os.geteuid() != 0, reason="only root can be somebody else")
-def test_a_folder_of_another_user_is_not_used(sources, own, tmp_path):
-    own.mkdir(parents=True)
-    own.chmod(0o777)
+def test_a_folder_of_another_user_is_not_used(sources, cache, tmp_path):
+    cache.mkdir(parents=True)
+    cache.chmod(0o777)
     reachable(sources)
-    reachable(own)
+    reachable(cache)
 
     def compile_as_nobody() -> None:
         assert doubled(sources) == (6.0, False)
 
     assert in_child(compile_as_nobody, nobody=True)
-    assert list(own.iterdir()) == []
+    assert list(cache.iterdir()) == []
 
 
-def test_all_that_is_kept_is_cleared_and_its_sizes_reported(crosscheck, own):
+def test_all_that_is_kept_is_cleared_and_its_sizes_reported(crosscheck, cache):
     sizes = {
-        own / f"{'a' * 32}.kept": 2_000_000,
-        own / "machine-code" / f"{'b' * 32}.o": 300_000,
-        own / "compiled" / "models_x" / "law.nbc": 100_000,
-        own / "compiled" / "models_y" / "law.nbi": 900_000,
+        cache / f"{'a' * 32}.kept": 2_000_000,
+        cache / "machine-code" / f"{'b' * 32}.o": 300_000,
+        cache / "compiled" / "models_x" / "law.nbc": 100_000,
+        cache / "compiled" / "models_y" / "law.nbi": 900_000,
     }
-    letter = own / "letter"
+    letter = cache / "letter"
     for path, size in sizes.items():
         path.parent.mkdir(parents=True, exist_ok=True)
         path.touch()
@@ -198,22 +176,22 @@ def test_all_that_is_kept_is_cleared_and_its_sizes_reported(crosscheck, own):
     answer = crosscheck("cache", "clear")
     assert (answer.code, answer.err) == (0, "")
     assert answer.out.splitlines() == [
-        f"removed 1 simulations, 2.0 MB, {own}",
-        f"removed 1 kernels, 0.3 MB, {own / 'machine-code'}",
-        f"removed 2 compiled functions, 1.0 MB, {own / 'compiled'}",
+        f"removed 1 simulations, 2.0 MB, {cache}",
+        f"removed 1 kernels, 0.3 MB, {cache / 'machine-code'}",
+        f"removed 2 compiled functions, 1.0 MB, {cache / 'compiled'}",
     ]
     assert not any(path.exists() for path in sizes)
     assert letter.read_text() == "mine"
     assert crosscheck("cache", "clear").code == 0
 
 
-def test_nothing_is_cleared_through_a_link(crosscheck, own, tmp_path):
+def test_nothing_is_cleared_through_a_link(crosscheck, cache, tmp_path):
     (tmp_path / "theirs.o").touch()
-    own.mkdir(parents=True)
-    (own / "machine-code").symlink_to(tmp_path)
+    cache.mkdir(parents=True)
+    (cache / "machine-code").symlink_to(tmp_path)
     answer = crosscheck("cache", "clear")
     assert (answer.code, answer.err) == (
         2,
-        f"crosscheck: {own / 'machine-code'}: is a link; remove it\n",
+        f"crosscheck: {cache / 'machine-code'}: is a link; remove it\n",
     )
     assert (tmp_path / "theirs.o").exists()

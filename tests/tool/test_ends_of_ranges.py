@@ -6,7 +6,7 @@ whose every number is drawn.
 
 import math
 import random
-from collections.abc import Iterator
+from contextlib import suppress
 from typing import Any
 
 import numpy as np
@@ -14,12 +14,10 @@ import pytest
 from pydantic import BaseModel
 
 from crosscheck.models.arm.arm import Arm, Direct, Link, Planetary
-from crosscheck.models.arm.mesh import Mesh
 from crosscheck.models.arm.planets import usual_switches
-from crosscheck.models.arm.stiffness import SineStiffness
 from crosscheck.models.errors import InputError
 from crosscheck.models.experiment.scenario import Scenario
-from crosscheck.models.loading import load_arm, validate_record
+from crosscheck.models.loading import load_case, validate_record
 from crosscheck.planning.arms import plan_comparisons
 from crosscheck.planning.plan import CrossCheckRequest, draft_experiments, set_stable_step
 from crosscheck.planning.preparation import Preparation
@@ -27,40 +25,11 @@ from crosscheck.planning.sizing import compute_sizes
 from crosscheck.registry import build, reference_model
 from tests.arms import arm_of
 from tests.draws import DRAWS, SAMPLE, fresh_seed, ranges_of
+from tests.tool.test_ranges import LIMITS, SCENARIO
 
 DRAWN = 20 if DRAWS == SAMPLE else DRAWS
 SPREAD = 6.0  # decades about a number of an arm of a metre, within its range
 NOT_NUMBERS = ("schema_version", "name", "title", "sun_teeth", "planet_teeth", "ring_teeth")
-RECORDS: list[tuple[tuple[Any, ...], type[BaseModel]]] = [
-    ((), Arm),
-    (("links", 0), Link),
-    (("joints", 0), Planetary),
-    (("joints", 1), Direct),
-    (("joints", 0, "sun_mesh"), Mesh),
-    (("joints", 0, "sun_mesh", "stiffness"), SineStiffness),
-]
-
-
-def content() -> dict[str, Any]:
-    """Of an arm with a joint of each kind, that has every number of one form."""
-    arm = arm_of(2, direct=(1,))
-    return arm.model_dump(exclude_none=True)
-
-
-def at(data: Any, path: tuple[Any, ...]) -> Any:
-    for key in path:
-        data = data[key]
-    return data
-
-
-def ends() -> Iterator[tuple[tuple[Any, ...], float]]:
-    """Path and value of every number at both ends of its range."""
-    present = content()
-    for path, record in RECORDS:
-        for name, allowed in ranges_of(record).items():
-            if name in NOT_NUMBERS or name not in at(present, path):
-                continue
-            yield from (((*path, name), value) for value in (allowed.least, allowed.most))
 
 
 def drawn(generator: random.Random) -> dict[str, Any]:
@@ -88,50 +57,49 @@ def _spread(
         place[name] = float(np.clip(10**exponent, allowed.least, allowed.most))
 
 
-def plan(data: dict[str, Any]) -> bool:
-    """Whether an arm's cross-check is planned, as far as no run is needed; else it is refused."""
-    try:
-        arm = validate_record(Arm, data, "arm")
-    except InputError:
-        return False
+def plan(arm: Arm) -> None:
+    """Plan an arm's cross-check, as far as no run is needed. Raises InputError."""
     wanted = CrossCheckRequest(arm, quick=True)
-    try:
-        sizes = compute_sizes(arm)
-        outline = draft_experiments(wanted, sizes)
-        model = build(reference_model(), arm, outline[0].case.scenario, usual_switches(arm))
-        limit = model.largest_stable_step()
-        chosen = Preparation([set_stable_step(each, limit) for each in outline], limit, ())
-        assert all(Scenario.model_validate(e.case.scenario.model_dump()) for e in outline)
-        plan_comparisons(wanted, chosen)
-    except InputError:
-        return False
-    return True
+    outline = draft_experiments(wanted, compute_sizes(arm))
+    model = build(reference_model(), arm, outline[0].case.scenario, usual_switches(arm))
+    limit = model.largest_stable_step()
+    chosen = Preparation([set_stable_step(each, limit) for each in outline], limit, ())
+    assert all(Scenario.model_validate(e.case.scenario.model_dump()) for e in outline)
+    plan_comparisons(wanted, chosen)
 
 
-@pytest.mark.parametrize(("path", "value"), [*ends()], ids=lambda of: str(of))
-def test_a_number_at_the_end_of_its_range_is_planned_or_refused(path, value):
-    data = content()
-    data = _mutable(data)
-    at(data, path[:-1])[path[-1]] = value
-    plan(data)
+@pytest.mark.parametrize("number", LIMITS)
+def test_ends_of_a_range_are_inside_and_planned(number):
+    """Other promises (of whole teeth, of gears beside each other) may still refuse them."""
+    arm, path, limit = LIMITS[number]
+    for value in (limit.least, limit.most, *([0.0] if limit.or_zero else [])):
+        reason = ""
+        try:
+            case = load_case(arm, SCENARIO, {}, [f"{path}={value!r}"])
+            if path.startswith("arm."):
+                plan(case.arm)
+        except InputError as refused:
+            reason = refused.allowed
+        assert reason != f"must be {limit}"
+
+
+def test_an_arm_of_a_kilometre_is_planned():
+    """A torque beyond the range of a scenario would lift it."""
+    plan(load_case("paper-labelled", SCENARIO, {}, ["arm.links.0.length_m=1000.0"]).arm)
+
+
+@pytest.mark.campaign
+def test_drawn_arms_are_planned_or_refused():
+    seed = fresh_seed()
+    generator, planned = random.Random(seed), 0
+    for _ in range(DRAWN):
+        with suppress(InputError):
+            plan(validate_record(Arm, _mutable(drawn(generator)), "arm"))
+            planned += 1
+    assert planned, seed
 
 
 def _mutable(data: Any) -> Any:
     if isinstance(data, dict):
         return {key: _mutable(value) for key, value in data.items()}
     return [_mutable(each) for each in data] if isinstance(data, list | tuple) else data
-
-
-def test_an_arm_of_a_kilometre_is_planned():
-    """A torque beyond the range of a scenario would lift it."""
-    data = _mutable(load_arm("paper-labelled").model_dump())
-    data["links"][0]["length_m"] = 1000.0
-    assert plan(data)
-
-
-@pytest.mark.campaign
-def test_drawn_arms_are_planned_or_refused():
-    seed = fresh_seed()
-    generator = random.Random(seed)
-    found = [plan(_mutable(drawn(generator))) for _ in range(DRAWN)]
-    assert any(found), seed

@@ -26,7 +26,7 @@ from crosscheck.models.files import HERE
 from crosscheck.models.loading import load_arm
 from crosscheck.provenance import ROOT
 from tests.draws import DRAWS, SAMPLE, fresh_seed
-from tests.measured.records import level, record_of
+from tests.measured.records import level, name_columns, record_of, write_table
 from tests.tool.hostile import PIECES, place_damaged
 from tests.warm import import_all
 
@@ -50,11 +50,7 @@ COMMANDS: dict[str, tuple[list[str], list[str], list[list[str]]]] = {
     ),
     "view": (["run.nc"], ["view", "run.nc"], [["--out", "?"]]),
     "plot": (["study.nc"], ["plot", "study.nc"], [["--quantity", "?"], ["--out", "a.png"]]),
-    "init": (
-        ["sliding.urdf"],
-        ["init", "new.toml", "--urdf", "sliding.urdf"],
-        [["--joints", "?"]],
-    ),
+    "init": (["sliding.urdf"], ["init", "new.toml", "--urdf", "sliding.urdf"], [["--joints", "?"]]),
     "cost": (ROBOT, ["cost", "sliding.toml", "--quick"], [["--seed", "?"], ["--json", "c.json"]]),
     "cost of a URDF": (ROBOT[1:], ["cost", "sliding.urdf", "--quick"], [["--out", "page"]]),
     "cost of a motion": (
@@ -159,17 +155,12 @@ def _seeds(folder: Path) -> dict[str, Path]:
     for name, source in copies.items():
         shutil.copyfile(source, folder / name)
     record = record_of(level(load_arm("paper-labelled"), "coupled"), time=0.01 * np.arange(300))
-    columns = {"t_s": record.time}
-    assert record.motor_torque is not None
-    for joint in (0, 1):
-        columns[f"theta_{joint + 1}_rad"] = record.position[:, joint]
-        columns[f"torque_{joint + 1}_N_m"] = record.motor_torque[:, joint]
+    columns = name_columns(record)
     scipy.io.savemat(folder / "record.mat", columns)
-    _write_table(folder / "record.csv", columns)
-    motion = {"t_s": record.time[:20]}
-    for joint in (1, 2, 3):
-        motion[f"theta_{joint}_rad"] = 0.1 * np.sin(record.time[:20])
-    _write_table(folder / "motion.csv", motion)
+    write_table(folder / "record.csv", columns)
+    time = record.time[:20]
+    angles = {f"theta_{joint}_rad": 0.1 * np.sin(time) for joint in (1, 2, 3)}
+    write_table(folder / "motion.csv", {"t_s": time, **angles})
     (folder / "mine.py").write_text(OWN_ROBOT)
     (folder / "mine_study.py").write_text("def f(run):\n    return {'last': run.theta[-1, 0]}\n")
     (folder / "map.toml").write_text(
@@ -189,11 +180,6 @@ def _seeds(folder: Path) -> dict[str, Path]:
         ending = run_apart(line.split(), folder)
         assert ending.code == 0, ending
     return {str(p.relative_to(folder)): p for p in folder.rglob("*") if p.is_file()}
-
-
-def _write_table(path: Path, columns: dict[str, np.ndarray]) -> None:
-    table = np.stack(list(columns.values()), axis=1)
-    np.savetxt(path, table, delimiter=",", header=",".join(columns), comments="")
 
 
 @pytest.fixture(scope="module")

@@ -72,8 +72,7 @@ def _members(group: int) -> list[int]:
 @pytest.mark.slow
 @pytest.mark.campaign
 @pytest.mark.parametrize(
-    ("command", "whom", "first"),
-    [(*pair, place % 2) for place, pair in enumerate(PAIRS)],
+    ("command", "whom", "first"), [(*pair, place % 2) for place, pair in enumerate(PAIRS)]
 )
 def test_a_signal_at_any_moment_ends_the_program_in_one_line(command, whom, first, tmp_path):
     """Both signals take turns, each time at another moment; first: the place of that of the first.

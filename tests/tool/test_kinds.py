@@ -12,7 +12,6 @@ import pytest
 from crosscheck import file_types
 from crosscheck.audit.errata import command as errata_command
 from crosscheck.audit.page.report import FILES
-from crosscheck.cli import commands, simulation, trial
 from crosscheck.file_types import FILE_TYPES, identify_file_type, is_file_of_type
 from crosscheck.findings import Agreement
 from crosscheck.models.files import HERE
@@ -58,19 +57,12 @@ INPUTS = ("arm.toml", "pd.toml", "mine.py", "study.toml")
 
 
 @pytest.fixture
-def inputs(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
+def inputs(tmp_path: Path, monkeypatch: pytest.MonkeyPatch, no_work: None) -> Path:
     """A folder, the working one, with a file of each kind that is read; no work is done."""
     shutil.copy(HERE / "arms" / "paper-labelled.toml", tmp_path / "arm.toml")
     shutil.copy(HERE / "scenarios" / "pd.toml", tmp_path / "pd.toml")
     (tmp_path / "mine.py").write_text(MODEL)
     (tmp_path / "study.toml").write_text(STUDY)
-    for module, work in (
-        (simulation, "perform_all"),
-        (commands, "run_cross_check"),
-        (errata_command, "simulate_errata"),
-        (trial, "run_trial"),
-    ):
-        monkeypatch.setattr(module, work, None)
     monkeypatch.setattr(sys, "dont_write_bytecode", False)  # as Python is if nobody says otherwise
     monkeypatch.chdir(tmp_path)
     return tmp_path

@@ -6,7 +6,6 @@ import os
 import subprocess
 import sys
 import time
-from collections.abc import Iterator
 from ctypes import c_double, c_void_p
 from pathlib import Path
 
@@ -19,11 +18,7 @@ from crosscheck.analytic.kernel.batch import Batch
 from crosscheck.analytic.kernel.machine import Code, compile_ir, load_machine_code, target_machine
 from crosscheck.analytic.kernel.translate import translate_to_ir
 from crosscheck.analytic.model import PhysicalModel
-from crosscheck.models.directories import (
-    make_temporary_folder,
-    prepare_cache_folder,
-    prepare_code_folder,
-)
+from crosscheck.models.directories import prepare_code_folder
 from crosscheck.models.loading import load_case
 from tests.interpreted import addresses
 from tests.obstacles import OBSTACLES
@@ -46,14 +41,9 @@ def add(text: str = SUM) -> float:
 
 
 @pytest.fixture
-def folder(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Iterator[Path]:
-    """Where machine code is kept, in an empty cache folder of the user's."""
-    monkeypatch.setenv("XDG_CACHE_HOME", str(tmp_path))
-    for function in (prepare_cache_folder, prepare_code_folder, make_temporary_folder):
-        function.cache_clear()
-    yield tmp_path / "geararm-crosscheck" / "machine-code"
-    for function in (prepare_cache_folder, prepare_code_folder, make_temporary_folder):
-        function.cache_clear()
+def folder(cache: Path) -> Path:
+    """Where machine code is kept."""
+    return cache / "machine-code"
 
 
 def test_an_object_is_kept_in_a_private_folder(folder):
@@ -74,15 +64,20 @@ def test_another_text_is_another_object(folder):
     assert len(list(folder.iterdir())) == 2
 
 
-@pytest.mark.parametrize("other", ["processor", "compiler", "translator"])
-def test_another_processor_compiler_or_translator_is_another_object(folder, monkeypatch, other):
+@pytest.mark.parametrize(
+    ("owner", "name", "other"),
+    [
+        (module, "_processor", lambda: ("x86-64", "")),
+        (module, "_translator", lambda: ("another", "code")),
+        (module.llvmlite, "__version__", "999"),
+    ],
+    ids=["processor", "translator", "compiler"],
+)
+def test_another_processor_compiler_or_translator_is_another_object(
+    folder, monkeypatch, owner, name, other
+):
     add()
-    if other == "processor":
-        monkeypatch.setattr(module, "_processor", lambda: ("x86-64", ""))
-    elif other == "translator":
-        monkeypatch.setattr(module, "_translator", lambda: ("another", "code"))
-    else:
-        monkeypatch.setattr(module.llvmlite, "__version__", "999")
+    monkeypatch.setattr(owner, name, other)
     add()
     assert len(list(folder.iterdir())) == 2
 
@@ -181,23 +176,16 @@ def test_a_full_disk_leaves_no_half_object(folder, monkeypatch):
     assert list(folder.iterdir()) == []
 
 
-def test_what_is_not_used_for_long_goes(folder):
+@pytest.mark.parametrize("is_read", [False, True])
+def test_what_is_not_used_for_long_goes(folder, is_read):
     add()
     (old,) = folder.iterdir()
     long_ago = time.time() - 86400 * (module.KEPT_DAYS + 1)
     os.utime(old, (long_ago, long_ago))
+    if is_read:  # which counts as use
+        add()
     add(OTHER)
-    assert old not in folder.iterdir()
-
-
-def test_reading_counts_as_use(folder):
-    add()
-    (path,) = folder.iterdir()
-    long_ago = time.time() - 86400 * (module.KEPT_DAYS + 1)
-    os.utime(path, (long_ago, long_ago))
-    add()
-    add(OTHER)
-    assert path in folder.iterdir()
+    assert (old in folder.iterdir()) == is_read
 
 
 def test_the_oldest_goes_beyond_the_size_that_is_kept(folder, monkeypatch):

@@ -40,11 +40,7 @@ from crosscheck.report.formatting import (
     format_unit,
 )
 from crosscheck.report.html import render_report_page
-from crosscheck.report.matrix import (
-    collect_cells,
-    common_digits,
-    group_models,
-)
+from crosscheck.report.matrix import collect_cells, common_digits, group_models
 from crosscheck.report.outline import outline_arm
 from crosscheck.report.plots.charts import Pictures
 from crosscheck.report.terminal import print_agreement

@@ -30,10 +30,7 @@ MALFORMED = {
     "key of a thousand characters": (first(SUN, f"{SUN}\n{'k' * 1000} = 1"), "unknown key"),
     "key with a line break": (first(SUN, f'{SUN}\n"a\\nb" = 1'), "joints[0].a\\nb = 1"),
     "integer of 5000 digits": (first(SUN, f"sun_teeth = {DIGITS}"), "too many digits"),
-    "integer of 6000 hexadecimals": (
-        first(SUN, f"sun_teeth = 0x{'f' * 6000}"),
-        "too many digits",
-    ),
+    "integer of 6000 hexadecimals": (first(SUN, f"sun_teeth = 0x{'f' * 6000}"), "too many digits"),
     "number of 5000 digits": (
         first("sun_mass_kg = 0.39", f"sun_mass_kg = {DIGITS}.0"),
         "joints[0].sun_mass_kg = inf: must be 0, or 1e-12 to 1e9 kg",
@@ -62,10 +59,7 @@ def test_malformed_arm_is_refused_in_one_short_line(crosscheck, tmp_path, case):
     text, fragment = MALFORMED[case]
     file = tmp_path / "arm.toml"
     file.write_text(text, encoding="utf-8")
-    answer = crosscheck("show", file)
-    assert_one_line(answer, str(file), fragment)
-    assert len(answer.err) <= LONGEST_LINE + 1
-    assert answer.err[:-1].isprintable()
+    assert_one_line(crosscheck("show", file), str(file), fragment)
 
 
 XML_FILES = {
@@ -124,10 +118,7 @@ SETTINGS = {
 
 @pytest.mark.parametrize("setting", SETTINGS, ids=range(len(SETTINGS)))
 def test_malformed_setting_is_refused_in_one_short_line(short, setting):
-    answer = short("--set", setting)
-    assert_one_line(answer, SETTINGS[setting])
-    assert len(answer.err) <= LONGEST_LINE + 1
-    assert answer.err[:-1].isprintable()
+    assert_one_line(short("--set", setting), SETTINGS[setting])
 
 
 @pytest.mark.parametrize("name", ["/dev/null", "/dev/zero", "x" * 300, "a/b\nc", ""])

@@ -1,8 +1,10 @@
 """What becomes of comparisons whose results are missing, in part or altogether."""
 
+import json
 from dataclasses import dataclass
 from typing import Any
 
+import jsonschema
 import numpy as np
 import pytest
 
@@ -17,6 +19,7 @@ from crosscheck.findings import (
     make_measurement,
     make_unfinished_check,
 )
+from crosscheck.models.loading import load_arm
 from crosscheck.planning.comparison import (
     MissingResult,
     Results,
@@ -26,7 +29,11 @@ from crosscheck.planning.comparison import (
     make_comparison,
     summarise_entries,
 )
+from crosscheck.provenance import ROOT, record_provenance
+from crosscheck.report.formatting import describe_tally
 from crosscheck.runner.outcomes import Failure
+
+SCHEMA = json.loads((ROOT / "crosscheck" / "schema" / "agreement.schema.json").read_text())
 
 
 @dataclass(frozen=True)
@@ -128,6 +135,9 @@ def test_an_agreement_counts_its_checks_and_lists_the_first():
     ]
     assert repr(Agreement([fine, size, *red[:3]])).count("\n") == 3
     stopped = make_unfinished_check(about("late"), "so")
+    late = Agreement([fine, stopped], record_provenance(load_arm("probe"), 0, True))
+    assert describe_tally(late) == "1 of 2 checks agree; 1 unfinished, not judged"
+    jsonschema.validate(late.to_dict(), SCHEMA, jsonschema.Draft202012Validator)
     codes = {0: [[fine, size]], 1: [[fine, stopped, red[0]], [size], []], 3: [[fine, stopped]]}
     for code, several in codes.items():
         assert {Agreement(findings).exit_code for findings in several} == {code}

@@ -10,6 +10,7 @@ from collections.abc import Callable, Iterator
 from dataclasses import replace
 from importlib import import_module
 from inspect import signature
+from operator import attrgetter
 from pathlib import Path
 from types import SimpleNamespace
 from typing import Any, NamedTuple
@@ -38,6 +39,7 @@ CORES = 6
 PAPER_KG = 10.0
 ODD_KG = 99.0  # of a payload with which a check differs
 RTOL = 1e-6
+SET = "--set arm.payload_mass_kg=3"
 ANOTHER = object()  # a value that must differ, and may be any
 STUDY = """\
 schema_version = 1
@@ -151,9 +153,13 @@ WORK: dict[str, dict[str, Callable[..., object]]] = {
 }
 
 
-def asks(name: str, pick: Callable[[Any], object]) -> See:
-    """Something of what a function of WORK is asked."""
-    return lambda seen: pick(seen.asked[name])
+def asks(name: str, argument: str) -> See:
+    """An argument that a function of WORK is asked with, or a field of one."""
+    return lambda seen: attrgetter(argument)(seen.asked[name])
+
+
+def asks_path(name: str, argument: str) -> See:
+    return lambda seen: str(getattr(seen.asked[name], argument))
 
 
 def called(seen: Observed) -> list[str]:
@@ -180,41 +186,46 @@ def code(seen: Observed) -> int:
     return seen.answer.code
 
 
+def word(command: str, one: str, other: str, see: See) -> Effect:
+    """Another word at a place of a command, which is what is seen."""
+    return Effect(command.format(one), command.format(other), see, (one, other))
+
+
+def options(words: str, **rows: tuple[Any, ...]) -> dict[str, Effect]:
+    """Options of a command: how each is given, what is looked at, its values without and with."""
+    return {name: option(words, *row) for name, row in rows.items()}
+
+
 def of_requests(command: str, work: str, end: str = "") -> dict[str, Effect]:
     """Options of all that is asked by a request to cross-check; end: the command's last word."""
-
-    def row(more: str, pick: Callable[[Any], object], *values: object) -> Effect:
-        return option(f"{command}{end}", more, asks(work, pick), *values)
-
-    names = ["pd", "back-and-forth"]
-    return {
-        "scenario": row(
+    return options(
+        f"{command}{end}",
+        scenario=(
             "--scenario pd --scenario back-and-forth",
-            lambda given: [each.name for each in given.request.scenarios],
-            *([], names),
+            lambda seen: [each.name for each in seen.asked[work].request.scenarios],
+            [],
+            ["pd", "back-and-forth"],
         ),
-        "settings": row(
-            "--set arm.payload_mass_kg=3",
-            lambda given: given.request.mechanism.payload_mass_kg,
-            *(PAPER_KG, 3.0),
-        ),
-        "quick": row("--quick", lambda given: given.request.quick, False, True),
-        "jobs": row(
-            "--jobs 3", lambda given: getattr(given, "jobs", 0) or given.request.jobs, CORES, 3
-        ),
-    }
+        settings=(SET, asks(work, "request.mechanism.payload_mass_kg"), PAPER_KG, 3.0),
+        quick=("--quick", asks(work, "request.quick"), False, True),
+        jobs=("--jobs 3", lambda seen: find_jobs(seen.asked[work]), CORES, 3),
+    )
+
+
+def find_jobs(given: SimpleNamespace) -> int:
+    return getattr(given, "jobs", 0) or given.request.jobs
 
 
 def of_checks(command: str) -> dict[str, Effect]:
-    arm = asks("run_cross_check", lambda given: given.request.mechanism.name)
+    arm = asks("run_cross_check", "request.mechanism.name")
     return {
         **of_requests(command, "run_cross_check"),
         "arm": option(command, "probe", arm, "paper-labelled", "probe"),
     }
 
 
-def seed(command: str, work: str) -> Effect:
-    return option(command, "--seed 4", asks(work, lambda given: given.request.seed), 0, 4)
+def seed(work: str) -> tuple[object, ...]:
+    return "--seed 4", asks(work, "request.seed"), 0, 4
 
 
 def run_of(seen: Observed) -> Any:
@@ -241,6 +252,15 @@ def is_precise(seen: Observed) -> bool:
     return bool((build("analytic:physical", *case).precise(RTOL).theta == run_of(seen).theta).all())
 
 
+def list_drives(seen: Observed) -> list[str]:
+    """Names of the scenarios that any work is asked with."""
+    return [each.scenario.name for each in seen.asked.values() if hasattr(each, "scenario")]
+
+
+def kinds_of_joints(seen: Observed) -> list[str]:
+    return [joint.kind for joint in load_arm(str(seen.files["a.toml"])).joints]
+
+
 def largest_torques(seen: Observed) -> list[float]:
     data = json.loads(seen.files["j"].read_text())
     return [joint["largest_torque"] for joint in data["joints"]]
@@ -264,6 +284,7 @@ def option(command: str, more: str, see: See, *values: object, real: bool = Fals
 
 
 TRIAL, ASK = "trial mine.py:two_link", "trial --ask --out o"
+EXPORT = "export probe --model analytic:links --out a.c"
 
 
 def of_records(command: str) -> dict[str, Effect]:
@@ -284,24 +305,25 @@ WRITTEN = option(
 )
 EFFECTS: dict[str, dict[str, Effect]] = {
     "": {"version": Effect("list", "--version", says("paper-labelled"), (True, False))},
-    "run": {
-        **of_checks("run"),
-        "seed": seed("run", "run_cross_check"),
-        "out": option(
-            "run",
+    "run": of_checks("run")
+    | options(
+        "run",
+        seed=seed("run_cross_check"),
+        out=(
             "--out o",
             new_files,
-            {f"report/{name}" for name in ("index.html", "agreement.json")},
-            {f"o/{name}" for name in ("index.html", "agreement.json")},
+            {"report/index.html", "report/agreement.json"},
+            {"o/index.html", "o/agreement.json"},
         ),
-        "open_page": option("run", "--open", opened, [], ["report/index.html"]),
-    },
-    "validate": {
-        **of_checks("validate"),
-        "seed": seed("validate", "run_cross_check"),
-        "json_file": option("validate", "--json j", new_files, set(), {"j"}),
-        "junit": option("validate", "--junit k", new_files, set(), {"k"}),
-    },
+        open_page=("--open", opened, [], ["report/index.html"]),
+    ),
+    "validate": of_checks("validate")
+    | options(
+        "validate",
+        seed=seed("run_cross_check"),
+        json_file=("--json j", new_files, set(), {"j"}),
+        junit=("--junit k", new_files, set(), {"k"}),
+    ),
     "baseline accept": {
         **of_records("baseline accept"),
         "folder": option(
@@ -338,33 +360,26 @@ EFFECTS: dict[str, dict[str, Effect]] = {
         "step": simulation(
             lambda seen: float(run_of(seen).attrs["step_s"]), 1e-5, 2e-5, more="--step 2e-5"
         ),
-        "settings": simulation(
-            stated("arm", "payload_mass_kg"), PAPER_KG, 3.0, more="--set arm.payload_mass_kg=3"
-        ),
+        "settings": simulation(stated("arm", "payload_mass_kg"), PAPER_KG, 3.0, more=SET),
         "force": Effect(simulate("--step 2e-4"), simulate("--step 2e-4 --force"), code, (2, 0)),
         "rtol": simulation(is_precise, False, True, more=f"--rtol {RTOL}"),
     },
     "trial": {
         **of_requests("trial", "run_trial", " mine.py:two_link"),
-        "model": Effect(
-            TRIAL,
-            "trial mine.py:other",
-            asks("run_trial", lambda given: given.request.name),
-            ("mine.py:two_link", "mine.py:other"),
+        "model": word(
+            "trial {}", "mine.py:two_link", "mine.py:other", asks("run_trial", "request.name")
         ),
-        "arm": option(
+        **options(
             TRIAL,
-            "probe",
-            asks("run_trial", lambda given: given.request.mechanism.name),
-            *("paper-labelled", "probe"),
+            arm=("probe", asks("run_trial", "request.mechanism.name"), "paper-labelled", "probe"),
+            seed=seed("run_trial"),
         ),
-        "seed": seed(TRIAL, "run_trial"),
         **dict.fromkeys(("json_file", "junit", "out"), WRITTEN),
         "ask": Effect(TRIAL, ASK, called, (["run_trial"], ["collect_state_request"])),
         "answers": Effect(
             "trial --answers p",
             "trial --answers p --answers q",
-            asks("read_trial_answers", lambda given: [str(each) for each in given.paths]),
+            lambda seen: [str(each) for each in seen.asked["read_trial_answers"].paths],
             (["p"], ["p", "q"]),
         ),
         "after": option(
@@ -373,7 +388,7 @@ EFFECTS: dict[str, dict[str, Effect]] = {
         "coordinates": option(
             ASK,
             "--coordinates map.toml",
-            asks("collect_state_request", lambda given: given.trial.coordinates.matrix is None),
+            lambda seen: seen.asked["collect_state_request"].trial.coordinates.matrix is None,
             True,
             False,
         ),
@@ -382,79 +397,37 @@ EFFECTS: dict[str, dict[str, Effect]] = {
         ),
     },
     "compare": {
-        "record": Effect(
+        "record": word("compare {}", "r.csv", "s.mat", asks_path("read_record", "path")),
+        **options(
             "compare r.csv",
-            "compare s.mat",
-            asks("read_record", lambda given: str(given.path)),
-            ("r.csv", "s.mat"),
+            arm=("probe", asks("compare", "mechanism.name"), "paper-labelled", "probe"),
+            scenario=("--scenario pd", list_drives, [], ["pd"]),
+            settings=(SET, asks("compare", "mechanism.arm.payload_mass_kg"), PAPER_KG, 3.0),
+            tolerance=(
+                "--tolerance arm.payload_mass_kg=0.02",
+                asks("compare", "tolerances"),
+                {},
+                {"arm.payload_mass_kg": 0.02},
+            ),
+            topic=("--topic t", asks("read_record", "topic"), "", "t"),
+            joint=("--joint x --joint y", asks("read_record", "named"), [], ["x", "y"]),
+            json_file=("--json j", contents, {}, {"j": "JSON"}),
+            out=("--out o", contents, {}, {"o/compare.html": "page"}),
         ),
-        "arm": option(
-            "compare r.csv",
-            "probe",
-            asks("compare", lambda given: given.mechanism.name),
-            *("paper-labelled", "probe"),
-        ),
-        "scenario": option(
-            "compare r.csv",
-            "--scenario pd",
-            lambda seen: [
-                each.scenario.name for each in seen.asked.values() if hasattr(each, "scenario")
-            ],
-            [],
-            ["pd"],
-        ),
-        "settings": option(
-            "compare r.csv",
-            "--set arm.payload_mass_kg=3",
-            asks("compare", lambda given: given.mechanism.arm.payload_mass_kg),
-            PAPER_KG,
-            3.0,
-        ),
-        "tolerance": option(
-            "compare r.csv",
-            "--tolerance arm.payload_mass_kg=0.02",
-            asks("compare", lambda given: given.tolerances),
-            {},
-            {"arm.payload_mass_kg": 0.02},
-        ),
-        "topic": option(
-            "compare r.csv", "--topic t", asks("read_record", lambda given: given.topic), "", "t"
-        ),
-        "joint": option(
-            "compare r.csv",
-            "--joint x --joint y",
-            asks("read_record", lambda given: given.named),
-            [],
-            ["x", "y"],
-        ),
-        "json_file": option("compare r.csv", "--json j", contents, {}, {"j": "JSON"}),
-        "out": option("compare r.csv", "--out o", contents, {}, {"o/compare.html": "page"}),
     },
     "cost": {
-        "robot": Effect(
-            "cost sliding",
-            "cost puma560",
-            asks("compute_costs", lambda given: given.robot.name),
-            ("sliding", "puma560"),
-        ),
-        "motion": option(
-            "cost sliding",
-            "--motion m.csv",
-            asks("compute_costs", lambda given: given.given),
-            None,
-            "motion",
-        ),
+        "robot": word("cost {}", "sliding", "puma560", asks("compute_costs", "robot.name")),
         "ratio": option(
             "cost bob.urdf --rotor-inertia 1e-4 --ratio 7",
             "--ratio 9",
-            asks("compute_costs", lambda given: given.robot.rotors[0].ratio),
+            lambda seen: seen.asked["compute_costs"].robot.rotors[0].ratio,
             7.0,
             9.0,
         ),
         "rotor_inertia": option(
             "cost bob.urdf --ratio 9 --rotor-inertia 1e-4",
             "--rotor-inertia 2e-4",
-            asks("compute_costs", lambda given: given.robot.rotors[0].inertia),
+            lambda seen: seen.asked["compute_costs"].robot.rotors[0].inertia,
             1e-4,
             2e-4,
         ),
@@ -466,149 +439,103 @@ EFFECTS: dict[str, dict[str, Effect]] = {
             ANOTHER,
             real=True,
         ),
-        "quick": option(
+        **options(
             "cost sliding",
-            "--quick",
-            asks("compute_costs", lambda given: given.extent),
-            FULL,
-            QUICK,
+            motion=("--motion m.csv", asks("compute_costs", "given"), None, "motion"),
+            quick=("--quick", asks("compute_costs", "extent"), FULL, QUICK),
+            json_file=("--json j", contents, {}, {"j": "JSON"}),
+            out=("--out o", contents, {}, {"o/cost.html": "page"}),
         ),
-        "json_file": option("cost sliding", "--json j", contents, {}, {"j": "JSON"}),
-        "out": option("cost sliding", "--out o", contents, {}, {"o/cost.html": "page"}),
     },
     "export": {
         "arm": Effect(
-            "export paper-labelled --model analytic:links --out a.c",
-            "export probe --model analytic:links --out a.c",
+            EXPORT.replace("probe", "paper-labelled"),
+            EXPORT,
             lambda seen: "probe" in contents(seen)["a.c"],
             (False, True),
         ),
-        "out": Effect(
-            "export probe --model analytic:links --out a.c",
-            "export probe --model analytic:links --out b.c",
-            new_files,
-            ({"a.c"}, {"b.c"}),
-        ),
+        "out": Effect(EXPORT, EXPORT.replace("a.c", "b.c"), new_files, ({"a.c"}, {"b.c"})),
         "model": Effect(
-            "export probe --model analytic:links --out a.c",
-            "export probe --model analytic:physical --out a.c",
+            EXPORT,
+            EXPORT.replace(":links", ":physical"),
             lambda seen: "x_sp" in contents(seen)["a.c"],
             (False, True),
         ),
-        "settings": option(
-            "export probe --model analytic:links --out a.c",
-            "--set arm.payload_mass_kg=3",
-            contents,
-            ANOTHER,
-            ANOTHER,
-        ),
+        "settings": option(EXPORT, SET, contents, ANOTHER, ANOTHER),
     },
     "sweep": {
-        "study": Effect(
-            "sweep one.toml --out o.nc",
-            "sweep two.toml --out o.nc",
-            asks("run_study", lambda given: given.study.definition.name),
-            ("one", "two"),
+        "study": word(
+            "sweep {}.toml --out o.nc", "one", "two", asks("run_study", "study.definition.name")
         ),
-        "out": Effect(
+        "out": word("sweep one.toml --out {}", "o.nc", "p.nc", asks_path("run_study", "out")),
+        **options(
             "sweep one.toml --out o.nc",
-            "sweep one.toml --out p.nc",
-            asks("run_study", lambda given: str(given.out)),
-            ("o.nc", "p.nc"),
+            jobs=("--jobs 3", asks("run_study", "settings.jobs"), CORES, 3),
+            resume=("--resume", asks("run_study", "settings.resume"), False, True),
         ),
-        **{
-            name: option(
-                "sweep one.toml --out o.nc",
-                more,
-                asks("run_study", lambda given, name=name: getattr(given.settings, name)),
-                *values,
-            )
-            for name, more, *values in (
-                ("jobs", "--jobs 3", CORES, 3),
-                ("resume", "--resume", False, True),
-            )
-        },
         "run_code": option("sweep code.toml --out o.nc", "--run-code", called, [], ["run_study"]),
     },
     "plot": {
         "file": Effect("plot f.nc", "plot g.nc", new_files, ({"f.png"}, {"g.png"})),
-        "quantity": option(
+        **options(
             "plot f.nc",
-            "--quantity a --quantity b",
-            asks("use_file", lambda given: given.use.args),
-            ([],),
-            (["a", "b"],),
+            quantity=(
+                "--quantity a --quantity b",
+                asks("use_file", "use.args"),
+                ([],),
+                (["a", "b"],),
+            ),
+            out=("--out o.png", new_files, {"f.png"}, {"o.png"}),
         ),
-        "out": option("plot f.nc", "--out o.png", new_files, {"f.png"}, {"o.png"}),
     },
     "view": {
         "file": Effect("view f.nc", "view g.nc", new_files, ({"f.html"}, {"g.html"})),
-        "out": option("view f.nc", "--out o.html", new_files, {"f.html"}, {"o.html"}),
-        "open_page": option("view f.nc", "--open", opened, [], ["f.html"]),
+        **options(
+            "view f.nc",
+            out=("--out o.html", new_files, {"f.html"}, {"o.html"}),
+            open_page=("--open", opened, [], ["f.html"]),
+        ),
     },
     "list": {},
     "init": {
         "file": Effect("init a.toml", "init b.toml", new_files, ({"a.toml"}, {"b.toml"})),
-        **{
-            name: option(
-                "init a.toml",
-                more,
-                lambda seen: [j.kind for j in load_arm(str(seen.files["a.toml"])).joints],
-                *values,
-            )
-            for name, more, *values in (
-                ("joints", "--joints 3", ["planetary"] * 2, ["planetary"] * 3),
-                ("direct", "--direct", ["planetary"] * 2, ["direct"] * 2),
-            )
-        },
-        "urdf": option(
+        **options(
             "init a.toml",
-            "--urdf bob.urdf",
-            lambda seen: 'urdf = "bob.urdf"' in contents(seen)["a.toml"],
-            False,
-            True,
+            joints=("--joints 3", kinds_of_joints, ["planetary"] * 2, ["planetary"] * 3),
+            direct=("--direct", kinds_of_joints, ["planetary"] * 2, ["direct"] * 2),
+            urdf=(
+                "--urdf bob.urdf",
+                lambda seen: 'urdf = "bob.urdf"' in contents(seen)["a.toml"],
+                False,
+                True,
+            ),
         ),
     },
     "show": {"arm": Effect("show probe", "show sliding", says("Robot sliding"), (False, True))},
     "cache clear": {},
-    "errata": {
-        "arm": option(
-            "errata",
+    "errata": options(
+        "errata",
+        arm=(
             "paper-swapped",
-            asks("simulate_errata", lambda given: given.arm.name),
-            *("paper-labelled", "paper-swapped"),
+            asks("simulate_errata", "arm.name"),
+            "paper-labelled",
+            "paper-swapped",
         ),
-        "json_file": option("errata", "--json j", new_files, set(), {"j"}),
-        "out": option("errata", "--out o", new_files, set(), {"o/errata.html"}),
-        "whole": option("errata", "--all", lambda seen: len(seen.answer.out) > 2000, False, True),
-    },
+        json_file=("--json j", new_files, set(), {"j"}),
+        out=("--out o", new_files, set(), {"o/errata.html"}),
+        whole=("--all", lambda seen: len(seen.answer.out) > 2000, False, True),
+    ),
     "paper": {
-        "folder": option("paper", "f", called, ["write_paper"], ["run_folder_command"]),
-        "figure": option(
-            "paper", "--figure 8 --figure 9", called, ["write_paper"], ["write_figures"]
-        ),
-        "out": option(
+        **options(
             "paper",
-            "--out o",
-            asks("write_paper", lambda given: str(given.out)),
-            *("paper-report", "o"),
-        ),
-        "first_seed": option(
-            "paper",
-            "--first-seed 4",
-            asks("write_paper", lambda given: given.scale.first_seed),
-            1,
-            4,
-        ),
-        "jobs": option(
-            "paper", "--jobs 3", asks("write_paper", lambda given: given.study.jobs), CORES, 3
+            folder=("f", called, ["write_paper"], ["run_folder_command"]),
+            figure=("--figure 8 --figure 9", called, ["write_paper"], ["write_figures"]),
+            out=("--out o", asks_path("write_paper", "out"), "paper-report", "o"),
+            first_seed=("--first-seed 4", asks("write_paper", "scale.first_seed"), 1, 4),
+            jobs=("--jobs 3", asks("write_paper", "study.jobs"), CORES, 3),
         ),
         "run_code": option(
-            "paper f",
-            "--run-code",
-            asks("run_folder_command", lambda given: given.run_code),
-            False,
-            True,
+            "paper f", "--run-code", asks("run_folder_command", "run_code"), False, True
         ),
     },
 }
@@ -618,13 +545,7 @@ REFUSING = {
     "trial --after": "trial --ask sliding --out o",
     "init": "init a.toml --urdf bob.urdf",
 }
-VALUES = {
-    "--scenario": "pd",
-    "--after": "r",
-    "--joints": "2",
-    "--direct": "",
-    "--run-code": "",
-}
+VALUES = {"--scenario": "pd", "--after": "r", "--joints": "2", "--direct": "", "--run-code": ""}
 TYPERS_OWN = {"install_completion", "show_completion"}
 
 
@@ -643,9 +564,14 @@ def test_the_table_has_every_option_of_every_command():
     assert stated_here == set(list_parameters(build_commands()))
 
 
-@pytest.mark.parametrize(
-    "refusal", [each for each in REFUSALS if each.option.startswith("--")], ids=str
-)
+REFUSED = [each for each in REFUSALS if each.option.startswith("--")]
+
+
+def test_every_option_that_one_sort_of_mechanism_does_not_take_is_refused():
+    assert {each.option for each in REFUSED} == set(VALUES)
+
+
+@pytest.mark.parametrize("refusal", REFUSED, ids=str)
 def test_what_one_sort_of_mechanism_does_not_take_is_one_line(
     crosscheck, tmp_path, monkeypatch, refusal
 ):

@@ -1,6 +1,5 @@
 """What is written is there whole or not at all; what cannot be written is reported beforehand."""
 
-import errno
 import os
 import signal
 import subprocess
@@ -13,9 +12,6 @@ import numpy as np
 import pytest
 import xarray as xr
 
-from crosscheck.audit.errata import command as errata
-from crosscheck.audit.page import report as paper
-from crosscheck.cli import commands, simulation
 from crosscheck.models.errors import InputError
 from crosscheck.models.trajectory import encode_netcdf
 from crosscheck.output import draft, require_file, write_files, write_text
@@ -113,34 +109,28 @@ def test_a_write_protected_file_is_refused(tmp_path):
     ids=lambda command: command[0],
 )
 @pytest.mark.parametrize("name", ["folder", "loop", "device", "file/below"])
-def test_it_is_refused_before_the_work(crosscheck, tmp_path, monkeypatch, command, name):
+@pytest.mark.usefixtures("no_work")
+def test_it_is_refused_before_the_work(crosscheck, tmp_path, command, name):
     words = obstacles(tmp_path)[name]
-    for module, work in (
-        (simulation, "perform_all"),
-        (commands, "run_cross_check"),
-        (errata, "simulate_errata"),
-    ):
-        monkeypatch.setattr(module, work, None)
     arguments = [argument.format(tmp_path / name) for argument in command]
     assert_one_line(crosscheck(*arguments), str(tmp_path / name.partition("/")[0]), words)
 
 
 @pytest.mark.parametrize("command", ["run", "paper"])
 @pytest.mark.parametrize("name", ["file", "folder"])
+@pytest.mark.usefixtures("no_work")
 def test_a_report_that_cannot_be_written_is_refused_before_the_work(
-    crosscheck, tmp_path, monkeypatch, command, name
+    crosscheck, tmp_path, command, name
 ):
     obstacles(tmp_path)
     page = {"run": "index.html", "paper": "paper.html"}[command]
     (tmp_path / "folder" / page).mkdir()
-    monkeypatch.setattr(commands, "run_cross_check", None)
-    monkeypatch.setattr(paper, "write_paper", None)
     words = {"file": "a folder is expected", "folder": "is a folder; a file name is expected"}
     assert_one_line(crosscheck(command, "--out", tmp_path / name), str(tmp_path), words[name])
 
 
-def test_one_file_for_two_things_is_refused(crosscheck, tmp_path, monkeypatch):
-    monkeypatch.setattr(commands, "run_cross_check", None)
+@pytest.mark.usefixtures("no_work")
+def test_one_file_for_two_things_is_refused(crosscheck, tmp_path):
     (tmp_path / "link").symlink_to("a")
     arguments = ("validate", "--json", tmp_path / "a", "--junit", tmp_path / "link")
     assert_one_line(crosscheck(*arguments), "link: is in use for two things")
@@ -170,15 +160,6 @@ def test_a_trajectory_survives_a_full_disk_as_one_line(crosscheck, tmp_path):
     assert (answer.returncode, answer.stdout) == (2, "")
     assert answer.stderr == f"crosscheck: {out}: cannot be written: File too large\n"
     assert list(tmp_path.iterdir()) == []
-
-
-def test_a_disk_too_full_for_compiled_code_is_one_line(crosscheck, tmp_path, monkeypatch):
-    def compiling(*_: object, **__: object) -> None:
-        raise OSError(errno.ENOSPC, "No space left on device")  # as numba does
-
-    monkeypatch.setattr(simulation, "perform_all", compiling)
-    answer = crosscheck(*SIMULATE, "--out", tmp_path / "run.nc")
-    assert_one_line(answer, "a file cannot be written: No space left on device")
 
 
 def test_netcdf_is_read_as_it_was_written(tmp_path):

@@ -6,6 +6,7 @@ import numpy as np
 import pytest
 
 from crosscheck.api import check
+from crosscheck.models.arm.meshes import change_meshes, replace_damping
 from crosscheck.models.arm.planets import usual_switches
 from crosscheck.models.loading import load_arm, load_scenario
 from crosscheck.planning.plan import CrossCheckRequest
@@ -43,8 +44,7 @@ def test_sized_controllers_hold_the_teeth_stable(crosscheck, tmp_path, joints):
 def test_sizes_follow_the_arm():
     """An arm whose teeth are 4 times as stiff moves twice as fast, under 4 times the torques."""
     arm = load_arm("direct-between")
-    stiffer = arm.model_copy(update={"joints": tuple(map(_stiffer, arm.joints))})
-    one, other = compute_sizes(arm), compute_sizes(stiffer)
+    one, other = compute_sizes(arm), compute_sizes(change_meshes(arm, _stiffer))
     assert other.mode_Hz == pytest.approx(2 * one.mode_Hz, rel=1e-9)
     assert other.rate == pytest.approx(2 * one.rate, rel=1e-9)
     # Both are rounded to six digits.
@@ -54,21 +54,13 @@ def test_sizes_follow_the_arm():
     )
 
 
-def _stiffer(joint):
-    if joint.kind == "direct":
-        return joint
-    meshes = {}
-    for name in ("sun_mesh", "ring_mesh"):
-        mesh = getattr(joint, name)
-        scaled = {
-            field: tuple(4 * value for value in number) if isinstance(number, tuple) else 4 * number
-            for field, number in mesh.stiffness
-            if field.endswith("N_per_m")
-        }
-        meshes[name] = mesh.model_copy(
-            update={"stiffness": mesh.stiffness.model_copy(update=scaled)}
-        )
-    return joint.model_copy(update=meshes)
+def _stiffer(mesh):
+    scaled = {
+        field: tuple(4 * value for value in number) if isinstance(number, tuple) else 4 * number
+        for field, number in mesh.stiffness
+        if field.endswith("N_per_m")
+    }
+    return mesh.model_copy(update={"stiffness": mesh.stiffness.model_copy(update=scaled)})
 
 
 def test_an_unstable_loop_is_named_before_it_runs():
@@ -133,18 +125,6 @@ def test_sized_experiments_of_an_arm_without_gears(files, tmp_path):
 def test_a_light_wrist_gives_way_until_its_teeth_are_stable():
     """With hardly any damping the first controller would shake the teeth."""
     arm = load_arm("three-unlike")
-    joints = tuple(_damped(joint, 1e-4) for joint in arm.joints)
-    sizes = compute_sizes(arm.model_copy(update={"joints": joints}))
-    usual = compute_sizes(arm)
+    sizes, usual = compute_sizes(replace_damping(arm, 1e-4)), compute_sizes(arm)
     assert np.less(sizes.derivative, np.array(usual.derivative) / 2).all()
     assert sizes.rate == usual.rate  # the arm's clock is its own
-
-
-def _damped(joint, ratio):
-    meshes = {
-        name: getattr(joint, name).model_copy(
-            update={"damping_ratio": ratio, "damping_N_s_per_m": None}
-        )
-        for name in ("sun_mesh", "ring_mesh")
-    }
-    return joint.model_copy(update=meshes)

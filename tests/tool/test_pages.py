@@ -190,13 +190,6 @@ def test_what_is_not_run_is_on_a_page():
         assert any(re.match(pattern, command) for command in commands), pattern
 
 
-def test_files_that_a_page_links_to_exist():
-    for page in require_items(PAGES):
-        links = re.findall(r"\]\(([^)#: ]+)(?:#\S*)?\)", page.read_text(encoding="utf-8"))
-        there = [link for link in links if "generated/" not in link]
-        assert [link for link in there if not (page.parent / link).exists()] == [], page
-
-
 def test_guide_says_plainly_what_runs_code():
     text = " ".join(GUIDE.read_text(encoding="utf-8").split())
     assert "**A trial runs your model's code**" in text

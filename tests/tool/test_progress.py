@@ -156,19 +156,6 @@ def runs() -> dict[RunKey, xr.Dataset]:
 
 
 @pytest.mark.system
-def test_a_drawing_is_made_as_soon_as_its_runs_are_there(runs):
-    charts = Charts()
-    drawn = []
-    for key, run in runs.items():
-        charts.show(key, run)
-        drawn.append(list(charts.levels))
-    assert drawn == [*5 * [[]], *2 * [["one"]]]
-    pictures = charts.build_pictures()
-    assert [each.experiment for each in pictures.signals] == [pictures.still_of] == ["one"]
-    assert pictures.levels == charts.levels
-
-
-@pytest.mark.system
 def test_drawings_do_not_hang_on_which_run_ends_first(runs):
     one, other = Charts(), Charts()
     for key in runs:

@@ -66,12 +66,3 @@ def test_planets_that_differ_are_not_lumped(model):
     arm, scenario = crosscheck.load_arm("planets-apart"), crosscheck.load_scenario("pd")
     with pytest.raises(InputError, match=r"planets-apart: joints\[0\].*switches\.planets = free"):
         crosscheck.build(model, arm, scenario, crosscheck.switches(planets="lumped"))
-
-
-def test_unknown_name_of_the_package_is_an_attribute_error():
-    with pytest.raises(AttributeError, match="no attribute 'simulat'"):
-        _ = crosscheck.simulat
-
-
-def test_every_public_name_can_be_had():
-    assert all(getattr(crosscheck, name) for name in crosscheck.__all__)

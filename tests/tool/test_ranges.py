@@ -94,19 +94,6 @@ def test_number_outside_its_range_is_refused_at_its_field(number):
             assert refused.value.allowed == f"must be {limit}"
 
 
-@pytest.mark.parametrize("number", LIMITS)
-def test_ends_of_a_range_are_inside(number):
-    """Other promises (of whole teeth, of gears beside each other) may still refuse them."""
-    arm, path, limit = LIMITS[number]
-    for value in (limit.least, limit.most, *([0.0] if limit.or_zero else [])):
-        reason = ""
-        try:
-            load_case(arm, SCENARIO, {}, [f"{path}={value!r}"])
-        except InputError as refused:
-            reason = refused.allowed
-        assert reason != f"must be {limit}"
-
-
 @pytest.mark.parametrize("scenario", ["pd", "back-and-forth"])
 def test_numbers_of_drive_and_start_are_held_to_ranges(scenario):
     given = load_scenario(scenario)

@@ -14,14 +14,7 @@ from crosscheck.schema import describe_fields
 from crosscheck.studies.definition.files import read_study
 from tests.loops import require_items
 from tools import reference
-from tools.reference import (
-    DOCS,
-    FILES,
-    HEADINGS,
-    list_records_below,
-    renew_tables,
-    write_reference,
-)
+from tools.reference import DOCS, FILES, HEADINGS, list_records_below, renew_tables, write_reference
 
 LOAD = {
     "arm-file.md": load_arm,

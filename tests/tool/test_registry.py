@@ -166,35 +166,38 @@ def experiment() -> Experiment:
     return Experiment("pd", load_case("probe", "pd", {}, []))
 
 
-def test_a_geared_guest_that_promises_states_alone():
-    with registry.register("mine", replace(registry.MODELS["pinocchio:gears"])):
-        assert registry.model_names("geared")[-1] == "mine"
-        assert compared(plan_states(ARM, 1, 0), "mine") >= {"states", "modes"}
-        assert compared(plan_experiment_comparisons(experiment()), "mine") == set()
-
-
-@pytest.mark.parametrize(("order", "family"), [(4, "same-step"), (2, "refined"), (None, "refined")])
-def test_a_geared_guest_that_simulates_is_compared_by_its_integrator(order, family):
-    before = {c.about.key.id for c in plan_experiment_comparisons(experiment())}
-    with registry.register("mine", replace(registry.MODELS["exudyn:tree"], order=order)):
-        found = plan_experiment_comparisons(experiment())
-        assert registry.second_engine() == "exudyn:tree"
-        assert registry.find_same_integrator_models()[0] == "analytic:physical"
-        assert compared(found, "mine") - {"at-2-s"} == {family}
-    assert before < {c.about.key.id for c in found}
+TREE, RUNS = registry.MODELS["exudyn:tree"], registry.BUILT_IN["analytic:links"].promises
 
 
 @pytest.mark.parametrize(
-    "promises", [registry.STATES, registry.BUILT_IN["analytic:links"].promises]
+    ("guest", "at_states", "of_runs"),
+    [
+        (registry.MODELS["pinocchio:gears"], {"states", "modes"}, set()),
+        (replace(TREE, order=4), {"states"}, {"same-step"}),
+        (replace(TREE, order=2), {"states"}, {"refined"}),
+        (replace(TREE, order=None), {"states"}, {"refined"}),
+        (replace(TWICE, promises=registry.STATES), {"states"}, set()),
+        (
+            replace(TWICE, promises=registry.BUILT_IN["analytic:links"].promises),
+            {"states"},
+            {"refined"},
+        ),
+    ],
 )
-def test_a_rigid_guest_is_compared_with_its_level(promises):
+def test_a_guest_is_compared_by_its_promises_its_integrator_and_its_level(
+    guest, at_states, of_runs
+):
     before = {c.about.key.id for c in plan_experiment_comparisons(experiment())}
-    with registry.register("mine", replace(TWICE, promises=promises)):
-        found = plan_experiment_comparisons(experiment())
-        assert compared(plan_states(ARM, 1, 0), "mine") == {"states"}
-        runs = "simulate" in promises
-        assert compared(found, "mine") == ({"refined"} if runs else set())
-    assert before <= {c.about.key.id for c in found}
+    with registry.register("mine", guest):
+        assert registry.model_names(guest.role)[-1] == "mine"
+        assert registry.second_engine() == "exudyn:tree"
+        assert registry.find_same_integrator_models()[0] == "analytic:physical"
+        found, states = plan_experiment_comparisons(experiment()), plan_states(ARM, 1, 0)
+        assert compared(found, "mine") - {"at-2-s"} == of_runs
+        families = compared(states, "mine")
+        assert families == at_states if guest.role == "rigid" else families >= at_states
+    after = {c.about.key.id for c in found}
+    assert before < after if of_runs else before <= after
 
 
 def test_a_guest_is_asked_about_what_it_covers_alone():

@@ -18,12 +18,7 @@ from crosscheck.registry import RIGID_LEVELS, model_names
 from crosscheck.report.plots import figures, scheme
 from crosscheck.report.plots.charts import Charts, Pictures
 from crosscheck.report.plots.scheme import draw_arm, draw_robot
-from crosscheck.report.plots.signals import (
-    RecordStretch,
-    Signals,
-    collect_signals,
-    make_stretch,
-)
+from crosscheck.report.plots.signals import RecordStretch, Signals, collect_signals, make_stretch
 from crosscheck.runner.outcomes import Failure
 from crosscheck.runner.tasks import RunKey
 from tests.arms import PAPER, arm_of
@@ -72,22 +67,6 @@ def test_rigid_levels_are_drawn_where_they_have_the_signal(runs):
     assert numbers(window, f"theta/1/{REFERENCE}").size == window.count
 
 
-def test_every_record_travels_where_there_is_room(runs):
-    (found,) = collect_signals(REFERENCE, runs)
-    assert not found.whole["F_sp"].binned
-    expected = runs["pd"][REFERENCE]["F_sp"].values[:, 0, 0].astype("f4")
-    assert np.array_equal(numbers(found.whole["F_sp"], f"F_sp/1/{REFERENCE}"), expected)
-    whole = found.whole["F_sp"]
-    times = whole.start_s + whole.step_s * np.arange(whole.count)
-    assert np.allclose(times, runs["pd"][REFERENCE]["time"], atol=1e-12)
-
-
-def test_differences_are_formed_before_they_are_rounded(runs):
-    (found,) = collect_signals(REFERENCE, runs)
-    apart = numbers(found.whole["F_sp"], f"F_sp/1/{OTHER}")
-    assert apart[2050] == pytest.approx(TINY, rel=1e-6)
-
-
 @pytest.mark.parametrize("most", [20_000, 3_000, 200])
 def test_bins_keep_every_extreme_and_windows_every_record(runs, most):
     (found,) = collect_signals(REFERENCE, runs, most)
@@ -108,12 +87,6 @@ def test_bins_keep_every_extreme_and_windows_every_record(runs, most):
 def when(found: Signals, title: str) -> float:
     (window,) = (each for each in found.windows if each.title.startswith(title))
     return (window.begin_s + window.end_s) / 2
-
-
-def test_windows_are_where_contact_changes(runs):
-    (found,) = collect_signals(REFERENCE, runs)
-    assert when(found, "contact lost") == pytest.approx(0.2, abs=STEP_S)
-    assert when(found, "contact on the other side") == pytest.approx(0.21, abs=STEP_S)
 
 
 def test_of_several_joints_the_window_is_of_the_one_that_loses_contact_first(runs):
@@ -150,13 +123,6 @@ def test_the_scheme_shows_every_part_and_lies_in_its_frame(arm):
     for x, y, r in re.findall(r'cx="(\S+)" cy="(\S+)" r="(\S+)"', svg):
         assert float(r) <= float(x) <= width - float(r)
         assert float(r) <= float(y) <= height - float(r)
-
-
-def test_a_circle_of_the_scheme_has_the_gears_proportions():
-    radii = dict(re.findall(r'class="(sun|planet|ring)"[^>]* r="(\S+)"', draw_arm(PAPER)))
-    ratio = float(radii["sun"]) / float(radii["ring"])
-    assert ratio == pytest.approx(27 / 99, abs=0.01)  # Table I; drawn to a tenth of a pixel
-    assert float(radii["planet"]) / float(radii["ring"]) == pytest.approx(36 / 99, abs=0.01)
 
 
 @pytest.mark.parametrize("name", ["puma560", "six-joint"])
@@ -223,8 +189,9 @@ def test_links_of_the_scheme_are_to_scale_and_bend_to_and_fro(name):
     assert 'role="img" aria-label="Joint 1: ' in svg  # for those who cannot see it
 
 
-def test_gears_of_the_scheme_mesh_and_stand_round_their_joints():
-    arm = load_arm("three-unlike")
+@pytest.mark.parametrize("name", ["paper-labelled", "three-unlike"])
+def test_gears_of_the_scheme_mesh_and_stand_round_their_joints(name):
+    arm = load_arm(name)
     svg = draw_arm(arm)
     joints, scale = [start for start, _ in lines_of(svg)], 0.0
     start, end = lines_of(svg)[0]

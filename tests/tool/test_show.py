@@ -145,10 +145,11 @@ def growth_of_a_step(z: complex) -> float:
     return abs(sum(z**k / math.factorial(k) for k in range(5)))
 
 
-def test_every_derived_number_is_that_of_the_file(crosscheck, monkeypatch):
+@pytest.mark.parametrize("name", ["probe", "paper-labelled"])
+def test_every_derived_number_is_that_of_the_file(crosscheck, monkeypatch, name):
     monkeypatch.setenv("COLUMNS", "200")
-    content = tomllib.loads((ROOT / "models" / "arms" / "probe.toml").read_text())
-    text, total = crosscheck("show", "probe").out, content["payload_mass_kg"]
+    content = tomllib.loads((ROOT / "models" / "arms" / f"{name}.toml").read_text())
+    text, total = crosscheck("show", name).out, content["payload_mass_kg"]
     tables = tables_of(text)
     right: dict[str, Shown] = {}
     for number, (joint, link) in enumerate(
@@ -171,10 +172,10 @@ def test_every_derived_number_is_that_of_the_file(crosscheck, monkeypatch):
     right["arm"] = stated_numbers(content) | {"total mass": (total, "kg")}
     right["arm"].pop("schema_version")
     for title, quantities in right.items():
-        for name, (value, unit) in quantities.items():
-            shown, *units = tables[title].pop(name)
-            assert float(shown) == pytest.approx(value, rel=1e-9), f"{title}: {name}"
-            assert units == [unit] * bool(unit), f"{title}: {name}"
+        for quantity, (value, unit) in quantities.items():
+            shown, *units = tables[title].pop(quantity)
+            assert float(shown) == pytest.approx(value, rel=1e-9), f"{title}: {quantity}"
+            assert units == [unit] * bool(unit), f"{title}: {quantity}"
     assert list(tables["joint 1, derived"]) == list(tables["joint 2, derived"]) == ["quantity"]
     modes = [
         [part for part in row if part]

@@ -58,9 +58,8 @@ def _backlashes(run: xr.Dataset) -> list[tuple[float, ...]]:
 
 
 def test_attributes_say_what_was_run(short, tmp_path):
-    both = "arm.joints.*.*_mesh.backlash_m=2e-5"
     laws = ("switches.phase=omega_t", "switches.ring_rate=corrected")
-    short(*(word for each in (*laws, both) for word in ("--set", each)))
+    short(settings=(*laws, "arm.joints.*.*_mesh.backlash_m=2e-5"))
     run = written(tmp_path)
     assert json.loads(run.attrs["switches"]) == {
         "phase": "omega_t",
@@ -80,12 +79,8 @@ def test_attributes_say_what_was_run(short, tmp_path):
 
 
 def test_settings_reach_switches_and_single_entries(short, tmp_path):
-    settings = (
-        "switches.dead_zone=tanh",
-        "arm.joints.1.*_mesh.backlash_m=1e-5",
-        "scenario.start.mesh=centre",
-    )
-    short(*(argument for setting in settings for argument in ("--set", setting)))
+    numbers = ("arm.joints.1.*_mesh.backlash_m=1e-5", "scenario.start.mesh=centre")
+    short(settings=("switches.dead_zone=tanh", *numbers))
     run = written(tmp_path)
     assert json.loads(run.attrs["switches"])["dead_zone"] == "tanh"
     assert _backlashes(run) == [(5e-5, 5e-5), (1e-5, 1e-5)]
@@ -120,10 +115,8 @@ def test_a_missing_folder_is_made(crosscheck, tmp_path):
 
 
 def test_stage_with_fewer_planets_is_padded_with_nan(short, tmp_path):
-    two = {"sun_teeth": 27, "planet_count": 2}
-    settings = [f"arm.joints.1.{key}={value}" for key, value in two.items()]
-    arguments = [argument for setting in settings for argument in ("--set", setting)]
-    assert short(*arguments).code == 0
+    settings = ("arm.joints.1.sun_teeth=27", "arm.joints.1.planet_count=2")
+    assert short(settings=settings).code == 0
     run = written(tmp_path)
     assert np.isnan(run["F_sp"][:, 1, 2]).all()
     assert np.isfinite(run["F_sp"][:, 1, :2]).all()

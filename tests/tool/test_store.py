@@ -181,31 +181,22 @@ def test_another_users_folder_is_not_trusted(folder, capfd):
     assert "belongs to another user; simulations are not kept" in said
 
 
-def test_a_folder_that_cannot_be_made_costs_the_keeping_alone(tmp_path, capfd):
+@pytest.mark.parametrize(
+    ("place", "why"), [("file", "Not a directory"), ("full", "No such file or directory")]
+)
+def test_a_place_that_takes_nothing_costs_the_keeping_alone(tmp_path, capfd, place, why):
+    """A folder below a file cannot be made; of one that is gone as of a full disk nothing is."""
     (tmp_path / "file").touch()
-    study = Study(tmp_path / "file" / "store")
-    assert study.answer_questions([Square(2.0), Square(3.0)], "squares") == [
-        {"square": 4},
-        {"square": 9},
-    ]
-    assert study.answer_questions([Square(2.0)], "squares") == [{"square": 4}]
-    assert (study.computed_count, study.cached_count) == (3, 0)
-    line = f"crosscheck: {tmp_path}/file/store: cannot be written: Not a directory"
-    assert capfd.readouterr().err == f"{line}; simulations are not kept\n"
-
-
-def test_a_disk_that_becomes_full_costs_the_keeping_alone(tmp_path, capfd):
-    folder = tmp_path / "store"
+    folder = tmp_path / place / "store"
     study = Study(folder)
-    folder.chmod(0o700)
-    folder.rmdir()  # nothing can be written there any more
-    assert study.answer_questions([Square(2.0), Square(3.0)], "squares") == [
-        {"square": 4},
-        {"square": 9},
-    ]
-    assert study.answer_questions([Square(5.0)], "squares") == [{"square": 25}]
-    line = f"crosscheck: {folder}: cannot be written: No such file or directory"
-    assert capfd.readouterr().err == f"{line}; simulations are not kept\n"
+    if place == "full":
+        folder.rmdir()
+    for numbers in ((2.0, 3.0), (2.0,), (5.0,)):
+        found = study.answer_questions([Square(number) for number in numbers], "squares")
+        assert found == [{"square": number**2} for number in numbers]
+    assert (study.computed_count, study.cached_count) == (4, 0)
+    line = f"crosscheck: {folder}: cannot be written: {why}; simulations are not kept\n"
+    assert capfd.readouterr().err == line
 
 
 def test_two_studies_may_keep_the_same_at_once(tmp_path):

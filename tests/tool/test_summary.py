@@ -14,10 +14,7 @@ from crosscheck.planning.plan import CrossCheckRequest
 from crosscheck.report.heat_map import make_entry_maps, make_heat_map
 from crosscheck.report.plots.charts import Charts
 from crosscheck.run import CrossCheck
-from crosscheck.trial.arms.entry_notes import (
-    describe_point_masses,
-    describe_unfollowed,
-)
+from crosscheck.trial.arms.entry_notes import describe_point_masses, describe_unfollowed
 from crosscheck.trial.changes.arms.dependence import IgnoredNumber
 from crosscheck.trial.input.loading import load_equations
 from crosscheck.trial.result import Trial

@@ -29,6 +29,9 @@ def refused(crosscheck, tmp_path):
     return refusal
 
 
+CHANGED = "def f(arm): return replace(two_link(arm), {})"
+
+
 @pytest.mark.parametrize("case", BAD["files"])
 def test_unusable_equations_are_one_line(refused, case):
     more, name, *fragments = BAD["files"][case]
@@ -38,15 +41,13 @@ def test_unusable_equations_are_one_line(refused, case):
 @pytest.mark.parametrize("case", BAD["coordinates"])
 def test_unusable_coordinates_are_one_line(refused, case):
     given, *fragments = BAD["coordinates"][case]
-    more = f"def f(arm): return replace(two_link(arm), coordinates=Coordinates({given}))"
-    refused(more, "f", "coordinates", *fragments)
+    refused(CHANGED.format(f"coordinates=Coordinates({given})"), "f", "coordinates", *fragments)
 
 
 @pytest.mark.parametrize("case", BAD["answers"])
 def test_answers_that_are_no_equations_are_one_line(refused, case):
     given, *fragments = BAD["answers"][case]
-    more = f"def f(arm): return replace(two_link(arm), {given})"
-    refused(more, "f", "mine.py:f: ", " at ", *fragments)
+    refused(CHANGED.format(given), "f", "mine.py:f: ", " at ", *fragments)
 
 
 @pytest.mark.parametrize(
@@ -67,34 +68,29 @@ def test_names_of_nothing_are_one_line(crosscheck, text, fragments):
     assert_one_line(crosscheck("trial", text, "--quick"), *fragments)
 
 
-def test_constant_equations_of_another_number_of_joints_name_both(crosscheck, tmp_path):
-    more = "e = Equations(mass_matrix=lambda q: np.eye(2))"
-    answer = crosscheck("trial", f"{model_file(tmp_path, more)}:e", "three-unlike", "--quick")
-    assert_one_line(
-        answer, "mass_matrix has shape (2, 2), must be (3, 3)", "three-unlike, 3 joints"
-    )
+MORE = """
+constant = Equations(mass_matrix=lambda q: np.eye(2))
+def without(arm): return replace(two_link(arm), force=None)
+"""
 
 
 @pytest.mark.parametrize(
-    ("more", "fragments"),
+    ("words", "fragments"),
     [
-        (["--scenario", "nonesuch"], ["nonesuch: no such file"]),
-        (["--scenario", "pd", "--scenario", "pd"], ["scenario: name = 'pd'", "no other"]),
-        (["--set", "arm.payload=1"], ["payload", "payload_mass_kg"]),
-        (["--json", "t", "--junit", "t"], ["is in use for two things"]),
+        ("constant three-unlike", ["mass_matrix has shape (2, 2), must be (3, 3)", "unlike, 3 jo"]),
+        ("two_link --scenario nonesuch", ["nonesuch: no such file"]),
+        ("two_link --scenario pd --scenario pd", ["scenario: name = 'pd'", "no other"]),
+        ("two_link --set arm.payload=1", ["payload", "payload_mass_kg"]),
+        ("two_link --json t --junit t", ["is in use for two things"]),
+        ("without --scenario pd", ["--scenario = 'pd': needs force, which the equations have not"]),
     ],
 )
-def test_what_is_asked_beside_is_checked_first(crosscheck, tmp_path, monkeypatch, more, fragments):
+def test_what_does_not_fit_the_equations_is_one_line(
+    crosscheck, tmp_path, monkeypatch, words, fragments
+):
     monkeypatch.chdir(tmp_path)
-    answer = crosscheck("trial", f"{model_file(tmp_path)}:two_link", "--quick", *more)
-    assert_one_line(answer, *fragments)
-
-
-def test_runs_of_equations_without_forces_are_refused(crosscheck, tmp_path):
-    more = "def f(arm): return replace(two_link(arm), force=None)"
-    file = model_file(tmp_path, more)
-    answer = crosscheck("trial", f"{file}:f", "--quick", "--scenario", "pd")
-    assert_one_line(answer, "--scenario = 'pd': needs force, which the equations have not")
+    model_file(tmp_path, MORE)
+    assert_one_line(crosscheck("trial", *f"mine.py:{words}".split(), "--quick"), *fragments)
 
 
 @pytest.fixture
@@ -139,7 +135,7 @@ def test_a_part_that_fails_costs_itself_alone(judged, case):
 def test_traceback_has_the_users_lines_alone_in_every_view(judged, tmp_path):
     more = "def inner(q):\n    raise ValueError('here')\n\ndef bad(q, v): return inner(q)\n"
     answer, trial = judged(
-        f"{more}def f(arm): return replace(two_link(arm), bias=bad)",
+        more + CHANGED.format("bias=bad"),
         *("--junit", tmp_path / "t.xml", "--out", tmp_path / "page"),
     )
     assert list(trial["tracebacks"]) == ["bias"]
@@ -163,10 +159,8 @@ def test_a_part_that_hangs_is_waited_for_once(judged, monkeypatch):
     monkeypatch.setattr(cpu_limit, "IDLE_S", 2.0)
     monkeypatch.setattr(cpu_limit, "LEAST_S", 0.01)
     monkeypatch.setattr(cpu_limit, "LOOK_S", 0.1)
-    answer, trial = judged(
-        "def bad(q, v):\n    while True: time.sleep(1)\n"
-        "def f(arm): return replace(two_link(arm), bias=bad)"
-    )
+    hanging = "def bad(q, v):\n    while True: time.sleep(1)\n"
+    answer, trial = judged(hanging + CHANGED.format("bias=bad"))
     assert answer.code == 3
     assert "TooSlow: bias: stopped after" in answer.out
     assert "unfinished, not judged" in answer.out

@@ -17,6 +17,7 @@ LEAVES = "os._exit(0)"
 AT_THE_END = "import atexit; atexit.register(os._exit, 0)"
 ODD = "class Odd(BaseException): pass\n"
 WRONG = "def f(arm): return replace(two_link(arm), bias=lambda q, v: [0.0, 0.0])"
+FOREIGN = "with track_foreign_code('theirs'): "
 MAPPED = (
     "def phi(x):\n    {}\n    return x\n"
     "def f(arm): return replace(two_link(arm), coordinates=Coordinates(function=phi))"
@@ -93,27 +94,15 @@ def test_results_go_where_the_command_was_started_and_can_be_read(tmp_path):
         ("atexit.register(time.sleep, 50); sys.exit(1)", 1, ""),
         ("threading.Thread(target=time.sleep, args=(50,)).start(); sys.exit(1)", 1, ""),
         ("os.closerange(3, 100); sys.exit(0)", 3, "no verdict: its process ended with exit code 0"),
-        (
-            "with track_foreign_code('theirs'): time.sleep(50)",
-            2,
-            "theirs: stopped after 0 s without any",
-        ),
-        (
-            "with track_foreign_code('theirs'): os._exit(0)",
-            2,
-            "theirs: its process ended with exit code 0",
-        ),
-        ("with track_foreign_code('theirs'): pass\n    os._exit(0)", 3, "came to no verdict"),
+        (f"{FOREIGN}time.sleep(50)", 2, "theirs: stopped after 0 s without any"),
+        (f"{FOREIGN}os._exit(0)", 2, "theirs: its process ended with exit code 0"),
+        (f"{FOREIGN}pass\n    os._exit(0)", 3, "came to no verdict"),
         (
             "with track_foreign_code('theirs'):\n        while True: os.fork()",
             2,
             "processes of its own; at most 64 may run at once",
         ),
-        (
-            "with track_foreign_code('theirs'): os.fork()\n    sys.exit('once')",
-            1,
-            "once",
-        ),
+        (f"{FOREIGN}os.fork()\n    sys.exit('once')", 1, "once"),
         ("if not os.fork(): os._exit(0)\n    time.sleep(0.2); sys.exit(1)", 1, ""),
         ("if not os.fork(): sys.exit(0)\n    time.sleep(0.2); sys.exit(1)", 1, ""),
     ],

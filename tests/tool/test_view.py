@@ -16,16 +16,13 @@ from crosscheck.analytic.paper.kinematics import mesh_displacements, stage_geome
 from crosscheck.cli.view import view_page
 from crosscheck.models.arm.arm import Planetary
 from crosscheck.models.experiment.scenario import switches
-from crosscheck.models.loading import load_arm, load_case, load_scenario
+from crosscheck.models.loading import load_arm, load_scenario
 from crosscheck.models.trajectory import build_trajectory, encode_netcdf
 from crosscheck.output import write_files
-from crosscheck.registry import build, reference_model
 from crosscheck.view.gears import TEETH_BESIDE, gear_angles, gear_assembly, make_close_up, outline
 from crosscheck.view.mesh_geometry import SIDES, Wheel, mesh_geometry
-from crosscheck.view.scene import build_scene
-from crosscheck.view.trajectory_file import DRAWN_SIGNALS, Run
+from crosscheck.view.trajectory_file import Run
 from tests.arms import PAPER, arm_of
-from tests.loops import require_items
 from tests.tool.test_bad_input import assert_one_line
 
 JOINTS = [
@@ -153,26 +150,6 @@ def test_the_page_holds_the_runs_numbers(tmp_path, crosscheck, monkeypatch):
     monkeypatch.setattr(webbrowser, "open", shown.append)
     assert crosscheck("view", file, "--open").code == 0  # its own page is replaced
     assert shown == [file.with_suffix(".html").resolve().as_uri()]
-
-
-@pytest.mark.parametrize("phase", ["angle", "omega_t"])
-@pytest.mark.parametrize("name", ["paper-labelled", "probe"])
-def test_flanks_are_drawn_touching_while_the_mesh_carries_a_force(name, phase):
-    """By Eq. 5 there is a force where x - e is beyond half the clearance, and nowhere else."""
-    laws = switches(phase=phase, damping="contact")
-    settings = ["scenario.duration_s=0.05", "scenario.record_every=1"]
-    case = load_case(name, "pd", laws.model_dump(exclude_defaults=True), settings)
-    run = build(reference_model(), *case).simulate()
-    signals = {each: run[each].values for each in DRAWN_SIGNALS}
-    scene = build_scene(Run("mine", case.arm, run["time"].values, signals, case.switches))
-    meshes = [mesh for joint in scene["joints"] for mesh in joint.get("meshes", {}).values()]
-    for mesh in require_items(meshes):
-        gap, force = (
-            np.frombuffer(base64.b64decode(mesh[each]), "<f4") for each in ("gap", "force")
-        )
-        b = mesh["half_clearance_m"]
-        away = np.abs(np.abs(gap) - b) > 1e-6 * b  # but for rounding to float32
-        assert np.array_equal((np.abs(gap) > b)[away], (force != 0)[away])
 
 
 @pytest.mark.parametrize("arm", [arm_of(1), arm_of(7, direct=(2,))], ids=lambda arm: arm.name)

@@ -18,7 +18,7 @@ from crosscheck.runner import cpu_limit, process_tree, workers
 from crosscheck.runner.outcomes import Failure
 from crosscheck.runner.process_tree import limit_resources
 from crosscheck.runner.workers import Workers, perform_all
-from tests.processes import in_child
+from tests.processes import ROOT, in_child
 
 
 @dataclass(frozen=True)
@@ -170,14 +170,22 @@ def impatient(monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr(cpu_limit, "LOOK_S", 0.01)
 
 
-@pytest.mark.parametrize("work", [busy, busy_in_a_child])
+@pytest.mark.parametrize(
+    ("work", "idle_s", "said"),
+    [
+        (busy, 60.0, "s of processor time, about 0 s expected"),
+        (busy_in_a_child, 60.0, "s of processor time, about 0 s expected"),
+        (deaf_and_endless, 0.3, "s without any processor time"),
+    ],
+)
 @pytest.mark.usefixtures("impatient")
-def test_a_task_that_computes_without_end_is_ended(work):
+def test_a_task_that_computes_or_waits_without_end_is_ended(monkeypatch, work, idle_s, said):
+    monkeypatch.setattr(cpu_limit, "IDLE_S", idle_s)
     results = perform_all([Job("good", good), Job("slow", work)], 2)
     assert results["good"] == "done"
     assert results["slow"].unfinished
     assert results["slow"].kind == "TooSlow"
-    assert "s of processor time, about 0 s expected" in results["slow"].message
+    assert said in results["slow"].message
 
 
 @pytest.mark.usefixtures("impatient")
@@ -195,19 +203,8 @@ def test_a_task_that_forks_without_end_is_ended_with_its_forks(monkeypatch):
 
 
 def test_a_task_that_forks_and_goes_on_in_both_branches_ends_once():
-    assert perform_all([Job("two", forking), Job("b", good)], 1) == {
-        "two": "done",
-        "b": "done",
-    }
-
-
-@pytest.mark.usefixtures("impatient")
-def test_a_task_that_waits_for_nothing_is_ended(monkeypatch):
-    monkeypatch.setattr(cpu_limit, "IDLE_S", 0.3)
-    results = perform_all([Job("good", good), Job("slow", deaf_and_endless)], 2)
-    assert results["good"] == "done"
-    assert results["slow"].unfinished
-    assert "s without any processor time" in results["slow"].message
+    ended = perform_all([Job("two", forking), Job("b", good)], 1)
+    assert ended == {"two": "done", "b": "done"}
 
 
 @pytest.mark.usefixtures("impatient")
@@ -280,11 +277,9 @@ def test_workers_end_with_their_parent(tmp_path):
         "    print(*(worker.process.pid for worker in crew.crew), flush=True)\n"
         "    time.sleep(60)\n"
     )
-    root = Path(__file__).parents[2]
-    environment = {**os.environ, "PYTHONPATH": str(root)}
-    parent = subprocess.Popen(
-        [sys.executable, str(script)], stdout=subprocess.PIPE, env=environment
-    )
+    environment = {**os.environ, "PYTHONPATH": str(ROOT)}
+    words = [sys.executable, str(script)]
+    parent = subprocess.Popen(words, stdout=subprocess.PIPE, env=environment)
     assert parent.stdout is not None
     children = [int(pid) for pid in parent.stdout.readline().split()]
     assert len(children) == 2
@@ -321,7 +316,7 @@ def test_coverage_sees_what_workers_run(tmp_path, monkeypatch):
     Path("settings").write_text(
         "[run]\nparallel = true\nconcurrency = multiprocessing, thread\npatch = fork, _exit\n"
     )
-    environment = {**os.environ, "PYTHONPATH": str(Path(__file__).parents[2])}
+    environment = {**os.environ, "PYTHONPATH": str(ROOT)}
     for words in (("run", "--rcfile=settings", "work.py"), ("combine", "-q"), ("json", "-q")):
         command = [sys.executable, "-m", "coverage", *words]
         subprocess.run(command, check=True, capture_output=True, env=environment)
