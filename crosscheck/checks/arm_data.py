@@ -91,37 +91,38 @@ def _check_force(about: Subject, force: np.ndarray, mass: np.ndarray, arm: Sampl
     friction = np.array([float(j.get("friction_N_m_s_per_rad", 0.0)) for j in content["joints"]])
     pose = composite.arm_pose(content, setting.states.q[:, layout.theta])
     pulled, expected = composite.weight(parts, pose, content), np.zeros_like(force)
-    for row, (t, q, v) in enumerate(zip(*setting.states, strict=True)):
-        theta, rates = q[layout.theta], v[layout.theta]
-        torques = drive_torques(scenario, t, theta, rates)
-        expected[row, layout.theta] = torques + pulled[row] - friction * rates
-        for number, joint in geared_joints(setting.arm) if layout.mesh_joints else ():
-            radius, ratio = sun_radius_and_ratio(joint)
-            expected[row] += torques[number] / (ratio * radius) * sun_advance(layout, number)
+    t, q, v = setting.states
+    theta, rates = q[:, layout.theta], v[:, layout.theta]
+    torques = drive_torques(scenario, t, theta, rates)
+    expected[:, layout.theta] = torques + pulled - friction * rates
     if layout.mesh_joints:
+        for number, joint in geared_joints(setting.arm):
+            radius, ratio = sun_radius_and_ratio(joint)
+            on_sun = torques[:, number, None] / (ratio * radius)
+            expected += on_sun * sun_advance(layout, number)
         expected += teeth_forces(setting.arm, arm.case.switches, layout, setting.states)
     return compare_values(about, expected, force, mass, setting)
 
 
 def drive_torques(
-    scenario: Scenario, t: float, theta: np.ndarray, theta_dot: np.ndarray
+    scenario: Scenario, t: np.ndarray, theta: np.ndarray, theta_dot: np.ndarray
 ) -> np.ndarray:
-    """Output-side torques [N m], shape (joints,), by the scenario's fields."""
-    drive, joints = scenario.drive, len(theta)
+    """Output-side torques [N m], (states, joints), by the scenario's fields; t (states,) [s]."""
+    drive, joints = scenario.drive, theta.shape[1]
 
     def expand(value: float | tuple[float, ...]) -> np.ndarray:
         return np.array(expand_to_joints(value, joints))
 
     if isinstance(drive, ConstantDrive):
-        return expand(drive.torque_N_m)
+        return np.broadcast_to(expand(drive.torque_N_m), theta.shape)
     if isinstance(drive, PdDrive):
         away = expand(drive.target_rad) - theta
         damped = expand(drive.derivative_N_m_s_per_rad) * theta_dot
         return expand(drive.proportional_N_m_per_rad) * away - damped
     if isinstance(drive, SinusoidDrive):
-        argument = t if drive.argument == "time" else t**0.5
+        argument = t[:, None] if drive.argument == "time" else t[:, None] ** 0.5
         return expand(drive.amplitude_N_m) * np.sin(expand(drive.rate_rad_per_s) * argument)
-    return np.array([np.interp(t, drive.time_s, column) for column in drive.torque_N_m])
+    return np.array([np.interp(t, drive.time_s, column) for column in drive.torque_N_m]).T
 
 
 def teeth_forces(arm: Arm, chosen: Switches, layout: Layout, states: States) -> np.ndarray:

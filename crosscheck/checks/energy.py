@@ -112,13 +112,10 @@ def _check_energy_rate(
 ) -> Finding:
     """Check that kinetic and spring energy gain what motors, weight and friction put in."""
     arm, layout, drawn = setting
-    forced_states = invariants.compute_forced_states(given, setting, case.scenario)
+    motion = invariants.compute_motion(given, setting, case.scenario)
     rates = _spring_rates(arm, case.switches, layout, drawn)
-    pairs = [
-        motion.power_residual([*invariants.external_powers(arm, motion), -rate])
-        for motion, rate in zip(forced_states, rates, strict=True)
-    ]
-    return invariants.check_balance(about, pairs)
+    powers = np.column_stack([invariants.external_powers(arm, motion), -rates])
+    return invariants.check_powers(about, motion, powers)
 
 
 def _spring_rates(arm: Arm, chosen: Switches, layout: Layout, states: States) -> np.ndarray:

@@ -17,8 +17,8 @@ from crosscheck.checks.scales import base_radius, geared_joints, weight_moments
 from crosscheck.checks.states import Setting
 from crosscheck.findings import Finding, Subject, make_check, make_failed_check, make_share_check
 from crosscheck.models.arm.arm import Arm, Planetary
-from crosscheck.models.arm.layout import MESHES, Coordinate, Layout
-from crosscheck.models.experiment.drive import DriveData, drive_data, joint_torque
+from crosscheck.models.arm.layout import MESHES, Layout
+from crosscheck.models.experiment.drive import drive_data, torques_along
 from crosscheck.models.experiment.scenario import Scenario
 from crosscheck.models.interface import STATE_ABILITIES
 from crosscheck.models.loading import Case
@@ -39,11 +39,11 @@ class StateValues(NamedTuple):
     acceleration: np.ndarray
 
 
-class ForcedState(NamedTuple):
-    """One state, what moves it and how it moves: M a + bias [n], force [n], torques [joints].
+class Motion(NamedTuple):
+    """What moves an arm and how it moves, at all states: M a + bias, force and rates (states, n).
 
-    summed [n]: the magnitudes whose sum ``inertial`` is, |M| |a| + |bias|; their rounding stays.
-    passive [joints]: moments of weight and friction [N m].
+    summed: the magnitudes whose sum ``inertial`` is, |M| |a| + |bias|; their rounding stays.
+    torques and passive (states, joints): motors, and moments of weight and friction [N m].
     """
 
     layout: Layout
@@ -53,14 +53,6 @@ class ForcedState(NamedTuple):
     force: np.ndarray
     torques: np.ndarray
     passive: np.ndarray
-
-    def power_residual(self, powers: list[float]) -> tuple[float, float]:
-        """Gain of kinetic energy beyond these powers [W], and the size of the summed terms [W].
-
-        v . (M a + bias) is the rate of v . M v / 2.
-        """
-        size = np.abs(self.v) @ self.summed + np.abs(powers).sum()
-        return float(self.v @ self.inertial - np.sum(powers)), float(size)
 
 
 Balance = Callable[[Subject, StateValues, Setting, Case], Finding]
@@ -115,94 +107,92 @@ def check_power_balance(
     A motor turns its sun n times as fast as the link, and by the mesh displacements; its torque
     reaches a mesh row of the force as T / (n r_s).
     """
-    pairs = []
-    for motion in compute_forced_states(given, setting, case.scenario):
-        terms = external_powers(setting.arm, motion)
-        for number, joint in geared_joints(setting.arm):
-            radius, ratio = sun_radius_and_ratio(joint)
-            motor = motion.torques[number] / ratio * sun_advance(motion.layout, number) / radius
-            rows = [
-                k for k, c in enumerate(motion.layout.coordinates) if is_displacement_of(c, number)
-            ]
-            terms += [*((motion.force - motor) * motion.v)[rows]]
-        pairs.append(motion.power_residual(terms))
-    return check_balance(about, pairs)
+    motion = compute_motion(given, setting, case.scenario)
+    powers = [external_powers(setting.arm, motion)]
+    for number, joint in geared_joints(setting.arm):
+        radius, ratio = sun_radius_and_ratio(joint)
+        advance = sun_advance(motion.layout, number)
+        motor = motion.torques[:, number, None] / ratio * advance / radius
+        rows = displacement_places(motion.layout, number)
+        powers.append(((motion.force - motor) * motion.v)[:, rows])
+    return check_powers(about, motion, np.hstack(powers))
 
 
 def check_angular_momentum(
     about: Subject, given: StateValues, setting: Setting, case: Case
 ) -> Finding:
     """Check that the whole arm's angular momentum changes by what the ground exerts."""
-    forced_states = compute_forced_states(given, setting, case.scenario)
-    return check_balance(about, [_angular_momentum_residual(setting.arm, m) for m in forced_states])
+    motion = compute_motion(given, setting, case.scenario)
+    return check_balance(about, *_angular_momentum_residual(setting.arm, motion))
 
 
-def check_balance(about: Subject, pairs: list[tuple[float, float]]) -> Finding:
-    """The Finding of a balance, from its residual and its terms' size at every state."""
-    gaps, sizes = np.array(pairs).T
+def check_powers(about: Subject, motion: Motion, powers: np.ndarray) -> Finding:
+    """Check that kinetic energy grows by powers (states, terms) [W] alone.
+
+    v . (M a + bias) is the rate of v . M v / 2.
+    """
+    gains = (motion.v * motion.inertial).sum(axis=1) - powers.sum(axis=1)
+    sizes = (np.abs(motion.v) * motion.summed).sum(axis=1) + np.abs(powers).sum(axis=1)
+    return check_balance(about, gains, sizes)
+
+
+def check_balance(about: Subject, gaps: np.ndarray, sizes: np.ndarray) -> Finding:
+    """The Finding of a balance, from its residual and its terms' size at every state (states,)."""
     size, measured = float(np.sqrt((sizes**2).mean())), float(np.abs(gaps).max())
     return make_share_check(about, measured, TOLERANCE, size, "the terms' size", f": {BASIS}")
 
 
-def compute_forced_states(
-    given: StateValues, setting: Setting, scenario: Scenario
-) -> Iterator[ForcedState]:
-    """A ForcedState for each state: what moves it and how it moves."""
-    drive = drive_data(scenario, len(setting.arm.joints))
-    mass, a, bias = given.mass_matrix, given.acceleration, given.bias
-    inertial = np.einsum("kij,kj->ki", mass, a) + bias
-    summed = np.einsum("kij,kj->ki", np.abs(mass), np.abs(a)) + np.abs(bias)
-    friction = np.array([joint.friction_N_m_s_per_rad for joint in setting.arm.joints])
-    moving = zip(*setting.states, inertial, summed, given.generalized_force, strict=True)
-    for t, q, v, moved, magnitude, force in moving:
-        theta, theta_dot = q[setting.layout.theta], v[setting.layout.theta]
-        torques = torques_at(drive, t, theta, theta_dot)
-        passive = weight_moments(setting.arm, theta) - friction * theta_dot
-        yield ForcedState(setting.layout, v, moved, magnitude, force, torques, passive)
-
-
-def torques_at(drive: DriveData, t: float, theta: np.ndarray, theta_dot: np.ndarray) -> np.ndarray:
-    """Output-side torques [N m], shape (joints,), by the scenario's law at time t [s]."""
-    rows = zip(drive.gains, drive.table_torque, theta, theta_dot, strict=True)
-    return np.array(
-        [joint_torque(drive.code, g, drive.table_time, table, t, q, v) for g, table, q, v in rows]
+def compute_motion(given: StateValues, setting: Setting, scenario: Scenario) -> Motion:
+    """The motion that a model's values give at the states of a setting, and what drives it."""
+    (t, q, v), (mass, bias, force, a), arm = setting.states, given, setting.arm
+    theta, rates = q[:, setting.layout.theta], v[:, setting.layout.theta]
+    friction = np.array([joint.friction_N_m_s_per_rad for joint in arm.joints])
+    return Motion(
+        setting.layout,
+        v,
+        np.einsum("sij,sj->si", mass, a) + bias,
+        np.einsum("sij,sj->si", np.abs(mass), np.abs(a)) + np.abs(bias),
+        force,
+        torques_along(drive_data(scenario, len(arm.joints)), t, theta, rates),
+        weight_moments(arm, theta) - friction * rates,
     )
 
 
-def external_powers(arm: Arm, motion: ForcedState) -> list[float]:
-    """Power that motors, weight and friction supply [W], term by term."""
-    dtheta = motion.v[motion.layout.theta]
-    powers = [*(motion.passive * dtheta)]
-    for number, (joint, torque) in enumerate(zip(arm.joints, motion.torques, strict=True)):
-        turning = dtheta[number]
-        if isinstance(joint, Planetary):
-            radius, ratio = sun_radius_and_ratio(joint)
-            slides = sun_advance(motion.layout, number) @ motion.v
-            torque, turning = torque / ratio, slides / radius + ratio * turning
-        powers.append(torque * turning)
-    return powers
+def external_powers(arm: Arm, motion: Motion) -> np.ndarray:
+    """Power that weight and friction, then motors supply [W], (states, 2 joints).
+
+    A motor with gears turns its sun, by the ratio times as fast as the link and by the meshes.
+    """
+    rates = motion.v[:, motion.layout.theta]
+    turning = rates.copy()
+    for number, joint in geared_joints(arm):
+        radius, ratio = sun_radius_and_ratio(joint)
+        turning[:, number] += motion.v @ sun_advance(motion.layout, number) / (radius * ratio)
+    return np.hstack([motion.passive * rates, motion.torques * turning])
 
 
-def _angular_momentum_residual(arm: Arm, motion: ForcedState) -> tuple[float, float]:
+def _angular_momentum_residual(arm: Arm, motion: Motion) -> tuple[np.ndarray, np.ndarray]:
     """Residual of dH/dt = T_1 / n + (N F_pr1 + d_pr x_pr1') r_r + friction + weight, and its size.
 
-    Turning the whole arm turns the first ring's teeth past its planets: x_pr1 changes by -r_r, of
-    every planet, and so does the sun's advance.
+    Both (states,). Turning the whole arm turns the first ring's teeth past its planets: x_pr1
+    changes by -r_r, of every planet, and so does the sun's advance.
     """
     joint, shoulder = arm.joints[0], motion.layout.at("theta", 0)
-    outside, torque = motion.passive[0], motion.torques[0]
-    if not isinstance(joint, Planetary):
-        size = motion.summed[shoulder] + abs(torque) + abs(outside)
-        return float(motion.inertial[shoulder] - torque - outside), float(size)
-    radius, ratio = sun_radius_and_ratio(joint)
-    ring, motor = radius * joint.ring_teeth / joint.sun_teeth, torque / ratio
-    slides = [k for k, c in enumerate(motion.layout.coordinates) if is_displacement_of(c, 0)]
-    slides = [k for k in slides if motion.layout.coordinates[k].meaning != "x_sp"]
-    rate = motion.inertial[shoulder] - ring * motion.inertial[slides].sum()
-    on_teeth = (motor / radius - motion.force[slides].sum()) * ring
-    terms = np.array([motor, on_teeth, outside])
-    size = motion.summed[shoulder] + ring * motion.summed[slides].sum() + np.abs(terms).sum()
-    return float(rate - terms.sum()), float(size)
+    rate, size = motion.inertial[:, shoulder], motion.summed[:, shoulder]
+    moments = [motion.torques[:, 0], motion.passive[:, 0]]
+    if isinstance(joint, Planetary):
+        radius, ratio = sun_radius_and_ratio(joint)
+        ring, motor = radius * joint.ring_teeth / joint.sun_teeth, motion.torques[:, 0] / ratio
+        slides = [
+            place
+            for place in displacement_places(motion.layout, 0)
+            if motion.layout.coordinates[place].meaning != "x_sp"
+        ]
+        rate = rate - ring * motion.inertial[:, slides].sum(axis=1)
+        size = size + ring * motion.summed[:, slides].sum(axis=1)
+        on_teeth = (motor / radius - motion.force[:, slides].sum(axis=1)) * ring
+        moments = [motor, on_teeth, motion.passive[:, 0]]
+    return rate - np.sum(moments, axis=0), size + np.abs(moments).sum(axis=0)
 
 
 def sun_advance(layout: Layout, joint: int) -> np.ndarray:
@@ -211,9 +201,13 @@ def sun_advance(layout: Layout, joint: int) -> np.ndarray:
     return x_sp + x_pr
 
 
-def is_displacement_of(coordinate: Coordinate, joint: int) -> bool:
-    """Whether a coordinate is a displacement of the teeth of a joint, counted from 0."""
-    return not coordinate.is_angle and coordinate.joint == joint + 1
+def displacement_places(layout: Layout, joint: int) -> list[int]:
+    """Places of the coordinates that are displacements of the teeth of a joint, counted from 0."""
+    return [
+        place
+        for place, coordinate in enumerate(layout.coordinates)
+        if not coordinate.is_angle and coordinate.joint == joint + 1
+    ]
 
 
 def sun_radius_and_ratio(joint: Planetary) -> tuple[float, float]:

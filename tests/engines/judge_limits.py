@@ -267,8 +267,7 @@ def wrong_balances() -> Iterator[str]:
     for part in (ABOVE, BELOW):
         for sign in (1, -1):
             gaps = np.array([0.0, 0.0, sign * part * limit, 0.0])
-            pairs = list(zip(gaps.tolist(), sizes.tolist(), strict=True))
-            found = invariants.check_balance(SUBJECT, pairs)
+            found = invariants.check_balance(SUBJECT, gaps, sizes)
             yield from misjudged("balance", found, part, limit)
         found = invariants.check_constraints(SUBJECT, np.array([1e-15, part * 1e-12, 0.0]))
         yield from misjudged("closure", found, part, 1e-12)

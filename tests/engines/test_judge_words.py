@@ -146,7 +146,7 @@ SAID: dict[str, tuple[Callable[[], Finding], str, float | None, str]] = {
         "",
     ),
     "a balance": (
-        lambda: invariants.check_balance(SUBJECT, [(1e-12, 3.0), (-4e-12, 5.0)]),
+        lambda: invariants.check_balance(SUBJECT, np.array([1e-12, -4e-12]), np.array([3.0, 5.0])),
         "1e-10 of the terms' size, 4.12 rad: rounding of the forces, as for accelerations",
         4e-12 / 17**0.5,
         "",
