@@ -45,6 +45,7 @@ class Model(ABC):
 
     name: str
     abilities: ClassVar[frozenset[str]]
+    takes_many_states: ClassVar[bool] = False
     layout: Layout
 
     def __init_subclass__(cls, **options: Any) -> None:

@@ -7,7 +7,13 @@ from functools import partial
 
 import numpy as np
 
-from crosscheck.checks.answers import States
+from crosscheck.checks.answers import (
+    MethodQuestion,
+    Setting,
+    States,
+    generalized_force,
+    mass_matrix,
+)
 from crosscheck.checks.energy import springs_at
 from crosscheck.checks.first_principles import composite
 from crosscheck.checks.invariants import sun_advance, sun_radius_and_ratio
@@ -37,23 +43,24 @@ def plan(subjects: Subjects) -> Iterator[Comparison]:
     """
     for arm in subjects.arms:
         if arm.owes_laws and arm.group != "form":
-            yield _plan(arm, ("mass_matrix",), _check_inertia)
+            yield _plan(arm, _check_inertia, mass_matrix)
         if arm.owes_laws:
-            yield _plan(arm, ("generalized_force", "mass_matrix"), _check_force)
+            yield _plan(arm, _check_force, generalized_force, mass_matrix)
 
 
-def _plan(arm: SampledArm, questions: tuple[str, ...], judge: Callable[..., Finding]) -> Comparison:
-    judged, metric = partial(judge, arm=arm), arm.over(DIFFERENCE)
-    against = "the arm's data"
-    return arm.plan_law(questions[0], questions, judged, metric, against, family="arm-data")
+def _plan(arm: SampledArm, law: Callable[..., Finding], *questions: MethodQuestion) -> Comparison:
+    judge, metric = partial(law, content=arm.content, level=arm.level), arm.over(DIFFERENCE)
+    quantity, against = questions[0].method, "the arm's data"
+    return arm.plan_law(quantity, questions, judge, metric, against, family="arm-data")
 
 
-def _check_inertia(about: Subject, mass: np.ndarray, arm: SampledArm) -> Finding:
+def _check_inertia(
+    about: Subject, mass: np.ndarray, setting: Setting, content: composite.Content, level: str
+) -> Finding:
     """Check M (count, n, n) by the parallel axis theorem, every joint rolling and locked.
 
     A rigid model has the joints rolling alone.
     """
-    level, setting, content = arm.level, arm.setting, arm.content
     parts = composite.build_parts(content, level or "coupled")
     pose = composite.arm_pose(content, setting.states.q[:, setting.layout.theta])
     expected = composite.inertia(parts, pose, locked=not level)
@@ -80,14 +87,21 @@ def _joint_motions(layout: Layout, content: composite.Content) -> np.ndarray:
     return np.vstack([rolling, locked])
 
 
-def _check_force(about: Subject, force: np.ndarray, mass: np.ndarray, arm: SampledArm) -> Finding:
+def _check_force(
+    about: Subject,
+    force: np.ndarray,
+    mass: np.ndarray,
+    setting: Setting,
+    content: composite.Content,
+    level: str,
+) -> Finding:
     """Check a force (count, n): drive, friction, weight of all that a joint carries, and the teeth.
 
     mass (count, n, n): the same model's M, for sizes. With the teeth at rest no mesh does work on a
     joint, and a motor turns the link alone.
     """
-    setting, content, scenario = arm.setting, arm.content, arm.case.scenario
-    layout, parts = setting.layout, composite.build_parts(content, arm.level or "coupled")
+    arm, scenario, laws = setting.case
+    layout, parts = setting.layout, composite.build_parts(content, level or "coupled")
     friction = np.array([float(j.get("friction_N_m_s_per_rad", 0.0)) for j in content["joints"]])
     pose = composite.arm_pose(content, setting.states.q[:, layout.theta])
     pulled, expected = composite.weight(parts, pose, content), np.zeros_like(force)
@@ -96,11 +110,11 @@ def _check_force(about: Subject, force: np.ndarray, mass: np.ndarray, arm: Sampl
     torques = drive_torques(scenario, t, theta, rates)
     expected[:, layout.theta] = torques + pulled - friction * rates
     if layout.mesh_joints:
-        for number, joint in geared_joints(setting.arm):
+        for number, joint in geared_joints(arm):
             radius, ratio = sun_radius_and_ratio(joint)
             on_sun = torques[:, number, None] / (ratio * radius)
             expected += on_sun * sun_advance(layout, number)
-        expected += teeth_forces(setting.arm, arm.case.switches, layout, setting.states)
+        expected += teeth_forces(arm, laws, layout, setting.states)
     return compare_values(about, expected, force, mass, setting)
 
 

@@ -11,42 +11,44 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
-from crosscheck.checks.answers import ABILITIES
-from crosscheck.checks.sampled import FIRST_PRINCIPLES, SampledArm, Subjects
-from crosscheck.checks.scales import base_radius, geared_joints, weight_moments
-from crosscheck.checks.states import Setting
-from crosscheck.findings import Finding, Subject, make_check, make_failed_check, make_share_check
+from crosscheck.checks.answers import (
+    EQUATIONS,
+    BadAnswer,
+    Setting,
+    acceleration,
+    require_numbers,
+)
+from crosscheck.checks.sampled import SampledArm, Subjects
+from crosscheck.checks.scales import arm_reach, base_radius, geared_joints, weight_moments
+from crosscheck.findings import (
+    ComparisonKey,
+    Finding,
+    Subject,
+    make_check,
+    make_failed_check,
+    make_share_check,
+)
 from crosscheck.models.arm.arm import Arm, Planetary
 from crosscheck.models.arm.layout import MESHES, Layout
 from crosscheck.models.experiment.drive import drive_data, torques_along
-from crosscheck.models.experiment.scenario import Scenario
-from crosscheck.models.interface import STATE_ABILITIES
-from crosscheck.models.loading import Case
-from crosscheck.planning.comparison import Comparison
+from crosscheck.models.interface import Model
+from crosscheck.planning.comparison import Comparison, make_comparison
 
 # Powers of 1e4 N x 0.1 m/s whose forces carry the rounding of displacements (see states).
 TOLERANCE = 1e-10
 BASIS = "rounding of the forces, as for accelerations"
 GAP_TOLERANCE = 1e-12
+OPENED = 1e-3  # gaps, rates and accelerations by which joints are opened, of their sizes
 
 
-class StateValues(NamedTuple):
-    """One model's values at states: M (count, n, n); bias, force and acceleration (count, n)."""
-
-    mass_matrix: np.ndarray
-    bias: np.ndarray
-    generalized_force: np.ndarray
-    acceleration: np.ndarray
-
-
-class Motion(NamedTuple):
+class DrivenMotion(NamedTuple):
     """What moves an arm and how it moves, at all states: M a + bias, force and rates (states, n).
 
     summed: the magnitudes whose sum ``inertial`` is, |M| |a| + |bias|; their rounding stays.
     torques and passive (states, joints): motors, and moments of weight and friction [N m].
     """
 
-    layout: Layout
+    setting: Setting
     v: np.ndarray
     inertial: np.ndarray
     summed: np.ndarray
@@ -54,8 +56,57 @@ class Motion(NamedTuple):
     torques: np.ndarray
     passive: np.ndarray
 
+    @property
+    def arm(self) -> Arm:
+        """The arm."""
+        return self.setting.arm
 
-Balance = Callable[[Subject, StateValues, Setting, Case], Finding]
+    @property
+    def layout(self) -> Layout:
+        """The coordinates."""
+        return self.setting.layout
+
+
+Balance = Callable[[Subject, DrivenMotion], Finding]
+
+
+def abilities(model: Model, setting: Setting) -> np.ndarray:
+    """The names of the methods that a model says it has."""
+    return np.array(sorted(model.abilities))
+
+
+def constraint_residual(model: Model, setting: Setting) -> np.ndarray:
+    """Largest gap, rate or acceleration of a model's joints over its size, (states,).
+
+    How far they are from what they must be with the joints opened on purpose counts too.
+    """
+    a = acceleration(model, setting)
+    return np.array(
+        [_widest_gap(model, *state) for state in zip(*setting.states[1:], a, strict=True)]
+    )
+
+
+def _widest_gap(model: Model, q: np.ndarray, v: np.ndarray, a: np.ndarray) -> float:
+    closed = _gaps(model.constraint_residual(q.copy(), v.copy(), a.copy()))
+    reach = arm_reach(model.arm)
+    angular = model.layout.angular
+    sizes = [max(1.0, reach * float(np.abs(vector[angular]).max())) for vector in (v * 0, v, a)]
+    size = np.array(sizes)[:, None]
+    opened = OPENED * size * np.cos(np.arange(closed.size)).reshape(closed.shape)
+    opened_residuals = _gaps(model.constraint_residual(q.copy(), v.copy(), a.copy(), opened.copy()))
+    if opened_residuals.shape != opened.shape:
+        raise BadAnswer("constraint_residual has other joints once they are opened")
+    return float(max(np.abs(closed / size).max(), np.abs((opened_residuals - opened) / size).max()))
+
+
+def _gaps(residuals: object) -> np.ndarray:
+    """Gaps, rates and accelerations of joints, shape (3, gaps). Raises BadAnswer."""
+    if not isinstance(residuals, tuple) or len(residuals) != 3:
+        raise BadAnswer("constraint_residual is not gaps, rates and accelerations")
+    gaps, *others = (require_numbers(r, "constraint_residual", None) for r in residuals)
+    if gaps.size == 0 or any(other.shape != gaps.shape for other in others):
+        raise BadAnswer("constraint_residual is empty, or its parts are of unequal shapes")
+    return np.array([gaps.ravel(), *(other.ravel() for other in others)])
 
 
 def plan(subjects: Subjects) -> Iterator[Comparison]:
@@ -65,14 +116,16 @@ def plan(subjects: Subjects) -> Iterator[Comparison]:
     """
     for arm in subjects.arms:
         if arm.owes_laws:
+            key = ComparisonKey("invariants", arm.where, "abilities", arm.model)
+            about = Subject(key, "1", "abilities missing", "declared capabilities")
             judge = partial(_check_abilities, promised=arm.promises)
-            metric, against = "abilities missing", "declared capabilities"
-            yield arm.plan_law("abilities", [ABILITIES], judge, metric, against)
+            yield make_comparison(about, [arm.ask_once(abilities)], judge)
         if arm.group in ("geared", "free", "form"):
             yield from plan_balances(arm)
         if arm.group == "geared" and "constraint_residual" in arm.promises:
-            metric = f"largest gap, rate, acceleration or error of one, {arm.count} random states"
-            questions, against = ["constraint_residual"], "closure of its joints"
+            count = arm.setting.count
+            metric = f"largest gap, rate, acceleration or error of one, {count} random states"
+            questions, against = [constraint_residual], "closure of its joints"
             yield arm.plan_law("constraints", questions, check_constraints, metric, against)
 
 
@@ -85,11 +138,10 @@ def plan_balances(arm: SampledArm) -> Iterator[Comparison]:
 def plan_balance(arm: SampledArm, name: str, unit: str, law: Balance) -> Comparison:
     """The comparison of one balance of a model."""
 
-    def judge(about: Subject, *answers: Any) -> Finding:
-        return law(about, StateValues(*answers), arm.setting, arm.case)
+    def judge(about: Subject, *given: Any) -> Finding:
+        return law(about, compute_motion(*given))
 
-    metric = arm.over("largest residual")
-    return arm.plan_law(name, STATE_ABILITIES, judge, metric, FIRST_PRINCIPLES, unit=unit)
+    return arm.plan_law(name, EQUATIONS, judge, arm.over("largest residual"), unit=unit)
 
 
 def _check_abilities(about: Subject, claimed: Any, promised: frozenset[str]) -> Finding:
@@ -99,17 +151,14 @@ def _check_abilities(about: Subject, claimed: Any, promised: frozenset[str]) -> 
     return make_check(about, measured=0.0, tolerance=0.0, basis="every promised ability is there")
 
 
-def check_power_balance(
-    about: Subject, given: StateValues, setting: Setting, case: Case
-) -> Finding:
+def check_power_balance(about: Subject, motion: DrivenMotion) -> Finding:
     """Check d(kinetic)/dt = sum of T theta_s' / n + powers of meshes, dampers, weight, friction.
 
     A motor turns its sun n times as fast as the link, and by the mesh displacements; its torque
     reaches a mesh row of the force as T / (n r_s).
     """
-    motion = compute_motion(given, setting, case.scenario)
-    powers = [external_powers(setting.arm, motion)]
-    for number, joint in geared_joints(setting.arm):
+    powers = [external_powers(motion)]
+    for number, joint in geared_joints(motion.arm):
         radius, ratio = sun_radius_and_ratio(joint)
         advance = sun_advance(motion.layout, number)
         motor = motion.torques[:, number, None] / ratio * advance / radius
@@ -118,15 +167,12 @@ def check_power_balance(
     return check_powers(about, motion, np.hstack(powers))
 
 
-def check_angular_momentum(
-    about: Subject, given: StateValues, setting: Setting, case: Case
-) -> Finding:
+def check_angular_momentum(about: Subject, motion: DrivenMotion) -> Finding:
     """Check that the whole arm's angular momentum changes by what the ground exerts."""
-    motion = compute_motion(given, setting, case.scenario)
-    return check_balance(about, *_angular_momentum_residual(setting.arm, motion))
+    return check_balance(about, *_angular_momentum_residual(motion))
 
 
-def check_powers(about: Subject, motion: Motion, powers: np.ndarray) -> Finding:
+def check_powers(about: Subject, motion: DrivenMotion, powers: np.ndarray) -> Finding:
     """Check that kinetic energy grows by powers (states, terms) [W] alone.
 
     v . (M a + bias) is the rate of v . M v / 2.
@@ -142,42 +188,45 @@ def check_balance(about: Subject, gaps: np.ndarray, sizes: np.ndarray) -> Findin
     return make_share_check(about, measured, TOLERANCE, size, "the terms' size", f": {BASIS}")
 
 
-def compute_motion(given: StateValues, setting: Setting, scenario: Scenario) -> Motion:
-    """The motion that a model's values give at the states of a setting, and what drives it."""
-    (t, q, v), (mass, bias, force, a), arm = setting.states, given, setting.arm
-    theta, rates = q[:, setting.layout.theta], v[:, setting.layout.theta]
+def compute_motion(
+    mass: np.ndarray, bias: np.ndarray, force: np.ndarray, a: np.ndarray, setting: Setting
+) -> DrivenMotion:
+    """The motion by a model's M (states, n, n), bias, force and acceleration (states, n)."""
+    (t, q, v), arm, layout = setting.states, setting.arm, setting.layout
+    theta, rates = q[:, layout.theta], v[:, layout.theta]
+    drive = drive_data(setting.case.scenario, len(arm.joints))
     friction = np.array([joint.friction_N_m_s_per_rad for joint in arm.joints])
-    return Motion(
-        setting.layout,
+    return DrivenMotion(
+        setting,
         v,
-        np.einsum("sij,sj->si", mass, a) + bias,
-        np.einsum("sij,sj->si", np.abs(mass), np.abs(a)) + np.abs(bias),
-        force,
-        torques_along(drive_data(scenario, len(arm.joints)), t, theta, rates),
-        weight_moments(arm, theta) - friction * rates,
+        inertial=np.einsum("sij,sj->si", mass, a) + bias,
+        summed=np.einsum("sij,sj->si", np.abs(mass), np.abs(a)) + np.abs(bias),
+        force=force,
+        torques=torques_along(drive, t, theta, rates),
+        passive=weight_moments(arm, theta) - friction * rates,
     )
 
 
-def external_powers(arm: Arm, motion: Motion) -> np.ndarray:
+def external_powers(motion: DrivenMotion) -> np.ndarray:
     """Power that weight and friction, then motors supply [W], (states, 2 joints).
 
     A motor with gears turns its sun, by the ratio times as fast as the link and by the meshes.
     """
     rates = motion.v[:, motion.layout.theta]
     turning = rates.copy()
-    for number, joint in geared_joints(arm):
+    for number, joint in geared_joints(motion.arm):
         radius, ratio = sun_radius_and_ratio(joint)
         turning[:, number] += motion.v @ sun_advance(motion.layout, number) / (radius * ratio)
     return np.hstack([motion.passive * rates, motion.torques * turning])
 
 
-def _angular_momentum_residual(arm: Arm, motion: Motion) -> tuple[np.ndarray, np.ndarray]:
+def _angular_momentum_residual(motion: DrivenMotion) -> tuple[np.ndarray, np.ndarray]:
     """Residual of dH/dt = T_1 / n + (N F_pr1 + d_pr x_pr1') r_r + friction + weight, and its size.
 
     Both (states,). Turning the whole arm turns the first ring's teeth past its planets: x_pr1
     changes by -r_r, of every planet, and so does the sun's advance.
     """
-    joint, shoulder = arm.joints[0], motion.layout.at("theta", 0)
+    joint, shoulder = motion.arm.joints[0], motion.layout.at("theta", 0)
     rate, size = motion.inertial[:, shoulder], motion.summed[:, shoulder]
     moments = [motion.torques[:, 0], motion.passive[:, 0]]
     if isinstance(joint, Planetary):
@@ -216,7 +265,7 @@ def sun_radius_and_ratio(joint: Planetary) -> tuple[float, float]:
     return base_radius(joint, joint.sun_teeth), ratio
 
 
-def check_constraints(about: Subject, gaps: np.ndarray) -> Finding:
+def check_constraints(about: Subject, gaps: np.ndarray, setting: object) -> Finding:
     """Check that joints closed by constraint equations stay closed, at the model's own motion.
 
     gaps (count,): the largest gap, rate or acceleration over its size at each state, or how far it

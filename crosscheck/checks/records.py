@@ -9,7 +9,9 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
+from crosscheck.checks.answers import ask
 from crosscheck.checks.invariants import sun_advance, sun_radius_and_ratio
+from crosscheck.checks.modes import largest_stable_step
 from crosscheck.checks.scales import (
     EPS,
     PLACE_ROUNDINGS,
@@ -59,7 +61,7 @@ def plan_records(runs: Sequence[Any]) -> Iterator[Comparison]:
         key = ComparisonKey("stable-step", run.key.experiment, "step", run.model)
         about = Subject(key, "1", "largest step over its limit", "stability limit")
         judge = partial(check_stable_step, step_s=run.case.scenario.step_s)
-        yield make_comparison(about, (run.ask("largest_stable_step"),), judge)
+        yield make_comparison(about, (run.ask(largest_stable_step),), judge)
 
 
 def _accept_run(about: Subject, run: xr.Dataset) -> Finding:
@@ -276,8 +278,8 @@ def _compute_variables(
     layout = model.layout
     drive = drive_data(model.scenario, len(model.arm.joints))
     torque = torques_along(drive, t, q[:, layout.theta], v[:, layout.theta])
-    acceleration = np.array([model.acceleration(*state) for state in zip(t, q, v, strict=True)])
-    inertia = np.array([model.mass_matrix(pose) for pose in q])
+    acceleration = ask(model, "acceleration", q.shape, t, q, v)
+    inertia = ask(model, "mass_matrix", (*q.shape, q.shape[1]), q)
     values = {
         "theta_ddot": acceleration[:, layout.theta],
         "torque": torque,
@@ -285,8 +287,8 @@ def _compute_variables(
     }
     if layout.mesh_joints:
         # With meshes that do not slide no damper acts, but motor and springs do.
-        still = zip(t, q, np.where(layout.angular, v, 0.0), strict=True)
-        force = np.array([model.generalized_force(*state) for state in still])
+        still = np.where(layout.angular, v, 0.0)
+        force = ask(model, "generalized_force", q.shape, t, q, still)
         values[TEETH] = _tooth_forces(model, force, torque)
     return values
 

@@ -153,7 +153,7 @@ SAID: dict[str, tuple[Callable[[], Finding], str, float | None, str]] = {
     ),
     "an M": (
         lambda: inertia.check_inertia(
-            SUBJECT, np.array([np.eye(2), [[4.0, 1.0], [1.0 + 6e-13, 9.0]]])
+            SUBJECT, np.array([np.eye(2), [[4.0, 1.0], [1.0 + 6e-13, 9.0]]]), None
         ),
         "rounding of sums over bodies; positive definite at every state",
         1e-13,
@@ -161,14 +161,14 @@ SAID: dict[str, tuple[Callable[[], Finding], str, float | None, str]] = {
     ),
     "an M that is not definite": (
         lambda: inertia.check_inertia(
-            SUBJECT, np.array([np.eye(2), [[1.0, 1.0], [1.0, 1.0 - 1e-9]], np.eye(2)])
+            SUBJECT, np.array([np.eye(2), [[1.0, 1.0], [1.0, 1.0 - 1e-9]], np.eye(2)]), None
         ),
         "",
         None,
         "not positive definite at state 2 of 3",
     ),
     "joints that stay closed": (
-        lambda: invariants.check_constraints(SUBJECT, np.array([1e-13, 2e-13])),
+        lambda: invariants.check_constraints(SUBJECT, np.array([1e-13, 2e-13]), None),
         "rounding of places of a metre, rates and accelerations of their own size",
         None,
         "",

@@ -7,7 +7,7 @@ import numpy as np
 import pytest
 
 from crosscheck.checks import states
-from crosscheck.checks.answers import evaluate_at_states
+from crosscheck.checks.answers import acceleration, generalized_force, mass_matrix
 from crosscheck.findings import ComparisonKey, Subject
 from crosscheck.models.arm.arm import Arm
 from crosscheck.models.arm.planets import usual_switches
@@ -149,8 +149,7 @@ def test_a_force_or_an_acceleration_beyond_its_tolerance_is_seen_in_every_compon
     model = build(reference, *case)
     setting = sample_model("test", reference, case, COUNT, SEED).setting
     masses, forces, accelerations = (
-        evaluate_at_states(model, setting.layout, quantity, setting.states)
-        for quantity in ("mass_matrix", "generalized_force", "acceleration")
+        question(model, setting) for question in (mass_matrix, generalized_force, acceleration)
     )
     for quantity, values in (("generalized_force", forces), ("acceleration", accelerations)):
         about = Subject(ComparisonKey("states", "test", quantity, reference), "1", "largest")

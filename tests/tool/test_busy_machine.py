@@ -14,6 +14,7 @@ import jsonschema
 import pytest
 
 import crosscheck as package
+from crosscheck.checks.answers import Setting, bias
 from crosscheck.findings import Agreement, ComparisonKey, Finding, Subject, make_check
 from crosscheck.models.errors import Unfinished
 from crosscheck.models.experiment.scenario import switches
@@ -140,7 +141,7 @@ def _stopped(task: Evaluation) -> Agreement:
 
 def test_what_was_stopped_is_neither_an_agreement_nor_a_difference():
     case = Case(arm_of(1), load_scenario("constant-torque"), switches())
-    agreement = _stopped(Evaluation("one", case, "bias"))
+    agreement = _stopped(Evaluation("one", Setting(case, False), bias))
     assert [finding.verdict for finding in agreement.findings] == ["unfinished", "agree"]
     assert agreement.exit_code == 3
     assert describe_tally(agreement) == "1 of 2 checks agree; 1 unfinished, not judged"
