@@ -16,7 +16,7 @@ from crosscheck.checks.answers import (
 )
 from crosscheck.checks.energy import springs_at
 from crosscheck.checks.first_principles import composite
-from crosscheck.checks.invariants import sun_advance, sun_radius_and_ratio
+from crosscheck.checks.invariants import motor_forces
 from crosscheck.checks.modes import equivalent_mass, mean_stiffness
 from crosscheck.checks.sampled import DIFFERENCE, SampledArm, Subjects
 from crosscheck.checks.scales import check_share, geared_joints
@@ -110,10 +110,7 @@ def _check_force(
     torques = drive_torques(scenario, t, theta, rates)
     expected[:, layout.theta] = torques + pulled - friction * rates
     if layout.mesh_joints:
-        for number, joint in geared_joints(arm):
-            radius, ratio = sun_radius_and_ratio(joint)
-            on_sun = torques[:, number, None] / (ratio * radius)
-            expected += on_sun * sun_advance(layout, number)
+        expected += motor_forces(arm, layout, torques)
         expected += teeth_forces(arm, laws, layout, setting.states)
     return compare_values(about, expected, force, mass, setting)
 

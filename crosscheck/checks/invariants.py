@@ -154,17 +154,11 @@ def _check_abilities(about: Subject, claimed: Any, promised: frozenset[str]) -> 
 def check_power_balance(about: Subject, motion: DrivenMotion) -> Finding:
     """Check d(kinetic)/dt = sum of T theta_s' / n + powers of meshes, dampers, weight, friction.
 
-    A motor turns its sun n times as fast as the link, and by the mesh displacements; its torque
-    reaches a mesh row of the force as T / (n r_s).
+    A motor turns its sun n times as fast as the link, and by the mesh displacements.
     """
-    powers = [external_powers(motion)]
-    for number, joint in geared_joints(motion.arm):
-        radius, ratio = sun_radius_and_ratio(joint)
-        advance = sun_advance(motion.layout, number)
-        motor = motion.torques[:, number, None] / ratio * advance / radius
-        rows = displacement_places(motion.layout, number)
-        powers.append(((motion.force - motor) * motion.v)[:, rows])
-    return check_powers(about, motion, np.hstack(powers))
+    on_teeth = motion.force - motor_forces(motion.arm, motion.layout, motion.torques)
+    powers = (on_teeth * motion.v)[:, ~motion.layout.angular]
+    return check_powers(about, motion, np.hstack([external_powers(motion), powers]))
 
 
 def check_angular_momentum(about: Subject, motion: DrivenMotion) -> Finding:
@@ -234,8 +228,8 @@ def _angular_momentum_residual(motion: DrivenMotion) -> tuple[np.ndarray, np.nda
         ring, motor = radius * joint.ring_teeth / joint.sun_teeth, motion.torques[:, 0] / ratio
         slides = [
             place
-            for place in displacement_places(motion.layout, 0)
-            if motion.layout.coordinates[place].meaning != "x_sp"
+            for place, coordinate in enumerate(motion.layout.coordinates)
+            if coordinate.joint == 1 and coordinate.meaning in ("x_s", "x_pr")
         ]
         rate = rate - ring * motion.inertial[:, slides].sum(axis=1)
         size = size + ring * motion.summed[:, slides].sum(axis=1)
@@ -250,13 +244,17 @@ def sun_advance(layout: Layout, joint: int) -> np.ndarray:
     return x_sp + x_pr
 
 
-def displacement_places(layout: Layout, joint: int) -> list[int]:
-    """Places of the coordinates that are displacements of the teeth of a joint, counted from 0."""
-    return [
-        place
-        for place, coordinate in enumerate(layout.coordinates)
-        if not coordinate.is_angle and coordinate.joint == joint + 1
-    ]
+def motor_forces(arm: Arm, layout: Layout, torques: np.ndarray) -> np.ndarray:
+    """Forces of motors on the displacements of a geared model [N], (states, n).
+
+    torques (states, joints): on the output side [N m]. Each turns a sun, which x_sp + x_pr of any
+    planet advance, and so enters as T / (n r_s) (Eq. 22).
+    """
+    forces = np.zeros((len(torques), len(layout)))
+    for number, joint in geared_joints(arm) if layout.mesh_joints else ():
+        radius, ratio = sun_radius_and_ratio(joint)
+        forces += torques[:, number, None] / (radius * ratio) * sun_advance(layout, number)
+    return forces
 
 
 def sun_radius_and_ratio(joint: Planetary) -> tuple[float, float]:

@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from crosscheck.checks.answers import ask
-from crosscheck.checks.invariants import sun_advance, sun_radius_and_ratio
+from crosscheck.checks.invariants import motor_forces, sun_radius_and_ratio
 from crosscheck.checks.modes import largest_stable_step
 from crosscheck.checks.scales import (
     EPS,
@@ -274,7 +274,10 @@ def _states(run: xr.Dataset, layout: Layout, suffix: str) -> np.ndarray:
 def _compute_variables(
     model: Model, t: np.ndarray, q: np.ndarray, v: np.ndarray
 ) -> dict[str, np.ndarray]:
-    """Variables at times t (states,) by name, worked out by the model's functions."""
+    """Variables at times t (states,) by name, worked out by the model's functions.
+
+    Those of the teeth are the forces on the displacements without the motors', per planet [N].
+    """
     layout = model.layout
     drive = drive_data(model.scenario, len(model.arm.joints))
     torque = torques_along(drive, t, q[:, layout.theta], v[:, layout.theta])
@@ -289,17 +292,6 @@ def _compute_variables(
         # With meshes that do not slide no damper acts, but motor and springs do.
         still = np.where(layout.angular, v, 0.0)
         force = ask(model, "generalized_force", q.shape, t, q, still)
-        values[TEETH] = _tooth_forces(model, force, torque)
+        on_teeth = force - motor_forces(model.arm, layout, torque)
+        values[TEETH] = on_teeth[:, ~layout.angular] / _planet_counts(model)
     return values
-
-
-def _tooth_forces(model: Model, force: np.ndarray, torque: np.ndarray) -> np.ndarray:
-    """Forces of the teeth alone on the displacements, per planet [N], (states, displacements).
-
-    The motor turns the sun, by x_sp + x_pr of any planet (Eq. 22).
-    """
-    layout, left = model.layout, force.copy()
-    for number, joint in geared_joints(model.arm):
-        radius, ratio = sun_radius_and_ratio(joint)
-        left -= torque[:, number, None] / (radius * ratio) * sun_advance(layout, number)
-    return left[:, ~layout.angular] / _planet_counts(model)
