@@ -109,7 +109,7 @@ def _plan_runs(
 def _check_energy_rate(about: Subject, motion: invariants.DrivenMotion) -> Finding:
     """Check that kinetic and spring energy gain what motors, weight and friction put in."""
     arm, _, laws = motion.setting.case
-    rates = _spring_rates(arm, laws, motion.layout, motion.setting.states)
+    rates = _spring_rates(arm, laws, motion.setting.layout, motion.setting.states)
     powers = np.column_stack([invariants.external_powers(motion), -rates])
     return invariants.check_powers(about, motion, powers)
 

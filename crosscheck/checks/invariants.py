@@ -56,16 +56,6 @@ class DrivenMotion(NamedTuple):
     torques: np.ndarray
     passive: np.ndarray
 
-    @property
-    def arm(self) -> Arm:
-        """The arm."""
-        return self.setting.arm
-
-    @property
-    def layout(self) -> Layout:
-        """The coordinates."""
-        return self.setting.layout
-
 
 Balance = Callable[[Subject, DrivenMotion], Finding]
 
@@ -156,8 +146,10 @@ def check_power_balance(about: Subject, motion: DrivenMotion) -> Finding:
 
     A motor turns its sun n times as fast as the link, and by the mesh displacements.
     """
-    on_teeth = motion.force - motor_forces(motion.arm, motion.layout, motion.torques)
-    powers = (on_teeth * motion.v)[:, ~motion.layout.angular]
+    on_teeth = motion.force - motor_forces(
+        motion.setting.arm, motion.setting.layout, motion.torques
+    )
+    powers = (on_teeth * motion.v)[:, ~motion.setting.layout.angular]
     return check_powers(about, motion, np.hstack([external_powers(motion), powers]))
 
 
@@ -206,11 +198,13 @@ def external_powers(motion: DrivenMotion) -> np.ndarray:
 
     A motor with gears turns its sun, by the ratio times as fast as the link and by the meshes.
     """
-    rates = motion.v[:, motion.layout.theta]
+    rates = motion.v[:, motion.setting.layout.theta]
     turning = rates.copy()
-    for number, joint in geared_joints(motion.arm):
+    for number, joint in geared_joints(motion.setting.arm):
         radius, ratio = sun_radius_and_ratio(joint)
-        turning[:, number] += motion.v @ sun_advance(motion.layout, number) / (radius * ratio)
+        turning[:, number] += (
+            motion.v @ sun_advance(motion.setting.layout, number) / (radius * ratio)
+        )
     return np.hstack([motion.passive * rates, motion.torques * turning])
 
 
@@ -220,7 +214,7 @@ def _angular_momentum_residual(motion: DrivenMotion) -> tuple[np.ndarray, np.nda
     Both (states,). Turning the whole arm turns the first ring's teeth past its planets: x_pr1
     changes by -r_r, of every planet, and so does the sun's advance.
     """
-    joint, shoulder = motion.arm.joints[0], motion.layout.at("theta", 0)
+    joint, shoulder = motion.setting.arm.joints[0], motion.setting.layout.at("theta", 0)
     rate, size = motion.inertial[:, shoulder], motion.summed[:, shoulder]
     moments = [motion.torques[:, 0], motion.passive[:, 0]]
     if isinstance(joint, Planetary):
@@ -228,7 +222,7 @@ def _angular_momentum_residual(motion: DrivenMotion) -> tuple[np.ndarray, np.nda
         ring, motor = radius * joint.ring_teeth / joint.sun_teeth, motion.torques[:, 0] / ratio
         slides = [
             place
-            for place, coordinate in enumerate(motion.layout.coordinates)
+            for place, coordinate in enumerate(motion.setting.layout.coordinates)
             if coordinate.joint == 1 and coordinate.meaning in ("x_s", "x_pr")
         ]
         rate = rate - ring * motion.inertial[:, slides].sum(axis=1)

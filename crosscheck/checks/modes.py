@@ -118,8 +118,7 @@ def plan(subjects: Subjects) -> Iterator[Comparison]:
             yield _plan_modes(Subject(key, "1", MODE_METRIC), pair, case)
         for number, joint in geared_joints(case.arm):
             locked = case._replace(arm=make_locked_stage(case.arm, number))
-            lumped = case.switches.planets == "lumped"
-            closed = closed_form_modes(joint) if lumped else free_modes(joint)
+            closed = stage_modes(joint, lumped=case.switches.planets == "lumped")
             for each in able:
                 if each.covers(locked.arm, case.switches):
                     key = ComparisonKey("modes", where, "locked-stage", each.model, "", number + 1)
@@ -208,26 +207,12 @@ def check_modes(about: Subject, few: np.ndarray, many: np.ndarray) -> Finding:
     )
 
 
-def closed_form_modes(joint: Planetary) -> np.ndarray:
-    """The two modes [Hz] of a stage with its carrier locked, ascending, (2,).
+def stage_modes(joint: Planetary, *, lumped: bool = False) -> np.ndarray:
+    """All modes [Hz] of a stage with its carrier locked, ascending, (N + 1,); 2 if lumped.
 
-    With u = r_s theta_s and w = r_p theta_p: M_s u'' = -K_s (u - w) and
-    N M_p w'' = K_s (u - w) - K_r w, K = N k of sun and ring mesh, so omega^2 solves a quadratic.
-    """
-    sun, planet = equivalent_mass(joint, "sun"), equivalent_mass(joint, "planet")
-    first = joint.sun_mesh.planet_mesh(0), joint.ring_mesh.planet_mesh(0)
-    K_s, K_r = (joint.planet_count * mean_stiffness(mesh.stiffness) for mesh in first)
-    planets = joint.planet_count * planet
-    mean = (K_s / sun + (K_s + K_r) / planets) / 2
-    root = np.sqrt(mean**2 - K_s * K_r / (sun * planets))
-    return np.sqrt(np.array([mean - root, mean + root])) / (2 * np.pi)
-
-
-def free_modes(joint: Planetary) -> np.ndarray:
-    """All modes [Hz] of a stage of free planets with its carrier locked, ascending, (N + 1,).
-
-    They solve M_s u'' = -sum of k_sn (u - w_n) and M_p w_n'' = k_sn (u - w_n) - k_rn w_n, also for
-    planets that differ.
+    With u = r_s theta_s and w_n = r_p theta_p of planet n they solve
+    M_s u'' = -sum of k_sn (u - w_n) and M_p w_n'' = k_sn (u - w_n) - k_rn w_n, also for planets
+    that differ. Lumped planets, which are alike, move alike.
     """
     count = joint.planet_count
     roots = np.sqrt([equivalent_mass(joint, "sun"), *[equivalent_mass(joint, "planet")] * count])
@@ -238,7 +223,12 @@ def free_modes(joint: Planetary) -> np.ndarray:
         matrix[0, 0] += k_s
         matrix[n + 1, n + 1] = k_s + k_r
         matrix[0, n + 1] = matrix[n + 1, 0] = -k_s
-    return np.sqrt(np.linalg.eigvalsh(matrix / np.outer(roots, roots))) / (2 * np.pi)
+    matrix /= np.outer(roots, roots)
+    if lumped:
+        alike = np.zeros((count + 1, 2))
+        alike[0, 0], alike[1:, 1] = 1.0, 1 / np.sqrt(count)
+        matrix = alike.T @ matrix @ alike
+    return np.sqrt(np.linalg.eigvalsh(matrix)) / (2 * np.pi)
 
 
 def mean_stiffness(law: StiffnessLaw) -> float:
