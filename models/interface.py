@@ -32,7 +32,8 @@ class Model(ABC):
     displacements [m], with their rates [rad/s], [m/s]. Forces are N m along angles and N along
     displacements; t is the time [s]. ``abilities`` names the methods that this model has; the
     others raise CannotDo. Those of a single state take lists as well, and raise InputError for what
-    is no state.
+    is no state; with ``takes_many_states`` they also take t (states,), q and v (states, n), and
+    answer along a first axis.
 
     Args:
         arm: The arm.
@@ -45,6 +46,7 @@ class Model(ABC):
 
     name: str
     abilities: ClassVar[frozenset[str]]
+    takes_many_states: ClassVar[bool] = False
     layout: Layout
 
     def __init_subclass__(cls, **options: Any) -> None:
@@ -189,7 +191,10 @@ class Model(ABC):
 
 
 def _take_states(method: Callable[..., np.ndarray]) -> Callable[..., np.ndarray]:
-    """Wrap a method of a model so that its states are arrays of one number per coordinate."""
+    """Wrap a method of a model so that its states are arrays of one number per coordinate.
+
+    A model that takes many states at once gets an array (states, n) as it is.
+    """
     names = method.__code__.co_varnames[1 : method.__code__.co_argcount]
     places = [place for place, name in enumerate(names) if name in ("q", "v")]
 
@@ -200,7 +205,8 @@ def _take_states(method: Callable[..., np.ndarray]) -> Callable[..., np.ndarray]
         shape = (len(self.coordinates),)
         for place in places[: len(values)]:
             value = values[place]
-            if type(value) is not np.ndarray or value.shape != shape:
+            many = self.takes_many_states and np.ndim(value) == 2
+            if type(value) is not np.ndarray or value.shape[many:] != shape:
                 state = _state(value, names[place], self)
                 values = (*values[:place], state, *values[place + 1 :])
         return method(self, *values)

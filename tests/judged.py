@@ -6,7 +6,7 @@ import xarray as xr
 
 from crosscheck.checks import corners, energy, engines, trajectories
 from crosscheck.checks import invariants as laws
-from crosscheck.checks.answers import evaluate_at_states
+from crosscheck.checks.answers import EQUATIONS
 from crosscheck.checks.first_principles.composite import Content
 from crosscheck.checks.sampled import SampledArm, Subjects
 from crosscheck.checks.scales import ReasonedLimit, acceptance_limit
@@ -43,7 +43,7 @@ def judged(comparisons: Sequence[Comparison], models: Sequence[Model]) -> list[F
     for task in collect_tasks(comparisons):
         model = own[task.model]
         try:
-            outcome = evaluate_at_states(model, task.layout, task.quantity, task.states)
+            outcome = task.question(model, task.setting)
         except Exception as error:
             outcome: object = failure_from_error(error)
         outcomes[task.key] = outcome
@@ -56,7 +56,8 @@ def compare_states(
 ) -> list[Finding]:
     """A Finding per pair of models and quantity."""
     sampled_models = [sampled_model(case, model, count, seed) for model in models]
-    return judged(list(engines.plan_pairs(sampled_models, quantities)), models)
+    questions = [each for each in EQUATIONS if each.method in quantities]
+    return judged(list(engines.plan_pairs(sampled_models, questions)), models)
 
 
 def compare_corners(case: str, models: Sequence[Model], count: int, seed: int) -> list[Finding]:

@@ -1,29 +1,28 @@
-"""A model's answers, state by state; an answer that is not an array of numbers is refused."""
+"""Questions to a model at many states; an answer that is not an array of numbers is refused.
+
+A question is a function of a model and of a setting, which has the states: an arm's or a robot's. A
+check that no method of a model answers by itself defines its own.
+"""
 
 from __future__ import annotations
 
-from collections.abc import Callable
-from functools import partial
-from typing import NamedTuple
+from dataclasses import dataclass
+from functools import cached_property
+from typing import Any, NamedTuple
 
 import numpy as np
 
-from crosscheck.checks.first_principles.christoffel import christoffel_force
-from crosscheck.checks.scales import arm_reach, geared_joints, meshes
+from crosscheck.checks.first_principles.slopes import SlopeRule, make_exact_rule
+from crosscheck.checks.scales import EPS, arm_reach, geared_joints, meshes
 from crosscheck.models.arm.arm import Arm
-from crosscheck.models.arm.layout import Layout
-from crosscheck.models.experiment.scenario import expand_to_joints
-from crosscheck.models.interface import Model
+from crosscheck.models.arm.layout import Layout, geared_layout, rigid_layout
+from crosscheck.models.loading import Case
 
-# Quantities that no method of a model gives by itself.
-CHRISTOFFEL, ABILITIES = "christoffel_force", "abilities"
-CORNER_FORCE = "corner_force"  # the generalized force, at the corners of the mesh laws
-START_MASS, FORCE_SLOPES = "start_mass", "force_slopes"
-# Of angles [rad, rad/s] and displacements [m, m/s], of which forces are differenced.
-TURN, SHIFT = 1e-4, 1e-6
-OPENED = 1e-3  # of the sizes of joints' gaps, rates and accelerations
 # How far and fast random states go; what is compared there is measured against its own size.
 LEAST_PLAY_M, SLIDING_M_PER_S, TURNING_RAD_PER_S = 2e-5, 0.1, 3.0
+# Reach over the shortest link from which terms that cancel outgrow their sum: seven equal links
+# have 7. Below, engines differ by a 25th of their tolerances at most (built-in arms: 2.4 to 5.6).
+UNLIKE_LENGTHS = 10.0
 
 
 class BadAnswer(ValueError):
@@ -53,17 +52,45 @@ def sample_states(layout: Layout, arm: Arm, count: int, seed: int) -> States:
     return States(t, q, v)
 
 
-def evaluate_at_states(model: Model, expected: Layout, quantity: str, states: States) -> np.ndarray:
-    """A model's answers at states, the states along the first axis.
+@dataclass(frozen=True)
+class Setting:
+    """An arm in a case, and a seed's random states; is_rigid: of its joints' angles alone."""
 
-    expected: the coordinates that it must have. Raises BadAnswer, and whatever the model raises.
-    """
-    if model.layout != expected:
-        raise BadAnswer(f"coordinates are {model.layout.names}, must be {expected.names}")
-    if quantity in WITHOUT_STATE:
-        return np.array(WITHOUT_STATE[quantity](model))
-    answer = AT_STATE[quantity]
-    return np.array([answer(model, *state) for state in zip(*states, strict=True)])
+    case: Case
+    is_rigid: bool
+    count: int = 1
+    seed: int = 0
+
+    @property
+    def arm(self) -> Arm:
+        """The arm."""
+        return self.case.arm
+
+    @cached_property
+    def layout(self) -> Layout:
+        """The coordinates that a model must have."""
+        return rigid_layout(self.arm) if self.is_rigid else geared_layout(*self.case[::2])
+
+    @cached_property
+    def states(self) -> States:
+        """The states."""
+        return sample_states(self.layout, self.arm, self.count, self.seed)
+
+    @property
+    def first(self) -> States:
+        """The states at which slopes are taken: all of them."""
+        return self.states
+
+    @property
+    def slope_rule(self) -> SlopeRule:
+        """How slopes of M are taken."""
+        return make_exact_rule(self.layout.angular)
+
+    @property
+    def rounding(self) -> float:
+        """Rounding of a term that cancels, as a part of it; 0 if links have similar lengths."""
+        shortest = min(link.length_m for link in self.arm.links)
+        return EPS if arm_reach(self.arm) > UNLIKE_LENGTHS * shortest else 0.0
 
 
 def require_numbers(answer: object, what: str, shape: tuple[int, ...] | None) -> np.ndarray:
@@ -79,123 +106,53 @@ def require_numbers(answer: object, what: str, shape: tuple[int, ...] | None) ->
     return answer
 
 
-def _mass_matrix(model: Model, t: float, q: np.ndarray, v: np.ndarray) -> np.ndarray:
-    return require_numbers(model.mass_matrix(q.copy()), "mass_matrix", (q.size, q.size))
+def ask(model: Any, method: str, shape: tuple[int, ...], *given: np.ndarray) -> np.ndarray:
+    """Answers of a method at states, the first axis of all that is given, of this shape.
 
-
-def _at_time(method: str, model: Model, t: float, q: np.ndarray, v: np.ndarray) -> np.ndarray:
-    return require_numbers(getattr(model, method)(t, q.copy(), v.copy()), method, q.shape)
-
-
-_generalized_force = partial(_at_time, "generalized_force")
-_acceleration = partial(_at_time, "acceleration")
-
-
-def _christoffel(model: Model, t: float, q: np.ndarray, v: np.ndarray) -> np.ndarray:
-    def mass_matrix(pose: np.ndarray) -> np.ndarray:
-        return _mass_matrix(model, t, pose, v)
-
-    return christoffel_force(mass_matrix, q, v, model.layout.angular)
-
-
-def _widest_gap(model: Model, t: float, q: np.ndarray, v: np.ndarray) -> float:
-    """Largest gap, rate or acceleration of the model's joints over its size.
-
-    How far they are from what they must be with the joints opened on purpose counts too.
+    A model that takes one state at a time is asked state by state. Raises BadAnswer, and whatever
+    the model raises.
     """
-    a = _acceleration(model, t, q, v)
-    closed = _gaps(model.constraint_residual(q.copy(), v.copy(), a.copy()))
-    reach = arm_reach(model.arm)
-    angular = model.layout.angular
-    sizes = [max(1.0, reach * float(np.abs(vector[angular]).max())) for vector in (v * 0, v, a)]
-    size = np.array(sizes)[:, None]
-    opened = OPENED * size * np.cos(np.arange(closed.size)).reshape(closed.shape)
-    opened_residuals = _gaps(model.constraint_residual(q.copy(), v.copy(), a.copy(), opened.copy()))
-    if opened_residuals.shape != opened.shape:
-        raise BadAnswer("constraint_residual has other joints once they are opened")
-    return float(max(np.abs(closed / size).max(), np.abs((opened_residuals - opened) / size).max()))
-
-
-def _gaps(residuals: object) -> np.ndarray:
-    """Gaps, rates and accelerations of joints, shape (3, gaps). Raises BadAnswer."""
-    if not isinstance(residuals, tuple) or len(residuals) != 3:
-        raise BadAnswer("constraint_residual is not gaps, rates and accelerations")
-    gaps, *others = (require_numbers(r, "constraint_residual", None) for r in residuals)
-    if gaps.size == 0 or any(other.shape != gaps.shape for other in others):
-        raise BadAnswer("constraint_residual is empty, or its parts are of unequal shapes")
-    return np.array([gaps.ravel(), *(other.ravel() for other in others)])
-
-
-def _mesh_modes(model: Model) -> np.ndarray:
-    modes = require_numbers(model.mesh_modes(), "mesh_modes", None)
-    if modes.ndim != 1 or (modes <= 0).any() or (np.diff(modes) < 0).any():
-        raise BadAnswer("mesh_modes are not positive frequencies in ascending order")
-    return modes
-
-
-def _contact_poles(model: Model) -> np.ndarray:
-    poles = model.contact_poles()
-    if not isinstance(poles, np.ndarray) or poles.shape != (2 * len(model.layout),):
-        raise BadAnswer("contact_poles are not two for every coordinate")
-    parts = np.array([poles.real, poles.imag])
-    require_numbers(parts, "contact_poles", parts.shape)
-    return parts[0] + 1j * parts[1]
-
-
-def _largest_stable_step(model: Model) -> float:
-    step = model.largest_stable_step()
-    if not isinstance(step, float) or not step > 0:
-        raise BadAnswer(f"largest_stable_step is {step!r}, must be a positive number")
-    return step
-
-
-def _start_pose(model: Model) -> np.ndarray:
-    """Coordinates of the scenario's angles, the teeth centred, shape (n,)."""
-    pose = np.zeros(len(model.layout))
-    pose[model.layout.theta] = expand_to_joints(
-        model.scenario.start.theta_rad, len(model.arm.joints)
+    answer = getattr(model, method)
+    if model.takes_many_states:
+        return require_numbers(answer(*given), method, shape)
+    each_state = zip(*given, strict=True)
+    return np.array(
+        [require_numbers(answer(*(x.copy() for x in at)), method, shape[1:]) for at in each_state]
     )
-    return pose
 
 
-def _start_mass(model: Model) -> np.ndarray:
-    pose = _start_pose(model)
-    return _mass_matrix(model, 0.0, pose, 0 * pose)
+@dataclass(frozen=True)
+class MethodQuestion:
+    """A question that a method answers: which one, and what it is given of the states.
 
-
-def _force_slopes(model: Model) -> np.ndarray:
-    """Slopes of the generalized force by q and v, at rest in the start pose, shape (2, n, 2 n).
-
-    The first are by differences of one size, the second by differences of twice that.
+    shape: of the answer at a state, -1 for the number of coordinates.
     """
-    pose = _start_pose(model)
-    start, slopes = np.append(pose, 0 * pose), []
-    once = np.tile(np.where(model.layout.angular, TURN, SHIFT), 2)
 
-    def force(state: np.ndarray) -> np.ndarray:
-        q, v = np.split(state, 2)
-        return _generalized_force(model, 0.0, q, v)
+    method: str
+    given: tuple[str, ...]
+    shape: tuple[int, ...]
 
-    for sizes in (once, 2 * once):
-        differences = [force(start + step) - force(start - step) for step in np.diag(sizes)]
-        slopes.append(np.stack(differences, axis=1) / (2 * sizes))
-    return np.array(slopes)
+    @property
+    def __name__(self) -> str:
+        return self.method
+
+    def __call__(self, model: Any, setting: Any) -> np.ndarray:
+        """The answers (states, ...)."""
+        count, n = setting.states.q.shape
+        shape = count, *(n if size < 0 else size for size in self.shape)
+        return ask(model, self.method, shape, *(getattr(setting.states, x) for x in self.given))
 
 
-AT_STATE: dict[str, Callable[[Model, float, np.ndarray, np.ndarray], np.ndarray | float]] = {
-    "mass_matrix": _mass_matrix,
-    "bias": lambda model, t, q, v: require_numbers(model.bias(q.copy(), v.copy()), "bias", q.shape),
-    "generalized_force": _generalized_force,
-    CORNER_FORCE: _generalized_force,
-    "acceleration": _acceleration,
-    CHRISTOFFEL: _christoffel,
-    "constraint_residual": _widest_gap,
-}
-WITHOUT_STATE: dict[str, Callable[[Model], np.ndarray | float | list[str]]] = {
-    "mesh_modes": _mesh_modes,
-    "contact_poles": _contact_poles,
-    "largest_stable_step": _largest_stable_step,
-    ABILITIES: lambda model: sorted(model.abilities),
-    START_MASS: _start_mass,
-    FORCE_SLOPES: _force_slopes,
-}
+mass_matrix = MethodQuestion("mass_matrix", ("q",), (-1, -1))
+bias = MethodQuestion("bias", ("q", "v"), (-1,))
+# Of arms, whose experiment drives them.
+generalized_force = MethodQuestion("generalized_force", ("t", "q", "v"), (-1,))
+acceleration = MethodQuestion("acceleration", ("t", "q", "v"), (-1,))
+EQUATIONS = mass_matrix, bias, generalized_force, acceleration
+# Of robots.
+gravity = MethodQuestion("gravity", ("q",), (-1,))
+inverse_dynamics = MethodQuestion("inverse_dynamics", ("q", "v", "a"), (-1,))
+forward_dynamics = MethodQuestion("forward_dynamics", ("q", "v", "torques"), (-1,))
+energy = MethodQuestion("energy", ("q", "v"), ())
+momentum = MethodQuestion("momentum", ("q", "v"), (6,))
+tip = MethodQuestion("tip", ("q",), (3,))

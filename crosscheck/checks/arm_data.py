@@ -7,10 +7,16 @@ from functools import partial
 
 import numpy as np
 
-from crosscheck.checks.answers import States
+from crosscheck.checks.answers import (
+    MethodQuestion,
+    Setting,
+    States,
+    generalized_force,
+    mass_matrix,
+)
 from crosscheck.checks.energy import springs_at
 from crosscheck.checks.first_principles import composite
-from crosscheck.checks.invariants import sun_advance, sun_radius_and_ratio
+from crosscheck.checks.invariants import motor_forces
 from crosscheck.checks.modes import equivalent_mass, mean_stiffness
 from crosscheck.checks.sampled import DIFFERENCE, SampledArm, Subjects
 from crosscheck.checks.scales import check_share, geared_joints
@@ -37,23 +43,24 @@ def plan(subjects: Subjects) -> Iterator[Comparison]:
     """
     for arm in subjects.arms:
         if arm.owes_laws and arm.group != "form":
-            yield _plan(arm, ("mass_matrix",), _check_inertia)
+            yield _plan(arm, _check_inertia, mass_matrix)
         if arm.owes_laws:
-            yield _plan(arm, ("generalized_force", "mass_matrix"), _check_force)
+            yield _plan(arm, _check_force, generalized_force, mass_matrix)
 
 
-def _plan(arm: SampledArm, questions: tuple[str, ...], judge: Callable[..., Finding]) -> Comparison:
-    judged, metric = partial(judge, arm=arm), arm.over(DIFFERENCE)
-    against = "the arm's data"
-    return arm.plan_law(questions[0], questions, judged, metric, against, family="arm-data")
+def _plan(arm: SampledArm, law: Callable[..., Finding], *questions: MethodQuestion) -> Comparison:
+    judge, metric = partial(law, content=arm.content, level=arm.level), arm.over(DIFFERENCE)
+    quantity, against = questions[0].method, "the arm's data"
+    return arm.plan_law(quantity, questions, judge, metric, against, family="arm-data")
 
 
-def _check_inertia(about: Subject, mass: np.ndarray, arm: SampledArm) -> Finding:
+def _check_inertia(
+    about: Subject, mass: np.ndarray, setting: Setting, content: composite.Content, level: str
+) -> Finding:
     """Check M (count, n, n) by the parallel axis theorem, every joint rolling and locked.
 
     A rigid model has the joints rolling alone.
     """
-    level, setting, content = arm.level, arm.setting, arm.content
     parts = composite.build_parts(content, level or "coupled")
     pose = composite.arm_pose(content, setting.states.q[:, setting.layout.theta])
     expected = composite.inertia(parts, pose, locked=not level)
@@ -80,48 +87,53 @@ def _joint_motions(layout: Layout, content: composite.Content) -> np.ndarray:
     return np.vstack([rolling, locked])
 
 
-def _check_force(about: Subject, force: np.ndarray, mass: np.ndarray, arm: SampledArm) -> Finding:
+def _check_force(
+    about: Subject,
+    force: np.ndarray,
+    mass: np.ndarray,
+    setting: Setting,
+    content: composite.Content,
+    level: str,
+) -> Finding:
     """Check a force (count, n): drive, friction, weight of all that a joint carries, and the teeth.
 
     mass (count, n, n): the same model's M, for sizes. With the teeth at rest no mesh does work on a
     joint, and a motor turns the link alone.
     """
-    setting, content, scenario = arm.setting, arm.content, arm.case.scenario
-    layout, parts = setting.layout, composite.build_parts(content, arm.level or "coupled")
+    arm, scenario, laws = setting.case
+    layout, parts = setting.layout, composite.build_parts(content, level or "coupled")
     friction = np.array([float(j.get("friction_N_m_s_per_rad", 0.0)) for j in content["joints"]])
     pose = composite.arm_pose(content, setting.states.q[:, layout.theta])
     pulled, expected = composite.weight(parts, pose, content), np.zeros_like(force)
-    for row, (t, q, v) in enumerate(zip(*setting.states, strict=True)):
-        theta, rates = q[layout.theta], v[layout.theta]
-        torques = drive_torques(scenario, t, theta, rates)
-        expected[row, layout.theta] = torques + pulled[row] - friction * rates
-        for number, joint in geared_joints(setting.arm) if layout.mesh_joints else ():
-            radius, ratio = sun_radius_and_ratio(joint)
-            expected[row] += torques[number] / (ratio * radius) * sun_advance(layout, number)
+    t, q, v = setting.states
+    theta, rates = q[:, layout.theta], v[:, layout.theta]
+    torques = drive_torques(scenario, t, theta, rates)
+    expected[:, layout.theta] = torques + pulled - friction * rates
     if layout.mesh_joints:
-        expected += teeth_forces(setting.arm, arm.case.switches, layout, setting.states)
+        expected += motor_forces(arm, layout, torques)
+        expected += teeth_forces(arm, laws, layout, setting.states)
     return compare_values(about, expected, force, mass, setting)
 
 
 def drive_torques(
-    scenario: Scenario, t: float, theta: np.ndarray, theta_dot: np.ndarray
+    scenario: Scenario, t: np.ndarray, theta: np.ndarray, theta_dot: np.ndarray
 ) -> np.ndarray:
-    """Output-side torques [N m], shape (joints,), by the scenario's fields."""
-    drive, joints = scenario.drive, len(theta)
+    """Output-side torques [N m], (states, joints), by the scenario's fields; t (states,) [s]."""
+    drive, joints = scenario.drive, theta.shape[1]
 
     def expand(value: float | tuple[float, ...]) -> np.ndarray:
         return np.array(expand_to_joints(value, joints))
 
     if isinstance(drive, ConstantDrive):
-        return expand(drive.torque_N_m)
+        return np.broadcast_to(expand(drive.torque_N_m), theta.shape)
     if isinstance(drive, PdDrive):
         away = expand(drive.target_rad) - theta
         damped = expand(drive.derivative_N_m_s_per_rad) * theta_dot
         return expand(drive.proportional_N_m_per_rad) * away - damped
     if isinstance(drive, SinusoidDrive):
-        argument = t if drive.argument == "time" else t**0.5
+        argument = t[:, None] if drive.argument == "time" else t[:, None] ** 0.5
         return expand(drive.amplitude_N_m) * np.sin(expand(drive.rate_rad_per_s) * argument)
-    return np.array([np.interp(t, drive.time_s, column) for column in drive.torque_N_m])
+    return np.array([np.interp(t, drive.time_s, column) for column in drive.torque_N_m]).T
 
 
 def teeth_forces(arm: Arm, chosen: Switches, layout: Layout, states: States) -> np.ndarray:

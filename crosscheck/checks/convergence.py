@@ -9,6 +9,7 @@ from typing import TYPE_CHECKING, NamedTuple
 
 import numpy as np
 
+from crosscheck.checks.answers import ask
 from crosscheck.checks.engines import STEPS
 from crosscheck.checks.robot_states import LARGEST_TOLERANCE, TOLERANCE
 from crosscheck.checks.sampled import (
@@ -16,7 +17,6 @@ from crosscheck.checks.sampled import (
     ExperimentPlan,
     RobotLevel,
     Subjects,
-    ask,
     find_experiments,
 )
 from crosscheck.checks.scales import check_share
@@ -67,7 +67,7 @@ def plan(subjects: Subjects) -> Iterator[Comparison | str]:
         for model in experiment.models.same:
             yield _plan_order(experiment, model)
     for sampled in subjects.robots:
-        case = sampled.case
+        case = sampled.setting
         if case.level == "geared" or not case.has_runs:
             continue
         kept = frictionless_ends if case.robot.friction.any() else refined_ends
@@ -79,9 +79,9 @@ def plan(subjects: Subjects) -> Iterator[Comparison | str]:
         key = ComparisonKey("invariants", where, "energy", sampled.model)
         about = Subject(key, "1", metric, FIRST_PRINCIPLES)
         yield make_comparison(about, [sampled.ask(kept)], partial(_check_energy, case=case))
-    if any(sampled.case.robot.friction.any() for sampled in subjects.robots):
+    if any(sampled.setting.robot.friction.any() for sampled in subjects.robots):
         yield "energy of runs is asked of the robot without its friction"
-    if any(sampled.case.level == "geared" for sampled in subjects.robots):
+    if any(sampled.setting.level == "geared" for sampled in subjects.robots):
         yield (
             "geared: order and energy are not asked of runs, since teeth that part have kinks, and"
             " springs and dampers energy of their own"

@@ -10,11 +10,19 @@ from __future__ import annotations
 from collections.abc import Iterator, Sequence
 from functools import lru_cache, partial
 from itertools import product
-from typing import NamedTuple
+from typing import Any, NamedTuple
 
 import numpy as np
 
-from crosscheck.checks.answers import CORNER_FORCE, SLIDING_M_PER_S, States, sample_states
+from crosscheck.checks.answers import (
+    SLIDING_M_PER_S,
+    Setting,
+    States,
+    ask,
+    generalized_force,
+    mass_matrix,
+    sample_states,
+)
 from crosscheck.checks.arm_data import mesh_damping
 from crosscheck.checks.energy import springs_at
 from crosscheck.checks.first_principles.mesh_energy import MeshSpring
@@ -33,6 +41,13 @@ HALF = 0.5  # share of the way to the next branch, and of the usual sliding rate
 FARTHEST_M = 1e-6
 
 
+def corner_force(model: Any, setting: Setting) -> np.ndarray:
+    """The generalized force (corners, n) at the corners of the mesh laws."""
+    arm, _, laws = setting.case
+    states = sample_corner_states(setting.layout, arm, laws, setting.seed)
+    return ask(model, "generalized_force", states.q.shape, *states)
+
+
 def plan(subjects: Subjects) -> Iterator[Comparison]:
     """Comparisons of geared models' forces on each side of every branch of the mesh laws."""
     return plan_corners([each for each in subjects.arms if each.group not in ("rigid", "form")])
@@ -43,9 +58,9 @@ def plan_corners(models: Sequence[SampledArm]) -> Iterator[Comparison]:
     metric = f"{DIFFERENCE} on each side of every branch of the mesh laws"
     for pair in pair_models(models):
         left, right = pair
-        key = ComparisonKey("states", left.where, CORNER_FORCE, left.model, right.model)
-        tasks = [each.ask(CORNER_FORCE) for each in pair]
-        tasks += [left.ask(name) for name in ("generalized_force", "mass_matrix")]
+        key = ComparisonKey("states", left.where, corner_force.__name__, left.model, right.model)
+        tasks = [each.ask(corner_force) for each in pair]
+        tasks += [left.ask(question) for question in (generalized_force, mass_matrix)]
         if left.setting.layout.mesh_joints:
             judge = partial(_compare_forces, arm=left)
             yield make_comparison(Subject(key, "1", metric), tasks, judge)

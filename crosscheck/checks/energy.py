@@ -27,7 +27,6 @@ from crosscheck.checks.sampled import (
     find_usual,
 )
 from crosscheck.checks.scales import find_parts, geared_joints, meshes
-from crosscheck.checks.states import Setting
 from crosscheck.findings import (
     ComparisonKey,
     Finding,
@@ -107,18 +106,12 @@ def _plan_runs(
     return make_comparison(Subject(key, "J", metric, FIRST_PRINCIPLES), runs, judge_runs)
 
 
-def _check_energy_rate(
-    about: Subject, given: invariants.StateValues, setting: Setting, case: Case
-) -> Finding:
+def _check_energy_rate(about: Subject, motion: invariants.DrivenMotion) -> Finding:
     """Check that kinetic and spring energy gain what motors, weight and friction put in."""
-    arm, layout, drawn = setting
-    forced_states = invariants.compute_forced_states(given, setting, case.scenario)
-    rates = _spring_rates(arm, case.switches, layout, drawn)
-    pairs = [
-        motion.power_residual([*invariants.external_powers(arm, motion), -rate])
-        for motion, rate in zip(forced_states, rates, strict=True)
-    ]
-    return invariants.check_balance(about, pairs)
+    arm, _, laws = motion.setting.case
+    rates = _spring_rates(arm, laws, motion.setting.layout, motion.setting.states)
+    powers = np.column_stack([invariants.external_powers(motion), -rates])
+    return invariants.check_powers(about, motion, powers)
 
 
 def _spring_rates(arm: Arm, chosen: Switches, layout: Layout, states: States) -> np.ndarray:

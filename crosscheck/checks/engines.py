@@ -3,65 +3,41 @@
 from __future__ import annotations
 
 from collections.abc import Iterator, Sequence
-from dataclasses import dataclass
 
 import numpy as np
 
 from crosscheck.checks import states
+from crosscheck.checks.answers import (
+    EQUATIONS,
+    acceleration,
+    bias,
+    energy,
+    forward_dynamics,
+    generalized_force,
+    gravity,
+    inverse_dynamics,
+    mass_matrix,
+    momentum,
+    tip,
+)
 from crosscheck.checks.robot_states import SIZE_WORDS
 from crosscheck.checks.sampled import (
     DIFFERENCE,
+    ModelQuestion,
     RobotLevel,
-    RobotQuestion,
     SampledArm,
     SampledRobot,
     Subjects,
-    ask,
     pair_models,
 )
 from crosscheck.checks.scales import check_share, share_of
 from crosscheck.findings import ComparisonKey, Finding, Subject
-from crosscheck.models.interface import STATE_ABILITIES
 from crosscheck.models.robot.integration import integrate
 from crosscheck.models.robot.interface import RobotModel
 from crosscheck.planning.comparison import Comparison, Results, make_comparison
 
 RUNS, STEPS = 3, 5  # number of runs, from the first states; steps of a run
-SWITCHED = "generalized_force", "acceleration"  # what other switches change of an arm
-
-
-@dataclass(frozen=True)
-class MethodQuestion:
-    """A question to a robot's model at all states: a method, and what it is given of the states.
-
-    shape: of the answer at a state, -1 for the number of coordinates.
-    """
-
-    method: str
-    given: tuple[str, ...]
-    shape: tuple[int, ...]
-
-    @property
-    def __name__(self) -> str:
-        return self.method
-
-    def __call__(self, model: RobotModel, case: RobotLevel) -> np.ndarray:
-        """The answers (states, ...)."""
-        count, n = case.states.q.shape
-        shape = count, *(n if size < 0 else size for size in self.shape)
-        return ask(
-            model, self.__name__, shape, *(getattr(case.states, each) for each in self.given)
-        )
-
-
-mass_matrix = MethodQuestion("mass_matrix", ("q",), (-1, -1))
-bias = MethodQuestion("bias", ("q", "v"), (-1,))
-gravity = MethodQuestion("gravity", ("q",), (-1,))
-inverse_dynamics = MethodQuestion("inverse_dynamics", ("q", "v", "a"), (-1,))
-forward_dynamics = MethodQuestion("forward_dynamics", ("q", "v", "torques"), (-1,))
-energy = MethodQuestion("energy", ("q", "v"), ())
-momentum = MethodQuestion("momentum", ("q", "v"), (6,))
-tip = MethodQuestion("tip", ("q",), (3,))
+SWITCHED = generalized_force, acceleration  # what other switches change of an arm
 
 
 def run(model: RobotModel, case: RobotLevel) -> np.ndarray:
@@ -71,7 +47,7 @@ def run(model: RobotModel, case: RobotLevel) -> np.ndarray:
     return ends
 
 
-QUESTIONS: tuple[RobotQuestion, ...] = (
+QUESTIONS: tuple[ModelQuestion, ...] = (
     *(mass_matrix, bias, gravity, inverse_dynamics, forward_dynamics),
     *(energy, momentum, tip, run),
 )
@@ -81,44 +57,44 @@ def plan(subjects: Subjects) -> Iterator[Comparison]:
     """Compare the two models' answers to each question."""
     yield from plan_pairs([each for each in subjects.arms if each.group != "form"])
     for left, right in pair_models(subjects.robots):
-        for question in QUESTIONS if left.case.has_runs else QUESTIONS[:-1]:
+        for question in QUESTIONS if left.setting.has_runs else QUESTIONS[:-1]:
             yield _plan_robot_pair(left, right, question)
 
 
 def plan_pairs(
-    models: Sequence[SampledArm], quantities: Sequence[str] = STATE_ABILITIES
+    models: Sequence[SampledArm], questions: Sequence[ModelQuestion] = EQUATIONS
 ) -> Iterator[Comparison]:
-    """A comparison for each quantity and pair of an arm's models in a case.
+    """A comparison for each question and pair of an arm's models in a case.
 
     M and bias know no switch, so they are not compared under others again.
     """
     for left, right in pair_models(models):
-        for quantity in quantities:
-            if quantity in SWITCHED or left.group not in ("switches", "conservative"):
-                yield plan_arm_pair("states", quantity, left, right, states.compare_values)
+        for question in questions:
+            if question in SWITCHED or left.group not in ("switches", "conservative"):
+                yield plan_arm_pair("states", question, left, right, states.compare_values)
 
 
 def plan_arm_pair(
-    family: str, quantity: str, left: SampledArm, right: SampledArm, judge: states.Judge
+    family: str, question: ModelQuestion, left: SampledArm, right: SampledArm, judge: states.Judge
 ) -> Comparison:
-    """Compare a quantity of two models, relative to its size by either model's M."""
-    key = ComparisonKey(family, left.where, quantity, left.model, right.model)
+    """Compare two models' answers to a question, relative to their size by either model's M."""
+    key = ComparisonKey(family, left.where, question.__name__, left.model, right.model)
     pair = left, right
 
     def judge_results(about: Subject, results: Results) -> Finding:
-        left_values, right_values = (results.need(each.ask(quantity)) for each in pair)
-        masses = (results.get_if_finished(each.ask("mass_matrix")) for each in pair)
+        left_values, right_values = (results.need(each.ask(question)) for each in pair)
+        masses = (results.get_if_finished(each.ask(mass_matrix)) for each in pair)
         sizes = (m for m in masses if m is not None and states.is_usable(m[0]))
         return judge(about, left_values, right_values, next(sizes, None), left.setting)
 
-    needs = tuple(each.ask(name) for name in ("mass_matrix", quantity) for each in pair)
+    needs = tuple(each.ask(asked) for asked in (mass_matrix, question) for each in pair)
     return Comparison(Subject(key, "1", left.over(DIFFERENCE)), needs, judge_results)
 
 
 def _plan_robot_pair(
-    left: SampledRobot, right: SampledRobot, question: RobotQuestion
+    left: SampledRobot, right: SampledRobot, question: ModelQuestion
 ) -> Comparison:
-    quantity, case = question.__name__, left.case
+    quantity, case = question.__name__, left.setting
     is_run = question is run
     family, metric = "states", left.over("largest difference, over its natural size,")
     if is_run:

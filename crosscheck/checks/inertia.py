@@ -2,72 +2,62 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterator, Sequence
-from functools import partial
+from collections.abc import Callable, Iterator
 from typing import Any
 
 import numpy as np
 
 from crosscheck.checks import states
-from crosscheck.checks.answers import CHRISTOFFEL
-from crosscheck.checks.engines import bias, mass_matrix
+from crosscheck.checks.answers import Setting, ask, bias, mass_matrix
+from crosscheck.checks.first_principles import slopes
 from crosscheck.checks.robot_states import TOLERANCE
 from crosscheck.checks.sampled import (
     DIFFERENCE,
+    ModelQuestion,
     RobotLevel,
     SampledModel,
     Subjects,
-    ask,
-    compute_slopes,
 )
 from crosscheck.checks.scales import check_share, share_of
-from crosscheck.checks.states import LOOSEST, Setting, is_usable, scale_mass_matrix
+from crosscheck.checks.states import LOOSEST, is_usable, scale_mass_matrix
 from crosscheck.findings import Finding, Subject, make_failed_check
-from crosscheck.models.robot.interface import RobotModel
 from crosscheck.planning.comparison import Comparison
 
 SYMMETRY = 1e-12
 AGAINST = "Christoffel symbols of its own mass matrix"
 
 
-def christoffel_torques(model: RobotModel, case: RobotLevel) -> np.ndarray:
+def christoffel_force(model: Any, setting: Setting | RobotLevel) -> np.ndarray:
     """The bias (first states, n) that follows from M's slopes, with no formula of a model."""
 
     def matrices(q: np.ndarray) -> np.ndarray:
         return ask(model, "mass_matrix", (*q.shape, q.shape[1]), q)
 
-    q, v, *_ = case.first
-    slopes = compute_slopes(matrices, q, case.steps)  # (n, states, n, n)
-    moving = np.einsum("ksij,sk,sj->si", slopes, v, v)
-    return moving - np.einsum("isjk,sj,sk->si", slopes, v, v) / 2
+    of_mass = slopes.compute_slopes(matrices, setting.first.q, setting.slope_rule)
+    return slopes.christoffel_force(of_mass, setting.first.v)
 
 
 def plan(subjects: Subjects) -> Iterator[Comparison]:
     """Comparisons of each model's M with itself, and of its bias with M."""
     for arm in subjects.arms:
         if arm.owes_laws:
-            yield _plan_inertia(arm, "mass_matrix")
-            judge = partial(_check_arm_bias, setting=arm.setting)
-            yield _plan_bias(arm, ("bias", CHRISTOFFEL, "mass_matrix"), judge)
+            yield from _plan_laws(arm, _check_arm_bias, mass_matrix)
     for robot in subjects.robots:
-        yield _plan_inertia(robot, mass_matrix)
-        judge = partial(_check_robot_bias, case=robot.case)
-        yield _plan_bias(robot, (bias, christoffel_torques), judge)
+        yield from _plan_laws(robot, _check_robot_bias)
 
 
-def _plan_inertia(sampled: SampledModel, question: Any) -> Comparison:
+def _plan_laws(
+    sampled: SampledModel, check_bias: Callable[..., Finding], *sizes: ModelQuestion
+) -> Iterator[Comparison]:
+    """Comparisons of a model; check_bias is also given the answers that it takes sizes from."""
     metric = f"{sampled.over('largest relative asymmetry')}; positive definite"
-    return sampled.plan_law("inertia", [question], check_inertia, metric)
-
-
-def _plan_bias(
-    sampled: SampledModel, questions: Sequence[Any], judge: Callable[..., Finding]
-) -> Comparison:
+    yield sampled.plan_law("inertia", [mass_matrix], check_inertia, metric)
+    questions: list[ModelQuestion] = [bias, christoffel_force, *sizes]
     metric = sampled.over(DIFFERENCE)
-    return sampled.plan_law("bias-from-inertia", questions, judge, metric, AGAINST)
+    yield sampled.plan_law("bias-from-inertia", questions, check_bias, metric, AGAINST)
 
 
-def check_inertia(about: Subject, mass: np.ndarray) -> Finding:
+def check_inertia(about: Subject, mass: np.ndarray, setting: object) -> Finding:
     """Check that M (count, n, n) is symmetric and positive definite at every state."""
     for state, matrix in enumerate(mass, 1):
         if not (is_usable(matrix) and np.linalg.eigvalsh(scale_mass_matrix(matrix)).min() > 0):

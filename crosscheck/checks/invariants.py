@@ -11,42 +11,44 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
-from crosscheck.checks.answers import ABILITIES
-from crosscheck.checks.sampled import FIRST_PRINCIPLES, SampledArm, Subjects
-from crosscheck.checks.scales import base_radius, geared_joints, weight_moments
-from crosscheck.checks.states import Setting
-from crosscheck.findings import Finding, Subject, make_check, make_failed_check, make_share_check
+from crosscheck.checks.answers import (
+    EQUATIONS,
+    BadAnswer,
+    Setting,
+    acceleration,
+    require_numbers,
+)
+from crosscheck.checks.sampled import SampledArm, Subjects
+from crosscheck.checks.scales import arm_reach, base_radius, geared_joints, weight_moments
+from crosscheck.findings import (
+    ComparisonKey,
+    Finding,
+    Subject,
+    make_check,
+    make_failed_check,
+    make_share_check,
+)
 from crosscheck.models.arm.arm import Arm, Planetary
-from crosscheck.models.arm.layout import MESHES, Coordinate, Layout
-from crosscheck.models.experiment.drive import DriveData, drive_data, joint_torque
-from crosscheck.models.experiment.scenario import Scenario
-from crosscheck.models.interface import STATE_ABILITIES
-from crosscheck.models.loading import Case
-from crosscheck.planning.comparison import Comparison
+from crosscheck.models.arm.layout import MESHES, Layout
+from crosscheck.models.experiment.drive import drive_data, torques_along
+from crosscheck.models.interface import Model
+from crosscheck.planning.comparison import Comparison, make_comparison
 
 # Powers of 1e4 N x 0.1 m/s whose forces carry the rounding of displacements (see states).
 TOLERANCE = 1e-10
 BASIS = "rounding of the forces, as for accelerations"
 GAP_TOLERANCE = 1e-12
+OPENED = 1e-3  # gaps, rates and accelerations by which joints are opened, of their sizes
 
 
-class StateValues(NamedTuple):
-    """One model's values at states: M (count, n, n); bias, force and acceleration (count, n)."""
+class DrivenMotion(NamedTuple):
+    """What moves an arm and how it moves, at all states: M a + bias, force and rates (states, n).
 
-    mass_matrix: np.ndarray
-    bias: np.ndarray
-    generalized_force: np.ndarray
-    acceleration: np.ndarray
-
-
-class ForcedState(NamedTuple):
-    """One state, what moves it and how it moves: M a + bias [n], force [n], torques [joints].
-
-    summed [n]: the magnitudes whose sum ``inertial`` is, |M| |a| + |bias|; their rounding stays.
-    passive [joints]: moments of weight and friction [N m].
+    summed: the magnitudes whose sum ``inertial`` is, |M| |a| + |bias|; their rounding stays.
+    torques and passive (states, joints): motors, and moments of weight and friction [N m].
     """
 
-    layout: Layout
+    setting: Setting
     v: np.ndarray
     inertial: np.ndarray
     summed: np.ndarray
@@ -54,16 +56,47 @@ class ForcedState(NamedTuple):
     torques: np.ndarray
     passive: np.ndarray
 
-    def power_residual(self, powers: list[float]) -> tuple[float, float]:
-        """Gain of kinetic energy beyond these powers [W], and the size of the summed terms [W].
 
-        v . (M a + bias) is the rate of v . M v / 2.
-        """
-        size = np.abs(self.v) @ self.summed + np.abs(powers).sum()
-        return float(self.v @ self.inertial - np.sum(powers)), float(size)
+Balance = Callable[[Subject, DrivenMotion], Finding]
 
 
-Balance = Callable[[Subject, StateValues, Setting, Case], Finding]
+def abilities(model: Model, setting: Setting) -> np.ndarray:
+    """The names of the methods that a model says it has."""
+    return np.array(sorted(model.abilities))
+
+
+def constraint_residual(model: Model, setting: Setting) -> np.ndarray:
+    """Largest gap, rate or acceleration of a model's joints over its size, (states,).
+
+    How far they are from what they must be with the joints opened on purpose counts too.
+    """
+    a = acceleration(model, setting)
+    return np.array(
+        [_widest_gap(model, *state) for state in zip(*setting.states[1:], a, strict=True)]
+    )
+
+
+def _widest_gap(model: Model, q: np.ndarray, v: np.ndarray, a: np.ndarray) -> float:
+    closed = _gaps(model.constraint_residual(q.copy(), v.copy(), a.copy()))
+    reach = arm_reach(model.arm)
+    angular = model.layout.angular
+    sizes = [max(1.0, reach * float(np.abs(vector[angular]).max())) for vector in (v * 0, v, a)]
+    size = np.array(sizes)[:, None]
+    opened = OPENED * size * np.cos(np.arange(closed.size)).reshape(closed.shape)
+    opened_residuals = _gaps(model.constraint_residual(q.copy(), v.copy(), a.copy(), opened.copy()))
+    if opened_residuals.shape != opened.shape:
+        raise BadAnswer("constraint_residual has other joints once they are opened")
+    return float(max(np.abs(closed / size).max(), np.abs((opened_residuals - opened) / size).max()))
+
+
+def _gaps(residuals: object) -> np.ndarray:
+    """Gaps, rates and accelerations of joints, shape (3, gaps). Raises BadAnswer."""
+    if not isinstance(residuals, tuple) or len(residuals) != 3:
+        raise BadAnswer("constraint_residual is not gaps, rates and accelerations")
+    gaps, *others = (require_numbers(r, "constraint_residual", None) for r in residuals)
+    if gaps.size == 0 or any(other.shape != gaps.shape for other in others):
+        raise BadAnswer("constraint_residual is empty, or its parts are of unequal shapes")
+    return np.array([gaps.ravel(), *(other.ravel() for other in others)])
 
 
 def plan(subjects: Subjects) -> Iterator[Comparison]:
@@ -73,14 +106,16 @@ def plan(subjects: Subjects) -> Iterator[Comparison]:
     """
     for arm in subjects.arms:
         if arm.owes_laws:
+            key = ComparisonKey("invariants", arm.where, "abilities", arm.model)
+            about = Subject(key, "1", "abilities missing", "declared capabilities")
             judge = partial(_check_abilities, promised=arm.promises)
-            metric, against = "abilities missing", "declared capabilities"
-            yield arm.plan_law("abilities", [ABILITIES], judge, metric, against)
+            yield make_comparison(about, [arm.ask_once(abilities)], judge)
         if arm.group in ("geared", "free", "form"):
             yield from plan_balances(arm)
         if arm.group == "geared" and "constraint_residual" in arm.promises:
-            metric = f"largest gap, rate, acceleration or error of one, {arm.count} random states"
-            questions, against = ["constraint_residual"], "closure of its joints"
+            count = arm.setting.count
+            metric = f"largest gap, rate, acceleration or error of one, {count} random states"
+            questions, against = [constraint_residual], "closure of its joints"
             yield arm.plan_law("constraints", questions, check_constraints, metric, against)
 
 
@@ -93,11 +128,10 @@ def plan_balances(arm: SampledArm) -> Iterator[Comparison]:
 def plan_balance(arm: SampledArm, name: str, unit: str, law: Balance) -> Comparison:
     """The comparison of one balance of a model."""
 
-    def judge(about: Subject, *answers: Any) -> Finding:
-        return law(about, StateValues(*answers), arm.setting, arm.case)
+    def judge(about: Subject, *given: Any) -> Finding:
+        return law(about, compute_motion(*given))
 
-    metric = arm.over("largest residual")
-    return arm.plan_law(name, STATE_ABILITIES, judge, metric, FIRST_PRINCIPLES, unit=unit)
+    return arm.plan_law(name, EQUATIONS, judge, arm.over("largest residual"), unit=unit)
 
 
 def _check_abilities(about: Subject, claimed: Any, promised: frozenset[str]) -> Finding:
@@ -107,102 +141,95 @@ def _check_abilities(about: Subject, claimed: Any, promised: frozenset[str]) -> 
     return make_check(about, measured=0.0, tolerance=0.0, basis="every promised ability is there")
 
 
-def check_power_balance(
-    about: Subject, given: StateValues, setting: Setting, case: Case
-) -> Finding:
+def check_power_balance(about: Subject, motion: DrivenMotion) -> Finding:
     """Check d(kinetic)/dt = sum of T theta_s' / n + powers of meshes, dampers, weight, friction.
 
-    A motor turns its sun n times as fast as the link, and by the mesh displacements; its torque
-    reaches a mesh row of the force as T / (n r_s).
+    A motor turns its sun n times as fast as the link, and by the mesh displacements.
     """
-    pairs = []
-    for motion in compute_forced_states(given, setting, case.scenario):
-        terms = external_powers(setting.arm, motion)
-        for number, joint in geared_joints(setting.arm):
-            radius, ratio = sun_radius_and_ratio(joint)
-            motor = motion.torques[number] / ratio * sun_advance(motion.layout, number) / radius
-            rows = [
-                k for k, c in enumerate(motion.layout.coordinates) if is_displacement_of(c, number)
-            ]
-            terms += [*((motion.force - motor) * motion.v)[rows]]
-        pairs.append(motion.power_residual(terms))
-    return check_balance(about, pairs)
+    on_teeth = motion.force - motor_forces(
+        motion.setting.arm, motion.setting.layout, motion.torques
+    )
+    powers = (on_teeth * motion.v)[:, ~motion.setting.layout.angular]
+    return check_powers(about, motion, np.hstack([external_powers(motion), powers]))
 
 
-def check_angular_momentum(
-    about: Subject, given: StateValues, setting: Setting, case: Case
-) -> Finding:
+def check_angular_momentum(about: Subject, motion: DrivenMotion) -> Finding:
     """Check that the whole arm's angular momentum changes by what the ground exerts."""
-    forced_states = compute_forced_states(given, setting, case.scenario)
-    return check_balance(about, [_angular_momentum_residual(setting.arm, m) for m in forced_states])
+    return check_balance(about, *_angular_momentum_residual(motion))
 
 
-def check_balance(about: Subject, pairs: list[tuple[float, float]]) -> Finding:
-    """The Finding of a balance, from its residual and its terms' size at every state."""
-    gaps, sizes = np.array(pairs).T
+def check_powers(about: Subject, motion: DrivenMotion, powers: np.ndarray) -> Finding:
+    """Check that kinetic energy grows by powers (states, terms) [W] alone.
+
+    v . (M a + bias) is the rate of v . M v / 2.
+    """
+    gains = (motion.v * motion.inertial).sum(axis=1) - powers.sum(axis=1)
+    sizes = (np.abs(motion.v) * motion.summed).sum(axis=1) + np.abs(powers).sum(axis=1)
+    return check_balance(about, gains, sizes)
+
+
+def check_balance(about: Subject, gaps: np.ndarray, sizes: np.ndarray) -> Finding:
+    """The Finding of a balance, from its residual and its terms' size at every state (states,)."""
     size, measured = float(np.sqrt((sizes**2).mean())), float(np.abs(gaps).max())
     return make_share_check(about, measured, TOLERANCE, size, "the terms' size", f": {BASIS}")
 
 
-def compute_forced_states(
-    given: StateValues, setting: Setting, scenario: Scenario
-) -> Iterator[ForcedState]:
-    """A ForcedState for each state: what moves it and how it moves."""
-    drive = drive_data(scenario, len(setting.arm.joints))
-    mass, a, bias = given.mass_matrix, given.acceleration, given.bias
-    inertial = np.einsum("kij,kj->ki", mass, a) + bias
-    summed = np.einsum("kij,kj->ki", np.abs(mass), np.abs(a)) + np.abs(bias)
-    friction = np.array([joint.friction_N_m_s_per_rad for joint in setting.arm.joints])
-    moving = zip(*setting.states, inertial, summed, given.generalized_force, strict=True)
-    for t, q, v, moved, magnitude, force in moving:
-        theta, theta_dot = q[setting.layout.theta], v[setting.layout.theta]
-        torques = torques_at(drive, t, theta, theta_dot)
-        passive = weight_moments(setting.arm, theta) - friction * theta_dot
-        yield ForcedState(setting.layout, v, moved, magnitude, force, torques, passive)
-
-
-def torques_at(drive: DriveData, t: float, theta: np.ndarray, theta_dot: np.ndarray) -> np.ndarray:
-    """Output-side torques [N m], shape (joints,), by the scenario's law at time t [s]."""
-    rows = zip(drive.gains, drive.table_torque, theta, theta_dot, strict=True)
-    return np.array(
-        [joint_torque(drive.code, g, drive.table_time, table, t, q, v) for g, table, q, v in rows]
+def compute_motion(
+    mass: np.ndarray, bias: np.ndarray, force: np.ndarray, a: np.ndarray, setting: Setting
+) -> DrivenMotion:
+    """The motion by a model's M (states, n, n), bias, force and acceleration (states, n)."""
+    (t, q, v), arm, layout = setting.states, setting.arm, setting.layout
+    theta, rates = q[:, layout.theta], v[:, layout.theta]
+    drive = drive_data(setting.case.scenario, len(arm.joints))
+    friction = np.array([joint.friction_N_m_s_per_rad for joint in arm.joints])
+    return DrivenMotion(
+        setting,
+        v,
+        inertial=np.einsum("sij,sj->si", mass, a) + bias,
+        summed=np.einsum("sij,sj->si", np.abs(mass), np.abs(a)) + np.abs(bias),
+        force=force,
+        torques=torques_along(drive, t, theta, rates),
+        passive=weight_moments(arm, theta) - friction * rates,
     )
 
 
-def external_powers(arm: Arm, motion: ForcedState) -> list[float]:
-    """Power that motors, weight and friction supply [W], term by term."""
-    dtheta = motion.v[motion.layout.theta]
-    powers = [*(motion.passive * dtheta)]
-    for number, (joint, torque) in enumerate(zip(arm.joints, motion.torques, strict=True)):
-        turning = dtheta[number]
-        if isinstance(joint, Planetary):
-            radius, ratio = sun_radius_and_ratio(joint)
-            slides = sun_advance(motion.layout, number) @ motion.v
-            torque, turning = torque / ratio, slides / radius + ratio * turning
-        powers.append(torque * turning)
-    return powers
+def external_powers(motion: DrivenMotion) -> np.ndarray:
+    """Power that weight and friction, then motors supply [W], (states, 2 joints).
+
+    A motor with gears turns its sun, by the ratio times as fast as the link and by the meshes.
+    """
+    rates = motion.v[:, motion.setting.layout.theta]
+    turning = rates.copy()
+    for number, joint in geared_joints(motion.setting.arm):
+        radius, ratio = sun_radius_and_ratio(joint)
+        turning[:, number] += (
+            motion.v @ sun_advance(motion.setting.layout, number) / (radius * ratio)
+        )
+    return np.hstack([motion.passive * rates, motion.torques * turning])
 
 
-def _angular_momentum_residual(arm: Arm, motion: ForcedState) -> tuple[float, float]:
+def _angular_momentum_residual(motion: DrivenMotion) -> tuple[np.ndarray, np.ndarray]:
     """Residual of dH/dt = T_1 / n + (N F_pr1 + d_pr x_pr1') r_r + friction + weight, and its size.
 
-    Turning the whole arm turns the first ring's teeth past its planets: x_pr1 changes by -r_r, of
-    every planet, and so does the sun's advance.
+    Both (states,). Turning the whole arm turns the first ring's teeth past its planets: x_pr1
+    changes by -r_r, of every planet, and so does the sun's advance.
     """
-    joint, shoulder = arm.joints[0], motion.layout.at("theta", 0)
-    outside, torque = motion.passive[0], motion.torques[0]
-    if not isinstance(joint, Planetary):
-        size = motion.summed[shoulder] + abs(torque) + abs(outside)
-        return float(motion.inertial[shoulder] - torque - outside), float(size)
-    radius, ratio = sun_radius_and_ratio(joint)
-    ring, motor = radius * joint.ring_teeth / joint.sun_teeth, torque / ratio
-    slides = [k for k, c in enumerate(motion.layout.coordinates) if is_displacement_of(c, 0)]
-    slides = [k for k in slides if motion.layout.coordinates[k].meaning != "x_sp"]
-    rate = motion.inertial[shoulder] - ring * motion.inertial[slides].sum()
-    on_teeth = (motor / radius - motion.force[slides].sum()) * ring
-    terms = np.array([motor, on_teeth, outside])
-    size = motion.summed[shoulder] + ring * motion.summed[slides].sum() + np.abs(terms).sum()
-    return float(rate - terms.sum()), float(size)
+    joint, shoulder = motion.setting.arm.joints[0], motion.setting.layout.at("theta", 0)
+    rate, size = motion.inertial[:, shoulder], motion.summed[:, shoulder]
+    moments = [motion.torques[:, 0], motion.passive[:, 0]]
+    if isinstance(joint, Planetary):
+        radius, ratio = sun_radius_and_ratio(joint)
+        ring, motor = radius * joint.ring_teeth / joint.sun_teeth, motion.torques[:, 0] / ratio
+        slides = [
+            place
+            for place, coordinate in enumerate(motion.setting.layout.coordinates)
+            if coordinate.joint == 1 and coordinate.meaning in ("x_s", "x_pr")
+        ]
+        rate = rate - ring * motion.inertial[:, slides].sum(axis=1)
+        size = size + ring * motion.summed[:, slides].sum(axis=1)
+        on_teeth = (motor / radius - motion.force[:, slides].sum(axis=1)) * ring
+        moments = [motor, on_teeth, motion.passive[:, 0]]
+    return rate - np.sum(moments, axis=0), size + np.abs(moments).sum(axis=0)
 
 
 def sun_advance(layout: Layout, joint: int) -> np.ndarray:
@@ -211,9 +238,17 @@ def sun_advance(layout: Layout, joint: int) -> np.ndarray:
     return x_sp + x_pr
 
 
-def is_displacement_of(coordinate: Coordinate, joint: int) -> bool:
-    """Whether a coordinate is a displacement of the teeth of a joint, counted from 0."""
-    return not coordinate.is_angle and coordinate.joint == joint + 1
+def motor_forces(arm: Arm, layout: Layout, torques: np.ndarray) -> np.ndarray:
+    """Forces of motors on the displacements of a geared model [N], (states, n).
+
+    torques (states, joints): on the output side [N m]. Each turns a sun, which x_sp + x_pr of any
+    planet advance, and so enters as T / (n r_s) (Eq. 22).
+    """
+    forces = np.zeros((len(torques), len(layout)))
+    for number, joint in geared_joints(arm) if layout.mesh_joints else ():
+        radius, ratio = sun_radius_and_ratio(joint)
+        forces += torques[:, number, None] / (radius * ratio) * sun_advance(layout, number)
+    return forces
 
 
 def sun_radius_and_ratio(joint: Planetary) -> tuple[float, float]:
@@ -222,7 +257,7 @@ def sun_radius_and_ratio(joint: Planetary) -> tuple[float, float]:
     return base_radius(joint, joint.sun_teeth), ratio
 
 
-def check_constraints(about: Subject, gaps: np.ndarray) -> Finding:
+def check_constraints(about: Subject, gaps: np.ndarray, setting: object) -> Finding:
     """Check that joints closed by constraint equations stay closed, at the model's own motion.
 
     gaps (count,): the largest gap, rate or acceleration over its size at each state, or how far it

@@ -8,13 +8,13 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from crosscheck.checks.engines import RUNS, inverse_dynamics
+from crosscheck.checks.answers import ask, inverse_dynamics
+from crosscheck.checks.engines import RUNS
 from crosscheck.checks.sampled import (
     ExperimentPlan,
     RobotLevel,
     SampledRobot,
     Subjects,
-    ask,
     find_usual,
     group_models,
 )
@@ -69,14 +69,14 @@ def _plan_robot_levels(chain: Sequence[SampledRobot]) -> Iterator[Comparison]:
     for sampled in chain[:-1]:
         yield _plan_tip(sampled, finest)
     if len(chain) > 1:
-        (exact,) = (each for each in chain if each.case.level == RIGID_GEARS)
+        (exact,) = (each for each in chain if each.setting.level == RIGID_GEARS)
         for sampled in chain[: chain.index(exact)]:
-            for column in range(exact.case.free):
+            for column in range(exact.setting.free):
                 yield _plan_torque(sampled, exact, column)
 
 
 def _plan_tip(sampled: SampledRobot, finest: SampledRobot) -> Comparison:
-    case = sampled.case
+    case = sampled.setting
     key = ComparisonKey("deviation", "free-motion", "tip", sampled.model, finest.model)
     metric = (
         f"largest distance of the tip after {case.motion_s:.2g} s of free motion, {RUNS} starts"
@@ -91,7 +91,7 @@ def _plan_tip(sampled: SampledRobot, finest: SampledRobot) -> Comparison:
 
 
 def _plan_torque(sampled: SampledRobot, exact: SampledRobot, column: int) -> Comparison:
-    robot = sampled.case.robot
+    robot = sampled.setting.robot
     joint = robot.joints[robot.coordinates[column]]
     unit = "N m" if joint.kind == "revolute" else "N"
     models = sampled.model, exact.model

@@ -8,7 +8,7 @@ from typing import Literal
 
 import numpy as np
 
-from crosscheck.checks.answers import FORCE_SLOPES, START_MASS
+from crosscheck.checks.answers import BadAnswer, Setting, ask, require_numbers
 from crosscheck.checks.sampled import SampledArm, Subjects, group_models
 from crosscheck.checks.scales import base_radius, geared_joints, stiffness_bound
 from crosscheck.findings import ComparisonKey, Finding, Subject, make_check
@@ -22,7 +22,8 @@ from crosscheck.models.arm.stiffness import (
     StiffnessLaw,
     TableStiffness,
 )
-from crosscheck.models.experiment.scenario import make_bent_start
+from crosscheck.models.experiment.scenario import expand_to_joints, make_bent_start
+from crosscheck.models.interface import Model
 from crosscheck.models.loading import Case, make_rest_scenario
 from crosscheck.planning.comparison import Comparison, MissingResult, ModelTask, make_comparison
 
@@ -31,6 +32,8 @@ BASIS = "1e-6: engines linearise by finite differences of forces of 1e4 N at 1e-
 # A carrier is locked by a link this many times heavier: the modes move by about its inverse.
 LOCK = 1e9
 POLE_TOLERANCE, SAFETY = 1e-7, 3.0
+# Of angles [rad, rad/s] and displacements [m, m/s], of which forces are differenced.
+TURN, SHIFT = 1e-4, 1e-6
 MEANINGFUL = 1e-5  # least difference that an error in a formula makes
 # Of a step by poles: the method's polynomial, how far it may be from zero in units of the fastest
 # pole, and how closely it is looked for.
@@ -45,12 +48,68 @@ MODE_METRIC = "largest relative distance of a mode to the nearest of the other m
 STEP_METRIC = "largest stable step over that of its poles, or the other way round"
 
 
+def mesh_modes(model: Model, setting: Setting) -> np.ndarray:
+    """Frequencies of a model's modes [Hz], ascending. Raises BadAnswer."""
+    modes = require_numbers(model.mesh_modes(), "mesh_modes", None)
+    if modes.ndim != 1 or (modes <= 0).any() or (np.diff(modes) < 0).any():
+        raise BadAnswer("mesh_modes are not positive frequencies in ascending order")
+    return modes
+
+
+def contact_poles(model: Model, setting: Setting) -> np.ndarray:
+    """A model's poles [1/s], (2 n,). Raises BadAnswer."""
+    poles = model.contact_poles()
+    if not isinstance(poles, np.ndarray) or poles.shape != (2 * len(model.layout),):
+        raise BadAnswer("contact_poles are not two for every coordinate")
+    parts = np.array([poles.real, poles.imag])
+    require_numbers(parts, "contact_poles", parts.shape)
+    return parts[0] + 1j * parts[1]
+
+
+def largest_stable_step(model: Model, setting: Setting) -> np.ndarray:
+    """A model's largest stable step [s], (). Raises BadAnswer."""
+    step = model.largest_stable_step()
+    if not isinstance(step, float) or not step > 0:
+        raise BadAnswer(f"largest_stable_step is {step!r}, must be a positive number")
+    return np.array(step)
+
+
+def start_pose(setting: Setting) -> np.ndarray:
+    """Coordinates of the scenario's angles, the teeth centred, shape (n,)."""
+    (arm, scenario, _), layout = setting.case, setting.layout
+    pose = np.zeros(len(layout))
+    pose[layout.theta] = expand_to_joints(scenario.start.theta_rad, len(arm.joints))
+    return pose
+
+
+def start_mass(model: Model, setting: Setting) -> np.ndarray:
+    """M in the start pose (n, n)."""
+    pose = start_pose(setting)
+    return ask(model, "mass_matrix", (1, pose.size, pose.size), pose[None])[0]
+
+
+def force_slopes(model: Model, setting: Setting) -> np.ndarray:
+    """Slopes of the generalized force by q and v, at rest in the start pose, shape (2, n, 2 n).
+
+    The first are by differences of one size, the second by differences of twice that.
+    """
+    pose = start_pose(setting)
+    once = np.tile(np.where(setting.layout.angular, TURN, SHIFT), 2)
+    steps = np.diag(once)
+    ways = np.append(pose, 0 * pose) + np.array([[steps, -steps], [2 * steps, -2 * steps]])
+    q, v = np.split(ways.reshape(-1, once.size), 2, axis=1)
+    forces = ask(model, "generalized_force", q.shape, np.zeros(len(q)), q, v)
+    ahead, back = forces.reshape(2, 2, once.size, pose.size).swapaxes(0, 1)
+    slopes: np.ndarray = (ahead - back).swapaxes(1, 2) / (2 * np.array([once, 2 * once])[:, None])
+    return slopes
+
+
 def plan(subjects: Subjects) -> Iterator[Comparison]:
     """Comparisons of modes and poles with the teeth in contact, and of the step that is stable."""
     geared = [each for each in subjects.arms if each.group in ("geared", "free", "form")]
     for group in group_models(geared):
         where, rest = group[0].where.removesuffix("/geared"), make_rest_scenario()
-        case = group[0].case._replace(scenario=rest)
+        case = group[0].setting.case._replace(scenario=rest)
         models = [each for each in group if each.group != "form"]
         yield from plan_poles(where, models)
         able = [each for each in models if "mesh_modes" in each.promises]
@@ -59,8 +118,7 @@ def plan(subjects: Subjects) -> Iterator[Comparison]:
             yield _plan_modes(Subject(key, "1", MODE_METRIC), pair, case)
         for number, joint in geared_joints(case.arm):
             locked = case._replace(arm=make_locked_stage(case.arm, number))
-            lumped = case.switches.planets == "lumped"
-            closed = closed_form_modes(joint) if lumped else free_modes(joint)
+            closed = stage_modes(joint, lumped=case.switches.planets == "lumped")
             for each in able:
                 if each.covers(locked.arm, case.switches):
                     key = ComparisonKey("modes", where, "locked-stage", each.model, "", number + 1)
@@ -91,7 +149,7 @@ def _plan_modes(
         few, many = sorted((*closed, *model_modes), key=len)
         return check_modes(about, few, many)
 
-    return make_comparison(about, [each.evaluate(case, "mesh_modes") for each in models], judge)
+    return make_comparison(about, [each.ask_once(mesh_modes, case) for each in models], judge)
 
 
 def make_locked_stage(arm: Arm, number: int) -> Arm:
@@ -109,7 +167,7 @@ def make_locked_stage(arm: Arm, number: int) -> Arm:
 
 def plan_poles(where: str, models: Sequence[SampledArm]) -> Iterator[Comparison]:
     """Comparisons of the loop's poles with teeth in contact, by which it is called unstable."""
-    arm, scenario, laws = models[0].case
+    arm, scenario, laws = models[0].setting.case
     start = make_bent_start(len(arm.joints))
     case = Case(arm, scenario.model_copy(update={"start": start}), laws)
     linear = case._replace(arm=linearize_teeth(arm))
@@ -117,22 +175,23 @@ def plan_poles(where: str, models: Sequence[SampledArm]) -> Iterator[Comparison]
     for left in able:
         for right in able if "contact_poles" in left.promises else ():
             if right != left:
-                tasks = left.evaluate(case, "contact_poles"), *_pole_tasks(right, linear)
+                tasks = left.ask_once(contact_poles, case), *_pole_tasks(right, linear)
                 key = ComparisonKey("modes", where, "contact-poles", left.model, right.model)
                 yield make_comparison(Subject(key, "1", POLE_METRIC), tasks, check_poles)
 
 
 def _plan_stable_step(where: str, sampled: SampledArm) -> Comparison:
     """A comparison of the largest stable step with a model's own poles, teeth at their stiffest."""
-    stiff = sampled.case._replace(arm=linearize_teeth(sampled.case.arm, stiffness_bound))
-    tasks = sampled.ask("largest_stable_step"), *_pole_tasks(sampled, stiff)
+    case = sampled.setting.case
+    stiff = case._replace(arm=linearize_teeth(case.arm, stiffness_bound))
+    tasks = sampled.ask_once(largest_stable_step), *_pole_tasks(sampled, stiff)
     key = ComparisonKey("modes", where, "stable-step", sampled.model)
     return make_comparison(Subject(key, "1", STEP_METRIC, "its poles"), tasks, check_step_limit)
 
 
 def _pole_tasks(sampled: SampledArm, case: Case) -> tuple[ModelTask, ModelTask]:
     """Tasks for a model's inertia and slopes of its force at the start, of which poles are made."""
-    return sampled.evaluate(case, START_MASS), sampled.evaluate(case, FORCE_SLOPES)
+    return sampled.ask_once(start_mass, case), sampled.ask_once(force_slopes, case)
 
 
 def check_modes(about: Subject, few: np.ndarray, many: np.ndarray) -> Finding:
@@ -148,26 +207,12 @@ def check_modes(about: Subject, few: np.ndarray, many: np.ndarray) -> Finding:
     )
 
 
-def closed_form_modes(joint: Planetary) -> np.ndarray:
-    """The two modes [Hz] of a stage with its carrier locked, ascending, (2,).
+def stage_modes(joint: Planetary, *, lumped: bool = False) -> np.ndarray:
+    """All modes [Hz] of a stage with its carrier locked, ascending, (N + 1,); 2 if lumped.
 
-    With u = r_s theta_s and w = r_p theta_p: M_s u'' = -K_s (u - w) and
-    N M_p w'' = K_s (u - w) - K_r w, K = N k of sun and ring mesh, so omega^2 solves a quadratic.
-    """
-    sun, planet = equivalent_mass(joint, "sun"), equivalent_mass(joint, "planet")
-    first = joint.sun_mesh.planet_mesh(0), joint.ring_mesh.planet_mesh(0)
-    K_s, K_r = (joint.planet_count * mean_stiffness(mesh.stiffness) for mesh in first)
-    planets = joint.planet_count * planet
-    mean = (K_s / sun + (K_s + K_r) / planets) / 2
-    root = np.sqrt(mean**2 - K_s * K_r / (sun * planets))
-    return np.sqrt(np.array([mean - root, mean + root])) / (2 * np.pi)
-
-
-def free_modes(joint: Planetary) -> np.ndarray:
-    """All modes [Hz] of a stage of free planets with its carrier locked, ascending, (N + 1,).
-
-    They solve M_s u'' = -sum of k_sn (u - w_n) and M_p w_n'' = k_sn (u - w_n) - k_rn w_n, also for
-    planets that differ.
+    With u = r_s theta_s and w_n = r_p theta_p of planet n they solve
+    M_s u'' = -sum of k_sn (u - w_n) and M_p w_n'' = k_sn (u - w_n) - k_rn w_n, also for planets
+    that differ. Lumped planets, which are alike, move alike.
     """
     count = joint.planet_count
     roots = np.sqrt([equivalent_mass(joint, "sun"), *[equivalent_mass(joint, "planet")] * count])
@@ -178,7 +223,12 @@ def free_modes(joint: Planetary) -> np.ndarray:
         matrix[0, 0] += k_s
         matrix[n + 1, n + 1] = k_s + k_r
         matrix[0, n + 1] = matrix[n + 1, 0] = -k_s
-    return np.sqrt(np.linalg.eigvalsh(matrix / np.outer(roots, roots))) / (2 * np.pi)
+    matrix /= np.outer(roots, roots)
+    if lumped:
+        alike = np.zeros((count + 1, 2))
+        alike[0, 0], alike[1:, 1] = 1.0, 1 / np.sqrt(count)
+        matrix = alike.T @ matrix @ alike
+    return np.sqrt(np.linalg.eigvalsh(matrix)) / (2 * np.pi)
 
 
 def mean_stiffness(law: StiffnessLaw) -> float:

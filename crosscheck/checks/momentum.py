@@ -9,9 +9,9 @@ from collections.abc import Iterator
 
 import numpy as np
 
-from crosscheck.checks.engines import gravity, momentum
+from crosscheck.checks.answers import ask, gravity, momentum
 from crosscheck.checks.robot_states import TOLERANCE
-from crosscheck.checks.sampled import RobotLevel, Subjects, ask
+from crosscheck.checks.sampled import RobotLevel, Subjects
 from crosscheck.checks.scales import check_share, share_of
 from crosscheck.checks.simulations import make_scenario
 from crosscheck.findings import Finding, Subject
@@ -142,20 +142,20 @@ def _list_root_chain(robot: Robot) -> list[int]:
 def plan(subjects: Subjects) -> Iterator[Comparison | str]:
     """Comparisons of each model's momentum with its M, where no rotor spins beside the links."""
     for sampled in subjects.robots:
-        if sampled.case.level == "links" and find_base_joints(sampled.case.robot):
-            yield sampled.plan_case_law("base-momentum", [base_momenta], _check_momenta)
-        if sampled.case.robot.gravity.any():
+        if sampled.setting.level == "links" and find_base_joints(sampled.setting.robot):
+            yield sampled.plan_law("base-momentum", [base_momenta], _check_momenta)
+        if sampled.setting.robot.gravity.any():
             questions = gravity, momentum
-            yield sampled.plan_case_law("linear-momentum", questions, _check_momentum)
+            yield sampled.plan_law("linear-momentum", questions, _check_momentum)
         if (
-            sampled.case.has_runs
-            and sampled.case.level != "geared"  # where contacts spoil the order of steps
-            and find_conserved_directions(sampled.case.robot).size
+            sampled.setting.has_runs
+            and sampled.setting.level != "geared"  # where contacts spoil the order of steps
+            and find_conserved_directions(sampled.setting.robot).size
         ):
-            yield sampled.plan_case_law("conserved-momentum", [momentum_drifts], _check_drifts)
-    if subjects.robots and not subjects.robots[0].case.robot.gravity.any():
+            yield sampled.plan_law("conserved-momentum", [momentum_drifts], _check_drifts)
+    if subjects.robots and not subjects.robots[0].setting.robot.gravity.any():
         yield "without gravity: no weights to hold against energy and linear momentum"
-    if subjects.robots and not find_base_joints(subjects.robots[0].case.robot):
+    if subjects.robots and not find_base_joints(subjects.robots[0].setting.robot):
         yield "momentum is not compared with M: a joint on the base leads or follows another"
 
 

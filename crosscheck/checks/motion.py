@@ -6,17 +6,18 @@ from collections.abc import Iterator
 
 import numpy as np
 
+from crosscheck.checks.answers import ask, bias, energy, gravity, inverse_dynamics, mass_matrix
 from crosscheck.checks.arm_data import mesh_damping
 from crosscheck.checks.energy import ALONG_RAD
-from crosscheck.checks.engines import bias, energy, gravity, inverse_dynamics, mass_matrix
 from crosscheck.checks.first_principles.mesh_energy import (
     POINTS,
     energy_slope,
     highest_harmonic,
     planet_springs,
 )
+from crosscheck.checks.first_principles.slopes import SMOOTH_WEIGHTS, compute_slopes
 from crosscheck.checks.robot_states import TOLERANCE
-from crosscheck.checks.sampled import TURN_RAD, WEIGHTS, RobotLevel, Subjects, ask, compute_slopes
+from crosscheck.checks.sampled import TURN_RAD, RobotLevel, Subjects
 from crosscheck.checks.scales import EPS, check_share, share_of
 from crosscheck.findings import Finding, Subject
 from crosscheck.models.arm.layout import MESHES
@@ -40,14 +41,14 @@ def energy_slopes(model: RobotModel, case: RobotLevel) -> np.ndarray:
     def energies(q: np.ndarray) -> np.ndarray:
         return ask(model, "energy", (len(q),), q, 0 * q)
 
-    return compute_slopes(energies, case.first.q, case.steps).T
+    return compute_slopes(energies, case.first.q, case.slope_rule).T
 
 
 def energy_rate(model: RobotModel, case: RobotLevel) -> np.ndarray:
     """How fast the energy grows (states,) [W] as the states move on with their accelerations."""
     q, v, a, _ = case.states
     step, rate = _time_steps(case)[:, None], np.zeros(len(q))
-    for far, weight in enumerate(WEIGHTS, start=1):
+    for far, weight in enumerate(SMOOTH_WEIGHTS, start=1):
         for sign in (1, -1):
             t = sign * far * step
             moved = q + t * v + t**2 * a / 2, v + t * a
@@ -66,14 +67,14 @@ def plan(subjects: Subjects) -> Iterator[Comparison]:
     """Comparisons of each model's energies and dynamics with its own M, bias and weights."""
     terms = mass_matrix, bias, gravity
     for sampled in subjects.robots:
-        if sampled.case.robot.gravity.any():
+        if sampled.setting.robot.gravity.any():
             heights = gravity, energy_slopes
-            yield sampled.plan_case_law("gravity-from-energy", heights, _check_slopes)
+            yield sampled.plan_law("gravity-from-energy", heights, _check_slopes)
         questions = mass_matrix, energy, rest_energy
-        yield sampled.plan_case_law("kinetic-energy", questions, _check_kinetic_energy)
-        yield sampled.plan_case_law("energy-rate", (energy_rate, *terms), _check_energy_rate)
-        yield sampled.plan_case_law("inverse-dynamics", (inverse_dynamics, *terms), _check_inverse)
-        yield sampled.plan_case_law("forward-dynamics", [driven_forces], _check_forward)
+        yield sampled.plan_law("kinetic-energy", questions, _check_kinetic_energy)
+        yield sampled.plan_law("energy-rate", (energy_rate, *terms), _check_energy_rate)
+        yield sampled.plan_law("inverse-dynamics", (inverse_dynamics, *terms), _check_inverse)
+        yield sampled.plan_law("forward-dynamics", [driven_forces], _check_forward)
 
 
 def _time_steps(case: RobotLevel) -> np.ndarray:
@@ -103,10 +104,15 @@ def _check_slopes(
 
 
 def _check_energy_rate(
-    about: Subject, rate: np.ndarray, *terms: np.ndarray, case: RobotLevel
+    about: Subject,
+    rate: np.ndarray,
+    mass: np.ndarray,
+    bias_torques: np.ndarray,
+    weights: np.ndarray,
+    case: RobotLevel,
 ) -> Finding:
     """The energy grows by the power of all generalized forces, v . (M a + bias + gravity)."""
-    (mass, bias_torques, weights), (_, v, a, _) = terms, case.states
+    _, v, a, _ = case.states
     force = np.einsum("sij,sj->si", mass, a) + bias_torques + weights
     summed = (
         np.einsum("sij,sj->si", np.abs(mass), np.abs(a)) + np.abs(bias_torques) + np.abs(weights)
@@ -119,10 +125,14 @@ def _check_energy_rate(
 
 
 def _check_inverse(
-    about: Subject, given: np.ndarray, *terms: np.ndarray, case: RobotLevel
+    about: Subject,
+    given: np.ndarray,
+    mass: np.ndarray,
+    bias_torques: np.ndarray,
+    weights: np.ndarray,
+    case: RobotLevel,
 ) -> Finding:
     """Inverse dynamics is M a + bias + gravity, and what holds meshes' springs, and friction."""
-    mass, bias_torques, weights = terms
     rest = given - np.einsum("sij,sj->si", mass, case.states.a) - bias_torques - weights
     rest -= held_friction(case)
     if case.level == "geared":

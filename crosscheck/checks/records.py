@@ -9,7 +9,9 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from crosscheck.checks.invariants import sun_advance, sun_radius_and_ratio, torques_at
+from crosscheck.checks.answers import ask
+from crosscheck.checks.invariants import motor_forces, sun_radius_and_ratio
+from crosscheck.checks.modes import largest_stable_step
 from crosscheck.checks.scales import (
     EPS,
     PLACE_ROUNDINGS,
@@ -20,7 +22,7 @@ from crosscheck.checks.scales import (
 )
 from crosscheck.findings import ComparisonKey, Finding, Subject, make_check
 from crosscheck.models.arm.layout import MESHES, Layout
-from crosscheck.models.experiment.drive import drive_data
+from crosscheck.models.experiment.drive import drive_data, torques_along
 from crosscheck.models.interface import Model
 from crosscheck.models.loading import Case
 from crosscheck.models.trajectory import recorded_times
@@ -59,7 +61,7 @@ def plan_records(runs: Sequence[Any]) -> Iterator[Comparison]:
         key = ComparisonKey("stable-step", run.key.experiment, "step", run.model)
         about = Subject(key, "1", "largest step over its limit", "stability limit")
         judge = partial(check_stable_step, step_s=run.case.scenario.step_s)
-        yield make_comparison(about, (run.ask("largest_stable_step"),), judge)
+        yield make_comparison(about, (run.ask(largest_stable_step),), judge)
 
 
 def _accept_run(about: Subject, run: xr.Dataset) -> Finding:
@@ -162,11 +164,11 @@ def require_consistent(run: xr.Dataset, model: Model, *, constrained: bool) -> N
             )
     q, v = (_states(run, model.layout, suffix) for suffix in ("", "_dot"))
     times = run["time"].values
-    again = [_compute_variables(model, float(times[k]), q[k], v[k]) for k in at]
+    again = _compute_variables(model, times[at], q[at], v[at])
     placed = EPS * reach * largest_stiffness(model.arm) / tolerance
     for name, size in _sizes(run, model, q[0], placed).items():
         recorded = _recorded_values(run, at, name, model)
-        difference = float(np.abs(recorded - np.array([values[name] for values in again])).max())
+        difference = float(np.abs(recorded - again[name]).max())
         if not difference <= tolerance * size:
             units = run[name].attrs.get("units", "") if name in run else "N"
             off = f"{difference:.3g} of {size:.3g} {units}"
@@ -270,31 +272,26 @@ def _states(run: xr.Dataset, layout: Layout, suffix: str) -> np.ndarray:
 
 
 def _compute_variables(
-    model: Model, t: float, q: np.ndarray, v: np.ndarray
-) -> dict[str, np.ndarray | float]:
-    """Variables of one state by name, worked out by the model's functions."""
+    model: Model, t: np.ndarray, q: np.ndarray, v: np.ndarray
+) -> dict[str, np.ndarray]:
+    """Variables at times t (states,) by name, worked out by the model's functions.
+
+    Those of the teeth are the forces on the displacements without the motors', per planet [N].
+    """
     layout = model.layout
     drive = drive_data(model.scenario, len(model.arm.joints))
-    torque = torques_at(drive, t, q[layout.theta], v[layout.theta])
-    values: dict[str, np.ndarray | float] = {
-        "theta_ddot": model.acceleration(t, q, v)[layout.theta],
+    torque = torques_along(drive, t, q[:, layout.theta], v[:, layout.theta])
+    acceleration = ask(model, "acceleration", q.shape, t, q, v)
+    inertia = ask(model, "mass_matrix", (*q.shape, q.shape[1]), q)
+    values = {
+        "theta_ddot": acceleration[:, layout.theta],
         "torque": torque,
-        "kinetic_energy": float(v @ model.mass_matrix(q) @ v / 2),
+        "kinetic_energy": np.einsum("si,sij,sj->s", v, inertia, v) / 2,
     }
     if layout.mesh_joints:
         # With meshes that do not slide no damper acts, but motor and springs do.
-        force = model.generalized_force(t, q, np.where(layout.angular, v, 0.0))
-        values[TEETH] = _tooth_forces(model, force, torque)
+        still = np.where(layout.angular, v, 0.0)
+        force = ask(model, "generalized_force", q.shape, t, q, still)
+        on_teeth = force - motor_forces(model.arm, layout, torque)
+        values[TEETH] = on_teeth[:, ~layout.angular] / _planet_counts(model)
     return values
-
-
-def _tooth_forces(model: Model, force: np.ndarray, torque: np.ndarray) -> np.ndarray:
-    """Forces of the teeth alone on the displacements, per planet [N], shape (displacements,).
-
-    The motor turns the sun, by x_sp + x_pr of any planet (Eq. 22).
-    """
-    layout, left = model.layout, force.copy()
-    for number, joint in geared_joints(model.arm):
-        radius, ratio = sun_radius_and_ratio(joint)
-        left -= torque[number] / (radius * ratio) * sun_advance(layout, number)
-    return left[~layout.angular] / _planet_counts(model)

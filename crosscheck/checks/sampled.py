@@ -6,90 +6,98 @@ No check knows which models there are: planning chooses them.
 from __future__ import annotations
 
 from collections.abc import Callable, Iterator, Mapping, Sequence
-from dataclasses import dataclass, field
-from functools import cached_property, partial
+from dataclasses import dataclass, field, replace
 from itertools import combinations, groupby
-from typing import Any, Literal, NamedTuple, TypeVar
+from typing import Any, Literal, NamedTuple, Protocol, TypeVar
 
 import numpy as np
 
-from crosscheck.checks.answers import WITHOUT_STATE, require_numbers, sample_states
+from crosscheck.checks.answers import Setting
 from crosscheck.checks.first_principles.composite import Content
+from crosscheck.checks.first_principles.slopes import SlopeRule, make_smooth_rule
 from crosscheck.checks.robot_states import RandomStates, RobotSizes
-from crosscheck.checks.states import Setting
 from crosscheck.findings import ComparisonKey, Finding, Subject
 from crosscheck.models.arm.arm import Arm
-from crosscheck.models.arm.layout import Layout
 from crosscheck.models.arm.planets import usual_switches
 from crosscheck.models.experiment.scenario import Scenario, Switches
 from crosscheck.models.loading import Case
-from crosscheck.models.robot.interface import RobotModel
 from crosscheck.models.robot.robot import Level, Robot
 from crosscheck.planning.comparison import Comparison, ModelTask, make_comparison
 
 FIRST_PRINCIPLES, DIFFERENCE = "first principles", "largest relative difference"
 RESIDUAL = "largest residual, over its terms' size,"
-# Central differences of order 8 over steps that turn a joint by so much [rad]: of second harmonics,
-# the highest of M in a rotation, they leave 3e-12; M and energy are of a slide's square at most.
-WEIGHTS = 4 / 5, -1 / 5, 4 / 105, -1 / 280
+# Steps of slopes of order 8, in which a joint turns by so much [rad] or slides [m]: of second
+# harmonics, the highest of M in a rotation, they leave 3e-12; M and energy are of a slide's square
+# at most.
 TURN_RAD, SLIDE_M = 0.04, 0.1
-SLOPE_STATES = 4  # number of states at which slopes are taken, the first ones
+SLOPE_STATES = 4  # number of a robot's states at which slopes are taken, the first ones
 LEAST_RUN_S = 1e-8  # shortest run [s]: in less, joints move by little more than rounding
 # Which checks a model of an arm is for: all of those of gears, of rigid levels, of single planets;
 # of forces under other switches; of springs that are a potential; of the paper's own forms.
 Group = Literal["geared", "rigid", "free", "switches", "conservative", "form"]
 
 
+class ModelQuestion(Protocol):
+    """A function of a model and a setting, whose name is that of the quantity."""
+
+    @property
+    def __name__(self) -> str: ...
+
+    def __call__(self, model: Any, setting: Any, /) -> np.ndarray: ...
+
+
 @dataclass(frozen=True)
 class SampledModel:
-    """A model at so many random states of a case, which is called ``where`` in ids.
+    """A model at the random states of a setting, which is called ``where`` in ids.
 
-    ``evaluate`` makes a task of a question.
+    ``evaluate`` makes a task of a setting and a question.
     """
 
     where: str
     model: str
-    count: int
-    evaluate: Callable[..., ModelTask]
+    setting: Setting | RobotLevel
+    evaluate: Callable[[Any, ModelQuestion], ModelTask]
 
-    def ask(self, question: Any) -> ModelTask:
+    def ask(self, question: ModelQuestion) -> ModelTask:
         """The task of a question at these states."""
-        return self.evaluate(question)
+        return self.evaluate(self.setting, question)
 
     def over(self, size: str) -> str:
         """The words of a metric: a size over these random states."""
-        return f"{size} over {self.count} random states"
+        return f"{size} over {self.setting.count} random states"
 
     def plan_law(
         self,
         quantity: str,
-        questions: Sequence[Any],
+        questions: Sequence[ModelQuestion],
         judge: Callable[..., Finding],
-        metric: str,
+        metric: str = "",
         against: str = FIRST_PRINCIPLES,
         *,
         family: str = "invariants",
         unit: str = "1",
     ) -> Comparison:
-        """The comparison of this model alone; judge takes the subject and the answers."""
+        """The comparison of this model alone; judge takes the subject, the answers, the setting."""
         key = ComparisonKey(family, self.where, quantity, self.model)
-        tasks = list(map(self.ask, questions))
-        return make_comparison(Subject(key, unit, metric, against), tasks, judge)
+
+        def judge_answers(about: Subject, *answers: Any) -> Finding:
+            return judge(about, *answers, self.setting)
+
+        about = Subject(key, unit, metric or self.over(RESIDUAL), against)
+        return make_comparison(about, list(map(self.ask, questions)), judge_answers)
 
 
 @dataclass(frozen=True)
 class SampledArm(SampledModel):
     """A model of an arm at random states.
 
-    It is evaluated in a case, by a question's name, at so many states of a seed; ``covers`` says
-    whether it is about an arm under switches. promises: methods that it must have; order: of its
-    fixed steps; free_planets: whether every planet moves by itself inside; level: of a rigid model;
-    content: what the arm's file holds; symbols: of a form, the tasks of its quantities in symbols.
+    ``covers`` says whether it is about an arm under switches. promises: methods that it must have;
+    order: of its fixed steps; free_planets: whether every planet moves by itself inside; level: of
+    a rigid model; content: what the arm's file holds; symbols: of a form, the tasks of what it
+    answers in symbols too.
     """
 
-    case: Case
-    seed: int
-    layout: Layout
+    setting: Setting
     promises: frozenset[str]
     order: int | None
     free_planets: bool
@@ -104,20 +112,13 @@ class SampledArm(SampledModel):
         """Whether laws of a model by itself are checked here: under the usual switches, once."""
         return self.group not in ("switches", "conservative")
 
-    def ask(self, quantity: str) -> ModelTask:
-        """The task of a question at these states, or of one that knows no state."""
-        if quantity in WITHOUT_STATE:
-            return self.evaluate(self.case, quantity)
-        return self.evaluate(self.case, quantity, self.count, self.seed)
-
-    @cached_property
-    def setting(self) -> Setting:
-        """The arm, the model's coordinates and its random states."""
-        arm, layout = self.case.arm, self.layout
-        return Setting(arm, layout, sample_states(layout, arm, self.count, self.seed))
+    def ask_once(self, question: ModelQuestion, case: Case | None = None) -> ModelTask:
+        """The task of a question that knows no state, in another case if one is given."""
+        setting = replace(self.setting, case=case or self.setting.case, count=1, seed=0)
+        return self.evaluate(setting, question)
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, eq=False)
 class RobotLevel:
     """A robot at a level, the states at which its models answer, and what these states are worth.
 
@@ -176,22 +177,17 @@ class RobotLevel:
         """By which each coordinate changes for slopes (n,)."""
         return np.where(self.turns > 0, TURN_RAD / np.maximum(self.turns, 1e-300), SLIDE_M)
 
-
-RobotQuestion = Callable[[RobotModel, RobotLevel], np.ndarray]
+    @property
+    def slope_rule(self) -> SlopeRule:
+        """How slopes of M and of the energy are taken."""
+        return make_smooth_rule(self.steps)
 
 
 @dataclass(frozen=True)
 class SampledRobot(SampledModel):
     """A model of a robot, ``engine:level``, at random states."""
 
-    case: RobotLevel
-
-    def plan_case_law(
-        self, quantity: str, questions: Sequence[RobotQuestion], judge: Callable[..., Finding]
-    ) -> Comparison:
-        """The comparison with a law; judge takes the subject, the answers and the case."""
-        judged = partial(judge, case=self.case)
-        return self.plan_law(quantity, questions, judged, self.over(RESIDUAL))
+    setting: RobotLevel
 
 
 class RunModels(NamedTuple):
@@ -269,22 +265,3 @@ def pair_models(models: Sequence[Sampled]) -> Iterator[tuple[Sampled, Sampled]]:
     """Every two models of a case."""
     for group in group_models(models):
         yield from combinations(group, 2)
-
-
-def ask(model: RobotModel, method: str, shape: tuple[int, ...], *given: np.ndarray) -> np.ndarray:
-    """Answer of a method, if it is an array of numbers of this shape. Raises BadAnswer."""
-    return require_numbers(getattr(model, method)(*given), method, shape)
-
-
-def compute_slopes(
-    function: Callable[[np.ndarray], Any], q: np.ndarray, steps: np.ndarray
-) -> np.ndarray:
-    """Slopes (n, states, ...) along each coordinate of a function of many q (states, n)."""
-    shifts = np.array([sign * far for far in range(1, 5) for sign in (1, -1)])
-    moved = q + (shifts[:, None] * np.eye(len(steps))[:, None, :] * steps)[:, :, None, :]
-    values = function(moved.reshape(-1, len(steps)))
-    values = values.reshape(*moved.shape[:3], *values.shape[1:])
-    slopes: np.ndarray = sum(
-        weight * (values[:, 2 * far] - values[:, 2 * far + 1]) for far, weight in enumerate(WEIGHTS)
-    )
-    return slopes / steps.reshape(-1, *[1] * (slopes.ndim - 1))

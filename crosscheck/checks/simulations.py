@@ -76,11 +76,13 @@ def make_scenario(case: RobotLevel) -> Scenario:
 
 def plan(subjects: Subjects) -> Iterator[Comparison | str]:
     """Comparisons of two models' simulations in equal steps."""
-    still = {each.case.level: each.case for each in subjects.robots if not each.case.has_runs}
+    still = {
+        each.setting.level: each.setting for each in subjects.robots if not each.setting.has_runs
+    }
     for level, case in still.items():
         yield f"{level}: no runs, since steps of {case.run_s / STEPS:.2g} s are below rounding"
     for left, right in pair_models(subjects.robots):
-        case = left.case
+        case = left.setting
         if not case.has_runs:
             continue
 

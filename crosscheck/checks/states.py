@@ -7,8 +7,9 @@ from typing import NamedTuple
 
 import numpy as np
 
-from crosscheck.checks.answers import States
+from crosscheck.checks.answers import Setting
 from crosscheck.checks.scales import (
+    EPS,
     PLACE_ROUNDINGS,
     ReasonedLimit,
     arm_reach,
@@ -17,38 +18,18 @@ from crosscheck.checks.scales import (
     largest_stiffness,
 )
 from crosscheck.findings import Finding, Subject, make_failed_check, make_measurement
-from crosscheck.models.arm.arm import Arm
-from crosscheck.models.arm.layout import Layout
 
-EPS = np.finfo(float).eps
 # Rounding of a few hundred operations, times how badly conditioned they are; but never looser
 # than a tenth of a billionth.
 ROUNDINGS = 1000
 LOOSEST = 1e-10
 TERM_ROUNDINGS = 5  # of each of the terms that cancel in a component: a product of some factors
-# Reach over the shortest link from which such terms outgrow their sum: seven equal links have 7.
-# Below, engines differ by a 25th of their tolerances at most (the built-in arms, 2.4 to 5.6).
-UNLIKE_LENGTHS = 10.0
 # Quantities whose larger terms cancel, and the least rounding error of these terms.
 CANCELLING = {
     "bias": f"{TERM_ROUNDINGS} eps of M (sum of w)^2 of the whole arm, moments that cancel",
     "generalized_force": "rounding of the forces of teeth, by the bodies' places and their moments",
     "acceleration": f"{TERM_ROUNDINGS} eps |M^-1| |M| |a|, and |M^-1| times the forces' rounding",
 }
-
-
-class Setting(NamedTuple):
-    """Where values were taken: the arm, the model's coordinates, and the states."""
-
-    arm: Arm
-    layout: Layout
-    states: States
-
-    @property
-    def rounding(self) -> float:
-        """Rounding of a term that cancels, as a part of it; 0 if links have similar lengths."""
-        shortest = min(link.length_m for link in self.arm.links)
-        return EPS if arm_reach(self.arm) > UNLIKE_LENGTHS * shortest else 0.0
 
 
 Judge = Callable[[Subject, np.ndarray, np.ndarray, np.ndarray | None, Setting], Finding]

@@ -9,12 +9,13 @@ from importlib import import_module
 from itertools import product
 
 from crosscheck.checks import states
+from crosscheck.checks.answers import Setting, bias, generalized_force, mass_matrix
 from crosscheck.checks.first_principles.composite import Content
 from crosscheck.checks.records import plan_records
-from crosscheck.checks.sampled import Group, SampledArm, Subjects
+from crosscheck.checks.sampled import Group, ModelQuestion, SampledArm, Subjects
 from crosscheck.checks.scales import geared_joints
 from crosscheck.checks.stability import relax_comparison
-from crosscheck.findings import SYMBOLS, EntryDifferences
+from crosscheck.findings import EntryDifferences
 from crosscheck.models.arm.arm import Arm
 from crosscheck.models.arm.meshes import replace_damping
 from crosscheck.models.arm.planets import usual_switches
@@ -47,7 +48,6 @@ from crosscheck.runner.tasks import FORMS, Evaluation, Simulation, SymbolicEvalu
 from crosscheck.runner.workers import Workers
 
 COUNT, QUICK_COUNT = 200, 20
-SYMBOLIC = "mass_matrix", "bias"  # what the forms' symbols give by themselves
 SWITCH_COUNT = 20  # number of states of a switch setting
 
 
@@ -170,13 +170,12 @@ def sample_model(
     content: Content | None = None,
 ) -> SampledArm:
     """A model of an arm at random states."""
-    entry, covers, evaluate = MODELS[name], partial(is_covering, name), partial(Evaluation, name)
-    layout = entry.layout(case.arm, case.switches)
-    known = entry.promises, entry.order, entry.free_planets, entry.level, covers
-    fields = case, seed, layout, *known, group, content or {}
-    forms = SYMBOLIC if name in FORMS else ()
-    symbols = [SymbolicEvaluation(name, case, each, count, seed) for each in forms]
-    return SampledArm(where, name, count, evaluate, *fields, symbols)
+    entry, setting = MODELS[name], Setting(case, MODELS[name].is_rigid, count, seed)
+    known = entry.promises, entry.order, entry.free_planets, entry.level, partial(is_covering, name)
+    forms = (mass_matrix, bias) if name in FORMS else ()
+    symbols = [SymbolicEvaluation(name, setting, each) for each in forms]
+    evaluate = partial(Evaluation, name)
+    return SampledArm(where, name, setting, evaluate, *known, group, content or {}, symbols)
 
 
 def compute_entry_differences(
@@ -190,20 +189,20 @@ def compute_entry_differences(
     geared = [each for each in models if each.group == "geared"]
     for sampled in (*models[len(geared) :], geared[0]):
         others = (each for each in geared if engine_of(each.model) != engine_of(sampled.model))
-        engines = [replace(each, case=sampled.case) for each in others]
-        for quantity in SYMBOLS:
-            yield from _compare_entries(quantity, sampled, engines, results)
+        engines = [replace(each, setting=sampled.setting) for each in others]
+        for question in (mass_matrix, bias, generalized_force):
+            yield from _compare_entries(question, sampled, engines, results)
 
 
 def _compare_entries(
-    quantity: str, sampled: SampledArm, engines: Sequence[SampledArm], results: Results
+    question: ModelQuestion, sampled: SampledArm, engines: Sequence[SampledArm], results: Results
 ) -> Iterator[EntryDifferences]:
     """The differences of one quantity, if the model and an engine have answered."""
-    values, mass = (results.get(sampled.ask(each)) for each in (quantity, "mass_matrix"))
-    answers = get_answers(results, [engine.ask(quantity) for engine in engines])
+    values, mass = (results.get(sampled.ask(each)) for each in (question, mass_matrix))
+    answers = get_answers(results, [engine.ask(question) for engine in engines])
     if values is None or mass is None or not answers or not states.is_usable(mass[0]):
         return
-    setting = sampled.setting
+    setting, quantity = sampled.setting, question.__name__
     compared = {
         name: states.relative_differences(quantity, values, answer, mass, setting)
         for name, answer in answers.items()

@@ -8,6 +8,7 @@ from functools import partial
 from typing import TYPE_CHECKING, Any, Generic, NamedTuple, TypeVar
 
 from crosscheck.analytic.paper.coverage import PAPER_COVERAGE
+from crosscheck.checks.modes import largest_stable_step
 from crosscheck.checks.scales import acceptance_limit, geared_joints
 from crosscheck.checks.trajectories import size, uncertainty
 from crosscheck.findings import ComparisonKey, Subject, make_failed_check
@@ -28,7 +29,7 @@ from crosscheck.registry import (
     select_covering,
 )
 from crosscheck.runner.outcomes import DIED, Failure, SelfKeyedTask, return_failures
-from crosscheck.runner.tasks import Evaluation, Simulation
+from crosscheck.runner.tasks import Evaluation, Simulation, ask_model
 from crosscheck.runner.workers import Workers
 
 if TYPE_CHECKING:
@@ -138,9 +139,11 @@ def prepare_experiments(request: CrossCheckRequest, workers: Workers) -> Prepara
         (sizes,) = _run_queries({_key(request.arm.name, "sizes"): query}, workers, lost)
         size_remarks = _describe_sizes(sizes, lost)
     outline = plan.draft_experiments(request, sizes)
-    laws, what = usual_switches(request.arm), "largest_stable_step"
+    laws = usual_switches(request.arm)
     limits = {
-        _key(each.name, what, model): Evaluation(model, each.case._replace(switches=laws), what)
+        _key(each.name, largest_stable_step.__name__, model): ask_model(
+            model, each.case._replace(switches=laws), largest_stable_step
+        )
         for model in select_covering(find_same_integrator_models(), request.arm, laws)
         for each in outline
     }

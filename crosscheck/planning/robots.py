@@ -20,6 +20,7 @@ from crosscheck.analytic.robot.springs import (
     tooth_springs,
 )
 from crosscheck.checks import engines
+from crosscheck.checks.answers import mass_matrix
 from crosscheck.checks.robot_states import RandomStates, compute_sizes, sample_states
 from crosscheck.checks.sampled import LEAST_RUN_S, RobotLevel, SampledRobot, Subjects
 from crosscheck.checks.simulations import DEPTH, simulation_start
@@ -40,7 +41,7 @@ from crosscheck.planning.comparison import (
 )
 from crosscheck.planning.plan import CrossCheckRequest
 from crosscheck.registry import build_robot_model, find_level_engines, reference_engine
-from crosscheck.runner.tasks import RobotEvaluation
+from crosscheck.runner.tasks import Evaluation
 from crosscheck.runner.workers import Workers, perform_all
 
 COUNT, QUICK_COUNT = 100, 20
@@ -98,7 +99,7 @@ def compare_engines(robot: Robot, states: RandomStates) -> list[Finding]:
 def sample_models(cases: list[RobotLevel]) -> list[SampledRobot]:
     """The model of each engine that has a case's level."""
     return [
-        SampledRobot(where, name, case.count, partial(RobotEvaluation, name, case), case)
+        SampledRobot(where, name, case, partial(Evaluation, name))
         for case in cases
         for where in [f"{case.robot.name}/{case.level}"]
         for name in (f"{engine}:{case.level}" for engine in find_level_engines(case.level))
@@ -249,14 +250,14 @@ def compute_robot_entries(
     models: Sequence[SampledRobot], results: Results
 ) -> Iterator[EntryDifferences]:
     """Compare the first engine's M with the others', entry by entry, with rotors as bodies."""
-    levels = [each.case.level for each in models]
+    levels = [each.setting.level for each in models]
     level = next((each for each in levels if each in WITH_ROTORS), levels[0])
-    reference, *others = (each for each in models if each.case.level == level)
-    values = results.get(reference.ask(engines.mass_matrix))
-    answers = get_answers(results, [each.ask(engines.mass_matrix) for each in others])
+    reference, *others = (each for each in models if each.setting.level == level)
+    values = results.get(reference.ask(mass_matrix))
+    answers = get_answers(results, [each.ask(mass_matrix) for each in others])
     if values is None or not answers:
         return
-    sizes, names = reference.case.sizes, reference.case.robot.coordinate_names
+    sizes, names = reference.setting.sizes, reference.setting.robot.coordinate_names
     differences = {
         name: np.abs((values - answer) / sizes.mass_matrix) for name, answer in answers.items()
     }

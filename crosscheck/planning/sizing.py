@@ -15,7 +15,7 @@ from typing import Any
 import numpy as np
 
 from crosscheck.checks.first_principles.composite import arm_pose, build_parts, inertia
-from crosscheck.checks.modes import free_modes
+from crosscheck.checks.modes import stage_modes
 from crosscheck.checks.scales import (
     base_radius,
     geared_joints,
@@ -141,7 +141,7 @@ def make_unequal_gains_scenario(arm: Arm) -> Scenario:
     """
     content, numbers = arm.model_dump(), np.arange(len(arm.joints))
     turned = np.diag(inertia(build_parts(content), arm_pose(content, 0.0 * numbers), locked=False))
-    lowest = [float(free_modes(joint)[0]) for _, joint in geared_joints(arm)]
+    lowest = [float(stage_modes(joint)[0]) for _, joint in geared_joints(arm)]
     rate = 2 * np.pi * min(lowest) / SLOWER if lowest else WITHOUT_GEARS
     stiff, damped = _gains(turned, rate, bearable_torques(arm))
     drive = PdDrive(

@@ -8,17 +8,16 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 from functools import lru_cache
-from typing import TYPE_CHECKING, NamedTuple
+from typing import TYPE_CHECKING
 
 import numpy as np
 
-from crosscheck.checks.answers import CORNER_FORCE, States, evaluate_at_states, sample_states
-from crosscheck.checks.corners import sample_corner_states
+from crosscheck.checks.answers import BadAnswer, Setting
 from crosscheck.checks.records import require_complete, require_consistent
-from crosscheck.checks.sampled import RobotLevel, RobotQuestion
-from crosscheck.models.arm.layout import Layout
+from crosscheck.checks.sampled import ModelQuestion, RobotLevel
 from crosscheck.models.interface import Model
 from crosscheck.models.loading import Case
+from crosscheck.models.robot.interface import RobotModel
 from crosscheck.registry import MODELS, Entry, build, build_robot_model, engine_of
 from crosscheck.runner.outcomes import SelfKeyedTask, return_failures
 
@@ -80,9 +79,9 @@ class Simulation:
             require_consistent(run, model, constrained="constraint_residual" in entry.promises)
         return run
 
-    def ask(self, quantity: str) -> Evaluation:
+    def ask(self, question: ModelQuestion) -> Evaluation:
         """Make the task that asks the run's model a question."""
-        return Evaluation(self.model, self.case, quantity)
+        return ask_model(self.model, self.case, question)
 
     @property
     def is_precise(self) -> bool:
@@ -92,40 +91,45 @@ class Simulation:
 
 @dataclass(frozen=True)
 class Evaluation(SelfKeyedTask):
-    """A task: one function of a model at ``count`` random states of a seed; see checks.answers.
-
-    A force at the corners of the mesh laws is asked at these; see checks.corners.
-    """
+    """A task: one question to a model, at the states of a setting; see checks.answers."""
 
     model: str
-    case: Case
-    quantity: str
-    count: int = 1
-    seed: int = 0
+    setting: Setting | RobotLevel
+    question: ModelQuestion
+
+    @property
+    def quantity(self) -> str:
+        """The question's name."""
+        return self.question.__name__
 
     @property
     def cost(self) -> float:
         """Estimated cost [s]: building the model, then a few calls for every state."""
-        return 0.01 + 10 * self.count * MODELS[self.model].call_s
-
-    @property
-    def layout(self) -> Layout:
-        """The coordinates that the model must have."""
-        return MODELS[self.model].layout(self.case.arm, self.case.switches)
-
-    @property
-    def states(self) -> States:
-        """The states at which the model is asked."""
-        arm, laws = self.case.arm, self.case.switches
-        if self.quantity == CORNER_FORCE:
-            return sample_corner_states(self.layout, arm, laws, self.seed)
-        return sample_states(self.layout, arm, self.count, self.seed)
+        if isinstance(self.setting, RobotLevel):
+            return 0.05 + 5e-4 * self.setting.states.q.size
+        return 0.01 + 10 * self.setting.count * MODELS[self.model].call_s
 
     @return_failures
     def perform(self) -> np.ndarray:
-        """The answers, state by state along the first axis, or a Failure where there are none."""
-        model = build_model(self.model, self.case)
-        return evaluate_at_states(model, self.layout, self.quantity, self.states)
+        """The answers, the states along the first axis, or a Failure where there are none."""
+        return self.question(self._build(), self.setting)
+
+    def _build(self) -> Model | RobotModel:
+        """The model. Raises BadAnswer if an arm's has other coordinates than it must have."""
+        if isinstance(self.setting, RobotLevel):
+            at = self.setting.robot, self.setting.level
+            return build_robot_model(engine_of(self.model), *at)
+        model, expected = build_model(self.model, self.setting.case), self.setting.layout
+        if model.layout != expected:
+            raise BadAnswer(f"coordinates are {model.layout.names}, must be {expected.names}")
+        return model
+
+
+def ask_model(
+    name: str, case: Case, question: ModelQuestion, count: int = 1, seed: int = 0
+) -> Evaluation:
+    """Make the task of a question to a model of an arm in a case, at a seed's random states."""
+    return Evaluation(name, Setting(case, MODELS[name].is_rigid, count, seed), question)
 
 
 @dataclass(frozen=True)
@@ -133,16 +137,19 @@ class SymbolicEvaluation(SelfKeyedTask):
     """A task: work out a form of the paper in symbols, at the states that its model answers."""
 
     form: str
-    case: Case
-    quantity: str
-    count: int
-    seed: int
+    setting: Setting
+    question: ModelQuestion
     cost = 1.0  # rough seconds
 
     @property
     def model(self) -> str:
         """Name of what answers: the model's symbols."""
         return f"{self.form} in symbols"
+
+    @property
+    def quantity(self) -> str:
+        """The question's name."""
+        return self.question.__name__
 
     @return_failures
     def perform(self) -> np.ndarray:
@@ -154,46 +161,12 @@ class SymbolicEvaluation(SelfKeyedTask):
         from crosscheck.analytic.paper.printed import build_printed_form
 
         forms = dict(zip(FORMS, (build_energies_form, build_printed_form), strict=True))
-        form, arm = forms[self.form](), self.case.arm
-        layout = MODELS[self.form].layout(arm, self.case.switches)
-        drawn = sample_states(layout, arm, self.count, self.seed)
-        numbers = {s: sp.Float(float(x), 17) for s, x in parameter_values(arm).items()}
+        form, states = forms[self.form](), self.setting.states
+        numbers = {s: sp.Float(float(x), 17) for s, x in parameter_values(self.setting.arm).items()}
         entries = getattr(form, self.quantity).xreplace(numbers)
         evaluate = sp.lambdify((form.q, form.v), entries, "numpy")
-        values = [np.array(evaluate(q, v), dtype=float) for _, q, v in zip(*drawn, strict=True)]
+        values = [np.array(evaluate(q, v), dtype=float) for _, q, v in zip(*states, strict=True)]
         return np.array([v[:, 0] if v.shape[1] == 1 else v for v in values])
-
-
-class RobotKey(NamedTuple):
-    """The name of a question to a model of a robot, ``engine:level``."""
-
-    model: str
-    quantity: str
-
-
-@dataclass(frozen=True, eq=False)
-class RobotEvaluation:
-    """A task: one question to a model of a robot, at the states of its case."""
-
-    model: str
-    case: RobotLevel
-    question: RobotQuestion
-
-    @property
-    def key(self) -> RobotKey:
-        """The model, and the question's name: a cross-check is of one robot."""
-        return RobotKey(self.model, self.question.__name__)
-
-    @property
-    def cost(self) -> float:
-        """Estimated cost [s]: building the model, then some calls for every state."""
-        return 0.05 + 5e-4 * self.case.states.q.size
-
-    @return_failures
-    def perform(self) -> np.ndarray:
-        """The answer, the states along the first axis, or a Failure where there is none."""
-        model = build_robot_model(engine_of(self.model), self.case.robot, self.case.level)
-        return self.question(model, self.case)
 
 
 def build_model(name: str, case: Case) -> Model:

@@ -92,6 +92,11 @@ def torques_along(
     return table_torques(drive, time)
 
 
+def torques_at(drive: DriveData, t: float, theta: np.ndarray, theta_dot: np.ndarray) -> np.ndarray:
+    """Output-side torques [N m] of one state at time t [s], (joints,) as angles and rates."""
+    return torques_along(drive, np.array([t]), theta[None], theta_dot[None])[0]
+
+
 def table_torques(drive: DriveData, time: np.ndarray | float) -> np.ndarray:
     """Output-side torques [N m] of a table at time (...,) [s], shape (..., joints)."""
     columns = [np.interp(time, drive.table_time, torque) for torque in drive.table_torque]

@@ -40,6 +40,8 @@ MOST_EVALUATIONS = 3_000_000
 class PinocchioArm(ArmModel):
     """Pinocchio's model of the robot that the arm is."""
 
+    takes_many_states = True
+
     def __init__(
         self, arm: Arm, scenario: Scenario, chosen_switches: Switches | None = None
     ) -> None:
@@ -49,23 +51,31 @@ class PinocchioArm(ArmModel):
 
     def mass_matrix(self, q: np.ndarray) -> np.ndarray:
         """M(q), shape (n, n)."""
-        return self.model.mass_matrix(q[None, self.order])[0][np.ix_(self._back, self._back)]
+        masses = self.model.mass_matrix(self._in_order(q))[:, self._back][:, :, self._back]
+        return masses.reshape(*q.shape, q.shape[-1])
 
     def bias(self, q: np.ndarray, v: np.ndarray) -> np.ndarray:
         """Coriolis and centrifugal force, shape (n,)."""
-        return self.model.bias(q[None, self.order], v[None, self.order])[0, self._back]
+        forces = self.model.bias(self._in_order(q), self._in_order(v))
+        return forces[:, self._back].reshape(q.shape)
 
     def generalized_force(self, t: float, q: np.ndarray, v: np.ndarray) -> np.ndarray:
         """Drive, meshes, friction and gravity at time t [s], shape (n,)."""
-        at, rate = q[None, self.order], v[None, self.order]
-        torques = self.driving_torques(np.array([t]), at, rate)
-        return self.model.generalized_force(t, at, rate, torques)[0, self._back]
+        time, at, rate = np.atleast_1d(t), self._in_order(q), self._in_order(v)
+        torques = self.driving_torques(time, at, rate)
+        forces = self.model.generalized_force(time, at, rate, torques)
+        return forces[:, self._back].reshape(q.shape)
 
     def acceleration(self, t: float, q: np.ndarray, v: np.ndarray) -> np.ndarray:
         """q'' at time t [s], shape (n,)."""
-        at, rate = q[None, self.order], v[None, self.order]
-        torques = self.driving_torques(np.array([t]), at, rate)
-        return self.model.forward_dynamics(at, rate, torques, t)[0, self._back]
+        time, at, rate = np.atleast_1d(t), self._in_order(q), self._in_order(v)
+        torques = self.driving_torques(time, at, rate)
+        accelerations = self.model.forward_dynamics(at, rate, torques, time)
+        return accelerations[:, self._back].reshape(q.shape)
+
+    def _in_order(self, values: np.ndarray) -> np.ndarray:
+        """The values of one state, or of many, in the robot's order (states, n)."""
+        return np.atleast_2d(values)[:, self.order]
 
     def driving_torques(self, time: np.ndarray, q: np.ndarray, v: np.ndarray) -> np.ndarray:
         """Output-side torques (states, joints) [N m] of the motors at time (states,) [s].

@@ -203,15 +203,15 @@ class PinocchioRobot(RobotModel):
         return np.array(torques) @ self._given - self._passive_forces(q, v)
 
     def generalized_force(
-        self, t: float, q: np.ndarray, v: np.ndarray, torques: np.ndarray
+        self, t: np.ndarray, q: np.ndarray, v: np.ndarray, torques: np.ndarray
     ) -> np.ndarray:
-        """Torques of motors, meshes, friction and weights at time t [s], (states, n)."""
+        """Torques of motors, meshes, friction and weights at times t (states,) [s], (states, n)."""
         return torques @ self._drive + self._passive_forces(q, v, t) - self.gravity(q)
 
     def forward_dynamics(
-        self, q: np.ndarray, v: np.ndarray, torques: np.ndarray, t: float = 0.0
+        self, q: np.ndarray, v: np.ndarray, torques: np.ndarray, t: np.ndarray | float = 0.0
     ) -> np.ndarray:
-        """Accelerations under torques of motors (states, n) at time t [s], solved with M."""
+        """Accelerations under torques of motors (states, n) at times t [s], solved with M."""
         left = torques @ self._drive + self._passive_forces(q, v, t)
         configurations = self._configurations(q)
         left -= self._holding_torques(self._tree, configurations, v)
@@ -263,19 +263,22 @@ class PinocchioRobot(RobotModel):
         torques = [pin.nle(tree, self._data, *state).copy() for state in states]
         return np.array(torques) @ self._given
 
-    def _passive_forces(self, q: np.ndarray, v: np.ndarray, t: float = 0.0) -> np.ndarray:
-        """Generalized forces (states, n) of friction and meshes at time t [s]."""
+    def _passive_forces(
+        self, q: np.ndarray, v: np.ndarray, t: np.ndarray | float = 0.0
+    ) -> np.ndarray:
+        """Generalized forces (states, n) of friction and meshes at times t [s]."""
         efforts = -self._tree.damping * (v @ self._given.T)
         for column, rotor_place, joint_place, ratio, mesh in self._meshes:
             force = _tooth_force(mesh, q[:, column], v[:, column])
             efforts[:, rotor_place] -= mesh.pinion_base_radius_m * force
             efforts[:, joint_place] += ratio * mesh.pinion_base_radius_m * force
         still = np.zeros(self._tree.nv)
-        for at, rate, effort in zip(q, v, efforts, strict=True) if self._link_places else ():
+        states = zip(np.broadcast_to(t, len(q)), q, v, efforts, strict=True)
+        for time, at, rate, effort in states if self._link_places else ():
             if self._laws.mesh_work == "conservative":
-                turned = self._mesh_law.phase_torques(self._engage(t, at, rate))
+                turned = self._mesh_law.phase_torques(self._engage(time, at, rate))
                 np.add.at(effort, self._link_places, turned)
-            pushes = self._local_wrenches(self.contact_wrenches(t, at, rate))
+            pushes = self._local_wrenches(self.contact_wrenches(time, at, rate))
             # At rest and weightless, the joints must hold what the contacts exert.
             (pose,) = self._configurations(at[None])
             effort -= pin.rnea(self._weightless, self._data, pose, still, still, pushes)

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from abc import ABC, abstractmethod
+from typing import ClassVar
 
 import numpy as np
 
@@ -26,6 +27,7 @@ class RobotModel(ABC):
     """
 
     name: str
+    takes_many_states: ClassVar[bool] = True
 
     def __init__(self, robot: Robot, level: Level) -> None:
         self.robot, self.level = robot, level

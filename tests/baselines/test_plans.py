@@ -10,6 +10,7 @@ from typing import Any
 import numpy as np
 import pytest
 
+from crosscheck.checks.answers import Setting
 from crosscheck.checks.sampled import Subjects
 from crosscheck.models.arm.planets import usual_switches
 from crosscheck.models.experiment.drive import drive_data
@@ -95,7 +96,8 @@ def describe_task(task: Any, models: dict[str, str]) -> str:
     model = models.get(task.model, task.model)
     if isinstance(task, Simulation):
         return f"{task.key.variant or 'run'} of {model}"
-    count = f" x {task.count}" if isinstance(task, Evaluation) and task.count > 1 else ""
+    is_of_arm = isinstance(task, Evaluation) and isinstance(task.setting, Setting)
+    count = f" x {task.setting.count}" if is_of_arm and task.setting.count > 1 else ""
     return f"{task.key.quantity}{count} of {model}"
 
 
@@ -133,7 +135,8 @@ def test_entries_are_compared_at_the_states_of_the_seed(monkeypatch):
     monkeypatch.setattr(arms, "prepare_experiments", lambda *given: Preparation((), 1.0, ()))
     monkeypatch.setattr(arms, "plan_comparisons", lambda *given: [])
     entries: Any = arms.plan_arm(request, None).compute_entries  # type: ignore[arg-type]
-    assert {(model.seed, model.count) for model in entries.args[1]} == {(7, arms.QUICK_COUNT)}
+    settings = [model.setting for model in entries.args[1]]
+    assert {(each.seed, each.count) for each in settings} == {(7, arms.QUICK_COUNT)}
 
 
 if __name__ == "__main__":

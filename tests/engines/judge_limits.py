@@ -14,7 +14,6 @@ import xarray as xr
 from pydantic import TypeAdapter
 
 from crosscheck.checks import convergence, energy, invariants, modes, records, scales, trajectories
-from crosscheck.checks.answers import CORNER_FORCE
 from crosscheck.checks.scales import ReasonedLimit
 from crosscheck.findings import ComparisonKey, Finding, Subject
 from crosscheck.models.arm.arm import Arm
@@ -180,7 +179,7 @@ def wrong_states(name: str) -> Iterator[str]:
     if name in GEARED:  # the sizes of forces at random states
         force = scale(name, "generalized_force")
         sizes = force.sizes(force.limit)
-        yield from _wrong_components(name, (CORNER_FORCE, ""), sizes, force.limit)
+        yield from _wrong_components(name, ("corner_force", ""), sizes, force.limit)
 
 
 def wrong_data_checks(name: str) -> Iterator[str]:
@@ -265,10 +264,9 @@ def wrong_balances() -> Iterator[str]:
     for part in (ABOVE, BELOW):
         for sign in (1, -1):
             gaps = np.array([0.0, 0.0, sign * part * limit, 0.0])
-            pairs = list(zip(gaps.tolist(), sizes.tolist(), strict=True))
-            found = invariants.check_balance(SUBJECT, pairs)
+            found = invariants.check_balance(SUBJECT, gaps, sizes)
             yield from misjudged("balance", found, part, limit)
-        found = invariants.check_constraints(SUBJECT, np.array([1e-15, part * 1e-12, 0.0]))
+        found = invariants.check_constraints(SUBJECT, np.array([1e-15, part * 1e-12, 0.0]), None)
         yield from misjudged("closure", found, part, 1e-12)
         for place in (1, -1):
             work, turned = np.array([0.0, 3.0, -2.0, 1.0]), np.array([0.0, 3.0, 8.0, 11.0])
@@ -633,7 +631,7 @@ def wrong_plan() -> Iterator[str]:
     right: set[tuple[str, str, str, frozenset[str], int | None]] = set()
     for name, models in where.items():
         pairs = [frozenset((one, other)) for one in models for other in models if one < other]
-        corners = (CORNER_FORCE,) if name.endswith("geared") else ()
+        corners = ("corner_force",) if name.endswith("geared") else ()
         right |= {
             ("states", name, q, pair, None) for q in (*STATE_ABILITIES, *corners) for pair in pairs
         }
@@ -703,8 +701,8 @@ def wrong_stage_modes() -> Iterator[str]:
             stiff += means[side][n] * np.outer(across, across)
     masses = np.array([mass("sun"), *[mass("planet")] * count])
     right = np.sqrt(np.sort(np.linalg.eigvals(stiff / masses[:, None]).real)) / (2 * np.pi)
-    if not np.allclose(modes.free_modes(joint), right, rtol=1e-9):
-        yield f"modes {modes.free_modes(joint)}, must be {right}"
+    if not np.allclose(modes.stage_modes(joint), right, rtol=1e-9):
+        yield f"modes {modes.stage_modes(joint)}, must be {right}"
 
 
 # What a cross-check judges, by the arm where there are several.

@@ -144,14 +144,14 @@ SAID: dict[str, tuple[Callable[[], Finding], str, float | None, str]] = {
         "",
     ),
     "a balance": (
-        lambda: invariants.check_balance(SUBJECT, [(1e-12, 3.0), (-4e-12, 5.0)]),
+        lambda: invariants.check_balance(SUBJECT, np.array([1e-12, -4e-12]), np.array([3.0, 5.0])),
         "1e-10 of the terms' size, 4.12 rad: rounding of the forces, as for accelerations",
         4e-12 / 17**0.5,
         "",
     ),
     "an M": (
         lambda: inertia.check_inertia(
-            SUBJECT, np.array([np.eye(2), [[4.0, 1.0], [1.0 + 6e-13, 9.0]]])
+            SUBJECT, np.array([np.eye(2), [[4.0, 1.0], [1.0 + 6e-13, 9.0]]]), None
         ),
         "rounding of sums over bodies; positive definite at every state",
         1e-13,
@@ -159,14 +159,14 @@ SAID: dict[str, tuple[Callable[[], Finding], str, float | None, str]] = {
     ),
     "an M that is not definite": (
         lambda: inertia.check_inertia(
-            SUBJECT, np.array([np.eye(2), [[1.0, 1.0], [1.0, 1.0 - 1e-9]], np.eye(2)])
+            SUBJECT, np.array([np.eye(2), [[1.0, 1.0], [1.0, 1.0 - 1e-9]], np.eye(2)]), None
         ),
         "",
         None,
         "not positive definite at state 2 of 3",
     ),
     "joints that stay closed": (
-        lambda: invariants.check_constraints(SUBJECT, np.array([1e-13, 2e-13])),
+        lambda: invariants.check_constraints(SUBJECT, np.array([1e-13, 2e-13]), None),
         "rounding of places of a metre, rates and accelerations of their own size",
         None,
         "",

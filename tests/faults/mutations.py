@@ -14,7 +14,6 @@ from typing import Any
 import numpy as np
 import pytest
 
-from crosscheck.checks.answers import CHRISTOFFEL, FORCE_SLOPES, START_MASS
 from crosscheck.findings import Finding
 from crosscheck.models.arm.arm import Arm
 from crosscheck.models.experiment.scenario import Switches, switches
@@ -248,7 +247,10 @@ def mutants(model: str, arm: Arm) -> list[Mutant]:
     ]
 
 
-CALLS = {CHRISTOFFEL: "mass_matrix", START_MASS: "mass_matrix", FORCE_SLOPES: "generalized_force"}
+CALLS = {
+    **dict.fromkeys(("christoffel_force", "start_mass"), "mass_matrix"),
+    "force_slopes": "generalized_force",
+}
 
 
 def calls(task: ModelTask) -> str:
@@ -312,7 +314,8 @@ class Campaign:
         model, method, laws = asked
         if task.model != model or calls(task) != method:
             return False
-        return task.case.arm == self.arm and (method not in ARRAYS or task.case.switches == laws)
+        case = task.case if isinstance(task, Simulation) else task.setting.case
+        return case.arm == self.arm and (method not in ARRAYS or case.switches == laws)
 
     def _performed(self, task: ModelTask, mutant: Mutant, patch: pytest.MonkeyPatch) -> Outcome:
         owner = load_model_class(task.model)
@@ -332,4 +335,5 @@ class Campaign:
 
         with patch.context() as harmed:
             harmed.setattr(owner, mutant.method, wrong)
+            harmed.setattr(owner, "takes_many_states", False)  # a mutant changes one answer
             return task.perform()

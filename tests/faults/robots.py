@@ -22,7 +22,7 @@ from crosscheck.planning.robots import make_cases, sample_models
 from crosscheck.registry import engine_of
 from crosscheck.runner import tasks
 from crosscheck.runner.outcomes import Outcome
-from crosscheck.runner.tasks import RobotKey
+from crosscheck.runner.tasks import Evaluation
 from tests.faults.planting import Seen
 from tests.robots.chains import (
     LIMIT,
@@ -162,8 +162,7 @@ ROBOTS: dict[str, Callable[[], Robot]] = {
     READ: read_again,
     BARE: bare,
 }
-Key = tuple[str, RobotKey]
-KEPT: dict[Key, Outcome] = {}
+KEPT: dict[tuple[str, Evaluation], Outcome] = {}
 
 
 def robots_agree(seen: Seen) -> str:
@@ -221,7 +220,7 @@ def judge(name: str, comparisons: Sequence[Comparison], harmed: str) -> str:
     Engines that are not harmed answer once, a harmed one is built once. A run is one step between
     engines: all that it takes is compared too.
     """
-    outcomes, right = dict[RobotKey, Outcome](), tasks.build_robot_model
+    outcomes, right = dict[Evaluation, Outcome](), tasks.build_robot_model
     built: dict[tuple[str, int, Level], RobotModel] = {}
 
     def build(engine: str, at: Robot, level: Level) -> RobotModel:

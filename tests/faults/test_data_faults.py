@@ -11,7 +11,7 @@ from typing import Any, NamedTuple
 import numpy as np
 import pytest
 
-from crosscheck.checks.answers import AT_STATE, sample_states
+from crosscheck.checks.answers import EQUATIONS, Setting
 from crosscheck.models.arm.arm import Arm
 from crosscheck.models.arm.planets import usual_switches
 from crosscheck.models.errors import InputError
@@ -130,9 +130,8 @@ def plan_of(name: str) -> list[Comparison]:
 
 def answered(name: str, case: Case, model: Model, quantity: str) -> np.ndarray:
     """A model's answers at the states of a case, of which it may be made or not."""
-    layout = MODELS[name].layout(case.arm, case.switches)
-    states = sample_states(layout, case.arm, STATES, 0)
-    return np.array([AT_STATE[quantity](model, *state) for state in zip(*states, strict=True)])
+    (question,) = (each for each in EQUATIONS if each.method == quantity)
+    return question(model, Setting(case, MODELS[name].is_rigid, STATES, 0))
 
 
 @lru_cache

@@ -73,8 +73,8 @@ def test_torques_are_those_of_the_law(law):
     ]
     assert np.array(rows) == pytest.approx(expected, rel=1e-14, abs=1e-13)
     angles, rates = (np.tile(each, (TIME.size, 1)) for each in (THETA, RATES))
-    checked = [drive_torques(experiment, t, THETA, RATES) for t in TIME]  # of the checks' own
-    assert np.array(checked) == pytest.approx(expected, rel=1e-14, abs=1e-13)
+    checked = drive_torques(experiment, TIME, angles, rates)  # of the checks' own
+    assert checked == pytest.approx(expected, rel=1e-14, abs=1e-13)
     along = torques_along(data, TIME, angles, rates)
     assert along == pytest.approx(expected, rel=1e-14, abs=1e-13)
     for name in ("analytic:links", "pinocchio:links"):

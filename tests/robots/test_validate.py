@@ -277,8 +277,8 @@ def test_an_order_that_is_not_the_methods_is_confirmed_by_finer_steps(
         return q + 1 + error, v
 
     monkeypatch.setattr(convergence, "integrate", integrate)
-    model = build_robot_model("analytic", own, sampled.case.level)
-    rows = convergence.refined_ends(model, sampled.case)
+    model = build_robot_model("analytic", own, sampled.setting.level)
+    rows = convergence.refined_ends(model, sampled.setting)
     assert len(rows) == halvings + 2
     planned = next(convergence.plan(Subjects(robots=[sampled])))
     results = Results({task.key: rows for task in planned.needs})
@@ -385,11 +385,11 @@ def test_entries_are_the_largest_differences_from_any_engine():
     """Of what engines answer for M: one is a fifth of an entry's size off, another no number."""
     pendulum = two_link.robot()
     models = sample_models(make_cases(pendulum, sample_states(pendulum, 3, 0), 10))
-    first, second, third = (each for each in models if each.case.level == "coupled")
+    first, second, third = (each for each in models if each.setting.level == "coupled")
     answers = np.zeros((3, 3, 2, 2))
     answers[1, 1, 0, 1] = 0.2
     answers[2, 2, 1, 1] = np.nan
-    answers *= first.case.sizes.mass_matrix
+    answers *= first.setting.sizes.mass_matrix
     asked = zip((first, second, third), answers, strict=True)
     results = Results({each.ask(engines.mass_matrix).key: answer for each, answer in asked})
     (entries,) = compute_robot_entries(models, results)

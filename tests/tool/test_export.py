@@ -12,7 +12,6 @@ import pytest
 
 from crosscheck.analytic.kernel.fmu import generate_unit
 from crosscheck.checks.answers import sample_states
-from crosscheck.checks.invariants import torques_at
 from crosscheck.cli.files.export import (
     build_model,
     describe_model,
@@ -21,6 +20,7 @@ from crosscheck.cli.files.export import (
     make_c_name,
     robot_variables,
 )
+from crosscheck.models.experiment.drive import torques_at
 from crosscheck.models.robot.file import load_robot
 from crosscheck.runner import cpu_limit
 from tests.tool.test_bad_input import assert_one_line

@@ -6,6 +6,7 @@ import numpy as np
 import pytest
 import xarray as xr
 
+from crosscheck.checks.answers import bias
 from crosscheck.checks.scales import acceptance_limit
 from crosscheck.models.errors import Diverged
 from crosscheck.models.experiment.scenario import switches
@@ -15,7 +16,7 @@ from crosscheck.planning.plan import Experiment
 from crosscheck.planning.preparation import _is_fine
 from crosscheck.runner import cpu_limit
 from crosscheck.runner.cpu_limit import CpuTimeLimit
-from crosscheck.runner.tasks import Evaluation, RunKey, Simulation
+from crosscheck.runner.tasks import RunKey, Simulation, ask_model
 from tests.arms import arm_of
 
 CASE = Case(arm_of(1), load_scenario("constant-torque"), switches())
@@ -107,7 +108,7 @@ def test_the_longest_work_is_begun_first():
     once = Simulation(key, case).cost
     assert Simulation(key, longer).cost == pytest.approx(2 * once)
     assert Simulation(key, case, 1e-9).cost == pytest.approx(4 * once)
-    one, many = (Evaluation("exudyn:tree", case, "bias", count).cost for count in (1, 101))
-    more = Evaluation("analytic:physical", case, "bias", 101).cost
+    one, many = (ask_model("exudyn:tree", case, bias, count).cost for count in (1, 101))
+    more = ask_model("analytic:physical", case, bias, 101).cost
     assert many > more > 0
     assert (many - one) / 100 == pytest.approx(once / case.scenario.steps * 10)

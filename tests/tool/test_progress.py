@@ -10,6 +10,7 @@ import numpy as np
 import pytest
 import xarray as xr
 
+from crosscheck.checks.answers import bias
 from crosscheck.models.loading import load_case
 from crosscheck.registry import RIGID_LEVELS, build
 from crosscheck.report.plots.charts import Charts
@@ -18,7 +19,7 @@ from crosscheck.runner import progress, progress_update
 from crosscheck.runner.outcomes import Failure
 from crosscheck.runner.progress import show_progress
 from crosscheck.runner.progress_update import TimeEstimate
-from crosscheck.runner.tasks import Evaluation, RunKey
+from crosscheck.runner.tasks import RunKey, ask_model
 from crosscheck.runner.workers import Workers
 
 CASE = load_case("paper-labelled", "constant-torque")
@@ -78,7 +79,7 @@ def test_work_tells_every_task_as_it_begins_and_ends():
 
 def test_what_is_done_is_said_in_words():
     assert describe_task(RunKey("pd", "exudyn:tree", "coarse")) == "simulating pd, exudyn:tree"
-    asked = Evaluation("exudyn:tree", CASE, "bias", 3)
+    asked = ask_model("exudyn:tree", CASE, bias, 3)
     assert describe_task(asked.key) == "evaluating bias, exudyn:tree"
 
 

@@ -13,6 +13,7 @@ import xarray as xr
 
 from crosscheck import mechanisms, registry
 from crosscheck.analytic.model import RigidLinks
+from crosscheck.checks.answers import Setting, mass_matrix
 from crosscheck.cli.simulation import SimulationRequest
 from crosscheck.models.arm.planets import usual_switches
 from crosscheck.models.errors import InputError
@@ -105,8 +106,9 @@ TWICE = replace(registry.MODELS["analytic:links"], made=Twice, packages=("pytest
 
 def test_a_model_made_in_memory_takes_part_for_a_while():
     case = Case(ARM, load_case("probe", "pd", {}, []).scenario, usual_switches(ARM))
-    task = Evaluation("mine:twice", case, "mass_matrix", 2)
-    whole = Evaluation("analytic:links", case, "mass_matrix", 2)
+    setting = Setting(case, True, 2)
+    task = Evaluation("mine:twice", setting, mass_matrix)
+    whole = Evaluation("analytic:links", setting, mass_matrix)
     with registry.register("mine:twice", TWICE):
         assert isinstance(registry.build("mine:twice", ARM, case.scenario), Twice)
         assert registry.is_plugin("mine:twice")
@@ -141,7 +143,7 @@ def test_provenance_has_what_was_asked_and_a_guests_distributions(monkeypatch):
 
 def test_one_name_may_stand_for_one_model_after_another():
     case = Case(ARM, load_case("probe", "pd", {}, []).scenario, usual_switches(ARM))
-    task = Evaluation("mine", case, "mass_matrix", 1)
+    task = Evaluation("mine", Setting(case, True), mass_matrix)
     with registry.register("mine", TWICE):
         first = task.perform()
     with registry.register("mine", replace(TWICE, made=RigidLinks)):
@@ -209,7 +211,7 @@ def test_a_guest_is_asked_about_what_it_covers_alone():
         assert "mine" in registry.find_covering_models("geared", ARM, usual_switches(ARM))
         assert "mine" not in registry.find_covering_models("geared", ARM, free)
         tasks = [task for c in plan_states(ARM, 1, 0) for task in c.needs]
-        asked = {task.case.switches.planets for task in tasks if task.model == "mine"}
+        asked = {task.setting.case.switches.planets for task in tasks if task.model == "mine"}
         assert asked == {"lumped"}
 
 

@@ -6,12 +6,11 @@ from typing import TYPE_CHECKING, ClassVar
 
 import numpy as np
 
-from crosscheck.checks.invariants import torques_at
 from crosscheck.checks.scales import geared_joints
 from crosscheck.models.arm.arm import Arm
 from crosscheck.models.arm.layout import MESHES, Layout
 from crosscheck.models.arm.planets import usual_switches
-from crosscheck.models.experiment.drive import drive_data
+from crosscheck.models.experiment.drive import drive_data, torques_at
 from crosscheck.models.experiment.integration import integrate_scenario
 from crosscheck.models.experiment.scenario import Scenario, Switches
 from crosscheck.models.interface import STATE_ABILITIES, Model, require_finite

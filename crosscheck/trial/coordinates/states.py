@@ -11,9 +11,8 @@ import numpy as np
 
 from crosscheck.checks.answers import States, sample_states
 from crosscheck.checks.corners import sample_corner_states
-from crosscheck.checks.invariants import torques_at
 from crosscheck.models.errors import InputError
-from crosscheck.models.experiment.drive import drive_data
+from crosscheck.models.experiment.drive import drive_data, torques_at
 from crosscheck.models.loading import Case
 from crosscheck.trial.coordinates.frame import Frame
 

@@ -16,14 +16,13 @@ from typing import TYPE_CHECKING, Any, Literal
 
 import numpy as np
 
-from crosscheck.checks.invariants import torques_at
 from crosscheck.checks.trajectories import RefinedRun, plan_refined, refine
 from crosscheck.findings import Agreement
 from crosscheck.mechanisms import supply
 from crosscheck.models.arm.arm import Arm
 from crosscheck.models.directories import require_private
 from crosscheck.models.errors import InputError
-from crosscheck.models.experiment.drive import drive_data
+from crosscheck.models.experiment.drive import drive_data, torques_at
 from crosscheck.models.experiment.scenario import Scenario, Switches
 from crosscheck.models.loading import Case
 from crosscheck.models.mechanism import Mechanism

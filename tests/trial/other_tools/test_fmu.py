@@ -23,11 +23,12 @@ from crosscheck.analytic.kernel.export import generate_c_source
 from crosscheck.analytic.kernel.fmu import generate_fmu_sources
 from crosscheck.analytic.model import AnalyticModel
 from crosscheck.checks.answers import sample_states
-from crosscheck.checks.invariants import sun_advance, sun_radius_and_ratio, torques_at
+from crosscheck.checks.invariants import sun_advance, sun_radius_and_ratio
 from crosscheck.checks.scales import geared_joints
 from crosscheck.cli.files.export import build_model, function_prefix, unit_file
 from crosscheck.models.arm.planets import usual_switches
 from crosscheck.models.errors import InputError
+from crosscheck.models.experiment.drive import torques_at
 from crosscheck.models.loading import load_arm, load_scenario
 from crosscheck.runner import cpu_limit
 from crosscheck.runner.progress_update import ignore_progress
