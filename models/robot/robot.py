@@ -271,6 +271,12 @@ class Robot:
         return tuple(n for n, joint in enumerate(self.joints) if joint.mimic is None)
 
     @property
+    def slides(self) -> list[int]:
+        """Numbers, from 1, of the free coordinates that are lengths."""
+        kinds = [self.joints[place].kind for place in self.coordinates]
+        return [number for number, kind in enumerate(kinds, 1) if kind == "prismatic"]
+
+    @property
     def motors(self) -> list[int]:
         """Places among the free coordinates of those that have a motor."""
         return [n for n, place in enumerate(self.coordinates) if self.joints[place].has_motor]

@@ -47,6 +47,8 @@ def side(**changes: Any) -> Any:
         "contained": (),
         "excitation": None,
         "judgement": None,
+        "measured": ("j1", "j2"),
+        "unexplained": np.array([0.004, 0.0123]),
         "threshold": 4.0,
     }
     return made(**plain | changes)
@@ -61,7 +63,7 @@ def suggest(seed: int, period: float, condition: float) -> Any:
 
 
 SIDES: dict[str, tuple[Any, list[str]]] = {
-    "nothing": (side(), ["alone explain"]),
+    "nothing": (side(), ["alone explain the torques of the motors: all but 1.2 % at j2 (rms)."]),
     "a rotor and others": (
         side(seen=(J3,), rotors=(J1, J2, J3)),
         [
@@ -184,7 +186,7 @@ def test_the_part_of_an_error_that_other_bands_make_stands_beside_its_estimate()
         estimates=(FACTOR, apart),
         bands=(made(bandwidth=2.0, estimates=(FACTOR,)), made(bandwidth=8.0, estimates=())),
     )
-    head, first, second, *bands = output._describe_side(given, is_brief=False)
+    head, first, second, *bands = output._describe_side(given, is_brief=False, unit="N m")
     assert "up to 4 Hz by rows 12.3 ms apart, condition number 56.7" in head
     assert second == f"{first}, 60% of its error from other bands"
     assert bands == ["  up to 2 Hz: link b 1.250 +- 0.020 1", "  up to 8 Hz: nothing to estimate"]
@@ -365,7 +367,11 @@ VERDICTS: dict[str, tuple[list[str], list[str]]] = {
     ),
     "impossible": (
         judge(WRONG, changes=(restriction("coupled", value=-1.0),)),
-        ["no single number", "1.5 times", "need the payload to be -1 kg, which is impossible"],
+        [
+            "no single number",
+            "1.5 times",
+            "the payload would have to be -1 kg, which is impossible",
+        ],
     ),
 }
 

@@ -79,9 +79,10 @@ def test_a_joint_too_weak_for_its_weight_is_named():
     assert not any(line.startswith("wrist_roll") for line in told)
 
 
-def written(folder: Path, time: np.ndarray, angles: np.ndarray) -> Path:
-    """A CSV file of a motion."""
-    names = ["t_s", *(f"theta_{number + 1}_rad" for number in range(angles.shape[1]))]
+def written(folder: Path, time: np.ndarray, angles: np.ndarray, slide: int = 0) -> Path:
+    """A CSV file of a motion; slide: the number of a joint that slides, 0 for none."""
+    joints = range(1, angles.shape[1] + 1)
+    names = ["t_s", *(f"theta_{each}_{'m' if each == slide else 'rad'}" for each in joints)]
     table = np.column_stack([time, angles])
     np.savetxt(folder / "motion.csv", table, "%.17g", ",", header=",".join(names), comments="")
     return folder / "motion.csv"
@@ -101,7 +102,9 @@ def test_a_motion_given_in_a_file_is_followed(tmp_path, planar):
 def test_a_given_motion_beyond_the_limits_is_reported(crosscheck, tmp_path):
     time = np.linspace(0, 2, 400)
     angles = np.stack([3 * np.sin(3 * time), 0.3 + 0 * time, 0 * time], axis=1)
-    answer = crosscheck("cost", "sliding", "--quick", "--motion", written(tmp_path, time, angles))
+    answer = crosscheck(
+        "cost", "sliding", "--quick", "--motion", written(tmp_path, time, angles, 2)
+    )
     assert answer.code == 0
     assert "swivel: velocity of 9 is beyond its limit, 2" in answer.out
     assert "swivel: leaves its range" in answer.out
@@ -110,9 +113,9 @@ def test_a_given_motion_beyond_the_limits_is_reported(crosscheck, tmp_path):
 
 def test_a_given_motion_that_is_too_short_is_refused(crosscheck, tmp_path):
     angles = np.linspace(0, 0.1, 400)[:, None] * np.ones(3)
-    file = written(tmp_path, np.linspace(0, 0.5, 400), angles)
+    file = written(tmp_path, np.linspace(0, 0.5, 400), angles, 2)
     assert_one_line(crosscheck("cost", "sliding", "--motion", file), "motion.csv", "1.1 s at least")
-    few = written(tmp_path, np.linspace(0, 2, 400), angles[:, :2])
+    few = written(tmp_path, np.linspace(0, 2, 400), angles[:, :2], 2)
     assert_one_line(crosscheck("cost", "sliding", "--motion", few), "motion.csv", "theta_3")
 
 
