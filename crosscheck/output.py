@@ -21,6 +21,7 @@ from crosscheck.runner.interruption import cleanup_callbacks
 # Under a name that begins so, a file grows until it takes its place.
 DRAFT = ".crosscheck-"
 OUTPUT = 1  # descriptor of standard output
+NETCDF = (".nc", ".nc4", ".h5", ".hdf5")  # endings of NetCDF files, which are HDF5 files too
 EXISTS = "exists already; init replaces no file"
 
 
@@ -51,6 +52,13 @@ def require_file(path: Path, kind: FileType | None = None, option: str = "") -> 
         raise InputError(where, "", value, obstacle)
     require_writable(target.parent)
     return target
+
+
+def require_netcdf_name(path: Path) -> Path:
+    """The path again. Raises InputError if its name promises another format than NetCDF."""
+    if path.suffix not in ("", *NETCDF):
+        raise InputError("--out", "", str(path), f"must end with {NETCDF[0]}: a NetCDF file")
+    return path
 
 
 def require_files(

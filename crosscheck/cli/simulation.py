@@ -14,7 +14,7 @@ from crosscheck.mechanisms import supply
 from crosscheck.models.errors import Diverged, InputError, Unfinished
 from crosscheck.models.loading import Selection
 from crosscheck.models.mechanism import Mechanism, select_mechanism
-from crosscheck.output import require_file, write_files
+from crosscheck.output import require_file, require_netcdf_name, write_files
 from crosscheck.provenance import record_provenance
 from crosscheck.registry import build, require_usable_numbers
 from crosscheck.runner.outcomes import Failure, SelfKeyedTask
@@ -53,7 +53,7 @@ class SimulationRequest(SelfKeyedTask):
 def describe_joints(mechanism: Mechanism, positions: Sequence[float]) -> str:
     """Positions of the joints at a run's end, as the summary of the file has them."""
     joints = zip(mechanism.joint_units.items(), positions, strict=True)
-    return "; at the end " + ", ".join(f"{name} {q:.9g} {unit}" for (name, unit), q in joints)
+    return "; at the end " + ", ".join(f"{name} {q:.6g} {unit}" for (name, unit), q in joints)
 
 
 def simulate_command(
@@ -70,7 +70,7 @@ def simulate_command(
     mechanism, (experiment,), *_ = chosen
     supply("find_entry", mechanism.section)(model, mechanism)  # raises before anything is run
     request = SimulationRequest(model, chosen, force, rtol)
-    require_file(out, TRAJECTORY, "--out")
+    require_file(require_netcdf_name(out), TRAJECTORY, "--out")
     about = escape(f"{model}, {experiment.name}, {experiment.duration_s:g} s")
     with Console(stderr=True).status(about):
         written = perform_all([request], 1)[request.key]

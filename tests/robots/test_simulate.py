@@ -19,6 +19,7 @@ from crosscheck.registry import build
 from tests.faults.robots import ROBOTS
 from tests.loops import require_items
 from tests.robots import chains, two_link
+from tests.tool.test_bad_input import assert_one_line
 
 PLANETARY = str(ROOT / "examples" / "robots" / "planetary-arm.toml")
 DRIVES = {
@@ -173,6 +174,8 @@ def test_a_file_says_what_was_run(crosscheck, tmp_path):
     run = xr.load_dataset(out, engine="h5netcdf")
     assert dict(run.sizes) == {"time": 11, "joint": 3}
     assert json.loads(run.attrs["joints"]) == ["swivel", "slide", "tilt"]
+    answer = crosscheck("simulate", "sliding", *rest[:-1], tmp_path / "run.csv", *settings)
+    assert_one_line(answer, "--out", "run.csv", "must end with .nc")
     assert json.loads(run.attrs["kinds"]) == ["revolute", "prismatic", "revolute"]
     assert run["x_mesh"].values[0, 2] == 7e-5
     kept = RobotSource.model_validate_json(run.attrs["robot"])

@@ -82,6 +82,12 @@ def test_help_has_types_of_people_and_an_example_that_the_parser_takes(crosschec
         assert not context.args or name in ("baseline", "cache")
 
 
+def test_a_wrong_option_leads_to_the_help_of_its_command(crosscheck):
+    assert crosscheck("baseline", "check", "--oops").err.endswith(
+        "(see crosscheck baseline check --help)\n"
+    )
+
+
 def test_a_shell_completes_commands():
     words = {"COMP_WORDS": "crosscheck tr", "COMP_CWORD": "1"}
     asked = {**os.environ, **words, "_CROSSCHECK_COMPLETE": "complete_bash"}
@@ -315,7 +321,7 @@ def test_a_comparison_ends_well_where_engines_agree_and_all_is_decided(
 
 def test_a_run_ends_where_its_summary_says(labelled):
     told = describe_joints(labelled, [0.1234567891, -2.0])
-    assert told == "; at the end joint 1 0.123456789 rad, joint 2 -2 rad"
+    assert told == "; at the end joint 1 0.123457 rad, joint 2 -2 rad"
     told = describe_joints(load_robot("sliding"), [1.0, 0.25, -0.5])
     assert told == "; at the end swivel 1 rad, slide 0.25 m, tilt -0.5 rad"
 

@@ -209,6 +209,10 @@ def test_a_level_at_which_no_teeth_touch_is_said_to_be_so():
     assert answer_on_levels(Agreement([*found, lost])) == answer_on_levels(Agreement(found))
     same = "All levels are the same: no joint is geared."
     assert answer_on_levels(Agreement([off("links", 0.0), off("coupled", 0.0)])) == same
+    apart = [off("links", 0.2), off("coupled", 0.0), off("coupled", 0.0, quantity="torque")]
+    assert answer_on_levels(Agreement(apart)).endswith(
+        " Level coupled does not differ from geared."
+    )
     assert answer_on_levels(Agreement(FINDINGS[:3])) == "There is only one level."
 
 

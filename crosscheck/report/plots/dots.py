@@ -30,6 +30,8 @@ def draw_dots(
     axes.invert_yaxis()
     axes.set_xscale("log")
     axes.xaxis.set_major_formatter("{x:g}")
+    axes.xaxis.set_minor_formatter("")
+    axes.margins(y=0.5 / rows)
     axes.set_xlabel(label)
     axes.grid(alpha=0.4)
     figure.legend(loc="outside upper center", ncols=3, frameon=False)

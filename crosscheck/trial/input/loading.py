@@ -15,7 +15,7 @@ from contextlib import contextmanager
 from dataclasses import fields, replace
 from functools import partial
 from pathlib import Path
-from types import ModuleType, SimpleNamespace
+from types import BuiltinFunctionType, FunctionType, ModuleType, SimpleNamespace
 from typing import Any, get_args
 
 import crosscheck
@@ -30,6 +30,7 @@ from crosscheck.trial.input.equations import Coordinates, Equations, Level
 from crosscheck.trial.source.code import UserCode, find_module_code, find_object_code
 
 EXPECTED = "file.py:name or package.module:name"
+OF_SYMPY = "what crosscheck.testing.from_sympy makes of its matrices"
 ACCEPTED = "Equations, a function that returns them, or an object with mass_matrix, bias, ..."
 MOST_NAMED = 5
 # Friction arguments of robots, whose files have none.
@@ -70,12 +71,22 @@ def import_object(text: str) -> Any:
         if isinstance(
             getattr(named_object, part, sys), ModuleType
         ):  # or there, once it is imported
-            names = [name for name in vars(loaded) if not name.startswith("_")]
+            names = [
+                name
+                for name, value in vars(loaded).items()
+                if not name.startswith("_") and not _is_imported(value, loaded)
+            ]
             near = difflib.get_close_matches(part, names, n=MOST_NAMED, cutoff=0.5) or names
             there = f"; there is {', '.join(near[:MOST_NAMED])}" if near else ""
             raise InputError(text, "", None, f"no {part} in {module}{there}")
         named_object = getattr(named_object, part)
     return named_object
+
+
+def _is_imported(value: Any, module: ModuleType) -> bool:
+    """Whether a value of a module is another module, or a class or function of one."""
+    is_named = isinstance(value, type | FunctionType | BuiltinFunctionType)
+    return isinstance(value, ModuleType) or (is_named and value.__module__ != module.__name__)
 
 
 @contextmanager
@@ -285,7 +296,9 @@ def extract_equations(source: Any, where: str, verb: str = "is") -> Equations:
     if isinstance(source, type) or not (_has_parts(source) or isinstance(source, SimpleNamespace)):
         kind = "None" if source is None else f"a {type(source).__name__}"
         must = "must return" if verb == "returned" else "must be"
-        raise InputError(where, "", None, f"{verb} {kind}; {must} {ACCEPTED}")
+        is_sympy = type(source).__module__.startswith("sympy.")
+        reason = f"{verb} {kind}; {must} {OF_SYMPY if is_sympy else ACCEPTED}"
+        raise InputError(where, "", None, reason)
     names = {entry.name for entry in fields(Equations)} - SET_HERE
     attributes = {
         name: getattr(source, name) for name in names if getattr(source, name, None) is not None
