@@ -37,7 +37,7 @@ def describe_comparison(comparison: RecordComparison) -> Iterator[str]:
     yield from describe_engines(comparison.engines)
     is_brief = comparison.has_explanation
     unit = "N m or N" if comparison.mechanism.robot.slides else "N m"
-    for side in comparison.judged_sides if is_brief else comparison.sides + comparison.gravities:
+    for side in comparison.judged_sides if is_brief else comparison.sides:
         yield ""
         yield from _describe_side(side, is_brief, unit)
 

@@ -9,6 +9,7 @@ import xarray as xr
 from crosscheck.analytic.robot.ensemble import group_robots
 from crosscheck.analytic.robot.runs import RobotMember
 from crosscheck.api import simulate
+from crosscheck.cli.simulation import list_beyond_ranges
 from crosscheck.models.errors import Diverged, InputError
 from crosscheck.models.experiment.scenario import PdDrive, Scenario, switches
 from crosscheck.models.loading import load_arm
@@ -160,6 +161,14 @@ def test_a_step_beyond_stability_is_refused_and_grows_without_bound():
         simulate(model)
     with pytest.raises(Diverged):
         simulate(model, force=True)
+
+
+def test_joints_beyond_their_ranges_are_named():
+    own = load_robot("sliding")
+    within = np.array([[joint.limits.lower for joint in own.joints]])
+    assert not list_beyond_ranges(own, within)
+    assert list_beyond_ranges(own, within - [0.0, 1e-3, 0.0]).endswith("enforces: slide")
+    assert not list_beyond_ranges(load_arm("probe"), np.full((1, 2), 100.0))
 
 
 def test_a_file_says_what_was_run(crosscheck, tmp_path):
