@@ -140,7 +140,7 @@ def _restriction_content(each: Restriction, judgement: FileJudgement) -> dict[st
         "friction": [_estimate_content(estimate) for estimate in each.friction],
         "rms_over_that_of_any_links": each.ratios,
         "chance": each.chance,
-        "likelihood_ratio_of_the_best": judgement.compare(each, judgement.best),
+        "likelihood_ratio_of_the_best": judgement.compare(each, judgement.likeliest),
     }
 
 

@@ -376,6 +376,14 @@ VERDICTS: dict[str, tuple[list[str], list[str]]] = {
 }
 
 
+def test_a_change_that_explains_nothing_may_be_the_likeliest():
+    better = restriction("coupled", value=10.2, chance=1e-3)
+    judgement = FileJudgement((WRONG,), (better,))
+    assert judgement.best is WRONG
+    assert judgement.likeliest is better
+    assert judgement.compare(WRONG, judgement.likeliest) == pytest.approx(101.0)
+
+
 @pytest.mark.parametrize("name", VERDICTS)
 def test_a_verdict_says(name):
     lines, words = VERDICTS[name]

@@ -82,6 +82,13 @@ def test_help_has_types_of_people_and_an_example_that_the_parser_takes(crosschec
         assert not context.args or name in ("baseline", "cache")
 
 
+@pytest.mark.parametrize("group", [(), ("baseline",), ("cache",)])
+def test_a_group_without_a_command_is_its_help(crosscheck, group):
+    answer = crosscheck(*group)
+    assert (answer.code, answer.err) == (2, "")
+    assert "--help" in answer.out
+
+
 def test_a_wrong_option_leads_to_the_help_of_its_command(crosscheck):
     assert crosscheck("baseline", "check", "--oops").err.endswith(
         "(see crosscheck baseline check --help)\n"

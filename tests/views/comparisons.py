@@ -97,7 +97,7 @@ def _list_judgement(side: SideResult, judgement: FileJudgement) -> Iterator[Fact
         parameter = each.parameter
         names = (each.level, "nothing") if parameter is None else (each.level, parameter.phrase)
         keys = (each.level,) if parameter is None else (each.level, parameter.path)
-        behind = judgement.compare(each, judgement.best)
+        behind = judgement.compare(each, judgement.likeliest)
         yield Fact(behind, "times less likely than the best", names)
         yield Fact(behind, "likelihood_ratio_of_the_best", keys)
         yield Fact(each.chance, "chance", keys)
