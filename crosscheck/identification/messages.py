@@ -329,10 +329,11 @@ def _describe_levels(comparison: RecordComparison) -> Iterator[str]:
             " impossible bodies ([prior] bodies)."
         )
     else:
+        slides = "a joint slides, " if comparison.mechanism.robot.slides else ""
         yield (
             f"Coupled and armature differ for any links (ranks {ranks.coupled}, {ranks.armature},"
-            f" together {ranks.both}): a stator is not on the link before its joint, or its axis"
-            " is another."
+            f" together {ranks.both}): {slides}a stator is not on the link before its joint, or its"
+            " axis is another."
         )
 
 
