@@ -81,7 +81,9 @@ def write_text(path: Path, text: str) -> None:
 
 
 def require_new(path: Path) -> Path:
-    """Where a file can be written that does not exist yet. Raises InputError if it does."""
+    """Where a TOML file can be written that does not exist yet. Raises InputError if it does."""
+    if path.suffix not in ("", ".toml"):
+        raise InputError(str(path), "", None, "must end with .toml")
     target = path if os.path.islink(path) else require_file(path)
     if os.path.lexists(target):  # also a link to a file that is not there
         raise InputError(str(path), "", None, EXISTS)

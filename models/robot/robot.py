@@ -227,8 +227,8 @@ class Robot:
         return "\n".join(
             (
                 f"Robot {self.name}: {self.title}".rstrip(": "),
-                f"{len(self.coordinates)} joints: {names}",
-                f"{len(self.rotors)} rotors, {len(self.stages)} planetary stages",
+                f"joints: {names}",
+                f"rotors: {len(self.rotors)}, planetary stages: {len(self.stages)}",
                 f"{sum(body.mass for body in self.bodies):.4g} kg in motion, tip {self.tip}",
                 f"gravity ({gravity}) m/s^2",
             )

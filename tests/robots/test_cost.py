@@ -11,7 +11,7 @@ from crosscheck import file_types
 from crosscheck.checks.robot_states import motion_range
 from crosscheck.cli.files.robot_files import load_as_robot
 from crosscheck.cost.motion import find_exceeded_limits, fit_motion, make_excitation
-from crosscheck.cost.output import cost_page
+from crosscheck.cost.output import cost_page, describe_result
 from crosscheck.cost.shortcuts import QUICK, ShortcutCosts, compute_costs
 from crosscheck.file_types import is_file_of_type
 from crosscheck.models.errors import InputError
@@ -117,6 +117,12 @@ def test_a_given_motion_that_is_too_short_is_refused(crosscheck, tmp_path):
     assert_one_line(crosscheck("cost", "sliding", "--motion", file), "motion.csv", "1.1 s at least")
     few = written(tmp_path, np.linspace(0, 2, 400), angles[:, :2], 2)
     assert_one_line(crosscheck("cost", "sliding", "--motion", few), "motion.csv", "theta_3")
+
+
+def test_a_rotor_that_turns_about_a_fixed_axis_costs_nothing_as_armature():
+    text = urdf(link("ground"), link("arm", Solid()), joint("swing", "ground", "arm"))
+    lines = describe_result(cost(robot(text, {"swing": geared(9.0)})))
+    assert "Counting them as armature only changes no torque." in lines
 
 
 def test_names_of_any_characters_are_drawn_and_shown():
