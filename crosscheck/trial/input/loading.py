@@ -92,7 +92,8 @@ def _is_imported(value: Any, module: ModuleType) -> bool:
 @contextmanager
 def run_user_code(text: str) -> Iterator[None]:
     """Run a user's code inside; whatever it raises is an InputError that names it by its text."""
-    with track_foreign_code(text), _translate_errors(text, _parse_location(text)[2]):
+    folder = _parse_location(text)[2]
+    with track_foreign_code(text), _translate_errors(text, folder), _make_importable(folder):
         yield
 
 
@@ -118,7 +119,7 @@ def build_equations(
 
     def rebuild(other: Arm, drive: Scenario | None) -> Equations:
         values = {"arm": other, "scenario": drive or scenario}
-        with _translate_errors(where, beside):
+        with _translate_errors(where, beside), _make_importable(beside):
             answer = _call_factory(source, {name: values[of] for name, of in by_arm.items()})
         whole = _require_arm_equations(
             extract_equations(answer, where, "returned").adapt_to_arm(other, drive), where
