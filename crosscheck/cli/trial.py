@@ -289,7 +289,8 @@ def _require_compatible(options: TrialOptions) -> None:
         raise InputError(name, "", None, f"cannot be used with {table}")
     if options.fmu is not None and not options.ask:
         if options.coordinates is None:
-            reason = "is missing: the file that names an FMU's variables; --ask drafts it"
+            draft = shlex.join(("crosscheck", "trial", "--ask", str(options.fmu), "--out", "map"))
+            reason = f"is missing: the file that names an FMU's variables; {draft} drafts it"
             raise InputError("--coordinates", "", None, reason)
         if not options.run_code:
             raise InputError("--run-code", "", None, f"is needed: {options.fmu} is code")

@@ -134,7 +134,8 @@ def read_record(
     angles = tables["theta"]
     if angles is None:
         name = _allowed_names("theta", 1, slides)[0]
-        reason = f"has no angles; columns must be {name}, ...{_suggest_names(columns, slides)}"
+        reason = f"has no angles; columns must be {name}, ..., or a TOML file names them"
+        reason += _suggest_names(columns, slides)
         raise InputError(where, "", None, reason)
     require_even_enough(where, time)
     for kind, nothing in (("theta_dot", "0 or no number"), ("torque", "no number")):

@@ -104,7 +104,10 @@ def shifted(text: str, row: int, seconds: float, count: int = 1) -> str:
 BAD = {
     "no times": (lambda text: text.replace("t_s", "clock"), "has no times; a column must be one"),
     "a time without a unit": (lambda text: text.replace("t_s", "t"), "t: has no unit in its name"),
-    "no angles": (lambda text: text.replace("theta_", "phi_"), "has no angles"),
+    "no angles": (
+        lambda text: text.replace("theta_", "phi_"),
+        "has no angles; columns must be theta_1_rad, ..., or",
+    ),
     "an angle without a unit": (
         lambda text: text.replace("theta_1_rad", "theta_1"),
         "theta_1: has no unit in its name; must be theta_1_rad or theta_1_deg",

@@ -269,7 +269,11 @@ UNIT = ("u.fmu",)
         ({"ask": True, "out": FILE, "json_file": FILE}, "--json", "used with --ask"),
         ({"ask": True, "out": FILE, "junit": FILE}, "--junit", "used with --ask"),
         ({"ask": True, "out": FILE, "answers": (FILE,)}, "--answers", "used with --ask"),
-        ({"names": UNIT, "run_code": True}, "--coordinates", "--ask drafts it"),
+        (
+            {"names": UNIT, "run_code": True},
+            "--coordinates",
+            "trial --ask u.fmu --out map drafts it",
+        ),
         ({"names": UNIT, "coordinates": FILE}, "--run-code", "u.fmu is code"),
         ({"coordinates": FILE}, "--coordinates", "a MODEL has its own"),
         ({"after": (FILE,)}, "--after", "needs --ask"),
