@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import json
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
 from typing import TYPE_CHECKING, ClassVar, Literal
 
@@ -227,8 +227,8 @@ class Robot:
         return "\n".join(
             (
                 f"Robot {self.name}: {self.title}".rstrip(": "),
-                f"joints: {names}",
-                f"rotors: {len(self.rotors)}, planetary stages: {len(self.stages)}",
+                f"{_count(self.coordinates, 'joint')}: {names}",
+                f"{_count(self.rotors, 'rotor')}, {_count(self.stages, 'planetary stage')}",
                 f"{sum(body.mass for body in self.bodies):.4g} kg in motion, tip {self.tip}",
                 f"gravity ({gravity}) m/s^2",
             )
@@ -364,3 +364,7 @@ def remove_friction(robot: Robot) -> Robot:
     if not any(joint.friction for joint in robot.joints):
         return robot
     return replace(robot, joints=tuple(replace(each, friction=0.0) for each in robot.joints))
+
+
+def _count(things: Sequence[object], noun: str) -> str:
+    return f"{len(things)} {noun}{'' if len(things) == 1 else 's'}"
