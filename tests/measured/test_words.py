@@ -230,13 +230,16 @@ def test_possible_bodies_and_others():
 
 
 def test_levels_that_are_one_model_are_said_to_be():
-    def levels(**ranks: Any) -> str:
-        return " ".join(messages._describe_levels(made(ranks=made(**ranks))))
+    def levels(slides: tuple[int, ...] = (), **ranks: Any) -> str:
+        mechanism = made(robot=made(slides=slides))
+        return " ".join(messages._describe_levels(made(ranks=made(**ranks), mechanism=mechanism)))
 
     assert "if stators are on the links before" in levels(are_equal=True, assumed=True)
     assert "same model with other links. No" in levels(are_equal=True, assumed=False)
     other = levels(are_equal=False, coupled=30, armature=31, both=33)
-    assert "ranks 30, 31, together 33" in other
+    assert "ranks 30, 31, together 33): a stator is not" in other
+    other = levels((2,), are_equal=False, coupled=30, armature=31, both=33)
+    assert "together 33): a joint slides, a stator" in other
 
 
 INTERVALS = {
