@@ -52,7 +52,7 @@ MEASURED = FileType(
     "a comparison with a record", JSON, (b'\n "records": [', b'\n "sides": [', b'\n "ranks": {')
 )
 MEASURED_PAGE = FileType("a comparison's page", HTML, (b"<title>Recording compared with ",))
-EXCITATION = FileType("a suggested motion", b"t_s,theta_1_rad,", ())
+EXCITATION = FileType("a suggested motion", b"t_s,theta_1_", ())
 COST = FileType("a cost of shortcuts", JSON, (b'\n "engines_agree": ', b'\n "negligible_share": '))
 COST_PAGE = FileType("a page of shortcuts' cost", HTML, (b"<title>Cost of shortcuts: ",))
 PICTURE = FileType("a study's drawing", PNG, (b"Software\0geararm-crosscheck",))

@@ -21,6 +21,7 @@ from crosscheck.runner.interruption import cleanup_callbacks
 # Under a name that begins so, a file grows until it takes its place.
 DRAFT = ".crosscheck-"
 OUTPUT = 1  # descriptor of standard output
+NETCDF = (".nc", ".nc4", ".h5", ".hdf5")  # endings of NetCDF files, which are HDF5 files too
 EXISTS = "exists already; init replaces no file"
 
 
@@ -53,6 +54,13 @@ def require_file(path: Path, kind: FileType | None = None, option: str = "") -> 
     return target
 
 
+def require_netcdf_name(path: Path) -> Path:
+    """The path again. Raises InputError if its name promises another format than NetCDF."""
+    if path.suffix not in ("", *NETCDF):
+        raise InputError("--out", "", str(path), f"must end with {NETCDF[0]}: a NetCDF file")
+    return path
+
+
 def require_files(
     *outputs: tuple[Path | None, FileType], reserved_path: Path | None = None
 ) -> None:
@@ -73,7 +81,9 @@ def write_text(path: Path, text: str) -> None:
 
 
 def require_new(path: Path) -> Path:
-    """Where a file can be written that does not exist yet. Raises InputError if it does."""
+    """Where a TOML file can be written that does not exist yet. Raises InputError if it does."""
+    if path.suffix not in ("", ".toml"):
+        raise InputError(str(path), "", None, "must end with .toml")
     target = path if os.path.islink(path) else require_file(path)
     if os.path.lexists(target):  # also a link to a file that is not there
         raise InputError(str(path), "", None, EXISTS)

@@ -142,7 +142,10 @@ def assert_agrees(
     )
     if trial.exit_code:
         first = trial.first_error or "not all checks agree"
-        raise AssertionError("\n".join((f"{trial.problem.name}: {first}", *trial.lines)))
+        headline, *lines = (line for line in trial.lines if line != first)
+        is_first = headline.endswith(first)
+        begin = [headline] if is_first else [f"{trial.problem.name}: {first}", headline]
+        raise AssertionError("\n".join((*begin, *lines)))
     return trial
 
 

@@ -130,7 +130,9 @@ def format_sections(sections: Sequence[SheetSection], whole: bool) -> Iterator[s
         yield ""
     if not whole:
         counts = "; ".join(f"{each.heading}: {len(each.records)}" for each in sections[1:])
-        yield from _wrap(f"{counts} (--all prints these too)", "")
+        yield from _wrap(
+            f"{counts} (--all prints these too; crosscheck paper lists the claims)", ""
+        )
 
 
 def _wrap(text: str, indent: str) -> list[str]:

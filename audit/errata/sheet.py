@@ -43,7 +43,7 @@ def build_sheet(
     )
     equations, *others = sections
     beside = ", ".join(f"{each.heading.lower()}: {len(each.records)}" for each in others)
-    outcome = f"{len(equations.records)} errors of equations. Beside them {beside}."
+    outcome = f"{len(equations.records)} errors in equations. Beside them {beside}."
     records = [record for section in sections for record in section.records]
     return AuditChapter(ID, TITLE, html, records, outcome)
 

@@ -26,6 +26,7 @@ from crosscheck.models.loading import load_arm
 from crosscheck.output import require_files, write_files, write_text
 from crosscheck.provenance import record_provenance
 from crosscheck.report import rendering
+from crosscheck.report.formatting import format_count
 from crosscheck.report.plots.figures import fix_links
 from crosscheck.report.records import format_json
 from crosscheck.runner.progress import show_progress
@@ -118,8 +119,7 @@ def run_paper_command(figures: list[int], out: Path, jobs: int, first_seed: int 
         else:
             made = write_paper(study, out, scale)
     for chapter in made:
-        print(f"{chapter.title}: {len(chapter.records)} records")
-    print(
-        f"wrote {out / PAGE}; {study.computed_count} simulations made, {study.cached_count} from"
-        " the cache"
-    )
+        if chapter.records:
+            print(f"{chapter.title}: {format_count(len(chapter.records), 'record')}")
+    count = format_count(study.computed_count, "simulation")
+    print(f"wrote {out / PAGE}; {count} made, {study.cached_count} from the cache")

@@ -327,7 +327,8 @@ def cost(
         File, Option(help="CSV, MAT, HDF5 or NetCDF file of a motion; sines by default.")
     ] = None,
     ratio: Annotated[
-        float | None, Option(help="Gear ratio of each joint whose files state none.")
+        float | None,
+        Option(help="Gear ratio of each joint whose files state none; [rad/m] of slides."),
     ] = None,
     rotor_inertia: Annotated[
         float | None, Option(help="Rotor inertia of each joint whose files state none, in kg m^2.")
@@ -522,7 +523,11 @@ def _explain(error: Exception) -> NoReturn:
     if isinstance(error, InputError | Diverged):
         _fail(str(error), 2)
     if hasattr(error, "format_message"):  # a usage error of typer's own command-line parser
-        _fail(f"{error.format_message()} (see crosscheck --help)", 2)
+        if not (message := error.format_message()):  # no command: the help was printed
+            sys.exit(2)
+        context = getattr(error, "ctx", None)
+        command = "crosscheck" if context is None else context.command_path
+        _fail(f"{message} (see {command} --help)", 2)
     if isinstance(error, OSError) and error.errno in DISK_FULL:
         _fail(f"a file cannot be written: {error.strerror}", 2)
     if isinstance(error, OSError) and error.errno in TOO_MANY_FILES:

@@ -65,7 +65,7 @@ def compare_command(
         transmission = transmission_matrix(description, count)
         knowledge = find_knowledge(description, mechanism.robot, record)
     else:
-        records = (read_record(record, count, topic, joints),)
+        records = (read_record(record, count, topic, joints, mechanism.robot.slides),)
         transmission, knowledge = np.eye(count), Knowledge()
     for each in records:
         check_rates(each)
@@ -84,7 +84,7 @@ def compare_command(
         (page, lambda: comparison_page(comparison)),
     ]
     if (excitation := comparison.excitation) is not None:
-        requests.append((table, lambda: format_excitation(excitation)))
+        requests.append((table, lambda: format_excitation(excitation, mechanism.robot.slides)))
     print_and_write(describe_comparison(comparison), *requests)
     return 0 if comparison.engines_agree and comparison.is_decided else 1
 

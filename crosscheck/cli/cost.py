@@ -35,7 +35,9 @@ def cost_command(
     robot = load_as_robot(name, *rotors)
     page = None if out is None else out / PAGE
     require_files((json_file, COST), (page, COST_PAGE))
-    along = None if motion is None else fit_motion(read_record(motion, len(robot.coordinates)))
+    along = None
+    if motion is not None:
+        along = fit_motion(read_record(motion, len(robot.coordinates), slides=robot.slides))
     with show_progress(f"computing costs of {make_printable(name)}") as progress:
         costs = compute_costs(robot, seed, QUICK if quick else FULL, progress, along)
     requests = (json_file, lambda: cost_json(costs)), (page, lambda: cost_page(costs))

@@ -83,12 +83,13 @@ def show_robot(name: str) -> None:
         single = any(stage.joint == number and stage.has_free_planets for stage in robot.stages)
         planets = "; planets move by themselves" if single else ""
         friction = f"; friction {joint.friction:g} {unit}" if joint.friction else ""
-        print(
-            make_printable(
-                f"{joint.name}: {joint.kind}, moves {body.mass:.4g} kg with all that is fixed to"
-                f" it, of principal inertias {values} kg m^2{friction}{planets}"
-            )
-        )
+        follows = ""
+        if (law := joint.mimic) is not None:
+            follows = f", follows {robot.joints[law.joint].name} times {law.multiplier:g}"
+        load = f"moves {body.mass:.4g} kg with all that is fixed to it, of principal inertias"
+        moves = f"{load} {values} kg m^2" if body.mass or body.inertia.any() else "massless"
+        line = f"{joint.name}: {joint.kind}{follows}, {moves}{friction}{planets}"
+        print(make_printable(line))
     shown = [f"link {doubt.link}: {doubt.reason}" for doubt in doubts]
     for note in (*robot.notes, *_list_assumptions(robot, read_robot_file(name))):
         if note not in shown:

@@ -6,6 +6,7 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 from pathlib import Path
 
+import numpy as np
 from rich.console import Console
 from rich.markup import escape
 
@@ -14,7 +15,8 @@ from crosscheck.mechanisms import supply
 from crosscheck.models.errors import Diverged, InputError, Unfinished
 from crosscheck.models.loading import Selection
 from crosscheck.models.mechanism import Mechanism, select_mechanism
-from crosscheck.output import require_file, write_files
+from crosscheck.models.robot.robot import Robot
+from crosscheck.output import require_file, require_netcdf_name, write_files
 from crosscheck.provenance import record_provenance
 from crosscheck.registry import build, require_usable_numbers
 from crosscheck.runner.outcomes import Failure, SelfKeyedTask
@@ -46,14 +48,30 @@ class SimulationRequest(SelfKeyedTask):
         entry = supply("find_entry", mechanism.section)(self.model, mechanism)
         record = record_provenance(mechanism, 0, False, packages=entry.versioned_packages)
         run.attrs |= {"provenance": record.model_dump_json(), "command": record.command}
-        final = describe_joints(mechanism, run["theta"].values[-1])
-        return encode_netcdf(run), f"{run.sizes['time']} times{final}"
+        positions = run["theta"].values
+        summary = describe_joints(mechanism, positions[-1]) + list_beyond_ranges(
+            mechanism, positions
+        )
+        return encode_netcdf(run), f"{run.sizes['time']} times{summary}"
 
 
 def describe_joints(mechanism: Mechanism, positions: Sequence[float]) -> str:
     """Positions of the joints at a run's end, as the summary of the file has them."""
     joints = zip(mechanism.joint_units.items(), positions, strict=True)
-    return "; at the end " + ", ".join(f"{name} {q:.9g} {unit}" for (name, unit), q in joints)
+    return "; at the end " + ", ".join(f"{name} {q:.6g} {unit}" for (name, unit), q in joints)
+
+
+def list_beyond_ranges(mechanism: Mechanism, positions: np.ndarray) -> str:
+    """Joints that leave their ranges in a run (times, joints), which no model stops them from."""
+    if not isinstance(mechanism, Robot):
+        return ""
+    extremes = zip(mechanism.joints, positions.min(axis=0), positions.max(axis=0), strict=True)
+    beyond = [
+        joint.name
+        for joint, lowest, highest in extremes
+        if lowest < joint.limits.lower or highest > joint.limits.upper
+    ]
+    return f"; beyond the ranges, which no model enforces: {', '.join(beyond)}" if beyond else ""
 
 
 def simulate_command(
@@ -70,7 +88,7 @@ def simulate_command(
     mechanism, (experiment,), *_ = chosen
     supply("find_entry", mechanism.section)(model, mechanism)  # raises before anything is run
     request = SimulationRequest(model, chosen, force, rtol)
-    require_file(out, TRAJECTORY, "--out")
+    require_file(require_netcdf_name(out), TRAJECTORY, "--out")
     about = escape(f"{model}, {experiment.name}, {experiment.duration_s:g} s")
     with Console(stderr=True).status(about):
         written = perform_all([request], 1)[request.key]

@@ -15,7 +15,7 @@ from rich.table import Column, Table
 from crosscheck.file_types import PICTURE
 from crosscheck.models.errors import make_printable
 from crosscheck.models.inputs import remember
-from crosscheck.output import require_file, write_files
+from crosscheck.output import require_file, require_netcdf_name, write_files
 from crosscheck.runner.progress import show_progress
 from crosscheck.studies.batches.netcdf_file import use_file
 from crosscheck.studies.batches.result_file import CHECKED
@@ -29,6 +29,7 @@ LEAST_WIDTH = 80  # columns in which each number of the table has room
 
 def sweep_command(file: Path, out: Path, jobs: int, resume: bool, run_code: bool) -> None:
     """Run a study into a NetCDF file and print a summary. Raises InputError."""
+    require_netcdf_name(out)
     study = read_study(file, run_code)
     began = time.monotonic()
     with show_progress(f"running {make_printable(str(file))}") as progress:
@@ -46,9 +47,10 @@ def plot_command(file: Path, quantities: Sequence[str], out: Path | None) -> Non
     )  # imports Matplotlib, which a study does not need
 
     remember(file)
-    target = require_file(out or file.with_suffix(".png"), PICTURE, "--out")
+    path = out or file.with_suffix(".png")
+    target = require_file(path, PICTURE, "--out")
     write_files({target: use_file(file, partial(draw_selected, list(quantities)))})
-    print(f"wrote {make_printable(str(target))}")
+    print(f"wrote {make_printable(str(path))}")
 
 
 def _print_ranges(study: PreparedStudy, out: Path) -> None:

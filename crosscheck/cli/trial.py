@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import os
 import shlex
+import sys
 import tempfile
 from collections.abc import Mapping
 from dataclasses import dataclass, replace
@@ -51,6 +52,8 @@ from crosscheck.trial.tables.state_requests import (
     collect_state_request,
 )
 from crosscheck.trial.trial import run_trial
+
+DEFAULT_ARM = "paper-labelled"
 
 
 def make_trial_request(
@@ -123,7 +126,7 @@ class TrialOptions:
     def arm(self) -> str:
         """Name or file of the arm."""
         index = 0 if self.answers or (self.ask and not self.fmu) else 1
-        return self.names[index] if len(self.names) > index else "paper-labelled"
+        return self.names[index] if len(self.names) > index else DEFAULT_ARM
 
     def table(self) -> AnsweredTrial:
         """The trial of a table of answers. Raises InputError."""
@@ -165,6 +168,8 @@ def trial_command(options: TrialOptions) -> int:
                 return _run_beside_engines(options, unit, chosen)
         request = _make_request(options, unit, chosen)
         require_files(*options.files)
+        if options.arm not in options.names:
+            print(f"no ARM is named: the paper's arm, {DEFAULT_ARM}, is taken", file=sys.stderr)
         trial = _try_equations(request)
     return _report_trial(trial, options)
 
@@ -284,7 +289,8 @@ def _require_compatible(options: TrialOptions) -> None:
         raise InputError(name, "", None, f"cannot be used with {table}")
     if options.fmu is not None and not options.ask:
         if options.coordinates is None:
-            reason = "is missing: the file that names an FMU's variables; --ask drafts it"
+            draft = shlex.join(("crosscheck", "trial", "--ask", str(options.fmu), "--out", "map"))
+            reason = f"is missing: the file that names an FMU's variables; {draft} drafts it"
             raise InputError("--coordinates", "", None, reason)
         if not options.run_code:
             raise InputError("--run-code", "", None, f"is needed: {options.fmu} is code")

@@ -17,9 +17,10 @@ from crosscheck.view.trajectory_file import Run, read_run
 def view_command(file: Path, out: Path | None) -> Path:
     """Write the page of a trajectory; returns its file. Raises InputError."""
     remember(file)
-    target = require_file(out or file.with_suffix(".html"), VIEW, "--out")
+    path = out or file.with_suffix(".html")
+    target = require_file(path, VIEW, "--out")
     write_files({target: view_page(read_run(file))})
-    print(f"wrote {make_printable(str(target))}")
+    print(f"wrote {make_printable(str(path))}")
     return target
 
 

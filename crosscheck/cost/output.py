@@ -104,6 +104,9 @@ def _describe_costs(
         head = SENTENCES[level]
         shares = [each for each in costs.by_joint if each.level == level]
         most = max(each.share for each in shares)
+        if not most:
+            yield f"{head.format(costs.robot.name)} changes no torque."
+            continue
         worst = [each.joint for each in shares if each.share >= NEARLY_WORST * most]
         torques = f"torque of {worst[0]} is"
         if len(worst) > 1:

@@ -149,6 +149,18 @@ class SideResult:
         return tuple(each for each in self.estimates if each.term.kind in ROTOR_KINDS)
 
     @property
+    def unexplained(self) -> np.ndarray:
+        """Residuals (measured,) of the full model over the torques' variation, both rms."""
+        places = [self.names.index(name) for name in self.measured]
+        pairs = zip(self.residual.T, self.samples.torque[:, places].T, self.shown.T, strict=True)
+        return np.array(
+            [
+                np.sqrt(np.mean(residual[shown] ** 2)) / np.std(torque[shown])
+                for residual, torque, shown in pairs
+            ]
+        )
+
+    @property
     def is_excited(self) -> bool:
         """Whether the motion shows every parameter."""
         return not self.concerned

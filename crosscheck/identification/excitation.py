@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Collection
 from dataclasses import dataclass, replace
 
 import numpy as np
@@ -102,11 +103,14 @@ def _widen_limits(robot: Robot, positions: np.ndarray) -> Robot:
     return replace(robot, joints=tuple(joints))
 
 
-def format_excitation(excitation: Excitation) -> str:
-    """CSV text of the motion from rest to rest: times, positions and rates, with units."""
+def format_excitation(excitation: Excitation, slides: Collection[int]) -> str:
+    """CSV text of the motion from rest to rest: times, positions and rates, with units.
+
+    slides: numbers, from 1, of the joints that slide.
+    """
     time, (q, v, _) = excitation.tabulate()
-    joints = range(1, q.shape[1] + 1)
-    names = ["t_s", *(f"theta_{n}_rad" for n in joints)]
-    names += [f"theta_dot_{n}_rad_per_s" for n in joints]
+    units = {number: "m" if number in slides else "rad" for number in range(1, q.shape[1] + 1)}
+    names = ["t_s", *(f"theta_{number}_{unit}" for number, unit in units.items())]
+    names += [f"theta_dot_{number}_{unit}_per_s" for number, unit in units.items()]
     rows = np.column_stack([time, q, v]).tolist()
     return "\n".join([",".join(names), *(",".join(f"{x:.9g}" for x in row) for row in rows)]) + "\n"

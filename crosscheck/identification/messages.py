@@ -100,8 +100,8 @@ def _describe_judgement(
         if change.mechanism is None and change.parameter and change.estimate:
             value = _format_change(change.estimate)
             yield (
-                f"{name(change.level)} would need {change.parameter.phrase} to be {value}, which is"
-                " impossible."
+                f"At level {change.level} {change.parameter.phrase} would have to be {value}, which"
+                " is impossible."
             )
 
 
@@ -209,7 +209,10 @@ def _describe_side(side: SideResult) -> Iterator[str]:
         if any(each.term.kind == "shared armature" for each in side.seen):
             yield "Armature of single joints does not explain them either: they share a motor."
     else:
-        yield f"Links and friction alone explain the {where}."
+        worst = int(side.unexplained.argmax())
+        share, name = 100 * side.unexplained[worst], side.measured[worst]
+        most = f"all but {share:.2g} % at {name} (rms)"
+        yield f"Links and friction alone explain the {where}: {most}."
     unseen = [each for each in side.rotors if each not in (*side.seen, *side.impossible)]
     if unseen:
         listed = "; ".join(format_estimate(each) for each in unseen)
@@ -326,10 +329,11 @@ def _describe_levels(comparison: RecordComparison) -> Iterator[str]:
             " impossible bodies ([prior] bodies)."
         )
     else:
+        slides = "a joint slides, " if comparison.mechanism.robot.slides else ""
         yield (
             f"Coupled and armature differ for any links (ranks {ranks.coupled}, {ranks.armature},"
-            f" together {ranks.both}): a stator is not on the link before its joint, or its axis"
-            " is another."
+            f" together {ranks.both}): {slides}a stator is not on the link before its joint, or its"
+            " axis is another."
         )
 
 

@@ -36,12 +36,14 @@ def describe_comparison(comparison: RecordComparison) -> Iterator[str]:
     yield f"{format_count(len(records), 'recording')}, {rows:,} rows, {seconds:.4g} s"
     yield from describe_engines(comparison.engines)
     is_brief = comparison.has_explanation
-    for side in comparison.judged_sides if is_brief else comparison.sides + comparison.gravities:
+    unit = "N m or N" if comparison.mechanism.robot.slides else "N m"
+    for side in comparison.judged_sides if is_brief else comparison.sides:
         yield ""
-        yield from _describe_side(side, is_brief)
+        yield from _describe_side(side, is_brief, unit)
 
 
-def _describe_side(side: SideResult, is_brief: bool) -> Iterator[str]:
+def _describe_side(side: SideResult, is_brief: bool, unit: str) -> Iterator[str]:
+    """The bandwidth, steps and estimates of a side; unit: of its torques."""
     links = {
         "identified": ", links identified",
         "scaled": ", links of the file scaled",
@@ -66,7 +68,7 @@ def _describe_side(side: SideResult, is_brief: bool) -> Iterator[str]:
     for step in side.steps:
         yield (
             f"  {step.name}: {step.parameters} parameters, residual {step.weighted:.3f},"
-            f" {step.predicted:.3f} predicted; {messages.format_row(step.rms)} N m rms"
+            f" {step.predicted:.3f} predicted; {messages.format_row(step.rms)} {unit} rms"
         )
     for estimate in side.estimates:
         part = f", {estimate.systematic / estimate.error:.0%} of its error from other bands"
@@ -138,7 +140,7 @@ def _restriction_content(each: Restriction, judgement: FileJudgement) -> dict[st
         "friction": [_estimate_content(estimate) for estimate in each.friction],
         "rms_over_that_of_any_links": each.ratios,
         "chance": each.chance,
-        "likelihood_ratio_of_the_best": judgement.compare(each, judgement.best),
+        "likelihood_ratio_of_the_best": judgement.compare(each, judgement.likeliest),
     }
 
 
@@ -156,6 +158,7 @@ def _side_content(side: SideResult) -> dict[str, object]:
         "not_distinguished": [[each.name for each in pair] for pair in side.alike],
         "contained_in_links": [each.name for each in side.contained],
         "with_the_files_numbers": _judgement_content(side.judgement),
+        "unexplained": side.unexplained,
         "blocks": side.blocks,
         "t_of_a_rotor": side.threshold,
         "steps": [

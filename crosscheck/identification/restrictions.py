@@ -125,6 +125,11 @@ class FileJudgement:
         """The likeliest explanation; the likeliest level where there is none."""
         return next(iter(self.explanations), self.levels[0])
 
+    @property
+    def likeliest(self) -> Restriction:
+        """The likeliest of all, which may be impossible or explain the record no better."""
+        return min((*self.levels, *self.changes), key=lambda each: each.surprise)
+
     def compare(self, restriction: Restriction, other: Restriction) -> float:
         """The likelihood of one over that of another, up to 1e300."""
         return exp(min((restriction.surprise - other.surprise) / 2, 690.0))

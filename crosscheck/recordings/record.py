@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import re
 from collections import Counter
-from collections.abc import Iterable, Mapping, Sequence
+from collections.abc import Collection, Iterable, Mapping, Sequence
 from dataclasses import dataclass
 from math import pi
 from pathlib import Path
@@ -24,10 +24,12 @@ MISSING = f"ROS bags need the package rosbags: {format_install_command('ros')}"
 # Factors of a column's units, by the beginning of its name.
 UNITS: dict[str, dict[str, float]] = {
     "t": {"s": 1.0, "ms": 1e-3, "us": 1e-6},
-    "theta": {"rad": 1.0, "deg": pi / 180},
-    "theta_dot": {"rad_per_s": 1.0, "deg_per_s": pi / 180, "rpm": pi / 30},
-    "torque": {"N_m": 1.0, "mN_m": 1e-3},
+    "theta": {"rad": 1.0, "deg": pi / 180, "m": 1.0, "mm": 1e-3},
+    "theta_dot": {"rad_per_s": 1.0, "deg_per_s": pi / 180, "rpm": pi / 30}
+    | {"m_per_s": 1.0, "mm_per_s": 1e-3},
+    "torque": {"N_m": 1.0, "mN_m": 1e-3, "N": 1.0},
 }
+OF_SLIDES = {"m", "mm", "m_per_s", "mm_per_s", "N"}  # units of joints that slide, and of no others
 NUMBERED = re.compile(r"(theta_dot|theta|torque)_(\d+)_(.+)")
 TOGETHER = re.compile(r"(theta_dot|theta|torque)_(.+)")
 # Usual names of a record's quantities, without units, for `rename` in a message.
@@ -92,13 +94,20 @@ class Record:
         return float((self.time[-1] - self.time[0]) / (len(self.time) - 1))
 
 
-def read_record(path: Path, joints: int, topic: str = "", named: Sequence[str] = ()) -> Record:
+def read_record(
+    path: Path,
+    joints: int,
+    topic: str = "",
+    named: Sequence[str] = (),
+    slides: Collection[int] = (),
+) -> Record:
     """The record in a file. Raises InputError naming file, row, column and what is allowed.
 
     Columns are `t_s`, `theta_1_rad`, `theta_dot_1_rad_per_s`, `torque_1_N_m` and so on, in other
     units with those at the end; rates and torques may be missing. In MAT, HDF5 and NetCDF files
     they are variables of these names, or `theta_rad` (N, joints) and so on, or those of a
-    trajectory of this program. topic, named: of a ROS bag, and its names of the joints.
+    trajectory of this program. topic, named: of a ROS bag, and its names of the joints; slides:
+    numbers, from 1, of the joints that slide.
     """
     where = str(path)
     notes: list[str] = []
@@ -116,15 +125,17 @@ def read_record(path: Path, joints: int, topic: str = "", named: Sequence[str] =
     else:
         content = read_input(path, LARGEST_FILE)
         columns = read_in_subprocess(where, _read_arrays, where, content, within_s=READING_S)
-    time = _select_column(where, columns, "t", None)
+    time = _select_column(where, columns, "t", None, slides)
     if time is None:
         allowed = ", ".join(f"t_{unit}" for unit in UNITS["t"])
-        reason = f"has no times; a column must be one of {allowed}{_suggest_names(columns)}"
+        reason = f"has no times; a column must be one of {allowed}{_suggest_names(columns, slides)}"
         raise InputError(where, "", None, reason)
-    tables = {kind: _build_table(where, columns, kind, joints) for kind in list(UNITS)[1:]}
+    tables = {kind: _build_table(where, columns, kind, joints, slides) for kind in list(UNITS)[1:]}
     angles = tables["theta"]
     if angles is None:
-        reason = f"has no angles; columns must be theta_1_rad, ...{_suggest_names(columns)}"
+        name = _allowed_names("theta", 1, slides)[0]
+        reason = f"has no angles; columns must be {name}, ..., or a TOML file names them"
+        reason += _suggest_names(columns, slides)
         raise InputError(where, "", None, reason)
     require_even_enough(where, time)
     for kind, nothing in (("theta_dot", "0 or no number"), ("torque", "no number")):
@@ -165,7 +176,14 @@ def _has_known_unit(name: str) -> bool:
     return match is not None and match[match.lastindex or 0] in UNITS[match[1]]
 
 
-def _suggest_names(columns: Iterable[str]) -> str:
+def _allowed_names(kind: str, number: int | None, slides: Collection[int]) -> list[str]:
+    """Names of the column of a kind, with each unit that it may have, the SI unit first."""
+    begin = kind if number is None else f"{kind}_{number}"
+    is_slide = number in slides
+    return [f"{begin}_{unit}" for unit in UNITS[kind] if (unit in OF_SLIDES) == is_slide]
+
+
+def _suggest_names(columns: Iterable[str], slides: Collection[int]) -> str:
     """Names that a file's columns may need, as the end of a sentence."""
     names, renamed = [name for name in columns if name], []
     counts: Counter[str] = Counter()
@@ -174,8 +192,8 @@ def _suggest_names(columns: Iterable[str]) -> str:
         kind = next((kind for kind, likely in LIKELY.items() if likely.fullmatch(word)), None)
         if kind is not None and not _has_known_unit(name):
             counts[kind] += 1
-            number = "" if kind == "t" else f"_{counts[kind]}"
-            renamed.append(f"{name} to {kind}{number}_{next(iter(UNITS[kind]))}")
+            number = None if kind == "t" else counts[kind]
+            renamed.append(f"{name} to {_allowed_names(kind, number, slides)[0]}")
     seen = f"; its columns are {', '.join(names)[:120]}" if names else ""
     return f"{seen}: rename {', '.join(renamed)} or as their units are" if renamed else seen
 
@@ -284,7 +302,11 @@ def _read_arrays(where: str, content: bytes) -> dict[str, np.ndarray]:
 
 
 def _select_column(
-    where: str, columns: Mapping[str, np.ndarray], kind: str, number: int | None
+    where: str,
+    columns: Mapping[str, np.ndarray],
+    kind: str,
+    number: int | None,
+    slides: Collection[int],
 ) -> np.ndarray | None:
     """The column of a kind in SI units; None where there is none. Raises InputError."""
     begin = kind if number is None else f"{kind}_{number}"
@@ -292,10 +314,16 @@ def _select_column(
     there = {unit: values for unit, values in columns_by_unit.items() if values is not None}
     if len(there) > 1:
         raise InputError(where, begin, None, f"is there in {' and in '.join(there)}")
+    allowed = _allowed_names(kind, number, slides)
     if begin in columns and not there:
-        allowed = " or ".join(f"{begin}_{unit}" for unit in UNITS[kind])
-        reason = f"has no unit in its name; must be {allowed}{_suggest_names(columns)}"
+        names = " or ".join(allowed)
+        reason = f"has no unit in its name; must be {names}{_suggest_names(columns, slides)}"
         raise InputError(where, begin, None, reason)
+    for unit in there:
+        if f"{begin}_{unit}" not in allowed:
+            motion = "slides" if number in slides else "turns"
+            reason = f"joint {number} {motion}; must be {' or '.join(allowed)}"
+            raise InputError(where, f"{begin}_{unit}", None, reason)
     for unit, values in there.items():
         if values.size != max(values.shape, default=1):
             reason = f"has shape {values.shape}; must be a column"
@@ -305,7 +333,11 @@ def _select_column(
 
 
 def _build_table(
-    where: str, columns: Mapping[str, np.ndarray], kind: str, joints: int
+    where: str,
+    columns: Mapping[str, np.ndarray],
+    kind: str,
+    joints: int,
+    slides: Collection[int],
 ) -> np.ndarray | None:
     """Angles, rates or torques by `kind`, (N, joints) in SI units; None where there are none.
 
@@ -328,14 +360,15 @@ def _build_table(
         allowed = f"there are {joints} joints, numbered from 1"
         raise InputError(where, f"{kind}_{wrong[0]}", None, allowed)
     joint_columns = [
-        _select_column(where, columns, kind, number) for number in range(1, joints + 1)
+        _select_column(where, columns, kind, number, slides) for number in range(1, joints + 1)
     ]
     given = [values for values in joint_columns if values is not None]
     if not given:
         return None
     if len(given) < joints:
         missing = next(number for number, each in enumerate(joint_columns, 1) if each is None)
-        raise InputError(where, f"{kind}_{missing}", None, "is missing; other joints have it")
+        names = " or ".join(_allowed_names(kind, missing, slides))
+        raise InputError(where, f"{kind}_{missing}", None, f"is missing; must be {names}")
     for number, values in enumerate(given, 1):
         if len(values) != len(given[0]):
             reason = f"has {len(values)} rows, {kind}_1 has {len(given[0])}"

@@ -169,6 +169,12 @@ def answer_on_levels(agreement: Agreement) -> str:
             by_model.setdefault(finding.left, []).append(finding)
     sentences: list[str] = []
     for model, findings in by_model.items():
+        level = model.partition(":")[2]
+        quantities = {finding.quantity for finding in findings if finding.measured == 0}
+        if {"tip", "torque"} <= quantities and not any(finding.measured for finding in findings):
+            other = findings[0].right.partition(":")[2]
+            sentences.append(f"Level {level} does not differ from {other}.")
+            continue
         parts = [
             f"the tip is {format_length(f.measured or 0.0)} from that of"
             f" {f.right.partition(':')[2]} {f.about.metric.partition(' tip ')[2]}"
@@ -183,7 +189,6 @@ def answer_on_levels(agreement: Agreement) -> str:
                 f"the {worst.about.metric.partition(' of the ')[2].partition(' over ')[0]} is off"
                 f" by up to {format_percent(worst.relative or 0.0)} of its largest"
             )
-        level = model.partition(":")[2]
         sentences += (f"At level {level} {part}." for part in parts)
     return " ".join(sentences)
 

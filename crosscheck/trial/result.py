@@ -310,5 +310,5 @@ def describe_wrong(wrong: Sequence[EntryMismatch]) -> str:
     count, largest = len(wrong), max(each.share for each in wrong)
     others = f" and {count - 1} more {'entry' if count == 2 else 'entries'}" if count > 1 else ""
     verb, whose = ("are", "their") if count > 1 else ("is", "its")
-    share = format_percent(largest)
-    return f"{wrong[0].name}{others} {verb} wrong, by up to {share} of {whose} size"
+    share = f"{largest:.2g} times" if 10 <= largest < 1e6 else f"{format_percent(largest)} of"
+    return f"{wrong[0].name}{others} {verb} wrong, by up to {share} {whose} size"

@@ -196,7 +196,7 @@ def _describe_motors(names: Sequence[str], motors: Sequence[int]) -> Iterator[st
     """The sentence on the joints that have a motor, unless all do."""
     if len(motors) < len(names):
         joints = ", ".join(names[number] for number in motors)
-        yield f"motors: at {joints} alone" if motors else "motors: nowhere"
+        yield f"motors: at {joints} alone" if motors else "no torque of a motor is in the equations"
 
 
 def _describe_idle_motors(

@@ -54,7 +54,7 @@ def read_run(path: Path) -> Run:
 class TrajectoryFile(NetcdfFile):
     """A file as `crosscheck simulate` writes it."""
 
-    description = "trajectory"
+    description, command = "trajectory", "simulate"
 
     def __init__(self, path: Path, file: h5py.File) -> None:
         super().__init__(path, file)

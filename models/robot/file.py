@@ -319,7 +319,7 @@ def _rotor(
     length = np.linalg.norm(axis)
     if not length > 1e-3:
         field = f"joints.{name}.rotor_axis"
-        raise InputError(where, field, axis.tolist(), "must be a direction, of length 1")
+        raise InputError(where, field, axis.tolist(), "must have a length over 1e-3")
     if given.mesh and not given.ratio:
         raise InputError(where, f"joints.{name}.ratio", 0.0, "must not be 0 where there is a mesh")
     inertia = given.rotor_inertia_kg_m2

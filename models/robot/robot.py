@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import json
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
 from typing import TYPE_CHECKING, ClassVar, Literal
 
@@ -227,8 +227,8 @@ class Robot:
         return "\n".join(
             (
                 f"Robot {self.name}: {self.title}".rstrip(": "),
-                f"{len(self.coordinates)} joints: {names}",
-                f"{len(self.rotors)} rotors, {len(self.stages)} planetary stages",
+                f"{_count(self.coordinates, 'joint')}: {names}",
+                f"{_count(self.rotors, 'rotor')}, {_count(self.stages, 'planetary stage')}",
                 f"{sum(body.mass for body in self.bodies):.4g} kg in motion, tip {self.tip}",
                 f"gravity ({gravity}) m/s^2",
             )
@@ -269,6 +269,12 @@ class Robot:
     def coordinates(self) -> tuple[int, ...]:
         """Numbers of the joints whose coordinates are free: those that mimic no other."""
         return tuple(n for n, joint in enumerate(self.joints) if joint.mimic is None)
+
+    @property
+    def slides(self) -> list[int]:
+        """Numbers, from 1, of the free coordinates that are lengths."""
+        kinds = [self.joints[place].kind for place in self.coordinates]
+        return [number for number, kind in enumerate(kinds, 1) if kind == "prismatic"]
 
     @property
     def motors(self) -> list[int]:
@@ -362,3 +368,7 @@ def remove_friction(robot: Robot) -> Robot:
     if not any(joint.friction for joint in robot.joints):
         return robot
     return replace(robot, joints=tuple(replace(each, friction=0.0) for each in robot.joints))
+
+
+def _count(things: Sequence[object], noun: str) -> str:
+    return f"{len(things)} {noun}{'' if len(things) == 1 else 's'}"

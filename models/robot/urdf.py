@@ -251,7 +251,7 @@ class _Reader:
         axis = np.array(self._numbers(self.element.find("axis"), "axis.xyz", (1.0, 0.0, 0.0)))
         length = np.linalg.norm(axis)
         if not 1e-3 < length < 1e3:
-            raise self._error("axis.xyz", axis.tolist(), "must be a direction, of length 1")
+            raise self._error("axis.xyz", axis.tolist(), "must have a length of 1e-3 to 1e3")
         return axis / length
 
     def _limits(self, kind: str) -> JointLimits:

@@ -266,7 +266,7 @@ def test_the_terminal_has_the_count_first_and_formulas_whole_in_80_columns():
     one = Erratum("e", where="Eq. 18", printed="0", derived=right)
     sections = list_sections("mine", [one])
     lines, whole = (list(format_sections(sections, every)) for every in (False, True))
-    assert lines[0] == "Errors of equations: 1"
+    assert lines[0] == "Errors in equations: 1"
     assert max(map(len, [*lines, *whole])) < 80
     told, all_told = (" ".join(" ".join(each).split()) for each in (lines, whole))
     assert f"should read: {right}" in told

@@ -56,7 +56,7 @@ def follow(robot: Robot, time: np.ndarray, position: np.ndarray) -> Record:
 
 def read_table(excitation: Excitation) -> np.ndarray:
     """The numbers (rows, 1 + 2 n) of the file that is written."""
-    text = io.StringIO(format_excitation(excitation))
+    text = io.StringIO(format_excitation(excitation, ()))
     assert text.readline().strip().endswith("theta_2_rad,theta_3_rad," + RATES)
     return np.loadtxt(text, delimiter=",")
 

@@ -93,7 +93,10 @@ def put(row: int, column: int, value: str) -> Callable[[str], str]:
 BAD = {
     "no times": (swap("t_s", "clock"), "has no times; a column must be one"),
     "a time without a unit": (swap("t_s", "t"), "t: has no unit in its name"),
-    "no angles": (swap("theta_", "phi_"), "has no angles"),
+    "no angles": (
+        swap("theta_", "phi_"),
+        "has no angles; columns must be theta_1_rad, ..., or",
+    ),
     "an angle without a unit": (
         swap("theta_1_rad", "theta_1"),
         "theta_1: has no unit in its name; must be theta_1_rad or theta_1_deg",
@@ -103,9 +106,13 @@ BAD = {
         "theta_1: is there in rad and in deg",
     ),
     "a joint too many": (swap("theta_2_rad", "theta_3_rad"), "theta_3: there are 2 joints"),
+    "a length of a joint that turns": (
+        swap("theta_2_rad", "theta_2_m"),
+        "theta_2_m: joint 2 turns; must be theta_2_rad or theta_2_deg",
+    ),
     "a joint missing": (
         swap("torque_2_N_m", "current_2_A"),
-        "torque_2: is missing; other joints have it",
+        "torque_2: is missing; must be torque_2_N_m or torque_2_mN_m",
     ),
     "a time that repeats": (put(9, 0, "0.007"), "= 0.007: is that of row 8; must"),
     "a time that goes back": (put(9, 0, "-1"), "= -1.0: is before row 8 (0.007)"),
@@ -192,6 +199,20 @@ def test_what_is_not_used_may_be_anything(record, tmp_path, case):
     found = read_record(path, 2)
     for name in ("time", "position", "motor_torque"):
         np.testing.assert_array_equal(getattr(found, name), getattr(right, name))
+
+
+def test_joints_that_slide_have_their_own_units(record, tmp_path):
+    path = written(record, tmp_path / "r.csv")
+    named = (
+        path.read_text().replace("theta_2_rad", "theta_2_mm").replace("torque_2_N_m", "torque_2_N")
+    )
+    path.write_text(named)
+    found = read_record(path, 2, slides=(2,))
+    np.testing.assert_allclose(found.position, record.position * [1, 1e-3], rtol=1e-15)
+    np.testing.assert_array_equal(found.motor_torque, record.motor_torque)
+    path.write_text(named.replace("theta_2_mm", "theta_2_deg"))
+    with pytest.raises(InputError, match="joint 2 slides; must be theta_2_m or theta_2_mm"):
+        read_record(path, 2, slides=(2,))
 
 
 NAMES = {

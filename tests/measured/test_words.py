@@ -46,6 +46,8 @@ def side(**changes: Any) -> Any:
         "contained": (),
         "excitation": None,
         "judgement": None,
+        "measured": ("j1", "j2"),
+        "unexplained": np.array([0.004, 0.0123]),
         "threshold": 4.0,
     }
     return made(**plain | changes)
@@ -60,7 +62,7 @@ def suggest(seed: int, period: float, condition: float) -> Any:
 
 
 SIDES: dict[str, tuple[Any, list[str]]] = {
-    "nothing": (side(), ["alone explain"]),
+    "nothing": (side(), ["alone explain the torques of the motors: all but 1.2 % at j2 (rms)."]),
     "a rotor and others": (
         side(seen=(J3,), rotors=(J1, J2, J3)),
         [
@@ -175,7 +177,7 @@ def test_the_part_of_an_error_that_other_bands_make_stands_beside_its_estimate()
         estimates=(FACTOR, apart),
         bands=(made(bandwidth=2.0, estimates=(FACTOR,)), made(bandwidth=8.0, estimates=())),
     )
-    head, first, second, *bands = output._describe_side(given, is_brief=False)
+    head, first, second, *bands = output._describe_side(given, is_brief=False, unit="N m")
     assert "up to 4 Hz by rows 12.3 ms apart, condition number 56.7" in head
     assert second == f"{first}, 60% of its error from other bands"
     assert bands == ["  up to 2 Hz: link b 1.250 +- 0.020 1", "  up to 8 Hz: nothing to estimate"]
@@ -219,13 +221,16 @@ def test_possible_bodies_and_others():
 
 
 def test_levels_that_are_one_model_are_said_to_be():
-    def levels(**ranks: Any) -> str:
-        return " ".join(messages._describe_levels(made(ranks=made(**ranks))))
+    def levels(slides: tuple[int, ...] = (), **ranks: Any) -> str:
+        mechanism = made(robot=made(slides=slides))
+        return " ".join(messages._describe_levels(made(ranks=made(**ranks), mechanism=mechanism)))
 
     assert "if stators are on the links before" in levels(are_equal=True, assumed=True)
     assert "same model with other links. No" in levels(are_equal=True, assumed=False)
     other = levels(are_equal=False, coupled=30, armature=31, both=33)
-    assert "ranks 30, 31, together 33" in other
+    assert "ranks 30, 31, together 33): a stator is not" in other
+    other = levels((2,), are_equal=False, coupled=30, armature=31, both=33)
+    assert "together 33): a joint slides, a stator" in other
 
 
 INTERVALS = {
@@ -357,9 +362,21 @@ VERDICTS: dict[str, tuple[list[str], list[str]]] = {
     ),
     "impossible": (
         judge(WRONG, changes=(restriction("coupled", value=-1.0),)),
-        ["no single number", "1.5 times", "need the payload to be -1 kg, which is impossible"],
+        [
+            "no single number",
+            "1.5 times",
+            "the payload would have to be -1 kg, which is impossible",
+        ],
     ),
 }
+
+
+def test_a_change_that_explains_nothing_may_be_the_likeliest():
+    better = restriction("coupled", value=10.2, chance=1e-3)
+    judgement = FileJudgement((WRONG,), (better,))
+    assert judgement.best is WRONG
+    assert judgement.likeliest is better
+    assert judgement.compare(WRONG, judgement.likeliest) == pytest.approx(101.0)
 
 
 @pytest.mark.parametrize("name", VERDICTS)

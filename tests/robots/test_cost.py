@@ -11,7 +11,7 @@ from crosscheck import file_types
 from crosscheck.checks.robot_states import motion_range
 from crosscheck.cli.files.robot_files import load_as_robot
 from crosscheck.cost.motion import fit_motion
-from crosscheck.cost.output import cost_page
+from crosscheck.cost.output import cost_page, describe_result
 from crosscheck.cost.shortcuts import QUICK, ShortcutCosts, compute_costs
 from crosscheck.file_types import is_file_of_type
 from crosscheck.models.errors import InputError
@@ -53,9 +53,10 @@ def planar() -> ShortcutCosts:
     return cost(parallel())
 
 
-def written(folder: Path, time: np.ndarray, angles: np.ndarray) -> Path:
-    """A CSV file of a motion."""
-    names = ["t_s", *(f"theta_{number + 1}_rad" for number in range(angles.shape[1]))]
+def written(folder: Path, time: np.ndarray, angles: np.ndarray, slide: int = 0) -> Path:
+    """A CSV file of a motion; slide: the number of a joint that slides, 0 for none."""
+    joints = range(1, angles.shape[1] + 1)
+    names = ["t_s", *(f"theta_{each}_{'m' if each == slide else 'rad'}" for each in joints)]
     table = np.column_stack([time, angles])
     np.savetxt(folder / "motion.csv", table, "%.17g", ",", header=",".join(names), comments="")
     return folder / "motion.csv"
@@ -75,7 +76,9 @@ def test_a_motion_given_in_a_file_is_followed(tmp_path, planar):
 def test_a_given_motion_beyond_the_limits_is_reported(crosscheck, tmp_path):
     time = np.linspace(0, 2, 400)
     angles = np.stack([3 * np.sin(3 * time), 0.3 + 0 * time, 0 * time], axis=1)
-    answer = crosscheck("cost", "sliding", "--quick", "--motion", written(tmp_path, time, angles))
+    answer = crosscheck(
+        "cost", "sliding", "--quick", "--motion", written(tmp_path, time, angles, 2)
+    )
     assert answer.code == 0
     assert "swivel: velocity of 9 is beyond its limit, 2" in answer.out
     assert "swivel: leaves its range" in answer.out
@@ -84,10 +87,16 @@ def test_a_given_motion_beyond_the_limits_is_reported(crosscheck, tmp_path):
 
 def test_a_given_motion_that_is_too_short_is_refused(crosscheck, tmp_path):
     angles = np.linspace(0, 0.1, 400)[:, None] * np.ones(3)
-    file = written(tmp_path, np.linspace(0, 0.5, 400), angles)
+    file = written(tmp_path, np.linspace(0, 0.5, 400), angles, 2)
     assert_one_line(crosscheck("cost", "sliding", "--motion", file), "motion.csv", "1.1 s at least")
-    few = written(tmp_path, np.linspace(0, 2, 400), angles[:, :2])
+    few = written(tmp_path, np.linspace(0, 2, 400), angles[:, :2], 2)
     assert_one_line(crosscheck("cost", "sliding", "--motion", few), "motion.csv", "theta_3")
+
+
+def test_a_rotor_that_turns_about_a_fixed_axis_costs_nothing_as_armature():
+    text = urdf(link("ground"), link("arm", Solid()), joint("swing", "ground", "arm"))
+    lines = describe_result(cost(robot(text, {"swing": geared(9.0)})))
+    assert "Counting them as armature only changes no torque." in lines
 
 
 def test_names_of_any_characters_are_drawn_and_shown():

@@ -66,3 +66,16 @@ def test_friction_and_free_planets_of_a_joint_are_shown(crosscheck, tmp_path):
     assert "; friction 4.5 N m s/rad; planets move by themselves" in shown
     assert "; friction 2.2 N m s/rad; planets move by themselves" in shown
     assert "; friction" not in crosscheck("show", "puma560").out
+
+
+MIMIC = """<mujoco><worldbody><body><freejoint/><geom size="0.1"/>
+<body><joint name="a"/><geom size="0.1"/><body><joint name="b"/><geom size="0.1"/></body></body>
+</body></worldbody><equality><joint joint1="a" joint2="b" polycoef="0 0.5 0 0 0"/></equality>
+</mujoco>"""
+
+
+def test_joints_without_a_body_and_those_that_follow_are_shown(crosscheck, tmp_path):
+    (tmp_path / "robot.xml").write_text(MIMIC)
+    lines = crosscheck("show", tmp_path / "robot.xml").out.splitlines()
+    assert "joint_0_pitch: revolute, massless" in lines
+    assert any(line.startswith("a: revolute, follows b times 0.5, moves") for line in lines)

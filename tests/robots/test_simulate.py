@@ -9,6 +9,7 @@ import xarray as xr
 from crosscheck.analytic.robot.ensemble import group_robots
 from crosscheck.analytic.robot.runs import RobotMember
 from crosscheck.api import simulate
+from crosscheck.cli.simulation import list_beyond_ranges
 from crosscheck.models.errors import Diverged, InputError
 from crosscheck.models.experiment.scenario import PdDrive, Scenario, switches
 from crosscheck.models.loading import load_arm
@@ -19,6 +20,7 @@ from crosscheck.registry import build
 from tests.faults.robots import ROBOTS
 from tests.loops import require_items
 from tests.robots import chains, two_link
+from tests.tool.test_bad_input import assert_one_line
 
 PLANETARY = str(ROOT / "examples" / "robots" / "planetary-arm.toml")
 DRIVES = {
@@ -161,6 +163,14 @@ def test_a_step_beyond_stability_is_refused_and_grows_without_bound():
         simulate(model, force=True)
 
 
+def test_joints_beyond_their_ranges_are_named():
+    own = load_robot("sliding")
+    within = np.array([[joint.limits.lower for joint in own.joints]])
+    assert not list_beyond_ranges(own, within)
+    assert list_beyond_ranges(own, within - [0.0, 1e-3, 0.0]).endswith("enforces: slide")
+    assert not list_beyond_ranges(load_arm("probe"), np.full((1, 2), 100.0))
+
+
 def test_a_file_says_what_was_run(crosscheck, tmp_path):
     out = tmp_path / "run.nc"
     settings = ["--set", "robot.joints.tilt.mesh.backlash_m=7e-5", "--t-end", "0.001"]
@@ -173,6 +183,8 @@ def test_a_file_says_what_was_run(crosscheck, tmp_path):
     run = xr.load_dataset(out, engine="h5netcdf")
     assert dict(run.sizes) == {"time": 11, "joint": 3}
     assert json.loads(run.attrs["joints"]) == ["swivel", "slide", "tilt"]
+    answer = crosscheck("simulate", "sliding", *rest[:-1], tmp_path / "run.csv", *settings)
+    assert_one_line(answer, "--out", "run.csv", "must end with .nc")
     assert json.loads(run.attrs["kinds"]) == ["revolute", "prismatic", "revolute"]
     assert run["x_mesh"].values[0, 2] == 7e-5
     kept = RobotSource.model_validate_json(run.attrs["robot"])

@@ -81,6 +81,19 @@ def test_help_has_types_of_people_and_an_example_that_the_parser_takes(crosschec
         assert not context.args or name in ("baseline", "cache")
 
 
+@pytest.mark.parametrize("group", [(), ("baseline",), ("cache",)])
+def test_a_group_without_a_command_is_its_help(crosscheck, group):
+    answer = crosscheck(*group)
+    assert (answer.code, answer.err) == (2, "")
+    assert "--help" in answer.out
+
+
+def test_a_wrong_option_leads_to_the_help_of_its_command(crosscheck):
+    assert crosscheck("baseline", "check", "--oops").err.endswith(
+        "(see crosscheck baseline check --help)\n"
+    )
+
+
 def test_a_shell_completes_commands():
     words = {"COMP_WORDS": "crosscheck tr", "COMP_CWORD": "1"}
     asked = {**os.environ, **words, "_CROSSCHECK_COMPLETE": "complete_bash"}
@@ -237,7 +250,11 @@ UNIT = ("u.fmu",)
         ({"ask": True, "out": FILE, "json_file": FILE}, "--json", "used with --ask"),
         ({"ask": True, "out": FILE, "junit": FILE}, "--junit", "used with --ask"),
         ({"ask": True, "out": FILE, "answers": (FILE,)}, "--answers", "used with --ask"),
-        ({"names": UNIT, "run_code": True}, "--coordinates", "--ask drafts it"),
+        (
+            {"names": UNIT, "run_code": True},
+            "--coordinates",
+            "trial --ask u.fmu --out map drafts it",
+        ),
         ({"names": UNIT, "coordinates": FILE}, "--run-code", "u.fmu is code"),
         ({"coordinates": FILE}, "--coordinates", "a MODEL has its own"),
         ({"after": (FILE,)}, "--after", "needs --ask"),
@@ -296,7 +313,7 @@ def test_a_comparison_ends_well_where_engines_agree_and_all_is_decided(
 
 def test_a_run_ends_where_its_summary_says(labelled):
     told = describe_joints(labelled, [0.1234567891, -2.0])
-    assert told == "; at the end joint 1 0.123456789 rad, joint 2 -2 rad"
+    assert told == "; at the end joint 1 0.123457 rad, joint 2 -2 rad"
     told = describe_joints(load_robot("sliding"), [1.0, 0.25, -0.5])
     assert told == "; at the end swivel 1 rad, slide 0.25 m, tilt -0.5 rad"
 

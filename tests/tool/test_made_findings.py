@@ -132,7 +132,10 @@ def test_the_pages_first_screen_answers_topic_by_topic(labelled):
 
 @pytest.mark.parametrize(
     ("metres", "card"),
-    [(0.0, "0 µm off at the tip; no teeth touch why"), (0.02, "20 mm off at the tip why")],
+    [
+        (0.0, "0 µm off at the tip in drop; no teeth touch why"),
+        (0.02, "20 mm off at the tip in drop why"),
+    ],
 )
 def test_a_tip_that_is_off_by_nothing_has_its_reason_on_the_first_screen(labelled, metres, card):
     own = about("deviation", "drop", "tip", "analytic:links", "analytic:geared")
@@ -203,6 +206,10 @@ def test_a_level_at_which_no_teeth_touch_is_said_to_be_so():
     assert "no teeth" not in last
     lost = make_failed_check(about("deviation", "drop", "tip", "a:armature", "a:geared"), "none")
     assert answer_on_levels(Agreement([*found, lost])) == answer_on_levels(Agreement(found))
+    apart = [off("links", 0.2), off("coupled", 0.0), off("coupled", 0.0, quantity="torque")]
+    assert answer_on_levels(Agreement(apart)).endswith(
+        " Level coupled does not differ from geared."
+    )
 
 
 @pytest.mark.parametrize(

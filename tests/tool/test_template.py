@@ -239,6 +239,7 @@ def test_init_refuses_what_is_no_file(crosscheck, tmp_path):
     (tmp_path / "file").touch()
     assert_one_line(crosscheck("init", tmp_path), "is a folder; a file name is expected")
     assert_one_line(crosscheck("init", tmp_path / "file" / "below"), "a folder is expected")
+    assert_one_line(crosscheck("init", tmp_path / "arm.urdf"), "arm.urdf: must end with .toml")
 
 
 @pytest.mark.parametrize(

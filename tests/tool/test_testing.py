@@ -44,6 +44,7 @@ def test_wrong_equations_raise_what_the_command_prints(equations):
     first = text.splitlines()[0]
     assert first.startswith("yours: force[theta_1]")
     assert "opposite sign" in first
+    assert text.count(first.removeprefix("yours: ")) == 1
     assert raised.traceback[-1].frame.f_locals["__tracebackhide__"]
     assert "paper-labelled: force[theta_1] and 1 more entry are wrong" in text
     assert text.endswith("checks agree")

@@ -75,6 +75,10 @@ def test_modules_beside_the_file_are_found_and_shadow_nothing(tmp_path):
     code = "import json, crosscheck.models.arm.arm\nfrom beside_hand import ten\n"
     code += "model = Equations(mass_matrix=lambda q: np.eye(2) * ten)"
     assert payload(over(tmp_path, code)) == 10.0
+    (tmp_path / "later_hand.py").write_text("ten = 10\n")
+    code = "def model(arm):\n from later_hand import ten\n"
+    code += " return Equations(mass_matrix=lambda q: np.eye(2) * ten)"
+    assert payload(over(tmp_path, code)) == 10.0
     assert str(tmp_path) not in sys.path
 
 

@@ -27,6 +27,7 @@ from crosscheck.trial.judge.entries import (
     format_entry,
     list_entries,
 )
+from crosscheck.trial.result import describe_wrong
 
 # Coordinates of which the second is the sum of both joints' angles, and one that is half of them.
 ABSOLUTE: Any = SimpleNamespace(
@@ -269,3 +270,11 @@ def test_a_wave_of_a_robot_is_of_its_angles_and_one_displacement(monkeypatch):
     assert describe_angle_sum(np.zeros(40), q, robot) == ""
     monkeypatch.setattr(most, len(turning) - 1)
     assert describe_angle_sum(3 * q[:, slide], q, robot) == ""
+
+
+@pytest.mark.parametrize(
+    ("share", "said"), [(0.095, "9.5 % of"), (64.0, "64 times"), (9.4, "940 % of")]
+)
+def test_a_wrong_entry_is_compared_with_its_size(share, said):
+    wrong = EntryMismatch(EntryPlace("gravity", 0), share, name="gravity[q]")
+    assert describe_wrong([wrong]) == f"gravity[q] is wrong, by up to {said} its size"

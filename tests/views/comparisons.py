@@ -71,6 +71,9 @@ def _list_side(side: SideResult) -> Iterator[Fact]:
     numbers |= {"blocks": side.blocks, "condition_number": side.condition}
     yield from (Fact(value, name) for name, value in numbers.items())
     yield Fact(side.threshold, "t_of_a_rotor")
+    for share in side.unexplained:
+        yield Fact(float(share), "unexplained")
+        yield Fact(100 * float(share), "unexplained [%]")
     for step in side.steps:
         own = {"parameters": step.parameters, "weighted_rms": step.weighted}
         own |= {"weighted_rms_predicted": step.predicted}
@@ -94,7 +97,7 @@ def _list_judgement(side: SideResult, judgement: FileJudgement) -> Iterator[Fact
         parameter = each.parameter
         names = (each.level, "nothing") if parameter is None else (each.level, parameter.phrase)
         keys = (each.level,) if parameter is None else (each.level, parameter.path)
-        behind = judgement.compare(each, judgement.best)
+        behind = judgement.compare(each, judgement.likeliest)
         yield Fact(behind, "times less likely than the best", names)
         yield Fact(behind, "likelihood_ratio_of_the_best", keys)
         yield Fact(each.chance, "chance", keys)
@@ -134,6 +137,7 @@ PHRASES = {
     "{} recordings?": "recordings",
     "{} rows, {}$": "rows, length",
     "of {} comparisons": "comparisons",
+    "all but {} %": "unexplained [%]",
     ": {} of the torques' terms apart, at most {}": "furthest, allowed",
     "to {} by rows {} apart": "bandwidth_hz, rows_apart_s",
     "condition number {}": "condition_number",

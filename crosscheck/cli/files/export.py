@@ -63,7 +63,7 @@ def export_command(arm: str, model: str | None, settings: list[str], out: Path) 
         export_as_robot(arm, settings, out)
         return
     if model is None:
-        raise InputError("--model", "", None, "is missing: C files and FMUs need one")
+        raise InputError("--model", "", None, "is missing, such as analytic:links")
     require_file(out, FMU_FILE if unit else C_FILE, "--out")
     chosen: EquationsText = supply("export", find_section(arm))(arm, model, settings)
     content = unit_file(chosen.prefix, *chosen.make_unit()) if unit else chosen.text

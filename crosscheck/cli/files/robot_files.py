@@ -70,7 +70,7 @@ def load_as_robot(
     elif any(numbers) or not has_rotors:
         enough = "each has a rotor" if robot.motors else "no motor drives any"
         allowed = f"{'; '.join(lacks)}{STATE_ROTORS}" if lacks else enough
-        raise InputError(name, "joints", None, allowed)
+        raise InputError(name, "", None, allowed)
     if not robot.friction.any():
         return robot
     return replace(remove_friction(robot), notes=(*robot.notes, FRICTIONLESS))

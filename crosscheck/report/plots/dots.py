@@ -8,6 +8,8 @@ from typing import TYPE_CHECKING
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
 
+SHORT = 100.0  # range of an axis below which a tick at each decade is too few
+
 
 def draw_dots(
     names: Sequence[str], series: Mapping[str, Sequence[float]], colours: Sequence[str], label: str
@@ -21,6 +23,7 @@ def draw_dots(
         label: Of the axis, with its unit.
     """
     from matplotlib.figure import Figure
+    from matplotlib.ticker import LogLocator
 
     figure, rows = Figure(figsize=(5.4, 0.28 * len(names) + 1.1), layout="constrained"), len(names)
     axes = figure.subplots()
@@ -29,7 +32,12 @@ def draw_dots(
     axes.set_yticks(range(rows), names, parse_math=False)  # a name may hold a dollar
     axes.invert_yaxis()
     axes.set_xscale("log")
+    values = [value for each in series.values() for value in each if value > 0]
+    is_short = bool(values) and max(values) < SHORT * min(values)
+    axes.xaxis.set_major_locator(LogLocator(subs=(1, 2, 5) if is_short else (1,)))
     axes.xaxis.set_major_formatter("{x:g}")
+    axes.xaxis.set_minor_formatter("")
+    axes.margins(y=0.5 / rows)
     axes.set_xlabel(label)
     axes.grid(alpha=0.4)
     figure.legend(loc="outside upper center", ncols=3, frameon=False)

@@ -147,7 +147,9 @@ def _read_keys(mark: int, folder: Path, study: PreparedStudy) -> set[str] | None
         os.write(mark, b"\n")
     digest, *keys = content.decode("ascii", "replace").split("\n")
     if digest != study.digest:
-        raise InputError(str(folder), "", None, "holds batches of another study")
+        raise InputError(
+            str(folder), "", None, "holds batches of another study; remove the folder to begin anew"
+        )
     return {key for key in keys if re.fullmatch("[0-9a-f]{32}", key)}
 
 

@@ -55,6 +55,9 @@ def use_file(path: Path, use: Use, form: type[NetcdfFile] | None = None) -> Any:
 
 
 def _open_and_use(path: Path, use: Use, form: type[NetcdfFile]) -> Any:
+    if not h5py.is_hdf5(path):
+        made = f"; crosscheck {form.command} writes one" if form.command else ""
+        raise InputError(str(path), "", None, f"is no {form.description}{made}")
     with h5py.File(path, "r", locking=False) as file:
         return use(form(path, file))
 
@@ -62,10 +65,10 @@ def _open_and_use(path: Path, use: Use, form: type[NetcdfFile]) -> Any:
 class NetcdfFile:
     """An open NetCDF file whose form was found to be one that can be read; in a worker.
 
-    content: its variables, not read yet.
+    content: its variables, not read yet; command: that writes such files.
     """
 
-    description = "NetCDF file"
+    description, command = "NetCDF file", ""
 
     def __init__(self, path: Path, file: h5py.File) -> None:
         self.path, self.file = path, file
@@ -140,7 +143,7 @@ class NetcdfFile:
 class StudyResultFile(NetcdfFile):
     """An open file whose form was found to be that of a study's result; in a worker."""
 
-    description = "result of a study"
+    description, command = "result of a study", "sweep"
 
     def __init__(self, path: Path, file: h5py.File) -> None:
         super().__init__(path, file)

@@ -15,7 +15,7 @@ from contextlib import contextmanager
 from dataclasses import fields, replace
 from functools import partial
 from pathlib import Path
-from types import ModuleType, SimpleNamespace
+from types import BuiltinFunctionType, FunctionType, ModuleType, SimpleNamespace
 from typing import Any, get_args
 
 import crosscheck
@@ -30,6 +30,7 @@ from crosscheck.trial.input.equations import Coordinates, Equations, Level
 from crosscheck.trial.source.code import UserCode, find_module_code, find_object_code
 
 EXPECTED = "file.py:name or package.module:name"
+OF_SYMPY = "what crosscheck.testing.from_sympy makes of its matrices"
 ACCEPTED = "Equations, a function that returns them, or an object with mass_matrix, bias, ..."
 MOST_NAMED = 5
 # Friction arguments of robots, whose files have none.
@@ -70,7 +71,11 @@ def import_object(text: str) -> Any:
         if isinstance(
             getattr(named_object, part, sys), ModuleType
         ):  # or there, once it is imported
-            names = [name for name in vars(loaded) if not name.startswith("_")]
+            names = [
+                name
+                for name, value in vars(loaded).items()
+                if not name.startswith("_") and not _is_imported(value, loaded)
+            ]
             near = difflib.get_close_matches(part, names, n=MOST_NAMED, cutoff=0.5) or names
             there = f"; there is {', '.join(near[:MOST_NAMED])}" if near else ""
             raise InputError(text, "", None, f"no {part} in {module}{there}")
@@ -78,10 +83,17 @@ def import_object(text: str) -> Any:
     return named_object
 
 
+def _is_imported(value: Any, module: ModuleType) -> bool:
+    """Whether a value of a module is another module, or a class or function of one."""
+    is_named = isinstance(value, type | FunctionType | BuiltinFunctionType)
+    return isinstance(value, ModuleType) or (is_named and value.__module__ != module.__name__)
+
+
 @contextmanager
 def run_user_code(text: str) -> Iterator[None]:
     """Run a user's code inside; whatever it raises is an InputError that names it by its text."""
-    with track_foreign_code(text), _translate_errors(text, _parse_location(text)[2]):
+    folder = _parse_location(text)[2]
+    with track_foreign_code(text), _translate_errors(text, folder), _make_importable(folder):
         yield
 
 
@@ -107,7 +119,7 @@ def build_equations(
 
     def rebuild(other: Arm, drive: Scenario | None) -> Equations:
         values = {"arm": other, "scenario": drive or scenario}
-        with _translate_errors(where, beside):
+        with _translate_errors(where, beside), _make_importable(beside):
             answer = _call_factory(source, {name: values[of] for name, of in by_arm.items()})
         whole = _require_arm_equations(
             extract_equations(answer, where, "returned").adapt_to_arm(other, drive), where
@@ -285,7 +297,9 @@ def extract_equations(source: Any, where: str, verb: str = "is") -> Equations:
     if isinstance(source, type) or not (_has_parts(source) or isinstance(source, SimpleNamespace)):
         kind = "None" if source is None else f"a {type(source).__name__}"
         must = "must return" if verb == "returned" else "must be"
-        raise InputError(where, "", None, f"{verb} {kind}; {must} {ACCEPTED}")
+        is_sympy = type(source).__module__.startswith("sympy.")
+        reason = f"{verb} {kind}; {must} {OF_SYMPY if is_sympy else ACCEPTED}"
+        raise InputError(where, "", None, reason)
     names = {entry.name for entry in fields(Equations)} - SET_HERE
     attributes = {
         name: getattr(source, name) for name in names if getattr(source, name, None) is not None

@@ -820,7 +820,7 @@ def test_no_code_of_a_unit_runs_unasked(crosscheck, tmp_path):
     (tmp_path / "map.toml").write_text(RIGID, encoding="utf-8")
     given = "trial", tmp_path / "unit.fmu", "--coordinates", tmp_path / "map.toml"
     assert_one_line(crosscheck(*given), "--run-code: is needed:", "unit.fmu is code")
-    assert_one_line(crosscheck(*given[:2]), "--coordinates: is missing", "--ask drafts it")
+    assert_one_line(crosscheck(*given[:2]), "--coordinates: is missing", "--out map drafts it")
 
 
 def test_draft_of_a_mapping_is_read_back(crosscheck, tmp_path):
