@@ -465,10 +465,10 @@ def find_robot_model(name: str, robot: Robot) -> tuple[str, Level]:
     if engine not in model_names("robot"):
         allowed = f"must be ENGINE:LEVEL, ENGINE one of {', '.join(model_names('robot'))}"
         raise InputError("model", "", name, allowed)
+    level = robot.find_level(wanted)
+    if level is not None and MODELS[engine].has_level(level):
+        return engine, level
     levels = [level for level in robot.levels if MODELS[engine].has_level(level)]
-    for level in levels:
-        if level == wanted:
-            return engine, level
     allowed = f"{robot.name} has the levels {', '.join(levels)} in {engine}"
     raise InputError("model", "", name, allowed)
 

@@ -328,7 +328,7 @@ def cost(
     ] = None,
     ratio: Annotated[
         float | None,
-        Option(help="Gear ratio of each joint whose files state none; [rad/m] of slides."),
+        Option(help="Gear ratio of each joint whose files state none; in rad/m where it slides."),
     ] = None,
     rotor_inertia: Annotated[
         float | None, Option(help="Rotor inertia of each joint whose files state none, in kg m^2.")

@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import os
 import shlex
-import sys
 import tempfile
 from collections.abc import Mapping
 from dataclasses import dataclass, replace
@@ -168,8 +167,6 @@ def trial_command(options: TrialOptions) -> int:
                 return _run_beside_engines(options, unit, chosen)
         request = _make_request(options, unit, chosen)
         require_files(*options.files)
-        if options.arm not in options.names:
-            print(f"no ARM is named: the paper's arm, {DEFAULT_ARM}, is taken", file=sys.stderr)
         trial = _try_equations(request)
     return _report_trial(trial, options)
 

@@ -362,6 +362,10 @@ class Robot:
             return RIGID
         return ("links", "armature") if self.armature.any() else ("links",)
 
+    def find_level(self, name: str) -> Level | None:
+        """The level of a name, also one that equals a simpler level; None if there is none."""
+        return next((each for each in (*RIGID, *self.levels) if each == name), None)
+
 
 def remove_friction(robot: Robot) -> Robot:
     """The robot without friction in its joints."""

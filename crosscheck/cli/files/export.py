@@ -29,7 +29,7 @@ from crosscheck.models.errors import InputError, format_line, make_printable
 from crosscheck.models.files import URDF
 from crosscheck.models.loading import load_selection
 from crosscheck.models.mechanism import find_section, select_mechanism
-from crosscheck.models.robot.robot import Level, Robot
+from crosscheck.models.robot.robot import LEVELS, Level, Robot
 from crosscheck.output import require_file, write_files
 from crosscheck.planning.sizing import make_unequal_gains_scenario
 from crosscheck.registry import BUILT_IN, build, load_model_class
@@ -84,7 +84,7 @@ def export_arm(name: str, model: str, settings: list[str]) -> EquationsText:
 def export_robot(name: str, model: str, settings: list[str]) -> EquationsText:
     """Accelerations, and M of rigid gears, of a robot at a level. Raises InputError."""
     robot: Robot = select_mechanism(name, (), settings).mechanism
-    levels = {f"analytic:{level}": level for level in robot.levels}
+    levels = {f"analytic:{level}": level for level in LEVELS if robot.find_level(level)}
     if model not in levels:
         raise InputError("--model", "", model, f"must be one of {', '.join(levels)}")
     equations, prefix = build_equations(robot, levels[model]), make_c_name(robot.name)

@@ -178,7 +178,7 @@ def read_robot(
     if robot is None:
         file = validate_record(RobotFile, data["robot"], name)
         robot = RobotSource(file=file, urdf_text=data["urdf"]).build(name)
-    if level is not None and level not in robot.levels:
+    if level is not None and robot.find_level(level) is None:
         raise InputError(name, "level", level, f"{robot.name} has {', '.join(robot.levels)}")
     return make_robot_case(robot, level or robot.levels[-1], scenario)
 

@@ -145,8 +145,12 @@ def list_further_cross_products(site: Site, *, of_products: bool) -> Texts:
         products = site.list_products(is_short_product) if of_products else []
         others = dict.fromkeys(products or names)
         pairs += ((a, b) for b in others for a in dict.fromkeys([*names, *products]) if a != b)
+        inside = [
+            a for each in ast.walk(site.node) if isinstance(each, ast.Call) for a in each.args
+        ]
+        levers = [name for name in names if name in map(ast.unparse, inside)]
         if of_products:
-            pairs += ((a, f"{cross}({a}, {b})") for a, b in permutations(names, 2))
+            pairs += ((a, f"{cross}({a}, {b})") for b in levers for a in names if a != b)
     elif is_matrix_product(site.node) and of_products:
         matrix = write_operand(site.node.left)
         pairs += ((name, f"{matrix} @ {name}") for name in names)

@@ -215,6 +215,9 @@ def list_parentheses(site: Site) -> Texts:
             for begin in range(0, end - 2, 2):
                 inner = " ".join(tokens[begin:end])
                 yield " ".join([*tokens[:begin], f"({inner})", *tokens[end:]])
+    if is_product(node) and is_power(node.right):
+        base, exponent = write_operand(node.right.left), ast.unparse(node.right.right)
+        yield f"({ast.unparse(node.left)} {get_sign(node.op)} {base}) ** {exponent}"
     if is_product(node):
         for several in (side for side in (node.left, node.right) if is_sum(side)):
             left, right = (
@@ -266,7 +269,10 @@ def list_steps(site: Site) -> Texts:
 
 
 def list_slices(site: Site) -> Texts:
-    """All up to an index, or from it."""
+    """All up to an index, or from it, also for one another."""
+    if isinstance(site.node, ast.Slice) and (site.node.lower is None) != (site.node.upper is None):
+        lower, upper = (each and ast.unparse(each) for each in (site.node.lower, site.node.upper))
+        yield f"{upper or ''}:{lower or ''}"
     is_element = isinstance(site.parent, ast.Subscript | ast.Tuple)
     if is_element and site.is_leaf and site.is_index and site.kind == INDEX:
         yield from (f":{site.text} + 1", f":{site.text}", f"{site.text}:")

@@ -210,7 +210,7 @@ def test_a_robot_takes_a_unit(crosscheck, tmp_path):
     (tmp_path / "map.toml").write_text(RIGID, encoding="utf-8")
     coupling = [(f"mass_{k} = 13.614999999999998", f"mass_{k} = 10.115") for k in (3, 5)]
     for name, changes, code, words in (
-        ("right.fmu", [], 0, "agrees with links"),
+        ("right.fmu", [], 0, "agrees with the rigid robot"),
         ("wrong.fmu", coupling, 1, "M[j1, j2] alone is wrong"),
     ):
         (tmp_path / name).write_bytes(exported("paper-labelled", "analytic:links", *changes))

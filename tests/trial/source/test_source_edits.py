@@ -90,10 +90,11 @@ def make():
 
     def push(q):
         pull, held = [q[0], c2, q[1] ** 2], np.zeros(3)
-        moments = [bodies[i].mass * bodies[i].lever for i in range(2)]
         spun, lever = np.array([q[0], q[1], 0.4]), np.array([c1, c2, s])
+        held[1:] = lever[1:] * (spun[0] * s) ** 2
+        moments = [bodies[i].mass * bodies[i].lever for i in range(2)]
         for i in range(3):
-            held[i] = pull[i] - (pull[i + 1] if i < 2 else 0.0)
+            held[i] += pull[i] - (pull[i + 1] if i < 2 else 0.0)
         return moments[1] * held + np.cross(lever, held) + np.cross(spun, np.cross(spun, lever))
 
     parts = weights, moment, spin, sweep, lift, inertia, order, push
@@ -214,6 +215,8 @@ def find_answer(
         ("s * q[1] + c2\n", "c2 * q[1] + s\n", 3),
         ("bodies[i].mass * bodies[i].lever", "bodies[i].mass * bodies[i].mass", 4),
         ("[1.3, 2.1, 0.7]", "[74.5, 2.1, 0.7]", 2),
+        ("(spun[0] * s) ** 2", "spun[0] * s ** 2", 2),
+        ("lever[1:]", "lever[:1]", 2),
         (" + np.cross(spun, np.cross(spun, lever))", "", 5),
         ("pull[i] - (pull[i + 1] if i < 2 else 0.0)", "pull[i]", 5),
     ],
