@@ -52,7 +52,7 @@ CLOSING_S = 20  # [s] beyond it, after which the process is ended
 # Ranks of edits with numbers that are solved for.
 LITERAL_RANK, VECTOR_RANK, SUMMAND_RANK = 2, 3, ADDING_RANK
 MOVED = "({} * 1.37 + 0.11)"  # a value that is another one, whatever it is
-MOST_AT_ONCE = 5  # likeliest ranks that come before their edits elsewhere
+MOST_AT_ONCE = 4  # likeliest ranks that come before their edits elsewhere
 MOST_ALTERNATIVES = 2
 MOST_INCOMPLETE = 12  # edits that mend some entries, of which pairs are tried
 # Rounds of a search: ranks, first the edits that may mend all that is wrong, then the others.
