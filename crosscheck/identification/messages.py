@@ -35,6 +35,7 @@ NONE_FITS: dict[Side, str] = {
     "motor": "No level fits the recording with the file's numbers",
     "joint": "Judged by the torques behind the gears, no level fits with the file's numbers",
 }
+LARGE_REST_PERCENT = 20.0  # unexplained share of torques at which links and friction explain little
 LARGEST_RATIO = 1e12  # largest likelihood ratio that is written out
 MOST_DIGITS = 15
 MOST_NAMES = 6
@@ -211,8 +212,12 @@ def _describe_side(side: SideResult) -> Iterator[str]:
     else:
         worst = int(side.unexplained.argmax())
         share, name = 100 * side.unexplained[worst], side.measured[worst]
-        most = f"all but {share:.2g} % at {name} (rms)"
-        yield f"Links and friction alone explain the {where}: {most}."
+        if share < LARGE_REST_PERCENT:
+            rest = f"all but {share:.2g} % at {name} (rms)"
+            yield f"Links and friction alone explain the {where}: {rest}."
+        else:
+            rest = f"leave {share:.2g} % of the {where} unexplained at {name} (rms)"
+            yield f"No rotor is missing, but links and friction {rest}."
     unseen = [each for each in side.rotors if each not in (*side.seen, *side.impossible)]
     if unseen:
         listed = "; ".join(format_estimate(each) for each in unseen)

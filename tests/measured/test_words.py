@@ -63,6 +63,10 @@ def suggest(seed: int, period: float, condition: float) -> Any:
 
 SIDES: dict[str, tuple[Any, list[str]]] = {
     "nothing": (side(), ["alone explain the torques of the motors: all but 1.2 % at j2 (rms)."]),
+    "much that nothing explains": (
+        side(unexplained=np.array([0.004, 0.82])),
+        ["leave 82 % of the torques of the motors unexplained at j2 (rms)."],
+    ),
     "a rotor and others": (
         side(seen=(J3,), rotors=(J1, J2, J3)),
         [

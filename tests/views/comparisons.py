@@ -138,6 +138,7 @@ PHRASES = {
     "{} rows, {}$": "rows, length",
     "of {} comparisons": "comparisons",
     "all but {} %": "unexplained [%]",
+    "leave {} %": "unexplained [%]",
     ": {} of the torques' terms apart, at most {}": "furthest, allowed",
     "to {} by rows {} apart": "bandwidth_hz, rows_apart_s",
     "condition number {}": "condition_number",
