@@ -133,8 +133,8 @@ def test_the_pages_first_screen_answers_topic_by_topic(labelled):
 @pytest.mark.parametrize(
     ("metres", "card"),
     [
-        (0.0, "0 µm off at the tip in drop; no teeth touch why"),
-        (0.02, "20 mm off at the tip in drop why"),
+        (0.0, "0 µm tip error in drop; no teeth touch why"),
+        (0.02, "20 mm tip error in drop why"),
     ],
 )
 def test_a_tip_that_is_off_by_nothing_has_its_reason_on_the_first_screen(labelled, metres, card):

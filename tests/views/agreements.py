@@ -307,7 +307,7 @@ PHRASES = {
     "all {} models": "models",
     "{} of {} entries": "cells that differ, cells",
     "{} without ": "off",
-    "{} off at the tip": "card",
+    "{} tip error": "card",
     "the tip is {}": "tip at level",
     "by up to {} of its largest": "torque at level",
     "within {}, which": "allowed of cells",
