@@ -269,7 +269,7 @@ def list_steps(site: Site) -> Texts:
 
 
 def list_slices(site: Site) -> Texts:
-    """All up to an index, or from it, also for one another."""
+    """All up to an index, or from it; the other half of an array."""
     if isinstance(site.node, ast.Slice) and (site.node.lower is None) != (site.node.upper is None):
         lower, upper = (each and ast.unparse(each) for each in (site.node.lower, site.node.upper))
         yield f"{upper or ''}:{lower or ''}"
