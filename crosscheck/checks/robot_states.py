@@ -185,10 +185,6 @@ def _reach(robot: Robot, states: RandomStates) -> tuple[float, float]:
     """Distances [m] from the base that the tip, and a centre of mass, have at most."""
     reach = sum(float(np.linalg.norm(joint.placement.position)) for joint in robot.joints)
     reach += float(np.linalg.norm(robot.frames[robot.tip].placement.position))
-    sliding = [
-        column
-        for column, number in enumerate(robot.coordinates)
-        if robot.joints[number].kind == "prismatic"
-    ]
+    sliding = [number - 1 for number in robot.slides]
     reach += float(np.abs(states.q[:, sliding]).max(axis=0).sum())
     return reach, reach + max(float(np.linalg.norm(body.com)) for body in robot.bodies)

@@ -52,8 +52,6 @@ from crosscheck.trial.tables.state_requests import (
 )
 from crosscheck.trial.trial import run_trial
 
-DEFAULT_ARM = "paper-labelled"
-
 
 def make_trial_request(
     model: str, chosen: Selection, *, quick: bool, seed: int, jobs: int = 1
@@ -125,7 +123,7 @@ class TrialOptions:
     def arm(self) -> str:
         """Name or file of the arm."""
         index = 0 if self.answers or (self.ask and not self.fmu) else 1
-        return self.names[index] if len(self.names) > index else DEFAULT_ARM
+        return self.names[index] if len(self.names) > index else "paper-labelled"
 
     def table(self) -> AnsweredTrial:
         """The trial of a table of answers. Raises InputError."""

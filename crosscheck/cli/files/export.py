@@ -97,7 +97,7 @@ def export_robot(name: str, model: str, settings: list[str]) -> EquationsText:
 
 def robot_variables(robot: Robot, level: Level) -> tuple[list[tuple[str, str]], list[str]]:
     """Name and unit of every coordinate of a robot at a level, and the units of its torques."""
-    slides = [robot.joints[number].kind == "prismatic" for number in robot.coordinates]
+    slides = [number in robot.slides for number, _ in enumerate(robot.coordinates, 1)]
     names = robot.state_names(level)
     units = ["m" if each else "rad" for each in slides] + ["m"] * (len(names) - len(slides))
     return list(zip(names, units, strict=True)), ["N" if each else "N.m" for each in slides]

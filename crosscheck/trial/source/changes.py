@@ -215,10 +215,10 @@ def list_parentheses(site: Site) -> Texts:
             for begin in range(0, end - 2, 2):
                 inner = " ".join(tokens[begin:end])
                 yield " ".join([*tokens[:begin], f"({inner})", *tokens[end:]])
-    if is_product(node) and is_power(node.right):
-        base, exponent = write_operand(node.right.left), ast.unparse(node.right.right)
-        yield f"({ast.unparse(node.left)} {get_sign(node.op)} {base}) ** {exponent}"
     if is_product(node):
+        if is_power(node.right):
+            base, exponent = write_operand(node.right.left), ast.unparse(node.right.right)
+            yield f"({ast.unparse(node.left)} {get_sign(node.op)} {base}) ** {exponent}"
         for several in (side for side in (node.left, node.right) if is_sum(side)):
             left, right = (
                 ast.unparse(side) if side is several else write_operand(side)
