@@ -48,14 +48,17 @@ class UserCode:
         )
         return compile(ast.Module([statement], []), self.file, "exec", flags, dont_inherit=True)
 
-    def run(self, codes: Iterable[Any]) -> Any:
-        """The object that the equations are made of, by compiled statements in a fresh module."""
+    def run(self, codes: Iterable[Any], names: Names | None = None) -> Any:
+        """The object that the equations are made of, by compiled statements in a fresh module.
+
+        names: more that the statements find defined.
+        """
         module = ModuleType(MODULE)
         containers = (list, dict, set)
         for name, value in self.names.items():
             copied = copy.copy(value) if isinstance(value, containers) else value
             setattr(module, name, copied)
-        module.__dict__.update(__name__=MODULE, __file__=self.file)
+        module.__dict__.update(names or {}, __name__=MODULE, __file__=self.file)
         sys.modules[MODULE] = module  # dataclasses look their module up
         for code in codes:
             exec(code, module.__dict__)

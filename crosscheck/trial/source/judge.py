@@ -6,14 +6,15 @@ A part that is wrong is asked at one state before all else is asked, for most ed
 from __future__ import annotations
 
 import time
-from collections.abc import Collection, Iterable, Mapping, Sequence
-from functools import cache, partial
-from typing import Any, NamedTuple
+from collections.abc import Collection, Iterable, Iterator, Mapping, Sequence
+from functools import partial
+from typing import NamedTuple
 
 import numpy as np
 
 from crosscheck.trial.source.answer_key import Answer, AnswerKey, Entry
 from crosscheck.trial.source.code import UserCode
+from crosscheck.trial.source.edited_code import EditedCode
 from crosscheck.trial.source.sandbox import limit_processor_time
 
 SLOWER, LEAST_S = 20.0, 0.2  # times the code as it is, and [s] on top, that an edit may take
@@ -33,6 +34,17 @@ class Response(NamedTuple):
     moves_right: bool
 
 
+class Verdict(NamedTuple):
+    """What an edit does to what is wrong.
+
+    mended: by level for which it corrects some entries and breaks none, those that stay wrong;
+    values: of the first wrong part at one state, with the edit.
+    """
+
+    mended: Mapping[str, Wrong]
+    values: np.ndarray
+
+
 class SourceJudge:
     """The wrong entries of a source as it is, and of what edits make of it.
 
@@ -49,7 +61,8 @@ class SourceJudge:
         self.compiled = [code.compile(statement) for statement in code.statements]
         here, *others = answer_keys
         self.level, trusted = next(iter(here.levels.items()))
-        begun, as_is = time.process_time(), self._bind(here)
+        self.as_is = EditedCode(code, self.compiled)
+        begun, as_is = time.process_time(), self.as_is.bind(here)
         seconds = {part: _measure_seconds(as_is, part) for part in trusted.right}
         self.parts = [part for part, needed in seconds.items() if needed is not None]
         wrong_parts = {part for part, *_ in trusted.find_wrong_entries(as_is, self.parts)}
@@ -72,9 +85,9 @@ class SourceJudge:
             self.states[part] = wrong.index(max(wrong))
         self.values = {part: as_is(part, state) for part, state in self.states.items()}
         self.wrong_there = {
-            (level, part): here.levels[level].find_wrong_entries(as_is, [part], [state])
+            (level, part): self._mark_wrong(level, part, value)
             for level in self.wrong
-            for part, state in self.states.items()
+            for part, value in self.values.items()
         }
 
     @property
@@ -92,17 +105,25 @@ class SourceJudge:
         there = {entry for number, entry in self.wrong[self.level] if number}
         return self.is_unequal and there <= here
 
-    def ask(self) -> None:
-        """Make the equations as they are, and ask each wrong part at one state."""
-        answer = self._bind(self.answer_keys[0])
+    @property
+    def first_part(self) -> str:
+        """The wrong part that is asked first."""
+        return next(iter(self.states))
+
+    def bind(self) -> Answer:
+        """The answers of the equations as they are, made anew and remembering nothing."""
+        return self.answer_keys[0].bind(self.code.run(self.compiled))
+
+    def ask(self, answer: Answer) -> None:
+        """Ask each wrong part at one state."""
         for part, state in self.states.items():
             answer(part, state)
 
-    def measure_response(self, compiled: Sequence[Any]) -> Response:
+    def measure_response(self, edited: EditedCode) -> Response:
         """What a change of the code moves at one state. Raises whatever the code raises."""
         here = self.answer_keys[0]
         with limit_processor_time(self.limit_s):
-            answer = self._bind(here, compiled)
+            answer = edited.bind_shared(here)
             trusted = here.levels[self.level]
             moved = [
                 not (
@@ -115,18 +136,18 @@ class SourceJudge:
             broken = trusted.find_wrong_entries(answer, right, [0])
         return Response(any(moved), all(moved), bool(broken))
 
-    def find_mended(self, compiled: Sequence[Any]) -> Mapping[str, Wrong]:
-        """Remaining errors, by level for which the edit corrects some and breaks none.
-
-        Raises whatever the code raises, and TooSlow.
-        """
+    def judge(self, edited: EditedCode) -> Verdict:
+        """What an edit mends. Raises whatever the code raises, and TooSlow."""
         with limit_processor_time(self.limit_s):
-            levels = self._list_mended_levels(compiled)
-            answers = [self._bind(key, compiled) for key in self.answer_keys] if levels else []
+            answer = edited.bind_shared(self.answer_keys[0])
+            levels = self._list_mended_levels(answer)
+            values = answer(self.first_part, self.states[self.first_part])
+            answers = [edited.bind(key) for key in self.answer_keys] if levels else []
             wrong = {level: self._find_wrong_entries(answers, level) for level in levels}
-        return {level: each for level, each in wrong.items() if each < self.wrong[level]}
+        mended = {level: each for level, each in wrong.items() if each < self.wrong[level]}
+        return Verdict(mended, values)
 
-    def compute_residuals(self, compiled: Sequence[Any], *, everywhere: bool) -> list[np.ndarray]:
+    def compute_residuals(self, edited: EditedCode, *, everywhere: bool) -> list[np.ndarray]:
         """The answers of each wrong part less the right ones, at all states or at one.
 
         Raises whatever the code raises, and TooSlow.
@@ -134,21 +155,27 @@ class SourceJudge:
         here = self.answer_keys[0]
         trusted = here.levels[self.level]
         with limit_processor_time(self.limit_s):
-            answer = self._bind(here, compiled)
+            answer = edited.bind_shared(here)
             return [
                 np.ravel([answer(part, k) - trusted.right[part][k] for k in states])
                 for part, state in self.states.items()
                 for states in [trusted.states if everywhere else [state]]
             ]
 
+    def measure_distances(self, part: str, values: np.ndarray) -> Iterator[np.ndarray]:
+        """How far values of a wrong part are from what each level expects, by what is allowed.
+
+        At the one state; of levels beside which the part is wrong there.
+        """
+        here, state = self.answer_keys[0], self.states[part]
+        for level, trusted in here.levels.items():
+            if level in self.wrong and self.wrong_there[level, part].any():
+                yield (trusted.right[part][state] - values) / trusted.allowance(part, state)
+
     def format_entries(self, wrong: Wrong) -> tuple[str, ...]:
         """Entries in words, each once."""
         entries = sorted({entry for _, entry in wrong})
         return tuple(map(self.answer_keys[0].format_entry, entries))
-
-    def _bind(self, answer_key: AnswerKey, compiled: Sequence[Any] = ()) -> Answer:
-        """The answers of the code, edited or as it is, each asked for once."""
-        return cache(answer_key.bind(self.code.run(compiled or self.compiled)))
 
     def _follow(
         self, answer_key: AnswerKey, answer_here: Answer, wrong_here: Collection[str]
@@ -161,7 +188,7 @@ class SourceJudge:
         if self.level not in answer_key.levels:
             return None
         try:
-            answer = self._bind(answer_key)
+            answer = self.as_is.bind(answer_key)
             if all(np.array_equal(answer(part, 0), answer_here(part, 0)) for part in self.parts):
                 return None
         except Exception:  # of the user's code
@@ -181,34 +208,41 @@ class SourceJudge:
             for entry in key.levels[level].find_wrong_entries(answer, self.parts)
         )
 
-    def _list_mended_levels(self, compiled: Sequence[Any]) -> list[str]:
+    def _mark_wrong(self, level: str, part: str, values: np.ndarray) -> np.ndarray:
+        """Which entries of a wrong part are wrong at the one state, beside a level."""
+        trusted, state = self.answer_keys[0].levels[level], self.states[part]
+        distance = np.abs(values - trusted.right[part][state])
+        wrong: np.ndarray = ~(distance <= trusted.allowance(part, state))
+        return wrong
+
+    def _list_mended_levels(self, answer: Answer) -> list[str]:
         """The levels beside which a wrong part is mended at one state, and none made worse."""
-        here, answer = self.answer_keys[0], self._bind(self.answer_keys[0], compiled)
+        holds = self.answer_keys[0].levels[self.level].holds
         levels, mended = list(self.wrong), set[str]()
-        rows_left = dict[str, set[int]]()  # by part, those that stay wrong beside every level
+        rows_left = dict[str, np.ndarray]()  # by part, those that stay wrong beside every level
         for part, state in self.states.items():
             before = {level: self.wrong_there[level, part] for level in levels}
-            after, summand = before, here.levels[self.level].holds.get(part, "")
-            held = rows_left.get(summand, set())
-            if _list_rows(before.values()) <= held:
+            after, held = before, rows_left.get(holds.get(part, ""))
+            if held is not None and all(
+                (_mark_rows(each) <= held).all() for each in before.values()
+            ):
                 rows_left[part] = held
                 continue
-            if (answer(part, state) != self.values[part]).any():
-                after = {
-                    level: here.levels[level].find_wrong_entries(answer, [part], [state])
-                    for level in levels
-                }
-            levels = [level for level in levels if after[level] <= before[level]]
-            mended |= {level for level in levels if after[level] < before[level]}
+            values = answer(part, state)
+            if (values != self.values[part]).any():
+                after = {level: self._mark_wrong(level, part, values) for level in levels}
+            levels = [level for level in levels if (after[level] <= before[level]).all()]
+            mended |= {level for level in levels if (after[level] < before[level]).any()}
             if not levels:
                 break
-            rows_left[part] = set.intersection(*(_list_rows([each]) for each in after.values()))
+            rows_left[part] = np.min([_mark_rows(each) for each in after.values()], axis=0)
         return [level for level in levels if level in mended]
 
 
-def _list_rows(wrong: Iterable[Collection[Entry]]) -> set[int]:
-    """The rows of wrong entries of a part."""
-    return {row for entries in wrong for _, row, *_ in entries}
+def _mark_rows(wrong: np.ndarray) -> np.ndarray:
+    """Which rows of a part have a wrong entry."""
+    marks: np.ndarray = wrong.reshape(len(wrong), -1).any(axis=1)
+    return marks
 
 
 def _sum_seconds(seconds: Mapping[str, float | None], holds: Mapping[str, str], part: str) -> float:

@@ -19,18 +19,19 @@ import time
 from collections.abc import Callable, Iterable, Iterator, Sequence
 from dataclasses import dataclass, replace
 from functools import cache, cached_property, partial
-from itertools import combinations, count, product
+from itertools import combinations, count, islice, product
 from operator import attrgetter
-from typing import Any, NamedTuple
+from typing import NamedTuple
 
 import numpy as np
 
 from crosscheck.runner.outcomes import Failure, SelfKeyedTask
 from crosscheck.runner.progress_update import ProgressCallback
 from crosscheck.runner.workers import Workers
-from crosscheck.trial.source.answer_key import AnswerKey
+from crosscheck.trial.source.answer_key import Answer, AnswerKey
 from crosscheck.trial.source.code import UserCode
 from crosscheck.trial.source.edit import Edit
+from crosscheck.trial.source.edited_code import EditCompiler, EditedCode
 from crosscheck.trial.source.edits import ADDING_RANK, KINDS, RANKS, list_edits
 from crosscheck.trial.source.energy import Energies, find_energies
 from crosscheck.trial.source.judge import Response, SourceJudge, Wrong
@@ -44,7 +45,7 @@ from crosscheck.trial.source.solving import (
     write_number,
 )
 from crosscheck.trial.source.source_edit import SourceAnswer, SourceEdit, describe_edit
-from crosscheck.trial.source.syntax import NUMBER, SourceTree
+from crosscheck.trial.source.syntax import NUMBER, SourceTree, list_run_lines
 
 BUDGET_S = 15.0  # [s] of processor time, of a whole search
 ENERGY_BUDGET_S = 30.0  # [s] of that of energies, whose edits take ten times as long
@@ -54,6 +55,7 @@ LITERAL_RANK, VECTOR_RANK, SUMMAND_RANK = 2, 3, ADDING_RANK
 MOVED = "({} * 1.37 + 0.11)"  # a value that is another one, whatever it is
 MOST_AT_ONCE = 4  # likeliest ranks that come before their edits elsewhere
 MOST_ALTERNATIVES = 2
+MOST_COMPILED = 64  # edits that share a compilation
 MOST_INCOMPLETE = 12  # edits that mend some entries, of which pairs are tried
 # Rounds of a search: ranks, first the edits that may mend all that is wrong, then the others.
 ROUNDS = (
@@ -83,6 +85,13 @@ class MendingEdit(NamedTuple):
         return len(self.wrong), self.edit.likelihood
 
 
+class Effect(NamedTuple):
+    """What the first wrong part is at one state with an edit."""
+
+    edit: Edit
+    values: np.ndarray
+
+
 class EditSearch:
     """The search of one source for edits that make it right, rank by rank.
 
@@ -101,14 +110,26 @@ class EditSearch:
         self.answer_keys = answer_keys
         self.code, self.judge, self.tree = code, SourceJudge(code, answer_keys), SourceTree(code)
         self.texts = {(each.lineno, ast.unparse(each)) for each in self.tree.list_statements()}
-        self.mending = list[MendingEdit]()
-        self.responses = dict[int, Response | None]()  # by the identity of expressions
-        self.tree.observe(self.judge.ask)
+        self.mending, self.effects = list[MendingEdit](), list[Effect]()
         self.energy_search: EditSearch | None = None
+        self.budget_s = BUDGET_S
+        self.compiler = EditCompiler(self.tree, self.judge.compiled, self._observe())
+        self.responses = {} if self.judge.is_slow else self._measure_responses()
         self.energies = self._find_energies() if is_whole else None
+        if self.energies is not None or not is_whole:
+            self.budget_s = ENERGY_BUDGET_S
         self.energy_search = self._make_energy_search()
-        is_numeric = is_whole and self.energies is None
-        self.budget_s = BUDGET_S if is_numeric else ENERGY_BUDGET_S
+
+    def _observe(self) -> set[int]:
+        """See what runs and what names are meanwhile: lines that run whenever parts are asked."""
+        judge = self.judge
+        self.tree.observe(lambda: judge.ask(judge.bind()))
+        if judge.is_slow:
+            return set()
+        answers = list[Answer]()
+        made = list_run_lines(self.code.file, lambda: answers.append(judge.bind()))
+        judge.ask(answers[0])
+        return list_run_lines(self.code.file, lambda: judge.ask(answers[0])) - made
 
     def _find_energies(self) -> Energies | None:
         """Find the energies from which SymPy derives the equations, if it does."""
@@ -149,22 +170,20 @@ class EditSearch:
             return
         if self.energy_search is not None:
             self.energy_search.try_rank(rank, is_likely=is_likely)
-            for each in self.energy_search.answers:
-                self._note_edit(each.edit)
+            self._judge_edits(each.edit for each in self.energy_search.answers)
             return
-        for edit in list_edits(self.tree, rank):
-            if self._is_promising(edit.node, is_added=rank >= ADDING_RANK) == is_likely:
-                self._try_edit(edit)
-            if self.answers and not self.is_whole:
-                return
+        self._judge_edits(
+            edit
+            for edit in list_edits(self.tree, rank)
+            if self._is_promising(edit.node, is_added=rank >= ADDING_RANK) == is_likely
+        )
         solved: dict[int, Callable[[], Iterator[Edit]]] = {
             LITERAL_RANK: partial(self._solve_literals, of_vectors=False),
             VECTOR_RANK: partial(self._solve_literals, of_vectors=True),
             SUMMAND_RANK: self._solve_summands,
         }
         if rank in solved and not is_likely and not self.answers:
-            for edit in solved[rank]():
-                self._try_edit(edit)
+            self._judge_edits(solved[rank]())
 
     def _is_promising(self, node: ast.AST, *, is_added: bool) -> bool | None:
         """Whether an edit of a node may mend all that is wrong and leave the rest as it is.
@@ -177,29 +196,38 @@ class EditSearch:
             return None  # they are right
         above: ast.AST | None = node
         while isinstance(above, ast.expr | ast.Slice) and not self.judge.is_slow:
-            response = self._find_response(above)
+            response = self.responses.get(id(above))
             if response is not None:
                 is_clean = response.moves_all_wrong and (is_added or not response.moves_right)
                 return is_clean if response.moves_wrong else None
             above = self.tree.parent(above)
         return True
 
-    def _find_response(self, node: ast.AST) -> Response | None:
-        """What moves with the value of an expression; None where that cannot be seen."""
-        if id(node) not in self.responses:
-            self.responses[id(node)] = self._measure_response(node)
-        return self.responses[id(node)]
+    def _measure_responses(self) -> dict[int, Response]:
+        """What moves with the values of expressions, by their identity, where that can be seen."""
+        responses = dict[int, Response]()
+        values = (
+            node
+            for node in self.tree.list_nodes()
+            if isinstance(node, ast.expr) and Site(self.tree, node).is_value
+        )
+        moved = (Edit((0, 0), node, MOVED.format(write_operand(node))) for node in values)
+        for edit, edited in self._compile_batches(moved):
+            try:
+                responses[id(edit.node)] = self.judge.measure_response(edited)
+            except BaseException:  # whatever another value leads to
+                continue
+        return responses
 
-    def _measure_response(self, node: ast.AST) -> Response | None:
-        if not isinstance(node, ast.expr) or not Site(self.tree, node).is_value or self.is_spent:
-            return None
-        try:
-            self.tree.put(node, Edit((0, 0), node, MOVED.format(write_operand(node))).parse())
-            return self.judge.measure_response(self._compile([node]))
-        except BaseException:  # whatever another value leads to
-            return None
-        finally:
-            self.tree.put(node, node)
+    def _compile_batches(self, edits: Iterable[Edit]) -> Iterator[tuple[Edit, EditedCode]]:
+        """Edits with the code that has them, as long as there is time."""
+        remaining = iter(edits)
+        while batch := list(islice(remaining, MOST_COMPILED)):
+            for edit, edited in self.compiler.compile_each(batch):
+                if self.is_spent:
+                    return
+                if edited is not None:
+                    yield edit, edited
 
     def _solve_literals(self, *, of_vectors: bool) -> Iterator[Edit]:
         """Numbers of the code, or vectors of them, that others in their place make right."""
@@ -233,10 +261,8 @@ class EditSearch:
 
         @cache
         def compute_residuals(values: tuple[float, ...]) -> list[np.ndarray]:
-            numbers = (f"({each!r})" for each in values)
-            self.tree.put(node, Edit((0, 0), node, text.format(*numbers)).parse())
-            compiled = self._compile([node])
-            return self.judge.compute_residuals(compiled, everywhere=everywhere)
+            chosen = replace(edited, chosen=values)
+            return self.judge.compute_residuals(chosen, everywhere=everywhere)
 
         def solve_parts(parts: Sequence[int]) -> np.ndarray | None:
             def compute_residual(values: np.ndarray) -> np.ndarray:
@@ -246,55 +272,48 @@ class EditSearch:
             return solve_numbers(compute_residual, np.array(start))
 
         try:
+            edited = self.compiler.compile_gaps(node, text, len(start))
             whole = solve_parts(range(count))
             is_open = whole is None and count > 1
             singles = [solve_parts([part]) for part in range(count)] if is_open else []
         except BaseException:  # whatever a number leads to, it is none that mends
             return []
-        finally:
-            self.tree.put(node, node)
         return [values.tolist() for values in (whole, *singles) if values is not None]
 
-    def _try_edit(self, edit: Edit) -> None:
-        if not self.is_spent:
-            self._note_edit(edit)
+    def _judge_edits(self, edits: Iterable[Edit]) -> None:
+        """Judge edits and keep those that mend anything; of energies until one makes all right."""
+        for edit, edited in self._compile_batches(edits):
+            mending = self._judge(edit, edited)
+            if mending is None or not self._is_new(edit):
+                continue
+            # Where the code takes its numbers from the mechanism, what fits this alone is chance.
+            if not (self.judge.is_certain and mending.wrong and mending.is_right_here):
+                self.mending.append(mending)
+            if self.answers and not self.is_whole:
+                return
 
-    def _note_edit(self, edit: Edit) -> None:
-        """Judge an edit and keep it if it mends anything."""
-        mending = self._judge([edit])
-        if mending is None:
-            return
-        # Where the code takes its numbers from the mechanism, what fits this one alone is chance.
-        if not (self.judge.is_certain and mending.wrong and mending.is_right_here):
-            self.mending.append(mending)
-
-    def _judge(self, edits: Sequence[Edit]) -> MendingEdit | None:
-        """Judge edits made together; None if they correct nothing or the code fails with them."""
+    def _judge(self, edit: Edit, edited: EditedCode) -> MendingEdit | None:
+        """Judge an edit, and keep its effect; None if it corrects nothing or the code fails."""
         try:
-            for edit in edits:
-                self.tree.make(edit)
-            if len(edits) == 1 and not self._is_new(edits[0]):
-                return None
-            mended = self.judge.find_mended(self._compile([edit.node for edit in edits]))
+            verdict = self.judge.judge(edited)
         except BaseException:  # whatever an edit leads to, it is none that mends
             return None
-        finally:
-            for edit in edits:
-                self.tree.undo(edit)
-        by_level = (MendingEdit(edits[0], level, wrong) for level, wrong in mended.items())
+        self.effects.append(Effect(edit, verdict.values))
+        by_level = (MendingEdit(edit, level, wrong) for level, wrong in verdict.mended.items())
         return min(by_level, key=get_badness, default=None)
 
-    def _compile(self, changed: Iterable[ast.AST]) -> list[Any]:
-        """The code objects of all statements, anew of those that hold changed nodes."""
-        compiled = list(self.judge.compiled)
-        for number in {self.tree.statements[id(node)] for node in changed}:
-            compiled[number] = self.code.compile(self.code.statements[number])
-        return compiled
+    def _judge_pair(self, edits: Sequence[Edit]) -> bool:
+        """Whether two edits together make all right."""
+        edited = self.compiler.compile(edits)
+        mending = None if edited is None else self._judge(edits[0], edited)
+        return mending is not None and not mending.wrong
 
     def _is_new(self, edit: Edit) -> bool:
         """Whether no other edit has made the same text of the statement."""
         statement, count = self.tree.statement(edit.node), len(self.texts)
+        self.tree.make(edit)
         text = edit.text if statement is edit.node else ast.unparse(statement)
+        self.tree.undo(edit)
         self.texts.add((statement.lineno, text))
         return len(self.texts) > count
 
@@ -302,10 +321,9 @@ class EditSearch:
         """Two edits that together make all right, each of which mends what the other does not."""
         for pair in combinations(sorted(self.mending, key=get_badness)[:MOST_INCOMPLETE], 2):
             statements = {id(self.tree.statement(each.edit.node)) for each in pair}
-            if len(statements) > 1 and not pair[0].wrong & pair[1].wrong:
-                both = self._judge([each.edit for each in pair])
-                if both is not None and not both.wrong:
-                    return sorted(pair, key=lambda each: each.edit.node.lineno)
+            are_apart = len(statements) > 1 and not pair[0].wrong & pair[1].wrong
+            if are_apart and self._judge_pair([each.edit for each in pair]):
+                return sorted(pair, key=lambda each: each.edit.node.lineno)
         return []
 
     def find_answer(self) -> SourceAnswer | None:

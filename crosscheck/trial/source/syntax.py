@@ -259,6 +259,24 @@ class SourceTree:
         return lines
 
 
+def list_run_lines(file: str, run: Callable[[], object]) -> set[int]:
+    """Numbers of the lines of a file that run meanwhile."""
+    lines = set[int]()
+
+    def look(frame: FrameType, event: str, argument: object) -> Any:
+        if frame.f_code.co_filename != file:
+            return None
+        lines.add(frame.f_lineno)
+        return look
+
+    sys.settrace(look)
+    try:
+        run()
+    finally:
+        sys.settrace(None)
+    return lines
+
+
 def _write_leaf(node: ast.AST) -> str:
     """The text of a name, attribute or element; '' of what is none, or would call something.
 
