@@ -110,6 +110,11 @@ class SourceJudge:
         """The wrong part that is asked first."""
         return next(iter(self.states))
 
+    @property
+    def first_value(self) -> np.ndarray:
+        """The answer of that part at its state."""
+        return self.values[self.first_part]
+
     def bind(self) -> Answer:
         """The answers of the equations as they are, made anew and remembering nothing."""
         return self.answer_keys[0].bind(self.code.run(self.compiled))
@@ -162,15 +167,17 @@ class SourceJudge:
                 for states in [trusted.states if everywhere else [state]]
             ]
 
-    def measure_distances(self, part: str, values: np.ndarray) -> Iterator[np.ndarray]:
-        """How far values of a wrong part are from what each level expects, by what is allowed.
+    def measure_distances(self) -> Iterator[tuple[np.ndarray, np.ndarray]]:
+        """What the first wrong part lacks, by what is allowed, and the latter, beside each level.
 
-        At the one state; of levels beside which the part is wrong there.
+        At its state, of levels beside which it is wrong there.
         """
-        here, state = self.answer_keys[0], self.states[part]
-        for level, trusted in here.levels.items():
-            if level in self.wrong and self.wrong_there[level, part].any():
-                yield (trusted.right[part][state] - values) / trusted.allowance(part, state)
+        here, part = self.answer_keys[0], self.first_part
+        for level in self.wrong:
+            if self.wrong_there[level, part].any():
+                trusted, state = here.levels[level], self.states[part]
+                allowed = trusted.allowance(part, state)
+                yield (trusted.right[part][state] - self.first_value) / allowed, allowed
 
     def format_entries(self, wrong: Wrong) -> tuple[str, ...]:
         """Entries in words, each once."""
@@ -235,14 +242,15 @@ class SourceJudge:
             mended |= {level for level in levels if (after[level] < before[level]).any()}
             if not levels:
                 break
-            rows_left[part] = np.min([_mark_rows(each) for each in after.values()], axis=0)
+            rows_left[part] = np.asarray(
+                np.all([_mark_rows(each) for each in after.values()], axis=0)
+            )
         return [level for level in levels if level in mended]
 
 
 def _mark_rows(wrong: np.ndarray) -> np.ndarray:
     """Which rows of a part have a wrong entry."""
-    marks: np.ndarray = wrong.reshape(len(wrong), -1).any(axis=1)
-    return marks
+    return np.asarray(wrong.reshape(len(wrong), -1).any(axis=1))
 
 
 def _sum_seconds(seconds: Mapping[str, float | None], holds: Mapping[str, str], part: str) -> float:

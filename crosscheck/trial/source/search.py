@@ -36,6 +36,7 @@ from crosscheck.trial.source.edits import ADDING_RANK, KINDS, RANKS, list_edits
 from crosscheck.trial.source.energy import Energies, find_energies
 from crosscheck.trial.source.judge import Response, SourceJudge, Wrong
 from crosscheck.trial.source.libraries import quicken_libraries
+from crosscheck.trial.source.pairs import list_additive_pairs
 from crosscheck.trial.source.sandbox import enter_sandbox
 from crosscheck.trial.source.site import Site, write_operand
 from crosscheck.trial.source.solving import (
@@ -55,6 +56,8 @@ LITERAL_RANK, VECTOR_RANK, SUMMAND_RANK = 2, 3, ADDING_RANK
 MOVED = "({} * 1.37 + 0.11)"  # a value that is another one, whatever it is
 MOST_AT_ONCE = 4  # likeliest ranks that come before their edits elsewhere
 MOST_ALTERNATIVES = 2
+MOST_PAIRS = 60  # pairs with the right sum that are judged
+PAIRS_S = 4.0  # [s] of processor time, of their judging
 MOST_COMPILED = 64  # edits that share a compilation
 MOST_INCOMPLETE = 12  # edits that mend some entries, of which pairs are tried
 # Rounds of a search: ranks, first the edits that may mend all that is wrong, then the others.
@@ -83,6 +86,13 @@ class MendingEdit(NamedTuple):
     def badness(self) -> tuple[int, tuple[int, int]]:
         """By which the best comes first: how much stays wrong, how unlikely the edit is."""
         return len(self.wrong), self.edit.likelihood
+
+
+class MendingPair(NamedTuple):
+    """Two edits that together make all right, beside a level."""
+
+    edits: Sequence[Edit]
+    level: str
 
 
 class Effect(NamedTuple):
@@ -302,11 +312,10 @@ class EditSearch:
         by_level = (MendingEdit(edit, level, wrong) for level, wrong in verdict.mended.items())
         return min(by_level, key=get_badness, default=None)
 
-    def _judge_pair(self, edits: Sequence[Edit]) -> bool:
-        """Whether two edits together make all right."""
+    def _judge_pair(self, edits: Sequence[Edit]) -> MendingEdit | None:
+        """Judge edits that are made together; the first one stands for them."""
         edited = self.compiler.compile(edits)
-        mending = None if edited is None else self._judge(edits[0], edited)
-        return mending is not None and not mending.wrong
+        return None if edited is None else self._judge(edits[0], edited)
 
     def _is_new(self, edit: Edit) -> bool:
         """Whether no other edit has made the same text of the statement."""
@@ -321,10 +330,53 @@ class EditSearch:
         """Two edits that together make all right, each of which mends what the other does not."""
         for pair in combinations(sorted(self.mending, key=get_badness)[:MOST_INCOMPLETE], 2):
             statements = {id(self.tree.statement(each.edit.node)) for each in pair}
-            are_apart = len(statements) > 1 and not pair[0].wrong & pair[1].wrong
-            if are_apart and self._judge_pair([each.edit for each in pair]):
-                return sorted(pair, key=lambda each: each.edit.node.lineno)
+            if len(statements) > 1 and not pair[0].wrong & pair[1].wrong:
+                both = self._judge_pair([each.edit for each in pair])
+                if both is not None and not both.wrong:
+                    return sorted(pair, key=lambda each: each.edit.node.lineno)
         return []
+
+    @cached_property
+    def pair(self) -> MendingPair | None:
+        """Two edits that make all right and whose effects add up; None without any."""
+        if self.energy_search is not None:
+            pair = self.energy_search.pair
+            pairs = iter([] if pair is None else [pair.edits])
+        else:
+            pairs = islice(self._list_additive_pairs(), MOST_PAIRS)
+        last_s = time.process_time() + PAIRS_S
+        for edits in pairs:
+            mending = self._judge_pair(edits)
+            if mending is not None and not mending.wrong:
+                return MendingPair(edits, mending.level)
+            if time.process_time() > last_s:
+                return None
+        return None
+
+    def _list_additive_pairs(self) -> Iterator[Sequence[Edit]]:
+        """Edits of two statements whose effects make the first wrong part right, likely ones first.
+
+        That is at one state, beside any level.
+        """
+        judge = self.judge
+        effects = [each for each in self.effects if (each.values != judge.first_value).any()]
+        pairs = set[tuple[int, int]]()
+        for missing, allowed in judge.measure_distances() if effects else ():
+            moved = [((each.values - judge.first_value) / allowed).ravel() for each in effects]
+            pairs |= set(list_additive_pairs(np.array(moved), missing.ravel()))
+        edits = [[effects[number].edit for number in pair] for pair in pairs]
+        for both in sorted(edits, key=lambda both: sorted(each.likelihood for each in both)[::-1]):
+            if len({id(self.tree.statement(edit.node)) for edit in both}) > 1:
+                yield sorted(both, key=lambda edit: edit.node.lineno)
+
+    def find_pair_answer(self) -> SourceAnswer | None:
+        """The answer of two edits whose effects add up; None without any."""
+        if self.pair is None:
+            return None
+        edits, level = self.pair
+        described = tuple(describe_edit(self.tree, edit, ()) for edit in edits)
+        level = "" if level == self.judge.level else level
+        return SourceAnswer(described, level=level, is_unequal=self.judge.is_unequal)
 
     def find_answer(self) -> SourceAnswer | None:
         """The answer so far; None where no edit mends anything that says much."""
@@ -445,7 +497,12 @@ class RankTask(SelfKeyedTask):
         return RankOutcome(answer, is_over or search.is_spent)
 
     def _try_second(self, whole: EditSearch) -> RankOutcome:
-        """Search for a second edit that, with the first, makes everything right."""
+        """Search for a second edit that, with the first, makes everything right.
+
+        Two whose effects add up come before it.
+        """
+        if (answer := whole.find_pair_answer()) is not None:
+            return RankOutcome(answer, is_over=True)
         if whole.second is None:
             return RankOutcome(None, True)
         first, search = whole.second
@@ -488,7 +545,7 @@ def find_source_answer(
                     answer = outcome.answer or answer
                     if outcome.is_over:
                         break
-                if answer is None or not answer.wrong:
+                if answer is not None and not answer.wrong:
                     break
     finally:
         del _requests[number]

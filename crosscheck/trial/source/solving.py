@@ -87,7 +87,7 @@ def _list_numbers(site: Site) -> Iterator[tuple[str, float]]:
                 number = float(eval(text, {"__builtins__": {}}, dict(values)))
             except Exception:  # a symbol, or a name that has no value any more
                 continue
-            if number not in (0.0, 1.0) and np.isfinite(number):
+            if number != 0 and np.isfinite(number):
                 yield text, number
 
 
