@@ -31,7 +31,7 @@ from crosscheck.trial.request import TrialRequest
 from crosscheck.trial.result import Trial, TrialDiagnosis
 from crosscheck.trial.source.answer_key import AnswerKey
 from crosscheck.trial.source.code import find_code
-from crosscheck.trial.source.search import find_source_answer
+from crosscheck.trial.source.search import SearchScope, find_source_answer
 
 RunTrial = Callable[[TrialRequest], Trial]
 _trial_lock = threading.Lock()
@@ -116,11 +116,11 @@ def run_trial(request: TrialRequest, progress: ProgressCallback = ignore_progres
         code = find_code(trial.problem.equations) if trial.exit_code else None
         if code is None:
             return trial
-        make_keys, is_brief = (
-            partial(subjects.make_answer_keys, trial),
-            bool(trial.diagnosis.readings),
-        )
-        return replace(trial, change=find_source_answer(code, make_keys, progress, is_brief))
+        make_keys, diagnosis = partial(subjects.make_answer_keys, trial), trial.diagnosis
+        # What one number explains is no error of two lines, and none that one line mends in part.
+        scope: SearchScope = "whole" if diagnosis.explanations else "all"
+        scope = "likely" if diagnosis.readings else scope
+        return replace(trial, change=find_source_answer(code, make_keys, progress, scope))
 
 
 def _get_subjects(request: TrialRequest) -> type[TrialSubject]:

@@ -33,17 +33,25 @@ def list_arguments(site: Site) -> Texts:
 
 
 def list_further_functions(site: Site) -> Texts:
-    """A name with a function of the code of which others, of its kind, are arguments."""
-    if not site.is_leaf or not site.is_value or site.name == "args":
+    """A name in a call of the code in which something of its kind is an argument.
+
+    So what is turned over to the world nearby, by a function or by einsum, is turned here too.
+    """
+    if not site.is_leaf or not site.is_value or site.name == "args" or site.kind is None:
         return
-    functions = dict[str, None]()
+    texts = dict[str, None]()
     for call in site.tree.list_all_nodes():
-        if isinstance(call, ast.Call) and len(call.args) == 1 and not call.keywords:
-            name = ast.unparse(call.func)
-            is_defined = bool(site.scope.kind(name)) or "." in name
-            if site.kind and site.tree.kind(call.args[0]) in (site.kind, None) and is_defined:
-                functions[name] = None
-    yield from (f"{name}({site.text})" for name in functions)
+        if not isinstance(call, ast.Call) or call.keywords:
+            continue
+        function, written = ast.unparse(call.func), list(map(ast.unparse, call.args))
+        is_known = "." in function or function in site.tree.functions
+        for place, argument in enumerate(call.args if is_known else ()):
+            others = [each for each in call.args if each is not argument]
+            has_kind = site.tree.kind(argument) in (site.kind, *([] if others else [None]))
+            if has_kind and all(map(site.can_name, others)):
+                arguments = [*written[:place], site.text, *written[place + 1 :]]
+                texts[f"{function}({', '.join(arguments)})"] = None
+    yield from texts
 
 
 def list_unused(site: Site) -> Texts:

@@ -63,6 +63,7 @@ class SourceJudge:
         self.level, trusted = next(iter(here.levels.items()))
         self.as_is = EditedCode(code, self.compiled)
         begun, as_is = time.process_time(), self.as_is.bind(here)
+        self.making_s = time.process_time() - begun
         seconds = {part: _measure_seconds(as_is, part) for part in trusted.right}
         self.parts = [part for part, needed in seconds.items() if needed is not None]
         wrong_parts = {part for part, *_ in trusted.find_wrong_entries(as_is, self.parts)}

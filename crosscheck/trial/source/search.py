@@ -21,7 +21,7 @@ from dataclasses import dataclass, replace
 from functools import cache, cached_property, partial
 from itertools import combinations, count, islice, product
 from operator import attrgetter
-from typing import NamedTuple
+from typing import Literal, NamedTuple
 
 import numpy as np
 
@@ -49,7 +49,8 @@ from crosscheck.trial.source.source_edit import SourceAnswer, SourceEdit, descri
 from crosscheck.trial.source.syntax import NUMBER, SourceTree, list_run_lines
 
 BUDGET_S = 15.0  # [s] of processor time, of a whole search
-ENERGY_BUDGET_S = 30.0  # [s] of that of energies, whose edits take ten times as long
+DERIVING_BUDGET_S = 30.0  # [s] of that of code that derives equations, whose edits take longer
+DERIVING_S = 0.005  # [s] of processor time, that making equations takes if they are derived
 CLOSING_S = 20  # [s] beyond it, after which the process is ended
 # Ranks of edits with numbers that are solved for.
 LITERAL_RANK, VECTOR_RANK, SUMMAND_RANK = 2, 3, ADDING_RANK
@@ -66,7 +67,8 @@ ROUNDS = (
     *product(RANKS[:MOST_AT_ONCE], [False]),
     *product(RANKS[MOST_AT_ONCE:], [True, False]),
 )
-BRIEF_ROUNDS = 2  # number of rounds where the cause is known, and only its line is looked for
+BRIEF_ROUNDS = 2  # number of rounds where coordinates are the cause, and only its line is sought
+SearchScope = Literal["likely", "whole", "all"]
 MakeAnswerKeys = Callable[[], Iterable[AnswerKey]]
 
 
@@ -126,8 +128,8 @@ class EditSearch:
         self.compiler = EditCompiler(self.tree, self.judge.compiled, self._observe())
         self.responses = {} if self.judge.is_slow else self._measure_responses()
         self.energies = self._find_energies() if is_whole else None
-        if self.energies is not None or not is_whole:
-            self.budget_s = ENERGY_BUDGET_S
+        if self.energies is not None or not is_whole or self.judge.making_s > DERIVING_S:
+            self.budget_s = DERIVING_BUDGET_S
         self.energy_search = self._make_energy_search()
 
     def _observe(self) -> set[int]:
@@ -395,11 +397,11 @@ class EditSearch:
 
     @cached_property
     def second(self) -> tuple[SourceEdit, EditSearch] | None:
-        """The best edit that mends much, but not all, and the search of the code with it.
+        """The edit that mends most, but not all, and the search of the code with it.
 
         That is at the level at which the edit mends: two errors may hide which one that is.
         """
-        incomplete = [each for each in self.mending if each.wrong and self._mends_much(each)]
+        incomplete = [each for each in self.mending if each.wrong]
         first = min(incomplete, key=get_badness, default=None)
         if first is None:
             return None
@@ -484,7 +486,7 @@ class RankTask(SelfKeyedTask):
             code, make_answer_keys = _requests[self.search]
             answer_keys = list(make_answer_keys())
             quicken_libraries()
-            enter_sandbox(2 * int(BUDGET_S + ENERGY_BUDGET_S) + CLOSING_S)
+            enter_sandbox(2 * int(BUDGET_S + DERIVING_BUDGET_S) + CLOSING_S)
             _searches[self.search] = EditSearch(code, answer_keys)
         search = _searches[self.search]
         if self.is_second:
@@ -521,21 +523,21 @@ def find_source_answer(
     code: UserCode,
     make_answer_keys: MakeAnswerKeys,
     progress: ProgressCallback,
-    is_brief: bool = False,
+    scope: SearchScope = "all",
 ) -> SourceAnswer | None:
     """Find the small edit of a source that makes it right, or some of its entries.
 
-    make_answer_keys: what it must answer, on the user's mechanism first; called in a worker.
-    is_brief: whether a likely edit that makes all right is looked for, and nothing else. No file is
-    written, and the code runs in that worker alone.
+    make_answer_keys: what it must answer, on the user's mechanism first; called in a worker. scope:
+    what is looked for: a likely edit that makes all right, any that does, or also two together and
+    those that make some entries right. No file is written, and the code runs in that worker alone.
     """
     number = next(_numbers)
     answer: SourceAnswer | None = None
     _requests[number] = code, make_answer_keys
     try:
         with Workers(1) as workers:
-            for is_second in (False,) if is_brief else (False, True):
-                for rank, is_likely in ROUNDS[:BRIEF_ROUNDS] if is_brief else ROUNDS:
+            for is_second in (False, True) if scope == "all" else (False,):
+                for rank, is_likely in ROUNDS[:BRIEF_ROUNDS] if scope == "likely" else ROUNDS:
                     progress("looking for the line that must change")
                     task = RankTask(number, rank, is_likely, is_second)
                     outcome = workers.perform([task])[task]
@@ -549,4 +551,4 @@ def find_source_answer(
                     break
     finally:
         del _requests[number]
-    return None if is_brief and answer is not None and not answer.is_whole else answer
+    return answer if scope == "all" or (answer is not None and answer.is_whole) else None

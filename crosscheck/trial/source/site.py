@@ -104,14 +104,18 @@ class Site:
     def list_products(self, is_needed: Callable[[ast.AST | None], bool]) -> list[str]:
         """The products that may stand here: of the function, then those of others of its names."""
         here = (node for node in self.scope.nodes if is_needed(node))
-        others = (node for node in self.tree.list_all_nodes() if self._can_name(node))
+        others = (
+            node
+            for node in self.tree.list_all_nodes()
+            if isinstance(node, ast.BinOp)
+            and self.tree.scopes[id(node)] is not self.scope
+            and self.can_name(node)
+        )
         nodes = (*here, *filter(is_needed, others))
         return [ast.unparse(node) for node in nodes if self.tree.kind(node) in (self.kind, None)]
 
-    def _can_name(self, node: ast.AST) -> bool:
-        """Whether an expression of another function is made of names that are known here too."""
-        if not isinstance(node, ast.BinOp) or self.tree.scopes[id(node)] is self.scope:
-            return False
+    def can_name(self, node: ast.AST) -> bool:
+        """Whether an expression calls nothing and is made of names that are known here too."""
         parts = [each for each in ast.walk(node) if isinstance(each, ast.Name | ast.Call)]
         return all(isinstance(n, ast.Name) and self.scope.kind(n.id) for n in parts)
 
