@@ -3,34 +3,61 @@
 from __future__ import annotations
 
 import sys
+from collections.abc import Callable
+from functools import partial
 from typing import Any
 
 import numpy as np
+
+from crosscheck.trial.source.expressions import LambdifiedExpression
 
 SIMPLIFYING = (
     "simplify", "trigsimp", "exptrigsimp", "powsimp", "powdenest", "radsimp", "ratsimp", "combsimp",
     "gammasimp", "signsimp", "logcombine", "fu",
 )  # fmt: skip
 # Where a user's code, and the methods of expressions and matrices, look these functions up.
-MODULES = ("sympy", "sympy.simplify", "sympy.simplify.simplify", "sympy.simplify.trigsimp")
+MODULES = (
+    "sympy", "sympy.simplify", "sympy.simplify.simplify", "sympy.simplify.trigsimp",
+    "sympy.utilities", "sympy.utilities.lambdify",
+)  # fmt: skip
+LIBRARIES = (None, "numpy", "math", ["numpy"], ["math"])  # of lambdify, whose functions are alike
 VECTOR = (3,)  # shape
 _cross_arrays = np.cross
 
 
 def quicken_libraries() -> None:
-    """Quicken NumPy's cross products, and skip SymPy's simplifications if it is loaded, for good.
+    """Quicken NumPy's cross products, and SymPy's functions if it is loaded, for good.
 
-    Simplifying takes seconds; np.cross takes as long as ten products of vectors.
+    Simplifying takes seconds, and is left out; what lambdify returns is written when it is needed;
+    np.cross takes as long as ten products of vectors.
     """
     vars(np)["cross"] = cross_vectors
     for module in filter(None, map(sys.modules.get, MODULES)):
         for name in SIMPLIFYING:
             if callable(getattr(module, name, None)):
                 setattr(module, name, _return_expression)
+        write = getattr(module, "lambdify", None)
+        if callable(write):
+            vars(module)["lambdify"] = partial(_lambdify, write)
 
 
 def _return_expression(expression: Any, *options: object, **more: object) -> Any:
     return expression
+
+
+def _lambdify(
+    write: Callable[..., Callable[..., Any]],
+    args: Any,
+    expr: Any,
+    modules: Any = None,
+    **more: Any,
+) -> Callable[..., Any]:
+    """What SymPy's lambdify returns, of parameters that are called as there."""
+    write_here = partial(write, args, expr, modules, **more)
+    listed = args if isinstance(args, list | tuple) else [args]
+    if modules not in LIBRARIES or set(more) - {"cse"}:
+        return write_here()
+    return LambdifiedExpression(write_here, listed, expr)
 
 
 def cross_vectors(a: Any, b: Any, *options: Any, **more: Any) -> Any:
