@@ -5,7 +5,7 @@ from __future__ import annotations
 import ast
 import copy
 from collections.abc import Mapping
-from itertools import permutations
+from itertools import permutations, product
 
 from crosscheck.trial.source.changes import MATRIX_LENGTH, OPPOSITE, SIMPLE, Texts
 from crosscheck.trial.source.site import (
@@ -62,6 +62,27 @@ def list_unused(site: Site) -> Texts:
         is_unused = text.partition("[")[0] in site.scope.unused
         if is_unused and (site.kind is None or _can_be_added(site.kind, kind)):
             yield from (f"{write_operand(site.node)} {sign} {text}" for sign in (*OPPOSITE, "*"))
+
+
+def list_unused_levers(site: Site) -> Texts:
+    """A sum of vectors with a cross product of what has a name that nothing reads, and a vector."""
+    is_place = site.kind in (VECTOR, None) and site.is_sum_place(outer=True)
+    cross = _find_cross(site) if is_place and site.scope.unused else ""
+    if not cross:
+        return
+    names = [text for text, kind in site.scope.list_leaves() if kind == VECTOR]
+    unused = [text for text in names if text.partition("[")[0] in site.scope.unused]
+    for lever, name in product(unused, names):
+        if name != lever:
+            yield f"{site.text} + {cross}({lever}, {name})"
+            yield f"{site.text} + {cross}({name}, {lever})"
+
+
+def _find_cross(site: Site) -> str:
+    """The text by which the code calls a cross product; '' if it calls none."""
+    calls = (each for each in site.tree.list_all_nodes() if isinstance(each, ast.Call))
+    names = (ast.unparse(each.func) for each in calls)
+    return next((name for name in names if name.endswith("cross")), "")
 
 
 def _can_be_added(kind: Kind, other: Kind) -> bool:
@@ -139,9 +160,7 @@ def list_further_cross_products(site: Site, *, of_products: bool) -> Texts:
     """
     if site.kind not in (VECTOR, None) or not site.is_sum_place(outer=True):
         return
-    nodes = site.tree.list_all_nodes()
-    calls = (ast.unparse(each.func) for each in nodes if isinstance(each, ast.Call))
-    cross = next((text for text in calls if text.endswith("cross")), "")
+    cross = _find_cross(site)
     names = [text for text, kind in site.scope.list_leaves(written=True) if kind == VECTOR]
 
     def is_short_product(node: ast.AST | None) -> bool:

@@ -29,7 +29,7 @@ EQUALITY = {
     ast.Lt: "<=", ast.LtE: "<", ast.Gt: ">=", ast.GtE: ">", ast.Eq: "!=", ast.NotEq: "==",
 }  # fmt: skip
 ENDS = "", " + 1"  # of an index
-TRIGONOMETRY = {"sin": "cos", "cos": "sin"}
+COUNTERPARTS = {"sin": "cos", "cos": "sin", "tril": "triu", "triu": "tril"}
 SIMPLE = ast.Assign | ast.AugAssign | ast.Expr
 UNITS = (1e3, 1e-3, 10.0, 0.1, math.pi / 180, 180 / math.pi)  # factors of a number of the code
 SIMILAR = 0.6  # least similarity of two names, by difflib's ratio
@@ -135,11 +135,11 @@ def _write_exchanged(site: Site, exchanged: Sequence[tuple[ast.AST, str]]) -> st
     return written
 
 
-def list_cofunctions(site: Site) -> Texts:
-    """The cosine for the sine, and the sine for the cosine."""
+def list_counterparts(site: Site) -> Texts:
+    """The cosine for the sine, the upper triangle for the lower, and the reverse."""
     *path, name = site.text.split(".") if site.name == "func" else ("",)
-    if name in TRIGONOMETRY:
-        yield ".".join([*path, TRIGONOMETRY[name]])
+    if name in COUNTERPARTS:
+        yield ".".join([*path, COUNTERPARTS[name]])
 
 
 def list_constants(site: Site) -> Texts:
@@ -178,6 +178,10 @@ def list_orders(site: Site) -> Texts:
     node = site.node
     if isinstance(node, ast.BinOp) and isinstance(node.op, ast.MatMult | ast.Sub):
         yield f"{write_operand(node.right)} {get_sign(node.op)} {write_operand(node.left)}"
+    if is_matrix_product(node) and not is_matrix_product(site.parent):
+        factors = _split_matrix_product(node)
+        for place in range(1, len(factors) - 1):  # the first two are a product of their own
+            yield " @ ".join(factors[k] for k in _swap(range(len(factors)), place, place + 1))
     if isinstance(node, ast.Call):
         args = [ast.unparse(each) for each in (*node.args, *node.keywords)]
         for place in range(len(node.args) - 1):
@@ -191,6 +195,13 @@ def list_orders(site: Site) -> Texts:
         for order in [*(_swap(places, *pair) for pair in swaps), *turns]:
             listed = ", ".join(ast.unparse(node.elts[place]) for place in order)
             yield f"[{listed}]" if isinstance(node, ast.List) else listed
+
+
+def _split_matrix_product(node: ast.expr) -> list[str]:
+    """The factors of a product of matrices from left to right."""
+    if not is_matrix_product(node):
+        return [write_operand(node)]
+    return [*_split_matrix_product(node.left), write_operand(node.right)]
 
 
 def _swap(places: Sequence[int], first: int, second: int) -> list[int]:

@@ -416,7 +416,9 @@ class EditSearch:
             replace(key, levels={first.level: key.levels[first.level], **key.levels})
             for key in self.judge.answer_keys
         ]
-        return self._describe(first), EditSearch(edited, keys)
+        search = EditSearch(edited, keys)
+        search.budget_s = BUDGET_S
+        return self._describe(first), search
 
     def _make_answer(self, edits: Sequence[MendingEdit], is_unequal: bool) -> SourceAnswer | None:
         """The first edit as an answer, others as alternatives; None without any."""

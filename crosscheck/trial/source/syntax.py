@@ -349,6 +349,8 @@ def find_kind(value: Any) -> Kind | None:
         return ("array", *shape)
     if isinstance(shape, tuple) and isinstance(value, np.ndarray):
         return NUMBER
+    if isinstance(value, list) and value and all(isinstance(each, float | int) for each in value):
+        return ("array", len(value))  # as what a product with a matrix takes it
     if isinstance(value, int | np.integer):
         return INDEX
     if isinstance(value, float | np.floating):
