@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator
+from collections.abc import Iterator, Mapping
 from contextlib import suppress
 from dataclasses import replace
 from typing import Any, Literal, get_args
@@ -41,7 +41,8 @@ def make_robot_answer_keys(trial: Trial) -> Iterator[AnswerKey]:
     its friction and without the motors of elastic joints.
     """
     problem, level, robot = trial.problem, trial.diagnosis.level, trial.request.mechanism
-    yield _make_answer_key(problem, level, robot)
+    follows = "bias" in problem.self_differences and not problem.find_self_places("bias", level)
+    yield _make_answer_key(problem, level, robot, {"bias": "mass_matrix"} if follows else {})
     if problem.stiffness.any():  # springs of another robot would be others
         return
     states = problem.states.first(FEW_STATES)
@@ -50,7 +51,7 @@ def make_robot_answer_keys(trial: Trial) -> Iterator[AnswerKey]:
         with suppress(InputError):  # where another robot's mass matrix loses its digits
             sizes = compute_sizes_by_level(remove_friction(other), problem.stated, states)
             there = replace(problem, robot=remove_friction(other), states=states, sizes=sizes)
-            yield _make_answer_key(there, level, other)
+            yield _make_answer_key(there, level, other, {})
 
 
 def draw_probe_robot(robot: Robot, kind: NumberKind) -> Robot:
@@ -80,8 +81,13 @@ def draw_probe_robot(robot: Robot, kind: NumberKind) -> Robot:
     return replace(robot, bodies=tuple(map(change_body, robot.bodies)))
 
 
-def _make_answer_key(problem: RobotProblem, level: Level, robot: Robot) -> AnswerKey:
-    """The answers of the nearest level, and of others of which wrong equations may be."""
+def _make_answer_key(
+    problem: RobotProblem, level: Level, robot: Robot, holds: Mapping[str, str]
+) -> AnswerKey:
+    """The answers of the nearest level, and of others of which wrong equations may be.
+
+    holds: by part, one from which it follows.
+    """
     freeze(robot)
     states = problem.states.first(FEW_STATES)
     by_name = {
@@ -115,11 +121,13 @@ def _make_answer_key(problem: RobotProblem, level: Level, robot: Robot) -> Answe
         return answer
 
     levels = dict.fromkeys((level, *([] if problem.stated else problem.sizes)))
-    right = {str(each): _select_answers(problem, each) for each in levels if each in problem.sizes}
+    right = {
+        str(each): _select_answers(problem, each, holds) for each in levels if each in problem.sizes
+    }
     return AnswerKey(bind, right, problem.names)
 
 
-def _select_answers(problem: RobotProblem, level: Level) -> LevelAnswers:
+def _select_answers(problem: RobotProblem, level: Level, holds: Mapping[str, str]) -> LevelAnswers:
     """Answers that a level expects of the functions, before the trial splits them into parts."""
     answers, sizes, equations = problem.answers, problem.sizes[level], problem.equations
     friction = problem.friction[:FEW_STATES]
@@ -138,11 +146,11 @@ def _select_answers(problem: RobotProblem, level: Level) -> LevelAnswers:
     if equations.coriolis is not None and "bias" in right:  # C itself is not unique, C v is
         right["coriolis"], allowed["coriolis"] = right["bias"], allowed["bias"]
     parts = {part: right[part] for part in right if getattr(equations, part) is not None}
-    holds = dict[str, str]()
+    held = {part: each for part, each in holds.items() if {part, each} <= set(parts)}
     if "inverse_dynamics" in parts:
         moving = np.einsum("sij,sj->si", right["mass_matrix"], problem.states.a[:FEW_STATES])
         parts[WITHOUT_RATES] = parts["inverse_dynamics"] - friction - right["bias"]
         parts[AT_REST] = parts[WITHOUT_RATES] - moving
         allowed |= dict.fromkeys((AT_REST, WITHOUT_RATES), allowed["inverse_dynamics"])
-        holds = {"inverse_dynamics": WITHOUT_RATES, WITHOUT_RATES: AT_REST}
-    return LevelAnswers(parts, allowed, holds)
+        held |= {"inverse_dynamics": WITHOUT_RATES, WITHOUT_RATES: AT_REST}
+    return LevelAnswers(parts, allowed, held)

@@ -28,7 +28,8 @@ class LevelAnswers:
     Args:
         right: By part, M (states, n, n), others (states, n).
         allowed: By part, what entries may differ by, in a shape that fits.
-        holds: By part, one that is a summand of it: where that is wrong, so is the sum.
+        holds: By part, one that is a summand of it, or from which it follows: where that is wrong,
+            so is the part.
     """
 
     right: Mapping[str, np.ndarray]
