@@ -162,6 +162,13 @@ def list_constants(site: Site) -> Texts:
         yield from (text for text, kind in site.scope.list_leaves(written=True) if kind == INDEX)
 
 
+def list_zeros(site: Site) -> Texts:
+    """A name for a number 0 among others, such as the offset that somebody left out."""
+    is_zero = isinstance(site.node, ast.Constant) and site.node.value in (0, 0.0)
+    if is_zero and isinstance(site.parent, ast.List | ast.Tuple | ast.Call) and not site.is_index:
+        yield from (text for text, kind in site.scope.list_leaves() if kind == NUMBER)
+
+
 def list_transposes(site: Site) -> Texts:
     """A matrix turned over, or no longer."""
     node, kind = site.node, site.kind

@@ -51,6 +51,7 @@ from crosscheck.trial.source.changes import (
     list_subscripts,
     list_swaps,
     list_transposes,
+    list_zeros,
 )
 from crosscheck.trial.source.edit import Edit
 from crosscheck.trial.source.moves import list_moves
@@ -111,6 +112,7 @@ KINDS = (
     EditKind(3, list_swaps),
     EditKind(3, list_distributions),
     EditKind(3, list_inverses),
+    EditKind(3, list_zeros),
     EditKind(3, list_repetitions),
     EditKind(4, list_further_matrices),
     EditKind(4, partial(list_exchanges, near=False, written=False)),
