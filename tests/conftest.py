@@ -89,11 +89,11 @@ def few_states() -> Iterator[None]:
 @pytest.fixture(scope="session", autouse=True)
 def search_rounds() -> Iterator[tuple[tuple[int, bool], ...]]:
     """Rounds of the search for the user's line: up to 15 s, but for who asks for it left out."""
-    from crosscheck.trial.source import search
+    from crosscheck.trial.source import worker
 
-    usual = search.ROUNDS
+    usual = worker.ROUNDS
     with pytest.MonkeyPatch.context() as patch:
-        patch.setattr(search, "ROUNDS", ())
+        patch.setattr(worker, "ROUNDS", ())
         yield usual
 
 
@@ -102,9 +102,9 @@ def source_search(
     monkeypatch: pytest.MonkeyPatch, search_rounds: tuple[tuple[int, bool], ...]
 ) -> None:
     """Trials look for the line of the user's source that must change."""
-    from crosscheck.trial.source import search
+    from crosscheck.trial.source import worker
 
-    monkeypatch.setattr(search, "ROUNDS", search_rounds)
+    monkeypatch.setattr(worker, "ROUNDS", search_rounds)
 
 
 @pytest.fixture(scope="module", autouse=True)

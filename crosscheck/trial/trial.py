@@ -31,7 +31,7 @@ from crosscheck.trial.request import TrialRequest
 from crosscheck.trial.result import Trial, TrialDiagnosis
 from crosscheck.trial.source.answer_key import AnswerKey
 from crosscheck.trial.source.code import find_code
-from crosscheck.trial.source.search import SearchScope, find_source_answer
+from crosscheck.trial.source.worker import SearchScope, find_source_answer
 
 RunTrial = Callable[[TrialRequest], Trial]
 _trial_lock = threading.Lock()

@@ -10,8 +10,8 @@ from typing import Any
 import pytest
 
 from crosscheck.provenance import ROOT
-from crosscheck.trial.source import search
-from crosscheck.trial.source.search import find_source_answer
+from crosscheck.trial.source import worker
+from crosscheck.trial.source.worker import find_source_answer
 
 MODULES = sorted((ROOT / "tests").rglob("test_*.py"))
 WRAPPERS = {"enumerate", "pairwise", "product", "range", "reversed", "sorted", "zip"}
@@ -87,4 +87,4 @@ def test_a_trial_seeks_no_line_unless_a_test_asks_for_it():
 
 
 def test_a_test_may_ask_for_the_line(source_search):
-    assert search.ROUNDS
+    assert worker.ROUNDS

@@ -44,8 +44,8 @@ def list_further_functions(site: Site) -> Texts:
         if not isinstance(call, ast.Call) or call.keywords:
             continue
         function, written = ast.unparse(call.func), list(map(ast.unparse, call.args))
-        is_known = "." in function or function in site.tree.functions
-        for place, argument in enumerate(call.args if is_known else ()):
+        is_usual = "." in function or function in site.tree.functions
+        for place, argument in enumerate(call.args if is_usual else ()):
             others = [each for each in call.args if each is not argument]
             has_kind = site.tree.kind(argument) in (site.kind, *([] if others else [None]))
             if has_kind and all(map(site.can_name, others)):

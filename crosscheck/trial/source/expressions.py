@@ -26,8 +26,8 @@ FUNCTIONS: dict[str, Any] = {
 MOST_WALKS = 50  # calls of one function that take less time than to write it
 
 
-class Unknown(Exception):
-    """An error for an expression with a value that is not known here."""
+class Unwalkable(Exception):
+    """An error for an expression that is made of more than is walked."""
 
 
 class LambdifiedExpression:
@@ -49,11 +49,11 @@ class LambdifiedExpression:
 
     def __call__(self, *values: Any, **named: Any) -> Any:
         """The value for numbers, or arrays of them. Raises what SymPy's function raises."""
-        if self.written is None and self.walks < MOST_WALKS and not named:
-            self.walks += 1
+        self.walks += 1
+        if self.written is None and self.walks <= MOST_WALKS and not named:
             try:
                 return evaluate(self.expression, dict(_list_pairs(self.arguments, values)))
-            except (Unknown, TypeError, ValueError):  # SymPy's function may know better
+            except (Unwalkable, TypeError, ValueError):  # SymPy's function may know better
                 pass
         self.written = self.written or self.write()
         return self.written(*values, **named)
@@ -80,7 +80,7 @@ def _list_pairs(arguments: Sequence[Any], values: Iterable[Any]) -> Iterator[tup
 def evaluate(expression: Any, values: dict[Any, Any]) -> Any:
     """The value of an expression for those of its symbols, with which it keeps those of its parts.
 
-    A number, an array of them, or a list as the expression is one. Raises Unknown.
+    A number, an array of them, or a list as the expression is one. Raises Unwalkable.
     """
     if isinstance(expression, list | tuple):
         return type(expression)(evaluate(each, values) for each in expression)
@@ -98,7 +98,7 @@ def _evaluate_formula(expression: Any, values: dict[Any, Any]) -> Any:
         return float(expression)
     arguments = getattr(expression, "args", ())
     if not arguments:
-        raise Unknown
+        raise Unwalkable
     if expression.is_Pow and arguments[1].is_Integer:
         return evaluate(arguments[0], values) ** int(arguments[1])
     numbers = [evaluate(each, values) for each in arguments]
@@ -110,5 +110,5 @@ def _evaluate_formula(expression: Any, values: dict[Any, Any]) -> Any:
         return np.power(*numbers)
     function = FUNCTIONS.get(type(expression).__name__)
     if function is None:
-        raise Unknown
+        raise Unwalkable
     return function(*numbers)

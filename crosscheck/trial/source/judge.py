@@ -34,7 +34,7 @@ class Response(NamedTuple):
     moves_right: bool
 
 
-class Verdict(NamedTuple):
+class EditVerdict(NamedTuple):
     """What an edit does to what is wrong.
 
     mended: by level for which it corrects some entries and breaks none, those that stay wrong;
@@ -142,7 +142,7 @@ class SourceJudge:
             broken = trusted.find_wrong_entries(answer, right, [0])
         return Response(any(moved), all(moved), bool(broken))
 
-    def judge(self, edited: EditedCode) -> Verdict:
+    def judge(self, edited: EditedCode) -> EditVerdict:
         """What an edit mends. Raises whatever the code raises, and TooSlow."""
         with limit_processor_time(self.limit_s):
             answer = edited.bind_shared(self.answer_keys[0])
@@ -151,7 +151,7 @@ class SourceJudge:
             answers = [edited.bind(key) for key in self.answer_keys] if levels else []
             wrong = {level: self._find_wrong_entries(answers, level) for level in levels}
         mended = {level: each for level, each in wrong.items() if each < self.wrong[level]}
-        return Verdict(mended, values)
+        return EditVerdict(mended, values)
 
     def compute_residuals(self, edited: EditedCode, *, everywhere: bool) -> list[np.ndarray]:
         """The answers of each wrong part less the right ones, at all states or at one.

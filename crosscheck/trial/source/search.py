@@ -17,27 +17,22 @@ import copy
 import sys
 import time
 from collections.abc import Callable, Iterable, Iterator, Sequence
-from dataclasses import dataclass, replace
+from dataclasses import replace
 from functools import cache, cached_property, partial
-from itertools import combinations, count, islice, product
+from itertools import combinations, islice
 from operator import attrgetter
-from typing import Literal, NamedTuple
+from typing import NamedTuple
 
 import numpy as np
 
-from crosscheck.runner.outcomes import Failure, SelfKeyedTask
-from crosscheck.runner.progress_update import ProgressCallback
-from crosscheck.runner.workers import Workers
 from crosscheck.trial.source.answer_key import Answer, AnswerKey
 from crosscheck.trial.source.code import UserCode
 from crosscheck.trial.source.edit import Edit
 from crosscheck.trial.source.edited_code import EditCompiler, EditedCode
-from crosscheck.trial.source.edits import ADDING_RANK, KINDS, RANKS, list_edits
+from crosscheck.trial.source.edits import ADDING_RANK, KINDS, list_edits
 from crosscheck.trial.source.energy import Energies, find_energies
 from crosscheck.trial.source.judge import Response, SourceJudge, Wrong
-from crosscheck.trial.source.libraries import quicken_libraries
 from crosscheck.trial.source.pairs import list_additive_pairs
-from crosscheck.trial.source.sandbox import enter_sandbox
 from crosscheck.trial.source.site import Site, write_operand
 from crosscheck.trial.source.solving import (
     list_equal_products,
@@ -51,25 +46,14 @@ from crosscheck.trial.source.syntax import NUMBER, SourceTree, list_run_lines
 BUDGET_S = 15.0  # [s] of processor time, of a whole search
 DERIVING_BUDGET_S = 30.0  # [s] of that of code that derives equations, whose edits take longer
 DERIVING_S = 0.005  # [s] of processor time, that making equations takes if they are derived
-CLOSING_S = 20  # [s] beyond it, after which the process is ended
 # Ranks of edits with numbers that are solved for.
 LITERAL_RANK, VECTOR_RANK, SUMMAND_RANK = 2, 3, ADDING_RANK
 MOVED = "({} * 1.37 + 0.11)"  # a value that is another one, whatever it is
-MOST_AT_ONCE = 4  # likeliest ranks that come before their edits elsewhere
 MOST_ALTERNATIVES = 2
 MOST_PAIRS = 60  # pairs with the right sum that are judged
 PAIRS_S = 4.0  # [s] of processor time, of their judging
 MOST_COMPILED = 64  # edits that share a compilation
 MOST_INCOMPLETE = 12  # edits that mend some entries, of which pairs are tried
-# Rounds of a search: ranks, first the edits that may mend all that is wrong, then the others.
-ROUNDS = (
-    *product(RANKS[:MOST_AT_ONCE], [True]),
-    *product(RANKS[:MOST_AT_ONCE], [False]),
-    *product(RANKS[MOST_AT_ONCE:], [True, False]),
-)
-BRIEF_ROUNDS = 2  # number of rounds where coordinates are the cause, and only its line is sought
-SearchScope = Literal["likely", "whole", "all"]
-MakeAnswerKeys = Callable[[], Iterable[AnswerKey]]
 
 
 class MendingEdit(NamedTuple):
@@ -97,7 +81,7 @@ class MendingPair(NamedTuple):
     level: str
 
 
-class Effect(NamedTuple):
+class EditEffect(NamedTuple):
     """What the first wrong part is at one state with an edit."""
 
     edit: Edit
@@ -122,7 +106,7 @@ class EditSearch:
         self.answer_keys = answer_keys
         self.code, self.judge, self.tree = code, SourceJudge(code, answer_keys), SourceTree(code)
         self.texts = {(each.lineno, ast.unparse(each)) for each in self.tree.list_statements()}
-        self.mending, self.effects = list[MendingEdit](), list[Effect]()
+        self.mending, self.effects = list[MendingEdit](), list[EditEffect]()
         self.energy_search: EditSearch | None = None
         self.budget_s = BUDGET_S
         self.compiler = EditCompiler(self.tree, self.judge.compiled, self._observe())
@@ -310,7 +294,7 @@ class EditSearch:
             verdict = self.judge.judge(edited)
         except BaseException:  # whatever an edit leads to, it is none that mends
             return None
-        self.effects.append(Effect(edit, verdict.values))
+        self.effects.append(EditEffect(edit, verdict.values))
         by_level = (MendingEdit(edit, level, wrong) for level, wrong in verdict.mended.items())
         return min(by_level, key=get_badness, default=None)
 
@@ -452,105 +436,3 @@ class EditSearch:
 
 
 get_badness = attrgetter("badness")
-
-
-class RankOutcome(NamedTuple):
-    """The answer after a rank, if there is one, and whether the search is over."""
-
-    answer: SourceAnswer | None
-    is_over: bool
-
-
-# Sources and what makes their answer keys, by the number of a search: workers know them that are
-# forked then. And the searches of this process, if it is such a worker.
-_requests: dict[int, tuple[UserCode, MakeAnswerKeys]] = {}
-_searches: dict[int, EditSearch] = {}
-_numbers = count()
-
-
-@dataclass(frozen=True)
-class RankTask(SelfKeyedTask):
-    """The task of trying all edits of a rank, in the worker that tried those before.
-
-    is_likely: whether of the edits that may mend all that is wrong, or of the others; is_second:
-    whether the best edit that does not mend all is made already.
-    """
-
-    search: int
-    rank: int
-    is_likely: bool
-    is_second: bool
-    cost = BUDGET_S
-
-    def perform(self) -> RankOutcome:
-        """The outcome. Raises what the code raises as it is."""
-        if self.search not in _searches:
-            code, make_answer_keys = _requests[self.search]
-            answer_keys = list(make_answer_keys())
-            quicken_libraries()
-            enter_sandbox(2 * int(BUDGET_S + DERIVING_BUDGET_S) + CLOSING_S)
-            _searches[self.search] = EditSearch(code, answer_keys)
-        search = _searches[self.search]
-        if self.is_second:
-            return self._try_second(search)
-        search.try_rank(self.rank, is_likely=self.is_likely)
-        answer = search.find_answer()
-        is_over = (
-            answer is not None and answer.is_whole and answer.is_unequal == search.judge.is_unequal
-        )
-        return RankOutcome(answer, is_over or search.is_spent)
-
-    def _try_second(self, whole: EditSearch) -> RankOutcome:
-        """Search for a second edit that, with the first, makes everything right.
-
-        Two whose effects add up come before it.
-        """
-        if (answer := whole.find_pair_answer()) is not None:
-            return RankOutcome(answer, is_over=True)
-        if whole.second is None:
-            return RankOutcome(None, True)
-        first, search = whole.second
-        search.try_rank(self.rank, is_likely=self.is_likely)
-        answer = search.find_answer()
-        if answer is None or not answer.is_whole or len(answer.edits) > 1:
-            return RankOutcome(None, search.is_spent)
-        edits = sorted((first, *answer.edits), key=lambda each: each.line)
-        level = search.judge.level if search.judge.level != whole.judge.level else ""
-        return RankOutcome(
-            replace(answer, edits=tuple(edits), alternatives=(), level=level), is_over=True
-        )
-
-
-def find_source_answer(
-    code: UserCode,
-    make_answer_keys: MakeAnswerKeys,
-    progress: ProgressCallback,
-    scope: SearchScope = "all",
-) -> SourceAnswer | None:
-    """Find the small edit of a source that makes it right, or some of its entries.
-
-    make_answer_keys: what it must answer, on the user's mechanism first; called in a worker. scope:
-    what is looked for: a likely edit that makes all right, any that does, or also two together and
-    those that make some entries right. No file is written, and the code runs in that worker alone.
-    """
-    number = next(_numbers)
-    answer: SourceAnswer | None = None
-    _requests[number] = code, make_answer_keys
-    try:
-        with Workers(1) as workers:
-            for is_second in (False, True) if scope == "all" else (False,):
-                for rank, is_likely in ROUNDS[:BRIEF_ROUNDS] if scope == "likely" else ROUNDS:
-                    progress("looking for the line that must change")
-                    task = RankTask(number, rank, is_likely, is_second)
-                    outcome = workers.perform([task])[task]
-                    # Then the code ended the worker, or raises as it is.
-                    if isinstance(outcome, Failure):
-                        return answer
-                    answer = outcome.answer or answer
-                    if outcome.is_over:
-                        break
-                if answer is not None and not answer.wrong:
-                    break
-    finally:
-        del _requests[number]
-    return answer if scope == "all" or (answer is not None and answer.is_whole) else None

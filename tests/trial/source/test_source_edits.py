@@ -14,9 +14,9 @@ from crosscheck.trial.input.loading import find_named_code, import_object
 from crosscheck.trial.source.answer_key import AnswerKey, LevelAnswers
 from crosscheck.trial.source.code import MODULE, UserCode
 from crosscheck.trial.source.libraries import cross_vectors
-from crosscheck.trial.source.search import find_source_answer
 from crosscheck.trial.source.source_edit import SourceAnswer
 from crosscheck.trial.source.syntax import SourceTree
+from crosscheck.trial.source.worker import find_source_answer
 
 CODE = """
 import numpy as np

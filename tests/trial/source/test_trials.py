@@ -16,7 +16,7 @@ from crosscheck.models.robot.file import load_robot
 from crosscheck.provenance import ROOT
 from crosscheck.report.trials.output import format_trial_json, render_trial_page
 from crosscheck.testing import Equations, assert_agrees, try_equations
-from crosscheck.trial.source import search
+from crosscheck.trial.source import worker
 from tests.robots import chains, two_link
 
 ARM = """
@@ -136,7 +136,7 @@ def test_two_errors_of_inverse_dynamics_are_one_answer(tmp_path):
 
 
 def test_right_equations_are_not_searched(tmp_path, arm, monkeypatch):
-    monkeypatch.setattr(search, "RankTask", None)
+    monkeypatch.setattr(worker, "RankTask", None)
     trial = try_equations(write_model(tmp_path, BY_FILE), arm)
     assert trial.exit_code == 0
     assert trial.change is None
