@@ -31,7 +31,7 @@ from crosscheck.trial.source.edit import Edit
 from crosscheck.trial.source.edited_code import EditCompiler, EditedCode
 from crosscheck.trial.source.edits import ADDING_RANK, KINDS, list_edits
 from crosscheck.trial.source.energy import Energies, find_energies
-from crosscheck.trial.source.judge import Response, SourceJudge, Wrong
+from crosscheck.trial.source.judge import EditVerdict, Response, SourceJudge, Wrong
 from crosscheck.trial.source.pairs import list_additive_pairs
 from crosscheck.trial.source.site import Site, write_operand
 from crosscheck.trial.source.solving import (
@@ -279,7 +279,11 @@ class EditSearch:
     def _judge_edits(self, edits: Iterable[Edit]) -> None:
         """Judge edits and keep those that mend anything; of energies until one makes all right."""
         for edit, edited in self._compile_batches(edits):
-            mending = self._judge(edit, edited)
+            verdict = self._judge(edited)
+            if verdict is None:
+                continue
+            self.effects.append(EditEffect(edit, verdict.values))
+            mending = _choose_level(edit, verdict)
             if mending is None or not self._is_new(edit):
                 continue
             # Where the code takes its numbers from the mechanism, what fits this alone is chance.
@@ -288,20 +292,18 @@ class EditSearch:
             if self.answers and not self.is_whole:
                 return
 
-    def _judge(self, edit: Edit, edited: EditedCode) -> MendingEdit | None:
-        """Judge an edit, and keep its effect; None if it corrects nothing or the code fails."""
+    def _judge(self, edited: EditedCode) -> EditVerdict | None:
+        """What edited code mends; None if it fails."""
         try:
-            verdict = self.judge.judge(edited)
+            return self.judge.judge(edited)
         except BaseException:  # whatever an edit leads to, it is none that mends
             return None
-        self.effects.append(EditEffect(edit, verdict.values))
-        by_level = (MendingEdit(edit, level, wrong) for level, wrong in verdict.mended.items())
-        return min(by_level, key=get_badness, default=None)
 
     def _judge_pair(self, edits: Sequence[Edit]) -> MendingEdit | None:
         """Judge edits that are made together; the first one stands for them."""
         edited = self.compiler.compile(edits)
-        return None if edited is None else self._judge(edits[0], edited)
+        verdict = None if edited is None else self._judge(edited)
+        return None if verdict is None else _choose_level(edits[0], verdict)
 
     def _is_new(self, edit: Edit) -> bool:
         """Whether no other edit has made the same text of the statement."""
@@ -436,3 +438,9 @@ class EditSearch:
 
 
 get_badness = attrgetter("badness")
+
+
+def _choose_level(edit: Edit, verdict: EditVerdict) -> MendingEdit | None:
+    """The edit beside the level at which it mends most; None if it mends nothing."""
+    by_level = (MendingEdit(edit, level, wrong) for level, wrong in verdict.mended.items())
+    return min(by_level, key=get_badness, default=None)
