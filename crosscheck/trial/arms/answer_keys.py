@@ -41,7 +41,16 @@ def _make_answer_key(problem: VerificationProblem, level: str) -> AnswerKey:
 
     levels = dict.fromkeys((level, *problem.levels))
     right = {each: _ask_reference(problem, each) for each in levels}
-    return AnswerKey(bind, right, frame.names, build)
+    return AnswerKey(bind, right, frame.names, frozenset(_list_numbers(arm.model_dump())), build)
+
+
+def _list_numbers(value: Any) -> Iterator[float]:
+    """The numbers of an arm, or of a part of one, as its file has them."""
+    if isinstance(value, dict | list | tuple):
+        for each in value.values() if isinstance(value, dict) else value:
+            yield from _list_numbers(each)
+    elif isinstance(value, float):
+        yield value
 
 
 def _ask_reference(problem: VerificationProblem, level: str) -> LevelAnswers:

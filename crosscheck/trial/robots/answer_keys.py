@@ -124,7 +124,15 @@ def _make_answer_key(
     right = {
         str(each): _select_answers(problem, each, holds) for each in levels if each in problem.sizes
     }
-    return AnswerKey(bind, right, problem.names)
+    return AnswerKey(bind, right, problem.names, frozenset(_list_numbers(robot)))
+
+
+def _list_numbers(robot: Robot) -> Iterator[float]:
+    """The numbers of a robot's bodies, places and rotors."""
+    bodies = [np.append(body.inertia, [body.mass, *body.com]) for body in robot.bodies]
+    places = [joint.placement.position for joint in robot.joints]
+    rotors = [np.append(rotor.inertia, rotor.ratio) for rotor in robot.rotors]
+    yield from (float(number) for array in (*bodies, *places, *rotors) for number in array.flat)
 
 
 def _select_answers(problem: RobotProblem, level: Level, holds: Mapping[str, str]) -> LevelAnswers:

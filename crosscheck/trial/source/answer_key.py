@@ -12,6 +12,7 @@ from crosscheck.trial.input.equations import Equations
 
 Answer = Callable[[str, int], np.ndarray]  # of a part, at the state of a number
 Entry = tuple[Any, ...]  # the part, and the entry's row, of M also its column
+EQUAL = 1e-9  # relative difference of numbers that are the same
 # Motions at which inverse dynamics are asked too, since of two errors one may be without effect.
 AT_REST, WITHOUT_RATES = "inverse_dynamics at rest", "inverse_dynamics without rates"
 # The part that is asked there, and the words behind an entry.
@@ -68,6 +69,7 @@ class AnswerKey:
             returns their answers, as the trial asks for them. It raises what their code raises.
         levels: The right answers by level, that of the trial first.
         names: Of the coordinates.
+        numbers: Those of the mechanism's file: what the code has in common with it is right.
         build: Makes equations alone, of those that may have symbols. It raises what their code
             raises.
     """
@@ -75,7 +77,14 @@ class AnswerKey:
     bind: Callable[[Any], Answer]
     levels: Mapping[str, LevelAnswers]
     names: Sequence[str]
+    numbers: frozenset[float] = frozenset()
     build: Callable[[Any], Equations] | None = None
+
+    def is_stated(self, number: float) -> bool:
+        """Whether the file states a number of the code, and not one that code has in any case."""
+        near = EQUAL * abs(number)
+        is_plain = number == float(f"{number:.1g}")  # 0.5 and 2 are factors too
+        return not is_plain and any(abs(abs(number) - abs(each)) <= near for each in self.numbers)
 
     def format_entry(self, entry: Entry) -> str:
         """An entry in words, such as M[theta_1, theta_2]."""

@@ -228,8 +228,11 @@ class EditSearch:
     def _solve_literals(self, *, of_vectors: bool) -> Iterator[Edit]:
         """Numbers of the code, or vectors of them, that others in their place make right."""
         rank = VECTOR_RANK if of_vectors else LITERAL_RANK
+        is_stated = self.answer_keys[0].is_stated
         for node, site in self._list_sites():
             text, start = read_literals(site) or ("", [])
+            if start and all(map(is_stated, start)):
+                continue
             for values in self._solve(node, text, start) if of_vectors == (len(start) > 1) else ():
                 yield Edit((rank, len(KINDS)), node, text.format(*map(write_number, values)))
 

@@ -42,10 +42,11 @@ class Scope:
 
     @cached_property
     def unused(self) -> set[str]:
-        """Names that it gives values to and that nothing in it reads."""
+        """Names that it, or what is around it, gives values to and that nothing reads."""
         names = [each for each in ast.walk(self.node) if isinstance(each, ast.Name)]
         read = {each.id for each in names if isinstance(each.ctx, ast.Load)}
-        return {each.id for each in names if isinstance(each.ctx, ast.Store)} - read
+        stored = {each.id for each in names if isinstance(each.ctx, ast.Store)}
+        return (stored - read) | (self.around.unused if self.around else set())
 
     def kind(self, text: str) -> Kind | None:
         """The kind of what a text names here; None where that is unknown."""

@@ -3,6 +3,7 @@
 import re
 import sys
 from collections.abc import Sequence
+from dataclasses import replace
 from pathlib import Path
 from types import SimpleNamespace
 
@@ -355,6 +356,56 @@ def eval_line(line: str) -> float:
     body = SimpleNamespace(mass=1.3, lever=0.6)
     names = {"a": body, "b": body, "c1": 0.3, "c2": 0.9, "s": 1.7, "q": [0.2, 0.4], "np": np}
     return eval(line.partition("=")[2], names)
+
+
+MATRICES = """
+import numpy as np
+
+def make():
+    A = np.array([[0.6, -0.8, 0.1], [0.7, 0.4, -0.6], [0.5, 0.3, 0.9]])
+    B, C = A * A + 0.3, np.array([[1.1, 0.2, 0.0], [0.2, 0.7, 0.4], [0.3, 0.4, 1.9]])
+    lever, e = [0.3, -0.7, 0.2], 0.41
+    d = 1.7 * e + e * e
+
+    def chain(q):
+        w, u = np.array([q[0], q[1], 0.4]), np.array([0.9, q[1], q[0]])
+        c, s = np.cos(q[0]), np.sin(q[1])
+        spun = A @ B @ C @ w + np.cross(u, lever) + np.cross(u, w)
+        turned = np.array([[c, 2.0, s], [0.0, c, 1.0], [s, 0.3, c]]) @ u
+        placed = np.tril(B) @ np.array([e, 0.0, d]) * c
+        return spun + turned + placed + np.einsum("ij,j->i", A, w) + np.einsum("ij,j->i", A, u)
+
+    return {"chain": chain}
+"""
+
+
+@pytest.mark.parametrize(
+    ("right", "wrong"),
+    [
+        ("A @ B @ C @ w", "A @ C @ B @ w"),
+        ("np.cross(u, lever) + ", ""),
+        ("[c, 2.0, s], [0.0, c, 1.0], [s, 0.3, c]", "[c, 0.0, s], [2.0, c, 0.3], [s, 1.0, c]"),
+        ("np.tril(B)", "np.triu(B)"),
+        ("[e, 0.0, d]", "[0.0, 0.0, d]"),
+        ('np.einsum("ij,j->i", A, u)', "u"),
+    ],
+)
+def test_edits_of_matrices_and_vectors_are_found(tmp_path, right, wrong):
+    code = make_code(tmp_path, MATRICES, (right, wrong))
+    answer = find_source_answer(code, lambda: [make_answer_key(MATRICES)], ignore_progress)
+    assert answer is not None
+    assert answer.is_whole
+    assert answer.edits[0].line == MATRICES[: MATRICES.index(right)].count("\n") + 1
+
+
+@pytest.mark.parametrize("stated", [(), (1.7,)])
+def test_numbers_of_the_file_are_not_solved_for(tmp_path, stated):
+    """Else another number would make up for a term that is lost."""
+    code = make_code(tmp_path, MATRICES, ("1.7 * e + e * e", "1.7 * e"))
+    key = replace(make_answer_key(MATRICES), numbers=frozenset(stated))
+    answer = find_source_answer(code, lambda: [key], ignore_progress)
+    assert answer is not None
+    assert answer.edits[0].new == ("1.7 * e + e * e" if stated else "2.11")
 
 
 def test_what_names_are_is_seen_without_calling_anything(tmp_path):
