@@ -7,6 +7,7 @@ import sys
 from collections.abc import Callable, Iterable, Iterator
 from dataclasses import dataclass, field
 from functools import cached_property
+from inspect import CO_OPTIMIZED
 from types import CodeType, FrameType
 from typing import Any, TypeAlias, cast
 
@@ -245,7 +246,10 @@ class SourceTree:
                 scope = by_name.get((first, name), around)
                 _record_kinds(scope.kinds, frame, leaves[id(scope)])
                 _record_kinds(scope.unwritten, frame, siblings[id(scope)])
-                if name not in COMPREHENSIONS:  # whose frames are not the function's
+                is_class = name != "<module>" and not frame.f_code.co_flags & CO_OPTIMIZED
+                if (
+                    name not in COMPREHENSIONS and not is_class
+                ):  # whose frames are not the function's
                     scope.result = scope.result or find_kind(argument)
                     unwritten = [*elsewhere, *_list_unwritten(frame, indices[id(scope)])]
                     _record_values(scope, frame, unwritten)
@@ -306,7 +310,7 @@ def _record_kinds(kinds: dict[str, Kind], frame: FrameType, leaves: dict[str, Co
 
 def _record_values(scope: Scope, frame: FrameType, unwritten: Iterable[str]) -> None:
     """Record the values of names as a function returns, and the kinds of what it does not name."""
-    if scope.values:  # of an earlier call
+    if scope.values and scope.around is not None:  # of an earlier call; a file has a statement each
         return
     scope.values = dict(frame.f_locals)
     for text in unwritten:
