@@ -175,15 +175,16 @@ def list_transposes(site: Site) -> Texts:
     if isinstance(node, ast.Attribute) and node.attr == "T":
         yield ast.unparse(node.value)
     elif site.is_value and isinstance(node, LEAF | ast.Call):
-        is_matrix = _is_written_matrix(node) or (kind is not None and len(kind) == MATRIX_LENGTH)
+        is_matrix = kind is not None and len(kind) == MATRIX_LENGTH
         if is_matrix or (kind is None and is_matrix_product(site.parent)):
             yield f"{site.text}.T"
 
 
-def _is_written_matrix(node: ast.expr) -> bool:
-    """Whether it is a call on a matrix whose elements are written there."""
-    rows = node.args[0] if isinstance(node, ast.Call) and node.args else None
-    return isinstance(rows, ast.List) and all(isinstance(row, ast.List) for row in rows.elts)
+def list_written_transposes(site: Site) -> Texts:
+    """A matrix turned over whose elements are written there, as that of a rotation is."""
+    rows = site.node.args[0] if isinstance(site.node, ast.Call) and site.node.args else None
+    if isinstance(rows, ast.List) and all(isinstance(row, ast.List) for row in rows.elts):
+        yield f"{site.text}.T"
 
 
 def list_orders(site: Site) -> Texts:

@@ -51,6 +51,7 @@ from crosscheck.trial.source.changes import (
     list_subscripts,
     list_swaps,
     list_transposes,
+    list_written_transposes,
     list_zeros,
 )
 from crosscheck.trial.source.edit import Edit
@@ -101,6 +102,7 @@ KINDS = (
     EditKind(2, list_assignments),
     EditKind(2, partial(list_negatives, of_products=False, inside=False)),
     EditKind(2, partial(list_negatives, of_products=True, inside=False)),
+    EditKind(3, list_written_transposes),
     EditKind(3, list_unused_levers),
     EditKind(3, list_like_summands),
     EditKind(3, partial(list_exchanges, near=True, written=False)),

@@ -8,6 +8,7 @@ Gauss and Newton, whose slopes are differences; what nothing solves is given up 
 from __future__ import annotations
 
 import ast
+from collections import Counter
 from collections.abc import Callable, Iterator, Mapping
 from itertools import chain, combinations, combinations_with_replacement, islice
 
@@ -69,7 +70,9 @@ def list_equal_products(site: Site, value: float) -> Iterator[str]:
             for factor, written in FACTORS.items():
                 if abs(abs(value) - abs(factor * product)) <= EQUAL * abs(value):
                     sign = "+" if value * product > 0 else "-"
-                    yield f"{sign} {written}{' * '.join(texts)}"
+                    powers = Counter(texts).items()
+                    named = (text if power == 1 else f"{text} ** {power}" for text, power in powers)
+                    yield f"{sign} {written}{' * '.join(named)}"
     for (a, end), (b, begin) in combinations(numbers.items(), 2):
         for text, number in numbers.items() if end != begin else ():
             ratio = value / (number * (end - begin) ** 2)

@@ -405,7 +405,7 @@ def test_numbers_of_the_file_are_not_solved_for(tmp_path, stated):
     key = replace(make_answer_key(MATRICES), numbers=frozenset(stated))
     answer = find_source_answer(code, lambda: [key], ignore_progress)
     assert answer is not None
-    assert answer.edits[0].new == ("1.7 * e + e * e" if stated else "2.11")
+    assert answer.edits[0].new == ("1.7 * e + e ** 2" if stated else "2.11")
 
 
 def test_what_names_are_is_seen_without_calling_anything(tmp_path):
