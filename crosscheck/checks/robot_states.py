@@ -31,7 +31,7 @@ SIZE_WORDS = {
     "energy": "of the kinetic energy, and of the weight at the farthest centre of mass",
     "momentum": "linear and angular, of the most that the kinetic energy allows",
     "tip": "distance over the reach",
-    "run": "coordinate after a short free motion in equal steps, of how far any has moved",
+    "run": "coordinate of a motion in equal steps, of how far any joint, or any mesh, has moved",
 }
 
 

@@ -15,7 +15,8 @@ import numpy as np
 from crosscheck.checks.answers import Setting
 from crosscheck.checks.first_principles.composite import Content
 from crosscheck.checks.first_principles.slopes import SlopeRule, make_smooth_rule
-from crosscheck.checks.robot_states import RandomStates, RobotSizes
+from crosscheck.checks.robot_states import SIZE_WORDS, RandomStates, RobotSizes
+from crosscheck.checks.scales import ReasonedLimit
 from crosscheck.findings import ComparisonKey, Finding, Subject
 from crosscheck.models.arm.arm import Arm
 from crosscheck.models.arm.planets import usual_switches
@@ -24,7 +25,8 @@ from crosscheck.models.loading import Case
 from crosscheck.models.robot.robot import Level, Robot
 from crosscheck.planning.comparison import Comparison, ModelTask, make_comparison
 
-FIRST_PRINCIPLES, DIFFERENCE = "first principles", "largest relative difference"
+FIRST_PRINCIPLES = "first principles"
+DIFFERENCE = "largest difference, over its natural size,"
 RESIDUAL = "largest residual, over its terms' size,"
 # Steps of slopes of order 8, in which a joint turns by so much [rad] or slides [m]: of second
 # harmonics, the highest of M in a rotation, they leave 3e-12; M and energy are of a slide's square
@@ -92,8 +94,8 @@ class SampledArm(SampledModel):
     """A model of an arm at random states.
 
     ``covers`` says whether it is about an arm under switches. promises: methods that it must have;
-    order: of its fixed steps; free_planets: whether every planet moves by itself inside; level: of
-    a rigid model; content: what the arm's file holds; symbols: of a form, the tasks of what it
+    order: of its fixed steps; free_planets: whether every planet moves by itself inside;
+    content: what the arm's file holds; symbols: of a form, the tasks of what it
     answers in symbols too.
     """
 
@@ -101,7 +103,6 @@ class SampledArm(SampledModel):
     promises: frozenset[str]
     order: int | None
     free_planets: bool
-    level: str
     covers: Callable[[Arm, Switches], bool]
     group: Group = "geared"
     content: Content = field(default_factory=dict)
@@ -141,6 +142,21 @@ class RobotLevel:
     def count(self) -> int:
         """How many states there are."""
         return len(self.states.q)
+
+    @property
+    def names(self) -> tuple[str, ...]:
+        """Names of the joints' coordinates."""
+        return tuple(self.robot.coordinate_names)
+
+    def natural_size(self, quantity: str, values: np.ndarray) -> np.ndarray:
+        """Sizes of a quantity's components, broadcast to a model's values (states, ...)."""
+        size: np.ndarray = getattr(self.sizes, quantity)
+        return size if values.ndim == size.ndim else size[:, None]
+
+    def limit(self, quantity: str) -> ReasonedLimit:
+        """The tolerance of a difference relative to its size."""
+        basis = f"{self.sizes.basis(quantity)}; size: {SIZE_WORDS[quantity]}"
+        return ReasonedLimit(self.sizes.tolerance(quantity), basis)
 
     @property
     def has_runs(self) -> bool:

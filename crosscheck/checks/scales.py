@@ -4,20 +4,22 @@ from __future__ import annotations
 
 import math
 from collections.abc import Iterator
-from typing import NamedTuple
+from typing import Literal, NamedTuple
 
 import numpy as np
 
 from crosscheck.checks.first_principles import composite
 from crosscheck.findings import Finding, Subject, make_check
 from crosscheck.models.arm.arm import Arm, Planetary
-from crosscheck.models.arm.gears import PlanetaryGears
+from crosscheck.models.arm.gears import PlanetaryGears, PlanetaryStage
+from crosscheck.models.arm.layout import MESHES, Meaning
 from crosscheck.models.arm.mesh import PlanetMesh
 from crosscheck.models.arm.stiffness import (
     FourierStiffness,
     SineStiffness,
     SquareStiffness,
     StiffnessLaw,
+    TableStiffness,
 )
 from crosscheck.models.experiment.scenario import (
     ConstantDrive,
@@ -28,6 +30,9 @@ from crosscheck.models.experiment.scenario import (
 )
 
 EPS = float(np.finfo(float).eps)
+LOOSEST = 1e-10  # relative tolerance of numbers at states that no rounding excuses
+# How far and fast random states go; what is compared there is measured against its own size.
+LEAST_PLAY_M, SLIDING_M_PER_S, TURNING_RAD_PER_S = 2e-5, 0.1, 3.0
 # What an uncertainty must stay below to mean something, and where there is no play to compare with.
 OF_TRAVEL, OF_LOST_MOTION, OF_SIZE = 0.01, 0.001, 0.01
 WITHOUT_GEARS_RAD = 1e-6
@@ -68,6 +73,15 @@ def meshes(joint: Planetary) -> list[PlanetMesh]:
     return [side.planet_mesh(planet) for planet in planets for side in sides]
 
 
+def largest_displacement(arm: Arm) -> float:
+    """Largest mesh displacement of random states [m]: teeth on either flank or out of contact."""
+    contacts = [mesh for _, joint in geared_joints(arm) for mesh in meshes(joint)]
+    clearance = max((mesh.backlash_m for mesh in contacts), default=0.0)
+    return 3 * max(clearance, LEAST_PLAY_M) + max(
+        (abs(mesh.static_error_m) for mesh in contacts), default=0.0
+    )
+
+
 def _joint_stiffness_bound(joint: Planetary) -> float:
     """Upper bound of the stiffness of a joint's stiffest mesh [N/m]."""
     return max(stiffness_bound(mesh.stiffness) for mesh in meshes(joint))
@@ -83,6 +97,40 @@ def stiffness_bound(law: StiffnessLaw) -> float:
     if isinstance(law, SquareStiffness):  # the series overshoots by a fifth of the swing at most
         return law.largest_N_per_m + 0.2 * (law.largest_N_per_m - law.least_N_per_m)
     return max(law.stiffness_N_per_m)
+
+
+def mean_stiffness(law: StiffnessLaw) -> float:
+    """Mean of a stiffness law over a period of the mesh [N/m]."""
+    if isinstance(law, TableStiffness):
+        from scipy.interpolate import CubicSpline  # a third of a second, for tables alone
+
+        spline = CubicSpline(law.phase_cycles, law.stiffness_N_per_m, bc_type="periodic")
+        return float(spline.integrate(0, 1))
+    if isinstance(law, SquareStiffness):
+        share = law.contact_ratio - 1
+        return law.least_N_per_m * (1 - share) + law.largest_N_per_m * share
+    return law.mean_N_per_m
+
+
+def equivalent_mass(joint: PlanetaryGears, gear: Literal["sun", "planet"]) -> float:
+    """Equivalent mass of a gear, J / r^2 [kg], r its base radius."""
+    sun = gear == "sun"
+    mass = joint.sun_equivalent_mass_kg if sun else joint.planet_equivalent_mass_kg
+    inertia = joint.sun_inertia_kg_m2 if sun else joint.planet_inertia_kg_m2
+    teeth = joint.sun_teeth if sun else joint.planet_teeth
+    return mass if mass is not None else (inertia or 0.0) / base_radius(joint, teeth) ** 2
+
+
+def mesh_damping(joint: PlanetaryStage, name: Meaning, planet: int) -> float:
+    """Damping of one planet's mesh [N s/m]: an N-th of that of N equal planets."""
+    sun = name == MESHES[0]
+    side, count = joint.sun_mesh if sun else joint.ring_mesh, joint.planet_count
+    mesh = side.planet_mesh(planet)
+    if mesh.damping_N_s_per_m is not None:
+        return mesh.damping_N_s_per_m / count
+    mass = equivalent_mass(joint, "sun") if sun else count * equivalent_mass(joint, "planet")
+    ratio = mesh.damping_ratio or 0.0
+    return 2 * ratio * float(np.sqrt(count * mean_stiffness(mesh.stiffness) * mass)) / count
 
 
 def largest_torques(arm: Arm, scenario: Scenario) -> np.ndarray:

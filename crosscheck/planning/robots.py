@@ -35,9 +35,8 @@ from crosscheck.planning.comparison import (
     Plan,
     Results,
     collect_tasks,
-    get_answers,
+    compare_entries,
     judge_comparisons,
-    summarise_entries,
 )
 from crosscheck.planning.plan import CrossCheckRequest
 from crosscheck.registry import build_robot_model, find_level_engines, reference_engine
@@ -51,7 +50,6 @@ FORCE, DEEPEST = 10.0, 0.01
 # Of free motions on all levels: a step of the fastest mesh [rad], and steps at most.
 RESOLVED, MOST_STEPS, QUICK_STEPS, LEAST_STEPS = 0.4, 1000, 100, 50
 UNRESOLVED = 0.01  # part of a motion by which halving its steps may change it
-MASS_MATRIX = "mass_matrix"
 
 
 def plan_robot(request: CrossCheckRequest, workers: Workers | None = None) -> Plan:
@@ -253,13 +251,4 @@ def compute_robot_entries(
     levels = [each.setting.level for each in models]
     level = next((each for each in levels if each in WITH_ROTORS), levels[0])
     reference, *others = (each for each in models if each.setting.level == level)
-    values = results.get(reference.ask(mass_matrix))
-    answers = get_answers(results, [each.ask(mass_matrix) for each in others])
-    if values is None or not answers:
-        return
-    sizes, names = reference.setting.sizes, reference.setting.robot.coordinate_names
-    differences = {
-        name: np.abs((values - answer) / sizes.mass_matrix) for name, answer in answers.items()
-    }
-    tolerance = sizes.tolerance(MASS_MATRIX)
-    yield summarise_entries(MASS_MATRIX, reference.model, names, differences, tolerance)
+    return compare_entries(mass_matrix, reference, others, results)

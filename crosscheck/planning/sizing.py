@@ -14,7 +14,7 @@ from typing import Any
 
 import numpy as np
 
-from crosscheck.checks.first_principles.composite import arm_pose, build_parts, inertia
+from crosscheck.checks.first_principles.composite import arm_pose, build_parts, mass_matrix
 from crosscheck.checks.modes import stage_modes
 from crosscheck.checks.scales import (
     base_radius,
@@ -25,6 +25,7 @@ from crosscheck.checks.scales import (
     weight_moments,
 )
 from crosscheck.models.arm.arm import Arm
+from crosscheck.models.arm.layout import rigid_layout
 from crosscheck.models.arm.planets import usual_switches
 from crosscheck.models.arm.quantities import Duration, Gain, NumberRange, RateGain, Torque
 from crosscheck.models.experiment.scenario import (
@@ -140,7 +141,8 @@ def make_unequal_gains_scenario(arm: Arm) -> Scenario:
     Sizes is.
     """
     content, numbers = arm.model_dump(), np.arange(len(arm.joints))
-    turned = np.diag(inertia(build_parts(content), arm_pose(content, 0.0 * numbers), locked=False))
+    stretched = arm_pose(content, 0.0 * numbers)
+    turned = np.diag(mass_matrix(build_parts(content), stretched, rigid_layout(arm)))
     lowest = [float(stage_modes(joint)[0]) for _, joint in geared_joints(arm)]
     rate = 2 * np.pi * min(lowest) / SLOWER if lowest else WITHOUT_GEARS
     stiff, damped = _gains(turned, rate, bearable_torques(arm))
