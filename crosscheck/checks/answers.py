@@ -17,7 +17,6 @@ from crosscheck.checks.first_principles.slopes import SlopeRule, make_exact_rule
 from crosscheck.checks.scales import (
     SLIDING_M_PER_S,
     TURNING_RAD_PER_S,
-    ReasonedLimit,
     largest_displacement,
 )
 from crosscheck.models.arm.arm import Arm
@@ -97,14 +96,6 @@ class Setting:
         """Natural sizes at the states."""
         return ArmSizes(self.case, self.layout, self.level, self.states)
 
-    def natural_size(self, quantity: str, values: np.ndarray) -> np.ndarray:
-        """Sizes of a quantity's components, see ``ArmSizes``; values: a model's."""
-        return self.sizes.natural_size(quantity, values)
-
-    def limit(self, quantity: str) -> ReasonedLimit:
-        """The tolerance of a difference relative to its size."""
-        return self.sizes.limit(quantity)
-
 
 def require_numbers(answer: object, what: str, shape: tuple[int, ...] | None) -> np.ndarray:
     """The answer, if it is an array of finite float64 of this shape. Raises BadAnswer."""
@@ -163,7 +154,8 @@ bias = MethodQuestion("bias", ("q", "v"), (-1,))
 # Of arms, whose experiment drives them.
 generalized_force = MethodQuestion("generalized_force", ("t", "q", "v"), (-1,))
 acceleration = MethodQuestion("acceleration", ("t", "q", "v"), (-1,))
-EQUATIONS = mass_matrix, bias, generalized_force, acceleration
+SWITCHED = generalized_force, acceleration  # what other switches change
+EQUATIONS = mass_matrix, bias, *SWITCHED
 # Of robots.
 gravity = MethodQuestion("gravity", ("q",), (-1,))
 inverse_dynamics = MethodQuestion("inverse_dynamics", ("q", "v", "a"), (-1,))
@@ -171,3 +163,7 @@ forward_dynamics = MethodQuestion("forward_dynamics", ("q", "v", "torques"), (-1
 energy = MethodQuestion("energy", ("q", "v"), ())
 momentum = MethodQuestion("momentum", ("q", "v"), (6,))
 tip = MethodQuestion("tip", ("q",), (3,))
+ROBOT_QUESTIONS = (
+    *(mass_matrix, bias, gravity, inverse_dynamics, forward_dynamics),
+    *(energy, momentum, tip),
+)

@@ -7,24 +7,10 @@ from functools import partial
 
 import numpy as np
 
-from crosscheck.checks.answers import (
-    EQUATIONS,
-    acceleration,
-    bias,
-    energy,
-    forward_dynamics,
-    generalized_force,
-    gravity,
-    inverse_dynamics,
-    mass_matrix,
-    momentum,
-    tip,
-)
 from crosscheck.checks.sampled import (
     DIFFERENCE,
     ModelQuestion,
     RobotLevel,
-    SampledArm,
     SampledModel,
     Subjects,
     pair_models,
@@ -37,7 +23,6 @@ from crosscheck.models.robot.interface import RobotModel
 from crosscheck.planning.comparison import Comparison, make_comparison
 
 RUNS, STEPS = 3, 5  # number of runs, from the first states; steps of a run
-SWITCHED = generalized_force, acceleration  # what other switches change of an arm
 
 
 def run(model: RobotModel, case: RobotLevel) -> np.ndarray:
@@ -45,12 +30,6 @@ def run(model: RobotModel, case: RobotLevel) -> np.ndarray:
     q, v, _, torques = case.states.first(RUNS)
     ends, _ = integrate(model, q, v, lambda time: 0 * torques, case.run_s, STEPS)
     return np.array([q, ends])
-
-
-QUESTIONS: tuple[ModelQuestion, ...] = (
-    *(mass_matrix, bias, gravity, inverse_dynamics, forward_dynamics),
-    *(energy, momentum, tip),
-)
 
 
 def plan(subjects: Subjects) -> Iterator[Comparison]:
@@ -66,15 +45,9 @@ def plan(subjects: Subjects) -> Iterator[Comparison]:
 def plan_pairs(
     models: Sequence[SampledModel], questions: Sequence[ModelQuestion] = ()
 ) -> Iterator[Comparison]:
-    """A comparison for each question and pair of models of a case; all questions where none given.
-
-    M and bias of an arm know no switch, so they are not compared under others again.
-    """
+    """A comparison for each question, theirs unless given, and pair of models of a case."""
     for left, right in pair_models(models):
-        usual: Sequence[ModelQuestion] = QUESTIONS
-        if isinstance(left, SampledArm):
-            usual = EQUATIONS if left.owes_laws else SWITCHED
-        for question in questions or usual:
+        for question in questions or left.questions:
             yield plan_pair("states", question, left, right)
 
 
@@ -105,4 +78,4 @@ def compare_motions(
     size = np.empty_like(moved)
     for part in (slice(setting.free), slice(setting.free, None)):
         size[:, part] = moved[:, part].max(axis=1, keepdims=True, initial=0.0)
-    return check_share(about, share_of(left - right, size), *setting.limit("run"))
+    return check_share(about, share_of(left - right, size), *setting.sizes.limit("run"))

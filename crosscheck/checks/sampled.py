@@ -12,11 +12,10 @@ from typing import Any, Literal, NamedTuple, Protocol, TypeVar
 
 import numpy as np
 
-from crosscheck.checks.answers import Setting
+from crosscheck.checks.answers import EQUATIONS, ROBOT_QUESTIONS, SWITCHED, Setting
 from crosscheck.checks.first_principles.composite import Content
 from crosscheck.checks.first_principles.slopes import SlopeRule, make_smooth_rule
-from crosscheck.checks.robot_states import SIZE_WORDS, RandomStates, RobotSizes
-from crosscheck.checks.scales import ReasonedLimit
+from crosscheck.checks.robot_states import RandomStates, RobotSizes
 from crosscheck.findings import ComparisonKey, Finding, Subject
 from crosscheck.models.arm.arm import Arm
 from crosscheck.models.arm.planets import usual_switches
@@ -59,6 +58,11 @@ class SampledModel:
     model: str
     setting: Setting | RobotLevel
     evaluate: Callable[[Any, ModelQuestion], ModelTask]
+
+    @property
+    def questions(self) -> Sequence[ModelQuestion]:
+        """What models are compared in."""
+        raise NotImplementedError
 
     def ask(self, question: ModelQuestion) -> ModelTask:
         """The task of a question at these states."""
@@ -113,6 +117,11 @@ class SampledArm(SampledModel):
         """Whether laws of a model by itself are checked here: under the usual switches, once."""
         return self.group not in ("switches", "conservative")
 
+    @property
+    def questions(self) -> Sequence[ModelQuestion]:
+        """What models are compared in: M and bias know no switch, so not under others again."""
+        return EQUATIONS if self.owes_laws else SWITCHED
+
     def ask_once(self, question: ModelQuestion, case: Case | None = None) -> ModelTask:
         """The task of a question that knows no state, in another case if one is given."""
         setting = replace(self.setting, case=case or self.setting.case, count=1, seed=0)
@@ -147,16 +156,6 @@ class RobotLevel:
     def names(self) -> tuple[str, ...]:
         """Names of the joints' coordinates."""
         return tuple(self.robot.coordinate_names)
-
-    def natural_size(self, quantity: str, values: np.ndarray) -> np.ndarray:
-        """Sizes of a quantity's components, broadcast to a model's values (states, ...)."""
-        size: np.ndarray = getattr(self.sizes, quantity)
-        return size if values.ndim == size.ndim else size[:, None]
-
-    def limit(self, quantity: str) -> ReasonedLimit:
-        """The tolerance of a difference relative to its size."""
-        basis = f"{self.sizes.basis(quantity)}; size: {SIZE_WORDS[quantity]}"
-        return ReasonedLimit(self.sizes.tolerance(quantity), basis)
 
     @property
     def has_runs(self) -> bool:
@@ -204,6 +203,11 @@ class SampledRobot(SampledModel):
     """A model of a robot, ``engine:level``, at random states."""
 
     setting: RobotLevel
+
+    @property
+    def questions(self) -> Sequence[ModelQuestion]:
+        """What models are compared in."""
+        return ROBOT_QUESTIONS
 
 
 class RunModels(NamedTuple):

@@ -14,8 +14,10 @@ def compare_answers(
     about: Subject, left: np.ndarray, right: np.ndarray, setting: Setting | RobotLevel
 ) -> Finding:
     """Check two answers (states, ...): every component at every state, by its natural size."""
-    size = setting.natural_size(about.key.quantity, left)
-    return check_share(about, share_of(left - right, size), *setting.limit(about.key.quantity))
+    size = setting.sizes.natural_size(about.key.quantity, left)
+    return check_share(
+        about, share_of(left - right, size), *setting.sizes.limit(about.key.quantity)
+    )
 
 
 def measure_answers(
@@ -28,9 +30,9 @@ def measure_answers(
     limit.
     """
     quantity = about.key.quantity
-    size = setting.natural_size(quantity, left)
+    size = setting.sizes.natural_size(quantity, left)
     if left.ndim == 2:
-        rounding = setting.limit(quantity).value * size
+        rounding = setting.sizes.limit(quantity).value * size
         size = np.maximum(np.sqrt((left**2).mean(axis=0)), rounding)
     measured = share_of(left - right, size)
     return make_measurement(about, measured=measured, relative=measured)

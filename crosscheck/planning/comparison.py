@@ -133,9 +133,9 @@ def compare_entries(
     if values is None or not answers:
         return
     setting, quantity = model.setting, question.__name__
-    size = setting.natural_size(quantity, values)
+    size = setting.sizes.natural_size(quantity, values)
     differences = {name: np.abs(values - answer) / size for name, answer in answers.items()}
-    tolerance = setting.limit(quantity).value
+    tolerance = setting.sizes.limit(quantity).value
     yield summarise_entries(quantity, model.model, setting.names, differences, tolerance)
 
 

@@ -203,35 +203,17 @@ def is_resolved(model: RobotModel, case: RobotLevel) -> bool:
 
 
 def add_mesh_states(robot: Robot, states: RandomStates) -> RandomStates:
-    """The states with x of each mesh added: on either flank, or between where there is backlash.
-
-    Of free planets the sun's advance is that of the first one, and other sun meshes follow.
-    """
-    rng, shape = np.random.default_rng(0), (len(states.q), 1)
-    columns, springs = [], tooth_springs(robot)
+    """The states with those of the meshes: teeth on either flank, or apart in their backlash."""
+    rng, springs = np.random.default_rng(0), tooth_springs(robot)
+    sizes = np.zeros((3, len(springs[0].row) - len(robot.coordinates)))
     for spring in springs:
         deep = min(FORCE / abs(spring.lever) / spring.stiffness, DEEPEST * spring.radius)
         rate = np.sqrt(spring.stiffness / spring.mass)  # of swings while the joint stands
-        x = rng.choice((-1, 1), shape) * (spring.backlash + deep * rng.uniform(-1, 1, shape))
-        v, a = (deep * rate**order * rng.uniform(-1, 1, shape) for order in (1, 2))
-        columns.append((x, v, a))
-    independent = _find_independent(np.array([spring.row for spring in springs]))
-    free = len(robot.coordinates)
-    by_x = np.linalg.inv(np.array([springs[place].row[free:] for place in independent]))
-    q, v, a = (
-        np.hstack([joints, np.hstack([mesh_values[place] for place in independent]) @ by_x.T])
-        for joints, mesh_values in zip(states[:3], zip(*columns, strict=True), strict=True)
-    )
+        own = np.array([2 * spring.backlash + deep, deep * rate, deep * rate**2])
+        sizes = np.maximum(sizes, np.outer(own, spring.row[len(robot.coordinates) :] != 0))
+    drawn = sizes[:, None] * rng.uniform(-1, 1, (3, len(states.q), sizes.shape[1]))
+    q, v, a = (np.hstack(each) for each in zip(states[:3], drawn, strict=True))
     return RandomStates(q, v, a, states.torques)
-
-
-def _find_independent(rows: np.ndarray) -> list[int]:
-    """The first springs whose displacements no others before them give; rows (springs, n)."""
-    chosen: list[int] = []
-    for place in range(len(rows)):
-        if np.linalg.matrix_rank(rows[[*chosen, place]]) > len(chosen):
-            chosen.append(place)
-    return chosen
 
 
 def _push_bounds(robot: Robot, states: RandomStates) -> np.ndarray:
