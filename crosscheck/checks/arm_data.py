@@ -16,9 +16,8 @@ from crosscheck.checks.answers import (
 )
 from crosscheck.checks.energy import springs_at
 from crosscheck.checks.first_principles import composite
-from crosscheck.checks.invariants import motor_forces
 from crosscheck.checks.sampled import DIFFERENCE, SampledArm, Subjects
-from crosscheck.checks.scales import geared_joints, mesh_damping
+from crosscheck.checks.scales import geared_joints, mesh_damping, motor_forces
 from crosscheck.checks.states import compare_answers
 from crosscheck.findings import Finding, Subject
 from crosscheck.models.arm.arm import Arm

@@ -20,13 +20,13 @@ from crosscheck.checks.scales import (
     SLIDING_M_PER_S,
     ReasonedLimit,
     arm_reach,
-    base_radius,
     gear_arc,
     geared_joints,
     largest_displacement,
     largest_weights,
     mesh_damping,
     meshes,
+    motor_forces,
     stiffness_bound,
 )
 from crosscheck.models.arm.arm import Arm
@@ -154,11 +154,8 @@ def _tooth_forces(case: Case, layout: Layout, torques: np.ndarray) -> np.ndarray
     that passes loads anew. Where a model lets them act on bodies, their moments cancel and leave
     the rounding of arcs, which is ``ArmSizes.conditioning`` times that of displacements.
     """
-    size, pressed = np.zeros((len(torques), len(layout))), largest_displacement(case.arm)
+    size, pressed = motor_forces(case.arm, layout, torques), largest_displacement(case.arm)
     for number, joint in geared_joints(case.arm) if layout.mesh_joints else ():
-        lever = base_radius(joint, joint.sun_teeth) * (1 + joint.ring_teeth / joint.sun_teeth)
-        advance = sum(layout.displacement(mesh, number, 0) for mesh in MESHES)
-        size += torques[:, number, None] / lever * advance
         waves = joint.ring_teeth if case.switches.mesh_work == "conservative" else 1
         for place, mesh in enumerate(meshes(joint)):
             planet, name = place // len(MESHES), MESHES[place % len(MESHES)]

@@ -12,7 +12,7 @@ from crosscheck.checks.first_principles import composite
 from crosscheck.findings import Finding, Subject, make_check
 from crosscheck.models.arm.arm import Arm, Planetary
 from crosscheck.models.arm.gears import PlanetaryGears, PlanetaryStage
-from crosscheck.models.arm.layout import MESHES, Meaning
+from crosscheck.models.arm.layout import MESHES, Layout, Meaning
 from crosscheck.models.arm.mesh import PlanetMesh
 from crosscheck.models.arm.stiffness import (
     FourierStiffness,
@@ -21,11 +21,11 @@ from crosscheck.models.arm.stiffness import (
     StiffnessLaw,
     TableStiffness,
 )
+from crosscheck.models.experiment.drive import drive_data, torques_along
 from crosscheck.models.experiment.scenario import (
-    ConstantDrive,
-    PdDrive,
     Scenario,
     SinusoidDrive,
+    TableDrive,
     expand_to_joints,
 )
 
@@ -135,21 +135,16 @@ def mesh_damping(joint: PlanetaryStage, name: Meaning, planet: int) -> float:
 
 def largest_torques(arm: Arm, scenario: Scenario) -> np.ndarray:
     """Largest torque of the drive plus moment of weight, of every joint [N m], (joints,)."""
-    drive = scenario.drive
-
-    def expand(value: float | tuple[float, ...]) -> np.ndarray:
-        return np.array(expand_to_joints(value, len(arm.joints)))
-
-    if isinstance(drive, ConstantDrive):
-        torques = np.abs(expand(drive.torque_N_m))
-    elif isinstance(drive, PdDrive):
-        away = expand(drive.target_rad) - expand(scenario.start.theta_rad)
-        torques = np.abs(expand(drive.proportional_N_m_per_rad) * away)
-    elif isinstance(drive, SinusoidDrive):
-        torques = np.abs(expand(drive.amplitude_N_m))
-    else:
-        torques = np.abs(drive.torque_N_m).max(axis=1)
-    return torques + largest_weights(arm)
+    joints, law = len(arm.joints), scenario.drive
+    drive = drive_data(scenario, joints)
+    if isinstance(law, SinusoidDrive):
+        torques = drive.gains[:, 0]
+    elif isinstance(law, TableDrive):
+        torques = np.abs(drive.table_torque).max(axis=1)
+    else:  # a controller asks the most where it starts
+        start = np.array([expand_to_joints(scenario.start.theta_rad, joints)])
+        torques = torques_along(drive, np.zeros(1), start, 0 * start)[0]
+    return np.abs(torques) + largest_weights(arm)
 
 
 def find_parts(arm: Arm) -> tuple[composite.Content, list[composite.CompositePart]]:
@@ -175,8 +170,7 @@ def mesh_travels(arm: Arm, scenario: Scenario) -> Iterator[tuple[Planetary, floa
     """Each geared joint, and how far its mesh moves [m]: half the backlash, or what bends it."""
     torques = largest_torques(arm, scenario)
     for number, joint in geared_joints(arm):
-        ratio = joint.ring_teeth / joint.sun_teeth + 1
-        force = torques[number] / (ratio * base_radius(joint, joint.sun_teeth))
+        force = torques[number] / motor_lever(joint)
         stiffness = joint.planet_count * _joint_stiffness_bound(joint)
         play = max(mesh.backlash_m for mesh in meshes(joint))
         yield joint, max(play, force / stiffness)
@@ -185,6 +179,29 @@ def mesh_travels(arm: Arm, scenario: Scenario) -> Iterator[tuple[Planetary, floa
 def base_radius(joint: PlanetaryGears, teeth: int) -> float:
     """Base radius of a wheel of the joint [m]."""
     return joint.module_m * teeth / 2 * math.cos(math.radians(joint.pressure_angle_deg))
+
+
+def motor_lever(joint: PlanetaryGears) -> float:
+    """Torque on the output side over the force on the sun's teeth [m]: its radius by the ratio."""
+    return base_radius(joint, joint.sun_teeth) * (1 + joint.ring_teeth / joint.sun_teeth)
+
+
+def sun_advance(layout: Layout, joint: int) -> np.ndarray:
+    """Row (n,) that gives x_sp + x_pr of a joint, counted from 0; the same for each planet."""
+    x_sp, x_pr = (layout.displacement(mesh, joint, 0) for mesh in MESHES)
+    return x_sp + x_pr
+
+
+def motor_forces(arm: Arm, layout: Layout, torques: np.ndarray) -> np.ndarray:
+    """Forces of motors on the displacements of a geared model [N], (states, n).
+
+    torques (states, joints): on the output side [N m]. Each turns a sun, which x_sp + x_pr of any
+    planet advance, and so enters as T / (n r_s) (Eq. 22).
+    """
+    forces = np.zeros((len(torques), len(layout)))
+    for number, joint in geared_joints(arm) if layout.mesh_joints else ():
+        forces += torques[:, number, None] / motor_lever(joint) * sun_advance(layout, number)
+    return forces
 
 
 def acceptance_limit(quantity: str, arm: Arm, scenario: Scenario, size: float) -> ReasonedLimit:

@@ -17,10 +17,10 @@ import numpy as np
 from crosscheck.checks.first_principles.composite import arm_pose, build_parts, mass_matrix
 from crosscheck.checks.modes import stage_modes
 from crosscheck.checks.scales import (
-    base_radius,
     geared_joints,
     largest_weights,
     meshes,
+    motor_lever,
     stiffness_bound,
     weight_moments,
 )
@@ -113,8 +113,7 @@ def bearable_torques(arm: Arm) -> np.ndarray:
     torques = np.full(len(arm.joints), np.inf)
     for number, joint in geared_joints(arm):
         stiffest = joint.planet_count * max(stiffness_bound(m.stiffness) for m in meshes(joint))
-        lever = base_radius(joint, joint.sun_teeth) * (1 + joint.ring_teeth / joint.sun_teeth)
-        torques[number] = MOST_BENT * joint.module_m * stiffest * lever
+        torques[number] = MOST_BENT * joint.module_m * stiffest * motor_lever(joint)
     return torques
 
 
