@@ -203,15 +203,18 @@ def is_resolved(model: RobotModel, case: RobotLevel) -> bool:
 
 
 def add_mesh_states(robot: Robot, states: RandomStates) -> RandomStates:
-    """The states with those of the meshes: teeth on either flank, or apart in their backlash."""
-    rng, springs = np.random.default_rng(0), tooth_springs(robot)
-    sizes = np.zeros((3, len(springs[0].row) - len(robot.coordinates)))
+    """The states with those of the meshes: on either flank, or between where there is backlash."""
+    rng, springs, free = np.random.default_rng(0), tooth_springs(robot), len(robot.coordinates)
+    backlash, sizes = 0.0, np.zeros((3, 1))
     for spring in springs:
         deep = min(FORCE / abs(spring.lever) / spring.stiffness, DEEPEST * spring.radius)
         rate = np.sqrt(spring.stiffness / spring.mass)  # of swings while the joint stands
-        own = np.array([2 * spring.backlash + deep, deep * rate, deep * rate**2])
-        sizes = np.maximum(sizes, np.outer(own, spring.row[len(robot.coordinates) :] != 0))
-    drawn = sizes[:, None] * rng.uniform(-1, 1, (3, len(states.q), sizes.shape[1]))
+        is_own = spring.row[free:] != 0
+        sizes = np.maximum(sizes, np.outer(deep * rate ** np.arange(3), is_own))
+        backlash = np.maximum(backlash, spring.backlash * is_own)
+    shape = len(states.q), sizes.shape[1]
+    drawn = sizes[:, None] * rng.uniform(-1, 1, (3, *shape))
+    drawn[0] = rng.choice((-1, 1), shape) * (backlash + drawn[0])
     q, v, a = (np.hstack(each) for each in zip(states[:3], drawn, strict=True))
     return RandomStates(q, v, a, states.torques)
 
