@@ -47,7 +47,8 @@ ABOVE, BELOW = 1.02, 0.98  # of a tolerance
 # The same of a tolerance of a few roundings, of which models that agree are some apart.
 WELL_ABOVE, WELL_BELOW = 1.2, 0.8
 EPS = 2.0**-52
-SHARPEST, FOLLOWS = 50 * EPS, 1e-11  # tolerances of states, and of a bias that follows from M
+# Tolerances of states, of M, and of a bias that follows from M.
+SHARPEST, OF_M, FOLLOWS = 50 * EPS, 200 * EPS, 1e-11
 GEARED, RIGID = ("geared", "wide", "apart"), ("like", "unlike")
 LEFT = dict.fromkeys(GEARED, "analytic:physical") | dict.fromkeys(RIGID, "analytic:carriers")
 RIGHT = dict.fromkeys(GEARED, "pinocchio:gears") | dict.fromkeys(RIGID, "pinocchio:carriers")
@@ -171,7 +172,7 @@ def scale(name: str, quantity: str) -> tuple[np.ndarray, float]:
     mass, v = made.answers(model, "mass_matrix")[SPOT], states_of(made, name).v[SPOT]
     root, angular = np.sqrt(np.diag(mass)), layout_of(made, name).angular
     if quantity == "mass_matrix":
-        return np.outer(root, root), SHARPEST
+        return np.outer(root, root), OF_M
     bias = root * math.sqrt(v @ mass @ v) * np.abs(v[angular]).sum()
     if quantity == "bias":
         return bias, SHARPEST
