@@ -17,7 +17,7 @@ from crosscheck.audit.experiments.study import Question, Records
 from crosscheck.audit.measures.undefined import JsonObject
 from crosscheck.checks import forms
 from crosscheck.checks.sampled import Subjects
-from crosscheck.checks.states import LOOSEST
+from crosscheck.checks.scales import LOOSEST
 from crosscheck.checks.trajectories import largest_difference
 from crosscheck.models.arm.arm import Arm
 from crosscheck.models.errors import Diverged

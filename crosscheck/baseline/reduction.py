@@ -21,8 +21,7 @@ from crosscheck import __version__
 from crosscheck.baseline import record
 from crosscheck.checks import trajectories
 from crosscheck.checks.records import BY_PLANET
-from crosscheck.checks.scales import ReasonedLimit, acceptance_limit
-from crosscheck.checks.states import LOOSEST
+from crosscheck.checks.scales import LOOSEST, ReasonedLimit, acceptance_limit
 from crosscheck.checks.trajectories import ONE_ROUNDING, Pair, size
 from crosscheck.findings import Agreement, Finding
 from crosscheck.models.loading import Case

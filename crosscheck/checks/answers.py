@@ -12,17 +12,16 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
+from crosscheck.checks.arm_sizes import ArmSizes
 from crosscheck.checks.first_principles.slopes import SlopeRule, make_exact_rule
-from crosscheck.checks.scales import EPS, arm_reach, geared_joints, meshes
+from crosscheck.checks.scales import (
+    SLIDING_M_PER_S,
+    TURNING_RAD_PER_S,
+    largest_displacement,
+)
 from crosscheck.models.arm.arm import Arm
 from crosscheck.models.arm.layout import Layout, geared_layout, rigid_layout
 from crosscheck.models.loading import Case
-
-# How far and fast random states go; what is compared there is measured against its own size.
-LEAST_PLAY_M, SLIDING_M_PER_S, TURNING_RAD_PER_S = 2e-5, 0.1, 3.0
-# Reach over the shortest link from which terms that cancel outgrow their sum: seven equal links
-# have 7. Below, engines differ by a 25th of their tolerances at most (built-in arms: 2.4 to 5.6).
-UNLIKE_LENGTHS = 10.0
 
 
 class BadAnswer(ValueError):
@@ -40,11 +39,7 @@ class States(NamedTuple):
 def sample_states(layout: Layout, arm: Arm, count: int, seed: int) -> States:
     """Random states in any pose and brisk motion, with teeth on either flank or out of contact."""
     generator = np.random.default_rng(seed)
-    contacts = [mesh for _, joint in geared_joints(arm) for mesh in meshes(joint)]
-    play = 3 * max((mesh.backlash_m for mesh in contacts), default=0.0)
-    play = max(play, 3 * LEAST_PLAY_M)
-    play += max((abs(mesh.static_error_m) for mesh in contacts), default=0.0)
-    q_size = np.where(layout.angular, np.pi, play)
+    q_size = np.where(layout.angular, np.pi, largest_displacement(arm))
     v_size = np.where(layout.angular, TURNING_RAD_PER_S, SLIDING_M_PER_S)
     shape = (count, len(layout))
     t = generator.uniform(0, 2, count)
@@ -54,10 +49,10 @@ def sample_states(layout: Layout, arm: Arm, count: int, seed: int) -> States:
 
 @dataclass(frozen=True)
 class Setting:
-    """An arm in a case, and a seed's random states; is_rigid: of its joints' angles alone."""
+    """An arm in a case, and a seed's random states; level: of a rigid arm, empty with gears."""
 
     case: Case
-    is_rigid: bool
+    level: str
     count: int = 1
     seed: int = 0
 
@@ -69,7 +64,12 @@ class Setting:
     @cached_property
     def layout(self) -> Layout:
         """The coordinates that a model must have."""
-        return rigid_layout(self.arm) if self.is_rigid else geared_layout(*self.case[::2])
+        return rigid_layout(self.arm) if self.level else geared_layout(*self.case[::2])
+
+    @property
+    def names(self) -> tuple[str, ...]:
+        """Names of the coordinates."""
+        return self.layout.names
 
     @cached_property
     def states(self) -> States:
@@ -87,10 +87,14 @@ class Setting:
         return make_exact_rule(self.layout.angular)
 
     @property
-    def rounding(self) -> float:
-        """Rounding of a term that cancels, as a part of it; 0 if links have similar lengths."""
-        shortest = min(link.length_m for link in self.arm.links)
-        return EPS if arm_reach(self.arm) > UNLIKE_LENGTHS * shortest else 0.0
+    def turns(self) -> np.ndarray:
+        """How far joints turn with each coordinate (n,), per rad or m."""
+        return np.where(self.layout.angular, 1.0, 0.0)
+
+    @cached_property
+    def sizes(self) -> ArmSizes:
+        """Natural sizes at the states."""
+        return ArmSizes(self.case, self.layout, self.level, self.states)
 
 
 def require_numbers(answer: object, what: str, shape: tuple[int, ...] | None) -> np.ndarray:
@@ -125,16 +129,18 @@ def ask(model: Any, method: str, shape: tuple[int, ...], *given: np.ndarray) -> 
 class MethodQuestion:
     """A question that a method answers: which one, and what it is given of the states.
 
-    shape: of the answer at a state, -1 for the number of coordinates.
+    shape: of the answer at a state, -1 for the number of coordinates; name: of the quantity, if it
+    is not the method's.
     """
 
     method: str
     given: tuple[str, ...]
     shape: tuple[int, ...]
+    name: str = ""
 
     @property
     def __name__(self) -> str:
-        return self.method
+        return self.name or self.method
 
     def __call__(self, model: Any, setting: Any) -> np.ndarray:
         """The answers (states, ...)."""
@@ -148,7 +154,8 @@ bias = MethodQuestion("bias", ("q", "v"), (-1,))
 # Of arms, whose experiment drives them.
 generalized_force = MethodQuestion("generalized_force", ("t", "q", "v"), (-1,))
 acceleration = MethodQuestion("acceleration", ("t", "q", "v"), (-1,))
-EQUATIONS = mass_matrix, bias, generalized_force, acceleration
+SWITCHED = generalized_force, acceleration  # what other switches change
+EQUATIONS = mass_matrix, bias, *SWITCHED
 # Of robots.
 gravity = MethodQuestion("gravity", ("q",), (-1,))
 inverse_dynamics = MethodQuestion("inverse_dynamics", ("q", "v", "a"), (-1,))
@@ -156,3 +163,7 @@ forward_dynamics = MethodQuestion("forward_dynamics", ("q", "v", "torques"), (-1
 energy = MethodQuestion("energy", ("q", "v"), ())
 momentum = MethodQuestion("momentum", ("q", "v"), (6,))
 tip = MethodQuestion("tip", ("q",), (3,))
+ROBOT_QUESTIONS = (
+    *(mass_matrix, bias, gravity, inverse_dynamics, forward_dynamics),
+    *(energy, momentum, tip),
+)

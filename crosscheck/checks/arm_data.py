@@ -16,15 +16,12 @@ from crosscheck.checks.answers import (
 )
 from crosscheck.checks.energy import springs_at
 from crosscheck.checks.first_principles import composite
-from crosscheck.checks.invariants import motor_forces
-from crosscheck.checks.modes import equivalent_mass, mean_stiffness
 from crosscheck.checks.sampled import DIFFERENCE, SampledArm, Subjects
-from crosscheck.checks.scales import check_share, geared_joints
-from crosscheck.checks.states import EPS, ROUNDINGS, compare_values
+from crosscheck.checks.scales import geared_joints, mesh_damping, motor_forces
+from crosscheck.checks.states import compare_answers
 from crosscheck.findings import Finding, Subject
 from crosscheck.models.arm.arm import Arm
-from crosscheck.models.arm.gears import PlanetaryStage
-from crosscheck.models.arm.layout import MESHES, Layout, Meaning
+from crosscheck.models.arm.layout import MESHES, Layout
 from crosscheck.models.experiment.scenario import (
     ConstantDrive,
     PdDrive,
@@ -45,63 +42,34 @@ def plan(subjects: Subjects) -> Iterator[Comparison]:
         if arm.owes_laws and arm.group != "form":
             yield _plan(arm, _check_inertia, mass_matrix)
         if arm.owes_laws:
-            yield _plan(arm, _check_force, generalized_force, mass_matrix)
+            yield _plan(arm, _check_force, generalized_force)
 
 
-def _plan(arm: SampledArm, law: Callable[..., Finding], *questions: MethodQuestion) -> Comparison:
-    judge, metric = partial(law, content=arm.content, level=arm.level), arm.over(DIFFERENCE)
-    quantity, against = questions[0].method, "the arm's data"
-    return arm.plan_law(quantity, questions, judge, metric, against, family="arm-data")
+def _plan(arm: SampledArm, law: Callable[..., Finding], question: MethodQuestion) -> Comparison:
+    judge, metric = partial(law, content=arm.content), arm.over(DIFFERENCE)
+    against = "the arm's data"
+    return arm.plan_law(question.method, [question], judge, metric, against, family="arm-data")
 
 
 def _check_inertia(
-    about: Subject, mass: np.ndarray, setting: Setting, content: composite.Content, level: str
+    about: Subject, mass: np.ndarray, setting: Setting, content: composite.Content
 ) -> Finding:
-    """Check M (count, n, n) by the parallel axis theorem, every joint rolling and locked.
-
-    A rigid model has the joints rolling alone.
-    """
-    parts = composite.build_parts(content, level or "coupled")
+    """Check M (count, n, n) by the parallel axis theorem and the turns of gears."""
+    parts = composite.build_parts(content, setting.level or "coupled")
     pose = composite.arm_pose(content, setting.states.q[:, setting.layout.theta])
-    expected = composite.inertia(parts, pose, locked=not level)
-    ways = _joint_motions(setting.layout, content)[: expected.shape[-1]]
-    size = np.sqrt(np.einsum("ki,sij,kj->sk", abs(ways), abs(mass), abs(ways)))
-    differences = np.abs(ways @ mass @ ways.T - expected)
-    with np.errstate(divide="ignore", invalid="ignore"):  # without a size there is no number
-        measured = float((differences / (size[:, :, None] * size[:, None, :])).max())
-    return check_share(about, measured, ROUNDINGS * EPS, f"{ROUNDINGS} eps of what is summed")
-
-
-def _joint_motions(layout: Layout, content: composite.Content) -> np.ndarray:
-    """Motions (2 joints, n): every joint with its teeth at rest, then with its gears as one body.
-
-    Gears that turn as one body carry the planets along the ring: x_pr changes by -r_r.
-    """
-    joints = content["joints"]
-    rolling = np.eye(len(layout))[layout.theta]
-    locked = rolling.copy()
-    for place, coordinate in enumerate(layout.coordinates):
-        if coordinate.meaning in ("x_pr", "x_s"):
-            joint = joints[coordinate.joint - 1]
-            locked[coordinate.joint - 1, place] = -composite.base_radius(joint, joint["ring_teeth"])
-    return np.vstack([rolling, locked])
+    expected = composite.mass_matrix(parts, pose, setting.layout)
+    return compare_answers(about, expected, mass, setting)
 
 
 def _check_force(
-    about: Subject,
-    force: np.ndarray,
-    mass: np.ndarray,
-    setting: Setting,
-    content: composite.Content,
-    level: str,
+    about: Subject, force: np.ndarray, setting: Setting, content: composite.Content
 ) -> Finding:
     """Check a force (count, n): drive, friction, weight of all that a joint carries, and the teeth.
 
-    mass (count, n, n): the same model's M, for sizes. With the teeth at rest no mesh does work on a
-    joint, and a motor turns the link alone.
+    With the teeth at rest no mesh does work on a joint, and a motor turns the link alone.
     """
     arm, scenario, laws = setting.case
-    layout, parts = setting.layout, composite.build_parts(content, level or "coupled")
+    layout, parts = setting.layout, composite.build_parts(content, setting.level or "coupled")
     friction = np.array([float(j.get("friction_N_m_s_per_rad", 0.0)) for j in content["joints"]])
     pose = composite.arm_pose(content, setting.states.q[:, layout.theta])
     pulled, expected = composite.weight(parts, pose, content), np.zeros_like(force)
@@ -112,7 +80,7 @@ def _check_force(
     if layout.mesh_joints:
         expected += motor_forces(arm, layout, torques)
         expected += teeth_forces(arm, laws, layout, setting.states)
-    return compare_values(about, expected, force, mass, setting)
+    return compare_answers(about, expected, force, setting)
 
 
 def drive_torques(
@@ -152,15 +120,3 @@ def teeth_forces(arm: Arm, chosen: Switches, layout: Layout, states: States) -> 
                 )
                 forces -= force[:, None] * row
     return forces
-
-
-def mesh_damping(joint: PlanetaryStage, name: Meaning, planet: int) -> float:
-    """Damping of one planet's mesh [N s/m]: an N-th of that of N equal planets."""
-    sun = name == MESHES[0]
-    side, count = joint.sun_mesh if sun else joint.ring_mesh, joint.planet_count
-    mesh = side.planet_mesh(planet)
-    if mesh.damping_N_s_per_m is not None:
-        return mesh.damping_N_s_per_m / count
-    mass = equivalent_mass(joint, "sun") if sun else count * equivalent_mass(joint, "planet")
-    ratio = mesh.damping_ratio or 0.0
-    return 2 * ratio * float(np.sqrt(count * mean_stiffness(mesh.stiffness) * mass)) / count

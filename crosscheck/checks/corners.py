@@ -8,44 +8,42 @@ all. Whether teeth touch depends on x - e, not on x. Every mesh is brought to ea
 from __future__ import annotations
 
 from collections.abc import Iterator, Sequence
-from functools import lru_cache, partial
+from dataclasses import replace
+from functools import cached_property, lru_cache
 from itertools import product
-from typing import Any, NamedTuple
+from typing import NamedTuple
 
 import numpy as np
 
-from crosscheck.checks.answers import (
-    SLIDING_M_PER_S,
-    Setting,
-    States,
-    ask,
-    generalized_force,
-    mass_matrix,
-    sample_states,
-)
-from crosscheck.checks.arm_data import mesh_damping
+from crosscheck.checks.answers import Setting, States, generalized_force, sample_states
 from crosscheck.checks.energy import springs_at
+from crosscheck.checks.engines import plan_pair
 from crosscheck.checks.first_principles.mesh_energy import MeshSpring
 from crosscheck.checks.sampled import DIFFERENCE, SampledArm, Subjects, pair_models
-from crosscheck.checks.scales import check_share, geared_joints
-from crosscheck.checks.states import relative_differences
-from crosscheck.findings import ComparisonKey, Finding, Subject
+from crosscheck.checks.scales import SLIDING_M_PER_S, geared_joints, mesh_damping
 from crosscheck.models.arm.arm import Arm
 from crosscheck.models.arm.layout import MESHES, Layout
 from crosscheck.models.experiment.scenario import Switches
-from crosscheck.planning.comparison import Comparison, make_comparison
+from crosscheck.planning.comparison import Comparison
 
 POSES = 32  # random turns of a joint, of which that is taken at which a tooth error is largest
 HALF = 0.5  # share of the way to the next branch, and of the usual sliding rate
+METRIC = f"{DIFFERENCE} on each side of every branch of the mesh laws"
 # Largest distance from a corner [m] if no damper, tooth error or clearance sets it.
 FARTHEST_M = 1e-6
 
 
-def corner_force(model: Any, setting: Setting) -> np.ndarray:
-    """The generalized force (corners, n) at the corners of the mesh laws."""
-    arm, _, laws = setting.case
-    states = sample_corner_states(setting.layout, arm, laws, setting.seed)
-    return ask(model, "generalized_force", states.q.shape, *states)
+class CornerSetting(Setting):
+    """An arm in a case at the corners of its mesh laws."""
+
+    @cached_property
+    def states(self) -> States:
+        """A state for each of the corners."""
+        arm, _, laws = self.case
+        return sample_corner_states(self.layout, arm, laws, self.seed)
+
+
+corner_force = replace(generalized_force, name="corner_force")
 
 
 def plan(subjects: Subjects) -> Iterator[Comparison]:
@@ -55,28 +53,12 @@ def plan(subjects: Subjects) -> Iterator[Comparison]:
 
 def plan_corners(models: Sequence[SampledArm]) -> Iterator[Comparison]:
     """A comparison for each pair of geared models."""
-    metric = f"{DIFFERENCE} on each side of every branch of the mesh laws"
     for pair in pair_models(models):
-        left, right = pair
-        key = ComparisonKey("states", left.where, corner_force.__name__, left.model, right.model)
-        tasks = [each.ask(corner_force) for each in pair]
-        tasks += [left.ask(question) for question in (generalized_force, mass_matrix)]
-        if left.setting.layout.mesh_joints:
-            judge = partial(_compare_forces, arm=left)
-            yield make_comparison(Subject(key, "1", metric), tasks, judge)
-
-
-def _compare_forces(about: Subject, *answers: np.ndarray, arm: SampledArm) -> Finding:
-    """Check two models' forces at the corners of the mesh laws, each (corners, n).
-
-    Teeth that only just touch push by next to nothing, so that differences are measured as those of
-    forces at random states: force (count, n), either model's at those of the setting; masses there.
-    """
-    left, right, force, masses = answers
-    quantity = "generalized_force"
-    compared = relative_differences(quantity, left, right, masses, arm.setting, force)
-    basis = f"{compared.limit.basis}, of forces at {len(force)} random states"
-    return check_share(about, float(compared.values.max()), compared.limit.value, basis)
+        setting = pair[0].setting
+        if setting.layout.mesh_joints:
+            corners = CornerSetting(setting.case, setting.level, setting.count, setting.seed)
+            left, right = (replace(each, setting=corners) for each in pair)
+            yield plan_pair("states", corner_force, left, right, metric=METRIC)
 
 
 class Corner(NamedTuple):

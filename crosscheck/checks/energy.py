@@ -26,7 +26,7 @@ from crosscheck.checks.sampled import (
     find_experiments,
     find_usual,
 )
-from crosscheck.checks.scales import find_parts, geared_joints, meshes
+from crosscheck.checks.scales import find_parts, geared_joints, meshes, motor_lever
 from crosscheck.findings import (
     ComparisonKey,
     Finding,
@@ -192,8 +192,7 @@ def _motors_work(arm: Arm, case: Case, theta: np.ndarray, advance: np.ndarray) -
     for number, torque in enumerate(expand_to_joints(drive.torque_N_m, len(arm.joints))):
         joint, angle = arm.joints[number], theta[:, number]
         if isinstance(joint, Planetary):
-            radius, ratio = invariants.sun_radius_and_ratio(joint)
-            angle = advance[:, number] / (radius * ratio) + angle
+            angle = advance[:, number] / motor_lever(joint) + angle
         work += torque * (angle - angle[0])
     return work
 

@@ -19,7 +19,15 @@ from crosscheck.checks.answers import (
     require_numbers,
 )
 from crosscheck.checks.sampled import SampledArm, Subjects
-from crosscheck.checks.scales import arm_reach, base_radius, geared_joints, weight_moments
+from crosscheck.checks.scales import (
+    arm_reach,
+    base_radius,
+    geared_joints,
+    motor_forces,
+    motor_lever,
+    sun_advance,
+    weight_moments,
+)
 from crosscheck.findings import (
     ComparisonKey,
     Finding,
@@ -28,8 +36,7 @@ from crosscheck.findings import (
     make_failed_check,
     make_share_check,
 )
-from crosscheck.models.arm.arm import Arm, Planetary
-from crosscheck.models.arm.layout import MESHES, Layout
+from crosscheck.models.arm.arm import Planetary
 from crosscheck.models.experiment.drive import drive_data, torques_along
 from crosscheck.models.interface import Model
 from crosscheck.planning.comparison import Comparison, make_comparison
@@ -201,10 +208,8 @@ def external_powers(motion: DrivenMotion) -> np.ndarray:
     rates = motion.v[:, motion.setting.layout.theta]
     turning = rates.copy()
     for number, joint in geared_joints(motion.setting.arm):
-        radius, ratio = sun_radius_and_ratio(joint)
-        turning[:, number] += (
-            motion.v @ sun_advance(motion.setting.layout, number) / (radius * ratio)
-        )
+        advance = sun_advance(motion.setting.layout, number)
+        turning[:, number] += motion.v @ advance / motor_lever(joint)
     return np.hstack([motion.passive * rates, motion.torques * turning])
 
 
@@ -218,8 +223,9 @@ def _angular_momentum_residual(motion: DrivenMotion) -> tuple[np.ndarray, np.nda
     rate, size = motion.inertial[:, shoulder], motion.summed[:, shoulder]
     moments = [motion.torques[:, 0], motion.passive[:, 0]]
     if isinstance(joint, Planetary):
-        radius, ratio = sun_radius_and_ratio(joint)
-        ring, motor = radius * joint.ring_teeth / joint.sun_teeth, motion.torques[:, 0] / ratio
+        radius, ring = (base_radius(joint, n) for n in (joint.sun_teeth, joint.ring_teeth))
+        pressed = motion.torques[:, 0] / motor_lever(joint)
+        motor = pressed * radius
         slides = [
             place
             for place, coordinate in enumerate(motion.setting.layout.coordinates)
@@ -227,34 +233,9 @@ def _angular_momentum_residual(motion: DrivenMotion) -> tuple[np.ndarray, np.nda
         ]
         rate = rate - ring * motion.inertial[:, slides].sum(axis=1)
         size = size + ring * motion.summed[:, slides].sum(axis=1)
-        on_teeth = (motor / radius - motion.force[:, slides].sum(axis=1)) * ring
+        on_teeth = (pressed - motion.force[:, slides].sum(axis=1)) * ring
         moments = [motor, on_teeth, motion.passive[:, 0]]
     return rate - np.sum(moments, axis=0), size + np.abs(moments).sum(axis=0)
-
-
-def sun_advance(layout: Layout, joint: int) -> np.ndarray:
-    """Row (n,) that gives x_sp + x_pr of a joint, counted from 0; the same for each planet."""
-    x_sp, x_pr = (layout.displacement(mesh, joint, 0) for mesh in MESHES)
-    return x_sp + x_pr
-
-
-def motor_forces(arm: Arm, layout: Layout, torques: np.ndarray) -> np.ndarray:
-    """Forces of motors on the displacements of a geared model [N], (states, n).
-
-    torques (states, joints): on the output side [N m]. Each turns a sun, which x_sp + x_pr of any
-    planet advance, and so enters as T / (n r_s) (Eq. 22).
-    """
-    forces = np.zeros((len(torques), len(layout)))
-    for number, joint in geared_joints(arm) if layout.mesh_joints else ():
-        radius, ratio = sun_radius_and_ratio(joint)
-        forces += torques[:, number, None] / (radius * ratio) * sun_advance(layout, number)
-    return forces
-
-
-def sun_radius_and_ratio(joint: Planetary) -> tuple[float, float]:
-    """(base radius of the sun [m], speed ratio) from the joint's own numbers."""
-    ratio = (joint.sun_teeth + joint.ring_teeth) / joint.sun_teeth
-    return base_radius(joint, joint.sun_teeth), ratio
 
 
 def check_constraints(about: Subject, gaps: np.ndarray, setting: object) -> Finding:

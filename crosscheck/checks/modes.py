@@ -4,23 +4,24 @@ from __future__ import annotations
 
 from collections.abc import Callable, Iterator, Sequence
 from itertools import combinations
-from typing import Literal
 
 import numpy as np
 
 from crosscheck.checks.answers import BadAnswer, Setting, ask, require_numbers
 from crosscheck.checks.sampled import SampledArm, Subjects, group_models
-from crosscheck.checks.scales import base_radius, geared_joints, stiffness_bound
+from crosscheck.checks.scales import (
+    equivalent_mass,
+    geared_joints,
+    mean_stiffness,
+    stiffness_bound,
+)
 from crosscheck.findings import ComparisonKey, Finding, Subject, make_check
 from crosscheck.models.arm.arm import Arm, Planetary
-from crosscheck.models.arm.gears import PlanetaryGears
 from crosscheck.models.arm.mesh import Mesh
 from crosscheck.models.arm.meshes import change_meshes
 from crosscheck.models.arm.stiffness import (
     SineStiffness,
-    SquareStiffness,
     StiffnessLaw,
-    TableStiffness,
 )
 from crosscheck.models.experiment.scenario import expand_to_joints, make_bent_start
 from crosscheck.models.interface import Model
@@ -229,28 +230,6 @@ def stage_modes(joint: Planetary, *, lumped: bool = False) -> np.ndarray:
         alike[0, 0], alike[1:, 1] = 1.0, 1 / np.sqrt(count)
         matrix = alike.T @ matrix @ alike
     return np.sqrt(np.linalg.eigvalsh(matrix)) / (2 * np.pi)
-
-
-def mean_stiffness(law: StiffnessLaw) -> float:
-    """Mean of a stiffness law over a period of the mesh [N/m]."""
-    if isinstance(law, TableStiffness):
-        from scipy.interpolate import CubicSpline  # a third of a second, for tables alone
-
-        spline = CubicSpline(law.phase_cycles, law.stiffness_N_per_m, bc_type="periodic")
-        return float(spline.integrate(0, 1))
-    if isinstance(law, SquareStiffness):
-        share = law.contact_ratio - 1
-        return law.least_N_per_m * (1 - share) + law.largest_N_per_m * share
-    return law.mean_N_per_m
-
-
-def equivalent_mass(joint: PlanetaryGears, gear: Literal["sun", "planet"]) -> float:
-    """Equivalent mass of a gear, J / r^2 [kg], r its base radius."""
-    sun = gear == "sun"
-    mass = joint.sun_equivalent_mass_kg if sun else joint.planet_equivalent_mass_kg
-    inertia = joint.sun_inertia_kg_m2 if sun else joint.planet_inertia_kg_m2
-    teeth = joint.sun_teeth if sun else joint.planet_teeth
-    return mass if mass is not None else (inertia or 0.0) / base_radius(joint, teeth) ** 2
 
 
 def linearize_teeth(arm: Arm, stiffness: Callable[[StiffnessLaw], float] = mean_stiffness) -> Arm:

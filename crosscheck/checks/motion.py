@@ -7,7 +7,6 @@ from collections.abc import Iterator
 import numpy as np
 
 from crosscheck.checks.answers import ask, bias, energy, gravity, inverse_dynamics, mass_matrix
-from crosscheck.checks.arm_data import mesh_damping
 from crosscheck.checks.energy import ALONG_RAD
 from crosscheck.checks.first_principles.mesh_energy import (
     POINTS,
@@ -18,7 +17,7 @@ from crosscheck.checks.first_principles.mesh_energy import (
 from crosscheck.checks.first_principles.slopes import SMOOTH_WEIGHTS, compute_slopes
 from crosscheck.checks.robot_states import TOLERANCE
 from crosscheck.checks.sampled import TURN_RAD, RobotLevel, Subjects
-from crosscheck.checks.scales import EPS, check_share, share_of
+from crosscheck.checks.scales import EPS, check_share, mesh_damping, share_of
 from crosscheck.findings import Finding, Subject
 from crosscheck.models.arm.layout import MESHES
 from crosscheck.models.robot.interface import RobotModel

@@ -10,7 +10,6 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from crosscheck.checks.answers import ask
-from crosscheck.checks.invariants import motor_forces, sun_radius_and_ratio
 from crosscheck.checks.modes import largest_stable_step
 from crosscheck.checks.scales import (
     EPS,
@@ -19,6 +18,8 @@ from crosscheck.checks.scales import (
     gear_arc,
     geared_joints,
     largest_stiffness,
+    motor_forces,
+    motor_lever,
 )
 from crosscheck.findings import ComparisonKey, Finding, Subject, make_check
 from crosscheck.models.arm.layout import MESHES, Layout
@@ -213,16 +214,13 @@ def _sizes(run: xr.Dataset, model: Model, q: np.ndarray, placed: float) -> dict[
     if not model.layout.mesh_joints:
         return sizes
     joints = [joint for _, joint in geared_joints(model.arm)]
-    suns = [sun_radius_and_ratio(joint) for joint in joints]
-    motor = max(sizes["torque"] / (radius * ratio) for radius, ratio in suns)
+    motor = max(sizes["torque"] / motor_lever(joint) for joint in joints)
     arc = 2 * gear_arc(model.arm) * (1 + _largest_magnitude(run["theta"]))
     force = motor + max(EPS * arc * largest_stiffness(model.arm) / TOLERANCE, placed)
     teeth = max(_largest_magnitude(run[name]) for name in FORCES) + force
     teeth *= max(joint.planet_count for joint in joints) if model.layout.free else 1
     sizes |= {TEETH: teeth}
-    lever = max(
-        radius * ratio * j.planet_count for (radius, ratio), j in zip(suns, joints, strict=True)
-    )
+    lever = max(motor_lever(joint) * joint.planet_count for joint in joints)
     inertia = np.diag(model.mass_matrix(q))[model.layout.theta].min()
     moved = teeth * lever / inertia
     return sizes | {"theta_ddot": sizes["theta_ddot"] + moved}

@@ -11,6 +11,7 @@ from typing import NamedTuple
 
 import numpy as np
 
+from crosscheck.checks.scales import ReasonedLimit
 from crosscheck.models.robot.integration import conditioning_error
 from crosscheck.models.robot.robot import Robot
 
@@ -31,7 +32,7 @@ SIZE_WORDS = {
     "energy": "of the kinetic energy, and of the weight at the farthest centre of mass",
     "momentum": "linear and angular, of the most that the kinetic energy allows",
     "tip": "distance over the reach",
-    "run": "coordinate after a short free motion in equal steps, of how far any has moved",
+    "run": "coordinate of a motion in equal steps, of how far any joint, or any mesh, has moved",
 }
 
 
@@ -117,6 +118,16 @@ class RobotSizes:
     def tolerance(self, quantity: str) -> float:
         """The tolerance of an entry relative to its size."""
         return max(TOLERANCE, ROUNDINGS * self.condition if quantity in SOLVED else 0.0)
+
+    def natural_size(self, quantity: str, values: np.ndarray) -> np.ndarray:
+        """Sizes of a quantity's components, broadcast to a model's values (states, ...)."""
+        size: np.ndarray = getattr(self, quantity)
+        return size if values.ndim == size.ndim else size[:, None]
+
+    def limit(self, quantity: str) -> ReasonedLimit:
+        """The tolerance of a difference relative to its size."""
+        basis = f"{self.basis(quantity)}; size: {SIZE_WORDS[quantity]}"
+        return ReasonedLimit(self.tolerance(quantity), basis)
 
     def basis(self, quantity: str) -> str:
         """Where the tolerance comes from."""

@@ -12,7 +12,7 @@ from typing import Any, Literal, NamedTuple, Protocol, TypeVar
 
 import numpy as np
 
-from crosscheck.checks.answers import Setting
+from crosscheck.checks.answers import EQUATIONS, ROBOT_QUESTIONS, SWITCHED, Setting
 from crosscheck.checks.first_principles.composite import Content
 from crosscheck.checks.first_principles.slopes import SlopeRule, make_smooth_rule
 from crosscheck.checks.robot_states import RandomStates, RobotSizes
@@ -24,7 +24,8 @@ from crosscheck.models.loading import Case
 from crosscheck.models.robot.robot import Level, Robot
 from crosscheck.planning.comparison import Comparison, ModelTask, make_comparison
 
-FIRST_PRINCIPLES, DIFFERENCE = "first principles", "largest relative difference"
+FIRST_PRINCIPLES = "first principles"
+DIFFERENCE = "largest difference, over its natural size,"
 RESIDUAL = "largest residual, over its terms' size,"
 # Steps of slopes of order 8, in which a joint turns by so much [rad] or slides [m]: of second
 # harmonics, the highest of M in a rotation, they leave 3e-12; M and energy are of a slide's square
@@ -57,6 +58,11 @@ class SampledModel:
     model: str
     setting: Setting | RobotLevel
     evaluate: Callable[[Any, ModelQuestion], ModelTask]
+
+    @property
+    def questions(self) -> Sequence[ModelQuestion]:
+        """What models are compared in."""
+        raise NotImplementedError
 
     def ask(self, question: ModelQuestion) -> ModelTask:
         """The task of a question at these states."""
@@ -92,8 +98,8 @@ class SampledArm(SampledModel):
     """A model of an arm at random states.
 
     ``covers`` says whether it is about an arm under switches. promises: methods that it must have;
-    order: of its fixed steps; free_planets: whether every planet moves by itself inside; level: of
-    a rigid model; content: what the arm's file holds; symbols: of a form, the tasks of what it
+    order: of its fixed steps; free_planets: whether every planet moves by itself inside;
+    content: what the arm's file holds; symbols: of a form, the tasks of what it
     answers in symbols too.
     """
 
@@ -101,7 +107,6 @@ class SampledArm(SampledModel):
     promises: frozenset[str]
     order: int | None
     free_planets: bool
-    level: str
     covers: Callable[[Arm, Switches], bool]
     group: Group = "geared"
     content: Content = field(default_factory=dict)
@@ -111,6 +116,11 @@ class SampledArm(SampledModel):
     def owes_laws(self) -> bool:
         """Whether laws of a model by itself are checked here: under the usual switches, once."""
         return self.group not in ("switches", "conservative")
+
+    @property
+    def questions(self) -> Sequence[ModelQuestion]:
+        """What models are compared in: M and bias know no switch, so not under others again."""
+        return EQUATIONS if self.owes_laws else SWITCHED
 
     def ask_once(self, question: ModelQuestion, case: Case | None = None) -> ModelTask:
         """The task of a question that knows no state, in another case if one is given."""
@@ -141,6 +151,11 @@ class RobotLevel:
     def count(self) -> int:
         """How many states there are."""
         return len(self.states.q)
+
+    @property
+    def names(self) -> tuple[str, ...]:
+        """Names of the joints' coordinates."""
+        return tuple(self.robot.coordinate_names)
 
     @property
     def has_runs(self) -> bool:
@@ -188,6 +203,11 @@ class SampledRobot(SampledModel):
     """A model of a robot, ``engine:level``, at random states."""
 
     setting: RobotLevel
+
+    @property
+    def questions(self) -> Sequence[ModelQuestion]:
+        """What models are compared in."""
+        return ROBOT_QUESTIONS
 
 
 class RunModels(NamedTuple):

@@ -8,14 +8,12 @@ from dataclasses import dataclass
 import numpy as np
 
 from crosscheck.checks.answers import require_numbers
-from crosscheck.checks.engines import STEPS, motion_sizes
+from crosscheck.checks.engines import STEPS, compare_motions, plan_pair
 from crosscheck.checks.sampled import RobotLevel, Subjects, pair_models
-from crosscheck.checks.scales import check_share, share_of
-from crosscheck.findings import ComparisonKey, Finding, Subject
 from crosscheck.models.errors import Diverged
 from crosscheck.models.experiment.scenario import ConstantDrive, Scenario, Start
 from crosscheck.models.robot.interface import RobotModel
-from crosscheck.planning.comparison import Comparison, make_comparison
+from crosscheck.planning.comparison import Comparison
 
 # Of teeth in each other at the start [m]: on the edge of contact rounding decides who is.
 DEPTH = 1e-6
@@ -33,13 +31,13 @@ class SimulationQuestion:
         return "simulation" + f"-{self.scenario.name}" * (self.scenario.name != BRIEF)
 
     def __call__(self, model: RobotModel, case: RobotLevel) -> np.ndarray:
-        """Coordinates (records, n), infinite if it diverged."""
+        """Coordinates (records, 1, n), infinite if it diverged."""
         shape = STEPS + 1, case.states.q.shape[1]
         try:
             q, _ = model.integrate(self.scenario)
         except Diverged:
-            return np.full(shape, np.inf)
-        return require_numbers(q, "integrate", shape)
+            return np.full(shape, np.inf)[:, None]
+        return require_numbers(q, "integrate", shape)[:, None]
 
 
 def simulation_start(case: RobotLevel) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
@@ -83,20 +81,8 @@ def plan(subjects: Subjects) -> Iterator[Comparison | str]:
         yield f"{level}: no runs, since steps of {case.run_s / STEPS:.2g} s are below rounding"
     for left, right in pair_models(subjects.robots):
         case = left.setting
-        if not case.has_runs:
-            continue
-
-        def judge(
-            about: Subject, left_q: np.ndarray, right_q: np.ndarray, case: RobotLevel = case
-        ) -> Finding:
-            basis = f"{case.sizes.basis('run')}; size: how far any joint, or any mesh, has moved"
-            moved = np.abs(left_q - left_q[0]).max(axis=0, keepdims=True)
-            measured = share_of(left_q - right_q, motion_sizes(case, moved))
-            return check_share(about, measured, case.sizes.tolerance("run"), basis)
-
-        for question in map(SimulationQuestion, case.scenarios or [make_scenario(case)]):
-            name, seconds = question.__name__, question.scenario.duration_s
-            key = ComparisonKey("same-step", left.where, name, left.model, right.model)
+        scenarios = (case.scenarios or [make_scenario(case)]) if case.has_runs else []
+        for question in map(SimulationQuestion, scenarios):
+            seconds = question.scenario.duration_s
             metric = f"largest difference, over the motion, of a simulation of {seconds:.3g} s"
-            tasks = left.ask(question), right.ask(question)
-            yield make_comparison(Subject(key, "1", metric), tasks, judge)
+            yield plan_pair("same-step", question, left, right, compare_motions, metric)

@@ -8,11 +8,10 @@ from functools import partial
 from importlib import import_module
 from itertools import product
 
-from crosscheck.checks import states
-from crosscheck.checks.answers import Setting, bias, generalized_force, mass_matrix
+from crosscheck.checks.answers import bias, generalized_force, mass_matrix
 from crosscheck.checks.first_principles.composite import Content
 from crosscheck.checks.records import plan_records
-from crosscheck.checks.sampled import Group, ModelQuestion, SampledArm, Subjects
+from crosscheck.checks.sampled import Group, SampledArm, Subjects
 from crosscheck.checks.scales import geared_joints
 from crosscheck.checks.stability import relax_comparison
 from crosscheck.findings import EntryDifferences
@@ -29,8 +28,7 @@ from crosscheck.planning.comparison import (
     Plan,
     Results,
     collect_tasks,
-    get_answers,
-    summarise_entries,
+    compare_entries,
 )
 from crosscheck.planning.preparation import Preparation, prepare_experiments
 from crosscheck.planning.sizing import make_unequal_gains_scenario
@@ -44,7 +42,13 @@ from crosscheck.registry import (
     is_covering,
     select_covering,
 )
-from crosscheck.runner.tasks import FORMS, Evaluation, Simulation, SymbolicEvaluation
+from crosscheck.runner.tasks import (
+    FORMS,
+    Evaluation,
+    Simulation,
+    SymbolicEvaluation,
+    make_setting,
+)
 from crosscheck.runner.workers import Workers
 
 COUNT, QUICK_COUNT = 200, 20
@@ -170,8 +174,8 @@ def sample_model(
     content: Content | None = None,
 ) -> SampledArm:
     """A model of an arm at random states."""
-    entry, setting = MODELS[name], Setting(case, MODELS[name].is_rigid, count, seed)
-    known = entry.promises, entry.order, entry.free_planets, entry.level, partial(is_covering, name)
+    entry, setting = MODELS[name], make_setting(name, case, count, seed)
+    known = entry.promises, entry.order, entry.free_planets, partial(is_covering, name)
     forms = (mass_matrix, bias) if name in FORMS else ()
     symbols = [SymbolicEvaluation(name, setting, each) for each in forms]
     evaluate = partial(Evaluation, name)
@@ -191,26 +195,7 @@ def compute_entry_differences(
         others = (each for each in geared if engine_of(each.model) != engine_of(sampled.model))
         engines = [replace(each, setting=sampled.setting) for each in others]
         for question in (mass_matrix, bias, generalized_force):
-            yield from _compare_entries(question, sampled, engines, results)
-
-
-def _compare_entries(
-    question: ModelQuestion, sampled: SampledArm, engines: Sequence[SampledArm], results: Results
-) -> Iterator[EntryDifferences]:
-    """The differences of one quantity, if the model and an engine have answered."""
-    values, mass = (results.get(sampled.ask(each)) for each in (question, mass_matrix))
-    answers = get_answers(results, [engine.ask(question) for engine in engines])
-    if values is None or mass is None or not answers or not states.is_usable(mass[0]):
-        return
-    setting, quantity = sampled.setting, question.__name__
-    compared = {
-        name: states.relative_differences(quantity, values, answer, mass, setting)
-        for name, answer in answers.items()
-    }
-    tolerance = next(iter(compared.values())).limit.value
-    differences = {name: each.values for name, each in compared.items()}
-    names = setting.layout.names
-    yield summarise_entries(quantity, sampled.model, names, differences, tolerance)
+            yield from compare_entries(question, sampled, engines, results)
 
 
 def switch_combinations() -> list[Switches]:

@@ -121,6 +121,24 @@ def get_answers(results: Results, tasks: Sequence[ModelTask]) -> dict[str, Any]:
     return {model: answer for model, answer in answers.items() if answer is not None}
 
 
+def compare_entries(
+    question: Any, model: Any, engines: Sequence[Any], results: Results
+) -> Iterator[EntryDifferences]:
+    """How far a sampled model's answer is from that of others at the same states.
+
+    Nothing if the model or all others have failed: their own comparisons fail.
+    """
+    values = results.get(model.ask(question))
+    answers = get_answers(results, [each.ask(question) for each in engines])
+    if values is None or not answers:
+        return
+    setting, quantity = model.setting, question.__name__
+    size = setting.sizes.natural_size(quantity, values)
+    differences = {name: np.abs(values - answer) / size for name, answer in answers.items()}
+    tolerance = setting.sizes.limit(quantity).value
+    yield summarise_entries(quantity, model.model, setting.names, differences, tolerance)
+
+
 def summarise_entries(
     quantity: str,
     model: str,

@@ -35,9 +35,8 @@ from crosscheck.planning.comparison import (
     Plan,
     Results,
     collect_tasks,
-    get_answers,
+    compare_entries,
     judge_comparisons,
-    summarise_entries,
 )
 from crosscheck.planning.plan import CrossCheckRequest
 from crosscheck.registry import build_robot_model, find_level_engines, reference_engine
@@ -51,7 +50,6 @@ FORCE, DEEPEST = 10.0, 0.01
 # Of free motions on all levels: a step of the fastest mesh [rad], and steps at most.
 RESOLVED, MOST_STEPS, QUICK_STEPS, LEAST_STEPS = 0.4, 1000, 100, 50
 UNRESOLVED = 0.01  # part of a motion by which halving its steps may change it
-MASS_MATRIX = "mass_matrix"
 
 
 def plan_robot(request: CrossCheckRequest, workers: Workers | None = None) -> Plan:
@@ -205,35 +203,20 @@ def is_resolved(model: RobotModel, case: RobotLevel) -> bool:
 
 
 def add_mesh_states(robot: Robot, states: RandomStates) -> RandomStates:
-    """The states with x of each mesh added: on either flank, or between where there is backlash.
-
-    Of free planets the sun's advance is that of the first one, and other sun meshes follow.
-    """
-    rng, shape = np.random.default_rng(0), (len(states.q), 1)
-    columns, springs = [], tooth_springs(robot)
+    """The states with those of the meshes: on either flank, or between where there is backlash."""
+    rng, springs, free = np.random.default_rng(0), tooth_springs(robot), len(robot.coordinates)
+    backlash, sizes = 0.0, np.zeros((3, 1))
     for spring in springs:
         deep = min(FORCE / abs(spring.lever) / spring.stiffness, DEEPEST * spring.radius)
         rate = np.sqrt(spring.stiffness / spring.mass)  # of swings while the joint stands
-        x = rng.choice((-1, 1), shape) * (spring.backlash + deep * rng.uniform(-1, 1, shape))
-        v, a = (deep * rate**order * rng.uniform(-1, 1, shape) for order in (1, 2))
-        columns.append((x, v, a))
-    independent = _find_independent(np.array([spring.row for spring in springs]))
-    free = len(robot.coordinates)
-    by_x = np.linalg.inv(np.array([springs[place].row[free:] for place in independent]))
-    q, v, a = (
-        np.hstack([joints, np.hstack([mesh_values[place] for place in independent]) @ by_x.T])
-        for joints, mesh_values in zip(states[:3], zip(*columns, strict=True), strict=True)
-    )
+        is_own = spring.row[free:] != 0
+        sizes = np.maximum(sizes, np.outer(deep * rate ** np.arange(3), is_own))
+        backlash = np.maximum(backlash, spring.backlash * is_own)
+    shape = len(states.q), sizes.shape[1]
+    drawn = sizes[:, None] * rng.uniform(-1, 1, (3, *shape))
+    drawn[0] = rng.choice((-1, 1), shape) * (backlash + drawn[0])
+    q, v, a = (np.hstack(each) for each in zip(states[:3], drawn, strict=True))
     return RandomStates(q, v, a, states.torques)
-
-
-def _find_independent(rows: np.ndarray) -> list[int]:
-    """The first springs whose displacements no others before them give; rows (springs, n)."""
-    chosen: list[int] = []
-    for place in range(len(rows)):
-        if np.linalg.matrix_rank(rows[[*chosen, place]]) > len(chosen):
-            chosen.append(place)
-    return chosen
 
 
 def _push_bounds(robot: Robot, states: RandomStates) -> np.ndarray:
@@ -253,13 +236,4 @@ def compute_robot_entries(
     levels = [each.setting.level for each in models]
     level = next((each for each in levels if each in WITH_ROTORS), levels[0])
     reference, *others = (each for each in models if each.setting.level == level)
-    values = results.get(reference.ask(mass_matrix))
-    answers = get_answers(results, [each.ask(mass_matrix) for each in others])
-    if values is None or not answers:
-        return
-    sizes, names = reference.setting.sizes, reference.setting.robot.coordinate_names
-    differences = {
-        name: np.abs((values - answer) / sizes.mass_matrix) for name, answer in answers.items()
-    }
-    tolerance = sizes.tolerance(MASS_MATRIX)
-    yield summarise_entries(MASS_MATRIX, reference.model, names, differences, tolerance)
+    return compare_entries(mass_matrix, reference, others, results)

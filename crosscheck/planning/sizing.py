@@ -14,17 +14,18 @@ from typing import Any
 
 import numpy as np
 
-from crosscheck.checks.first_principles.composite import arm_pose, build_parts, inertia
+from crosscheck.checks.first_principles.composite import arm_pose, build_parts, mass_matrix
 from crosscheck.checks.modes import stage_modes
 from crosscheck.checks.scales import (
-    base_radius,
     geared_joints,
     largest_weights,
     meshes,
+    motor_lever,
     stiffness_bound,
     weight_moments,
 )
 from crosscheck.models.arm.arm import Arm
+from crosscheck.models.arm.layout import rigid_layout
 from crosscheck.models.arm.planets import usual_switches
 from crosscheck.models.arm.quantities import Duration, Gain, NumberRange, RateGain, Torque
 from crosscheck.models.experiment.scenario import (
@@ -112,8 +113,7 @@ def bearable_torques(arm: Arm) -> np.ndarray:
     torques = np.full(len(arm.joints), np.inf)
     for number, joint in geared_joints(arm):
         stiffest = joint.planet_count * max(stiffness_bound(m.stiffness) for m in meshes(joint))
-        lever = base_radius(joint, joint.sun_teeth) * (1 + joint.ring_teeth / joint.sun_teeth)
-        torques[number] = MOST_BENT * joint.module_m * stiffest * lever
+        torques[number] = MOST_BENT * joint.module_m * stiffest * motor_lever(joint)
     return torques
 
 
@@ -140,7 +140,8 @@ def make_unequal_gains_scenario(arm: Arm) -> Scenario:
     Sizes is.
     """
     content, numbers = arm.model_dump(), np.arange(len(arm.joints))
-    turned = np.diag(inertia(build_parts(content), arm_pose(content, 0.0 * numbers), locked=False))
+    stretched = arm_pose(content, 0.0 * numbers)
+    turned = np.diag(mass_matrix(build_parts(content), stretched, rigid_layout(arm)))
     lowest = [float(stage_modes(joint)[0]) for _, joint in geared_joints(arm)]
     rate = 2 * np.pi * min(lowest) / SLOWER if lowest else WITHOUT_GEARS
     stiff, damped = _gains(turned, rate, bearable_torques(arm))

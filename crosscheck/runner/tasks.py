@@ -18,7 +18,14 @@ from crosscheck.checks.sampled import ModelQuestion, RobotLevel
 from crosscheck.models.interface import Model
 from crosscheck.models.loading import Case
 from crosscheck.models.robot.interface import RobotModel
-from crosscheck.registry import MODELS, Entry, build, build_robot_model, engine_of
+from crosscheck.registry import (
+    MODELS,
+    RIGID_LEVELS,
+    Entry,
+    build,
+    build_robot_model,
+    engine_of,
+)
 from crosscheck.runner.outcomes import SelfKeyedTask, return_failures
 
 if TYPE_CHECKING:
@@ -129,7 +136,14 @@ def ask_model(
     name: str, case: Case, question: ModelQuestion, count: int = 1, seed: int = 0
 ) -> Evaluation:
     """Make the task of a question to a model of an arm in a case, at a seed's random states."""
-    return Evaluation(name, Setting(case, MODELS[name].is_rigid, count, seed), question)
+    return Evaluation(name, make_setting(name, case, count, seed), question)
+
+
+def make_setting(name: str, case: Case, count: int = 1, seed: int = 0) -> Setting:
+    """Random states of a model of an arm in a case; a rigid one of no level has rigid gears."""
+    entry = MODELS[name]
+    level = entry.level or RIGID_LEVELS[-1] if entry.is_rigid else ""
+    return Setting(case, level, count, seed)
 
 
 @dataclass(frozen=True)

@@ -9,7 +9,6 @@ from typing import TYPE_CHECKING, Any, NamedTuple
 
 import numpy as np
 
-from crosscheck.checks.states import ROUNDINGS
 from crosscheck.findings import Agreement
 from crosscheck.report.finding_groups import describe_by_reason
 from crosscheck.report.formatting import describe_tally, format_percent
@@ -19,7 +18,13 @@ from crosscheck.trial.changes.search import list_equals
 from crosscheck.trial.input.equations import SINGLE
 from crosscheck.trial.input.source_lines import SourceLines, find_source
 from crosscheck.trial.judge.checks import SelfCheck, has_engine_conflict
-from crosscheck.trial.judge.entries import EntryMismatch, LevelDistance, entry_place, format_entry
+from crosscheck.trial.judge.entries import (
+    ROUNDINGS,
+    EntryMismatch,
+    LevelDistance,
+    entry_place,
+    format_entry,
+)
 from crosscheck.trial.request import TrialRequest
 from crosscheck.trial.source.source_edit import SourceAnswer
 

@@ -6,10 +6,9 @@ import numpy as np
 import pytest
 
 from crosscheck.checks.answers import sample_states
-from crosscheck.checks.arm_data import mesh_damping
 from crosscheck.checks.corners import sample_corner_states
 from crosscheck.checks.energy import springs_at
-from crosscheck.checks.scales import geared_joints
+from crosscheck.checks.scales import geared_joints, mesh_damping
 from crosscheck.models.arm.arm import Arm
 from crosscheck.models.arm.layout import MESHES, geared_layout, rigid_layout
 from crosscheck.models.arm.meshes import change_meshes

@@ -7,13 +7,12 @@ import pytest
 from crosscheck.findings import ComparisonKey
 from crosscheck.models.arm.arm import Arm
 from crosscheck.models.arm.planets import usual_switches
-from crosscheck.models.experiment.scenario import switches
 from crosscheck.models.loading import Case, load_arm, load_scenario
 from crosscheck.planning import arms, plan
 from crosscheck.planning.comparison import Comparison, Results
 from crosscheck.planning.preparation import FailedPreparation, Preparation
 from crosscheck.runner.outcomes import Failure
-from tests.engines.judge_limits import EPS, GUARDS, direct_arm
+from tests.engines.judge_limits import GUARDS
 from tests.faults.planting import faults_in
 
 # The guard that has the limits of each family of checks. What terms a balance has is seen by the
@@ -64,9 +63,3 @@ UNPLANTED = sorted(GUARDS.keys() - {row.seen.quantity for row in faults_in("judg
 def test_a_number_just_above_its_tolerance_differs_and_just_below_agrees(name):
     """Of guards by which no planted fault is seen: tests/faults asks the others, unharmed too."""
     assert list(GUARDS[name]()) == []
-
-
-@pytest.mark.parametrize(("first_m", "rounding"), [(2.29, 0.0), (2.31, EPS)])
-def test_terms_round_where_an_arm_reaches_ten_times_its_shortest_link(first_m, rounding):
-    case = Case(direct_arm(first_m), load_scenario("pd"), switches())
-    assert arms.sample_model("", "analytic:carriers", case, 1, 1).setting.rounding == rounding

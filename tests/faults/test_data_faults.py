@@ -11,7 +11,7 @@ from typing import Any, NamedTuple
 import numpy as np
 import pytest
 
-from crosscheck.checks.answers import EQUATIONS, Setting
+from crosscheck.checks.answers import EQUATIONS
 from crosscheck.models.arm.arm import Arm
 from crosscheck.models.arm.planets import usual_switches
 from crosscheck.models.errors import InputError
@@ -22,7 +22,7 @@ from crosscheck.planning.arms import QUICK_COUNT
 from crosscheck.planning.comparison import Comparison, Results, collect_tasks, judge_comparisons
 from crosscheck.planning.sizing import make_unequal_gains_scenario
 from crosscheck.registry import MODELS, build, find_covering_models, model_names
-from crosscheck.runner.tasks import Evaluation
+from crosscheck.runner.tasks import Evaluation, make_setting
 from tests.judged import plan_states
 
 OFF, UNLIKE, DIRECT, APART = 1.001, "three-unlike", "direct-between", "planets-apart"
@@ -131,7 +131,7 @@ def plan_of(name: str) -> list[Comparison]:
 def answered(name: str, case: Case, model: Model, quantity: str) -> np.ndarray:
     """A model's answers at the states of a case, of which it may be made or not."""
     (question,) = (each for each in EQUATIONS if each.method == quantity)
-    return question(model, Setting(case, MODELS[name].is_rigid, STATES, 0))
+    return question(model, make_setting(name, case, STATES, 0))
 
 
 @lru_cache

@@ -144,9 +144,9 @@ def verdict_of(f: Finding) -> str:
 
 
 def entry_table(made: Records, model: str) -> np.ndarray:
-    """Largest difference of M's entries from any engine, over the root of M_ii M_jj."""
-    own = made.values[model, "mass_matrix"]
-    size = np.sqrt(np.diagonal(own, axis1=1, axis2=2))
+    """Largest difference of M's entries from any engine, over the root of the right M_ii M_jj."""
+    own, right = (made.values[each, "mass_matrix"] for each in (model, LEAD))
+    size = np.sqrt(np.diagonal(right, axis1=1, axis2=2))
     size = size[:, :, None] * size[:, None, :]
     apart = [np.abs(own - made.values[engine, "mass_matrix"]) / size for engine in ENGINES]
     return np.max(apart, axis=(0, 1))

@@ -68,7 +68,7 @@ def test_an_open_joint_shows_in_the_engines_constraints():
 def test_a_model_whose_joints_never_open_has_a_gap(monkeypatch):
     """Closed joints alone would be those of a model that makes up its residuals."""
     model = bodies()
-    asked = model, Setting(Case(model.arm, model.scenario, model.switches), False, 2, 0)
+    asked = model, Setting(Case(model.arm, model.scenario, model.switches), "", 2, 0)
     assert constraint_residual(*asked).max() < 1e-12
     closed = ExudynBodies.constraint_residual
     monkeypatch.setattr(

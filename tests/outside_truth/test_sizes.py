@@ -6,8 +6,12 @@ from types import SimpleNamespace
 import numpy as np
 import pytest
 
-from crosscheck.checks.scales import largest_torques, largest_weights
+from crosscheck.checks.first_principles import composite
+from crosscheck.checks.scales import base_radius, largest_torques, largest_weights
+from crosscheck.models.arm.layout import geared_layout, rigid_layout
+from crosscheck.models.arm.planets import usual_switches
 from crosscheck.models.experiment.scenario import PdDrive, Start
+from crosscheck.models.files import read_raw_arm
 from crosscheck.models.loading import load_arm, load_scenario
 from crosscheck.planning import sizing
 from crosscheck.planning.sizing import (
@@ -99,3 +103,26 @@ def test_bearable_torques_bend_teeth_by_a_tenth_of_their_module():
         radius, ratio = module * sun / 2 * math.cos(math.radians(alpha)), 1 + ring / sun
         bent.append(count * stiffest * 0.1 * module * radius * ratio)
     assert bearable_torques(load_arm("probe")) == pytest.approx(bent, rel=1e-12)
+
+
+@pytest.mark.parametrize("planets", ["lumped", "free"])
+def test_gears_that_stand_still_on_each_other_turn_as_one_body(planets):
+    """Locked gears of a joint carry their teeth along the ring, and all beyond the axis turns.
+
+    So the inertia by displacements follows from that of rigid bodies alone.
+    """
+    arm, content = load_arm("probe"), read_raw_arm("probe")
+    layout = geared_layout(arm, usual_switches(arm, planets=planets))
+    pose = composite.arm_pose(content, np.array([[0.3, -1.1], [2.0, 0.4]]))
+    parts = composite.build_parts(content)
+    whole = [
+        each._replace(turns=np.arange(2) <= each.link) if each.mesh_turn else each for each in parts
+    ]
+    locked = np.eye(len(layout))[layout.theta]
+    for place, coordinate in enumerate(layout.coordinates):
+        if coordinate.meaning in ("x_s", "x_pr"):
+            joint = arm.joints[coordinate.joint - 1]
+            locked[coordinate.joint - 1, place] = -base_radius(joint, joint.ring_teeth)
+    found = locked @ composite.mass_matrix(parts, pose, layout) @ locked.T
+    right = composite.mass_matrix(whole, pose, rigid_layout(arm))
+    np.testing.assert_allclose(found, right, rtol=1e-13)  # sums of some twenty terms

@@ -12,7 +12,8 @@ from scipy.integrate import solve_ivp
 
 import crosscheck as package
 from crosscheck.checks import convergence, engines, simulations
-from crosscheck.checks.robot_states import sample_states
+from crosscheck.checks.answers import ROBOT_QUESTIONS, mass_matrix
+from crosscheck.checks.robot_states import SIZE_WORDS, sample_states
 from crosscheck.checks.sampled import Subjects
 from crosscheck.cli.commands import make_request
 from crosscheck.findings import Finding
@@ -372,7 +373,8 @@ def test_friction_that_stops_a_joint_at_once_leaves_the_runs_out_with_a_line():
 
 
 def test_every_question_to_a_model_has_a_size():
-    assert {each.__name__ for each in engines.QUESTIONS} == {*engines.SIZE_WORDS}
+    questions = *ROBOT_QUESTIONS, engines.run
+    assert {each.__name__ for each in questions} == {*SIZE_WORDS}
 
 
 def test_settings_change_the_robot_that_is_checked():
@@ -391,7 +393,7 @@ def test_entries_are_the_largest_differences_from_any_engine():
     answers[2, 2, 1, 1] = np.nan
     answers *= first.setting.sizes.mass_matrix
     asked = zip((first, second, third), answers, strict=True)
-    results = Results({each.ask(engines.mass_matrix).key: answer for each, answer in asked})
+    results = Results({each.ask(mass_matrix).key: answer for each, answer in asked})
     (entries,) = compute_robot_entries(models, results)
     assert entries.engines == ("pinocchio:coupled", "exudyn:coupled")
     assert np.array(entries.relative) == pytest.approx(np.array([[0.0, 0.2], [0.0, np.inf]]))

@@ -106,7 +106,7 @@ TWICE = replace(registry.MODELS["analytic:links"], made=Twice, packages=("pytest
 
 def test_a_model_made_in_memory_takes_part_for_a_while():
     case = Case(ARM, load_case("probe", "pd", {}, []).scenario, usual_switches(ARM))
-    setting = Setting(case, True, 2)
+    setting = Setting(case, "coupled", 2)
     task = Evaluation("mine:twice", setting, mass_matrix)
     whole = Evaluation("analytic:links", setting, mass_matrix)
     with registry.register("mine:twice", TWICE):
@@ -143,7 +143,7 @@ def test_provenance_has_what_was_asked_and_a_guests_distributions(monkeypatch):
 
 def test_one_name_may_stand_for_one_model_after_another():
     case = Case(ARM, load_case("probe", "pd", {}, []).scenario, usual_switches(ARM))
-    task = Evaluation("mine", Setting(case, True), mass_matrix)
+    task = Evaluation("mine", Setting(case, "coupled"), mass_matrix)
     with registry.register("mine", TWICE):
         first = task.perform()
     with registry.register("mine", replace(TWICE, made=RigidLinks)):

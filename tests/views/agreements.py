@@ -334,7 +334,7 @@ WORDING = {
     r"of planet 1": "names a planet",
     r"Eqs?\. [-\d]+": "names an equation",
     r"(With --quick|Preliminary\.).*": "limits of a quick run",
-    r"order 8 are right to 3e-12|ε = 2\.2e-16|at most 1e-10|1e-10 of|1000 ε|10 √N": "tolerances",
+    r"order 8 are right to 3e-12|ε = 2\.2e-16|1e-10 of|1000 ε|200 ε|50 ε|10 √N": "tolerances",
     r"Robotica, 2014": "a year",
     r"(?:one|1) \(.*\)": "a joint",
 }

@@ -23,23 +23,28 @@ SMOOTH_WEIGHTS = 4 / 5, -1 / 5, 4 / 105, -1 / 280
 class SlopeRule(NamedTuple):
     """f' as the sum of weights (k, n) times f(q + m h) - f(q - m h), m the multiples (k,).
 
-    steps (n,): h of each coordinate.
+    steps (n,): h of each coordinate; tolerance: of the bias that follows, for the reason given,
+    relative to the terms that are summed.
     """
 
     multiples: tuple[int, ...]
     steps: np.ndarray
     weights: np.ndarray
+    tolerance: float
+    reason: str
 
 
 def make_exact_rule(angular: np.ndarray) -> SlopeRule:
     """The rule for M by joint angles and, where angular (n,) is False, by displacements [m]."""
     weights = np.where(angular, np.transpose([QUARTER_WEIGHTS]), [[0.5 / DISPLACEMENT_M], [0.0]])
-    return SlopeRule(QUARTER_TURNS, np.where(angular, np.pi / 4, DISPLACEMENT_M), weights)
+    steps, reason = np.where(angular, np.pi / 4, DISPLACEMENT_M), "slopes exact but for rounding"
+    return SlopeRule(QUARTER_TURNS, steps, weights, 1e-11, reason)
 
 
 def make_smooth_rule(steps: np.ndarray) -> SlopeRule:
     """The rule of order 8 over steps (n,)."""
-    return SlopeRule((1, 2, 3, 4), steps, np.outer(SMOOTH_WEIGHTS, 1 / steps))
+    reason = "differences of M of order 8 leave 3e-12"
+    return SlopeRule((1, 2, 3, 4), steps, np.outer(SMOOTH_WEIGHTS, 1 / steps), 1e-10, reason)
 
 
 def compute_slopes(

@@ -12,8 +12,7 @@ import numpy as np
 
 from crosscheck.checks.inertia import SYMMETRY
 from crosscheck.checks.invariants import plan_balances
-from crosscheck.checks.scales import acceptance_limit
-from crosscheck.checks.states import LOOSEST
+from crosscheck.checks.scales import LOOSEST, acceptance_limit
 from crosscheck.checks.trajectories import UNITS, Pair, check_same_step, size
 from crosscheck.findings import ComparisonKey, Finding, Subject, make_check
 from crosscheck.models.experiment.scenario import Scenario

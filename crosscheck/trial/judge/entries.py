@@ -9,7 +9,7 @@ from typing import Any, Literal
 
 import numpy as np
 
-from crosscheck.checks.states import EPS, LOOSEST, ROUNDINGS, component_sizes
+from crosscheck.checks.scales import EPS, LOOSEST
 from crosscheck.models.errors import InputError
 from crosscheck.report.formatting import list_first
 from crosscheck.trial.coordinates.differences import TURN_RAD, difference_steps, turns
@@ -20,6 +20,7 @@ NUDGE = 1e-7  # step of coordinates by which a map is differentiated
 WRITTEN = 10  # tolerance in roundings, for states and answers written with fewer digits
 LARGEST_POWER = 200  # largest power of ten between the numbers of two units
 SLOPES = 2 / TURN_RAD  # largest error of slopes of M, over the error of M itself
+ROUNDINGS = 1000  # roundings of a few hundred operations, times how badly conditioned they are
 SOLVED = 10  # roundings of a solution by elimination, times the condition number of the matrix
 Part = Literal["mass_matrix", "bias", "gravity", "inverse_dynamics", "force", "acceleration"]
 ErrorKind = Literal["sign", "factor", "dropped", "swapped", "angle", "extra"]
@@ -177,8 +178,9 @@ def _summands(diagonal: np.ndarray, turned: np.ndarray) -> np.ndarray:
 def _rows(values: np.ndarray | None, weight: np.ndarray) -> np.ndarray:
     if values is None:
         return weight
-    shared = float(np.sqrt(((values / weight) ** 2).mean()))
-    return component_sizes(values, weight * (shared or 1.0))
+    rms, shared = np.sqrt((values**2).mean(axis=0)), np.sqrt(((values / weight) ** 2).mean())
+    natural = weight * (float(shared) or 1.0)
+    return np.where(rms > ROUNDINGS * EPS * natural, rms, natural)
 
 
 def _cancellation_factor(moved: np.ndarray, jacobians: np.ndarray, diagonal: np.ndarray) -> float:

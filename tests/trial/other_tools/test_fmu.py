@@ -23,8 +23,7 @@ from crosscheck.analytic.kernel.export import generate_c_source
 from crosscheck.analytic.kernel.fmu import generate_fmu_sources
 from crosscheck.analytic.model import AnalyticModel
 from crosscheck.checks.answers import sample_states
-from crosscheck.checks.invariants import sun_advance, sun_radius_and_ratio
-from crosscheck.checks.scales import geared_joints
+from crosscheck.checks.scales import geared_joints, motor_lever, sun_advance
 from crosscheck.cli.files.export import build_model, function_prefix, unit_file
 from crosscheck.models.arm.planets import usual_switches
 from crosscheck.models.errors import InputError
@@ -138,8 +137,7 @@ def test_exported_unit_is_the_model_in_states_time_and_units(tmp_path):
                 )
                 force = model.generalized_force(time, q, v)
                 for number, joint in geared_joints(model.arm):
-                    radius, ratio = sun_radius_and_ratio(joint)
-                    force = force + away[number] / (radius * ratio) * sun_advance(
+                    force = force + away[number] / motor_lever(joint) * sun_advance(
                         model.layout, number
                     )
                     force[model.layout.at("theta", number)] += away[number]
