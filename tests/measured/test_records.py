@@ -305,12 +305,6 @@ def test_outputs_never_replace_inputs(crosscheck, record, tmp_path):
     assert path.read_bytes() == before
 
 
-@pytest.mark.parametrize("given", ["payload=0.1", "arm.payload_mass_kg", "arm.payload_mass_kg=2"])
-def test_bad_tolerance_is_one_line(crosscheck, record, tmp_path, given):
-    path = written(record, tmp_path / "r.csv")
-    assert_one_line(crosscheck("compare", path, "--tolerance", given), "--tolerance")
-
-
 def test_external_data_are_not_followed(tmp_path):
     with h5py.File(tmp_path / "r.h5", "w") as file:
         file.create_dataset(

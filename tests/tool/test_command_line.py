@@ -22,7 +22,7 @@ from crosscheck.cli.compare import compare_command
 from crosscheck.cli.help import GROUPS
 from crosscheck.cli.output import print_and_write
 from crosscheck.cli.simulation import describe_joints
-from crosscheck.cli.trial import TrialOptions, trial_command
+from crosscheck.cli.trial import TrialOptions
 from crosscheck.models.errors import InputError, Unfinished
 from crosscheck.models.exudyn.tree import loads as exudyn_tree_loads
 from crosscheck.models.files import builtin_arms, builtin_robots, builtin_scenarios, builtin_title
@@ -86,12 +86,6 @@ def test_a_group_without_a_command_is_its_help(crosscheck, group):
     answer = crosscheck(*group)
     assert (answer.code, answer.err) == (2, "")
     assert "--help" in answer.out
-
-
-def test_a_wrong_option_leads_to_the_help_of_its_command(crosscheck):
-    assert crosscheck("baseline", "check", "--oops").err.endswith(
-        "(see crosscheck baseline check --help)\n"
-    )
 
 
 def test_a_shell_completes_commands():
@@ -236,40 +230,6 @@ def test_options_of_a_trial_are_reported_as_they_were_given():
     assert trial_options().page is None
     assert trial_options(names=("a.fmu",)).fmu == Path("a.fmu")
     assert trial_options(names=("fmu.py:f",)).fmu is None
-
-
-FILE = Path("x")
-UNIT = ("u.fmu",)
-
-
-@pytest.mark.parametrize(
-    ("given", "option", "said"),
-    [
-        ({"ask": True, "out": FILE, "scenarios": ["pd"]}, "--scenario", "used with --ask"),
-        ({"answers": (FILE,), "scenarios": ["pd"]}, "--scenario", "used with --answers"),
-        ({"ask": True, "out": FILE, "json_file": FILE}, "--json", "used with --ask"),
-        ({"ask": True, "out": FILE, "junit": FILE}, "--junit", "used with --ask"),
-        ({"ask": True, "out": FILE, "answers": (FILE,)}, "--answers", "used with --ask"),
-        (
-            {"names": UNIT, "run_code": True},
-            "--coordinates",
-            "trial --ask u.fmu --out map drafts it",
-        ),
-        ({"names": UNIT, "coordinates": FILE}, "--run-code", "u.fmu is code"),
-        ({"coordinates": FILE}, "--coordinates", "a MODEL has its own"),
-        ({"after": (FILE,)}, "--after", "needs --ask"),
-        ({"names": (), "ask": True}, "--ask", "needs --out"),
-        ({"names": ("m.py:f", "probe"), "answers": (FILE,)}, "--answers", "takes the place"),
-        ({"names": ("u.fmu", "probe", "x"), "ask": True, "out": FILE}, "--ask", "takes the place"),
-        ({"names": ()}, "trial", "or use --ask and --answers"),
-        ({"names": ("m.py:f", "puma560"), "scenarios": ["pd"]}, "--scenario", "is for arms"),
-        ({"names": ("m.py:f", "puma560"), "run_code": True}, "--run-code", "is for arms"),
-    ],
-)
-def test_options_of_a_trial_that_do_not_go_together_are_refused(given, option, said):
-    with pytest.raises(InputError, match=re.escape(said)) as refused:
-        trial_command(trial_options(**given))
-    assert refused.value.where == option
 
 
 @pytest.mark.parametrize("given", ["a.b=0.01", "a.b=1e-9", "a.b=0.999"])

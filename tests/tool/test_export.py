@@ -90,18 +90,6 @@ def close(found: np.ndarray, right: np.ndarray) -> None:
     assert np.abs(found - right).max() <= ROUNDING * np.abs(right).max()
 
 
-def test_what_cannot_be_exported_is_one_line(crosscheck, tmp_path):
-    out = tmp_path / "model.c"
-    answer = crosscheck("export", "probe", "--model", "exudyn:tree", "--out", out)
-    assert_one_line(answer, "--model = 'exudyn:tree': must be one of analytic:physical")
-    answer = crosscheck("export", "three-unlike", "--model", "analytic:printed", "--out", out)
-    assert_one_line(answer, "three-unlike: joints: analytic:printed")
-    assert not out.exists()
-    out.write_text("mine", encoding="utf-8")
-    answer = crosscheck("export", "probe", "--model", "analytic:links", "--out", out)
-    assert_one_line(answer, "exists and is not an exported C file")
-
-
 # Of two coordinates and one torque, in the file's own order; the torque moves the second one.
 MADE = """#include <stdint.h>
 #include <string.h>

@@ -228,29 +228,6 @@ def test_name_that_is_no_text_is_left_to_the_user(crosscheck, tmp_path):
         assert load_arm(str(file)).name == (name if name in ('a"b\\c', "ä") else "my-arm")
 
 
-def test_init_replaces_nothing(crosscheck, tmp_path):
-    file = tmp_path / "mine.toml"
-    file.write_text("mine")
-    assert_one_line(crosscheck("init", file), "mine.toml: exists already")
-    assert file.read_text() == "mine"
-
-
-def test_init_refuses_what_is_no_file(crosscheck, tmp_path):
-    (tmp_path / "file").touch()
-    assert_one_line(crosscheck("init", tmp_path), "is a folder; a file name is expected")
-    assert_one_line(crosscheck("init", tmp_path / "file" / "below"), "a folder is expected")
-    assert_one_line(crosscheck("init", tmp_path / "arm.urdf"), "arm.urdf: must end with .toml")
-
-
-@pytest.mark.parametrize(
-    ("joints", "words"), [("0", "equal to 1"), ("8", "equal to 7"), ("two", "integer")]
-)
-def test_number_of_joints_has_a_range(crosscheck, tmp_path, joints, words):
-    file = tmp_path / "mine.toml"
-    assert_one_line(crosscheck("init", file, "--joints", joints), "--joints", words)
-    assert not file.exists()
-
-
 def test_init_loads_no_engine(tmp_path):
     assert HEAVY.isdisjoint(modules_loaded_by("init", tmp_path / "mine.toml"))
 
