@@ -8,6 +8,7 @@ import numpy as np
 import pytest
 from syrupy.assertion import SnapshotAssertion
 
+import crosscheck
 from crosscheck.cli import commands
 from crosscheck.cli.app import build_commands
 from crosscheck.run import CrossCheck
@@ -172,7 +173,10 @@ def test_a_terminal(name: str, terminal: Callable[..., str], snapshot: SnapshotA
 
 
 @pytest.mark.parametrize(
-    "name", ["a.toml --joints 1", "a.toml --direct", "bob.toml --urdf bob.urdf"]
+    "name",
+    [f"a.toml --joints {n}" for n in (1, 7)]
+    + [f"a.toml --direct --joints {n}" for n in (2, 7)]
+    + ["bob.toml --urdf bob.urdf"],
 )
 def test_a_file_to_start_from(name: str, terminal: Callable[..., str], snapshot: SnapshotAssertion):
     terminal(f"init {name}")
@@ -256,3 +260,8 @@ def test_a_trial_of_a_table(name: str, labelled, tmp_path: Path, snapshot: Snaps
     table = TableTrial(labelled, equations.coordinates, equations.level, quick=True)
     answers = write_csv(tmp_path / "answers.csv", sheets_of(table, equations, probes=False))
     assert mask_numbers("\n".join(judge_table(table, answers).lines)) == snapshot
+
+
+@pytest.mark.parametrize("model", ["analytic:physical", "pinocchio:coupled"])
+def test_a_model_prints_itself(model: str, labelled, snapshot: SnapshotAssertion):
+    assert repr(crosscheck.build(model, labelled, crosscheck.load_scenario("pd"))) == snapshot
