@@ -6,7 +6,7 @@ Both sorts, functions of numba and objects of the kernel, are kept and believed 
 import os
 from collections.abc import Callable
 from pathlib import Path
-from typing import Any, NamedTuple
+from typing import NamedTuple
 
 import pytest
 
