@@ -20,6 +20,7 @@ from crosscheck.baseline.reduction import make_baseline
 from crosscheck.models.arm.arm import Arm
 from crosscheck.models.errors import InputError
 from crosscheck.models.experiment.scenario import Switches
+from crosscheck.models.loading import load_scenario
 from crosscheck.planning.plan import CrossCheckRequest
 from tests.baselines.short import ANALYTIC, DURATION_S, RENEW, Change, edited, put, quick
 from tests.obstacles import OBSTACLES
@@ -48,12 +49,14 @@ def test_two_names_never_share_a_file(labelled):
     assert all(file.isascii() and "/" not in file and len(file) < 150 for file in files)
 
 
-def test_quick_and_full_lie_apart(labelled):
-    plans = CrossCheckRequest(labelled, quick=True), CrossCheckRequest(labelled)
-    assert [baseline_path(Path(), wanted).name for wanted in plans] == [
-        "paper-labelled-quick.json",
-        "paper-labelled-full.json",
-    ]
+def test_quick_full_and_own_experiments_lie_apart(labelled):
+    own = load_scenario("pd"), load_scenario("back-and-forth")
+    plans = {
+        "paper-labelled-quick.json": CrossCheckRequest(labelled, quick=True),
+        "paper-labelled-full.json": CrossCheckRequest(labelled),
+        "paper-labelled+pd+back-and-forth-quick.json": CrossCheckRequest(labelled, True, 0, own),
+    }
+    assert [baseline_path(Path(), wanted).name for wanted in plans.values()] == list(plans)
 
 
 def test_another_arms_record_is_not_replaced(recorded, labelled):
@@ -169,10 +172,16 @@ def test_a_copy_under_the_other_plans_name_is_refused(result, tmp_path, old):
         read_baseline(tmp_path / "x.json", CrossCheckRequest(result.mechanism, not is_quick), RENEW)
 
 
-def test_a_record_of_other_laws_is_refused(result, recorded):
-    other = replace(result.request, chosen=Switches(damping="contact"))
-    with pytest.raises(InputError, match="made with other switches than these"):
-        read_baseline(recorded, other, RENEW)
+@pytest.mark.parametrize(
+    ("field", "other", "said"),
+    [
+        ("chosen", Switches(damping="contact"), "switches"),
+        ("scenarios", (load_scenario("back-and-forth"),), "scenarios"),
+    ],
+)
+def test_a_record_of_other_laws_or_experiments_is_refused(result, recorded, field, other, said):
+    with pytest.raises(InputError, match=f"made with other {said} than these"):
+        read_baseline(recorded, replace(result.request, **{field: other}), RENEW)
 
 
 GARBLED = (
