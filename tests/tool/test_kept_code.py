@@ -78,7 +78,9 @@ HARM: dict[str, Callable[[bytes], bytes]] = {
 
 @pytest.mark.parametrize("damage", HARM)
 def test_damaged_code_is_made_again_with_one_line_and_not_run(keeper, damage, capsys):
-    for path in keeper.list_files():
+    files = keeper.list_files()
+    assert files
+    for path in files:
         sound = path.read_bytes()
         path.write_bytes(HARM[damage](sound))
         assert not keeper.make()
@@ -89,7 +91,9 @@ def test_damaged_code_is_made_again_with_one_line_and_not_run(keeper, damage, ca
 
 @pytest.mark.parametrize("what", ["pipe", "folder", "loop"])
 def test_what_is_no_file_is_no_code(keeper, what, capsys):
-    for path in keeper.list_files():
+    files = keeper.list_files()
+    assert files
+    for path in files:
         path.unlink()
         OBSTACLES[what](path)
         assert not keeper.make()
@@ -120,7 +124,9 @@ def test_code_that_is_not_the_users_own_is_not_run(keeper, case, capsys):
     spoil, said = NOT_PRIVATE[case]
     if spoil is another_users and os.geteuid() != 0:
         pytest.skip("only root can give files away")
-    for path in keeper.list_files():
+    files = keeper.list_files()
+    assert files
+    for path in files:
         spoil(path)
         assert not keeper.make()
         assert f"{path.name}: does not fit: {said}; it is made again" in read_lines(capsys)[0]
