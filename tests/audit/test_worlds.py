@@ -1,7 +1,7 @@
 """Every claim has a planted world in which its verdict is another one: none is true by its making.
 
-A world changes what runs show, never a claim's own function: every experiment is given the record
-of a made-up run, measured as a real one is, and the claim is judged of that.
+A world changes what experiments measure, never a claim's own function. What is measured of a run
+whose numbers are known is another test's.
 """
 
 from collections.abc import Iterator
@@ -12,115 +12,74 @@ import numpy as np
 import pytest
 
 from crosscheck.audit.claims.catalogue import CLAIMS, read_quantity
-from crosscheck.audit.claims.measured import ENDS
-from crosscheck.audit.claims.study_plan import FULL
-from crosscheck.audit.experiments.ensembles import (
-    ConstantTorqueQuestion,
-    EnsembleNumbersQuestion,
-    SwingQuestion,
-)
+from crosscheck.audit.claims.measured import ENDS, MEASURED
 from crosscheck.audit.experiments.experiments import (
-    BACK,
-    BACK_EVEN,
-    BACKLASH,
-    DEFAULT_B_UM,
-    DEFAULT_E_UM,
-    ERROR,
-    WIDE_BEGINNING,
+    NO_ERROR,
     PaperExperiment,
-    build_question,
     find_experiment,
 )
-from crosscheck.audit.experiments.paper_conditions import PRINTED, Condition
 from crosscheck.audit.judging.quantities import ConditionResults, Sample
-from crosscheck.audit.judging.rule import VerdictKind, evaluate_claim, verdict
-from tests.audit.planted_runs import pools
+from crosscheck.audit.judging.rule import evaluate_claim
+from tests.audit.test_claims import CELL, sources
 
-WORLDS = 3000
-CELL = Condition(PRINTED, FULL.shaken[0], planets="lumped")
-
-
-def _kind(source: PaperExperiment) -> str:
-    asked = build_question(source, CELL, (1,))
-    if isinstance(asked, ConstantTorqueQuestion):
-        return "constant torque"
-    return "back and forth" if isinstance(asked, SwingQuestion) else "pd"
+WORLDS = 4000
+ENDS_OF_LIMITS = sorted(
+    {abs(end) for claim in CLAIMS for end in (claim.limits.low, claim.limits.high)} - {0.0, np.inf}
+)
+ERRORS = [f"error_{end}_s" for end in ENDS["2"]]
 
 
-def _members(generator: np.random.Generator, sample: Sample, count: int) -> np.ndarray:
-    """Which made-up run each member of a family is, (members, worlds).
+def draw(name: str, count: int) -> np.ndarray:
+    """Numbers (count, worlds) of any size, now and then negative or near the end of a limit."""
+    rng = np.random.default_rng([20150401, *name.encode()])
+    values = 10 ** rng.uniform(-7, 4, (count, WORLDS))
+    near = rng.choice(ENDS_OF_LIMITS, WORLDS) * rng.uniform(0.7, 1.4, (count, WORLDS))
+    values = np.where(rng.random(WORLDS) < 0.3, near, values)
+    return values * np.where(rng.random((count, WORLDS)) < 0.1, -1, 1)
 
-    In some worlds in the order of a number, in others size changes nothing.
+
+@cache
+def draw_family(kind: str, varied: bool, name: str) -> np.ndarray:
+    """A number of all experiments of a kind (members, worlds).
+
+    In some worlds it rises or falls with what they vary, or hardly changes; in a third of them an
+    experiment that varies nothing is like the others.
     """
-    chosen = generator.integers(sample.diverged.size, size=(count, WORLDS))
-    names = list(sample.numbers)
-    kinds = generator.random(WORLDS)
-    chosen[:, kinds > 0.8] = chosen[:1, kinds > 0.8]
-    for world in np.flatnonzero(kinds < 0.6):
-        by = sample.numbers[names[generator.integers(len(names))]]
-        order = np.argsort(by[chosen[:, world]])
-        chosen[:, world] = chosen[:, world][order[:: generator.choice([-1, 1])]]
-    return chosen
+    members = FAMILIES[kind, varied]
+    values, way = draw(f"{kind} {varied} {name}", len(members)), np.linspace(0, 1, WORLDS)
+    way = np.random.default_rng(20150401).permutation(way)
+    if not varied:
+        return np.where(way < 1 / 3, values[:1], values)
+    rising, hardly = np.sort(values, axis=0), 1 + 0.01 * np.arange(len(members))
+    values = np.where(way < 0.3, rising, np.where(way < 0.6, rising[::-1], values))
+    return np.where(way > 0.8, values[:1] * hardly[:, None], values)
 
 
-@pytest.fixture(scope="module", autouse=True)
-def _forgotten() -> Iterator[None]:
-    """The worlds, 150 MB, with the last test that asks for them."""
-    yield
-    worlds.cache_clear()
-    world_of.cache_clear()
+FAMILIES: dict[tuple[str, bool], list[PaperExperiment]] = {}
+for each in sorted(sources(), key=lambda source: source.size or 0.0):
+    FAMILIES.setdefault((each.kind, each.size is not None), []).append(each)
 
 
-@cache
-def worlds() -> ConditionResults:
-    """Every experiment of a setting; start i of all of them is the i-th world."""
-    generator = np.random.default_rng(20150401)
-    sources = [*FULL.experiments(CELL), WIDE_BEGINNING, BACKLASH(DEFAULT_B_UM), ERROR(DEFAULT_E_UM)]
-    made: dict[PaperExperiment, Sample] = {}
-    for family in (BACKLASH, ERROR, BACK, BACK_EVEN):
-        own = sorted((s for s in sources if s.kind == family.kind), key=lambda s: s.size or 0)
-        sample = pools()[_kind(own[0])]
-        for source, runs in zip(own, _members(generator, sample, len(own)), strict=True):
-            made[source] = _taken(sample, runs)
-    for source in sources:
-        if source not in made:
-            sample = pools()[_kind(source)]
-            made[source] = _taken(sample, generator.integers(sample.diverged.size, size=WORLDS))
-    # In a third of the worlds an experiment changes nothing.
-    for source in made:
-        if source.size is None:
-            same = generator.random(WORLDS) < 1 / 3
-            plain = _plain(made, source)
-            for name, values in made[source].numbers.items():
-                values[same] = plain.numbers[name][same]
-    return ConditionResults(made)
+class World(Sample):
+    """What an experiment measures in each of the worlds, which are starts; drawn when asked.
 
+    quiet: in none of them there is a vibration without the tooth error.
+    """
 
-def _plain(made: dict[PaperExperiment, Sample], source: PaperExperiment) -> Sample:
-    """The experiment of the same kind that changes nothing."""
-    return next(made[one] for one in made if one.size is None and _kind(one) == _kind(source))
+    def __init__(self, source: PaperExperiment, quiet: bool) -> None:
+        super().__init__({}, np.arange(WORLDS) % 2 == 1)
+        vars(self).update(source=source, quiet=quiet)  # a sample is frozen
 
-
-def _taken(sample: Sample, runs: np.ndarray) -> Sample:
-    return Sample({name: values[runs] for name, values in sample.numbers.items()}, _no_run())
-
-
-def _no_run(starts: int = WORLDS) -> np.ndarray:
-    return np.zeros(starts, dtype=bool)
-
-
-@cache
-def world_of(number: int) -> ConditionResults:
-    """A single one: every experiment of one start."""
-    return ConditionResults(
-        {
-            source: Sample(
-                {name: values[[number]] for name, values in sample.numbers.items()},
-                np.array([number % 2 == 1]),
-            )
-            for source, sample in worlds().items()
-        }
-    )
+    def __getitem__(self, name: str) -> np.ndarray:
+        assert name in MEASURED
+        kind, varied = self.source.kind, self.source.size is not None
+        place = FAMILIES[kind, varied].index(self.source)
+        if name in ERRORS:  # in half of the worlds an error grows with time
+            errors = np.abs([draw_family(kind, varied, each)[place] for each in ERRORS])
+            grown = np.where(np.arange(WORLDS) % 4 < 2, np.sort(errors, axis=0), errors)
+            return grown[ERRORS.index(name)]
+        values = draw_family(kind, varied, name)[place]
+        return 1e-9 * values if self.quiet and self.source == NO_ERROR else values
 
 
 def _by_choice() -> Iterator[object]:
@@ -131,21 +90,13 @@ def _by_choice() -> Iterator[object]:
             yield pytest.param(replace(claim, quantity=quantity), id=name)
 
 
-@pytest.mark.slow
 @pytest.mark.parametrize("claim", list(_by_choice()))
 def test_a_claim_that_runs_decide_holds_in_one_world_and_not_in_another(claim):
-    diverging = "diverge" in claim.quantity.id
-    found = set()
-    for number in range(WORLDS):
-        known = world_of(number)
-        if not diverging:  # a run that diverges has no numbers, and these worlds have all
-            known = ConditionResults(
-                {s: replace(one, diverged=_no_run(1)) for s, one in known.items()}
-            )
-        found.add(verdict(evaluate_claim(claim, [(CELL, known)])).kind)
-        if {VerdictKind.HOLDS, VerdictKind.FAILS} <= found:
-            return
-    pytest.fail(f"{claim.id}: {found}")
+    quiet = "any start's" in claim.quantity.id  # of which the largest of all worlds counts
+    known = ConditionResults({source: World(source, quiet) for source in sources()})
+    (answer,) = evaluate_claim(claim, [(CELL, known)])
+    draw_family.cache_clear()
+    assert 0 < answer.yes < len(answer.values)
 
 
 NAN = np.nan
@@ -211,15 +162,9 @@ def test_a_quantity_that_is_written_as_data_has_its_value(text, value):
     known = ConditionResults(
         {
             find_experiment(name): Sample(
-                {key: np.array([x]) for key, x in numbers.items()}, _no_run(1)
+                {key: np.array([x]) for key, x in numbers.items()}, np.zeros(1, dtype=bool)
             )
             for name, numbers in ONE_START.items()
         }
     )
     assert read_quantity(text)(known) == pytest.approx([value], rel=1e-3, nan_ok=True)
-
-
-def test_every_experiment_of_the_page_has_made_up_runs():
-    assert {type(build_question(s, CELL, (1,))) for s in FULL.experiments(CELL)} <= set(
-        EnsembleNumbersQuestion.__subclasses__()
-    )

@@ -8,6 +8,7 @@ from pathlib import Path
 from typing import Any
 
 import pytest
+from syrupy.assertion import SnapshotAssertion
 
 from crosscheck.baseline.file import (
     LARGEST_BYTES,
@@ -20,8 +21,9 @@ from crosscheck.baseline.reduction import make_baseline
 from crosscheck.models.arm.arm import Arm
 from crosscheck.models.errors import InputError
 from crosscheck.models.experiment.scenario import Switches
+from crosscheck.models.loading import load_scenario
 from crosscheck.planning.plan import CrossCheckRequest
-from tests.baselines.short import ANALYTIC, DURATION_S, RENEW, Change, edited, put, quick
+from tests.baselines.short import ANALYTIC, RENEW, Change, edited, put, quick
 from tests.obstacles import OBSTACLES
 
 # Names
@@ -48,12 +50,14 @@ def test_two_names_never_share_a_file(labelled):
     assert all(file.isascii() and "/" not in file and len(file) < 150 for file in files)
 
 
-def test_quick_and_full_lie_apart(labelled):
-    plans = CrossCheckRequest(labelled, quick=True), CrossCheckRequest(labelled)
-    assert [baseline_path(Path(), wanted).name for wanted in plans] == [
-        "paper-labelled-quick.json",
-        "paper-labelled-full.json",
-    ]
+def test_quick_full_and_own_experiments_lie_apart(labelled):
+    own = load_scenario("pd"), load_scenario("back-and-forth")
+    plans = {
+        "paper-labelled-quick.json": CrossCheckRequest(labelled, quick=True),
+        "paper-labelled-full.json": CrossCheckRequest(labelled),
+        "paper-labelled+pd+back-and-forth-quick.json": CrossCheckRequest(labelled, True, 0, own),
+    }
+    assert [baseline_path(Path(), wanted).name for wanted in plans.values()] == list(plans)
 
 
 def test_another_arms_record_is_not_replaced(recorded, labelled):
@@ -91,52 +95,34 @@ def _renamed(old: str, new: str) -> Change:
     return change
 
 
-REFUSED: dict[str, tuple[Change, str]] = {
-    **{name: (_set(value, *place), said) for name, (value, place, said) in ROWS.items()},
-    "another arm": (_other_arm, "joints[1].sun_mesh.backlash_m was 6e-05, is 5e-05"),
-    "no version": (lambda data: data.pop("project_version"), "project_version: major version"),
-    "a known check that is none": (
-        _set({"said": "", "number": None}, "known", "x"),
-        "checks.x: a check is agree, or red",
-    ),
-    "a sampled planet": (_renamed("theta", "planet"), "sampled.planet.[key] = 'planet': "),
-    "a sampled joint": (_renamed("theta", "joint"), "sampled.joint.[key] = 'joint': "),
-    "a sampled extreme": (_renamed("theta", "F_sp"), "sampled.F_sp.[key] = 'F_sp': "),
-    "an integer beyond all floats": (
-        _set(10**400, "sampled theta", "rows", 3, 1),
-        "rows.3.1 = 1000",
-    ),
-    "nothing for a number": (_set(None, "sampled theta", "rows", 3, 1), "theta.rows.3.1: "),
-    "half a run": (
-        _set(lambda rows: rows[:10], "sampled theta", "rows"),
-        f"theta.rows: must be times that rise from 0 to {DURATION_S} s",
-    ),
-    "a joint less": (
-        _set(lambda rows: [row[:2] for row in rows], "sampled theta", "rows"),
-        "theta.rows: must be a time and 2 numbers",
-    ),
-    "a joint less at the extremes": (
-        _set(lambda rows: rows[:-1], "extremes F_sp", "rows"),
-        "F_sp.rows: must be a row for each of the joints (1, 2)",
-    ),
-    "joints in another order": (
-        _set(lambda rows: rows[::-1], "extremes F_sp", "rows"),
-        "F_sp.rows: must be a row for each",
-    ),
-    "six columns": (
-        _set(lambda rows: [[*row, 0.0] for row in rows], "extremes F_sp", "rows"),
-        "F_sp.rows: must be joint, minimum",
-    ),
-    "missing field": (lambda data: data.pop("checks"), "checks: is missing; a value is required"),
-    "a name without end": (_set("x", "checks", 9999 * "n"), "n...nn"),
+ROW = "sampled theta", "rows"
+REFUSED: dict[str, Change] = {
+    **{name: _set(value, *place) for name, (value, place) in ROWS.items()},
+    "another arm": _other_arm,
+    "no version": lambda data: data.pop("project_version"),
+    "a known check that is none": _set({"said": "", "number": None}, "known", "x"),
+    "a sampled planet": _renamed("theta", "planet"),
+    "a sampled joint": _renamed("theta", "joint"),
+    "a sampled extreme": _renamed("theta", "F_sp"),
+    "an integer beyond all floats": _set(10**400, *ROW, 3, 1),
+    "nothing for a number": _set(None, *ROW, 3, 1),
+    "half a run": _set(lambda rows: rows[:10], *ROW),
+    "a joint less": _set(lambda rows: [row[:2] for row in rows], *ROW),
+    "a joint less at the extremes": _set(lambda rows: rows[:-1], "extremes F_sp", "rows"),
+    "joints in another order": _set(lambda rows: rows[::-1], "extremes F_sp", "rows"),
+    "six columns": _set(lambda rows: [[*row, 0.0] for row in rows], "extremes F_sp", "rows"),
+    "missing field": lambda data: data.pop("checks"),
+    "a name without end": _set("x", "checks", 9999 * "n"),
 }
 
 
 @pytest.mark.parametrize("what", REFUSED)
-def test_a_record_of_something_else_is_refused(recorded, labelled, what):
-    change, said = REFUSED[what]
-    edited(recorded, change)
-    assert said in _refusal(recorded, labelled)
+def test_a_record_of_something_else_is_refused(
+    recorded, labelled, what, snapshot: SnapshotAssertion
+):
+    edited(recorded, REFUSED[what])
+    line = _refusal(recorded, labelled).removeprefix(str(recorded))
+    assert re.sub(r"\d+\.\d+e-\d+", "#", line) == snapshot
 
 
 def _refusal(path: Path, arm: Arm) -> str:
@@ -169,10 +155,16 @@ def test_a_copy_under_the_other_plans_name_is_refused(result, tmp_path, old):
         read_baseline(tmp_path / "x.json", CrossCheckRequest(result.mechanism, not is_quick), RENEW)
 
 
-def test_a_record_of_other_laws_is_refused(result, recorded):
-    other = replace(result.request, chosen=Switches(damping="contact"))
-    with pytest.raises(InputError, match="made with other switches than these"):
-        read_baseline(recorded, other, RENEW)
+@pytest.mark.parametrize(
+    ("field", "other", "said"),
+    [
+        ("chosen", Switches(damping="contact"), "switches"),
+        ("scenarios", (load_scenario("back-and-forth"),), "scenarios"),
+    ],
+)
+def test_a_record_of_other_laws_or_experiments_is_refused(result, recorded, field, other, said):
+    with pytest.raises(InputError, match=f"made with other {said} than these"):
+        read_baseline(recorded, replace(result.request, **{field: other}), RENEW)
 
 
 GARBLED = (

@@ -2,6 +2,7 @@
 
 from collections.abc import Sequence
 from dataclasses import replace
+from functools import lru_cache
 
 import numpy as np
 import pinocchio as pin
@@ -113,6 +114,13 @@ def behind(given: Record) -> Record:
 def compared(robot: Robot, given: Record) -> RecordComparison:
     """What it says of the robot, of which engines agree."""
     return records.compared(given, SpatialRobot(robot))
+
+
+@lru_cache
+def compared_arm(level: Level) -> tuple[Record, RecordComparison]:
+    """A recording of a level of the arm, and what it says of the arm."""
+    given = recording(arm(), level)
+    return given, compared(arm(), given)
 
 
 def first_problem(robot: Robot, given: Record) -> tuple[Side, LinkTreatment, _Problem]:

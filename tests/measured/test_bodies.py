@@ -11,9 +11,7 @@ from crosscheck.models.robot.robot import Robot
 from tests.loops import require_items
 from tests.measured.robots import RATIO, ROTOR, arm, recording
 from tests.measured.second_bodies import fit_possible, pseudo_inertia
-from tests.measured.test_refinement import run
 from tests.measured.unknowns import SECONDS, refine_alone
-from tests.tool.test_bad_input import assert_one_line
 
 LOOSE = 0.5
 
@@ -105,12 +103,3 @@ def test_rotors_of_possible_bodies_are_those_of_truth(armature):
     estimates = armature[3].best.estimates
     for each in require_items(one for one in estimates if one.term.kind == "armature"):
         assert abs(each.value - RATIO**2 * ROTOR) < 1.5 * each.half_width
-
-
-def test_the_command_takes_possible_bodies(crosscheck, tmp_path):
-    prior = '\n[prior]\nlinks = 0.5\nbodies = "possible"\n'
-    answer = run(crosscheck, thin_arm(), tmp_path, "", prior)
-    assert answer.code == 0, answer.out + answer.err
-    assert "At armature possible bodies explain the torques" in answer.out
-    answer = run(crosscheck, thin_arm(), tmp_path, "", prior.replace("possible", "round"))
-    assert_one_line(answer, "bodies")

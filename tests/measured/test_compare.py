@@ -20,10 +20,8 @@ from crosscheck.identification.mechanism import ComparedMechanism, PlanarArm, Sp
 from crosscheck.identification.messages import describe_answers
 from crosscheck.identification.output import comparison_page, describe_comparison
 from crosscheck.identification.restrictions import compute_chance
-from crosscheck.mechanisms import supply
 from crosscheck.models.errors import InputError
 from crosscheck.models.loading import load_arm
-from crosscheck.models.mechanism import select_mechanism
 from crosscheck.models.robot.file import load_robot
 from crosscheck.provenance import ROOT
 from crosscheck.recordings.record import Record, read_record
@@ -325,14 +323,6 @@ def test_masses_and_a_right_gravity_are_no_tilt(path):
     comparison = compared(record, own)
     assert comparison.tilt is None
     assert ("coupled", path) in list_explanations(comparison.sides[0].judgement)
-
-
-@pytest.mark.parametrize(("name", "section"), [("paper-labelled", "arm"), ("puma560", "robot")])
-def test_a_tolerance_of_no_number_is_refused(name, section):
-    mechanism = supply("compare", section)(select_mechanism(name).mechanism)
-    assert mechanism.parameters[0].path.startswith(f"{section}.")
-    with pytest.raises(InputError, match="must be one of"):
-        mechanism.require_parameters({f"{section}.colour": 0.1})
 
 
 def test_torques_of_a_scenarios_drive_are_those_of_its_law(crosscheck, labelled, tmp_path):

@@ -1,6 +1,7 @@
 """Files of recorded motions: four formats say the same, and what is wrong with one is one line."""
 
 import os
+import re
 from collections.abc import Callable
 from dataclasses import replace
 from pathlib import Path
@@ -11,6 +12,7 @@ import pytest
 import scipy.io
 from rosbags.rosbag2 import StoragePlugin, Writer
 from rosbags.typesys import Stores, get_typestore
+from syrupy.assertion import SnapshotAssertion
 
 from crosscheck.models.errors import InputError
 from crosscheck.recordings.record import Record, read_record, require_even_enough
@@ -90,65 +92,44 @@ def put(row: int, column: int, value: str) -> Callable[[str], str]:
     return lambda text: cell(text, row, column, value)
 
 
-BAD = {
-    "no times": (swap("t_s", "clock"), "has no times; a column must be one"),
-    "a time without a unit": (swap("t_s", "t"), "t: has no unit in its name"),
-    "no angles": (
-        swap("theta_", "phi_"),
-        "has no angles; columns must be theta_1_rad, ..., or",
-    ),
-    "an angle without a unit": (
-        swap("theta_1_rad", "theta_1"),
-        "theta_1: has no unit in its name; must be theta_1_rad or theta_1_deg",
-    ),
-    "a joint in two units": (
-        swap("theta_2_rad", "theta_1_deg"),
-        "theta_1: is there in rad and in deg",
-    ),
-    "a joint too many": (swap("theta_2_rad", "theta_3_rad"), "theta_3: there are 2 joints"),
-    "a length of a joint that turns": (
-        swap("theta_2_rad", "theta_2_m"),
-        "theta_2_m: joint 2 turns; must be theta_2_rad or theta_2_deg",
-    ),
-    "a joint missing": (
-        swap("torque_2_N_m", "current_2_A"),
-        "torque_2: is missing; must be torque_2_N_m or torque_2_mN_m",
-    ),
-    "a time that repeats": (put(9, 0, "0.007"), "= 0.007: is that of row 8; must"),
-    "a time that goes back": (put(9, 0, "-1"), "= -1.0: is before row 8 (0.007)"),
-    "a gap": (put(5, 2, "nan"), "theta_2, row 5: must be a number: cut"),
-    "a word": (put(5, 1, "n/a"), "line 6, theta_1_rad = 'n/a': must be a"),
-    "an empty cell": (put(5, 1, ""), "theta_1, row 5: must be a number: cut"),
-    "a short line": (lambda text: text + "0.7,1\n", "has 2 columns, must have 5, as line 1"),
-    "a column twice": (
-        swap("theta_2_rad", "theta_1_rad"),
-        "line 1 = 'theta_1_rad': is there twice",
-    ),
-    "a joint of no number": (swap("theta_1", "theta_0"), "theta_0: there are"),
-    "a joint of many digits": (
-        swap("theta_1", "theta_" + "9" * 5000),
-        "there are 2 joints, numbered from 1",
-    ),
-    "numbers for names": (lambda text: cell(text, 0, 0, "0").partition("\n")[2], "holds numbers"),
-    "a huge angle": (put(5, 1, "1e300"), "theta_1, row 5 = 1e+300: must be at"),
-    "a huge torque": (put(5, 3, "1e300"), "torque_1, row 5 = 1e+300: must be"),
-    "a huge time": (put(600, 0, "1e300"), "time, row 600 = 1e+300: must be"),
-    "nanoseconds apart": (lambda text: scaled(text, [0], 1e-9), "slope of position"),
-    "nothing moves": (lambda text: scaled(text, [1, 2], 0.0), "position: is the same in every row"),
-    "a gap of 30 years": (
-        lambda text: shifted(text, 300, 1e9),
-        "time, row 301 = 1000000000.3: is 1e+09 s after the",
-    ),
-    "a gap of a second": (lambda text: shifted(text, 300, 1.0), "cut the record where it has gaps"),
-    "a stretch of long steps": (
-        lambda text: shifted(text, 300, 1e8, 6),
-        "s after the row before; cut the record where it has gaps",
-    ),
-    "a decimal comma": (put(5, 1, "0,5"), "line 6: has 6 columns, must have 5, as line 1"),
-    "few rows": (lambda text: "\n".join(text.splitlines()[:21]) + "\n", "has 20 rows; must be at"),
-    "no rows": (lambda text: HEADER + "\n", "has no rows below the names"),
-    "nothing": (lambda text: "", "has no rows below the names"),
-    "no torques": (swap("torque", "effort"), "has no torques; columns must"),
+HEADERS = (
+    ("t_s", "clock"),
+    ("t_s", "t"),
+    ("theta_", "phi_"),
+    ("theta_1_rad", "theta_1"),
+    ("theta_2_rad", "theta_1_deg"),
+    ("theta_2_rad", "theta_3_rad"),
+    ("theta_2_rad", "theta_2_m"),
+    ("theta_2_rad", "theta_1_rad"),
+    ("torque_2_N_m", "current_2_A"),
+    ("theta_1", "theta_0"),
+    ("theta_1", "theta_" + "9" * 5000),
+    ("torque", "effort"),
+    (HEADER, "time,q1,q2,tau1,tau2"),
+    (HEADER, "t,joint_0,joint_1,effort_0,effort_1"),
+    (HEADER, "clock,a,b,c,d"),
+)
+BAD: dict[str, Callable[[str], str]] = {
+    **{f"{old} is {new[:40]}": swap(old, new) for old, new in HEADERS},
+    "a time that repeats": put(9, 0, "0.007"),
+    "a time that goes back": put(9, 0, "-1"),
+    "a gap": put(5, 2, "nan"),
+    "a word": put(5, 1, "n/a"),
+    "an empty cell": put(5, 1, ""),
+    "a short line": lambda text: text + "0.7,1\n",
+    "numbers for names": lambda text: cell(text, 0, 0, "0").partition("\n")[2],
+    "a huge angle": put(5, 1, "1e300"),
+    "a huge torque": put(5, 3, "1e300"),
+    "a huge time": put(600, 0, "1e300"),
+    "nanoseconds apart": lambda text: scaled(text, [0], 1e-9),
+    "nothing moves": lambda text: scaled(text, [1, 2], 0.0),
+    "a gap of 30 years": lambda text: shifted(text, 300, 1e9),
+    "a gap of a second": lambda text: shifted(text, 300, 1.0),
+    "a stretch of long steps": lambda text: shifted(text, 300, 1e8, 6),
+    "a decimal comma": put(5, 1, "0,5"),
+    "few rows": lambda text: "\n".join(text.splitlines()[:21]) + "\n",
+    "no rows": lambda text: HEADER + "\n",
+    "nothing": lambda text: "",
 }
 
 
@@ -215,32 +196,17 @@ def test_joints_that_slide_have_their_own_units(record, tmp_path):
         read_record(path, 2, slides=(2,))
 
 
-NAMES = {
-    "time,q1,q2,tau1,tau2": "columns are time, q1, q2, tau1, tau2: rename time to t_s, q1 to"
-    " theta_1_rad, q2 to theta_2_rad, tau1 to torque_1_N_m, tau2 to torque_2_N_m or as their units",
-    "t,joint_0,joint_1,effort_0,effort_1": "rename t to t_s, joint_0 to theta_1_rad, joint_1 to",
-    "clock,a,b,c,d": "columns are clock, a, b, c, d",
-}
-
-
-@pytest.mark.parametrize("names", NAMES)
-def test_columns_without_units_have_names_suggested(record, tmp_path, names):
-    path = written(record, tmp_path / "r.csv")
-    path.write_text(path.read_text().replace(HEADER, names))
-    with pytest.raises(InputError) as error:
-        read_record(path, 2)
-    assert NAMES[names] in str(error.value)
-
-
 @pytest.mark.parametrize("case", BAD)
-def test_bad_table_is_one_line(crosscheck, record, tmp_path, case):
-    change, said = BAD[case]
-    path = written(record, tmp_path / "r.csv")
-    path.write_text(change(path.read_text()))
-    answer = crosscheck("compare", path, "--json", tmp_path / "c.json", "--out", tmp_path / "page")
-    assert_one_line(answer, said)
-    assert not (tmp_path / "c.json").exists()
-    assert not (tmp_path / "page" / "compare.html").exists()
+def test_bad_table_is_one_line(
+    crosscheck, record, tmp_path, monkeypatch, case, snapshot: SnapshotAssertion
+):
+    monkeypatch.chdir(tmp_path)
+    path = written(record, Path("r.csv"))
+    path.write_text(BAD[case](path.read_text()))
+    answer = crosscheck("compare", path, "--json", "c.json", "--out", "page")
+    assert_one_line(answer)
+    assert [each.name for each in tmp_path.rglob("*") if each.is_file()] == ["r.csv"]
+    assert re.sub(r"\d+\.\d{7,}", "#", answer.err) == snapshot
 
 
 UNEVEN = {
@@ -303,12 +269,6 @@ def test_outputs_never_replace_inputs(crosscheck, record, tmp_path):
     before = path.read_bytes()
     assert_one_line(crosscheck("compare", path, "--json", path), "r.csv")
     assert path.read_bytes() == before
-
-
-@pytest.mark.parametrize("given", ["payload=0.1", "arm.payload_mass_kg", "arm.payload_mass_kg=2"])
-def test_bad_tolerance_is_one_line(crosscheck, record, tmp_path, given):
-    path = written(record, tmp_path / "r.csv")
-    assert_one_line(crosscheck("compare", path, "--tolerance", given), "--tolerance")
 
 
 def test_external_data_are_not_followed(tmp_path):

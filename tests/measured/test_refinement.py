@@ -13,12 +13,10 @@ from crosscheck.identification.mechanism import SpatialRobot
 from crosscheck.identification.refinement import Knowledge, _position_unit
 from crosscheck.models.robot.robot import Robot
 from tests.loops import require_items
-from tests.measured.records import write_table
 from tests.measured.robots import RATIO, ROTOR, SOLIDS, arm, recording
 from tests.measured.second_refinement import refine_again
 from tests.measured.unknowns import SECONDS, TIMES, ask, estimate_unknowns, refine_alone
 from tests.robots import chains
-from tests.tool.test_bad_input import assert_one_line
 
 
 @pytest.fixture(scope="module")
@@ -97,12 +95,6 @@ def test_zeros_that_links_make_up_are_not_distinguished(robot):
     assert zero.half_width < 0.03
 
 
-def test_gains_without_anything_of_known_size_are_not_distinguished(crosscheck, robot, tmp_path):
-    answer = run(crosscheck, robot, tmp_path, 'estimate = ["gains"]\n', "")
-    assert answer.code == 1
-    assert "gains cannot be determined" in answer.out
-
-
 HELD, PLACE = 1.5, (0.25, 0.1, 0.05)  # [kg] of a payload, and where in the frame of link c [m]
 
 
@@ -146,40 +138,19 @@ def test_a_payload_on_a_fixed_link_is_part_of_the_body_that_carries_it(robot):
     assert found.payloads[0][20:] == pytest.approx(right.toDynamicParameters())
 
 
-def test_the_command_takes_a_payload(crosscheck, robot, tmp_path):
-    """Without a recording of another load links make it up; on the base it is refused."""
-    held = f'payload = {{ link = "c", mass_kg = {HELD}, place_m = {list(PLACE)} }}'
-    answer = run(crosscheck, robot, tmp_path, 'estimate = ["gains"]\n', "", held)
-    assert answer.code == 1
-    assert "gains cannot be determined" in answer.out
-    answer = run(crosscheck, robot, tmp_path, "", "", held.replace('"c"', '"base"'))
-    assert_one_line(answer, "payload.link", "must be one of a, b, c")
-
-
-def test_the_command_takes_a_prior(crosscheck, robot, tmp_path):
-    answer = run(crosscheck, robot, tmp_path, "", "\n[prior]\nlinks = 0.05\n")
-    assert answer.code == 0, answer.out + answer.err
-    assert "With the file's links known to 5 %: armature of j1" in answer.out
-    for links in ("0", "true"):
-        answer = run(crosscheck, robot, tmp_path, "", f"\n[prior]\nlinks = {links}\n")
-        assert_one_line(answer, "prior.links")
-    assert_one_line(run(crosscheck, robot, tmp_path, 'estimate = ["mass"]\n', ""), "estimate")
-
-
-def run(crosscheck, robot: Robot, folder: Path, top: str, bottom: str, held: str = ""):
-    """The answer to a record of armature's torques; top, bottom, held: more of its description."""
-    given = recording(robot, "armature", seconds=SECONDS)
-    columns = given.time, *given.position.T, *given.motor_torque.T
-    names = "t", "q1", "q2", "q3", "i1", "i2", "i3"
-    write_table(folder / "r.csv", dict(zip(names, columns, strict=True)))
-    (folder / "robot.urdf").write_text(robot.urdf)
-    files = ", ".join(filter(None, ('position = "r.csv"', held)))
-    (folder / "record.toml").write_text(
-        f'schema_version = 1\ntime = "t"\n{top}recordings = [{{ {files} }}]\n'
-        '[position]\ncolumns = ["q1", "q2", "q3"]\n'
-        f'[motor_torque]\ncolumns = ["i1", "i2", "i3"]\n{bottom}'
-    )
-    return crosscheck("compare", folder / "record.toml", folder / "robot.urdf")
+@pytest.mark.parametrize(
+    ("more", "knowledge"),
+    [
+        ({}, Knowledge()),
+        ({"estimate": ["gains", "zeros"]}, Knowledge(unknown=frozenset({"gains", "zeros"}))),
+        ({"prior": {"links": 0.05}}, Knowledge(0.05)),
+        ({"prior": {"links": 0.5, "bodies": "possible"}}, Knowledge(0.5, are_possible=True)),
+    ],
+)
+def test_a_description_says_what_is_known(robot, more, knowledge):
+    stated = {"schema_version": 1, "recordings": [{"position": "r.csv"}], **more}
+    description = RecordDescription.model_validate(stated | {"position": {"columns": ["a"]}})
+    assert find_knowledge(description, robot, Path("r.toml")) == knowledge
 
 
 def test_an_encoders_zero_has_the_unit_of_its_own_joint():

@@ -8,6 +8,7 @@ from pathlib import Path
 
 import numpy as np
 import pytest
+from syrupy.assertion import SnapshotAssertion
 
 from crosscheck.identification import compare, output, sampling
 from crosscheck.identification.compare import RecordComparison
@@ -34,6 +35,7 @@ from tests.measured.robots import (
     arm,
     behind,
     compared,
+    compared_arm,
     first_side,
     motion,
     recording,
@@ -50,10 +52,9 @@ def robot() -> Robot:
 
 
 @pytest.fixture(scope="module")
-def coupled(robot) -> tuple[Record, RecordComparison]:
+def coupled() -> tuple[Record, RecordComparison]:
     """A recording of coupled rotors, and what it says of the robot."""
-    given = recording(robot, "coupled")
-    return given, compared(robot, given)
+    return compared_arm("coupled")
 
 
 def test_a_second_program_estimates_the_same(robot, coupled):
@@ -108,15 +109,15 @@ def test_of_a_joint_whose_torque_is_not_measured_the_motion_alone_counts(robot):
     assert (side.names, side.measured) == (("j1", "j2", "j3"), ("j1", "j3"))
 
 
-def test_links_alone_are_named_where_there_is_no_rotor(robot):
-    side = first_side(robot, recording(robot, "links"))
+def test_links_alone_are_named_where_there_is_no_rotor():
+    side = compared_arm("links")[1].sides[0]
     assert (side.seen, side.impossible, side.is_excited) == ((), (), True)
 
 
 @pytest.mark.parametrize(("level", "times"), [("armature", 1.0), ("coupled", (RATIO - 1) / RATIO)])
-def test_a_coupled_rotor_is_armature_less_one_share_of_its_ratio(robot, coupled, level, times):
+def test_a_coupled_rotor_is_armature_less_one_share_of_its_ratio(level, times):
     """By the identity a coupled rotor adds N (N - 1) J: intervals of 95 % cover these."""
-    found = coupled[1] if level == "coupled" else compared(robot, recording(robot, level))
+    found = compared_arm(level)[1]
     side = found.sides[0]
     (rotor,) = side.seen
     assert rotor.term.name == "armature of j3"
@@ -271,16 +272,20 @@ BAD = tomllib.loads(Path(__file__).with_name("bad_descriptions.toml").read_text(
 
 
 @pytest.mark.parametrize("case", BAD)
-def test_a_wrong_description_is_one_line(crosscheck, record_folder, tmp_path, case):
+def test_a_wrong_description_is_one_line(
+    crosscheck, record_folder, tmp_path, monkeypatch, case, snapshot: SnapshotAssertion
+):
     """By what becomes of the files: the line names file, field and what is allowed."""
     for file in record_folder.iterdir():
         shutil.copy(file, tmp_path)
-    file, old, new, *parts = BAD[case]
-    text = (tmp_path / file).read_text()
+    monkeypatch.chdir(tmp_path)
+    file, old, new = BAD[case]
+    text = Path(file).read_text()
     assert old in text
-    (tmp_path / file).write_text(text.replace(old, new, 1))
-    answer = crosscheck("compare", tmp_path / "record.toml", tmp_path / "robot.urdf")
-    assert_one_line(answer, *parts)
+    Path(file).write_text(text.replace(old, new, 1))
+    answer = crosscheck("compare", "record.toml", "robot.urdf")
+    assert_one_line(answer)
+    assert answer.err == snapshot
 
 
 def test_rows_are_counted_over_all_pieces_of_a_file(tmp_path, monkeypatch):
@@ -372,8 +377,8 @@ def test_recordings_that_are_wrong_in_a_way_are_said_to_be_so(name):
 
 
 @pytest.mark.parametrize("level", ["links", "armature"])
-def test_no_other_gravity_is_named_where_it_is_right(robot, level):
-    found = compared(robot, recording(robot, level, seed=3))
+def test_no_other_gravity_is_named_where_it_is_right(level):
+    found = compared_arm(level)[1]
     assert found.tilt is None
     gravity = [each for each in found.gravities[0].estimates if each.term.kind == "gravity"]
     assert len(gravity) == 3
@@ -402,13 +407,14 @@ def test_a_tilt_is_beyond_its_interval_and_of_the_files_size(degrees, more, half
 @pytest.mark.parametrize("lag_hz", [None, 6.0])
 def test_what_a_lag_of_one_drive_makes_of_a_delay_depends_on_the_band(robot, lag_hz):
     """The last motor's torque follows through a low-pass of first order, which no term is."""
-    given = recording(robot, "armature", seconds=20.0)
-    torque = given.motor_torque.copy()
+    found = compared_arm("armature")[1]
     if lag_hz:
-        kept = np.exp(-2 * np.pi * lag_hz * STEP)
+        given = recording(robot, "armature", seconds=20.0)
+        torque, kept = given.motor_torque.copy(), np.exp(-2 * np.pi * lag_hz * STEP)
         for row in range(1, len(torque)):
             torque[row, 2] = kept * torque[row - 1, 2] + (1 - kept) * torque[row, 2]
-    side = compared(robot, replace(given, motor_torque=torque)).sides[0]
+        found = compared(robot, replace(given, motor_torque=torque))
+    side = found.sides[0]
     flagged = [each for each in side.estimates if each.doubled is not None]
     assert [each.term.kind for each in flagged] == (["delay"] if lag_hz else [])
     for each in flagged:

@@ -37,6 +37,41 @@ def held(run):
 """
 BATCH, BATCHES = 32, 6
 MEMBERS = BATCH * BATCHES
+ARM = str(ROOT / "examples" / "robots" / "planetary-arm.toml")
+ROBOT_STUDY = f"""
+schema_version = 1
+name = "robots"
+robot = "{ARM}"
+scenario = "pd"
+
+[settings]
+"scenario.duration_s" = 0.002
+"scenario.start.mesh" = "centre"
+
+[[axes]]
+path = "robot.joints.elbow.*_mesh.backlash_m"
+kind = "list"
+values = [2e-5, 6e-5]
+
+[[axes]]
+path = "robot.links.fore.mass_kg"
+kind = "list"
+values = [18.9, 25.0]
+
+[[quantities]]
+kind = "final"
+signal = "theta_dot"
+
+[[quantities]]
+kind = "peak"
+signal = "F_sp"
+joint = 2
+
+[[quantities]]
+kind = "peak"
+signal = "F_pr"
+joint = 2
+"""
 HELD_STUDY = Path(__file__).with_name("held.toml").read_text(encoding="utf-8")
 
 

@@ -7,16 +7,18 @@ from pathlib import Path
 
 import numpy as np
 import pytest
+from syrupy.assertion import SnapshotAssertion
 
 import crosscheck
 from crosscheck.models.errors import InputError
+from crosscheck.provenance import ROOT
 from crosscheck.runner import cpu_limit
 from crosscheck.studies.batches import batch_store
 from crosscheck.studies.definition.files import read_study
 from crosscheck.studies.definition.functions import read_source
 from crosscheck.studies.members.members import require_members
 from tests.obstacles import OBSTACLES
-from tests.studies.studies import study
+from tests.studies.studies import ROBOT_STUDY, study
 from tests.tool.test_bad_input import assert_one_line
 
 STUDY = Path(__file__).with_name("right.toml").read_text(encoding="utf-8")
@@ -46,11 +48,22 @@ def refuse(sweep, tmp_path):
     return refused
 
 
-@pytest.mark.parametrize("case", TABLES["studies"])
-def test_one_line_says_what_is_wrong(case, sweep, tmp_path):
-    old, new, *fragments = TABLES["studies"][case]
-    assert_one_line(sweep(_file(tmp_path, old, new), "--jobs", 1), *fragments)
+@pytest.mark.parametrize(
+    ("section", "case"), [(each, case) for each in ("studies", "robots") for case in TABLES[each]]
+)
+def test_one_line_says_what_is_wrong(
+    section, case, sweep, tmp_path, monkeypatch, snapshot: SnapshotAssertion
+):
+    monkeypatch.chdir(tmp_path)
+    old, new = TABLES[section][case]
+    text = STUDY if section == "studies" else ROBOT_STUDY
+    assert old in text
+    Path("study.toml").write_text(text.replace(old, new, 1), encoding="utf-8")
+    answer = sweep("study.toml", "--jobs", 1)
+    assert_one_line(answer)
     assert [path.name for path in tmp_path.iterdir()] == ["study.toml"]
+    line = re.sub(r"\d+\.\d{7,}", "#", answer.err)  # a draw
+    assert line.replace(str(ROOT), "...") == snapshot
 
 
 def test_values_that_only_together_are_wrong_name_the_member(refuse, tmp_path):
@@ -106,10 +119,15 @@ def test_a_file_of_somebody_elses_is_left_alone(sweep, crosscheck, tmp_path):
 
 
 @pytest.mark.parametrize("case", TABLES["functions"])
-def test_a_function_that_cannot_be_used_is_named(case, refuse, tmp_path):
-    code, fragment = TABLES["functions"][case]
-    (tmp_path / "mine.py").write_text(code, encoding="utf-8")
-    refuse(_file(tmp_path, PEAK, MINE), "mine.py:f", fragment)
+def test_a_function_that_cannot_be_used_is_named(
+    case, sweep, tmp_path, monkeypatch, snapshot: SnapshotAssertion
+):
+    monkeypatch.chdir(tmp_path)
+    Path("mine.py").write_text(TABLES["functions"][case], encoding="utf-8")
+    answer = sweep(_file(Path(), PEAK, MINE), "--jobs", 1, "--run-code")
+    assert_one_line(answer)
+    assert {path.name for path in tmp_path.iterdir()} <= {"mine.py", "study.toml", "__pycache__"}
+    assert answer.err.replace(str(tmp_path), "...") == snapshot
 
 
 @pytest.mark.parametrize(

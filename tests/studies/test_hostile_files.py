@@ -1,7 +1,6 @@
 """Damaged and hostile results cost one line, exit code 2, and no time."""
 
 import operator
-import random
 import shutil
 import time
 from collections.abc import Callable
@@ -12,8 +11,6 @@ import numpy as np
 import pytest
 
 import crosscheck
-from tests.draws import DRAWS, fresh_seed
-from tests.loops import require_items
 from tests.obstacles import OBSTACLES
 
 WITHIN_S = 5.0
@@ -137,12 +134,12 @@ HARMLESS = {
 }
 
 
-def assert_refused(answer: tuple[int, str, str], began: float, about: str = "") -> None:
+def assert_refused(answer: tuple[int, str, str], began: float) -> None:
     code, out, err = answer
-    assert (code, out, err.count("\n")) == (2, "", 1), (about, answer)
-    assert err.startswith("crosscheck: "), about
-    assert err[:-1].isprintable(), about
-    assert time.process_time() - began < WITHIN_S, about
+    assert (code, out, err.count("\n")) == (2, "", 1), answer
+    assert err.startswith("crosscheck: ")
+    assert err[:-1].isprintable()
+    assert time.process_time() - began < WITHIN_S
 
 
 @pytest.mark.parametrize("harm", HARM)
@@ -173,42 +170,3 @@ def test_what_is_no_file_is_one_line(tmp_path, crosscheck, what):
         OBSTACLES[what](file)
     began = time.process_time()
     assert_refused(crosscheck("plot", file), began)
-
-
-@pytest.mark.campaign
-def test_any_damage_is_drawn_or_refused_in_one_line(result, tmp_path, crosscheck, capsys):
-    sound, refused = result.read_bytes(), 0
-    seed = fresh_seed()
-    capsys.readouterr()
-    generator = random.Random(seed)
-    for number in require_items(range(DRAWS)):
-        file = tmp_path / f"{number}.nc"
-        file.write_bytes(_damaged(sound, generator))
-        began = time.process_time()
-        code, out, err = crosscheck("plot", file)
-        about = f"seed {seed}, draw {number}: {err}"
-        if code:
-            refused += 1
-            assert_refused((code, out, err), began, about)
-        else:
-            assert err == "", about
-        file.unlink()
-    print(f"plot: seed {seed}, {DRAWS} damaged files, {refused} refused")
-
-
-def _damaged(sound: bytes, generator: random.Random) -> bytes:
-    content = bytearray(sound)
-    for _ in range(generator.choice((1, 1, 3, 30))):
-        place = generator.randrange(len(content))
-        what = generator.choice(("flip", "flip", "zeros", "ones", "torn", "moved"))
-        if what == "flip":
-            content[place] ^= 1 << generator.randrange(8)
-        elif what == "torn":
-            del content[max(place, 8) :]
-        elif what == "moved":
-            other = generator.randrange(len(content))
-            content[place : place + 8] = content[other : other + 8]
-        else:
-            length = generator.choice((1, 2, 4, 8))
-            content[place : place + length] = (b"\0" if what == "zeros" else b"\xff") * length
-    return bytes(content)

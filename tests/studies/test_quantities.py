@@ -8,6 +8,7 @@ import numpy as np
 import pytest
 from hypothesis import given
 from hypothesis import strategies as st
+from syrupy.assertion import SnapshotAssertion
 
 from crosscheck import signals
 from crosscheck.models.errors import InputError
@@ -236,50 +237,28 @@ def test_a_function_of_the_users_measures_a_run_as_a_model_records_it(tmp_path):
     assert found["x"][0] == pytest.approx(float(run.x_sp[-1, 1, 2]), rel=1e-9)
 
 
-IN_WORDS = [
-    ({"kind": "peak", "signal": "theta_ddot", "joint": 2}, "theta_ddot_peak_joint2", "rad s-2"),
-    ({"kind": "band_rms", "signal": "F_sp", "band_Hz": [10.0, 90.0]}, "F_sp_band_rms", "N"),
-    ({"kind": "contact_loss", "signal": "F_pr"}, "F_pr_contact_loss", "s"),
-    ({"kind": "apart_share", "signal": "F_sp"}, "F_sp_apart_share", "1"),
-    ({"kind": "settling", "band_rad": 0.01}, "theta_settling", "s"),
-    ({"kind": "final_error"}, "theta_final_error", "rad"),
-    ({"kind": "rigid_deviation", "level": "coupled"}, "theta_rigid_deviation_coupled", "rad"),
-]
-MEANINGS = (
-    "peak of the joint acceleration, joint 2",
-    "band rms of the elastic force of the sun-planet mesh, per planet, without damper",
-    "time when contact is first lost (F_pr)",
-    "share of the time without contact (F_sp)",
-    "time until the joint angle stays within 0.01 rad of its target",
-    "joint angle at the end minus its target",
-    "largest deviation of the joint angle from the rigid arm's (coupled)",
-)
 RECORDED = {"kind": "trajectories", "signals": ["theta", "F_sp"], "name": "run"}
 CROSSING = {"kind": "crossing", "signal": "theta", "level": 0.25, "side": "above"}
 LINE = {"kind": "spectral_peak", "signal": "x_sp", "band_Hz": [10.0, 90.0]}
+NAMED = [
+    {"kind": "peak", "signal": "theta_ddot", "joint": 2},
+    {"kind": "band_rms", "signal": "F_sp", "band_Hz": [10.0, 90.0]},
+    {"kind": "contact_loss", "signal": "F_pr"},
+    {"kind": "apart_share", "signal": "F_sp"},
+    {"kind": "settling", "band_rad": 0.01},
+    {"kind": "final_error"},
+    {"kind": "rigid_deviation", "level": "coupled"},
+    *(CROSSING, LINE, RECORDED),
+]
 
 
-def test_every_quantity_has_its_unit_its_meaning_and_its_shape():
-    first, *columns = list_columns(study([], [quantity for quantity, _, _ in IN_WORDS]))
-    assert (first.name, first.unit, first.dims) == ("diverged_s", "s", ())
-    assert [(each.name, each.unit) for each in columns] == [row[1:] for row in IN_WORDS]
-    assert tuple(each.meaning for each in columns) == MEANINGS
-    assert [each.dims for each in columns] == [(), *6 * [("joint",)]]
-    assert [each.shape for each in columns] == [(), *6 * [(2,)]]
-    _, crossing, *rest = list_columns(study([], [CROSSING, LINE, RECORDED]))
-    assert crossing.meaning == "time when theta is first above 0.25"
-    assert (crossing.unit, crossing.missing) == ("s", "never above 0.25")
-    assert [(each.name, each.unit, each.shape) for each in rest] == [
-        ("x_sp_spectral_peak_frequency", "Hz", (2,)),
-        ("x_sp_spectral_peak_amplitude", "m", (2,)),
-        ("run_theta", "rad", (21, 2)),  # records, joints and, of meshes, planets
-        ("run_F_sp", "N", (21, 2, 3)),
+def test_every_quantity_has_its_unit_its_meaning_and_its_shape(snapshot: SnapshotAssertion):
+    """Of 21 records, two joints, and three planets."""
+    rows = [
+        f"{each.name} [{each.unit}] {each.dims} {each.shape}: {each.meaning}; {each.missing}"
+        for each in list_columns(study([], NAMED))
     ]
-    assert [each.meaning for each in rest[:2]] == [
-        "frequency of the largest line of x_sp",
-        "amplitude of the largest line of x_sp",
-    ]
-    assert rest[3].dims == ("time", "joint", "planet")
+    assert "\n".join(rows) == snapshot
 
 
 @pytest.mark.parametrize(

@@ -15,48 +15,12 @@ from crosscheck.studies.definition.files import read_study
 from crosscheck.studies.members.cases import make_robot_case
 from tests.faults.robots import ROBOTS
 from tests.robots.test_simulate import experiment
-from tests.tool.test_bad_input import assert_one_line
+from tests.studies.studies import ARM, ROBOT_STUDY
 
-ROOT = Path(__file__).parents[2]
-ARM = str(ROOT / "examples" / "robots" / "planetary-arm.toml")
-STUDY = f"""
-schema_version = 1
-name = "robots"
-robot = "{ARM}"
-scenario = "pd"
-
-[settings]
-"scenario.duration_s" = 0.002
-"scenario.start.mesh" = "centre"
-
-[[axes]]
-path = "robot.joints.elbow.*_mesh.backlash_m"
-kind = "list"
-values = [2e-5, 6e-5]
-
-[[axes]]
-path = "robot.links.fore.mass_kg"
-kind = "list"
-values = [18.9, 25.0]
-
-[[quantities]]
-kind = "final"
-signal = "theta_dot"
-
-[[quantities]]
-kind = "peak"
-signal = "F_sp"
-joint = 2
-
-[[quantities]]
-kind = "peak"
-signal = "F_pr"
-joint = 2
-"""
 MESH = {"pinion_base_radius_m": 0.01, "stiffness_N_per_m": 1e7, "backlash_m": 1e-5}
 
 
-def write_study(folder: Path, text: str = STUDY) -> Path:
+def write_study(folder: Path, text: str = ROBOT_STUDY) -> Path:
     file = folder / "study.toml"
     file.write_text(text, encoding="utf-8")
     return file
@@ -92,7 +56,7 @@ def test_the_mass_of_a_link_is_the_one_that_the_engines_have():
 
 
 def test_a_second_engine_and_the_rigid_model_are_where_they_must_be(tmp_path):
-    text = STUDY.replace('scenario = "pd"', 'scenario = "pd"\nlevel = "coupled"')
+    text = ROBOT_STUDY.replace('scenario = "pd"', 'scenario = "pd"\nlevel = "coupled"')
     text = text.replace('_s" = 0.002', '_s" = 0.001').replace('"F_sp"', '"theta_ddot"')
     study = read_study(write_study(tmp_path, text + '[[quantities]]\nkind = "rigid_deviation"\n'))
     ours, theirs = run_batch(study.text, 0, 1), run_check(study.text, 0)
@@ -133,26 +97,3 @@ def test_rotors_meshes_and_python(tmp_path):
     force = np.abs(result["x_mesh"].values[0, -1, 0]) - MESH["backlash_m"]
     assert result["F_mesh_peak"].values[0, 0] >= MESH["stiffness_N_per_m"] * force > 0
     assert result.rotor_inertia_kg_m2.attrs["units"] == "kg m^2"
-
-
-@pytest.mark.parametrize(
-    ("old", "new", "fragments"),
-    [
-        ("robot.joints.elbow.*", "robot.joints.wrist.*", ("robot.joints.wrist", "no such entry")),
-        ("robot.links.fore.", "robot.links.hand.", ("robot.links.hand", "no such entry")),
-        ("fore.mass_kg", "fore.mass", ("mass", "did you mean mass_kg?")),
-        ("fore.mass_kg", "base.mass_kg", ("robot.links.base", "no such entry")),
-        ("robot.links.fore", "arm.links.fore", ("beginning with robot, scenario",)),
-        ("25.0]", "-1.0]", ("robot.links.fore.mass_kg", "-1.0", "must be 1e-12 to 1e9 kg")),
-        ('"pd"', '"pd"\nlevel = "carriers"', ("level", "'carriers'")),
-        ('"pd"', '"pd"\narm = "probe"', ("arm", "either this or robot")),
-        ('"pd"', '"pd"\n[switches]\nphase = "omega_t"', ("switches", "is for arms")),
-        ("joint = 2", "joint = 3", ("joint = 3", "the robot has 2")),
-        (ARM, "nowhere.toml", ("nowhere.toml", "no such file")),
-    ],
-)
-def test_what_does_not_fit_is_one_line(sweep, tmp_path, old, new, fragments):
-    assert old in STUDY
-    file = write_study(tmp_path, STUDY.replace(old, new, 1))
-    assert_one_line(sweep(file, "--jobs", 1), *fragments)
-    assert not (tmp_path / "out.nc").exists()

@@ -1,21 +1,39 @@
 """Bad input: one line that says where, what and what is allowed; exit code 2; nothing written."""
 
 import os
+import re
 import tomllib
+from collections.abc import Iterator
 from pathlib import Path
 
 import pytest
+from syrupy.assertion import SnapshotAssertion
 
 from crosscheck.models.arm.planets import usual_switches
-from crosscheck.models.errors import LONGEST_LINE
-from crosscheck.models.files import HERE
-from crosscheck.models.loading import Case, load_scenario
+from crosscheck.models.errors import LONGEST_LINE, Diverged, InputError, format_line
+from crosscheck.models.files import HERE, is_robot
+from crosscheck.models.loading import Case, load_arm, load_case, load_scenario
 from crosscheck.planning.plan import RESERVED_NAMES, Experiment, make_energy_experiments
 from tests.obstacles import OBSTACLES
 from tests.processes import Answer
+from tests.tool.supplied import TWO_LINK
 
 BAD = tomllib.loads(Path(__file__).with_name("bad_input.toml").read_text(encoding="utf-8"))
-SCENARIO = (HERE / "scenarios" / "constant-torque.toml").read_text(encoding="utf-8")
+ARM, SCENARIO = (
+    (HERE / file).read_text(encoding="utf-8")
+    for file in ("arms/paper-labelled.toml", "scenarios/constant-torque.toml")
+)
+USUAL = "--model analytic:physical --scenario constant-torque --t-end 0.002 --out run.nc"
+TRIAL = "--quick --jobs 1 --json t.json --junit t.xml"
+FILES = {
+    "file": "mine",
+    "three.toml": SCENARIO.replace("torque_N_m = 100.0", "torque_N_m = [1.0, 2.0, 3.0]"),
+    "mine.py": f"{TWO_LINK}\n\nconstant = Equations(mass_matrix=lambda q: np.eye(2))\n\n"
+    "def without(arm): return replace(two_link(arm), force=None)\n",
+} | {
+    f"{name}.toml": SCENARIO.replace('name = "constant-torque"', f'name = "{name}"')
+    for name in RESERVED_NAMES
+}
 
 
 def assert_one_line(answer: Answer, *fragments: str) -> None:
@@ -29,98 +47,119 @@ def assert_one_line(answer: Answer, *fragments: str) -> None:
         assert fragment in answer.err
 
 
-@pytest.mark.parametrize(
-    ("arm", "case"), [(arm, case) for arm, cases in BAD["arms"].items() for case in cases]
-)
-def test_bad_arm_is_named_with_field_and_value(short, tmp_path, arm, case):
-    old, new, *fragments = BAD["arms"][arm][case]
-    file = changed(tmp_path / "arm.toml", (HERE / "arms" / f"{arm}.toml").read_text(), old, new)
-    assert_one_line(short(arm=file), str(file), *fragments)
-    assert list(tmp_path.iterdir()) == [file]
+def expand(text: str) -> str:
+    """A text with ``{N x text}`` written out."""
+    return re.sub(r"\{(\d+) x (.+?)\}", lambda found: int(found[1]) * found[2], text)
 
 
-@pytest.mark.parametrize("case", BAD["scenarios"])
-def test_bad_scenario_is_named_with_file_field_and_value(short, tmp_path, case):
-    old, new, *fragments = BAD["scenarios"][case]
-    file = changed(tmp_path / "scenario.toml", SCENARIO, old, new)
-    assert_one_line(short("--scenario", file), str(file), *fragments)
-    assert list(tmp_path.iterdir()) == [file]
-
-
-def changed(file: Path, text: str, old: str, new: str) -> Path:
-    """The file, written with the first ``old`` of a text changed."""
+def change(text: str, old: str, new: str) -> str:
+    """The text with the first such place changed."""
     assert old in text
-    file.write_text(text.replace(old, new, 1), encoding="utf-8")
-    return file
+    return text.replace(old, expand(new), 1)
 
 
-@pytest.mark.parametrize(
-    ("arm", "case"), [(arm, case) for arm, cases in BAD["options"].items() for case in cases]
-)
-def test_bad_option_is_named_with_its_value(short, tmp_path, arm, case):
-    arguments, *fragments = BAD["options"][arm][case]
-    assert_one_line(short(*arguments, arm=arm), *fragments)
-    assert list(tmp_path.iterdir()) == []
+def list_refused() -> Iterator[tuple[str, str, dict[str, str]]]:
+    """Name, command line and files of every row of the table."""
+    for arm, cases in BAD["arms"].items():
+        text = (HERE / "arms" / f"{arm}.toml").read_text(encoding="utf-8")
+        for name, row in cases.items():
+            yield f"{arm}, {name}", f"simulate a.toml {USUAL}", {"a.toml": change(text, *row)}
+    for name, row in BAD["scenarios"].items():
+        line = "simulate paper-labelled --model analytic:physical --scenario s.toml --out run.nc"
+        yield f"scenario, {name}", line, {"s.toml": change(SCENARIO, *row)}
+    for name, row in BAD["malformed"].items():
+        yield f"malformed, {name}", "show a.toml", {"a.toml": change(ARM, *row)}
+    reserved = [f"run paper-labelled --scenario {name}.toml" for name in RESERVED_NAMES]
+    for line in (*BAD["commands"]["given"], *reserved):
+        yield line, line, FILES
+    equations = {f"equations, {name}": row for name, row in BAD["equations"].items()}
+    for section, changed in (("coordinates", "coordinates=Coordinates({})"), ("answers", "{}")):
+        for name, given in BAD[section].items():
+            more = f"def f(arm): return replace(two_link(arm), {changed.format(given)})"
+            equations[f"{section}, {name}"] = (more, "f")
+    for name, (more, tried) in equations.items():
+        yield name, f"trial mine.py:{tried} {TRIAL}", {"mine.py": f"{TWO_LINK}\n\n{more}\n"}
 
 
-THREE_TORQUES = SCENARIO.replace("torque_N_m = 100.0", "torque_N_m = [1.0, 2.0, 3.0]")
-RUN, PAPER = ("run", "paper-labelled"), ("simulate", "paper-labelled", "--scenario", "pd")
-COMMANDS = (RUN, ("validate", "paper-labelled"), ("baseline", "check", "paper-labelled"))
-LINKS = (*PAPER, "--model", "analytic:links", "--out")
-LUMPED = ("validate", "planets-apart", "--quick", "--set", "switches.planets=lumped")
-SET = ("--set", "scenario.duration_s=0.1")
-# Arguments, and fragments of the line that refuses them.
-REFUSED: list[tuple[tuple[str, ...], tuple[str, ...]]] = [
-    *(
-        ((*command, *more), said)
-        for command in COMMANDS
-        for more, said in (
-            (
-                ("--scenario", "three.toml"),
-                ("three.toml", "drive.torque_N_m", "needs 2 values, has 3"),
-            ),
-            (SET, (*SET, "needs --scenario")),
-            (("--scenario", "pd", "--scenario", "pd"), ("name", "pd", "no other experiment")),
-        )
-    ),
-    *(
-        (
-            (*RUN, "--scenario", f"{name}.toml", "--out", "report"),
-            ("name", name, "no other experiment"),
-        )
-        for name in RESERVED_NAMES
-    ),
-    ((*LINKS, "file/below/run.nc"), ("file/below", "cannot be written")),
-    ((*RUN, "--out", "file/below/run.nc"), ("file/below", "cannot be written")),
-    ((*LINKS, "there"), ("--out", "there", "folder")),
-    ((*PAPER, "--model", "adams:arm", "--out", "new/run.nc"), ("model = 'adams:arm'",)),
-    *(
-        (words, ("--help",))
-        for words in (
-            *(("fly",), ("run", "--jobs", "0"), ("run", "--seed", "-1")),
-            *(("simulate",), ("show",), ("run", "a", "b")),
-        )
-    ),
-    ((*LUMPED, "--json", "a.json"), ("planets-apart", "joints[0].sun_mesh.", "planets = free")),
-]
+def list_options() -> Iterator[tuple[str, list[str]]]:
+    """Name and words of every option or setting of a run."""
+    for arm, cases in BAD["options"].items():
+        for name, words in cases.items():
+            yield f"{arm}, option, {name}", ["simulate", arm, *USUAL.split(), *words]
+    for given in BAD["settings"]["given"]:
+        words = ["simulate", "paper-labelled", *USUAL.split(), "--set", expand(given)]
+        yield f"setting {given}", words
 
 
-@pytest.mark.parametrize(
-    ("arguments", "said"), REFUSED, ids=[" ".join(words) for words, _ in REFUSED]
-)
-def test_arguments_are_refused_in_one_line_and_nothing_is_written(
-    crosscheck, tmp_path, monkeypatch, arguments, said
+REFUSED: dict[str, tuple[list[str], dict[str, str]]] = {
+    **{name: (expand(line).split(), files) for name, line, files in list_refused()},
+    **{name: (words, {}) for name, words in list_options()},
+}
+
+
+@pytest.mark.parametrize("case", REFUSED)
+def test_bad_input_is_refused_in_one_line_and_nothing_is_written(
+    crosscheck, tmp_path, monkeypatch, case, snapshot: SnapshotAssertion
+):
+    words, files = REFUSED[case]
+    monkeypatch.chdir(tmp_path)
+    monkeypatch.setattr("sys.dont_write_bytecode", True)
+    (tmp_path / "there").mkdir()
+    for name, text in files.items():
+        (tmp_path / name).write_text(text, encoding="utf-8")
+    answer = crosscheck(*words)
+    assert_one_line(answer)
+    assert {path.name for path in tmp_path.rglob("*")} == {*files, "there"}
+    assert {name: (tmp_path / name).read_text(encoding="utf-8") for name in files} == files
+    line = re.sub(r"\(see .*?crosscheck", "(see crosscheck", answer.err)
+    assert line.replace(str(tmp_path), "...") == snapshot
+
+
+@pytest.mark.parametrize("kind", BAD["texts"])
+def test_xml_in_place_of_an_arm_is_called_what_it_is(
+    tmp_path, monkeypatch, kind, snapshot: SnapshotAssertion
 ):
     monkeypatch.chdir(tmp_path)
-    (tmp_path / "there").mkdir()
-    files = {"file": "mine", "three.toml": THREE_TORQUES}
-    for name in RESERVED_NAMES:
-        files[f"{name}.toml"] = SCENARIO.replace('name = "constant-torque"', f'name = "{name}"')
-    for name, text in files.items():
-        (tmp_path / name).write_text(text)
-    assert_one_line(crosscheck(*arguments), *said)
-    assert {path.name for path in tmp_path.rglob("*")} == {*files, "there"}
-    assert {name: (tmp_path / name).read_text() for name in files} == files
+    Path("arm.toml").write_text(BAD["texts"][kind], encoding="utf-8")
+    with pytest.raises(InputError) as error:
+        load_arm("arm.toml")
+    assert str(error.value) == snapshot
+    assert is_robot("arm.toml")
+
+
+@pytest.mark.parametrize("name", ["a/b\nc", ""])
+def test_name_that_is_no_file_is_refused(crosscheck, name):
+    assert_one_line(crosscheck("show", name), "a/b\\nc" if name else "cannot be read")
+
+
+def test_settings_share_nothing():
+    """A table given to every joint is each joint's own."""
+    drive = "scenario.drive={kind='table', time_s=[0, 9], torque_N_m=[[0, 1], [0, 1]]}"
+    settings = [drive, "scenario.drive.torque_N_m.*=[5, 6]", "scenario.drive.torque_N_m.1.0=7"]
+    case = load_case("probe", "constant-torque", {}, settings)
+    assert case.scenario.model_dump()["drive"]["torque_N_m"] == ((5.0, 6.0), (7.0, 6.0))
+
+
+def test_error_line_keeps_a_piece_of_every_part():
+    error = InputError("w" * 999, "f" * 999, "v" * 999, "a" * 999)
+    assert len(f"crosscheck: {error}") <= LONGEST_LINE
+    for part in ("w" * 40, ": " + "f" * 40, " = 'vv", ": " + "a" * 40, "..."):
+        assert part in str(error)
+
+
+def test_any_text_becomes_one_line():
+    assert format_line("choose:\n\ta,\n\tb\r\n") == "choose: a, b"
+    assert format_line("a\x1b[2J\u202eb\ud800\x00") == r"a\x1b[2J\u202eb\ud800\x00"
+    assert len(format_line("word " * 1000)) <= LONGEST_LINE
+    assert format_line(str(Diverged("a:b", 0.25))) == "a:b: diverged at t = 0.25 s"
+
+
+def test_refused_arm_shows_nothing_of_itself(crosscheck, monkeypatch):
+    def broken(*_: object) -> None:
+        raise OverflowError("too large")
+
+    monkeypatch.setattr("crosscheck.cli.show.PhysicalModel", broken)
+    assert_one_line(crosscheck("show", "probe"), "probe: show cannot use its numbers", "too large")
 
 
 def test_a_scenario_cannot_take_the_name_of_an_experiment_on_energy(labelled):
@@ -136,7 +175,7 @@ def big_file(path: Path) -> None:
     os.truncate(path, 100_000_000)
 
 
-FILES = {
+UNREADABLE = {
     "missing": (lambda path: None, "no such file"),
     "empty": (lambda path: path.write_text(""), "empty"),
     "blank": (lambda path: path.write_text(" \n\n"), "empty"),
@@ -152,9 +191,9 @@ FILES = {
 
 
 @pytest.mark.parametrize("command", ["simulate", "show", "run", "scenario"])
-@pytest.mark.parametrize("kind", FILES)
+@pytest.mark.parametrize("kind", UNREADABLE)
 def test_unreadable_file_is_named(crosscheck, short, tmp_path, kind, command):
-    make, reason = FILES[kind]
+    make, reason = UNREADABLE[kind]
     file = tmp_path / "input.toml"
     make(file)
     commands = {

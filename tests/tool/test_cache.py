@@ -1,4 +1,4 @@
-"""What is kept between runs: made again where it is damaged, and cleared by one command."""
+"""Compiled functions depend on every source beside them; all that is kept is cleared at once."""
 
 import os
 from pathlib import Path
@@ -6,77 +6,22 @@ from pathlib import Path
 import pytest
 
 from crosscheck.models import numba_cache
-from crosscheck.models.directories import prepare_code_folder
 from crosscheck.models.numba_cache import njit
-from tests.processes import NOBODY, in_child, reachable
-
-SOURCE = """
-from crosscheck.models.numba_cache import njit
-
-@njit(cache=True)
-def doubled(x):
-    return 2.0 * x
-"""
-
-
-def doubled(folder: Path) -> tuple[float, bool]:
-    """Of 3.0, by a function of a file there; and whether it was found compiled."""
-    found: dict[str, object] = {"__name__": "doubling"}
-    exec(compile(SOURCE, str(folder / "doubling.py"), "exec"), found)
-    function = found["doubled"]
-    value = function(3.0)  # type: ignore[operator]
-    return value, bool(function.stats.cache_hits)  # type: ignore[attr-defined]
+from tests.tool.code import SOURCE, doubled
 
 
 @pytest.fixture
 def sources(tmp_path: Path) -> Path:
-    """The folder of a file with a function."""
+    """The folder of a file with a function, compiled and kept."""
     (tmp_path / "doubling").mkdir()
     (tmp_path / "doubling" / "doubling.py").write_text(SOURCE)
     return tmp_path / "doubling"
 
 
 @pytest.fixture
-def kept(cache: Path, sources: Path) -> Path:
-    """The folder of a compiled function's files."""
+def kept(cache: Path, sources: Path) -> None:
+    """A compiled function is kept."""
     assert doubled(sources) == (6.0, False)
-    assert doubled(sources) == (6.0, True)
-    (folder,) = (cache / "compiled").iterdir()
-    return folder
-
-
-@pytest.mark.parametrize("suffix", ["nbi", "nbc"])
-@pytest.mark.parametrize("damage", ["empty", "half", "flipped", "pickle", "folder"])
-def test_a_damaged_function_is_compiled_again_with_one_line(kept, sources, suffix, damage, capsys):
-    (path,) = kept.glob(f"*.{suffix}")
-    sound = path.read_bytes()
-    place = len(sound) // 2
-    harmed = {
-        "empty": b"",
-        "half": sound[:place],
-        "flipped": sound[:place] + bytes([sound[place] ^ 1]) + sound[place + 1 :],
-        "pickle": b"cos\nsystem\n(S'exit 7'\ntR.",
-    }
-    path.unlink()
-    if damage == "folder":
-        path.mkdir()
-    else:
-        path.write_bytes(harmed[damage])
-    assert doubled(sources) == (6.0, False)
-    said = capsys.readouterr().err.splitlines()
-    assert said
-    assert all(line.startswith("crosscheck: ") and "it is made again" in line for line in said)
-    if damage != "folder":
-        assert len(set(said)) == 1
-        assert doubled(sources) == (6.0, True)
-
-
-def test_a_function_of_another_version_of_numba_is_compiled_again(
-    kept, sources, monkeypatch, capsys
-):
-    monkeypatch.setattr(numba_cache.numba, "__version__", "999")
-    assert doubled(sources) == (6.0, False)
-    assert capsys.readouterr().err == ""
 
 
 def test_a_function_alone_may_be_handed_over():
@@ -93,71 +38,6 @@ def test_a_folder_of_numbas_that_others_may_write_is_not_read(kept, sources, tmp
     monkeypatch.setattr(numba_cache.numba.config, "CACHE_DIR", str(tmp_path / "open"))
     assert doubled(sources) == (6.0, True)
     assert not (tmp_path / "open").exists()
-
-
-def another_users(path: Path) -> None:
-    os.chown(path, NOBODY, NOBODY)
-
-
-def link(path: Path) -> None:
-    target = path.with_name("elsewhere")
-    path.rename(target)
-    path.symlink_to(target)
-
-
-NOT_PRIVATE = {
-    "another user's": (another_users, "belongs to another user"),
-    "writable": (lambda path: path.chmod(0o666), "may be written by others"),
-    "a link": (link, "is a link"),
-}
-
-
-@pytest.mark.parametrize("case", NOT_PRIVATE)
-@pytest.mark.parametrize("suffix", ["nbi", "nbc"])
-def test_a_kept_pickle_that_is_not_the_users_own_is_not_run(kept, sources, suffix, case, capsys):
-    spoil, said = NOT_PRIVATE[case]
-    if spoil is another_users and os.geteuid() != 0:
-        pytest.skip("only root can give files away")
-    (path,) = kept.glob(f"*.{suffix}")
-    spoil(path)
-    assert doubled(sources) == (6.0, False)
-    assert f"{path.name}: does not fit: {said}; it is made again" in capsys.readouterr().err
-    assert doubled(sources) == (6.0, True)
-    assert capsys.readouterr().err == ""
-
-
-def test_what_lies_in_a_folder_that_others_could_write_is_removed(kept, sources, cache):
-    (cache / "compiled").chmod(0o777)
-    prepare_code_folder.cache_clear()
-    assert doubled(sources) == (6.0, False)
-    assert (cache / "compiled").stat().st_mode & 0o777 == 0o700
-
-
-@pytest.mark.parametrize("place", [".", "compiled"])
-def test_a_folder_is_not_changed_through_a_link(sources, cache, place, tmp_path, capsys):
-    theirs = tmp_path / "theirs"
-    theirs.mkdir(mode=0o755)
-    (cache / place).parent.mkdir(parents=True)
-    (cache / place).symlink_to(theirs)
-    assert doubled(sources) == (6.0, False)
-    assert theirs.stat().st_mode & 0o777 == 0o755
-    assert list(theirs.iterdir()) == []
-    line = f"crosscheck: {cache / place}: is a link; nothing is kept\n"
-    assert capsys.readouterr().err == line
-
-
-@pytest.mark.skipif(os.geteuid() != 0, reason="only root can be somebody else")
-def test_a_folder_of_another_user_is_not_used(sources, cache, tmp_path):
-    cache.mkdir(parents=True)
-    cache.chmod(0o777)
-    reachable(sources)
-    reachable(cache)
-
-    def compile_as_nobody() -> None:
-        assert doubled(sources) == (6.0, False)
-
-    assert in_child(compile_as_nobody, nobody=True)
-    assert list(cache.iterdir()) == []
 
 
 def test_all_that_is_kept_is_cleared_and_its_sizes_reported(crosscheck, cache):

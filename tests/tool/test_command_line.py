@@ -21,13 +21,9 @@ from crosscheck.cli.compare import _tolerance as parse_tolerance
 from crosscheck.cli.compare import compare_command
 from crosscheck.cli.help import GROUPS
 from crosscheck.cli.output import print_and_write
-from crosscheck.cli.simulation import describe_joints
-from crosscheck.cli.trial import TrialOptions, trial_command
+from crosscheck.cli.trial import TrialOptions
 from crosscheck.models.errors import InputError, Unfinished
 from crosscheck.models.exudyn.tree import loads as exudyn_tree_loads
-from crosscheck.models.files import builtin_arms, builtin_robots, builtin_scenarios, builtin_title
-from crosscheck.models.robot.file import load_robot
-from crosscheck.registry import MODELS
 from tests.loops import require_items
 from tests.processes import ENGINES, HEAVY, command_line, modules_loaded_by, warm_command_line
 from tests.tool.supplied import model_file
@@ -88,12 +84,6 @@ def test_a_group_without_a_command_is_its_help(crosscheck, group):
     assert "--help" in answer.out
 
 
-def test_a_wrong_option_leads_to_the_help_of_its_command(crosscheck):
-    assert crosscheck("baseline", "check", "--oops").err.endswith(
-        "(see crosscheck baseline check --help)\n"
-    )
-
-
 def test_a_shell_completes_commands():
     words = {"COMP_WORDS": "crosscheck tr", "COMP_CWORD": "1"}
     asked = {**os.environ, **words, "_CROSSCHECK_COMPLETE": "complete_bash"}
@@ -113,31 +103,6 @@ def test_a_terminal_of_unknown_width_is_no_terminal_of_no_width(crosscheck, monk
     """Some shells say so by 0 columns, into which nothing fits."""
     monkeypatch.setenv("COLUMNS", "0")
     assert "paper-labelled" in crosscheck("list").out
-
-
-def test_the_list_has_each_name_under_its_kind_with_its_title(crosscheck, monkeypatch):
-    monkeypatch.setenv("COLUMNS", "200")
-    answer = crosscheck("list")
-    assert (answer.code, answer.err) == (0, "")
-    kinds = [each.splitlines() for each in answer.out.split("\n\n")]
-    rows = {head: [" ".join(row.split()) for row in rest] for head, *rest in kinds}
-    assert list(rows) == [
-        *("arms (ARM)", "robots (ROBOT)", "scenarios (--scenario)"),
-        *("models of an arm (--model)", "models of a robot"),
-    ]
-    names_of = {"arms": builtin_arms, "robots": builtin_robots, "scenarios": builtin_scenarios}
-    for kind, listed in list(rows.items())[:3]:
-        folder = kind.split()[0]
-        titles = [f"{name} {builtin_title(folder, name)}" for name in names_of[folder]()]
-        assert listed == titles
-    models = {row.split()[0]: row.partition(" ")[2] for row in rows["models of an arm (--model)"]}
-    assert models.keys() == {name for name in MODELS if ":" in name}
-    limits = {"pinocchio:gears": "states only, "}
-    titles = {name: limits.get(name, "") + MODELS[name].title for name in models}
-    assert models == titles
-    assert "gears as bodies" in models["pinocchio:gears"]
-    engines = [f"{name} {MODELS[name].title}" for name in ("analytic", "pinocchio", "exudyn")]
-    assert rows["models of a robot"] == engines
 
 
 @pytest.mark.parametrize(
@@ -238,40 +203,6 @@ def test_options_of_a_trial_are_reported_as_they_were_given():
     assert trial_options(names=("fmu.py:f",)).fmu is None
 
 
-FILE = Path("x")
-UNIT = ("u.fmu",)
-
-
-@pytest.mark.parametrize(
-    ("given", "option", "said"),
-    [
-        ({"ask": True, "out": FILE, "scenarios": ["pd"]}, "--scenario", "used with --ask"),
-        ({"answers": (FILE,), "scenarios": ["pd"]}, "--scenario", "used with --answers"),
-        ({"ask": True, "out": FILE, "json_file": FILE}, "--json", "used with --ask"),
-        ({"ask": True, "out": FILE, "junit": FILE}, "--junit", "used with --ask"),
-        ({"ask": True, "out": FILE, "answers": (FILE,)}, "--answers", "used with --ask"),
-        (
-            {"names": UNIT, "run_code": True},
-            "--coordinates",
-            "trial --ask u.fmu --out map drafts it",
-        ),
-        ({"names": UNIT, "coordinates": FILE}, "--run-code", "u.fmu is code"),
-        ({"coordinates": FILE}, "--coordinates", "a MODEL has its own"),
-        ({"after": (FILE,)}, "--after", "needs --ask"),
-        ({"names": (), "ask": True}, "--ask", "needs --out"),
-        ({"names": ("m.py:f", "probe"), "answers": (FILE,)}, "--answers", "takes the place"),
-        ({"names": ("u.fmu", "probe", "x"), "ask": True, "out": FILE}, "--ask", "takes the place"),
-        ({"names": ()}, "trial", "or use --ask and --answers"),
-        ({"names": ("m.py:f", "puma560"), "scenarios": ["pd"]}, "--scenario", "is for arms"),
-        ({"names": ("m.py:f", "puma560"), "run_code": True}, "--run-code", "is for arms"),
-    ],
-)
-def test_options_of_a_trial_that_do_not_go_together_are_refused(given, option, said):
-    with pytest.raises(InputError, match=re.escape(said)) as refused:
-        trial_command(trial_options(**given))
-    assert refused.value.where == option
-
-
 @pytest.mark.parametrize("given", ["a.b=0.01", "a.b=1e-9", "a.b=0.999"])
 def test_a_tolerance_is_a_share_between_0_and_1(given):
     assert parse_tolerance(given) == ("a.b", float(given[4:]))
@@ -311,46 +242,11 @@ def test_a_comparison_ends_well_where_engines_agree_and_all_is_decided(
     assert asked == [("sliding", (record,), np.eye(3).tolist(), {path: 0.1})]
 
 
-def test_a_run_ends_where_its_summary_says(labelled):
-    told = describe_joints(labelled, [0.1234567891, -2.0])
-    assert told == "; at the end joint 1 0.123457 rad, joint 2 -2 rad"
-    told = describe_joints(load_robot("sliding"), [1.0, 0.25, -0.5])
-    assert told == "; at the end swivel 1 rad, slide 0.25 m, tilt -0.5 rad"
-
-
 def test_what_was_written_is_named_after_the_lines(tmp_path, capsys):
     first, last = tmp_path / "a.txt", tmp_path / "b.txt"
     print_and_write(["one", "two"], (first, lambda: "A"), (None, lambda: "B"), (last, lambda: "C"))
     assert capsys.readouterr().out.splitlines() == ["one", "two", f"wrote {first}", f"wrote {last}"]
     assert (first.read_text(), last.read_text()) == ("A", "C")
-
-
-def test_show_knows_joints_without_gears_and_other_laws(crosscheck):
-    answer = crosscheck("show", "direct-between")
-    assert (answer.code, answer.err) == (0, "")
-    for row in ("rotor_inertia_kg_m2", "reflected inertia of the rotor", "joint 3, ring mesh"):
-        assert row in answer.out
-    assert "table" in answer.out
-    assert answer.out.count("mesh mode ") == 4
-    # The ratio that the damping of the wrist's ring mesh comes to, and the controller's rate.
-    assert "0.0532808" in answer.out
-    assert "5.71759" in answer.out
-
-
-def test_an_arm_that_swings_under_its_weight_has_no_mesh_modes(crosscheck, tmp_path):
-    text = """
-        schema_version = 2
-        name = "hanging"
-        payload_mass_kg = 2.0
-        gravity_m_per_s2 = [9.81, 0.0]
-        joints = [{ kind = "direct", motor_mass_kg = 2.0, rotor_inertia_kg_m2 = 0.01 }]
-        links = [{ length_m = 0.5, com_m = 0.2, mass_kg = 3.0, inertia_kg_m2 = 0.1 }]
-    """
-    (tmp_path / "hanging.toml").write_text(text, encoding="utf-8")
-    answer = crosscheck("show", str(tmp_path / "hanging.toml"))
-    assert (answer.code, answer.err) == (0, "")
-    assert "mesh mode" not in answer.out
-    assert "15.696" in answer.out  # (3 x 0.2 + 2 x 0.5) x 9.81 N m
 
 
 def test_interruption_that_an_engine_makes_up_is_its_own_failure(short, monkeypatch, tmp_path):

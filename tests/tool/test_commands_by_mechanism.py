@@ -16,7 +16,11 @@ import numpy as np
 import pytest
 import xarray as xr
 
-from crosscheck.cli import commands
+from crosscheck.checks import engines
+from crosscheck.cli import commands, cost
+from crosscheck.cost.shortcuts import SamplingPlan
+from crosscheck.identification import engines as identification_engines
+from crosscheck.identification import excitation
 from crosscheck.models.arm.arm import Arm
 from crosscheck.models.files import format_toml_fields
 from crosscheck.planning import robots
@@ -26,7 +30,7 @@ from crosscheck.trial.tables.folder import format_arm_toml
 from tests.arms import arm_of
 from tests.brief import brief
 from tests.processes import Answer, Command
-from tests.robots.chains import Solid, geared, joint, link, planetary, urdf
+from tests.robots.chains import Solid, geared, joint, link, perform_here, planetary, urdf
 from tests.tool.test_bad_input import assert_one_line
 
 BODY = Solid(2.0, (0.3, 0.02, -0.05), (0.05, 0.002, 0.001, 0.06, -0.003, 0.07))
@@ -104,6 +108,10 @@ def mechanism(request, tmp_path_factory) -> Iterator[MechanismFile]:
         folder = tmp_path_factory.mktemp("mechanism")
         patch.chdir(folder)
         brief(patch)
+        patch.setattr(cost, "QUICK", SamplingPlan(1, 3, 1, 10, 100))
+        patch.setattr(engines, "RUNS", 1)
+        patch.setattr(excitation, "DRAWN", 1)
+        patch.setattr(identification_engines, "perform_all", perform_here)
         patch.setattr(robots, "QUICK_COUNT", 4)
         patch.setattr(robots, "QUICK_STEPS", 20)
         patch.setattr(robots, "LEAST_STEPS", 10)

@@ -16,7 +16,6 @@ from tools import animation, drawings
 from tools.drawings import (
     DOCS,
     SIDES,
-    draw_mesh,
     outline_teeth,
     push_direction,
     tangent_point,
@@ -100,11 +99,6 @@ def test_carrying_teeth_are_on_either_side_of_the_contact(joint, side):
         (outline,) = outline_teeth(mesh, wheel, 0)
         ahead = (np.conj(push_direction(mesh)) * (outline.mean() - mesh.pitch_point)).real
         assert sign * ahead > 0
-
-
-@pytest.mark.parametrize("side", SIDES)
-def test_drawing_is_the_same_every_time(side):
-    assert draw_mesh(side) == draw_mesh(side)
 
 
 def test_drawings_are_written_beside_the_equations(tmp_path, monkeypatch):

@@ -1,13 +1,14 @@
-"""Every list and table of a report, on findings made by hand whose numbers are all unlike."""
+"""What a cross-check answers, on findings made by hand: one snapshot for each kind of them."""
 
-import html
 import json
 import math
-import re
 from typing import Any
 
 import pytest
+from syrupy.assertion import SnapshotAssertion
 
+from crosscheck.cli.files.template import make_plain_arm
+from crosscheck.file_types import AGREEMENT, identify_file_type
 from crosscheck.findings import (
     Agreement,
     ComparisonKey,
@@ -18,15 +19,15 @@ from crosscheck.findings import (
     make_measurement,
     make_unfinished_check,
 )
+from crosscheck.models.loading import load_arm
+from crosscheck.models.robot.file import load_robot
+from crosscheck.planning import arms, robots
 from crosscheck.planning.plan import CrossCheckRequest
 from crosscheck.provenance import record_provenance
-from crosscheck.registry import LEVELS
 from crosscheck.report.answers import (
-    answer_on_equations,
     answer_on_levels,
-    answer_on_rigid_arm,
+    answer_questions,
     compare_models,
-    describe_verdict,
     find_tip_ends,
     format_agreement_json,
     format_amount,
@@ -43,9 +44,10 @@ from crosscheck.report.html import render_report_page
 from crosscheck.report.matrix import collect_cells, common_digits, group_models
 from crosscheck.report.outline import outline_arm
 from crosscheck.report.plots.charts import Pictures
-from crosscheck.report.terminal import print_agreement
+from crosscheck.report.terminal import print_agreement, print_answers
 from crosscheck.run import CrossCheck
-from tests.views.agreements import BODIES, GEARS, LEAD, PRINTED, TREE, about
+from tests.views.agreements import BODIES, GEARS, LEAD, PRINTED, TREE, about, print_with
+from tests.views.plain import list_lines
 
 LINKS = "pinocchio:links"
 CASE = "paper-labelled/geared"
@@ -56,6 +58,27 @@ def check(
 ) -> Finding:
     own = {"measured": measured, "tolerance": tolerance, "relative": relative}
     return make_check(subject, **own, basis="rounding")
+
+
+def state(left: str, measured: float, case: str = CASE, right: str = GEARS) -> Finding:
+    return check(about("states", case, "mass_matrix", left, right), measured, 1e-12)
+
+
+def printed(measured: float) -> Finding:
+    subject = about("form-states", CASE, "mass_matrix", PRINTED, GEARS)
+    return make_measurement(subject, measured=measured)
+
+
+def modes(measured: float) -> Finding:
+    return check(about("modes", CASE, "mesh-modes", LEAD, GEARS), measured, 1e-9)
+
+
+def off(level: str, size: float, case: str = "drop", quantity: str = "tip") -> Finding:
+    metric = "largest distance of the tip after 0.1 s"
+    if quantity == "torque":
+        metric = "largest difference of the torque of hand over 20 random states"
+    own = about("deviation", case, quantity, f"a:{level}", "a:geared", metric=metric)
+    return make_measurement(own, measured=size, relative=size)
 
 
 FINDINGS = [
@@ -71,6 +94,106 @@ FINDINGS = [
     ),
     make_measurement(about("deviation", "pd", "tip", LINKS, LEAD), measured=0.04),
 ]
+
+
+LENIENT = check(about("states", CASE, "mass_matrix", LEAD, BODIES), 1e-15, 1e-10)
+LEVELS_OFF = [off("links", 0.0123), off("armature", 9e-3), off("coupled", 2e-7)]
+LOST = make_failed_check(about("deviation", "pd", "tip", "a:armature", LEAD), "none")
+RUN = check(about("same-step", "pd", "theta", "analytic:links", LINKS), 0.0, 1e-9)
+FAILED = [
+    make_failed_check(about("states", CASE, f"q{number}", LEAD, TREE), note)
+    for number, note in enumerate(
+        [
+            *("a (x) (at state 3)", "a (y) (at state 3)", "a (x) (at state 5)"),
+            *("died", "raised", "died", "", ""),
+        ]
+    )
+]
+AGREEMENTS: dict[str, list[Finding]] = {
+    "nothing": [],
+    "of every sort": FINDINGS,
+    "one check": FINDINGS[:1],
+    "two checks": FINDINGS[:2],
+    "a check that differs": FINDINGS[3:4],
+    "printed equations that agree": [state(LEAD, 1e-15), printed(1e-14)],
+    "printed within the most lenient engine": [state(LEAD, 1e-15), LENIENT, printed(0.9e-10)],
+    "printed beyond it": [state(LEAD, 1e-15), LENIENT, printed(1.1e-10)],
+    "a derivation that differs": [state(LEAD, 1e-3), state("analytic:links", 1e-15)],
+    "another arm's states": [state(LEAD, 1e-15), state(LEAD, 1e-3, "probe/geared")],
+    "modes that agree": [state(LEAD, 1e-15), modes(1e-15)],
+    "modes that differ": [state(LEAD, 1e-15), modes(1e-3)],
+    "failures of one reason": FAILED,
+    "levels of experiments": [off("links", 0.5, "constant"), *LEVELS_OFF, LOST],
+    "no teeth touch": [
+        off("links", 0.0),
+        off("links", 0.3, quantity="torque"),
+        off("coupled", 0.0),
+    ],
+    "a level that is geared": [
+        *(off("links", 0.2), off("coupled", 0.0), off("coupled", 0.0, quantity="torque"))
+    ],
+    "a run alone": [RUN],
+    "a run and states": [RUN, FINDINGS[0]],
+    "a tip off by nothing": [*FINDINGS, off("links", 0.0)],
+    "a tip off by 20 mm": [*FINDINGS, off("links", 0.02)],
+}
+
+
+def first_screen(findings: list[Finding], arm: Any) -> str:
+    """The lines of the page above its drawing, and how many of its cards are red."""
+    made = Agreement(findings, record_provenance(arm, 0, True))
+    request = CrossCheckRequest(arm, quick=True)
+    page = render_report_page(CrossCheck(request, made, {}, {}), Pictures({}))
+    red = page.count('<article class="no">'), page.count('<section class="verdict no">')
+    lines = list_lines(page).partition("\nJoint 1")[0]
+    return f"{lines}\nred cards, verdicts: {red}"
+
+
+@pytest.mark.parametrize("name", AGREEMENTS)
+def test_a_cross_check_answers(name: str, labelled, snapshot: SnapshotAssertion):
+    agreement = Agreement(AGREEMENTS[name])
+    answers = answer_questions(agreement, labelled)
+    rows = compare_models(agreement, outline_arm(labelled))
+    sizes = [f"{row.model} {row.verdict} {row.number('mass_matrix')}" for row in rows]
+    texts = answers.equations, answers.rigid, answers.trust, answer_on_levels(agreement), *sizes
+    shown = print_with(print_agreement, agreement), first_screen(AGREEMENTS[name], labelled)
+    assert "\n".join(map(list_lines, (*texts, *shown))) == snapshot
+
+
+@pytest.mark.parametrize("name", ["plain", "direct-between"])
+def test_of_an_arm_without_gears_and_motors_nothing_is_asked_about_them(
+    name: str, snapshot: SnapshotAssertion
+):
+    arm = make_plain_arm("plain", 2) if name == "plain" else load_arm(name)
+    assert list_lines(print_with(print_answers, Agreement([]), arm)) == snapshot
+
+
+@pytest.mark.parametrize("name", ["paper-labelled", "three-unlike", "puma560"])
+def test_a_quick_page_says_what_it_leaves_out(name: str, snapshot: SnapshotAssertion):
+    room, load = (robots, load_robot) if name == "puma560" else (arms, load_arm)
+    assert room.describe_quick_limits(CrossCheckRequest(load(name), quick=True)) == snapshot
+
+
+def test_the_answers_come_before_the_findings_in_json(labelled):
+    agreement = Agreement([state(LEAD, 1e-15), printed(0.0127)])
+    text = format_agreement_json(agreement, labelled)
+    data = json.loads(text)
+    assert list(data)[:2] == ["schema_version", "answers"]
+    found = answer_questions(agreement, labelled)
+    texts = [found.equations, found.rigid, found.trust]
+    assert [data["answers"][name]["answer"] for name in ("equations", "rigid", "trust")] == texts
+    assert identify_file_type(text.encode()) is AGREEMENT  # else the next run could not replace it
+
+
+def test_the_tip_of_the_first_and_the_last_level_is_reported():
+    assert find_tip_ends(Agreement([*LEVELS_OFF, LOST])) == [LEVELS_OFF[0], LEVELS_OFF[2]]
+    assert find_tip_ends(Agreement(LEVELS_OFF[:1])) == LEVELS_OFF[:1]
+    assert find_tip_ends(Agreement([])) == []
+
+
+def test_what_is_only_measured_is_no_agreement_of_the_matrix():
+    (cell,) = collect_cells([printed(0.0127)])
+    assert (cell.verdict, cell.checks) == ("measured", 0)
 
 
 def test_of_each_kind_the_tightest_check_is_listed_the_worst_verdict_first():
@@ -108,110 +231,6 @@ def test_groups_of_models_are_those_that_checks_connect():
     assert group_models(joined) == [["e", "f", "h"], ["c", "d", "a", "b", "g"]]
 
 
-def page_of(findings: list[Finding], arm: Any) -> str:
-    """The text of the page, and its markup."""
-    made = Agreement(findings, record_provenance(arm, 0, True))
-    request = CrossCheckRequest(arm, quick=True)
-    return render_report_page(CrossCheck(request, made, {}, {}), Pictures({}))
-
-
-def test_the_pages_first_screen_answers_topic_by_topic(labelled):
-    told = json.loads(format_agreement_json(Agreement(FINDINGS), labelled))["answers"]
-    said = html.unescape(page_of(FINDINGS, labelled))
-    assert "<h1>Preliminary cross-check of paper-labelled</h1>" in said
-    assert said.count('<section class="verdict no">') == 1
-    cards = re.findall(r"<article( class=.no.)?>.*?<details><summary>why(.*?)<a", said, re.S)
-    shown = [(bool(red), re.sub("<[^>]+>", " ", text).strip()) for red, text in cards]
-    answers = [told[name]["answer"] for name in ("equations", "rigid", "trust")]
-    assert shown == list(zip((True, False, True), answers, strict=True))
-    heads = re.findall(r"<h2 id=.(?:equations|levels|trust).>(.*?)</h2>", said)
-    assert heads == list(outline_arm(labelled).questions)
-    for level, title in LEVELS.items():
-        assert f"<em>{level}</em>: {title}" in said
-
-
-@pytest.mark.parametrize(
-    ("metres", "card"),
-    [
-        (0.0, "0 µm tip error in drop; no teeth touch why"),
-        (0.02, "20 mm tip error in drop why"),
-    ],
-)
-def test_a_tip_that_is_off_by_nothing_has_its_reason_on_the_first_screen(labelled, metres, card):
-    own = about("deviation", "drop", "tip", "analytic:links", "analytic:geared")
-    page = page_of([*FINDINGS, make_measurement(own, measured=metres)], labelled)
-    assert card in " ".join(html.unescape(re.sub("<[^>]+>", " ", page)).split())
-
-
-def test_only_what_failed_for_one_reason_has_one_line(capsys):
-    notes = ("a (x) (at state 3)", "a (y) (at state 3)", "a (x) (at state 5)")
-    notes += ("died", "raised", "died", "", "")
-    found = [
-        make_failed_check(about("states", CASE, f"q{number}", LEAD, TREE), note)
-        for number, note in enumerate(notes)
-    ]
-    print_agreement(Agreement(found))
-    lines = [line.partition("/q")[2] for line in capsys.readouterr().out.splitlines()]
-    ends = [line.partition(": ")[2] for line in lines if line]
-    same = "; and so in 1 more check"
-    assert ends == [f"{notes[0]}{same}", notes[1], f"died{same}", "raised", "", ""]
-
-
-@pytest.mark.parametrize(
-    ("findings", "told"),
-    [
-        ([], "Nothing was checked."),
-        (FINDINGS[:1], "The equations agree with every engine (1 of 1 check)."),
-        (FINDINGS[:2], "The equations agree with every engine (2 of 2 checks)."),
-        (
-            FINDINGS[3:4],
-            f"1 of 1 check does not agree (1 differ), the first of them {FINDINGS[3].id}.",
-        ),
-        (
-            [FINDINGS[0], make_measurement(FINDINGS[-2].about, measured=1e-13)],
-            "The printed equations agree with the engines; the corrected ones agree with every"
-            " engine (1 of 1 check).",
-        ),
-    ],
-)
-def test_the_verdict_is_one_sentence(findings, told):
-    assert describe_verdict(Agreement(findings)) == told
-
-
-def off(level: str, size: float, case: str = "drop", quantity: str = "tip") -> Finding:
-    metric = "largest distance of the tip after 0.1 s"
-    if quantity == "torque":
-        metric = "largest difference of the torque of hand over 20 random states"
-    own = about("deviation", case, quantity, f"a:{level}", "a:geared", metric=metric)
-    return make_measurement(own, measured=size, relative=size)
-
-
-def test_the_first_and_the_last_level_are_reported_for_every_experiment():
-    last = [off("links", 0.0123), off("armature", 9e-3), off("coupled", 2e-7)]
-    lost = make_failed_check(about("deviation", "pd", "tip", "a:armature", LEAD), "none")
-    found = Agreement([off("links", 0.5, "constant"), *last, lost])
-    said = answer_on_rigid_arm(found)
-    assert re.findall(r"In experiment (\w+)", said) == ["constant", "drop", "drop"]
-    assert re.findall(r"\((\w+)\)", said) == ["links", "links", "coupled"]
-    assert find_tip_ends(found) == [last[0], last[2]]
-    assert find_tip_ends(Agreement(last[:1])) == last[:1]
-    assert find_tip_ends(Agreement([])) == []
-    assert "No rigid model" in answer_on_rigid_arm(Agreement([]))
-
-
-def test_a_level_at_which_no_teeth_touch_is_said_to_be_so():
-    found = [off("links", 0.0), off("links", 0.3, quantity="torque"), off("coupled", 0.0)]
-    first, last = answer_on_levels(Agreement(found)).split(" At level coupled ")
-    assert "0.1 s, in which no teeth touch." in first
-    assert "no teeth" not in last
-    lost = make_failed_check(about("deviation", "drop", "tip", "a:armature", "a:geared"), "none")
-    assert answer_on_levels(Agreement([*found, lost])) == answer_on_levels(Agreement(found))
-    apart = [off("links", 0.2), off("coupled", 0.0), off("coupled", 0.0, quantity="torque")]
-    assert answer_on_levels(Agreement(apart)).endswith(
-        " Level coupled does not differ from geared."
-    )
-
-
 @pytest.mark.parametrize(
     ("measured", "quantity", "said"),
     [(1e-4, "bias", "0.01 %"), (8e-5, "bias", "8e-05"), (0.0234, "theta", "0.023 rad")],
@@ -219,14 +238,6 @@ def test_a_level_at_which_no_teeth_touch_is_said_to_be_so():
 def test_a_relative_difference_is_reported_in_per_cent_unless_it_is_tiny(measured, quantity, said):
     subject = about("states", CASE, quantity, LEAD, GEARS)
     assert format_amount(make_measurement(subject, measured=measured)) == said
-
-
-def test_a_derivation_without_checks_at_states_has_no_digits_to_tell(labelled):
-    outline = outline_arm(labelled)
-    run = check(about("same-step", "pd", "theta", "analytic:links", LINKS), 0.0, 1e-9)
-    for findings, digits in (([run], "to rounding"), ([run, FINDINGS[0]], "to 12 digits")):
-        said = answer_on_equations(compare_models(Agreement(findings), outline), outline)
-        assert said.startswith(f"The derivation agrees with every engine at each level, {digits}")
 
 
 NAN = float("nan")

@@ -97,19 +97,6 @@ def test_a_scenario_of_ones_own_replaces_the_usual_ones(files):
     assert [recorded.name for recorded in agreement.provenance.scenarios] == ["swing"]
 
 
-def test_a_record_is_of_its_scenarios(crosscheck, files, tmp_path):
-    arm, scenario = files
-    chosen = [arm, "--quick", "--dir", str(tmp_path), "--scenario", scenario]
-    assert crosscheck("baseline", "accept", *chosen).code == 0
-    assert (tmp_path / "one-motor+swing-quick.json").is_file()
-    answer = crosscheck("baseline", "check", *chosen)
-    assert answer.code == 0, answer.out
-    assert "0 of " in answer.out
-    other = crosscheck("baseline", "check", *chosen, "--set", "scenario.duration_s=0.01")
-    assert other.code == 2
-    assert "made with other scenarios than these" in other.err
-
-
 def test_sized_experiments_of_an_arm_without_gears(files, tmp_path):
     agreement = check(load_arm(files[0]), quick=True, jobs=2)
     assert agreement.exit_code == 0, [finding.note for finding in agreement.disagreeing]

@@ -32,11 +32,6 @@ def test_switches_are_taken(labelled):
     assert crosscheck.build("exudyn:tree", labelled, scenario, chosen).switches == chosen
 
 
-def test_unknown_model_is_an_input_error(labelled):
-    with pytest.raises(InputError, match="'adams:arm': unknown; allowed: "):
-        crosscheck.build("adams:arm", labelled, crosscheck.load_scenario("pd"))
-
-
 def test_model_of_states_alone_says_that_it_cannot_simulate(labelled):
     model = crosscheck.build("pinocchio:gears", labelled, crosscheck.load_scenario("pd"))
     with pytest.raises(InputError, match="cannot simulate"):
@@ -52,17 +47,3 @@ def test_step_beyond_stability_needs_force(labelled):
         crosscheck.simulate(model)
     with pytest.raises(Diverged, match="analytic:physical: diverged at t = "):
         crosscheck.simulate(model, force=True)
-
-
-def test_scenario_must_fit_the_arm(labelled):
-    scenario = crosscheck.load_scenario("constant-torque")
-    drive = scenario.drive.model_copy(update={"torque_N_m": (1.0, 2.0, 3.0)})
-    with pytest.raises(InputError, match=r"drive\.torque_N_m = .*: needs 2 values, has 3"):
-        crosscheck.build("exudyn:tree", labelled, scenario.model_copy(update={"drive": drive}))
-
-
-@pytest.mark.parametrize("model", ["analytic:physical", "exudyn:tree", "pinocchio:gears"])
-def test_planets_that_differ_are_not_lumped(model):
-    arm, scenario = crosscheck.load_arm("planets-apart"), crosscheck.load_scenario("pd")
-    with pytest.raises(InputError, match=r"planets-apart: joints\[0\].*switches\.planets = free"):
-        crosscheck.build(model, arm, scenario, crosscheck.switches(planets="lumped"))

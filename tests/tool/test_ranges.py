@@ -207,23 +207,6 @@ def test_adaptive_run_without_end_says_how_far_it_came(short, monkeypatch, tmp_p
     assert list(tmp_path.iterdir()) == []
 
 
-NAMES = {
-    "control character": "a\\u0007b",
-    "line break": "a\\nb",
-    "colour": "\\u001b[31mred",
-    "right to left": "a\\u202eb",
-    "blanks": "   ",
-    "too long": "a" * 81,
-}
-
-
-@pytest.mark.parametrize("case", NAMES)
-def test_name_that_cannot_be_printed_is_refused_and_shown_escaped(short, case):
-    for section in ("arm", "scenario"):
-        answer = short("--set", f'{section}.name="{NAMES[case]}"')
-        assert_one_line(answer, "name = '", "1 to 80 printable characters")
-
-
 def test_title_may_be_empty_and_has_200_characters():
     for title in ('""', "a" * 200):
         load_case(ARM, SCENARIO, {}, [f"arm.title={title}", f"scenario.title={title}"])

@@ -101,12 +101,6 @@ def test_step_and_duration_are_taken(short, tmp_path):
     np.testing.assert_allclose(run["time"], np.arange(21) * 5e-5, rtol=1e-15, atol=0)
 
 
-def test_an_older_file_is_replaced(short, tmp_path):
-    assert short("--t-end", "0.001").code == 0
-    assert short().code == 0
-    assert written(tmp_path).sizes["time"] == 21
-
-
 def test_a_missing_folder_is_made(crosscheck, tmp_path):
     out = tmp_path / "a" / "b" / "run.nc"
     arguments = ("--model", "analytic:links", "--scenario", "pd", "--t-end", "0.001", "--out", out)

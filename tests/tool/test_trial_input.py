@@ -1,7 +1,6 @@
-"""What a user's equations may do wrong: one clear line and exit code 2, or a failed check."""
+"""What a part of a user's equations may do wrong costs its own checks alone."""
 
 import json
-import os
 import tomllib
 from pathlib import Path
 
@@ -9,88 +8,9 @@ import pytest
 
 from crosscheck.runner import cpu_limit
 from tests.tool.supplied import model_file
-from tests.tool.test_bad_input import assert_one_line
-
-BAD = tomllib.loads(Path(__file__).with_name("bad_equations.toml").read_text(encoding="utf-8"))
-
-
-@pytest.fixture
-def refused(crosscheck, tmp_path):
-    """``refused(more, name, *fragments)``: exit code 2, one line, nothing written."""
-
-    def refusal(more: str, name: str, *fragments: str) -> None:
-        file = model_file(tmp_path, more)
-        outputs = ["--json", tmp_path / "t.json", "--junit", tmp_path / "t.xml"]
-        before = sorted(os.listdir(tmp_path))
-        answer = crosscheck("trial", f"{file}:{name}", "--quick", "--jobs", 1, *outputs)
-        assert_one_line(answer, *fragments)
-        assert sorted({*os.listdir(tmp_path)} - {"__pycache__"}) == before
-
-    return refusal
-
 
 CHANGED = "def f(arm): return replace(two_link(arm), {})"
-
-
-@pytest.mark.parametrize("case", BAD["files"])
-def test_unusable_equations_are_one_line(refused, case):
-    more, name, *fragments = BAD["files"][case]
-    refused(more, name, "mine.py", *fragments)
-
-
-@pytest.mark.parametrize("case", BAD["coordinates"])
-def test_unusable_coordinates_are_one_line(refused, case):
-    given, *fragments = BAD["coordinates"][case]
-    refused(CHANGED.format(f"coordinates=Coordinates({given})"), "f", "coordinates", *fragments)
-
-
-@pytest.mark.parametrize("case", BAD["answers"])
-def test_answers_that_are_no_equations_are_one_line(refused, case):
-    given, *fragments = BAD["answers"][case]
-    refused(CHANGED.format(given), "f", "mine.py:f: ", " at ", *fragments)
-
-
-@pytest.mark.parametrize(
-    ("text", "fragments"),
-    [
-        ("mine", ["mine: must be file.py:name or package.module:name"]),
-        ("mine.py", ["must be file.py:name"]),
-        (":two_link", ["must be file.py:name"]),
-        ("nonesuch.py:two_link", ["nonesuch.py:two_link: no such file"]),
-        ("nonesuch.module:two_link", ["No module named 'nonesuch'"]),
-        ("./:two_link", ["no such file"]),
-        ("README.md:two_link", ["No module named"]),
-        ("analytic:physical", ["no physical in analytic"]),
-        ("x\ny.py:\x1b[31m", ["\\n", "\\x1b"]),
-    ],
-)
-def test_names_of_nothing_are_one_line(crosscheck, text, fragments):
-    assert_one_line(crosscheck("trial", text, "--quick"), *fragments)
-
-
-MORE = """
-constant = Equations(mass_matrix=lambda q: np.eye(2))
-def without(arm): return replace(two_link(arm), force=None)
-"""
-
-
-@pytest.mark.parametrize(
-    ("words", "fragments"),
-    [
-        ("constant three-unlike", ["mass_matrix has shape (2, 2), must be (3, 3)", "unlike, 3 jo"]),
-        ("two_link --scenario nonesuch", ["nonesuch: no such file"]),
-        ("two_link --scenario pd --scenario pd", ["scenario: name = 'pd'", "no other"]),
-        ("two_link --set arm.payload=1", ["payload", "payload_mass_kg"]),
-        ("two_link --json t --junit t", ["is in use for two things"]),
-        ("without --scenario pd", ["--scenario = 'pd': needs force, which the equations have not"]),
-    ],
-)
-def test_what_does_not_fit_the_equations_is_one_line(
-    crosscheck, tmp_path, monkeypatch, words, fragments
-):
-    monkeypatch.chdir(tmp_path)
-    model_file(tmp_path, MORE)
-    assert_one_line(crosscheck("trial", *f"mine.py:{words}".split(), "--quick"), *fragments)
+BAD = tomllib.loads(Path(__file__).with_name("bad_input.toml").read_text(encoding="utf-8"))
 
 
 @pytest.fixture

@@ -346,10 +346,13 @@ def render_page(kind: str, agreement: Agreement) -> str:
     return html.render_report_page(CrossCheck(request, agreement, {}, {}), Pictures({}))
 
 
+COLUMNS = "300"  # of a wide terminal, on which no line is wrapped
+
+
 def print_with(show: Callable[..., None], *given: Any) -> str:
-    """What a function prints, on a wide terminal."""
+    """What a function prints on a terminal of so many columns."""
     with pytest.MonkeyPatch.context() as patch, redirect_stdout(io.StringIO()) as out:
-        patch.setenv("COLUMNS", "300")
+        patch.setenv("COLUMNS", COLUMNS)
         show(*given)
     return out.getvalue()
 

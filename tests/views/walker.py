@@ -285,8 +285,13 @@ def walk(view: View, seed: int, other: int | None = None) -> Iterator[str]:
     other: seed of a record that the view is held against in place of its own.
     """
     record = view.make(seed)
-    text = view.render(record)
-    facts = list(view.facts(record if other is None else view.make(other)))
+    facts = view.facts(record if other is None else view.make(other))
+    yield from trace(view, record, view.render(record), facts)
+
+
+def trace(view: View, record: Any, text: str, given: Iterable[Fact]) -> Iterator[str]:
+    """What does not follow from facts in a view's text of a record."""
+    facts = list(given)
     by_field: dict[str, list[tuple[int, Fact]]] = defaultdict(list)
     for number, fact in enumerate(facts):
         by_field[fact.field].append((number, fact))

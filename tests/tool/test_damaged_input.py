@@ -7,6 +7,7 @@ import shutil
 import signal
 import sys
 import time
+from collections.abc import Iterator
 from contextlib import suppress
 from functools import cache
 from pathlib import Path
@@ -17,22 +18,42 @@ import pytest
 import scipy.io
 import typer
 
-from crosscheck.audit.errata import command as audit_command
+from crosscheck.api import require_stable_step
 from crosscheck.checks import engines
 from crosscheck.cli import cost as cost_command
 from crosscheck.cli.app import main
+from crosscheck.cli.simulation import SimulationRequest
 from crosscheck.cost.shortcuts import SamplingPlan
+from crosscheck.models.errors import LONGEST_LINE
 from crosscheck.models.files import HERE
 from crosscheck.models.loading import load_arm
 from crosscheck.provenance import ROOT
+from crosscheck.registry import build
 from tests.draws import DRAWS, SAMPLE, fresh_seed
 from tests.measured.records import level, name_columns, record_of, write_table
-from tests.tool.hostile import PIECES, place_damaged
+from tests.tool.damage import PIECES, place_damaged
 from tests.warm import import_all
 
 MOST_LINES, WITHIN_S, MEMORY = 6, 100.0, 6_000_000_000
-COUNT = DRAWS if DRAWS != SAMPLE else 1  # of a command in the suite, which has not much time
 ROBOT = ["sliding.toml", "sliding.urdf"]
+ARM = ["arm.toml", "scenario.toml"]
+FOR_MUJOCO = """schema_version = 1
+name = "robot"
+urdf = "robot.xml"
+gravity_m_per_s2 = [0.0, 0.0, -9.81]
+tip = "left"
+friction = "from-urdf"
+
+[joints.shoulder]
+kind = "geared"
+ratio = 50.0
+rotor_inertia_kg_m2 = 1e-4
+stator = "base"
+rotor_axis = [0.0, 1.0, 0.0]
+
+[links.lower]
+mass_kg = 2.0
+"""
 OWN_ROBOT = """
 import numpy as np
 from types import SimpleNamespace
@@ -40,54 +61,71 @@ def equations(robot):
     n = len(robot.coordinates)
     return SimpleNamespace(mass_matrix=lambda q: np.eye(n), gravity=lambda q: np.zeros(n))
 """
-# By command: the files that it reads, its arguments, and options of which some are given.
-COMMANDS: dict[str, tuple[list[str], list[str], list[list[str]]]] = {
-    "show": (["arm.toml"], ["show", "arm.toml"], []),
+SETTINGS = "--set arm.?=?|--set scenario.?=?|--set switches.?=?|--set ?|--set arm.joints.?.?=?"
+# By command: the files that it reads, the command, and options of which some are given. A random
+# piece stands for each question mark.
+COMMANDS: dict[str, tuple[list[str], str, str]] = {
+    "show": (["arm.toml"], "show arm.toml", ""),
+    "show a MuJoCo file": (["robot.xml"], "show robot.xml", ""),
+    "show a robot": (["robot.xml", "robot.toml"], "show robot.toml", ""),
+    "init": (["sliding.urdf"], "init ?.toml", "--urdf sliding.urdf|--joints ?|--direct"),
+    "run": (ARM, "run arm.toml", "--scenario scenario.toml|--jobs ?|--seed ?|--out ?|--quick"),
+    "validate": (
+        ARM,
+        "validate arm.toml --scenario scenario.toml",
+        f"--json ?|--junit ?|--jobs ?|{SETTINGS}",
+    ),
+    "accept": (["arm.toml"], "baseline accept arm.toml --quick", "--dir ?|--junit ?|--jobs ?"),
+    "baseline": (
+        ["records/paper-labelled-quick.json"],
+        "baseline check --quick --dir records",
+        "--junit j.xml|--jobs ?",
+    ),
+    "simulate": (
+        ARM,
+        "simulate arm.toml --model analytic:physical --scenario scenario.toml --out out/a.nc",
+        f"--t-end ?|--step ?|--model ?|--scenario ?|--out ?|--force|--rtol ?|{SETTINGS}",
+    ),
     "export": (
         ["arm.toml"],
-        ["export", "arm.toml", "--model", "analytic:links", "--out", "a.c"],
-        [["--set", "arm.payload_mass_kg=?"], ["--model", "analytic:?"]],
+        "export arm.toml --model analytic:links --out a.c",
+        "--set arm.payload_mass_kg=?|--model analytic:?",
     ),
-    "view": (["run.nc"], ["view", "run.nc"], [["--out", "?"]]),
-    "plot": (["study.nc"], ["plot", "study.nc"], [["--quantity", "?"], ["--out", "a.png"]]),
-    "init": (["sliding.urdf"], ["init", "new.toml", "--urdf", "sliding.urdf"], [["--joints", "?"]]),
-    "cost": (ROBOT, ["cost", "sliding.toml", "--quick"], [["--seed", "?"], ["--json", "c.json"]]),
-    "cost of a URDF": (ROBOT[1:], ["cost", "sliding.urdf", "--quick"], [["--out", "page"]]),
+    "view": (["run.nc"], "view run.nc", "--out ?"),
+    "plot": (["study.nc"], "plot study.nc", "--quantity ?|--out a.png"),
+    "cost": (ROBOT, "cost sliding.toml --quick", "--seed ?|--json c.json"),
+    "cost of a URDF": (ROBOT[1:], "cost sliding.urdf --quick", "--out page"),
     "cost of a motion": (
         [*ROBOT, "motion.csv"],
-        ["cost", "sliding.toml", "--quick", "--motion", "motion.csv"],
-        [],
+        "cost sliding.toml --quick --motion motion.csv",
+        "",
     ),
     "compare": (
         ["record.csv"],
-        ["compare", "record.csv"],
-        [["--json", "c.json"], ["--tolerance", "arm.payload_mass_kg=?"], ["--joint", "?"]],
+        "compare record.csv",
+        "--json c.json|--tolerance arm.payload_mass_kg=?|--joint ?",
     ),
-    "compare a MAT file": (["record.mat"], ["compare", "record.mat"], [["--scenario", "?"]]),
-    "compare a run": (["run.nc"], ["compare", "run.nc"], [["--topic", "?"], ["--out", "page"]]),
+    "compare a MAT file": (["record.mat"], "compare record.mat", "--scenario ?"),
+    "compare a run": (["run.nc"], "compare run.nc", "--topic ?|--out page"),
     "trial of a robot": (
         [*ROBOT, "mine.py"],
-        ["trial", "mine.py:equations", "sliding.toml"],
-        [["--seed", "?"], ["--json", "t.json"], ["--quick"]],
+        "trial mine.py:equations sliding.toml",
+        "--seed ?|--json t.json|--quick",
     ),
     "trial of an FMU": (
         ["unit.fmu", "map.toml"],
-        ["trial", "unit.fmu", "probe", "--coordinates", "map.toml", "--run-code"],
-        [["--scenario", "?"], ["--quick"]],
+        "trial unit.fmu probe --coordinates map.toml --run-code",
+        "--scenario ?|--quick",
     ),
-    "questions to an FMU": (["unit.fmu"], ["trial", "--ask", "unit.fmu", "--out", "asked"], []),
-    "baseline": (
-        ["records/paper-labelled-quick.json"],
-        ["baseline", "check", "--quick", "--dir", "records"],
-        [["--junit", "j.xml"], ["--jobs", "?"]],
-    ),
-    "errata": (["arm.toml"], ["errata", "arm.toml"], [["--json", "e.json"]]),
+    "questions to an FMU": (["unit.fmu"], "trial --ask unit.fmu --out asked", ""),
+    "errata": (["arm.toml"], "errata arm.toml", "--json e.json"),
     "sweep": (
-        ["study.toml", "arm.toml", "scenario.toml"],
-        ["sweep", "study.toml", "--out", "new.nc"],
-        [["--resume"], ["--jobs", "?"], ["--run-code"]],
+        ["study.toml", *ARM, "mine_study.py"],
+        "sweep study.toml --out new.nc",
+        "--resume|--jobs ?|--run-code",
     ),
 }
+LONG = ("view", "plot", "cost", "compare", "trial", "export")  # of which one is enough in the suite
 
 
 class Ending(NamedTuple):
@@ -148,6 +186,7 @@ def _seeds(folder: Path) -> dict[str, Path]:
     copies = {
         "arm.toml": arm,
         **{name: HERE / "robots" / name for name in ROBOT},
+        "robot.xml": Path(__file__).with_name("robot.xml"),
         "scenario.toml": HERE / "scenarios" / "constant-torque.toml",
         "records/paper-labelled-quick.json": ROOT / "baselines" / "paper-labelled-quick.json",
         "study.toml": Path(__file__).with_name("study.toml"),
@@ -162,6 +201,7 @@ def _seeds(folder: Path) -> dict[str, Path]:
     angles = {f"theta_{joint}_rad": 0.1 * np.sin(time) for joint in (1, 2, 3)}
     write_table(folder / "motion.csv", {"t_s": time, **angles})
     (folder / "mine.py").write_text(OWN_ROBOT)
+    (folder / "robot.toml").write_text(FOR_MUJOCO)
     (folder / "mine_study.py").write_text("def f(run):\n    return {'last': run.theta[-1, 0]}\n")
     (folder / "map.toml").write_text(
         'q = ["theta_1", "theta_2"]\nv = ["v_theta_1", "v_theta_2"]\n'
@@ -183,48 +223,56 @@ def _seeds(folder: Path) -> dict[str, Path]:
 
 
 @pytest.fixture(scope="module")
-def seeds(tmp_path_factory: pytest.TempPathFactory) -> dict[str, Path]:
+def seeds(tmp_path_factory: pytest.TempPathFactory) -> Iterator[dict[str, Path]]:
+    """Sound files; once they are made, robots have few states and runs, and arms are read alone."""
     import_all()  # once, and not by every command
-    return _seeds(tmp_path_factory.mktemp("seeds"))
-
-
-@pytest.fixture(scope="module", autouse=True)
-def short_work() -> object:
-    """Robots are looked at in few states and runs; arms, once all is read, not at all."""
-
-    def leave(*_: object, **__: object) -> NoReturn:
-        raise typer.Exit(0)
-
     with pytest.MonkeyPatch.context() as patch:
         patch.setattr(cost_command, "QUICK", SamplingPlan(1, 3, 1, 10, 100))
         patch.setattr(engines, "RUNS", 1)
-        patch.setattr(audit_command, "simulate_errata", leave)
-        patch.setattr("crosscheck.cli.commands.run_cross_check", leave)
-        patch.setattr("crosscheck.cli.trial.run_trial", leave)
-        yield
+        found = _seeds(tmp_path_factory.mktemp("seeds"))
+        for work in (
+            *("audit.errata.command.simulate_errata", "cli.commands.run_cross_check"),
+            *("cli.trial.run_trial", "cli.simulation.perform_all"),
+            "studies.batches.run.perform_tasks",
+        ):
+            patch.setattr(f"crosscheck.{work}", _leave)
+        yield found
+
+
+def _leave(*tasks: object, **_: object) -> NoReturn:
+    """In place of the work: of a simulation all but the run itself."""
+    for task in tasks:
+        if isinstance(task, list) and isinstance(task[0], SimulationRequest):
+            mechanism, (scenario,), switches, _ = task[0].chosen
+            model = build(task[0].model, mechanism, scenario, switches)
+            if not task[0].force:
+                require_stable_step(model)
+    raise typer.Exit(0)
 
 
 @pytest.mark.campaign
 @pytest.mark.slow
 @pytest.mark.parametrize("command", COMMANDS)
 def test_no_file_and_no_option_breaks_a_command(command, tmp_path, seeds):
-    names, arguments, options = COMMANDS[command]
+    names, line, options = COMMANDS[command]
+    count = 1 if DRAWS == SAMPLE and command.startswith(LONG) else DRAWS
     seed, broken, codes = fresh_seed(), [], []
-    for number in range(COUNT):
+    for number in range(count):
         generator = random.Random(f"{seed} {number}")
         folder = tmp_path / str(number)
         (folder / "records").mkdir(parents=True)
         unlucky = _place(names, seeds, folder, generator)
-        given = [*arguments, *_drawn(options, generator)]
+        given = _draw_words(line, options, generator)
+        before = _list_files(folder)
         ending = run_apart(given, folder)
         codes.append(ending.code)
-        if why := _fault(ending):
+        if why := _find_fault(ending, _list_files(folder) - before):
             broken.append((number, why, given, unlucky, ending))
         else:
             shutil.rmtree(folder)
     told = "\n".join(map(str, broken))
-    print(f"{command}: seed {seed}, {COUNT} inputs, {sum(code == 0 for code in codes)} accepted")
-    assert not broken, f"{len(broken)} of {COUNT}, seed {seed}\n{told}"
+    print(f"{command}: seed {seed}, {count} inputs, {sum(code == 0 for code in codes)} accepted")
+    assert not broken, f"{len(broken)} of {count}, seed {seed}\n{told}"
 
 
 def _place(
@@ -237,17 +285,25 @@ def _place(
     return unlucky
 
 
-def _drawn(options: list[list[str]], generator: random.Random) -> list[str]:
-    """Some of the options, a random piece for each question mark."""
-    given = []
-    for option in options:
-        if generator.random() < 0.25:
-            piece = generator.choice(PIECES).decode("utf-8", "replace").replace("\0", "")
-            given += [word.replace("?", piece) for word in option]
-    return given
+def _draw_words(line: str, options: str, generator: random.Random) -> list[str]:
+    """A command line with some of its options, a random piece for each question mark."""
+    possible = [*filter(None, options.split("|"))]
+    chosen = generator.sample(possible, min(len(possible), generator.choice((0, 0, 1, 2))))
+    return [_draw_pieces(word, generator) for part in (line, *chosen) for word in part.split()]
 
 
-def _fault(ending: Ending) -> str:
+def _draw_pieces(word: str, generator: random.Random) -> str:
+    first, *others = word.split("?")
+    pieces = [generator.choice(PIECES).decode("utf-8", "replace") for _ in others]
+    return (first + "".join(map("".join, zip(pieces, others, strict=True)))).replace("\0", "")
+
+
+def _list_files(folder: Path) -> set[Path]:
+    """Every file below; a folder may have been made for one when another is refused."""
+    return {path for path in folder.rglob("*") if path.is_file() and path.suffix != ".pyc"}
+
+
+def _find_fault(ending: Ending, written: set[Path]) -> str:
     """What is wrong with an ending; nothing if it is as it should be."""
     if ending.code is None:
         return f"had not ended after {WITHIN_S} s"
@@ -257,7 +313,9 @@ def _fault(ending: Ending) -> str:
         return "a traceback"
     if ending.err.count("\n") > MOST_LINES:
         return f"{ending.err.count(chr(10))} lines on standard error"
-    last = ending.err.splitlines()[-1:]
-    if ending.code == 2 and not (last and last[0].startswith("crosscheck: ")):
-        return "leaved without a line"
-    return ""
+    if ending.code != 2:
+        return ""
+    last = "".join(ending.err.splitlines()[-1:])
+    if not last.startswith("crosscheck: ") or not last.isprintable() or len(last) > LONGEST_LINE:
+        return "refused otherwise than by a short line"
+    return f"wrote {written} and refused" if written else ""

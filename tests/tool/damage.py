@@ -12,14 +12,42 @@ import scipy.io
 import xarray as xr
 
 from tests.obstacles import OBSTACLES
-from tests.tool.fuzz import NUMBERS, OTHERS, mangled
 
 Damage = Callable[[bytes, random.Random], bytes]
-WORD = re.compile(rb"[\w.+-]+")
-HUGE = (b"1" + b"0" * 400, b"-1e400", b"nan", b"inf", b"-inf", b"0", b"-1", b"1e-320", b"1_0", b"")
+NUMBERS = (
+    *("1e308", "-1e308", "1e155", "1e-308", "5e-324", "-5e-324", "1e400", "0", "-0.0", "1", "-1"),
+    *(
+        "nan",
+        "inf",
+        "-inf",
+        "1e9",
+        "1e-9",
+        "3",
+        "2.5",
+        "1_000",
+        "1e5",
+        "9" * 5000,
+        "0x" + "f" * 6000,
+    ),
+)
+VALUES_OF_TOML = (
+    *("true", '"text"', '""', "[]", "[[]]", "{}", "{a = 1}", "1979-05-27", "07:32:00", "''", ""),
+    *('"\\u0000"', '"a\\nb"', '"\\u001b[31mred"', '"[/opt/x.so]"', '"' + "long " * 99 + '"'),
+    *("[1, 2.5]", "[1, [2]]", "[1e308]", "[nan, 1]", "[" * 2000, "{a = {b = " * 900, '"\\ud800"'),
+)
+KEYS = (
+    *("table", "pd", "constant", "number", "list", "float", "tuple", "funding", "kind", "drive"),
+    *("arm", "joints", "links", "name", "*", "0", "-1", "\u0663", '"a b"', '""', "a.b", "x" * 900),
+)
+LINES = ("[[joints]]", "[arm]", "[a.b.c]", "]", "x" * 1000, "[[links]]", "[start]", "[drive.table]")
 ODD = (b"\xd9\xa3", b"\xff\xfe", b"\0", b"\x1b[31m", b"<a>" * 2000, b"[" * 2000, b"'", b'"', b"\r")
-PIECES = (*HUGE, *ODD, *(text.encode("utf-8", "replace") for text in (*NUMBERS[:14], *OTHERS[:9])))
+HUGE = (b"1" + b"0" * 400, b"-1e400", b"")
+PIECES = (
+    *(*HUGE, *ODD),
+    *(text.encode("utf-8", "replace") for text in (*NUMBERS[:20], *VALUES_OF_TOML[:9], *KEYS)),
+)
 VALUES = (np.nan, np.inf, -np.inf, 1e300, -1e300, 1e-300, 0.0, 1e9, 2**63 * 1.0)
+WORD = re.compile(rb"[\w.+-]+")
 
 
 def flip_bits(content: bytes, generator: random.Random) -> bytes:
@@ -64,10 +92,51 @@ def replace_line(content: bytes, generator: random.Random) -> bytes:
     return b"\n".join(lines)
 
 
-def damage_toml(content: bytes, generator: random.Random) -> bytes:
-    """An accident of TOML."""
-    text = mangled(content.decode("utf-8", "replace"), generator)
-    return text.encode("utf-8", "surrogatepass")
+def _replace(pattern: str, new: Callable[[str, random.Random], str]) -> Damage:
+    """An accident of UTF-8: one of the places of a pattern becomes something else."""
+
+    def damage(content: bytes, generator: random.Random) -> bytes:
+        text = content.decode("utf-8", "replace")
+        if not (found := list(re.finditer(pattern, text, re.M))):
+            return content
+        one = generator.choice(found)
+        text = text[: one.start()] + new(one.group(), generator) + text[one.end() :]
+        return text.encode("utf-8", "surrogatepass")
+
+    return damage
+
+
+def _exchange(pattern: str) -> Damage:
+    """What a pattern finds in one place, and so it stands in another."""
+
+    def damage(content: bytes, generator: random.Random) -> bytes:
+        found = re.findall(pattern, content.decode("utf-8", "replace"))
+        return _replace(pattern, lambda _, generator: generator.choice(found))(content, generator)
+
+    return damage
+
+
+def _draw_value(_: str, generator: random.Random) -> str:
+    return generator.choice(NUMBERS if generator.random() < 0.6 else VALUES_OF_TOML)
+
+
+def _draw_line(old: str, generator: random.Random) -> str:
+    line = f"{generator.choice(KEYS)} = {_draw_value(old, generator)}"
+    return f"{old}\n{generator.choice((line, *LINES))}"
+
+
+def _scale(number: str, generator: random.Random) -> str:
+    return repr(float(number) * 2 ** generator.uniform(-1, 1))
+
+
+TOML = (
+    *3 * [_replace(r"(?<== )[^#\n]+", _draw_value)],
+    *2 * [_replace(r"(?<== )[\d.e+-]+$", _scale)],
+    _replace(r"^\w+(?= =)", lambda _, generator: generator.choice(KEYS)),
+    _replace(r"^.*$", _draw_line),
+)
+ATTRIBUTE, CONTENT, ELEMENT = r"\b\w+(?==\")", r"(?<==\")[^\"]*", r"(?<=<)\w+(?=[^<>]*/>)"
+XML = (*2 * [_replace(CONTENT, _draw_value)], *map(_exchange, (CONTENT, ATTRIBUTE, ELEMENT)))
 
 
 def damage_archive(content: bytes, generator: random.Random) -> bytes:
@@ -77,7 +146,7 @@ def damage_archive(content: bytes, generator: random.Random) -> bytes:
         for name in old.namelist():
             member = old.read(name)
             if name.endswith(".xml"):
-                member = damage_text(member, generator)
+                member = generator.choice((*XML, damage_text))(member, generator)
             if generator.random() < 0.9:
                 new.writestr(name, member)
         if generator.random() < 0.3:
@@ -135,7 +204,9 @@ def damage_bytes(content: bytes, generator: random.Random) -> bytes:
 
 
 DAMAGES: dict[str, tuple[Damage, ...]] = {
-    ".toml": (damage_toml, damage_toml, damage_text),
+    ".toml": (*TOML, *3 * [damage_text]),
+    ".xml": (*XML, *3 * [damage_text]),
+    ".urdf": (*XML, *3 * [damage_text]),
     ".nc": (damage_variables, damage_variables, damage_bytes),
     ".mat": (damage_matrices, damage_matrices, damage_bytes),
     ".fmu": (damage_archive, damage_archive, damage_bytes),

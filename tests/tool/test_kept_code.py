@@ -1,0 +1,179 @@
+"""Compiled code that is kept between runs: found again, or made again with one line that says so.
+
+Both sorts, functions of numba and objects of the kernel, are kept and believed by the same rules.
+"""
+
+import os
+from collections.abc import Callable
+from pathlib import Path
+from typing import NamedTuple
+
+import pytest
+
+from crosscheck.analytic.kernel import machine
+from crosscheck.models import numba_cache
+from crosscheck.models.directories import prepare_code_folder
+from tests.obstacles import OBSTACLES
+from tests.processes import NOBODY, in_child, reachable
+from tests.tool.code import SOURCE, add, doubled
+
+
+class Keeper(NamedTuple):
+    """A sort of code: ``make()`` uses it and says whether it was found; the folder of its files."""
+
+    make: Callable[[], bool]
+    folder: Path
+
+    def list_files(self) -> list[Path]:
+        """The files of the one piece of code that is kept."""
+        return sorted(
+            path for path in self.folder.rglob("*") if path.suffix in (".nbc", ".nbi", ".o")
+        )
+
+
+@pytest.fixture(params=["compiled", "machine-code"])
+def keeper(
+    request: pytest.FixtureRequest, cache: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> Keeper:
+    """With one piece of code that is kept."""
+    source = tmp_path / "doubling" / "doubling.py"
+    source.parent.mkdir()
+    source.write_text(SOURCE)
+    made, compile_ir = list[object](), machine.compile_ir
+    monkeypatch.setattr(
+        machine, "compile_ir", lambda *given: made.append(given) or compile_ir(*given)
+    )
+
+    def make_function() -> bool:
+        value, is_found = doubled(source.parent)
+        assert value == 6.0
+        return is_found
+
+    def make_object() -> bool:
+        before = len(made)
+        assert add() == 5.0
+        return len(made) == before
+
+    make = make_function if request.param == "compiled" else make_object
+    assert [make(), make()] == [False, True]
+    return Keeper(make, cache / request.param)
+
+
+def read_lines(capsys: pytest.CaptureFixture[str]) -> list[str]:
+    """What was said, which must all be of files that are made again."""
+    lines = capsys.readouterr().err.splitlines()
+    assert all(line.startswith("crosscheck: ") and "it is made again" in line for line in lines)
+    return lines
+
+
+HARM: dict[str, Callable[[bytes], bytes]] = {
+    "empty": lambda sound: b"",
+    "half": lambda sound: sound[: len(sound) // 2],
+    "flipped": lambda sound: sound[:-9] + bytes([sound[-9] ^ 1]) + sound[-8:],
+    "longer": lambda sound: sound + b"\0",
+    "pickle": lambda sound: b"cos\nsystem\n(S'exit 7'\ntR.",
+    "another": lambda sound: b"\x7fELF of something else",
+}
+
+
+@pytest.mark.parametrize("damage", HARM)
+def test_damaged_code_is_made_again_with_one_line_and_not_run(keeper, damage, capsys):
+    files = keeper.list_files()
+    assert files
+    for path in files:
+        sound = path.read_bytes()
+        path.write_bytes(HARM[damage](sound))
+        assert not keeper.make()
+        assert len(set(read_lines(capsys))) == 1
+        assert keeper.make()
+        assert read_lines(capsys) == []
+
+
+@pytest.mark.parametrize("what", ["pipe", "folder", "loop"])
+def test_what_is_no_file_is_no_code(keeper, what, capsys):
+    files = keeper.list_files()
+    assert files
+    for path in files:
+        path.unlink()
+        OBSTACLES[what](path)
+        assert not keeper.make()
+        assert read_lines(capsys)
+        path.rmdir() if what == "folder" else path.unlink(missing_ok=True)
+        keeper.make()
+
+
+def another_users(path: Path) -> None:
+    os.chown(path, NOBODY, NOBODY)
+
+
+def link(path: Path) -> None:
+    target = path.with_name("elsewhere")
+    path.rename(target)
+    path.symlink_to(target)
+
+
+NOT_PRIVATE = {
+    "another user's": (another_users, "belongs to another user"),
+    "writable": (lambda path: path.chmod(0o666), "may be written by others"),
+    "a link": (link, "is a link"),
+}
+
+
+@pytest.mark.parametrize("case", NOT_PRIVATE)
+def test_code_that_is_not_the_users_own_is_not_run(keeper, case, capsys):
+    spoil, said = NOT_PRIVATE[case]
+    if spoil is another_users and os.geteuid() != 0:
+        pytest.skip("only root can give files away")
+    files = keeper.list_files()
+    assert files
+    for path in files:
+        spoil(path)
+        assert not keeper.make()
+        assert f"{path.name}: does not fit: {said}; it is made again" in read_lines(capsys)[0]
+        assert keeper.make()
+        assert read_lines(capsys) == []
+
+
+def test_what_lies_in_a_folder_that_others_could_write_is_removed(keeper):
+    keeper.folder.chmod(0o777)
+    prepare_code_folder.cache_clear()
+    assert not keeper.make()
+    assert keeper.folder.stat().st_mode & 0o777 == 0o700
+
+
+OTHERS = (
+    (numba_cache.numba, "__version__", "999"),
+    (machine, "_processor", lambda: ("x86-64", "")),
+    (machine, "_translator", lambda: ("another", "code")),
+    (machine.llvmlite, "__version__", "999"),
+)
+
+
+def test_code_of_another_processor_compiler_or_translator_is_not_used(keeper, monkeypatch, capsys):
+    own = OTHERS[:1] if keeper.folder.name == "compiled" else OTHERS[1:]
+    for owner, name, other in own:
+        with monkeypatch.context() as patch:
+            patch.setattr(owner, name, other)
+            assert not keeper.make()
+    assert capsys.readouterr().err == ""
+
+
+@pytest.mark.parametrize("place", [".", "compiled"])
+def test_a_folder_is_not_changed_through_a_link(cache, place, tmp_path, capsys):
+    theirs = tmp_path / "theirs"
+    theirs.mkdir(mode=0o755)
+    (cache / place).parent.mkdir(parents=True)
+    (cache / place).symlink_to(theirs)
+    prepare_code_folder("compiled")
+    assert theirs.stat().st_mode & 0o777 == 0o755
+    assert list(theirs.iterdir()) == []
+    assert capsys.readouterr().err == f"crosscheck: {cache / place}: is a link; nothing is kept\n"
+
+
+@pytest.mark.skipif(os.geteuid() != 0, reason="only root can be somebody else")
+def test_a_folder_of_another_user_is_not_used(cache):
+    cache.mkdir(parents=True)
+    cache.chmod(0o777)
+    reachable(cache)
+    assert in_child(lambda: prepare_code_folder("compiled"), nobody=True)
+    assert list(cache.iterdir()) == []
