@@ -16,6 +16,7 @@ from crosscheck.models.arm.stiffness import SineStiffness
 from crosscheck.models.errors import InputError, make_printable
 from crosscheck.models.files import format_toml_fields
 from crosscheck.output import require_new, write_new_text
+from crosscheck.report.formatting import format_count
 from crosscheck.schema import describe_fields
 
 if TYPE_CHECKING:
@@ -306,7 +307,7 @@ def init_robot_command(path: Path, urdf: Path) -> None:
     geared = sum('"geared"' in line.partition("#")[0] for line in lines)
     kinds = f"{geared} geared as {urdf.name} states" if geared else "all direct"
     kinds = make_printable(kinds)
-    print(f"wrote {make_printable(str(path))}: {len(lines)} joints, {kinds}")
+    print(f"wrote {make_printable(str(path))}: {format_count(len(lines), 'joint')}, {kinds}")
     for joint, gear in gears.items():
         lack = "" if gear.table else "; not enough for a rotor, left direct"
         print(f"  {make_printable(joint)}: {make_printable(gear.elements)}{lack}")
