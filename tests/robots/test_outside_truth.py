@@ -140,7 +140,7 @@ def test_a_rotor_on_a_gimbal(engine):
         joint("yaw", "ground", "ring", axis=(0, 0, 1)),
         joint("roll", "ring", "disc", axis=(1, 0, 0)),
     )
-    given = geared(ratio, spin, stator="disc", rotor_axis=[0.0, 1.0, 0.0])
+    given = geared(ratio, spin, stator="disc", rotor_axis=[0.0, 2.0, 0.0])
     own = robot(text, {"roll": given})
     (q, v), (s, c) = STATE, (sin(-0.7), cos(-0.7))
     v1, v2 = v[0]
