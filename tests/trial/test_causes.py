@@ -1,0 +1,38 @@
+"""What a trial says of an error, in snapshots: level, wrong entries, laws that differ, causes."""
+
+from collections.abc import Iterator
+
+import pytest
+from syrupy.assertion import SnapshotAssertion
+
+from crosscheck.trial.result import Trial, TrialDiagnosis
+from tests.loops import require_items
+from tests.robots.trials import run_robot_trial
+from tests.trial import robot_errors
+
+
+def list_findings(trial: Trial) -> Iterator[str]:
+    """All that is found wrong."""
+    found = trial.diagnosis
+    own = {f.quantity for f in trial.agreement.disagreeing if f.about.key.family == "trial-own"}
+    yield f"level: {found.level}"
+    yield f"wrong: {', '.join(sorted(entry.name for entry in found.entries))}"
+    yield f"laws that differ: {', '.join(sorted(own))}"
+    yield from trial.causes
+    yield from (f"note: {line}" for line in trial.notes)
+
+
+@pytest.mark.parametrize("case", robot_errors.CASES)
+def test_an_error_in_equations_of_a_robot_is_named(case, snapshot: SnapshotAssertion):
+    trial = run_robot_trial(*robot_errors.CASES[case]()[::-1])
+    assert "\n".join(list_findings(trial)) == snapshot
+    for entry in require_items(trial.diagnosis.entries):  # drawn as they are named
+        assert trial.relative_errors[entry.part][entry.place.index] == entry.share
+
+
+@pytest.mark.parametrize("case", robot_errors.RIGHT_ONES)
+def test_right_equations_of_a_robot_are_never_blamed(case):
+    robot, own = robot_errors.RIGHT_ONES[case]
+    trial = run_robot_trial(own, robot)
+    assert trial.agrees
+    assert trial.diagnosis == TrialDiagnosis(trial.diagnosis.level)
