@@ -8,7 +8,7 @@ from syrupy.assertion import SnapshotAssertion
 from crosscheck.trial.result import Trial, TrialDiagnosis
 from tests.loops import require_items
 from tests.robots.trials import run_robot_trial
-from tests.trial import robot_errors
+from tests.trial import arm_errors, robot_errors
 
 
 def list_findings(trial: Trial) -> Iterator[str]:
@@ -28,6 +28,11 @@ def test_an_error_in_equations_of_a_robot_is_named(case, snapshot: SnapshotAsser
     assert "\n".join(list_findings(trial)) == snapshot
     for entry in require_items(trial.diagnosis.entries):  # drawn as they are named
         assert trial.relative_errors[entry.part][entry.place.index] == entry.share
+
+
+@pytest.mark.parametrize("case", arm_errors.CASES)
+def test_an_error_in_equations_of_an_arm_is_named(case, snapshot: SnapshotAssertion):
+    assert "\n".join(list_findings(arm_errors.CASES[case]())) == snapshot
 
 
 @pytest.mark.parametrize("case", robot_errors.RIGHT_ONES)
