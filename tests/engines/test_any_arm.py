@@ -57,13 +57,13 @@ def disagreeing(comparisons: Iterable[Comparison]) -> Iterator[str]:
 
 @pytest.mark.slow
 @pytest.mark.parametrize("joints", JOINTS)
-@settings(max_examples=2, **DRAWN)
+@settings(max_examples=1, **DRAWN)
 @given(data=st.data())
 def test_models_agree_on_arms_that_nobody_chose(joints, data):
     assert disagreements(data.draw(any_arms(joints, unlike=True))) == []
 
 
-@pytest.mark.parametrize("joints", JOINTS[::2])
+@pytest.mark.parametrize("joints", JOINTS[:5:2])
 @settings(max_examples=2, **DRAWN)
 @given(data=st.data())
 def test_models_agree_on_arms_whose_planets_count_as_one(joints, data):

@@ -1,6 +1,7 @@
 """Errors planted in right equations of arms, by name: pieces of a text that others stand for."""
 
 from collections.abc import Callable
+from dataclasses import replace
 
 import numpy as np
 
@@ -10,7 +11,9 @@ from crosscheck.models.loading import load_arm, load_scenario
 from crosscheck.trial.input.equations import Coordinates, Equations
 from crosscheck.trial.result import Trial
 from crosscheck.trial.trial import run_trial
+from tests.trial.mistakes.equations import written
 from tests.trial.mistakes.score import supplied
+from tests.trial.robot_errors import accelerate, written_in
 from tests.trial.test_trial import equations_of, in_frame, trial_of
 
 Pieces = tuple[tuple[str, str], ...]
@@ -138,6 +141,25 @@ def reflected_inertia_by_the_ratio_twice(own: Arm, scenario: Scenario) -> Equati
     return Equations(mass_matrix, level="armature")
 
 
+def by_hand(kind: str, replaced: Pieces, make: Callable[[Equations], Equations]) -> Trial:
+    """Of what is made of the equations of a text."""
+    right = supplied(kind, replaced)
+    arm = right.mechanism
+    assert isinstance(arm, Arm)
+    return trial_of(lambda own: make(written(kind, replaced, own)), arm)
+
+
+SENSE = np.diag([1.0, -1.0])
+
+
+def in_angles_of_suns(own: Arm, scenario: Scenario) -> Equations:
+    """A sun turns 1 + z_r / z_s times as far as its carrier."""
+    ratios = [1 + joint.ring_teeth / joint.sun_teeth for joint in own.joints]
+    of_suns = Coordinates(matrix=np.diag(1 / np.array(ratios)))
+    moved = in_frame("analytic:coupled", of_suns, own, scenario)
+    return Equations(moved.mass_matrix, lambda x, v: moved.bias(x, v))
+
+
 CASES: dict[str, Callable[[], Trial]] = {
     **{name: of_text("absolute", replaced) for name, replaced in ABSOLUTE.items()},
     **{name: of_text("relative", replaced) for name, replaced in RELATIVE.items()},
@@ -147,6 +169,19 @@ CASES: dict[str, Callable[[], Trial]] = {
     ),
     "a reflected inertia divided by its ratio twice": lambda: trial_of(
         reflected_inertia_by_the_ratio_twice, load_arm("three-unlike")
+    ),
+    "absolute angles": lambda: by_hand(
+        "absolute", (), lambda own: replace(own, coordinates=Coordinates())
+    ),
+    "relative angles": lambda: by_hand(
+        "relative", (), lambda own: replace(own, coordinates=Coordinates(links="absolute"))
+    ),
+    "the sense of theta_2 reversed": lambda: by_hand(
+        "relative", (), lambda own: written_in(own, SENSE)
+    ),
+    "angles of suns": lambda: trial_of(in_angles_of_suns, load_arm("paper-labelled")),
+    "weights of the other sign in accelerations alone": lambda: by_hand(
+        "relative", RELATIVE["weights of the other sign"], accelerate
     ),
     "two thirds of the planets' orbit missing": without_two_thirds_of_the_orbit,
     "no weight of link 2, by motors' angles": on_motors(drop_elbow, False),

@@ -18,7 +18,7 @@ from crosscheck.models.robot.robot import (
 )
 from crosscheck.trial.changes.mistakes import list_body_parts
 from crosscheck.trial.changes.numbers import put_value
-from crosscheck.trial.input.equations import Equations
+from crosscheck.trial.input.equations import Coordinates, Equations
 from tests.robots import chains, two_link
 from tests.robots.trials import robot_equations
 
@@ -489,6 +489,62 @@ def noisy_gravity(noise: Callable[[Vector], Vector], level: str = "coupled") -> 
     return SLIDING, replace(right, gravity=lambda q: own(q) + noise(q))
 
 
+# Right equations in other coordinates.
+SUMS = np.linalg.inv([[1.0, 0.0], [1.0, 1.0]])
+DEGREES = np.pi / 180 * np.eye(2)
+
+
+def written_in(
+    own: Equations, jacobian: object, zero: float = 0.0, rates: object = None
+) -> Equations:
+    """Equations of q as those of x, of which q = jacobian @ x, the first from zero [rad].
+
+    rates: of q' = rates @ x', if not the same.
+    """
+    J = np.array(jacobian, dtype=float)
+    moving, offset = (J if rates is None else np.array(rates)), zero * np.eye(len(J))[0]
+    assert own.mass_matrix is not None
+    assert own.bias is not None
+    mass, bias = own.mass_matrix, own.bias
+    written = Equations(
+        lambda x: moving.T @ mass(J @ x + offset) @ moving,
+        lambda x, v: moving.T @ bias(J @ x + offset, moving @ v),
+    )
+    if own.gravity is None:
+        force = own.force
+        assert force is not None
+
+        def carried(x: Vector, v: Vector, torque: Vector) -> Vector:
+            return torque + J.T @ force(J @ x, J @ v, 0 * torque)
+
+        return replace(written, force=carried)
+    weights = own.gravity
+    return replace(written, gravity=lambda x: moving.T @ weights(J @ x + offset))
+
+
+def accelerate(own: Equations) -> Equations:
+    """The accelerations of M, bias and gravity, or force, alone."""
+
+    def acceleration(q: Vector, v: Vector, torque: Vector) -> Vector:
+        assert own.mass_matrix is not None
+        assert own.bias is not None
+        load = own.force(q, v, torque) if own.force else torque - own.gravity(q)
+        return np.linalg.solve(own.mass_matrix(q), load - own.bias(q, v))
+
+    return Equations(acceleration=acceleration)
+
+
+IN_TWO = {
+    name: written_in(robot_equations(TWO, level), *how)
+    for name, (level, *how) in {
+        "absolute angles": ("armature", SUMS),
+        "the sense of j2 reversed": ("coupled", np.diag([1.0, -1.0])),
+        "the order j2, j1": ("armature", np.eye(2)[::-1]),
+        "angles in degrees": ("links", DEGREES, 0.0, np.eye(2)),
+        "angles and rates in degrees": ("links", DEGREES),
+        "angles of the motors": ("armature", np.eye(2) / 10),
+    }.items()
+}
 VISCOUS = np.array([12.0, 3.0])
 RUBBING = replace(
     TWO, joints=tuple(replace(j, friction=c) for j, c in zip(TWO.joints, VISCOUS, strict=True))
@@ -506,11 +562,29 @@ RIGHT_ONES: dict[str, Case] = {
     "a double pendulum": (TWO, two_link.right()),
     "Newton and Euler's chain": (CHAIN, newton_euler()),
     "a stage": (STAGED, robot_equations(STAGED)),
+    "absolute angles, as stated": (
+        TWO,
+        replace(IN_TWO["absolute angles"], coordinates=Coordinates(links="absolute")),
+    ),
 }
 CASES: dict[str, Callable[[], Case]] = {
     **{name: partial(of_another, *given) for name, given in OTHER_ROBOTS.items()},
     **{name: partial(lambda own: (TWO, own), own) for name, own in PENDULUM.items()},
     **{name: partial(lambda own: (TRUNK, own), own) for name, own in DERIVED.items()},
+    **{f"{name}, parts": partial(lambda own: (TWO, own), own) for name, own in IN_TWO.items()},
+    **{
+        f"{name}, acceleration": partial(lambda own: (TWO, accelerate(own)), own)
+        for name, own in IN_TWO.items()
+    },
+    "the order of six coordinates": lambda: (
+        SIX,
+        written_in(robot_equations(SIX), np.eye(6)[::-1]),
+    ),
+    "another zero": lambda: (
+        TWO,
+        written_in(robot_equations(TWO, "armature"), np.eye(2), np.pi / 2),
+    ),
+    "another mass, no other coordinates": lambda: of_another(TWO, (body(1, mass=lambda m: 4.0),)),
     "two changes of the gravity alone": gravity_of_two_changes,
     "a mass left out of an entry": without_a_mass_in_one_entry,
     "what fits nothing": lambda: noisy_gravity(lambda q: 0.1 * np.sin(7 * q)),

@@ -6,7 +6,6 @@ import pytest
 from syrupy.assertion import SnapshotAssertion
 
 from crosscheck.trial.result import Trial, TrialDiagnosis
-from tests.loops import require_items
 from tests.robots.trials import run_robot_trial
 from tests.trial import arm_errors, robot_errors
 
@@ -18,6 +17,7 @@ def list_findings(trial: Trial) -> Iterator[str]:
     yield f"level: {found.level}"
     yield f"wrong: {', '.join(sorted(entry.name for entry in found.entries))}"
     yield f"laws that differ: {', '.join(sorted(own))}"
+    yield from (f"right in: {reading}" for reading in found.readings)
     yield from trial.causes
     yield from (f"note: {line}" for line in trial.notes)
 
@@ -26,7 +26,7 @@ def list_findings(trial: Trial) -> Iterator[str]:
 def test_an_error_in_equations_of_a_robot_is_named(case, snapshot: SnapshotAssertion):
     trial = run_robot_trial(*robot_errors.CASES[case]()[::-1])
     assert "\n".join(list_findings(trial)) == snapshot
-    for entry in require_items(trial.diagnosis.entries):  # drawn as they are named
+    for entry in trial.diagnosis.entries:  # drawn as they are named
         assert trial.relative_errors[entry.part][entry.place.index] == entry.share
 
 
@@ -36,8 +36,9 @@ def test_an_error_in_equations_of_an_arm_is_named(case, snapshot: SnapshotAssert
 
 
 @pytest.mark.parametrize("case", robot_errors.RIGHT_ONES)
-def test_right_equations_of_a_robot_are_never_blamed(case):
+def test_right_equations_of_a_robot_are_never_blamed(case, snapshot: SnapshotAssertion):
     robot, own = robot_errors.RIGHT_ONES[case]
     trial = run_robot_trial(own, robot)
     assert trial.agrees
     assert trial.diagnosis == TrialDiagnosis(trial.diagnosis.level)
+    assert "\n".join(trial.scope) == snapshot

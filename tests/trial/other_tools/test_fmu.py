@@ -578,7 +578,7 @@ UNUSABLE = {
     "too few": (described_as(), RIGID.replace('q = ["theta_1", ', "q = [")),
     "too many": (described_as(), RIGID.replace('"theta_2"]', '"theta_2", "v_theta_1"]')),
     "a name twice": (described_as(), RIGID.replace('"theta_1", "theta_2"', '"theta_1", "theta_1"')),
-    "no inputs": (described_as(**{'causality="input"': 'causality="parameter"'}), RIGID),
+    "no inputs": (described_as(**{'causality="input"': 'causality="local"'}), RIGID),
     "an unknown key": (described_as(), RIGID + "u = 1"),
     "no torques": (described_as(), RIGID.rpartition("torque =")[0]),
 }
