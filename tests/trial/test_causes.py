@@ -14,6 +14,7 @@ def list_findings(trial: Trial) -> Iterator[str]:
     """All that is found wrong."""
     found = trial.diagnosis
     own = {f.quantity for f in trial.agreement.disagreeing if f.about.key.family == "trial-own"}
+    yield trial.headline
     yield f"level: {found.level}"
     yield f"wrong: {', '.join(sorted(entry.name for entry in found.entries))}"
     yield f"laws that differ: {', '.join(sorted(own))}"
