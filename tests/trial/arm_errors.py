@@ -5,6 +5,7 @@ from dataclasses import replace
 
 import numpy as np
 
+from crosscheck.cli.files.template import make_plain_arm
 from crosscheck.models.arm.arm import Arm
 from crosscheck.models.experiment.scenario import Scenario
 from crosscheck.models.loading import load_arm, load_scenario
@@ -14,6 +15,7 @@ from crosscheck.trial.trial import run_trial
 from tests.trial.mistakes.equations import written
 from tests.trial.mistakes.score import supplied
 from tests.trial.robot_errors import accelerate, written_in
+from tests.trial.test_gravity import UNLIKE, Lifted, SecondForgotten, WeightTwice
 from tests.trial.test_trial import equations_of, in_frame, trial_of
 
 Pieces = tuple[tuple[str, str], ...]
@@ -160,6 +162,18 @@ def in_angles_of_suns(own: Arm, scenario: Scenario) -> Equations:
     return Equations(moved.mass_matrix, lambda x, v: moved.bias(x, v))
 
 
+def forgetful(arm: Arm) -> Equations:
+    """The payload weighs nothing at joint 2, so both entries are wrong; gravity is a number."""
+    one, two = arm.links
+    first = one.mass * one.com_m + (two.mass + arm.payload_mass_kg) * one.length_m
+
+    def gravity(q: np.ndarray) -> list[float]:
+        second = 9.81 * two.mass * two.com_m * np.cos(q[0] + q[1])
+        return [9.81 * first * np.cos(q[0]) + second, second]
+
+    return Equations(gravity=gravity)
+
+
 CASES: dict[str, Callable[[], Trial]] = {
     **{name: of_text("absolute", replaced) for name, replaced in ABSOLUTE.items()},
     **{name: of_text("relative", replaced) for name, replaced in RELATIVE.items()},
@@ -182,6 +196,12 @@ CASES: dict[str, Callable[[], Trial]] = {
     "angles of suns": lambda: trial_of(in_angles_of_suns, load_arm("paper-labelled")),
     "weights of the other sign in accelerations alone": lambda: by_hand(
         "relative", RELATIVE["weights of the other sign"], accelerate
+    ),
+    "gravity, no weight of link 2 at its joint": lambda: trial_of(SecondForgotten, UNLIKE),
+    "gravity with the opposite sign": lambda: trial_of(Lifted, UNLIKE),
+    "gravity, and weights in the force as well": lambda: trial_of(WeightTwice, UNLIKE),
+    "gravity by a number, without the payload": lambda: trial_of(
+        forgetful, make_plain_arm("mine", 2)
     ),
     "two thirds of the planets' orbit missing": without_two_thirds_of_the_orbit,
     "no weight of link 2, by motors' angles": on_motors(drop_elbow, False),
