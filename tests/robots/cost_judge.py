@@ -20,7 +20,7 @@ from crosscheck.registry import build_robot_model
 from crosscheck.runner import tasks
 from tests.robots import chains
 from tests.robots.cost_guard import FILES, robot
-from tests.robots.recomputed import list_teeth, stepped
+from tests.robots.recomputed import list_teeth
 
 STATES, RUNS, SECONDS, STEPS = 5, 3, 0.1, 5
 NAME, OTHER = "oblique", "other"
@@ -75,7 +75,7 @@ class Sizes:
         }
         self.turning = (at, 4), speed[at] * np.sqrt(mass * farthest**2 + turning)
         if level != "geared":
-            ends = stepped(
+            ends, _ = chains.stepped(
                 lambda stage, q, v: model.forward_dynamics(q, v, 0 * q),
                 *(q[:RUNS], v[:RUNS], STEPS, SECONDS),
             )

@@ -4,7 +4,7 @@
 from the files, rates and accelerations of a motion from its angles, which are sums of five sines.
 """
 
-from collections.abc import Callable, Iterator, Mapping
+from collections.abc import Iterator, Mapping
 from dataclasses import dataclass, replace
 from functools import cached_property
 from itertools import pairwise
@@ -127,29 +127,6 @@ class FourierMotion:
         return q, v, a
 
 
-def stepped(
-    slope: Callable[[float, np.ndarray, np.ndarray], np.ndarray],
-    q: np.ndarray,
-    v: np.ndarray,
-    steps: int,
-    seconds: float = 1.0,
-) -> np.ndarray:
-    """Coordinates after equal steps of the classical Runge-Kutta method; slope: by stage number."""
-    h, size = seconds / steps, q.shape[1]
-    y = np.hstack([q, v])
-
-    def rate(stage: float, y: np.ndarray) -> np.ndarray:
-        return np.hstack([y[:, size:], slope(stage, y[:, :size], y[:, size:])])
-
-    for step in range(steps):
-        k1 = rate(step, y)
-        k2 = rate(step + 0.5, y + h / 2 * k1)
-        k3 = rate(step + 0.5, y + h / 2 * k2)
-        k4 = rate(step + 1, y + h * k3)
-        y = y + h / 6 * (k1 + 2 * k2 + 2 * k3 + k4)
-    return y[:, :size]
-
-
 class SecondCost:
     """What `cost` has to tell of a robot along a motion."""
 
@@ -200,7 +177,7 @@ class SecondCost:
     def _run(self, level: str, fed: np.ndarray, q: np.ndarray, v: np.ndarray) -> np.ndarray:
         """Distance of the tip from the plan after a second of torques, at every half step."""
         model, count = self.models[level], len(q) // self.runs
-        ends = stepped(
+        ends, _ = chains.stepped(
             lambda stage, q, v: model.forward_dynamics(q, v, fed[round(2 * stage)]),
             *(q, v, (len(fed) - 1) // 2),
         )
