@@ -39,6 +39,8 @@ ABSOLUTE: dict[str, Pieces] = {
     "a term too many": ((ENTRY, f"{ENTRY} + I2"),),
     "two terms of two waves": ((ENTRY, "2*m2*L1*d2*c - mp*L1*L2*c"),),
     "a payload left out": ((" + mp*L1**2\n", "\n"),),
+    "a power too few of a length": (("mp*L2**2", "mp*L2"),),
+    "one of two levers": (("m2*L1**2", "m2*L1*d1"),),
     "one side with the opposite sign": (("M[1, 0] = M[0, 1]", "M[1, 0] = -M[0, 1]"),),
     "all of the bias twice": (("h[0] = (", "h[0] = 2*("), ("h[1] = -(", "h[1] = -2*(")),
 }
