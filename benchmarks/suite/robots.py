@@ -18,8 +18,8 @@ from crosscheck.checks.robot_states import sample_states
 from crosscheck.models.robot.file import RobotFile, build_robot, load_robot
 from crosscheck.models.robot.robot import Robot
 from crosscheck.registry import build_robot_model
-from tests.robots.test_trial import equations, is_named, planted
-from tests.robots.trials import run_robot_trial
+from tests.robots.test_trial import is_named, planted
+from tests.robots.trials import robot_equations, run_robot_trial
 
 TABLE = "robots"
 ROBOTS = ("six-joint", "puma560")
@@ -123,13 +123,13 @@ def _measure_planted_errors(robot: Robot) -> list[Row]:
         if total == ERRORS:
             break
         error = planted(robot, seed)
-        trial = run_robot_trial(equations(error.robot), robot, seed=seed)
+        trial = run_robot_trial(robot_equations(error.robot), robot, seed=seed)
         if not trial.agrees:
             total += 1
             named += is_named(error, trial)
     unnamed = 1 - named / total
     blamed = sum(
-        not run_robot_trial(equations(robot), robot, seed=seed).agrees for seed in range(20)
+        not run_robot_trial(robot_equations(robot), robot, seed=seed).agrees for seed in range(20)
     )
     return [
         Row(

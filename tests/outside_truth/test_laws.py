@@ -12,7 +12,6 @@ from crosscheck.models.loading import load_arm, load_case
 from crosscheck.registry import build, find_level_models, model_names
 from tests.loops import require_items
 from tests.mixed_arms import (
-    GRAVITY,
     MIXED,
     NONE,
     PAYLOAD,
@@ -202,21 +201,6 @@ def test_weights_are_the_slope_of_their_potential(name, arm):
         off = 1e-9 if size else 1e-11
         np.testing.assert_allclose(found, expected, rtol=1e-12, atol=off)
         np.testing.assert_array_equal(falling.bias(at, v), still.bias(at, v))
-
-
-@every_model
-def test_acceleration_solves_the_equation_of_motion_with_weights(name):
-    model = build(name, MIXED["geared-direct-geared"], scenario(3.0))
-    assert np.any(np.array(GRAVITY))
-    for q, v in random_states(model.layout, 4):
-        mass, force = model.mass_matrix(q), model.generalized_force(0.1, q, v)
-        left = mass @ model.acceleration(0.1, q, v) + model.bias(q, v)
-        # Rounding of forces, as the condition of M may magnify it, scaled to equal diagonals.
-        scale = np.sqrt(np.diag(mass))
-        condition = np.linalg.cond(mass / np.outer(scale, scale))
-        size = np.abs(force / scale).max() + np.abs(model.bias(q, v) / scale).max()
-        off = 100 * EPS * condition * size
-        np.testing.assert_allclose(left / scale, force / scale, rtol=0, atol=off)
 
 
 def test_energy_stays_while_a_mixed_arm_falls():

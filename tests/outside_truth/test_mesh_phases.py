@@ -212,13 +212,16 @@ def test_helicopter_stage_in_print():
 
 @st.composite
 def arms_by_teeth(draw: st.DrawFn) -> Arm:
-    """One joint, its ring meshes in phase as the teeth say, its sun meshes too or as a number.
+    """One joint, its ring meshes in phase as the teeth say, its sun meshes too or as stated.
 
-    Planets one after the other by neither whole nor half cycles, which would hide a wrong sign.
+    By one number or by one for each planet. Planets one after the other by neither whole nor half
+    cycles, which would hide a wrong sign.
     """
-    sun = plain_mesh(LAW, draw(st.just(FROM_TEETH) | st.floats(-3, 3)))
-    meshes = {"sun_mesh": sun, "ring_mesh": plain_mesh(LAW, FROM_TEETH)}
-    joint = draw(planetary_joints(sets=SEQUENTIAL)) | meshes
+    joint, first = draw(planetary_joints(sets=SEQUENTIAL)), draw(st.floats(-3, 3))
+    places = equal_places(joint["planet_count"])
+    listed = [first - TURN * sun_delay(joint["sun_teeth"], place) for place in places]
+    sun = plain_mesh(LAW, draw(st.sampled_from([FROM_TEETH, first, listed])))
+    joint |= {"sun_mesh": sun, "ring_mesh": plain_mesh(LAW, FROM_TEETH)}
     return arm_of(joint, links=[draw(rods())], payload_kg=0.0, gravity=NONE)
 
 
@@ -246,10 +249,9 @@ def test_models_meshes_are_in_phase_as_drawn(name, arm):
     joint, model = arm.joints[0], free_model(name, arm)
     degrees, gears = joint.pressure_angle_deg, (joint.sun_teeth, joint.planet_teeth)
     sun, ring = delays(stage_of((*gears, joint.planet_count), degrees, 0.0))
-    given_phase = joint.sun_mesh.planet_mesh(0).phase_rad
-    first = (given_phase or 0.0) / TURN
-    later = sun - sun[0] if given_phase is None else np.zeros_like(sun)
+    stated = [joint.sun_mesh.planet_mesh(planet).phase_rad for planet in range(len(sun))]
     for planet, seen in require_items(enumerate(seen_phases(model, "sun"))):
-        assert off(seen - first + later[planet]) < DRAWN
+        by_teeth = TURN * (sun[0] - sun[planet])
+        assert off(seen - (by_teeth if stated[planet] is None else stated[planet]) / TURN) < DRAWN
     for planet, seen in require_items(enumerate(seen_phases(model, "ring"))):
-        assert off(seen - first + ring[planet] - sun[0]) < DRAWN
+        assert off(seen - (stated[0] or 0.0) / TURN + ring[planet] - sun[0]) < DRAWN

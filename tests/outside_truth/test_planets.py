@@ -20,7 +20,7 @@ from crosscheck.registry import MODELS, build, model_names
 from tests import planet_laws
 from tests.engines.bodies_checks import contact_wrenches
 from tests.loops import require_items
-from tests.mixed_arms import NONE, PLANET_M, SUN_J, arm_of, direct, geared, random_states, scenario
+from tests.mixed_arms import NONE, PLANET_M, SUN_J, arm_of, direct, random_states, scenario
 from tests.planet_meshes import (
     contacts,
     expected_force,
@@ -121,42 +121,6 @@ def test_lumped_planets_are_free_ones_in_step(name, arm, laws):
     own = planet_laws.alike_planets() if arm == "alike" else load_arm(arm)
     # Sums of four planets in another order, of deflections as above.
     assert planet_laws.in_step_off(free(name, own, **laws)) < 1e-11
-
-
-# Sun and planet teeth, planets; cycles by which sun and ring meshes are ahead, counted by hand.
-GEAR_SETS = [
-    (28, 29, [0, 2 / 3, 1 / 3], [0, 2 / 3, 1 / 3]),
-    (28, 32, [0, 2 / 3, 1 / 3], [1 / 2, 1 / 6, 5 / 6]),
-    (31, 29, [0, 1 / 4, 1 / 2, 3 / 4], [0, 1 / 4, 1 / 2, 3 / 4]),
-    (30, 30, [0, 1 / 2, 0, 1 / 2], [1 / 2, 0, 1 / 2, 0]),
-    (27, 36, [0, 0, 0], [1 / 2, 1 / 2, 1 / 2]),
-]
-
-
-@every_model
-@pytest.mark.parametrize(("sun", "planet", "at_sun", "at_ring"), GEAR_SETS)
-@pytest.mark.parametrize("given_sun", ["from-teeth", "number", "list"])
-def test_phases_from_the_teeth(name, sun, planet, at_sun, at_ring, given_sun):
-    """Parker and Lin (2004): delays of z_s n / N and -z_r n / N, half a pitch for even planets.
-
-    The ring's meshes follow a sun mesh whose phase is given, as a number for its first planet.
-    """
-    cycles = 0.0 if given_sun == "from-teeth" else -2.9 / (2 * pi)
-    listed = [2 * pi * (cycles + at) for at in at_sun]
-    phase = {"from-teeth": "from-teeth", "number": -2.9, "list": listed}[given_sun]
-    sun_mesh = {**geared()["sun_mesh"], "phase_rad": phase}
-    ring_mesh = {**geared()["ring_mesh"], "phase_rad": "from-teeth"}
-    teeth = {"sun_teeth": sun, "planet_teeth": planet, "ring_teeth": sun + 2 * planet}
-    joint = geared(**teeth, planet_count=len(at_sun), sun_mesh=sun_mesh, ring_mesh=ring_mesh)
-    model = free(name, arm_of(joint, gravity=NONE))
-    found = contacts(model.arm, model.switches, model.layout)
-    of_sun = [-2.9] * len(at_sun) if given_sun == "number" else listed
-    of_ring = [2 * pi * (cycles + at) for at in at_ring]
-    for side, expected in ((0, of_sun), (1, of_ring)):
-        turns = [contact.phase for contact in found[side::2]]
-        off = np.exp(1j * np.subtract(turns, expected)) - 1  # cut a circle anywhere
-        assert abs(off).max() < 20 * EPS
-    assert planet_laws.force_off(model) < 2e-12
 
 
 @every_run

@@ -1,13 +1,12 @@
 """Robots for tests: URDFs put together from numbers, and random chains with rotors."""
 
 import random
-from collections.abc import Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from typing import Any, NamedTuple
 
 import numpy as np
 
 from crosscheck.models.robot.file import RobotFile, build_robot
-from crosscheck.models.robot.interface import RobotModel
 from crosscheck.models.robot.robot import Robot
 from crosscheck.registry import build_robot_model
 from crosscheck.runner.outcomes import Task
@@ -143,19 +142,26 @@ def teeth(
     }
 
 
-def advanced(
-    model: RobotModel, q: np.ndarray, v: np.ndarray, seconds: float, steps: int
+def stepped(
+    slope: Callable[[float, np.ndarray, np.ndarray], np.ndarray],
+    q: np.ndarray,
+    v: np.ndarray,
+    steps: int,
+    seconds: float = 1.0,
 ) -> tuple[np.ndarray, np.ndarray]:
-    """Coordinates and rates after so many steps of the classical Runge-Kutta method."""
-    h, none = seconds / steps, np.zeros((1, len(model.robot.coordinates)))
-    for _ in range(steps):
-        a1 = model.forward_dynamics(q, v, none)
+    """Coordinates and rates after equal steps of the classical Runge-Kutta method.
+
+    slope: accelerations by the number of the stage, in steps, and the state.
+    """
+    h = seconds / steps
+    for step in range(steps):
+        a1 = slope(step, q, v)
         v2 = v + h / 2 * a1
-        a2 = model.forward_dynamics(q + h / 2 * v, v2, none)
+        a2 = slope(step + 0.5, q + h / 2 * v, v2)
         v3 = v + h / 2 * a2
-        a3 = model.forward_dynamics(q + h / 2 * v2, v3, none)
+        a3 = slope(step + 0.5, q + h / 2 * v2, v3)
         v4 = v + h * a3
-        a4 = model.forward_dynamics(q + h * v3, v4, none)
+        a4 = slope(step + 1, q + h * v3, v4)
         q = q + h / 6 * (v + 2 * v2 + 2 * v3 + v4)
         v = v + h / 6 * (a1 + 2 * a2 + 2 * a3 + a4)
     return q, v

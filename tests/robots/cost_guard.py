@@ -14,9 +14,8 @@ from crosscheck.cost import motion, shortcuts
 from crosscheck.cost.shortcuts import QUICK, ShortcutCosts
 from crosscheck.models.robot.robot import Robot
 from crosscheck.recordings.record import Record
-from tests.robots import chains
 from tests.robots.chains import Solid, geared, joint, link, planetary, teeth, urdf
-from tests.robots.recomputed import Lagrangian, RobotFiles, SecondCost
+from tests.robots.recomputed import RobotFiles, SecondCost
 
 EXTENT = replace(QUICK, states=2, instants=60, runs=3, steps=8, most_steps=60)
 SAME = 1e-8  # of a size: rounding of slopes and of runs
@@ -63,6 +62,7 @@ OBLIQUE = RobotFiles(
         "four": geared(-12.0, 4e-4),
     },
     (1.0, 2.0, -9.0),
+    "tool",
 )
 STAGED = RobotFiles(
     urdf(
@@ -74,15 +74,15 @@ STAGED = RobotFiles(
     ),
     {"one": geared(12.0), "two": planetary(planet_teeth=30, ring_teeth=84, planet_count=4)},
     (0.5, 0.0, -9.8),
+    "b",
 )
 FILES = {"oblique": OBLIQUE, "staged": STAGED}
 
 
 @lru_cache
 def robot(name: str) -> Robot:
-    """As the program reads it; the tip is not stated."""
-    files = FILES[name]
-    return chains.robot(files.urdf, files.joints, gravity_m_per_s2=list(files.gravity))
+    """As the program reads it."""
+    return FILES[name].read()
 
 
 def found_cost(name: str, runs: int = EXTENT.runs, engines: bool = False) -> ShortcutCosts:
@@ -128,11 +128,10 @@ def _off(what: str, first: Any, second: Any, size: float | None = None) -> Itera
 def wrong_numbers(robot_name: str, found: ShortcutCosts) -> Iterator[str]:
     """What of the record is not as the second program has it."""
     second = second_of(robot_name, found)
-    own, size = second.robot, second.largest.max()
-    if found.names != tuple(own.free) or found.robot.tip != own.tip:
+    kinds, size = second.files.kinds, second.largest.max()
+    if found.names != tuple(kinds) or found.robot.tip != second.files.tip:
         yield f"names {found.names}, {found.robot.tip}"
-    kinds = {line.name: line.kind for line in own.moving}
-    if found.units != tuple("N" if kinds[each] == "prismatic" else "N m" for each in own.free):
+    if found.units != tuple("N" if kind == "prismatic" else "N m" for kind in kinds.values()):
         yield f"units {found.units}"
     yield from _off("torques", found.torques, second.torques["coupled"])
     yield from _off("largest", found.largest, second.largest)
@@ -140,13 +139,13 @@ def wrong_numbers(robot_name: str, found: ShortcutCosts) -> Iterator[str]:
     for level in ("links", "armature"):
         error = second.error(level)
         yield from _off(f"errors of {level}", found.errors[level], error, size)
-        for column, name in enumerate(own.free):
+        for column, name in enumerate(kinds):
             each, most = told.pop((level, name)), np.abs(error[:, column]).max()
             rms = np.sqrt((error[:, column] ** 2).mean())
             right = most, rms, most / second.largest[column]
             yield from _off(f"{level}, {name}", (each.largest, each.rms, each.share), right)
-    tips = {each.level: each.distances for each in found.tips}
-    for level, distances in second.distances.items():
+    tips = {each.level: each.distances for each in found.tips if found.extent.runs}
+    for level, distances in second.distances.items() if found.extent.runs else ():
         yield from _off(f"tip of {level}", tips.pop(level), distances, 0.1)
     yield from _off("by rates", found.by_rates, second.by_rates, size)
     yield from _wrong_pairs(found, second)
@@ -157,7 +156,7 @@ def wrong_numbers(robot_name: str, found: ShortcutCosts) -> Iterator[str]:
 
 
 def _wrong_pairs(found: ShortcutCosts, second: SecondCost) -> Iterator[str]:
-    free, torques = second.robot.free, second.coupling * second.state[2][:, None, :]
+    free, torques = second.free, second.coupling * second.state[2][:, None, :]
     rms = np.sqrt((torques**2).mean(axis=0))
     right = {
         (at, by): (rms[i, j], rms[i, j] / second.largest[i])
@@ -178,16 +177,17 @@ def _wrong_pairs(found: ShortcutCosts, second: SecondCost) -> Iterator[str]:
 
 def _wrong_ratios(found: ShortcutCosts, second: SecondCost) -> Iterator[str]:
     """A factor on ratios is right if the coupling is 1 % there, and less beyond."""
-    gears = second.robot.gears
+    gears = list(second.files.joints)
     if [each.joint for each in found.ratios] != gears:
         yield f"ratios of {[each.joint for each in found.ratios]}"
         return
     for each in found.ratios:
         parts = second.gear_coupling([each.joint], 1.0).max(axis=0)
-        ratio = next(spin.ratio for spin in second.robot.spins if spin.gear == each.joint)
+        joint = [line.name for line in second.robot.joints].index(each.joint)
+        ratio = next(spin.ratio for spin in second.spins if spin.joint == joint)
         most = float(parts.max()) if parts.max() > 1e-10 else 0.0
         yield from _off(f"ratio of {each.joint}", (each.ratio, each.share), (ratio, most))
-        if most and each.at != second.robot.free[int(parts.argmax())]:
+        if most and each.at != second.free[int(parts.argmax())]:
             yield f"ratio of {each.joint}: most at {each.at}"
         yield from _not_enough(second, [each.joint], each.enough / abs(ratio))
     yield from _not_enough(second, gears, found.factor)
@@ -207,9 +207,8 @@ def _not_enough(second: SecondCost, gears: list[str], factor: float) -> Iterator
 def _wrong_meshes(found: ShortcutCosts, second: SecondCost) -> Iterator[str]:
     assert found.geared
     told = {mesh.name: mesh for mesh in found.geared.meshes}
-    kinds = {line.name: line.kind for line in second.robot.moving}
     forces, swings = second.forces(), second.swings()
-    for number, tooth in enumerate(second.robot.teeth):
+    for number, tooth in enumerate(second.teeth):
         mesh, lever = told.pop(tooth.name), abs(tooth.lever)
         pressed = np.abs(forces[:, number]).max() / tooth.stiffness
         right = (
@@ -221,7 +220,7 @@ def _wrong_meshes(found: ShortcutCosts, second: SecondCost) -> Iterator[str]:
             ("play", "wind-up", "slow", "fast"), numbers, right, strict=True
         ):
             yield from _off(f"{tooth.name}, {what}", own, other)
-        unit = "m" if kinds[tooth.joint] == "prismatic" else "rad"
+        unit = "m" if second.files.kinds[tooth.joint] == "prismatic" else "rad"
         if (mesh.joint, mesh.unit) != (tooth.joint, unit):
             yield f"{tooth.name}: {mesh.joint}, {mesh.unit}"
     steps = second.geared_steps()
@@ -230,7 +229,7 @@ def _wrong_meshes(found: ShortcutCosts, second: SecondCost) -> Iterator[str]:
     if steps > EXTENT.most_steps:
         if found.geared.distances is not None:
             yield "a run that asks for too many steps"
-    else:
+    elif found.extent.runs:
         yield from _off(
             "tip of geared", found.geared.distances, second.geared_distances(steps), 0.1
         )
@@ -238,7 +237,7 @@ def _wrong_meshes(found: ShortcutCosts, second: SecondCost) -> Iterator[str]:
 
 def wrong_tip(name: str) -> Iterator[str]:
     """Whether a robot that is read anew has the end effector that its URDF gives."""
-    told, right = robot.__wrapped__(name).tip, Lagrangian(FILES[name]).tip
+    told, right = FILES[name].read().tip, FILES[name].tip
     if told != right:
         yield f"tip {told}, not {right}"
 
@@ -323,7 +322,7 @@ def wrong_steps() -> Iterator[str]:
         **OBLIQUE.joints,
         "three": geared(30.0, 2e-3, mesh=teeth(0.06, 15.0, damping[1], 2e-3)),
     }
-    own = chains.robot(OBLIQUE.urdf, joints, gravity_m_per_s2=list(OBLIQUE.gravity))
+    own = replace(OBLIQUE, joints=joints).read()
     model = shortcuts.build_robot_model("analytic", own, "geared")
     masses = model.mass_matrix(np.full((1, len(own.coordinates) + 2), 0.2))
     inverse = np.linalg.inv(masses[0])[-2:, -2:]

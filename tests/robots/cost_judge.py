@@ -1,6 +1,6 @@
 """How engines of robots are judged: answers just within a tolerance agree, just beyond they do not.
 
-Sizes follow from the files by the second program, each as the page says that it is.
+Sizes follow from the files by Pinocchio, each as the page says that it is.
 """
 
 from collections.abc import Iterator
@@ -20,7 +20,7 @@ from crosscheck.registry import build_robot_model
 from crosscheck.runner import tasks
 from tests.robots import chains
 from tests.robots.cost_guard import FILES, robot
-from tests.robots.recomputed import Lagrangian, stepped
+from tests.robots.recomputed import list_teeth
 
 STATES, RUNS, SECONDS, STEPS = 5, 3, 0.1, 5
 NAME, OTHER = "oblique", "other"
@@ -34,31 +34,31 @@ class Sizes:
     """What differences are parts of, by quantity, of one entry at the state AT."""
 
     def __init__(self, level: Level, states: RandomStates) -> None:
-        self.own = own = Lagrangian(FILES[NAME])
+        files, own = FILES[NAME], robot(NAME)
+        model = build_robot_model("pinocchio", own, level)
         q, v, a, torques = states
-        free = len(own.free)
-        matrix = own.energies(q[:, :free], level)[0]
+        free = list(files.kinds)
+        matrix = model.mass_matrix(q)
         roots = np.sqrt(np.diagonal(matrix, axis1=1, axis2=2))
         scaled = np.linalg.eigvalsh(matrix / roots[:, :, None] / roots[:, None, :])
         self.condition = float((scaled[:, -1] / scaled[:, 0]).max())
         speed, growth = (np.sqrt(np.einsum("si,sij,sj->s", x, matrix, x)) for x in (v, a))
-        moving = [mass for mass in own.masses if mass.link != own.root]
-        mass = sum(each.mass for each in moving)
-        weight = np.linalg.norm(own.gravity) * np.sqrt(mass)
+        mass = sum(body.mass for body in own.bodies)
+        weight = np.linalg.norm(files.gravity) * np.sqrt(mass)
         bias = speed * np.abs(v).sum(axis=1)
         held = bias + weight
-        for number, tooth in enumerate(own.teeth if level == "geared" else (), free):
+        for number, tooth in enumerate(list_teeth(files) if level == "geared" else (), len(free)):
             force = tooth.stiffness * np.abs(q[:, number]) + tooth.damping * np.abs(v[:, number])
-            if tooth.joint in own.free:
-                motor = np.abs(torques[:, own.free.index(tooth.joint)])
+            if tooth.joint in free:
+                motor = np.abs(torques[:, free.index(tooth.joint)])
                 force = force + motor / abs(tooth.lever)
             held = held + force / roots[:, number]
-        given = np.linalg.norm(torques / roots[:, :free], axis=1)
-        bodies = robot(NAME).bodies  # merged, which the tests of the reader hold against sums
-        reach = own.stretched() + float(np.abs(q[:, 2]).max())  # of the slide
+        given = np.linalg.norm(torques / roots[:, : len(free)], axis=1)
+        bodies = own.bodies  # merged, which the tests of the reader hold against sums
+        reach = files.stretched() + float(np.abs(q[:, 2]).max())  # of the slide
         farthest = reach + max(float(np.linalg.norm(body.com)) for body in bodies)
         turning = sum(float(np.trace(body.inertia)) for body in bodies)
-        turning += sum(spin.inertia for spin in own.spins)
+        turning += sum(spin.inertia for spin in files.list_spins())
         at, last = AT, matrix.shape[1] - 1
         self.entry: dict[str, tuple[tuple[int, ...], float]] = {
             "mass matrix": ((at, 0, last), roots[at, 0] * roots[at, last]),
@@ -75,8 +75,8 @@ class Sizes:
         }
         self.turning = (at, 4), speed[at] * np.sqrt(mass * farthest**2 + turning)
         if level != "geared":
-            ends = stepped(
-                lambda stage, q, v: own.accelerations(q, v, 0 * q, level),
+            ends, _ = chains.stepped(
+                lambda stage, q, v: model.forward_dynamics(q, v, 0 * q),
                 *(q[:RUNS], v[:RUNS], STEPS, SECONDS),
             )
             self.entry["run"] = (at, 0), np.abs(ends - q[:RUNS])[at].max()

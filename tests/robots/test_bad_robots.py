@@ -8,6 +8,7 @@ from pathlib import Path
 import numpy as np
 import pinocchio as pin
 import pytest
+from syrupy.assertion import SnapshotAssertion
 
 from crosscheck.checks.robot_states import sample_states
 from crosscheck.models.errors import InputError
@@ -21,6 +22,12 @@ from crosscheck.models.robot.urdf import read_urdf
 from crosscheck.planning.robots import compare_engines
 from tests.loops import require_items
 from tests.robots.chains import LIMIT, Solid, joint, link, mass_matrices, robot, urdf
+from tests.robots.test_floating import ARM as ON_SATELLITE
+from tests.robots.test_floating import moved
+from tests.robots.test_mjcf import BODY
+from tests.robots.test_robot_template import GEARS, geared_text
+from tests.robots.test_space_robot import ARM as ARM_IN_SPACE
+from tests.robots.test_space_robot import BASE
 from tests.tool.test_bad_input import assert_one_line
 
 GROUND, ARM = link("ground"), link("arm", Solid())
@@ -36,83 +43,55 @@ def changed(text: str, old: str, new: str) -> str:
     return text.replace(old, new, 1)
 
 
+TWO_LIMBS = tuple(link(name, Solid()) for name in ("left", "right"))
+POINT = (0.0,) * 6
 BAD_URDFS = {
-    **{name: (changed(GOOD, *row[:2]), *row[2:]) for name, row in ROWS["urdfs"].items()},
-    "no XML": ("schema_version = 1", "is not XML"),
-    "cut off": (GOOD[:-20], "is not XML"),
-    "another document": ("<html></html>", "robot"),
-    "empty": (" ", "is empty"),
-    "no link": (urdf(), "link", "there is none"),
-    "nothing moves": (urdf(GROUND), "joint", "0 do"),
-    "xacro element": (XACRO.format("<xacro:arm/>"), "line 1, xacro:arm", "expand it"),
-    "external entity": (
-        '<!DOCTYPE robot [<!ENTITY x SYSTEM "file:///etc/passwd">]>' + GOOD,
-        "DOCTYPE",
-        "must not be there",
-    ),
+    **{name: changed(GOOD, *row) for name, row in ROWS["urdfs"].items()},
+    "no XML": "schema_version = 1",
+    "cut off": GOOD[:-20],
+    "another document": "<html></html>",
+    "empty": " ",
+    "no link": urdf(),
+    "nothing moves": urdf(GROUND),
+    "xacro element": XACRO.format("<xacro:arm/>"),
+    "external entity": '<!DOCTYPE robot [<!ENTITY x SYSTEM "file:///etc/passwd">]>' + GOOD,
     "entities of entities": (
-        '<!DOCTYPE r [<!ENTITY a "aaaa"><!ENTITY b "&a;&a;">]><robot name="&b;"/>',
-        "DOCTYPE",
+        '<!DOCTYPE r [<!ENTITY a "aaaa"><!ENTITY b "&a;&a;">]><robot name="&b;"/>'
     ),
-    "nested deep": ("<robot>" + "<a>" * 10_000 + "</a>" * 10_000 + "</robot>", "50 deep"),
-    "10 MB": (GOOD + " " * 10_000_000, "more than 4 MB"),
-    "two links of a name": (urdf(GROUND, ARM, ARM, TURN), "link", "'arm'", "2 have"),
-    "two joints of a name": (urdf(GROUND, ARM, TURN, TURN), "joint", "'turn'", "2 have"),
-    "no inertias at all": (urdf(GROUND, link("arm"), TURN), "link", "no masses and inertias"),
-    "massless at the ends": (
-        urdf(
-            *(GROUND, ARM, TURN),
-            *(link(name) for name in ("left", "right")),
-            *(joint(f"to {name}", "arm", name) for name in ("left", "right")),
-        ),
-        "link left: must have inertia about the axis of joint to left",
-        "so must link right",
+    "nested deep": "<robot>" + "<a>" * 10_000 + "</a>" * 10_000 + "</robot>",
+    "10 MB": GOOD + " " * 10_000_000,
+    "two links of a name": urdf(GROUND, ARM, ARM, TURN),
+    "two joints of a name": urdf(GROUND, ARM, TURN, TURN),
+    "no inertias at all": urdf(GROUND, link("arm"), TURN),
+    "massless at the ends": urdf(
+        *(GROUND, ARM, TURN),
+        *(link(name) + joint(f"to {name}", "arm", name) for name in ("left", "right")),
     ),
-    "mimics in a circle": (
-        urdf(
-            *(GROUND, ARM, TURN),
-            *(link(name, Solid()) for name in ("left", "right")),
-            joint("a", "arm", "left", more=f'<mimic joint="b"/>{LIMIT}'),
-            joint("b", "arm", "right", more=f'<mimic joint="a"/>{LIMIT}'),
-        ),
-        "joint a: mimic.joint",
-        "does not follow this one",
+    "mimics in a circle": urdf(
+        *(GROUND, ARM, TURN, *TWO_LIMBS),
+        joint("a", "arm", "left", more=f'<mimic joint="b"/>{LIMIT}'),
+        joint("b", "arm", "right", more=f'<mimic joint="a"/>{LIMIT}'),
     ),
-    "inertia of a point": (
-        urdf(GROUND, link("arm", Solid(inertia=(0,) * 6)), TURN),
-        "link arm: must have inertia about the axis of joint turn, or mass off it",
+    "inertia of a point": urdf(GROUND, link("arm", Solid(inertia=POINT)), TURN),
+    "a point on three axes": urdf(
+        GROUND,
+        *(link(name, Solid(1.0, inertia=POINT)) for name in ("arm", "elbow")),
+        link("hand", Solid(1.0, (0, 0, 0.3), POINT)),
+        joint("turn", "ground", "arm", axis=(1, 0, 0)),
+        joint("bend", "arm", "elbow", axis=(0, 1, 0)),
+        joint("roll", "elbow", "hand", axis=(1, 1, 0)),
     ),
-    "a point on three axes": (
-        urdf(
-            GROUND,
-            *(link(name, Solid(1.0, inertia=(0,) * 6)) for name in ("arm", "elbow")),
-            link("hand", Solid(1.0, (0, 0, 0.3), (0,) * 6)),
-            joint("turn", "ground", "arm", axis=(1, 0, 0)),
-            joint("bend", "arm", "elbow", axis=(0, 1, 0)),
-            joint("roll", "elbow", "hand", axis=(1, 1, 0)),
-        ),
-        "joint",
-        "the mass matrix is singular",
+    "loop": urdf(
+        *(GROUND, ARM, link("leg", Solid()), TURN, joint("a", "arm", "leg")),
+        joint("b", "ground", "leg"),
     ),
-    "loop": (
-        urdf(GROUND, ARM, link("leg", Solid()), TURN, joint("a", "arm", "leg")).replace(
-            "</robot>", joint("b", "ground", "leg") + "</robot>"
-        ),
-        "link leg",
-        "two joints, a and b",
+    "ring": urdf(ARM, link("leg", Solid()), joint("a", "arm", "leg"), joint("b", "leg", "arm")),
+    "island": urdf(
+        *(GROUND, ARM, TURN, *TWO_LIMBS),
+        *(joint("a", "left", "right"), joint("b", "right", "left")),
     ),
-    "ring": (
-        urdf(ARM, link("leg", Solid()), joint("a", "arm", "leg"), joint("b", "leg", "arm")),
-        "they form a loop",
-    ),
-    "island": (
-        urdf(GROUND, ARM, TURN, link("x", Solid()), link("y", Solid())).replace(
-            "</robot>", joint("a", "x", "y") + joint("b", "y", "x") + "</robot>"
-        ),
-        "2 cannot be reached from ground",
-    ),
-    "two roots": (urdf(GROUND, ARM, TURN, link("moon")), "2 are: ground, moon"),
-    "control character in a name": (GOOD.replace("arm", "a&#10;rm"), "a\\nrm", "printable"),
+    "two roots": urdf(GROUND, ARM, TURN, link("moon")),
+    "control character in a name": GOOD.replace("arm", "a&#10;rm"),
 }
 MINIMAL = 'schema_version = 1\nname = "mine"\nurdf = "mine.urdf"\n'
 GEARED = '[joints.turn]\nkind = "geared"\nratio = 5.0\nrotor_inertia_kg_m2 = 1e-4\n'
@@ -140,63 +119,104 @@ TEXTS = {
     "lumped": MINIMAL + changed(STAGE, "ring_teeth = 99", 'ring_teeth = 99\nplanets = "lumped"'),
 }
 BAD_FILES = {
+    **{name: changed(TEXTS[text], *row) for name, (text, *row) in ROWS["files"].items()},
+    "stage without a mesh": MINIMAL + STAGE.partition("[joints.turn.ring_mesh]")[0],
+    "stage out of phase": MINIMAL
+    + STAGE.replace("= 27", "= 28")
+    .replace("= 36", "= 35")
+    .replace("= 99", '= 98\nplanets = "lumped"')
+    .replace(LAW, LAW + 'phase_rad = "from-teeth"\n', 1),
+    "400 digits": changed(MINIMAL + GEARED, "5.0", "1" + 400 * "0"),
+    "200 digits": changed(MINIMAL + GEARED, "5.0", "1" + 200 * "0"),
+}
+THREE = (
+    "<mujoco><worldbody><body><joint name='a'/><joint name='b' axis='1 0 0'/><joint name='c'"
+    " axis='0 1 0'/><geom size='1'/></body></worldbody><equality>{}</equality></mujoco>"
+)
+GRID = "<flexcomp name='f' type='grid' dim='2' count='3 3 1' spacing='1 1 1'/>"
+BAD_MJCF = {
+    "none moves": "<mujoco/>",
+    "no XML": "<mujoco",
+    "no file": BODY.format("<joint/><geom type='mesh' mesh='m'/>", ""),
+    "deformable": changed(BODY.format("<joint/>", ""), "</worldbody>", f"{GRID}</worldbody>"),
+    "two leaders": THREE.format(
+        "<joint joint1='a' joint2='b'/><joint name='f' joint1='a' joint2='c'/>"
+    ),
+    "no leader": THREE.format("<joint name='e' joint1='a'/>"),
+    "a leader's square": THREE.format(
+        "<joint name='e' joint1='a' joint2='b' polycoef='0 1 1 0 0'/>"
+    ),
+    "loop": BODY.format("<joint/>", "<equality><connect body1='a' anchor='0 0 0'/></equality>"),
+}
+FLOATING = urdf(link("inertial"), *ON_SATELLITE, moved("floating"))
+BAD_FLOATING = {
+    "no passive joint": changed(FLOATING, "</robot>", '<passive_joint name="elbow"/></robot>'),
+    "mimics": changed(FLOATING, 'type="floating">', 'type="floating"><mimic joint="j1"/>'),
+    "a name twice": changed(FLOATING, 'name="j1"', 'name="base_yaw"'),
+}
+WITH_YAW = MINIMAL + changed(GEARED, "turn", "base_yaw")
+BASES = {
+    "no side": "mass_kg = 30.0",
+    "two forms": "mass_kg = 30.0\nside_m = 1.0\ncom_m = 0.1",
+    "unknown key": "mass_kg = 30.0\nside = 1.0",
+    "negative mass": "mass_kg = -1.0\nside_m = 1.0",
+}
+BAD_GEARS = {
+    "no number": geared_text(GEARS.replace(">-100<", ">a hundred<")),
+    "too large a ratio": geared_text(GEARS.replace('"50"', '"1e9"')),
+    "negative inertia": geared_text(GEARS.replace('"2e-5"', '"-1"')),
+    "armature of text": geared_text(armature="much"),
+    "no such joint": geared_text(GEARS.replace('name="d"', 'name="x"')),
+    "two ratios": geared_text(GEARS + GEARS.replace(">7<", ">8<")),
+}
+RUNS = (
+    *("--model analytic:geared", "--model newton:links"),
+    *("--set switches.phase=angle", "--set arm.payload_mass_kg=1"),
+    *("--set robot.joints.nose.ratio=1", "--set scenario.start.theta_rad=[1,2]"),
+    *("--set scenario.step_s=0.1 --t-end 1", "--model pinocchio:coupled --rtol 1e-9", "--rtol 1"),
+)
+USUAL, RUN = " --model analytic:coupled", "simulate puma560 --scenario pd --out run.nc"
+COST = "cost mine.toml --json cost.json"
+REFUSED: dict[str, tuple[str, dict[str, str]]] = {
+    **{f"URDF, {n}": (COST, {"mine.urdf": t, "mine.toml": MINIMAL}) for n, t in BAD_URDFS.items()},
+    **{f"file, {n}": (COST, {"mine.urdf": GOOD, "mine.toml": t}) for n, t in BAD_FILES.items()},
+    "stage of a slide": (COST, {"mine.urdf": SLIDES, "mine.toml": MINIMAL + STAGE}),
+    "no text": (COST, {"mine.urdf": "\udcff\udcfe<robot/>", "mine.toml": MINIMAL}),
+    "xacro": ("cost arm.urdf.xacro", {"arm.urdf.xacro": XACRO.format("<xacro:property/>")}),
+    "no robot": ("cost hexapod", {}),
+    **{f"MJCF, {name}": ("cost arm.xml", {"arm.xml": text}) for name, text in BAD_MJCF.items()},
+    **{f"floating, {n}": ("show mine.urdf", {"mine.urdf": t}) for n, t in BAD_FLOATING.items()},
+    "gear without motor": ("show mine.toml", {"mine.urdf": FLOATING, "mine.toml": WITH_YAW}),
     **{
-        name: (changed(TEXTS[text], old, new), *said)
-        for name, (text, old, new, *said) in ROWS["files"].items()
+        f"base, {name}": (
+            "show arm.toml",
+            {"arm.toml": ARM_IN_SPACE.replace(BASE, f"[base]\n{own}\n")},
+        )
+        for name, own in BASES.items()
     },
-    "stage without a mesh": (
-        MINIMAL + STAGE.partition("[joints.turn.ring_mesh]")[0],
-        "joints.turn.ring_mesh",
-        "missing",
-    ),
-    "stage out of phase": (
-        MINIMAL
-        + STAGE.replace("= 27", "= 28")
-        .replace("= 36", "= 35")
-        .replace("= 99", '= 98\nplanets = "lumped"')
-        .replace(LAW, LAW + 'phase_rad = "from-teeth"\n', 1),
-        "joints.turn.sun_mesh.phase_rad",
-        "mesh in phase",
-    ),
+    **{f"gear, {n}": ("init r.toml --urdf r.urdf", {"r.urdf": t}) for n, t in BAD_GEARS.items()},
+    **{
+        f"run, {words}": (f"{RUN} {words}" + USUAL * ("--model" not in words), {}) for words in RUNS
+    },
+    **{
+        f"export, {model}": (f"export puma560 --model {model} --out robot.c", {})
+        for model in ("analytic:geared", "pinocchio:links")
+    },
 }
 
 
-@pytest.mark.parametrize("case", BAD_URDFS)
-def test_a_bad_urdf_is_reported_in_one_line(crosscheck, tmp_path, case):
-    text, *fragments = BAD_URDFS[case]
-    (tmp_path / "mine.urdf").write_text(text, encoding="utf-8")
-    (tmp_path / "mine.toml").write_text(MINIMAL)
-    answer = crosscheck("cost", tmp_path / "mine.toml", "--json", tmp_path / "cost.json")
-    assert_one_line(answer, "mine.urdf", *fragments)
-    assert answer.err.startswith(f"crosscheck: {tmp_path / 'mine.urdf'}: ")
-    assert not (tmp_path / "cost.json").exists()
-
-
-@pytest.mark.parametrize("case", BAD_FILES)
-def test_a_bad_robot_file_is_reported_in_one_line(crosscheck, tmp_path, case):
-    text, *fragments = BAD_FILES[case]
-    (tmp_path / "mine.urdf").write_text(GOOD)
-    (tmp_path / "mine.toml").write_text(text)
-    answer = crosscheck("cost", tmp_path / "mine.toml")
-    assert_one_line(answer, *fragments)
-    assert answer.err.startswith(f"crosscheck: {tmp_path}")
-
-
-def test_a_stage_turns_what_it_drives(crosscheck, tmp_path):
-    (tmp_path / "mine.urdf").write_text(SLIDES)
-    (tmp_path / "mine.toml").write_text(MINIMAL + STAGE)
-    answer = crosscheck("cost", tmp_path / "mine.toml")
-    assert_one_line(answer, "joints.turn.kind = 'planetary'", "direct or geared", "slides")
-
-
-def test_bytes_that_are_no_text(crosscheck, tmp_path):
-    (tmp_path / "mine.urdf").write_bytes(b"\xff\xfe<robot/>")
-    (tmp_path / "mine.toml").write_text(MINIMAL)
-    assert_one_line(crosscheck("cost", tmp_path / "mine.toml"), "mine.urdf", "not UTF-8")
-
-
-def test_a_robot_that_there_is_not(crosscheck):
-    assert_one_line(crosscheck("cost", "hexapod"), "hexapod", "puma560, six-joint, sliding")
+@pytest.mark.parametrize("case", REFUSED)
+def test_a_robot_that_cannot_be_read_is_one_line(
+    crosscheck, tmp_path, monkeypatch, case, snapshot: SnapshotAssertion
+):
+    words, files = REFUSED[case]
+    monkeypatch.chdir(tmp_path)
+    for name, text in files.items():
+        (tmp_path / name).write_text(text, encoding="utf-8", errors="surrogateescape")
+    answer = crosscheck(*words.split())
+    assert_one_line(answer)
+    assert {path.name for path in tmp_path.iterdir()} == set(files)
+    assert answer.err == snapshot
 
 
 def test_an_arm_is_no_robot_nor_a_robot_an_arm():
@@ -381,20 +401,10 @@ def test_shapes_that_are_none_disturb_no_reader(capfd):
     assert capfd.readouterr().err == ""
 
 
-def test_a_urdf_is_one_by_what_it_holds(crosscheck, tmp_path):
+def test_a_urdf_is_one_by_what_it_holds(tmp_path):
     for name in ("arm.xml", "arm"):
         (tmp_path / name).write_text(GOOD)
         assert load_robot(str(tmp_path / name)).joints[0].name == "turn"
-    (tmp_path / "arm.urdf.xacro").write_text(XACRO.format('<xacro:property name="L"/>'))
-    assert_one_line(crosscheck("cost", tmp_path / "arm.urdf.xacro"), "xacro is left in it; expand")
-
-
-def test_a_number_of_400_digits_is_refused(crosscheck, tmp_path):
-    (tmp_path / "mine.urdf").write_text(GOOD)
-    for digits, said in ((400, "too many digits"), (200, "must be -1e6 to 1e6")):
-        text = changed(MINIMAL + GEARED, "5.0", "1" + digits * "0")
-        (tmp_path / "mine.toml").write_text(text)
-        assert_one_line(crosscheck("cost", tmp_path / "mine.toml"), said)
 
 
 def test_friction_of_zero_however_written_is_nothing():

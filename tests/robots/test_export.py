@@ -52,12 +52,3 @@ def test_an_fmu_has_joints_and_meshes_as_states(crosscheck, tmp_path):
     for name, kind in (("slide", "m"), ("tilt", "rad"), ("x_tilt", "m"), ("torque_2", "N")):
         start = described.index(f'name="{name}"')
         assert f'unit="{kind}"' in described[start : described.index("</ScalarVariable>", start)]
-
-
-def test_what_cannot_be_exported_is_one_line(crosscheck, tmp_path):
-    out = tmp_path / "robot.c"
-    for model in ("analytic:geared", "pinocchio:links"):
-        answer = crosscheck("export", "puma560", "--model", model, "--out", out)
-        assert answer.code == 2
-        assert "must be one of analytic:links, analytic:armature" in answer.err
-    assert list(tmp_path.iterdir()) == []

@@ -192,27 +192,6 @@ def test_the_largest_stable_step_is_not_that_of_a_pole():
     assert max(steps) < 10 * min(steps)
 
 
-@pytest.mark.parametrize(
-    ("change", "words"),
-    [
-        (("</robot>", '<passive_joint name="elbow"/></robot>'), "passive_joint = 'elbow': must be"),
-        (('type="floating">', 'type="floating"><mimic joint="j1"/>'), "base: mimic: must be of"),
-        (('name="j1"', 'name="base_yaw"'), "joint = 'base_yaw': must have a printable name"),
-    ],
-)
-def test_what_is_no_such_joint_is_one_line(change, words):
-    text = urdf(link("inertial"), *ARM, moved("floating"))
-    assert change[0] in text
-    with pytest.raises(InputError, match=words):
-        robot(text.replace(*change))
-
-
-def test_a_gear_needs_a_motor():
-    gears = {"base_yaw": {"kind": "geared", "ratio": 2.0, "rotor_inertia_kg_m2": 1e-3}}
-    with pytest.raises(InputError, match=r"joints.base_yaw.kind = 'geared': must be direct"):
-        free_robot(gears=gears)
-
-
 FREE = """<mujoco><option gravity="0 1 -5"/><worldbody>
 <body name="sat" pos="1 2 3" euler="10 20 30"><freejoint name="base"/>
   <inertial pos=".05 .02 -.03" mass="40" fullinertia="5 6 7 .3 -.2 .1"/>
@@ -319,7 +298,8 @@ def test_conserved_directions_are_those_in_which_the_ground_leaves_free():
 def test_cost_is_of_motors_and_says_how_the_base_moves():
     """In a motion that begins without momentum, in which nothing but the arm moves the base."""
     own = free_robot()
-    costs = compute_costs(own, 0, QUICK, lambda *progress: None)
+    few = replace(QUICK, states=2, runs=1, steps=20, most_steps=0)
+    costs = compute_costs(own, 0, few, lambda *progress: None)
     assert costs.names == ("j1", "j2")
     assert costs.torques.shape == (QUICK.instants, 2)
     state = costs.motion.at(costs.time[10:-10])

@@ -14,8 +14,9 @@ from crosscheck.models.robot.mjcf import reading
 from crosscheck.runner.tasks import build_robot_model
 from tests.loops import require_items
 from tests.robots.chains import ENGINES
-from tests.robots.test_bad_robots import assert_one_line
+from tests.tool.test_bad_input import assert_one_line
 
+BODY = '<mujoco><worldbody><body name="a">{}<geom size="1"/></body></worldbody>{}</mujoco>'
 ARM = """
 <mujoco>
   <compiler angle="degree"/>
@@ -41,36 +42,6 @@ ARM = """
   <actuator><motor joint="slide"/><motor joint="turn" gear="-100"/></actuator>
 </mujoco>
 """
-BODY = '<mujoco><worldbody><body name="a">{}<geom size="1"/></body></worldbody>{}</mujoco>'
-THREE = (
-    "<mujoco><worldbody><body><joint name='a'/><joint name='b' axis='1 0 0'/><joint name='c'"
-    " axis='0 1 0'/><geom size='1'/></body></worldbody><equality>{}</equality></mujoco>"
-)
-REFUSED = {
-    "none moves": ("<mujoco/>", "must be 1 to 64 that move; 0 do"),
-    "no XML": ("<mujoco", "MuJoCo cannot read it: XML parse error"),
-    "no file": (BODY.format("<joint/><geom type='mesh' mesh='m'/>", ""), "MuJoCo cannot read it"),
-    "deformable": (
-        BODY.format("<joint/>", "").replace(
-            "</worldbody>",
-            "<flexcomp name='f' type='grid' dim='2' count='3 3 1' spacing='1 1 1'/></worldbody>",
-        ),
-        "flex f: is deformable",
-    ),
-    "two leaders": (
-        THREE.format("<joint joint1='a' joint2='b'/><joint name='f' joint1='a' joint2='c'/>"),
-        "equality f: must be of a joint that no other equality has made follow one",
-    ),
-    "no leader": (THREE.format("<joint name='e' joint1='a'/>"), "equality e: must make one joint"),
-    "a leader's square": (
-        THREE.format("<joint name='e' joint1='a' joint2='b' polycoef='0 1 1 0 0'/>"),
-        "equality e: must make one joint follow another in proportion",
-    ),
-    "loop": (
-        BODY.format("<joint/>", "<equality><connect body1='a' anchor='0 0 0'/></equality>"),
-        "equality equality_0: must make one joint follow another",
-    ),
-}
 
 
 @pytest.fixture
@@ -170,13 +141,6 @@ def test_init_takes_gear_armature_and_gravity(crosscheck, tmp_path, arm):
     assert 'damping of turn is not used; friction = "from-urdf" takes it' in robot.notes
     assert robot.armature.tolist() == [0.0, 0.0]
     assert not any("armature of" in note or "gear -100" in note for note in robot.notes)
-
-
-@pytest.mark.parametrize("case", REFUSED)
-def test_what_no_robot_can_be_made_of_is_one_line(crosscheck, tmp_path, case):
-    text, said = REFUSED[case]
-    (tmp_path / "arm.xml").write_text(text)
-    assert_one_line(crosscheck("cost", tmp_path / "arm.xml"), said)
 
 
 def test_without_mujoco_one_line_says_what_to_do(crosscheck, monkeypatch, arm):

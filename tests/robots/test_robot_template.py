@@ -1,7 +1,6 @@
 """`crosscheck init --urdf`: a file that loads, names every joint and replaces nothing."""
 
 import numpy as np
-import pytest
 
 from crosscheck.models.robot.file import load_robot
 from tests.robots.chains import LIMIT, Solid, joint, link, random_chain, urdf
@@ -94,21 +93,3 @@ def test_init_takes_gears_where_a_urdf_states_them(crosscheck, tmp_path):
     rotors = {robot.joints[each.joint].name: (each.ratio, each.inertia) for each in robot.rotors}
     # 0.08 = 20^2 J of the joint with an armature and a ratio
     assert rotors == {"a": (-100.0, 1.1e-4), "b": (50.0, 2e-5), "c": (20.0, 0.08 / 400)}
-
-
-@pytest.mark.parametrize(
-    ("text", "fragments"),
-    [
-        (geared_text(GEARS.replace(">-100<", ">a hundred<")), ("turn: mechanicalReduction", "a h")),
-        (geared_text(GEARS.replace('"50"', '"1e9"')), ("drakes: drake:gear_ratio", "1e+06")),
-        (geared_text(GEARS.replace('"2e-5"', '"-1"')), ("drakes: drake:rotor_inertia", "-1")),
-        (geared_text(armature="much"), ("joint c: dynamics.armature", "much")),
-        (geared_text(GEARS.replace('name="d"', 'name="x"')), ("alone: joint", "'x'")),
-        (geared_text(GEARS + GEARS.replace(">7<", ">8<")), ("alone: mech", "8", "must be the 7")),
-    ],
-)
-def test_init_names_a_bad_number_of_a_gear(crosscheck, tmp_path, text, fragments):
-    (tmp_path / "r.urdf").write_text(text)
-    answer = crosscheck("init", tmp_path / "r.toml", "--urdf", tmp_path / "r.urdf")
-    assert_one_line(answer, "r.urdf", *fragments)
-    assert not (tmp_path / "r.toml").exists()

@@ -193,30 +193,6 @@ def test_a_file_says_what_was_run(crosscheck, tmp_path):
 
 
 @pytest.mark.parametrize(
-    ("arguments", "said"),
-    [
-        (["--model", "analytic:geared"], "puma560 has the levels links, armature, coupled"),
-        (["--model", "newton:links"], "ENGINE one of analytic, pinocchio, exudyn"),
-        (["--set", "switches.phase=angle"], "path beginning with robot, scenario"),
-        (["--set", "arm.payload_mass_kg=1"], "path beginning with robot, scenario"),
-        (["--set", "robot.joints.nose.ratio=1"], "robot.joints.nose"),
-        (["--set", "scenario.start.theta_rad=[1,2]"], "needs 6 values, has 2"),
-        (["--set", "scenario.step_s=0.1", "--t-end", "1"], "largest stable step"),
-        (["--model", "pinocchio:coupled", "--rtol", "1e-9"], "no precise run"),
-        (["--rtol", "1"], "must be 1e-13 to 0.01"),
-    ],
-)
-def test_what_cannot_be_run_is_one_line(crosscheck, tmp_path, arguments, said):
-    usual = [] if "--model" in arguments else ["--model", "analytic:coupled"]
-    rest = ["--scenario", "pd", "--out", tmp_path / "run.nc", *usual, *arguments]
-    answer = crosscheck("simulate", "puma560", *rest)
-    assert answer.code == 2
-    assert answer.err.count("\n") == 1
-    assert said in answer.err
-    assert list(tmp_path.iterdir()) == []
-
-
-@pytest.mark.parametrize(
     ("level", "robot"),
     [*((level, "staged") for level in LEVELS), ("geared", "unlike")],  # of a ratio below 0
 )

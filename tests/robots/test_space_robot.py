@@ -64,20 +64,6 @@ def test_a_cube_is_a_body_half_a_side_behind_the_shoulder(written):
     assert masses[0] - masses[2] == pytest.approx(30 * 1.2**2 * (1 / 6 + 1 / 4), rel=1e-9)
 
 
-@pytest.mark.parametrize(
-    ("base", "words"),
-    [
-        ("mass_kg = 30.0", "base.side_m.*give side_m, or inertia_kg_m2 and com_m"),
-        ("mass_kg = 30.0\nside_m = 1.0\ncom_m = 0.1", "base.side_m.*give side_m, or"),
-        ("mass_kg = 30.0\nside = 1.0", "base.side.*side_m"),
-        ("mass_kg = -1.0\nside_m = 1.0", "base.mass_kg = -1.0: must be"),
-    ],
-)
-def test_a_bad_base_is_one_line(written, base, words):
-    with pytest.raises(InputError, match=words):
-        select_mechanism(written(base))
-
-
 def test_what_is_for_planar_arms_alone_refuses_a_free_base():
     file = str(SPACE / "space-arm.toml")
     assert find_section(file) == "robot"

@@ -1,10 +1,7 @@
 """Numbers and frames of a robot that are others: what each makes of its terms."""
 
 import re
-from collections.abc import Callable
-from dataclasses import replace
 from types import SimpleNamespace
-from typing import Any
 
 import numpy as np
 import pytest
@@ -12,61 +9,12 @@ import sympy as sp
 
 from crosscheck.analytic.robot.model import AnalyticRobot
 from crosscheck.checks.robot_states import sample_states
-from crosscheck.models.robot.robot import RIGID, Robot
+from crosscheck.models.robot.robot import RIGID
 from crosscheck.trial.changes.mistakes import list_frame_mistakes
 from crosscheck.trial.changes.numbers import UNITS, UNITS_OF
 from crosscheck.trial.changes.table import ChangeTable
 from tests.loops import require_items
 from tests.robots import chains
-from tests.robots.trials import robot_equations, run_robot_trial
-
-Change = Callable[[Robot], Robot]
-
-
-@pytest.fixture(scope="module")
-def tree() -> Robot:
-    """A trunk with two arms and rotors, no number of it twice."""
-    solids = [
-        chains.Solid(m, com, (a, 0.1 * a, -0.05 * a, 1.2 * a, 0.07 * a, 1.5 * a))
-        for m, com, a in (
-            (9.0, (0.02, 0.01, 0.2), 0.3),
-            (2.2, (0.01, 0.12, -0.013), 0.02),
-            (2.4, (0.012, -0.11, -0.015), 0.023),
-        )
-    ]
-    names = "trunk", "left", "right"
-    rotors = {"turn": (100.0, 2e-4), "l": (80.0, 9e-5), "r": (-60.0, 7e-5)}
-    return chains.robot(
-        chains.urdf(
-            chains.link("base"),
-            *map(chains.link, names, solids),
-            chains.joint("turn", "base", "trunk", at=(0.1, 0.05, 0.4)),
-            chains.joint("l", "trunk", "left", axis=(0.6, 0, 0.8), at=(0.02, 0.2, 0.35)),
-            chains.joint("r", "trunk", "right", axis=(0, 1, 0), at=(0.03, -0.21, 0.36)),
-        ),
-        {
-            name: {"kind": "geared", "ratio": ratio, "rotor_inertia_kg_m2": inertia}
-            for name, (ratio, inertia) in rotors.items()
-        },
-    )
-
-
-def put(kind: str, **fields: Callable[[Any], object]) -> Change:
-    """Other values in the last part of a kind."""
-
-    def change(own: Robot) -> Robot:
-        *others, last = getattr(own, kind)
-        new = {name: function(getattr(last, name)) for name, function in fields.items()}
-        changed: dict[str, Any] = {kind: (*others, replace(last, **new))}
-        return replace(own, **changed)
-
-    return change
-
-
-def test_a_ratio_of_turns_is_reported_as_such(tree):
-    used = put("rotors", ratio=lambda ratio: ratio / (2 * np.pi))(tree)
-    (words, *_) = run_robot_trial(robot_equations(used), tree).diagnosis.explanations
-    assert words.endswith("ratio = -9.5493 (file: -60), 1/(2 pi) of it: turns taken for radians?")
 
 
 @pytest.mark.parametrize("seed", [5, 9])

@@ -14,7 +14,6 @@ from crosscheck.trial.input.equations import Equations
 from crosscheck.trial.result import Trial
 from crosscheck.trial.robots.answers import Friction, read_friction
 from tests.robots import two_link
-from tests.robots.trials import run_robot_trial
 
 TWO = two_link.robot()
 q, v, T = sp.symbols("q1 q2"), sp.symbols("v1 v2"), sp.symbols("T1 T2")
@@ -135,20 +134,6 @@ def test_friction_of_the_robots_file_is_asked_for():
     assert read_friction(near, rubbing, "yours").is_stated
     with pytest.raises(InputError, match=r"viscous_friction.*as the robot's file has it"):
         assert_agrees(other, rubbing)
-
-
-@pytest.mark.parametrize(
-    ("factor", "words"), [(0.0, "missing"), (-1.0, "with the opposite sign"), (2.0, "twice")]
-)
-def test_friction_of_the_file_is_named_as_it_is(factor, words):
-    """Of the torques of a motion, which hold it, what is left of it or more than it."""
-    joints = tuple(replace(j, friction=c) for j, c in zip(TWO.joints, VISCOUS, strict=True))
-    own = Equations(
-        inverse_dynamics=lambda q, v, a: two_link.inverse_dynamics(q, v, a) + factor * VISCOUS * v
-    )
-    notes = run_robot_trial(own, replace(TWO, joints=joints)).diagnosis.notes
-    assert f"inverse_dynamics, the friction of j1 and j2: {words}" in notes
-    assert not [each for each in notes if "linear in v" in each]
 
 
 def test_friction_has_a_number_for_each_coordinate():

@@ -68,7 +68,6 @@ def trial(found: TrialDiagnosis, checks: Sequence[Finding] = (), **changes: Any)
     return Trial(**plain | changes)
 
 
-OFF = "yours on tested: bias[j1] and 6 more entries are wrong, by up to 35 % of their size"
 FINE = TrialDiagnosis("links")
 RIGHT = "yours on tested agrees with links (links alone), to 1.2e-15"
 LOST = Failure("ValueError", "of its own", "line 1\nline 2")
@@ -76,16 +75,6 @@ AGREES = finding("bias", 0.0, "analytic")
 OTHER = finding("bias", 0.3, "exudyn")
 # A trial, its headline and the causes that it names.
 CASES: dict[str, tuple[Trial, str, tuple[str, ...]]] = {
-    "with equal explanations": (
-        trial(TrialDiagnosis("coupled", NAMED, explanations=("a", "b", "c"))),
-        f"{OFF}; compared with coupled",
-        ("yours are the equations of coupled with a", "would also be explained by b or c"),
-    ),
-    "in other coordinates": (
-        trial(TrialDiagnosis("armature", NAMED, readings=("these", "those"))),
-        "yours on tested is right in these or in those, and not in j1, j2",
-        (),
-    ),
     "right": (trial(FINE, [AGREES]), RIGHT, ()),
     "right at several levels": (
         trial(

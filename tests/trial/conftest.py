@@ -4,6 +4,7 @@ import pytest
 
 from crosscheck.trial.arms import questions, subject
 from crosscheck.trial.changes.arms import waves
+from crosscheck.trial.robots import answers
 from tests.trial.mistakes.score import perform
 
 # Read before the fixture of all tests lowers them.
@@ -17,7 +18,7 @@ def trial_in_this_process(monkeypatch: pytest.MonkeyPatch) -> None:
     A module whose equations never come back, or end their process, has a fixture of this name that
     leaves the workers.
     """
-    for module in (subject, questions):
+    for module in (subject, questions, answers):
         monkeypatch.setattr(module, "run_tasks", lambda workers, tasks, progress: perform(tasks))
 
 

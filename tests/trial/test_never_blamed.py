@@ -48,10 +48,9 @@ def lengths(arm: Arm, gearing: str) -> np.ndarray:
     return np.where(LAYOUTS[gearing](arm).angular, 1.0, 0.05)[:, None]
 
 
-@pytest.mark.parametrize(("seed", "condition"), [(19, 1e2), (33, 2e4)])
-def test_in_coordinates_that_hardly_tell_the_links_apart(seed, condition):
-    arm = random_arm(seed, most_joints=4)
-    matrix = lengths(arm, "lumped") * turned(len(LAYOUTS["lumped"](arm)), seed, condition)
+def test_in_coordinates_that_hardly_tell_the_links_apart():
+    arm = random_arm(33, most_joints=4)
+    matrix = lengths(arm, "lumped") * turned(len(LAYOUTS["lumped"](arm)), 33, 2e4)
     own = in_coordinates("pinocchio:gears", Coordinates("lumped", matrix=matrix), arm)
     assert_never_blamed(own, arm)
 

@@ -5,11 +5,26 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
+from crosscheck.models.arm.arm import Arm
+from crosscheck.models.arm.planets import usual_switches
 from crosscheck.models.loading import load_arm
+from crosscheck.trial.changes.arms.segments import (
+    ReferenceTerms,
+    TermKey,
+    build_reference_terms,
+    derive_bias,
+)
 from crosscheck.trial.changes.arms.waves import WaveBasis, list_keys, minimum_state_count
-from tests.trial.planted import ABSOLUTE, terms
+from crosscheck.trial.coordinates.build import build_frame
+from crosscheck.trial.input.equations import Coordinates
+from crosscheck.trial.judge.entries import EntryPlace
 
-PAPER = load_arm("paper-labelled")
+PAPER, ABSOLUTE = load_arm("paper-labelled"), Coordinates(links="absolute")
+
+
+def terms(arm: Arm, coordinates: Coordinates) -> ReferenceTerms:
+    """Of an arm in coordinates."""
+    return build_reference_terms(build_frame(coordinates, arm), arm, usual_switches(arm))
 
 
 @settings(max_examples=20)
@@ -44,3 +59,11 @@ def test_enough_states_for_any_arm(joints):
     angles = np.random.default_rng(0).uniform(-3, 3, (minimum_state_count(known), joints))
     basis = WaveBasis(list_keys(known, (), "mass_matrix"), angles, {})
     assert np.linalg.cond(basis.table) < 20
+
+
+def test_a_bias_follows_from_a_wrong_mass_matrix():
+    """Of M = a cos(x_2), by hand: bias_1 = -a sin(x_2) v_2^2, and nothing of v_1 v_2."""
+    key, places = TermKey((0, 1)), (EntryPlace("mass_matrix", *at) for at in ((0, 1), (1, 0)))
+    made = derive_bias([(place, key, 3.0) for place in places], np.eye(2))
+    of_row = {place.rates: value for (place, _), value in made.items() if place.row == 0}
+    assert {rates: value for rates, value in of_row.items() if value} == {(1, 1): -3.0}

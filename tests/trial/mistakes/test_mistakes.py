@@ -17,7 +17,7 @@ from crosscheck.trial.input.loading import build_equations
 from tests.draws import DRAWS
 from tests.draws import SAMPLE as SAMPLED
 from tests.trial.mistakes.equations import RIGHT, written
-from tests.trial.mistakes.score import MISTAKES, Mistake, scored, supplied, wrong_entries
+from tests.trial.mistakes.score import MISTAKES, scored, supplied, wrong_entries
 
 ENOUGH = 0.9  # of the mistakes, told by their term
 SAMPLE = (
@@ -32,37 +32,6 @@ SAMPLE = (
 @pytest.mark.parametrize("kind", ["relative", "absolute", "spins"])
 def test_a_right_text_is_not_blamed(kind):
     assert wrong_entries(supplied(kind)) == []
-
-
-WEIGHT = "g*(m1*d1 + m2*L1 + mp*L1)*cos(x[0])"
-# Pieces of a text, the entries that may be blamed, and what is told of them.
-SLIPS = {
-    "a length in millimetres": (
-        "relative",
-        (WEIGHT, WEIGHT.replace("L1", "1000*L1")),
-        r"force\[theta_1\]",
-        "1000 L1 where L1 belongs",
-    ),
-    "9.8 for 9.81": (
-        "relative",
-        (" - g*", " - 9.8*"),
-        r"force\[theta_2\]",
-        "9.8 where g_y belongs",
-    ),
-    "a ratio of whole numbers": (
-        "displacements",
-        ("T[j]/s.n*", "T[j]/(1 + s.z_r//s.z_s)*"),
-        "force",
-        r"z_r[12]//z_s[12] \+ 1 where n[12] belongs",
-    ),
-}
-
-
-@pytest.mark.parametrize("slip", SLIPS)
-def test_a_slip_is_named_by_its_term(slip):
-    kind, replaced, entry, term = SLIPS[slip]
-    found = scored(Mistake(slip, "", kind, (replaced,), entry, term))
-    assert (found.entry_right, found.verdict) == (True, "right"), found
 
 
 @pytest.mark.parametrize("name", SAMPLE)

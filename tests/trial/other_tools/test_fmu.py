@@ -18,6 +18,7 @@ from unittest.mock import Mock
 
 import numpy as np
 import pytest
+from syrupy.assertion import SnapshotAssertion
 
 from crosscheck.analytic.kernel.export import generate_c_source
 from crosscheck.analytic.kernel.fmu import generate_fmu_sources
@@ -453,64 +454,41 @@ def many_files() -> bytes:
 
 
 HOSTILE = {
-    "no archive": (b"PK and then nothing", "is no FMU"),
-    "an empty archive": (zipped({}), "modelDescription.xml: is missing: this is no FMU"),
-    "a path upwards": (
-        zipped({**HARMLESS, "../evil.so": b""}),
-        "../evil.so: leads out of the folder",
-    ),
-    "a path from the root": (zipped({**HARMLESS, "/tmp/evil.so": b""}), "leads out of the folder"),
-    "a path in the middle": (zipped({**HARMLESS, "resources/../../e": b""}), "leads out of the"),
-    "a path of another system": (
-        zipped({**HARMLESS, "..\\evil.dll": b""}),
-        "leads out of the folder",
-    ),
-    "a link": (link(), "resources/here: is a link"),
-    "entities": (
-        zipped({DESCRIPTION: b'<!DOCTYPE x [<!ENTITY a "aaaa">]><x>&a;</x>'}),
-        "must be XML in UTF-8 without definitions of its own",
-    ),
-    "an entity alone": (
-        zipped({DESCRIPTION: b'<!ENTITY a "a"><x/>'}),
-        "without definitions of its",
-    ),
-    "a type alone": (zipped({DESCRIPTION: b"<!DOCTYPE x><x/>"}), "without definitions of its own"),
-    "another encoding": (zipped({DESCRIPTION: b"<\0x\0/\0>\0"}), "must be XML in UTF-8 without"),
+    "no archive": b"PK and then nothing",
+    "an empty archive": zipped({}),
+    "a path upwards": zipped({**HARMLESS, "../evil.so": b""}),
+    "a path from the root": zipped({**HARMLESS, "/tmp/evil.so": b""}),
+    "a path in the middle": zipped({**HARMLESS, "resources/../../e": b""}),
+    "a path of another system": zipped({**HARMLESS, "..\\evil.dll": b""}),
+    "a link": link(),
+    "entities": zipped({DESCRIPTION: b'<!DOCTYPE x [<!ENTITY a "aaaa">]><x>&a;</x>'}),
+    "an entity alone": zipped({DESCRIPTION: b'<!ENTITY a "a"><x/>'}),
+    "a type alone": zipped({DESCRIPTION: b"<!DOCTYPE x><x/>"}),
+    "another encoding": zipped({DESCRIPTION: b"<\0x\0/\0>\0"}),
     # These take a tenth of a second, of each process that collects tests.
-    "a bomb": (bomb, "resources/zeros: is packed"),
-    "many files": (many_files, "may hold 10000"),
+    "a bomb": bomb,
+    "many files": many_files,
 }
-
-
 DAMAGED = {
-    "a file that is a folder too": (
-        zipped({**HARMLESS, "resources/a": b"x", "resources/a/b": b"y"}),
-        "cannot be unpacked: ",
-    ),
-    "a name that no file can have": (
-        zipped({**HARMLESS, f"resources/{'n' * 300}": b"x"}),
-        "cannot be unpacked: File name too long",
-    ),
-    "a path that no file can have": (
-        zipped({**HARMLESS, "resources/" + "d/" * 3000 + "x": b""}),
-        "cannot be unpacked: File name too long",
-    ),
-    "a damaged file": (
-        zipped({**HARMLESS, "resources/a": b"sound" * 9}).replace(b"sound", b"other"),
-        "is no FMU: BadZipFile: Bad CRC-32",
-    ),
+    "a file that is a folder too": zipped({**HARMLESS, "resources/a": b"x", "resources/a/b": b"y"}),
+    "a name that no file can have": zipped({**HARMLESS, f"resources/{'n' * 300}": b"x"}),
+    "a path that no file can have": zipped({**HARMLESS, "resources/" + "d/" * 3000 + "x": b""}),
+    "a damaged file": zipped({**HARMLESS, "resources/a": b"sound" * 9}).replace(b"sound", b"other"),
 }
 
 
 @pytest.mark.parametrize("case", HOSTILE | DAMAGED)
-def test_a_hostile_or_damaged_archive_is_refused(case, tmp_path):
+def test_a_hostile_or_damaged_archive_is_refused(
+    case, tmp_path, monkeypatch, snapshot: SnapshotAssertion
+):
     """A hostile one before it is unpacked."""
-    content, fragment = (HOSTILE | DAMAGED)[case]
-    file, folder = tmp_path / "unit.fmu", tmp_path / "unpacked"
+    monkeypatch.chdir(tmp_path)
+    content, file, folder = (HOSTILE | DAMAGED)[case], Path("unit.fmu"), Path("unpacked")
     file.write_bytes(content if isinstance(content, bytes) else content())
     folder.mkdir()
-    with pytest.raises(InputError, match=f"^{file}: .*{re.escape(fragment)}"):
+    with pytest.raises(InputError) as error:
         unpack_fmu(file, folder)
+    assert str(error.value) == snapshot
     assert {path.name for path in tmp_path.iterdir()} == {"unit.fmu", "unpacked"}
     if case in HOSTILE:
         assert not [path for path in folder.rglob("*") if path.name != DESCRIPTION]
@@ -567,27 +545,6 @@ def test_a_draft_of_a_mapping_takes_states_by_their_order():
     assert tomllib.loads(stepped) == {**tomllib.loads(text), "level": "links"}
 
 
-@pytest.mark.parametrize(
-    ("names", "there", "said"),
-    [
-        (("a", "b"), ("b", "a", "c"), ""),
-        (("a",), ("a", "b"), "must be 2 names, each once"),
-        (("a", "a"), ("a", "b"), "must be 2 names, each once"),
-        (("a", "b", "c"), ("a", "b", "c"), "must be 2 names, each once"),
-        (("a", "x"), ("a", "b"), "torque = 'x': is not a real input of the unit; there are a, b"),
-        (("a", "x"), (), "torque = 'a': is not a real input of the unit; there are none"),
-    ],
-)
-def test_a_mapping_names_variables_that_are_there(names, there, said):
-    try:
-        archive._require_names(Path("map.toml"), "torque", names, 2, there, "a real input")
-        found = ""
-    except InputError as error:
-        found = str(error)
-    assert said in found
-    assert bool(said) == bool(found)
-
-
 def described_as(**words: str) -> bytes:
     """The program's own unit, words of its description changed, without binaries."""
     model = build_model("paper-labelled", "analytic:links", [])
@@ -600,59 +557,44 @@ def described_as(**words: str) -> bytes:
 
 
 UNUSABLE = {
-    "no description": (
-        zipped({DESCRIPTION: b'<fmiModelDescription fmiVersion="2.0"/>'}),
-        RIGID,
-        "modelDescription.xml: line 1: Element 'fmiModelDescription': The attribute 'modelName'",
-    ),
-    "no XML": (described_as(**{"</ModelVariables>": ""}), RIGID, "modelDescription.xml: is no XML"),
+    "no description": (zipped({DESCRIPTION: b'<fmiModelDescription fmiVersion="2.0"/>'}), RIGID),
+    "no XML": (described_as(**{"</ModelVariables>": ""}), RIGID),
     "a reference in words": (
         described_as(**{'valueReference="1"': 'valueReference="one"'}),
         RIGID,
-        "line 12: Element 'ScalarVariable', attribute 'valueReference': 'one'",
     ),
-    "a reference below 0": (
-        described_as(**{'valueReference="1"': 'valueReference="-1"'}),
-        RIGID,
-        "theta_2.valueReference = -1: must be a whole number from 0 to 4294967295",
-    ),
-    "a variable that is not there": (
-        described_as(**{'index="8"': 'index="800"'}),
-        RIGID,
-        "refers to variables or types that it does not hold",
-    ),
-    "another version": (
-        described_as(**{'fmiVersion="2.0"': 'fmiVersion="1.0"'}),
-        RIGID,
-        "must be 2.0 or 3.0",
-    ),
+    "a reference below 0": (described_as(**{'valueReference="1"': 'valueReference="-1"'}), RIGID),
+    "a variable that is not there": (described_as(**{'index="8"': 'index="800"'}), RIGID),
+    "another version": (described_as(**{'fmiVersion="2.0"': 'fmiVersion="1.0"'}), RIGID),
     "a long name of its binary": (
         described_as(**{'modelIdentifier="paper': f'modelIdentifier="{"long" * 99}'}),
         RIGID,
-        "modelIdentifier = ",
     ),
-    "no binary": (described_as(), RIGID, "binaries: holds none of paper_labelled for"),
-    "another state": (
-        described_as(),
-        RIGID.replace('"theta_2"]', '"theta_3"]'),
-        "q = 'theta_3': is not a continuous state of the unit; there are theta_1",
-    ),
-    "another input": (described_as(), RIGID.replace("torque_1", "T1"), "is not a real input"),
-    "too few": (described_as(), RIGID.replace('q = ["theta_1", ', "q = ["), "must be 2 names"),
-    "an unknown key": (described_as(), RIGID + "u = 1", "unknown key"),
-    "no torques": (described_as(), RIGID.rpartition("torque =")[0], "torque: is missing"),
+    "no binary": (described_as(), RIGID),
+    "another state": (described_as(), RIGID.replace('"theta_2"]', '"theta_3"]')),
+    "another input": (described_as(), RIGID.replace("torque_1", "T1")),
+    "too few": (described_as(), RIGID.replace('q = ["theta_1", ', "q = [")),
+    "too many": (described_as(), RIGID.replace('"theta_2"]', '"theta_2", "v_theta_1"]')),
+    "a name twice": (described_as(), RIGID.replace('"theta_1", "theta_2"', '"theta_1", "theta_1"')),
+    "no inputs": (described_as(**{'causality="input"': 'causality="local"'}), RIGID),
+    "an unknown key": (described_as(), RIGID + "u = 1"),
+    "no torques": (described_as(), RIGID.rpartition("torque =")[0]),
 }
 
 
 @pytest.mark.parametrize("case", UNUSABLE)
-def test_unusable_unit_is_one_line(crosscheck, case, tmp_path):
-    content, mapping, fragment = UNUSABLE[case]
-    (tmp_path / "unit.fmu").write_bytes(content)
-    (tmp_path / "map.toml").write_text(mapping, encoding="utf-8")
-    options = ["--coordinates", tmp_path / "map.toml", "--json", tmp_path / "t.json"]
-    answer = crosscheck("trial", tmp_path / "unit.fmu", *options, "--run-code")
-    assert_one_line(answer, fragment)
+def test_unusable_unit_is_one_line(
+    crosscheck, case, tmp_path, monkeypatch, snapshot: SnapshotAssertion
+):
+    monkeypatch.chdir(tmp_path)
+    content, mapping = UNUSABLE[case]
+    Path("unit.fmu").write_bytes(content)
+    Path("map.toml").write_text(mapping, encoding="utf-8")
+    words = "unit.fmu --coordinates map.toml --json t.json --run-code"
+    answer = crosscheck("trial", *words.split())
+    assert_one_line(answer)
     assert {path.name for path in tmp_path.iterdir()} == {"unit.fmu", "map.toml"}
+    assert answer.err == snapshot
 
 
 BROKEN = {
@@ -763,54 +705,37 @@ def test_draft_states_each_state_once(crosscheck, case, tmp_path):
 
 
 ARRAY = "><Dimension start='2'/></Float64>"
+PLAIN_2 = described_2(PLAIN, WITH, range(5, 9))
+PLAIN_3 = description_3(["a", "b"], steps=False)
+OF_STATE = 'variability="continuous" causality="local" initial="exact" start="0"/>'
+OF_INPUT = 'variability="continuous" causality="input" start="0"/>'
 NO_DRAFT = {
-    "derivatives of nothing": (
-        described_2(PLAIN, "", range(5, 9)).replace(b"der(", b"rate("),
-        ("rate(q1), rate(q2)", "derivative"),
-    ),
-    "no derivatives": (described_2(PLAIN, WITH, range(0)), ("0 continuous states", "by hand")),
-    "an odd number of states": (
-        described_2(dict.fromkeys(STATES[:3], ""), WITH, range(4, 7)),
-        ("3 continuous states", "by hand"),
-    ),
-    "no input": (
-        described_2(PLAIN, WITH, range(5, 9)).replace(b'"input"', b'"local"'),
-        ("0 real inputs", "by hand"),
-    ),
-    "two states of one name": (
-        described_2(PLAIN, WITH, range(5, 9)).replace(b'name="q2"', b'name="q1"'),
-        ("name of a variable = 'q1'",),
-    ),
-    "an input without a name": (
-        described_2(PLAIN, WITH, range(5, 9), torque=""),
-        ("name of a variable = ''",),
-    ),
-    "an array of inputs": (
-        description_3(["a", "b"], steps=False)
-        .replace('"torque_1" valueReference="8" variability="continuous" causality="input" start'
-                 '="0"/>', f'"tau" valueReference="8" causality="input" start="0 0"{ARRAY}')
-        .encode(),
-        ("tau: is an array",),
-    ),
-    "an array of states": (
-        description_3(["a", "b"], steps=False)
-        .replace(
-            '"a" valueReference="0" variability="continuous" causality="local" initial="exact"'
-            ' start="0"/>', f'"a" valueReference="0" initial="exact" start="0 0"{ARRAY}')
-        .encode(),
-        ("a: is an array",),
-    ),
-}  # fmt: skip
+    "derivatives of nothing": described_2(PLAIN, "", range(5, 9)).replace(b"der(", b"rate("),
+    "no derivatives": described_2(PLAIN, WITH, range(0)),
+    "an odd number of states": described_2(dict.fromkeys(STATES[:3], ""), WITH, range(4, 7)),
+    "no input": PLAIN_2.replace(b'"input"', b'"local"'),
+    "two states of one name": PLAIN_2.replace(b'name="q2"', b'name="q1"'),
+    "an input without a name": described_2(PLAIN, WITH, range(5, 9), torque=""),
+    "an array of inputs": PLAIN_3.replace(
+        f'"torque_1" valueReference="8" {OF_INPUT}',
+        f'"tau" valueReference="8" causality="input" start="0 0"{ARRAY}',
+    ).encode(),
+    "an array of states": PLAIN_3.replace(
+        f'"a" valueReference="0" {OF_STATE}',
+        f'"a" valueReference="0" initial="exact" start="0 0"{ARRAY}',
+    ).encode(),
+}
 
 
 @pytest.mark.parametrize("case", NO_DRAFT)
-def test_draft_without_content_is_not_written(crosscheck, case, tmp_path):
-    description, messages = NO_DRAFT[case]
-    answer = ask_for_draft(crosscheck, description, tmp_path)
-    assert_one_line(answer, "unit.fmu: ", *messages)
-    assert answer.code == 2
-    assert "\\n" not in answer.err
-    assert not (tmp_path / "new").exists()
+def test_draft_without_content_is_not_written(
+    crosscheck, case, tmp_path, monkeypatch, snapshot: SnapshotAssertion
+):
+    monkeypatch.chdir(tmp_path)
+    answer = ask_for_draft(crosscheck, NO_DRAFT[case], Path())
+    assert_one_line(answer)
+    assert not Path("new").exists()
+    assert answer.err == snapshot
 
 
 def test_no_code_of_a_unit_runs_unasked(crosscheck, tmp_path):

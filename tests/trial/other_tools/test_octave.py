@@ -18,6 +18,7 @@ from crosscheck.trial.result import Trial
 from crosscheck.trial.tables.folder import encode_mat_file, render_request_files
 from crosscheck.trial.tables.state_requests import TableTrial, collect_state_request
 from crosscheck.trial.trial import run_trial
+from tests.trial.mistakes.equations import written
 from tests.trial.other_tools.tables import judge_table
 
 HERE, EXAMPLES = Path(__file__).parent, Path(__file__).parents[3] / "examples"
@@ -28,66 +29,33 @@ TWO_LINK = {
     "bias": "@(q, v) nthargout(2, @two_link, arm, q, v, q)",
     "force": "@(t, q, v, torque) nthargout(3, @two_link, arm, q, v, torque)",
 }
-PYTHON = """
-import numpy as np
-
-from crosscheck.testing import Coordinates, Equations
-
-
-def model(arm):
-    one, two = arm.links
-    L1, L2, d1, d2, payload = one.length_m, two.length_m, one.com_m, two.com_m, arm.payload_mass_kg
-    m1, m2 = (rod.cross_section_m2 * rod.density_kg_per_m3 * rod.length_m for rod in arm.links)
-    I1, I2 = m1 * L1**2 / 12, m2 * L2**2 / 12
-    c1, c2 = (joint.friction_N_m_s_per_rad for joint in arm.joints)
-    coupling = (m2 * d2 + payload * L2) * L1
-    far = I2 + m2 * d2**2 + payload * L2**2
-    near = I1 + m1 * d1**2 + (m2 + payload) * L1**2
-
-    def mass_matrix(q):
-        angle = q[0] - q[1]
-        return [[near, coupling * np.cos(angle)], [coupling * np.cos(angle), far]]
-
-    def bias(q, v):
-        angle = q[0] - q[1]
-        return coupling * np.sin(angle) * np.array([v[1]**2, -v[0]**2])
-
-    def force(v, torque):
-        rubbed = c2 * (v[1] - v[0])
-        return [torque[0] - torque[1] - c1 * v[0] + rubbed, torque[1] - rubbed]
-
-    return Equations(mass_matrix, bias, force=force, coordinates=Coordinates(links="absolute"))
-"""
 GEARED = (EXAMPLES / "geared_lumped.py").read_text(encoding="utf-8")
 
 
 class Planted(NamedTuple):
-    """An error in Octave's text and in Python's; functions: what answers, by part."""
+    """An error in Octave's text and in Python's; functions: what answers, by part.
+
+    python: pieces of the text ``absolute`` of tests.trial.mistakes, or of an example's file.
+    """
 
     file: str
     octave: tuple[str, str]
-    text: str
     python: tuple[str, str]
-    coordinates: Coordinates
-    functions: dict[str, str]
-
-
-def in_two_link(octave: tuple[str, str], python: tuple[str, str]) -> Planted:
-    return Planted("two_link", octave, PYTHON, python, ABSOLUTE, TWO_LINK)
+    coordinates: Coordinates = ABSOLUTE
+    functions: dict[str, str] = TWO_LINK
 
 
 ERRORS = {
-    "none": in_two_link(("far = I2", "far = I2"), ("far = I2", "far = I2")),
-    "payload at the centre of mass": in_two_link(
-        ("payload * L2) * L1", "payload * d2) * L1"), ("payload * L2) * L1", "payload * d2) * L1")
+    "none": Planted("two_link", ("far = I2", "far = I2"), ("I2", "I2")),
+    "payload at the centre of mass": Planted(
+        "two_link", ("payload * L2) * L1", "payload * d2) * L1"), ("mp*L1*L2", "mp*L1*d2")
     ),
-    "friction without reaction": in_two_link(
-        ("c1 * v(1) + rubbed", "c1 * v(1)"), ("c1 * v[0] + rubbed", "c1 * v[0]")
+    "friction without reaction": Planted(
+        "two_link", ("c1 * v(1) + rubbed", "c1 * v(1)"), (" + k2*(v[1] - v[0])", "")
     ),
     "planets' orbit": Planted(
         "geared_inertia",
         ("orbit = orbit + count * joint.planet_mass_kg * r_c ^ 2;", ""),
-        GEARED,
         ("orbit += self.N * self.joint.planet_mass_kg * self.r_c**2", "pass"),
         LUMPED,
         {"mass_matrix": "@(q) geared_inertia(arm, q)"},
@@ -95,7 +63,6 @@ ERRORS = {
     "teeth in a rate": Planted(
         "geared_force",
         ("joint.ring_teeth * x", "joint.sun_teeth * x"),
-        GEARED,
         ("self.joint.ring_teeth * x", "self.joint.sun_teeth * x"),
         LUMPED,
         {"force": "@(t, q, v, torque) geared_force(arm, q, v, torque)"},
@@ -144,9 +111,13 @@ def rubbing() -> Arm:
 
 def by_python(planted: Planted, table: TableTrial, folder: Path) -> Trial:
     """The trial of the same equations as functions, of this arm alone."""
-    mine = folder / "mine.py"
-    mine.write_text(replaced(planted.text, planted.python), encoding="utf-8")
-    own = load_equations(f"{mine}:model", table.mechanism, None)
+    arm = table.mechanism
+    if planted.coordinates == ABSOLUTE:
+        own = replace(written("absolute", (planted.python,), arm), coordinates=ABSOLUTE, level="")
+    else:
+        mine = folder / "mine.py"
+        mine.write_text(replaced(GEARED, planted.python), encoding="utf-8")
+        own = load_equations(f"{mine}:model", arm, None)
     parts = {part: getattr(own, part) if part in planted.functions else None for part in NAMES}
     return run_trial(
         table.make_request("yours", replace(own, **parts, rebuild=None, any_arm=False))
