@@ -20,7 +20,7 @@ def test_init_writes_a_file_that_loads(crosscheck, tmp_path):
     (tmp_path / "parts" / "mine.urdf").write_text(TEXT)
     answer = crosscheck("init", tmp_path / "mine.toml", "--urdf", tmp_path / "parts" / "mine.urdf")
     assert (answer.code, answer.err) == (0, "")
-    assert "1 joints, all direct" in answer.out
+    assert "1 joint, all direct" in answer.out
     text = (tmp_path / "mine.toml").read_text()
     assert '"the first" = { kind = "direct" }' in text
     assert "grip" not in text
