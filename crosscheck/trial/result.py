@@ -11,7 +11,7 @@ import numpy as np
 
 from crosscheck.findings import Agreement
 from crosscheck.report.finding_groups import describe_by_reason
-from crosscheck.report.formatting import describe_tally, format_percent
+from crosscheck.report.formatting import describe_tally, format_percent, format_rounded
 from crosscheck.run import CrossCheck
 from crosscheck.runner.outcomes import Failure
 from crosscheck.trial.changes.search import list_equals
@@ -315,5 +315,9 @@ def describe_wrong(wrong: Sequence[EntryMismatch]) -> str:
     count, largest = len(wrong), max(each.share for each in wrong)
     others = f" and {count - 1} more {'entry' if count == 2 else 'entries'}" if count > 1 else ""
     verb, whose = ("are", "their") if count > 1 else ("is", "its")
-    share = f"{largest:.2g} times" if 10 <= largest < 1e6 else f"{format_percent(largest)} of"
+    share = (
+        f"{format_rounded(largest)} times"
+        if 10 <= largest < 1e6
+        else f"{format_percent(largest)} of"
+    )
     return f"{wrong[0].name}{others} {verb} wrong, by up to {share} {whose} size"

@@ -48,7 +48,8 @@ def list_further_functions(site: Site) -> Texts:
         for place, argument in enumerate(call.args if is_usual else ()):
             others = [each for each in call.args if each is not argument]
             has_kind = site.tree.kind(argument) in (site.kind, *([] if others else [None]))
-            if has_kind and all(map(site.can_name, others)):
+            is_apart = all(site.tree.kind(each) != site.kind for each in others)  # unlike a x b
+            if has_kind and is_apart and all(map(site.can_name, others)):
                 arguments = [*written[:place], site.text, *written[place + 1 :]]
                 texts[f"{function}({', '.join(arguments)})"] = None
     yield from texts

@@ -163,9 +163,13 @@ def list_constants(site: Site) -> Texts:
 
 
 def list_zeros(site: Site) -> Texts:
-    """A name for a number 0 among others, such as the offset that somebody left out."""
+    """A name for a number 0 of a vector, such as the offset that somebody left out."""
     is_zero = isinstance(site.node, ast.Constant) and site.node.value in (0, 0.0)
-    if is_zero and isinstance(site.parent, ast.List | ast.Tuple | ast.Call) and not site.is_index:
+    is_row = isinstance(site.tree.parent(site.parent), ast.List)  # of a matrix
+    row = site.parent.elts if isinstance(site.parent, ast.List | ast.Tuple) else ()
+    row = site.parent.args if isinstance(site.parent, ast.Call) else row
+    is_vector = any(not isinstance(each, ast.Constant) for each in row) and not is_row
+    if is_zero and is_vector and not site.is_index:
         yield from (text for text, kind in site.scope.list_leaves() if kind == NUMBER)
 
 
