@@ -21,6 +21,7 @@ from crosscheck.trial.source.edit import Edit
 from crosscheck.trial.source.syntax import SourceTree
 
 NUMBERS = "_crosscheck_numbers"  # name by which edited code finds the numbers that choose
+NONE = -1  # number that chooses no edit
 
 
 @dataclass(frozen=True)

@@ -7,6 +7,7 @@ from __future__ import annotations
 
 import time
 from collections.abc import Collection, Iterable, Iterator, Mapping, Sequence
+from dataclasses import replace
 from functools import partial
 from typing import NamedTuple
 
@@ -14,7 +15,7 @@ import numpy as np
 
 from crosscheck.trial.source.answer_key import Answer, AnswerKey, Entry
 from crosscheck.trial.source.code import UserCode
-from crosscheck.trial.source.edited_code import EditedCode
+from crosscheck.trial.source.edited_code import NONE, EditedCode
 from crosscheck.trial.source.sandbox import limit_processor_time
 
 SLOWER, LEAST_S = 20.0, 0.2  # times the code as it is, and [s] on top, that an edit may take
@@ -141,6 +142,18 @@ class SourceJudge:
             right = [part for part in self.parts if part not in self.states]
             broken = trusted.find_wrong_entries(answer, right, [0])
         return Response(any(moved), all(moved), bool(broken))
+
+    def is_intact(self, edited: EditedCode) -> bool:
+        """Whether equations that edits share still answer as they are without any edit."""
+        try:
+            with limit_processor_time(self.limit_s):
+                answer = replace(edited, chosen=[NONE]).bind_shared(self.answer_keys[0])
+                return all(
+                    np.array_equal(answer(part, state), self.values[part])
+                    for part, state in self.states.items()
+                )
+        except BaseException:  # whatever the code raises
+            return False
 
     def judge(self, edited: EditedCode) -> EditVerdict:
         """What an edit mends. Raises whatever the code raises, and TooSlow."""

@@ -216,14 +216,28 @@ class EditSearch:
         return responses
 
     def _compile_batches(self, edits: Iterable[Edit]) -> Iterator[tuple[Edit, EditedCode]]:
-        """Edits with the code that has them, as long as there is time."""
+        """Edits with the code that has them, as long as there is time.
+
+        Those that share equations come once more, each with its own, if one of them has changed
+        what these are made of: a list or an array that it takes for one of its own.
+        """
         remaining = iter(edits)
         while batch := list(islice(remaining, MOST_COMPILED)):
-            for edit, edited in self.compiler.compile_each(batch):
-                if self.is_spent:
-                    return
-                if edited is not None:
-                    yield edit, edited
+            compiled = list(self.compiler.compile_each(batch))
+            yield from self._list_in_time(compiled)
+            sharing = [(edit, each) for edit, each in compiled if each and each.shared]
+            if sharing and not self.judge.is_intact(sharing[0][1]):
+                alone = [(edit, replace(each, shared=None)) for edit, each in sharing]
+                yield from self._list_in_time(alone)
+
+    def _list_in_time(
+        self, compiled: Iterable[tuple[Edit, EditedCode | None]]
+    ) -> Iterator[tuple[Edit, EditedCode]]:
+        for edit, edited in compiled:
+            if self.is_spent:
+                return
+            if edited is not None:
+                yield edit, edited
 
     def _solve_literals(self, *, of_vectors: bool) -> Iterator[Edit]:
         """Numbers of the code, or vectors of them, that others in their place make right."""

@@ -408,6 +408,31 @@ def test_numbers_of_the_file_are_not_solved_for(tmp_path, stated):
     assert answer.edits[0].new == ("1.7 * e + e ** 2" if stated else "2.11")
 
 
+def test_an_edit_that_changes_what_equations_are_made_of_hides_no_other(tmp_path):
+    """Row a in place of b keeps what is added to it, before a matrix is another one."""
+    right = """
+import numpy as np
+
+def make():
+    row_a = np.array([0.7, 1.9])
+    A = np.array([[0.3, 1.2], [0.8, -0.5]])
+    B = np.array([[1.1, 0.4], [-0.6, 0.9]])
+
+    def ask(q):
+        row_b = np.array([q[1], q[0]])
+        summed = row_b
+        summed[0] += 2.5 * q[0]
+        return B @ A @ summed * row_a[0]
+
+    return {"ask": ask}
+"""
+    code = make_code(tmp_path, right, ("B @ A", "A @ A"))
+    answer = find_source_answer(code, lambda: [make_answer_key(right)], ignore_progress)
+    assert answer is not None
+    assert answer.is_whole
+    assert (answer.edits[0].new, answer.edits[0].rank) == ("B @ A", 2)
+
+
 def test_what_names_are_is_seen_without_calling_anything(tmp_path):
     text = """
 counts = []
