@@ -165,11 +165,15 @@ def list_constants(site: Site) -> Texts:
 def list_zeros(site: Site) -> Texts:
     """A name for a number 0 of a vector, such as the offset that somebody left out."""
     is_zero = isinstance(site.node, ast.Constant) and site.node.value in (0, 0.0)
-    is_row = isinstance(site.tree.parent(site.parent), ast.List)  # of a matrix
-    row = site.parent.elts if isinstance(site.parent, ast.List | ast.Tuple) else ()
-    row = site.parent.args if isinstance(site.parent, ast.Call) else row
-    is_vector = any(not isinstance(each, ast.Constant) for each in row) and not is_row
-    if is_zero and is_vector and not site.is_index:
+    if not is_zero or site.is_index:
+        return
+    elements: Sequence[ast.expr] = ()
+    if isinstance(site.parent, ast.Call):
+        elements = site.parent.args
+    elif isinstance(site.parent, ast.List | ast.Tuple):
+        is_row = isinstance(site.tree.parent(site.parent), ast.List)  # of a matrix
+        elements = () if is_row else site.parent.elts
+    if any(not isinstance(each, ast.Constant) for each in elements):
         yield from (text for text, kind in site.scope.list_leaves() if kind == NUMBER)
 
 

@@ -18,7 +18,7 @@ from crosscheck.trial.source.sandbox import enter_sandbox
 from crosscheck.trial.source.search import BUDGET_S, DERIVING_BUDGET_S, EditSearch
 from crosscheck.trial.source.source_edit import SourceAnswer
 
-CLOSING_S = 20  # [s] beyond it, after which the process is ended
+CLOSING_S = 20  # [s] of processor time beyond the budgets, after which the process is ended
 MOST_AT_ONCE = 4  # likeliest ranks that come before their edits elsewhere
 # Rounds of a search: ranks, first the edits that may mend all that is wrong, then the others.
 ROUNDS = (
