@@ -114,9 +114,7 @@ class EditCompiler:
 
     def is_repeated(self, node: ast.AST) -> bool:
         """Whether an expression runs whenever the equations are asked, and not before."""
-        around = self.tree.statement(node)
-        last = around.lineno if hasattr(around, "body") else around.end_lineno or around.lineno
-        ran = self.tree.lines.intersection(range(around.lineno, last + 1))
+        ran = self.tree.lines.intersection(self.tree.list_lines(node))
         return bool(ran) and ran <= self.repeated_lines
 
     def _compile_together(

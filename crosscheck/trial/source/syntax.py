@@ -146,12 +146,15 @@ class SourceTree:
             node = self.places[id(node)][0]
         return node
 
-    def has_run(self, node: ast.AST, lines: set[int]) -> bool:
-        """Whether the statement of a node is among lines that ran."""
+    def list_lines(self, node: ast.AST) -> range:
+        """Numbers of the lines of a node's statement, of one with a body of its first line."""
         around = self.statement(node)
         last = around.lineno if hasattr(around, "body") else around.end_lineno or around.lineno
-        line = getattr(node, "lineno", around.lineno)
-        return line in lines or not lines.isdisjoint(range(around.lineno, last + 1))
+        return range(around.lineno, last + 1)
+
+    def has_run(self, node: ast.AST, lines: set[int]) -> bool:
+        """Whether the statement of a node is among lines that ran."""
+        return getattr(node, "lineno", 0) in lines or not lines.isdisjoint(self.list_lines(node))
 
     def is_leaf(self, node: ast.AST) -> bool:
         """Whether a node is a whole name, attribute or element that is read, and is not called."""
@@ -203,7 +206,6 @@ class SourceTree:
 
     def observe(self, run: Callable[[], object]) -> set[int]:
         """See what all names are while equations are made and asked: the lines that run."""
-        lines = set[int]()
         leaves: dict[int, dict[str, CodeType]] = {}
         siblings: dict[int, dict[str, CodeType]] = {}
         indices: dict[int, set[str]] = {}
@@ -236,42 +238,41 @@ class SourceTree:
         texts = (text for each in leaves.values() for text in each if not text.isidentifier())
         elsewhere = dict.fromkeys(texts)  # names of other functions, if they mean something here
 
-        def look(frame: FrameType, event: str, argument: object) -> Any:
-            if frame.f_code.co_filename != self.code.file:
-                return None
-            lines.add(frame.f_lineno)
-            if event == "return":
-                first, name = frame.f_code.co_firstlineno, frame.f_code.co_name
-                around = top if name == "<module>" else by_line.get(first, top)
-                scope = by_name.get((first, name), around)
-                _record_kinds(scope.kinds, frame, leaves[id(scope)])
-                _record_kinds(scope.unwritten, frame, siblings[id(scope)])
-                is_class = name != "<module>" and not frame.f_code.co_flags & CO_OPTIMIZED
-                if (
-                    name not in COMPREHENSIONS and not is_class
-                ):  # whose frames are not the function's
-                    scope.result = scope.result or find_kind(argument)
-                    unwritten = [*elsewhere, *_list_unwritten(frame, indices[id(scope)])]
-                    _record_values(scope, frame, unwritten)
-            return look
+        def record(frame: FrameType, result: object) -> None:
+            first, name = frame.f_code.co_firstlineno, frame.f_code.co_name
+            around = top if name == "<module>" else by_line.get(first, top)
+            scope = by_name.get((first, name), around)
+            _record_kinds(scope.kinds, frame, leaves[id(scope)])
+            _record_kinds(scope.unwritten, frame, siblings[id(scope)])
+            is_class = name != "<module>" and not frame.f_code.co_flags & CO_OPTIMIZED
+            # Frames of comprehensions and of classes are not the function's.
+            if name not in COMPREHENSIONS and not is_class:
+                scope.result = scope.result or find_kind(result)
+                unwritten = [*elsewhere, *_list_unwritten(frame, indices[id(scope)])]
+                _record_values(scope, frame, unwritten)
 
-        sys.settrace(look)
-        try:
-            run()
-        finally:
-            sys.settrace(None)
+        lines = list_run_lines(self.code.file, run, record)
         self.lines |= lines
         return lines
 
 
-def list_run_lines(file: str, run: Callable[[], object]) -> set[int]:
-    """Numbers of the lines of a file that run meanwhile."""
+def list_run_lines(
+    file: str,
+    run: Callable[[], object],
+    record: Callable[[FrameType, object], None] = lambda frame, result: None,
+) -> set[int]:
+    """Numbers of the lines of a file that run meanwhile.
+
+    record: called with each frame of the file and its result as it ends.
+    """
     lines = set[int]()
 
     def look(frame: FrameType, event: str, argument: object) -> Any:
         if frame.f_code.co_filename != file:
             return None
         lines.add(frame.f_lineno)
+        if event == "return":
+            record(frame, argument)
         return look
 
     sys.settrace(look)
