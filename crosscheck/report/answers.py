@@ -9,7 +9,9 @@ from dataclasses import dataclass
 
 from crosscheck.findings import Agreement, EntryDifferences, Finding, Verdict, WrongEntry
 from crosscheck.mechanisms import supply
+from crosscheck.models.arm.arm import Arm
 from crosscheck.models.mechanism import Mechanism
+from crosscheck.models.robot.robot import Robot
 from crosscheck.registry import engine_of, model_names
 from crosscheck.report.formatting import (
     describe_tally,
@@ -147,7 +149,7 @@ def answer_on_equations(rows: Sequence[ModelAnswer], outline: ReportOutline) -> 
     return " ".join(sentences)
 
 
-def answer_on_rigid_arm(agreement: Agreement) -> str:
+def answer_on_rigid_arm(agreement: Agreement, _: Arm) -> str:
     """The answer to the second question: how far the tip of the first and the last level is off."""
     by_case = _group_tips(agreement)
     if not by_case:
@@ -160,7 +162,7 @@ def answer_on_rigid_arm(agreement: Agreement) -> str:
     return " ".join(sentences)
 
 
-def answer_on_levels(agreement: Agreement) -> str:
+def answer_on_levels(agreement: Agreement, robot: Robot) -> str:
     """Deviation of tip and torques at each level of a robot from its most detailed level."""
     deviations = [f for f in agreement.findings if f.about.key.family == "deviation"]
     by_model: dict[str, list[Finding]] = {}
@@ -177,7 +179,7 @@ def answer_on_levels(agreement: Agreement) -> str:
             continue
         parts = [
             f"the tip is {format_length(f.measured or 0.0)} from that of"
-            f" {f.right.partition(':')[2]} {f.about.metric.partition(' tip ')[2]}"
+            f" {f.right.partition(':')[2]} after a free motion"
             f"{', in which no teeth touch' if is_without_contact(f) else ''}"
             for f in findings
             if f.quantity == "tip"
@@ -186,7 +188,7 @@ def answer_on_levels(agreement: Agreement) -> str:
         if shares:
             worst = max(shares, key=lambda f: f.relative or 0.0)
             parts.append(
-                f"the {worst.about.metric.partition(' of the ')[2].partition(' over ')[0]} is off"
+                f"the torque of {robot.coordinate_names[(worst.about.key.joint or 1) - 1]} is off"
                 f" by up to {format_percent(worst.relative or 0.0)} of its largest"
             )
         sentences += (f"At level {level} {part}." for part in parts)
@@ -323,7 +325,7 @@ def answer_questions(agreement: Agreement, mechanism: Mechanism) -> Answers:
         describe_verdict(agreement),
         tuple(rows),
         answer_on_equations(rows, outline),
-        answer_on_levels(agreement) if outline.has_levels else "",
+        answer_on_levels(agreement, mechanism) if outline.has_levels else "",
         answer_on_trust(agreement, outline),
         outline,
     )

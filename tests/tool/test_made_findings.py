@@ -155,7 +155,8 @@ def test_a_cross_check_answers(name: str, labelled, snapshot: SnapshotAssertion)
     answers = answer_questions(agreement, labelled)
     rows = compare_models(agreement, outline_arm(labelled))
     sizes = [f"{row.model} {row.verdict} {row.number('mass_matrix')}" for row in rows]
-    texts = answers.equations, answers.rigid, answers.trust, answer_on_levels(agreement), *sizes
+    levels = answer_on_levels(agreement, load_robot("puma560"))
+    texts = answers.equations, answers.rigid, answers.trust, levels, *sizes
     shown = print_with(print_agreement, agreement), first_screen(AGREEMENTS[name], labelled)
     assert "\n".join(map(list_lines, (*texts, *shown))) == snapshot
 
