@@ -66,13 +66,13 @@ def require_files(
 ) -> None:
     """Raise InputError unless each file can be written and no two are the same; before the work."""
     taken = set() if reserved_path is None else {os.path.realpath(reserved_path)}
-    for path, kind in outputs:
-        if path is None:
-            continue
-        require_file(path, kind)
+    files = [(path, kind) for path, kind in outputs if path is not None]
+    for path, _ in files:  # before a folder is made for any of them
         if os.path.realpath(path) in taken:
             raise InputError(str(path), "", None, "is in use for two things; name another file")
         taken.add(os.path.realpath(path))
+    for path, kind in files:
+        require_file(path, kind)
 
 
 def write_text(path: Path, text: str) -> None:

@@ -131,9 +131,10 @@ def test_a_report_that_cannot_be_written_is_refused_before_the_work(
 
 @pytest.mark.usefixtures("no_work")
 def test_one_file_for_two_things_is_refused(crosscheck, tmp_path):
-    (tmp_path / "link").symlink_to("a")
-    arguments = ("validate", "--json", tmp_path / "a", "--junit", tmp_path / "link")
+    (tmp_path / "link").symlink_to("new/a")
+    arguments = ("validate", "--json", tmp_path / "new" / "a", "--junit", tmp_path / "link")
     assert_one_line(crosscheck(*arguments), "link: is in use for two things")
+    assert not (tmp_path / "new").exists()
 
 
 def test_several_files_appear_together_or_not_at_all(tmp_path):
