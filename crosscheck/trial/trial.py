@@ -138,8 +138,10 @@ def _run_once(
 
 def _judge_subject(subject: TrialSubject, request: TrialRequest) -> Trial:
     problem = subject.problem
-    distances = subject.measure_levels()
-    diagnosis = subject.diagnose(distances)
+    # Answers may be as large as numbers get: what overflows, or is divided by 0, fits no change.
+    with np.errstate(all="ignore"):
+        distances = subject.measure_levels()
+        diagnosis = subject.diagnose(distances)
     level = diagnosis.level
     answers = subject.collect_answers(level)
     self_checks = list(judge_answers(answers))

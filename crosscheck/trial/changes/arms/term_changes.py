@@ -208,8 +208,7 @@ class Target:
 
         def multiply(ratio: Any, powers: Any = 1.0) -> np.ndarray:
             """Effects of a ratio (A,) to powers (P,) or one."""
-            with np.errstate(divide="ignore", invalid="ignore", over="ignore"):
-                raised = np.asarray(ratio) ** np.reshape(powers, (-1, 1)) - 1
+            raised = np.asarray(ratio) ** np.reshape(powers, (-1, 1)) - 1
             effects: np.ndarray = raised[..., None] * whole
             return effects
 
@@ -255,18 +254,17 @@ class Target:
         value = self.values[name]
         powers = np.array([dict(product.monomial.powers).get(name, 0) for product in self.rows])
         sizes, alternatives = set(powers[mask].tolist()), list(self._list_alternatives(name))
-        with np.errstate(divide="ignore", invalid="ignore"):
-            # Of one power throughout, a multiple of the letter is but a factor of the terms.
-            for other in alternatives if len(sizes) > 1 else alternatives[:-MULTIPLES]:
-                yield other, name, other.value / value, powers
-            if len(sizes) == 1 and abs(power := sizes.pop()) >= 2:
-                step = int(np.sign(power))
-                named = [each for each in alternatives if each.text in self.values]
-                fewer, right = (format_power(name, each) for each in (power - step, power))
-                for other in (Alternative("", np.ones_like(value), 0.1), *named):
-                    text, cost = f"{other.text} {fewer}".strip(), other.cost + 0.15
-                    ratio = other.value / value
-                    yield Alternative(text, other.value, cost), right, ratio, step * (powers != 0)
+        # Of one power throughout, a multiple of the letter is but a factor of the terms.
+        for other in alternatives if len(sizes) > 1 else alternatives[:-MULTIPLES]:
+            yield other, name, other.value / value, powers
+        if len(sizes) == 1 and abs(power := sizes.pop()) >= 2:
+            step = int(np.sign(power))
+            named = [each for each in alternatives if each.text in self.values]
+            fewer, right = (format_power(name, each) for each in (power - step, power))
+            for other in (Alternative("", np.ones_like(value), 0.1), *named):
+                text, cost = f"{other.text} {fewer}".strip(), other.cost + 0.15
+                ratio = other.value / value
+                yield Alternative(text, other.value, cost), right, ratio, step * (powers != 0)
 
     def _list_alternatives(self, name: str) -> Iterator[Alternative]:
         yield from generate_alternatives(name, self.values)

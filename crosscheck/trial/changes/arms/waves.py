@@ -89,8 +89,7 @@ class WaveBasis:
 
         scale: the size of the numbers from whose rounding the values suffer.
         """
-        with np.errstate(over="ignore"):
-            size = float(np.linalg.norm(values))
+        size = float(np.linalg.norm(values))
         if not np.isfinite(size) or not size:
             return None
         solved = self._inverse @ values
