@@ -7,6 +7,7 @@ import textwrap
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
 from pathlib import Path
+from typing import Any
 
 from crosscheck.trial.source.edit import Edit
 from crosscheck.trial.source.syntax import SourceTree
@@ -123,20 +124,27 @@ def describe_edit(tree: SourceTree, edit: Edit, entries: tuple[str, ...]) -> Sou
         return SourceEdit(file, line, old, new, *pieces, entries, edit.rank)
     start = lines[line - 1].encode()[: node.col_offset].decode()
     end = lines[last - 1].encode()[node.end_col_offset :].decode()
-    around = tree.parent(node)
-    new, whole = ast.unparse(other), _write_edited(tree, edit, around)
+    around, old, outer = tree.parent(node), _read_text(tree, node), node
+    removed = ast.get_source_segment(tree.code.text, node) or ""
+    new = ast.unparse(other)
+    if "#" not in removed:  # what stays of the expression stays as it is written
+        new = new.replace(ast.unparse(node), old, 1)
     # Python says where parentheses are needed; those that are there already stay.
     is_bare = not (start.rstrip().endswith("(") and end.lstrip().startswith(")"))
-    is_inner = isinstance(around, ast.expr) and f"({new})" in whole and is_bare
-    removed = ast.get_source_segment(tree.code.text, node) or ""
-    pieces = start, removed, f"({new})" if is_inner else new, end
-    old, outer = _read_text(tree, node), node
+    needs_parentheses = isinstance(around, ast.expr) and _needs_parentheses(tree, edit, around)
+    added = f"({new})" if is_bare and needs_parentheses else new
+    pieces, shown = (start, removed, added, end), added
     # A part of an element says more with all of it; of several that are equal nobody knows which.
     while isinstance(around, ast.Subscript) or (
         before.count(old) > 1 and isinstance(around, ast.expr)
     ):
-        old, new, outer = _read_text(tree, around), _write_edited(tree, edit, around), around
-        around = tree.parent(around)
+        old, shown = _read_text(tree, around), _replace_text(tree, around, outer, shown)
+        outer, around = around, tree.parent(around)
+    further = added.removeprefix(f"{old} ")
+    if outer is not node:
+        new = shown
+    elif further != added and len(further) < len(old):
+        new, pieces = further, (f"{start}{removed} ", "", further, end)
     return SourceEdit(file, outer.lineno, old, new, *pieces, entries, edit.rank)
 
 
@@ -172,14 +180,26 @@ def _describe_move(lines: list[str], edit: Edit, file: str, entries: tuple[str, 
     return SourceEdit(file, line, text, text, "", removed, added, "", entries, edit.rank, where)
 
 
-def _write_edited(tree: SourceTree, edit: Edit, around: ast.AST | None) -> str:
-    """Source text of a node with an edit inside, as Python writes it."""
-    if around is None:
-        return ""
-    tree.put(edit.node, edit.parse())
+def _needs_parentheses(tree: SourceTree, edit: Edit, around: ast.expr) -> bool:
+    """Whether the text of an edit needs parentheses in the expression around it."""
+    other = edit.parse()
+    tree.put(edit.node, other)
     text = ast.unparse(around)
     tree.put(edit.node, edit.node)
-    return text
+    return f"({ast.unparse(other)})" in text
+
+
+def _replace_text(tree: SourceTree, around: ast.AST, node: ast.AST, new: str) -> str:
+    """The text of an expression as it stands in the source, with other text for a part of it."""
+    lines = [line.encode() for line in tree.code.text.splitlines(keepends=True)]
+
+    def find_span(part: Any) -> tuple[int, int]:
+        ends = (part.lineno, part.col_offset), (part.end_lineno, part.end_col_offset)
+        first, last = (sum(map(len, lines[: line - 1])) + column for line, column in ends)
+        return first, last
+
+    (first, last), (begin, end), text = find_span(around), find_span(node), b"".join(lines)
+    return " ".join((text[first:begin] + new.encode() + text[end:last]).decode().split())
 
 
 def _read_text(tree: SourceTree, node: ast.AST) -> str:

@@ -302,6 +302,13 @@ def test_a_quick_cross_product_has_the_bits_of_a_slow_one():
         assert np.array_equal(quick, slow)
 
 
+def test_a_lost_summand_is_named_behind_the_formula_as_that_is_written(tmp_path):
+    lost = "a.mass*(c1 + b.lever)*np.cos(q[0]) + s*q[1]"
+    answer = find_answer(tmp_path, ("a.mass * (c1 + b.lever) * np.cos(q[0]) + s * q[1] + c2", lost))
+    assert answer is not None
+    assert [each.remedy for each in answer.edits] == [f"+ c2 should follow {lost}"]
+
+
 def test_two_errors_are_one_answer(tmp_path):
     answer = find_answer(tmp_path, ("- 2 * c1", "+ 2 * c1"), ("R.T @ w", "R @ w"))
     assert answer is not None
