@@ -143,9 +143,9 @@ class ArmSubject(TrialSubject):
         if problem.gearing != "rigid":
             return []
         levels = find_distinct_levels(problem.mechanism)
-        distinct = [level for level in levels if level in problem.levels]
-        sizes = problem.compute_sizes(problem.levels[-1])  # same for all
-        for level in distinct or problem.levels:
+        levels = tuple(level for level in levels if level in problem.levels) or problem.levels
+        sizes = problem.compute_sizes(levels[-1])  # same for all
+        for level in levels:
             compared = self._compare(level)
             places = {  # two of M that mirror each other are one
                 (place.part, place.rates, frozenset((place.row, place.column)))

@@ -19,7 +19,7 @@ from crosscheck.models.experiment.scenario import Scenario
 from crosscheck.planning.arms import sample_model
 from crosscheck.planning.comparison import Comparison, Results, make_comparison
 from crosscheck.planning.plan import perturb_start_by_one_ulp
-from crosscheck.registry import MODELS, find_same_integrator_models
+from crosscheck.registry import MODELS, find_same_integrator_models, group_equal_levels
 from crosscheck.runner.outcomes import Failure
 from crosscheck.runner.tasks import Evaluation, RunKey, Simulation
 from crosscheck.trial.arms.questions import AGAIN, PART_OF, VerificationProblem
@@ -116,9 +116,15 @@ def collect_answers(problem: VerificationProblem, results: Results) -> AnswerSet
 def judge_engines(
     problem: VerificationProblem, answers: AnswerSet, level: str
 ) -> Iterator[Finding]:
-    """Compare every part with every engine: they must agree at this level."""
+    """Compare every part with every engine: they must agree at this level.
 
+    Of levels that are equal on the arm one is enough.
+    """
+    groups = group_equal_levels(problem.case.arm)
+    others = [group[0] for group in groups if level not in group]
     for each in problem.levels:
+        if each not in (level, *others):
+            continue
         natural, engines = problem.compute_sizes(each), problem.engines(each)
         sizes = {part: make_part_size(natural, part) for part in answers.values}
         by_engine = {
