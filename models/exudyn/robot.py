@@ -9,11 +9,10 @@ their shafts is what the teeth have come together.
 from __future__ import annotations
 
 from collections.abc import Iterator, Sequence
-from typing import Any, NamedTuple
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from crosscheck.models.experiment.scenario import switches
 from crosscheck.models.exudyn.engine import (
     System,
     TreePart,
@@ -22,11 +21,12 @@ from crosscheck.models.exudyn.engine import (
     exudyn,
     items,
 )
-from crosscheck.models.exudyn.tree import mesh as tree_mesh
-from crosscheck.models.exudyn.tree.laws import Side, base_radius, build_mesh_law, inertia
-from crosscheck.models.exudyn.tree.mesh import MeshLaw
+from crosscheck.models.exudyn.tree.wheels import base_radius, inertia
 from crosscheck.models.robot.interface import RobotModel
 from crosscheck.models.robot.robot import BASE, WITH_ROTORS, Level, LinkFrame, Robot, RotorMesh
+
+if TYPE_CHECKING:
+    from crosscheck.models.exudyn.elastic import ElasticStage
 
 # Of its stator's mass, taken from it, at its centre of mass: Exudyn's bodies need one, and it
 # changes nothing there.
@@ -39,19 +39,7 @@ SENSOR_VARIABLES = (
     exudyn.OutputVariableType.AngularVelocityLocal,
     exudyn.OutputVariableType.RotationMatrix,
 )
-SIDES: tuple[Side, Side] = ("sun", "ring")
 TURNING, SLIDING = exudyn.JointType.RevoluteZ, exudyn.JointType.PrismaticZ
-
-
-class ElasticStage(NamedTuple):
-    """Planets of a stage that turn as one, on springs: joint, sun and they among the parts."""
-
-    joint: int
-    sun: int
-    planet: int
-    planets: int
-    sun_law: MeshLaw
-    ring_law: MeshLaw
 
 
 class ExudynRobot(RobotModel):
@@ -114,18 +102,16 @@ class ExudynRobot(RobotModel):
                 parts += self._spinning_parts(moved, np.eye(3), J_p, parts, False)
                 rows = np.vstack([rows, sun, planet])
                 continue
+            # Compiled laws take half a second to import, and most robots have no stage.
+            from crosscheck.models.exudyn.elastic import build_elastic_stage
+
             each, planet_rows = gears.planet_count // len(stage.groups), list[np.ndarray]()
             for number in stage.groups:
                 parts += self._spinning_parts(
                     moved, np.eye(3), J_p / len(stage.groups), parts, True
                 )
-                laws = (
-                    build_mesh_law(gears, switches(damping="contact"), side, number)
-                    for side in SIDES
-                )
-                elastic_stages.append(
-                    ElasticStage(moved, place + 1, place + 3 + 2 * number, each, *laws)
-                )
+                places = moved, place + 1, place + 3 + 2 * number
+                elastic_stages.append(build_elastic_stage(gears, number, *places, each))
                 x_sp, x_pr = np.zeros((2, rows.shape[1]))
                 x_sp[columns] = stage.displacement("x_sp", number)
                 x_pr[columns] = stage.displacement("x_pr", number)
@@ -190,17 +176,10 @@ class ExudynRobot(RobotModel):
 
     def stage_forces(self, q: np.ndarray) -> np.ndarray:
         """Forces (states, meshes) [N] of the springs of every planet, by angles of the tree."""
-        forces = list[list[float]]()
-        for angles in (q @ self._rows.T + self._offsets).tolist():
-            forces.append([])
-            for stage in self._elastic_stages:
-                pulls = []
-                for side_law, wheel in ((stage.sun_law, stage.sun), (stage.ring_law, None)):
-                    law, turned = side_law.array, 0.0 if wheel is None else angles[wheel]
-                    x = tree_mesh.stretch(law, turned, angles[stage.planet], 0.0)
-                    varied = tree_mesh.variation(law, 0.0, angles[stage.joint], 0.0)
-                    pulls.append(tree_mesh.elastic_force(law, x, *varied))
-                forces[-1] += pulls * stage.planets
+        forces = [
+            [pull for stage in self._elastic_stages for pull in stage.spring_forces(angles)]
+            for angles in (q @ self._rows.T + self._offsets).tolist()
+        ]
         return np.array(forces)
 
     def energy(self, q: np.ndarray, v: np.ndarray) -> np.ndarray:
@@ -348,23 +327,8 @@ def _mesh_torque_function(
             if pressed:
                 damped = mesh.damping_N_s_per_m * lever * rates[place]
                 efforts[place] = -lever * (mesh.stiffness_N_per_m * pressed + damped)
-        for joint, sun, planet, planets, sun_law, ring_law in elastic_stages:
-            for side_law, wheel in ((sun_law, sun), (ring_law, None)):
-                law, theta = side_law.array, angles[joint]
-                x, rate = (
-                    tree_mesh.stretch(
-                        law, 0.0 if wheel is None else turned[wheel], turned[planet], 0.0
-                    )
-                    for turned in (angles, rates)
-                )
-                stiffness, error = tree_mesh.variation(law, 0.0, theta, 0.0)
-                pull = tree_mesh.elastic_force(law, x, stiffness, error)
-                pull += tree_mesh.damping_force(law, x, rate, error)
-                if wheel is not None:
-                    efforts[wheel] -= planets * side_law.wheel_radius * pull
-                efforts[planet] -= planets * side_law.planet_radius * pull
-                varied = tree_mesh.variation(law, 0.0, complex(theta, tree_mesh.STEP), 0.0)
-                efforts[joint] += planets * tree_mesh.turning_torque(law, x, *varied)
+        for stage in elastic_stages:
+            stage.add_efforts(efforts, angles, rates)
         return efforts
 
     return torques

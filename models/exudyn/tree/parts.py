@@ -7,8 +7,8 @@ import numpy as np
 from crosscheck.models.arm.arm import Arm, Planetary
 from crosscheck.models.arm.layout import Layout
 from crosscheck.models.exudyn.engine import TreePart, make_planar_part
-from crosscheck.models.exudyn.tree.laws import base_radius, inertia
 from crosscheck.models.exudyn.tree.mesh import StageCoordinates
+from crosscheck.models.exudyn.tree.wheels import base_radius, inertia
 from crosscheck.models.robot.robot import BASE, Robot
 
 # [kg] For suns and planets, whose masses the links have: the engine divides by a body's mass.
