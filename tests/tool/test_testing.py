@@ -94,6 +94,9 @@ def test_part_put_in_the_place_of_another_is_what_is_judged(equations, labelled)
     assert replace(equations, rebuild=lambda arm, scenario: equations).rebuild is not None
 
 
-def test_import_is_light():
-    code = "import crosscheck.testing, sys; sys.exit('numpy' in sys.modules)"
+@pytest.mark.parametrize(
+    ("module", "library"), [("testing", "numpy"), ("models.exudyn.robot", "numba")]
+)
+def test_import_is_light(module, library):
+    code = f"import crosscheck.{module}, sys; sys.exit({library!r} in sys.modules)"
     assert command_line(python=("-c", code)).returncode == 0
