@@ -21,6 +21,7 @@ from crosscheck.models.experiment.scenario import Switches
 from crosscheck.planning.plan import CrossCheckRequest
 from crosscheck.provenance import record_provenance
 from crosscheck.registry import packages
+from crosscheck.report.formatting import list_first
 from crosscheck.run import CrossCheck
 from crosscheck.runner.progress_update import ProgressCallback, ignore_progress
 from crosscheck.trial.input.arrays import is_single_precision
@@ -33,6 +34,7 @@ from crosscheck.trial.source.answer_key import AnswerKey
 from crosscheck.trial.source.code import find_code
 from crosscheck.trial.source.worker import SearchScope, find_source_answer
 
+MOST_UNUSED = 3  # functions beside the parts that are named
 RunTrial = Callable[[TrialRequest], Trial]
 _trial_lock = threading.Lock()
 
@@ -166,7 +168,8 @@ def _judge_subject(subject: TrialSubject, request: TrialRequest) -> Trial:
     missing = [part for part in subject.whole if part not in answers.values]
     reasons = dict.fromkeys(missing, "not supplied")
     reasons |= {part: why.kind for part, why in answers.failures.items()}
-    reasons |= dict.fromkeys(problem.equations.unused, "no part of equations")
+    if unused := problem.equations.unused:
+        remarks.append(f"{list_first(unused, MOST_UNUSED)}: no part of equations, so not judged")
     if reasons:
         listed = ", ".join(f"{part} ({reason})" for part, reason in reasons.items())
         remarks.append(f"not judged: {listed}")

@@ -38,7 +38,7 @@ def make_term_error(change: TermChange, terms: ReferenceTerms) -> TermError:
         belongs = change.terms[0].key
         if kind == "angle":
             yours, right = format_wave(change.key, terms), format_wave(belongs, terms)
-            yours = yours if change.by == 1.0 else f"-{yours}"
+            yours = yours if change.by == 1.0 else f"-{yours}".removeprefix("--")
         else:
             yours, right = change.key.signal, belongs.signal
     elif kind == "angle":
