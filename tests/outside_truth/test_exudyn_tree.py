@@ -8,6 +8,7 @@ from crosscheck.models.exudyn.tree.parts import tree_from_paper
 from crosscheck.models.exudyn.tree.tree import ExudynTree
 from crosscheck.models.loading import load_case
 from tests.one_stage import SPRINGS_ONLY, first_joint_only
+from tests.robots.chains import stepped
 
 TIGHT = "arm.joints.*.*_mesh.backlash_m=0.0"
 EPSILON = np.finfo(float).eps
@@ -21,18 +22,8 @@ def tree(*settings: str, **switches: str) -> ExudynTree:
 def classic_rk4(model: ExudynTree, h: float, steps: int) -> tuple[np.ndarray, np.ndarray]:
     """The textbook method on the model's own accelerations, its clock k h."""
     from_tree = np.linalg.pinv(tree_from_paper(model.arm, model.layout))
-    state = np.array([from_tree @ part for part in model.start()])
-
-    def rate(t: float, s: np.ndarray) -> np.ndarray:
-        return np.array([s[1], model.acceleration(t, s[0], s[1])])
-
-    for k in range(steps):
-        k_1 = rate(k * h, state)
-        k_2 = rate((k + 0.5) * h, state + h / 2 * k_1)
-        k_3 = rate((k + 0.5) * h, state + h / 2 * k_2)
-        k_4 = rate((k + 1) * h, state + h * k_3)
-        state = state + h / 6 * (k_1 + 2 * k_2 + 2 * k_3 + k_4)
-    return state[0], state[1]
+    q, v = (from_tree @ part for part in model.start())
+    return stepped(lambda k, q, v: model.acceleration(k * h, q, v), q, v, steps, steps * h)
 
 
 @pytest.mark.parametrize("phase", ["angle", "omega_t"])
