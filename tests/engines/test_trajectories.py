@@ -7,11 +7,12 @@ import xarray as xr
 from crosscheck.checks.trajectories import Pair
 from crosscheck.models.arm.arm import Arm
 from crosscheck.models.experiment.scenario import Scenario, Switches, switches
-from crosscheck.models.loading import Case, load_case
+from crosscheck.models.loading import Case
 from crosscheck.planning.plan import perturb_start_by_one_ulp
 from crosscheck.registry import build
 from tests.arms import PAPER, arm_of
-from tests.judged import at_time, same_step
+from tests.judged import same_step
+from tests.mixed_arms import scenario
 
 PAIR = ("analytic:physical", "exudyn:tree")
 OFFSETS = {"sun_planet_offset_m": 2.2e-6, "planet_ring_offset_m": 2.2e-6}
@@ -26,17 +27,16 @@ PD = {
 
 def experiment(drive: dict, duration_s: float = 0.01, step_s: float = 1e-5, **more) -> Scenario:
     """A short scenario with this drive, the start at first contact unless stated."""
-    fields = {"duration_s": duration_s, "step_s": step_s, "record_every": 10, "drive": drive}
-    return Scenario.model_validate({"schema_version": 1, "name": "test", **fields, **more})
+    return scenario(duration_s=duration_s, step_s=step_s, drive=drive, **more)
 
 
 def runs(case: Case) -> list[xr.Dataset]:
     return [build(name, *case).simulate() for name in PAIR]
 
 
-def disagreements(arm: Arm, scenario: Scenario, chosen: Switches | None = None) -> list[str]:
+def disagreements(arm: Arm, moved: Scenario, chosen: Switches | None = None) -> list[str]:
     """Checks that are not green at the tolerances of a common step."""
-    case = Case(arm, scenario, chosen or switches())
+    case = Case(arm, moved, chosen or switches())
     left, right = runs(case)
     findings = list(same_step("test", case, left, right, Pair(left, nudged_run(case))))
     return [f"{f.id}: {f.measured} > {f.tolerance}" for f in findings if f.verdict != "agree"]
@@ -74,20 +74,6 @@ def test_starts_perturbed_at_random_agree(seed):
         "planet_ring_offset_m": draw.uniform(-6e-5, 6e-5, 2).tolist(),
     }
     assert disagreements(PAPER, experiment(PD, start=start)) == []
-
-
-@pytest.mark.slow
-def test_pd_run_agrees_at_a_fifth_of_a_second():
-    case = load_case(
-        "paper-labelled", "pd", settings=["scenario.duration_s=0.21", "scenario.record_every=1000"]
-    )
-    left, right = runs(case)
-    pair = Pair(left, nudged_run(case))
-    findings = {f.quantity: f for f in at_time("test", case, left, right, pair, 0.2)}
-    # Rounding through 20 000 steps.
-    limits = {"theta": 1e-10, "x_sp": 1e-13, "x_pr": 1e-13}
-    assert {f.verdict for f in findings.values()} == {"agree"}
-    assert all(findings[quantity].measured < limit for quantity, limit in limits.items())
 
 
 @pytest.mark.parametrize("name", PAIR)
