@@ -460,22 +460,6 @@ def test_an_inertia_of_another_unit_is_reported():
     assert robot(urdf(GROUND, link("arm", arm), TURN, parts[0], link("servo", right))).notes == ()
 
 
-def test_a_mass_matrix_is_singular_by_its_eigenvalue():
-    """A point on three axes, its hand's inertia a part of its moment of mass, 0.09 kg m^2."""
-
-    def read(inertia: float) -> Robot:
-        hand = Solid(1.0, (0, 0, 0.3), (inertia, 0, 0, inertia, 0, inertia))
-        points = (link(name, Solid(1.0, inertia=(0,) * 6)) for name in ("arm", "elbow"))
-        bend, roll = joint("bend", "arm", "elbow", axis=(0, 1, 0)), (1, 1, 0)
-        turn = joint("turn", "ground", "arm", axis=(1, 0, 0))
-        last = joint("roll", "elbow", "hand", axis=roll)
-        return robot(urdf(GROUND, *points, link("hand", hand), turn, bend, last))
-
-    assert len(read(1e-10).joints) == 3
-    with pytest.raises(InputError, match="the mass matrix is singular"):
-        read(1e-15)
-
-
 @pytest.mark.parametrize(("density", "told"), [(0.9, 1), (1.1, 0)])
 def test_what_is_far_out_and_lighter_than_air_is_doubted(density, told):
     """A radius of gyration of 12 robots' sizes; density: mass over its cube [kg/m^3]."""
