@@ -133,24 +133,6 @@ def test_a_coupled_rotor_is_armature_less_one_share_of_its_ratio(level, times):
     assert found.is_decided
 
 
-@pytest.mark.parametrize("engine", chains.ENGINES)
-def test_coupled_torques_are_armature_with_other_links_in_every_engine(robot, engine):
-    """What each engine adds by coupled rotors lies in the span of Pinocchio's link regressor."""
-    samples = draw_samples(robot, np.zeros((0, 3)))
-    state = samples.q, samples.v, samples.a
-    apart = [
-        build_robot_model(engine, robot, level).inverse_dynamics(*state)
-        for level in ("coupled", "links")
-    ]
-    diagonal = RATIO * (RATIO - 1) * ROTOR * samples.a
-    columns = build_columns(robot, np.zeros((0, 3)), samples)
-    links = columns.values[:, :, columns.numbers("links")].reshape(-1, 30)
-    moved = (apart[0] - apart[1] - diagonal).ravel()
-    left = moved - links @ np.linalg.lstsq(links, moved, rcond=1e-10)[0]
-    assert np.abs(left).max() < 1e-11 * np.abs(moved).max()
-    assert np.abs(moved).max() > RATIO * ROTOR  # J N itself is far more than rounding
-
-
 def test_levels_differ_where_a_stator_is_elsewhere(robot):
     assert compare_levels(robot, np.zeros((0, 3))).are_equal
     moved = chains.robot(
