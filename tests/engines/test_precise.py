@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 from crosscheck.analytic.kernel.adaptive_kernel import integrate_precisely, integrate_reference
-from crosscheck.analytic.model import PhysicalModel, RigidLinks
+from crosscheck.analytic.model import PhysicalModel
 from crosscheck.models.loading import load_case
 from tests.engines.precise_steps import compare_works
 from tests.engines.scipy_runs import integrate_by_scipy
@@ -55,28 +55,3 @@ def test_errors_fall_with_the_tolerance_through_contact_changes():
     assert errors[0] < 1e-3
     assert errors[1] < 1e-6
     assert errors[2] < 1e-9
-
-
-def test_fixed_steps_come_to_the_same_motion_slower():
-    model = model_of("paper-labelled", {}, 0.05)
-    precise = model.precise(1e-12)
-    apart = []
-    for step in (1e-5, 2.5e-6):
-        update = {"step_s": step, "record_every": round(1e-4 / step)}
-        scenario = model.scenario.model_copy(update=update)
-        run = PhysicalModel(model.arm, scenario, model.switches).simulate()
-        assert run.sizes == precise.sizes
-        apart.append(np.abs(run["x_sp"].values - precise["x_sp"].values).max())
-    # Of second order at least across contact changes: with a quarter of the step a sixteenth.
-    assert 0 < apart[1] < apart[0] / 8
-
-
-def test_a_rigid_arm_under_constant_torque_starts_as_first_principles_say():
-    settings = ["arm.payload_mass_kg=3.0", "scenario.duration_s=0.01"]
-    model = RigidLinks(*load_case("paper-labelled", "constant-torque", {}, settings))
-    run = model.precise(1e-12)
-    mass = model.mass_matrix(np.zeros(2))
-    start = np.linalg.solve(mass, run["torque"].values[0])
-    np.testing.assert_allclose(run["theta_ddot"].values[0], start, rtol=1e-12)
-    # Within 10 ms the pose hardly changes: theta = a t^2 / 2, less terms of theta^2.
-    np.testing.assert_allclose(run["theta"].values[-1], start * 0.01**2 / 2, rtol=1e-4)
