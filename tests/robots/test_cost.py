@@ -10,13 +10,11 @@ import pytest
 from crosscheck import file_types
 from crosscheck.checks.robot_states import motion_range
 from crosscheck.cli.files.robot_files import load_as_robot
-from crosscheck.cost.motion import fit_motion
 from crosscheck.cost.output import cost_page, describe_result
 from crosscheck.cost.shortcuts import QUICK, ShortcutCosts, compute_costs
 from crosscheck.file_types import is_file_of_type
 from crosscheck.models.errors import InputError
 from crosscheck.models.robot.robot import Robot
-from crosscheck.recordings.record import read_record
 from crosscheck.runner import tasks
 from tests.robots.chains import Solid, geared, joint, link, planetary, robot, urdf
 from tests.tool.test_bad_input import assert_one_line
@@ -48,11 +46,6 @@ def parallel(ratio: float = RATIO) -> Robot:
     return robot(text, own, gravity_m_per_s2=[0.0, 0.0, 0.0])
 
 
-@pytest.fixture(scope="module")
-def planar() -> ShortcutCosts:
-    return cost(parallel())
-
-
 def written(folder: Path, time: np.ndarray, angles: np.ndarray, slide: int = 0) -> Path:
     """A CSV file of a motion; slide: the number of a joint that slides, 0 for none."""
     joints = range(1, angles.shape[1] + 1)
@@ -60,17 +53,6 @@ def written(folder: Path, time: np.ndarray, angles: np.ndarray, slide: int = 0) 
     table = np.column_stack([time, angles])
     np.savetxt(folder / "motion.csv", table, "%.17g", ",", header=",".join(names), comments="")
     return folder / "motion.csv"
-
-
-def test_a_motion_given_in_a_file_is_followed(tmp_path, planar):
-    own, time = parallel(), np.linspace(1.0, 4.0, 1501)
-    record = read_record(written(tmp_path, time, planar.motion.at(time)[0]), 2)
-    found = compute_costs(own, 0, FEW, lambda *doing: None, fit_motion(record))
-    assert (found.time[0], found.time[-1]) == (1.0, 4.0)
-    first, second = planar.motion.at(found.time)[2].T
-    missing = SPIN * np.stack([first + RATIO * second, RATIO * first], axis=1)
-    assert found.errors["armature"] == pytest.approx(-missing, abs=1e-6 * np.abs(missing).max())
-    assert found.tips[2].distances.max() < 1e-4
 
 
 def test_a_given_motion_beyond_the_limits_is_reported(crosscheck, tmp_path):

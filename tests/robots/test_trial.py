@@ -210,20 +210,6 @@ def test_code_that_cannot_be_used_is_one_line(crosscheck, tmp_path, name, fragme
     assert_one_line(answer, "mine.py", fragment)
 
 
-OF_ARMS = {
-    "scenario": (("--scenario", "pd"), "--scenario"),
-    "code of an FMU": (("--run-code",), "--run-code"),
-}
-
-
-@pytest.mark.parametrize("case", OF_ARMS)
-def test_what_is_of_arms_alone_is_refused(crosscheck, tmp_path, case):
-    options, named = OF_ARMS[case]
-    (tmp_path / "mine.py").write_text(CODE)
-    answer = crosscheck("trial", f"{tmp_path / 'mine.py'}:made", "sliding", *options)
-    assert_one_line(answer, f"{named}: is for arms")
-
-
 def test_options_of_both_are_taken(crosscheck, tmp_path):
     """A setting changes the robot that the equations are compared with; --quick changes nothing."""
     (tmp_path / "mine.py").write_text(CODE)
