@@ -49,7 +49,6 @@ from crosscheck.planning.comparison import Comparison, Results
 from crosscheck.planning.plan import Experiment
 from crosscheck.planning.preparation import _describe_sizes
 from crosscheck.planning.sizing import GrowingMode, Sizes
-from tests.loops import require_items
 
 SUBJECT = Subject(ComparisonKey("family", "case", "theta", "one", "other"), "rad", "largest")
 WIDE = ReasonedLimit(0.0333333, "by the play")
@@ -221,31 +220,31 @@ def test_tips_are_apart_by_what_the_joints_have_turned():
 SUBJECT_OF_TIP = replace(SUBJECT, key=replace(SUBJECT.key, quantity="tip"), unit="m")
 
 
-def test_of_engines_on_a_recording_the_worst_is_reported():
-    def beside(other: str, measured: float, note: str = "") -> Finding:
-        about = Subject(ComparisonKey("recording", "arm/links", "torque", "one", other), "1", "")
-        return make_check(about, measured=measured, tolerance=1e-12, basis="", note=note)
+def beside(other: str, measured: float, note: str = "") -> Finding:
+    """Of an engine beside another on a recording."""
+    about = Subject(ComparisonKey("recording", "arm/links", "torque", "one", other), "1", "")
+    return make_check(about, measured=measured, tolerance=1e-12, basis="", note=note)
 
-    fine, near, far = beside("a", 2e-13), beside("b", 3e-12, "b."), beside("c", 4.44e-9, "c.")
-    lost = make_failed_check(replace(fine.about, key=replace(fine.about.key, right="d")), "d died")
-    (line,) = describe_engines((fine, fine))
-    assert "the furthest of 2 comparisons is a: 2.0e-13" in line
-    first, second, third = describe_engines((fine, far, lost))
-    assert first.startswith("a agrees with one: 2.0e-13 of")
-    apart = second.removeprefix("c DIFFERS from one: ")
-    assert re.fullmatch("4.4e-09 of .* at most 1.0e-12 is rounding", apart)
-    assert third == "d DIFFERS from one: d died"
-    head = "The engines do not agree on the {}'s torques: {} and one, {}."
-    pairs = {
-        (fine, near, far): ("c", apart, []),
-        (fine, far): ("c", apart, ["c stands alone: every other model agrees with one."]),
-        (far, lost): ("d", "d died", ["one stands alone: every other model differs from it."]),
-        (lost,): ("d", "d died", []),
-    }
-    for findings, (worst, by, more) in require_items(pairs.items()):
-        first, *others = describe_disagreement(findings, "arm")
-        assert first.startswith(head.format("arm", worst, by))
-        assert others == more
+
+GOOD, NEAR, FAR = beside("a", 2e-13), beside("b", 3e-12, "b."), beside("c", 4.44e-9, "c.")
+LOST = make_failed_check(replace(GOOD.about, key=replace(GOOD.about.key, right="d")), "d died")
+ENGINES = {
+    "all agree": (GOOD, GOOD),
+    "two differ": (GOOD, NEAR, FAR),
+    "one stands alone": (GOOD, FAR),
+    "the first stands alone": (FAR, LOST),
+    "one has no answer": (GOOD, FAR, LOST),
+    "there is but one": (LOST,),
+}
+
+
+@pytest.mark.parametrize("name", ENGINES)
+def test_of_engines_on_a_recording_the_worst_is_reported(name, snapshot: SnapshotAssertion):
+    findings = ENGINES[name]
+    lines = list(describe_engines(findings))
+    if any(each.verdict != "agree" for each in findings):
+        lines += ["", *describe_disagreement(findings, "arm")]
+    assert "\n".join(lines) == snapshot
 
 
 def ends(*last: float, energies: tuple[float, ...] = ()) -> np.ndarray:

@@ -99,14 +99,11 @@ def test_a_torque_that_is_nowhere_is_reported(crosscheck, tmp_path):
     assert "where there is no motor, answer gravity for force" in done.out
 
 
-def test_a_table_that_cannot_be_judged_is_refused(crosscheck, tmp_path, puma):
-    """By what is a robot's alone: other tables are refused as those of arms are."""
+def test_a_table_of_single_precision_is_refused(crosscheck, tmp_path, puma):
     states, values = puma
     short = {part: np.float64(np.float32(each)) for part, each in values.items()}
     file = write_csv(tmp_path / "answers.csv", [(states, short)])
     assert_one_line(crosscheck("trial", "--answers", file, "puma560"), "12 digits are needed")
-    after = crosscheck("trial", "--ask", "puma560", "--after", file, "--out", tmp_path / "ask")
-    assert_one_line(after, "--after: is for arms")
 
 
 def test_states_of_another_seed_are_refused(crosscheck, tmp_path):
