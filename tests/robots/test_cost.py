@@ -145,18 +145,10 @@ def test_the_command_writes_json_and_a_page(crosscheck, tmp_path):
         assert (answer.code, answer.err) == (0, "")
         contents.add((tmp_path / "cost.json").read_bytes())
     assert len(contents) == 1
-    assert answer.out.startswith("Leaving the rotors out of sliding: the torque of slide")
-    assert "\nThree programs agree on this robot to 1" in answer.out
     assert is_file_of_type(tmp_path / "cost.json", file_types.COST)
     assert is_file_of_type(tmp_path / "cost.html", file_types.COST_PAGE)
-    data = json.loads((tmp_path / "cost.json").read_text())
-    assert [each["joint"] for each in data["joints"]] == ["swivel", "slide", "tilt"]
-    (mesh,) = data["geared"]["meshes"]
-    assert (mesh["joint"], mesh["unit"], data["geared"]["distances_m"]) == ("tilt", "rad", None)
+    assert json.loads(contents.pop())["geared"]["distances_m"] is None
     assert "No run of the level geared" in answer.out
-    page = (tmp_path / "cost.html").read_text()
-    assert "<svg" in page
-    assert "http" not in page.split("<svg")[0]
 
 
 @pytest.mark.parametrize(
