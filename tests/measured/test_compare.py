@@ -5,7 +5,6 @@ import re
 import runpy
 import sys
 from dataclasses import replace
-from pathlib import Path
 from unittest.mock import patch
 
 import jsonschema
@@ -281,22 +280,3 @@ def test_torques_of_a_scenarios_drive_are_those_of_its_law(crosscheck, labelled,
     assert "rigid gears (coupled) with the file's numbers" in answer.out.splitlines()[0]
     assert answer.code == 0
     assert_one_line(crosscheck("compare", bare, "paper-labelled"), "has no torques")
-
-
-def test_an_arm_takes_a_description_of_columns(crosscheck, labelled, tmp_path):
-    record = record_of(level(labelled, "coupled"))
-    columns = record.time, *np.degrees(record.position.T), *(record.motor_torque.T / 0.5)
-    for name in ("r.csv", "s.csv"):
-        write_table(tmp_path / name, dict(zip("tabcd", columns, strict=True)))
-    (tmp_path / "record.toml").write_text(
-        'schema_version = 1\ntime = "t"\n'
-        'recordings = [{ position = "r.csv" }, { position = "s.csv" }]\n'
-        '[position]\ncolumns = ["a", "b"]\nunit = "deg"\n'
-        '[motor_torque]\ncolumns = ["c", "d"]\ngain = [0.5, 0.5]\n'
-    )
-    file = Path(tmp_path / "found.json")
-    answer = crosscheck("compare", tmp_path / "record.toml", "paper-labelled", "--json", file)
-    assert answer.code == 0, answer.out
-    found = json.loads(file.read_text())
-    assert found["explained"]
-    assert [Path(each).name for each in found["records"]] == ["r.csv", "s.csv"]
