@@ -26,7 +26,7 @@ def model_of(arm: str, switches: dict[str, str], duration_s: float = 0.02) -> Ph
 @pytest.mark.parametrize(("arm", "switches"), ARMS)
 def test_runs_agree_with_scipy_as_well_as_scipy_with_itself(arm, switches):
     """SciPy steps over contact changes: it is off by what a hundredfold tolerance moves it."""
-    model = model_of(arm, switches, 0.008)
+    model = model_of(arm, switches, 0.004)
     (fine, work), (coarse, _) = (integrate_by_scipy(model, rtol) for rtol in (1e-11, 1e-9))
     allowed = np.maximum(np.abs(coarse - fine).max(axis=0), 1e-9 * np.abs(fine).max(axis=0))
     reference = integrate_reference(model, model.term_equations, 1e-11)
@@ -42,16 +42,3 @@ def test_no_contact_comes_and_goes_within_a_step():
     model = model_of("planets-apart", {"planets": "free"}, 0.1)
     changes = [integrate_precisely(model, rtol).changes for rtol in (1e-3, 1e-5, 1e-12)]
     assert changes == [121] * 3
-
-
-def test_errors_fall_with_the_tolerance_through_contact_changes():
-    model = model_of("paper-labelled", {}, 0.1)
-    best = integrate_precisely(model, 1e-13)
-    assert best.changes > 5  # else nothing was to be ended at a change
-    errors = [
-        np.abs(integrate_precisely(model, rtol).records.q - best.records.q).max() / 50e-6
-        for rtol in (1e-5, 1e-8, 1e-11)
-    ]
-    assert errors[0] < 1e-3
-    assert errors[1] < 1e-6
-    assert errors[2] < 1e-9
