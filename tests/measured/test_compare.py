@@ -17,6 +17,7 @@ from crosscheck.file_types import MEASURED, MEASURED_PAGE, is_file_of_type
 from crosscheck.identification.mechanism import ComparedMechanism, PlanarArm, SpatialRobot
 from crosscheck.identification.messages import describe_answers
 from crosscheck.identification.output import comparison_page, describe_comparison
+from crosscheck.identification.restrictions import compute_chance
 from crosscheck.models.errors import InputError
 from crosscheck.models.loading import load_arm
 from crosscheck.models.robot.file import load_robot
@@ -165,6 +166,13 @@ def test_a_number_that_no_file_may_hold_is_impossible(labelled):
     impossible = [each for each in judgement.changes if each.mechanism is None]
     assert all(each.estimate.value + each.estimate.half_width < 0 for each in impossible)
     assert not any(each.explains for each in impossible)
+
+
+def test_chances_of_joints_that_leave_less_or_far_more():
+    """Beside those that a second program has, of ratios near 1 (guards.wrong_chances)."""
+    further, left = np.full(4, 3.0), np.full(4, 40.0)
+    assert compute_chance(np.full(4, 0.9), further, left) == 1.0
+    assert compute_chance(np.array([1.0, 50.0, 1.0, 1.0]), further, left) < 1e-20
 
 
 def test_rates_in_another_unit_are_refused(labelled):
