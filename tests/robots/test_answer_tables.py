@@ -115,6 +115,7 @@ def test_states_of_another_seed_are_refused(crosscheck, tmp_path):
     states = ask("sliding")[0]
     gravity = answer(states, ("gravity",))["gravity"]
     lines = (folder / "states.csv").read_text().splitlines()
+    assert "torque_swivel_N_m,torque_slide_N,torque_tilt_N_m" in lines[0]
     table = [lines[0] + "".join(f",gravity_{n + 1}" for n in range(gravity.shape[1]))]
     for line, values in zip(lines[1:], gravity, strict=True):
         table.append(",".join([line, *("" if np.isnan(x) else repr(float(x)) for x in values)]))
