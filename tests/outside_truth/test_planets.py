@@ -11,8 +11,6 @@ from crosscheck.checks.energy import springs_at
 from crosscheck.checks.first_principles.mesh_energy import spring_energy as energy_in_spring
 from crosscheck.models.arm.arm import Arm
 from crosscheck.models.experiment.scenario import Switches, switches
-from crosscheck.models.exudyn.bodies.bodies import ExudynBodies, GearPair
-from crosscheck.models.exudyn.bodies.contact import contact_state
 from crosscheck.models.interface import Model
 from crosscheck.models.loading import load_arm
 from crosscheck.models.pinocchio.arm import PinocchioGears
@@ -226,30 +224,3 @@ def test_pinocchios_contact_forces_obey_newtons_third_law(arm, seed):
     np.testing.assert_allclose(wrenches.sum(axis=0), 0, atol=size)
     working = gear_tree(arm, **CONSERVATIVE)
     np.testing.assert_array_equal(contact_wrenches(working, 0.2, q, v), wrenches)
-
-
-def every_mesh(model: ExudynBodies) -> list[GearPair]:
-    """In the order of ``contacts``."""
-    return [
-        toothed for sides in model.meshes for pair in zip(*sides, strict=True) for toothed in pair
-    ]
-
-
-def bodies(**laws: str) -> ExudynBodies:
-    return ExudynBodies(planet_laws.unlike_arm(), scenario(), switches(planets="free", **laws))
-
-
-def test_poses_and_rates_of_exudyns_bodies_show_every_displacement():
-    model = bodies()
-    meshes = contacts(model.arm, model.switches, model.layout)
-    for q, v in require_items(random_states(model.layout, 5)):
-        values = model.poses.pose(q), model.poses.velocity(q, v)
-        for contact, toothed in require_items(zip(meshes, every_mesh(model), strict=True)):
-            seen = (
-                np.append(of_all, np.zeros(3)).reshape(-1, 3)[list(toothed.bodies)].ravel()
-                for of_all in values
-            )
-            found = contact_state(toothed.mesh, 0.0, *seen)
-            # Gears turned by some 10 rad, places of 1 m: a few roundings.
-            assert found.x == pytest.approx(contact.row @ q, rel=0, abs=2e-15)
-            assert found.x_dot == pytest.approx(contact.row @ v, rel=0, abs=2e-14)
