@@ -14,6 +14,7 @@ import pytest
 
 from crosscheck.cli.files.robot_files import export_as_robot
 from crosscheck.file_types import MEASURED, MEASURED_PAGE, is_file_of_type
+from crosscheck.identification import compare
 from crosscheck.identification.mechanism import ComparedMechanism, PlanarArm, SpatialRobot
 from crosscheck.identification.messages import describe_answers
 from crosscheck.identification.output import comparison_page, describe_comparison
@@ -30,6 +31,7 @@ from tests.loops import require_items
 from tests.measured import robots
 from tests.measured.records import (
     compared,
+    first_problem,
     judged,
     level,
     list_explanations,
@@ -262,9 +264,11 @@ def test_masses_and_a_right_gravity_are_no_tilt(path):
     record = robots.recording(heavier.robot, "coupled")
     if is_arm:
         record = record_of(level(heavier.arm, "coupled"), rows=6000)
-    comparison = compared(record, own)
-    assert comparison.tilt is None
-    assert ("coupled", path) in list_explanations(comparison.sides[0].judgement)
+    side, _, problem = first_problem(own.robot, record)
+    given = problem, [record.motor_torque], side, problem.choose_bandwidth()
+    _, tilt = compare._judge_gravity(*given)
+    assert tilt is None
+    assert ("coupled", path) in list_explanations(judged(record, own))
 
 
 def test_torques_of_a_scenarios_drive_are_those_of_its_law(crosscheck, labelled, tmp_path):
