@@ -100,16 +100,6 @@ def same_step(
         )
 
 
-def at_time(
-    name: str, of: Case, left: xr.Dataset, right: xr.Dataset, pair: Pair, time_s: float
-) -> Iterator[Finding]:
-    """Every quantity at one instant."""
-    for quantity in _recorded(left, SAME_STEP):
-        subject = about("at", name, quantity, left, right)
-        widest = _widest(of, quantity, pair.run)
-        yield trajectories.check_at_time(subject, left, right, pair, widest, time_s)
-
-
 def _recorded(run: xr.Dataset, quantities: Sequence[str]) -> list[str]:
     """A run of an arm without gears has no mesh variables."""
     return [quantity for quantity in quantities if quantity in run]

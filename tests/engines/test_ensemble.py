@@ -19,6 +19,7 @@ from crosscheck.models.loading import load_arm
 from crosscheck.models.trajectory import recorded_times
 from crosscheck.registry import build, model_names
 from tests.arms import random_arm
+from tests.mixed_arms import scenario as scenario_of
 
 MEMBERS = 40  # two groups, the second not full, its last block neither
 GEARED = "analytic:physical"
@@ -48,19 +49,15 @@ def members(count: int) -> list[Member]:
 
 
 def scenario(member: Member, steps: int = 30, **more: Any) -> Scenario:
-    fields = {
-        "duration_s": steps * 1e-5,
-        "step_s": 1e-5,
-        "record_every": 5,
-        "drive": {
-            "kind": "pd",
-            "target_rad": member.target_rad,
-            "proportional_N_m_per_rad": member.stiffness,
-            "derivative_N_m_s_per_rad": 20.0,
-        },
-        "start": {"theta_rad": -member.target_rad, "sun_planet_offset_m": member.offset_m},
+    drive = {
+        "kind": "pd",
+        "target_rad": member.target_rad,
+        "proportional_N_m_per_rad": member.stiffness,
+        "derivative_N_m_s_per_rad": 20.0,
     }
-    return Scenario.model_validate({"schema_version": 1, "name": "test", **fields, **more})
+    start = {"theta_rad": -member.target_rad, "sun_planet_offset_m": member.offset_m}
+    fields = {"record_every": 5, "drive": drive, "start": start, **more}
+    return scenario_of(duration_s=steps * 1e-5, step_s=1e-5, **fields)
 
 
 def model_of(kind: str, member: Member, **more: Any) -> AnalyticModel:

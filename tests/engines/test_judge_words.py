@@ -11,6 +11,7 @@ from typing import Any
 import numpy as np
 import pytest
 import xarray as xr
+from syrupy.assertion import SnapshotAssertion
 
 from crosscheck.checks import (
     convergence,
@@ -48,7 +49,6 @@ from crosscheck.planning.comparison import Comparison, Results
 from crosscheck.planning.plan import Experiment
 from crosscheck.planning.preparation import _describe_sizes
 from crosscheck.planning.sizing import GrowingMode, Sizes
-from tests.loops import require_items
 
 SUBJECT = Subject(ComparisonKey("family", "case", "theta", "one", "other"), "rad", "largest")
 WIDE = ReasonedLimit(0.0333333, "by the play")
@@ -68,169 +68,64 @@ def of_joint(number: int) -> Subject:
 
 FINE, COARSE, OTHER = run(1.0, 4.0), run(1.0, 4.0 + 2.0**-20), run(1.0, 4.0 + 2.0**-24)
 NUDGED = trajectories.Pair(FINE, run(1.0 + 2.0**-50, 4.0))
-SAME_STEP_WORDS = (
-    "10 sqrt(N) (g + eps s), N = 400 steps, g = 8.9e-16 (what one rounding in the start grows to),"
-    " eps s = 8.9e-16 (rounding of the quantity);"
-    " acceptance limit of the uncertainty 0.033, by the play"
-)
-REFINED_WORDS = (
-    "sqrt(u1^2 + u2^2) + eps s sqrt(N), u1 = 2.9e-06 and u2 = 1.8e-07 by step refinement,"
-    " eps s sqrt(N) = 2e-14; acceptance limit of the uncertainty 0.033, by the play"
-)
-
 POLES = 1j * np.array([2.0, -2.0])
 SLOPES = np.array([[[-4.0, 0.0]], [[-4.0 * (1 + 2e-7) ** 2, 0.0]]])
 
-# What is said, what it is worth as a part of the quantity's size, and the note.
-SAID: dict[str, tuple[Callable[[], Finding], str, float | None, str]] = {
-    "the same steps": (
-        lambda: trajectories.check_same_step(SUBJECT, FINE, OTHER, NUDGED, WIDE),
-        SAME_STEP_WORDS,
-        2.0**-26,
-        "",
+# By what is made, so that all of its words can be read beside each other in the snapshot.
+SAID: dict[str, Callable[[], Finding]] = {
+    "the same steps": lambda: trajectories.check_same_step(SUBJECT, FINE, OTHER, NUDGED, WIDE),
+    "refined runs": lambda: trajectories.check_refined_runs(
+        SUBJECT, (FINE, FINE, COARSE), (OTHER, OTHER, run(1.0, 4.0)), WIDE
     ),
-    "refined runs": (
-        lambda: trajectories.check_refined_runs(
-            SUBJECT, (FINE, FINE, COARSE), (OTHER, OTHER, run(1.0, 4.0)), WIDE
-        ),
-        REFINED_WORDS,
-        2.0**-26,
-        "",
+    "an order": lambda: convergence.check_formal_order(
+        SUBJECT, [run(0.0, by) for by in (9.0, 1.0, 0.5)], 4, "theta"
     ),
-    "an order": (
-        lambda: convergence.check_formal_order(
-            SUBJECT, [run(0.0, by) for by in (9.0, 1.0, 0.5)], 4, "theta"
-        ),
-        "three grids in the asymptotic range",
-        None,
-        "observed order 4.000 from steps h, h/2, h/4",
+    "an order through impacts": lambda: convergence.measure_impact_order(
+        SUBJECT, [run(0.0, by) for by in (9.0, 1.0, -1.0)], "theta"
     ),
-    "an order through impacts": (
-        lambda: convergence.measure_impact_order(
-            SUBJECT, [run(0.0, by) for by in (9.0, 1.0, -1.0)], "theta"
-        ),
-        "",
-        None,
-        "the dead zone's kink leaves less than the formal order",
+    "a stable step": lambda: records.check_stable_step(SUBJECT, np.array(1.23456e-5), 2.34567e-6),
+    "any step": lambda: records.check_stable_step(SUBJECT, np.array(np.inf), 2.34567e-6),
+    "a rounding": lambda: trajectories.measure_sensitivity(SUBJECT, run(1.0, 4.0), run(1.0, 5.0)),
+    "a deviation": lambda: trajectories.measure_deviation(
+        of_joint(1), run(1.5, 4.0), run(2.0, 9.0)
     ),
-    "a stable step": (
-        lambda: records.check_stable_step(SUBJECT, np.array(1.23456e-5), 2.34567e-6),
-        "steps of 2.35e-06 s, at most 1.23e-05 s are stable",
-        None,
-        "",
+    "a deviation from rest": lambda: trajectories.measure_deviation(
+        of_joint(2), run(1.5, 4.0), run(2.0, 0.0)
     ),
-    "any step": (
-        lambda: records.check_stable_step(SUBJECT, np.array(np.inf), 2.34567e-6),
-        "steps of 2.35e-06 s, and steps of any length are stable",
-        None,
-        "",
+    "a balance": lambda: invariants.check_balance(
+        SUBJECT, np.array([1e-12, -4e-12]), np.array([3.0, 5.0])
     ),
-    "a rounding": (
-        lambda: trajectories.measure_sensitivity(SUBJECT, run(1.0, 4.0), run(1.0, 5.0)),
-        "every angle and displacement started a rounding away",
-        1 / 4,
-        "",
+    "an M": lambda: inertia.check_inertia(
+        SUBJECT, np.array([np.eye(2), [[4.0, 1.0], [1.0 + 6e-13, 9.0]]]), None
     ),
-    "a deviation": (
-        lambda: trajectories.measure_deviation(of_joint(1), run(1.5, 4.0), run(2.0, 9.0)),
-        "",
-        1 / 4,
-        "",
+    "an M that is not definite": lambda: inertia.check_inertia(
+        SUBJECT, np.array([np.eye(2), [[1.0, 1.0], [1.0, 1.0 - 1e-9]], np.eye(2)]), None
     ),
-    "a deviation from rest": (
-        lambda: trajectories.measure_deviation(of_joint(2), run(1.5, 4.0), run(2.0, 0.0)),
-        "",
-        None,
-        "",
+    "joints that stay closed": lambda: invariants.check_constraints(
+        SUBJECT, np.array([1e-13, 2e-13]), None
     ),
-    "a balance": (
-        lambda: invariants.check_balance(SUBJECT, np.array([1e-12, -4e-12]), np.array([3.0, 5.0])),
-        "1e-10 of the terms' size, 4.12 rad: rounding of the forces, as for accelerations",
-        4e-12 / 17**0.5,
-        "",
+    "no work": lambda: energy.check_energy_over_run(SUBJECT, run(0.0, 1.0)),
+    "modes": lambda: modes.check_modes(
+        SUBJECT, np.array([100.0, 250.125]), np.array([100.0, 250.125 * (1 + 1e-7)])
     ),
-    "an M": (
-        lambda: inertia.check_inertia(
-            SUBJECT, np.array([np.eye(2), [[4.0, 1.0], [1.0 + 6e-13, 9.0]]]), None
-        ),
-        "rounding of sums over bodies; positive definite at every state",
-        1e-13,
-        "",
+    "poles": lambda: modes.check_poles(SUBJECT, POLES * (1 + 3e-8), np.eye(1), SLOPES),
+    "a step by poles": lambda: modes.check_step_limit(
+        SUBJECT, np.array(1.23456), np.eye(1), SLOPES
     ),
-    "an M that is not definite": (
-        lambda: inertia.check_inertia(
-            SUBJECT, np.array([np.eye(2), [[1.0, 1.0], [1.0, 1.0 - 1e-9]], np.eye(2)]), None
-        ),
-        "",
-        None,
-        "not positive definite at state 2 of 3",
-    ),
-    "joints that stay closed": (
-        lambda: invariants.check_constraints(SUBJECT, np.array([1e-13, 2e-13]), None),
-        "rounding of places of a metre, rates and accelerations of their own size",
-        None,
-        "",
-    ),
-    "no work": (
-        lambda: energy.check_energy_over_run(SUBJECT, run(0.0, 1.0)),
-        "",
-        None,
-        "the run has no work",
-    ),
-    "modes": (
-        lambda: modes.check_modes(
-            SUBJECT, np.array([100.0, 250.125]), np.array([100.0, 250.125 * (1 + 1e-7)])
-        ),
-        "1e-6: engines linearise by finite differences of forces of 1e4 N at 1e-7 relative steps",
-        1e-7,
-        "modes [Hz]: 100.00, 250.12",
-    ),
-    "poles": (
-        lambda: modes.check_poles(SUBJECT, POLES * (1 + 3e-8), np.eye(1), SLOPES),
-        "1e-7: differences over 1e-4 rad leave 2e-9 of a weight's slope, roundings 1e-9 of a"
-        " mesh's; and 3 x 2e-07, which twice the differences move them",
-        3e-8,
-        "",
-    ),
-    "a step by poles": (  # Runge and Kutta's method bears h w up to the root of 8
-        lambda: modes.check_step_limit(SUBJECT, np.array(1.23456), np.eye(1), SLOPES),
-        "factor of 1.5: other poses, and a stiffness that overshoots its bounds",
-        None,
-        "largest stable step: 1.235 s, from the poles 1.414 s",
-    ),
-    "a share": (
-        lambda: make_share_check(SUBJECT, 0.5, 0.25, 4.0, "the way", ", as measured"),
-        "0.25 of the way, 4 rad, as measured",
-        1 / 8,
-        "",
-    ),
-    "a share of nothing": (
-        lambda: make_share_check(SUBJECT, 0.0, 0.25, 0.0, "the way"),
-        "0.25 of the way, 0 rad",
-        None,
-        "",
-    ),
-    "no number": (
-        lambda: make_measurement(SUBJECT, measured=float("inf")),
-        "",
-        None,
-        "the difference is not a number",
-    ),
-    "no tolerance": (
-        lambda: make_share_check(SUBJECT, 1.0, 0.25, float("nan"), "the way"),
-        "",
-        None,
-        "no tolerance can be given: 0.25 of the way, nan rad",
-    ),
+    "a share": lambda: make_share_check(SUBJECT, 0.5, 0.25, 4.0, "the way", ", as measured"),
+    "a share of nothing": lambda: make_share_check(SUBJECT, 0.0, 0.25, 0.0, "the way"),
+    "no number": lambda: make_measurement(SUBJECT, measured=float("inf")),
+    "no tolerance": lambda: make_share_check(SUBJECT, 1.0, 0.25, float("nan"), "the way"),
 }
 
 
 @pytest.mark.parametrize("name", SAID)
-def test_a_check_says_what_it_was_given(name):
-    make, basis, relative, note = SAID[name]
-    found = make()
-    assert (found.basis, found.note, found.about.unit) == (basis, note, "rad")
-    assert found.relative == (None if relative is None else pytest.approx(relative, rel=1e-3))
+def test_a_check_says_what_it_was_given(name, snapshot: SnapshotAssertion):
+    """The words and the note, and between them the part of the quantity's size, if it has one."""
+    found = SAID[name]()
+    assert found.about.unit == "rad"
+    share = "" if found.relative is None else f"{found.relative:.3g} of its size"
+    assert [found.basis, share, found.note] == snapshot
 
 
 def test_of_an_unstable_loop_nothing_is_judged_but_what_agrees_or_failed():
@@ -325,31 +220,31 @@ def test_tips_are_apart_by_what_the_joints_have_turned():
 SUBJECT_OF_TIP = replace(SUBJECT, key=replace(SUBJECT.key, quantity="tip"), unit="m")
 
 
-def test_of_engines_on_a_recording_the_worst_is_reported():
-    def beside(other: str, measured: float, note: str = "") -> Finding:
-        about = Subject(ComparisonKey("recording", "arm/links", "torque", "one", other), "1", "")
-        return make_check(about, measured=measured, tolerance=1e-12, basis="", note=note)
+def beside(other: str, measured: float, note: str = "") -> Finding:
+    """Of an engine beside another on a recording."""
+    about = Subject(ComparisonKey("recording", "arm/links", "torque", "one", other), "1", "")
+    return make_check(about, measured=measured, tolerance=1e-12, basis="", note=note)
 
-    fine, near, far = beside("a", 2e-13), beside("b", 3e-12, "b."), beside("c", 4.44e-9, "c.")
-    lost = make_failed_check(replace(fine.about, key=replace(fine.about.key, right="d")), "d died")
-    (line,) = describe_engines((fine, fine))
-    assert "the furthest of 2 comparisons is a: 2.0e-13" in line
-    first, second, third = describe_engines((fine, far, lost))
-    assert first.startswith("a agrees with one: 2.0e-13 of")
-    apart = second.removeprefix("c DIFFERS from one: ")
-    assert re.fullmatch("4.4e-09 of .* at most 1.0e-12 is rounding", apart)
-    assert third == "d DIFFERS from one: d died"
-    head = "The engines do not agree on the {}'s torques: {} and one, {}."
-    pairs = {
-        (fine, near, far): ("c", apart, []),
-        (fine, far): ("c", apart, ["c stands alone: every other model agrees with one."]),
-        (far, lost): ("d", "d died", ["one stands alone: every other model differs from it."]),
-        (lost,): ("d", "d died", []),
-    }
-    for findings, (worst, by, more) in require_items(pairs.items()):
-        first, *others = describe_disagreement(findings, "arm")
-        assert first.startswith(head.format("arm", worst, by))
-        assert others == more
+
+GOOD, NEAR, FAR = beside("a", 2e-13), beside("b", 3e-12, "b."), beside("c", 4.44e-9, "c.")
+LOST = make_failed_check(replace(GOOD.about, key=replace(GOOD.about.key, right="d")), "d died")
+ENGINES = {
+    "all agree": (GOOD, GOOD),
+    "two differ": (GOOD, NEAR, FAR),
+    "one stands alone": (GOOD, FAR),
+    "the first stands alone": (FAR, LOST),
+    "one has no answer": (GOOD, FAR, LOST),
+    "there is but one": (LOST,),
+}
+
+
+@pytest.mark.parametrize("name", ENGINES)
+def test_of_engines_on_a_recording_the_worst_is_reported(name, snapshot: SnapshotAssertion):
+    findings = ENGINES[name]
+    lines = list(describe_engines(findings))
+    if any(each.verdict != "agree" for each in findings):
+        lines += ["", *describe_disagreement(findings, "arm")]
+    assert "\n".join(lines) == snapshot
 
 
 def ends(*last: float, energies: tuple[float, ...] = ()) -> np.ndarray:

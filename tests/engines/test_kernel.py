@@ -8,14 +8,12 @@ from collections.abc import Iterator
 from contextlib import contextmanager
 from dataclasses import dataclass
 from functools import lru_cache
-from itertools import product
 from typing import Any
 
 import numpy as np
 import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
-from pydantic import ValidationError
 
 from crosscheck.analytic.kernel.adaptive_kernel import NEAR_S, build_precise_program
 from crosscheck.analytic.kernel.batch import (
@@ -35,9 +33,10 @@ from crosscheck.analytic.kernel.program import (
 from crosscheck.analytic.model import AnalyticModel
 from crosscheck.models.arm.arm import Arm
 from crosscheck.models.arm.planets import usual_switches
-from crosscheck.models.experiment.scenario import Scenario, Switches, switches
+from crosscheck.models.experiment.scenario import Scenario, Switches
 from crosscheck.models.interface import STATE_ABILITIES
 from crosscheck.models.loading import Case, load_arm
+from crosscheck.planning.arms import switch_combinations
 from crosscheck.registry import build
 from tests.any_arms import any_arms
 from tests.arms import random_arm
@@ -46,6 +45,7 @@ from tests.faults.kernels import keep_nothing
 from tests.interpreted import addresses, exact_fma, fma, interpreted
 from tests.judged import compare_states
 from tests.loops import require_items
+from tests.mixed_arms import scenario
 
 STATES = 9  # one more than a block has lanes
 STEP_S = 1e-5
@@ -55,23 +55,13 @@ STEPS = (0, 700)  # at which the clock stands
 LEVELS = ("links", "carriers", "armature", "coupled")
 
 
-def _every_switch() -> Iterator[Switches]:
-    fields = {
-        "phase": ("angle", "omega_t"),
-        "ring_rate": ("eq13", "corrected"),
-        "dead_zone": ("exact", "tanh"),
-        "damping": ("always", "contact"),
-        "planets": ("lumped", "free"),
-        "mesh_work": ("paper", "conservative"),
-    }
-    for values in product(*fields.values()):
-        try:
-            yield switches(**dict(zip(fields, values, strict=True)))
-        except ValidationError:
-            continue  # no potential behind it
-
-
-EVERY_SWITCH = list(_every_switch())
+EVERY_SWITCH = list(
+    dict.fromkeys(
+        each.model_copy(update={"ring_rate": rate})
+        for each in switch_combinations()
+        for rate in ("eq13", "corrected")
+    )
+)
 
 
 def drives(joints: int) -> dict[str, dict[str, Any]]:
@@ -106,21 +96,13 @@ DRIVES = tuple(drives(1))
 def experiment(drive: str, joints: int, steps: int = 40) -> Scenario:
     """A short one from a start in motion."""
     draw = np.random.default_rng(joints)
-    return Scenario.model_validate(
-        {
-            "schema_version": 1,
-            "name": "test",
-            "duration_s": steps * STEP_S,
-            "step_s": STEP_S,
-            "record_every": 10,
-            "drive": drives(joints)[drive],
-            "start": {
-                "theta_rad": draw.uniform(-2, 2, joints).tolist(),
-                "theta_dot_rad_per_s": draw.uniform(-1, 1, joints).tolist(),
-                "sun_planet_offset_m": draw.uniform(-4e-6, 4e-6, joints).tolist(),
-            },
-        }
-    )
+    start = {
+        "theta_rad": draw.uniform(-2, 2, joints).tolist(),
+        "theta_dot_rad_per_s": draw.uniform(-1, 1, joints).tolist(),
+        "sun_planet_offset_m": draw.uniform(-4e-6, 4e-6, joints).tolist(),
+    }
+    grid = {"duration_s": steps * STEP_S, "step_s": STEP_S}
+    return scenario(**grid, drive=drives(joints)[drive], start=start)
 
 
 @dataclass(frozen=True)

@@ -4,63 +4,24 @@ import numpy as np
 import pytest
 import xarray as xr
 
-from crosscheck.checks.trajectories import Pair
-from crosscheck.models.arm.arm import Arm
-from crosscheck.models.experiment.scenario import Scenario, Switches, switches
-from crosscheck.models.loading import Case, load_case
+from crosscheck.checks.trajectories import Pair, largest_difference
+from crosscheck.models.experiment.scenario import switches
+from crosscheck.models.loading import Case
 from crosscheck.planning.plan import perturb_start_by_one_ulp
 from crosscheck.registry import build
-from tests.arms import PAPER, arm_of
-from tests.judged import at_time, same_step
+from tests.arms import PAPER
+from tests.judged import same_step
+from tests.loops import require_items
+from tests.mixed_arms import scenario
 
 PAIR = ("analytic:physical", "exudyn:tree")
 OFFSETS = {"sun_planet_offset_m": 2.2e-6, "planet_ring_offset_m": 2.2e-6}
-CONSTANT = {"kind": "constant", "torque_N_m": 100.0}
 PD = {
     "kind": "pd",
     "target_rad": [0.5, -0.3],
     "proportional_N_m_per_rad": [1000.0, 800.0],
     "derivative_N_m_s_per_rad": [400.0, 300.0],
 }
-
-
-def experiment(drive: dict, duration_s: float = 0.01, step_s: float = 1e-5, **more) -> Scenario:
-    """A short scenario with this drive, the start at first contact unless stated."""
-    fields = {"duration_s": duration_s, "step_s": step_s, "record_every": 10, "drive": drive}
-    return Scenario.model_validate({"schema_version": 1, "name": "test", **fields, **more})
-
-
-def runs(case: Case) -> list[xr.Dataset]:
-    return [build(name, *case).simulate() for name in PAIR]
-
-
-def disagreements(arm: Arm, scenario: Scenario, chosen: Switches | None = None) -> list[str]:
-    """Checks that are not green at the tolerances of a common step."""
-    case = Case(arm, scenario, chosen or switches())
-    left, right = runs(case)
-    findings = list(same_step("test", case, left, right, Pair(left, nudged_run(case))))
-    return [f"{f.id}: {f.measured} > {f.tolerance}" for f in findings if f.verdict != "agree"]
-
-
-def nudged_run(case: Case) -> xr.Dataset:
-    """The first model's, started one rounding away."""
-    return build(PAIR[0], *perturb_start_by_one_ulp(case)).simulate()
-
-
-@pytest.mark.parametrize("phase", ["angle", "omega_t"])
-def test_constant_torque_agrees_through_every_impact(reading, phase):
-    chosen = switches(phase=phase)
-    assert disagreements(reading, experiment(CONSTANT, 0.05), chosen) == []
-
-
-@pytest.mark.parametrize(
-    "arm",
-    [arm_of(1), arm_of(3), arm_of(2, direct=[0]), arm_of(3, direct=[2]), arm_of(2, direct=[0, 1])],
-    ids=["one", "three", "direct-geared", "geared-geared-direct", "direct"],
-)
-def test_arms_of_other_sizes_and_kinds_agree(arm):
-    drive = CONSTANT | {"torque_N_m": [40.0] * len(arm.joints)}
-    assert disagreements(arm, experiment(drive)) == []
 
 
 @pytest.mark.parametrize("seed", range(3))
@@ -73,32 +34,41 @@ def test_starts_perturbed_at_random_agree(seed):
         "sun_planet_offset_m": draw.uniform(-6e-5, 6e-5, 2).tolist(),
         "planet_ring_offset_m": draw.uniform(-6e-5, 6e-5, 2).tolist(),
     }
-    assert disagreements(PAPER, experiment(PD, start=start)) == []
+    moved = scenario(duration_s=0.01, step_s=1e-5, drive=PD, start=start)
+    case = Case(PAPER, moved, switches())
+    left, right = (build(name, *case).simulate() for name in PAIR)
+    nudged = build(PAIR[0], *perturb_start_by_one_ulp(case)).simulate()
+    findings = list(same_step("test", case, left, right, Pair(left, nudged)))
+    assert {f.verdict for f in findings} == {"agree"}, findings
 
 
-@pytest.mark.slow
-def test_pd_run_agrees_at_a_fifth_of_a_second():
-    case = load_case(
-        "paper-labelled", "pd", settings=["scenario.duration_s=0.21", "scenario.record_every=1000"]
-    )
-    left, right = runs(case)
-    pair = Pair(left, nudged_run(case))
-    findings = {f.quantity: f for f in at_time("test", case, left, right, pair, 0.2)}
-    # Rounding through 20 000 steps.
-    limits = {"theta": 1e-10, "x_sp": 1e-13, "x_pr": 1e-13}
-    assert {f.verdict for f in findings.values()} == {"agree"}
-    assert all(findings[quantity].measured < limit for quantity, limit in limits.items())
+def run(name: str, duration_s: float, step_s: float, every: int, **start: float) -> xr.Dataset:
+    """Of the paper's arm under constant torque, from the first contact on."""
+    grid = {"duration_s": duration_s, "step_s": step_s, "record_every": every}
+    return build(name, PAPER, scenario(100.0, **grid, start=start)).simulate()
 
 
 @pytest.mark.parametrize("name", PAIR)
 def test_runge_kutta_has_order_four_while_the_teeth_stay_in_contact(name):
-    finest = 32
     results = []
-    for every in (2, 4, 8, finest):
-        scenario = experiment(CONSTANT, 0.002, 2e-5 / every, start=OFFSETS, record_every=every)
-        run = build(name, PAPER, scenario).simulate()
-        assert run.F_sp.values.min() > 0 < run.F_pr.values.min()
-        results.append(np.stack([run.x_sp, run.x_pr]))
+    for every in (2, 4, 8, 32):
+        found = run(name, 0.002, 2e-5 / every, every, **OFFSETS)
+        assert found.F_sp.values.min() > 0 < found.F_pr.values.min()
+        results.append(np.stack([found.x_sp, found.x_pr]))
     errors = [abs(result - results[-1]).max() for result in results[:-1]]
     # The fastest mode turns by 0.28 rad in the largest step, whose square is the next term's share.
     np.testing.assert_allclose(np.log2(np.divide(errors[:-1], errors[1:])), 4, atol=0.1)
+
+
+@pytest.mark.slow
+def test_a_millisecond_of_separate_bodies_agrees_to_richardsons_estimate():
+    coarse, fine = (run("exudyn:bodies", 1e-3, 1e-5 / every, every) for every in (10, 20))
+    tree = run("exudyn:tree", 1e-3, 1e-6, 10)
+    for quantity in require_items(("theta", "theta_dot", "x_sp", "x_pr", "F_sp", "F_pr")):
+        # Order 2 leaves a third of the last change; the tree's RK44 leaves 1e-3 of that. 1.25 is
+        # the safety factor of the grid convergence index where the order is known.
+        estimate = 1.25 * largest_difference(fine, coarse, quantity) / 3
+        assert 0 < largest_difference(fine, tree, quantity) < estimate
+        # With the second order taken out the fourth is left, (h omega)^2 = 2e-4 of it per order.
+        best = fine[quantity] + (fine[quantity] - coarse[quantity]) / 3
+        assert float(abs(best - tree[quantity]).max()) < 1e-2 * estimate

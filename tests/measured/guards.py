@@ -23,8 +23,7 @@ from crosscheck.provenance import ROOT
 from crosscheck.recordings import smoothing
 from crosscheck.recordings.record import Record, read_record
 from tests.measured import second
-from tests.measured.records import compared
-from tests.measured.robots import first_problem
+from tests.measured.records import compared, first_problem
 from tests.measured.second_robot import TableFit, restrict, sample_rows
 
 PAYLOAD, SUN = "arm.payload_mass_kg", "arm.joints.1.sun_inertia_kg_m2"
@@ -65,7 +64,7 @@ def kept() -> Case:
     """By code without a fault."""
     with TemporaryDirectory() as folder:
         path = Path(folder) / "record.csv"
-        second.write_record(path, second.with_value(content(), PAYLOAD, 5.1), LEVEL)
+        second.write_record(path, second.with_value(content(), PAYLOAD, 5.1))
         record = read_record(path, 2)
         arm = PlanarArm(validate_record(Arm, content(), "unlike"))
         comparison = compared(record, arm, **TOLERANCES)
@@ -85,10 +84,9 @@ def fit_again(path: str) -> TableFit:
     limit = 'type="revolute"><limit lower="-9" upper="9" effort="1e9" velocity="1e9"/>'
     urdf = kept().comparison.mechanism.robot.urdf.replace('type="continuous">', limit)
     signals = sample_rows(urdf, even, position, torque, side.bandwidth)
-    value = dict(second.paths(content()))[path]
+    value = second.value_at(content(), path)
     plain, more = (
-        second.Bodies(second.with_value(content(), path, each), LEVEL)
-        for each in (value, value + 1)
+        second.Bodies(second.with_value(content(), path, each)) for each in (value, value + 1)
     )
     rubs = plain.friction
     return restrict(
@@ -113,13 +111,11 @@ def wrong_estimates() -> Iterator[str]:
     if (best.level, best.parameter and best.parameter.path) != (LEVEL, PAYLOAD):
         yield f"explained by {best}"
     rms = np.sqrt((side.residual**2).sum(axis=0) / side.shown.sum(axis=0))
-    values = dict(second.paths(content()))
     given = [each for each in judgement.changes if each.level == LEVEL]
     for each in given:
         assert each.parameter is not None
-        fit = fit_again(each.parameter.path)
-        yield from _estimate(each, fit, values[each.parameter.path], rms)
-    yield from _estimate(fit_alone(SUN), fit_again(SUN), values[SUN], rms)
+        yield from _estimate(each, each.parameter.path, rms)
+    yield from _estimate(fit_alone(SUN), SUN, rms)
 
 
 def fit_alone(path: str) -> Restriction:
@@ -133,7 +129,8 @@ def fit_alone(path: str) -> Restriction:
     return fits._settle(level, parameter, column)
 
 
-def _estimate(own: Restriction, fit: TableFit, value: float, rms: np.ndarray) -> Iterator[str]:
+def _estimate(own: Restriction, path: str, rms: np.ndarray) -> Iterator[str]:
+    fit, value = fit_again(path), second.value_at(content(), path)
     assert own.estimate is not None
     yield from apart("estimate", own.estimate.value, value + fit.values[-1])
     yield from apart("error", own.estimate.error, np.sqrt(fit.variances[-1]))
@@ -177,7 +174,7 @@ def run_again() -> list[Window]:
 @lru_cache
 def right_windows() -> list[dict[str, Any]]:
     """Of the second program."""
-    return kept().runs.windows(LEVEL)
+    return kept().runs.windows()
 
 
 def wrong_runs() -> Iterator[str]:

@@ -5,12 +5,23 @@ from pathlib import Path
 
 import numpy as np
 
-from crosscheck.identification.compare import RecordComparison, compare
+from crosscheck.identification.compare import (
+    LINK_KINDS,
+    LinkTreatment,
+    RecordComparison,
+    Side,
+    _BandSamples,
+    _Problem,
+    _select_torques,
+    compare,
+    remove_friction,
+)
 from crosscheck.identification.mechanism import ComparedMechanism, PlanarArm
 from crosscheck.identification.restrictions import FileJudgement
 from crosscheck.models.arm.arm import Arm
 from crosscheck.models.interface import Model
 from crosscheck.models.loading import make_rest_scenario
+from crosscheck.models.robot.robot import Robot
 from crosscheck.recordings.record import Record
 from crosscheck.registry import build
 
@@ -99,11 +110,19 @@ def compared(
     return comparison
 
 
+def first_problem(robot: Robot, given: Record) -> tuple[Side, LinkTreatment, _Problem]:
+    """What is estimated of the first side that a recording has."""
+    side, treatment, torques = _select_torques([given])[0]
+    own, shared = remove_friction(robot), np.zeros((0, len(robot.coordinate_names)))
+    samples = _BandSamples(own, [given], torques, shared)
+    return side, treatment, _Problem(own, samples, LINK_KINDS[treatment])
+
+
 def judged(record: Record, mechanism: ComparedMechanism | Arm) -> FileJudgement:
-    """What the record says of the files' numbers."""
-    judgement = compared(record, mechanism).sides[0].judgement
-    assert judgement is not None
-    return judgement
+    """What the record says of the files' numbers, without all that a comparison asks beside."""
+    own = mechanism if isinstance(mechanism, ComparedMechanism) else PlanarArm(mechanism)
+    *_, problem = first_problem(own.robot, record)
+    return problem.fit_file(own, problem.choose_bandwidth()).judge(own.levels)
 
 
 def list_explanations(judgement: FileJudgement) -> list[tuple[str, str]]:

@@ -10,15 +10,10 @@ import pinocchio as pin
 from crosscheck.identification.compare import (
     LINK_KINDS,
     NOTHING_ELSE,
-    LinkTreatment,
     RecordComparison,
-    Side,
     SideResult,
-    _BandSamples,
     _judge_side,
     _Problem,
-    _select_torques,
-    remove_friction,
 )
 from crosscheck.identification.mechanism import SpatialRobot
 from crosscheck.models.robot.robot import Level, Robot
@@ -123,15 +118,15 @@ def compared_arm(level: Level) -> tuple[Record, RecordComparison]:
     return given, compared(arm(), given)
 
 
-def first_problem(robot: Robot, given: Record) -> tuple[Side, LinkTreatment, _Problem]:
-    """What is estimated of the first side that a recording has."""
-    side, treatment, torques = _select_torques([given])[0]
-    own, shared = remove_friction(robot), np.zeros((0, len(robot.coordinate_names)))
-    samples = _BandSamples(own, [given], torques, shared)
-    return side, treatment, _Problem(own, samples, LINK_KINDS[treatment])
-
-
 def first_side(robot: Robot, given: Record) -> SideResult:
-    """What that side says, without all that a comparison asks beside: a third of its time."""
-    side, treatment, problem = first_problem(robot, given)
+    """What the first side says, without all that a comparison asks beside: a third of its time."""
+    side, treatment, problem = records.first_problem(robot, given)
     return _judge_side(problem, side, treatment, problem.choose_bandwidth(), NOTHING_ELSE)
+
+
+def both_sides(robot: Robot, given: Record) -> tuple[SideResult, SideResult]:
+    """What that side says with any links, and with those of the file times a factor."""
+    side, treatment, problem = records.first_problem(robot, given)
+    identified = _judge_side(problem, side, treatment, problem.choose_bandwidth(), NOTHING_ELSE)
+    scaled = _Problem(problem.robot, problem.samples, LINK_KINDS["scaled"])
+    return identified, _judge_side(scaled, side, "scaled", identified.bandwidth, NOTHING_ELSE)

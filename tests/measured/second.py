@@ -1,141 +1,67 @@
-"""A second program for an arm's torques and runs: NumPy and Pinocchio, nothing of crosscheck.
+"""A second program for an arm's torques and runs: NumPy, and of crosscheck an engine alone.
 
-Of the content of an arm's TOML file, of two geared joints: torques by Pinocchio's recursions,
-spinning gears as a constant matrix; of a record's CSV file: splines by de Boor's recursion, their
+Of the content of an arm's TOML file, of two geared joints: torques by Pinocchio's engine, with
+which `compare` estimates nothing; of a record's CSV file: splines by de Boor's recursion, their
 noise in an orthonormal basis, runs by a closed form of the equations of motion.
 """
 
-import math
-from collections.abc import Iterator, Mapping
+from collections.abc import Mapping
 from copy import deepcopy
 from itertools import pairwise
 from pathlib import Path
 from typing import Any, NamedTuple
 
 import numpy as np
-import pinocchio as pin
+
+from crosscheck.models.arm.arm import Arm
+from crosscheck.models.loading import validate_record
+from crosscheck.models.robot.planar import build_planar_robot
+from crosscheck.recordings.record import Record
+from crosscheck.registry import build_robot_model
+from tests.measured.records import name_columns, sum_sines, write_table
 
 DEGREE = 5
-FIELDS = ("mass_kg", "inertia_kg_m2", "density_kg_per_m3", "friction_N_m_s_per_rad")
-
-
-def read(path: Path) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
-    """Times (rows,), angles and torques (rows, joints) of a CSV file in SI units."""
-    head, *lines = path.read_text().splitlines()
-    table = np.array([[float(cell) for cell in line.split(",")] for line in lines])
-    columns = dict(zip(head.split(","), table.T, strict=True))
-    angles = np.column_stack([columns["theta_1_rad"], columns["theta_2_rad"]])
-    return (
-        columns["t_s"],
-        angles,
-        np.column_stack([columns["torque_1_N_m"], columns["torque_2_N_m"]]),
-    )
 
 
 class Bodies:
-    """A rigid level of an arm: a tree of two links in Pinocchio, and the matrix of its gears."""
+    """The arm with coupled rotors, by Pinocchio."""
 
-    def __init__(self, content: Mapping[str, Any], level: str) -> None:
-        links, joints = content["links"], content["joints"]
-        first = float(links[0]["length_m"])
-        self.friction = np.array([joint["friction_N_m_s_per_rad"] for joint in joints])
-        self.gears = np.zeros((2, 2))
-        tree = pin.Model()
-        tree.gravity.linear = np.array([*content["gravity_m_per_s2"], 0.0])
-        for number, place in enumerate((0.0, first)):
-            at = pin.SE3(np.eye(3), np.array([place, 0.0, 0.0]))
-            tree.addJoint(number, pin.JointModelRZ(), at, f"joint {number}")
-
-        def put(number: int, mass: float, x: float, inertia: float) -> None:
-            turning = np.diag([0.0, 0.0, inertia])
-            body = pin.Inertia(float(mass), np.array([float(x), 0.0, 0.0]), turning)
-            tree.appendBodyToJoint(number + 1, body, pin.SE3.Identity())
-
-        for number, link in enumerate(links):
-            put(number, *_of_link(link))
-        put(1, content["payload_mass_kg"], links[1]["length_m"], 0.0)
-        for number, joint in enumerate(joints) if level != "links" else ():
-            count, masses = joint["planet_count"], joint["sun_mass_kg"]
-            masses += joint["carrier_mass_kg"] + joint["ring_mass_kg"]
-            masses += count * joint["planet_mass_kg"]
-            radius = joint["module_m"] * (joint["sun_teeth"] + joint["planet_teeth"]) / 2
-            orbit = count * joint["planet_mass_kg"] * radius**2
-            put(number, 0.0, 0.0, _inertia(joint, "carrier") + orbit)
-            if number:  # what stands on the base does not move
-                put(0, masses, first, joint["ring_inertia_kg_m2"])
-            if level == "carriers":
-                continue
-            before = np.arange(2) < number if level == "coupled" else np.zeros(2)
-            own = np.arange(2) == number
-            for gear, turns, times in (
-                ("sun", 1 + joint["ring_teeth"] / joint["sun_teeth"], 1),
-                ("planet", 1 - joint["ring_teeth"] / joint["planet_teeth"], count),
-            ):
-                spin = before + turns * own
-                self.gears += times * _inertia(joint, gear) * np.outer(spin, spin)
-        self.tree, self.data = tree, tree.createData()
+    def __init__(self, content: Mapping[str, Any]) -> None:
+        robot = build_planar_robot(validate_record(Arm, content, "unlike"))
+        self.model, self.friction = build_robot_model("pinocchio", robot, "coupled"), robot.friction
 
     def torques(self, q: np.ndarray, v: np.ndarray, a: np.ndarray) -> np.ndarray:
         """Torques of the motors (rows, 2) [N m]."""
-        held = [pin.rnea(self.tree, self.data, *row) for row in zip(q, v, a, strict=True)]
-        return np.array(held) + a @ self.gears + self.friction * v
+        return self.model.inverse_dynamics(q, v, a)
 
     def closed_form(self) -> np.ndarray:
         """Coefficients of M's, the rates' and the weights' sines and cosines, as one array."""
-        still = np.zeros(2)
-        straight, bent = (
-            np.triu(pin.crba(self.tree, self.data, np.array([0.0, angle])))
-            for angle in (0.0, np.pi / 2)
-        )
+        straight, bent = self.model.mass_matrix(np.array([[0.0, 0.0], [0.0, np.pi / 2]]))
+        inner, outer = self.model.gravity(np.array([[0.0, 0.0], [np.pi / 2, 0.0]])).T
         lever = straight[0, 1] - bent[0, 1]
-        own = bent + np.triu(bent, 1).T + self.gears
-        held = [  # weights at angles 0, 0 and pi/2, 0
-            pin.rnea(self.tree, self.data, np.array([angle, 0.0]), still, still)
-            for angle in (0.0, np.pi / 2)
-        ]
-        outer = [each[1] for each in held]
-        inner = [each[0] - each[1] for each in held]
-        return np.array([*own.ravel(), lever, *inner, *outer, *self.friction])
+        return np.array([*bent.ravel(), lever, *(inner - outer), *outer, *self.friction])
 
 
-def _of_link(link: Mapping[str, Any]) -> tuple[float, float, float]:
-    """Mass [kg], centre [m], inertia about it [kg m^2]."""
-    if "mass_kg" in link:
-        return link["mass_kg"], link["com_m"], link["inertia_kg_m2"]
-    mass = link["cross_section_m2"] * link["density_kg_per_m3"] * link["length_m"]
-    return mass, link["com_m"], mass * link["length_m"] ** 2 / 12
-
-
-def _inertia(joint: Mapping[str, Any], part: str) -> float:
-    if f"{part}_inertia_kg_m2" in joint:
-        return float(joint[f"{part}_inertia_kg_m2"])
-    teeth = {"sun": joint["sun_teeth"], "planet": joint["planet_teeth"]}
-    teeth["carrier"] = teeth["sun"] + teeth["planet"]
-    radius = (
-        joint["module_m"] * teeth[part] / 2 * math.cos(math.radians(joint["pressure_angle_deg"]))
-    )
-    return float(joint[f"{part}_equivalent_mass_kg"] * radius**2)
-
-
-def paths(content: Any, path: str = "arm") -> Iterator[tuple[str, float]]:
-    """Every number of the content on which torques depend linearly, by its path."""
-    entries = content.items() if isinstance(content, dict) else enumerate(content)
-    for name, value in entries:
-        if isinstance(value, dict | list):
-            yield from paths(value, f"{path}.{name}")
-        elif str(name).endswith(FIELDS):
-            yield f"{path}.{name}", float(value)
+def value_at(content: Mapping[str, Any], path: str) -> float:
+    """The number at a path."""
+    inside, last = _find_owner(content, path)
+    return float(inside[last])
 
 
 def with_value(content: Mapping[str, Any], path: str, value: float) -> Mapping[str, Any]:
     """The content with another number at a path."""
     changed = deepcopy(content)
-    inside: Any = changed
-    *way, last = path.split(".")[1:]
-    for step in way:
-        inside = inside[int(step) if step.isdigit() else step]
+    inside, last = _find_owner(changed, path)
     inside[last] = value
     return changed
+
+
+def _find_owner(content: Any, path: str) -> tuple[Any, str]:
+    """The table that a path's last name is in, and that name."""
+    *way, last = path.split(".")[1:]
+    for step in way:
+        content = content[int(step) if step.isdigit() else step]
+    return content, last
 
 
 def splines(time: np.ndarray, knots: np.ndarray, degree: int, derivative: int = 0) -> np.ndarray:
@@ -227,14 +153,15 @@ class Runs:
         self, path: Path, content: Mapping[str, Any], tolerances: Mapping[str, float]
     ) -> None:
         self.content, self.tolerances = content, tolerances
-        time, angles, torques = read(path)
+        time, *columns = np.loadtxt(path, delimiter=",", skiprows=1).T
+        angles, torques = np.column_stack(columns[:2]), np.column_stack(columns[2:])
         self.pieces = pieces(time, angles, torques, spacing_of(time, angles))
 
-    def windows(self, level: str) -> list[dict[str, Any]]:
-        """Runs of a level in the terms of ASME V&V 20, one in each piece."""
-        return [self._window(piece, level) for piece in self.pieces]
+    def windows(self) -> list[dict[str, Any]]:
+        """Runs in the terms of ASME V&V 20, one in each piece."""
+        return [self._window(piece) for piece in self.pieces]
 
-    def _window(self, piece: Piece, level: str) -> dict[str, Any]:
+    def _window(self, piece: Piece) -> dict[str, Any]:
         rows = len(piece.time)
         edge = rows // 8
         inner = slice(edge, rows - edge)
@@ -242,7 +169,7 @@ class Runs:
         smooth, rates = piece.motion
         of_data = np.linalg.norm(piece.ortho[inner], axis=1)[:, None] * piece.angle_noise
         of_slope = np.linalg.norm(piece.first[edge]) * piece.angle_noise
-        nominal = Bodies(self.content, level).closed_form()
+        nominal = Bodies(self.content).closed_form()
         runs = [(nominal, smooth[edge], rates[edge], torques)]
         for joint in range(2):
             for moved in (0, 1):
@@ -257,10 +184,9 @@ class Runs:
         bent = torques.copy()
         bent[1:-1] += (torques[2:] - 2 * torques[1:-1] + torques[:-2]) / 12
         runs.append((nominal, smooth[edge], rates[edge], bent))
-        values = dict(paths(self.content))
         for path, share in self.tolerances.items():
-            other = with_value(self.content, path, values[path] * (1 + share))
-            runs.append((Bodies(other, level).closed_form(), smooth[edge], rates[edge], torques))
+            other = with_value(self.content, path, value_at(self.content, path) * (1 + share))
+            runs.append((Bodies(other).closed_form(), smooth[edge], rates[edge], torques))
         steps = max(len(clock) - 1, 1000)
         found = integrated(runs, clock, steps)
         finer = integrated(runs[:1], clock, 2 * steps)[0]
@@ -334,22 +260,17 @@ def integrated(
     return (found + part**3 * (2 * (one - other) + first + last)).transpose(1, 0, 2)
 
 
-def write_record(path: Path, content: Mapping[str, Any], level: str, coulomb: float = 0.0) -> None:
-    """A record of a level at uneven times, with noise unlike at its joints."""
+def write_record(path: Path, content: Mapping[str, Any]) -> None:
+    """A record at uneven times, with noise unlike at its joints."""
     draw = np.random.default_rng(4)
     time = np.cumsum(draw.uniform(2.5e-3, 3.5e-3, ROWS))
-    waves = 2 * np.pi * np.array([[0.7, 1.9], [0.9, 2.6]])
-    sizes = np.array([[0.5, 0.12], [0.7, 0.1]])
-    turned = waves * time[:, None, None] + np.array([[0.3, 1.1], [2.0, 4.0]])
-    q = (sizes * np.sin(turned)).sum(axis=2)
-    v = (sizes * waves * np.cos(turned)).sum(axis=2)
-    a = -(sizes * waves**2 * np.sin(turned)).sum(axis=2)
-    torques = Bodies(content, level).torques(q, v, a) + coulomb * np.array([1.0, 0.4]) * np.sign(v)
+    rates = 2 * np.pi * np.array([[0.7, 1.9], [0.9, 2.6]])
+    sizes, phases = np.array([[0.5, 0.12], [0.7, 0.1]]), np.array([[0.3, 1.1], [2.0, 4.0]])
+    q, v, a = sum_sines(time, sizes, rates, phases)
+    torques = Bodies(content).torques(q, v, a)
     q = q + np.array([2e-5, 6e-6]) * draw.normal(size=q.shape)
     torques = torques + np.array([0.4, 0.07]) * draw.normal(size=q.shape)
-    names = "t_s,theta_1_rad,theta_2_rad,torque_1_N_m,torque_2_N_m"
-    table = np.column_stack([time, q, torques])
-    np.savetxt(path, table, delimiter=",", header=names, comments="", fmt="%.17g")
+    write_table(path, name_columns(Record("made", time, q, torques)))
 
 
 ROWS = 800

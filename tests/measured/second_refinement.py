@@ -13,13 +13,12 @@ import pinocchio as pin
 from crosscheck.identification.refinement import Knowledge
 from crosscheck.recordings.record import Record
 from tests.measured.second_robot import (
-    WEIGHTINGS,
     Signals,
     identifiable,
     rows_alike,
     sample_rows,
-    solve,
     spread_of,
+    weigh,
 )
 
 STEP = 1e-3
@@ -27,13 +26,10 @@ STEP = 1e-3
 
 def find_deviations(signals: Signals) -> np.ndarray:
     """Of each joint's rows, counted by the number of those alike."""
-    table, moving = signals.table(), signals.moving
-    sigma = spread_of(signals.torque, moving)
-    for _ in range(WEIGHTINGS):
-        values = solve((table / sigma[:, None])[moving], (signals.torque / sigma)[moving])
-        residual = np.where(moving, signals.torque - table @ values, 0.0)
-        sigma = spread_of(residual, moving)
-    return sigma * np.sqrt([rows_alike(signal) for signal in residual.T])
+    moving = signals.moving
+    _, residual, _ = weigh(signals.table(), signals.torque, moving)
+    shown = np.where(moving, residual, 0.0)
+    return spread_of(shown, moving) * np.sqrt([rows_alike(signal) for signal in shown.T])
 
 
 def add_rotors(model: pin.Model, table: np.ndarray, ratios: Sequence[float]) -> np.ndarray:

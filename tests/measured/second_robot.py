@@ -169,11 +169,7 @@ class TableFit(NamedTuple):
 
 def fit_table(table: np.ndarray, torque: np.ndarray, moving: np.ndarray) -> TableFit:
     """Weighted least squares of torques (rows, n) by a table (rows, n, parameters)."""
-    sigma = spread_of(torque, moving)
-    for _ in range(WEIGHTINGS):
-        values = solve((table / sigma[:, None])[moving], (torque / sigma)[moving])
-        used, residual = sigma, torque - table @ values
-        sigma = spread_of(residual, moving)
+    values, residual, used = weigh(table, torque, moving)
     edges = block_edges(np.where(moving, residual, 0.0))
     without = []
     for first, last in pairwise(edges):
@@ -185,7 +181,20 @@ def fit_table(table: np.ndarray, torque: np.ndarray, moving: np.ndarray) -> Tabl
     # Of the deviations from the whole fit, not from their mean.
     spread = (blocks - 1) / blocks * ((np.array(without) - values) ** 2).sum(axis=0)
     spread = (spread + stationary_variances(table, residual, used, moving)) / 2
-    return TableFit(values, spread, sigma)
+    return TableFit(values, spread, spread_of(residual, moving))
+
+
+def weigh(
+    table: np.ndarray, torque: np.ndarray, moving: np.ndarray
+) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+    """Parameters, residuals (rows, n), and the deviations by which joints were weighted at last."""
+    sigma = spread_of(torque, moving)
+    for _ in range(WEIGHTINGS):
+        used = sigma
+        values = solve((table / used[:, None])[moving], (torque / used)[moving])
+        residual = torque - table @ values
+        sigma = spread_of(residual, moving)
+    return values, residual, used
 
 
 def estimate(

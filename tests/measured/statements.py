@@ -4,10 +4,10 @@ from collections.abc import Callable
 from dataclasses import dataclass
 
 from crosscheck.identification import messages
-from crosscheck.identification.compare import RecordComparison, SideResult
+from crosscheck.identification.compare import SideResult
 from crosscheck.models.robot.robot import Robot
 from crosscheck.recordings.record import Record
-from tests.measured.robots import RATIO, ROTOR, STEP, arm, behind, compared, recording
+from tests.measured.robots import RATIO, ROTOR, STEP, arm, behind, both_sides, recording
 
 REFLECTED = RATIO**2 * ROTOR
 SECONDS = 10.0
@@ -98,14 +98,12 @@ KINDS = {
 def judge(kind: Kind, seed: int) -> tuple[bool, bool, bool]:
     """Whether what is true is said, something false, and whether the rotor's interval covers it."""
     robot = kind.robot()
-    comparison = compared(robot, kind.make(robot, seed))
-    side, scaled = comparison.sides
-    return kind.is_true(side, scaled), is_false(comparison, kind), covers(side, kind)
+    side, scaled = both_sides(robot, kind.make(robot, seed))
+    return kind.is_true(side, scaled), is_false(side, scaled, kind), covers(side, kind)
 
 
-def is_false(comparison: RecordComparison, kind: Kind) -> bool:
+def is_false(side: SideResult, scaled: SideResult, kind: Kind) -> bool:
     """Whether anything is said that is not so."""
-    side, scaled = comparison.sides
     return (
         not {each.term.name for each in side.seen} <= kind.rotors
         or bool(side.impossible)

@@ -337,12 +337,6 @@ def test_what_publishers_fill_in_counts_as_not_stated(record, tmp_path, case):
     assert (found.motor_torque is None) == (case == "no efforts")
 
 
-def test_a_bag_of_other_joints_is_one_line(record, tmp_path):
-    folder = bag_of(record, tmp_path / "bag")
-    with pytest.raises(InputError, match="has no joint arm_1; message 1 has elbow, gripper, shou"):
-        read_record(folder, 2, named=("arm_1", "arm_2"))
-
-
 @pytest.mark.parametrize("storage", StoragePlugin)
 def test_a_bag_is_read_by_the_names_of_its_joints(record, tmp_path, storage):
     folder = bag_of(record, tmp_path / "bag", storage)

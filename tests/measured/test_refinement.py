@@ -35,9 +35,8 @@ def test_links_known_to_less_than_the_identity_moves_decide(robot, level):
     for each in found.best.estimates:
         if each.term.kind in ("armature", "rotors"):
             assert abs(each.value - RATIO**2 * ROTOR) < 1.5 * each.half_width
-    loose = ask(robot, given, Knowledge(0.2))
-    assert loose.sides[0].refinement.level is None
-    assert not loose.is_decided
+    loose = refine_alone(robot, given, Knowledge(0.2))[1]
+    assert (loose.level, loose.is_decided) == (None, False)
 
 
 def test_links_that_are_not_as_known_name_no_level(robot):

@@ -9,7 +9,7 @@ from crosscheck.identification.bandwidth import BandResult, combine_bands
 from crosscheck.identification.compare import find_threshold
 from crosscheck.identification.estimation import fit_linear
 from crosscheck.identification.terms import TermEstimate, TorqueTerm
-from tests.measured.robots import arm, compared, recording
+from tests.measured.robots import arm, both_sides, recording
 
 LEVEL = 1e-4  # of all that is named of a side, as the how-to says
 ARMATURE = TorqueTerm("armature", "j1", "kg m^2")
@@ -19,7 +19,7 @@ def test_a_joint_is_worse_beyond_fishers_chance():
     from scipy.stats import f  # slow to import, in every process that collects tests
 
     robot = arm()
-    identified, scaled = compared(robot, recording(robot, "links", seconds=8.0)).sides
+    identified, scaled = both_sides(robot, recording(robot, "links", seconds=8.0))
     further, left, joints = 6.0, 30.0, len(identified.measured)
     identified = replace(identified, taken=scaled.taken + further, left=np.full(joints, left))
     limit = np.sqrt(1 + further / left * f.ppf(1 - LEVEL / joints, further, left))

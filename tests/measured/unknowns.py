@@ -11,7 +11,8 @@ from crosscheck.identification.refinement import Knowledge, Refinement, refine
 from crosscheck.identification.terms import TermEstimate
 from crosscheck.models.robot.robot import Robot
 from crosscheck.recordings.record import Record
-from tests.measured.robots import RATIO, ROTOR, arm, draw_arm, first_problem, recording
+from tests.measured.records import first_problem
+from tests.measured.robots import RATIO, ROTOR, arm, draw_arm, recording
 
 SECONDS = 8.0
 SHARE = 0.02  # to which links are known

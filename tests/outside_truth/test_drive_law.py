@@ -11,14 +11,14 @@ from crosscheck.models.experiment.drive import drive_data, joint_torque, torques
 from crosscheck.models.experiment.scenario import Scenario
 from crosscheck.models.loading import load_arm
 from crosscheck.registry import build
+from tests.mixed_arms import scenario as scenario_of
 
 TIME = np.array([0.0, 0.07, 0.31, 0.9, 1.6])
 THETA, RATES = np.array([0.4, -1.1]), np.array([-0.7, 1.9])
 
 
 def scenario(**drive: Any) -> Scenario:
-    data = {"schema_version": 1, "name": "law", "duration_s": 2.0, "step_s": 1e-3, "drive": drive}
-    return Scenario.model_validate(data)
+    return scenario_of(duration_s=2.0, step_s=1e-3, drive=drive)
 
 
 def sine(argument: str) -> Scenario:

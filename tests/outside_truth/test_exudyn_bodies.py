@@ -55,16 +55,6 @@ def wheel_centre(model: ExudynBodies, toothed: GearPair, pose: np.ndarray) -> co
     return complex(x, y) + length * np.exp(1j * angle)
 
 
-def test_an_open_joint_shows_in_the_engines_constraints():
-    model = bodies()
-    q, v = random_states(model.layout, 5, 7)[0]
-    pose = model.poses.pose(q)
-    pose[3] += 1e-6
-    model.free_engine.place(0.0, pose, model.poses.velocity(q, v))
-    # The sun's joint is the second; 1e-6 m added to places near 1 m.
-    np.testing.assert_allclose(abs(model.free_engine.joints()[2:4]), [1e-6, 0], rtol=0, atol=1e-15)
-
-
 def test_a_model_whose_joints_never_open_has_a_gap(monkeypatch):
     """Closed joints alone would be those of a model that makes up its residuals."""
     model = bodies()
@@ -90,19 +80,6 @@ def test_accelerations_of_bodies_that_solve_the_engines_equations_keep_the_joint
         assert abs(engine.joint_jacobian() @ a + swing).max() < 1e-12 * abs(a).max()
         mapped = model.poses.acceleration(q, v, model.acceleration(0.1, q, v))
         np.testing.assert_allclose(a, mapped, rtol=0, atol=1e-11 * abs(a).max())
-
-
-def test_swing_is_the_rate_of_the_joints_velocities():
-    model, eps = bodies(), 1e-5
-    for q, v in require_items(random_states(model.layout, 5, 7)):
-        pose, velocity = model.poses.pose(q), model.poses.velocity(q, v)
-        engine, rates = model.free_engine, []
-        for step in (eps, -eps):
-            engine.place(0.0, pose + step * velocity, velocity)
-            rates.append(engine.joints(velocity_level=True))
-        # Central differences: eps^2 omega^4 / 6 with omega up to 4 rad/s, and 1e-16 over eps.
-        expected = (rates[0] - rates[1]) / (2 * eps)
-        np.testing.assert_allclose(engine.swing(0.0, pose, velocity), expected, atol=1e-8)
 
 
 def test_the_force_of_a_mesh_touches_both_base_circles_at_the_pressure_angle():

@@ -4,10 +4,14 @@ import numpy as np
 import pytest
 
 from crosscheck.models.errors import Diverged
+from crosscheck.models.experiment.scenario import switches
 from crosscheck.models.exudyn.tree.parts import tree_from_paper
 from crosscheck.models.exudyn.tree.tree import ExudynTree
 from crosscheck.models.loading import load_case
+from tests.loops import require_items
+from tests.mixed_arms import NONE, PAYLOAD, ROD_MASS, Data, arm_of, direct, geared, scenario
 from tests.one_stage import SPRINGS_ONLY, first_joint_only
+from tests.robots.chains import stepped
 
 TIGHT = "arm.joints.*.*_mesh.backlash_m=0.0"
 EPSILON = np.finfo(float).eps
@@ -21,18 +25,8 @@ def tree(*settings: str, **switches: str) -> ExudynTree:
 def classic_rk4(model: ExudynTree, h: float, steps: int) -> tuple[np.ndarray, np.ndarray]:
     """The textbook method on the model's own accelerations, its clock k h."""
     from_tree = np.linalg.pinv(tree_from_paper(model.arm, model.layout))
-    state = np.array([from_tree @ part for part in model.start()])
-
-    def rate(t: float, s: np.ndarray) -> np.ndarray:
-        return np.array([s[1], model.acceleration(t, s[0], s[1])])
-
-    for k in range(steps):
-        k_1 = rate(k * h, state)
-        k_2 = rate((k + 0.5) * h, state + h / 2 * k_1)
-        k_3 = rate((k + 0.5) * h, state + h / 2 * k_2)
-        k_4 = rate((k + 1) * h, state + h * k_3)
-        state = state + h / 6 * (k_1 + 2 * k_2 + 2 * k_3 + k_4)
-    return state[0], state[1]
+    q, v = (from_tree @ part for part in model.start())
+    return stepped(lambda k, q, v: model.acceleration(k * h, q, v), q, v, steps, steps * h)
 
 
 @pytest.mark.parametrize("phase", ["angle", "omega_t"])
@@ -68,3 +62,31 @@ def test_largest_stable_step_is_where_the_motion_begins_to_grow():
         peaks.append(float(abs(run.x_sp).max()))
     # |R| = 1.15 two percent beyond the limit: 100 steps leave no doubt.
     assert peaks[0] < 1e-5 < 1e-3 < peaks[1]
+
+
+@pytest.mark.parametrize("damping", ["always", "contact"])
+def test_the_largest_step_is_of_damped_contact_wherever_in_the_clearance_a_run_begins(damping):
+    heavy = {name: {**geared()[name], "damping_ratio": 3.0} for name in ("sun_mesh", "ring_mesh")}
+    arm = arm_of(geared(**heavy), gravity=NONE)
+    first, second = (
+        ExudynTree(arm, scenario(start={"mesh": begin}), switches(damping=damping))
+        for begin in ("contact", "centre")
+    )
+    # The engine linearises by differences at 1e-7.
+    assert first.largest_stable_step() == pytest.approx(second.largest_stable_step(), rel=1e-5)
+
+
+def test_without_gears_there_are_no_modes_and_the_step_follows_friction_and_gains():
+    inertia = 0.07 + ROD_MASS * (0.9**2 / 12 + 0.4**2) + PAYLOAD * 0.9**2
+    still: Data = {"kind": "constant", "torque_N_m": 0.0}
+    gains = {"proportional_N_m_per_rad": 1e8, "derivative_N_m_s_per_rad": 0.0}
+    drives: tuple[tuple[float, Data, float], ...] = (
+        (1e4, still, 2.785293563 * inertia / 1e4),
+        (0.0, {"kind": "pd", "target_rad": 0.0, **gains}, np.sqrt(8) / np.sqrt(1e8 / inertia)),
+    )
+    for friction, drive, limit in require_items(drives):
+        arm = arm_of(direct(friction_N_m_s_per_rad=friction), gravity=NONE)
+        model = ExudynTree(arm, scenario(drive=drive))
+        assert model.mesh_modes().shape == (0,)
+        # Where RK4's |R| passes 1 on the real and on the imaginary axis; steps are tried in 1e-4.
+        assert model.largest_stable_step() == pytest.approx(limit, rel=1e-3)

@@ -34,7 +34,6 @@ TURN = {4: 0.05, 2: 0.01, None: 0.05}
 ADAPTIVE = 1e-11  # two orders above what it asks of a step
 
 every_model = pytest.mark.parametrize("name", SWINGING)
-every_link = pytest.mark.parametrize("link", LINKS)
 
 
 class Swing(NamedTuple):
@@ -95,7 +94,7 @@ def pendulum(rate: float, amplitude: float, time: np.ndarray) -> np.ndarray:
     return 2 * np.arcsin(k * cn / dn)
 
 
-@every_link
+@pytest.mark.parametrize("link", LINKS)
 @every_model
 def test_link_swings_as_the_elliptic_pendulum(name, link):
     pull, amplitude = np.hypot(*GRAVITY), 2.0
@@ -125,11 +124,10 @@ def test_link_swings_as_the_elliptic_pendulum(name, link):
         assert errors[0] / errors[1] == pytest.approx(2**order, rel=0.1)
 
 
-@every_link
 @every_model
-def test_constant_torque_against_friction(name, link):
+def test_constant_torque_against_friction(name):
     """theta = (T / c) (t - (1 - exp(-c t / J)) J / c): the rate tends to T / c."""
-    torque, friction = 35.0, 2.3
+    torque, friction, link = 35.0, 2.3, "rod"
     rate = friction / inertia(name, link)
     duration = 4 / rate
     steps = steps_of(name, rate, duration)
@@ -141,12 +139,11 @@ def test_constant_torque_against_friction(name, link):
     assert run.theta_dot[-1] == pytest.approx(final, rel=limit(name, rate, duration, steps))
 
 
-@every_link
 @every_model
-def test_controlled_joint_is_the_linear_oscillator(name, link):
+def test_controlled_joint_is_the_linear_oscillator(name):
     """J theta'' = P (target - theta) - (D + c) theta', from an angle and a rate."""
     target, gain, rate_gain, friction = 0.4, 320.0, 7.0, 1.9
-    theta_0, rate_0, own = -0.3, 1.1, inertia(name, link)
+    theta_0, rate_0, own = -0.3, 1.1, inertia(name, "body")
     decay, fast = (rate_gain + friction) / (2 * own), np.sqrt(gain / own)
     ringing = np.sqrt(fast**2 - decay**2)
     duration = 3 / decay
@@ -158,7 +155,7 @@ def test_controlled_joint_is_the_linear_oscillator(name, link):
         "derivative_N_m_s_per_rad": rate_gain,
     }
     start = {"theta_rad": theta_0, "theta_dot_rad_per_s": rate_0}
-    run = swing(name, one_link(link, friction), drive, duration, steps, **start)
+    run = swing(name, one_link("body", friction), drive, duration, steps, **start)
     away = theta_0 - target
     sine = (rate_0 + decay * away) / ringing
     shape = away * np.cos(ringing * run.time) + sine * np.sin(ringing * run.time)

@@ -11,8 +11,6 @@ from crosscheck.checks.energy import springs_at
 from crosscheck.checks.first_principles.mesh_energy import spring_energy as energy_in_spring
 from crosscheck.models.arm.arm import Arm
 from crosscheck.models.experiment.scenario import Switches, switches
-from crosscheck.models.exudyn.bodies.bodies import ExudynBodies, GearPair
-from crosscheck.models.exudyn.bodies.contact import CARRIER, PREVIOUS, contact_state, mesh_forces
 from crosscheck.models.interface import Model
 from crosscheck.models.loading import load_arm
 from crosscheck.models.pinocchio.arm import PinocchioGears
@@ -226,51 +224,3 @@ def test_pinocchios_contact_forces_obey_newtons_third_law(arm, seed):
     np.testing.assert_allclose(wrenches.sum(axis=0), 0, atol=size)
     working = gear_tree(arm, **CONSERVATIVE)
     np.testing.assert_array_equal(contact_wrenches(working, 0.2, q, v), wrenches)
-
-
-def every_mesh(model: ExudynBodies) -> list[GearPair]:
-    """In the order of ``contacts``."""
-    return [
-        toothed for sides in model.meshes for pair in zip(*sides, strict=True) for toothed in pair
-    ]
-
-
-def bodies(**laws: str) -> ExudynBodies:
-    return ExudynBodies(planet_laws.unlike_arm(), scenario(), switches(planets="free", **laws))
-
-
-def test_poses_and_rates_of_exudyns_bodies_show_every_displacement():
-    model = bodies()
-    meshes = contacts(model.arm, model.switches, model.layout)
-    for q, v in require_items(random_states(model.layout, 5)):
-        values = model.poses.pose(q), model.poses.velocity(q, v)
-        for contact, toothed in require_items(zip(meshes, every_mesh(model), strict=True)):
-            seen = (
-                np.append(of_all, np.zeros(3)).reshape(-1, 3)[list(toothed.bodies)].ravel()
-                for of_all in values
-            )
-            found = contact_state(toothed.mesh, 0.0, *seen)
-            # Gears turned by some 10 rad, places of 1 m: a few roundings.
-            assert found.x == pytest.approx(contact.row @ q, rel=0, abs=2e-15)
-            assert found.x_dot == pytest.approx(contact.row @ v, rel=0, abs=2e-14)
-
-
-def test_action_and_reaction_of_conservative_teeth_cancel_wherever_exudyns_bodies_are():
-    draw = np.random.default_rng(5)
-    for toothed, plain in require_items(
-        zip(every_mesh(bodies(**CONSERVATIVE)), every_mesh(bodies()), strict=True)
-    ):
-        size = 3 * len(toothed.bodies)
-        pose, velocity = draw.normal(size=size), draw.normal(size=size)
-        forces, without = (
-            mesh_forces(own.mesh, 0.2, pose, velocity).reshape(-1, 3) for own in (toothed, plain)
-        )
-        places = pose.reshape(-1, 3)
-        turning = places[:, 0] * forces[:, 1] - places[:, 1] * forces[:, 0] + forces[:, 2]
-        # Opposite forces at one point and opposite torques, with arms of a few metres.
-        largest = abs(forces).max()
-        np.testing.assert_allclose(forces[:, :2].sum(axis=0), 0, atol=4 * EPS * largest)
-        assert turning.sum() == pytest.approx(0, abs=50 * EPS * largest)
-        pair = (forces - without)[[CARRIER, PREVIOUS], 2]
-        assert abs(pair).min() > 1e-6 * largest
-        np.testing.assert_array_equal(forces[:, :2], without[:, :2])

@@ -78,13 +78,13 @@ def test_recording_grid_is_the_scenarios():
     np.testing.assert_array_equal(run.time, np.arange(5001) * 1e-5)
 
 
-@pytest.mark.parametrize("level", LEVELS)
+TORQUE = "constant-torque", "scenario.drive.torque_N_m=1e9"
+GAIN = "pd", "scenario.drive.derivative_N_m_s_per_rad=-40000.0"
+
+
 @pytest.mark.parametrize(
-    ("scenario", "setting"),
-    [
-        ("constant-torque", "scenario.drive.torque_N_m=1e9"),
-        ("pd", "scenario.drive.derivative_N_m_s_per_rad=-40000.0"),
-    ],
+    ("scenario", "setting", "level"),
+    [(*away, level) for away, level in zip((TORQUE, GAIN) * 2, LEVELS, strict=True)],
 )
 def test_a_run_away_is_reported_as_divergence(scenario, setting, level):
     with pytest.raises(Diverged, match=f"{level.name}: diverged at t ="):

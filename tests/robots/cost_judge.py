@@ -4,7 +4,7 @@ Sizes follow from the files by Pinocchio, each as the page says that it is.
 """
 
 from collections.abc import Iterator
-from functools import lru_cache
+from functools import lru_cache, partialmethod
 from typing import Any
 
 import numpy as np
@@ -113,29 +113,14 @@ class Wrong(RobotModel):
             changed[place] += by
         return changed
 
-    def mass_matrix(self, q):
-        return self.answer("mass_matrix", q)
-
-    def bias(self, q, v):
-        return self.answer("bias", q, v)
-
-    def gravity(self, q):
-        return self.answer("gravity", q)
-
-    def inverse_dynamics(self, q, v, a):
-        return self.answer("inverse_dynamics", q, v, a)
-
-    def forward_dynamics(self, q, v, torques):
-        return self.answer("forward_dynamics", q, v, torques)
-
-    def energy(self, q, v):
-        return self.answer("energy", q, v)
-
-    def momentum(self, q, v):
-        return self.answer("momentum", q, v)
-
-    def tip(self, q):
-        return self.answer("tip", q)
+    mass_matrix = partialmethod(answer, "mass_matrix")
+    bias = partialmethod(answer, "bias")
+    gravity = partialmethod(answer, "gravity")
+    inverse_dynamics = partialmethod(answer, "inverse_dynamics")
+    forward_dynamics = partialmethod(answer, "forward_dynamics")
+    energy = partialmethod(answer, "energy")
+    momentum = partialmethod(answer, "momentum")
+    tip = partialmethod(answer, "tip")
 
 
 @lru_cache

@@ -1,6 +1,5 @@
 """A robot's equations as a table of answers, as any other tool would answer it."""
 
-import json
 from pathlib import Path
 
 import numpy as np
@@ -53,7 +52,7 @@ def puma() -> tuple[StateRequest, Values]:
 
 def try_table(crosscheck, folder: Path, sheets, robot: str = "puma560"):
     file = write_csv(folder / "answers.csv", sheets)
-    return crosscheck("trial", "--answers", file, robot, "--json", folder / "trial.json")
+    return crosscheck("trial", "--answers", file, robot)
 
 
 def test_inverse_dynamics_is_asked_up_to_a_number_of_coordinates(puma, monkeypatch):
@@ -61,11 +60,6 @@ def test_inverse_dynamics_is_asked_up_to_a_number_of_coordinates(puma, monkeypat
     for most, count in ((6, 1), (5, 0)):
         monkeypatch.setattr(RobotTableTrial, "most_coordinates", most)
         assert len(collect_inverse_requests(RobotTableTrial(states.arm), states)) == count
-
-
-def test_a_right_table_agrees(crosscheck, tmp_path, puma):
-    done = try_table(crosscheck, tmp_path, [puma])
-    assert done.code == 0, done.out + done.err
 
 
 @pytest.mark.parametrize("robot", ["sliding", "examples/space/space-arm.toml"])
@@ -81,17 +75,6 @@ def test_every_part_may_be_answered(crosscheck, tmp_path, parts, robot):
     sheets = [(each, answer(each, parts)) for each in (states, *apart)]
     done = try_table(crosscheck, tmp_path, sheets, robot)
     assert done.code == 0, done.out + done.err
-
-
-def test_a_wrong_entry_is_named(crosscheck, tmp_path, puma):
-    states, values = puma
-    wrong = values["mass_matrix"].copy()
-    wrong[:, 1, 2] *= 1.01
-    wrong[:, 2, 1] *= 1.01
-    done = try_table(crosscheck, tmp_path, [(states, {**values, "mass_matrix": wrong})])
-    assert done.code == 1, done.out + done.err
-    told = json.loads((tmp_path / "trial.json").read_text())
-    assert [each["name"] for each in told["wrong"]] == ["M[shoulder, elbow]"]
 
 
 def test_another_answer_to_the_same_state_is_reported(crosscheck, tmp_path, puma):
@@ -116,29 +99,11 @@ def test_a_torque_that_is_nowhere_is_reported(crosscheck, tmp_path):
     assert "where there is no motor, answer gravity for force" in done.out
 
 
-def shorten(text: str, by: int) -> str:
-    return "".join(text.splitlines(keepends=True)[:-by])
-
-
-def test_a_table_that_cannot_be_judged_is_refused(crosscheck, tmp_path, puma):
+def test_a_table_of_single_precision_is_refused(crosscheck, tmp_path, puma):
     states, values = puma
-    file, last = tmp_path / "answers.csv", states.count
-    for change, words in {
-        lambda text: text.replace("M_2_3", "M_2_9"): "'M_2_9': unknown column",
-        lambda text: text.replace("gravity_6", "row_6"): "'row_6': unknown column",
-        lambda text: text + "99999" + text.splitlines()[-1][3:] + "\n": "row = 99999: must be at",
-        lambda text: shorten(text, 1): f"row {last}, M: is missing; must be finite",
-        lambda text: shorten(text, 3): f"row {last - 2}, and 2 more, M: is missing",
-    }.items():
-        write_csv(file, [(states, values)])
-        file.write_text(change(file.read_text()))
-        assert_one_line(crosscheck("trial", "--answers", file, "puma560"), words)
     short = {part: np.float64(np.float32(each)) for part, each in values.items()}
-    write_csv(file, [(states, short)])
+    file = write_csv(tmp_path / "answers.csv", [(states, short)])
     assert_one_line(crosscheck("trial", "--answers", file, "puma560"), "12 digits are needed")
-    assert_one_line(crosscheck("trial", "--answers", file, "sliding"), "unknown column")
-    after = crosscheck("trial", "--ask", "puma560", "--after", file, "--out", tmp_path / "ask")
-    assert_one_line(after, "--after: is for arms")
 
 
 def test_states_of_another_seed_are_refused(crosscheck, tmp_path):
@@ -150,6 +115,7 @@ def test_states_of_another_seed_are_refused(crosscheck, tmp_path):
     states = ask("sliding")[0]
     gravity = answer(states, ("gravity",))["gravity"]
     lines = (folder / "states.csv").read_text().splitlines()
+    assert "torque_swivel_N_m,torque_slide_N,torque_tilt_N_m" in lines[0]
     table = [lines[0] + "".join(f",gravity_{n + 1}" for n in range(gravity.shape[1]))]
     for line, values in zip(lines[1:], gravity, strict=True):
         table.append(",".join([line, *("" if np.isnan(x) else repr(float(x)) for x in values)]))

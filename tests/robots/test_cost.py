@@ -10,13 +10,11 @@ import pytest
 from crosscheck import file_types
 from crosscheck.checks.robot_states import motion_range
 from crosscheck.cli.files.robot_files import load_as_robot
-from crosscheck.cost.motion import fit_motion
 from crosscheck.cost.output import cost_page, describe_result
 from crosscheck.cost.shortcuts import QUICK, ShortcutCosts, compute_costs
 from crosscheck.file_types import is_file_of_type
 from crosscheck.models.errors import InputError
 from crosscheck.models.robot.robot import Robot
-from crosscheck.recordings.record import read_record
 from crosscheck.runner import tasks
 from tests.robots.chains import Solid, geared, joint, link, planetary, robot, urdf
 from tests.tool.test_bad_input import assert_one_line
@@ -48,11 +46,6 @@ def parallel(ratio: float = RATIO) -> Robot:
     return robot(text, own, gravity_m_per_s2=[0.0, 0.0, 0.0])
 
 
-@pytest.fixture(scope="module")
-def planar() -> ShortcutCosts:
-    return cost(parallel())
-
-
 def written(folder: Path, time: np.ndarray, angles: np.ndarray, slide: int = 0) -> Path:
     """A CSV file of a motion; slide: the number of a joint that slides, 0 for none."""
     joints = range(1, angles.shape[1] + 1)
@@ -60,17 +53,6 @@ def written(folder: Path, time: np.ndarray, angles: np.ndarray, slide: int = 0) 
     table = np.column_stack([time, angles])
     np.savetxt(folder / "motion.csv", table, "%.17g", ",", header=",".join(names), comments="")
     return folder / "motion.csv"
-
-
-def test_a_motion_given_in_a_file_is_followed(tmp_path, planar):
-    own, time = parallel(), np.linspace(1.0, 4.0, 1501)
-    record = read_record(written(tmp_path, time, planar.motion.at(time)[0]), 2)
-    found = compute_costs(own, 0, FEW, lambda *doing: None, fit_motion(record))
-    assert (found.time[0], found.time[-1]) == (1.0, 4.0)
-    first, second = planar.motion.at(found.time)[2].T
-    missing = SPIN * np.stack([first + RATIO * second, RATIO * first], axis=1)
-    assert found.errors["armature"] == pytest.approx(-missing, abs=1e-6 * np.abs(missing).max())
-    assert found.tips[2].distances.max() < 1e-4
 
 
 def test_a_given_motion_beyond_the_limits_is_reported(crosscheck, tmp_path):
@@ -112,23 +94,6 @@ def test_names_of_any_characters_are_drawn_and_shown():
     found = cost(robot(text, {name: geared(9.0) for name in names}))
     assert found.names == tuple(names)
     assert "<script>" not in cost_page(found)
-
-
-def test_masses_too_unlike_for_the_digits_are_one_line(crosscheck, tmp_path):
-    heavy = Solid(1e9, (0, 0, 0), (1e15, 0, 0, 1e15, 0, 1e15))
-    light = Solid(1e-12, (0, 0, 0), (1e-24, 0, 0, 1e-24, 0, 1e-24))
-    text = urdf(
-        link("ground"),
-        link("rock", heavy),
-        link("dust", light),
-        joint("turn", "ground", "rock"),
-        joint("spin", "rock", "dust", at=(999, 0, 0)),
-    )
-    (tmp_path / "r.urdf").write_text(text)
-    (tmp_path / "r.toml").write_text('schema_version = 1\nname = "r"\nurdf = "r.urdf"\n')
-    answer = crosscheck("cost", tmp_path / "r.toml", "--quick")
-    assert answer.code in (1, 2)
-    assert "Traceback" not in answer.err
 
 
 def test_gears_too_unlike_for_the_digits_are_one_line():
@@ -180,18 +145,10 @@ def test_the_command_writes_json_and_a_page(crosscheck, tmp_path):
         assert (answer.code, answer.err) == (0, "")
         contents.add((tmp_path / "cost.json").read_bytes())
     assert len(contents) == 1
-    assert answer.out.startswith("Leaving the rotors out of sliding: the torque of slide")
-    assert "\nThree programs agree on this robot to 1" in answer.out
     assert is_file_of_type(tmp_path / "cost.json", file_types.COST)
     assert is_file_of_type(tmp_path / "cost.html", file_types.COST_PAGE)
-    data = json.loads((tmp_path / "cost.json").read_text())
-    assert [each["joint"] for each in data["joints"]] == ["swivel", "slide", "tilt"]
-    (mesh,) = data["geared"]["meshes"]
-    assert (mesh["joint"], mesh["unit"], data["geared"]["distances_m"]) == ("tilt", "rad", None)
+    assert json.loads(contents.pop())["geared"]["distances_m"] is None
     assert "No run of the level geared" in answer.out
-    page = (tmp_path / "cost.html").read_text()
-    assert "<svg" in page
-    assert "http" not in page.split("<svg")[0]
 
 
 @pytest.mark.parametrize(

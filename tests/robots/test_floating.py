@@ -16,7 +16,7 @@ from crosscheck.cost.output import describe_result
 from crosscheck.cost.shortcuts import QUICK, compute_costs
 from crosscheck.identification.mechanism import SpatialRobot
 from crosscheck.models.errors import InputError
-from crosscheck.models.experiment.scenario import ConstantDrive, Scenario, Start
+from crosscheck.models.experiment.scenario import ConstantDrive, Scenario
 from crosscheck.models.loading import load_scenario
 from crosscheck.models.robot.file import RobotSource, load_robot
 from crosscheck.models.robot.robot import Robot
@@ -243,33 +243,6 @@ def test_ranges_and_dynamics_of_a_ball_are_named(tmp_path):
     assert not ElementTree.fromstring(load_robot(str(file)).urdf).findall("joint/dynamics")
 
 
-def test_momenta_stay_over_two_seconds():
-    """Linear and angular about the inertial origin, of an arm that its motors drive hard."""
-    own = free_robot()
-    start = Start(theta_dot_rad_per_s=(0.1, 0.2, -0.1, 0.2, 0.1, -0.3, 0.4, -0.5))
-    drive = ConstantDrive(kind="constant", torque_N_m=(3.0, -2.0))
-    scenario = experiment(duration_s=2.0, step_s=1e-3, start=start, drive=drive)
-    model = build_robot_model("analytic", own, "coupled")
-    q, v = model.integrate(scenario)
-    assert np.ptp(q[:, 3]) > 0.15
-    momenta = model.momentum(q, v)
-    size = np.abs(momenta).max()
-    assert size > 10
-    assert np.abs(momenta - momenta[0]).max() < 1e-9 * size
-
-
-def test_joints_accelerate_by_the_reduced_mass_matrix():
-    """H* = H_m - H_bm' H_b^-1 H_bm of a base that is free, against a run's start from rest."""
-    own = free_robot()
-    scenario = experiment(drive=ConstantDrive(kind="constant", torque_N_m=(3.0, -2.0)))
-    for name in require_items(ENGINES):
-        run = build_robot_experiment(f"{name}:coupled", own, scenario, None).simulate()
-        mass = build_robot_model(name, own, "coupled").mass_matrix(np.zeros((1, 8)))[0]
-        reduced = mass[6:, 6:] - mass[6:, :6] @ np.linalg.solve(mass[:6, :6], mass[:6, 6:])
-        accelerations = run["theta_ddot"].values[0, 6:]
-        assert reduced @ accelerations == pytest.approx([3.0, -2.0], rel=1e-11)
-
-
 def test_conserved_directions_are_those_in_which_the_ground_leaves_free():
     """All six of what floats; two and one in a plane; about a ball's centre; none with friction."""
     counts = {"floating": 6, "planar": 3, "ball": 3}
@@ -298,11 +271,11 @@ def test_conserved_directions_are_those_in_which_the_ground_leaves_free():
 def test_cost_is_of_motors_and_says_how_the_base_moves():
     """In a motion that begins without momentum, in which nothing but the arm moves the base."""
     own = free_robot()
-    few = replace(QUICK, states=2, runs=1, steps=20, most_steps=0)
+    few = replace(QUICK, states=2, instants=100, runs=1, steps=20, most_steps=0)
     costs = compute_costs(own, 0, few, lambda *progress: None)
     assert costs.names == ("j1", "j2")
-    assert costs.torques.shape == (QUICK.instants, 2)
-    state = costs.motion.at(costs.time[10:-10])
+    assert costs.torques.shape == (few.instants, 2)
+    state = costs.motion.at(costs.time[1:-1])
     model = build_robot_model("pinocchio", own, "coupled")
     forces = np.abs(model.inverse_dynamics(*state)).max(axis=0)
     assert forces[:6].max() < 1e-4 * forces[6:].min()

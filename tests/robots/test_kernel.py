@@ -40,14 +40,6 @@ def off(robot: Robot, level: str, engine: str, lanes: int) -> float:
     return float((np.abs(missed).max(axis=1) / size.max(axis=1)).max())
 
 
-@pytest.mark.parametrize("engine", chains.ENGINES)
-@pytest.mark.parametrize("name", ["puma560", "six-joint", "sliding", PLANETARY])
-def test_every_engine_agrees(name, engine):
-    robot = load_robot(name)
-    for level in require_items(robot.levels[1:]):  # links alone are part of the armature
-        assert off(robot, level, engine, lanes=1) < TOLERANCE
-
-
 @pytest.mark.parametrize("seed", range(8))
 def test_every_engine_agrees_on_random_robots(seed):
     robot = chains.random_chain(seed, most_joints=4)

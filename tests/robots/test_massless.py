@@ -130,16 +130,6 @@ def test_an_inertia_that_is_rounding_is_zero(size, reach, notes):
     assert own.bodies[1].inertia.any() != bool(notes)
 
 
-def test_a_negative_inertia_that_is_no_rounding_is_refused():
-    with pytest.raises(ValueError, match="must not be negative"):
-        robot(
-            urdf(
-                *(GROUND, link("arm", Solid(1.3, (0.2, 0, 0), (-1e-9, 0, 0, 1e-9, 0, 1e-9)))),
-                joint("turn", "ground", "arm", axis=Y),
-            )
-        )
-
-
 @pytest.mark.parametrize(("mass", "notes"), [(1800.0, 0), (2200.0, 1)])
 def test_a_link_that_is_absurdly_heavy_is_doubted(mass, notes):
     """Beside others of 1 and 3 kg, whose median is 2 kg."""

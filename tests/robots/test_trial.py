@@ -2,16 +2,13 @@
 
 import html
 import json
-import re
 from collections.abc import Callable
 from concurrent.futures import ThreadPoolExecutor
 from dataclasses import replace
-from xml.etree import ElementTree
 
 import numpy as np
 import pytest
 
-from crosscheck import file_types
 from crosscheck.models.errors import InputError
 from crosscheck.models.robot.file import load_robot
 from crosscheck.models.robot.robot import RIGID, Robot
@@ -154,34 +151,6 @@ empty, numbers = SimpleNamespace(), SimpleNamespace(bias=3.0)
 """
 
 
-def test_the_command_names_it_and_writes_all_files(crosscheck, tmp_path):
-    (tmp_path / "mine.py").write_text(CODE)
-    file, junit = tmp_path / "mine.json", tmp_path / "mine.xml"
-    named, heavy = "boom: mass = 7.5 kg (file: 7.2 kg)", ("trial", f"{tmp_path / 'mine.py'}:made")
-    files = ("--json", file, "--junit", junit, "--out", tmp_path)
-    for _ in range(2):  # each file may be replaced by its kind
-        answer = crosscheck(*heavy, "sliding", *files)
-    assert (answer.code, answer.err) == (1, "")
-    assert f"yours are the equations of coupled with {named}\n" in answer.out
-    assert file_types.is_file_of_type(file, file_types.TRIAL)
-    told = json.loads(file.read_text())
-    assert any(cause.endswith(named) for cause in told["causes"])
-    findings = told["agreement"]["findings"]
-    cases = ElementTree.parse(junit).getroot().findall("testsuite/testcase")
-    failures = sum(case.find("failure") is not None for case in cases)
-    assert [len(cases), failures] == [
-        len(findings),
-        sum(finding["verdict"] == "differ" for finding in findings),
-    ]
-    assert failures > 0
-    text = (tmp_path / "trial.html").read_text()
-    assert file_types.is_file_of_type(tmp_path / "trial.html", file_types.TRIAL_PAGE)
-    page = re.sub("<[^>]+>", " ", text)
-    assert f"yours are the equations of coupled with {named}" in page
-    assert all(each["name"] in page for each in told["wrong"])
-    assert all(finding["id"] in page for finding in findings)
-
-
 def test_what_of_a_robots_files_is_not_used_is_reported(crosscheck, tmp_path):
     (tmp_path / "mine.py").write_text(CODE)
     urdf = load_robot("sliding").urdf.replace("</robot>", '<transmission name="t"/></robot>')
@@ -208,20 +177,6 @@ def test_code_that_cannot_be_used_is_one_line(crosscheck, tmp_path, name, fragme
     (tmp_path / "mine.py").write_text(CODE)
     answer = crosscheck("trial", f"{tmp_path / 'mine.py'}:{name}", "sliding")
     assert_one_line(answer, "mine.py", fragment)
-
-
-OF_ARMS = {
-    "scenario": (("--scenario", "pd"), "--scenario"),
-    "code of an FMU": (("--run-code",), "--run-code"),
-}
-
-
-@pytest.mark.parametrize("case", OF_ARMS)
-def test_what_is_of_arms_alone_is_refused(crosscheck, tmp_path, case):
-    options, named = OF_ARMS[case]
-    (tmp_path / "mine.py").write_text(CODE)
-    answer = crosscheck("trial", f"{tmp_path / 'mine.py'}:made", "sliding", *options)
-    assert_one_line(answer, f"{named}: is for arms")
 
 
 def test_options_of_both_are_taken(crosscheck, tmp_path):

@@ -3,9 +3,8 @@
 import numpy as np
 import pytest
 
-from crosscheck.models.errors import InputError
 from crosscheck.trial.coordinates.readings import JointCoordinates, list_readings
-from crosscheck.trial.input.equations import Coordinates, Equations
+from crosscheck.trial.input.equations import Equations
 from crosscheck.trial.robots.readings import describe_coordinates
 from tests.robots import chains, two_link
 from tests.robots.trials import run_robot_trial
@@ -22,14 +21,6 @@ def test_of_few_coordinates_all_senses_and_orders_are_tried(size, senses, orders
     assert (kinds.count("sense"), kinds.count("order")) == (senses, orders)
     stated = [each for each in list_readings(joints) if each.statement]
     assert all(("(" in each.described) == (size <= 3) for each in stated)
-
-
-def test_coordinates_that_are_of_arms_alone_are_refused():
-    stated = Coordinates(gearing="lumped")
-    with pytest.raises(
-        InputError, match=r"coordinates.*may have matrix, function, order, or links"
-    ):
-        run_robot_trial(Equations(**{**vars(two_link.right()), "coordinates": stated}), TWO)
 
 
 def test_numbers_that_are_rounded_are_no_other_coordinates():

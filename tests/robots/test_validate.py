@@ -241,22 +241,6 @@ def test_an_energy_far_above_the_ground_is_known_to_its_rounding():
 
 
 @pytest.mark.parametrize(
-    ("order", "next_term", "verdict"),
-    [(4, 0.5, "agree"), (4, 6.0, "agree"), (4, 20.0, "measured"), (3, 0.5, "differ")],
-)
-def test_an_order_is_judged_by_where_the_orders_of_steps_go(order, next_term, verdict):
-    """Right runs whose errors are h^4 + 6 h^5 have orders 4.47 and 4.31, on their way to 4."""
-    own = two_link.robot()
-    models = sample_models(make_cases(own, sample_states(own, 2, 0), 10))
-    planned = next(convergence.plan(Subjects(robots=models)))
-    h = 0.2 / 2.0 ** np.arange(4)
-    rows = np.zeros((5, 2))
-    rows[1:, 0] = 1 + h**order * (1 + next_term * h)
-    results = Results({task.key: rows for task in planned.needs})
-    assert planned.finding(results).verdict == verdict
-
-
-@pytest.mark.parametrize(
     ("terms", "halvings", "verdict"),
     [
         ((0.5, 0.0, 0.0), 3, "agree"),

@@ -8,6 +8,7 @@ from typing import Any
 import h5py
 import numpy as np
 import pytest
+from scipy.spatial.transform import Rotation
 
 from crosscheck.api import simulate
 from crosscheck.cli.view import view_page
@@ -43,12 +44,6 @@ def numbers(text: str) -> np.ndarray:
     return np.frombuffer(base64.b64decode(text), dtype="<f4").astype(float)
 
 
-def turned(axis: np.ndarray, angle: float) -> np.ndarray:
-    x, y, z = axis
-    across = np.array([[0, -z, y], [z, 0, -x], [-y, x, 0]])
-    return np.eye(3) + np.sin(angle) * across + (1 - np.cos(angle)) * across @ across
-
-
 def test_nested_frames_lead_to_the_tip(written):
     """As the script nests them: place of the joint, then turn or slide, then the end of a rod."""
     path, own = written
@@ -61,7 +56,7 @@ def test_nested_frames_lead_to_the_tip(written):
         if joint["kind"] == "prismatic":
             at = at + value * under @ axis
         else:
-            under = under @ turned(axis, value)
+            under = under @ Rotation.from_rotvec(value * axis).as_matrix()
         poses.append((under, at))
     assert scene["reach"] >= max(np.linalg.norm(place) for _, place in poses)
     rotation, at = poses[-1]

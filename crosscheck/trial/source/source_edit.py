@@ -143,7 +143,7 @@ def describe_edit(tree: SourceTree, edit: Edit, entries: tuple[str, ...]) -> Sou
     further = added.removeprefix(f"{old} ")
     if outer is not node:
         new = shown
-    elif further != added and len(further) < len(old):
+    elif further != added and further[0] in "+-" and len(further) < len(old):
         new, pieces = further, (f"{start}{removed} ", "", further, end)
     return SourceEdit(file, outer.lineno, old, new, *pieces, entries, edit.rank)
 
