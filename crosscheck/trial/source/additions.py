@@ -4,11 +4,18 @@ from __future__ import annotations
 
 import ast
 import copy
-from collections.abc import Mapping
-from itertools import permutations, product
+from collections.abc import Iterator, Mapping
+from itertools import combinations, permutations, product
 
-from crosscheck.trial.source.changes import MATRIX_LENGTH, OPPOSITE, SIMPLE, Texts
+from crosscheck.trial.source.changes import (
+    MATRIX_LENGTH,
+    OPPOSITE,
+    SIMPLE,
+    Texts,
+    write_exchanged,
+)
 from crosscheck.trial.source.site import (
+    SUMS,
     Site,
     is_matrix_product,
     is_product,
@@ -16,7 +23,7 @@ from crosscheck.trial.source.site import (
     is_sum,
     write_operand,
 )
-from crosscheck.trial.source.syntax import INDEX, NUMBER, Kind
+from crosscheck.trial.source.syntax import INDEX, LEAF, NUMBER, Kind
 
 VECTOR: Kind = ("array", 3)
 
@@ -53,6 +60,24 @@ def list_further_functions(site: Site) -> Texts:
                 arguments = [*written[:place], site.text, *written[place + 1 :]]
                 texts[f"{function}({', '.join(arguments)})"] = None
     yield from texts
+
+
+def list_further_wrappings(site: Site) -> Texts:
+    """A matrix that is an argument, turned by a function of the file that makes its like of one.
+
+    So the inverse of a transform is taken. What no line names may be it: the wrong line has lost
+    its only call.
+    """
+    is_matrix = site.kind is not None and len(site.kind) == MATRIX_LENGTH
+    if not is_matrix or not isinstance(site.parent, ast.Call) or site.name != "args":
+        return
+    loaded = site.tree.loaded_names
+    for name, scope in site.tree.functions.items():
+        arguments = site.tree.list_arguments(name)
+        if len(arguments) == 1:
+            is_like = scope.result == scope.kind(arguments[0]) == site.kind
+            if is_like or name not in loaded:
+                yield f"{name}({site.text})"
 
 
 def list_unused(site: Site) -> Texts:
@@ -208,13 +233,49 @@ def list_further_products(site: Site, *, sign: str) -> Texts:
     if not is_vector or not is_sum(site.node) or not site.is_sum_place(outer=True):
         return
     vectors = [text for text, other in site.scope.list_leaves(written=True) if other == kind]
-    loaded = {each.id for each in site.tree.list_all_nodes() if isinstance(each, ast.Name)}
+    loaded = site.tree.loaded_names
     for name, scope in site.tree.functions.items():
         is_matrix = scope.result == ("array", *kind[1:], *kind[1:]) or name not in loaded
-        arguments = getattr(scope.node, "args", None)
-        if is_matrix and arguments is not None and len(arguments.args) == 1:
+        if is_matrix and len(site.tree.list_arguments(name)) == 1:
             for a, b in permutations(vectors, 2):
                 yield f"{site.text} {sign} {name}({a}) @ {b}"
+
+
+def list_like_statements(site: Site) -> Texts:
+    """A sum that goes on with another statement after it, like itself but for a name or two.
+
+    So is the moment of a second force at another lever: n += c * f[1], then n += l * g[1].
+    """
+    if not isinstance(site.node, ast.AugAssign) or not isinstance(site.node.op, SUMS):
+        return
+    leaves = [node for node in ast.walk(site.node.value) if site.tree.is_leaf(node)]
+    bases = [
+        node.value
+        for node in leaves
+        if isinstance(node, ast.Subscript) and isinstance(node.value, LEAF)
+    ]
+    others = [
+        [(node, other) for other in _list_alternatives(site, node)] for node in (*leaves, *bases)
+    ]
+    for count in (1, 2):
+        for changed in combinations(others, count):
+            for exchanged in product(*changed):
+                if not _overlap(*(node for node, _ in exchanged)):
+                    yield f"{site.text}\n{write_exchanged(site, exchanged)}"
+
+
+def _list_alternatives(site: Site, node: ast.AST) -> Iterator[str]:
+    """What the code names there that may stand for a part of a statement."""
+    place, text = Site(site.tree, node), ast.unparse(node)
+    for other, kind in site.scope.list_leaves(written=True):
+        if other != text and place.kind is not None and place.can_be(kind):
+            yield other
+
+
+def _overlap(first: ast.AST, second: ast.AST | None = None) -> bool:
+    """Whether one of two parts is in the other."""
+    pairs = () if second is None else ((first, second), (second, first))
+    return any(inner is part for outer, part in pairs for inner in ast.walk(outer))
 
 
 def list_further_statements(site: Site, *, adding: bool) -> Texts:

@@ -108,7 +108,7 @@ def list_repeated_exchanges(site: Site) -> Texts:
         place = Site(site.tree, repeated[0]) if repeated else site
         for other, kind in site.scope.list_leaves() if repeated else ():
             if other != text and place.can_be(kind):
-                yield _write_exchanged(site, [(node, other) for node in repeated])
+                yield write_exchanged(site, [(node, other) for node in repeated])
 
 
 def list_swaps(site: Site) -> Texts:
@@ -122,10 +122,10 @@ def list_swaps(site: Site) -> Texts:
         if kinds[first] == kinds[second]:
             other = {first: second, second: first}
             pairs = zip(leaves, texts, strict=True)
-            yield _write_exchanged(site, [(leaf, other[t]) for leaf, t in pairs if t in other])
+            yield write_exchanged(site, [(leaf, other[t]) for leaf, t in pairs if t in other])
 
 
-def _write_exchanged(site: Site, exchanged: Sequence[tuple[ast.AST, str]]) -> str:
+def write_exchanged(site: Site, exchanged: Sequence[tuple[ast.AST, str]]) -> str:
     """Source text of a site with other texts in place of some of its nodes."""
     for node, text in exchanged:
         site.tree.put(node, ast.parse(text, mode="eval").body)

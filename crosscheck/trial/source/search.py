@@ -35,6 +35,7 @@ from crosscheck.trial.source.judge import EditVerdict, Response, SourceJudge, Wr
 from crosscheck.trial.source.pairs import list_additive_pairs
 from crosscheck.trial.source.site import Site, write_operand
 from crosscheck.trial.source.solving import (
+    is_round,
     list_equal_products,
     read_literals,
     solve_numbers,
@@ -245,9 +246,10 @@ class EditSearch:
         is_stated = self.answer_keys[0].is_stated
         for node, site in self._list_sites():
             text, start = read_literals(site) or ("", [])
-            if start and all(map(is_stated, start)):
-                continue
+            is_known = all(map(is_stated, start))
             for values in self._solve(node, text, start) if of_vectors == (len(start) > 1) else ():
+                if is_known and not all(map(is_round, values)):
+                    continue  # a number of the file, for which any other may stand by chance
                 yield Edit((rank, len(KINDS)), node, text.format(*map(write_number, values)))
 
     def _solve_summands(self) -> Iterator[Edit]:

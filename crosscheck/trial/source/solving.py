@@ -24,6 +24,7 @@ EQUAL = 1e-8  # relative difference of a number and a product of names that is o
 MOST_NAMES = 40  # of which products are made
 MOST_FACTORS, FACTORS = 3, {1.0: "", 2.0: "2 * ", 0.5: "0.5 * "}
 MOST_DIGITS = 10
+ROUND_DIGITS = 3
 Residual = Callable[[np.ndarray], np.ndarray]
 
 
@@ -56,6 +57,13 @@ def write_number(value: float) -> str:
     texts = (f"{value:.{digits}g}" for digits in range(1, MOST_DIGITS))
     short = (text for text in texts if abs(float(text) - value) <= EQUAL * abs(value))
     return next(short, repr(value))
+
+
+def is_round(value: float) -> bool:
+    """Whether a number has as few digits as people write."""
+    return abs(float(f"{value:.{ROUND_DIGITS}g}") - value) <= EQUAL * abs(value) or (
+        abs(value) < SOLVED
+    )
 
 
 def list_equal_products(site: Site, value: float) -> Iterator[str]:

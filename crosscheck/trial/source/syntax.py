@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import ast
+import copy
 import sys
 from collections.abc import Callable, Iterable, Iterator
 from dataclasses import dataclass, field
@@ -136,6 +137,16 @@ class SourceTree:
         for scope in dict.fromkeys(self.scopes.values()):
             yield from scope.nodes
 
+    @cached_property
+    def loaded_names(self) -> set[str]:
+        """All names that stand anywhere in the source but where a function is defined."""
+        return {each.id for each in self.list_all_nodes() if isinstance(each, ast.Name)}
+
+    def list_arguments(self, function: str) -> list[str]:
+        """Names of the arguments of a function of the source."""
+        arguments = getattr(self.functions[function].node, "args", None)
+        return [each.arg for each in arguments.args] if arguments is not None else []
+
     def list_statements(self) -> Iterator[ast.stmt]:
         """All statements."""
         return (node for node in self.list_all_nodes() if isinstance(node, ast.stmt))
@@ -192,7 +203,10 @@ class SourceTree:
         return None
 
     def _list_siblings(self, scope: Scope) -> dict[str, None]:
-        """Attributes of elements of a function, by names that attributes have anywhere."""
+        """Attributes of elements of a function, by names that attributes have anywhere.
+
+        And its elements by its other indices.
+        """
         attributes = [node for node in self.list_all_nodes() if isinstance(node, ast.Attribute)]
         elements = (
             ast.unparse(node.value)
@@ -202,7 +216,8 @@ class SourceTree:
             and not _has_call(node.value)
         )
         names = dict.fromkeys(node.attr for node in attributes)
-        return dict.fromkeys(f"{element}.{name}" for element in elements for name in names)
+        siblings = dict.fromkeys(f"{element}.{name}" for element in elements for name in names)
+        return siblings | dict.fromkeys(_list_other_elements(scope))
 
     def observe(self, run: Callable[[], object]) -> set[int]:
         """See what all names are while equations are made and asked: the lines that run."""
@@ -294,6 +309,19 @@ def _write_leaf(node: ast.AST) -> str:
         return ""
     is_read = isinstance(node, ast.Name) or isinstance(node.ctx, ast.Load)
     return ast.unparse(node) if is_read else ""
+
+
+def _list_other_elements(scope: Scope) -> Iterator[str]:
+    """Elements of elements in a function, with one of its other names for their first index."""
+    stored = (node for node in scope.nodes if isinstance(node, ast.Name))
+    names = dict.fromkeys(node.id for node in stored if isinstance(node.ctx, ast.Store))
+    for node in scope.nodes:
+        inner = node.value if isinstance(node, ast.Subscript) else None
+        if isinstance(inner, ast.Subscript) and isinstance(inner.slice, ast.Name):
+            for name in names if not _has_call(node) else ():
+                other: Any = copy.deepcopy(node)
+                other.value.slice.id = name
+                yield ast.unparse(other)
 
 
 def _has_call(node: ast.AST) -> bool:
