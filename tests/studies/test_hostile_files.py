@@ -79,12 +79,8 @@ def _put(name: str, value: object) -> Callable[[h5py.File], None]:
     return lambda file: operator.setitem(file, name, value)
 
 
-def _attribute(name: str, value: object) -> Callable[[h5py.File], None]:
-    return lambda file: operator.setitem(file["theta_peak"].attrs, name, value)
-
-
-def _root(name: str, value: object) -> Callable[[h5py.File], None]:
-    return lambda file: operator.setitem(file.attrs, name, value)
+def _attribute(name: str, value: object, of: str = "theta_peak") -> Callable[[h5py.File], None]:
+    return lambda file: operator.setitem(file[of].attrs, name, value)
 
 
 def _reference(file: h5py.File) -> None:
@@ -120,10 +116,10 @@ HARM: dict[str, Callable[[h5py.File], object]] = {
     "long label": _attribute("long_name", "x" * 100_000),
     "many labels": _attribute("long_name", np.arange(1000)),
     "coordinates": _attribute("coordinates", [b"\xff\xfe"]),
-    "no study": _root("study_sha256", "nobody's"),
-    "study of numbers": _root("study_sha256", np.arange(64)),
-    "another format": _root("schema_version", 99),
-    "format of words": _root("schema_version", "one"),
+    "no study": _attribute("study_sha256", "nobody's", "/"),
+    "study of numbers": _attribute("study_sha256", np.arange(64), "/"),
+    "another format": _attribute("schema_version", 99, "/"),
+    "format of words": _attribute("schema_version", "one", "/"),
     "references": _reference,
     "a range of no floats": _infinite,
 }
@@ -163,10 +159,12 @@ def test_words_of_any_kind_are_drawn(result, tmp_path, crosscheck, change):
     assert (answer.code, answer.err) == (0, "")
 
 
-@pytest.mark.parametrize("what", ["nothing", *OBSTACLES])
-def test_what_is_no_file_is_one_line(tmp_path, crosscheck, what):
+ODD = {**OBSTACLES, "nothing": lambda path: None, "text": lambda path: path.write_text("text")}
+
+
+@pytest.mark.parametrize("what", ODD)
+def test_what_is_no_file_of_results_is_one_line(tmp_path, crosscheck, what):
     file = tmp_path / "it.nc"
-    if what != "nothing":
-        OBSTACLES[what](file)
+    ODD[what](file)
     began = time.process_time()
     assert_refused(crosscheck("plot", file), began)
