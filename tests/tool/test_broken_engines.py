@@ -1,35 +1,22 @@
-"""What an engine that is missing, raises or takes its process down does to a cross-check."""
+"""What a missing, raising or crashing engine does to a cross-check, and a lost preparation."""
 
-import json
 import os
-import re
 import signal
+import time
 from dataclasses import replace
-from pathlib import Path
 
-import jsonschema
 import pytest
 
 import crosscheck as package
 from crosscheck import registry
-from crosscheck.models.files import HERE
-from crosscheck.provenance import ROOT
+from crosscheck.models.errors import Unfinished
+from crosscheck.planning import preparation
+from crosscheck.planning.plan import CrossCheckRequest
+from crosscheck.planning.preparation import prepare_experiments
+from crosscheck.runner.workers import Workers
 from tests.arms import arm_of
 
-SCHEMA = json.loads((ROOT / "crosscheck" / "schema" / "agreement.schema.json").read_text())
-
 pytestmark = pytest.mark.system
-
-
-@pytest.fixture
-def arm_file(tmp_path: Path) -> Path:
-    """A user's arm: the paper's shoulder alone."""
-    head, shoulder, _, link, _ = re.split(
-        r"(?=\[\[)", (HERE / "arms" / "paper-labelled.toml").read_text()
-    )
-    file = tmp_path / "mine.toml"
-    file.write_text(head.replace('"paper-labelled"', '"mine"') + shoulder + link)
-    return file
 
 
 @pytest.mark.parametrize(
@@ -51,25 +38,6 @@ def test_engines_that_cannot_be_imported_are_failed_checks(monkeypatch, missing)
         assert all("no_such_engine" in f.note for f in failed)
 
 
-@pytest.mark.usefixtures("brief_plan")
-def test_engine_that_raises_is_a_failed_check_and_the_report_is_written(
-    crosscheck, monkeypatch, tmp_path, arm_file
-):
-    from crosscheck.models.exudyn.tree.tree import ExudynTree
-
-    def raising(*state: object) -> None:
-        raise ValueError("singular")
-
-    monkeypatch.setattr(ExudynTree, "acceleration", raising)
-    answer = crosscheck("run", arm_file, "--quick", "--jobs", 1, "--out", tmp_path / "report")
-    assert answer.code == 1
-    assert "ValueError: singular" in answer.out
-    agreement = json.loads((tmp_path / "report" / "agreement.json").read_text())
-    jsonschema.validate(agreement, SCHEMA, jsonschema.Draft202012Validator)
-    assert {f["verdict"] for f in agreement["findings"]} >= {"agree", "failed"}
-    assert "singular" in (tmp_path / "report" / "index.html").read_text()
-
-
 def _crashing(*state: object) -> None:
     os.kill(os.getpid(), signal.SIGSEGV)
 
@@ -78,15 +46,16 @@ def _leaving(*state: object) -> None:
     raise SystemExit(0)
 
 
-@pytest.mark.usefixtures("brief_plan")
-def test_engines_that_crash_or_leave_cost_their_own_checks_alone(monkeypatch):
-    """And a model harmed in memory is harmed in every process."""
-    from crosscheck.models.exudyn.tree.tree import ExudynTree
-    from crosscheck.models.pinocchio.arm import PinocchioGears
+def _raising(*given: object) -> None:
+    raise ValueError("singular")
 
-    harmed = {"exudyn:tree": (ExudynTree, _crashing), "pinocchio:gears": (PinocchioGears, _leaving)}
-    for model, harm in harmed.values():
-        monkeypatch.setattr(model, "bias", harm)
+
+@pytest.mark.usefixtures("brief_plan")
+def test_engines_that_crash_leave_or_raise_cost_their_own_checks_alone(monkeypatch):
+    """And a model harmed in memory is harmed in every process."""
+    harmed = {"exudyn:tree": _crashing, "pinocchio:gears": _leaving, "exudyn:bodies": _raising}
+    for model, harm in harmed.items():
+        monkeypatch.setattr(registry.load_model_class(model), "bias", harm)
     agreement = package.check(arm_of(1), quick=True, jobs=2)
     assert agreement.exit_code == 1
     assert {f.verdict for f in agreement.disagreeing} == {"failed"}
@@ -101,3 +70,46 @@ def test_engines_that_crash_or_leave_cost_their_own_checks_alone(monkeypatch):
     assert all(
         f.note.startswith(tuple(f"{name}: " for name in harmed)) for f in agreement.disagreeing
     )
+
+
+def _never(*given: object) -> None:
+    while True:
+        time.sleep(1)
+
+
+def _dying(*given: object) -> None:
+    os.kill(os.getpid(), signal.SIGKILL)
+
+
+STEPS = {  # of a preparation, and what is lost without them
+    "refine_until_resolved": "step",
+    "find_growing_mode": "growth-rate",
+    "compute_sizes": "sizes",
+}
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("lost", STEPS)
+@pytest.mark.parametrize(("work", "why"), [(_never, "TooSlow: stopped"), (_dying, "SIGKILL")])
+def test_a_preparation_that_did_not_come_back_ends_the_command(
+    monkeypatch, impatient, lost, work, why
+):
+    monkeypatch.setattr(preparation, lost, work)
+    with Workers(2) as crew, pytest.raises(Unfinished) as error:
+        prepare_experiments(CrossCheckRequest(arm_of(1), quick=True), crew)
+    assert f": {STEPS[lost]} by analytic:physical: " in str(error.value)
+    assert why in str(error.value)
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("lost", STEPS)
+@pytest.mark.usefixtures("brief_plan")
+def test_a_preparation_that_fails_is_a_failed_check(monkeypatch, lost):
+    monkeypatch.setattr(preparation, lost, _raising)
+    agreement = package.check(arm_of(1, direct=[0]), quick=True, jobs=2)
+    failed = [f for f in agreement.disagreeing if f.about.key.family == "preparation"]
+    assert failed
+    assert {(f.verdict, f.note) for f in failed} == {
+        ("failed", "analytic:physical: ValueError: singular")
+    }
+    assert agreement.exit_code == 1

@@ -23,7 +23,6 @@ from crosscheck.cli.files.export import (
 )
 from crosscheck.models.experiment.drive import torques_at
 from crosscheck.models.robot.file import load_robot
-from crosscheck.runner import cpu_limit
 from tests.tool.test_bad_input import assert_one_line
 
 COMPILER = shutil.which("gcc")
@@ -200,13 +199,13 @@ COMPILERS = {
 
 
 @pytest.mark.parametrize("case", COMPILERS)
-def test_a_compiler_that_makes_no_library_is_one_line(crosscheck, case, tmp_path, monkeypatch):
+def test_a_compiler_that_makes_no_library_is_one_line(
+    crosscheck, case, tmp_path, monkeypatch, impatient
+):
     work, said = COMPILERS[case]
     (tmp_path / "cc").write_text(f"#!/bin/sh\n{work}\n")
     (tmp_path / "cc").chmod(0o755)
     monkeypatch.setenv("PATH", str(tmp_path), prepend=os.pathsep)
-    monkeypatch.setattr(cpu_limit, "IDLE_S", 0.5)
-    monkeypatch.setattr(cpu_limit, "LOOK_S", 0.1)
     out = tmp_path / "unit.fmu"
     answer = crosscheck("export", "probe", "--model", "analytic:links", "--out", out)
     assert_one_line(answer, f"--out: {tmp_path / 'cc'} cannot compile the FMU", said)

@@ -15,7 +15,7 @@ from crosscheck.models.loading import load_case
 from crosscheck.registry import RIGID_LEVELS, build
 from crosscheck.report.plots.charts import Charts
 from crosscheck.run import describe_task, run_tasks
-from crosscheck.runner import progress, progress_update
+from crosscheck.runner import progress
 from crosscheck.runner.outcomes import Failure
 from crosscheck.runner.progress import show_progress
 from crosscheck.runner.progress_update import TimeEstimate
@@ -35,15 +35,6 @@ class Piece:
 
     def perform(self) -> str:
         return f"did {self.key}"
-
-
-@pytest.fixture
-def clock(monkeypatch: pytest.MonkeyPatch) -> list[float]:
-    """A time [s] that a test sets."""
-    now = [100.0]
-    for module in (progress, progress_update):
-        monkeypatch.setattr(module, "time", SimpleNamespace(monotonic=lambda: now[0]))
-    return now
 
 
 def test_the_time_left_is_that_of_the_declared_costs_at_first(clock):

@@ -51,13 +51,6 @@ def test_every_symbol_of_an_arm_stands_beside_its_number(crosscheck, monkeypatch
             assert float(value) == pytest.approx(values[symbol], rel=1e-9)
 
 
-def test_what_a_link_states_is_not_shown_twice(crosscheck, tmp_path):
-    path = tmp_path / "plain.toml"
-    crosscheck("init", str(path), "--direct")
-    names = [row[0] for row in rows_of(crosscheck("show", str(path)).out)["link 1"]]
-    assert names == ["quantity", "length_m", "com_m", "mass_kg", "inertia_kg_m2"]
-
-
 def test_the_reference_has_the_symbols_of_an_arm():
     text = (ROOT / "docs" / "reference" / "arm-file.md").read_text(encoding="utf-8")
     rows = [row for row in text.splitlines() if row.startswith("| `")]

@@ -6,7 +6,6 @@ import random
 import signal
 import subprocess
 import sys
-import time
 from collections.abc import Callable
 from dataclasses import dataclass
 from pathlib import Path
@@ -197,24 +196,6 @@ def test_a_place_that_takes_nothing_costs_the_keeping_alone(tmp_path, capfd, pla
     assert (study.computed_count, study.cached_count) == (4, 0)
     line = f"crosscheck: {folder}: cannot be written: {why}; simulations are not kept\n"
     assert capfd.readouterr().err == line
-
-
-def test_two_studies_may_keep_the_same_at_once(tmp_path):
-    folder = tmp_path / "store"
-
-    def keep() -> None:
-        store = Store(folder)
-        until = time.monotonic() + 0.5
-        while time.monotonic() < until:
-            store.put(KEY, CONTENT)
-            assert store.get(KEY, bytes) == CONTENT
-
-    child = os.fork()
-    if child == 0:
-        os._exit(0 if in_child(keep) else 1)
-    keep()
-    assert os.waitpid(child, 0)[1] == 0
-    assert [path.name for path in folder.iterdir()] == [f"{KEY}.kept"]
 
 
 def test_what_a_killed_study_left_goes_when_the_store_is_opened(tmp_path):

@@ -15,7 +15,6 @@ from crosscheck.models.errors import InputError
 from crosscheck.models.loading import load_arm, load_scenario
 from crosscheck.registry import build
 from crosscheck.schema import describe_fields
-from tests.processes import HEAVY, modules_loaded_by
 from tests.tool.test_bad_input import assert_one_line
 from tools.reference import list_records_below
 
@@ -139,10 +138,6 @@ def test_name_that_is_no_text_is_left_to_the_user(crosscheck, tmp_path):
         file = tmp_path / f"{name}.toml"
         assert crosscheck("init", file).code == 0
         assert load_arm(str(file)).name == (name if name in ('a"b\\c', "ä") else "my-arm")
-
-
-def test_init_loads_no_engine(tmp_path):
-    assert HEAVY.isdisjoint(modules_loaded_by("init", tmp_path / "mine.toml"))
 
 
 def test_a_link_to_a_file_that_is_not_there_is_left_alone(crosscheck, tmp_path):
