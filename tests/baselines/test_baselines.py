@@ -23,12 +23,10 @@ from crosscheck.baseline.reduction import (
 from crosscheck.baseline.regression import describe_changes
 from crosscheck.findings import Agreement, ComparisonKey, Subject, make_check
 from crosscheck.models.arm.arm import Arm
-from crosscheck.models.errors import make_printable
 from crosscheck.models.inputs import forget
 from crosscheck.models.loading import load_arm
 from crosscheck.provenance import mechanism_digest
 from crosscheck.registry import MODELS, register
-from crosscheck.report.formatting import describe_outcome, describe_tally, format_count
 from crosscheck.runner.outcomes import Failure
 from crosscheck.runner.tasks import RunKey
 from tests.baselines.short import (
@@ -380,19 +378,6 @@ def test_a_verdict_that_says_less_is_no_worse_than_one_that_condemns(better, wor
     twins = [replace(green(), verdict=verdict) for verdict in (worse, better)]
     for order in (twins, twins[::-1]):
         assert checks_by_id(Agreement(order))[green().id].verdict == worse
-
-
-def test_an_unresolved_check_does_not_read_like_a_pass():
-    within = make_check(about("refined"), measured=0.023, tolerance=0.348, basis="")
-    unresolved = replace(within, verdict="unresolved", note="why")
-    assert "uncertainty itself, 0.348 rad" in describe_outcome(unresolved)
-    assert describe_outcome(within) == "measured 0.023, allowed 0.348 rad"
-
-
-def test_words():
-    assert describe_tally(Agreement([green()])) == "1 of 1 check agrees"
-    assert [format_count(n, "check") for n in (0, 1, 2)] == ["0 checks", "1 check", "2 checks"]
-    assert make_printable("a ä\x1b[2J\n") == r"a ä\x1b[2J\n"
 
 
 # The records that come with the project

@@ -2,6 +2,7 @@
 
 import os
 import time
+from typing import NoReturn
 
 import pytest
 
@@ -81,43 +82,35 @@ def test_a_models_own_word_about_what_it_covers_may_raise(labelled):
         registry.find_covering_models("geared", labelled, switches())
 
 
-class RobotThatInterrupts:
-    """A model of a robot that interrupts the program, as far as an engine can."""
-
-    def __init__(self, robot: object, level: object) -> None:
-        raise KeyboardInterrupt
+def interrupt(robot: object, level: object) -> NoReturn:
+    raise KeyboardInterrupt
 
 
-class RobotThatLeaves:
-    """A model of a robot that ends its process."""
-
-    def __init__(self, robot: object, level: object) -> None:
-        os._exit(0)
+def leave(robot: object, level: object) -> NoReturn:
+    os._exit(0)
 
 
-class RobotThatHangs:
-    """A model of a robot that never answers."""
-
-    def __init__(self, robot: object, level: object) -> None:
-        time.sleep(1000)
+def hang(robot: object, level: object) -> None:
+    time.sleep(1000)
 
 
-FAILURES = {
-    "RobotThatInterrupts": "guest:links: KeyboardInterrupt",
-    "RobotThatLeaves": "guest:links: Died: the process of the model ended with exit code 0",
-    "RobotThatHangs": "guest:links: TooSlow: stopped after",
-}
-VERDICTS = {"RobotThatHangs": "unfinished"}
-ENGINES_AT = {"links": ("analytic", "guest")}
-
-
-@pytest.mark.parametrize("name", FAILURES)
-def test_whatever_an_engine_of_robots_does_fails_its_own_checks(monkeypatch, impatient, name):
-    entry = registry.Entry(__name__, name, "robot", registry.ROBOT_ABILITIES, levels=("links",))
-    robot = load_robot("sliding")
-    monkeypatch.setattr(robots, "find_level_engines", lambda level: ENGINES_AT.get(level, ()))
+@pytest.mark.parametrize(
+    ("make", "said", "verdict"),
+    [
+        (interrupt, "KeyboardInterrupt", "failed"),
+        (leave, "Died: the process of the model ended with exit code 0", "failed"),
+        (hang, "TooSlow: stopped after", "unfinished"),
+    ],
+)
+def test_whatever_an_engine_of_robots_does_fails_its_own_checks(
+    monkeypatch, impatient, make, said, verdict
+):
+    promises = registry.ROBOT_ABILITIES
+    entry = registry.Entry("", "", "robot", promises, levels=("links",), made=make)
+    robot, engines = load_robot("sliding"), {"links": ("analytic", "guest")}
+    monkeypatch.setattr(robots, "find_level_engines", lambda level: engines.get(level, ()))
     with registry.register("guest", entry):
         findings = robots.compare_engines(robot, sample_states(robot, 1, 0))
     assert len(findings) == len(SIZE_WORDS)
-    assert all(each.note.startswith(FAILURES[name]) for each in findings)
-    assert {each.verdict for each in findings} == {VERDICTS.get(name, "failed")}
+    assert all(each.note.startswith(f"guest:links: {said}") for each in findings)
+    assert {each.verdict for each in findings} == {verdict}

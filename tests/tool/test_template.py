@@ -95,44 +95,6 @@ def test_init_writes_and_says_what_is_next(crosscheck, tmp_path):
     assert (arm.name, len(arm.joints)) == ("my arm", 3)
 
 
-PENDULUM = """
-import numpy as np
-from crosscheck import Equations
-
-
-def pendulum(arm):
-    one, two = arm.links
-    g, p, payload_arm = -arm.gravity_m_per_s2[1], arm.payload_mass_kg, two.{lever}
-    own = two.inertia + two.mass * two.com_m**2 + p * two.length_m**2
-    pull, all_of_two = two.mass * two.com_m + p * payload_arm, two.mass + p
-
-    def mass_matrix(q):
-        coupling = (two.mass * two.com_m + p * two.length_m) * one.length_m * np.cos(q[1])
-        first = one.inertia + one.mass * one.com_m**2 + all_of_two * one.length_m**2
-        return [[first + own + 2 * coupling, own + coupling], [own + coupling, own]]
-
-    def force(q, torque):
-        outer = pull * g * np.cos(q[0] + q[1])
-        inner = (one.mass * one.com_m + all_of_two * one.length_m) * g * np.cos(q[0])
-        return [torque[0] - inner - outer, torque[1] - outer]
-
-    return Equations(mass_matrix=mass_matrix, force=force)
-"""
-
-
-def test_a_plain_arm_is_what_a_textbook_has(crosscheck, tmp_path):
-    file = tmp_path / "plain.toml"
-    answer = crosscheck("init", file, "--direct")
-    arm = load_arm(str(file))
-    assert all(isinstance(joint, Direct) for joint in arm.joints)
-    for lever, code in (("length_m", 0), ("com_m", 1)):
-        model = tmp_path / f"{lever}.py"
-        model.write_text(PENDULUM.format(lever=lever))
-        answer = crosscheck("trial", f"{model}:pendulum", file, "--quick", "--jobs", 1)
-        assert answer.code == code
-        assert ("d2 where L2 belongs" in answer.out) == bool(code)
-
-
 def test_name_that_is_no_text_is_left_to_the_user(crosscheck, tmp_path):
     for name in ('a"b\\c', "ä", "x\n", "x" * 90):
         file = tmp_path / f"{name}.toml"
