@@ -72,6 +72,7 @@ kind = "peak"
 signal = "F_pr"
 joint = 2
 """
+RIGHT = Path(__file__).with_name("right.toml")  # a study of samples and a list of payloads
 HELD_STUDY = Path(__file__).with_name("held.toml").read_text(encoding="utf-8")
 
 

@@ -17,10 +17,10 @@ from crosscheck.studies.definition.files import read_study
 from crosscheck.studies.definition.functions import read_source
 from crosscheck.studies.members.members import require_members
 from tests.obstacles import OBSTACLES
-from tests.studies.studies import ROBOT_STUDY, study
+from tests.studies.studies import RIGHT, ROBOT_STUDY, study
 from tests.tool.test_bad_input import assert_one_line
 
-STUDY = Path(__file__).with_name("right.toml").read_text(encoding="utf-8")
+STUDY = RIGHT.read_text(encoding="utf-8")
 TABLES = tomllib.loads(Path(__file__).with_name("bad_studies.toml").read_text(encoding="utf-8"))
 PAYLOAD = 'path = "arm.payload_mass_kg"'
 PEAK = 'kind = "peak"\nsignal = "theta_ddot"'

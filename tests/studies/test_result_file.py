@@ -5,7 +5,6 @@ import io
 import resource
 from functools import partial
 from itertools import pairwise
-from pathlib import Path
 from typing import Any
 
 import numpy as np
@@ -22,14 +21,13 @@ from crosscheck.studies.batches import batches
 from crosscheck.studies.batches.result_file import PAGE, ResultFile, _Sparse
 from crosscheck.studies.measures.columns import Column, list_columns
 from tests.processes import command_line, in_child, limit_files, warm_command_line
-from tests.studies.studies import study
+from tests.studies.studies import RIGHT, study
 
 AXES = [
     {"path": "arm.payload_mass_kg", "kind": "grid", "start": 5, "stop": 15, "count": 3},
     {"path": "switches.phase", "kind": "list", "values": ["angle", "omega_t"]},
 ]
 QUANTITIES = [{"kind": "peak", "signal": "theta"}, {"kind": "trajectories", "signals": ["F_sp"]}]
-RIGHT = Path(__file__).with_name("right.toml")
 
 
 @given(st.lists(st.tuples(st.integers(0, 3 * PAGE), st.binary(max_size=PAGE + 9)), max_size=6))
