@@ -10,7 +10,10 @@ import pytest
 
 from crosscheck import provenance
 from crosscheck.findings import Agreement, make_check, make_failed_check
+from crosscheck.models.loading import load_arm
+from crosscheck.provenance import record_provenance
 from crosscheck.report import terminal
+from crosscheck.report.junit import format_junit
 from crosscheck.run import CrossCheck
 from crosscheck.runner.outcomes import Failure
 from crosscheck.trial.tables.folder import format_arm_toml
@@ -186,3 +189,26 @@ def test_a_checkout_with_uncommitted_changes_has_no_record(command, result, monk
     for folder in ("report", Path.cwd().parent / "elsewhere"):
         assert command(*ACCEPT, "--dir", folder, result=result).code == 0
     assert str(provenance._revision.__wrapped__()).endswith("-dirty")  # as it is now
+
+
+# The JUnit view, read back as a build server reads it
+
+
+def test_measurements_and_versions_are_properties():
+    made = {"created": "2024-01-02T03:04:05+00:00", "versions": {"pin": "4"}}
+    provenance = record_provenance(load_arm("probe"), 0, True).model_copy(update=made)
+    root = ElementTree.fromstring(
+        format_junit(Agreement([short.green(), short.measurement("pd", 0.1)], provenance))
+    )
+    found = {item.get("name"): item.get("value") for item in root.iter("property")}
+    written = provenance.model_dump(mode="json")
+    simple = {name: each for name, each in written.items() if not isinstance(each, list | dict)}
+    assert {type(each) for each in simple.values()} >= {int, str, bool}
+    assert {name: str(each) for name, each in simple.items()}.items() <= found.items()
+    assert found["deviation/pd/theta/a~b"] == "0.1 rad"
+    assert found["version pin"] == "4"
+    assert not {"arm", "versions"} & set(found)  # no text or number
+
+
+def test_an_agreement_without_findings_is_a_suite_without_tests():
+    assert ElementTree.fromstring(format_junit(Agreement([]))).get("tests") == "0"

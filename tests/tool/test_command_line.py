@@ -164,10 +164,6 @@ def test_options_of_a_trial_are_reported_as_they_were_given():
     given = {"names": ("my arm",), "ask": True, "settings": ["a=1"], "quick": True, "seed": 7}
     told = trial_options(**given, coordinates=Path("c.toml")).format_shared_options()
     assert told == "'my arm' --set a=1 --coordinates c.toml --quick --seed 7"
-    assert trial_options(jobs=3).processes == 3
-    assert trial_options().processes == (os.cpu_count() or 1)
-    assert trial_options(out=Path("o")).page == Path("o/trial.html")
-    assert trial_options().page is None
     assert trial_options(names=("a.fmu",)).fmu == Path("a.fmu")
     assert trial_options(names=("fmu.py:f",)).fmu is None
 

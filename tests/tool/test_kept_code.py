@@ -1,6 +1,7 @@
 """Compiled code that is kept between runs: found again, or made again with one line that says so.
 
 Both sorts, functions of numba and objects of the kernel, are kept and believed by the same rules.
+All that is kept is cleared at once.
 """
 
 import os
@@ -13,6 +14,7 @@ import pytest
 from crosscheck.analytic.kernel import machine
 from crosscheck.models import numba_cache
 from crosscheck.models.directories import prepare_code_folder
+from crosscheck.models.numba_cache import njit
 from tests.obstacles import OBSTACLES
 from tests.processes import NOBODY, in_child, reachable
 from tests.tool.code import SOURCE, add, doubled
@@ -31,21 +33,26 @@ class Keeper(NamedTuple):
         )
 
 
+@pytest.fixture
+def sources(tmp_path: Path) -> Path:
+    """The folder of a file with a function for numba."""
+    (tmp_path / "doubling").mkdir()
+    (tmp_path / "doubling" / "doubling.py").write_text(SOURCE)
+    return tmp_path / "doubling"
+
+
 @pytest.fixture(params=["compiled", "machine-code"])
 def keeper(
-    request: pytest.FixtureRequest, cache: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+    request: pytest.FixtureRequest, cache: Path, sources: Path, monkeypatch: pytest.MonkeyPatch
 ) -> Keeper:
     """With one piece of code that is kept."""
-    source = tmp_path / "doubling" / "doubling.py"
-    source.parent.mkdir()
-    source.write_text(SOURCE)
     made, compile_ir = list[object](), machine.compile_ir
     monkeypatch.setattr(
         machine, "compile_ir", lambda *given: made.append(given) or compile_ir(*given)
     )
 
     def make_function() -> bool:
-        value, is_found = doubled(source.parent)
+        value, is_found = doubled(sources)
         assert value == 6.0
         return is_found
 
@@ -153,3 +160,60 @@ def test_a_folder_of_another_user_is_not_used(cache):
     reachable(cache)
     assert in_child(lambda: prepare_code_folder("compiled"), nobody=True)
     assert list(cache.iterdir()) == []
+
+
+def test_a_function_alone_may_be_handed_over():
+    assert njit(lambda x: x + 1.0)(2.0) == 3.0
+
+
+def test_a_change_of_any_source_beside_it_compiles_it_again(cache, sources):
+    assert doubled(sources) == (6.0, False)
+    (sources / "called.py").write_text("FACTOR = 2.0")
+    numba_cache._stamp.cache_clear()
+    assert doubled(sources) == (6.0, False)
+
+
+def test_a_folder_of_numbas_that_others_may_write_is_not_read(
+    cache, sources, tmp_path, monkeypatch
+):
+    assert doubled(sources) == (6.0, False)
+    monkeypatch.setattr(numba_cache.numba.config, "CACHE_DIR", str(tmp_path / "open"))
+    assert doubled(sources) == (6.0, True)
+    assert not (tmp_path / "open").exists()
+
+
+def test_all_that_is_kept_is_cleared_and_its_sizes_reported(crosscheck, cache):
+    sizes = {
+        cache / f"{'a' * 32}.kept": 2_000_000,
+        cache / "machine-code" / f"{'b' * 32}.o": 300_000,
+        cache / "compiled" / "models_x" / "law.nbc": 100_000,
+        cache / "compiled" / "models_y" / "law.nbi": 900_000,
+    }
+    letter = cache / "letter"
+    for path, size in sizes.items():
+        path.parent.mkdir(parents=True, exist_ok=True)
+        path.touch()
+        os.truncate(path, size)
+    letter.write_text("mine")
+    answer = crosscheck("cache", "clear")
+    assert (answer.code, answer.err) == (0, "")
+    assert answer.out.splitlines() == [
+        f"removed 1 simulations, 2.0 MB, {cache}",
+        f"removed 1 kernels, 0.3 MB, {cache / 'machine-code'}",
+        f"removed 2 compiled functions, 1.0 MB, {cache / 'compiled'}",
+    ]
+    assert not any(path.exists() for path in sizes)
+    assert letter.read_text() == "mine"
+    assert crosscheck("cache", "clear").code == 0
+
+
+def test_nothing_is_cleared_through_a_link(crosscheck, cache, tmp_path):
+    (tmp_path / "theirs.o").touch()
+    cache.mkdir(parents=True)
+    (cache / "machine-code").symlink_to(tmp_path)
+    answer = crosscheck("cache", "clear")
+    assert (answer.code, answer.err) == (
+        2,
+        f"crosscheck: {cache / 'machine-code'}: is a link; remove it\n",
+    )
+    assert (tmp_path / "theirs.o").exists()

@@ -1,4 +1,4 @@
-"""What a missing, raising or crashing engine does to a cross-check, and a lost preparation."""
+"""Cross-checks of small arms: as they are, with engines that break, and without a preparation."""
 
 import os
 import signal
@@ -14,9 +14,31 @@ from crosscheck.planning import preparation
 from crosscheck.planning.plan import CrossCheckRequest
 from crosscheck.planning.preparation import prepare_experiments
 from crosscheck.runner.workers import Workers
-from tests.arms import arm_of
+from tests.arms import arm_of, random_arm
 
 pytestmark = pytest.mark.system
+
+
+@pytest.mark.usefixtures("brief_plan")
+def test_an_arm_of_one_joint_passes_every_check_on_any_number_of_processes():
+    one, two = (package.check(arm_of(1), quick=True, jobs=jobs) for jobs in (1, 2))
+    assert [f"{f.id}: {f.measured} {f.note}" for f in one.disagreeing] == []
+    assert one.to_dict()["findings"] == two.to_dict()["findings"]
+
+
+@pytest.mark.usefixtures("brief_plan")
+def test_arm_called_like_the_probe_is_distinguished_from_it(labelled):
+    arm = labelled.model_copy(update={"name": "probe"})
+    agreement = package.check(arm, quick=True, jobs=2)
+    assert [f.id for f in agreement.disagreeing] == []
+    assert len({f.id for f in agreement.findings}) == len(agreement.findings)
+
+
+@pytest.mark.usefixtures("brief_plan")
+@pytest.mark.parametrize("seed", [1, 8])
+def test_an_arm_of_random_numbers_raises_no_false_alarm(seed):
+    agreement = package.check(random_arm(seed, most_joints=2), quick=True, jobs=2, seed=seed)
+    assert [f"{f.id}: {f.measured} {f.note}" for f in agreement.disagreeing] == []
 
 
 def lose(monkeypatch: pytest.MonkeyPatch, model: str) -> None:
