@@ -13,6 +13,7 @@ from crosscheck.baseline.file import read_baseline
 from crosscheck.baseline.record import Baseline
 from tests.baselines.short import RENEW
 from tests.draws import DRAWS, fresh_seed
+from tests.loops import require_items
 from tests.tool.damage import damage_text
 from tests.tool.test_bad_input import assert_one_line
 
@@ -32,7 +33,7 @@ def seed(capsys: pytest.CaptureFixture[str]) -> int:
 def test_a_damaged_record_is_refused_or_seen(command, recorded, result, seed):
     """Refused in one short line, seen as a change, or all that is compared is as it was."""
     whole = recorded.read_bytes()
-    for number in range(2 * DRAWS):
+    for number in require_items(range(2 * DRAWS)):
         recorded.write_bytes(damage_text(whole, random.Random(f"{seed} {number}")))
         answer = command(*CHECK, result=result)
         assert answer.code in (0, 1, 2), number

@@ -18,12 +18,9 @@ from crosscheck.analytic.kernel.translate import translate_to_ir
 from crosscheck.analytic.model import PhysicalModel
 from crosscheck.models.loading import load_case
 from tests.interpreted import addresses
-from tests.processes import command_line
 from tests.tool.code import OTHER, add
 
 pytestmark = pytest.mark.system
-
-SHORT = ("simulate", "paper-labelled", "--model", "analytic:links", "--scenario", "pd")
 
 
 @pytest.fixture
@@ -92,15 +89,6 @@ def test_processes_that_make_the_same_object_at_once(folder):
     running = [subprocess.Popen([sys.executable, "-c", script]) for _ in range(3)]
     assert [process.wait() for process in running] == [0, 0, 0]
     assert [path.suffix for path in folder.iterdir()] == [".o"]
-
-
-def test_a_run_needs_no_cache_folder(tmp_path):
-    env = {"HOME": "/dev/null/home", "XDG_CACHE_HOME": "", "TMPDIR": str(tmp_path)}
-    out = tmp_path / "run.nc"
-    answer = command_line(*SHORT, "--t-end", "0.0002", "--out", out, env=env)
-    assert (answer.returncode, answer.stderr) == (0, "")
-    assert out.exists()
-    assert not list(tmp_path.glob("geararm-*"))  # a folder for one process goes with it
 
 
 def kernel_steps(batch: Batch, target: llvm.TargetMachine, level: int) -> np.ndarray:
