@@ -29,7 +29,7 @@ def raising(arm):
     return replace(two_link(arm), mass_matrix=lambda q: 1 / 0)
 
 
-def huge(arm):
+def huge():
     return Equations(mass_matrix=lambda q: [[1e306 * np.sin(q[0]), 0], [0, 1]])
 """
 
