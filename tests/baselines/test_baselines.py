@@ -120,17 +120,6 @@ def test_numbers_have_17_digits_and_one_row_each(recorded):
 # What moves
 
 
-def _scaled(arm: Arm, place: str, field: str) -> Arm:
-    """The arm with one parameter of its first joint or link a millionth larger."""
-    data = arm.model_dump()
-    *above, name = field.split(".")
-    table = data[place][0]
-    for key in above:
-        table = table[key]
-    table[name] *= 1 + 1e-6
-    return Arm.model_validate(data)
-
-
 # Not the shoulder's carrier: it holds 0.04 of the 92 kg m^2 about it, and its millionth comes to
 # 2e-12 rad in so short a run.
 @pytest.mark.parametrize(
@@ -151,7 +140,10 @@ def _scaled(arm: Arm, place: str, field: str) -> Arm:
 )
 @pytest.mark.parametrize("key", [ANALYTIC, EXUDYN], ids=str)
 def test_a_millionth_of_a_parameter_moves_a_run(result, recorded, key, place, field):
-    other = short_check(_scaled(result.mechanism, place, field), only=key).runs[key]
+    """Of its first joint or link."""
+    data = result.mechanism.model_dump()
+    put(lambda value: value * (1 + 1e-6), place, 0, *field.split("."))(data)
+    other = short_check(Arm.model_validate(data), only=key).runs[key]
     changes = moved(held_against(recorded, with_run(result, key, other)))
     assert changes
     assert {finding.verdict for finding in changes.values()} == {"differ"}

@@ -16,9 +16,9 @@ from crosscheck.cli import listing
 from crosscheck.cli.app import build_commands
 from crosscheck.cli.help import GROUPS
 from crosscheck.cli.output import print_and_write
+from crosscheck.cli.simulation import SimulationRequest
 from crosscheck.cli.trial import TrialOptions
 from crosscheck.models.errors import InputError, Unfinished
-from crosscheck.models.exudyn.tree import loads as exudyn_tree_loads
 from tests.loops import require_items
 from tests.processes import ENGINES, HEAVY, command_line, modules_loaded_by, warm_command_line
 from tests.tool.supplied import model_file
@@ -177,17 +177,9 @@ def test_what_was_written_is_named_after_the_lines(tmp_path, capsys):
 
 def test_interruption_that_an_engine_makes_up_is_its_own_failure(short, monkeypatch, tmp_path):
     """Ctrl-C is for the program to answer; a worker never sees it."""
-    calls = []
-
-    def interrupted(*numbers: object) -> None:
-        calls.append(numbers)
-        if len(calls) > 50:
-            raise KeyboardInterrupt
-
-    monkeypatch.setattr(exudyn_tree_loads, "_entry", lambda *_: interrupted)
+    monkeypatch.setattr(SimulationRequest, "perform", raising(KeyboardInterrupt()))
     answer = short(model="exudyn:tree")
-    assert answer.code == 3
-    assert answer.err == "crosscheck: exudyn:tree: KeyboardInterrupt\n"
+    assert answer == (3, "", "crosscheck: exudyn:tree: KeyboardInterrupt\n")
     assert list(tmp_path.iterdir()) == []
 
 

@@ -15,7 +15,7 @@ from crosscheck.analytic.kernel import machine
 from crosscheck.models import numba_cache
 from crosscheck.models.directories import prepare_code_folder
 from crosscheck.models.numba_cache import njit
-from tests.obstacles import OBSTACLES
+from tests.obstacles import obstruct
 from tests.processes import NOBODY, in_child, reachable
 from tests.tool.code import SOURCE, add, doubled
 
@@ -69,11 +69,6 @@ def keeper(
 def spoil(change: Callable[[bytes], bytes]) -> Callable[[Path], object]:
     """A file with other bytes in the place of its own."""
     return lambda path: path.write_bytes(change(path.read_bytes()))
-
-
-def obstruct(obstacle: str) -> Callable[[Path], object]:
-    """Something else in the place of a file."""
-    return lambda path: (path.unlink(), OBSTACLES[obstacle](path))
 
 
 def link(path: Path) -> None:

@@ -16,7 +16,7 @@ from crosscheck.audit.experiments.study import Question, Records, Study
 from crosscheck.models.directories import cache_folder
 from crosscheck.models.errors import InputError
 from crosscheck.runner.store import Store, clear
-from tests.obstacles import OBSTACLES
+from tests.obstacles import obstruct
 from tests.processes import in_child, reachable
 
 KEY, OTHER = "0" * 32, "f" * 32
@@ -64,11 +64,6 @@ def test_folder_and_entries_are_the_users_alone(folder):
     assert folder.stat().st_mode & 0o777 == 0o700
 
 
-def in_its_place(obstacle: str) -> Callable[[Path], object]:
-    """Damage that puts something else where an entry was."""
-    return lambda path: (path.unlink(), OBSTACLES[obstacle](path))
-
-
 def a_folder(path: Path) -> None:
     path.unlink()
     path.mkdir()
@@ -94,10 +89,10 @@ DAMAGES: dict[str, Callable[[Path], object]] = {
     "garbage": lambda path: path.write_bytes(random.Random(7).randbytes(5000)),
     "headless": lambda path: path.write_bytes(b'{"square": 8.0}'),
     "a_folder": a_folder,
-    "a_pipe": in_its_place("pipe"),
+    "a_pipe": obstruct("pipe"),
     "a_link": a_link,
-    "a_dead_link": in_its_place("dangling"),
-    "a_device": in_its_place("device"),
+    "a_dead_link": obstruct("dangling"),
+    "a_device": obstruct("device"),
     "of_another_result": of_another_result,
 }
 
