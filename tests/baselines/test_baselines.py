@@ -354,15 +354,6 @@ def test_a_run_of_fewer_joints_or_quantities_is_seen(result, recorded):
     assert "no such quantity" in less[f"recorded-run/{EXUDYN}/F_sp"].note
 
 
-def test_of_two_checks_with_one_id_the_worse_stands(result, recorded):
-    first, *rest = result.agreement.checks
-    worse = replace(first, verdict="differ", measured=1.0)
-    twins = [worse, *result.agreement.findings, worse, *rest]
-    assert f"recorded-verdict/{first.id}" in moved(
-        held_against(recorded, with_findings(result, twins))
-    )
-
-
 @pytest.mark.parametrize(
     ("better", "worse"), list(pairwise(("agree", "unresolved", "unfinished", "differ", "failed")))
 )

@@ -72,17 +72,6 @@ def test_numbers_are_where_they_belong_whatever_comes_first(tmp_path, starts):
         assert found.checked.values.tolist() == [1, 4]
 
 
-def test_a_study_of_one_member_has_its_numbers_too(tmp_path):
-    made = study([], QUANTITIES)
-    with draft(tmp_path) as new:
-        result = ResultFile(new, made, list_columns(made), [], "version")
-        result.write(0, {c.name: np.full((1, *c.shape), 7.0) for c in list_columns(made)})
-        new.publish(tmp_path / "out.nc")
-    with xr.open_dataset(tmp_path / "out.nc") as found:
-        assert found.diverged_s == 7.0
-        assert found.theta_peak.values.tolist() == [7.0, 7.0]
-
-
 @pytest.mark.parametrize("kilobytes", [1, 9])
 def test_a_disk_that_is_full_is_one_line(tmp_path, kilobytes):
     arguments = ("sweep", RIGHT, "--out", tmp_path / "out.nc", "--jobs", 1)

@@ -32,7 +32,7 @@ from crosscheck.registry import build
 from tests.draws import DRAWS, SAMPLE, fresh_seed
 from tests.measured.records import level, name_columns, record_of, write_table
 from tests.tool.damage import PIECES, place_damaged
-from tests.warm import import_all
+from tests.warm import become, import_all
 
 MOST_LINES, WITHIN_S, MEMORY = 6, 100.0, 6_000_000_000
 ROBOT = ["sliding.toml", "sliding.urdf"]
@@ -123,15 +123,12 @@ def run_apart(arguments: list[str], folder: Path) -> Ending:
 
 def _become(arguments: list[str], folder: Path, streams: tuple[Path, Path]) -> NoReturn:
     try:
-        os.setsid()
-        os.chdir(folder)
+        own = {"arguments": arguments, "folder": str(folder), "environment": {**os.environ}}
+        files = dict(zip(("out", "err"), map(str, streams), strict=True))
+        become(own | files | {"largest": resource.RLIM_INFINITY})
         resource.setrlimit(resource.RLIMIT_AS, (MEMORY, MEMORY))
-        for descriptor, file in zip((1, 2), streams, strict=True):
-            handle = os.open(file, os.O_WRONLY | os.O_CREAT | os.O_TRUNC, 0o600)
-            os.dup2(handle, descriptor)
         sys.stdout, sys.stderr = os.fdopen(1, "w"), os.fdopen(2, "w", buffering=1)
         sys.__stdout__, sys.__stderr__ = sys.stdout, sys.stderr  # type: ignore[misc]
-        sys.argv = ["crosscheck", *arguments]
         main()
     except SystemExit as left:
         sys.stdout.flush()
