@@ -5,6 +5,7 @@ import shutil
 import signal
 from pathlib import Path
 
+import psutil
 import pytest
 
 from tests.studies import studies
@@ -15,11 +16,8 @@ pytestmark = pytest.mark.system
 
 def _workers(program: int) -> list[int]:
     """Of its processes those that run batches: the children of the command's."""
-    return [child for command in _children(program) for child in _children(command)]
-
-
-def _children(of: int) -> list[int]:
-    return [*map(int, Path(f"/proc/{of}/task/{of}/children").read_text().split())]
+    commands = psutil.Process(program).children()
+    return [child.pid for command in commands for child in command.children()]
 
 
 def _killed(file: Path, out: Path, jobs: int, hold: studies.Hold) -> int:

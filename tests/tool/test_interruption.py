@@ -7,9 +7,11 @@ import signal
 import subprocess
 import sys
 import time
+from contextlib import suppress
 from itertools import cycle, product
 from pathlib import Path
 
+import psutil
 import pytest
 
 from crosscheck.provenance import ROOT
@@ -59,13 +61,10 @@ def _listens(pid: int) -> bool:
 def _members(group: int) -> list[int]:
     """Processes of a group that are still there."""
     found = []
-    for stat in Path("/proc").glob("[0-9]*/stat"):
-        try:
-            state, _, its_group = stat.read_text().rpartition(")")[2].split()[:3]
-        except OSError:
-            continue
-        if int(its_group) == group and state != "Z":
-            found.append(int(stat.parent.name))
+    for process in psutil.process_iter(["status"]):
+        with suppress(ProcessLookupError):
+            if os.getpgid(process.pid) == group and process.info["status"] != psutil.STATUS_ZOMBIE:
+                found.append(process.pid)
     return found
 
 
