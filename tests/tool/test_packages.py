@@ -64,10 +64,8 @@ def test_a_packages_command_ends_as_it_says(tmp_path, code):
 
 
 def test_a_title_has_no_escapes_on_the_terminal():
-    assert [text.plain for text in _format_model("guest", "", "\x1b[31mred")] == [
-        "guest",
-        "\\x1b[31mred",
-    ]
+    shown = _format_model("guest", "", "\x1b[31mred")
+    assert [text.plain for text in shown] == ["guest", "\\x1b[31mred"]
 
 
 def test_a_models_own_word_about_what_it_covers_may_raise(labelled):

@@ -32,13 +32,10 @@ class Piece:
         return f"did {self.key}"
 
 
-def test_the_time_left_is_that_of_the_declared_costs_at_first(clock):
+def test_the_time_left_is_that_of_the_declared_costs_and_then_of_what_was_seen(clock):
+    """Ten times as slow as declared: half is done, the other half takes as long again."""
     expected = TimeEstimate([Piece("a", 30.0), Piece("b", 10.0)], 2)
     assert expected.left_s == pytest.approx(20.0)
-
-
-def test_the_time_left_follows_what_was_seen(clock):
-    """Ten times as slow as declared: half is done, the other half takes as long again."""
     expected = TimeEstimate([Piece("a", 50.0), Piece("b", 50.0)], 1)
     clock[0] += 500.0
     expected.finish("a")

@@ -17,7 +17,7 @@ from crosscheck.cli.simulation import SimulationRequest
 from crosscheck.models.arm.planets import usual_switches
 from crosscheck.models.errors import InputError
 from crosscheck.models.experiment.scenario import switches
-from crosscheck.models.loading import Case, Selection, load_arm, load_case
+from crosscheck.models.loading import Selection, load_arm, load_case
 from crosscheck.models.robot.file import load_robot
 from crosscheck.planning.arms import plan_experiment_comparisons
 from crosscheck.planning.comparison import Plan
@@ -34,6 +34,8 @@ from tests.processes import command_line
 from tests.tool.packages import ENTRY, offer
 
 ARM = load_arm("probe")
+CASE = load_case("probe", "pd")
+EXPERIMENT = Experiment("pd", CASE)
 
 
 def test_an_installed_packages_model_is_listed(tmp_path):
@@ -99,12 +101,11 @@ TWICE = replace(registry.MODELS["analytic:links"], made=Twice, packages=("pytest
 
 
 def test_a_model_made_in_memory_takes_part_for_a_while():
-    case = Case(ARM, load_case("probe", "pd", {}, []).scenario, usual_switches(ARM))
-    setting = Setting(case, "coupled", 2)
+    setting = Setting(CASE, "coupled", 2)
     task = Evaluation("mine:twice", setting, mass_matrix)
     whole = Evaluation("analytic:links", setting, mass_matrix)
     with registry.register("mine:twice", TWICE):
-        assert isinstance(registry.build("mine:twice", ARM, case.scenario), Twice)
+        assert isinstance(registry.build("mine:twice", ARM, CASE.scenario), Twice)
         assert registry.is_plugin("mine:twice")
         assert "pytest" in registry.packages()
         versions = record_provenance(ARM, 0, False, packages=registry.packages()).versions
@@ -117,7 +118,7 @@ def test_a_model_made_in_memory_takes_part_for_a_while():
 
 def test_provenance_has_what_was_asked_and_a_guests_distributions(monkeypatch):
     remarks, laws = ("known beforehand",), switches(phase="omega_t")
-    scenario = load_case("probe", "pd", {}, []).scenario
+    scenario = CASE.scenario
     request = CrossCheckRequest(ARM, True, 7, (scenario,), laws)
     plan = Plan([], remarks, lambda results: iter(()))
     monkeypatch.setattr("crosscheck.planning.arms.plan_arm", lambda request, workers: plan)
@@ -136,8 +137,7 @@ def test_provenance_has_what_was_asked_and_a_guests_distributions(monkeypatch):
 
 
 def test_one_name_may_stand_for_one_model_after_another():
-    case = Case(ARM, load_case("probe", "pd", {}, []).scenario, usual_switches(ARM))
-    task = Evaluation("mine", Setting(case, "coupled"), mass_matrix)
+    task = Evaluation("mine", Setting(CASE, "coupled"), mass_matrix)
     with registry.register("mine", TWICE):
         first = task.perform()
     with registry.register("mine", replace(TWICE, made=RigidLinks)):
@@ -156,10 +156,6 @@ def compared(found: list, model: str) -> set[str]:
     """Families of comparisons between a model and another."""
     keys = [comparison.about.key for comparison in found]
     return {key.family for key in keys if key.right and model in (key.left, key.right)}
-
-
-def experiment() -> Experiment:
-    return Experiment("pd", load_case("probe", "pd", {}, []))
 
 
 TREE, RUNS = registry.MODELS["exudyn:tree"], registry.BUILT_IN["analytic:links"].promises
@@ -183,12 +179,12 @@ TREE, RUNS = registry.MODELS["exudyn:tree"], registry.BUILT_IN["analytic:links"]
 def test_a_guest_is_compared_by_its_promises_its_integrator_and_its_level(
     guest, at_states, of_runs
 ):
-    before = {c.about.key.id for c in plan_experiment_comparisons(experiment())}
+    before = {c.about.key.id for c in plan_experiment_comparisons(EXPERIMENT)}
     with registry.register("mine", guest):
         assert registry.model_names(guest.role)[-1] == "mine"
         assert registry.second_engine() == "exudyn:tree"
         assert registry.find_same_integrator_models()[0] == "analytic:physical"
-        found, states = plan_experiment_comparisons(experiment()), plan_states(ARM, 1, 0)
+        found, states = plan_experiment_comparisons(EXPERIMENT), plan_states(ARM, 1, 0)
         assert compared(found, "mine") - {"at-2-s"} == of_runs
         families = compared(states, "mine")
         assert families == at_states if guest.role == "rigid" else families >= at_states
