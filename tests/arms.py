@@ -59,6 +59,12 @@ def random_arm(seed: int, most_joints: int = 7, all_geared: bool = False) -> Arm
     )
 
 
+def gear_stages(*names: str) -> list[Planetary]:
+    """The joints with gears of these arms."""
+    joints = (joint for name in names for joint in load_arm(name).joints)
+    return [joint for joint in joints if isinstance(joint, Planetary)]
+
+
 @dataclass(frozen=True)
 class Dice:
     """Random numbers about those of the paper's arm."""

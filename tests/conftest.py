@@ -107,6 +107,15 @@ def source_search(
     monkeypatch.setattr(worker, "ROUNDS", search_rounds)
 
 
+@pytest.fixture
+def impatient(monkeypatch: pytest.MonkeyPatch) -> None:
+    """Work that uses no processor is stopped after a second, not a minute."""
+    from crosscheck.runner import cpu_limit
+
+    for name, seconds in {"IDLE_S": 1.0, "LEAST_S": 0.01, "LOOK_S": 0.1}.items():
+        monkeypatch.setattr(cpu_limit, name, seconds)
+
+
 @pytest.fixture(scope="module", autouse=True)
 def freed_memory() -> Iterator[None]:
     """What a module has freed goes back to the system: a fork copies the table of every page."""

@@ -11,3 +11,8 @@ OBSTACLES: dict[str, Callable[[Path], object]] = {
     "dangling": lambda path: path.symlink_to("nowhere"),
     "device": lambda path: path.symlink_to("/dev/zero"),
 }
+
+
+def obstruct(obstacle: str) -> Callable[[Path], object]:
+    """What puts an obstacle in the place of a file."""
+    return lambda path: (path.unlink(), OBSTACLES[obstacle](path))

@@ -10,11 +10,14 @@ import pytest
 
 from crosscheck import provenance
 from crosscheck.findings import Agreement, make_check, make_failed_check
-from crosscheck.models.files import HERE
 from crosscheck.models.loading import load_arm
+from crosscheck.provenance import record_provenance
 from crosscheck.report import terminal
+from crosscheck.report.junit import format_junit
 from crosscheck.run import CrossCheck
 from crosscheck.runner.outcomes import Failure
+from crosscheck.trial.tables.folder import format_arm_toml
+from tests.arms import arm_of
 from tests.baselines import short
 from tests.processes import Answer
 from tests.tool.test_bad_input import assert_one_line
@@ -23,51 +26,18 @@ ACCEPT, CHECK = ("baseline", "accept", "--quick"), ("baseline", "check", "--quic
 RECORD = Path("baselines/paper-labelled-quick.json")
 
 
-def test_accept_then_check(command, result):
-    assert command(*ACCEPT, result=result).code == 0
-    again = command(*CHECK, "--junit", "out/check.xml", result=result)
-    assert (again.code, "recorded results changed" in again.out) == (0, True)
-    assert Path("out/check.xml").is_file()
-    place = "runs", str(short.ANALYTIC), "extremes", "F_sp", "rows", 0, 3
-    short.edited(RECORD, short.put(lambda force: force + 1.0, *place))
-    moved = command(*CHECK, result=result)
-    assert (moved.code, "1 of" in moved.out) == (1, True)
-
-
-# Arms
-
-
-def _toml(folder: Path, joints: int, name: str) -> Path:
-    """The shoulder of the paper's arm, several times over."""
-    text = (HERE / "arms" / "paper-labelled.toml").read_text(encoding="utf-8")
-    head, joint, *rest = text.split("[[joints]]")
-    link = rest[0].split("[[links]]")[1]
-    head = head.replace('name = "paper-labelled"', f'name = "{name}"')
-    path = folder / "arm.toml"
-    blocks = [head, *joints * [f"[[joints]]{joint}"], *joints * [f"[[links]]{link}"]]
-    path.write_text("\n".join(blocks), encoding="utf-8")
-    return path
-
-
-@pytest.mark.parametrize("joints", [1, 4])
-def test_a_real_arm_accepted_and_checked_does_not_move(command, tmp_path, joints):
-    """Four joints: a row of time and a value per joint has as many columns as one of extremes."""
-    path = _toml(tmp_path, joints, f"{joints}-joint")
-    result = short.short_check(load_arm(str(path)))
-    assert command(*ACCEPT, path, result=result).code == 0
-    again = command(*CHECK, path, result=result)
-    assert (again.code, "\n0 of " in again.out) == (0, True)
-
-
 @pytest.mark.parametrize("joints", range(1, 8))
-def test_an_arm_of_any_number_of_joints_does_not_move(command, tmp_path, joints):
-    path = _toml(tmp_path, joints, "x")
-    result = short.invented_check(load_arm(str(path)))
-    assert command(*ACCEPT, path, result=result).code == 0
-    run = json.loads(Path("baselines/x-quick.json").read_text())["runs"][str(short.ANALYTIC)]
+def test_an_arm_of_any_number_of_joints_does_not_move(command, joints):
+    """Of four a row of time and a value per joint has as many columns as one of extremes."""
+    arm = arm_of(joints)
+    Path("arm.toml").write_text(format_arm_toml(arm), encoding="utf-8")
+    result = short.invented_check(arm)
+    assert command(*ACCEPT, "arm.toml", result=result).code == 0
+    recorded = json.loads(Path(f"baselines/{arm.name}-quick.json").read_text())
+    run = recorded["runs"][str(short.ANALYTIC)]
     assert {len(row) for row in run["sampled"]["theta"]["rows"]} == {1 + joints}
     assert len(run["extremes"]["F_sp"]["rows"]) == joints
-    assert command(*CHECK, path, result=result).code == 0
+    assert command(*CHECK, "arm.toml", result=result).code == 0
 
 
 # Red checks
@@ -80,20 +50,16 @@ def broken(result: CrossCheck) -> CrossCheck:
     return short.with_findings(lost, [*result.agreement.findings, short.red()])
 
 
-def test_red_checks_are_not_accepted(command, broken):
+@pytest.mark.parametrize("before", ["no record", "a record"])
+def test_red_checks_are_not_accepted(command, request, broken, before):
+    old = request.getfixturevalue("recorded").read_bytes() if before == "a record" else None
     answer = command(*ACCEPT, "--junit", "red.xml", result=broken)
     assert answer.code == 1
     assert "differ refined/pd/theta/a~b" in answer.out
     said = "1 differing check: nothing recorded (--with-differences records known differences)\n"
     assert answer.out.endswith(said)
-    assert not RECORD.exists()
+    assert (RECORD.read_bytes() if RECORD.exists() else None) == old
     assert Path("red.xml").is_file()
-
-
-def test_a_red_result_leaves_the_old_record(command, recorded, broken):
-    before = recorded.read_bytes()
-    assert command(*ACCEPT, result=broken).code == 1
-    assert recorded.read_bytes() == before
 
 
 def test_nothing_checked_is_not_accepted(command, result):
@@ -223,3 +189,26 @@ def test_a_checkout_with_uncommitted_changes_has_no_record(command, result, monk
     for folder in ("report", Path.cwd().parent / "elsewhere"):
         assert command(*ACCEPT, "--dir", folder, result=result).code == 0
     assert str(provenance._revision.__wrapped__()).endswith("-dirty")  # as it is now
+
+
+# The JUnit view, read back as a build server reads it
+
+
+def test_measurements_and_versions_are_properties():
+    made = {"created": "2024-01-02T03:04:05+00:00", "versions": {"pin": "4"}}
+    provenance = record_provenance(load_arm("probe"), 0, True).model_copy(update=made)
+    root = ElementTree.fromstring(
+        format_junit(Agreement([short.green(), short.measurement("pd", 0.1)], provenance))
+    )
+    found = {item.get("name"): item.get("value") for item in root.iter("property")}
+    written = provenance.model_dump(mode="json")
+    simple = {name: each for name, each in written.items() if not isinstance(each, list | dict)}
+    assert {type(each) for each in simple.values()} >= {int, str, bool}
+    assert {name: str(each) for name, each in simple.items()}.items() <= found.items()
+    assert found["deviation/pd/theta/a~b"] == "0.1 rad"
+    assert found["version pin"] == "4"
+    assert not {"arm", "versions"} & set(found)  # no text or number
+
+
+def test_an_agreement_without_findings_is_a_suite_without_tests():
+    assert ElementTree.fromstring(format_junit(Agreement([]))).get("tests") == "0"

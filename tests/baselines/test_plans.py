@@ -1,14 +1,11 @@
-"""What a cross-check plans, as on record: what is compared, by which runs, in which words.
+"""What a cross-check plans, as on record: what is compared, by which runs, in which words."""
 
-A change of the plan writes both files anew: ``python -m tests.baselines.test_plans``.
-"""
-
-from collections.abc import Iterable, Iterator
-from pathlib import Path
+from collections.abc import Callable, Iterable, Iterator
 from typing import Any
 
 import numpy as np
 import pytest
+from syrupy.assertion import SnapshotAssertion
 
 from crosscheck.checks.answers import Setting
 from crosscheck.checks.sampled import Subjects
@@ -24,7 +21,6 @@ from crosscheck.planning.robots import plan_robot
 from crosscheck.runner.tasks import Evaluation, Simulation
 from tests.judged import plan_states
 
-HERE = Path(__file__).parent
 LIMIT_S = 1e-5  # of the stable steps
 
 
@@ -120,14 +116,11 @@ def describe_run(task: Simulation) -> str:
     return f"{task.key}: {said}, planets {laws.planets}; start {start}{stretched}; drive {drive}"
 
 
-PLANS = {"plan-arm.txt": arm_plan, "plan-robot.txt": robot_plan}
-
-
-@pytest.mark.parametrize("name", PLANS)
-def test_a_plan_is_as_on_record(name):
-    recorded = (HERE / name).read_text(encoding="utf-8").splitlines()
-    assert list(PLANS[name]()) == recorded
-    assert len(recorded) > 20
+@pytest.mark.parametrize("plan_of", [arm_plan, robot_plan])
+def test_a_plan_is_as_on_record(plan_of: Callable[[], Iterator[str]], snapshot: SnapshotAssertion):
+    lines = list(plan_of())
+    assert len(lines) > 20
+    assert "\n".join(lines) == snapshot
 
 
 def test_entries_are_compared_at_the_states_of_the_seed(monkeypatch):
@@ -137,8 +130,3 @@ def test_entries_are_compared_at_the_states_of_the_seed(monkeypatch):
     entries: Any = arms.plan_arm(request, None).compute_entries  # type: ignore[arg-type]
     settings = [model.setting for model in entries.args[1]]
     assert {(each.seed, each.count) for each in settings} == {(7, arms.QUICK_COUNT)}
-
-
-if __name__ == "__main__":
-    for file, make in PLANS.items():
-        (HERE / file).write_text("\n".join([*make(), ""]), encoding="utf-8")

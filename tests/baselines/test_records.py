@@ -122,6 +122,7 @@ def test_a_record_of_something_else_is_refused(
 ):
     edited(recorded, REFUSED[what])
     line = _refusal(recorded, labelled).removeprefix(str(recorded))
+    line = re.sub(r"(\w)\1{20,}", r"\1\1", line)  # as many as the folder's name leaves room for
     assert re.sub(r"\d+\.\d+e-\d+", "#", line) == snapshot
 
 
@@ -169,13 +170,19 @@ def test_a_record_of_other_laws_or_experiments_is_refused(result, recorded, fiel
 
 GARBLED = (
     *("", "{", "[]", "null", "NaN", '{"schema_version": 1', "\ufeff{}", "[" * 100_000),
-    *('{"a":' * 100_000, "1" * 5000, '{"schema_version": ' + "1" * 5000, "<<<<<<< HEAD"),
+    *(
+        '{"a":' * 100_000,
+        "1" * 5000,
+        '{"schema_version": ' + "1" * 5000,
+        "<<<<<<< HEAD",
+        "\udcff\udcfe\0",
+    ),
 )
 
 
 @pytest.mark.parametrize("text", GARBLED)
 def test_a_truncated_or_garbled_record_is_refused(recorded, labelled, text):
-    recorded.write_text(text, encoding="utf-8")
+    recorded.write_text(text, "utf-8", "surrogateescape")
     _refusal(recorded, labelled)
 
 
@@ -200,11 +207,6 @@ def test_not_a_number_is_refused(recorded, labelled):
     text = re.sub(r'"tolerance": [0-9.e-]+', '"tolerance": NaN', recorded.read_text(), count=1)
     recorded.write_text(text, encoding="utf-8")
     assert "tolerance = nan: " in _refusal(recorded, labelled)
-
-
-def test_bytes_that_are_no_text_are_refused(recorded, labelled):
-    recorded.write_bytes(b"\xff\xfe\x00")
-    assert "is not JSON" in _refusal(recorded, labelled)
 
 
 def _huge(path: Path) -> None:

@@ -140,13 +140,6 @@ def browser() -> Iterator[Any]:
         chromium.close()
 
 
-class Opened(NamedTuple):
-    """A page, and what was wrong with it so far."""
-
-    page: Any
-    wrong: list[str]
-
-
 @pytest.fixture
 def opened(browser: Any, made: Made) -> Iterator[Any]:
     """``opened(name, theme, width)``; nothing may be wrong with it at the end."""

@@ -72,6 +72,7 @@ kind = "peak"
 signal = "F_pr"
 joint = 2
 """
+RIGHT = Path(__file__).with_name("right.toml")  # a study of samples and a list of payloads
 HELD_STUDY = Path(__file__).with_name("held.toml").read_text(encoding="utf-8")
 
 
@@ -80,9 +81,10 @@ def study(
     quantities: list[dict[str, Any]] | None = None,
     arm: str = "paper-labelled",
     scenario: str = "pd",
+    folder: Path = Path(),
     **more: Any,
 ) -> PreparedStudy:
-    """Of these axes; 2 ms of the scenario unless settings say otherwise."""
+    """Of these axes; 2 ms of the scenario unless settings say otherwise; folder: of functions."""
     settings = {"scenario.duration_s": 0.002, **more.pop("settings", {})}
     switches = more.pop("switches", {})
     given = {
@@ -98,7 +100,7 @@ def study(
     }
     definition = Definition.model_validate(given)
     data = {"arm": read_raw_arm(arm), "scenario": read_raw_scenario(scenario)}
-    return build_study(definition, data, Path(), "study.toml")
+    return build_study(definition, data, folder, "study.toml")
 
 
 def held_study(folder: Path) -> Path:

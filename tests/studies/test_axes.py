@@ -167,13 +167,6 @@ def test_a_perturbed_start_adds_to_what_the_scenario_says():
     assert all(0 < abs(offset - 1e-6) <= 1e-9 for offset in offsets)
 
 
-def test_a_study_comes_through_its_text_as_it_was():
-    made = study([{"path": BACKLASH, "kind": "normal", "relative_sd": 0.1}], samples={"count": 3})
-    there = load_study(made.text)
-    assert there.digest == made.digest
-    assert list(there.cases(0, 3)) == list(made.cases(0, 3))
-
-
 def test_the_digest_hangs_on_every_input_and_on_no_name():
     axis = {"path": BACKLASH, "kind": "list", "values": [1e-5]}
     one = study([axis])

@@ -12,16 +12,15 @@ from syrupy.assertion import SnapshotAssertion
 import crosscheck
 from crosscheck.models.errors import InputError
 from crosscheck.provenance import ROOT
-from crosscheck.runner import cpu_limit
 from crosscheck.studies.batches import batch_store
 from crosscheck.studies.definition.files import read_study
 from crosscheck.studies.definition.functions import read_source
 from crosscheck.studies.members.members import require_members
 from tests.obstacles import OBSTACLES
-from tests.studies.studies import ROBOT_STUDY, study
+from tests.studies.studies import RIGHT, ROBOT_STUDY, study
 from tests.tool.test_bad_input import assert_one_line
 
-STUDY = Path(__file__).with_name("right.toml").read_text(encoding="utf-8")
+STUDY = RIGHT.read_text(encoding="utf-8")
 TABLES = tomllib.loads(Path(__file__).with_name("bad_studies.toml").read_text(encoding="utf-8"))
 PAYLOAD = 'path = "arm.payload_mass_kg"'
 PEAK = 'kind = "peak"\nsignal = "theta_ddot"'
@@ -152,12 +151,7 @@ def test_a_function_without_a_source_is_named(function, said, tmp_path, monkeypa
 
 @pytest.mark.parametrize("jobs", [1, 2])
 @pytest.mark.parametrize("case", TABLES["lost"])
-def test_a_function_that_does_not_come_back_ends_the_study(
-    case, jobs, sweep, tmp_path, monkeypatch
-):
-    monkeypatch.setattr(cpu_limit, "IDLE_S", 2.0)
-    monkeypatch.setattr(cpu_limit, "LEAST_S", 0.01)
-    monkeypatch.setattr(cpu_limit, "LOOK_S", 0.1)
+def test_a_function_that_does_not_come_back_ends_the_study(case, jobs, sweep, tmp_path, impatient):
     code, fragment = TABLES["lost"][case]
     (tmp_path / "mine.py").write_text(code, encoding="utf-8")
     left, _, err = sweep(_file(tmp_path, PEAK, MINE), "--jobs", jobs, "--run-code")
@@ -209,6 +203,8 @@ def test_batches_that_a_killed_study_left_beside_its_result_go(sweep, tmp_path):
     assert code == 0
     count = read_study(file).count
     assert re.search(rf"^wrote {out}: {count} members, {count} run in [\d.]+ s, ", said, re.M)
+    assert_one_line(sweep(file), "exists already")
+    before = out.read_bytes()
     folder, digest = tmp_path / "out.nc.batches", read_study(file).digest
     for owner, left in ((digest, False), ("0" * 64, True)):
         folder.mkdir()
@@ -218,6 +214,7 @@ def test_batches_that_a_killed_study_left_beside_its_result_go(sweep, tmp_path):
         assert (code, err) == (0, "")
         assert "is complete" in said
         assert folder.exists() == left
+        assert out.read_bytes() == before
 
 
 def test_what_the_mark_does_not_list_is_left_alone(sweep, tmp_path):

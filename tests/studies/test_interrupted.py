@@ -5,6 +5,7 @@ import shutil
 import signal
 from pathlib import Path
 
+import psutil
 import pytest
 
 from tests.studies import studies
@@ -15,11 +16,8 @@ pytestmark = pytest.mark.system
 
 def _workers(program: int) -> list[int]:
     """Of its processes those that run batches: the children of the command's."""
-    return [child for command in _children(program) for child in _children(command)]
-
-
-def _children(of: int) -> list[int]:
-    return [*map(int, Path(f"/proc/{of}/task/{of}/children").read_text().split())]
+    commands = psutil.Process(program).children()
+    return [child.pid for command in commands for child in command.children()]
 
 
 def _killed(file: Path, out: Path, jobs: int, hold: studies.Hold) -> int:
@@ -29,16 +27,6 @@ def _killed(file: Path, out: Path, jobs: int, hold: studies.Hold) -> int:
     studies.kill(program)
     assert not out.exists()
     return studies.batches_kept(out)
-
-
-def test_several_processes_make_what_one_makes(undisturbed, tmp_path, sweep):
-    file, expected = undisturbed
-    out = tmp_path / "out.nc"
-    code, said, err = sweep(file, "--run-code", "--jobs", 2)
-    assert (code, err) == (0, "")
-    assert f"{studies.MEMBERS} members" in said
-    assert studies.content(out) == studies.content(expected)
-    assert sorted(path.name for path in tmp_path.iterdir()) == ["out.nc"]
 
 
 @pytest.mark.parametrize("jobs", [1, 2])
@@ -123,26 +111,3 @@ def test_another_studys_batches_and_result_are_left_alone(undisturbed, tmp_path,
     for more in ([], ["--resume"]):
         assert_one_line(sweep(other, "--run-code", *more), "another study")
     assert studies.batches_kept(out) == done >= 2
-
-
-def test_batches_left_beside_a_complete_result_are_removed(undisturbed, tmp_path, sweep, hold):
-    file, expected = undisturbed
-    out = tmp_path / "out.nc"
-    _killed(file, out, 1, hold(3, 1))
-    shutil.copy(expected, out)
-    code, said, err = sweep(file, "--run-code", "--resume")
-    assert (code, err) == (0, "")
-    assert "complete" in said
-    assert [path.name for path in tmp_path.iterdir() if path.name.startswith("out")] == ["out.nc"]
-
-
-def test_what_is_complete_is_not_made_again(undisturbed, tmp_path, sweep):
-    file, expected = undisturbed
-    out = tmp_path / "out.nc"
-    shutil.copy(expected, out)
-    before = out.read_bytes()
-    code, said, err = sweep(file, "--run-code", "--resume")
-    assert (code, err) == (0, "")
-    assert "complete" in said
-    assert_one_line(sweep(file, "--run-code"), "exists already")
-    assert out.read_bytes() == before

@@ -2,7 +2,6 @@
 
 import re
 from itertools import pairwise
-from pathlib import Path
 
 import numpy as np
 import pytest
@@ -12,13 +11,10 @@ from syrupy.assertion import SnapshotAssertion
 
 from crosscheck import signals
 from crosscheck.models.errors import InputError
-from crosscheck.models.files import read_raw_arm, read_raw_scenario
 from crosscheck.registry import build, reference_model
 from crosscheck.studies.batches.batch import run_batch, run_check
-from crosscheck.studies.definition.files import build_study
 from crosscheck.studies.measures import folds
 from crosscheck.studies.measures.columns import list_columns
-from crosscheck.studies.members.members import PreparedStudy
 from tests.loops import require_items
 from tests.studies.studies import study
 
@@ -217,19 +213,11 @@ def test_a_diverged_member_has_no_numbers_but_when():
     assert np.array_equal(alone["theta_peak"][0], found["theta_peak"][2])
 
 
-def _with_function(tmp_path: Path, code: str, returns: dict[str, str]) -> PreparedStudy:
-    (tmp_path / "mine.py").write_text(code, encoding="utf-8")
-    plain = study([])
-    quantity = {"kind": "user_function", "function": "mine.py:measure", "returns": returns}
-    given = {**plain.definition.model_dump(), "quantities": [quantity]}
-    definition = type(plain.definition).model_validate(given)
-    data = {"arm": read_raw_arm("paper-labelled"), "scenario": read_raw_scenario("pd")}
-    return build_study(definition, data, tmp_path, "study.toml")
-
-
 def test_a_function_of_the_users_measures_a_run_as_a_model_records_it(tmp_path):
     code = "def measure(run):\n    return {'x': run.x_sp[-1, 1, 2], 'n': run.attrs['step_s']}\n"
-    made = _with_function(tmp_path, code, {"x": "m", "n": "s"})
+    (tmp_path / "mine.py").write_text(code, encoding="utf-8")
+    quantity = {"kind": "user_function", "function": "mine.py:measure"}
+    made = study([], [{**quantity, "returns": {"x": "m", "n": "s"}}], folder=tmp_path)
     run = build(reference_model(), *made.base.experiment).simulate()
     found = run_batch(made.text, 0, 1)
     assert found["n"][0] == made.base.scenario.step_s

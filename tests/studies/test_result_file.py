@@ -3,6 +3,7 @@
 import errno
 import io
 import resource
+from functools import partial
 from itertools import pairwise
 from typing import Any
 
@@ -20,22 +21,13 @@ from crosscheck.studies.batches import batches
 from crosscheck.studies.batches.result_file import PAGE, ResultFile, _Sparse
 from crosscheck.studies.measures.columns import Column, list_columns
 from tests.processes import command_line, in_child, limit_files, warm_command_line
-from tests.studies.studies import study
+from tests.studies.studies import RIGHT, study
 
 AXES = [
     {"path": "arm.payload_mass_kg", "kind": "grid", "start": 5, "stop": 15, "count": 3},
     {"path": "switches.phase", "kind": "list", "values": ["angle", "omega_t"]},
 ]
 QUANTITIES = [{"kind": "peak", "signal": "theta"}, {"kind": "trajectories", "signals": ["F_sp"]}]
-STUDY = """\
-schema_version = 1
-name = "small"
-arm = "paper-labelled"
-scenario = "pd"
-settings = { "scenario.duration_s" = 0.001 }
-quantities = [{ kind = "peak", signal = "theta" }]
-starts = { count = 2 }
-"""
 
 
 @given(st.lists(st.tuples(st.integers(0, 3 * PAGE), st.binary(max_size=PAGE + 9)), max_size=6))
@@ -80,38 +72,19 @@ def test_numbers_are_where_they_belong_whatever_comes_first(tmp_path, starts):
         assert found.checked.values.tolist() == [1, 4]
 
 
-def test_a_study_of_one_member_has_its_numbers_too(tmp_path):
-    made = study([], QUANTITIES)
-    with draft(tmp_path) as new:
-        result = ResultFile(new, made, list_columns(made), [], "version")
-        result.write(0, {c.name: np.full((1, *c.shape), 7.0) for c in list_columns(made)})
-        new.publish(tmp_path / "out.nc")
-    with xr.open_dataset(tmp_path / "out.nc") as found:
-        assert found.diverged_s == 7.0
-        assert found.theta_peak.values.tolist() == [7.0, 7.0]
-
-
 @pytest.mark.parametrize("kilobytes", [1, 9])
 def test_a_disk_that_is_full_is_one_line(tmp_path, kilobytes):
-    (tmp_path / "study.toml").write_text(STUDY)
-
-    out = tmp_path / "out.nc"
-    arguments = ("sweep", tmp_path / "study.toml", "--out", out, "--jobs", 1)
+    arguments = ("sweep", RIGHT, "--out", tmp_path / "out.nc", "--jobs", 1)
     answer = warm_command_line(*arguments, largest=1000 * kilobytes)
     assert (answer.returncode, answer.stdout, answer.stderr.count("\n")) == (2, "", 1)
     assert "File too large" in answer.stderr
-    assert [path.name for path in tmp_path.iterdir()] == ["study.toml"]
+    assert list(tmp_path.iterdir()) == []
 
 
 @pytest.mark.parametrize("megabytes", [200, 500])
 def test_a_limit_of_memory_is_one_line(tmp_path, megabytes):
-    (tmp_path / "study.toml").write_text(STUDY)
-
-    def little_memory() -> None:
-        resource.setrlimit(resource.RLIMIT_AS, (megabytes * 10**6, megabytes * 10**6))
-
-    arguments = ("sweep", tmp_path / "study.toml", "--out", tmp_path / "out.nc")
-    answer = command_line(*arguments, preexec_fn=little_memory)
+    limit = partial(resource.setrlimit, resource.RLIMIT_AS, (megabytes * 10**6, megabytes * 10**6))
+    answer = command_line("sweep", RIGHT, "--out", tmp_path / "out.nc", preexec_fn=limit)
     assert (answer.returncode, answer.stdout, answer.stderr.count("\n")) == (2, "", 1)
     assert "crosscheck: memory: " in answer.stderr
 

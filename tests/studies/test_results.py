@@ -20,10 +20,8 @@ from crosscheck.models.trajectory import recorded_times
 from crosscheck.provenance import ROOT
 from crosscheck.registry import build, reference_model, second_engine
 from crosscheck.studies import plot
-from crosscheck.studies.batches.netcdf_file import use_file
-from crosscheck.studies.plot import STYLE, drawable_names, find_state_boundary, make_study_figure
+from crosscheck.studies.plot import STYLE, find_state_boundary, make_study_figure
 from tests.studies.studies import content, study
-from tests.tool.test_bad_input import assert_one_line
 
 PEAKS = [{"kind": "peak", "signal": "theta_ddot"}]
 SHORT = {"scenario.duration_s": 0.002}
@@ -143,15 +141,6 @@ def test_a_single_member_is_drawn_too(tmp_path, crosscheck):
     code, _, err = crosscheck("plot", out)
     assert (code, err) == (0, "")
     assert out.with_suffix(".png").stat().st_size > 10_000
-
-
-def test_what_cannot_be_drawn_is_said(result, tmp_path, crosscheck):
-    answer = crosscheck("plot", result, "--quantity", "nothing", "--out", tmp_path / "a.png")
-    assert_one_line(answer, "theta_ddot_peak")
-    (tmp_path / "other.nc").write_text("nothing")
-    for name in ("other.nc", "nowhere.nc"):
-        assert_one_line(crosscheck("plot", tmp_path / name))
-    assert use_file(result, drawable_names) == ["theta_ddot_peak"]
 
 
 def test_two_states_are_distinguished_from_one():

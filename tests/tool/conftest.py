@@ -2,6 +2,7 @@
 
 from collections.abc import Iterator, Sequence
 from pathlib import Path
+from types import SimpleNamespace
 
 import pytest
 
@@ -34,6 +35,16 @@ def short(crosscheck: Command, tmp_path: Path) -> Command:
 def brief_plan(monkeypatch: pytest.MonkeyPatch) -> None:
     """Quick cross-checks are brief."""
     brief(monkeypatch)
+
+
+@pytest.fixture
+def clock(monkeypatch: pytest.MonkeyPatch) -> list[float]:
+    """A time [s] that a test sets, of the limits of work and of what is said meanwhile."""
+    now = [100.0]
+    for module in ("cpu_limit", "progress", "progress_update"):
+        clock = SimpleNamespace(monotonic=lambda: now[0])
+        monkeypatch.setattr(f"crosscheck.runner.{module}.time", clock)
+    return now
 
 
 @pytest.fixture

@@ -223,12 +223,3 @@ def test_forced_run_that_diverges_says_when_and_writes_nothing(short, tmp_path, 
     answer = short("--step", "5e-4", "--t-end", "0.5", "--force", model=model)
     assert_one_line(answer, model, "diverged at t = ")
     assert list(tmp_path.iterdir()) == []
-
-
-def test_forced_run_within_stability_goes_on(short):
-    assert short("--force").code == 0
-
-
-def test_the_papers_own_arm_may_have_free_planets(short):
-    assert short("--set", "switches.planets=free").code == 0
-    assert short("--set", "arm.joints.*.*_mesh.backlash_m=[5e-5, 4e-5, 5e-5]").code == 0

@@ -7,33 +7,28 @@ import re
 import shlex
 from collections.abc import Callable
 from pathlib import Path
-from types import SimpleNamespace
 from typing import NoReturn
 
-import numpy as np
 import pytest
 
 from crosscheck import __version__
 from crosscheck.cli import listing
 from crosscheck.cli.app import build_commands
-from crosscheck.cli.commands import renewal
-from crosscheck.cli.compare import _tolerance as parse_tolerance
-from crosscheck.cli.compare import compare_command
 from crosscheck.cli.help import GROUPS
 from crosscheck.cli.output import print_and_write
+from crosscheck.cli.simulation import SimulationRequest
 from crosscheck.cli.trial import TrialOptions
 from crosscheck.models.errors import InputError, Unfinished
-from crosscheck.models.exudyn.tree import loads as exudyn_tree_loads
 from tests.loops import require_items
 from tests.processes import ENGINES, HEAVY, command_line, modules_loaded_by, warm_command_line
 from tests.tool.supplied import model_file
 
 
 @pytest.mark.parametrize(
-    "arguments", [["--help"], ["--version"], ["simulate", "--help"], ["run", "--help"], ["list"]]
+    "line", ["--help", "--version", "simulate --help", "run --help", "list", "init {}/mine.toml"]
 )
-def test_help_and_lists_load_no_engine_and_no_numbers(arguments):
-    loaded = modules_loaded_by(*arguments)
+def test_help_lists_and_init_load_no_engine_and_no_numbers(line, tmp_path):
+    loaded = modules_loaded_by(*line.format(tmp_path).split())
     assert "crosscheck.cli.app" in loaded
     assert HEAVY.isdisjoint(loaded)
 
@@ -128,43 +123,17 @@ def raising(error: BaseException) -> Callable[..., NoReturn]:
     return fail
 
 
-def test_the_cache_is_cleared_where_that_is_asked(crosscheck, monkeypatch):
-    asked = []
-    monkeypatch.setattr("crosscheck.runner.cache.clear_command", lambda: asked.append("clear"))
-    assert crosscheck("cache", "clear").code == 0
-    assert asked == ["clear"]
-
-
-@pytest.mark.parametrize(
-    ("given", "told"),
-    [
-        (("probe", Path("baselines"), [], [], False), "probe"),
-        (("probe", Path("baselines"), [], [], True), "probe --quick"),
-        (
-            ("my arm", Path("b"), ["pd", "x"], [], False),
-            "'my arm' --dir b --scenario pd --scenario x",
-        ),
-        (
-            ("probe", Path("b"), [], ["a.b=1", "c=2"], True, "m.py:f"),
-            "probe --model m.py:f --dir b --set a.b=1 --set c=2 --quick",
-        ),
-    ],
-)
-def test_the_command_that_records_anew_is_the_one_that_was_given(given, told):
-    assert renewal(*given) == f"crosscheck baseline accept {told}"
-
-
 def test_a_check_without_a_record_names_the_command_that_makes_it(
     crosscheck, tmp_path, monkeypatch
 ):
     model_file(tmp_path)
     monkeypatch.chdir(tmp_path)
-    given = "paper-swapped --model mine.py:two_link --dir b --scenario pd --quick"
-    setting = "arm.gravity_m_per_s2=[1,2]"
-    answer = crosscheck("baseline", "check", *given.split(), "--set", setting)
+    given = "paper-swapped --model mine.py:two_link --dir b --scenario pd --scenario back-and-forth"
+    settings = ["--set", "arm.gravity_m_per_s2=[1,2]", "--set", "arm.payload_mass_kg=1"]
+    answer = crosscheck("baseline", "check", *given.split(), *settings, "--quick")
     assert answer.code == 2
-    assert "baseline accept paper-swapped --model mine.py:two_link" in answer.err
-    assert answer.err.endswith(" --scenario pd --set 'arm.gravity_m_per_s2=[1,2]' --quick\n")
+    settings[1] = f"'{settings[1]}'"
+    assert answer.err.endswith(f"crosscheck baseline accept {given} {' '.join(settings)} --quick\n")
 
 
 def trial_options(**given: object) -> TrialOptions:
@@ -195,51 +164,8 @@ def test_options_of_a_trial_are_reported_as_they_were_given():
     given = {"names": ("my arm",), "ask": True, "settings": ["a=1"], "quick": True, "seed": 7}
     told = trial_options(**given, coordinates=Path("c.toml")).format_shared_options()
     assert told == "'my arm' --set a=1 --coordinates c.toml --quick --seed 7"
-    assert trial_options(jobs=3).processes == 3
-    assert trial_options().processes == (os.cpu_count() or 1)
-    assert trial_options(out=Path("o")).page == Path("o/trial.html")
-    assert trial_options().page is None
     assert trial_options(names=("a.fmu",)).fmu == Path("a.fmu")
     assert trial_options(names=("fmu.py:f",)).fmu is None
-
-
-@pytest.mark.parametrize("given", ["a.b=0.01", "a.b=1e-9", "a.b=0.999"])
-def test_a_tolerance_is_a_share_between_0_and_1(given):
-    assert parse_tolerance(given) == ("a.b", float(given[4:]))
-
-
-@pytest.mark.parametrize("number", ["0", "1", "-0.1", "nan", "inf", "x", ""])
-def test_another_tolerance_is_refused_with_its_value(number):
-    with pytest.raises(InputError, match=re.escape("such as 0.01 for 1 %")) as refused:
-        parse_tolerance(f"a.b={number}")
-    assert (refused.value.field, refused.value.value) == ("a.b", number or None)
-
-
-@pytest.mark.parametrize(
-    ("agree", "decided", "code"), [(True, True, 0), (True, False, 1), (False, True, 1)]
-)
-def test_a_comparison_ends_well_where_engines_agree_and_all_is_decided(
-    agree, decided, code, tmp_path, monkeypatch
-):
-    """The comparison itself is made up: what it is asked, and what follows from it."""
-    asked = []
-    record = SimpleNamespace(rates=None, motor_torque=np.ones((9, 3)))
-
-    def compare(mechanism, records, transmission, progress, knowledge, tolerances):
-        asked.append((mechanism.name, records, transmission.tolist(), tolerances))
-        return SimpleNamespace(engines_agree=agree, is_decided=decided, excitation=None)
-
-    module = "crosscheck.cli.compare"
-    monkeypatch.setattr(f"{module}.read_record", lambda *given: record)
-    monkeypatch.setattr(f"{module}.compare", compare)
-    monkeypatch.setattr(f"{module}.describe_comparison", lambda comparison: ["a line"])
-    monkeypatch.setattr(f"{module}.comparison_json", lambda comparison: "{}")
-    file, share = tmp_path / "c.json", "robot.joints.slide.rotor_inertia_kg_m2=0.1"
-    given = Path("r.csv"), "sliding", None, [], [share], "topic", ["j"], file, None
-    assert compare_command(*given) == code
-    assert file.read_text() == "{}"
-    path = share.partition("=")[0]
-    assert asked == [("sliding", (record,), np.eye(3).tolist(), {path: 0.1})]
 
 
 def test_what_was_written_is_named_after_the_lines(tmp_path, capsys):
@@ -251,17 +177,9 @@ def test_what_was_written_is_named_after_the_lines(tmp_path, capsys):
 
 def test_interruption_that_an_engine_makes_up_is_its_own_failure(short, monkeypatch, tmp_path):
     """Ctrl-C is for the program to answer; a worker never sees it."""
-    calls = []
-
-    def interrupted(*numbers: object) -> None:
-        calls.append(numbers)
-        if len(calls) > 50:
-            raise KeyboardInterrupt
-
-    monkeypatch.setattr(exudyn_tree_loads, "_entry", lambda *_: interrupted)
+    monkeypatch.setattr(SimulationRequest, "perform", raising(KeyboardInterrupt()))
     answer = short(model="exudyn:tree")
-    assert answer.code == 3
-    assert answer.err == "crosscheck: exudyn:tree: KeyboardInterrupt\n"
+    assert answer == (3, "", "crosscheck: exudyn:tree: KeyboardInterrupt\n")
     assert list(tmp_path.iterdir()) == []
 
 

@@ -32,28 +32,10 @@ from crosscheck.registry import build
 from tests.draws import DRAWS, SAMPLE, fresh_seed
 from tests.measured.records import level, name_columns, record_of, write_table
 from tests.tool.damage import PIECES, place_damaged
-from tests.warm import import_all
+from tests.warm import become, import_all
 
 MOST_LINES, WITHIN_S, MEMORY = 6, 100.0, 6_000_000_000
 ROBOT = ["sliding.toml", "sliding.urdf"]
-ARM = ["arm.toml", "scenario.toml"]
-FOR_MUJOCO = """schema_version = 1
-name = "robot"
-urdf = "robot.xml"
-gravity_m_per_s2 = [0.0, 0.0, -9.81]
-tip = "left"
-friction = "from-urdf"
-
-[joints.shoulder]
-kind = "geared"
-ratio = 50.0
-rotor_inertia_kg_m2 = 1e-4
-stator = "base"
-rotor_axis = [0.0, 1.0, 0.0]
-
-[links.lower]
-mass_kg = 2.0
-"""
 OWN_ROBOT = """
 import numpy as np
 from types import SimpleNamespace
@@ -62,68 +44,49 @@ def equations(robot):
     return SimpleNamespace(mass_matrix=lambda q: np.eye(n), gravity=lambda q: np.zeros(n))
 """
 SETTINGS = "--set arm.?=?|--set scenario.?=?|--set switches.?=?|--set ?|--set arm.joints.?.?=?"
-# By command: the files that it reads, the command, and options of which some are given. A random
-# piece stands for each question mark.
-COMMANDS: dict[str, tuple[list[str], str, str]] = {
-    "show": (["arm.toml"], "show arm.toml", ""),
-    "show a MuJoCo file": (["robot.xml"], "show robot.xml", ""),
-    "show a robot": (["robot.xml", "robot.toml"], "show robot.toml", ""),
-    "init": (["sliding.urdf"], "init ?.toml", "--urdf sliding.urdf|--joints ?|--direct"),
-    "run": (ARM, "run arm.toml", "--scenario scenario.toml|--jobs ?|--seed ?|--out ?|--quick"),
+# Commands with the options of which some are given. A random piece stands for each question mark.
+COMMANDS: dict[str, tuple[str, str]] = {
+    "show": ("show arm.toml", ""),
+    "show a MuJoCo file": ("show robot.xml", ""),
+    "show a robot": ("show robot.toml", ""),
+    "init": ("init ?.toml", "--urdf sliding.urdf|--joints ?|--direct"),
+    "run": ("run arm.toml", "--scenario scenario.toml|--jobs ?|--seed ?|--out ?|--quick"),
     "validate": (
-        ARM,
         "validate arm.toml --scenario scenario.toml",
         f"--json ?|--junit ?|--jobs ?|{SETTINGS}",
     ),
-    "accept": (["arm.toml"], "baseline accept arm.toml --quick", "--dir ?|--junit ?|--jobs ?"),
-    "baseline": (
-        ["records/paper-labelled-quick.json"],
-        "baseline check --quick --dir records",
-        "--junit j.xml|--jobs ?",
-    ),
+    "accept": ("baseline accept arm.toml --quick", "--dir ?|--junit ?|--jobs ?"),
+    "baseline": ("baseline check --quick --dir records", "--junit j.xml|--jobs ?"),
     "simulate": (
-        ARM,
         "simulate arm.toml --model analytic:physical --scenario scenario.toml --out out/a.nc",
         f"--t-end ?|--step ?|--model ?|--scenario ?|--out ?|--force|--rtol ?|{SETTINGS}",
     ),
     "export": (
-        ["arm.toml"],
         "export arm.toml --model analytic:links --out a.c",
         "--set arm.payload_mass_kg=?|--model analytic:?",
     ),
-    "view": (["run.nc"], "view run.nc", "--out ?"),
-    "plot": (["study.nc"], "plot study.nc", "--quantity ?|--out a.png"),
-    "cost": (ROBOT, "cost sliding.toml --quick", "--seed ?|--json c.json"),
-    "cost of a URDF": (ROBOT[1:], "cost sliding.urdf --quick", "--out page"),
-    "cost of a motion": (
-        [*ROBOT, "motion.csv"],
-        "cost sliding.toml --quick --motion motion.csv",
-        "",
-    ),
+    "view": ("view run.nc", "--out ?"),
+    "plot": ("plot study.nc", "--quantity ?|--out a.png"),
+    "cost": ("cost sliding.toml --quick", "--seed ?|--json c.json"),
+    "cost of a URDF": ("cost sliding.urdf --quick", "--out page"),
+    "cost of a motion": ("cost sliding.toml --quick --motion motion.csv", ""),
     "compare": (
-        ["record.csv"],
         "compare record.csv",
         "--json c.json|--tolerance arm.payload_mass_kg=?|--joint ?",
     ),
-    "compare a MAT file": (["record.mat"], "compare record.mat", "--scenario ?"),
-    "compare a run": (["run.nc"], "compare run.nc", "--topic ?|--out page"),
+    "compare a MAT file": ("compare record.mat", "--scenario ?"),
+    "compare a run": ("compare run.nc", "--topic ?|--out page"),
     "trial of a robot": (
-        [*ROBOT, "mine.py"],
         "trial mine.py:equations sliding.toml",
         "--seed ?|--json t.json|--quick",
     ),
     "trial of an FMU": (
-        ["unit.fmu", "map.toml"],
         "trial unit.fmu probe --coordinates map.toml --run-code",
         "--scenario ?|--quick",
     ),
-    "questions to an FMU": (["unit.fmu"], "trial --ask unit.fmu --out asked", ""),
-    "errata": (["arm.toml"], "errata arm.toml", "--json e.json"),
-    "sweep": (
-        ["study.toml", *ARM, "mine_study.py"],
-        "sweep study.toml --out new.nc",
-        "--resume|--jobs ?|--run-code",
-    ),
+    "questions to an FMU": ("trial --ask unit.fmu --out asked", ""),
+    "errata": ("errata arm.toml", "--json e.json"),
+    "sweep": ("sweep study.toml --out new.nc", "--resume|--jobs ?|--run-code"),
 }
 LONG = ("view", "plot", "cost", "compare", "trial", "export")  # of which one is enough in the suite
 
@@ -160,15 +123,12 @@ def run_apart(arguments: list[str], folder: Path) -> Ending:
 
 def _become(arguments: list[str], folder: Path, streams: tuple[Path, Path]) -> NoReturn:
     try:
-        os.setsid()
-        os.chdir(folder)
+        own = {"arguments": arguments, "folder": str(folder), "environment": {**os.environ}}
+        files = dict(zip(("out", "err"), map(str, streams), strict=True))
+        become(own | files | {"largest": resource.RLIM_INFINITY})
         resource.setrlimit(resource.RLIMIT_AS, (MEMORY, MEMORY))
-        for descriptor, file in zip((1, 2), streams, strict=True):
-            handle = os.open(file, os.O_WRONLY | os.O_CREAT | os.O_TRUNC, 0o600)
-            os.dup2(handle, descriptor)
         sys.stdout, sys.stderr = os.fdopen(1, "w"), os.fdopen(2, "w", buffering=1)
         sys.__stdout__, sys.__stderr__ = sys.stdout, sys.stderr  # type: ignore[misc]
-        sys.argv = ["crosscheck", *arguments]
         main()
     except SystemExit as left:
         sys.stdout.flush()
@@ -186,7 +146,7 @@ def _seeds(folder: Path) -> dict[str, Path]:
     copies = {
         "arm.toml": arm,
         **{name: HERE / "robots" / name for name in ROBOT},
-        "robot.xml": Path(__file__).with_name("robot.xml"),
+        **{name: Path(__file__).with_name(name) for name in ("robot.toml", "robot.xml")},
         "scenario.toml": HERE / "scenarios" / "constant-torque.toml",
         "records/paper-labelled-quick.json": ROOT / "baselines" / "paper-labelled-quick.json",
         "study.toml": Path(__file__).with_name("study.toml"),
@@ -201,7 +161,6 @@ def _seeds(folder: Path) -> dict[str, Path]:
     angles = {f"theta_{joint}_rad": 0.1 * np.sin(time) for joint in (1, 2, 3)}
     write_table(folder / "motion.csv", {"t_s": time, **angles})
     (folder / "mine.py").write_text(OWN_ROBOT)
-    (folder / "robot.toml").write_text(FOR_MUJOCO)
     (folder / "mine_study.py").write_text("def f(run):\n    return {'last': run.theta[-1, 0]}\n")
     (folder / "map.toml").write_text(
         'q = ["theta_1", "theta_2"]\nv = ["v_theta_1", "v_theta_2"]\n'
@@ -254,7 +213,8 @@ def _leave(*tasks: object, **_: object) -> NoReturn:
 @pytest.mark.slow
 @pytest.mark.parametrize("command", COMMANDS)
 def test_no_file_and_no_option_breaks_a_command(command, tmp_path, seeds):
-    names, line, options = COMMANDS[command]
+    line, options = COMMANDS[command]
+    names = _list_read(f"{line} {options}", seeds)
     count = 1 if DRAWS == SAMPLE and command.startswith(LONG) else DRAWS
     seed, broken, codes = fresh_seed(), [], []
     for number in range(count):
@@ -273,6 +233,14 @@ def test_no_file_and_no_option_breaks_a_command(command, tmp_path, seeds):
     told = "\n".join(map(str, broken))
     print(f"{command}: seed {seed}, {count} inputs, {sum(code == 0 for code in codes)} accepted")
     assert not broken, f"{len(broken)} of {count}, seed {seed}\n{told}"
+
+
+def _list_read(words: str, seeds: dict[str, Path]) -> list[str]:
+    """Names of the files that stand in a command, and in files of TOML that do."""
+    named = [name for name in seeds if any(part in words for part in Path(name).parts)]
+    texts = (seeds[name].read_text() for name in named if name.endswith(".toml"))
+    inside = "".join(texts)
+    return [name for name in seeds if name in named or name in inside]
 
 
 def _place(

@@ -8,9 +8,8 @@ import numpy as np
 import pytest
 
 from crosscheck.analytic.paper.kinematics import mesh_displacements, stage_geometry
-from crosscheck.models.arm.arm import Planetary
-from crosscheck.models.loading import load_arm
 from crosscheck.view.mesh_geometry import MeshGeometry, flank, mesh_geometry
+from tests.arms import gear_stages
 from tests.loops import require_items
 from tools import animation, drawings
 from tools.drawings import (
@@ -22,12 +21,7 @@ from tools.drawings import (
     write_drawings,
 )
 
-JOINTS = [
-    joint
-    for name in ("paper-labelled", "probe", "three-unlike")
-    for joint in load_arm(name).joints
-    if isinstance(joint, Planetary)
-]
+JOINTS = gear_stages("paper-labelled", "probe", "three-unlike")
 CASES = [pytest.param(joint, side) for joint in JOINTS for side in SIDES]
 
 

@@ -23,7 +23,6 @@ from crosscheck.cli.files.export import (
 )
 from crosscheck.models.experiment.drive import torques_at
 from crosscheck.models.robot.file import load_robot
-from crosscheck.runner import cpu_limit
 from tests.tool.test_bad_input import assert_one_line
 
 COMPILER = shutil.which("gcc")
@@ -68,12 +67,17 @@ def test_compiled_it_says_what_the_model_says(crosscheck, setting, tmp_path):
         close(call("acceleration", size, t, q, v, torque), right.acceleration)
 
 
-def compiled(file: Path, prefix: str):
-    """``call(name, size, *arguments)`` of a file's functions, warnings being errors."""
+def load_library(file: Path) -> ctypes.CDLL:
+    """A file of C, compiled with warnings as errors."""
     library = file.with_suffix(".so")
     strict = ["-std=c11", "-O2", "-Wall", "-Wextra", "-Werror", "-fPIC", "-shared"]
     subprocess.run([str(COMPILER), *strict, "-o", library, file, "-lm"], check=True)
-    functions = ctypes.CDLL(str(library))
+    return ctypes.CDLL(str(library))
+
+
+def compiled(file: Path, prefix: str):
+    """``call(name, size, *arguments)`` of a file's functions."""
+    functions = load_library(file)
 
     def call(name: str, size: int, *arguments: float | np.ndarray) -> np.ndarray:
         result = np.full(size, np.nan)
@@ -121,9 +125,7 @@ def test_a_units_functions_answer_and_refuse_as_fmi_2_says(tmp_path):
     guid = ElementTree.fromstring(description).get("guid", "").encode()
     source = tmp_path / "unit.c"
     source.write_text(code, encoding="utf-8")
-    made = ["-std=c11", "-Wall", "-Wextra", "-Werror", "-fPIC", "-shared"]
-    subprocess.run([str(COMPILER), *made, "-o", tmp_path / "unit.so", source, "-lm"], check=True)
-    unit = ctypes.CDLL(str(tmp_path / "unit.so"))
+    unit = load_library(source)
     unit.fmi2Instantiate.restype = ctypes.c_void_p
     assert unit.fmi2Instantiate(b"a", 1, guid, None, None, 0, 0) is None  # co-simulation
     assert unit.fmi2Instantiate(b"a", 0, b"another", None, None, 0, 0) is None
@@ -200,13 +202,13 @@ COMPILERS = {
 
 
 @pytest.mark.parametrize("case", COMPILERS)
-def test_a_compiler_that_makes_no_library_is_one_line(crosscheck, case, tmp_path, monkeypatch):
+def test_a_compiler_that_makes_no_library_is_one_line(
+    crosscheck, case, tmp_path, monkeypatch, impatient
+):
     work, said = COMPILERS[case]
     (tmp_path / "cc").write_text(f"#!/bin/sh\n{work}\n")
     (tmp_path / "cc").chmod(0o755)
     monkeypatch.setenv("PATH", str(tmp_path), prepend=os.pathsep)
-    monkeypatch.setattr(cpu_limit, "IDLE_S", 0.5)
-    monkeypatch.setattr(cpu_limit, "LOOK_S", 0.1)
     out = tmp_path / "unit.fmu"
     answer = crosscheck("export", "probe", "--model", "analytic:links", "--out", out)
     assert_one_line(answer, f"--out: {tmp_path / 'cc'} cannot compile the FMU", said)

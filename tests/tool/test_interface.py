@@ -11,6 +11,7 @@ import pytest
 
 import crosscheck
 import crosscheck.testing
+from crosscheck.models.errors import CannotDo, Diverged
 
 ROOT = Path(__file__).parents[2]
 REFERENCE = ROOT / "docs" / "reference" / "python.md"
@@ -96,3 +97,15 @@ def test_model_takes_lists_and_refuses_what_is_no_state(name, labelled):
     for wrong in (state[1:], "ab", None, [state], [1j, *state[1:]]):
         with pytest.raises(crosscheck.InputError, match=r"q.*must be numbers of shape \(6,\)"):
             model.mass_matrix(wrong)
+    if "simulate" not in model.abilities:
+        with pytest.raises(CannotDo, match=f"{name} has no simulate"):
+            model.simulate()
+
+
+def test_a_step_beyond_stability_needs_force(labelled):
+    scenario = crosscheck.load_scenario("constant-torque").model_copy(update={"step_s": 5e-4})
+    model = crosscheck.build("analytic:physical", labelled, scenario)
+    with pytest.raises(crosscheck.InputError, match="largest stable step of analytic:physical is"):
+        crosscheck.simulate(model)
+    with pytest.raises(Diverged, match="analytic:physical: diverged at t = "):
+        crosscheck.simulate(model, force=True)

@@ -1,6 +1,7 @@
 """Compiled code that is kept between runs: found again, or made again with one line that says so.
 
 Both sorts, functions of numba and objects of the kernel, are kept and believed by the same rules.
+All that is kept is cleared at once.
 """
 
 import os
@@ -13,7 +14,8 @@ import pytest
 from crosscheck.analytic.kernel import machine
 from crosscheck.models import numba_cache
 from crosscheck.models.directories import prepare_code_folder
-from tests.obstacles import OBSTACLES
+from crosscheck.models.numba_cache import njit
+from tests.obstacles import obstruct
 from tests.processes import NOBODY, in_child, reachable
 from tests.tool.code import SOURCE, add, doubled
 
@@ -31,21 +33,26 @@ class Keeper(NamedTuple):
         )
 
 
+@pytest.fixture
+def sources(tmp_path: Path) -> Path:
+    """The folder of a file with a function for numba."""
+    (tmp_path / "doubling").mkdir()
+    (tmp_path / "doubling" / "doubling.py").write_text(SOURCE)
+    return tmp_path / "doubling"
+
+
 @pytest.fixture(params=["compiled", "machine-code"])
 def keeper(
-    request: pytest.FixtureRequest, cache: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+    request: pytest.FixtureRequest, cache: Path, sources: Path, monkeypatch: pytest.MonkeyPatch
 ) -> Keeper:
     """With one piece of code that is kept."""
-    source = tmp_path / "doubling" / "doubling.py"
-    source.parent.mkdir()
-    source.write_text(SOURCE)
     made, compile_ir = list[object](), machine.compile_ir
     monkeypatch.setattr(
         machine, "compile_ir", lambda *given: made.append(given) or compile_ir(*given)
     )
 
     def make_function() -> bool:
-        value, is_found = doubled(source.parent)
+        value, is_found = doubled(sources)
         assert value == 6.0
         return is_found
 
@@ -59,51 +66,9 @@ def keeper(
     return Keeper(make, cache / request.param)
 
 
-def read_lines(capsys: pytest.CaptureFixture[str]) -> list[str]:
-    """What was said, which must all be of files that are made again."""
-    lines = capsys.readouterr().err.splitlines()
-    assert all(line.startswith("crosscheck: ") and "it is made again" in line for line in lines)
-    return lines
-
-
-HARM: dict[str, Callable[[bytes], bytes]] = {
-    "empty": lambda sound: b"",
-    "half": lambda sound: sound[: len(sound) // 2],
-    "flipped": lambda sound: sound[:-9] + bytes([sound[-9] ^ 1]) + sound[-8:],
-    "longer": lambda sound: sound + b"\0",
-    "pickle": lambda sound: b"cos\nsystem\n(S'exit 7'\ntR.",
-    "another": lambda sound: b"\x7fELF of something else",
-}
-
-
-@pytest.mark.parametrize("damage", HARM)
-def test_damaged_code_is_made_again_with_one_line_and_not_run(keeper, damage, capsys):
-    files = keeper.list_files()
-    assert files
-    for path in files:
-        sound = path.read_bytes()
-        path.write_bytes(HARM[damage](sound))
-        assert not keeper.make()
-        assert len(set(read_lines(capsys))) == 1
-        assert keeper.make()
-        assert read_lines(capsys) == []
-
-
-@pytest.mark.parametrize("what", ["pipe", "folder", "loop"])
-def test_what_is_no_file_is_no_code(keeper, what, capsys):
-    files = keeper.list_files()
-    assert files
-    for path in files:
-        path.unlink()
-        OBSTACLES[what](path)
-        assert not keeper.make()
-        assert read_lines(capsys)
-        path.rmdir() if what == "folder" else path.unlink(missing_ok=True)
-        keeper.make()
-
-
-def another_users(path: Path) -> None:
-    os.chown(path, NOBODY, NOBODY)
+def spoil(change: Callable[[bytes], bytes]) -> Callable[[Path], object]:
+    """A file with other bytes in the place of its own."""
+    return lambda path: path.write_bytes(change(path.read_bytes()))
 
 
 def link(path: Path) -> None:
@@ -112,26 +77,39 @@ def link(path: Path) -> None:
     path.symlink_to(target)
 
 
-NOT_PRIVATE = {
-    "another user's": (another_users, "belongs to another user"),
-    "writable": (lambda path: path.chmod(0o666), "may be written by others"),
+SPOILT: dict[str, tuple[Callable[[Path], object], str]] = {
+    "empty": (spoil(lambda sound: b""), "damaged"),
+    "half": (spoil(lambda sound: sound[: len(sound) // 2]), "damaged"),
+    "flipped": (spoil(lambda sound: sound[:-9] + bytes([sound[-9] ^ 1]) + sound[-8:]), "damaged"),
+    "longer": (spoil(lambda sound: sound + b"\0"), "damaged"),
+    "pickle": (spoil(lambda sound: b"cos\nsystem\n(S'exit 7'\ntR."), "damaged"),
+    "another": (spoil(lambda sound: b"\x7fELF of something else"), "damaged"),
+    "a pipe": (obstruct("pipe"), "is no regular file"),
+    "a folder": (obstruct("folder"), "is no regular file"),
+    "a loop": (obstruct("loop"), "is a link"),
     "a link": (link, "is a link"),
+    "writable": (lambda path: path.chmod(0o666), "may be written by others"),
+    "another user's": (lambda path: os.chown(path, NOBODY, NOBODY), "belongs to another user"),
 }
 
 
-@pytest.mark.parametrize("case", NOT_PRIVATE)
-def test_code_that_is_not_the_users_own_is_not_run(keeper, case, capsys):
-    spoil, said = NOT_PRIVATE[case]
-    if spoil is another_users and os.geteuid() != 0:
+@pytest.mark.parametrize("case", SPOILT)
+def test_what_is_not_the_users_own_sound_file_is_made_again_and_not_run(keeper, case, capsys):
+    change, said = SPOILT[case]
+    if case == "another user's" and os.geteuid() != 0:
         pytest.skip("only root can give files away")
     files = keeper.list_files()
     assert files
     for path in files:
-        spoil(path)
+        change(path)
         assert not keeper.make()
-        assert f"{path.name}: does not fit: {said}; it is made again" in read_lines(capsys)[0]
+        lines = set(capsys.readouterr().err.splitlines())
+        assert lines == {f"crosscheck: {path}: does not fit: {said}; it is made again"}
+        if path.is_dir():
+            path.rmdir()
+            keeper.make()
         assert keeper.make()
-        assert read_lines(capsys) == []
+        assert capsys.readouterr().err == ""
 
 
 def test_what_lies_in_a_folder_that_others_could_write_is_removed(keeper):
@@ -177,3 +155,60 @@ def test_a_folder_of_another_user_is_not_used(cache):
     reachable(cache)
     assert in_child(lambda: prepare_code_folder("compiled"), nobody=True)
     assert list(cache.iterdir()) == []
+
+
+def test_a_function_alone_may_be_handed_over():
+    assert njit(lambda x: x + 1.0)(2.0) == 3.0
+
+
+def test_a_change_of_any_source_beside_it_compiles_it_again(cache, sources):
+    assert doubled(sources) == (6.0, False)
+    (sources / "called.py").write_text("FACTOR = 2.0")
+    numba_cache._stamp.cache_clear()
+    assert doubled(sources) == (6.0, False)
+
+
+def test_a_folder_of_numbas_that_others_may_write_is_not_read(
+    cache, sources, tmp_path, monkeypatch
+):
+    assert doubled(sources) == (6.0, False)
+    monkeypatch.setattr(numba_cache.numba.config, "CACHE_DIR", str(tmp_path / "open"))
+    assert doubled(sources) == (6.0, True)
+    assert not (tmp_path / "open").exists()
+
+
+def test_all_that_is_kept_is_cleared_and_its_sizes_reported(crosscheck, cache):
+    sizes = {
+        cache / f"{'a' * 32}.kept": 2_000_000,
+        cache / "machine-code" / f"{'b' * 32}.o": 300_000,
+        cache / "compiled" / "models_x" / "law.nbc": 100_000,
+        cache / "compiled" / "models_y" / "law.nbi": 900_000,
+    }
+    letter = cache / "letter"
+    for path, size in sizes.items():
+        path.parent.mkdir(parents=True, exist_ok=True)
+        path.touch()
+        os.truncate(path, size)
+    letter.write_text("mine")
+    answer = crosscheck("cache", "clear")
+    assert (answer.code, answer.err) == (0, "")
+    assert answer.out.splitlines() == [
+        f"removed 1 simulations, 2.0 MB, {cache}",
+        f"removed 1 kernels, 0.3 MB, {cache / 'machine-code'}",
+        f"removed 2 compiled functions, 1.0 MB, {cache / 'compiled'}",
+    ]
+    assert not any(path.exists() for path in sizes)
+    assert letter.read_text() == "mine"
+    assert crosscheck("cache", "clear").code == 0
+
+
+def test_nothing_is_cleared_through_a_link(crosscheck, cache, tmp_path):
+    (tmp_path / "theirs.o").touch()
+    cache.mkdir(parents=True)
+    (cache / "machine-code").symlink_to(tmp_path)
+    answer = crosscheck("cache", "clear")
+    assert (answer.code, answer.err) == (
+        2,
+        f"crosscheck: {cache / 'machine-code'}: is a link; remove it\n",
+    )
+    assert (tmp_path / "theirs.o").exists()

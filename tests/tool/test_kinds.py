@@ -26,6 +26,7 @@ from crosscheck.models.inputs import (
 from crosscheck.output import write_files
 from crosscheck.provenance import ROOT, record_provenance
 from crosscheck.report.junit import format_junit
+from tests.studies.studies import RIGHT
 from tests.tool.test_bad_input import assert_one_line
 
 MODEL = """\
@@ -45,14 +46,6 @@ WRITERS = {
     "trial --junit": ("trial", "mine.py:model", "arm.toml", "--scenario", "pd.toml", "--junit"),
     "sweep": ("sweep", "study.toml", "--out"),
 }
-STUDY = """\
-schema_version = 1
-name = "mine"
-arm = "arm.toml"
-scenario = "pd.toml"
-settings = { "scenario.duration_s" = 0.001 }
-quantities = [{ kind = "peak", signal = "theta" }]
-"""
 INPUTS = ("arm.toml", "pd.toml", "mine.py", "study.toml")
 
 
@@ -62,7 +55,8 @@ def inputs(tmp_path: Path, monkeypatch: pytest.MonkeyPatch, no_work: None) -> Pa
     shutil.copy(HERE / "arms" / "paper-labelled.toml", tmp_path / "arm.toml")
     shutil.copy(HERE / "scenarios" / "pd.toml", tmp_path / "pd.toml")
     (tmp_path / "mine.py").write_text(MODEL)
-    (tmp_path / "study.toml").write_text(STUDY)
+    study = RIGHT.read_text().replace('"paper-labelled"', '"arm.toml"').replace('"pd"', '"pd.toml"')
+    (tmp_path / "study.toml").write_text(study)
     monkeypatch.setattr(sys, "dont_write_bytecode", False)  # as Python is if nobody says otherwise
     monkeypatch.chdir(tmp_path)
     return tmp_path

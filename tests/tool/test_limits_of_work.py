@@ -1,7 +1,5 @@
 """How long work may take, and how fine its steps must be: decided by numbers alone."""
 
-from types import SimpleNamespace
-
 import numpy as np
 import pytest
 import xarray as xr
@@ -14,7 +12,6 @@ from crosscheck.models.loading import Case, load_case, load_scenario
 from crosscheck.planning import preparation
 from crosscheck.planning.plan import Experiment
 from crosscheck.planning.preparation import _is_fine
-from crosscheck.runner import cpu_limit
 from crosscheck.runner.cpu_limit import CpuTimeLimit
 from crosscheck.runner.tasks import RunKey, Simulation, ask_model
 from tests.arms import arm_of
@@ -52,14 +49,6 @@ def test_a_step_is_fine_where_each_coarser_run_is_near_enough(monkeypatch, varia
 
         monkeypatch.setattr(preparation, "_run", run)
         assert _is_fine(EXPERIMENT) is fine
-
-
-@pytest.fixture
-def clock(monkeypatch: pytest.MonkeyPatch) -> list[float]:
-    """A time [s] that a test sets."""
-    now = [100.0]
-    monkeypatch.setattr(cpu_limit, "time", SimpleNamespace(monotonic=lambda: now[0]))
-    return now
 
 
 def watch(limit: CpuTimeLimit, clock: list[float], looks: int, use: float, each: float) -> str:

@@ -31,6 +31,7 @@ from crosscheck.planning.comparison import (
 )
 from crosscheck.provenance import ROOT, record_provenance
 from crosscheck.report.formatting import describe_tally
+from crosscheck.report.summary import CheckResult
 from crosscheck.runner.outcomes import Failure
 
 SCHEMA = json.loads((ROOT / "crosscheck" / "schema" / "agreement.schema.json").read_text())
@@ -128,11 +129,11 @@ def test_an_agreement_counts_its_checks_and_lists_the_first():
     fine = make_check(about("fine"), measured=0.0, tolerance=1.0, basis="")
     size = make_measurement(about("size"), measured=1.0)
     whole = Agreement([fine, *red, size])
-    assert repr(whole).splitlines() == [
-        "Agreement: 1 of 6 checks agree",
-        *(f"failed states/arm/{n}/one~other" for n in range(3)),
-        "... and 2 more",
-    ]
+    listed = [f"failed states/arm/{n}/one~other" for n in range(3)]
+    more = "... and 2 more"
+    assert repr(whole).splitlines() == ["Agreement: 1 of 6 checks agree", *listed, more]
+    said = [f"{each}: so" for each in listed]
+    assert repr(CheckResult([fine, *red])).splitlines()[2:] == [*said, more]
     assert repr(Agreement([fine, size, *red[:3]])).count("\n") == 3
     stopped = make_unfinished_check(about("late"), "so")
     late = Agreement([fine, stopped], record_provenance(load_arm("probe"), 0, True))

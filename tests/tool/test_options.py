@@ -32,28 +32,19 @@ from crosscheck.trial.trial import make_cross_check_request
 from tests.baselines.short import green, invented_check, red
 from tests.processes import Answer, Command
 from tests.robots.chains import BOB
+from tests.studies.studies import RIGHT
 from tests.tool.supplied import model_file
 from tests.tool.test_bad_input import assert_one_line
 
 CORES = 6
 ODD_KG = 99.0  # of a payload with which a check differs
 RTOL = 1e-6
-STUDY = """\
-schema_version = 1
-name = "{name}"
-arm = "paper-labelled"
-scenario = "pd"
-settings = {{ "scenario.duration_s" = 0.001 }}
-quantities = [{{ {quantity} }}]
-"""
+STUDY = RIGHT.read_text(encoding="utf-8")
+FUNCTION = 'kind = "user_function"\nfunction = "mine.py:f"\nreturns = { a = "m" }'
 FILES = {
     "map.toml": "matrix = [[1, 0], [1, 1]]\n",
-    "one.toml": STUDY.format(name="one", quantity='kind = "peak", signal = "theta"'),
-    "two.toml": STUDY.format(name="two", quantity='kind = "peak", signal = "theta"'),
-    "code.toml": STUDY.format(
-        name="code",
-        quantity='kind = "user_function", function = "mine.py:f", returns = { a = "m" }',
-    ),
+    **{f"{name}.toml": STUDY.replace('"bad"', f'"{name}"') for name in ("one", "two")},
+    "code.toml": STUDY.replace('kind = "peak"\nsignal = "theta_ddot"', FUNCTION),
     "bob.urdf": BOB,
     "u.fmu": "no unit",
 }

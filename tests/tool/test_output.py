@@ -16,6 +16,7 @@ from crosscheck.models.errors import InputError
 from crosscheck.models.trajectory import encode_netcdf
 from crosscheck.output import draft, require_file, write_files, write_text
 from crosscheck.runner.interruption import cleanup_callbacks
+from tests.obstacles import OBSTACLES
 from tests.processes import command_line, in_child, limit_files, reachable, warm_command_line
 from tests.tool.test_bad_input import assert_one_line
 
@@ -63,11 +64,9 @@ def test_a_link_stays_a_link(tmp_path):
 
 def obstacles(folder: Path) -> dict[str, str]:
     """Name of something that no file can replace -> what is said of it."""
-    (folder / "folder").mkdir()
     (folder / "file").touch()
-    os.mkfifo(folder / "pipe")
-    (folder / "loop").symlink_to("loop")
-    (folder / "device").symlink_to("/dev/full")
+    for name in ("folder", "pipe", "loop", "device"):
+        OBSTACLES[name](folder / name)
     return {
         "folder": "is a folder; a file name is expected",
         "pipe": "is no ordinary file",

@@ -1,9 +1,8 @@
 """Whatever an installed package's command, model or robot engine does is one line, and no more."""
 
 import os
-import sys
 import time
-from pathlib import Path
+from typing import NoReturn
 
 import pytest
 
@@ -14,25 +13,12 @@ from crosscheck.models.errors import InputError
 from crosscheck.models.experiment.scenario import switches
 from crosscheck.models.robot.file import load_robot
 from crosscheck.planning import robots
-from crosscheck.runner import cpu_limit
 from tests.processes import warm_command_line
+from tests.tool.packages import offer
 
 pytestmark = pytest.mark.system
 
-ENTRY = (
-    "from crosscheck.registry import STATES, Entry\nit = Entry('guest', 'C', 'geared', STATES{})"
-)
 UNPRINTABLE = "class Odd(Exception):\n    def __str__(self): raise ValueError\n"
-
-
-def offer(folder: Path, text: str, group: str = "commands") -> None:
-    """A distribution, as an installer leaves it, that offers ``it`` of a module."""
-    (folder / "guest.py").write_text(f"import os, sys\n{text}\n", encoding="utf-8")
-    about = folder / "guest-1.dist-info"
-    about.mkdir()
-    (about / "METADATA").write_text("Metadata-Version: 2.1\nName: guest\nVersion: 1\n")
-    entry = f"[geararm_crosscheck.{group}]\nguest = guest:it\n"
-    (about / "entry_points.txt").write_text(entry)
 
 
 def command(work: str) -> str:
@@ -46,9 +32,12 @@ COMMANDS = {
     "raises at import": ("raise OSError('no')", "cannot be imported: OSError: no"),
     "cannot be printed": (f"{UNPRINTABLE}raise Odd", "cannot be imported: Odd"),
     "leaves at import": ("os._exit(0)", "entry point guest: its process ended with exit code 0"),
-    "raises": (command("1 / 0"), "package guest: command guest: raised ZeroDivisionError: div"),
+    "raises": (
+        command("1 / 0"),
+        "command guest: raised ZeroDivisionError: div",
+    ),
     "raises what cannot be printed": (f"{UNPRINTABLE}{command('raise Odd')}", "guest: raised Odd"),
-    "exits": (command("sys.exit(0)"), "package guest: command guest: raised SystemExit: 0"),
+    "exits": (command("sys.exit(0)"), "command guest: raised SystemExit: 0"),
     "leaves": (command("os._exit(0)"), "command guest: its process ended with exit code 0"),
     "interrupts": (command("raise KeyboardInterrupt"), "command guest: raised KeyboardInterrupt"),
     "escapes": (command("raise ValueError('\\x1b[31mred\\nx')"), r"ValueError: \x1b[31mred x"),
@@ -61,7 +50,7 @@ def test_whatever_a_packages_command_does_is_one_line(tmp_path, case):
     offer(tmp_path, text)
     answer = warm_command_line("guest", folder=tmp_path)
     assert (answer.returncode, answer.stdout) == (2, "")
-    assert answer.stderr.startswith("crosscheck: package guest")
+    assert answer.stderr.startswith("crosscheck: package guest-engine")
     assert said in answer.stderr
     assert (answer.stderr.count("\n"), answer.stderr[:-1].isprintable()) == (1, True)
 
@@ -74,28 +63,9 @@ def test_a_packages_command_ends_as_it_says(tmp_path, code):
     assert (wrong.returncode, wrong.stderr.count("\n")) == (2, 1)
 
 
-ENTRIES = {
-    "a title that is no text": (ENTRY.format(", title=3"), "= 'guest:it': title is a int"),
-    "no promises": (ENTRY.format("").replace("STATES)", "None)"), "promises is a NoneType"),
-    "a role of its own": (ENTRY.format("").replace("'geared'", "'odd'"), "role is 'odd'"),
-}
-
-
-@pytest.mark.parametrize("case", ENTRIES)
-def test_an_entry_is_looked_at_before_it_is_used(tmp_path, case, monkeypatch):
-    text, said = ENTRIES[case]
-    offer(tmp_path, text, "models")
-    monkeypatch.syspath_prepend(tmp_path)
-    monkeypatch.delitem(sys.modules, "guest", raising=False)
-    with pytest.raises(InputError, match=f"package guest: entry point guest .*{said}"):
-        registry.add_installed_models(registry.BUILT_IN)
-
-
 def test_a_title_has_no_escapes_on_the_terminal():
-    assert [text.plain for text in _format_model("guest", "", "\x1b[31mred")] == [
-        "guest",
-        "\\x1b[31mred",
-    ]
+    shown = _format_model("guest", "", "\x1b[31mred")
+    assert [text.plain for text in shown] == ["guest", "\\x1b[31mred"]
 
 
 def test_a_models_own_word_about_what_it_covers_may_raise(labelled):
@@ -110,45 +80,35 @@ def test_a_models_own_word_about_what_it_covers_may_raise(labelled):
         registry.find_covering_models("geared", labelled, switches())
 
 
-class RobotThatInterrupts:
-    """A model of a robot that interrupts the program, as far as an engine can."""
-
-    def __init__(self, robot: object, level: object) -> None:
-        raise KeyboardInterrupt
+def interrupt(robot: object, level: object) -> NoReturn:
+    raise KeyboardInterrupt
 
 
-class RobotThatLeaves:
-    """A model of a robot that ends its process."""
-
-    def __init__(self, robot: object, level: object) -> None:
-        os._exit(0)
+def leave(robot: object, level: object) -> NoReturn:
+    os._exit(0)
 
 
-class RobotThatHangs:
-    """A model of a robot that never answers."""
-
-    def __init__(self, robot: object, level: object) -> None:
-        time.sleep(1000)
+def hang(robot: object, level: object) -> None:
+    time.sleep(1000)
 
 
-FAILURES = {
-    "RobotThatInterrupts": "guest:links: KeyboardInterrupt",
-    "RobotThatLeaves": "guest:links: Died: the process of the model ended with exit code 0",
-    "RobotThatHangs": "guest:links: TooSlow: stopped after",
-}
-VERDICTS = {"RobotThatHangs": "unfinished"}
-ENGINES_AT = {"links": ("analytic", "guest")}
-
-
-@pytest.mark.parametrize("name", FAILURES)
-def test_whatever_an_engine_of_robots_does_fails_its_own_checks(monkeypatch, name):
-    monkeypatch.setattr(cpu_limit, "IDLE_S", 0.3)
-    monkeypatch.setattr(cpu_limit, "LOOK_S", 0.1)
-    entry = registry.Entry(__name__, name, "robot", registry.ROBOT_ABILITIES, levels=("links",))
-    robot = load_robot("sliding")
-    monkeypatch.setattr(robots, "find_level_engines", lambda level: ENGINES_AT.get(level, ()))
+@pytest.mark.parametrize(
+    ("make", "said", "verdict"),
+    [
+        (interrupt, "KeyboardInterrupt", "failed"),
+        (leave, "Died: the process of the model ended with exit code 0", "failed"),
+        (hang, "TooSlow: stopped after", "unfinished"),
+    ],
+)
+def test_whatever_an_engine_of_robots_does_fails_its_own_checks(
+    monkeypatch, impatient, make, said, verdict
+):
+    promises = registry.ROBOT_ABILITIES
+    entry = registry.Entry("", "", "robot", promises, levels=("links",), made=make)
+    robot, engines = load_robot("sliding"), {"links": ("analytic", "guest")}
+    monkeypatch.setattr(robots, "find_level_engines", lambda level: engines.get(level, ()))
     with registry.register("guest", entry):
         findings = robots.compare_engines(robot, sample_states(robot, 1, 0))
     assert len(findings) == len(SIZE_WORDS)
-    assert all(each.note.startswith(FAILURES[name]) for each in findings)
-    assert {each.verdict for each in findings} == {VERDICTS.get(name, "failed")}
+    assert all(each.note.startswith(f"guest:links: {said}") for each in findings)
+    assert {each.verdict for each in findings} == {verdict}

@@ -6,17 +6,12 @@ import sys
 from dataclasses import dataclass
 from types import SimpleNamespace
 
-import numpy as np
 import pytest
-import xarray as xr
 
 from crosscheck.checks.answers import bias
 from crosscheck.models.loading import load_case
-from crosscheck.registry import RIGID_LEVELS, build
-from crosscheck.report.plots.charts import Charts
 from crosscheck.run import describe_task, run_tasks
-from crosscheck.runner import progress, progress_update
-from crosscheck.runner.outcomes import Failure
+from crosscheck.runner import progress
 from crosscheck.runner.progress import show_progress
 from crosscheck.runner.progress_update import TimeEstimate
 from crosscheck.runner.tasks import RunKey, ask_model
@@ -37,22 +32,10 @@ class Piece:
         return f"did {self.key}"
 
 
-@pytest.fixture
-def clock(monkeypatch: pytest.MonkeyPatch) -> list[float]:
-    """A time [s] that a test sets."""
-    now = [100.0]
-    for module in (progress, progress_update):
-        monkeypatch.setattr(module, "time", SimpleNamespace(monotonic=lambda: now[0]))
-    return now
-
-
-def test_the_time_left_is_that_of_the_declared_costs_at_first(clock):
+def test_the_time_left_is_that_of_the_declared_costs_and_then_of_what_was_seen(clock):
+    """Ten times as slow as declared: half is done, the other half takes as long again."""
     expected = TimeEstimate([Piece("a", 30.0), Piece("b", 10.0)], 2)
     assert expected.left_s == pytest.approx(20.0)
-
-
-def test_the_time_left_follows_what_was_seen(clock):
-    """Ten times as slow as declared: half is done, the other half takes as long again."""
     expected = TimeEstimate([Piece("a", 50.0), Piece("b", 50.0)], 1)
     clock[0] += 500.0
     expected.finish("a")
@@ -145,24 +128,3 @@ def test_a_whole_check_says_at_once_what_it_does(tmp_path):
     assert said[0] == "cross-checking paper-labelled: preparing the experiments\n"
     counted = r"cross-checking paper-labelled: \d+ of \d+ done, about \d+ (s|min) left, .*\n"
     assert re.fullmatch(counted, said[1])
-
-
-@pytest.fixture(scope="module")
-def runs() -> dict[RunKey, xr.Dataset]:
-    """A millisecond of an experiment by each model that a drawing is of; another has one run."""
-    models = ("analytic:physical", "exudyn:tree", *(f"pinocchio:{level}" for level in RIGID_LEVELS))
-    short = load_case("paper-labelled", "constant-torque", None, ["scenario.duration_s=0.001"])
-    found = {RunKey("one", model): build(model, *short).simulate() for model in models}
-    return found | {RunKey("another", models[0]): found[RunKey("one", models[0])]}
-
-
-@pytest.mark.system
-def test_drawings_do_not_hang_on_which_run_ends_first(runs):
-    one, other = Charts(), Charts()
-    for key in runs:
-        one.show(key, runs[key])
-    for key in reversed(runs):
-        other.show(key, runs[key])
-    other.show(RunKey("one", "exudyn:bodies"), Failure("Died", "in vain"))
-    other.show("no run", np.zeros(3))
-    assert one.build_pictures() == other.build_pictures()

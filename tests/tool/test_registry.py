@@ -2,10 +2,9 @@
 
 import io
 import json
-import os
+import sys
 from dataclasses import replace
 from inspect import signature
-from pathlib import Path
 
 import numpy as np
 import pytest
@@ -18,7 +17,7 @@ from crosscheck.cli.simulation import SimulationRequest
 from crosscheck.models.arm.planets import usual_switches
 from crosscheck.models.errors import InputError
 from crosscheck.models.experiment.scenario import switches
-from crosscheck.models.loading import Case, Selection, load_arm, load_case
+from crosscheck.models.loading import Selection, load_arm, load_case
 from crosscheck.models.robot.file import load_robot
 from crosscheck.planning.arms import plan_experiment_comparisons
 from crosscheck.planning.comparison import Plan
@@ -32,62 +31,59 @@ from crosscheck.trial.trial import TrialSubject
 from tests.judged import plan_states
 from tests.loops import require_items
 from tests.processes import command_line
+from tests.tool.packages import ENTRY, offer
 
-GUEST = """
-from crosscheck.registry import STATES, Entry
-
-ENTRY = Entry("guest_model", "Guest", "geared", STATES, ("some-engine",), title="as a test [x]")
-"""
 ARM = load_arm("probe")
-
-
-def offered(folder: Path, text: str, value: str = "guest_model:ENTRY", name: str = "guest") -> str:
-    """A distribution, as an installer leaves it, that offers a model; returns the path to it."""
-    (folder / "guest_model.py").write_text(text, encoding="utf-8")
-    info = folder / "guest_engine-1.5.dist-info"
-    info.mkdir()
-    (info / "METADATA").write_text("Metadata-Version: 2.1\nName: guest-engine\nVersion: 1.5\n")
-    (info / "entry_points.txt").write_text(f"[{registry.ENTRY_POINTS}]\n{name} = {value}\n")
-    return os.pathsep.join([str(folder), *filter(None, [os.environ.get("PYTHONPATH")])])
+CASE = load_case("probe", "pd")
+EXPERIMENT = Experiment("pd", CASE)
 
 
 def test_an_installed_packages_model_is_listed(tmp_path):
-    path = offered(tmp_path, GUEST)
+    """And its distribution counts for its results."""
+    path = offer(tmp_path, ENTRY.format(", ('some-engine',), title='as a test [x]'"), "models")
     answer = command_line("list", env={"PYTHONPATH": path, "COLUMNS": "200"})
     assert (answer.returncode, answer.stderr) == (0, "")
     (line,) = (line.split() for line in answer.stdout.splitlines() if " guest " in line)
     assert line == ["guest", "states", "only,", "as", "a", "test", "[x]"]
-
-
-def test_its_distribution_counts_for_its_results(tmp_path):
     code = "from crosscheck.registry import MODELS; print(*MODELS['guest'].versioned_packages)"
-    path = offered(tmp_path, GUEST)
     answer = command_line(env={"PYTHONPATH": path}, python=("-c", code))
     assert {"numpy", "some-engine", "guest-engine"} <= set(answer.stdout.split())
 
 
-@pytest.mark.parametrize(
-    ("text", "offer", "said"),
-    [
-        ("import no_such_engine", {}, "ModuleNotFoundError: No module named 'no_such_engine'"),
-        ("raise SystemExit('of\\nits own')", {}, "SystemExit: of its own"),
-        ("", {}, "AttributeError: module 'guest_model' has no attribute 'ENTRY'"),
-        ("ENTRY = 3", {}, "must be a crosscheck.registry.Entry, is int"),
-        (GUEST, {"name": "exudyn:tree"}, "a model of this name exists already"),
-    ],
-)
-def test_an_unusable_offer_is_one_line_that_says_whose(tmp_path, text, offer, said):
-    path = offered(tmp_path, text, **offer)
+UNUSABLE = {
+    "no import": ("import no_such_engine", "ModuleNotFoundError: No module named 'no_such_engine'"),
+    "leaves at import": ("raise SystemExit('of\\nits own')", "SystemExit: of its own"),
+    "nothing": ("", "AttributeError: module 'guest' has no attribute 'it'"),
+    "a number": ("it = 3", "must be a crosscheck.registry.Entry, is int"),
+    "a title that is no text": (ENTRY.format(", title=3"), "title is a int"),
+    "no promises": (ENTRY.format("").replace("STATES)", "None)"), "promises is a NoneType"),
+    "a role of its own": (ENTRY.format("").replace('"geared"', '"odd"'), "role is 'odd'"),
+}
+
+
+@pytest.mark.parametrize("case", UNUSABLE)
+def test_an_unusable_offer_is_refused_by_the_name_of_its_package(tmp_path, case, monkeypatch):
+    text, said = UNUSABLE[case]
+    monkeypatch.syspath_prepend(offer(tmp_path, text, "models"))
+    monkeypatch.delitem(sys.modules, "guest", raising=False)
+    with pytest.raises(
+        InputError, match="package guest-engine: entry point guest = 'guest:it'"
+    ) as e:
+        registry.add_installed_models(registry.BUILT_IN)
+    assert said in str(e.value)
+
+
+def test_an_offer_of_a_name_that_is_taken_is_one_line(tmp_path):
+    path = offer(tmp_path, ENTRY.format(""), "models", "exudyn:tree")
     answer = command_line("list", env={"PYTHONPATH": path})
     assert answer.returncode == 2
     (line,) = answer.stderr.splitlines()
-    name = offer.get("name", "guest")
-    assert f"package guest-engine: entry point {name} = 'guest_model:ENTRY'" in line
-    assert said in line
+    assert "package guest-engine: entry point exudyn:tree = 'guest:it'" in line
+    assert "a model of this name exists already" in line
 
 
 def test_commands_without_models_do_not_look_at_it(tmp_path):
-    path = offered(tmp_path, "import no_such_engine")
+    path = offer(tmp_path, "import no_such_engine", "models")
     answer = command_line("--version", env={"PYTHONPATH": path})
     assert (answer.returncode, answer.stderr) == (0, "")
 
@@ -105,12 +101,11 @@ TWICE = replace(registry.MODELS["analytic:links"], made=Twice, packages=("pytest
 
 
 def test_a_model_made_in_memory_takes_part_for_a_while():
-    case = Case(ARM, load_case("probe", "pd", {}, []).scenario, usual_switches(ARM))
-    setting = Setting(case, "coupled", 2)
+    setting = Setting(CASE, "coupled", 2)
     task = Evaluation("mine:twice", setting, mass_matrix)
     whole = Evaluation("analytic:links", setting, mass_matrix)
     with registry.register("mine:twice", TWICE):
-        assert isinstance(registry.build("mine:twice", ARM, case.scenario), Twice)
+        assert isinstance(registry.build("mine:twice", ARM, CASE.scenario), Twice)
         assert registry.is_plugin("mine:twice")
         assert "pytest" in registry.packages()
         versions = record_provenance(ARM, 0, False, packages=registry.packages()).versions
@@ -123,7 +118,7 @@ def test_a_model_made_in_memory_takes_part_for_a_while():
 
 def test_provenance_has_what_was_asked_and_a_guests_distributions(monkeypatch):
     remarks, laws = ("known beforehand",), switches(phase="omega_t")
-    scenario = load_case("probe", "pd", {}, []).scenario
+    scenario = CASE.scenario
     request = CrossCheckRequest(ARM, True, 7, (scenario,), laws)
     plan = Plan([], remarks, lambda results: iter(()))
     monkeypatch.setattr("crosscheck.planning.arms.plan_arm", lambda request, workers: plan)
@@ -142,8 +137,7 @@ def test_provenance_has_what_was_asked_and_a_guests_distributions(monkeypatch):
 
 
 def test_one_name_may_stand_for_one_model_after_another():
-    case = Case(ARM, load_case("probe", "pd", {}, []).scenario, usual_switches(ARM))
-    task = Evaluation("mine", Setting(case, "coupled"), mass_matrix)
+    task = Evaluation("mine", Setting(CASE, "coupled"), mass_matrix)
     with registry.register("mine", TWICE):
         first = task.perform()
     with registry.register("mine", replace(TWICE, made=RigidLinks)):
@@ -162,10 +156,6 @@ def compared(found: list, model: str) -> set[str]:
     """Families of comparisons between a model and another."""
     keys = [comparison.about.key for comparison in found]
     return {key.family for key in keys if key.right and model in (key.left, key.right)}
-
-
-def experiment() -> Experiment:
-    return Experiment("pd", load_case("probe", "pd", {}, []))
 
 
 TREE, RUNS = registry.MODELS["exudyn:tree"], registry.BUILT_IN["analytic:links"].promises
@@ -189,12 +179,12 @@ TREE, RUNS = registry.MODELS["exudyn:tree"], registry.BUILT_IN["analytic:links"]
 def test_a_guest_is_compared_by_its_promises_its_integrator_and_its_level(
     guest, at_states, of_runs
 ):
-    before = {c.about.key.id for c in plan_experiment_comparisons(experiment())}
+    before = {c.about.key.id for c in plan_experiment_comparisons(EXPERIMENT)}
     with registry.register("mine", guest):
         assert registry.model_names(guest.role)[-1] == "mine"
         assert registry.second_engine() == "exudyn:tree"
         assert registry.find_same_integrator_models()[0] == "analytic:physical"
-        found, states = plan_experiment_comparisons(experiment()), plan_states(ARM, 1, 0)
+        found, states = plan_experiment_comparisons(EXPERIMENT), plan_states(ARM, 1, 0)
         assert compared(found, "mine") - {"at-2-s"} == of_runs
         families = compared(states, "mine")
         assert families == at_states if guest.role == "rigid" else families >= at_states

@@ -238,12 +238,22 @@ def test_pictures_are_of_the_experiments_that_both_engines_ran(monkeypatch):
         "d-bare": (5.0, [REFERENCE, OTHER]),
         "e-last": (2.0, [OTHER]),
     }
-    for name, (seconds, models) in experiments.items():
-        for model in models:
-            charts.show(RunKey(name, model), run_for(model, seconds))
+    runs = [
+        (RunKey(name, model), run_for(model, seconds))
+        for name, (seconds, models) in experiments.items()
+        for model in models
+    ]
+    for each in runs:
+        charts.show(*each)
     assert charts.levels.keys() == {"alone", "c-short"}  # as soon as their runs are there
     charts.show(RunKey("d-bare", rigid[0]), Failure("Died", "in vain"))
+    charts.show("no run", np.zeros(3))
     pictures = charts.build_pictures()
+    turned = Charts()
+    for each in reversed(runs):
+        turned.show(*each)
+    assert turned.build_pictures() == pictures
+    assert drawn.pop() == [REFERENCE, OTHER]
     assert pictures.levels == {
         "b-long": f"{REFERENCE} beside {', '.join(RIGID_LEVELS[1:3])}",
         "c-short": f"{REFERENCE} beside {', '.join(RIGID_LEVELS)}",

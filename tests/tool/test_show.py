@@ -12,21 +12,17 @@ from crosscheck.trial.input.arm_symbols import ARM_SYMBOLS, OF_ARM
 from tests.loops import require_items
 
 
-def rows_of(text: str) -> dict[str, list[tuple[str, ...]]]:
-    """Quantity, value, unit and symbol of each row of each table, below the words of its head."""
-    tables: dict[str, list[tuple[str, ...]]] = {}
-    title, starts = "", [0]
-    for line in filter(str.strip, text.splitlines()):
-        if not line.startswith(" "):
-            title = line.strip()
-            tables[title] = []
-            continue
+def list_symbols(text: str) -> dict[str, str]:
+    """Values by the symbols that stand beside them, of all tables."""
+    head, found = "", {}
+    for line in text.splitlines():
         if line.split()[:3] == ["quantity", "value", "unit"]:
-            starts = [line.index(word) for word in line.split()]
-        ends = [*starts[1:], len(line)]
-        cells = [line[a:b].strip() for a, b in zip(starts, ends, strict=True)]
-        tables[title].append((*cells, *[""] * (4 - len(cells))))
-    return tables
+            head = line
+        elif line.startswith(" ") and "symbol" in head:
+            symbol = line[head.index("symbol") :].strip()
+            found[symbol] = line[head.index("value") : head.index("unit")].strip()
+    found.pop("", None)
+    return found
 
 
 def test_a_poles_frequency_and_ratio_are_its_size_and_its_angle(monkeypatch):
@@ -41,21 +37,13 @@ def test_every_symbol_of_an_arm_stands_beside_its_number(crosscheck, monkeypatch
     monkeypatch.setenv("COLUMNS", "200")
     for name in ("probe", "direct-between"):
         values = collect_arm_values(load_arm(name))
-        rows = [row for table in rows_of(crosscheck("show", name).out).values() for row in table]
-        shown = {symbol: value for _, value, _, symbol in rows if symbol and symbol != "symbol"}
+        shown = list_symbols(crosscheck("show", name).out)
         x_and_y = shown.pop("g_x, g_y").split(", ")
         shown |= dict(zip(("g_x", "g_y"), x_and_y, strict=True))
         derived = {each for each in values if each.startswith("r_r")}  # of the ring, by its teeth
         assert set(values) - derived == set(shown)
         for symbol, value in shown.items():
             assert float(value) == pytest.approx(values[symbol], rel=1e-9)
-
-
-def test_what_a_link_states_is_not_shown_twice(crosscheck, tmp_path):
-    path = tmp_path / "plain.toml"
-    crosscheck("init", str(path), "--direct")
-    names = [row[0] for row in rows_of(crosscheck("show", str(path)).out)["link 1"]]
-    assert names == ["quantity", "length_m", "com_m", "mass_kg", "inertia_kg_m2"]
 
 
 def test_the_reference_has_the_symbols_of_an_arm():

@@ -6,7 +6,6 @@ import random
 import signal
 import subprocess
 import sys
-import time
 from collections.abc import Callable
 from dataclasses import dataclass
 from pathlib import Path
@@ -17,7 +16,7 @@ from crosscheck.audit.experiments.study import Question, Records, Study
 from crosscheck.models.directories import cache_folder
 from crosscheck.models.errors import InputError
 from crosscheck.runner.store import Store, clear
-from tests.obstacles import OBSTACLES
+from tests.obstacles import obstruct
 from tests.processes import in_child, reachable
 
 KEY, OTHER = "0" * 32, "f" * 32
@@ -65,11 +64,6 @@ def test_folder_and_entries_are_the_users_alone(folder):
     assert folder.stat().st_mode & 0o777 == 0o700
 
 
-def in_its_place(obstacle: str) -> Callable[[Path], object]:
-    """Damage that puts something else where an entry was."""
-    return lambda path: (path.unlink(), OBSTACLES[obstacle](path))
-
-
 def a_folder(path: Path) -> None:
     path.unlink()
     path.mkdir()
@@ -95,10 +89,10 @@ DAMAGES: dict[str, Callable[[Path], object]] = {
     "garbage": lambda path: path.write_bytes(random.Random(7).randbytes(5000)),
     "headless": lambda path: path.write_bytes(b'{"square": 8.0}'),
     "a_folder": a_folder,
-    "a_pipe": in_its_place("pipe"),
+    "a_pipe": obstruct("pipe"),
     "a_link": a_link,
-    "a_dead_link": in_its_place("dangling"),
-    "a_device": in_its_place("device"),
+    "a_dead_link": obstruct("dangling"),
+    "a_device": obstruct("device"),
     "of_another_result": of_another_result,
 }
 
@@ -116,15 +110,9 @@ def test_what_does_not_fit_is_made_again_with_one_line(folder, capfd, damage):
     assert asked(folder, 3.0) == [9.0]
     assert path.is_file()
     assert not path.is_symlink()
+    aside = [each.name for each in folder.glob("*.set-aside-*/*")]  # what others put there
+    assert aside == ["of mine"] * (damage == "a_folder")
     assert capfd.readouterr().err == ""
-
-
-def test_what_others_put_in_place_of_an_entry_is_set_aside(folder):
-    path = entry(folder)
-    a_folder(path)
-    asked(folder, 3.0)
-    (aside,) = folder.glob("*.set-aside-*")
-    assert (aside / "of mine").exists()
 
 
 def test_no_single_byte_can_change_unseen(tmp_path, capfd):
@@ -197,24 +185,6 @@ def test_a_place_that_takes_nothing_costs_the_keeping_alone(tmp_path, capfd, pla
     assert (study.computed_count, study.cached_count) == (4, 0)
     line = f"crosscheck: {folder}: cannot be written: {why}; simulations are not kept\n"
     assert capfd.readouterr().err == line
-
-
-def test_two_studies_may_keep_the_same_at_once(tmp_path):
-    folder = tmp_path / "store"
-
-    def keep() -> None:
-        store = Store(folder)
-        until = time.monotonic() + 0.5
-        while time.monotonic() < until:
-            store.put(KEY, CONTENT)
-            assert store.get(KEY, bytes) == CONTENT
-
-    child = os.fork()
-    if child == 0:
-        os._exit(0 if in_child(keep) else 1)
-    keep()
-    assert os.waitpid(child, 0)[1] == 0
-    assert [path.name for path in folder.iterdir()] == [f"{KEY}.kept"]
 
 
 def test_what_a_killed_study_left_goes_when_the_store_is_opened(tmp_path):

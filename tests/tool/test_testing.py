@@ -65,7 +65,7 @@ def test_a_function_gives_its_own_name(equations):
 
 def test_another_level_than_promised_is_wrong(equations):
     with pytest.raises(AssertionError, match=r"compared with armature(.|\n)*theta_2"):
-        assert_agrees(equations, level="armature")
+        assert_agrees(replace(equations, rebuild=None), level="armature")
 
 
 def test_scenarios_are_run(equations, labelled):

@@ -6,7 +6,6 @@ from pathlib import Path
 
 import pytest
 
-from crosscheck.runner import cpu_limit
 from tests.tool.supplied import model_file
 
 CHANGED = "def f(arm): return replace(two_link(arm), {})"
@@ -63,10 +62,6 @@ def test_traceback_has_the_users_lines_alone_in_every_view(judged, tmp_path):
     assert "crosscheck/trial" not in trace
     assert trace.count("  File ") == 2
     assert "in inner" in trace
-    assert "bias raised:\nTraceback (most recent call last):" in answer.out
-    (line,) = (each for each in answer.out.splitlines() if each.startswith("failed "))
-    assert "ValueError: here (bias at x = " in line
-    assert "; and so in " in line
     assert trace in answer.out
     page = (tmp_path / "page" / "trial.html").read_text()
     assert "ValueError: here" in page
@@ -75,10 +70,7 @@ def test_traceback_has_the_users_lines_alone_in_every_view(judged, tmp_path):
 
 
 @pytest.mark.slow
-def test_a_part_that_hangs_is_waited_for_once(judged, monkeypatch):
-    monkeypatch.setattr(cpu_limit, "IDLE_S", 2.0)
-    monkeypatch.setattr(cpu_limit, "LEAST_S", 0.01)
-    monkeypatch.setattr(cpu_limit, "LOOK_S", 0.1)
+def test_a_part_that_hangs_is_waited_for_once(judged, impatient):
     hanging = "def bad(q, v):\n    while True: time.sleep(1)\n"
     answer, trial = judged(hanging + CHANGED.format("bias=bad"))
     assert answer.code == 3

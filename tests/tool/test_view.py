@@ -16,21 +16,16 @@ from crosscheck.analytic.paper.kinematics import mesh_displacements, stage_geome
 from crosscheck.cli.view import view_page
 from crosscheck.models.arm.arm import Planetary
 from crosscheck.models.experiment.scenario import switches
-from crosscheck.models.loading import load_arm, load_scenario
+from crosscheck.models.loading import load_scenario
 from crosscheck.models.trajectory import build_trajectory, encode_netcdf
 from crosscheck.output import write_files
 from crosscheck.view.gears import TEETH_BESIDE, gear_angles, gear_assembly, make_close_up, outline
 from crosscheck.view.mesh_geometry import SIDES, Wheel, mesh_geometry
 from crosscheck.view.trajectory_file import Run
-from tests.arms import PAPER, arm_of
+from tests.arms import PAPER, arm_of, gear_stages
 from tests.tool.test_bad_input import assert_one_line
 
-JOINTS = [
-    joint
-    for name in ("paper-labelled", "probe", "three-unlike", "planets-apart")
-    for joint in load_arm(name).joints
-    if isinstance(joint, Planetary)
-]
+JOINTS = gear_stages("paper-labelled", "probe", "three-unlike", "planets-apart")
 TIMES = 7
 
 

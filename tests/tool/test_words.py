@@ -2,6 +2,7 @@
 
 import ast
 import re
+import tomllib
 from collections.abc import Iterator
 from pathlib import Path
 from typing import Any
@@ -12,28 +13,7 @@ from crosscheck.cli.app import build_commands
 from crosscheck.provenance import ROOT
 from tests.loops import require_items
 
-# Each with the word to use in its place (docs/project/glossary.md).
-BANNED = {
-    r"slips?": "error, erratum",
-    r"told apart|tells? (?:\w+ )?apart": "distinguished",
-    r"handed over|handed|handover|hands? over|handing over": "supplied",
-    r"hangs? on|hanging on": "depends on",
-    r"held (?:against|to)|holds? against": "compared with",
-    r"rungs?|ladder": "level",
-    r"has no say": "excluded",
-    r"the lead": "reference model",
-    r"guests?": "plug-in",
-    r"teeth (?:part|meet or part)": "contact is lost",
-    r"play": "backlash",
-    r"suspects?": "candidate errors",
-    r"moved": "changed",
-    r"red": "failed",
-    r"on trial": "verified, audited",
-    r"yours is short of": "missing term",
-    r"means something": "acceptance limit",
-    r"by other integrators": "with another integrator",
-    r"formal order": "observed order of convergence",
-}
+BANNED = tomllib.loads(Path(__file__).with_name("words.toml").read_text(encoding="utf-8"))
 MOST_WORDS = 30  # in a sentence of a message or page
 TEMPLATES = ROOT / "crosscheck" / "report" / "templates"
 TEXTS = [

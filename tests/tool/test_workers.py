@@ -8,6 +8,7 @@ import subprocess
 import sys
 import time
 from collections.abc import Callable
+from contextlib import suppress
 from dataclasses import dataclass
 from pathlib import Path
 
@@ -115,7 +116,7 @@ def multiplying() -> None:
 
 
 def stopped() -> str:
-    """For longer than the impatient wait for a task."""
+    """For longer than the hasty wait for a task."""
     waker = f"sleep 1; kill -CONT {os.getpid()}"
     subprocess.Popen(["sh", "-c", waker], start_new_session=True)
     os.kill(os.getpid(), signal.SIGSTOP)
@@ -164,7 +165,7 @@ def test_a_task_that_breaks_its_process_costs_itself_alone(work, kind, message, 
 
 
 @pytest.fixture
-def impatient(monkeypatch: pytest.MonkeyPatch) -> None:
+def hasty(monkeypatch: pytest.MonkeyPatch) -> None:
     """Seconds become hundredths."""
     monkeypatch.setattr(cpu_limit, "BASE_LIMIT_S", 0.6)
     monkeypatch.setattr(cpu_limit, "LOOK_S", 0.01)
@@ -178,7 +179,7 @@ def impatient(monkeypatch: pytest.MonkeyPatch) -> None:
         (deaf_and_endless, 0.3, "s without any processor time"),
     ],
 )
-@pytest.mark.usefixtures("impatient")
+@pytest.mark.usefixtures("hasty")
 def test_a_task_that_computes_or_waits_without_end_is_ended(monkeypatch, work, idle_s, said):
     monkeypatch.setattr(cpu_limit, "IDLE_S", idle_s)
     results = perform_all([Job("good", good), Job("slow", work)], 2)
@@ -188,7 +189,7 @@ def test_a_task_that_computes_or_waits_without_end_is_ended(monkeypatch, work, i
     assert said in results["slow"].message
 
 
-@pytest.mark.usefixtures("impatient")
+@pytest.mark.usefixtures("hasty")
 def test_a_task_that_forks_without_end_is_ended_with_its_forks(monkeypatch):
     """Twenty forks, each going on in both branches, would be a million processes."""
     monkeypatch.setattr(process_tree, "MOST_DESCENDANTS", 8)
@@ -207,7 +208,7 @@ def test_a_task_that_forks_and_goes_on_in_both_branches_ends_once():
     assert ended == {"two": "done", "b": "done"}
 
 
-@pytest.mark.usefixtures("impatient")
+@pytest.mark.usefixtures("hasty")
 def test_time_in_which_a_task_had_no_processor_does_not_count():
     assert perform_all([Job("stopped", stopped)], 1) == {"stopped": "done"}
 
@@ -293,10 +294,9 @@ def test_workers_end_with_their_parent(tmp_path):
 
 def _runs(pid: int) -> bool:
     """Whether a process exists and is no zombie."""
-    try:
-        return "Z" not in Path(f"/proc/{pid}/stat").read_text().rpartition(")")[2].split()[0]
-    except OSError:
-        return False
+    with suppress(psutil.NoSuchProcess):
+        return bool(psutil.Process(pid).status() != psutil.STATUS_ZOMBIE)
+    return False
 
 
 def test_coverage_sees_what_workers_run(tmp_path, monkeypatch):

@@ -357,16 +357,10 @@ def print_with(show: Callable[..., None], *given: Any) -> str:
     return out.getvalue()
 
 
-def render_lines(kind: str, show: Callable[..., None], agreement: Agreement) -> str:
-    """What a command prints."""
-    given = [mechanism_of(kind)] if show is not terminal.print_agreement else []
-    return print_with(show, agreement, *given)
-
-
 RENDER: dict[str, Callable[[str, Agreement], str]] = {
     "page": render_page,
-    "run": lambda kind, made: render_lines(kind, terminal.print_report_summary, made),
-    "validate": lambda kind, made: render_lines(kind, terminal.print_answers, made),
+    "run": lambda kind, made: print_with(terminal.print_report_summary, made, mechanism_of(kind)),
+    "validate": lambda kind, made: print_with(terminal.print_answers, made, mechanism_of(kind)),
     "JSON": lambda kind, made: answers.format_agreement_json(made, mechanism_of(kind)),
     "JUnit": lambda kind, made: junit.format_junit(replace(made, provenance=None)),
     "notebook": lambda kind, made: summary.render_agreement_summary(made),

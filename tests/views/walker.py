@@ -279,14 +279,10 @@ def _list_leaves(
         yield Piece(str(value), " | ".join((*own, place)), key, place, outer)
 
 
-def walk(view: View, seed: int, other: int | None = None) -> Iterator[str]:
-    """What does not follow from the record in its view.
-
-    other: seed of a record that the view is held against in place of its own.
-    """
+def walk(view: View, seed: int) -> Iterator[str]:
+    """What does not follow from the record in its view."""
     record = view.make(seed)
-    facts = view.facts(record if other is None else view.make(other))
-    yield from trace(view, record, view.render(record), facts)
+    yield from trace(view, record, view.render(record), view.facts(record))
 
 
 def trace(view: View, record: Any, text: str, given: Iterable[Fact]) -> Iterator[str]:
