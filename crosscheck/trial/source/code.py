@@ -4,7 +4,6 @@ from __future__ import annotations
 import __future__
 
 import ast
-import copy
 import functools
 import linecache
 import sys
@@ -14,6 +13,8 @@ from dataclasses import dataclass, replace
 from pathlib import Path
 from types import FunctionType, ModuleType
 from typing import Any
+
+import numpy as np
 
 import crosscheck
 from crosscheck.trial.input.calls import TAKES
@@ -54,15 +55,31 @@ class UserCode:
         names: more that the statements find defined.
         """
         module = ModuleType(MODULE)
-        containers = (list, dict, set)
-        for name, value in self.names.items():
-            copied = copy.copy(value) if isinstance(value, containers) else value
-            setattr(module, name, copied)
+        copies = dict[int, Any]()
+        module.__dict__.update({name: _copy(value, copies) for name, value in self.names.items()})
         module.__dict__.update(names or {}, __name__=MODULE, __file__=self.file)
         sys.modules[MODULE] = module  # dataclasses look their module up
         for code in codes:
             exec(code, module.__dict__)
         return self.select(module.__dict__)
+
+
+def _copy(value: Any, copies: dict[int, Any]) -> Any:
+    """A copy of data, which code may change in place, with all arrays in it; all else as it is.
+
+    copies: those made so far, by the identity of the data; what holds itself is not copied there.
+    """
+    if id(value) in copies:
+        return copies[id(value)]
+    made = copies[id(value)] = value
+    if isinstance(value, np.ndarray):
+        made = value.copy()
+    elif type(value) in (list, tuple, set):
+        made = type(value)(_copy(each, copies) for each in value)
+    elif type(value) is dict:
+        made = {key: _copy(each, copies) for key, each in value.items()}
+    copies[id(value)] = made
+    return made
 
 
 def find_module_code(module: ModuleType, name: str) -> UserCode | None:
