@@ -272,8 +272,10 @@ def _split_formula(node: ast.expr) -> list[str]:
 
 
 def list_multiples(site: Site) -> Texts:
-    """Twice and half of a whole term."""
+    """Twice and half of a whole term, and nothing where it is no summand."""
     if site.is_term and not is_sum(site.node):
+        if not is_sum(site.parent) and site.kind in (NUMBER, None) and not site.is_leaf:
+            yield "0"
         yield f"2 * {write_operand(site.node) if is_power(site.node) else site.text}"
         yield f"{site.text} / 2"
 

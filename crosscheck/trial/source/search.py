@@ -49,6 +49,9 @@ DERIVING_BUDGET_S = 30.0  # [s] of that of code that derives equations, whose ed
 DERIVING_S = 0.005  # [s] of processor time, that making equations takes if they are derived
 # Ranks of edits with numbers that are solved for.
 LITERAL_RANK, VECTOR_RANK, SUMMAND_RANK = 2, 3, ADDING_RANK
+# Digits of numbers as people write them: in place of a number of the file, and of any other.
+FEW_DIGITS, MANY_DIGITS = 3, 6
+LARGEST_RATIO = 3e3  # of a number and the one that was meant: a thousand, or degrees
 MOVED = "({} * 1.37 + 0.11)"  # a value that is another one, whatever it is
 MOST_ALTERNATIVES = 2
 MOST_PAIRS = 60  # pairs with the right sum that are judged
@@ -243,14 +246,23 @@ class EditSearch:
     def _solve_literals(self, *, of_vectors: bool) -> Iterator[Edit]:
         """Numbers of the code, or vectors of them, that others in their place make right."""
         rank = VECTOR_RANK if of_vectors else LITERAL_RANK
-        is_stated = self.answer_keys[0].is_stated
         for node, site in self._list_sites():
             text, start = read_literals(site) or ("", [])
-            is_known = all(map(is_stated, start))
-            for values in self._solve(node, text, start) if of_vectors == (len(start) > 1) else ():
-                if is_known and not all(map(is_round, values)):
-                    continue  # a number of the file, for which any other may stand by chance
-                yield Edit((rank, len(KINDS)), node, text.format(*map(write_number, values)))
+            is_sought = start and of_vectors == (len(start) > 1)
+            for values in self._solve(node, text, start) if is_sought else ():
+                if self._are_likely(start, values):
+                    yield Edit((rank, len(KINDS)), node, text.format(*map(write_number, values)))
+
+    def _are_likely(self, start: Sequence[float], values: Sequence[float]) -> bool:
+        """Whether somebody may have meant these numbers: what nobody writes mends by chance."""
+        is_stated = self.answer_keys[0].is_stated
+        pairs = zip(start, values, strict=True)
+        if any(a and b and not 1 / LARGEST_RATIO < abs(b / a) < LARGEST_RATIO for a, b in pairs):
+            return False
+        if all(map(is_stated, start)):
+            return all(is_round(value, FEW_DIGITS) for value in values)
+        has_many = not all(is_round(value, MANY_DIGITS) for value in start)
+        return has_many or all(is_round(v, MANY_DIGITS) or is_stated(v) for v in values)
 
     def _solve_summands(self) -> Iterator[Edit]:
         """Sums that lack the same number at every state, a product of what can be named there."""

@@ -24,7 +24,6 @@ EQUAL = 1e-8  # relative difference of a number and a product of names that is o
 MOST_NAMES = 40  # of which products are made
 MOST_FACTORS, FACTORS = 3, {1.0: "", 2.0: "2 * ", 0.5: "0.5 * "}
 MOST_DIGITS = 10
-ROUND_DIGITS = 3
 Residual = Callable[[np.ndarray], np.ndarray]
 
 
@@ -59,11 +58,10 @@ def write_number(value: float) -> str:
     return next(short, repr(value))
 
 
-def is_round(value: float) -> bool:
-    """Whether a number has as few digits as people write."""
-    return abs(float(f"{value:.{ROUND_DIGITS}g}") - value) <= EQUAL * abs(value) or (
-        abs(value) < SOLVED
-    )
+def is_round(value: float, digits: int) -> bool:
+    """Whether so many digits are all of a number."""
+    rest = abs(float(f"{value:.{digits}g}") - value)
+    return rest <= EQUAL * abs(value) or abs(value) < SOLVED
 
 
 def list_equal_products(site: Site, value: float) -> Iterator[str]:

@@ -10,9 +10,11 @@ from pathlib import Path
 from typing import Any
 
 from crosscheck.trial.source.edit import Edit
+from crosscheck.trial.source.site import get_sign, is_sum
 from crosscheck.trial.source.syntax import SourceTree
 
 MOST_NAMED = 2  # entries of a list in a sentence
+LONG = 20  # characters of a formula that is not shown for the sign of its last summand
 
 
 @dataclass(frozen=True)
@@ -122,6 +124,8 @@ def describe_edit(tree: SourceTree, edit: Edit, entries: tuple[str, ...]) -> Sou
             indent = before[: len(before) - len(before.lstrip())]
             pieces = f"{before}\n", "", f"{indent}{new}", ""
         return SourceEdit(file, line, old, new, *pieces, entries, edit.rank)
+    if (opposite := _describe_opposite(tree, edit, file, entries)) is not None:
+        return opposite
     start = lines[line - 1].encode()[: node.col_offset].decode()
     end = lines[last - 1].encode()[node.end_col_offset :].decode()
     around, old, outer = tree.parent(node), _read_text(tree, node), node
@@ -146,6 +150,25 @@ def describe_edit(tree: SourceTree, edit: Edit, entries: tuple[str, ...]) -> Sou
     elif further != added and further[0] in "+-" and len(further) < len(old):
         new, pieces = further, (f"{start}{removed} ", "", further, end)
     return SourceEdit(file, outer.lineno, old, new, *pieces, entries, edit.rank)
+
+
+def _describe_opposite(
+    tree: SourceTree, edit: Edit, file: str, entries: tuple[str, ...]
+) -> SourceEdit | None:
+    """The record of a summand's other sign in a long formula; None of all else."""
+    node, other = edit.node, edit.parse()
+    if not is_sum(node) or not is_sum(other) or ast.dump(node.right) != ast.dump(other.right):
+        return None
+    summand, line = _read_text(tree, node.right), node.right.lineno
+    text = tree.code.text.splitlines()[line - 1]
+    start = text.encode()[: node.right.col_offset].decode().rstrip()
+    old, new = (f"{get_sign(each.op)} {summand}" for each in (node, other))
+    is_long = len(_read_text(tree, node.left)) >= LONG
+    is_sign_alone = ast.dump(node.left) == ast.dump(other.left) and start.endswith(old[0])
+    if not (is_long and is_sign_alone and text.count(summand) == 1):
+        return None
+    pieces = start[:-1], old[0], new[0], text[len(start) :]
+    return SourceEdit(file, line, old, new, *pieces, entries, edit.rank)
 
 
 def _describe_move(lines: list[str], edit: Edit, file: str, entries: tuple[str, ...]) -> SourceEdit:
