@@ -29,7 +29,7 @@ from crosscheck.trial.source.answer_key import Answer, AnswerKey
 from crosscheck.trial.source.code import UserCode
 from crosscheck.trial.source.edit import Edit
 from crosscheck.trial.source.edited_code import EditCompiler, EditedCode
-from crosscheck.trial.source.edits import ADDING_RANK, KINDS, list_edits
+from crosscheck.trial.source.edits import ADDING_RANK, KINDS, RANKS, list_edits
 from crosscheck.trial.source.energy import Energies, find_energies
 from crosscheck.trial.source.judge import EditVerdict, Response, SourceJudge, Wrong
 from crosscheck.trial.source.pairs import list_additive_pairs
@@ -48,7 +48,7 @@ BUDGET_S = 15.0  # [s] of processor time, of a whole search
 DERIVING_BUDGET_S = 30.0  # [s] of that of code that derives equations, whose edits take longer
 DERIVING_S = 0.005  # [s] of processor time, that making equations takes if they are derived
 # Ranks of edits with numbers that are solved for.
-LITERAL_RANK, VECTOR_RANK, SUMMAND_RANK = 2, 3, ADDING_RANK
+LITERAL_RANK, VECTOR_RANK, SUMMAND_RANK, STATED_RANK = 2, 3, ADDING_RANK, RANKS[-1]
 # Digits of numbers as people write them: in place of a number of the file, and of any other.
 FEW_DIGITS, MANY_DIGITS = 3, 6
 LARGEST_RATIO = 3e3  # of a number and the one that was meant: a thousand, or degrees
@@ -178,9 +178,10 @@ class EditSearch:
             if self._is_promising(edit.node, is_added=rank >= ADDING_RANK) == is_likely
         )
         solved: dict[int, Callable[[], Iterator[Edit]]] = {
-            LITERAL_RANK: partial(self._solve_literals, of_vectors=False),
-            VECTOR_RANK: partial(self._solve_literals, of_vectors=True),
+            LITERAL_RANK: partial(self._solve_literals, LITERAL_RANK),
+            VECTOR_RANK: partial(self._solve_literals, VECTOR_RANK),
             SUMMAND_RANK: self._solve_summands,
+            STATED_RANK: partial(self._solve_literals, STATED_RANK),
         }
         if rank in solved and not is_likely and not self.answers:
             self._judge_edits(solved[rank]())
@@ -243,26 +244,32 @@ class EditSearch:
             if edited is not None:
                 yield edit, edited
 
-    def _solve_literals(self, *, of_vectors: bool) -> Iterator[Edit]:
-        """Numbers of the code, or vectors of them, that others in their place make right."""
-        rank = VECTOR_RANK if of_vectors else LITERAL_RANK
+    def _solve_literals(self, rank: int) -> Iterator[Edit]:
+        """Numbers of the code, or vectors of them, that others in their place make right.
+
+        Those that the file states come last: others would make up for a term that is lost.
+        """
+        is_stated = self.answer_keys[0].is_stated
         for node, site in self._list_sites():
             text, start = read_literals(site) or ("", [])
-            is_sought = start and of_vectors == (len(start) > 1)
+            usual_rank = VECTOR_RANK if len(start) > 1 else LITERAL_RANK
+            is_sought = start and rank == (
+                STATED_RANK if all(map(is_stated, start)) else usual_rank
+            )
             for values in self._solve(node, text, start) if is_sought else ():
-                if self._are_likely(start, values):
+                if self._are_likely(
+                    start, values, FEW_DIGITS if rank == STATED_RANK else MANY_DIGITS
+                ):
                     yield Edit((rank, len(KINDS)), node, text.format(*map(write_number, values)))
 
-    def _are_likely(self, start: Sequence[float], values: Sequence[float]) -> bool:
+    def _are_likely(self, start: Sequence[float], values: Sequence[float], digits: int) -> bool:
         """Whether somebody may have meant these numbers: what nobody writes mends by chance."""
-        is_stated = self.answer_keys[0].is_stated
         pairs = zip(start, values, strict=True)
         if any(a and b and not 1 / LARGEST_RATIO < abs(b / a) < LARGEST_RATIO for a, b in pairs):
             return False
-        if all(map(is_stated, start)):
-            return all(is_round(value, FEW_DIGITS) for value in values)
-        has_many = not all(is_round(value, MANY_DIGITS) for value in start)
-        return has_many or all(is_round(v, MANY_DIGITS) or is_stated(v) for v in values)
+        has_many = not all(is_round(value, digits) for value in start)
+        is_stated = self.answer_keys[0].is_stated
+        return has_many or all(is_round(v, digits) or is_stated(v) for v in values)
 
     def _solve_summands(self) -> Iterator[Edit]:
         """Sums that lack the same number at every state, a product of what can be named there."""
