@@ -109,7 +109,6 @@ def _axes(group: ET.Element, direction: int) -> Iterator[Axis]:
         labels = [text for one in _groups(axis, "text_") for text in _texts(one)]
         ticks = [_texts(tick) for tick in _groups(axis, "[xy]tick_")]
         background = _groups(group, "patch_")[0].find("{*}path")
-        assert background is not None
         along = re.findall(r"-?[\d.]+", background.get("d", ""))[direction::2]
         ends = sorted(map(float, along))
         yield Axis(group.get("id", ""), labels, ticks, (ends[0], ends[-1]))

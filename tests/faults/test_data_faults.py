@@ -82,27 +82,17 @@ WRONG = [
 
 def moved(value: Any, path: list[str], fault: Wrong) -> Any:
     """The record, list or number with what stands at a path off; what has no such field as is."""
-    if value is None:
-        return None
-    if not path:
-        if isinstance(value, tuple):
-            return tuple(moved(each, path, fault) for each in value)
-        if isinstance(value, int) and not fault.more:
-            return value
-        return value + int(fault.more) if isinstance(value, int) else _off(value, fault)
-    first, *rest = path
+    first, *rest = path or ["*"]
     if isinstance(value, tuple):
-        chosen = range(len(value)) if first == "*" else [int(first)]
-        if first == "*" or first.isdigit():
-            return tuple(moved(v, rest, fault) if k in chosen else v for k, v in enumerate(value))
-        return tuple(moved(each, path, fault) for each in value)
-    if not hasattr(value, first):
+        among = first == "*" or first.isdigit()
+        chosen = {int(first)} if first.isdigit() else range(len(value))
+        below = rest if among else path
+        return tuple(moved(v, below, fault) if k in chosen else v for k, v in enumerate(value))
+    if path and hasattr(value, first):
+        return value.model_copy(update={first: moved(getattr(value, first), rest, fault)})
+    if path or value is None or (isinstance(value, int) and not fault.more):
         return value
-    return value.model_copy(update={first: moved(getattr(value, first), rest, fault)})
-
-
-def _off(value: float, fault: Wrong) -> float:
-    return value + fault.more if fault.more else value * OFF
+    return value + type(value)(fault.more) if fault.more else value * OFF
 
 
 def harmed(case: Case, fault: Wrong) -> Case:

@@ -98,11 +98,6 @@ def of_views(key: Any) -> bool:
     return key.family in STATE_FAMILIES and key.case in where
 
 
-def report_numbers(seen: object = None) -> str:
-    """Whether verdicts, groups and entries of the small run are those of its values."""
-    return "differ" if any(report_problems()) else "agree"
-
-
 def report_problems() -> Iterator[str]:
     """What of the small run's findings does not follow from their numbers, or from the values."""
     made, agreement = records(), make_agreement("arm", False, 1)
@@ -158,11 +153,6 @@ def tip_of(run: xr.Dataset, arm: Arm) -> np.ndarray:
     return np.exp(1j * absolute) @ [link.length_m for link in arm.links]
 
 
-def signal_numbers(seen: object = None) -> str:
-    """Whether the numbers that the page's plots are given are those of the runs."""
-    return "differ" if any(signal_problems()) else "agree"
-
-
 def decoded(stretch: Any, name: str) -> np.ndarray:
     """The numbers of a line."""
     return np.frombuffer(base64.b64decode(stretch.data[name]), "<f4")
@@ -211,11 +201,6 @@ def signal_problems() -> Iterator[str]:
     title = f"largest F_sp, joint {joint}"
     if not any(w.title == title and w.begin_s <= at <= w.end_s for w in found.windows):
         yield f"no window {title} at {at}"
-
-
-def figure_numbers(seen: object = None) -> str:
-    """Whether what the report's figures draw are the runs' numbers, in the units of their axes."""
-    return "differ" if any(figure_problems()) else "agree"
 
 
 def drawn_figures(made: Records) -> tuple[Figure, Figure]:
@@ -274,11 +259,6 @@ def line_problems(axes: Any, name: str, time: np.ndarray, expected: np.ndarray) 
         yield f"{axes.get_ylabel()}, {name}: times"
     if not np.allclose(lines[0].get_ydata(), expected, rtol=1e-12, atol=0):
         yield f"{axes.get_ylabel()}, {name}: values"
-
-
-def view_numbers(seen: object = None) -> str:
-    """Whether the numbers that `crosscheck view` shows are the run's and the arm's."""
-    return "differ" if any(view_problems()) else "agree"
 
 
 def unpacked(text: str) -> np.ndarray:
@@ -361,9 +341,9 @@ def same_values(name: str, text: str, expected: np.ndarray, atol: float = 0.0) -
     return () if same else (name,)
 
 
-VIEW_CHECKS: dict[str, Any] = {
-    "report": report_numbers,
-    "signals": signal_numbers,
-    "figures": figure_numbers,
-    "view": view_numbers,
+VIEW_PROBLEMS = {
+    "report": report_problems,
+    "signals": signal_problems,
+    "figures": figure_problems,
+    "scene": view_problems,
 }

@@ -2,7 +2,6 @@
 
 import math
 from collections.abc import Callable
-from concurrent.futures import ThreadPoolExecutor
 from typing import Any
 
 import numpy as np
@@ -12,7 +11,6 @@ from crosscheck.models.arm.arm import Arm, Direct
 from crosscheck.models.errors import InputError
 from crosscheck.testing import assert_agrees
 from crosscheck.trial.changes.arms import dependence
-from crosscheck.trial.changes.arms.arm_numbers import find_negligible_inertias
 from crosscheck.trial.input.equations import Coordinates, Equations
 from tests import mixed_arms
 from tests.trial.test_trial import trial_of
@@ -178,12 +176,6 @@ def test_an_inertia_next_to_nothing_may_be_left_out():
     assert (whole.exit_code, whole.notes) == (0, ())
 
 
-def test_next_to_nothing_is_a_millionth_of_what_the_mass_at_its_centre_has():
-    bodies = [(2.0, 1.0, 0.1, share * 1e-6 * 2.0 * 0.1**2) for share in (0.99, 1.01, 0.0)]
-    names = [f"links[{place}].inertia_kg_m2" for place in range(3)]
-    assert find_negligible_inertias(arm_of(*bodies), [*names, "links[0].mass_kg"]) == (names[0],)
-
-
 @pytest.mark.parametrize(("numbers", "g"), [(UNLIKE, G), (ALIKE, None)], ids=["wrong", "hidden"])
 def test_a_slip_is_named_beside_a_literal_and_where_equal_numbers_hide_it(numbers, g):
     """L1 for L2 at the payload, in the weight of both rows alone; equal links do not show it."""
@@ -210,16 +202,6 @@ def test_a_slip_is_named_beside_a_literal_and_where_equal_numbers_hide_it(number
         assert told[0].startswith("Right on this arm.")
     else:
         assert "gravity_m_per_s2[0] = 9.81" in trial.notes[0]
-
-
-def test_equations_without_torque_are_an_arm_without_motors():
-    def factory(arm: Arm) -> Equations:
-        return pendulum(bodies_of(arm), arm.gravity_m_per_s2[0], driven=False)
-
-    trial = trial_of(factory, arm_of(*UNLIKE, payload=0.0))
-    assert (trial.exit_code, trial.diagnosis.entries, trial.diagnosis.hidden) == (0, (), ())
-    assert "no torque of a motor is in the equations" in trial.scope
-    assert "linear-in-torques" not in {f.quantity for f in trial.agreement.findings}
 
 
 def test_what_is_zero_in_the_file_and_in_the_equations_makes_no_note():
@@ -261,13 +243,6 @@ def test_an_argument_of_assert_agrees_is_refused_by_name(argument, value, allowe
     arguments = {"arm": arm_of(*UNLIKE), argument: value}
     with pytest.raises(InputError, match=rf"argument {argument}.*{allowed}"):
         assert_agrees(RIGHT["no payload"][1], **arguments)
-
-
-def test_threads_wait_for_each_other():
-    arm = arm_of(UNLIKE[0])
-    with ThreadPoolExecutor(3) as pool:
-        trials = pool.map(lambda _: assert_agrees(RIGHT["no payload"][1], arm), range(3))
-        assert [trial.exit_code for trial in trials] == [0, 0, 0]
 
 
 def test_levels_that_are_equal_are_one_line():

@@ -27,7 +27,6 @@ def over(folder: Path, code: str, name: str = "model") -> Equations:
 
 
 def payload(equations: Equations) -> float:
-    assert equations.mass_matrix is not None
     return float(
         bind_equations(equations, ARM, build_frame(equations.coordinates, ARM)).mass_matrix(X)[0, 0]
     )
