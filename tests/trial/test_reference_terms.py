@@ -81,9 +81,10 @@ def test_reference_terms_are_the_model(gearing, level, work, data, seed):
     signals |= {rate_name(own): u[:, k] for k, own in enumerate(frame.names)}
     largest = max(float(np.abs(column).max()) for column in signals.values())
     known = build_reference_terms(frame, arm, model.switches, level)
+    values, angles = collect_arm_values(arm), q[:, theta]
 
     def at(place: EntryPlace) -> np.ndarray:
-        return evaluate_entry(known.entry(place), collect_arm_values(arm), q[:, theta], signals)
+        return evaluate_entry(known.entry(place), values, angles, signals)
 
     mass = np.array([J.T @ model.mass_matrix(each) @ J for each in q])
     bias = np.array([J.T @ model.bias(*each) for each in zip(q, v, strict=True)])

@@ -304,7 +304,7 @@ def stepped_2(arm: str, name: str, folder: Path) -> bytes:
 def test_co_simulation_of_version_2_agrees(model, mapping, tmp_path):
     content = stepped_2("paper-labelled", model, tmp_path)
     unit = mapped(content, mapping, "paper-labelled", tmp_path)
-    scenario = load_scenario("constant-torque").model_copy(update={"duration_s": 0.01})
+    scenario = load_scenario("constant-torque").model_copy(update={"duration_s": 0.002})
     arm = load_arm("paper-labelled")
     found = compare_unit_runs(
         unit, "unit.fmu", arm, [scenario], usual_switches(arm), 1, ignore_progress

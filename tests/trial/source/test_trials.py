@@ -17,6 +17,7 @@ from crosscheck.provenance import ROOT
 from crosscheck.testing import Equations, assert_agrees, try_equations
 from crosscheck.trial.source import worker
 from tests.robots import chains, two_link
+from tests.trial import robot_errors
 
 ARM = """
 schema_version = 2
@@ -124,7 +125,8 @@ def test_two_errors_of_inverse_dynamics_are_one_answer(tmp_path):
     assert wrong.count("np.cross(omega, inertia @ omega)") == 1
     wrong = wrong.replace("np.cross(omega, inertia @ omega)", "np.cross(inertia @ omega, omega)")
     (tmp_path / "mine.py").write_text(wrong, encoding="utf-8")
-    answer = try_equations(f"{tmp_path / 'mine.py'}:Chain", "puma560").change
+    robot = chains.robot(robot_errors.TURNED.urdf, {f"j{n}": chains.geared(3.0) for n in (1, 2)})
+    answer = try_equations(f"{tmp_path / 'mine.py'}:Chain", robot).change
     assert answer.wrong == ()
     assert answer.level == "links"  # not the one that two errors are nearest to
     line = find_line(text, right)
