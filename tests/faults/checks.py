@@ -38,30 +38,24 @@ from tests.robots import cost_guard, cost_judge, cost_views
 from tests.studies.observed import wrong_signals
 from tests.studies.plot_numbers import wrong_drawings
 from tests.trial import trial_views
-from tests.trial.unit_ratios import wrong_unit_ratios
 from tests.views.views import judge_views
 
 STATES, SEED = 5, 0
-DRIVES = {
+SINE = {
+    "kind": "sinusoid",
+    "amplitude_N_m": [200.0, 150.0, 40.0],
+    "rate_rad_per_s": [50.0, 70.0, 90.0],
+}
+DRIVES = {  # of three joints
     "pd": {
         "kind": "pd",
         "target_rad": [0.5, -0.3, 0.2],
         "proportional_N_m_per_rad": [1000.0, 800.0, 500.0],
         "derivative_N_m_s_per_rad": [400.0, 300.0, 60.0],
     },
-    "sinusoid": {
-        "kind": "sinusoid",
-        "amplitude_N_m": [200.0, 150.0, 40.0],
-        "rate_rad_per_s": [50.0, 70.0, 90.0],
-        "argument": "time",
-    },
-    "root": {
-        "kind": "sinusoid",
-        "amplitude_N_m": [200.0, 150.0, 40.0],
-        "rate_rad_per_s": [50.0, 70.0, 90.0],
-        "argument": "sqrt_time",
-    },
-    "table": {  # of three joints
+    "sinusoid": {**SINE, "argument": "time"},
+    "root": {**SINE, "argument": "sqrt_time"},
+    "table": {
         "kind": "table",
         "time_s": [0.0, 0.7e-3, 2e-3],
         "torque_N_m": [[0.0, 300.0, -200.0], [100.0, -100.0, 400.0], [30.0, 0.0, -50.0]],
@@ -318,7 +312,7 @@ GUARDS: dict[str, Mapping[str, Guard]] = {
         "impacts": lambda _: precise_steps.wrong_impacts(),
         "works": lambda _: precise_steps.wrong_works(),
     },
-    "trial": _of_none({**trial_views.GUARDS, "units": wrong_unit_ratios}),
+    "trial": _of_none(trial_views.GUARDS),
     "study signals": {"": lambda _: wrong_signals()},
     "study drawings": {"": lambda _: wrong_drawings()},
     "view": _of_none(VIEW_PROBLEMS),

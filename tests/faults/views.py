@@ -7,6 +7,7 @@ alone. A few findings are made anew on either side of their tolerance, so that e
 import base64
 from collections.abc import Iterable, Iterator
 from functools import lru_cache
+from itertools import chain
 from typing import Any, NamedTuple
 
 import numpy as np
@@ -153,11 +154,6 @@ def tip_of(run: xr.Dataset, arm: Arm) -> np.ndarray:
     return np.exp(1j * absolute) @ [link.length_m for link in arm.links]
 
 
-def decoded(stretch: Any, name: str) -> np.ndarray:
-    """The numbers of a line."""
-    return np.frombuffer(base64.b64decode(stretch.data[name]), "<f4")
-
-
 def first_planets(run: xr.Dataset, quantity: str, joint: int) -> np.ndarray:
     """A quantity of a joint, counted from 1, and planet 1, (times,)."""
     values = run[quantity].values
@@ -185,7 +181,7 @@ def signal_problems() -> Iterator[str]:
         if line.model != LEAD:
             own = own - first_planets(made[LEAD], line.quantity, line.joint)
         stretch = found.whole[line.quantity]
-        if not np.array_equal(decoded(stretch, line.name), own.astype("f4")):
+        if not np.array_equal(unpacked(stretch.data[line.name]), own.astype("f4")):
             yield f"{line.name}: values"
         if line.peak != float(np.abs(own).max()):
             yield f"{line.name}: peak {line.peak}"
@@ -266,16 +262,11 @@ def unpacked(text: str) -> np.ndarray:
     return np.frombuffer(base64.b64decode(text), "<f4")
 
 
-def view_problems() -> Iterator[str]:
-    """What in a run's scene is not as the run has it, by either law of the mesh phase.
+def view_problems(phase: str) -> Iterator[str]:
+    """What in a run's scene is not as the run has it, by a law of the mesh phase.
 
     Planets are unlike; every third record is shown.
     """
-    for phase in ("angle", "omega_t"):
-        yield from _view_problems(phase)
-
-
-def _view_problems(phase: str) -> Iterator[str]:
     made, every = records(), 3
     run, arm = unlike_planets(made.runs[LEAD]), made.arm
     names = ("theta", "theta_dot", "x_sp", "x_pr", "F_sp", "F_pr")
@@ -345,5 +336,5 @@ VIEW_PROBLEMS = {
     "report": report_problems,
     "signals": signal_problems,
     "figures": figure_problems,
-    "scene": view_problems,
+    "scene": lambda: chain.from_iterable(map(view_problems, ("angle", "omega_t"))),
 }

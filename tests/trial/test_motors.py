@@ -1,4 +1,6 @@
-"""Arms with fewer motors than joints; forms of torques are those of tests/robots."""
+"""Arms with fewer motors than joints: pendubot and acrobot in the forms that authors give them."""
+
+from collections.abc import Callable
 
 import numpy as np
 import pytest
@@ -17,15 +19,36 @@ from tests.trial.test_dependence import UNLIKE, G, arm_of, bodies_of, pendulum
 from tests.trial.test_trial import trial_of
 
 ARM = arm_of(*UNLIKE)
+X, V, TORQUE = np.array([[0.3, -0.4], [1.0, 2.0], [0.0, 40.0]])
+FORMS: dict[str, Callable[..., object]] = {
+    "a number for each joint": lambda q, torque: [0 * q[0], torque[1]],
+    "a number for each motor": lambda q, torque: [0, torque[0]],
+    "a column of the motors": lambda q, tau: np.array([[0.0], [1.0]]) @ tau,
+    "one number": lambda q, torque: np.array([0, torque]),
+    "u": lambda q, qd, u: np.array([0, u]),
+    "all joints' torques": lambda torque: torque,
+}
+
+
+def force_of(equations: Equations) -> np.ndarray:
+    bound = equations.adapt_to_arm(ARM)
+    supplied = bind_equations(bound, ARM, build_frame(bound.coordinates, ARM))
+    assert supplied.motors == (1,)
+    return supplied.force(0.0, X, V, TORQUE)
+
+
+@pytest.mark.parametrize("form", FORMS)
+def test_a_torque_comes_in_its_authors_form(form):
+    equations = Equations(force=FORMS[form], drive=["theta_2"])
+    np.testing.assert_array_equal(force_of(equations), TORQUE)
 
 
 def test_sympy_takes_a_symbol_for_each_motor():
     x, v, (own,) = sp.symbols("x1 x2"), sp.symbols("v1 v2"), sp.symbols("T2,")
-    force, torque = sp.Matrix([0, own]), np.array([0.0, 40.0])
-    bound = from_sympy(x, v, force=force, torque=(own,), drive=[2]).adapt_to_arm(ARM)
-    supplied = bind_equations(bound, ARM, build_frame(bound.coordinates, ARM))
-    assert supplied.motors == (1,)
-    assert supplied.force(0.0, 0 * torque, 0 * torque, torque).tolist() == torque.tolist()
+    force = sp.Matrix([0, own])
+    np.testing.assert_array_equal(
+        force_of(from_sympy(x, v, force=force, torque=(own,), drive=[2])), TORQUE
+    )
     with pytest.raises(InputError, match="torque: has 1; must be one for each of 2 joints"):
         from_sympy(x, v, force=force, torque=(own,)).adapt_to_arm(ARM)
 
@@ -44,9 +67,15 @@ def test_an_acrobot_agrees():
     assert "motors: at theta_2 alone" in trial.scope
 
 
+@pytest.mark.parametrize("drive", [1, [0], [3], ["theta_3"], [1, 1], [True], [None]])
+def test_joints_that_are_none_are_refused(drive):
+    with pytest.raises(InputError, match=r"drive.*must be a list of joints, each once, of 1 to 2"):
+        force_of(Equations(force=lambda torque: torque, drive=drive))
+
+
 def test_a_scenario_that_drives_a_joint_without_motor_is_refused():
     own = pendulum(bodies_of(ARM), G, driven=False)
-    equations = Equations(own.mass_matrix, own.bias, force=lambda torque: torque, drive=[2])
+    equations = Equations(own.mass_matrix, own.bias, force=FORMS["one number"], drive=[2])
     pd = load_scenario("pd")
     request = TrialRequest("yours", equations, ARM, (pd,))
     with pytest.raises(InputError, match="drives joint 1; the equations take no torque there"):

@@ -21,7 +21,7 @@ from crosscheck.trial.input.loading import build_equations
 from crosscheck.trial.request import TrialRequest
 from crosscheck.trial.result import DIGITS, Trial
 from crosscheck.trial.trial import run_trial
-from tests.arms import arm_of, random_arm
+from tests.arms import random_arm
 from tests.robots.trials import robot_equations, run_robot_trial
 
 LEVELS = ("links", "carriers", "armature", "coupled")
@@ -112,18 +112,6 @@ def test_the_ladder_says_which_level_a_rigid_model_is(level):
     assert trial.level == level
     assert [rung.level for rung in trial.distances if rung.entries == 0] == [level]
     assert trial.exit_code == 0
-
-
-def test_a_level_that_is_claimed_is_binding():
-    """Links alone lack what motors at the joints weigh."""
-
-    def factory(arm: Arm, scenario: Scenario) -> Equations:
-        moved = in_frame("analytic:links", Coordinates(), arm, scenario)
-        return replace(equations_of(moved), level="carriers")
-
-    trial = trial_of(factory, arm_of(2, direct=[0, 1]))
-    assert trial.exit_code == 1
-    assert trial.level == "carriers"
 
 
 def two_links(arm: Arm) -> Equations:

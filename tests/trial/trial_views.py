@@ -14,6 +14,7 @@ from crosscheck.models.arm.arm import Arm
 from crosscheck.models.experiment.scenario import Scenario
 from crosscheck.models.loading import load_scenario
 from crosscheck.trial.input.equations import Coordinates, Equations
+from crosscheck.trial.judge import entries
 from crosscheck.trial.request import TrialRequest
 from crosscheck.trial.result import Trial
 from crosscheck.trial.trial import run_trial
@@ -119,7 +120,41 @@ def wrong_robot(trial: Trial) -> Iterator[str]:
         yield f"mean share of the nearest level: {nearest.mean}"
 
 
+STATES = 7
+# Of each row, how many times too large; and what the whole part counts as.
+RATIOS = [
+    ([1.0, 1e6], 1.0),  # one entry that is wrong, however large, changes nothing
+    ([1e6, 1.0], 1.0),
+    ([1e3, 1e3, 1e9], 1e3),
+    ([1e-3, 1e-3], 1e-3),
+    ([4.0, 0.0], 4.0),  # a row that is nothing says nothing
+    ([np.inf, 1.0, 1.0], 1.0),
+    ([0.0, 0.0], 1.0),
+]
+
+
+def wrong_unit_ratios() -> Iterator[str]:
+    """A line for every ratio that is not named, of vectors and of matrices by their diagonals."""
+    draw = np.random.default_rng(3)
+    for times, ratio in RATIOS:
+        right = draw.uniform(1, 2, (STATES, len(times)))
+        for values, reference in (
+            (right * times, right),
+            (
+                np.array([np.diag(row * times) + 1e9 * (1 - np.eye(len(row))) for row in right]),
+                np.array([np.diag(row) for row in right]),
+            ),
+        ):
+            found = entries.unit_ratio(values, reference)
+            if not np.isclose(found, ratio, rtol=1e-12):
+                yield f"rows {times} times as large: {found}, must be {ratio}"
+    for ratio, power in ((900.0, 1000.0), (0.011, 0.01), (1.5, 1.0), (4.0, 10.0)):
+        if entries.power_of_ten(ratio) != power:
+            yield f"{ratio} counts as {entries.power_of_ten(ratio)}"
+
+
 GUARDS: dict[str, Callable[[], Iterator[str]]] = {
     "arm": lambda: wrong_arm(tried_arm()),
     "robot": lambda: wrong_robot(tried_robot()),
+    "units": wrong_unit_ratios,
 }

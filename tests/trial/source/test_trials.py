@@ -19,6 +19,7 @@ from crosscheck.trial.source import worker
 from tests.robots import chains, two_link
 from tests.trial import robot_errors
 
+pytestmark = pytest.mark.usefixtures("source_search")
 ARM = """
 schema_version = 2
 name = "tested"
