@@ -35,6 +35,10 @@ def page_problems(html: str) -> list[str]:
         page = read_page(html)
     except ET.ParseError as error:
         return [f"not XML: {error}"]
+    widths = (
+        {sum(int(cell.get("colspan", "1")) for cell in row) for row in table.iter("tr")}
+        for table in page.iter("table")
+    )
     ids = Counter(node.get("id") for node in page.iter() if node.get("id"))
     links = {node.get("href", "") for node in page.iter() if node.get("href", "").startswith("#")}
     framed = {svg for tag in ("figure", "td") for frame in page.iter(tag) for svg in _svgs(frame)}
@@ -45,6 +49,7 @@ def page_problems(html: str) -> list[str]:
         *("a drawing outside of a <figure>" for svg in _svgs(page) if svg not in framed),
         *("a <figure> without a caption" for figure in page.iter("figure")
           if figure.find(".//figcaption") is None),
+        *(f"table {n}: rows of {each} cells" for n, each in enumerate(widths, 1) if len(each) > 1),
         *(f"id {name} is not unique" for name, count in ids.items() if count > 1),
         *(f"{name} leads nowhere" for name in sorted(links) if name[1:] not in ids),
         # Python's values that slipped in.
@@ -55,15 +60,6 @@ def page_problems(html: str) -> list[str]:
 
 def _svgs(node: ET.Element) -> Iterator[ET.Element]:
     return node.iterfind(".//{*}svg")
-
-
-def uneven_tables(html: str) -> list[str]:
-    """Tables whose rows have different numbers of cells."""
-    widths = [
-        {sum(int(cell.get("colspan", "1")) for cell in row) for row in table.iter("tr")}
-        for table in read_page(html).iter("table")
-    ]
-    return [f"table {n}: {each} cells" for n, each in enumerate(widths, 1) if len(each) > 1]
 
 
 class Axis(NamedTuple):

@@ -12,6 +12,7 @@ import jsonschema
 import numpy as np
 import pytest
 from scipy.io import loadmat
+from syrupy.assertion import SnapshotAssertion
 
 from crosscheck.models.loading import load_arm
 from crosscheck.report.trials.output import format_trial_json
@@ -114,18 +115,11 @@ def test_single_precision_has_a_tolerance_of_its_own(tmp_path):
     assert {wrong.place.part for wrong in off.diagnosis.entries} == {"force"}
 
 
-def test_columns_of_coordinates_in_any_order_have_their_own_units():
+def test_columns_of_coordinates_in_any_order_have_their_own_units(snapshot: SnapshotAssertion):
     arm = load_arm("probe")
-    for order in require_items(
-        (build_frame(LUMPED, arm).names, build_frame(LUMPED, arm).names[::-1])
-    ):
-        coordinates = replace(LUMPED, order=order)
-        columns = argument_columns(build_frame(coordinates, arm), coordinates, arm)
-        units = ["rad" if name.startswith("theta") else "m" for name in order]
-        for argument, per_time in (("x", ""), ("v", "_per_s"), ("a", "_per_s2")):
-            letter = {"x": "q"}.get(argument, argument)
-            ends = (f"{name}_{unit}{per_time}" for name, unit in zip(order, units, strict=True))
-            assert columns[argument] == [f"{letter}_{end}" for end in ends]
+    coordinates = replace(LUMPED, order=build_frame(LUMPED, arm).names[::-1])
+    columns = argument_columns(build_frame(coordinates, arm), coordinates, arm)
+    assert {name: columns[name] for name in ("x", "v", "a")} == snapshot
 
 
 def tried_changed(change: Callable[..., dict[str, np.ndarray]], file: Path) -> Trial:
