@@ -77,10 +77,6 @@ def stretch_all_places(own: Robot) -> Robot:
     return replace(own, joints=tuple(joints))
 
 
-def without_rotor_of_the_last(own: Robot) -> Robot:
-    return replace(own, rotors=own.rotors[:-1])
-
-
 @lru_cache
 def six_joint_with_turned_products() -> Robot:
     """Out of a URDF: its tool is fixed to its wrist."""
@@ -150,7 +146,7 @@ OTHER_ROBOTS: dict[str, tuple[Robot, tuple[Change, ...]]] = {
     "0.3 kg more of the boom": (SLIDING, (body(1, mass=lambda m: m + 0.3),)),
     "Ixz of the hand": (SLIDING, (body(2, inertia=lambda i: i + 0.001 * PRODUCT),)),
     "sign of the tilt's ratio": (SLIDING, (rotor(2, ratio=lambda _: -6.0),)),
-    "no rotor of the tilt": (SLIDING, (without_rotor_of_the_last,)),
+    "no rotor of the tilt": (SLIDING, (lambda own: replace(own, rotors=own.rotors[:-1]),)),
     "9.80665 for 9.81": (SLIDING, (partial(replace, gravity=np.array([0, 0, -9.80665])),)),
     "inertia of the hand about its joint": (
         SLIDING,
@@ -555,15 +551,15 @@ RIGHT_ONES: dict[str, Case] = {
         replace(IN_TWO["absolute angles"], coordinates=Coordinates(links="absolute")),
     ),
 }
+OF_TWO = {
+    **PENDULUM,
+    **{f"{name}, parts": own for name, own in IN_TWO.items()},
+    **{f"{name}, acceleration": accelerate(own) for name, own in IN_TWO.items()},
+}
 CASES: dict[str, Callable[[], Case]] = {
     **{name: partial(of_another, *given) for name, given in OTHER_ROBOTS.items()},
-    **{name: partial(lambda own: (TWO, own), own) for name, own in PENDULUM.items()},
-    **{name: partial(lambda own: (TRUNK, own), own) for name, own in DERIVED.items()},
-    **{f"{name}, parts": partial(lambda own: (TWO, own), own) for name, own in IN_TWO.items()},
-    **{
-        f"{name}, acceleration": partial(lambda own: (TWO, accelerate(own)), own)
-        for name, own in IN_TWO.items()
-    },
+    **{name: lambda own=own: (TWO, own) for name, own in OF_TWO.items()},
+    **{name: lambda own=own: (TRUNK, own) for name, own in DERIVED.items()},
     "the order of six coordinates": lambda: (
         SIX,
         written_in(robot_equations(SIX), np.eye(6)[::-1]),

@@ -1,7 +1,7 @@
 """A trial from end to end: right equations pass, an error is named, whatever the coordinates."""
 
-import math
 from dataclasses import replace
+from functools import partial
 
 import numpy as np
 import pytest
@@ -11,6 +11,7 @@ from crosscheck.models.arm.planets import usual_switches
 from crosscheck.models.experiment.scenario import Scenario
 from crosscheck.models.loading import load_arm, load_scenario
 from crosscheck.models.robot.file import load_robot
+from crosscheck.planning.sizing import make_unequal_gains_scenario
 from crosscheck.registry import build
 from crosscheck.trial.arms.questions import TransformedModel
 from crosscheck.trial.changes.arms.probe import draw_probe_arms
@@ -23,7 +24,9 @@ from crosscheck.trial.result import DIGITS, Trial
 from crosscheck.trial.trial import run_trial
 from tests.arms import random_arm
 from tests.robots.trials import robot_equations, run_robot_trial
+from tests.trial.mistakes.equations import written
 
+two_links = partial(written, "absolute", ())  # two rods, by hand
 LEVELS = ("links", "carriers", "armature", "coupled")
 
 
@@ -107,38 +110,14 @@ def hash_of(*words: str) -> int:
 
 @pytest.mark.parametrize("level", LEVELS)
 def test_the_ladder_says_which_level_a_rigid_model_is(level):
-    coordinates = Coordinates("rigid", "absolute")
-    trial = trial_of(of_project(f"pinocchio:{level}", coordinates), load_arm("probe"))
-    assert trial.level == level
-    assert [rung.level for rung in trial.distances if rung.entries == 0] == [level]
-    assert trial.exit_code == 0
-
-
-def two_links(arm: Arm) -> Equations:
-    """Two rods in absolute angles, by hand."""
-    (m1, I1, d1, L1), (m2, I2, d2, L2) = map(rod, arm.links)
-    payload = arm.payload_mass_kg
-
-    def mass_matrix(q: np.ndarray) -> list[list[float]]:
-        c = math.cos(q[0] - q[1])
-        shared = (m2 * d2 + payload * L2) * L1 * c
-        first = I1 + m1 * d1**2 + (m2 + payload) * L1**2
-        return [[first, shared], [shared, I2 + m2 * d2**2 + payload * L2**2]]
-
-    def bias(q: np.ndarray, v: np.ndarray) -> list[float]:
-        s = (m2 * d2 + payload * L2) * L1 * math.sin(q[0] - q[1])
-        return [s * v[1] ** 2, -s * v[0] ** 2]
-
-    def force(torque: np.ndarray) -> list[float]:
-        return [torque[0] - torque[1], torque[1]]
-
-    return Equations(mass_matrix, bias, force=force, coordinates=Coordinates(links="absolute"))
-
-
-def rod(link: object) -> tuple[float, float, float, float]:
-    """Mass, inertia, centre and length of a slender link."""
-    mass = link.density_kg_per_m3 * link.cross_section_m2 * link.length_m
-    return mass, mass * link.length_m**2 / 12, link.com_m, link.length_m
+    """By M, bias and force, and by accelerations alone."""
+    arm, absolute = load_arm("probe"), Coordinates("rigid", "absolute")
+    moved = in_frame(f"pinocchio:{level}", Coordinates(), arm, make_unequal_gains_scenario(arm))
+    alone = Equations(acceleration=lambda t, x, v, torque: moved.model.acceleration(t, x, v))
+    for own in (of_project(f"pinocchio:{level}", absolute), alone):
+        trial = trial_of(own, arm)
+        assert (trial.level, trial.exit_code) == (level, 0)
+        assert own is alone or [d.level for d in trial.distances if d.entries == 0] == [level]
 
 
 def test_half_a_length_for_a_centre_of_mass_is_a_note(labelled):

@@ -192,33 +192,22 @@ def test_explained_errors_come_first_then_notes_then_all_others():
     assert [*describe_entries(entries)] == ["c: known", "b: a note", "a: unknown"]
 
 
-def test_a_wave_of_a_robot_is_of_its_angles_and_one_displacement(monkeypatch):
+def test_a_wave_of_a_robot_is_of_its_angles_and_one_displacement(
+    monkeypatch, snapshot: SnapshotAssertion
+):
     robot = load_robot("sliding")
-    joints = [robot.joints[number] for number in robot.coordinates]
-    turning = [n for n, joint in enumerate(joints) if joint.kind == "revolute"]
-    (slide, *_) = (n for n, joint in enumerate(joints) if joint.kind == "prismatic")
-    q = np.random.default_rng(1).uniform(-2, 2, (40, len(joints)))
-    first, last = turning[0], turning[-1]
-    names = [joint.name for joint in joints]
-    waves = {
-        "": np.exp(q[:, first]),
-        f"-20.6 cos({names[first]})": -20.6 * np.cos(q[:, first]),
-        f"3 {names[slide]}": 3 * q[:, slide],
-        f"2.5 {names[slide]} sin({names[last]})": 2.5 * q[:, slide] * np.sin(q[:, last]),
-        f"1.5 cos({names[last]}) - 0.25 sin({names[last]})": 1.5 * np.cos(q[:, last])
-        - 0.25 * np.sin(q[:, last]),
-        "1.23457": np.full(40, 1.234567),
-    }
-    if first != last:
-        both = f"{names[first]} - {names[last]}"
-        waves[f"4 sin({both})"] = 4 * np.sin(q[:, first] - q[:, last])
+    q = np.random.default_rng(1).uniform(-2, 2, (40, 3))
+    turn, slide, tilt = q.T
+    waves = (
+        *(np.exp(turn), -20.6 * np.cos(turn), 3 * slide, 2.5 * slide * np.sin(tilt)),
+        *(1.5 * np.cos(tilt) - 0.25 * np.sin(tilt), np.full(40, 1.234567)),
+        *(4 * np.sin(turn - tilt), np.zeros(40)),
+    )
     most = "crosscheck.trial.changes.waves.MOST_ANGLES"
-    monkeypatch.setattr(most, len(turning))
-    for text, values in waves.items():
-        assert describe_angle_sum(values, q, robot) == text
-    assert describe_angle_sum(np.zeros(40), q, robot) == ""
-    monkeypatch.setattr(most, len(turning) - 1)
-    assert describe_angle_sum(3 * q[:, slide], q, robot) == ""
+    monkeypatch.setattr(most, 2)
+    assert [describe_angle_sum(each, q, robot) for each in waves] == snapshot
+    monkeypatch.setattr(most, 1)
+    assert describe_angle_sum(3 * slide, q, robot) == ""
 
 
 @pytest.mark.parametrize(

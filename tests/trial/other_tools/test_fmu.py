@@ -26,6 +26,7 @@ from crosscheck.analytic.model import AnalyticModel
 from crosscheck.checks.answers import sample_states
 from crosscheck.checks.scales import geared_joints, motor_lever, sun_advance
 from crosscheck.cli.files.export import build_model, function_prefix, unit_file
+from crosscheck.findings import Finding
 from crosscheck.models.arm.planets import usual_switches
 from crosscheck.models.errors import InputError
 from crosscheck.models.experiment.drive import torques_at
@@ -296,18 +297,23 @@ def stepped_2(arm: str, name: str, folder: Path) -> bytes:
     return zipped({DESCRIPTION: described, "binaries/linux64/unit.so": library})
 
 
+def run_beside_engines(
+    content: bytes, mapping: str, duration_s: float, folder: Path
+) -> Sequence[Finding]:
+    """The checks of a unit's run under constant torque."""
+    arm, unit = load_arm("paper-labelled"), mapped(content, mapping, "paper-labelled", folder)
+    scenario = load_scenario("constant-torque").model_copy(update={"duration_s": duration_s})
+    given = unit, "unit.fmu", arm, [scenario], usual_switches(arm), 1, ignore_progress
+    return compare_unit_runs(*given).checks
+
+
 @pytest.mark.parametrize(
     ("model", "mapping"),
     [("analytic:coupled", RIGID + 'level = "coupled"\n'), ("analytic:physical", GEARED)],
 )
 def test_co_simulation_of_version_2_agrees(model, mapping, tmp_path):
     content = stepped_2("paper-labelled", model, tmp_path)
-    unit = mapped(content, mapping, "paper-labelled", tmp_path)
-    scenario = load_scenario("constant-torque").model_copy(update={"duration_s": 0.002})
-    arm = load_arm("paper-labelled")
-    found = compare_unit_runs(
-        unit, "unit.fmu", arm, [scenario], usual_switches(arm), 1, ignore_progress
-    ).checks
+    found = run_beside_engines(content, mapping, 0.002, tmp_path)
     assert len(found) > 1
     assert [finding for finding in found if finding.verdict != "agree"] == []
 
@@ -374,12 +380,7 @@ def test_co_simulation_is_run_beside_the_engines(right, tmp_path):
     """The wrong one has a payload that is a tenth lighter where it couples the links."""
     changes = [] if right else [("mass_3 = 13.614999999999998", "mass_3 = 12.914999999999998")]
     content = version_3("paper-labelled", "analytic:links", tmp_path, True, *changes)
-    unit = mapped(content, RIGID + 'level = "links"\n', "paper-labelled", tmp_path)
-    scenario = load_scenario("constant-torque").model_copy(update={"duration_s": 0.05})
-    arm = load_arm("paper-labelled")
-    found = compare_unit_runs(
-        unit, "unit.fmu", arm, [scenario], usual_switches(arm), 1, ignore_progress
-    ).checks
+    found = run_beside_engines(content, RIGID + 'level = "links"\n', 0.05, tmp_path)
     assert {finding.about.key.right for finding in found} == {"analytic:links", "pinocchio:links"}
     assert {finding.verdict for finding in found} == {"agree" if right else "differ"}
 
