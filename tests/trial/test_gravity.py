@@ -100,13 +100,11 @@ def test_a_gravity_alone_is_judged_alone():
 
 
 def test_an_entry_of_gravity_just_beyond_its_tolerance_differs():
-    verdicts = []
-    for by in (3e-10, 3e-11):
-
-        def gravity(q: np.ndarray, by: float = by) -> np.ndarray:
-            return TwoLinks(UNLIKE).gravity(q) * (1, 1 + by)
-
-        verdicts.append(trial_of(Equations(gravity=gravity), UNLIKE).exit_code)
+    weigh = TwoLinks(UNLIKE).gravity
+    verdicts = [
+        trial_of(Equations(gravity=lambda q, by=by: weigh(q) * (1, 1 + by)), UNLIKE).exit_code
+        for by in (3e-10, 3e-11)
+    ]
     assert verdicts == [1, 0]
 
 

@@ -11,38 +11,17 @@ import pytest
 
 from crosscheck.cli.files.robot_files import export_as_robot
 from crosscheck.cli.files.template import make_plain_arm
-from crosscheck.models.loading import load_arm
+from crosscheck.models.arm.arm import Arm
 from crosscheck.models.robot.file import load_robot
 from crosscheck.provenance import ROOT
 from crosscheck.testing import Equations, assert_agrees, try_equations
 from crosscheck.trial.source import worker
+from crosscheck.trial.tables.folder import format_arm_toml
 from tests.robots import chains, two_link
 from tests.trial import robot_errors
+from tests.trial.test_dependence import arm_of
 
 pytestmark = pytest.mark.usefixtures("source_search")
-ARM = """
-schema_version = 2
-name = "tested"
-payload_mass_kg = 0
-[[joints]]
-kind = "direct"
-motor_mass_kg = 0
-rotor_inertia_kg_m2 = 0
-[[joints]]
-kind = "direct"
-motor_mass_kg = 0
-rotor_inertia_kg_m2 = 0
-[[links]]
-length_m = 0.6
-com_m = 0.25
-mass_kg = 4.0
-inertia_kg_m2 = 0.1
-[[links]]
-length_m = 0.45
-com_m = 0.2
-mass_kg = 2.5
-inertia_kg_m2 = 0.06
-"""
 LITERAL = """
 import numpy as np
 from crosscheck import Equations
@@ -76,10 +55,8 @@ SQUARE = "v[1] ** 2)", "v[1])"
 
 
 @pytest.fixture
-def arm(tmp_path):
-    path = tmp_path / "arm.toml"
-    path.write_text(ARM, encoding="utf-8")
-    return load_arm(str(path))
+def arm() -> Arm:
+    return arm_of((4.0, 0.6, 0.25, 0.1), (2.5, 0.45, 0.2, 0.06))
 
 
 def write_model(folder: Path, text: str, *replaced: tuple[str, str]) -> str:
@@ -144,6 +121,7 @@ def test_right_equations_are_not_searched(tmp_path, arm, monkeypatch):
 def test_an_arm_and_a_robot_have_the_same_answer(tmp_path, arm):
     model = write_model(tmp_path, LITERAL, ("2 * m12", "m12"))
     urdf = tmp_path / "robot.urdf"
+    (tmp_path / "arm.toml").write_text(format_arm_toml(arm), encoding="utf-8")
     export_as_robot(str(tmp_path / "arm.toml"), [], urdf)
     robot = load_robot(str(urdf.with_suffix(".toml")))
     answers = [try_equations(model, machine).change for machine in (arm, robot)]
