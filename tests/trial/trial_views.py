@@ -56,29 +56,23 @@ kept_arm = lru_cache(tried_arm)
 
 
 @lru_cache
-def right_shares(states: int) -> dict[str, np.ndarray]:
+def right_shares() -> dict[str, np.ndarray]:
     """How far M is off, and the force, by their sizes over the trial's states."""
-    arm, scenario, problem = two_link_arm(), load_scenario("pd"), kept_arm().problem
-    assert states == len(problem.states)
+    problem, rigid = kept_arm().problem, Coordinates("rigid")
+    moved = in_frame("analytic:links", rigid, two_link_arm(), problem.case.scenario)
     placed = [np.asarray(state.x) for state in problem.states]
-    moved = in_frame("analytic:links", Coordinates("rigid"), arm, scenario)
-    mass = np.array([moved.mass_matrix(x) for x in placed])
-    own = mass + np.diag([INERTIA, 0.0])
-    root = np.sqrt(mass[:, [0, 1], [0, 1]].max(axis=0))
-    model = in_frame("analytic:links", Coordinates("rigid"), arm, problem.case.scenario)
-    forces = [
-        model.model.generalized_force(state.t, np.asarray(state.x), np.asarray(state.v))
-        for state in problem.states
-    ]
-    rms = np.sqrt((np.array(forces) ** 2).mean(axis=0))
+    root = np.sqrt(np.max([np.diag(moved.mass_matrix(x)) for x in placed], axis=0))
+    forces = [moved.model.generalized_force(s.t, np.asarray(s.x), s.v) for s in problem.states]
     moments = np.max([np.abs(moment_at(x)) for x in placed], axis=0)
-    shares = np.abs(own - mass).max(axis=0) / np.outer(root, root)
-    return {"M": shares, "force": moments / rms}
+    return {
+        "M": np.diag([INERTIA, 0.0]) / np.outer(root, root),
+        "force": moments / np.sqrt(np.square(forces).mean(axis=0)),
+    }
 
 
 def wrong_arm(trial: Trial) -> Iterator[str]:
     """Numbers of a trial that are not those of its equations."""
-    shares = right_shares(len(trial.problem.states))
+    shares = right_shares()
     nearest, right = trial.distances[0], max(each.max() for each in shares.values())
     if not np.isclose(nearest.largest, right, rtol=1e-6):
         yield f"level {nearest.level}: {nearest.largest}, must be {right}"

@@ -220,22 +220,23 @@ def written(kind: str, replaced: tuple[tuple[str, str], ...], arm: Arm) -> Equat
     n = 2 if kind in RIGID else 6
     functions = {"sin": math.sin, "cos": math.cos, "sqrt": math.sqrt, "outer": np.multiply.outer}
 
-    def answers(x: np.ndarray, v: np.ndarray, T: np.ndarray) -> dict[str, Any]:
+    def answer(part: str, x: np.ndarray, v: np.ndarray, T: np.ndarray) -> np.ndarray:
         own = {**functions, **known, "x": x, "v": v, "T": T, "e": units}
         own |= {"M": np.zeros((n, n)), "h": np.zeros(n), "f": np.zeros(n)}
 
         def spin(inertia: float, row: np.ndarray) -> None:
-            own["M"] += inertia * row[:, None] * row
+            if part == "M":
+                own["M"] += inertia * row[:, None] * row
 
         own["spin"] = spin
         exec(code, own)
-        return own
+        return own[part]
 
     still, free, units = np.zeros(n), np.zeros(2), np.eye(n)
     return Equations(
-        mass_matrix=lambda x: answers(x, still, free)["M"],
-        bias=lambda x, v: answers(x, v, free)["h"],
-        force=lambda x, v, torque: answers(x, v, torque)["f"],
+        mass_matrix=lambda x: answer("M", x, still, free),
+        bias=lambda x, v: answer("h", x, v, free),
+        force=lambda x, v, torque: answer("f", x, v, torque),
         coordinates=coordinates(kind, known),
         level="links" if kind in RIGID else "",
     )
