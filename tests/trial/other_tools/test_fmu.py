@@ -194,9 +194,9 @@ def test_entry_of_a_wrong_model_is_named(tmp_path):
     assert told == {"L2"}
 
 
-def write_robot(folder: Path) -> Path:
-    """The links and the payload of the arm paper-labelled as a URDF, by its own numbers."""
-    arm = load_arm("paper-labelled")
+def test_a_robot_takes_a_unit(crosscheck, tmp_path):
+    """An arm's links as a unit agree with its URDF; with a payload elsewhere M[j1, j2] differs."""
+    arm, robot = load_arm("paper-labelled"), tmp_path / "arm.urdf"
     ends = [(link.length_m, 0, 0) for link in arm.links]
     one, two = (
         chains.Solid(each.mass, (each.com_m, 0, 0), (0.1, 0, 0, each.inertia, 0, each.inertia))
@@ -209,13 +209,7 @@ def write_robot(folder: Path) -> Path:
         chains.joint("j2", "one", "two", at=ends[0]),
         chains.joint("held", "two", "tool", "fixed", at=ends[1]),
     )
-    (folder / "arm.urdf").write_text(text, encoding="utf-8")
-    return folder / "arm.urdf"
-
-
-def test_a_robot_takes_a_unit(crosscheck, tmp_path):
-    """An arm's links as a unit agree with its URDF; with a payload elsewhere M[j1, j2] differs."""
-    robot = write_robot(tmp_path)
+    robot.write_text(text, encoding="utf-8")
     (tmp_path / "map.toml").write_text(RIGID, encoding="utf-8")
     coupling = [(f"mass_{k} = 13.614999999999998", f"mass_{k} = 10.115") for k in (3, 5)]
     for name, changes, code, words in (
