@@ -117,9 +117,9 @@ def test_exported_unit_is_the_model_in_states_time_and_units(tmp_path):
     file.write_bytes(exported(*own, settings=["switches.phase=omega_t"]))
     description = fmpy.read_model_description(file)
     units = {each.name: each.unit for each in description.modelVariables}
-    for coordinate in model.layout.coordinates:
-        unit = "rad" if coordinate.meaning == "theta" else "m"
-        assert (units[coordinate.name], units[f"v_{coordinate.name}"]) == (unit, f"{unit}/s")
+    kinds = {c.name: "rad" if c.meaning == "theta" else "m" for c in model.layout.coordinates}
+    assert [units[name] for name in kinds] == list(kinds.values())
+    assert [units[f"v_{name}"] for name in kinds] == [f"{kind}/s" for kind in kinds.values()]
     unit = fmi2.FMU2Model(
         guid=description.guid,
         unzipDirectory=fmpy.extract(str(file), str(tmp_path / "unit")),
