@@ -9,6 +9,7 @@ from collections.abc import Callable, Iterator
 from contextlib import contextmanager
 from dataclasses import replace
 from functools import lru_cache
+from types import SimpleNamespace
 from typing import Any, NamedTuple
 
 import numpy as np
@@ -32,7 +33,7 @@ from crosscheck.trial.arms.questions import (
 )
 from crosscheck.trial.arms.subject import build_problem
 from crosscheck.trial.input.equations import Coordinates, Equations
-from crosscheck.trial.judge.checks import judge_answers
+from crosscheck.trial.judge.checks import find_idle_motors, judge_answers
 from crosscheck.trial.request import TrialRequest
 from tests.loops import require_items
 from tests.mixed_arms import arm_of, direct
@@ -373,6 +374,14 @@ def test_a_run_that_outgrows_all_numbers_has_diverged():
     model = make_registry_entry(NAME, huge, problem.has).made
     with np.errstate(all="ignore"), pytest.raises(Diverged, match="yours: diverged at t = 1e-05"):
         model(problem.case.arm, RUN).simulate()
+
+
+def test_a_motor_is_idle_if_its_torque_changes_no_part_at_no_state():
+    """At no torque, of each motor alone, twice that, of all; of the coordinates 0, 2 and 3."""
+    force, acceleration = np.zeros((2, 5, 8, 4))
+    force[:, 1, 0], acceleration[3, 2, 1] = 1.0, 1e-9
+    answers: Any = SimpleNamespace(by_torques={"force": force, "acceleration": acceleration})
+    assert find_idle_motors(answers, (0, 2, 3)) == (3,)
 
 
 @pytest.mark.parametrize("name", sorted(BALANCES))
