@@ -3,8 +3,12 @@
 import pytest
 
 from crosscheck.trial.arms import questions, subject
+from crosscheck.trial.changes.arms import waves
 from crosscheck.trial.robots import answers
 from tests.trial.mistakes.score import perform
+
+# Read before the fixture of all tests lowers them.
+USUAL_NUMBERS = {name: getattr(waves, name) for name in ("SPARE_STATES", "STATES_PER_NUMBER")}
 
 
 @pytest.fixture(autouse=True)
@@ -16,3 +20,10 @@ def trial_in_this_process(monkeypatch: pytest.MonkeyPatch) -> None:
     """
     for module in (subject, questions, answers):
         monkeypatch.setattr(module, "run_tasks", lambda workers, tasks, progress: perform(tasks))
+
+
+@pytest.fixture
+def usual_states(monkeypatch: pytest.MonkeyPatch) -> None:
+    """Numbers are fitted at as many states as a user's trial fits them at."""
+    for name, number in USUAL_NUMBERS.items():
+        monkeypatch.setattr(waves, name, number)

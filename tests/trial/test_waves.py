@@ -5,11 +5,9 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from crosscheck.cli.files.template import example_arm
 from crosscheck.models.arm.arm import Arm
 from crosscheck.models.arm.planets import usual_switches
 from crosscheck.models.loading import load_arm
-from crosscheck.trial.changes.arms import waves
 from crosscheck.trial.changes.arms.segments import (
     ReferenceTerms,
     TermKey,
@@ -52,15 +50,11 @@ def test_what_no_wave_makes_is_none():
     assert basis.fit(np.tan(angles[:, 1] / 3.5), 1.0) is None
 
 
-# Read before the fixture of all tests lowers them.
-USUAL_NUMBERS = {name: getattr(waves, name) for name in ("SPARE_STATES", "STATES_PER_NUMBER")}
-
-
+@pytest.mark.usefixtures("usual_states")
 @pytest.mark.parametrize("joints", [1, 4, 7])
-def test_enough_states_for_any_arm(joints, monkeypatch):
-    """At as many states as a user's trial fits numbers at."""
-    for name, number in USUAL_NUMBERS.items():
-        monkeypatch.setattr(waves, name, number)
+def test_enough_states_for_any_arm(joints):
+    from crosscheck.cli.files.template import example_arm
+
     known = terms(example_arm("long", joints), ABSOLUTE)
     angles = np.random.default_rng(0).uniform(-3, 3, (minimum_state_count(known), joints))
     basis = WaveBasis(list_keys(known, (), "mass_matrix"), angles, {})

@@ -5,7 +5,6 @@ import pytest
 from crosscheck.cli.files.template import make_plain_arm
 from crosscheck.testing import try_equations
 
-pytestmark = pytest.mark.usefixtures("source_search")
 LAGRANGE = """
 import sympy as sp
 from crosscheck.testing import from_sympy

@@ -21,7 +21,6 @@ from tests.robots import chains, two_link
 from tests.trial import robot_errors
 from tests.trial.test_dependence import arm_of
 
-pytestmark = pytest.mark.usefixtures("source_search")
 LITERAL = """
 import numpy as np
 from crosscheck import Equations
